@@ -320,7 +320,7 @@ fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
         ("figure 3 --set chain[0].at=[0.01,0.02]", "chain[0].at"),
         (
             "figure 7 --set chain[0].at=[1.0,1.0]",
-            "the point (1, 1) lies outside the mesh",
+            "the point (1, 1) is outside the mesh",
         ),
         ("figure 3 --set chain[0].gain=inf", "gain"),
         ("figure 3 --set chain[0].seed=-1", "-1"),

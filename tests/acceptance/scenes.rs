@@ -79,7 +79,7 @@ fn a_wrong_scene_is_explained_and_writes_nothing() {
         ("material[0].group=leg", "the mesh has no group `leg`"),
         ("material[0].group=load", "holds no triangles"),
         ("probe[0].at=[1.0, 0.0]", "outside the mesh"),
-        ("solid.beta=0.0", "it needs beta > 0"),
+        ("solid.beta=0.0", "requires beta > 0"),
         ("traction[0].y=100.0", "the loads do not start from zero"),
         ("mesh.type=file", "needs `path`"),
         ("fields.every=0", "out of range"),

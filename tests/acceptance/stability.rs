@@ -62,7 +62,7 @@ fn an_inverted_element_is_named_in_the_message_and_in_the_document() {
     let named = format!("in element {} at barycentric", stop["element"]);
     let message = document["message"].as_str().unwrap();
     assert!(message.contains(&named), "`{named}` in: {message}");
-    let blamed = format!("At fault: element {} is turned inside out", stop["element"]);
+    let blamed = format!("Likely cause: element {} is inverted", stop["element"]);
     assert!(message.contains(&blamed), "`{blamed}` in: {message}");
     assert!(document["work"]["inversions"].as_u64().unwrap() > 0);
 }

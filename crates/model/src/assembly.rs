@@ -1,4 +1,4 @@
-//! The fixed pattern of a block matrix and the sum of matrices into it.
+//! Block matrix with a fixed pattern, assembled as a linear combination of matrices.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -9,20 +9,20 @@ use crate::blocks::{Block, Blocks};
 use crate::matrix::Matrix;
 use myovib_sparse::Scalar;
 
-/// A matrix of the muscle in a block of the whole, with a coefficient of some kind.
+/// A matrix of the muscle, its block, and the data from which its coefficient is computed.
 #[derive(Debug, Clone)]
 pub struct Entry<C> {
-    /// The rows of the block.
+    /// Rows of the block.
     pub rows: Range<usize>,
-    /// The columns of the block.
+    /// Columns of the block.
     pub columns: Range<usize>,
-    /// The matrix.
+    /// Matrix in the block.
     pub matrix: Matrix,
-    /// What its factor is made of at each [`combine`](Assembly::combine).
+    /// Passed to the `factor` argument of [`combine`](Assembly::combine).
     pub coefficient: C,
 }
 
-/// All entries of one matrix in one place.
+/// All blocks that hold the same matrix with the same kind of coefficient.
 #[derive(Debug, Clone)]
 struct Placed<C> {
     matrix: Matrix,
@@ -30,7 +30,7 @@ struct Placed<C> {
     block: usize,
 }
 
-/// A block matrix as a sum of matrices, each scattered by a map computed once.
+/// A block matrix as a sum of matrices, each scattered by a map that is computed once.
 #[derive(Debug, Clone)]
 pub struct Assembly<C> {
     terms: Vec<Placed<C>>,
@@ -38,13 +38,14 @@ pub struct Assembly<C> {
 }
 
 impl<C: Copy> Assembly<C> {
-    /// Places `entries` in a matrix of this many rows and columns.
+    /// Places `entries` in a matrix of `shape` (rows, columns).
     ///
-    /// `pattern_of` gives the compressed-column pattern of a matrix and whether its values are
-    /// those of the transposed pattern.
+    /// `pattern_of` returns the compressed-column pattern of a matrix and whether its values belong
+    /// to the transposed pattern.
     ///
     /// # Panics
-    /// If a block is larger than its matrix, or the whole has 2³² entries or more.
+    /// If a block is larger than its matrix, or the assembled matrix has 2³² entries or
+    /// more.
     pub fn new<'a>(
         shape: (usize, usize),
         entries: impl IntoIterator<Item = Entry<C>>,
@@ -83,7 +84,7 @@ impl<C: Copy> Assembly<C> {
         }
     }
 
-    /// The compressed-column pattern of the whole.
+    /// Returns the compressed-column pattern of the assembled matrix.
     pub fn pattern(&self) -> &SparsityPattern {
         self.blocks.pattern()
     }
@@ -123,7 +124,8 @@ mod tests {
 
     #[test]
     fn blocks_overlap_transpose_and_sum() {
-        // A 3×3 whole: a 2×2 diagonal block, twice, and a 1×2 block below with its transpose.
+        // 3×3 matrix: a 2×2 diagonal block, added twice, and a 1×2 block below it with its
+        // transpose.
         let square = pattern(2, 2, &[(0, 0), (1, 1)]);
         let wide = pattern(1, 2, &[(0, 0), (0, 1)]);
         let entry = |rows, columns, matrix, coefficient| Entry {

@@ -1,21 +1,22 @@
-//! Blocks placed in a sparse matrix: the union of their patterns, and where each entry goes.
+//! Assembles blocks into a sparse matrix: union of the patterns and position of each block entry.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use myovib_sparse::Scalar;
 
-/// A compressed-column pattern with the place of its first row and column in the whole.
+/// A compressed-column pattern with the position of its first row and column in the assembled
+/// matrix.
 #[derive(Clone, Copy)]
 pub(crate) struct Block<'a> {
     pub(crate) row: usize,
     pub(crate) column: usize,
     pub(crate) pattern: &'a SparsityPattern,
-    /// Whether the transposed pattern is placed; values stay in the order of the pattern.
+    /// Whether the transposed pattern is placed. Values keep the order of the original pattern.
     pub(crate) transposed: bool,
 }
 
 impl<'a> Block<'a> {
-    /// A pattern as it is.
+    /// Places an untransposed pattern.
     pub(crate) fn at(row: usize, column: usize, pattern: &'a SparsityPattern) -> Self {
         Self {
             row,
@@ -25,7 +26,8 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// (row, column) in the whole of each entry, in the order of the block's values.
+    /// Returns (row, column) in the assembled matrix for each entry, in the order of the block's
+    /// values.
     fn entries(self) -> impl Iterator<Item = (usize, usize)> + 'a {
         let Self {
             row: row_start,
@@ -44,27 +46,27 @@ impl<'a> Block<'a> {
     }
 }
 
-/// The whole matrix: its pattern, and a map into it for each block.
+/// Pattern of the assembled matrix and, for each block, a map into its values.
 #[derive(Debug, Clone)]
 pub(crate) struct Blocks {
     pattern: SparsityPattern,
-    places: Vec<Places>,
+    positions: Vec<Positions>,
 }
 
-/// Where the entries of a block are in the whole.
+/// Positions of a block's entries in the assembled values.
 #[derive(Debug, Clone)]
-enum Places {
-    /// Of each entry, one after the other.
+enum Positions {
+    /// One position per entry.
     Single(Vec<u32>),
-    /// Neighbours stay neighbours, as in a block whose columns are whole: the place of the first
-    /// of each run, and the length.
+    /// Runs of consecutive positions (first position, length), used when columns of the block stay
+    /// contiguous.
     Runs(Vec<(u32, u32)>),
 }
 
-/// Runs are worth their overhead from this mean length on.
+/// Minimum mean run length for which runs are faster than single positions.
 const MIN_MEAN_RUN: usize = 4;
 
-impl Places {
+impl Positions {
     fn new(positions: Vec<u32>) -> Self {
         let mut runs: Vec<(u32, u32)> = Vec::new();
         for &position in &positions {
@@ -82,33 +84,33 @@ impl Places {
 }
 
 impl Blocks {
-    /// Places `blocks`, which may overlap, in a matrix of this many rows and columns.
+    /// Places `blocks`, which may overlap, in a matrix of `shape` (rows, columns).
     ///
     /// # Panics
-    /// If a block reaches beyond the matrix, or the whole has 2³² entries or more.
+    /// If a block exceeds the matrix, or the matrix has 2³² entries or more.
     pub(crate) fn new(shape: (usize, usize), blocks: &[Block<'_>]) -> Self {
         let pattern = union(shape, blocks);
-        let places = blocks
+        let positions = blocks
             .iter()
-            .map(|block| Places::new(positions(&pattern, *block)))
+            .map(|block| Positions::new(positions(&pattern, *block)))
             .collect();
-        Self { pattern, places }
+        Self { pattern, positions }
     }
 
-    /// The compressed-column pattern of the whole.
+    /// Returns the compressed-column pattern of the assembled matrix.
     pub(crate) fn pattern(&self) -> &SparsityPattern {
         &self.pattern
     }
 
-    /// `whole` += `factor` · `values`, placed as block number `block`.
+    /// Adds `factor · values` at the positions of block number `block`.
     pub(crate) fn add<T: Scalar>(&self, block: usize, factor: T, values: &[f64], whole: &mut [T]) {
-        match &self.places[block] {
-            Places::Single(positions) => {
+        match &self.positions[block] {
+            Positions::Single(positions) => {
                 for (&position, &value) in positions.iter().zip(values) {
                     whole[position as usize] += factor * value;
                 }
             }
-            Places::Runs(runs) => {
+            Positions::Runs(runs) => {
                 let mut rest = values;
                 for &(start, len) in runs {
                     let (run, after) = rest.split_at(len as usize);
@@ -123,7 +125,7 @@ impl Blocks {
 }
 
 fn union((n_rows, n_columns): (usize, usize), blocks: &[Block<'_>]) -> SparsityPattern {
-    // By columns in one piece of memory, which goes back to the system: thousands of small ones stay.
+    // One contiguous allocation per array: many small ones would fragment the heap.
     let entries = || blocks.iter().flat_map(|block| block.entries());
     let mut starts = vec![0; n_columns + 1];
     for (_, column) in entries() {
@@ -158,7 +160,7 @@ fn positions(whole: &SparsityPattern, block: Block<'_>) -> Vec<u32> {
             let within = whole
                 .lane(column)
                 .binary_search(&row)
-                .expect("the whole contains each block");
+                .expect("the union contains each block");
             u32::try_from(whole.major_offsets()[column] + within)
                 .expect("fewer than 2^32 entries in a matrix")
         })

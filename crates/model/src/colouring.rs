@@ -1,9 +1,9 @@
-//! Things in groups, so that those of a group have nothing in common.
+//! Greedy coloring: groups items whose nodes do not overlap.
 
 use std::collections::HashSet;
 
-/// `n` things in groups whose members have none of their `nodes` in common, each put into the first
-/// group that it can be.
+/// Distributes `n` items into groups whose members share none of their `nodes`. Each item joins the
+/// first possible group.
 pub(crate) fn colours<I: IntoIterator<Item = usize>>(
     n: usize,
     nodes: impl Fn(usize) -> I,

@@ -1,48 +1,49 @@
-//! Counts of the work done, the proof that what a scene does not need is not computed.
+//! Work counters. They prove that a run does not compute what its scene does not need.
 
 use myovib_dae::StepError;
 use myovib_fem::Inverted;
 use myovib_sparse::LinearWork;
 
-/// Passes over the elements, and assemblies.
+/// Counts of element passes and assemblies.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct WorkCounters {
     /// Element passes for residuals.
     pub residual_passes: u64,
-    /// Of these, with the damping force ∫Ṗ:∇φ.
+    /// Residual passes that include the damping force ∫Ṗ:∇φ.
     pub force_rate_passes: u64,
-    /// Of these, over elements whose law looks at fibres.
+    /// Residual passes over elements whose law uses fiber directions.
     pub fibre_passes: u64,
     /// Element passes for tangents.
     pub tangent_passes: u64,
-    /// Of these, with the damping tangent ∂/∂q ∫Ṗ:∇φ.
+    /// Tangent passes that include the damping tangent ∂/∂q ∫Ṗ:∇φ.
     pub rate_tangent_passes: u64,
-    /// Passes over regions with active or viscous stress, for residuals.
+    /// Residual passes over regions with active or viscous stress.
     pub added_passes: u64,
-    /// The same for tangents.
+    /// Tangent passes over regions with active or viscous stress.
     pub added_tangent_passes: u64,
-    /// Passes over the beds of the boundary, for residuals.
+    /// Residual passes over elastic foundations.
     pub bed_passes: u64,
-    /// Passes over elements whose stress relaxes, for residuals.
+    /// Residual passes over viscoelastic (Prony) elements.
     pub relaxing_passes: u64,
-    /// The same for tangents.
+    /// Tangent passes over viscoelastic elements.
     pub relaxing_tangent_passes: u64,
-    /// The same for the elimination of internal stresses from Newton's systems.
+    /// Passes that eliminate internal stresses from Newton's systems.
     pub relaxing_solve_passes: u64,
-    /// Passes over the elements for what oscillators that act back on the body do to its forces.
+    /// Element passes for the effect of two-way coupled oscillators on the body's forces.
     pub coherence_passes: u64,
-    /// Factorisations and solves of the condensed path, and how well they were solved.
+    /// Factorizations and solves of the condensed linear solver, and their accuracy.
     pub linear: LinearWork,
-    /// Newton matrices summed from the tangents.
+    /// Newton matrices assembled from the tangents.
     pub matrix_sums: u64,
-    /// Element passes refused for an element turned inside out; a smaller step is to avoid it.
+    /// Element passes rejected because of an inverted element; the integrator then reduces the
+    /// step.
     pub inversions: u64,
-    /// The element of the last of them.
+    /// The element inverted last.
     pub inverted: Option<Inverted>,
 }
 
 impl WorkCounters {
-    /// Notes whether an element pass was refused, which is recoverable.
+    /// Records whether an element pass was rejected and returns a recoverable error if so.
     pub(crate) fn passed(&mut self, pass: Result<(), Inverted>) -> Result<(), StepError> {
         pass.map_err(|element| {
             self.inversions += 1;

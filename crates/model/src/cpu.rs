@@ -1,17 +1,17 @@
-//! The CPU time of a computation.
+//! CPU time of a computation.
 
 use std::time::Duration;
 
 use cpu_time::{ProcessTime, ThreadTime};
 use myovib_sparse::resources;
 
-/// A clock of CPU time that starts now: of the calling thread, as others may compute something else, or
-/// of the whole process where its threads [factorise together](resources::use_threads).
+/// A CPU clock. It measures the calling thread, or the whole process if its threads [factorize
+/// together](resources::use_threads).
 #[derive(Debug, Clone, Copy)]
 pub enum CpuClock {
-    /// Of the calling thread.
+    /// Time of the calling thread.
     Thread(ThreadTime),
-    /// Of the process.
+    /// Time of the process.
     Process(ProcessTime),
 }
 
@@ -24,7 +24,7 @@ impl CpuClock {
         }
     }
 
-    /// CPU time since the start.
+    /// Returns the CPU time since the start.
     pub fn elapsed(&self) -> Duration {
         match self {
             Self::Thread(start) => start.elapsed(),
@@ -39,7 +39,7 @@ mod tests {
 
     #[test]
     fn threads_that_factorise_together_are_counted() {
-        // No other test of this program asks for threads.
+        // No other test in this binary requests threads.
         assert!(matches!(CpuClock::start(), CpuClock::Thread(_)));
         resources::use_threads(2).unwrap();
         assert!(matches!(CpuClock::start(), CpuClock::Process(_)));

@@ -1,4 +1,4 @@
-//! What can be wrong with a model before any time step is taken.
+//! Errors detected before the first time step.
 
 /// Errors of building or running a model.
 #[derive(Debug, thiserror::Error)]
@@ -6,186 +6,186 @@ pub enum ModelError {
     /// A parameter outside its range.
     #[error("{name} = {value} is out of range: {allowed}")]
     OutOfRange {
-        /// The parameter's name.
+        /// Name of the parameter.
         name: &'static str,
-        /// What was found.
+        /// Value found.
         value: f64,
-        /// What is allowed, in words.
+        /// Allowed values.
         allowed: &'static str,
     },
-    /// A formulation that does not go with the given κ and β.
+    /// A formulation that is incompatible with κ and β.
     #[error(
-        "formulation `{formulation}` does not go with kappa = {kappa}, beta = {beta}: {allowed}"
+        "formulation `{formulation}` is incompatible with kappa = {kappa}, beta = {beta}: {allowed}"
     )]
     NotAllowed {
-        /// Name of the formulation asked for.
+        /// Name of the requested formulation.
         formulation: &'static str,
-        /// Bulk modulus, `inf` for the incompressible case.
+        /// Bulk modulus, Pa; `inf` if incompressible.
         kappa: f64,
         /// Stiffness-proportional damping, s.
         beta: f64,
-        /// What is allowed, in words.
+        /// Allowed values.
         allowed: &'static str,
     },
-    /// A prescribed displacement that cannot be.
+    /// An invalid prescribed displacement.
     #[error("component {component} of the nodal displacement cannot be prescribed: {objection}")]
     Prescribed {
         /// Its index in a nodal array.
         component: usize,
-        /// Why not, and what can be done.
+        /// Reason and remedy.
         objection: &'static str,
     },
-    /// A strain at a rod's end that cannot be.
+    /// An invalid strain at a rod's end.
     #[error("the strain at the rod's end cannot be given: {objection}")]
     RodStrain {
-        /// Why not, and what can be done.
+        /// Reason and remedy.
         objection: &'static str,
     },
-    /// A load that jumps where that is not followed.
+    /// A jump in a load; sensitivities across jumps are not supported.
     #[error(
-        "the load jumps at t = {t} s, and sensitivities across a jump are not computed: give the step a rise"
+        "the load jumps at t = {t} s, and sensitivities across a jump are not supported: give the step a rise time"
     )]
     Jump {
-        /// When, s.
+        /// Time of the jump, s.
         t: f64,
     },
     /// Elements whose equations have different indices.
     #[error(
-        "elements {} and {} differ in kind, {what}: the equations would have an index for each; \
-         choose one sort for the whole body",
+        "elements {} and {} differ in kind, {what}: the equations would have different indices; \
+         choose one kind for the whole body",
         .elements[0], .elements[1]
     )]
     MixedParameters {
-        /// What differs.
+        /// The property that differs.
         what: &'static str,
-        /// An element of each sort.
+        /// One element of each kind.
         elements: [usize; 2],
     },
-    /// A tension that cannot be given.
-    #[error("the tension of added stress {number} cannot be given: {objection}")]
+    /// An invalid active tension.
+    #[error("the tension of active stress {number} cannot be prescribed: {objection}")]
     Activation {
-        /// The number of the stress in the solid.
+        /// Number of the active stress in the solid.
         number: usize,
-        /// Why not, and what can be done.
+        /// Reason and remedy.
         objection: &'static str,
     },
-    /// A point that lies in no element.
-    #[error("the point {} lies outside the mesh", place(point))]
+    /// A point outside all elements.
+    #[error("the point {} is outside the mesh", coordinates(point))]
     OutsideMesh {
         /// Coordinates, m.
         point: Vec<f64>,
     },
-    /// A point of the plane for a body in space, or the other way round.
+    /// A point with the wrong number of coordinates for the body.
     #[error("a point of the body has {needed} coordinates, not {found}")]
     Coordinates {
-        /// How many were given.
+        /// Number of coordinates given.
         found: usize,
-        /// How many the body has.
+        /// Number of coordinates of the body.
         needed: usize,
     },
-    /// The mesh, its groups, or an element.
+    /// An error of the mesh, its groups or an element.
     #[error(transparent)]
     Fem(#[from] myovib_fem::FemError),
-    /// The integrator's settings or a fatal error within a callback.
+    /// Invalid integrator settings or a fatal error in a callback.
     #[error(transparent)]
     Integrator(#[from] sundials_wrap::Error),
-    /// The settings of Radau IIA, or a fatal error of the problem under it.
+    /// Invalid settings of Radau IIA or a fatal error of the problem.
     #[error(transparent)]
     Radau(#[from] myovib_radau::RadauError),
     /// A setting that Radau IIA does not have.
     #[error("Radau IIA has no `{setting}`: it is a setting of BDF (IDAS)")]
     OnlyBdf {
-        /// The setting's name.
+        /// Name of the setting.
         setting: &'static str,
     },
-    /// A setting that a body whose stiffness follows its oscillators does not have.
-    #[error("a body with feedback has no `{setting}`: leave it out")]
+    /// A setting that is not available for a body with feedback.
+    #[error("`{setting}` is not available for a body with feedback: remove it")]
     NotWithFeedback {
-        /// The setting's name.
+        /// Name of the setting.
         setting: &'static str,
     },
     /// Newton's method found no static equilibrium.
     #[error(
         "no static equilibrium: Newton's method failed beyond {:.1} % of the load even in small load steps{}; {remedy}",
         100.0 * .reached,
-        .inverted.map_or(String::new(), |at| format!(", meeting {at}"))
+        .inverted.map_or(String::new(), |at| format!("; {at}"))
     )]
     NoEquilibrium {
-        /// The part of the load for which there is one.
+        /// Fraction of the load up to which an equilibrium was found.
         reached: f64,
-        /// An element that the last trials turned inside out.
+        /// An element that the last iterations inverted.
         inverted: Option<myovib_fem::Inverted>,
-        /// What may help.
+        /// Suggested remedy.
         remedy: String,
     },
-    /// The caller ended the search for an equilibrium.
+    /// The search for an equilibrium was interrupted.
     #[error("interrupted before the equilibrium was found")]
     Interrupted,
-    /// Pressures whose work depends on the way.
+    /// Pressure loads whose work is path-dependent.
     #[error(
-        "there are no modes about an equilibrium under pressures that follow the body where the edge of their surface moves: \
-         their work depends on the way, and the tangent is not symmetric; hold the edge, or take tractions of fixed direction"
+        "modes about an equilibrium under follower pressure require that the edge of the loaded surface is fixed: \
+         otherwise the load is not conservative and the tangent is not symmetric; fix the edge, or use tractions of fixed direction"
     )]
     NoEnergy,
     /// Supports that leave motions without strain.
     #[error(
-        "the supports do not hold the body: {0}; hold more components, or more nodes of each part"
+        "the supports do not hold the body: {0}; fix more components or more nodes of each part"
     )]
     NotHeld(crate::analysis::free_parts::FreeParts),
-    /// A factorisation or solve with KLU.
+    /// A factorization or solve failed.
     #[error(transparent)]
     Factorization(#[from] myovib_sparse::SparseError),
-    /// An element with det F ≤ 0 where none is expected.
+    /// An unexpected element with det F ≤ 0.
     #[error(transparent)]
     Inverted(#[from] myovib_fem::Inverted),
-    /// Another number of sources than directions of the forcing.
-    #[error("the forcing has {needed} directions, but {given} sources are given")]
+    /// The number of sources differs from the number of forcing directions.
+    #[error("the forcing has {needed} directions, but there are {given} sources")]
     Sources {
-        /// Directions of the network's forcing.
+        /// Number of forcing directions of the network.
         needed: usize,
-        /// Sources given.
+        /// Number of sources given.
         given: usize,
     },
-    /// The description of the oscillators, or a window without samples.
+    /// Invalid oscillators, or a window without samples.
     #[error(transparent)]
     Oscillators(#[from] myovib_oscillators::Error),
-    /// An evaluation beside the integration.
+    /// An evaluation outside the time integration failed.
     #[error(transparent)]
     Evaluation(#[from] myovib_dae::StepError),
-    /// A displacement from which none with ∫ψ (J - 1) = 0 is found.
+    /// No displacement with ∫ψ (J - 1) = 0 was found near the given displacement.
     #[error(
-        "no incompressible displacement is found near the one given: a projected volume defect of {defect:.1e} is left"
+        "no incompressible displacement is found near the one given: a projected volume defect of {defect:.1e} remains"
     )]
     NotIncompressible {
-        /// The largest projected defect left, as in the constraint drift.
+        /// Largest remaining projected defect, defined as in the constraint drift.
         defect: f64,
     },
-    /// A system too large for the dense method that finds the index.
+    /// The system is too large for the dense index computation.
     #[error(
-        "{unknowns} unknowns are too many to compute the index from the matrices ({largest} at most): take the same scene on a coarser mesh"
+        "{unknowns} unknowns are too many to compute the index from the matrices ({largest} at most): use a coarser mesh"
     )]
     TooLarge {
         /// Number of unknowns.
         unknowns: usize,
-        /// The most that are sound.
+        /// Largest supported number.
         largest: usize,
     },
-    /// A question about the structure that has no answer.
+    /// The structural analysis failed.
     #[error(transparent)]
     Structure(#[from] myovib_structure::StructureError),
     /// A measurement of a part that the system does not have.
     #[error("the system has no {part}")]
     NoSuchPart {
-        /// The part.
+        /// Name of the part.
         part: &'static str,
     },
-    /// A recorder could not write.
-    #[error("cannot write what was recorded")]
+    /// A recorder failed to write.
+    #[error("cannot write the recorded output")]
     Output(#[from] std::io::Error),
 }
 
-/// A point by its coordinates.
-fn place(point: &[f64]) -> String {
+/// Formats the coordinates of a point.
+fn coordinates(point: &[f64]) -> String {
     let coordinates: Vec<String> = point.iter().map(f64::to_string).collect();
     format!("({})", coordinates.join(", "))
 }

@@ -1,4 +1,4 @@
-//! The blocks of unknowns and where they lie in the integrator's vector.
+//! Blocks of unknowns and their positions in the integrator's vector.
 
 use std::fmt;
 use std::ops::Range;
@@ -16,19 +16,19 @@ pub enum Field {
     PressureRate,
     /// μ of (33): the multiplier of Gear, Gupta and Leimkuhler, zero in the exact solution.
     GglMultiplier,
-    /// T: tensions that follow models of activation, Pa.
+    /// T: active tensions governed by activation models, Pa.
     Tension,
     /// Q: internal stresses of Prony terms at the quadrature points, Pa.
     InternalStress,
 }
 
 impl Field {
-    /// Whether the block has one coefficient per free displacement component.
+    /// Returns whether the block has one coefficient per free displacement component.
     pub fn is_displacement_like(self) -> bool {
         matches!(self, Self::Displacement | Self::Velocity)
     }
 
-    /// The name used in options and output: `q`, `v`, `lambda`, `mu`, `tension`.
+    /// Returns the symbol used in options and output: `q`, `v`, `lambda`, `mu`, `tension`.
     pub fn symbol(self) -> &'static str {
         match self {
             Self::Displacement => "q",
@@ -47,14 +47,14 @@ impl fmt::Display for Field {
     }
 }
 
-/// The order and place of the blocks in the integrator's vector.
+/// Order and position of the blocks in the integrator's vector.
 #[derive(Debug, Clone)]
 pub struct Layout {
     blocks: Vec<(Field, Range<usize>)>,
 }
 
 impl Layout {
-    /// Lays out `fields` one after another, each with as many coefficients as `length` says.
+    /// Lays out `fields` one after another; `length` returns the number of coefficients of a field.
     pub fn new(fields: impl IntoIterator<Item = Field>, length: impl Fn(Field) -> usize) -> Self {
         let mut end = 0;
         let blocks = fields
@@ -68,17 +68,17 @@ impl Layout {
         Self { blocks }
     }
 
-    /// Number of unknowns.
+    /// Returns the number of unknowns.
     pub fn n_unknowns(&self) -> usize {
         self.blocks.last().map_or(0, |(_, range)| range.end)
     }
 
-    /// The blocks in order.
+    /// Returns the blocks in order.
     pub fn blocks(&self) -> &[(Field, Range<usize>)] {
         &self.blocks
     }
 
-    /// Where `field` lies, if the formulation has it.
+    /// Returns the range of `field`, or `None` if the formulation does not have it.
     pub fn range(&self, field: Field) -> Option<Range<usize>> {
         self.blocks
             .iter()
@@ -86,16 +86,16 @@ impl Layout {
             .map(|(_, range)| range.clone())
     }
 
-    /// Where the rows of the momentum balance lie, which are those of v.
+    /// Returns the rows of the momentum balance, which are the rows of v.
     ///
     /// # Panics
-    /// If the formulation has none.
+    /// If the formulation has no velocity.
     pub(crate) fn momentum(&self) -> Range<usize> {
         self.range(Field::Velocity)
-            .expect("the momentum balance stands in the rows of v")
+            .expect("the momentum balance is in the rows of v")
     }
 
-    /// The block that component `i` belongs to, and its place within.
+    /// Returns the block that contains component `i` and the position within the block.
     ///
     /// # Panics
     /// If `i` is not less than [`n_unknowns`](Layout::n_unknowns).
@@ -108,7 +108,7 @@ impl Layout {
         (*field, i - range.start)
     }
 
-    /// A vector with `value(field)` in every component of the block of `field`.
+    /// Returns a vector with `value(field)` in every component of the block of `field`.
     pub fn fill<T: Clone>(&self, value: impl Fn(Field) -> T) -> Vec<T> {
         self.blocks
             .iter()

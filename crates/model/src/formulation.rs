@@ -1,8 +1,7 @@
-//! The DAE formulations: which unknowns, which equations, which index.
+//! The DAE formulations: unknowns, equations and index.
 //!
-//! A formulation is a short list that pairs each block of unknowns with the equation in its rows,
-//! and what is known of it: an entry of the list `formulations!`. The equations themselves are in
-//! [`crate::equation`].
+//! A formulation is one entry of the list `formulations!`: it pairs each block of unknowns with the
+//! equation in its rows and states its index. The equations are in [`crate::equation`].
 
 use std::fmt;
 use std::str::FromStr;
@@ -16,30 +15,31 @@ use crate::error::ModelError;
 use crate::field::Field;
 use crate::muscle::parameters::Parameters;
 
-/// What is known of a formulation.
+/// Properties of a formulation.
 struct Description {
-    /// The name used in options, scenes and output.
+    /// Name used in options, scenes and output.
     name: &'static str,
-    /// The number of the paper's equation.
+    /// Equation number in the paper.
     equation: &'static str,
     /// Each block of unknowns with the equation in its rows, in the order of the vector.
     rows: &'static [(Field, Equation)],
-    /// Perturbation index of each block: for β = 0 with κ < ∞ and κ = ∞, for β > 0 with both.
+    /// Perturbation index of each block: for β = 0 with κ < ∞ and κ = ∞, then for β > 0 with κ < ∞
+    /// and κ = ∞.
     index: &'static [[[u8; 2]; 2]],
-    /// The fields whose derivative does not occur.
+    /// Fields whose time derivative does not occur.
     algebraic: fn(Case) -> &'static [Field],
-    /// What κ and β must be, where they are not.
+    /// Requirement on κ and β that is violated, if any.
     objection: fn(Case) -> Option<&'static str>,
 }
 
-/// What of κ and β tells formulations apart.
+/// Properties of κ and β on which index and admissibility depend.
 #[derive(Clone, Copy)]
 struct Case {
     damped: bool,
     incompressible: bool,
 }
 
-/// Makes [`Formulation`] of the list of formulations; what a scene says of each stands before it.
+/// Defines [`Formulation`] and its table of properties from the list of formulations.
 macro_rules! formulations {
     ($($(#[$about:meta])* $formulation:ident $description:tt)*) => {
         /// The formulations, by the paper's equation.
@@ -72,7 +72,7 @@ formulations! {
         rows: &[(Field::Displacement, Kinematic), (Field::Velocity, Momentum)],
         index: &[[[0, 0]; 2], [[0, 0]; 2]],
         algebraic: |_| &[],
-        objection: |case| case.incompressible.then_some("it needs a finite kappa"),
+        objection: |case| case.incompressible.then_some("requires finite kappa"),
     }
     /// (28): β = 0.
     Position {
@@ -127,7 +127,7 @@ formulations! {
         index: &[[[1, 1]; 2], [[1, 1]; 2], [[2, 2]; 2], [[2, 2]; 2]],
         algebraic: |_| &[Field::Pressure, Field::GglMultiplier],
         objection: |case| (case.damped || !case.incompressible).then_some(
-            "it needs beta = 0 and kappa = inf; else take `position` or `implicit-rate`"
+            "requires beta = 0 and kappa = inf; otherwise use `position` or `implicit-rate`"
         ),
     }
     /// (26): β > 0; the pressure's rate is taken from the integrator.
@@ -146,12 +146,12 @@ formulations! {
 }
 
 fn undamped(case: Case) -> Option<&'static str> {
-    let allowed = "it needs beta = 0; for beta > 0 take `rate` or `implicit-rate`";
+    let allowed = "requires beta = 0; for beta > 0 use `rate` or `implicit-rate`";
     case.damped.then_some(allowed)
 }
 
 fn damped(case: Case) -> Option<&'static str> {
-    let allowed = "it needs beta > 0; for beta = 0 take `position`";
+    let allowed = "requires beta > 0; for beta = 0 use `position`";
     (!case.damped).then_some(allowed)
 }
 
@@ -165,27 +165,27 @@ impl Case {
 }
 
 impl Formulation {
-    /// The name used in options, scenes and output.
+    /// Returns the name used in options, scenes and output.
     pub fn name(self) -> &'static str {
         self.description().name
     }
 
-    /// The number of the paper's equation.
+    /// Returns the equation number in the paper.
     pub fn equation(self) -> &'static str {
         self.description().equation
     }
 
-    /// Each block of unknowns with the equation in its rows, in the order of the vector.
+    /// Returns each block of unknowns with the equation in its rows, in the order of the vector.
     pub fn rows(self) -> &'static [(Field, Equation)] {
         self.description().rows
     }
 
-    /// Whether `field` is among the unknowns.
+    /// Returns whether `field` is among the unknowns.
     pub fn has(self, field: Field) -> bool {
         self.rows().iter().any(|(f, _)| *f == field)
     }
 
-    /// Differentiation index for the given κ and β. Paper: Table 1.
+    /// Returns the differentiation index for the given κ and β. Paper: Table 1.
     pub fn index(self, parameters: &Parameters) -> u8 {
         self.rows()
             .iter()
@@ -194,15 +194,16 @@ impl Formulation {
             .unwrap_or(0)
     }
 
-    /// Perturbation index of one block of unknowns.
+    /// Returns the perturbation index of one block of unknowns, as found from the matrices (note
+    /// 0002).
     ///
-    /// As the matrices have it (note 0002). With β > 0 and κ < ∞, for instance, the force
-    /// β Bᵀλ̇ hands the perturbation of the constraint on to the velocity, which has index 1.
+    /// For β > 0 and κ < ∞, for instance, the force β Bᵀλ̇ transfers the perturbation of the
+    /// constraint to the velocity, which therefore has index 1.
     pub fn variable_index(self, field: Field, parameters: &Parameters) -> u8 {
         self.index_of(field, Case::of(parameters))
     }
 
-    /// Perturbation index of one block of unknowns in the limit κ → ∞.
+    /// Returns the perturbation index of one block of unknowns in the limit κ → ∞.
     pub fn limit_index(self, field: Field, damped: bool) -> u8 {
         let incompressible = true;
         self.index_of(
@@ -223,7 +224,7 @@ impl Formulation {
             })
     }
 
-    /// Whether the derivative of `field` occurs in the equations (IDAS' `id`).
+    /// Returns whether the time derivative of `field` occurs in the equations (`id` of IDAS).
     pub fn kind(self, field: Field, parameters: &Parameters) -> VariableKind {
         let algebraic = (self.description().algebraic)(Case::of(parameters));
         match algebraic.contains(&field) {
@@ -232,10 +233,10 @@ impl Formulation {
         }
     }
 
-    /// Whether this formulation can be run with the given κ and β.
+    /// Checks that this formulation can be used with the given κ and β.
     ///
     /// # Errors
-    /// [`ModelError::NotAllowed`], saying what is.
+    /// [`ModelError::NotAllowed`] with the allowed values.
     pub fn check(self, parameters: &Parameters) -> Result<(), ModelError> {
         let objection = (self.description().objection)(Case::of(parameters));
         objection.map_or(Ok(()), |allowed| {
@@ -264,7 +265,10 @@ impl FromStr for Formulation {
             .find(|f| f.name() == name)
             .ok_or_else(|| {
                 let names: Vec<_> = Self::ALL.iter().map(|f| f.name()).collect();
-                format!("unknown formulation `{name}`; one of {}", names.join(", "))
+                format!(
+                    "unknown formulation `{name}`; allowed: {}",
+                    names.join(", ")
+                )
             })
     }
 }

@@ -1,21 +1,22 @@
-//! The coupled model as differential-algebraic equations.
+//! The coupled muscle model as differential-algebraic equations.
 //!
-//! Data flows one way: a [`Muscle`] (body, damping, loads) is put into a [`Formulation`], which
-//! makes it a [`MuscleDae`], an `impl Problem` for the integrators.
+//! Data flows one way: a [`Muscle`] (body, damping, loads) and a [`Formulation`] give a
+//! [`MuscleDae`], which implements `Problem` for the integrators.
 //!
-//! Cast of types:
-//! - [`Muscle`], [`Parameters`], [`Load`], [`Bed`], [`Activation`], [`Signal`]: the physics, whatever the formulation
-//!   (folders `muscle`, `signal`);
-//! - [`Formulation`]: which unknowns ([`Field`]) are paired with which [`Equation`];
-//! - [`MuscleDae`]: residual and Jacobian on the integrator's vectors;
-//! - [`Settings`], [`Integrator`], [`run`](fn@run), [`Statistics`]: from a DAE to a run (folder
-//!   `integration`; its linear systems: [`linear`]);
-//! - [`Probe`], [`Displacement`], [`Snapshot`], [`Measurement`], [`Energies`]: what is read off a
-//!   state (folder `reading`);
-//! - [`RodDae`], [`coupling`]: the rod, and oscillators driven by a body as one system;
-//! - [`Start`]: consistent initial values; [`statics`]: equilibria;
-//! - [`index`], [`table1`], [`inf_sup`], [`spectrum`], [`check`]: what the matrices say of a model
-//!   (folder `analysis`); [`advice`]: what that means for a run that stops.
+//! Main types:
+//! - [`Muscle`], [`Parameters`], [`Load`], [`Bed`], [`Activation`], [`Signal`]: the physics,
+//! independent of the formulation   (folders `muscle`, `signal`).
+//! - [`Formulation`]: pairs each [`Field`] of unknowns with an [`Equation`].
+//! - [`MuscleDae`]: residual and Jacobian on the integrator's vectors.
+//! - [`Settings`], [`Integrator`], [`run`](fn@run), [`Statistics`]: time integration of a DAE
+//! (folder   `integration`; linear systems in [`linear`]).
+//! - [`Probe`], [`Displacement`], [`Snapshot`], [`Measurement`], [`Energies`]: quantities derived
+//! from a   state (folder `reading`).
+//! - [`RodDae`], [`coupling`]: the rod, and oscillators coupled to a body in one system.
+//! - [`Start`]: consistent initial values; [`statics`]: equilibria.
+//! - [`index`], [`table1`], [`inf_sup`], [`spectrum`], [`check`]: analysis of the matrices of a
+//! model   (folder `analysis`).
+//! - [`advice`]: likely causes and remedies for a run that stopped.
 #![doc = include_str!("../notes/0001-formulations.md")]
 #![forbid(unsafe_code)]
 

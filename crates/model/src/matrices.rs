@@ -1,4 +1,5 @@
-//! Storage of the matrices a formulation uses; what it does not use is neither stored nor computed.
+//! Storage of the matrices of one formulation. Matrices that the formulation does not use are
+//! neither stored nor computed.
 
 use myovib_fem::{AddedMotion, AddedTangents, Overstress, Solid, Tangents};
 use nalgebra_sparse::pattern::SparsityPattern;
@@ -14,7 +15,7 @@ pub(crate) struct Matrices {
     displacement_identity: SparsityPattern,
     pressure_identity: SparsityPattern,
     ones: Vec<f64>,
-    /// The entries of one component with the same: half of the displacement pattern.
+    /// Entries that couple equal components: a subset of the displacement pattern.
     mass_pattern: SparsityPattern,
     mass: Vec<f64>,
     stiffness: Option<Vec<f64>>,
@@ -28,35 +29,35 @@ pub(crate) struct Matrices {
     divergence: Option<Vec<f64>>,
     divergence_rate: Option<Vec<f64>>,
     multiplier_stiffness: Option<Vec<f64>>,
-    /// The entries that are not zero of the beds' stiffness and damping.
+    /// Nonzero entries of the stiffness and damping of the elastic foundations.
     beds: [(SparsityPattern, Vec<f64>); 2],
     added_stiffness: Option<Vec<f64>>,
     added_symmetric: Option<Symmetrised>,
     added_damping: Option<Vec<f64>>,
-    /// Rows: the free components of each active region whose tension is an unknown.
+    /// Rows: free components of each active region whose tension is an unknown.
     tension_pattern: SparsityPattern,
     tension_identity: SparsityPattern,
     tension_force: Vec<f64>,
     tension_decay: Vec<f64>,
-    /// Room for a force, and for the tension of each element.
+    /// Workspace: a nodal force, and one tension per element.
     tension_room: [Vec<f64>; 2],
-    /// Where stress relaxes.
+    /// Tangents of the regions with viscoelastic (Prony) stress, if there are any.
     relaxing: Option<Relaxing>,
-    /// What eliminated oscillators do to the stiffness and the damping.
+    /// Contribution of eliminated oscillators to the stiffness and the damping.
     coherence: Option<[Vec<f64>; 2]>,
 }
 
-/// The tangents of stress that relaxes, and the displacement of all nodes that they belong to.
+/// Tangents of viscoelastic stress and the displacement (all nodes) at which they were evaluated.
 #[derive(Debug, Clone)]
 struct Relaxing {
     geometric: Vec<f64>,
-    /// One for each series.
+    /// One array per Prony series.
     material: Vec<Vec<f64>>,
     at: Vec<f64>,
 }
 
 impl Matrices {
-    /// Room for the matrices in `used`.
+    /// Allocates the matrices in `used`.
     pub(crate) fn new(muscle: &Muscle, used: impl IntoIterator<Item = Matrix>) -> Self {
         let solid = &muscle.solid;
         let n_free = solid.dofs().n_free();
@@ -150,7 +151,7 @@ impl Matrices {
             };
             let room = || vec![0.0; Self::state_pattern(solid, matrix).nnz()];
             slot.get_or_insert_with(room);
-            // What is derived needs what it is derived from.
+            // A derived matrix also requires the matrices from which it is computed.
             match matrix {
                 Matrix::DampedDivergenceTransposed => {
                     matrices.divergence.get_or_insert_with(room);
@@ -177,7 +178,8 @@ impl Matrices {
         }
     }
 
-    /// The pattern whose order the values of `matrix` have, and whether `matrix` is its transpose.
+    /// Returns the pattern in which the values of `matrix` are ordered and whether `matrix` is its
+    /// transpose.
     pub(crate) fn pattern<'a>(
         &'a self,
         solid: &'a Solid,
@@ -203,7 +205,7 @@ impl Matrices {
         (pattern, transposed)
     }
 
-    /// The values of `matrix`, in the order of its pattern.
+    /// Returns the values of `matrix` in the order of its pattern.
     pub(crate) fn values<'a>(&'a self, solid: &'a Solid, matrix: Matrix) -> &'a [f64] {
         let stored = match matrix {
             Matrix::DisplacementIdentity | Matrix::PressureIdentity | Matrix::TensionIdentity => {
@@ -218,7 +220,7 @@ impl Matrices {
                     Matrix::AddedSymmetricStiffness => self.added_symmetric.as_ref(),
                     _ => self.pressure_symmetric.as_ref(),
                 };
-                return &stored.expect("only matrices in use are asked for").values;
+                return &stored.expect("only matrices in use are requested").values;
             }
             Matrix::CoherenceStiffness => return &self.coherence()[0],
             Matrix::CoherenceDamping => return &self.coherence()[1],
@@ -241,16 +243,16 @@ impl Matrices {
         };
         stored
             .as_deref()
-            .expect("only matrices in use are asked for")
+            .expect("only matrices in use are requested")
     }
 
     fn coherence(&self) -> &[Vec<f64>; 2] {
         let coherence = self.coherence.as_ref();
-        coherence.expect("only matrices in use are asked for")
+        coherence.expect("only matrices in use are requested")
     }
 
-    /// What eliminated oscillators do to the stiffness and the damping, to be filled; room is made at
-    /// the first call.
+    /// Returns the contribution of eliminated oscillators to stiffness and damping, to be filled.
+    /// Allocates it at the first call.
     pub(crate) fn coherence_mut(&mut self, solid: &Solid) -> &mut [Vec<f64>; 2] {
         let nnz = solid.displacement_pattern().nnz();
         self.coherence
@@ -259,15 +261,15 @@ impl Matrices {
 
     fn relaxing(&self) -> &Relaxing {
         let relaxing = self.relaxing.as_ref();
-        relaxing.expect("only matrices in use are asked for")
+        relaxing.expect("only matrices in use are requested")
     }
 
-    /// The displacement at which the tangents of stress that relaxes were evaluated.
+    /// Returns the displacement at which the tangents of viscoelastic stress were evaluated.
     pub(crate) fn relaxing_at(&self) -> &[f64] {
         &self.relaxing().at
     }
 
-    /// Fills the tangents of stress that relaxes, if it does.
+    /// Evaluates the tangents of viscoelastic stress, if there are any.
     pub(crate) fn update_relaxing(&mut self, solid: &Solid, u: &[f64], over: Overstress<'_>) {
         if let Some(Relaxing {
             geometric,
@@ -280,8 +282,8 @@ impl Matrices {
         }
     }
 
-    /// Fills the pressures' stiffness and its symmetric part, if they are used, by `factor` times that of `loads` at time `t`
-    /// and the displacement `u` of all nodes.
+    /// Evaluates the load stiffness of follower pressures and its symmetric part, if used: `factor`
+    /// times the stiffness of `loads` at time `t` and displacement `u` of all nodes.
     pub(crate) fn update_pressures(
         &mut self,
         loads: &[PressureLoad],
@@ -300,14 +302,14 @@ impl Matrices {
         }
     }
 
-    /// Fills the symmetric part of the added stresses' stiffness, if it is used.
+    /// Computes the symmetric part of the stiffness of added stresses, if used.
     pub(crate) fn symmetrise(&mut self) {
         if let (Some(part), Some(whole)) = (&mut self.added_symmetric, &self.added_stiffness) {
             part.take(whole);
         }
     }
 
-    /// Fills what is made of other matrices, once these are.
+    /// Computes the matrices that are derived from other matrices.
     pub(crate) fn derive(&mut self, solid: &Solid) {
         let Some(damping) = solid.pressure_damping() else {
             return;
@@ -325,7 +327,7 @@ impl Matrices {
         }
     }
 
-    /// The tangents of added stresses, to be filled by the solid.
+    /// Returns the tangents of added stresses, to be filled by the solid.
     pub(crate) fn wanted_added(&mut self) -> AddedTangents<'_> {
         AddedTangents {
             by_displacement: self.added_stiffness.as_deref_mut(),
@@ -333,7 +335,8 @@ impl Matrices {
         }
     }
 
-    /// Fills the tensions' own matrices at time `t` and a displacement and velocity of all nodes.
+    /// Evaluates the matrices of the tensions at time `t` for displacement and velocity of all
+    /// nodes.
     pub(crate) fn update_tensions(&mut self, muscle: &Muscle, t: f64, u: &[f64], v: &[f64]) {
         let Muscle { solid, .. } = muscle;
         let [force, tensions] = &mut self.tension_room;
@@ -353,7 +356,7 @@ impl Matrices {
         }
     }
 
-    /// The state-dependent matrices, to be filled by the solid.
+    /// Returns the state-dependent matrices, to be filled by the solid.
     pub(crate) fn wanted(&mut self) -> Tangents<'_> {
         Tangents {
             stiffness: self.stiffness.as_deref_mut(),
@@ -366,10 +369,10 @@ impl Matrices {
     }
 }
 
-/// The symmetric part of a matrix with a symmetric pattern.
+/// Symmetric part of a matrix with a symmetric pattern.
 #[derive(Debug, Clone)]
 struct Symmetrised {
-    /// Where the transposed entry is.
+    /// Position of the transposed entry.
     mirrored: Vec<u32>,
     values: Vec<f64>,
 }
@@ -396,7 +399,8 @@ impl Symmetrised {
     }
 }
 
-/// For each tension that is an unknown the free components of its region.
+/// Returns a pattern with one column per unknown tension and the free components of its region as
+/// rows.
 fn tension_pattern(muscle: &Muscle) -> SparsityPattern {
     let Muscle { solid, .. } = muscle;
     let space = solid.space();
@@ -421,17 +425,17 @@ fn tension_pattern(muscle: &Muscle) -> SparsityPattern {
         .expect("free components ascend")
 }
 
-/// The values in the displacement pattern at the entries of a part of it.
+/// Extracts from values on the displacement pattern the entries of the subpattern `part`.
 fn on_pattern(solid: &Solid, part: &SparsityPattern, values: &[f64]) -> Vec<f64> {
     let whole = solid.displacement_pattern();
     let entry = |(column, row): (usize, usize)| {
         let within = whole.lane(column).binary_search(&row);
-        values[whole.major_offsets()[column] + within.expect("a part of the whole")]
+        values[whole.major_offsets()[column] + within.expect("a subset of the pattern")]
     };
     part.entries().map(entry).collect()
 }
 
-/// The entries of a constant matrix that are not zero.
+/// Removes the zero entries of a constant matrix.
 fn without_zeros(pattern: &SparsityPattern, values: &[f64]) -> (SparsityPattern, Vec<f64>) {
     let (mut offsets, mut rows, mut kept) = (vec![0], Vec::new(), Vec::new());
     for column in pattern.major_offsets().windows(2) {
@@ -447,7 +451,7 @@ fn without_zeros(pattern: &SparsityPattern, values: &[f64]) -> (SparsityPattern,
     }
     let (n_columns, n_rows) = (pattern.major_dim(), pattern.minor_dim());
     let pattern = SparsityPattern::try_from_offsets_and_indices(n_columns, n_rows, offsets, rows)
-        .expect("a part of a valid pattern is one");
+        .expect("a subset of a valid pattern is valid");
     (pattern, kept)
 }
 

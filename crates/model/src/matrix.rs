@@ -1,9 +1,9 @@
-//! The matrices of the muscle and their places in a formulation's Jacobian.
+//! The matrices of the muscle and their positions in a formulation's Jacobian.
 //!
 //! Each [`Equation`](crate::equation::Equation) lists its Jacobian as [`Term`]s: a matrix, the
-//! unknowns it acts on, and its coefficients in ∂F/∂y and ∂F/∂ẏ. The whole of
-//! `a ∂F/∂y + b ∂F/∂ẏ` is then a sum of few matrices into one fixed pattern, whatever the
-//! formulation; a condensed or complex Newton matrix is the same sum with other coefficients.
+//! block of unknowns it multiplies, and its coefficients in ∂F/∂y and ∂F/∂ẏ. The matrix `a ∂F/∂y +
+//! b ∂F/∂ẏ` is then a sum of few matrices in one fixed pattern for every formulation. Condensed and
+//! complex Newton matrices are the same sum with other coefficients.
 
 use crate::field::Field;
 
@@ -16,23 +16,23 @@ pub enum Matrix {
     PressureIdentity,
     /// M = ∫ρ φ_i·φ_j.
     Mass,
-    /// M_p = ∫ψ_i ψ_j, each element's multiplied by κ_body/κ.
+    /// M_p = ∫ψ_i ψ_j with each element matrix scaled by κ_body/κ.
     PressureMass,
-    /// M with each element's multiplied by α/α_body; only where elements differ.
+    /// M with each element matrix scaled by α/α_body; used only if α varies between elements.
     DampingMass,
-    /// K = ∂/∂q ∫P:∇φ, at the present state.
+    /// K = ∂/∂q ∫P:∇φ at the current state.
     Stiffness,
-    /// ∂/∂q ∫Ṗ:∇φ, each element's multiplied by β/β_body.
+    /// ∂/∂q ∫Ṗ:∇φ with each element matrix scaled by β/β_body.
     RateStiffness,
-    /// K with each element's multiplied by β/β_body; only where elements differ.
+    /// K with each element matrix scaled by β/β_body; used only if β varies between elements.
     DampedStiffness,
-    /// B(q)ᵀ with each pressure multiplied by its β/β_body; only where elements differ.
+    /// B(q)ᵀ with each pressure scaled by β/β_body; used only if β varies between elements.
     DampedDivergenceTransposed,
-    /// The same for the transpose of ∂(B(q) v)/∂q.
+    /// Transpose of ∂(B(q) v)/∂q with the same scaling.
     DampedDivergenceRateTransposed,
-    /// ∂/∂q of the load by pressures on the deformed boundary.
+    /// ∂/∂q of follower pressure loads on the deformed boundary.
     PressureStiffness,
-    /// Its symmetric part, what Newton's method takes for it in space.
+    /// Its symmetric part, used in Newton's method in 3D.
     PressureSymmetricStiffness,
     /// B(q), `n_vertices × n_free`.
     Divergence,
@@ -40,69 +40,69 @@ pub enum Matrix {
     DivergenceTransposed,
     /// ∂(B(q) v)/∂q.
     DivergenceRate,
-    /// Its transpose, = ∂(-∂/∂q(B(q)ᵀλ) v)/∂(-λ).
+    /// Transpose of `DivergenceRate`, equal to ∂(-∂/∂q(B(q)ᵀλ) v)/∂(-λ).
     DivergenceRateTransposed,
     /// ∂(B(q)ᵀμ)/∂q.
     MultiplierStiffness,
-    /// Σ k R: the stiffness of beds, constant.
+    /// Σ k R: stiffness of elastic foundations, constant.
     BedStiffness,
-    /// Σ c R: the damping of beds, constant.
+    /// Σ c R: damping of elastic foundations, constant.
     BedDamping,
     /// ∂/∂q of the force of active and viscous stresses; symmetric unless one depends on v.
     AddedStiffness,
-    /// Its symmetric part, what Newton's method takes for it where all the rest is symmetric.
+    /// Its symmetric part, used in Newton's method where all other matrices are symmetric.
     AddedSymmetricStiffness,
-    /// ∂/∂v of the same; symmetric.
+    /// ∂/∂v of the force of active and viscous stresses; symmetric.
     AddedDamping,
-    /// ∂/∂T of the same, `n_free × n_tensions`.
+    /// ∂/∂T of the force of active stresses, `n_free × n_tensions`.
     TensionForce,
     /// I, `n_tensions × n_tensions`.
     TensionIdentity,
-    /// −∂Ṫ/∂T of the models of activation, diagonal.
+    /// −∂Ṫ/∂T of the activation models, diagonal.
     TensionDecay,
-    /// What oscillators that act back on their own elements do to the stiffness, once they are
-    /// eliminated for one c.
+    /// Contribution to the stiffness of oscillators that act back on their own elements, after
+    /// their elimination for one c.
     CoherenceStiffness,
-    /// The same for the damping.
+    /// Their contribution to the damping.
     CoherenceDamping,
-    /// ∂/∂q ∫F H:∇φ under constant overstress H = Σ g S − Σ Q.
+    /// ∂/∂q ∫F H:∇φ at constant overstress H = Σ g S − Σ Q.
     RelaxingGeometric,
-    /// ∂/∂q ∫F S:∇φ under constant F, where the stress relaxes by Prony series of this number; once
-    /// the internal stresses are eliminated, its coefficient is φ(c) − 1 of the series.
+    /// ∂/∂q ∫F S:∇φ at constant F in the regions of Prony series number n. Once the internal
+    /// stresses are eliminated, its coefficient is φ(c) − 1 of that series.
     RelaxingStiffness(usize),
 }
 
-/// `(a · of_value + b · of_rate) · matrix` in the columns of one block of unknowns.
+/// `(a · df_dy + b · df_dyp) · matrix` in the columns of one block of unknowns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Term {
-    /// The block of unknowns the matrix acts on.
+    /// Block of unknowns that the matrix multiplies.
     pub column: Field,
-    /// The matrix.
+    /// Matrix of the term.
     pub matrix: Matrix,
-    /// Its coefficient in ∂F/∂y.
-    pub of_value: f64,
-    /// Its coefficient in ∂F/∂ẏ.
-    pub of_rate: f64,
+    /// Coefficient in ∂F/∂y.
+    pub df_dy: f64,
+    /// Coefficient in ∂F/∂ẏ.
+    pub df_dyp: f64,
 }
 
 impl Term {
-    /// A term of ∂F/∂y.
+    /// Returns a term of ∂F/∂y.
     pub fn value(column: Field, matrix: Matrix, coefficient: f64) -> Self {
         Self {
             column,
             matrix,
-            of_value: coefficient,
-            of_rate: 0.0,
+            df_dy: coefficient,
+            df_dyp: 0.0,
         }
     }
 
-    /// A term of ∂F/∂ẏ.
+    /// Returns a term of ∂F/∂ẏ.
     pub fn rate(column: Field, matrix: Matrix, coefficient: f64) -> Self {
         Self {
             column,
             matrix,
-            of_value: 0.0,
-            of_rate: coefficient,
+            df_dy: 0.0,
+            df_dyp: coefficient,
         }
     }
 }

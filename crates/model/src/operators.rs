@@ -1,31 +1,31 @@
-//! The operators of a body as sparse matrices, over its free components and its pressures.
+//! Operators of a body as sparse matrices over its free displacement components and its pressures.
 
 use myovib_fem::{Fields, Inverted, Pressure, Solid, Tangents};
 use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 
-/// M.
+/// Returns the mass matrix M.
 pub(crate) fn mass(solid: &Solid) -> CscMatrix<f64> {
     matrix(solid.displacement_pattern(), solid.mass_values())
 }
 
-/// ∫ ∇φ_i : ∇φ_j, the square of the H1 seminorm.
+/// Returns ∫ ∇φ_i : ∇φ_j, the Gram matrix of the H1 seminorm.
 pub(crate) fn gradients(solid: &Solid) -> CscMatrix<f64> {
     matrix(solid.displacement_pattern(), solid.gradient_values())
 }
 
-/// M_p, the square of the pressures' L2 norm.
+/// Returns M_p, the Gram matrix of the pressures' L2 norm.
 pub(crate) fn pressure_mass(solid: &Solid) -> CscMatrix<f64> {
     let values = solid.pressure_mass_values().to_vec();
     matrix(solid.pressure_pattern(), values)
 }
 
-/// ∫ψψ κ_body/κ, M_p for one κ.
+/// Returns ∫ψψ κ_body/κ, which is M_p if κ is uniform.
 pub(crate) fn compliance(solid: &Solid) -> CscMatrix<f64> {
     matrix(solid.pressure_pattern(), solid.compliance_values().to_vec())
 }
 
-/// B at the displacement `u` of all nodes.
+/// Returns B at the displacement `u` of all nodes.
 pub(crate) fn divergence(solid: &Solid, u: &[f64]) -> Result<CscMatrix<f64>, Inverted> {
     let mut values = vec![0.0; solid.divergence_pattern().nnz()];
     let wanted = Tangents {
@@ -36,7 +36,7 @@ pub(crate) fn divergence(solid: &Solid, u: &[f64]) -> Result<CscMatrix<f64>, Inv
     Ok(matrix(solid.divergence_pattern(), values))
 }
 
-/// ∂/∂u ∫ P : ∇φ at the displacement `u` of all nodes and the pressure `p`.
+/// Returns ∂/∂u ∫ P : ∇φ at the displacement `u` of all nodes and the pressure `p`.
 pub(crate) fn stiffness(solid: &Solid, u: &[f64], p: &[f64]) -> Result<CscMatrix<f64>, Inverted> {
     let mut values = vec![0.0; solid.displacement_pattern().nnz()];
     let wanted = Tangents {
@@ -47,17 +47,17 @@ pub(crate) fn stiffness(solid: &Solid, u: &[f64], p: &[f64]) -> Result<CscMatrix
     Ok(matrix(solid.displacement_pattern(), values))
 }
 
-/// No displacement, of all nodes.
+/// Returns a zero displacement of all nodes.
 pub(crate) fn rest(solid: &Solid) -> Vec<f64> {
     vec![0.0; solid.dofs().n_full()]
 }
 
-/// No pressure.
+/// Returns a zero pressure.
 pub(crate) fn no_pressure(solid: &Solid) -> Vec<f64> {
     vec![0.0; solid.space().n_pressures()]
 }
 
-/// The edge of a square or a cube of an element's mean measure, m.
+/// Returns the edge length of a square or cube with the mean element area or volume, m.
 pub(crate) fn element_size(solid: &Solid) -> f64 {
     let mean = solid.volume() / solid.space().n_elements() as f64;
     match solid.space().dimension() {
@@ -70,7 +70,7 @@ fn tangents(solid: &Solid, u: &[f64], p: &[f64], mut wanted: Tangents<'_>) -> Re
     solid.tangents(&Fields::new(u, Pressure::Nodal(p)), &mut wanted)
 }
 
-/// The matrix of these values.
+/// Builds a matrix from its pattern and values.
 pub(crate) fn matrix(pattern: &SparsityPattern, values: Vec<f64>) -> CscMatrix<f64> {
     CscMatrix::try_from_pattern_and_values(pattern.clone(), values).expect("values of the pattern")
 }

@@ -1,4 +1,4 @@
-//! The muscle, the rod and the chains of section 3 of the paper, with their parameters.
+//! The muscle, the rod and the chains of section 3 of the paper with their parameters.
 
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ const C10: f64 = 1.0e4;
 const C01: f64 = 2.0e2;
 /// Material law of (20).
 pub const LAW: Law = Law::MooneyRivlin { c10: C10, c01: C01 };
-/// What [`LAW`] becomes for small strains: ζ = 2 (c10 + c01). Paper: eq. (26).
+/// [`LAW`] linearized for small strains: ζ = 2 (c10 + c01). Paper: eq. (26).
 pub const SMALL_STRAIN: Law = Law::SmallStrain {
     shear_modulus: 2.0 * (C10 + C01),
 };
@@ -32,20 +32,20 @@ pub const KAPPA: f64 = 1e5;
 pub const BETA: f64 = 1e-4;
 /// Amplitude of the surface load τ_y, Pa.
 pub const LOAD_AMPLITUDE: f64 = 100.0;
-/// Frequency of the load, of the muscle as of the rod, Hz.
+/// Frequency of the load for both the muscle and the rod, Hz.
 pub const LOAD_FREQUENCY: f64 = 8.0;
-/// Steepness of the sigmoid that introduces it, 1/s.
+/// Steepness of the sigmoid that ramps the load up, 1/s.
 pub const LOAD_STEEPNESS: f64 = 10.0;
 /// Shift of that sigmoid.
 pub const LOAD_SHIFT: f64 = 8.0;
-/// Physical group of the nodes that are kept fixed.
+/// Physical group of the fixed nodes.
 pub const FIXED_GROUP: &str = "fixed";
-/// Physical group of the edges that carry the surface load.
+/// Physical group of the edges under the surface load.
 pub const LOAD_GROUP: &str = "load";
 
 impl Signal {
-    /// The load of the paper, 8 Hz: `τ_y` of section 3.2 at `amplitude` = 100 Pa, `τ` of the rod
-    /// at `amplitude` = 1.
+    /// Returns the load of the paper, 8 Hz: `τ_y` of section 3.2 for `amplitude` = 100 Pa, `τ` of
+    /// the rod for `amplitude` = 1.
     pub fn paper(amplitude: f64) -> Self {
         RampedSine {
             amplitude,
@@ -57,7 +57,7 @@ impl Signal {
     }
 }
 
-/// The muscle on `mesh` with a surface load `(0, τ_y)` that follows `signal` (Pa).
+/// Builds the muscle on `mesh` under a surface load `(0, τ_y)`, where τ_y follows `signal` (Pa).
 ///
 /// # Errors
 /// [`ModelError::Fem`] if the mesh lacks a group, [`ModelError::OutOfRange`] for κ or β.
@@ -78,7 +78,7 @@ pub fn muscle_with_load(
     })
 }
 
-/// The muscle of section 3.2: Mooney–Rivlin law, the 8 Hz load.
+/// Builds the muscle of section 3.2: Mooney–Rivlin law, 8 Hz load.
 ///
 /// # Errors
 /// As [`muscle_with_load`].
@@ -86,25 +86,25 @@ pub fn muscle(mesh: &Mesh, kappa: f64, beta: f64) -> Result<Muscle, ModelError> 
     muscle_with_load(mesh, LAW, kappa, beta, Signal::paper(LOAD_AMPLITUDE))
 }
 
-/// How the rod's load is read.
+/// Meaning of the rod's end load.
 const ROD_END_LOAD: EndLoad = EndLoad::Strain;
 /// Amplitude of the rod's load, a strain.
 const ROD_LOAD_AMPLITUDE: f64 = 1.0;
 
-/// The rod of section 3.1: ten elements, with its load.
+/// Builds the rod of section 3.1: ten elements under the end load.
 ///
 /// # Errors
-/// None with these data; the rod's constructor checks any.
+/// Errors of the rod's constructor; none occur with these data.
 pub fn rod() -> Result<RodDae, ModelError> {
     let load = Signal::paper(ROD_LOAD_AMPLITUDE);
     RodDae::new(Rod::new(RodData::default())?, ROD_END_LOAD, load)
 }
 
-/// Place of the rod's point that drives the chain, L/2.
+/// Position of the rod's point that drives the chain, L/2.
 pub const ROD_POINT: f64 = 0.05;
 
-/// The chain of `n` oscillators with frequencies 16π ± `half_width` rad/s: 20 and 0.05 for the
-/// rod of section 3.1, 5 and 0.5 for the muscle of section 3.2.
+/// Returns the chain of `n` oscillators with frequencies 16π ± `half_width` rad/s: 20 and 0.05 for
+/// the rod of section 3.1, 5 and 0.5 for the muscle of section 3.2.
 ///
 /// # Errors
 /// [`ModelError::Oscillators`] for n = 0 or a negative width.

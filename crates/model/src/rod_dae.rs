@@ -1,4 +1,4 @@
-//! The damped rod as a [`Problem`]: an ODE written implicitly.
+//! The damped rod as a [`Problem`]: an ODE in implicit form.
 
 use myovib_dae::{Problem, StepError, VariableKind};
 use myovib_fem::FemError;
@@ -14,7 +14,7 @@ use crate::start::dynamics::alone;
 /// F(t, y, ẏ) = 0 for a [`Rod`] under a signal at its free end. Paper: eqs. (35), (36).
 ///
 /// # Shapes
-/// y = (q, v), the free nodes from the fixed end to the loaded one.
+/// y = (q, v): the free nodes from the fixed end to the loaded end.
 #[derive(Debug, Clone)]
 pub struct RodDae {
     rod: Rod,
@@ -23,10 +23,10 @@ pub struct RodDae {
 }
 
 impl RodDae {
-    /// The rod, how the signal is read, and the signal τ(t).
+    /// Builds the system from the rod, the meaning of its end load, and the signal τ(t).
     ///
     /// # Errors
-    /// [`ModelError::RodStrain`] for a strain whose value or slope jumps.
+    /// [`ModelError::RodStrain`] for a strain with a jump in value or slope.
     pub fn new(rod: Rod, load: EndLoad, signal: Signal) -> Result<Self, ModelError> {
         match (load, signal.unfit_for_motion()) {
             (EndLoad::Strain, Some(objection)) => Err(ModelError::RodStrain { objection }),
@@ -34,17 +34,17 @@ impl RodDae {
         }
     }
 
-    /// The rod.
+    /// Returns the rod.
     pub fn rod(&self) -> &Rod {
         &self.rod
     }
 
-    /// The function of time at its free end.
+    /// Returns the signal at the free end.
     pub fn signal(&self) -> &Signal {
         &self.signal
     }
 
-    /// What drives it: the signal, with its derivative where a strain is given.
+    /// Returns the excitation: the signal, and its derivative for a prescribed strain.
     pub fn schedule(&self) -> Schedule {
         let derivatives = match self.load {
             EndLoad::Strain => 1,
@@ -55,10 +55,11 @@ impl RodDae {
         schedule
     }
 
-    /// ẏ at time `t` for the displacements and velocities `y`: (v, M⁻¹ (f e − (α M + β A) v − A q)).
+    /// Returns ẏ at time `t` for the displacements and velocities `y`: (v, M⁻¹ (f e − (α M + β A) v
+    /// − A q)).
     ///
     /// # Errors
-    /// Those of the solve.
+    /// Errors of the linear solve.
     pub fn rates(&mut self, t: f64, y: &[f64]) -> Result<Vec<f64>, ModelError> {
         let n = self.rod.n_free();
         let mut y_dot = vec![0.0; 2 * n];
@@ -72,10 +73,10 @@ impl RodDae {
         Ok(y_dot)
     }
 
-    /// The displacement at the point `x` of the rod.
+    /// Returns an interpolation of the displacement at the point `x` of the rod.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] when the point does not lie on the rod.
+    /// [`FemError::Parameter`] if the point is outside the rod.
     pub fn displacement_at(&self, x: f64) -> Result<Displacement, FemError> {
         let point = self.rod.displacement_at(x)?;
         Ok(Displacement::of_unknowns(point.entries))

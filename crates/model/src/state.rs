@@ -1,4 +1,4 @@
-//! What the equations see at one evaluation: the unknowns by field, and the element integrals.
+//! Data of one evaluation of the equations: the unknowns by field and the element integrals.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use myovib_fem::Solid;
 use crate::field::{Field, Layout};
 use crate::muscle::Muscle;
 
-/// The integrator's vectors y and ẏ, read by field.
+/// The integrator's vectors y and ẏ, accessed by field.
 #[derive(Debug, Clone, Copy)]
 pub struct State<'a> {
     layout: &'a Layout,
@@ -16,17 +16,18 @@ pub struct State<'a> {
 }
 
 impl<'a> State<'a> {
-    /// Views `y` and `y_dot` through `layout`.
+    /// Creates a view of `y` and `y_dot` through `layout`.
     pub fn new(layout: &'a Layout, y: &'a [f64], y_dot: &'a [f64]) -> Self {
         Self { layout, y, y_dot }
     }
 
-    /// The unknowns of `field`, if the formulation has it and the vector does not end before.
+    /// Returns the unknowns of `field`, or `None` if the formulation lacks it or the vector ends
+    /// before it.
     pub fn find(&self, field: Field) -> Option<&'a [f64]> {
         self.y.get(self.layout.range(field)?)
     }
 
-    /// The unknowns of `field`.
+    /// Returns the unknowns of `field`.
     ///
     /// # Panics
     /// If the formulation does not have the field.
@@ -34,7 +35,7 @@ impl<'a> State<'a> {
         &self.y[self.range(field)]
     }
 
-    /// Their derivatives with respect to time.
+    /// Returns the time derivatives of the unknowns of `field`.
     ///
     /// # Panics
     /// As [`value`](State::value).
@@ -44,33 +45,33 @@ impl<'a> State<'a> {
 
     fn range(&self, field: Field) -> Range<usize> {
         let range = self.layout.range(field);
-        range.expect("an equation only asks for fields it has")
+        range.expect("an equation only uses fields of its formulation")
     }
 }
 
-/// Nodal arrays of one evaluation, allocated once. Displacement-like arrays cover all nodes, the
-/// constrained ones included.
+/// Nodal arrays of one evaluation, allocated once. Displacement-like arrays cover all nodes,
+/// including constrained ones.
 #[derive(Debug, Clone)]
 pub(crate) struct Workspace {
     pub(crate) displacement: Vec<f64>,
     pub(crate) velocity: Vec<f64>,
-    /// v̇, then v̇ + α v.
+    /// v̇, later v̇ + α v.
     pub(crate) acceleration: Vec<f64>,
     pub(crate) inertia: Vec<f64>,
-    /// A free vector expanded to all nodes.
+    /// A vector of free components expanded to all nodes.
     pub(crate) expanded: Vec<f64>,
     pub(crate) force: Vec<f64>,
     pub(crate) force_rate: Vec<f64>,
     pub(crate) multiplier_force: Vec<f64>,
     pub(crate) load: Vec<f64>,
-    /// The force of added stresses, of what they are beyond relaxed ones, and of the body on its beds;
-    /// empty for a body without any.
+    /// Force of added stresses, viscoelastic overstress and elastic foundations; empty if the body
+    /// has none of them.
     pub(crate) added_force: Vec<f64>,
-    /// T of each element, if there are added stresses.
+    /// T of each element; empty without added stresses.
     pub(crate) tensions: Vec<f64>,
-    /// Ṫ of each model of activation.
+    /// Ṫ of each activation model.
     pub(crate) tension_rates: Vec<f64>,
-    /// Q̇ as the Prony terms say.
+    /// Q̇ from the evolution equations of the Prony terms.
     pub(crate) internal_rates: Vec<f64>,
     pub(crate) defect: Vec<f64>,
     pub(crate) defect_rate: Vec<f64>,
@@ -104,7 +105,7 @@ impl Workspace {
         }
     }
 
-    /// Takes over the integrals over elements and beds.
+    /// Copies the integrals over elements and foundations from `other`.
     pub(crate) fn take_integrals(&mut self, other: &Self) {
         for (own, of_other) in [
             (&mut self.force, &other.force),
@@ -120,24 +121,24 @@ impl Workspace {
     }
 }
 
-/// The element integrals of one evaluation and the products with constant matrices.
+/// Element integrals of one evaluation and products with constant matrices.
 pub(crate) struct Integrals<'a> {
     pub(crate) solid: &'a Solid,
     pub(crate) work: &'a mut Workspace,
 }
 
 impl Integrals<'_> {
-    /// ∫ψ(J - 1).
+    /// Returns ∫ψ(J - 1).
     pub(crate) fn defect(&self) -> &[f64] {
         &self.work.defect
     }
 
-    /// ∫ψ cof F:∇v.
+    /// Returns ∫ψ cof F:∇v.
     pub(crate) fn defect_rate(&self) -> &[f64] {
         &self.work.defect_rate
     }
 
-    /// `rows` += `factor` M_p `pressure`.
+    /// Adds `factor M_p pressure` to `rows`.
     pub(crate) fn add_pressure_mass(&mut self, factor: f64, pressure: &[f64], rows: &mut [f64]) {
         let product = &mut self.work.pressure_product;
         self.solid.apply_compliance(pressure, product);
@@ -146,7 +147,7 @@ impl Integrals<'_> {
         }
     }
 
-    /// `rows` ← M `rows` over the free components.
+    /// Replaces `rows` by M `rows` over the free components.
     pub(crate) fn apply_free_mass(&mut self, rows: &mut [f64]) {
         let Workspace {
             expanded,
@@ -158,24 +159,24 @@ impl Integrals<'_> {
         self.solid.dofs().restrict(product, rows);
     }
 
-    /// `rows` += B(q)ᵀ μ.
+    /// Adds B(q)ᵀ μ to `rows`.
     pub(crate) fn add_multiplier_force(&self, rows: &mut [f64]) {
         for (row, &full) in rows.iter_mut().zip(self.solid.dofs().free_to_full()) {
             *row += self.work.multiplier_force[full];
         }
     }
 
-    /// Ṫ of the models of activation.
+    /// Returns Ṫ of the activation models.
     pub(crate) fn tension_rates(&self) -> &[f64] {
         &self.work.tension_rates
     }
 
-    /// Q̇ of the Prony terms.
+    /// Returns Q̇ of the Prony terms.
     pub(crate) fn internal_rates(&self) -> &[f64] {
         &self.work.internal_rates
     }
 
-    /// `rows` ← M (v̇ + α v) + force + β force rate + added force - load.
+    /// Sets `rows` to M (v̇ + α v) + force + β force rate + added force - load.
     pub(crate) fn momentum_balance(&mut self, alpha: f64, beta: f64, rows: &mut [f64]) {
         let Workspace {
             velocity,

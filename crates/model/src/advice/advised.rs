@@ -1,4 +1,4 @@
-//! Integrators that say what to do when they stop.
+//! Integrators that add advice to the message of a stop.
 
 use myovib_dae::Problem;
 
@@ -10,16 +10,16 @@ use crate::integration::integrator::{Advance, Continuation, Integrator, left_to_
 use crate::integration::statistics::StopReason;
 use crate::muscle_dae::MuscleDae;
 
-/// A system with a muscle, as the advice on a stop sees it.
+/// A system that contains a muscle.
 pub trait WithMuscle {
-    /// Number of unknowns of the system.
+    /// Returns the number of unknowns of the system.
     fn unknowns(&self) -> usize;
 
-    /// The work done for the muscle.
+    /// Returns the work counters of the muscle.
     fn work(&self) -> WorkCounters;
 
-    /// The smallest det F of the muscle at time `t` for the unknowns `y` of the system, and its
-    /// element.
+    /// Returns the smallest det F of the muscle at time `t` for the unknowns `y` of the system, and
+    /// its element.
     fn least_volume_ratio(&mut self, t: f64, y: &[f64]) -> (f64, usize);
 }
 
@@ -69,20 +69,20 @@ impl WithMuscle for FeedbackDae {
     }
 }
 
-/// An integrator that gives advice when it stops.
+/// An integrator that adds advice to the message of a stop.
 pub struct Advised<P> {
     inner: Box<dyn Integrator<P>>,
     advice: Advice,
 }
 
 impl<P: WithMuscle> Advised<P> {
-    /// Adds `advice` to the message of `inner`.
+    /// Wraps `inner` and adds `advice` to its messages.
     pub fn new(inner: Box<dyn Integrator<P>>, advice: Advice) -> Self {
         Self { inner, advice }
     }
 
-    /// The advice on a stop that no inversion explains, with the state reached looked at. There is
-    /// none to look at before the first step.
+    /// Returns the advice on a stop without inverted elements, using the state reached. Before the
+    /// first step there is no such state.
     fn explain(&mut self) -> String {
         let t = self.inner.time();
         let mut y = vec![0.0; self.inner.problem().unknowns()];
@@ -109,7 +109,8 @@ impl<P: WithMuscle> Integrator<P> for Advised<P> {
             return Ok(advance);
         };
         let work = self.inner.problem().work();
-        // The error test is of a state that could be evaluated: what was inverted before was not, then.
+        // The error test evaluates a state without inverted elements, so earlier inversions are not
+        // the cause.
         let refused = work.inversions > inversions && reason != StopReason::ErrorTestFailures;
         let inverted = work.inverted.filter(|_| refused);
         let explanation = match inverted {

@@ -1,9 +1,9 @@
-//! What the index of a DAE and the settings of its integration have to do with each other: the words
-//! of `check` before a run, and of the message of a run that stops.
+//! Advice on the index of a DAE and the settings of its integration, for `check` before a run and
+//! for the message of a run that stops.
 //!
-//! Cast: [`Advice`] puts together a formulation, its indices and [`Settings`]; a [`Finding`] is what
-//! is wrong with them and the [`Remedy`]s that together mend it; [`Advised`] is an integrator that
-//! says all this when it stops.
+//! [`Advice`] combines a formulation, its indices and [`Settings`]. A [`Finding`] is a problem with
+//! the [`Remedy`]s that together fix it. [`Advised`] is an integrator that adds the advice to its
+//! message when it stops.
 //!
 //! Reference: K. E. Brenan, S. L. Campbell, L. R. Petzold, *Numerical Solution of Initial-Value
 //! Problems in Differential-Algebraic Equations*, SIAM 1996, section 5.4 (error estimates and
@@ -34,14 +34,14 @@ const SECTORS: [(u8, f64); 3] = [(5, 51.84), (4, 73.35), (3, 86.03)];
 /// Modes faster than the drive by this factor are not resolved by steps that resolve the drive.
 const UNRESOLVED: f64 = 10.0;
 
-/// An element with det F below this, in a state from which no step is found, is likelier at fault than
-/// the index. A choice between what few stops have shown: near 0.1 at a hundred times the paper's load,
-/// above 0.95 where the index was to blame.
+/// If no step succeeds from a state with an element whose det F is below this value, the
+/// deformation is the likelier cause than the index. Chosen from few observed stops: near 0.1 at a
+/// hundred times the paper's load, above 0.95 when the index was the cause.
 const FLAT: f64 = 0.2;
-/// What to change where elements are strained too far.
-const EASE: &str = "let the load rise more slowly or less far, or refine the mesh there";
+/// Suggested change if elements are strained too far.
+const EASE: &str = "apply the load more slowly, reduce it, or refine the mesh there";
 
-/// A formulation with its indices, and the settings of its integration.
+/// A formulation with its indices and the settings of its integration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Advice {
     formulation: Formulation,
@@ -49,12 +49,12 @@ pub struct Advice {
     settings: Settings,
     /// [`Muscle::drive`].
     drive: Option<f64>,
-    /// Whether its elements [collapse](statics::collapses) by their law.
+    /// Whether its elements [collapse](statics::collapses) because of their law.
     collapses: bool,
 }
 
 impl Advice {
-    /// Looks at the formulation and the settings of a muscle's run.
+    /// Creates the advice for the formulation and settings of a muscle's run.
     pub fn new(muscle: &Muscle, formulation: Formulation, settings: &Settings) -> Self {
         Self {
             formulation,
@@ -65,20 +65,20 @@ impl Advice {
         }
     }
 
-    /// The index of the DAE.
+    /// Returns the index of the DAE.
     pub fn index(&self) -> u8 {
         self.formulation.index(&self.parameters)
     }
 
-    /// The blocks with the perturbation index of each.
+    /// Returns the blocks with their perturbation indices.
     pub fn blocks(&self) -> Vec<(Field, u8)> {
         let rows = self.formulation.rows().iter();
         rows.map(|(f, _)| (*f, self.formulation.variable_index(*f, &self.parameters)))
             .collect()
     }
 
-    /// The multipliers of index 2 and more: those to leave out of the error test of BDF. Radau IIA
-    /// counts their errors by powers of the step.
+    /// Returns the multipliers of index 2 and higher, which should be excluded from the error test
+    /// of BDF. Radau IIA scales their errors by powers of the step.
     pub fn to_leave_out(&self) -> Vec<Field> {
         if !self.is_bdf() {
             return Vec::new();
@@ -94,9 +94,9 @@ impl Advice {
         self.settings.integrator == IntegratorKind::Ida
     }
 
-    /// The highest BDF order whose sector of stability holds all modes that the steps do not
-    /// resolve. Under Rayleigh damping the mode of angular frequency ω has the damping ratio
-    /// (α/ω + βω)/2, the cosine of its angle to the negative real axis.
+    /// Returns the highest BDF order whose sector of stability contains all modes that the steps do
+    /// not resolve. With Rayleigh damping, a mode of angular frequency ω has the damping ratio (α/ω
+    /// + βω)/2, the cosine of its angle to the negative real axis.
     pub fn max_order(&self) -> u8 {
         let least = self.least_damping();
         SECTORS
@@ -105,12 +105,12 @@ impl Advice {
             .map_or(2, |(order, _)| order)
     }
 
-    /// The damping ratio of the least damped mode that the steps do not resolve.
+    /// Returns the damping ratio of the least damped unresolved mode.
     fn least_damping(&self) -> f64 {
         let Parameters { alpha, beta, .. } = self.parameters;
         let resolved = UNRESOLVED * TAU * self.drive.unwrap_or(0.0);
         let ratio = |omega: f64| 0.5 * (alpha / omega + beta * omega);
-        // Without β the fastest are not damped at all.
+        // Without β the fastest modes are undamped.
         if beta > 0.0 {
             let slowest = resolved.max((alpha / beta).sqrt());
             if slowest > 0.0 { ratio(slowest) } else { 0.0 }
@@ -119,7 +119,7 @@ impl Advice {
         }
     }
 
-    /// Why [`max_order`](Self::max_order) is what it is, in words.
+    /// Returns an explanation of [`max_order`](Self::max_order).
     pub fn max_order_reason(&self) -> String {
         let (order, least) = (self.max_order(), self.least_damping());
         let angle = least.min(1.0).acos().to_degrees();
@@ -133,7 +133,7 @@ impl Advice {
         )
     }
 
-    /// The formulation with its index and that of each block, in words.
+    /// Describes the formulation with its index and the index of each block.
     fn subject(&self) -> String {
         let blocks: Vec<_> = self
             .blocks()
@@ -150,7 +150,7 @@ impl Advice {
         )
     }
 
-    /// A formulation of the same physics with a lower index.
+    /// Returns a formulation of the same physics with a lower index.
     fn lower(&self) -> Option<Remedy> {
         let incompressible = self.parameters.is_incompressible();
         let other = match (self.formulation, incompressible) {
@@ -162,13 +162,14 @@ impl Advice {
         Some(Remedy::Reformulate(other, other.index(&self.parameters)))
     }
 
-    /// What is expected to make the run fail, before it is tried.
+    /// Returns the likely causes of failure, before the run is tried.
     pub fn findings(&self) -> Vec<Finding> {
         let of_multipliers = self.error_test().or_else(|| self.newton());
         of_multipliers.into_iter().chain(self.order()).collect()
     }
 
-    /// Multipliers of index 3, left out of the error test, that Newton's method is still measured by.
+    /// Finds multipliers of index 3 that are excluded from the error test but included in Newton's
+    /// convergence test.
     fn newton(&self) -> Option<Finding> {
         let index = self.index();
         let weighed = index > 2 && self.is_tighter_than_usual();
@@ -176,7 +177,7 @@ impl Advice {
             let remedies = vec![Remedy::WeighByStep];
             self.of_highest_index(
                 format!(
-                    "{}, also where the error test leaves it out",
+                    "{}, even if it is excluded from the error test",
                     self.small_steps()
                 ),
                 remedies,
@@ -184,12 +185,12 @@ impl Advice {
         })
     }
 
-    /// Whether the error weights of multipliers could follow the step, but do not.
+    /// Returns whether the error weights of multipliers could be scaled by the step but are not.
     fn weighs_plainly(&self) -> bool {
         self.is_bdf() && self.settings.multiplier_weights == MultiplierWeights::Plain
     }
 
-    /// Whether the relative tolerance is below the paper's.
+    /// Returns whether the relative tolerance is below the paper's.
     fn is_tighter_than_usual(&self) -> bool {
         self.settings.relative_tolerance < self.usual_tolerance()
     }
@@ -198,7 +199,7 @@ impl Advice {
         Settings::paper(self.formulation).relative_tolerance
     }
 
-    /// The blocks of the highest index.
+    /// Returns the blocks of the highest index.
     fn highest(&self) -> Vec<Field> {
         let index = self.index();
         let blocks = self.blocks().into_iter();
@@ -208,20 +209,20 @@ impl Advice {
             .collect()
     }
 
-    /// What they do to Newton's method.
+    /// Describes their effect on Newton's method.
     fn magnified(&self) -> String {
         let index = self.index();
         format!(
-            "{}, of index {index}, magnifies what Newton's method leaves by 1/h^{}",
+            "{}, of index {index}, amplifies the residual of Newton's method by 1/h^{}",
             symbols(&self.highest()),
             index - 1
         )
     }
 
-    /// The same at a tight tolerance.
+    /// Describes their effect at a tight tolerance.
     fn small_steps(&self) -> String {
         format!(
-            "a relative tolerance of {:e} asks for small steps h, and {}",
+            "a relative tolerance of {:e} requires small steps h, and {}",
             self.settings.relative_tolerance,
             self.magnified()
         )
@@ -235,7 +236,7 @@ impl Advice {
         }
     }
 
-    /// Multipliers of higher index in the error test.
+    /// Finds multipliers of higher index in the error test.
     fn error_test(&self) -> Option<Finding> {
         if self.settings.multiplier_weights == MultiplierWeights::StepScaled {
             return None;
@@ -268,7 +269,7 @@ impl Advice {
         })
     }
 
-    /// An order whose sector of stability leaves modes out.
+    /// Finds an order whose sector of stability excludes modes.
     fn order(&self) -> Option<Finding> {
         let bound = self.order_bound()?;
         Some(Finding {
@@ -288,7 +289,8 @@ impl Advice {
         (self.is_bdf() && self.settings.max_order > bound).then_some(Remedy::MaxOrder(bound))
     }
 
-    /// What made a run stop, the likeliest first; each finding's remedies alone are to mend it.
+    /// Returns the possible causes of a stop, the likeliest first. The remedies of each finding are
+    /// meant to suffice alone.
     pub fn causes(&self) -> Vec<Finding> {
         let settings = self.error_test().or_else(|| self.order());
         let mut causes: Vec<Finding> = settings.into_iter().collect();
@@ -296,7 +298,7 @@ impl Advice {
         if index < 2 {
             return causes;
         }
-        // None of these damps the modes that the order is bounded for.
+        // None of these remedies damps the modes that limit the order.
         let finding = |problem: String, remedy: Remedy| {
             let remedies = std::iter::once(remedy).chain(self.order_bound());
             self.of_highest_index(problem, remedies.collect())
@@ -313,56 +315,57 @@ impl Advice {
             causes.push(finding(self.magnified(), remedy));
         }
         if causes.is_empty() {
-            let change = "take a finite kappa, which lowers the index";
+            let change = "use a finite kappa, which lowers the index";
             causes.push(finding(self.magnified(), Remedy::Scene(change)));
         }
         causes
     }
 
-    /// What made a run stop in a state where det F is `ratio` at least, in `element`, if that is
-    /// little: the law resists without bound, and time steps and Newton's method shrink with it.
+    /// Returns a finding for a stop in a state whose smallest det F is `ratio`, in `element`, if
+    /// that is small: near det F = 0 the law resists without bound, so time steps and Newton's
+    /// method fail.
     pub fn flatness(&self, ratio: f64, element: usize) -> Option<Finding> {
         (ratio < FLAT).then(|| Finding {
             fields: Vec::new(),
-            problem: format!("element {element} is squeezed flat, to det F = {ratio:.3}"),
+            problem: format!("element {element} is compressed to det F = {ratio:.3}"),
             remedies: vec![Remedy::Scene(self.ease())],
         })
     }
 
-    /// What made a run stop at an element turned inside out, the likeliest first: that is no matter
-    /// of the index.
+    /// Returns the possible causes of a stop at an inverted element, the likeliest first. They are
+    /// unrelated to the index.
     pub fn causes_of_inversion(&self, at: Inverted) -> Vec<Finding> {
         let finding = |why: &str, remedy| Finding {
             fields: Vec::new(),
             problem: format!(
-                "element {} is turned inside out however small the step{why}",
+                "element {} is inverted even with the smallest steps{why}",
                 at.element
             ),
             remedies: vec![remedy],
         };
         let usual = self.usual_tolerance();
         let loose = (self.settings.relative_tolerance > usual).then(|| {
-            let why = ", from a state so loosely integrated that it may be far off";
+            let why = ", starting from a state that may be inaccurate because of loose tolerances";
             finding(why, Remedy::Tighten(usual))
         });
         let strained = finding("", Remedy::Scene(self.ease()));
         loose.into_iter().chain([strained]).collect()
     }
 
-    /// What helps against elements that are strained too far.
+    /// Returns the remedy for elements that are strained too far.
     fn ease(&self) -> &'static str {
         if self.collapses { COLLAPSE } else { EASE }
     }
 }
 
-/// The causes in a row, for the end of a message.
+/// Lists the causes for the end of a message.
 fn listed(causes: &[Finding]) -> String {
     let mut words = String::new();
     for (n, cause) in causes.iter().enumerate() {
         let is_said = causes[..n].iter().any(|said| said.problem == cause.problem);
         words += &match n {
-            0 => format!(". At fault: {cause}"),
-            _ if is_said => format!(". Or, for the same: {}", cause.remedy()),
+            0 => format!(". Likely cause: {cause}"),
+            _ if is_said => format!(". Alternative remedy: {}", cause.remedy()),
             _ => format!(". Or: {cause}"),
         };
     }

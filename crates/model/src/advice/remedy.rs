@@ -1,4 +1,4 @@
-//! What is wrong with a run, and what mends it.
+//! Problems of a run and their remedies.
 
 use std::fmt;
 
@@ -9,25 +9,26 @@ use crate::integration::settings::{MultiplierWeights, Settings};
 /// A change of formulation or settings.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Remedy {
-    /// Leave these blocks out of the error test.
+    /// Exclude these blocks from the error test.
     LeaveOut(Vec<Field>),
-    /// Weigh the errors of multipliers by the step.
+    /// Scale the error weights of multipliers by the step.
     WeighByStep,
-    /// Bound the order of BDF.
+    /// Limit the order of BDF.
     MaxOrder(u8),
-    /// Take another formulation of the same physics, of this index.
+    /// Use another formulation of the same physics with this index.
     Reformulate(Formulation, u8),
-    /// Loosen the relative tolerance to this, and the absolute ones by the same factor.
+    /// Loosen the relative tolerance to this value, and the absolute tolerances by the same factor.
     Loosen(f64),
-    /// Tighten the relative tolerance to this, and the absolute ones by the same factor.
+    /// Tighten the relative tolerance to this value, and the absolute tolerances by the same
+    /// factor.
     Tighten(f64),
-    /// Change the scene, in words.
+    /// Change the scene as described.
     Scene(&'static str),
 }
 
 impl Remedy {
-    /// Makes the change, but for one of the scene. A new formulation comes with its own choice of
-    /// what to leave out.
+    /// Applies the change, except for changes of the scene. A new formulation also sets its default
+    /// exclusions from the error test.
     pub fn apply(&self, formulation: &mut Formulation, settings: &mut Settings) {
         match self {
             Self::LeaveOut(fields) => {
@@ -57,41 +58,41 @@ impl fmt::Display for Remedy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::LeaveOut(fields) => {
-                write!(f, "leave {} out of the error test", symbols(fields))
+                write!(f, "exclude {} from the error test", symbols(fields))
             }
             Self::WeighByStep => write!(
                 f,
-                "weigh the errors of multipliers by the step (multiplier weights `{}`)",
+                "scale the error weights of multipliers by the step (multiplier weights `{}`)",
                 MultiplierWeights::StepScaled.name()
             ),
-            Self::MaxOrder(order) => write!(f, "take order {order} at most"),
+            Self::MaxOrder(order) => write!(f, "use order {order} at most"),
             Self::Reformulate(other, index) => {
-                write!(f, "take the formulation `{other}` (index {index})")
+                write!(f, "use the formulation `{other}` (index {index})")
             }
             Self::Loosen(rtol) => {
-                write!(f, "loosen the tolerances, to a relative one of {rtol:e}")
+                write!(f, "loosen the tolerances (relative tolerance {rtol:e})")
             }
             Self::Tighten(rtol) => {
-                write!(f, "tighten the tolerances, to a relative one of {rtol:e}")
+                write!(f, "tighten the tolerances (relative tolerance {rtol:e})")
             }
             Self::Scene(change) => f.write_str(change),
         }
     }
 }
 
-/// Something that makes a run fail or crawl, and how to mend it.
+/// A reason why a run fails or is slow, and its remedies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
-    /// The blocks at fault, if it is some.
+    /// Blocks of unknowns that cause it, if any.
     pub fields: Vec<Field>,
-    /// What is wrong.
+    /// Description of the problem.
     pub problem: String,
-    /// What to change, all of it.
+    /// Changes, all of which are needed.
     pub remedies: Vec<Remedy>,
 }
 
 impl Finding {
-    /// All that is to be changed, in words.
+    /// Describes all changes.
     pub(super) fn remedy(&self) -> String {
         let remedies: Vec<_> = self.remedies.iter().map(ToString::to_string).collect();
         remedies.join(" and ")
@@ -104,7 +105,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// The symbols of fields, as a list.
+/// Returns the symbols of the fields as a list.
 pub(super) fn symbols(fields: &[Field]) -> String {
     let symbols: Vec<_> = fields.iter().map(|field| field.symbol()).collect();
     symbols.join(", ")

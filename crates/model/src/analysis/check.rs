@@ -1,4 +1,5 @@
-//! What can be said of a run before it is tried: sizes, index, stability, modes, the cost of large matrices.
+//! Inspection of a scene before it is run: sizes, index, stability, modes, and cost of large
+//! matrices.
 
 use std::f64::consts::TAU;
 
@@ -27,60 +28,60 @@ use crate::muscle_dae::MuscleDae;
 use crate::start::{BlockResidual, residuals};
 use crate::statics::Prospect;
 
-/// Pressures beyond which the inf–sup constant would take longer than the rest of the check.
+/// Number of pressures above which the inf–sup constant would dominate the cost of the check.
 const MOST_PRESSURES: usize = 2000;
-/// Operations of a set-up of the Newton matrices beyond which it takes seconds: steps are then not tried.
+/// Operations of a matrix setup above which it takes seconds; trial steps are then skipped.
 const LARGE: f64 = 1e10;
-/// Operations of one real factorisation beyond which modes are not looked for.
+/// Operations of one real factorization above which modes are not computed.
 const TOO_LARGE_FOR_MODES: f64 = 2e10;
 
-/// Where the computed index comes from.
+/// System from which the index was computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Computed {
     /// The scene's own matrices.
     Here,
-    /// The same formulation, law and parameters on a coarse beam, in space on a block.
+    /// The same formulation, law and parameters on a coarse beam (2D) or block (3D).
     OnCoarseMesh,
 }
 
-/// What the factors of the Newton matrices will take, known before there are any.
+/// Predicted cost of the factors of the Newton matrices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Factors {
-    /// Matrices that are kept side by side: one for BDF and for an equilibrium, one and complex ones for
-    /// Radau IIA.
+    /// Number of matrices stored at the same time: one for BDF and for an equilibrium, one real and
+    /// several complex matrices for Radau IIA.
     pub matrices: usize,
-    /// Their entries, the work of one set-up, and the memory for all of it.
+    /// Their entries, the operations of one setup, and their total memory.
     pub needs: Prediction,
-    /// Memory in use before they are computed, B, where the system tells.
+    /// Memory in use before factorization, B, if the system reports it.
     pub in_use: Option<usize>,
 }
 
-/// How well displacements hold the pressures.
+/// Stability of the pressures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Held {
-    /// The smallest inf–sup constant.
+    /// Smallest inf–sup constant.
     pub inf_sup: f64,
-    /// Pressures that no displacement holds.
+    /// Number of pressure modes that no displacement controls.
     pub nullity: usize,
 }
 
-/// The size of a body at rest.
+/// Size of a body at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Size {
     /// Lengths along the axes, m.
     pub extents: Vec<f64>,
-    /// Volume, m³; in the plane area, m².
+    /// Volume, m³; in 2D area, m².
     pub volume: f64,
-    /// Mass, kg; in the plane per metre of depth, kg/m.
+    /// Mass, kg; in 2D per meter of depth, kg/m.
     pub mass: f64,
 }
 
 impl Size {
-    /// Of the body of a `muscle`.
+    /// Returns the size of the body of a `muscle`.
     pub fn of(muscle: &Muscle) -> Self {
         let solid = &muscle.solid;
         let (dimension, n) = (solid.space().dimension(), solid.space().n_components());
-        // A unit acceleration along the first axis.
+        // Unit acceleration along the first axis.
         let unit: Vec<f64> = (0..n).map(|i| f64::from(i % dimension == 0)).collect();
         let mut force = vec![0.0; n];
         solid.apply_mass(&unit, &mut force);
@@ -92,43 +93,45 @@ impl Size {
     }
 }
 
-/// What is found before a run.
+/// Findings of the inspection of a motion.
 #[derive(Debug, Clone)]
 pub struct Report {
-    /// The blocks of unknowns with their sizes.
+    /// Blocks of unknowns with their sizes.
     pub unknowns: Vec<(Field, usize)>,
-    /// Index and indices by the rule of the formulation, and what to say of the settings.
+    /// Index of the system and of its blocks from the formulation's rule, and advice on the
+    /// settings.
     pub advice: Advice,
-    /// The index by computation.
+    /// Index computed numerically.
     pub computed: IndexReport,
-    /// On what it was computed.
+    /// System from which the index was computed.
     pub computed_on: Computed,
-    /// How well the pressures are held; nothing where there are too many to tell in seconds.
+    /// Stability of the pressures; `None` if there are too many to compute it in seconds.
     pub held: Option<Held>,
-    /// The residual of the start.
+    /// Residual of the initial state.
     pub residuals: Vec<BlockResidual>,
-    /// The lowest eigenfrequencies at rest, Hz; none where they were not looked for.
+    /// Lowest eigenfrequencies at rest, Hz; empty if not computed.
     pub slow_modes: Vec<f64>,
-    /// The highest, Hz; NaN where it was not looked for.
+    /// Highest eigenfrequency, Hz; NaN if not computed.
     pub fastest_mode: f64,
-    /// Whether the body is too large to look for them.
+    /// Whether the body is too large to compute modes.
     pub too_large_for_modes: bool,
-    /// The frequency of the load, Hz.
+    /// Frequency of the load, Hz.
     pub drive: Option<f64>,
-    /// The lowest and the highest frequency of each load that sweeps, Hz.
+    /// Lowest and highest frequency of each load with a frequency sweep, Hz.
     pub sweeps: Vec<[f64; 2]>,
-    /// What the factors will take; unknown where the full matrix, or an engine, is factorised.
+    /// Predicted cost of the factors; `None` if the full matrix, or an external solver, is used.
     pub factors: Option<Factors>,
-    /// CPU time of a step, s, predicted where the matrices are too large to try steps with.
+    /// Predicted CPU time of a step, s, if the matrices are too large for trial steps.
     pub step_time: Option<f64>,
-    /// What is expected to fail, and what to change.
+    /// Likely problems with suggested changes.
     pub findings: Vec<Finding>,
 }
 
-/// Looks at the run of a muscle that starts at t = 0 with y and ẏ in `start` (at rest without it).
+/// Inspects the run of a muscle that starts at t = 0 with y and ẏ in `start` (at rest if `None`).
 ///
 /// # Errors
-/// [`ModelError::NotAllowed`] for a formulation that cannot be run; those of the single questions.
+/// [`ModelError::NotAllowed`] for a formulation that cannot be run; errors of the
+/// individual analyses.
 pub fn check(
     muscle: &Muscle,
     formulation: Formulation,
@@ -183,7 +186,7 @@ pub fn check(
     })
 }
 
-/// What the start misses, and the index.
+/// Computes the residual of the initial state and the index.
 fn of_equations(
     dae: &mut MuscleDae,
     [y, y_dot]: [&[f64]; 2],
@@ -192,36 +195,37 @@ fn of_equations(
     if muscle.solid.n_internal() == 0 {
         return Ok((residuals(dae, 0.0, y, y_dot)?, index(dae)?));
     }
-    // Prony terms change neither the index nor what a body at rest misses. Their internal stresses
-    // are the last unknowns.
+    // Prony terms change neither the index nor the residual of a body at rest. Their internal
+    // stresses are the last unknowns.
     let mut relaxed = MuscleDae::new(muscle.relaxed(), dae.formulation())?;
     let n = relaxed.n_unknowns();
     let missed = residuals(&mut relaxed, 0.0, &y[..n], &y_dot[..n])?;
     Ok((missed, index(&mut relaxed)?))
 }
 
-/// What is found before an equilibrium is looked for.
+/// Findings of the inspection of a static analysis.
 #[derive(Debug, Clone)]
 pub struct StaticReport {
-    /// The blocks of unknowns with their sizes.
+    /// Blocks of unknowns with their sizes.
     pub unknowns: Vec<(Field, usize)>,
-    /// How well the pressures are held; nothing where there are none, or too many to tell in seconds.
+    /// Stability of the pressures; `None` without pressures, or if there are too many to compute it
+    /// in seconds.
     pub held: Option<Held>,
-    /// What the factors of Newton's matrix will take, where that is known.
+    /// Predicted cost of the factors of Newton's matrix, if known.
     pub factors: Option<Factors>,
-    /// The largest displacement under the whole load by linear elasticity, m; nothing for a body that is too large
-    /// to try, or not held.
+    /// Largest displacement under the whole load by linear elasticity, m; `None` for a body that is
+    /// too large or not held.
     pub linear_displacement: Option<f64>,
-    /// CPU time of an iteration of Newton's method, s: measured, or predicted for a body that is too large to try.
+    /// CPU time of one Newton iteration, s: measured, or predicted for a body that is too large.
     pub iteration_time: Option<f64>,
-    /// What is expected to fail, and what to change.
+    /// Likely problems with suggested changes.
     pub findings: Vec<Finding>,
 }
 
-/// Looks at the equilibrium of a muscle under its loads at time `t`.
+/// Inspects the equilibrium of a muscle under its loads at time `t`.
 ///
 /// # Errors
-/// Those of [`equilibrium`](crate::statics::equilibrium) that do not depend on the loads.
+/// Errors of [`equilibrium`](crate::statics::equilibrium) that do not depend on the loads.
 pub fn check_static(
     muscle: &Muscle,
     formulation: Formulation,
@@ -247,13 +251,13 @@ pub fn check_static(
     }
     let large = factors.filter(|factors| factors.needs.flops > LARGE);
     let (linear_displacement, iteration_time) = match large {
-        // There is no answer to loads.
+        // A free body has no equilibrium.
         _ if is_free => (None, None),
         Some(factors) => {
             let factorising = factors.needs.flops / Speed::measure(false)?.operations;
             (None, Some(prospect.evaluation()? + factorising))
         }
-        // A body whose matrix is singular for other reasons says so when it is run.
+        // If the matrix is singular for other reasons, the run reports it.
         None => match prospect.linear_response() {
             Ok(response) => (Some(response.displacement), Some(response.seconds)),
             Err(_) => (None, None),
@@ -270,24 +274,24 @@ pub fn check_static(
     })
 }
 
-/// What condensed matrices take, known from their pattern; unknown where an engine factorises.
+/// Predicted cost of condensed matrices from their pattern; unknown for an external solver.
 struct Sizes {
-    /// Complex ones beside the real one.
+    /// Number of complex matrices.
     n_complex: usize,
-    /// The real one.
+    /// The real matrix.
     real: Option<Prediction>,
-    /// All.
+    /// All matrices together.
     all: Option<Prediction>,
-    /// Memory in use once they are laid out, B, where the system tells.
+    /// Memory in use after the matrices are laid out, B, if the system reports it.
     in_use: Option<usize>,
 }
 
 impl Sizes {
     fn new(dae: &mut MuscleDae, settings: &Settings) -> Result<Self, ModelError> {
-        // Room that was not written to yet is not in use.
+        // Allocated memory that was never written to is not counted as in use.
         let at_rest = vec![0.0; dae.n_unknowns()];
         dae.update_matrices(0.0, &at_rest, &at_rest)?;
-        // Stages in pairs have a complex matrix for each pair beside the real one of the odd stage.
+        // Each conjugate pair of stages has a complex matrix; the odd stage has the real matrix.
         let n_complex = settings.integrator.stages().unwrap_or(1) / 2;
         let reduction = Reduction::new(dae, settings.sparse_options())?;
         Ok(Self {
@@ -298,7 +302,7 @@ impl Sizes {
         })
     }
 
-    /// What is kept of them, if they are what the run factorises.
+    /// Returns the predictions if the run factorizes these matrices.
     fn factors(&self, settings: &Settings) -> Result<Option<Factors>, ModelError> {
         let condensed = settings.linear_solver == LinearSolver::Condensed;
         let Some(needs) = self.all.filter(|_| condensed) else {
@@ -313,7 +317,7 @@ impl Sizes {
     }
 }
 
-/// The inf–sup constant, where the mesh is not too fine.
+/// Computes the inf–sup constant unless the mesh is too fine.
 fn held(muscle: &Muscle) -> Result<Option<Held>, ModelError> {
     if muscle.solid.space().n_pressures() > MOST_PRESSURES {
         return Ok(None);
@@ -325,8 +329,8 @@ fn held(muscle: &Muscle) -> Result<Option<Held>, ModelError> {
     }))
 }
 
-/// The index of the scene itself where it is small enough, else on a coarse mesh: the index does
-/// not depend on the mesh as long as B has full rank.
+/// Computes the index of the scene itself if it is small enough, otherwise on a coarse mesh. The
+/// index does not depend on the mesh as long as B has full rank.
 fn index(dae: &mut MuscleDae) -> Result<(IndexReport, Computed), ModelError> {
     if dae.n_unknowns() <= LARGEST_SYSTEM {
         let rest = vec![0.0; dae.n_unknowns()];

@@ -1,4 +1,4 @@
-//! What a step will cost of matrices that are too large to try one.
+//! Predicted cost of a step for matrices that are too large for trial steps.
 
 use myovib_dae::Problem;
 use myovib_sparse::Prediction;
@@ -9,13 +9,14 @@ use crate::error::ModelError;
 use crate::integration::settings::Settings;
 use crate::muscle_dae::MuscleDae;
 
-/// Set-ups, evaluations of the matrices and Newton iterations of a step of Radau IIA: those of the
+/// Matrix setups, matrix evaluations and Newton iterations per step of Radau IIA, measured on the
 /// coarse ventricle, whose stiffness changes throughout.
 const OF_RADAU: [f64; 3] = [0.8, 0.4, 3.2];
-/// The same of BDF: those of row 1 of Table 2.
+/// The same for BDF, measured on row 1 of Table 2.
 const OF_BDF: [f64; 3] = [0.13, 0.13, 1.6];
 
-/// CPU time of a step from the start `y` and ẏ, s, by what its matrices take and the speed of this machine.
+/// Predicts the CPU time of a step from `y` and ẏ, s, from the cost of its matrices and the speed
+/// of this machine.
 pub(super) fn step(
     dae: &mut MuscleDae,
     settings: &Settings,

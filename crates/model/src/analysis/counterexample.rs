@@ -1,20 +1,20 @@
-//! The paper's warning of section 2: (34) with the extra multiplier in a richer space than the
-//! pressure is not (33).
+//! The paper's remark in section 2: (34), with the additional multiplier in a richer space than the
+//! pressure, is not equivalent to (33).
 //!
-//! With the pressures' operator B and another one B̃ for the extra multiplier the equations are
+//! With the pressures' operator B and a different operator B̃ for the additional multiplier the
+//! equations are
 //!
 //! ```text
 //! M q̇ = M v - B̃ᵀμ,   M v̇ = f - A q - D v - Bᵀλ,   0 = B̃ q,   0 = B v.
 //! ```
 //!
-//! v keeps to B v = 0 only, so where B̃ asks for more than B the multiplier μ must take away what
-//! B̃ forbids: μ ≠ 0 and q̇ ≠ v. With B̃ = B it is (33), and μ = 0.
+//! v satisfies only B v = 0. Where B̃ is more restrictive than B, the multiplier μ must remove the
+//! part of v that B̃ excludes: μ ≠ 0 and q̇ ≠ v. With B̃ = B this is (33), and μ = 0.
 //!
-//! Small strains, so all matrices are constant, and the multipliers are eliminated by projections:
-//! in coordinates in which M is the identity q̇ = P̃ v, v̇ = P (f - A q - D v), P and P̃ the
-//! orthogonal projections onto the kernels of B and B̃. What follows is the solution of the DAE
-//! whatever integrator would be used, and it exists where B̃ has dependent rows too, where μ is not
-//! unique.
+//! For small strains all matrices are constant, and projections eliminate the multipliers: in
+//! coordinates in which M is the identity, q̇ = P̃ v, v̇ = P (f - A q - D v) with the orthogonal
+//! projections P and P̃ onto the kernels of B and B̃. The result is the solution of the DAE
+//! independent of the integrator. It also exists if B̃ has dependent rows, where μ is not unique.
 
 use myovib_fem::element::{Degree, TRIANGLE, inverse_map};
 use myovib_fem::quadrature::Rule;
@@ -29,47 +29,47 @@ use crate::signal::{Signal, formula};
 
 /// Time over which the solutions are compared, s: four periods of the load.
 const T_END: f64 = 0.5;
-/// Steps of the implicit midpoint rule: 250 in a period of the load.
+/// Steps of the implicit midpoint rule: 250 per period of the load.
 const STEPS: usize = 1000;
-/// Eigenvalues of B̃ M⁻¹ B̃ᵀ below this fraction of the largest are zero: far above rounding, and
-/// far below the eigenvalues of operators of full rank on a coarse mesh.
+/// Eigenvalues of B̃ M⁻¹ B̃ᵀ below this fraction of the largest count as zero: far above rounding
+/// errors and far below the eigenvalues of operators of full rank on a coarse mesh.
 const DEPENDENT: f64 = 1e-10;
 
-/// The space of the extra multiplier.
+/// Space of the additional multiplier.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MultiplierSpace {
-    /// Linear, that of the pressure: (33).
+    /// Linear, as for the pressure: (33).
     Linear,
-    /// Quadratic, as COMSOL took it: (34).
+    /// Quadratic, as in COMSOL: (34).
     Quadratic,
 }
 
-/// A solution of the stabilised equations under the paper's kind of load.
+/// A solution of the stabilized equations under a load as in the paper.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
-    /// The index of the DAE.
+    /// Index of the DAE.
     pub index: Index,
-    /// Number of extra multipliers.
+    /// Number of additional multipliers.
     pub multipliers: usize,
-    /// Rows of B̃ that are combinations of others.
+    /// Number of linearly dependent rows of B̃.
     pub dependent: usize,
     /// max over time of the largest displacement, m.
     pub amplitude: f64,
     /// max over time of |M⁻¹B̃ᵀμ| = |v - q̇| over max |v|, in the norm of the kinetic energy.
     pub multiplier: f64,
-    /// The motion, a column for each step.
+    /// Displacement, one column per step.
     displacement: DMatrix<f64>,
 }
 
 impl Solution {
-    /// max |q - q'| over max |q'|.
+    /// Returns max |q - q'| over max |q'|.
     pub fn error(&self, reference: &Self) -> f64 {
         (&self.displacement - &reference.displacement).amax() / reference.displacement.amax()
     }
 }
 
-/// Solves with the extra multiplier in `space`, on a mesh with the groups `fixed` and `load` under
-/// a vertical load of 8 Hz.
+/// Solves with the additional multiplier in `space`, on a mesh with the groups `fixed` and `load`,
+/// under a vertical load of 8 Hz.
 ///
 /// # Errors
 /// [`ModelError::Fem`] for a mesh without the groups.
@@ -95,7 +95,7 @@ pub fn solve(mesh: &Mesh, space: MultiplierSpace) -> Result<Solution, ModelError
     let stiffness = DMatrix::from(&operators::stiffness(solid, &rest, &no_pressure)?);
     let index = index(&mass, &stiffness, &pressures, &extra)?;
 
-    // x ↦ Lᵀx makes M = L Lᵀ the identity.
+    // x ↦ Lᵀx transforms M = L Lᵀ into the identity.
     let lower = mass
         .cholesky()
         .expect("a mass matrix is positive definite")
@@ -129,7 +129,7 @@ pub fn solve(mesh: &Mesh, space: MultiplierSpace) -> Result<Solution, ModelError
     })
 }
 
-/// The implicit midpoint rule for (q, v), a column for each step.
+/// Integrates (q, v) by the implicit midpoint rule; one column per step.
 fn integrate(
     stiffness: &DMatrix<f64>,
     keeps_pressure: &DMatrix<f64>,
@@ -162,13 +162,13 @@ fn integrate(
         right.rows_mut(n, n).axpy(step * now, &push, 1.0);
         let next = implicit
             .solve(&right)
-            .expect("a small step of a bounded system");
+            .expect("I + h/2 A is regular for small steps");
         motion.set_column(k + 1, &next);
     }
     motion
 }
 
-/// The orthogonal projection onto the kernel, and the number of dependent rows.
+/// Returns the orthogonal projection onto the kernel of `b` and the number of dependent rows.
 fn kernel_projection(b: &DMatrix<f64>) -> (DMatrix<f64>, usize) {
     let eigen = (b * b.transpose()).symmetric_eigen();
     let bound = DEPENDENT * eigen.eigenvalues.amax();
@@ -189,7 +189,7 @@ fn kernel_projection(b: &DMatrix<f64>) -> (DMatrix<f64>, usize) {
     (projection, dependent)
 }
 
-/// ∫ ψ̃ div φ with quadratic ψ̃ on the displacement's nodes.
+/// Returns ∫ ψ̃ div φ with quadratic ψ̃ on the displacement nodes.
 fn quadratic_divergence(solid: &Solid) -> DMatrix<f64> {
     let space = solid.space();
     let mut full = DMatrix::zeros(space.n_nodes(), solid.dofs().n_full());
@@ -216,7 +216,7 @@ fn quadratic_divergence(solid: &Solid) -> DMatrix<f64> {
     full.select_columns(solid.dofs().free_to_full())
 }
 
-/// The index of the equations above with unknowns q, v, λ, μ.
+/// Computes the index of the equations above with unknowns q, v, λ, μ.
 fn index(
     mass: &DMatrix<f64>,
     stiffness: &DMatrix<f64>,

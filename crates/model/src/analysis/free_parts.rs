@@ -1,4 +1,4 @@
-//! What of a body its supports leave free.
+//! Parts of a body that its supports leave free.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use myovib_structure::MovingBody;
 /// Parts of a body that can move without strain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreeParts {
-    /// The number of independent motions.
+    /// Number of independent motions.
     pub count: usize,
     /// The parts.
     pub parts: Vec<FreePart>,
@@ -16,13 +16,13 @@ pub struct FreeParts {
 /// A part that can move.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreePart {
-    /// How many elements it has.
+    /// Number of elements.
     pub elements: usize,
-    /// Whether that is the whole mesh.
+    /// Whether the part is the whole mesh.
     pub is_all: bool,
-    /// The middle of it, m.
+    /// Its center, m.
     pub near: Vec<f64>,
-    /// How it can move.
+    /// Its possible rigid motions.
     pub motions: MovingBody,
 }
 
@@ -46,7 +46,7 @@ impl fmt::Display for FreePart {
     }
 }
 
-/// The parts named in a message; what is beyond is counted.
+/// Maximum number of parts listed in a message; the rest is counted.
 const NAMED: usize = 5;
 
 impl fmt::Display for FreeParts {
@@ -60,7 +60,7 @@ impl fmt::Display for FreeParts {
         f.write_str(&named.join("; "))?;
         match self.parts.len().saturating_sub(NAMED) {
             0 => Ok(()),
-            more => write!(f, "; and {more} further parts"),
+            more => write!(f, "; and {more} more parts"),
         }
     }
 }

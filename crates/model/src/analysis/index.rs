@@ -1,8 +1,7 @@
-//! The index of a muscle's DAE, computed from its matrices at a state.
+//! Index of a muscle's DAE, computed from its matrices at a state.
 //!
-//! [`IndexReport`] reads blocks of unknowns out of what `myovib-structure` finds, which sees a
-//! linearisation only. The rule of [`Formulation::index`](crate::Formulation::index) is not used.
-//!
+//! [`IndexReport`] maps the result of `myovib-structure`, which analyzes a linearization, to blocks
+//! of unknowns. The rule of [`Formulation::index`](crate::Formulation::index) is not used.
 #![doc = include_str!("../../notes/0002-computing-the-index.md")]
 
 use myovib_dae::Problem;
@@ -13,30 +12,31 @@ use crate::field::Field;
 use crate::muscle_dae::MuscleDae;
 use crate::start::Start;
 
-/// Largest number of unknowns for the dense method: 2 s of work, and rounding far from its gaps.
+/// Largest number of unknowns for the dense method: 2 s of work, with rounding errors far below its
+/// rank gaps.
 pub const LARGEST_SYSTEM: usize = 400;
 
-/// The index of a DAE at a state, and that of each block of unknowns.
+/// Index of a DAE at a state and perturbation index of each block of unknowns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IndexReport {
-    /// The index, or why there is none.
+    /// The index, or the reason why it is undefined.
     pub index: Index,
-    /// The narrowest gap among the rank decisions, in decades.
+    /// Narrowest gap of the rank decisions, in decades.
     pub gap: f64,
-    /// The rank decisions in words, in the order they were made.
+    /// Rank decisions as text, in the order in which they were made.
     pub decisions: Vec<String>,
-    /// The perturbation index of each block; empty without an index.
+    /// Perturbation index of each block; empty if the index is undefined.
     pub blocks: Vec<(Field, VariableIndex)>,
-    /// Number of unknowns of the system looked at.
+    /// Number of unknowns of the analyzed system.
     pub unknowns: usize,
 }
 
 impl IndexReport {
-    /// Linearises at (t, y, ẏ) and finds the index.
+    /// Linearizes at (t, y, ẏ) and computes the index.
     ///
     /// # Errors
     /// [`ModelError::TooLarge`] for more than [`LARGEST_SYSTEM`] unknowns,
-    /// [`ModelError::Structure`] where the Jacobian cannot be evaluated.
+    /// [`ModelError::Structure`] if the Jacobian cannot be evaluated.
     pub fn at(dae: &mut MuscleDae, t: f64, y: &[f64], y_dot: &[f64]) -> Result<Self, ModelError> {
         let unknowns = dae.n_unknowns();
         if unknowns > LARGEST_SYSTEM {
@@ -68,10 +68,10 @@ impl IndexReport {
         })
     }
 
-    /// The same at consistent values for the displacement `q` and velocity `v`.
+    /// Computes the index at consistent values for the displacement `q` and velocity `v`.
     ///
     /// # Errors
-    /// Those of [`Start::new`] and [`at`](Self::at).
+    /// Errors of [`Start::new`] and [`at`](Self::at).
     pub fn of_motion(
         dae: &mut MuscleDae,
         t: f64,
@@ -82,7 +82,7 @@ impl IndexReport {
         Self::at(dae, t, &start.y, &start.y_dot)
     }
 
-    /// The index if it rests on decisive gaps only.
+    /// Returns the index if all rank decisions have a clear gap.
     pub fn decided(&self) -> Option<usize> {
         match self.index {
             Index::Decided(index) => Some(index),

@@ -1,4 +1,4 @@
-//! The inf–sup constant of a pair of spaces over a family of refined meshes. Paper: eq. (27).
+//! Inf–sup constant of a pair of spaces over a family of refined meshes. Paper: eq. (27).
 
 use std::fmt;
 use std::sync::Arc;
@@ -16,20 +16,20 @@ use crate::muscle::parameters::Parameters;
 use crate::muscle_dae::MuscleDae;
 use crate::operators;
 
-/// A displacement space with the pressures on the same mesh.
+/// A displacement space paired with P1 pressures on the same mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pair {
     /// P2–P1.
     TaylorHood,
-    /// P1–P1, which violates the condition.
+    /// P1–P1, which violates the inf–sup condition.
     EqualOrder,
 }
 
 impl Pair {
-    /// Both, the stable one first.
+    /// Both pairs, the stable one first.
     pub const ALL: [Self; 2] = [Self::TaylorHood, Self::EqualOrder];
 
-    /// The spaces on a mesh.
+    /// Returns the spaces on a mesh.
     pub fn space(self, mesh: &Mesh) -> Space {
         match self {
             Self::TaylorHood => Space::taylor_hood(mesh),
@@ -47,34 +47,34 @@ impl fmt::Display for Pair {
     }
 }
 
-/// How well the pressures are held on one mesh.
+/// Stability of the pressures on one mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Level {
-    /// Triangles or tetrahedra of the mesh.
+    /// Number of triangles or tetrahedra.
     pub elements: usize,
-    /// Mean edge of an element, m.
+    /// Mean edge length of the elements, m.
     pub mesh_size: f64,
     /// Number of pressures.
     pub pressures: usize,
     /// Number of free displacement components.
     pub displacements: usize,
-    /// Number of independent pressures that no displacement holds.
+    /// Number of independent pressure modes that no displacement controls.
     pub nullity: usize,
-    /// The smallest non-zero inf–sup constant: pressures in the L2 norm, displacements in the H1
+    /// Smallest non-zero inf–sup constant: pressures in the L2 norm, displacements in the H1
     /// seminorm.
     pub constant: f64,
-    /// The smallest non-zero singular value of B itself, m.
+    /// Smallest non-zero singular value of B, m.
     pub sigma_min: f64,
-    /// The index of (28) with κ = ∞ at rest, where the mesh is coarse enough to compute it.
+    /// Index of (28) with κ = ∞ at rest, if the mesh is coarse enough to compute it.
     pub index: Option<IndexReport>,
 }
 
 impl Level {
-    /// Measures `pair` on `mesh`, at rest, with the nodes of the groups `fixed` held.
+    /// Measures `pair` on `mesh` at rest with the nodes of the groups `fixed` held.
     ///
     /// # Errors
-    /// [`ModelError::Fem`] for an unknown group, [`ModelError::Structure`] when B cannot be looked
-    /// at, as for a mesh on which nothing is free.
+    /// [`ModelError::Fem`] for an unknown group, [`ModelError::Structure`] if B cannot be
+    /// analyzed, for example if no node is free.
     pub fn measure(pair: Pair, mesh: &Mesh, fixed: &[&str]) -> Result<Self, ModelError> {
         let solid = body(pair, mesh, fixed)?;
         let in_norms = constants(&solid)?;
@@ -97,7 +97,7 @@ impl Level {
     }
 }
 
-/// The edge of a regular triangle or tetrahedron of a measure.
+/// Returns the edge length of a regular triangle or tetrahedron with this area or volume.
 fn regular_edge(dimension: usize, measure: f64) -> f64 {
     match dimension {
         2 => (4.0 / 3f64.sqrt() * measure).sqrt(),
@@ -105,11 +105,11 @@ fn regular_edge(dimension: usize, measure: f64) -> f64 {
     }
 }
 
-/// `pair` on `mesh` and on `n_levels - 1` uniform refinements of it; before each `tell` has its number,
-/// from 1, and its mesh.
+/// Measures `pair` on `mesh` and on `n_levels - 1` uniform refinements of it. Before each level,
+/// calls `tell` with its number, starting at 1, and its mesh.
 ///
 /// # Errors
-/// Those of [`Level::measure`].
+/// Errors of [`Level::measure`].
 pub fn levels(
     pair: Pair,
     mesh: &Mesh,
@@ -129,17 +129,17 @@ pub fn levels(
     Ok(levels)
 }
 
-/// The smallest inf–sup constants of a body at rest: pressures in the L2 norm, displacements in the
-/// H1 seminorm. Paper: eq. (27).
+/// Computes the smallest inf–sup constants of a body at rest: pressures in the L2 norm,
+/// displacements in the H1 seminorm. Paper: eq. (27).
 ///
 /// # Errors
-/// [`ModelError::Structure`] when B cannot be looked at, as for a body on which nothing is free.
+/// [`ModelError::Structure`] if B cannot be analyzed, for example if no node is free.
 pub fn constants(solid: &Solid) -> Result<InfSup, ModelError> {
     let (h1, l2) = (operators::gradients(solid), operators::pressure_mass(solid));
     Ok(InfSup::of(&divergence(solid)?, &h1, &l2)?)
 }
 
-/// A body of unit shear modulus and density: neither has a part in B.
+/// Builds a body of unit shear modulus and density, on which B does not depend.
 fn body(pair: Pair, mesh: &Mesh, fixed: &[&str]) -> Result<Solid, ModelError> {
     let space = pair.space(mesh);
     let mut nodes = Vec::new();
@@ -151,7 +151,7 @@ fn body(pair: Pair, mesh: &Mesh, fixed: &[&str]) -> Result<Solid, ModelError> {
     Ok(Solid::uniform(Arc::new(space), dofs, law, 1.0)?)
 }
 
-/// B at rest.
+/// Returns B at rest.
 fn divergence(solid: &Solid) -> Result<CscMatrix<f64>, ModelError> {
     Ok(operators::divergence(solid, &operators::rest(solid))?)
 }

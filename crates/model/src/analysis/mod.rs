@@ -1,9 +1,10 @@
-//! What the matrices say of a model, and what that means for a run.
+//! Analysis of a model's matrices and its consequences for a run.
 //!
-//! Cast: [`index`] computes the index of a DAE, [`table1`] those of the paper's Table 1; [`inf_sup`]
-//! says how well pressures are held, [`spectrum`] has eigenfrequencies; [`counterexample`] is the
-//! paper's warning of section 2; [`check`] puts together what can be said of a run before it, `objections` what is
-//! likely wrong with it, `cost` what a step costs, at the machine's `speed`.
+//! [`index`] computes the index of a DAE, [`table1`] the indices of the paper's Table 1.
+//! [`inf_sup`] measures the stability of the pressures, [`spectrum`] computes eigenfrequencies, and
+//! [`counterexample`] reproduces the paper's remark in section 2. [`check`] inspects a scene before
+//! it is run, `objections` finds likely mistakes, and `cost` predicts the cost of a step from the
+//! machine's `speed`.
 
 pub mod check;
 mod cost;

@@ -1,4 +1,4 @@
-//! What is likely wrong with a scene, each with what to change.
+//! Likely mistakes in a scene, each with a suggested change.
 
 use crate::advice::{Advice, Finding, Remedy};
 use crate::analysis::free_parts::FreeParts;
@@ -13,28 +13,30 @@ use crate::operators::{divergence, rest};
 use crate::start::BlockResidual;
 use crate::statics::Equilibrium;
 
-/// Modes looked at beside the drive.
+/// Number of modes that are compared with the drive.
 const SLOW_MODES: usize = 3;
-/// A drive this near to an eigenfrequency, as a fraction of it, is a resonance.
+/// Relative distance between drive and eigenfrequency below which the drive counts as resonant.
 const RESONANCE: f64 = 0.1;
-/// A load this many times faster than the slowest mode is felt next to where it acts only, in a body
-/// many wavelengths long: far beyond what tissue is tried with, and what a mesh in mm looks like.
+/// A load this many times faster than the slowest mode only moves the vicinity of the loaded
+/// surface, since the body is many wavelengths long. Such values exceed practical tests of tissue
+/// and suggest a mesh in mm.
 const FAR_ABOVE_MODES: f64 = 200.0;
-/// A load this many times slower than the slowest mode moves nothing that a static analysis would
-/// not: what moduli in a thousandth of their unit and a mesh in km look like.
+/// A load this many times slower than the slowest mode gives a quasi-static motion. Such values
+/// suggest moduli that are off by a factor of 1000, or a mesh in km.
 const FAR_BELOW_MODES: f64 = 1e-5;
-/// The frequency of a stretch is above the slowest mode's by this factor at most: slender bodies bend.
+/// Upper bound for the ratio of the frequency of a stretch to the slowest mode: slender bodies
+/// bend.
 const ABOVE_SLOWEST: f64 = 100.0;
-/// Periods of the load beyond which a run is taken for an error of typing: days at 1 ms each, which is less than
-/// one takes.
+/// Number of load periods above which a run is assumed to be a typing error. It would take days
+/// even at 1 ms per period, which is less than a period costs.
 const MOST_PERIODS: f64 = 1e8;
-/// Lengths of the body that a load moves it by in a linear calculation, beyond which it is taken for one in other
-/// units than the moduli: kPa and Pa differ by a thousand.
+/// Ratio of the linear displacement to the length of the body above which load and moduli are
+/// assumed to be in different units, such as kPa and Pa.
 const FAR: f64 = 100.0;
-/// A residual beyond this fraction of its terms is not rounding.
+/// Residual relative to the size of its terms above which it is not a rounding error.
 pub const INCONSISTENT: f64 = 1e-9;
 
-/// The lowest eigenfrequencies at rest, Hz.
+/// Returns the lowest eigenfrequencies at rest, Hz.
 pub(super) fn slow_modes(muscle: &Muscle) -> Result<Vec<f64>, ModelError> {
     let lowest = spectrum::lowest(muscle, &Equilibrium::unloaded(muscle), SLOW_MODES)?;
     let frequencies = lowest.iter().filter_map(myovib_structure::Mode::frequency);
@@ -45,16 +47,17 @@ pub(super) fn not_held(free: FreeParts) -> Finding {
     Finding {
         fields: vec![Field::Displacement],
         problem: match free.count {
-            1 => format!("1 motion without strain is left: {free}"),
-            n => format!("{n} motions without strain are left: {free}"),
+            1 => format!("1 rigid motion is not constrained: {free}"),
+            n => format!("{n} rigid motions are not constrained: {free}"),
         },
         remedies: vec![Remedy::Scene(
-            "hold more components or nodes, unless the body is meant to float",
+            "fix more components or nodes, unless the body is meant to float",
         )],
     }
 }
 
-/// Pressures that no displacement holds, `nullity` of them where that is known.
+/// Returns findings for pressure modes that no displacement controls; `nullity` is their number, if
+/// known.
 pub(super) fn unheld(nullity: Option<usize>, muscle: &Muscle) -> Vec<Finding> {
     if !muscle.parameters.is_incompressible() {
         return Vec::new();
@@ -71,25 +74,25 @@ pub(super) fn unheld(nullity: Option<usize>, muscle: &Muscle) -> Vec<Finding> {
             "all of the boundary is held, so that no displacement changes the volume: with kappa = inf the \
              pressure is known but for a constant, and the one computed is as good as any other"
                 .to_owned(),
-            "take a finite kappa, or leave a part of the boundary free",
+            "use a finite kappa, or do not fix the whole boundary",
         )
     });
     let of_others = (others > 0).then(|| {
         let are = match (others, level) {
-            (1, false) => "1 independent pressure is".to_owned(),
-            (1, true) => "1 other independent pressure is".to_owned(),
-            (_, false) => format!("{others} independent pressures are"),
-            (_, true) => format!("{others} other independent pressures are"),
+            (1, false) => "1 independent pressure mode is".to_owned(),
+            (1, true) => "1 other independent pressure mode is".to_owned(),
+            (_, false) => format!("{others} independent pressure modes are"),
+            (_, true) => format!("{others} other independent pressure modes are"),
         };
         finding(
-            format!("{are} held by no displacement: with kappa = inf the pencil is singular and there is no index"),
-            "take a finite kappa, or a mesh without elements that have all nodes fixed",
+            format!("{are} not controlled by any displacement: with kappa = inf the pencil is singular and the index is undefined"),
+            "use a finite kappa, or a mesh without elements that have all nodes fixed",
         )
     });
     of_level.into_iter().chain(of_others).collect()
 }
 
-/// Whether a constant pressure does no work on any free displacement: ∫ div φ = 0.
+/// Returns whether a constant pressure does no work on any free displacement: ∫ div φ = 0.
 fn has_no_level(muscle: &Muscle) -> bool {
     let solid = &muscle.solid;
     let Ok(divergence) = divergence(solid, &rest(solid)) else {
@@ -118,7 +121,7 @@ pub(super) fn inconsistent(residuals: &[BlockResidual]) -> Option<Finding> {
         fields: vec![worst.field],
         problem: format!("the start does not satisfy the equations at t = 0 ({worst})"),
         remedies: vec![Remedy::Scene(
-            "let loads and prescribed motions start from zero, or start in equilibrium with them",
+            "ramp loads and prescribed motions up from zero, or start from an equilibrium",
         )],
     })
 }
@@ -130,14 +133,14 @@ pub(super) fn resonance(slow_modes: &[f64], drive: Option<f64>) -> Option<Findin
         .find(|mode| (drive / **mode - 1.0).abs() < RESONANCE)?;
     Some(Finding {
         fields: Vec::new(),
-        problem: format!("the load at {drive:.3} Hz is next to the eigenfrequency {mode:.3} Hz"),
+        problem: format!("the load at {drive:.3} Hz is close to the eigenfrequency {mode:.3} Hz"),
         remedies: vec![Remedy::Scene(
-            "expect large motions, bounded by damping alone, or change the frequency",
+            "expect large motions limited only by damping, or change the frequency",
         )],
     })
 }
 
-/// What [`check`](super::check::check) warns of, as far as it can be told without work that counts beside a run's.
+/// Returns the warnings of [`check`](super::check::check) that cost little compared with a run.
 pub fn warnings(muscle: &Muscle, formulation: Formulation, settings: &Settings) -> Vec<Finding> {
     let mut findings = Advice::new(muscle, formulation, settings).findings();
     findings.extend(free_parts(muscle).map(not_held));
@@ -146,8 +149,9 @@ pub fn warnings(muscle: &Muscle, formulation: Formulation, settings: &Settings) 
     findings
 }
 
-/// A [`misfit`] of a body whose modes are not known. They cost factorisations: they are looked for where
-/// units seem not to go together. A body whose modes cannot be found says so when it is run.
+/// Returns the [`misfit`] of a body whose modes are not known. Modes cost factorizations, so they
+/// are only computed if the units seem inconsistent. If they cannot be computed, the run reports
+/// it.
 pub(super) fn strange_units(muscle: &Muscle, t_end: f64) -> Option<Finding> {
     let stretching = spectrum::stretching_frequency(muscle).unwrap_or(f64::NAN);
     let ratio = asked(muscle, t_end).0 / stretching;
@@ -156,7 +160,8 @@ pub(super) fn strange_units(muscle: &Muscle, t_end: f64) -> Option<Finding> {
     misfit(muscle, &slow_modes, t_end)
 }
 
-/// What [`check_static`](super::check::check_static) warns of, as far as that is cheap and does not end the search.
+/// Returns the warnings of [`check_static`](super::check::check_static) that are cheap and do not
+/// prevent the analysis.
 pub fn static_warnings(muscle: &Muscle, formulation: Formulation) -> Vec<Finding> {
     match formulation.has(Field::Pressure) {
         true => unheld(None, muscle),
@@ -164,7 +169,7 @@ pub fn static_warnings(muscle: &Muscle, formulation: Formulation) -> Vec<Finding
     }
 }
 
-/// The frequency that a scene is about, Hz, and what it is.
+/// Returns the characteristic frequency of a scene, Hz, and its description.
 fn asked(muscle: &Muscle, t_end: f64) -> (f64, &'static str) {
     match muscle.drive() {
         Some(drive) => (drive, "frequency of the load"),
@@ -172,7 +177,7 @@ fn asked(muscle: &Muscle, t_end: f64) -> (f64, &'static str) {
     }
 }
 
-/// Units that do not go together show as a time of the scene far from the body's own.
+/// Detects inconsistent units by a time scale of the scene far from the time scale of the body.
 pub(super) fn misfit(muscle: &Muscle, slow_modes: &[f64], t_end: f64) -> Option<Finding> {
     let slowest = slow_modes.iter().copied().find(|mode| *mode > 0.0)?;
     let (asked, what) = asked(muscle, t_end);
@@ -197,13 +202,13 @@ pub(super) fn misfit(muscle: &Muscle, slow_modes: &[f64], t_end: f64) -> Option<
     })
 }
 
-/// Loads that do not go with the moduli, of a body `size` m long that they move by `displacement` m as by linear
-/// elasticity.
+/// Detects loads that are inconsistent with the moduli: a body of length `size` (m) that they move
+/// by `displacement` (m) according to linear elasticity.
 pub(super) fn too_far(displacement: f64, size: f64) -> Option<Finding> {
     (displacement > FAR * size).then(|| Finding {
         fields: Vec::new(),
         problem: format!(
-            "by linear elasticity the load moves the body by {} m, which is {} m long",
+            "according to linear elasticity the load moves the body by {} m; its length is {} m",
             readable(displacement),
             readable(size)
         ),
@@ -214,7 +219,7 @@ pub(super) fn too_far(displacement: f64, size: f64) -> Option<Finding> {
     })
 }
 
-/// As many digits as a person reads.
+/// Formats a value with few significant digits.
 pub fn readable(value: f64) -> String {
     match value {
         1e-2..1e6 => format!("{value:.3}"),
@@ -226,9 +231,11 @@ pub(super) fn endless(drive: Option<f64>, t_end: f64) -> Option<Finding> {
     let periods = drive? * t_end;
     (periods > MOST_PERIODS).then(|| Finding {
         fields: Vec::new(),
-        problem: format!("the load goes through {periods:.0e} periods, of several steps each"),
+        problem: format!(
+            "the run covers {periods:.0e} periods of the load with several steps each"
+        ),
         remedies: vec![Remedy::Scene(
-            "look at the end time and the frequencies, which are in s and Hz",
+            "check the end time (s) and the frequencies (Hz)",
         )],
     })
 }

@@ -1,4 +1,4 @@
-//! Eigenfrequencies and modes of the muscle, linearised about an equilibrium.
+//! Eigenfrequencies and modes of the muscle linearized about an equilibrium.
 
 use std::f64::consts::TAU;
 
@@ -14,28 +14,30 @@ use crate::operators;
 use crate::start::saddle::Saddle;
 use crate::statics::Equilibrium;
 
-/// Steps of Lanczos' method for the fastest mode at most.
+/// Maximum number of Lanczos steps for the fastest mode.
 const MOST_STEPS: usize = 60;
-/// Change of ω² over a step, as a fraction of it, at which they end: the frequency, which grows from
-/// step to step, has two digits then.
+/// Relative change of ω² per Lanczos step at which the iteration ends. The frequency, which
+/// increases from step to step, then has two digits.
 const SETTLED: f64 = 2e-3;
 
-/// The shift below ω² = 0 for a body that is not held, as a fraction of the quotient of energies of
-/// a [`stretching`]: near enough to tell the lowest modes, far enough to factorise.
+/// Shift below ω² = 0 for an unsupported body, as a fraction of the Rayleigh quotient of a
+/// [`stretching`]: close enough to separate the lowest modes, far enough for a stable
+/// factorization.
 const BELOW_REST: f64 = 1e-2;
-/// ω² below this fraction of the shift is the rounding of a motion without strain.
+/// Fraction of the shift below which ω² counts as zero (a rigid motion).
 const ROUNDING: f64 = 1e-6;
-/// A stiffness whose largest entry without a mirror image is below this fraction of its largest is symmetric but for
-/// rounding.
+/// Largest unsymmetric part, relative to the largest entry, of a stiffness that counts as
+/// symmetric.
 const SYMMETRIC: f64 = 1e-10;
 
-/// Small free vibrations about an equilibrium of a formulation with pressures, undamped: M ü + K u - Bᵀ p = 0,
-/// M_p p/κ + B u = 0, all matrices those at the equilibrium. K has the parts of the law, of beds, and, where loads
-/// are, of tensions (which stay as they are) and of pressures that follow the body. Stress has relaxed (Prony).
+/// Builds the undamped small vibrations about an equilibrium of a formulation with pressures: M ü +
+/// K u - Bᵀ p = 0, M_p p/κ + B u = 0, with all matrices at the equilibrium. K contains the law,
+/// elastic foundations and, under loads, tensions (which are constant) and follower pressures.
+/// Viscoelastic (Prony) stress is relaxed.
 ///
 /// # Errors
-/// [`ModelError::Inverted`] for a state without stress; [`ModelError::NoEnergy`] for pressures that follow the body
-/// where the edge of their surface moves.
+/// [`ModelError::Inverted`] for a state without stress; [`ModelError::NoEnergy`] for
+/// follower pressures if the edge of their surface moves.
 ///
 /// # Panics
 /// If a length is wrong.
@@ -63,7 +65,8 @@ pub fn vibration(muscle: &Muscle, at: &Equilibrium) -> Result<Vibration, ModelEr
     )?)
 }
 
-/// ∂/∂u and ∂/∂v of the force of active and viscous stresses, under the tensions of an equilibrium.
+/// Returns ∂/∂u and ∂/∂v of the force of active and viscous stresses under the tensions of an
+/// equilibrium.
 fn added(muscle: &Muscle, at: &Equilibrium, u: &[f64]) -> [CscMatrix<f64>; 2] {
     let solid = &muscle.solid;
     let without = || vec![0.0; solid.n_tensions()];
@@ -83,7 +86,7 @@ fn added(muscle: &Muscle, at: &Equilibrium, u: &[f64]) -> [CscMatrix<f64>; 2] {
     values.map(|values| operators::matrix(solid.displacement_pattern(), values))
 }
 
-/// ∂/∂u of the force of pressures at time `t`.
+/// Returns ∂/∂u of the force of follower pressures at time `t`.
 fn following(muscle: &Muscle, t: f64, u: &[f64]) -> Result<CscMatrix<f64>, ModelError> {
     let pattern = muscle.solid.displacement_pattern();
     let mut values = vec![0.0; pattern.nnz()];
@@ -98,11 +101,13 @@ fn following(muscle: &Muscle, t: f64, u: &[f64]) -> Result<CscMatrix<f64>, Model
     Ok(stiffness)
 }
 
-/// The `count` modes about an equilibrium whose ω² are nearest to 0, by ascending ω²: the lowest, where it is stable.
-/// The motions without strain of a body that is not held ([`free_parts`]) have ω² = 0 at rest.
+/// Computes the `count` modes about an equilibrium with ω² nearest to 0, in ascending order of ω².
+/// For a stable equilibrium these are the lowest modes. Rigid motions of an unsupported body
+/// ([`free_parts`]) have ω² = 0 at rest.
 ///
 /// # Errors
-/// Those of [`vibration`]; [`ModelError::Structure`] for pressures that nothing holds.
+/// Errors of [`vibration`]; [`ModelError::Structure`] for pressures that no displacement
+/// controls.
 pub fn lowest(muscle: &Muscle, at: &Equilibrium, count: usize) -> Result<Vec<Mode>, ModelError> {
     let vibration = vibration(muscle, at)?;
     if free_parts(muscle).is_none() {
@@ -118,9 +123,10 @@ pub fn lowest(muscle: &Muscle, at: &Equilibrium, count: usize) -> Result<Vec<Mod
     Ok(found)
 }
 
-/// The fraction of critical damping of a `mode` about an equilibrium, vᵀ D v / (2 ω vᵀ M v): D is what takes energy
-/// away in proportion to velocities, Rayleigh damping, Kelvin–Voigt damping and beds. For one α and one β
-/// of the whole body it is (α/ω + βω)/2. Prony terms have no such D. None where the motion is no oscillation.
+/// Returns the damping ratio of a `mode` about an equilibrium, vᵀ D v / (2 ω vᵀ M v). D collects
+/// all forces proportional to velocities: Rayleigh damping, Kelvin–Voigt damping and foundations.
+/// For uniform α and β it is (α/ω + βω)/2. Prony terms are not included. Returns `None` if the mode
+/// does not oscillate.
 ///
 /// # Errors
 /// [`ModelError::Inverted`] for a state without stress.
@@ -169,8 +175,8 @@ pub fn damping_ratio(
     Ok(Some(lost / (2.0 * omega)))
 }
 
-/// The frequency of a stretch along the first axis without pressures, Hz: of the order of that of the
-/// modes that strain the body, and above the lowest. Costs one look at each element.
+/// Returns the frequency of a stretch along the first axis without pressures, Hz. It has the order
+/// of magnitude of the modes that strain the body and is above the lowest. Costs one element pass.
 ///
 /// # Errors
 /// [`ModelError::Inverted`] for a state without stress.
@@ -182,8 +188,8 @@ pub(crate) fn stretching_frequency(muscle: &Muscle) -> Result<f64, ModelError> {
     Ok(vibration.quotient(&stretching(muscle)).max(0.0).sqrt() / TAU)
 }
 
-/// The free components of a stretch along the first axis that keeps the volume: its quotient of
-/// energies is of the order of the lowest ω² of a body that strains.
+/// Returns the free components of a volume-preserving stretch along the first axis. Its Rayleigh
+/// quotient has the order of magnitude of the lowest ω² of a body in tension.
 fn stretching(muscle: &Muscle) -> Vec<f64> {
     let solid = &muscle.solid;
     let space = solid.space();
@@ -201,12 +207,14 @@ fn stretching(muscle: &Muscle) -> Vec<f64> {
     solid.dofs().free_to_full().iter().map(stretched).collect()
 }
 
-/// The angular frequency of the fastest mode about rest, rad/s, from below and to about two digits.
+/// Returns a lower bound for the angular frequency of the fastest mode about rest, rad/s, with
+/// about two digits.
 ///
-/// It belongs to the mesh, not to the muscle: a wave across the smallest element.
+/// The frequency depends on the mesh rather than the muscle: it is a wave across the smallest
+/// element.
 ///
 /// # Errors
-/// [`ModelError::Factorization`] when the pressures are not held.
+/// [`ModelError::Factorization`] if no displacement controls some pressure.
 pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
     let solid = &muscle.solid;
     let rest = operators::rest(solid);
@@ -217,7 +225,8 @@ pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
     let stiffness = operators::stiffness(solid, &rest, &no_pressure)?;
     let stiffness = bedded(muscle, stiffness);
 
-    // Incompressible: the pressure is the reaction that keeps B ü = 0. Else p = -κ M_p⁻¹ B u.
+    // Incompressible: the pressure is the reaction that enforces B ü = 0. Otherwise p = -κ M_p⁻¹ B
+    // u.
     let incompressible = muscle.parameters.is_incompressible();
     let none = CscMatrix::zeros(0, mass.nrows());
     let mut inertia = Saddle::factor(&mass, if incompressible { &b } else { &none })?;
@@ -236,8 +245,8 @@ pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
             inertia.solve(force.as_slice(), &no_flux)?.0,
         ))
     };
-    // Lanczos' method in the product of the mass, in which the map is symmetric. The first image is
-    // of motions that the constraint allows.
+    // Lanczos' method in the mass inner product, in which the map is symmetric. The first image
+    // satisfies the constraint.
     let start = DVector::from_fn(mass.nrows(), |i, _| ((i * i + 1) as f64).sin());
     let mut next = image(&start)?;
     let mut last = DVector::zeros(mass.nrows());
@@ -266,7 +275,7 @@ pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
     Ok(f64::max(omega_squared, 0.0).sqrt())
 }
 
-/// The largest eigenvalue of a symmetric tridiagonal matrix.
+/// Returns the largest eigenvalue of a symmetric tridiagonal matrix.
 fn largest_of(diagonal: &[f64], beside: &[f64]) -> f64 {
     let n = diagonal.len();
     let matrix = DMatrix::from_fn(n, n, |i, j| match i.abs_diff(j) {
@@ -277,7 +286,7 @@ fn largest_of(diagonal: &[f64], beside: &[f64]) -> f64 {
     matrix.symmetric_eigenvalues().max()
 }
 
-/// The stiffness with that of the beds.
+/// Adds the stiffness of the foundations.
 fn bedded(muscle: &Muscle, mut stiffness: CscMatrix<f64>) -> CscMatrix<f64> {
     for bed in &muscle.beds {
         let values = stiffness.values_mut();
@@ -287,7 +296,7 @@ fn bedded(muscle: &Muscle, mut stiffness: CscMatrix<f64>) -> CscMatrix<f64> {
     stiffness
 }
 
-/// That of all nodes.
+/// Returns the displacement of all nodes.
 fn displacement(muscle: &Muscle, at: &Equilibrium) -> Vec<f64> {
     let mut u = operators::rest(&muscle.solid);
     muscle.solid.dofs().expand(&at.displacement, &mut u);

@@ -1,4 +1,4 @@
-//! How fast this machine factorises and solves, measured on a small body.
+//! Speed of factorizations and solves on this machine, measured on a small body.
 
 use std::sync::Arc;
 
@@ -9,27 +9,29 @@ use num_complex::Complex64;
 
 use crate::cpu::CpuClock;
 
-/// Nodes along an edge of the cube that is factorised: fronts as wide as those of bodies, and tenths of a second.
+/// Nodes per edge of the factorized cube: its fronts are as wide as those of real bodies, and it
+/// takes tenths of a second.
 const SIDE: usize = 13;
-/// Unknowns of a node.
+/// Unknowns per node.
 const COMPONENTS: usize = 3;
-/// Solves that are timed.
+/// Number of timed solves.
 const SOLVES: u32 = 4;
 
-/// What a second of CPU time is good for.
+/// Work that a second of CPU time completes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Speed {
-    /// Operations of a factorisation, as in [`Prediction::flops`](myovib_sparse::Prediction::flops).
+    /// Operations of a factorization, counted as in
+    /// [`Prediction::flops`](myovib_sparse::Prediction::flops).
     pub(super) operations: f64,
-    /// Entries of factors in solves.
+    /// Entries of the factors processed in solves.
     pub(super) entries: f64,
 }
 
 impl Speed {
-    /// Factorises a real matrix, and a complex one beside it where `with_complex` is true.
+    /// Factorizes a real matrix, and also a complex matrix if `with_complex` is set.
     ///
     /// # Errors
-    /// Those of the factorisation.
+    /// Errors of the factorization.
     pub(super) fn measure(with_complex: bool) -> Result<Self, SparseError> {
         let pattern = cube();
         let structure = Structure {
@@ -50,7 +52,7 @@ impl Speed {
     }
 }
 
-/// What was done, and in how many seconds.
+/// Amount of work and its time, s.
 struct Timing {
     operations: f64,
     factorising: f64,
@@ -68,7 +70,7 @@ impl Timing {
             (needs.flops, needs.entries as f64)
         });
         let mut system = SparseSystem::<T>::new(elimination.clone());
-        // Larger on the diagonal than all others of the row together.
+        // Diagonally dominant rows.
         let values = pattern.entries().map(|(column, row)| match column == row {
             true => T::one() * 100.0,
             false => -T::one(),
@@ -77,7 +79,8 @@ impl Timing {
         system.values_mut().copy_from_slice(&values);
         let mut work = LinearWork::default();
         let mut x = vec![T::one(); pattern.major_dim()];
-        // The first factors are written into new memory, and their first solution is checked.
+        // The first factorization allocates memory and checks its first solution, so it is not
+        // timed.
         system.renew(&mut work)?;
         system.solve(&mut x, &mut work)?;
         let clock = CpuClock::start();
@@ -105,7 +108,7 @@ impl Timing {
     }
 }
 
-/// The pattern of a cube of nodes, each of which acts on its 26 neighbours.
+/// Returns the pattern of a cube of nodes, each coupled to its 26 neighbors.
 fn cube() -> SparsityPattern {
     let node = |[x, y, z]: [usize; 3]| (z * SIDE + y) * SIDE + x;
     let near = |k: usize| k.saturating_sub(1)..(k + 2).min(SIDE);
@@ -122,5 +125,5 @@ fn cube() -> SparsityPattern {
     }
     let n = offsets.len() - 1;
     SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows)
-        .expect("neighbours are in order")
+        .expect("neighbors are in order")
 }

@@ -1,4 +1,4 @@
-//! Whether the supports of a body hold it, part by part.
+//! Rank check of a body's supports, part by part.
 
 use std::collections::BTreeMap;
 
@@ -8,12 +8,12 @@ use crate::analysis::free_parts::{FreePart, FreeParts};
 use crate::error::ModelError;
 use crate::muscle::Muscle;
 
-/// Parts that hang together at single nodes are told apart up to this number; beyond it a mesh is
-/// taken as one body, and hinges in it are not seen.
+/// Number of parts connected at single nodes up to which they are treated separately. Above it, the
+/// mesh counts as one body, and hinges in it are not detected.
 const MOST_PARTS: usize = 100;
 
-/// The parts of the body that its supports do not hold, if there are any: rank of the supports' and
-/// joints' conditions on the rigid motions of each part.
+/// Returns the parts of the body that can move rigidly, if there are any: compares the rank of the
+/// conditions of supports and joints with the rigid motions of each part.
 pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
     let space = muscle.solid.space();
     let dofs = muscle.solid.dofs();
@@ -63,7 +63,8 @@ pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
         }
     }
     for bed in muscle.beds.iter().filter(|bed| bed.stiffness() > 0.0) {
-        // At a node the rows of its own block are the directions in which the bed holds it.
+        // At a node, the rows of its diagonal block are the directions in which the foundation
+        // holds it.
         let mut rows: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
         for &(row, column, value) in bed.operator().entries() {
             if row / dimension == column / dimension {
@@ -92,7 +93,7 @@ pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
     })
 }
 
-/// Refuses a body that is not held.
+/// Rejects a body that is not held.
 ///
 /// # Errors
 /// [`ModelError::NotHeld`].
@@ -100,12 +101,12 @@ pub(crate) fn expect_held(muscle: &Muscle) -> Result<(), ModelError> {
     free_parts(muscle).map_or(Ok(()), |free| Err(ModelError::NotHeld(free)))
 }
 
-/// The largest extent of a body along an axis, m.
+/// Returns the largest extent of a body along an axis, m.
 pub(crate) fn extent(muscle: &Muscle) -> f64 {
     extents(muscle).into_iter().fold(0.0, f64::max)
 }
 
-/// The extents of a body along the axes, m.
+/// Returns the extents of a body along the axes, m.
 pub(crate) fn extents(muscle: &Muscle) -> Vec<f64> {
     let space = muscle.solid.space();
     let side = |axis: usize| {

@@ -1,4 +1,4 @@
-//! The paper's Table 1 by computation: formulations, parameters, and what is found for each.
+//! Numerical computation of the paper's Table 1.
 
 use std::sync::Arc;
 
@@ -15,15 +15,15 @@ use crate::muscle_dae::MuscleDae;
 use crate::operators::element_size;
 use crate::paper;
 
-/// Strains of the random states are of this order: far from small, and no element inverts.
+/// Magnitude of the strains of the random states: large strain without inverted elements.
 const STRAIN: f64 = 0.1;
 /// Rate of these strains, 1/s, as under the paper's load of 8 Hz.
 const RATE: f64 = 5.0;
 
-/// A formulation with its parameters, and the index the paper prints for it.
+/// A formulation with its parameters and the index printed in the paper.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Case {
-    /// The paper's equation; `None` for one the paper does not have.
+    /// Equation number in the paper; `None` if the paper does not have it.
     pub equation: Option<&'static str>,
     /// The material law.
     pub law: Law,
@@ -33,13 +33,14 @@ pub struct Case {
     pub kappa: f64,
     /// β, s.
     pub beta: f64,
-    /// The index as printed, if it is in the table or in the remark below it.
+    /// Index printed in the table or in the remark below it.
     pub printed: Option<usize>,
 }
 
 const INF: f64 = f64::INFINITY;
 
-/// The eight rows of Table 1, the paper's remark on (29), and the formulations it does not list.
+/// Returns the eight rows of Table 1, the paper's remark on (29), and the formulations it does not
+/// list.
 pub fn cases() -> Vec<Case> {
     use Formulation::{Displacement, ImplicitRate, Position, Rate, Stabilized, Velocity};
     let case = |equation, law, formulation, kappa, beta, printed| Case {
@@ -74,12 +75,13 @@ pub fn cases() -> Vec<Case> {
     ]
 }
 
-/// A beam of the muscle's size, with few enough unknowns to compute the index from the matrices.
+/// Returns a beam of the muscle's size with few enough unknowns to compute the index from the
+/// matrices.
 pub(crate) fn coarse_beam(columns: usize) -> Result<Mesh, FemError> {
     generate::beam(0.1, 0.04, [columns, 2])
 }
 
-/// A block of that size: six tetrahedra in space, for the same purpose.
+/// Returns a block of that size: six tetrahedra, for the same purpose.
 pub(crate) fn coarse_block() -> Result<Mesh, FemError> {
     let mesh = generate::block([0.0; 3], [0.1, 0.04, 0.04], [1, 1, 1])?;
     let mut groups = mesh.groups().clone();
@@ -89,22 +91,22 @@ pub(crate) fn coarse_block() -> Result<Mesh, FemError> {
     mesh.with_groups(groups)
 }
 
-/// The index of a case on one mesh at one state.
+/// Index of a case on one mesh at one state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
     /// Triangles of the mesh.
     pub triangles: usize,
     /// Seed of the random state.
     pub seed: u64,
-    /// What was found.
+    /// Computed index.
     pub report: IndexReport,
 }
 
 impl Case {
-    /// The index on two meshes at two random states of large strain each, made consistent.
+    /// Computes the index on two meshes at two random consistent states of large strain each.
     ///
     /// # Errors
-    /// Those of [`IndexReport::of_motion`].
+    /// Errors of [`IndexReport::of_motion`].
     pub fn samples(&self) -> Result<Vec<Sample>, ModelError> {
         let mut samples = Vec::new();
         for columns in [3, 5] {
@@ -120,10 +122,10 @@ impl Case {
         Ok(samples)
     }
 
-    /// The index on a mesh, at a random state that belongs to the seed.
+    /// Computes the index on a mesh at a random state generated from `seed`.
     ///
     /// # Errors
-    /// Those of [`IndexReport::of_motion`].
+    /// Errors of [`IndexReport::of_motion`].
     pub fn at_random_state(&self, mesh: &Mesh, seed: u64) -> Result<IndexReport, ModelError> {
         let muscle = self.muscle(mesh)?;
         let solid = &muscle.solid;
@@ -149,13 +151,13 @@ impl Case {
     }
 }
 
-/// The index of (29) on the way to its limit, κ → ∞ and β → 0 together.
+/// Computes the index of (29) along a sequence with κ → ∞ and β → 0.
 ///
-/// It is 2 all the way and 4 in the limit; what shrinks is the gap. The last κ on the way is one at
-/// which the method can hardly tell.
+/// It is 2 for every member of the sequence and 4 in the limit, while the rank gap shrinks. At the
+/// last κ of the sequence the method can barely decide.
 ///
 /// # Errors
-/// Those of [`IndexReport::of_motion`].
+/// Errors of [`IndexReport::of_motion`].
 pub fn limit() -> Result<Vec<(Case, IndexReport)>, ModelError> {
     let mesh = coarse_beam(3)?;
     let kappas = [1e5, 1e7, 1e9, 1e11, 1e13, INF];

@@ -1,4 +1,4 @@
-//! What oscillators can be coupled to.
+//! Systems that can drive oscillators.
 
 use myovib_dae::LinearSolver;
 use myovib_sparse::SparseError;
@@ -16,21 +16,21 @@ use crate::rod_dae::RodDae;
 use crate::signal::schedule::Schedule;
 use crate::start::Consistent;
 
-/// A system's own linear solver.
+/// Linear solver of a system without its oscillators.
 pub type SystemMatrices<B> = Box<dyn LinearSolver<B> + Send>;
 
-/// A body that oscillators can be coupled to, or such a body with its oscillators.
+/// A body that can drive oscillators, or such a body together with its oscillators.
 pub trait Body: Consistent + Send + Sized + 'static {
-    /// What drives it.
+    /// Returns the excitation of the body.
     fn schedule(&self) -> Schedule {
         Schedule::default()
     }
 
-    /// A shorter way to solve its Newton systems than KLU on the whole matrix, if there is
-    /// one.
+    /// Returns a condensed solver for the body's Newton systems if there is one that is cheaper
+    /// than factorizing the full matrix.
     ///
     /// # Errors
-    /// Those of the analysis.
+    /// Errors of the symbolic analysis.
     fn condensed_solver(
         &mut self,
         _options: SparseOptions,
@@ -65,7 +65,7 @@ impl Consistent for RodDae {
 }
 
 impl<B: Body> Body for CoupledDae<B> {
-    /// What drives the body and the oscillators, and the periods of these.
+    /// Returns the excitation of body and oscillators, and the oscillators' periods.
     fn schedule(&self) -> Schedule {
         let mut schedule = self.body().schedule();
         for k in 0..self.n_networks() {
@@ -85,7 +85,7 @@ impl<B: Body> Body for CoupledDae<B> {
     }
 }
 
-/// Its oscillators are eliminated.
+/// The oscillators are eliminated from the Newton systems.
 impl Body for FeedbackDae {
     fn schedule(&self) -> Schedule {
         self.one_way().schedule()

@@ -21,7 +21,7 @@ pub struct CoupledDae<B> {
     n_unknowns: usize,
 }
 
-/// Oscillators with their place in Y.
+/// Oscillators with their range in Y.
 #[derive(Debug, Clone)]
 struct Part {
     oscillators: Oscillators,
@@ -31,7 +31,7 @@ struct Part {
     coupling: Coupling,
 }
 
-/// ∂F_o/∂y of all directions: γ w in each row that the forcing of one reaches.
+/// ∂F_o/∂y of all directions: γ w in each row that the forcing reaches.
 #[derive(Debug, Clone)]
 struct Coupling {
     pattern: SparsityPattern,
@@ -44,7 +44,7 @@ impl Coupling {
         let mut columns: Vec<Vec<(usize, f64)>> = vec![Vec::new(); n_body];
         for (channel, source) in oscillators.sources().iter().enumerate() {
             for &(column, weight) in source.unknowns() {
-                // ∂c/∂y_i = γ w_i, and c stands with a plus in its rows.
+                // ∂c/∂y_i = γ w_i, and c has a positive sign in its rows.
                 let slope = oscillators.drive().forcing(weight);
                 let rows = network.forced_rows(channel);
                 columns[column].extend(rows.map(|row| (row, slope)));
@@ -71,10 +71,10 @@ impl Coupling {
 }
 
 impl<B: Problem> CoupledDae<B> {
-    /// Joins `body` and `oscillators`; the points of [`Source::Body`] must be of this body.
+    /// Combines `body` and `oscillators`. The points of [`Source::Body`] must belong to this body.
     ///
     /// # Panics
-    /// When a source names an unknown that the body does not have.
+    /// If a source names an unknown that the body does not have.
     pub fn new(body: B, oscillators: Vec<Oscillators>) -> Self {
         let n_body = body.n_unknowns();
         let mut end = n_body;
@@ -85,7 +85,7 @@ impl<B: Problem> CoupledDae<B> {
                 end += oscillators.network().n_states();
                 let mut unknowns = oscillators.sources().iter().flat_map(Source::unknowns);
                 let known = unknowns.all(|(i, _)| *i < n_body);
-                assert!(known, "the point is one of this body");
+                assert!(known, "the source is a point of this body");
                 Part {
                     forcing: vec![0.0; oscillators.network().n_channels()],
                     jacobian: vec![0.0; oscillators.network().jacobian_pattern().nnz()],
@@ -113,48 +113,49 @@ impl<B: Problem> CoupledDae<B> {
         }
     }
 
-    /// The body.
+    /// Returns the body.
     pub fn body(&self) -> &B {
         &self.body
     }
 
-    /// The body, for evaluations beside the integration.
+    /// Returns the body for evaluations outside the time integration.
     pub fn body_mut(&mut self) -> &mut B {
         &mut self.body
     }
 
-    /// Where the body's unknowns lie in Y.
+    /// Returns the range of the body's unknowns in Y.
     pub fn body_range(&self) -> Range<usize> {
         0..self.n_body
     }
 
-    /// Number of networks of oscillators.
+    /// Returns the number of oscillator networks.
     pub fn n_networks(&self) -> usize {
         self.parts.len()
     }
 
-    /// Network number `k`.
+    /// Returns network number `k`.
     pub fn oscillators(&self, k: usize) -> &Oscillators {
         &self.parts[k].oscillators
     }
 
-    /// Where the states of network number `k` lie in Y.
+    /// Returns the range of the states of network number `k` in Y.
     pub fn range(&self, k: usize) -> Range<usize> {
         self.parts[k].range.clone()
     }
 
-    /// Exchanges the oscillators of network number `k` for others of as many states and the same sources.
+    /// Swaps the oscillators of network number `k` with others that have equally many states and
+    /// the same sources.
     pub(crate) fn exchange(&mut self, k: usize, other: &mut Oscillators) {
         std::mem::swap(&mut self.parts[k].oscillators, other);
     }
 
-    /// The residual of network number `k`, or that of `other` oscillators in its place.
+    /// Evaluates the residual of network number `k`, or of `other` oscillators in its position.
     ///
     /// # Shapes
-    /// `y`, `y_dot`: all unknowns; `residual`: the states of the network.
+    /// `y`, `y_dot`: all unknowns; `residual`: states of the network.
     ///
     /// # Errors
-    /// A recording that does not reach `t`.
+    /// A recording that does not cover `t`.
     pub(crate) fn residual_of(
         &mut self,
         (k, other): (usize, Option<&Oscillators>),
@@ -175,10 +176,10 @@ impl<B: Problem> CoupledDae<B> {
         Ok(())
     }
 
-    /// ÿ of the oscillators of network number `k`, from their equations.
+    /// Returns ÿ of the oscillators of network number `k` from their equations.
     ///
     /// # Errors
-    /// A recording that does not reach `t`.
+    /// A recording that does not cover `t`.
     pub fn accelerations(&mut self, k: usize, t: f64, y: &[f64]) -> Result<Vec<f64>, StepError> {
         let part = &mut self.parts[k];
         part.force(t, &y[..self.n_body])?;
@@ -194,11 +195,11 @@ impl<B: Problem> CoupledDae<B> {
         Ok(residual[n / 2..].iter().map(|r| -r).collect())
     }
 
-    /// ẏ of all oscillators that F = 0 asks for, and what is left of the body's residual at zero
-    /// derivatives: 0 for a body that starts from rest without load.
+    /// Returns ẏ of all oscillators from F = 0, and the largest residual of the body at zero
+    /// derivatives: 0 for a body that starts at rest without load.
     ///
     /// # Errors
-    /// Those of the body's residual; a recording that does not reach `t`.
+    /// Errors of the body's residual; a recording that does not cover `t`.
     pub fn derivatives_at(&mut self, t: f64, y: &[f64]) -> Result<(Vec<f64>, f64), StepError> {
         let zero = vec![0.0; self.n_unknowns];
         let mut y_dot = vec![0.0; self.n_unknowns];
@@ -215,7 +216,7 @@ impl<B: Consistent> Consistent for CoupledDae<B> {
     fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
         let mut y = y.to_vec();
         let (mut y_dot, imbalance) = self.derivatives_at(t, &y)?;
-        // A body at rest without load stays as it is.
+        // A body at rest without load has zero derivatives already.
         if imbalance > 0.0 {
             let own = self.body_range();
             let [values, rates] = self.body.consistent(t, &y[own.clone()])?;
@@ -228,13 +229,13 @@ impl<B: Consistent> Consistent for CoupledDae<B> {
 }
 
 impl Part {
-    /// Fills `forcing` with γ u for each direction.
+    /// Sets `forcing` to γ u for each direction.
     fn force(&mut self, t: f64, y: &[f64]) -> Result<(), StepError> {
         force(&self.oscillators, &mut self.forcing, t, y)
     }
 }
 
-/// Fills `forcing` with γ u for each direction of some oscillators, `y` being the unknowns of the body.
+/// Sets `forcing` to γ u for each direction of `oscillators`; `y` are the body's unknowns.
 fn force(
     oscillators: &Oscillators,
     forcing: &mut [f64],

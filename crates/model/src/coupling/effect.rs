@@ -1,20 +1,20 @@
-//! What the coherence of oscillators does to the body around them; `feedback` has the formulas.
+//! Effect of the oscillators' coherence on the surrounding body; the formulas are in `feedback`.
 
 use myovib_fem::Solid;
 use myovib_oscillators::SmoothCoherence;
 
-/// What a coherence changes in the body.
+/// Property of the body that the coherence changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effect {
-    /// The factor of the law's energy: numbers at the corners of each element.
+    /// Factor of the law's energy: one value per corner of each element.
     Stiffness,
-    /// The tension of active stresses that [follow a coherence](crate::Activation::Coherence), Pa:
-    /// one number for each element.
+    /// Tension of active stresses that [follow a coherence](crate::Activation::Coherence), Pa: one
+    /// value per element.
     Tension,
 }
 
 impl Effect {
-    /// How many numbers an element has.
+    /// Returns the number of values per element.
     pub(super) fn numbers_per_element(self, solid: &Solid) -> usize {
         match self {
             Self::Stiffness => solid.space().mesh().shape().n_vertices(),
@@ -22,12 +22,12 @@ impl Effect {
         }
     }
 
-    /// How many numbers all elements have.
+    /// Returns the number of values of all elements.
     pub(super) fn numbers(self, solid: &Solid) -> usize {
         self.numbers_per_element(solid) * solid.space().n_elements()
     }
 
-    /// What a number is where no place acts.
+    /// Returns the value where no place acts.
     pub(super) fn elsewhere(self) -> f64 {
         match self {
             Self::Stiffness => 1.0,
@@ -36,26 +36,26 @@ impl Effect {
     }
 }
 
-/// What the coherence of one network does to the body around it.
+/// Effect of the coherence of one network on the surrounding body.
 #[derive(Debug, Clone)]
 pub struct Feedback {
     /// Number of the network.
     pub network: usize,
-    /// The measure of coherence.
+    /// Measure of coherence.
     pub coherence: SmoothCoherence,
-    /// What it changes.
+    /// Property that it changes.
     pub effect: Effect,
-    /// g_0 or T_0: the factor of the stiffness, or the tension, for oscillators out of step, or at rest.
+    /// g_0 or T_0: stiffness factor or tension at zero coherence.
     pub unsynchronised: f64,
-    /// g_∞ or T_1: the same for oscillators in step.
+    /// g_∞ or T_1: stiffness factor or tension at full coherence.
     pub coherent: f64,
-    /// For each place of the network, which has as many oscillators as the others, w of the numbers it
-    /// acts on: those of its elements, in the order of the elements.
+    /// For each place of the network (all have equally many oscillators): (index, weight w) of the
+    /// values it acts on, ordered by element.
     pub weights: Vec<Vec<(usize, f64)>>,
 }
 
 impl Feedback {
-    /// The weights of a single place, one for each number.
+    /// Returns the weights of a single place from one weight per value.
     pub fn of_one_place(weights: &[f64]) -> Vec<Vec<(usize, f64)>> {
         let weights = weights.iter().copied().enumerate();
         vec![weights.filter(|(_, weight)| *weight != 0.0).collect()]

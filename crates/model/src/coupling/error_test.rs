@@ -1,13 +1,13 @@
-//! Which errors the integrator of a coupled system looks at, and how closely.
+//! Error-test weights of coupled systems, component by component.
 //!
-//! IDAS has one relative tolerance for all components, and its norm is the root mean square over
-//! all N of them: among the 3034 unknowns of the muscle the error of ten oscillators would be seen
-//! through √(10/3034) = 1/17. Here each component has a relative tolerance of its own, and the
-//! weights of each network of n states are √(N/n) times as large, so that it passes by its own root
-//! mean square. The body's part of the norm stays what it is without oscillators, but for N.
+//! IDAS has one relative tolerance, and its norm is the root mean square over all N components:
+//! among the 3034 unknowns of the muscle the error of ten oscillators would be scaled by √(10/3034)
+//! = 1/17. Here each component has a relative tolerance, and the weights of a network of n states
+//! are multiplied by √(N/n), so that each network is tested by its own root mean square. The body's
+//! part of the norm changes only through N.
 //!
-//! Internal stresses of Prony terms may be many more than all other unknowns of a muscle: they and
-//! the others pass by their own root mean squares, too.
+//! Internal stresses of Prony terms may outnumber all other unknowns of a muscle. The same scaling
+//! is applied to these two parts.
 
 use std::ops::Range;
 
@@ -24,14 +24,14 @@ use crate::muscle_dae::MuscleDae;
 pub struct StateTolerances {
     /// Relative tolerance.
     pub relative: f64,
-    /// Absolute tolerance; the response of an oscillator begins near 2e-5.
+    /// Absolute tolerance; the response of an oscillator starts near 2e-5.
     pub absolute: f64,
-    /// Whether the states take part in the error test.
+    /// Whether the states are included in the error test.
     pub tested: bool,
 }
 
 impl Default for StateTolerances {
-    /// Relative 1e-7, absolute 1e-10, in the error test.
+    /// Relative 1e-7, absolute 1e-10, included in the error test.
     fn default() -> Self {
         Self {
             relative: 1e-7,
@@ -41,19 +41,19 @@ impl Default for StateTolerances {
     }
 }
 
-/// The error test by component.
+/// Error test by component.
 #[derive(Debug, Clone, Default)]
 pub struct ErrorTest {
     relative: Vec<f64>,
     absolute: Vec<f64>,
     importance: Vec<f64>,
     left_out: Vec<bool>,
-    /// Weights of the muscle's part that follow the step.
+    /// Weights of the muscle that depend on the step size.
     by_step: Option<StepWeights>,
 }
 
 impl ErrorTest {
-    /// The muscle's part, as its settings say.
+    /// Builds the error test of a muscle from its settings.
     pub fn of_muscle(dae: &MuscleDae, settings: &Settings) -> Self {
         let layout = dae.layout();
         let scaled = settings.multiplier_weights == MultiplierWeights::StepScaled;
@@ -66,17 +66,17 @@ impl ErrorTest {
         }
     }
 
-    /// The same tolerances for `n` states of a body (0 for no body).
+    /// Builds an error test with equal tolerances for `n` states of a body (0 without a body).
     pub fn of_states(n: usize, tolerances: StateTolerances) -> Self {
         let mut test = Self::default();
         test.extend(n, tolerances);
         test
     }
 
-    /// Adds the oscillators of `dae` to its body's part.
+    /// Appends the oscillators of `dae` to the body's part.
     ///
     /// # Panics
-    /// When the body's part has not one entry per unknown of the body.
+    /// If the body's part does not have one entry per unknown of the body.
     #[must_use]
     pub fn with_oscillators<B: Problem>(
         mut self,
@@ -102,7 +102,7 @@ impl ErrorTest {
         self.left_out.resize(end, !tolerances.tested);
     }
 
-    /// The same test with tolerances times a factor that depends on the relative one.
+    /// Multiplies all tolerances by a factor that depends on the relative tolerance.
     #[must_use]
     pub fn scaled(mut self, factor: impl Fn(f64) -> f64) -> Self {
         for (relative, absolute) in self.relative.iter_mut().zip(&mut self.absolute) {
@@ -113,27 +113,27 @@ impl ErrorTest {
         self
     }
 
-    /// The smallest relative tolerance.
+    /// Returns the smallest relative tolerance.
     pub fn smallest_relative(&self) -> f64 {
         self.relative.iter().copied().fold(1.0, f64::min)
     }
 
-    /// Where weights that follow the step read its size, if they do.
+    /// Returns the shared step size read by step-dependent weights, if there are any.
     pub(crate) fn step_size(&self) -> Option<StepSize> {
         self.by_step.as_ref().map(StepWeights::step_size)
     }
 
-    /// Components left out of the error test.
+    /// Returns which components are excluded from the error test.
     pub fn left_out(&self) -> &[bool] {
         &self.left_out
     }
 
-    /// Absolute tolerances by component.
+    /// Returns the absolute tolerances by component.
     pub fn absolute(&self) -> &[f64] {
         &self.absolute
     }
 
-    /// `weights` ← importance / (relative |y| + absolute).
+    /// Sets `weights` to importance / (relative |y| + absolute).
     pub fn weights(&self, y: &[f64], weights: &mut [f64]) {
         for (i, (weight, y)) in weights.iter_mut().zip(y).enumerate() {
             let allowed = self.relative[i] * y.abs() + self.absolute[i];
@@ -148,7 +148,8 @@ impl ErrorTest {
     }
 }
 
-/// √(N/n) for the n internal stresses among N unknowns of a muscle, and for the n others.
+/// Returns √(N/n) for the n internal stresses among N unknowns of a muscle, and the same for the
+/// others.
 fn importance(layout: &Layout) -> Vec<f64> {
     let n_internal = layout
         .range(Field::InternalStress)

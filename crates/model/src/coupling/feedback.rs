@@ -1,20 +1,20 @@
-//! Two-way coupling: a muscle whose stiffness, or tension, follows the coherence of its oscillators.
+//! Two-way coupling: a muscle whose stiffness or tension follows the coherence of its oscillators.
 //!
-//! The paper sketches it (section 1.3): a tissue is stiffer where its oscillators are out of step
-//! and relaxes where they agree. Here the law's energy W is multiplied, at each point ξ, by
+//! The paper sketches it in section 1.3: tissue stiffens where its oscillators are out of phase and
+//! relaxes where they are in phase. Here the law's energy W is multiplied at each point ξ by
 //!
 //! ```text
 //! 1 + Σ_k w_k(ξ) (g_k − 1),     g_k = g_∞ + (g_0 − g_∞) (1 − S_k),     S_k ≈ |χ|² of place k,
 //! ```
 //!
-//! with g_0 for oscillators out of step or at rest, g_∞ for coherent ones. The weights w_k say
-//! where place k acts: 1 in a region, or shares that sum to 1 everywhere (the paper's E(ξ, t)).
-//! Damping follows the stiffness, β (∂P/∂F : ∇v + …); a change of g by itself gives no damping
-//! stress. In the same way the tension along the fibres is T = Σ_k w_k T_k, T_k = T_0 + (T_1 − T_0) S_k.
+//! with g_0 at zero coherence (or at rest) and g_∞ at full coherence. The weights w_k state where
+//! place k acts: 1 in a region, or shares that sum to 1 everywhere (the paper's E(ξ, t)). Damping
+//! follows the stiffness, β (∂P/∂F : ∇v + …); the rate of g causes no damping stress. Similarly,
+//! the tension along the fibers is T = Σ_k w_k T_k with T_k = T_0 + (T_1 − T_0) S_k.
 //!
-//! A network is a chain at one place, or many chains at as many places. The Jacobian has one more
-//! block per place, of rank one: ∂F/∂s = ∂F/∂g_k · (dg_k/dS_k ∂S_k/∂s). [`FeedbackSolver`] eliminates
-//! them.
+//! A network is a chain at one place or many chains at many places. The Jacobian has one additional
+//! rank-one block per place: ∂F/∂s = ∂F/∂g_k · (dg_k/dS_k ∂S_k/∂s). [`FeedbackSolver`] eliminates
+//! these blocks.
 //!
 //! [`FeedbackSolver`]: super::feedback_solver::FeedbackSolver
 
@@ -35,10 +35,10 @@ pub struct FeedbackDae {
     one_way: CoupledDae<MuscleDae>,
     feedbacks: Vec<Feedback>,
     places: Places,
-    /// The one-way system, then a block for each feedback.
+    /// The one-way system, then one block per feedback.
     blocks: Blocks,
     one_way_values: Vec<f64>,
-    /// The body's numbers of each effect; empty where nothing has it.
+    /// Values of the body for each effect; empty if no feedback has that effect.
     numbers: [(Effect, Vec<f64>); 2],
 }
 
@@ -46,8 +46,8 @@ impl FeedbackDae {
     /// Adds feedbacks to a system.
     ///
     /// # Panics
-    /// When a feedback names a network, or weighs a number, that is not there, or when the oscillators
-    /// of a network are not as many at each place.
+    /// If a feedback refers to a network or value that does not exist, or if the places of
+    /// a network have different numbers of oscillators.
     pub fn new(one_way: CoupledDae<MuscleDae>, feedbacks: Vec<Feedback>) -> Self {
         let body = one_way.body();
         let solid = &body.muscle().solid;
@@ -55,7 +55,11 @@ impl FeedbackDae {
             assert!(feedback.network < one_way.n_networks(), "a known network");
             let network = one_way.oscillators(feedback.network).network();
             let places = feedback.weights.len();
-            assert_eq!(network.n_oscillators() % places, 0, "as many at each place");
+            assert_eq!(
+                network.n_oscillators() % places,
+                0,
+                "equally many oscillators at each place"
+            );
             let mut weighed = feedback.weights.iter().flatten();
             let count = feedback.effect.numbers(solid);
             assert!(weighed.all(|(i, _)| *i < count), "a known number");
@@ -107,23 +111,23 @@ impl FeedbackDae {
         }
     }
 
-    /// The system without the feedback.
+    /// Returns the system without feedback.
     pub fn one_way(&self) -> &CoupledDae<MuscleDae> {
         &self.one_way
     }
 
-    /// The feedbacks.
+    /// Returns the feedbacks.
     pub fn feedbacks(&self) -> &[Feedback] {
         &self.feedbacks
     }
 
-    /// The muscle as it is in the state `y` of the whole system.
+    /// Returns the muscle with stiffness and tensions set for the state `y` of the coupled system.
     pub fn muscle_at(&mut self, y: &[f64]) -> &mut MuscleDae {
         self.adapt(y);
         self.one_way.body_mut()
     }
 
-    /// g of each feedback, the mean over its places.
+    /// Returns g of each feedback, averaged over its places.
     pub fn factors(&self, y: &[f64]) -> Vec<f64> {
         let mut means = vec![0.0; self.feedbacks.len()];
         for (place, gain) in self.places.list.iter().zip(self.gains(y)) {
@@ -136,13 +140,13 @@ impl FeedbackDae {
     /// As [`CoupledDae::derivatives_at`].
     ///
     /// # Errors
-    /// Those of the muscle's residual.
+    /// Errors of the muscle's residual.
     pub fn derivatives_at(&mut self, t: f64, y: &[f64]) -> Result<(Vec<f64>, f64), StepError> {
         self.adapt(y);
         self.one_way.derivatives_at(t, y)
     }
 
-    /// g of each place.
+    /// Returns g of each place.
     fn gains(&self, y: &[f64]) -> impl Iterator<Item = f64> {
         self.places.list.iter().map(|place| {
             let feedback = &self.feedbacks[place.feedback];
@@ -152,7 +156,7 @@ impl FeedbackDae {
         })
     }
 
-    /// Gives the muscle the stiffness and the tensions that belong to `y`.
+    /// Sets the stiffness and tensions of the muscle for the state `y`.
     pub(super) fn adapt(&mut self, y: &[f64]) {
         let gains: Vec<f64> = self.gains(y).collect();
         for (effect, numbers) in &mut self.numbers {
@@ -176,19 +180,19 @@ impl FeedbackDae {
         }
     }
 
-    /// Evaluates what the coherence does to the forces at the state `y`.
+    /// Evaluates the derivative of the forces with respect to the coherence at the state `y`.
     pub(super) fn linearise(&mut self, t: f64, y: &[f64]) -> Result<(), StepError> {
         let places = &mut self.places;
         places.linearise(&mut self.one_way, &self.feedbacks, t, y)
     }
 
-    /// The system without the feedback, and the places as of the last
+    /// Returns the system without feedback, and the places as of the last
     /// [`linearise`](Self::linearise).
     pub(super) fn parts(&mut self) -> (&mut CoupledDae<MuscleDae>, &[Place], &[Feedback]) {
         (&mut self.one_way, &self.places.list, &self.feedbacks)
     }
 
-    /// The places.
+    /// Returns the places.
     pub(super) fn places(&self) -> &[Place] {
         &self.places.list
     }

@@ -1,21 +1,20 @@
-//! Newton systems of a body with oscillators that act back on it, the oscillators eliminated.
+//! Newton systems of a body with two-way coupled oscillators, which are eliminated.
 //!
-//! With g the number that the coherence of a place sets, f = ∂F_b/∂g, and w the unknowns that make up
-//! the displacement that drives it,
+//! Let g be the value set by the coherence of a place, f = ∂F_b/∂g, and w the weights of the
+//! unknowns that form the driving displacement. Then
 //!
 //! ```text
 //! ⎛ J_b      f ∇gᵀ ⎞ ⎛ δy ⎞   ⎛ b_b ⎞     (J_b − Σ h f wᵀ) δy = b_b − Σ f ∇gᵀ J_o⁻¹ b_o,
-//! ⎝ γ e wᵀ   J_o   ⎠ ⎝ δs ⎠ = ⎝ b_o ⎠     h = ∇gᵀ J_o⁻¹ γ e.
+//! ⎝ γ e wᵀ   J_o   ⎠ ⎝ δs ⎠ = ⎝ b_o ⎠     h = ∇gᵀ J_o⁻¹ γ e,
 //! ```
 //!
-//! and then δs = J_o⁻¹ b_o − (J_o⁻¹ γ e) wᵀ δy, without another solve.
-//! One coherence for each place remains of all its oscillators: h, a number. A place that acts on the
-//! elements that drive it changes the stiffness in places it has: nothing is filled in, and what is
-//! factorised has the size of the body alone. h depends on c; as h = α + β c with real α and β it is a
-//! stiffness and a damping.
+//! and δs = J_o⁻¹ b_o − (J_o⁻¹ γ e) wᵀ δy without another solve. Each place contributes a single
+//! scalar h. A place that acts only on the elements that drive it changes existing entries of the
+//! stiffness: there is no fill-in, and the factorized matrix has the size of the body. h depends on
+//! c; since h = α + β c with real α and β, it acts as a stiffness and a damping.
 //!
-//! A place that acts elsewhere too would fill the stiffness: it is left to a matrix of low rank
-//! ([`Apart`]).
+//! A place that acts on other elements too would fill the stiffness. It is treated as a low-rank
+//! correction ([`NonlocalElimination`]).
 
 use myovib_dae::{LinearSolver, Linearization, StepError};
 use myovib_sparse::SparseOptions;
@@ -23,28 +22,28 @@ use myovib_sparse::{Scalar, SparseError};
 use nalgebra::ComplexField;
 use num_complex::Complex64;
 
-use super::apart::Apart;
 use super::dae::CoupledDae;
 use super::effect::Feedback;
 use super::feedback::FeedbackDae;
 use super::networks::NetworkMatrix;
+use super::nonlocal::NonlocalElimination;
 use super::reach::Place;
 use super::solver::CoupledSolver;
 use crate::field::Field;
 use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
 
-/// Where f wᵀ of a place lies in the stiffness.
+/// Positions of f wᵀ of a place in the stiffness.
 #[derive(Debug)]
 struct Local {
     /// w.
     weights: Vec<f64>,
-    /// For each of these the entries in its column, one for each row of f.
+    /// For each weight, the entries in its column, one per row of f.
     entries: Vec<u32>,
 }
 
 impl Local {
-    /// `None` where the stiffness has no room for it.
+    /// Returns `None` if the pattern of the stiffness does not contain f wᵀ.
     fn new(one_way: &CoupledDae<MuscleDae>, feedback: &Feedback, place: &Place) -> Option<Self> {
         let body = one_way.body();
         let pattern = body.muscle().solid.displacement_pattern();
@@ -68,7 +67,7 @@ impl Local {
         Some(Self { weights, entries })
     }
 
-    /// `values` −= h f wᵀ.
+    /// Subtracts h f wᵀ from `values`.
     fn subtract(&self, h: f64, force: &[f64], values: &mut [f64]) {
         let columns = self.entries.chunks(force.len().max(1)).zip(&self.weights);
         for (entries, weight) in columns {
@@ -79,30 +78,30 @@ impl Local {
     }
 }
 
-/// Solves the Newton systems of a [`FeedbackDae`] by those of its body.
+/// Solves the Newton systems of a [`FeedbackDae`] with the solver of its body.
 #[derive(Debug)]
 pub struct FeedbackSolver {
     one_way: CoupledSolver<CondensedSolver>,
     /// `None` for a place that acts beyond the elements that drive it.
     places: Vec<Option<Local>>,
-    /// Places and responses for the real matrix and for each complex one.
+    /// Places and responses for the real matrix and for each complex matrix.
     real: Matrix<f64>,
     complex: Vec<Matrix<Complex64>>,
 }
 
-/// What belongs to one c.
+/// Data for one c.
 #[derive(Debug)]
 struct Matrix<T: ComplexField> {
     /// J_o⁻¹ γ e of each network.
     responses: Vec<Vec<T>>,
-    apart: Apart<T>,
+    nonlocal: NonlocalElimination<T>,
 }
 
 impl FeedbackSolver {
-    /// Lays out the elimination.
+    /// Sets up the elimination.
     ///
     /// # Errors
-    /// Those of the analysis.
+    /// Errors of the symbolic analysis.
     pub fn new(dae: &mut FeedbackDae, options: SparseOptions) -> Result<Self, SparseError> {
         let (one_way, places, feedbacks) = dae.parts();
         let local = |place: &Place| Local::new(one_way, &feedbacks[place.feedback], place);
@@ -116,20 +115,20 @@ impl FeedbackSolver {
             places,
             real: Matrix {
                 responses: Vec::new(),
-                apart: Apart::default(),
+                nonlocal: NonlocalElimination::default(),
             },
             complex: Vec::new(),
         })
     }
 
-    /// The numbers of the places that act beyond the elements that drive them.
-    fn apart(&self) -> Vec<usize> {
+    /// Returns the numbers of the nonlocal places.
+    fn nonlocal(&self) -> Vec<usize> {
         let places = self.places.iter().enumerate();
-        let apart = places.filter(|(_, local)| local.is_none());
-        apart.map(|(number, _)| number).collect()
+        let nonlocal = places.filter(|(_, local)| local.is_none());
+        nonlocal.map(|(number, _)| number).collect()
     }
 
-    /// Solves with the matrices as they are without the places apart.
+    /// Solves with the real matrix without the nonlocal correction.
     fn solve_local(&mut self, dae: &mut FeedbackDae, x: &mut [f64]) -> Result<(), StepError> {
         solve_alone(&mut self.one_way.real, dae, x)?;
         feed_back(&self.places, dae, x);
@@ -142,7 +141,7 @@ impl FeedbackSolver {
         Ok(())
     }
 
-    /// The same with complex matrix `k`.
+    /// Solves with complex matrix `k` without the nonlocal correction.
     fn solve_local_complex(
         &mut self,
         dae: &mut FeedbackDae,
@@ -161,7 +160,7 @@ impl FeedbackSolver {
 }
 
 impl<T: Scalar + ComplexField> Matrix<T> {
-    /// With the responses of these `networks`, factorised, and no places apart yet.
+    /// Computes the responses of the factorized `networks`, without nonlocal places.
     fn new(networks: &mut [NetworkMatrix<T>], dae: &FeedbackDae) -> Result<Self, StepError> {
         let one_way = dae.one_way();
         let response = |(k, network): (usize, &mut NetworkMatrix<T>)| {
@@ -173,11 +172,11 @@ impl<T: Scalar + ComplexField> Matrix<T> {
         let networks = networks.iter_mut().enumerate();
         Ok(Self {
             responses: networks.map(response).collect::<Result<_, StepError>>()?,
-            apart: Apart::default(),
+            nonlocal: NonlocalElimination::default(),
         })
     }
 
-    /// h of each place.
+    /// Returns h of each place.
     fn gains(&self, dae: &FeedbackDae) -> Vec<T> {
         let places = dae.places().iter();
         let network = |place: &Place| dae.feedbacks()[place.feedback].network;
@@ -187,7 +186,7 @@ impl<T: Scalar + ComplexField> Matrix<T> {
     }
 }
 
-/// Solves for the oscillators as if the body did not move, in place.
+/// Solves in place for the oscillators at fixed body.
 fn solve_alone<T: Scalar>(
     networks: &mut [NetworkMatrix<T>],
     dae: &FeedbackDae,
@@ -197,7 +196,7 @@ fn solve_alone<T: Scalar>(
     networks.try_for_each(|(k, network)| network.solve(&mut x[dae.one_way().range(k)]))
 }
 
-/// Takes what the oscillators alone do to the body, by the places that are local.
+/// Subtracts the effect of the oscillators' own response on the body for the local places.
 fn feed_back<T: Scalar>(places: &[Option<Local>], dae: &FeedbackDae, x: &mut [T]) {
     let one_way = dae.one_way();
     let momentum = one_way.body().layout().momentum().start;
@@ -210,7 +209,7 @@ fn feed_back<T: Scalar>(places: &[Option<Local>], dae: &FeedbackDae, x: &mut [T]
     }
 }
 
-/// Adds what the motion of the body, which is solved for, does to the oscillators.
+/// Adds the oscillators' response to the motion of the body.
 fn respond<T: Scalar>(responses: &[Vec<T>], one_way: &CoupledDae<MuscleDae>, x: &mut [T]) {
     let (body, oscillators) = x.split_at_mut(one_way.body_range().end);
     for (k, response) in responses.iter().enumerate() {
@@ -243,7 +242,7 @@ impl LinearSolver<FeedbackDae> for FeedbackSolver {
         self.complex = networks
             .map(|networks| Matrix::new(networks, dae))
             .collect::<Result<_, _>>()?;
-        // α and β of each place, for each matrix.
+        // α and β of each place, from its value for each matrix.
         let of_real = self.real.gains(dae).into_iter();
         let mut all: Vec<Vec<[f64; 2]>> = vec![of_real.map(|h| [h, 0.0]).collect()];
         for (matrix, c) in self.complex.iter().zip(complex) {
@@ -269,19 +268,20 @@ impl LinearSolver<FeedbackDae> for FeedbackSolver {
         self.one_way
             .body
             .set_up_each(body, real, complex, prepare)?;
-        let apart = self.apart();
-        self.real.apart = Apart::new(&apart, dae, |dae, x| self.solve_local(dae, x))?;
+        let nonlocal = self.nonlocal();
+        self.real.nonlocal =
+            NonlocalElimination::new(&nonlocal, dae, |dae, x| self.solve_local(dae, x))?;
         for k in 0..complex.len() {
             let solve =
                 |dae: &mut FeedbackDae, x: &mut [Complex64]| self.solve_local_complex(dae, k, x);
-            self.complex[k].apart = Apart::new(&apart, dae, solve)?;
+            self.complex[k].nonlocal = NonlocalElimination::new(&nonlocal, dae, solve)?;
         }
         Ok(())
     }
 
     fn solve_real(&mut self, dae: &mut FeedbackDae, rhs: &mut [f64]) -> Result<(), StepError> {
         self.solve_local(dae, rhs)?;
-        self.real.apart.correct(dae, rhs)
+        self.real.nonlocal.correct(dae, rhs)
     }
 
     fn solve_complex(
@@ -291,7 +291,7 @@ impl LinearSolver<FeedbackDae> for FeedbackSolver {
         rhs: &mut [Complex64],
     ) -> Result<(), StepError> {
         self.solve_local_complex(dae, k, rhs)?;
-        self.complex[k].apart.correct(dae, rhs)
+        self.complex[k].nonlocal.correct(dae, rhs)
     }
 
     fn pivot_choices(&self) -> u64 {

@@ -1,4 +1,4 @@
-//! The coherence of oscillators over time.
+//! Coherence of oscillators over time.
 
 use myovib_dae::{Problem, StepError};
 use myovib_oscillators::{Coherence, Settled, centroid_frequency, mean_frequency, phasors};
@@ -7,7 +7,7 @@ use num_complex::Complex64;
 use super::dae::CoupledDae;
 use crate::error::ModelError;
 
-/// Ψ, χ, the oscillators in the complex plane and the frequency of the centroid at sample times.
+/// Ψ, χ, oscillators in the complex plane and frequency of the centroid at sample times.
 #[derive(Debug, Clone, Default)]
 pub struct CoherenceHistory {
     /// Times, s.
@@ -31,18 +31,19 @@ pub struct Settling {
     pub centroid: Settled,
     /// |χ|.
     pub phase: Settled,
-    /// Frequency of the centroid, Hz: the mean by its turns in the window, NaN while it rests;
-    /// range and deviation of the instantaneous frequency where that is defined.
+    /// Frequency of the centroid, Hz. The mean is the number of turns per window, NaN if the
+    /// centroid is at rest. Range and deviation refer to the instantaneous frequency where it is
+    /// defined.
     pub frequency: Settled,
 }
 
 impl CoherenceHistory {
-    /// Adds the state of network number `k` of `dae` at time `t`.
+    /// Appends the state of network number `k` of `dae` at time `t`.
     ///
-    /// The frequency takes ÿ from the equations, not from differences of samples.
+    /// The frequency uses ÿ from the equations, not differences of samples.
     ///
     /// # Errors
-    /// Those of the residual.
+    /// Errors of the residual.
     pub fn record<B: Problem>(
         &mut self,
         dae: &mut CoupledDae<B>,
@@ -65,20 +66,20 @@ impl CoherenceHistory {
         Ok(())
     }
 
-    /// |Ψ| at the sample times.
+    /// Returns |Ψ| at the sample times.
     pub fn strength(&self) -> Vec<f64> {
         self.centroid.iter().map(|z| z.norm()).collect()
     }
 
-    /// |χ| at the sample times.
+    /// Returns |χ| at the sample times.
     pub fn coherence(&self) -> Vec<f64> {
         self.phase.iter().map(|z| z.norm()).collect()
     }
 
-    /// Settled values over the last `window` seconds.
+    /// Returns settled values over the last `window` seconds.
     ///
     /// # Errors
-    /// [`ModelError::Oscillators`] when the window holds fewer than two samples.
+    /// [`ModelError::Oscillators`] if the window holds fewer than two samples.
     pub fn settled(&self, window: f64) -> Result<Settling, ModelError> {
         let over = |values: &[f64]| Settled::over_window(&self.t, values, window);
         Ok(Settling {
@@ -105,7 +106,7 @@ impl CoherenceHistory {
         let mean = mean_frequency(&self.t[first..], &self.centroid[first..]).unwrap_or(f64::NAN);
         Settled {
             mean,
-            // About this mean, not that of the samples.
+            // Deviation about this mean instead of the mean of the samples.
             std: sampled.std.hypot(sampled.mean - mean),
             ..sampled
         }

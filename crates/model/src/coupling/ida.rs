@@ -11,13 +11,13 @@ use crate::integration::ida::{IdaIntegrator, builder};
 use crate::integration::settings::LinearSolver;
 
 impl<P: Body> IdaIntegrator<P> {
-    /// Starts a coupled system at t = 0 from `y`, the body at rest.
+    /// Starts a coupled system at t = 0 from `y` with the body at rest.
     ///
-    /// The tolerances, and what the error test leaves out, are those of `error_test`. A load that
-    /// does not start from zero is met by consistent initial derivatives.
+    /// `error_test` defines the tolerances and the components excluded from the error test. If the
+    /// load is not zero at the start, consistent initial derivatives are computed.
     ///
     /// # Errors
-    /// [`ModelError::Integrator`] for options IDAS does not take, [`ModelError::Evaluation`] when
+    /// [`ModelError::Integrator`] for invalid IDAS options, [`ModelError::Evaluation`] if
     /// the equations cannot be evaluated at t = 0.
     pub fn coupled(
         mut system: P,
@@ -40,11 +40,11 @@ impl<P: Body> IdaIntegrator<P> {
         )
     }
 
-    /// Starts a coupled system from a state with consistent derivatives, over the times
-    /// `[start, end]`. Its Newton matrices are factorised as a whole where it has no shorter way.
+    /// Starts a coupled system from a state with consistent derivatives over the time interval
+    /// `[start, end]`. Factorizes the full Newton matrix if the body has no condensed solver.
     ///
     /// # Errors
-    /// [`ModelError::Integrator`] for options IDAS does not take.
+    /// [`ModelError::Integrator`] for invalid IDAS options.
     pub fn coupled_at(
         mut system: P,
         error_test: ErrorTest,
@@ -69,7 +69,7 @@ impl<P: Body> IdaIntegrator<P> {
     }
 }
 
-/// A system of parts, each of which the error test looks at in its own way.
+/// Builds the integrator with component-wise error weights.
 fn tested<P: Problem>(
     problem: P,
     error_test: ErrorTest,
@@ -77,7 +77,7 @@ fn tested<P: Problem>(
     t_end: f64,
 ) -> IdaBuilder<P> {
     let options = IdaOptions {
-        // Replaced by the weights below; those of a body alone have another length.
+        // Replaced by the weights below: tolerances of the body alone would have the wrong length.
         tolerances: IdaOptions::default().tolerances,
         suppressed: Suppressed::Components(error_test.left_out().to_vec()),
         ..options

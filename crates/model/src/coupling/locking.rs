@@ -1,23 +1,25 @@
-//! When oscillators count as locked to a drive.
+//! Criterion for oscillators that are locked to a drive.
 
 use super::history::Settling;
 
-/// "Locked": the centroid runs at the drive's frequency, and the oscillators run together.
+/// Criterion for locking: the centroid runs at the drive's frequency and the oscillators are
+/// coherent.
 ///
-/// Frequency: over the trailing window the centroid's mean frequency, by its turns, differs from
-/// the drive's by less than `slip` turns per window. Coherence: |χ| never falls below `coherence`
-/// there. Either alone is not enough: a free chain is coherent at a frequency of its own, and just
-/// above the onset of entrainment the centroid follows the drive while the oscillators disagree.
+/// Frequency: over the trailing window, the mean frequency of the centroid (by counting turns)
+/// differs from the drive's by less than `slip` turns per window. Coherence: |χ| never falls below
+/// `coherence` in that window. Both are needed: a free chain is coherent at a different frequency,
+/// and just above the onset of entrainment the centroid follows the drive while the oscillators
+/// disagree.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LockCriterion {
-    /// Turns by which the centroid may slip against the drive in the window.
+    /// Maximum slip of the centroid against the drive in the window, turns.
     pub slip: f64,
-    /// Least |χ| in the window.
+    /// Minimum |χ| in the window.
     pub coherence: f64,
 }
 
 impl Default for LockCriterion {
-    /// A tenth of a turn (0.005 Hz in 20 s), |χ| ≥ 0.9.
+    /// A tenth of a turn (0.005 Hz in 20 s) and |χ| ≥ 0.9.
     fn default() -> Self {
         Self {
             slip: 0.1,
@@ -26,22 +28,23 @@ impl Default for LockCriterion {
     }
 }
 
-/// The two halves of "locked".
+/// Result of the two criteria.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Synchrony {
-    /// The centroid runs at the drive's frequency.
+    /// Whether the centroid runs at the drive's frequency.
     pub follows: bool,
-    /// The oscillators run together.
+    /// Whether the oscillators are coherent.
     pub coherent: bool,
 }
 
 impl Synchrony {
-    /// Both.
+    /// Returns whether both criteria hold.
     pub fn is_locked(self) -> bool {
         self.follows && self.coherent
     }
 
-    /// `locked`, `follows` (the frequency alone), `coherent` (at a frequency of its own) or `none`.
+    /// Returns `locked`, `follows` (frequency only), `coherent` (at a different frequency) or
+    /// `none`.
     pub fn name(self) -> &'static str {
         match (self.follows, self.coherent) {
             (true, true) => "locked",
@@ -53,7 +56,7 @@ impl Synchrony {
 }
 
 impl LockCriterion {
-    /// Judges settled oscillators against a drive of frequency `drive` (Hz).
+    /// Evaluates settled oscillators against a drive of frequency `drive` (Hz).
     pub fn judge(&self, settled: &Settling, drive: f64) -> Synchrony {
         let slip = (settled.frequency.mean - drive).abs() * settled.window;
         Synchrony {
@@ -72,8 +75,8 @@ mod tests {
     use super::super::CoherenceHistory;
     use super::*;
 
-    /// 20 s of two oscillators, one that follows a drive of 8 Hz and one of 7.75 Hz and `ratio` of
-    /// its size: they are opposed five times, always between samples.
+    /// Returns 20 s of two oscillators: one follows a drive of 8 Hz, the other runs at 7.75 Hz with
+    /// `ratio` of its amplitude. They are in antiphase five times, always between samples.
     fn beats(ratio: f64) -> CoherenceHistory {
         let turning = |frequency: f64, t: f64| Complex64::cis(-TAU * frequency * t);
         let mut history = CoherenceHistory::default();

@@ -1,6 +1,6 @@
 //! A body and the oscillators it drives as one differential-algebraic system.
 //!
-//! The coupling is one-way: the oscillators are further states of the body's system,
+//! The coupling is one-way: the states of the oscillators are appended to the body's system and
 //! forced by γ u(ξ, t). With the body's F_b and the oscillators' F_o,
 //!
 //! ```text
@@ -8,18 +8,17 @@
 //! F_o(s, ṡ; γ u(t, y)) = 0                          ⎝ a γ e wᵀ   J_o ⎠
 //! ```
 //!
-//! e marks the rows the forcing reaches, w the unknowns that make up u. Without oscillators there
-//! are no further states; without a body ([`NoBody`]) there is no mesh.
+//! e marks the rows that the forcing reaches, w the unknowns that form u. Systems without
+//! oscillators have no such states; systems without a body ([`NoBody`]) have no mesh.
 //!
-//! Cast: [`CoupledDae`] is the system, made of a [`Body`] and of [`Oscillators`] with a [`Source`]
-//! for each direction; a [`Recording`] replays a body's motion to oscillators integrated
-//! afterwards; [`ErrorTest`] gives each part its own tolerances; [`CoupledSolver`]
-//! continues a body's own linear solver to the oscillators; [`start_coupled`]
-//! gives an integrator; [`CoherenceHistory`] is what is observed, and [`LockCriterion`] judges it.
-//! With a [`Feedback`] the coupling is two-way: [`FeedbackDae`], and [`FeedbackSolver`].
+//! Main types: [`CoupledDae`] is the system of a [`Body`] and [`Oscillators`] with a [`Source`] for
+//! each direction. A [`Recording`] replays a body's motion to oscillators that are integrated
+//! later. [`ErrorTest`] holds the tolerances of each part. [`CoupledSolver`] extends a body's
+//! linear solver to the oscillators. [`start_coupled`] creates an integrator. [`CoherenceHistory`]
+//! records the coherence, and [`LockCriterion`] evaluates it. With a [`Feedback`] the coupling is
+//! two-way: [`FeedbackDae`] and [`FeedbackSolver`].
 #![doc = include_str!("../../notes/0003-a-chain-beside-a-muscle.md")]
 
-mod apart;
 mod body;
 mod dae;
 mod effect;
@@ -31,6 +30,7 @@ mod ida;
 mod locking;
 mod networks;
 mod no_body;
+mod nonlocal;
 mod oscillators;
 mod radau;
 mod reach;

@@ -1,4 +1,4 @@
-//! The Newton matrices of networks of oscillators, the velocities eliminated.
+//! Newton matrices of oscillator networks with the velocities eliminated.
 //!
 //! With the stiffness K and the diagonal d of the damping,
 //!
@@ -15,7 +15,7 @@ use myovib_sparse::{Scalar, SparseError};
 use super::dae::CoupledDae;
 use super::oscillators::Oscillators;
 
-/// K and d of one network, and how the matrices made of them are factorised.
+/// K and d of one network and the symbolic analysis of its Newton matrix.
 #[derive(Debug)]
 struct Linearised {
     stiffness: Vec<f64>,
@@ -28,7 +28,7 @@ struct Linearised {
 pub(super) struct Networks(Vec<Linearised>);
 
 impl Networks {
-    /// Analyses the matrices of the networks of `dae`.
+    /// Analyzes the matrices of the networks of `dae`.
     pub(super) fn new<B: Problem>(
         dae: &CoupledDae<B>,
         options: SparseOptions,
@@ -46,7 +46,7 @@ impl Networks {
         networks.collect::<Result<_, _>>().map(Self)
     }
 
-    /// Linearises all networks at the state `y` of the whole system.
+    /// Linearizes all networks at the state `y` of the coupled system.
     pub(super) fn linearise<B: Problem>(&mut self, dae: &CoupledDae<B>, y: &[f64]) {
         for (k, own) in self.0.iter_mut().enumerate() {
             let network = dae.oscillators(k).network();
@@ -54,12 +54,12 @@ impl Networks {
         }
     }
 
-    /// Room for the matrices of one c.
+    /// Allocates the matrices for one c.
     pub(super) fn matrices<T: Scalar>(&self) -> Vec<NetworkMatrix<T>> {
         self.0.iter().map(NetworkMatrix::new).collect()
     }
 
-    /// Factorises the matrices of all networks for this c.
+    /// Factorizes the matrices of all networks for this c.
     pub(super) fn set_up<B: Problem, T: Scalar>(
         &self,
         dae: &CoupledDae<B>,
@@ -71,7 +71,7 @@ impl Networks {
     }
 }
 
-/// The matrix of one network for one c, factorised.
+/// Factorized matrix of one network for one c.
 #[derive(Debug)]
 pub(super) struct NetworkMatrix<T: Scalar> {
     c: T,

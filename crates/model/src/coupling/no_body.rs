@@ -1,9 +1,9 @@
-//! The body of a system that has none.
+//! An empty body for systems of oscillators alone.
 
 use myovib_dae::{Problem, StepError, VariableKind};
 use nalgebra_sparse::pattern::SparsityPattern;
 
-/// No body: no unknowns, no equations. Oscillators on it are free, or follow a given motion.
+/// A body without unknowns or equations. Oscillators on it are free or follow a given motion.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct NoBody;
 

@@ -1,4 +1,4 @@
-//! A network of oscillators and what drives it.
+//! A network of oscillators and its forcing.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -12,22 +12,23 @@ use crate::signal::Signal;
 use crate::signal::schedule::Schedule;
 use myovib_sparse::Scalar;
 
-/// The displacement u in the forcing γ u of one direction.
+/// Displacement u in the forcing γ u of one direction.
 #[derive(Debug, Clone, Default)]
 pub enum Source {
-    /// None: the oscillators are free.
+    /// Zero displacement: the oscillators are free.
     #[default]
     Rest,
     /// A point of the body in the same system.
     Body(Displacement),
     /// A given function of time.
     Given(Signal),
-    /// A motion recorded before.
+    /// A previously recorded motion.
     Recorded(Arc<Recording>),
 }
 
 impl Source {
-    /// u at time `t` for the unknowns `y` of the body; `None` beyond the end of a recording.
+    /// Returns u at time `t` for the unknowns `y` of the body, or `None` outside the times of a
+    /// recording.
     pub(super) fn displacement(&self, t: f64, y: &[f64]) -> Option<f64> {
         Some(match self {
             Self::Rest => 0.0,
@@ -37,7 +38,7 @@ impl Source {
         })
     }
 
-    /// The body's unknowns that make up u, with their weights.
+    /// Returns the body's unknowns that form u with their weights.
     pub(super) fn unknowns(&self) -> &[(usize, f64)] {
         match self {
             Self::Body(point) => &point.unknowns,
@@ -45,7 +46,7 @@ impl Source {
         }
     }
 
-    /// The change of u with a change of the body's unknowns: wᵀ `body`.
+    /// Returns the change of u for a change of the body's unknowns: wᵀ `body`.
     fn change<T: Scalar>(&self, body: &[T]) -> T {
         let terms = self.unknowns().iter().map(|&(i, weight)| body[i] * weight);
         terms.fold(T::zero(), |sum, term| sum + term)
@@ -61,12 +62,12 @@ pub struct Oscillators {
 }
 
 impl Oscillators {
-    /// A network driven by one source per direction of its forcing; of `drive` the gain γ is used
-    /// (whom it reaches is part of the network).
+    /// Creates a network driven by one source per direction of its forcing. Only the gain γ of
+    /// `drive` is used; the network determines which oscillators it reaches.
     ///
     /// # Errors
-    /// [`ModelError::OutOfRange`] for a gain that is not finite, [`ModelError::Sources`] for
-    /// another number of sources than directions.
+    /// [`ModelError::OutOfRange`] for a gain that is not finite, [`ModelError::Sources`]
+    /// if the number of sources differs from the number of directions.
     pub fn new(network: Network, drive: Drive, sources: Vec<Source>) -> Result<Self, ModelError> {
         if !drive.gain.is_finite() {
             return Err(ModelError::OutOfRange {
@@ -88,30 +89,31 @@ impl Oscillators {
         })
     }
 
-    /// The equations of the oscillators.
+    /// Returns the equations of the oscillators.
     pub fn network(&self) -> &Network {
         &self.network
     }
 
-    /// The gain and reach of the forcing.
+    /// Returns the gain and reach of the forcing.
     pub fn drive(&self) -> Drive {
         self.drive
     }
 
-    /// Adds what drives them from outside the system, and their periods.
+    /// Adds the excitation from outside the system and the oscillators' periods to `schedule`.
     pub(super) fn add_to(&self, schedule: &mut Schedule) {
         schedule.add_own_times(self.network.omega().iter().map(|omega| TAU / omega));
         for source in &self.sources {
             match source {
                 Source::Given(signal) => schedule.add(signal.clone(), 0),
                 Source::Recorded(recording) => schedule.add(recording.clone(), 0),
-                // What is prescribed at the point drives the body too.
+                // The body's own schedule contains the prescribed motion of the point.
                 Source::Rest | Source::Body(_) => {}
             }
         }
     }
 
-    /// `rows` −= γ e wᵀ `body`: what a change of the body's unknowns does to the equations.
+    /// Subtracts γ e wᵀ `body` from `rows`: the effect of a change of the body's unknowns on the
+    /// equations.
     pub(super) fn subtract_forcing<T: Scalar>(&self, body: &[T], rows: &mut [T]) {
         for (channel, source) in self.sources.iter().enumerate() {
             let change = source.change(body) * self.drive.gain;
@@ -121,7 +123,7 @@ impl Oscillators {
         }
     }
 
-    /// The same for several columns side by side.
+    /// Does the same for several columns side by side.
     pub(crate) fn subtract_forcing_columns(
         &self,
         body: &[f64],
@@ -141,7 +143,7 @@ impl Oscillators {
         }
     }
 
-    /// γ e, all components of the forcing at once.
+    /// Returns γ e with all components of the forcing in one vector.
     pub(super) fn forcing(&self) -> Vec<f64> {
         let mut forcing = vec![0.0; self.network.n_states()];
         for channel in 0..self.sources.len() {
@@ -152,8 +154,8 @@ impl Oscillators {
         forcing
     }
 
-    /// `states` −= J_o⁻¹ γ e wᵀ `body`, with the `response` J_o⁻¹ γ e of all components of the forcing:
-    /// each reaches oscillators of its own.
+    /// Subtracts J_o⁻¹ γ e wᵀ `body` from `states`, given the `response` J_o⁻¹ γ e of all
+    /// components of the forcing. Each component reaches different oscillators.
     pub(super) fn subtract_response<T: Scalar>(
         &self,
         response: &[T],
@@ -178,7 +180,7 @@ impl Oscillators {
         }
     }
 
-    /// The sources, one per direction.
+    /// Returns the sources, one per direction.
     pub fn sources(&self) -> &[Source] {
         &self.sources
     }

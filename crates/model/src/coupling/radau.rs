@@ -10,12 +10,11 @@ use crate::integration::radau::RadauIntegrator;
 use crate::integration::settings::LinearSolver;
 
 impl<P: Body> RadauIntegrator<P, SystemMatrices<P>> {
-    /// Starts a coupled system at t = 0 from `y`, the body at rest, as
-    /// IDAS does.
+    /// Starts a coupled system at t = 0 from `y` with the body at rest, as IDAS does.
     ///
     /// # Errors
-    /// [`ModelError::Radau`] for options Radau IIA does not take, [`ModelError::Integrator`] when
-    /// no consistent derivatives are found, [`ModelError::Evaluation`] when the equations cannot be
+    /// [`ModelError::Radau`] for invalid Radau IIA options, [`ModelError::Integrator`] if
+    /// no consistent derivatives are found, [`ModelError::Evaluation`] if the equations cannot be
     /// evaluated at t = 0.
     pub fn coupled(
         mut system: P,
@@ -38,13 +37,13 @@ impl<P: Body> RadauIntegrator<P, SystemMatrices<P>> {
         )
     }
 
-    /// Starts a coupled system from a state with consistent derivatives, over the times
+    /// Starts a coupled system from a state with consistent derivatives over the time interval
     /// `[start, end]`.
     ///
-    /// The tolerances, and what the error test leaves out, are those of `error_test`.
+    /// `error_test` defines the tolerances and the components excluded from the error test.
     ///
     /// # Errors
-    /// [`ModelError::Radau`] for options Radau IIA does not take.
+    /// [`ModelError::Radau`] for invalid Radau IIA options.
     pub fn coupled_at(
         mut system: P,
         error_test: ErrorTest,
@@ -72,7 +71,7 @@ impl<P: Body> RadauIntegrator<P, SystemMatrices<P>> {
     }
 }
 
-/// A system of parts, each of which the error test looks at in its own way.
+/// Builds the integrator with component-wise error weights.
 pub(crate) fn tested<P: Problem, M: myovib_dae::LinearSolver<P>>(
     problem: P,
     matrices: M,
@@ -86,7 +85,7 @@ pub(crate) fn tested<P: Problem, M: myovib_dae::LinearSolver<P>>(
         return Err(ModelError::OnlyBdf { setting });
     }
     let options = RadauOptions {
-        // What Newton takes its own tolerance from; the weights below replace the others.
+        // Newton's tolerance derives from this value; the weights below replace the others.
         tolerances: Tolerances::scalar(error_test.smallest_relative(), 0.0),
         suppressed: Suppressed::Components(error_test.left_out().to_vec()),
         ..options

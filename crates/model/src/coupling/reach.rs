@@ -1,4 +1,5 @@
-//! Where the coherence of oscillators acts on a body, and what its forces make of it.
+//! Places where the coherence of oscillators acts on a body, and the derivatives of the body's
+//! forces there.
 
 use std::ops::Range;
 
@@ -10,40 +11,41 @@ use super::effect::{Effect, Feedback};
 use crate::colouring::colours;
 use crate::muscle_dae::MuscleDae;
 
-/// One place of a network, whose coherence sets one number g of the body.
+/// One place of a network. Its coherence sets one value g of the body.
 #[derive(Debug, Clone)]
 pub(super) struct Place {
     /// Number of the feedback.
     pub(super) feedback: usize,
-    /// Number of the place among those of the feedback.
+    /// Number of the place within the feedback.
     pub(super) number: usize,
-    /// Its oscillators among those of the network.
+    /// Range of its oscillators in the network.
     oscillators: Range<usize>,
-    /// Number of oscillators of the network.
+    /// Number of oscillators in the network.
     of_network: usize,
-    /// The rows of the momentum balance, from its first, that g acts on.
+    /// Rows of the momentum balance, counted from its first row, on which g acts.
     pub(super) rows: Vec<usize>,
     /// ∂F/∂g in these rows.
     pub(super) force: Vec<f64>,
-    /// ∂g/∂s: by the positions of its oscillators, then by their velocities.
+    /// ∂g/∂s: first the positions of its oscillators, then their velocities.
     pub(super) slope: Vec<f64>,
 }
 
 impl Place {
-    /// The positions and the velocities of its oscillators among the states of the network.
+    /// Returns the ranges of positions and velocities of its oscillators in the states of the
+    /// network.
     fn states(&self) -> [Range<usize>; 2] {
         let Range { start, end } = self.oscillators;
         let n = self.of_network;
         [start..end, start + n..end + n]
     }
 
-    /// ∂g/∂s with the numbers of the states in the network.
+    /// Returns ∂g/∂s as (state of the network, value).
     pub(super) fn slopes(&self) -> impl Iterator<Item = (usize, f64)> {
         let slopes = self.slope.iter().copied();
         self.states().into_iter().flatten().zip(slopes)
     }
 
-    /// ∇gᵀ x for states x of the network.
+    /// Returns ∇gᵀ x for states x of the network.
     pub(super) fn along<T: Scalar>(&self, x: &[T]) -> T {
         let [positions, velocities] = self.states();
         let (by_position, by_velocity) = self.slope.split_at(positions.len());
@@ -54,7 +56,7 @@ impl Place {
         terms(&x[positions], by_position) + terms(&x[velocities], by_velocity)
     }
 
-    /// g for the states of the network.
+    /// Returns g for the states of the network.
     pub(super) fn gain(&self, feedback: &Feedback, omega: &[f64], s: &[f64]) -> f64 {
         let [y, w] = self.states();
         let omega = &omega[self.oscillators.clone()];
@@ -62,7 +64,7 @@ impl Place {
         feedback.coherent + (feedback.unsynchronised - feedback.coherent) * (1.0 - coherence)
     }
 
-    /// Fills ∂g/∂s.
+    /// Computes ∂g/∂s.
     fn differentiate(&mut self, feedback: &Feedback, omega: &[f64], s: &[f64]) {
         let [y, w] = self.states();
         let omega = &omega[self.oscillators.clone()];
@@ -78,7 +80,8 @@ impl Place {
 #[derive(Debug, Clone)]
 pub(super) struct Places {
     pub(super) list: Vec<Place>,
-    /// Places of one effect that reach no row in common: one pass gives the forces of all.
+    /// Groups of places of one effect with no row in common: one element pass yields the forces of
+    /// a whole group.
     colours: Vec<(Effect, Vec<usize>)>,
     weights: Vec<f64>,
     response: Vec<f64>,
@@ -140,7 +143,7 @@ impl Places {
         }
     }
 
-    /// Evaluates ∂F/∂g and ∂g/∂s of all places at the state `y` of the whole system.
+    /// Evaluates ∂F/∂g and ∂g/∂s of all places at the state `y` of the coupled system.
     pub(super) fn linearise(
         &mut self,
         one_way: &mut CoupledDae<MuscleDae>,

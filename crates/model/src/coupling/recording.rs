@@ -1,4 +1,4 @@
-//! A body's motion at a point, kept as the integrator's own polynomials.
+//! Motion of a body's point, stored as the integrator's interpolating polynomials.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -10,20 +10,21 @@ use crate::integration::statistics::Outcome;
 use crate::reading::displacement::Displacement;
 use crate::signal::timing::{Break, FRACTION, Timed, shortest};
 
-/// Points per step: they determine a polynomial of degree 8, that of the dense output of Radau IIA
-/// with seven stages; the BDF's has 5 at most.
+/// Points per step. They determine a polynomial of degree 8, the degree of the dense output of
+/// Radau IIA with seven stages; the degree of BDF is 5 at most.
 const POINTS: usize = 9;
 
-/// Chebyshev points of the second kind on [0, 1], from the start of a step to its end.
+/// Returns Chebyshev point `k` of the second kind on [0, 1], ordered from the start of a step to
+/// its end.
 fn place(k: usize) -> f64 {
     let angle = PI * k as f64 / (POINTS - 1) as f64;
     (1.0 - angle.cos()) / 2.0
 }
 
-/// The displacement at a point over a run, exact between the steps as at them.
+/// Displacement at a point over a run, as accurate between steps as at their ends.
 ///
-/// Each accepted step keeps the values of its interpolating polynomial at nine points, which
-/// determine it: no sampling error is added to that of the integrator, whatever its steps.
+/// Each accepted step stores its interpolating polynomial at nine points, which determine it.
+/// Recording therefore adds no sampling error, whatever the step size.
 #[derive(Debug, Clone, Default)]
 pub struct Recording {
     start: f64,
@@ -31,25 +32,25 @@ pub struct Recording {
     ends: Vec<f64>,
     values: Vec<[f64; POINTS]>,
     prescribed: Displacement,
-    /// Smallest and largest value, of what is not prescribed.
+    /// Minimum and maximum; `None` if the motion is prescribed.
     extent: Option<[f64; 2]>,
 }
 
 impl Recording {
-    /// The times covered, s; `None` while nothing is recorded.
+    /// Returns the recorded time interval, s, or `None` if the recording is empty.
     pub fn covers(&self) -> Option<[f64; 2]> {
         self.ends.last().map(|end| [self.start, *end])
     }
 
-    /// Number of steps recorded.
+    /// Returns the number of recorded steps.
     pub fn n_steps(&self) -> usize {
         self.ends.len()
     }
 
-    /// u at time `t`; `None` outside the times covered.
+    /// Returns u at time `t`, or `None` outside the recorded interval.
     pub fn at(&self, t: f64) -> Option<f64> {
         let [start, end] = self.covers()?;
-        // An integrator asked to stop at the end may overshoot it by rounding.
+        // An integrator that stops at the end may pass it by rounding.
         let slack = 1e-12 * (end - start);
         if !(start - slack..=end + slack).contains(&t) {
             return None;
@@ -69,15 +70,15 @@ impl Recording {
 }
 
 impl Timed for Arc<Recording> {
-    /// That of what was prescribed at the point.
+    /// Returns the next break of the prescribed motion of the point.
     fn next_break(&self, after: f64) -> Option<Break> {
         let prescribed = self.prescribed.prescribed.iter();
         let breaks = prescribed.filter_map(|(signal, _)| signal.next_break(after));
         breaks.reduce(Break::earlier)
     }
 
-    /// The period of a sine with the range and the largest curvature of the motion between the
-    /// two times, π √(2 range/|ü|): a motion has inertia, and no more than that within a step.
+    /// Returns the period of a sine with the range and the largest curvature of the motion between
+    /// the two times, π √(2 range/|ü|). Inertia excludes faster motions within a step.
     fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
         let [low, high] = self.extent?;
         let first = self.ends.partition_point(|end| *end <= from);
@@ -100,8 +101,9 @@ impl Timed for Arc<Recording> {
     }
 }
 
-/// The curvature of the polynomial through `values` at the Chebyshev points of an interval of
-/// length 1, from its distance to the chord: x (1 − x)/2 for a curvature of 1.
+/// Returns the second derivative of the polynomial through `values` at the Chebyshev points of an
+/// interval of length 1, computed from its distance to the chord: x (1 − x)/2 for a second
+/// derivative of 1.
 fn curvature(values: &[f64; POINTS]) -> f64 {
     let (first, last) = (values[0], values[POINTS - 1]);
     let sagitta = values.iter().enumerate().map(|(k, value)| {
@@ -111,7 +113,7 @@ fn curvature(values: &[f64; POINTS]) -> f64 {
     8.0 * sagitta.fold(0.0, f64::max)
 }
 
-/// The polynomial through `values` at the Chebyshev points, by the barycentric formula.
+/// Evaluates the polynomial through `values` at the Chebyshev points by the barycentric formula.
 fn interpolate(values: &[f64; POINTS], x: f64) -> f64 {
     let (mut numerator, mut denominator) = (0.0, 0.0);
     for (k, value) in values.iter().enumerate() {
@@ -135,7 +137,7 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Records `point` of a system of `n` unknowns.
+    /// Creates a recorder for `point` of a system of `n` unknowns.
     pub fn new(point: Displacement, n: usize) -> Self {
         let recording = Recording {
             prescribed: Displacement {
@@ -151,7 +153,7 @@ impl Recorder {
         }
     }
 
-    /// What was recorded.
+    /// Returns the recording.
     pub fn finish(self) -> Recording {
         self.recording
     }
@@ -190,7 +192,8 @@ mod tests {
         let p = |x: f64| coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c);
         let values = std::array::from_fn(|k| p(place(k)));
         for x in [0.0, 0.1, 0.37, 0.5, 0.93, 1.0] {
-            // The values are of size 1, the interpolation's condition on nine points below 3.
+            // The values are of size 1; the condition number of interpolation at nine points is
+            // below 3.
             assert!((interpolate(&values, x) - p(x)).abs() < 20.0 * f64::EPSILON);
         }
     }
@@ -206,7 +209,7 @@ mod tests {
         };
         assert_eq!(recording.at(0.9), None);
         assert_eq!(recording.at(2.1), None);
-        // The weights of the interpolation add up to 1 to rounding.
+        // The interpolation weights sum to 1 up to rounding.
         for (t, value) in [(1.2, 3.0), (1.7, 4.0)] {
             let found = recording.at(t).unwrap();
             assert!((found - value).abs() < 10.0 * f64::EPSILON * value);

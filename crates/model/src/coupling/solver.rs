@@ -1,4 +1,4 @@
-//! A body's own solver, continued to the oscillators it drives.
+//! Extends a body's linear solver to the oscillators it drives.
 //!
 //! The coupling is one-way, so the Newton matrix is block triangular:
 //!
@@ -7,7 +7,7 @@
 //! ⎝ γ e wᵀ  J_o ⎠ ⎝ δs ⎠ = ⎝ b_o ⎠      J_o δs = b_o − γ e wᵀ δy.
 //! ```
 //!
-//! J_b is solved as if there were no oscillators; each network has small factors of its own.
+//! J_b is solved independently of the oscillators. Each network has a small separate factorization.
 
 use myovib_dae::{LinearSolver, Linearization, Problem, StepError, columns};
 use myovib_sparse::SparseOptions;
@@ -17,9 +17,9 @@ use num_complex::Complex64;
 use super::dae::CoupledDae;
 use super::networks::{NetworkMatrix, Networks};
 
-/// Solves the Newton systems of a [`CoupledDae`] by its body's own solver `S`.
+/// Solves the Newton systems of a [`CoupledDae`] with the solver `S` of its body.
 ///
-/// Room for complex matrices is made at the first set-up that asks for them.
+/// Complex matrices are allocated at the first complex matrix setup.
 #[derive(Debug)]
 pub struct CoupledSolver<S> {
     pub(super) body: S,
@@ -29,10 +29,10 @@ pub struct CoupledSolver<S> {
 }
 
 impl<S> CoupledSolver<S> {
-    /// Continues `body` to the oscillators of `dae`.
+    /// Extends `body` to the oscillators of `dae`.
     ///
     /// # Errors
-    /// Those of the analysis.
+    /// Errors of the symbolic analysis.
     pub fn new<B: Problem>(
         body: S,
         dae: &CoupledDae<B>,
@@ -49,7 +49,7 @@ impl<S> CoupledSolver<S> {
 }
 
 impl<S> CoupledSolver<S> {
-    /// Factorises the matrices of the networks.
+    /// Factorizes the matrices of the networks.
     pub(super) fn set_up_networks<B: Problem>(
         &mut self,
         dae: &CoupledDae<B>,
@@ -65,7 +65,7 @@ impl<S> CoupledSolver<S> {
     }
 }
 
-/// Solves for the oscillators in place, the body's part of `x` being solved for.
+/// Solves for the oscillators in place. The body's part of `x` must already hold the solution.
 fn solve_networks<B: Problem, T: Scalar>(
     dae: &CoupledDae<B>,
     matrices: &mut [NetworkMatrix<T>],

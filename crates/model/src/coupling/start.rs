@@ -1,4 +1,4 @@
-//! A coupled system with the integrator of one's choice.
+//! Starts a coupled system with the selected integrator.
 
 use myovib_radau::RadauOptions;
 use sundials_wrap::IdaOptions;
@@ -14,23 +14,24 @@ use crate::integration::radau::{self, RadauIntegrator};
 use crate::integration::settings::{IntegratorKind, LinearSolver, Settings};
 use crate::muscle_dae::MuscleDae;
 
-/// What the integrators of a coupled system can be told; the error test has the tolerances.
+/// Options of the integrators of a coupled system. Tolerances are in
+/// [`ErrorTest`](super::ErrorTest).
 #[derive(Debug, Clone)]
 pub struct CoupledOptions {
-    /// The integrator, which reads its own options below.
+    /// The integrator; it reads its options below.
     pub integrator: IntegratorKind,
-    /// For IDAS.
+    /// Options of IDAS.
     pub ida: IdaOptions,
-    /// For Radau IIA.
+    /// Options of Radau IIA.
     pub radau: RadauOptions,
-    /// How the linear systems of Newton's method are solved.
+    /// Solution method for the linear systems of Newton's method.
     pub linear_solver: LinearSolver,
-    /// Time between two projections onto the constraint, s (IDAS).
+    /// Time between two projections onto the constraint, s (IDAS only).
     pub project_every: Option<f64>,
 }
 
 impl CoupledOptions {
-    /// For a muscle with `settings` and what it drives.
+    /// Returns the options for a muscle with `settings` and its oscillators.
     pub fn of_muscle(dae: &MuscleDae, settings: &Settings) -> Self {
         Self {
             integrator: settings.integrator,
@@ -41,8 +42,8 @@ impl CoupledOptions {
         }
     }
 
-    /// For a system without a muscle, which has no shorter way than its own small matrix: the
-    /// defaults of the integrator.
+    /// Returns the options for a system without a muscle: the integrator's defaults, and no
+    /// condensed linear solver.
     pub fn of_states(integrator: IntegratorKind) -> Self {
         Self {
             integrator,
@@ -56,7 +57,7 @@ impl CoupledOptions {
         }
     }
 
-    /// The same with a first and a largest step (s); none leaves the choice to the integrator.
+    /// Sets the first and the largest step (s); `None` leaves the choice to the integrator.
     pub fn with_steps(mut self, initial: Option<f64>, largest: Option<f64>) -> Self {
         (self.ida.initial_step, self.radau.initial_step) = (initial, initial);
         (self.ida.max_step, self.radau.max_step) = (largest, largest);
@@ -64,11 +65,12 @@ impl CoupledOptions {
     }
 }
 
-/// Starts a coupled system at t = 0 from `y`, the body at rest. A load that does not start from
-/// zero is met by consistent initial derivatives.
+/// Starts a coupled system at t = 0 from `y` with the body at rest. If a load is not zero at the
+/// start, consistent initial derivatives are computed.
 ///
 /// # Errors
-/// Those of [`Consistent::consistent`](crate::start::Consistent::consistent) and of [`start_coupled_from`].
+/// Errors of [`Consistent::consistent`](crate::start::Consistent::consistent) and of
+/// [`start_coupled_from`].
 pub fn start_coupled<P: Body>(
     mut dae: P,
     error_test: ErrorTest,
@@ -80,11 +82,12 @@ pub fn start_coupled<P: Body>(
     start_coupled_from(dae, error_test, options, [0.0, t_end], &y, &y_dot)
 }
 
-/// Starts a coupled system from a state with consistent derivatives, over the times
-/// `[start, end]`.
+/// Starts a coupled system from a state with consistent derivatives over the time interval `[start,
+/// end]`.
 ///
 /// # Errors
-/// As [`IdaIntegrator::coupled_at`] and [`RadauIntegrator::coupled_at`]; [`ModelError::OnlyBdf`].
+/// As [`IdaIntegrator::coupled_at`] and [`RadauIntegrator::coupled_at`];
+/// [`ModelError::OnlyBdf`].
 pub fn start_coupled_from<P: Body>(
     dae: P,
     error_test: ErrorTest,
@@ -116,7 +119,7 @@ pub fn start_coupled_from<P: Body>(
     })
 }
 
-/// Starts a muscle with feedback from a state with consistent derivatives, over the times
+/// Starts a muscle with feedback from a state with consistent derivatives over the time interval
 /// `[start, end]`.
 ///
 /// # Errors

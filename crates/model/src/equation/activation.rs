@@ -1,4 +1,4 @@
-//! Models of activation, in which nothing depends on the body.
+//! Activation models. Their equations do not depend on the body.
 
 use crate::field::Field;
 use crate::matrix::{Matrix, Term};

@@ -1,4 +1,4 @@
-//! The incompressibility constraint and its derivative with respect to time.
+//! The incompressibility constraint and its time derivative.
 
 use super::Context;
 use crate::field::Field;

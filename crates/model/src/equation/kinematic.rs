@@ -1,4 +1,4 @@
-//! The definitions of the velocity and of the pressure's rate.
+//! Definitions of the velocity and of the pressure rate.
 
 use crate::field::Field;
 use crate::matrix::{Matrix, Term};

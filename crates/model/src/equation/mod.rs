@@ -1,6 +1,6 @@
-//! The equations from which the formulations are composed: residual and Jacobian of each.
+//! The equations of which the formulations consist: residual and Jacobian of each.
 //!
-//! An equation sees the unknowns of a [`State`] by field, the element integrals it
+//! An equation reads the unknowns of a [`State`] by field and the element integrals that it
 //! [`needs`](Equation::needs), and writes the rows of its block.
 
 mod activation;
@@ -26,7 +26,7 @@ pub enum Equation {
     StabilizedKinematic,
     /// λ̇ - μ = 0, second line of (29).
     PressureKinematic,
-    /// M (v̇ + α v) + ∫(P + β Ṗ + added stresses):∇φ + beds - f(t) = 0.
+    /// M (v̇ + α v) + ∫(P + β Ṗ + added stresses):∇φ + foundations - f(t) = 0.
     Momentum,
     /// ∫ψ (p/κ + J - 1) = 0.
     Constraint,
@@ -53,10 +53,10 @@ impl fmt::Display for Equation {
     }
 }
 
-/// Where the rate of the pressure ṗ is found.
+/// Source of the pressure rate ṗ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PressureRateSource {
-    /// There is no pressure, or nothing asks for its rate.
+    /// There is no pressure, or its rate is not needed.
     None,
     /// The unknown μ of (29).
     Unknown,
@@ -64,7 +64,7 @@ pub enum PressureRateSource {
     Derivative,
 }
 
-/// What an equation's coefficients depend on.
+/// Properties of the model that determine an equation's coefficients.
 #[derive(Debug, Clone, Copy)]
 pub struct Context {
     /// Mass-proportional damping α, 1/s.
@@ -73,35 +73,35 @@ pub struct Context {
     pub beta: f64,
     /// 1/κ, 1/Pa.
     pub inv_kappa: f64,
-    /// Whether the pressure is an unknown of its own.
+    /// Whether the pressure is an unknown.
     pub has_pressure: bool,
-    /// Where ṗ is found.
+    /// Source of ṗ.
     pub pressure_rate: PressureRateSource,
-    /// Whether pressures act on the deformed boundary.
+    /// Whether follower pressures act on the deformed boundary.
     pub pressed: bool,
-    /// What acts beside the law's stress.
+    /// Forces in addition to the law's stress.
     pub added: Added,
-    /// Whether κ, α or β differ between elements.
+    /// Whether κ, α or β vary between elements.
     pub graded: bool,
-    /// Whether oscillators that are eliminated act on the stiffness.
+    /// Whether eliminated oscillators act on the stiffness.
     pub coherence: bool,
 }
 
-/// What acts on a body beside the stress of its law: where it is not, it costs nothing.
+/// Forces that act on a body in addition to the stress of its law. Absent forces cost nothing.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Added {
-    /// Whether a bed has stiffness, and whether one has damping.
+    /// Whether a foundation has stiffness, and whether one has damping.
     pub bed: [bool; 2],
     /// Whether there are active or viscous stresses, and whether one depends on the velocity.
     pub stress: [bool; 2],
     /// Whether tensions are unknowns.
     pub tensions: bool,
-    /// Number of series of Prony terms.
+    /// Number of Prony series.
     pub relaxing: usize,
 }
 
 impl Added {
-    /// What acts on a muscle.
+    /// Returns the added forces of a muscle.
     pub(crate) fn of(muscle: &Muscle) -> Self {
         let stresses = muscle.solid.added_stresses();
         Self {
@@ -118,13 +118,13 @@ impl Added {
         }
     }
 
-    /// Whether a force depends on the velocity.
+    /// Returns whether a force depends on the velocity.
     pub(crate) fn is_damped(self) -> bool {
         self.bed[1] || self.stress[1]
     }
 }
 
-/// The element integrals an equation asks for; what no equation asks for is not computed.
+/// Element integrals required by an equation. Integrals that no equation requires are not computed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Needs {
     /// ∫P:∇φ.
@@ -140,7 +140,7 @@ pub struct Needs {
 }
 
 impl Needs {
-    /// What either asks for.
+    /// Returns the union of both.
     pub fn or(self, other: Self) -> Self {
         Self {
             force: self.force || other.force,
@@ -153,7 +153,7 @@ impl Needs {
 }
 
 impl Equation {
-    /// The element integrals this equation is made of.
+    /// Returns the element integrals that the equation requires.
     pub fn needs(self, context: &Context) -> Needs {
         let none = Needs::default();
         match self {
@@ -208,7 +208,7 @@ impl Equation {
         }
     }
 
-    /// The terms of the equation's Jacobian.
+    /// Returns the terms of the equation's Jacobian.
     pub fn terms(self, context: &Context) -> Vec<Term> {
         match self {
             Self::Kinematic => kinematic::terms(),
@@ -218,13 +218,13 @@ impl Equation {
             Self::Constraint => constraint::terms(context),
             Self::ConstraintRate => constraint::rate_terms(context),
             Self::Activation => activation::terms(),
-            // Eliminated point by point before the blocks are looked at.
+            // Eliminated at each quadrature point before the blocks are assembled.
             Self::Relaxation => Vec::new(),
         }
     }
 }
 
-/// The rates of a field less what they are to be.
+/// Writes the rates of `field` minus the rates of the model.
 fn rate_residual(field: Field, model: &[f64], state: &State<'_>, rows: &mut [f64]) {
     let rates = state.rate(field).iter();
     for ((row, rate), model) in rows.iter_mut().zip(rates).zip(model) {

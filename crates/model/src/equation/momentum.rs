@@ -1,16 +1,17 @@
-//! The balance of momentum.
+//! Balance of momentum.
 
 use super::{Context, PressureRateSource};
 use crate::field::Field;
 use crate::matrix::{Matrix, Term};
 use crate::state::Integrals;
 
-/// M (v̇ + α v) + ∫(P + β Ṗ + added stresses):∇φ + beds - f(t), rows of the free components.
+/// Writes M (v̇ + α v) + ∫(P + β Ṗ + added stresses):∇φ + foundations - f(t) for the free
+/// components.
 pub(super) fn residual(context: &Context, integrals: &mut Integrals<'_>, rows: &mut [f64]) {
     integrals.momentum_balance(context.alpha, context.beta, rows);
 }
 
-/// P = P_iso - p cof F gives ∂(force)/∂λ = -Bᵀ and, for the damping force,
+/// Returns the Jacobian: P = P_iso - p cof F gives ∂(force)/∂λ = -Bᵀ and, for the damping force,
 /// ∂(force rate)/∂v = K, ∂(force rate)/∂λ = -∂(B(q)v)/∂qᵀ, ∂(force rate)/∂λ̇ = -Bᵀ.
 pub(super) fn terms(context: &Context) -> Vec<Term> {
     let Context {
@@ -28,8 +29,8 @@ pub(super) fn terms(context: &Context) -> Vec<Term> {
         Term {
             column: Field::Velocity,
             matrix: Matrix::Mass,
-            of_value: if graded { 0.0 } else { alpha },
-            of_rate: 1.0,
+            df_dy: if graded { 0.0 } else { alpha },
+            df_dyp: 1.0,
         },
         Term::value(Field::Displacement, Matrix::Stiffness, 1.0),
     ];

@@ -1,10 +1,10 @@
-//! Where within a step a function of the state becomes positive.
+//! Location of the first time within a step at which a function of the state becomes positive.
 //!
-//! The function is sampled on the dense output, at Chebyshev points as many as twice the order of
-//! the step, and at the tops of the parabolas through neighbouring samples; then a change of sign is
-//! narrowed. What is positive between two samples alone, by a peak too narrow for the parabola
-//! through them, is missed: of a polynomial of the order's degree none is, of |u| or min det F a
-//! sharp touch can be.
+//! The function is sampled on the dense output at Chebyshev points, twice as many as the order of
+//! the step, and at the vertices of the parabolas through neighboring samples. A change of sign is
+//! then bracketed and refined. A peak between two samples that is too narrow for these parabolas is
+//! missed. This cannot happen for a polynomial of the order's degree; it can for a sharp peak of
+//! |u| or min det F.
 
 use std::f64::consts::PI;
 
@@ -13,14 +13,14 @@ use crate::integration::integrator::Integrator;
 
 /// Samples per order of the step.
 const SAMPLES: u32 = 2;
-/// Halvings and secants at most: bisection alone would need 53 for the digits of a step.
+/// Maximum number of bisection and secant iterations; bisection alone needs 53 to resolve a step.
 const MAX_NARROWINGS: usize = 100;
 
-/// The first time in the step `[from, to]` just taken at which `excess(problem, t, y)` is positive,
-/// to rounding; none where it is not.
+/// Returns the first time in the last step `[from, to]` at which `excess(problem, t, y)` is
+/// positive, up to rounding, or `None`.
 ///
 /// # Errors
-/// Those of the dense output and of `excess`.
+/// Errors of the dense output and of `excess`.
 pub fn first_positive<P>(
     integrator: &mut dyn Integrator<P>,
     [from, to]: [f64; 2],
@@ -58,17 +58,17 @@ pub fn first_positive<P>(
     Ok(None)
 }
 
-/// Where the parabola through three points has its maximum, if it has one between them.
+/// Returns the position of the maximum of the parabola through three points, if it is between them.
 fn top([(t0, f0), (t1, f1), (t2, f2)]: [(f64, f64); 3]) -> Option<f64> {
     let (left, right) = ((f1 - f0) / (t1 - t0), (f2 - f1) / (t2 - t1));
     let bends = left > 0.0 && right < 0.0;
-    // The slope is that of each chord at its middle, and linear between.
+    // The slope equals the chord's slope at its midpoint and is linear in between.
     let (from, to) = (0.5 * (t0 + t1), 0.5 * (t1 + t2));
     bends.then(|| from + (to - from) * left / (left - right))
 }
 
-/// The first sign change between `low`, not positive, and `high`, positive: by secants that do not
-/// creep, as a value that stays is halved (the Illinois rule).
+/// Refines the first sign change between `low` (not positive) and `high` (positive) by the Illinois
+/// method: the secant method with the value at a retained end halved.
 fn narrow(
     mut low: (f64, f64),
     mut high: (f64, f64),

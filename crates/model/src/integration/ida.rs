@@ -21,27 +21,27 @@ use crate::start::Consistent;
 pub struct IdaIntegrator<P: Problem> {
     pub(crate) solver: IdaSolver<P>,
     pace: Pace,
-    /// Counts of the starts before the present one.
+    /// Counts of the starts before the current one.
     before: Counts,
-    /// Where error weights that follow the step read its size.
+    /// Step size shared with step-dependent error weights.
     step_size: StepSize,
 }
 
 impl IdaIntegrator<MuscleDae> {
-    /// Starts a muscle at rest at t = 0: all unknowns and their derivatives zero, which is
-    /// consistent for loads and prescribed displacements that start from zero.
+    /// Starts a muscle at rest at t = 0 with all unknowns and derivatives zero. This is consistent
+    /// for loads and prescribed displacements that are zero at the start.
     ///
     /// # Errors
-    /// [`ModelError::Integrator`] for settings IDAS does not take.
+    /// [`ModelError::Integrator`] for invalid IDAS settings.
     pub fn from_rest(dae: MuscleDae, settings: &Settings) -> Result<Self, ModelError> {
         let zero = vec![0.0; dae.n_unknowns()];
         Self::starting_at(dae, settings, 0.0, &zero, &zero)
     }
 
-    /// Starts a muscle, at order 1, at time `t` from a state with consistent derivatives.
+    /// Starts a muscle at order 1 at time `t` from a state with consistent derivatives.
     ///
     /// # Errors
-    /// [`ModelError::Integrator`] for settings IDAS does not take.
+    /// [`ModelError::Integrator`] for invalid IDAS settings.
     pub fn starting_at(
         dae: MuscleDae,
         settings: &Settings,
@@ -82,7 +82,7 @@ impl<P: Problem> IdaIntegrator<P> {
     /// Starts `problem` at t = 0 from consistent values.
     ///
     /// # Errors
-    /// [`ModelError::Integrator`] for options IDAS does not take.
+    /// [`ModelError::Integrator`] for invalid IDAS options.
     pub fn new(
         problem: P,
         options: IdaOptions,
@@ -94,8 +94,8 @@ impl<P: Problem> IdaIntegrator<P> {
         Ok(Self::of(solver, t_end, Schedule::default(), None))
     }
 
-    /// Takes a solver that stops at `t_end`, of a system that is driven by a `schedule`, and where
-    /// its weights read the size of the step.
+    /// Wraps a solver that stops at `t_end`, the `schedule` of its system, and the step size that
+    /// its weights read.
     pub(crate) fn of(
         solver: IdaSolver<P>,
         t_end: f64,
@@ -110,8 +110,9 @@ impl<P: Problem> IdaIntegrator<P> {
         }
     }
 
-    /// Takes a step. Where the error test lets no first one pass, ẏ at the start told too little of
-    /// its scale, and IDAS gives up after ten: it starts again with smaller ones.
+    /// Takes a step. If the error test rejects every first step, the initial ẏ underestimates the
+    /// time scale, and IDAS gives up after ten attempts. The integration is then restarted with a
+    /// smaller first step.
     fn step_or_start_smaller(&mut self, t_out: f64) -> Result<Outcome, ModelError> {
         let t = self.solver.t();
         let mut ahead = t_out - t;
@@ -128,24 +129,24 @@ impl<P: Problem> IdaIntegrator<P> {
         Ok(self.solver.step(t + ahead)?)
     }
 
-    /// The solver itself.
+    /// Returns the IDAS solver.
     pub fn solver(&self) -> &IdaSolver<P> {
         &self.solver
     }
 }
 
-/// How often a first step is looked for among smaller ones, and by how much: down to 1e-18 of the
-/// first, where any step is below rounding.
+/// Maximum number of restarts with a smaller first step, and the reduction per restart. The last
+/// attempt is 1e-18 of the first, where any step is below rounding.
 const RESTARTS: usize = 3;
 const SMALLER: f64 = 1e-6;
 
-/// Whether the error test has rejected every step from the start.
+/// Returns whether the error test has rejected every step from the start.
 fn of_first_step(stop: &Stop) -> bool {
     let reason = stop.reason == myovib_dae::StopReason::ErrorTestFailures;
     stop.statistics.steps == 0 && reason
 }
 
-/// IDAS with a stop time at the end.
+/// Creates a builder for IDAS with a stop time at the end.
 pub(crate) fn builder<P: Problem>(problem: P, options: IdaOptions, t_end: f64) -> IdaBuilder<P> {
     IdaSolver::builder(problem).options(IdaOptions {
         stop_time: Some(t_end),
@@ -153,7 +154,7 @@ pub(crate) fn builder<P: Problem>(problem: P, options: IdaOptions, t_end: f64) -
     })
 }
 
-/// The options of IDAS for a muscle with `settings`.
+/// Returns the options of IDAS for a muscle with `settings`.
 pub fn options(dae: &MuscleDae, settings: &Settings) -> IdaOptions {
     let layout = dae.layout();
     IdaOptions {
@@ -170,8 +171,8 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> IdaOptions {
 }
 
 impl<P: Consistent> IdaIntegrator<P> {
-    /// Starts again, at order 1, at time `t` from the consistent state next to the present one; counts
-    /// go on.
+    /// Restarts at order 1 at time `t` from a consistent state near the current one. Counts
+    /// accumulate.
     ///
     /// # Errors
     /// No consistent state.
@@ -213,8 +214,8 @@ impl<P: Consistent> Integrator<P> for IdaIntegrator<P> {
         Ok(self.solver.estimated_local_errors(out)?)
     }
 
-    /// IDAS gives the difference to its predictor, which at order k and equal steps is k + 1 times the
-    /// error, as its own test has it; dense output has no error of its own beside it.
+    /// IDAS provides the difference to its predictor, which at order k and constant step size is k
+    /// + 1 times the error estimate. Its dense output has no additional error.
     fn errors_per_estimate(&self, _: f64) -> [f64; 2] {
         let order = self.solver.statistics().last_order as f64;
         [1.0 / (order + 1.0), 0.0]

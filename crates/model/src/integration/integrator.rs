@@ -1,4 +1,4 @@
-//! What the run driver asks of a time integrator, IDAS or Radau IIA, and what both answer.
+//! Interface of the run driver to a time integrator, implemented for IDAS and Radau IIA.
 
 use myovib_fem::Inverted;
 use myovib_radau::RadauState;
@@ -8,10 +8,10 @@ use sundials_wrap as wrap;
 use crate::error::ModelError;
 use crate::integration::statistics::{Counts, StopReason};
 
-/// What one internal step came to.
+/// Result of one internal step.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Advance {
-    /// A step was accepted; the end time is not reached.
+    /// A step was accepted; the end time is not yet reached.
     Stepped,
     /// The end time is reached.
     Finished,
@@ -19,30 +19,31 @@ pub enum Advance {
     Stopped {
         /// The cause.
         reason: StopReason,
-        /// The cause in words: time, step size, order, the components at fault.
+        /// Description of the cause: time, step size, order, and components with the largest
+        /// errors.
         message: String,
-        /// An element that attempts at the step not taken have turned inside out.
+        /// An element inverted during attempts at the failed step.
         inverted: Option<Inverted>,
     },
 }
 
-/// From where a run by Radau IIA goes on bit by bit.
+/// Data with which a run by Radau IIA continues bit by bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Continuation {
     /// The integrator's state.
     pub(crate) radau: RadauState,
     /// Whether its last step was shortened.
     pub(crate) shortened: bool,
-    /// The counts up to the last jump.
+    /// Counts up to the last jump.
     #[serde(default)]
     pub(crate) before: Counts,
 }
 
 /// A variable-step integrator that owns its problem.
 pub trait Integrator<P> {
-    /// Goes behind a jump of what drives the system, if the time reached is that of one: the state is
-    /// made consistent with the right values, and the method starts anew. [`advance`] does so first;
-    /// called before, it tells when its step starts.
+    /// Restarts behind a jump of the excitation if the current time is the time of a jump: the
+    /// state is made consistent with the values after the jump. [`advance`] does this first;
+    /// calling it before gives access to the start of the next step.
     ///
     /// [`advance`]: Integrator::advance
     ///
@@ -56,52 +57,54 @@ pub trait Integrator<P> {
     /// Misuse and fatal errors of the problem; giving up is [`Advance::Stopped`].
     fn advance(&mut self) -> Result<Advance, ModelError>;
 
-    /// The time reached, s.
+    /// Returns the time reached, s.
     fn time(&self) -> f64;
 
-    /// The solution, or its derivative of the given order, at a time within the last step.
+    /// Evaluates the solution, or its derivative of the given order, at a time within the last
+    /// step.
     ///
     /// # Errors
     /// If `t` is outside the last step or the order is too high.
     fn dense_output(&mut self, t: f64, derivative: u32, out: &mut [f64]) -> Result<(), ModelError>;
 
-    /// Writes the integrator's estimate of the error of the last step to `out`. It costs no evaluation of
-    /// the problem.
+    /// Writes the integrator's error estimate of the last step to `out` without evaluating the
+    /// problem.
     ///
     /// # Errors
     /// If `out` has the wrong length.
     fn local_error(&mut self, out: &mut [f64]) -> Result<(), ModelError>;
 
-    /// What the last step adds to the error of a quantity that vibrates, and the error of dense output
-    /// within it, both per what [`local_error`](Integrator::local_error) says of the quantity, which is
-    /// `relative` times the size of the vibration.
+    /// Returns, per unit of [`local_error`](Integrator::local_error), the contribution of the last
+    /// step to the error of a vibrating quantity, and the error of dense output within the step.
+    /// `relative` is the local error relative to the amplitude of the vibration.
     fn errors_per_estimate(&self, relative: f64) -> [f64; 2];
 
-    /// The counts so far.
+    /// Returns the accumulated counts.
     fn counts(&self) -> Counts;
 
-    /// What [`restore`](Integrator::restore) needs to take the steps that would follow, bit by bit;
-    /// `None` with BDF, whose past steps IDAS does not give.
+    /// Returns the data that [`restore`](Integrator::restore) needs to continue bit by bit; `None`
+    /// for BDF, since IDAS does not expose its history.
     fn save(&self) -> Option<Continuation> {
         None
     }
 
-    /// Goes on from where an integrator of the same problem and settings was; BDF goes on as it is.
+    /// Continues from the saved state of an integrator of the same problem and settings. BDF
+    /// ignores it.
     ///
     /// # Errors
-    /// The state of another problem; matrices that cannot be computed again.
+    /// A state of another problem; matrices that cannot be recomputed.
     fn restore(&mut self, _continuation: &Continuation) -> Result<(), ModelError> {
         Ok(())
     }
 
-    /// The problem.
+    /// Returns the problem.
     fn problem(&self) -> &P;
 
-    /// The problem, for evaluations beside the integration.
+    /// Returns the problem for evaluations outside the time integration.
     fn problem_mut(&mut self) -> &mut P;
 }
 
-/// What an [`Integrator`] around another, its `inner`, leaves to it.
+/// Forwards methods of an [`Integrator`] to the wrapped integrator `inner`.
 macro_rules! left_to_inner {
     ($problem:ty) => {
         fn pass_jump(&mut self) -> Result<(), $crate::error::ModelError> {
@@ -145,11 +148,11 @@ macro_rules! left_to_inner {
 pub(crate) use left_to_inner;
 
 impl Advance {
-    /// What a step of a solver on its way to `t_end` came to.
+    /// Converts the outcome of a solver that integrates to `t_end`.
     pub(crate) fn of(outcome: wrap::Outcome, t_end: f64) -> Self {
         match outcome {
             wrap::Outcome::Stopped(mut stop) => {
-                // What helps a muscle is known better here.
+                // The model gives more specific advice.
                 stop.remedy = None;
                 let worst: Vec<_> = stop
                     .worst_components
@@ -177,7 +180,7 @@ impl Advance {
     }
 }
 
-/// The wrapper's reasons under the names all integrators share.
+/// Converts a solver's reason to the common names.
 fn reason(reason: wrap::StopReason) -> StopReason {
     use wrap::StopReason as Ida;
     match reason {
@@ -188,7 +191,7 @@ fn reason(reason: wrap::StopReason) -> StopReason {
         Ida::StepTooSmall => StopReason::StepTooSmall,
         Ida::LinearSetupFailed | Ida::LinearSolveFailed => StopReason::LinearSetupFailed,
         Ida::MaxSteps => StopReason::MaxSteps,
-        // A function of the problem: the message says which.
+        // A function of the problem; the message names it.
         _ => StopReason::ResidualFailed,
     }
 }

@@ -1,4 +1,4 @@
-//! A muscle with the integrator its settings name.
+//! Starts a muscle with the integrator selected in its settings.
 
 use myovib_dae::Problem;
 
@@ -8,15 +8,15 @@ use crate::integration::ida::IdaIntegrator;
 use crate::integration::integrator::Integrator;
 use crate::integration::projected::Projected;
 use crate::integration::radau::RadauIntegrator;
-use crate::integration::relaxing::RelaxingRadau;
 use crate::integration::settings::{LinearSolver, Settings};
+use crate::integration::viscoelastic::ViscoelasticRadau;
 use crate::muscle_dae::MuscleDae;
 
-/// Starts a muscle at rest at t = 0 with the integrator that `settings` names; when it stops it
-/// says what the index has to do with it.
+/// Starts a muscle at rest at t = 0 with the integrator selected in `settings`. The message of a
+/// stop includes advice on the index.
 ///
 /// # Errors
-/// Settings the integrator does not take.
+/// Settings that the integrator does not support.
 pub fn start_at_rest(
     dae: MuscleDae,
     settings: &Settings,
@@ -25,11 +25,11 @@ pub fn start_at_rest(
     start_from(dae, settings, 0.0, &zero, &zero)
 }
 
-/// Starts a muscle at time `t`, from a state with consistent derivatives, with the integrator that
-/// `settings` names.
+/// Starts a muscle at time `t` from a state with consistent derivatives, with the integrator
+/// selected in `settings`.
 ///
 /// # Errors
-/// Settings the integrator does not take.
+/// Settings that the integrator does not support.
 pub fn start_from(
     dae: MuscleDae,
     settings: &Settings,
@@ -48,7 +48,7 @@ pub fn start_from(
             }
         }
         Some(_) if relaxes && settings.linear_solver == LinearSolver::Condensed => {
-            Box::new(RelaxingRadau::starting_at(dae, settings, t, y, y_dot)?)
+            Box::new(ViscoelasticRadau::starting_at(dae, settings, t, y, y_dot)?)
         }
         Some(_) => Box::new(RadauIntegrator::starting_at(dae, settings, t, y, y_dot)?),
     };

@@ -1,14 +1,14 @@
-//! Where each step of a run has to end.
+//! End time of each step of a run.
 
 use myovib_dae::Statistics;
 
 use crate::signal::schedule::Schedule;
 
-/// A step that was shortened says nothing of the step proposed before it: the next is at most so
-/// many times as long, the most by which a step of Radau IIA grows.
+/// Largest growth of the step after a step that was shortened, which contains no information on the
+/// step size that accuracy allows. Equal to the growth limit of Radau IIA.
 const GROWTH: f64 = 8.0;
 
-/// The schedule of a run to its end, and how far along it is.
+/// The schedule of a run and its progress.
 pub(crate) struct Pace {
     schedule: Schedule,
     t_end: f64,
@@ -16,16 +16,16 @@ pub(crate) struct Pace {
     shortened: bool,
 }
 
-/// What an integrator is told before a step.
+/// Bounds passed to an integrator before a step.
 pub(crate) struct Bounds {
-    /// t_out, which gives the first step its scale.
+    /// t_out, which sets the scale of the first step.
     pub(crate) t_out: f64,
-    /// The time not to step over.
+    /// Time that the step must not pass.
     pub(crate) stop_time: f64,
 }
 
 impl Pace {
-    /// For a run to `t_end` of a system that is driven by a `schedule`.
+    /// Creates the pace of a run to `t_end` of a system excited by a `schedule`.
     pub(crate) fn new(schedule: Schedule, t_end: f64) -> Self {
         Self {
             schedule,
@@ -34,29 +34,30 @@ impl Pace {
         }
     }
 
-    /// Whether the last step was shorter than the integrator proposed: all that is kept of the past.
+    /// Returns whether the last step was shorter than the integrator proposed, which is the only
+    /// stored state.
     pub(crate) fn shortened(&self) -> bool {
         self.shortened
     }
 
-    /// Goes on with what [`shortened`](Self::shortened) gave.
+    /// Restores the result of [`shortened`](Self::shortened).
     pub(crate) fn restore(&mut self, shortened: bool) {
         self.shortened = shortened;
     }
 
-    /// From when on a run that has reached the time `t` goes on behind a jump there, if there is one.
+    /// Returns the time just after a jump, if there is a jump at time `t`.
     pub(crate) fn after_jump(&self, t: f64) -> Option<f64> {
         self.schedule.after_jump(t)
     }
 
-    /// The end of the run.
+    /// Returns the end time of the run.
     pub(crate) fn t_end(&self) -> f64 {
         self.t_end
     }
 
-    /// The bounds of the next step at `t` of an integrator with these counters.
+    /// Returns the bounds of the next step at `t` for an integrator with these counters.
     pub(crate) fn bounds(&mut self, t: f64, statistics: &Statistics) -> Bounds {
-        // What a start behind a jump finds is of the steps before it.
+        // After a jump the step size of earlier steps does not apply.
         let is_first = statistics.steps == 0;
         let shortened = self.shortened && !is_first;
         let t_out = match is_first {
@@ -64,7 +65,7 @@ impl Pace {
             false => self.t_end,
         };
         let proposed = match statistics.current_step {
-            // The first step is at most a thousandth of the way to t_out.
+            // The first step is at most a thousandth of the distance to t_out.
             _ if is_first => 1e-3 * (t_out - t),
             step if shortened => step.min(GROWTH * statistics.last_step),
             step => step,

@@ -1,10 +1,10 @@
-//! Projection onto the constraint at chosen times, for formulations that let it drift.
+//! Periodic projection onto the constraint, for formulations whose constraint drifts.
 //!
-//! `velocity` integrates the differentiated constraint: displacement and velocity leave the
-//! incompressible motions by what the steps' errors add up to. IDAS has no hook for a projection;
-//! here the state is projected between two steps, made consistent anew ([`Consistent`]), and the
-//! integrator starts again from it, at order 1. What that costs is in the counts, which go on over
-//! all starts.
+//! `velocity` integrates the differentiated constraint, so displacement and velocity leave the
+//! incompressible motions by the accumulated errors of the steps. IDAS has no hook for projections.
+//! Here the state is projected between two steps and made consistent ([`Consistent`]), and the
+//! integrator restarts from it at order 1. The counts accumulate over all starts and thus include
+//! this cost.
 //!
 //! Reference: E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, section VII.2
 //! (projection methods).
@@ -14,7 +14,7 @@ use crate::integration::ida::IdaIntegrator;
 use crate::integration::integrator::{Advance, Integrator, left_to_inner};
 use crate::start::Consistent;
 
-/// IDAS with projections after the first step at or beyond each multiple of a time.
+/// IDAS with a projection after the first step at or beyond each multiple of a time interval.
 pub struct Projected<P: Consistent> {
     inner: IdaIntegrator<P>,
     every: f64,
@@ -22,7 +22,7 @@ pub struct Projected<P: Consistent> {
 }
 
 impl<P: Consistent> Projected<P> {
-    /// Projects `inner` every so many seconds.
+    /// Projects the state of `inner` every `every` seconds.
     ///
     /// # Errors
     /// [`ModelError::OutOfRange`] for a time that is not positive.
@@ -39,8 +39,8 @@ impl<P: Consistent> Projected<P> {
     }
 }
 
-/// The first of `next`, `next + every`, … after `t` ≥ `next`: a step may pass several of the times,
-/// and one projection serves them all.
+/// Returns the first of `next`, `next + every`, … after `t` ≥ `next`. A step may pass several of
+/// these times, for which a single projection suffices.
 fn first_after(t: f64, next: f64, every: f64) -> f64 {
     let passed = ((t - next) / every).floor();
     next + (passed + 1.0) * every

@@ -21,7 +21,7 @@ use crate::start::Consistent;
 pub struct RadauIntegrator<P: Problem, M = SparseDirectSolver> {
     solver: RadauSolver<P, M>,
     pace: Pace,
-    /// Counts of the starts before the present one.
+    /// Counts of the starts before the current one.
     before: Counts,
 }
 
@@ -29,11 +29,12 @@ pub struct RadauIntegrator<P: Problem, M = SparseDirectSolver> {
 pub type MuscleMatrices = Box<dyn myovib_dae::LinearSolver<MuscleDae>>;
 
 impl RadauIntegrator<MuscleDae, MuscleMatrices> {
-    /// Starts a muscle at rest at t = 0, as
-    /// [`IdaIntegrator::from_rest`](crate::IdaIntegrator::from_rest) does.
+    /// Starts a muscle at rest at t = 0 like
+    /// [`IdaIntegrator::from_rest`](crate::IdaIntegrator::from_rest).
     ///
     /// # Errors
-    /// [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for settings Radau IIA does not take.
+    /// [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for invalid settings of Radau
+    /// IIA.
     pub fn from_rest(dae: MuscleDae, settings: &Settings) -> Result<Self, ModelError> {
         let zero = vec![0.0; dae.n_unknowns()];
         Self::starting_at(dae, settings, 0.0, &zero, &zero)
@@ -42,7 +43,8 @@ impl RadauIntegrator<MuscleDae, MuscleMatrices> {
     /// Starts a muscle at time `t` from a state with consistent derivatives.
     ///
     /// # Errors
-    /// [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for settings Radau IIA does not take.
+    /// [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for invalid settings of Radau
+    /// IIA.
     pub fn starting_at(
         dae: MuscleDae,
         settings: &Settings,
@@ -67,10 +69,10 @@ impl RadauIntegrator<MuscleDae, MuscleMatrices> {
 }
 
 impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
-    /// Starts `problem` at the first of the times from consistent values, to run to the second.
+    /// Starts `problem` at the first of the times from consistent values and runs it to the second.
     ///
     /// # Errors
-    /// [`ModelError::Radau`] for options Radau IIA does not take.
+    /// [`ModelError::Radau`] for invalid options of Radau IIA.
     pub fn new(
         problem: P,
         matrices: M,
@@ -83,10 +85,10 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
         Ok(Self::of(solver, t_end))
     }
 
-    /// The same, with weights in the error test that are a function of y.
+    /// Does the same with error weights that are a function of y.
     ///
     /// # Errors
-    /// [`ModelError::Radau`] for options Radau IIA does not take.
+    /// [`ModelError::Radau`] for invalid options of Radau IIA.
     pub fn with_weights(
         problem: P,
         matrices: M,
@@ -112,7 +114,7 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
         }
     }
 
-    /// The same as [`new`](Self::new), with a fading memory beside the unknowns.
+    /// Does the same as [`new`](Self::new) with internal variables in addition to the unknowns.
     pub(crate) fn with_memory(
         problem: P,
         matrices: M,
@@ -129,23 +131,23 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
         Ok(Self::of(solver, t_end))
     }
 
-    /// From when on it goes on behind a jump at the time reached, if there is one.
+    /// Returns the time just after a jump, if there is a jump at the current time.
     pub(crate) fn after_jump(&self) -> Option<f64> {
         self.pace.after_jump(self.solver.t())
     }
 
-    /// The same, for a system that is driven by a `schedule`.
+    /// Sets the `schedule` that excites the system.
     pub(crate) fn with_schedule(self, schedule: Schedule) -> Self {
         let pace = Pace::new(schedule, self.pace.t_end());
         Self { pace, ..self }
     }
 
-    /// The solver itself.
+    /// Returns the Radau IIA solver.
     pub fn solver(&self) -> &RadauSolver<P, M> {
         &self.solver
     }
 
-    /// The solver, for what follows its steps.
+    /// Returns the solver for components that follow its steps.
     pub(crate) fn solver_mut(&mut self) -> &mut RadauSolver<P, M> {
         &mut self.solver
     }
@@ -158,11 +160,11 @@ fn builder<P: Problem>(problem: P, options: RadauOptions, t_end: f64) -> RadauBu
     })
 }
 
-/// The Newton matrices of a muscle: condensed where the settings allow it.
+/// Returns the Newton matrices of a muscle: condensed if the settings allow it.
 ///
 /// # Errors
-/// [`ModelError::Radau`] for a number of stages that there is not, or a pattern that cannot be
-/// analysed.
+/// [`ModelError::Radau`] for an unsupported number of stages or a pattern that cannot be
+/// analyzed.
 pub fn matrices(
     dae: &MuscleDae,
     options: &RadauOptions,
@@ -177,12 +179,12 @@ pub fn matrices(
     })
 }
 
-/// The options of Radau IIA for a muscle with `settings`.
+/// Returns the options of Radau IIA for a muscle with `settings`.
 ///
-/// A Jacobian at rest contracts Newton by some per cent per iteration throughout the paper's load,
-/// and a factorisation costs as much as ten solves; so the Jacobian is kept up to a contraction of
-/// 0.1, and a step until it may double. On row 1 of Table 2 this takes a sixth of the
-/// factorisations of RADAU5's own choice (0.001 and 1.2) with a tenth more steps.
+/// With a Jacobian at rest, Newton contracts by a few percent per iteration throughout the paper's
+/// load, and a factorization costs as much as ten solves. The Jacobian is therefore kept up to a
+/// contraction of 0.1, and the step size until it may double. On row 1 of Table 2 this needs a
+/// sixth of the factorizations of RADAU5's values (0.001 and 1.2) and a tenth more steps.
 pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
     let layout = dae.layout();
     RadauOptions {

@@ -1,4 +1,4 @@
-//! Records values at fixed times by dense output, never altering the steps.
+//! Records values at fixed times by dense output without altering the steps.
 
 use std::ops::ControlFlow;
 
@@ -17,12 +17,15 @@ pub struct SampleTimes {
 }
 
 impl SampleTimes {
-    /// Times `every` apart (s), up to `end`.
+    /// Creates times at intervals of `every` seconds up to `end`.
     ///
     /// # Panics
     /// If `every` is not positive.
     pub fn new(every: f64, end: f64) -> Self {
-        assert!(every > 0.0, "samples every {every} s have no end");
+        assert!(
+            every > 0.0,
+            "the sampling interval {every} s must be positive"
+        );
         Self {
             every,
             end,
@@ -30,14 +33,14 @@ impl SampleTimes {
         }
     }
 
-    /// The same times without the first `n`.
+    /// Skips the first `n` times.
     pub fn skip(self, n: u64) -> Self {
         Self { next: n, ..self }
     }
 
-    /// The next time not later than `t`, if there is one.
+    /// Returns the next time not later than `t`, if there is one.
     pub fn due(&mut self, t: f64) -> Option<f64> {
-        // A multiple that misses the end time by rounding alone is the end time.
+        // A multiple that differs from the end time only by rounding is the end time.
         let mut time = self.every * self.next as f64;
         if (time - self.end).abs() < 1e-9 * self.every {
             time = self.end;
@@ -57,8 +60,8 @@ pub struct Sampler<S> {
 }
 
 impl<S> Sampler<S> {
-    /// Samples a vector of `n` unknowns into `sink(problem, t, y)`; a run that starts later than the
-    /// first time is to [`skip`](SampleTimes::skip) those before.
+    /// Samples a vector of `n` unknowns into `sink(problem, t, y)`. A run that starts later than
+    /// the first time must [`skip`](SampleTimes::skip) the earlier times.
     pub fn new(times: SampleTimes, n: usize, sink: S) -> Self {
         Self {
             times,
@@ -75,7 +78,7 @@ where
 {
     fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
         while let Some(t) = self.times.due(step.to) {
-            // Times between a jump and the step after it are the latter's start.
+            // Times between a jump and the next step are assigned to the start of that step.
             step.integrator
                 .dense_output(t.max(step.from), 0, &mut self.y)?;
             (self.sink)(step.integrator.problem_mut(), t, &self.y)?;

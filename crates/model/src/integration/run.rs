@@ -1,4 +1,4 @@
-//! The run driver: steps an integrator to its end and lets observers look at each accepted step.
+//! Run driver: steps an integrator to its end and calls observers after each accepted step.
 
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -8,7 +8,7 @@ use crate::error::ModelError;
 use crate::integration::integrator::{Advance, Integrator};
 use crate::integration::statistics::{Outcome, Statistics, StopReason};
 
-/// An accepted step, with the dense output over it.
+/// An accepted step with its dense output.
 pub struct Step<'a, P> {
     /// Time before the step, s.
     pub from: f64,
@@ -18,21 +18,21 @@ pub struct Step<'a, P> {
     pub integrator: &'a mut dyn Integrator<P>,
 }
 
-/// Looks at a run as it goes. An observer reads by dense output and never alters the steps.
+/// Observes a run through dense output. Observers never alter the steps.
 pub trait Observer<P> {
     /// Called after each accepted step; may end the run.
     ///
     /// # Errors
-    /// What goes wrong in the observer ends the run with that error.
+    /// An error of the observer ends the run.
     fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError>;
 }
 
-/// Runs `integrator` to its end time, calling all `observers` after each accepted step.
+/// Runs `integrator` to its end time and calls all `observers` after each accepted step.
 ///
-/// A run that gives up is an [`Outcome`] with statistics, not an error.
+/// If the integrator gives up, the result is an [`Outcome`] with statistics, not an error.
 ///
 /// # Errors
-/// Fatal errors of the problem, of the integrator's use, or of an observer.
+/// Fatal errors of the problem, misuse of the integrator, or errors of an observer.
 pub fn run<P>(
     integrator: &mut dyn Integrator<P>,
     observers: &mut [&mut dyn Observer<P>],
@@ -96,7 +96,7 @@ pub struct Limits<'a> {
 }
 
 impl<'a> Limits<'a> {
-    /// Limits that start to count now.
+    /// Creates limits that start counting now.
     pub fn new(cpu_seconds: f64, interrupted: Option<&'a std::sync::atomic::AtomicBool>) -> Self {
         Self {
             cpu_seconds,
@@ -121,7 +121,7 @@ impl<P> Observer<P> for Limits<'_> {
         let used = self.started.elapsed().as_secs_f64();
         if used > self.cpu_seconds {
             let message = format!(
-                "used {used:.1} s of CPU time, {} s are allowed; reached t = {}",
+                "exceeded the CPU time limit ({used:.1} s of {} s) at t = {}",
                 self.cpu_seconds, step.to
             );
             return stop(StopReason::WorkCap, message);

@@ -1,4 +1,4 @@
-//! What a user chooses of the time integration, with the paper's values as default.
+//! Settings of a time integration. Defaults are the paper's values.
 
 use myovib_dae::Tolerances;
 use myovib_sparse::{Ordering, SparseOptions};
@@ -18,12 +18,12 @@ pub struct AbsoluteTolerances {
     pub velocity: f64,
     /// λ, tensions and internal stresses, Pa.
     pub pressure: f64,
-    /// μ: of (29) in Pa/s; the multiplier of (33) is measured by the same number.
+    /// μ: of (29) in Pa/s; the multiplier of (33) uses the same value.
     pub multiplier: f64,
 }
 
 impl AbsoluteTolerances {
-    /// The tolerance of a block.
+    /// Returns the tolerance of a block.
     pub fn of(&self, field: Field) -> f64 {
         match field {
             Field::Displacement => self.displacement,
@@ -43,7 +43,7 @@ impl AbsoluteTolerances {
     }
 }
 
-/// The integrators a model can be run with.
+/// The available integrators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum IntegratorKind {
     /// IDAS: variable-order BDF.
@@ -61,7 +61,7 @@ impl IntegratorKind {
     /// All integrators.
     pub const ALL: [Self; 4] = [Self::Ida, Self::Radau, Self::Radau9, Self::Radau13];
 
-    /// The name used in options, scenes and output.
+    /// Returns the name used in options, scenes and output.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ida => "ida",
@@ -71,7 +71,7 @@ impl IntegratorKind {
         }
     }
 
-    /// The number of stages of a Radau IIA method.
+    /// Returns the number of stages of a Radau IIA method.
     pub fn stages(self) -> Option<usize> {
         match self {
             Self::Ida => None,
@@ -81,23 +81,23 @@ impl IntegratorKind {
         }
     }
 
-    /// The order of a Radau IIA method, 2s − 1 with s stages.
+    /// Returns the order of a Radau IIA method, 2s − 1 for s stages.
     pub fn order(self) -> Option<u8> {
         self.stages().map(|stages| 2 * stages as u8 - 1)
     }
 }
 
-/// How the linear systems of Newton's method are solved.
+/// Solution method for the linear systems of Newton's method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LinearSolver {
-    /// By elimination of the velocities, or by halves for (33).
+    /// Eliminates the velocities; splits the system of (33) in two.
     Condensed,
-    /// By factorising the matrix of the whole first-order system.
+    /// Factorizes the matrix of the full first-order system.
     Full,
 }
 
 impl LinearSolver {
-    /// The name used in options and output.
+    /// Returns the name used in options and output.
     pub fn name(self) -> &'static str {
         match self {
             Self::Condensed => "condensed",
@@ -106,19 +106,19 @@ impl LinearSolver {
     }
 }
 
-/// How closely the error test looks at multipliers that are not left out of it (IDAS).
+/// Error weights of multipliers that are included in the error test (IDAS).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum MultiplierWeights {
-    /// By their tolerances alone.
+    /// Weights from the tolerances alone.
     #[default]
     Plain,
-    /// A multiplier of index i by its tolerances over (Ωh)^(i−1): see
+    /// Tolerances of a multiplier of index i divided by (Ωh)^(i−1): see
     /// [`StepWeights`](crate::integration::step_weights::StepWeights).
     StepScaled,
 }
 
 impl MultiplierWeights {
-    /// The name used in options, scenes and output.
+    /// Returns the name used in options, scenes and output.
     pub fn name(self) -> &'static str {
         match self {
             Self::Plain => "plain",
@@ -138,34 +138,34 @@ pub struct Settings {
     pub relative_tolerance: f64,
     /// Absolute tolerances.
     pub absolute_tolerances: AbsoluteTolerances,
-    /// Blocks left out of the error test.
+    /// Blocks excluded from the error test.
     pub suppressed: Vec<Field>,
-    /// How closely the error test looks at multipliers that are not left out (IDAS).
+    /// Error weights of multipliers that are included in the error test (IDAS).
     pub multiplier_weights: MultiplierWeights,
     /// Maximum BDF order, 1 to 5 (IDAS).
     pub max_order: u8,
-    /// Relative change of c_j beyond which the Newton matrix is set up anew (IDAS).
+    /// Relative change of c_j above which the Newton matrix is set up again (IDAS).
     pub delta_cj: f64,
-    /// How Newton's linear systems are solved.
+    /// Solution method for Newton's linear systems.
     pub linear_solver: LinearSolver,
     /// Fill-reducing ordering of KLU.
     pub ordering: Ordering,
-    /// Whether KLU permutes to block triangular form first.
+    /// Whether KLU first permutes to block triangular form.
     pub btf: bool,
-    /// Whose arithmetic IDAS does on vectors.
+    /// Implementation of IDAS' vector operations.
     pub vectors: VectorArithmetic,
-    /// First step, s; if not given the integrator's estimate from ẏ, at most 0.08 of the shortest
-    /// time in which a load changes, whatever the end time.
+    /// First step, s. Default: the integrator's estimate from ẏ, at most 0.08 of the shortest time
+    /// scale of the loads, independent of the end time.
     pub initial_step: Option<f64>,
     /// Largest step, s.
     pub max_step: Option<f64>,
-    /// Time between two projections onto the constraint, s; none if not given (IDAS).
+    /// Time between two projections onto the constraint, s; no projections by default (IDAS).
     pub project_every: Option<f64>,
 }
 
 impl Settings {
-    /// The paper's tolerances and end time for Table 2 (the command line's contract): relative
-    /// 1e-3, absolute 1e-5 (q, v), 1e-1 (λ), 5 (μ), order 2, multipliers out of the error test.
+    /// Returns the paper's tolerances and end time for Table 2: relative 1e-3, absolute 1e-5 (q,
+    /// v), 1e-1 (λ), 5 (μ), order 2, multipliers excluded from the error test.
     pub fn paper(formulation: Formulation) -> Self {
         let multipliers = [Field::Pressure, Field::PressureRate, Field::GglMultiplier];
         Self {
@@ -195,7 +195,7 @@ impl Settings {
         }
     }
 
-    /// The same for another integrator: Radau IIA leaves nothing out of its error test.
+    /// Changes the integrator. Radau IIA excludes nothing from its error test.
     pub fn with_integrator(self, integrator: IntegratorKind) -> Self {
         let suppressed = match integrator {
             IntegratorKind::Ida => self.suppressed,
@@ -208,7 +208,7 @@ impl Settings {
         }
     }
 
-    /// The same at another relative tolerance, the absolute ones in their proportion to it.
+    /// Changes the relative tolerance and scales the absolute tolerances in proportion.
     pub fn with_relative_tolerance(self, rtol: f64) -> Self {
         let factor = rtol / self.relative_tolerance;
         Self {
@@ -218,18 +218,18 @@ impl Settings {
         }
     }
 
-    /// The tolerances of all unknowns.
+    /// Returns the tolerances of all unknowns.
     pub(crate) fn tolerances(&self, layout: &Layout) -> Tolerances {
         let absolute = layout.fill(|field| self.absolute_tolerances.of(field));
         Tolerances::vector(self.relative_tolerance, absolute)
     }
 
-    /// The unknowns left out of the error test.
+    /// Returns which unknowns are excluded from the error test.
     pub(crate) fn left_out(&self, layout: &Layout) -> Vec<bool> {
         layout.fill(|field| self.suppressed.contains(&field))
     }
 
-    /// What KLU is told.
+    /// Returns the options of KLU.
     pub(crate) fn sparse_options(&self) -> SparseOptions {
         SparseOptions {
             ordering: self.ordering,
@@ -238,7 +238,7 @@ impl Settings {
         }
     }
 
-    /// Refuses with Radau IIA what only BDF can do, rather than leave it undone.
+    /// Rejects settings that only BDF supports if the integrator is Radau IIA.
     ///
     /// # Errors
     /// [`ModelError::OnlyBdf`].
@@ -256,8 +256,8 @@ impl Settings {
     }
 }
 
-/// The ordering with the least fill: AMD, except for the whole matrix of (33), where it fills
-/// twenty times as much as COLAMD.
+/// Returns the ordering with the least fill: AMD, except for the full matrix of (33), where it
+/// produces twenty times the fill of COLAMD.
 pub fn default_ordering(formulation: Formulation, linear_solver: LinearSolver) -> Ordering {
     match (formulation, linear_solver) {
         (Formulation::Stabilized, LinearSolver::Full) => Ordering::Colamd,
@@ -277,7 +277,7 @@ mod tests {
         for (field, _) in Formulation::Rate.rows() {
             let [before, after] =
                 [&paper, &tight].map(|settings| settings.absolute_tolerances.of(*field));
-            // 1e-5/1e-3 is rounded once, and so is the product.
+            // 1e-5/1e-3 and the product are each rounded once.
             assert!(
                 (after - 0.01 * before).abs() <= 4.0 * f64::EPSILON * after,
                 "{field}"

@@ -1,4 +1,4 @@
-//! The counts and the outcome of a run, under the names that all output uses.
+//! Counts and outcome of a run, with the names used in all output.
 
 use std::fmt;
 
@@ -7,24 +7,24 @@ use myovib_fem::Inverted;
 use myovib_radau::Work;
 use serde::{Deserialize, Serialize};
 
-/// How a run ended.
+/// Outcome of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
     /// The end time was reached.
     Finished,
-    /// The integrator or the caller stopped before.
+    /// The integrator or the caller stopped the run before the end time.
     Stopped {
         /// The cause.
         reason: StopReason,
-        /// The cause in words, with numbers.
+        /// Description of the cause with values.
         message: String,
-        /// An element turned inside out that the run did not get past.
+        /// An inverted element that the run could not pass.
         inverted: Option<Inverted>,
     },
 }
 
 impl Outcome {
-    /// A run that the caller ends.
+    /// Creates the outcome of a run ended by the caller.
     pub fn ended(reason: StopReason, message: String) -> Self {
         Self::Stopped {
             reason,
@@ -33,7 +33,7 @@ impl Outcome {
         }
     }
 
-    /// `finished` or `stopped`.
+    /// Returns `finished` or `stopped`.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Finished => "finished",
@@ -41,7 +41,7 @@ impl Outcome {
         }
     }
 
-    /// The cause of a stop.
+    /// Returns the cause of a stop.
     pub fn reason(&self) -> Option<StopReason> {
         match self {
             Self::Finished => None,
@@ -49,7 +49,7 @@ impl Outcome {
         }
     }
 
-    /// What happened, if it stopped.
+    /// Returns the description of a stop.
     pub fn message(&self) -> Option<&str> {
         match self {
             Self::Finished => None,
@@ -58,24 +58,24 @@ impl Outcome {
     }
 }
 
-/// Why a run stopped before its end time.
+/// Reason why a run stopped before its end time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum StopReason {
     /// The error test failed repeatedly, or with the smallest step.
     ErrorTestFailures,
     /// Newton's method failed repeatedly, or with the smallest step.
     ConvergenceFailures,
-    /// The Newton matrix could not be factorised.
+    /// The Newton matrix could not be factorized.
     LinearSetupFailed,
     /// The residual could not be evaluated.
     ResidualFailed,
     /// The step size underflowed.
     StepTooSmall,
-    /// The limit on the number of steps.
+    /// The limit on the number of steps was reached.
     MaxSteps,
     /// No equilibrium under the whole load was found.
     NoEquilibrium,
-    /// The limit on CPU time or work.
+    /// The limit on CPU time or work was reached.
     WorkCap,
     /// Interrupted from outside.
     Interrupted,
@@ -84,7 +84,7 @@ pub enum StopReason {
 }
 
 impl StopReason {
-    /// The name used in output.
+    /// Returns the name used in output.
     pub fn name(self) -> &'static str {
         match self {
             Self::ErrorTestFailures => "error_test_failures",
@@ -107,7 +107,7 @@ impl fmt::Display for StopReason {
     }
 }
 
-/// The counts of an integration.
+/// Counts of an integration.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Counts {
@@ -117,7 +117,7 @@ pub struct Counts {
     pub error_test_failures: u64,
     /// Steps lost to Newton's method (the paper's NCF).
     pub step_solve_failures: u64,
-    /// All failures of Newton's method, those cured by a fresh Jacobian included.
+    /// All failures of Newton's method, including those resolved by a fresh Jacobian.
     pub newton_failures: u64,
     /// Newton iterations.
     pub newton_iterations: u64,
@@ -125,19 +125,19 @@ pub struct Counts {
     pub residual_evaluations: u64,
     /// Jacobians evaluated.
     pub jacobian_evaluations: u64,
-    /// Set-ups of the linear solver (factorisations).
+    /// Setups of the linear solver (factorizations).
     pub linear_setups: u64,
     /// Order of the last step.
     pub last_order: u32,
     /// Size of the last step, s.
     pub last_step: f64,
-    /// The linear algebra of Radau IIA; none with BDF.
+    /// Linear algebra of Radau IIA; `None` for BDF.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radau_work: Option<Work>,
 }
 
 impl Counts {
-    /// The counts of an integration in two parts, of which `later` is the second.
+    /// Adds the counts of the `later` part of an integration.
     #[must_use]
     pub fn followed_by(self, later: Self) -> Self {
         Self {
@@ -176,14 +176,14 @@ impl From<Counters> for Counts {
     }
 }
 
-/// What a run did.
+/// Result of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Statistics {
-    /// The integrator's counts.
+    /// Counts of the integrator.
     pub counts: Counts,
     /// Time reached, s.
     pub t_reached: f64,
-    /// How the run ended.
+    /// Outcome of the run.
     pub outcome: Outcome,
     /// CPU time of the run, s.
     pub cpu_seconds: f64,

@@ -1,12 +1,12 @@
-//! Error weights of multipliers that follow the step size.
+//! Error weights of multipliers that depend on the step size.
 //!
-//! A perturbation δ of the constraint (what Newton's method leaves, or the error of the
-//! displacement) appears in a multiplier of index i as δ/h^(i−1). Its estimated error therefore
-//! does not fall with the step: the error test rejects, the next step is smaller, the estimate
-//! larger, until the step underflows. Weighed by (Ωh)^(i−1), with the angular frequency Ω of the
-//! drive, the multiplier's error counts by what it does to the velocity (i = 2) or displacement
-//! (i = 3) within the step, which does fall. Steps that do not resolve the drive, Ωh > 1, gain
-//! nothing.
+//! A perturbation δ of the constraint (the residual of Newton's method, or the error of the
+//! displacement) causes an error δ/h^(i−1) in a multiplier of index i. Its error estimate therefore
+//! does not decrease with the step: the error test rejects, the next step is smaller and the
+//! estimate larger until the step underflows. With the weight factor (Ωh)^(i−1), where Ω is the
+//! angular frequency of the drive, the multiplier's error is measured by its effect on the velocity
+//! (i = 2) or displacement (i = 3) within the step, which decreases. If steps do not resolve the
+//! drive, Ωh > 1, the factor is 1.
 //!
 //! Reference: E. Hairer, C. Lubich, M. Roche, *The Numerical Solution of Differential-Algebraic
 //! Systems by Runge–Kutta Methods*, Springer 1989, chapter 7 (errors of index-2 and index-3
@@ -21,8 +21,7 @@ use crate::formulation::Formulation;
 use crate::integration::settings::{AbsoluteTolerances, Settings};
 use crate::muscle_dae::MuscleDae;
 
-/// The size of the step about to be taken, shared by an integrator and its weights; 0 before the
-/// first.
+/// Size of the next step, shared by an integrator and its weights; 0 before the first step.
 #[derive(Debug, Clone, Default)]
 pub struct StepSize(Arc<AtomicU64>);
 
@@ -32,7 +31,7 @@ impl StepSize {
         self.0.store(h.to_bits(), Ordering::Relaxed);
     }
 
-    /// The size, s.
+    /// Returns the size, s.
     pub fn get(&self) -> f64 {
         f64::from_bits(self.0.load(Ordering::Relaxed))
     }
@@ -40,16 +39,15 @@ impl StepSize {
 
 /// Error weights w_i of all unknowns: `1/(rtol |y_i| + atol_i)`, for multipliers times (Ωh)^(i−1).
 ///
-/// The index i is that of the incompressible body: with a large κ the same DAE is perturbed
-/// singularly, and its multiplier behaves like that of the limit as long as the steps do not
-/// resolve the waves of compression.
+/// The index i is the index for the incompressible body: a large κ is a singular perturbation, and
+/// the multiplier behaves as in the limit as long as the steps do not resolve compression waves.
 #[derive(Debug, Clone)]
 pub struct StepWeights {
     layout: Layout,
     relative: f64,
     absolute: AbsoluteTolerances,
     formulation: Formulation,
-    /// β > 0, which lowers the index of the multipliers.
+    /// Whether β > 0, which lowers the index of the multipliers.
     damped: bool,
     /// Ω, 1/s.
     omega: f64,
@@ -57,8 +55,8 @@ pub struct StepWeights {
 }
 
 impl StepWeights {
-    /// Weights for `dae` with the tolerances of `settings`; without a drive that has a frequency,
-    /// Ω = 1/s.
+    /// Creates weights for `dae` with the tolerances of `settings`. Without a drive frequency, Ω =
+    /// 1/s.
     pub fn new(dae: &MuscleDae, settings: &Settings, step_size: StepSize) -> Self {
         let muscle = dae.muscle();
         Self {
@@ -72,17 +70,17 @@ impl StepWeights {
         }
     }
 
-    /// Number of the muscle's unknowns.
+    /// Returns the number of the muscle's unknowns.
     pub(crate) fn len(&self) -> usize {
         self.layout.n_unknowns()
     }
 
-    /// The size they follow.
+    /// Returns the shared step size.
     pub(crate) fn step_size(&self) -> StepSize {
         self.step_size.clone()
     }
 
-    /// Writes the weights for `y`, of which the muscle's unknowns are the first.
+    /// Writes the weights for `y`, whose first entries are the muscle's unknowns.
     pub fn write(&self, y: &[f64], weights: &mut [f64]) {
         for (field, range) in self.layout.blocks() {
             let (factor, absolute) = (self.factor(*field), self.absolute.of(*field));
@@ -92,7 +90,7 @@ impl StepWeights {
         }
     }
 
-    /// (Ωh)^(i−1) for a multiplier of index i, 1 for displacement and velocity.
+    /// Returns (Ωh)^(i−1) for a multiplier of index i, 1 for displacement and velocity.
     fn factor(&self, field: Field) -> f64 {
         let h = self.step_size.get();
         if field.is_displacement_like() || h == 0.0 {
@@ -111,8 +109,8 @@ mod tests {
     use super::*;
     use crate::paper;
 
-    /// The powers by hand: a multiplier of index i is weighed by (Ωh)^(i−1). Table 1 of the paper,
-    /// and Hairer, Lubich, Roche for the indices of single variables.
+    /// Exponents i − 1 derived independently from Table 1 of the paper and from Hairer, Lubich,
+    /// Roche for the indices of single variables.
     const POWERS: [(Formulation, f64, f64, Field, i32); 12] = [
         (Formulation::Position, INFINITE, 0.0, Field::Pressure, 2),
         (Formulation::Position, INFINITE, 0.0, Field::Velocity, 0),
@@ -142,7 +140,7 @@ mod tests {
     ];
     const INFINITE: f64 = f64::INFINITY;
 
-    /// Regression: weights with the wrong power of the step passed all tests.
+    /// Regression: weights with a wrong power of the step passed all other tests.
     #[test]
     fn multipliers_are_weighed_by_the_power_of_the_step_that_their_index_asks_for() {
         let mesh = generate::beam(0.1, 0.02, [2, 1]).unwrap();
@@ -161,7 +159,7 @@ mod tests {
                 out[first] * settings.absolute_tolerances.of(field)
             };
             let resolved = [0.5, 0.1, 1e-3].map(|omega_h: f64| (omega_h, omega_h.powi(power)));
-            // Steps that do not resolve the drive gain nothing; before the first all count in full.
+            // Steps that do not resolve the drive, and the first step, have the factor 1.
             for (omega_h, expected) in resolved.into_iter().chain([(3.0, 1.0), (0.0, 1.0)]) {
                 let found = at(omega_h);
                 // Some products are rounded.

@@ -1,23 +1,23 @@
-//! How far off a run is, by a second one at looser tolerances.
+//! Error of a run, estimated by a second run at looser tolerances.
 //!
-//! Error tests bound what a single step adds; what has added up by the end depends on the motion. Of
-//! two runs the looser errs more: their difference is about its error, and bounds that of the tighter
-//! one where errors fall with the tolerance at all.
+//! The error test bounds the error of a single step; the accumulated error depends on the motion.
+//! The looser run has the larger error: the difference of both is about its error, and bounds the
+//! error of the tighter run if errors decrease with the tolerance.
 
-/// How much looser the second run is.
+/// Ratio of the tolerances of the second run to the first.
 pub const LOOSER: f64 = 10.0;
 
-/// How far one recorded quantity may be off.
+/// Estimated error of one recorded quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ErrorEstimate {
     /// Largest magnitude over the run.
     pub size: f64,
-    /// Largest difference to the run at [`LOOSER`] times the tolerance.
+    /// Largest difference from the run with [`LOOSER`] times the tolerance.
     pub difference: f64,
 }
 
 impl ErrorEstimate {
-    /// The difference as a fraction of the size; 0 for a quantity that is zero in both.
+    /// Returns the difference relative to the size; 0 for a quantity that is zero in both runs.
     pub fn relative(&self) -> f64 {
         match self.difference {
             0.0 => 0.0,
@@ -25,8 +25,8 @@ impl ErrorEstimate {
         }
     }
 
-    /// An estimate for each quantity, from what both runs recorded: one row per time, at the same
-    /// times, of one value per quantity. A run that ended early is compared as far as it went.
+    /// Estimates the error of each quantity from the records of both runs: one row per time, at the
+    /// same times, with one value per quantity. If a run ended early, the common part is compared.
     pub fn between(rows: &[Vec<f64>], looser: &[Vec<f64>]) -> Vec<Self> {
         let n = rows.first().map_or(0, Vec::len);
         let of = |k: usize| {

@@ -1,21 +1,22 @@
-//! Which unknowns of the Newton system can be eliminated, and what is left of it.
+//! Elimination of unknowns from the Newton system, and the remaining (condensed) system.
 //!
-//! A kinematic equation ẋ − w = 0 (q̇ − v, λ̇ − μ) gives its row of (∂F/∂y + c ∂F/∂ẏ) δ = b as
-//! c δx − δw = b_w, so δw = c δx − b_w exactly. Put into the other rows, a matrix A that acts on
-//! δw acts c-fold on δx, and A b_w goes to the right-hand side:
+//! A kinematic equation ẋ − w = 0 (q̇ − v, λ̇ − μ) gives in its row of (∂F/∂y + c ∂F/∂ẏ) δ = b the
+//! equation c δx − δw = b_w, so δw = c δx − b_w exactly. Substituted into the other rows, a matrix
+//! A that multiplies δw multiplies c δx, and A b_w is added to the right-hand side:
 //!
 //! ```text
 //! ( A_x + c A_w ) δx + … = b + A_w b_w
 //! ```
 //!
-//! What is left for the muscle is the system in (q, λ), of half the size and symmetric but for the
+//! For the muscle, the remaining system in (q, λ) has half the size and is symmetric except for the
 //! damping: the dynamic stiffness c² M + c D + K bordered by B. It is a sum of the same matrices
-//! with coefficients that are polynomials in c, so all places are found once. Where a change of sign
-//! of some rows (those of B) makes it symmetric, they are changed. In space, where factors cost most,
-//! a matrix that is nearly symmetric is [made so](super::symmetry::NearlySymmetric).
+//! with coefficients that are polynomials in c, so all positions are computed once. If a change of
+//! sign of some rows (those of B) makes it symmetric, these signs are changed. In 3D, where
+//! factorizations are most expensive, a nearly symmetric matrix is
+//! [symmetrized](super::symmetry::NearlySymmetric).
 //!
-//! The first line of (33) is not of this kind; its system is [split](super::Splitting) instead, or
-//! kept whole where damping beside Rayleigh's forbids that.
+//! The first line of (33) is not a kinematic equation; its system is [split](super::Splitting)
+//! instead, or retained in full if damping other than Rayleigh damping prevents this.
 
 use std::ops::Range;
 
@@ -36,7 +37,7 @@ use super::{Elimination, Quadratic, symmetric_signs};
 /// One kinematic equation, `rate · c δbase + value · δeliminated = b`.
 #[derive(Debug, Clone, Copy)]
 struct Kinematic {
-    /// The block of rows the equation stands in.
+    /// Block of rows that contains the equation.
     rows: Field,
     base: Field,
     eliminated: Field,
@@ -45,7 +46,7 @@ struct Kinematic {
 }
 
 impl Kinematic {
-    /// Reads the terms of a block of rows as a kinematic equation, if they are one.
+    /// Interprets the terms of a block of rows as a kinematic equation, if possible.
     fn read(rows: Field, terms: &[Term]) -> Option<Self> {
         let is_identity = |term: &Term| {
             matches!(
@@ -54,35 +55,35 @@ impl Kinematic {
             )
         };
         let find = |holds: fn(&Term) -> bool| terms.iter().find(|term| holds(term));
-        let rate = find(|term| term.of_rate != 0.0 && term.of_value == 0.0)?;
-        let value = find(|term| term.of_value != 0.0 && term.of_rate == 0.0)?;
+        let rate = find(|term| term.df_dyp != 0.0 && term.df_dy == 0.0)?;
+        let value = find(|term| term.df_dy != 0.0 && term.df_dyp == 0.0)?;
         (terms.len() == 2 && terms.iter().all(is_identity)).then_some(Self {
             rows,
             base: rate.column,
             eliminated: value.column,
-            rate: rate.of_rate,
-            value: value.of_value,
+            rate: rate.df_dyp,
+            value: value.df_dy,
         })
     }
 }
 
-/// A block that is copied between the full vectors and the condensed ones.
+/// A block that is copied between the full and the condensed vectors.
 #[derive(Debug, Clone)]
-pub(super) struct Kept {
-    /// The rows of the full system.
+pub(super) struct RetainedBlock {
+    /// Rows of the full system.
     pub(super) rows: Range<usize>,
-    /// The unknowns of the full system.
+    /// Unknowns of the full system.
     pub(super) unknowns: Range<usize>,
-    /// Both in the condensed system.
+    /// Rows and unknowns of the condensed system.
     pub(super) condensed: Range<usize>,
-    /// What its rows are multiplied by there: 1 or -1.
+    /// Sign of its rows in the condensed system: 1 or -1.
     pub(super) sign: f64,
-    /// What they are multiplied by besides, once what is eliminated is subtracted.
+    /// Additional factor of its rows, applied after the eliminated part is subtracted.
     pub(super) scale: Option<Quadratic>,
 }
 
-impl Kept {
-    /// Multiplies numbers of its rows by their scale, if they have one, for `c`.
+impl RetainedBlock {
+    /// Multiplies values of its rows by their scale for `c`, if they have one.
     pub(super) fn scale_rows<T: Scalar>(&self, c: T, rows: &mut [T]) {
         if let Some(scale) = &self.scale {
             let scale: T = scale.at(c);
@@ -94,50 +95,51 @@ impl Kept {
 /// A block of unknowns recovered from its base: δw = (b − rate · c δx) / value.
 #[derive(Debug, Clone)]
 pub(super) struct Recovered {
-    /// The rows of the kinematic equation in the full system.
+    /// Rows of the kinematic equation in the full system.
     pub(super) rows: Range<usize>,
-    /// The eliminated unknowns in the full system.
+    /// Eliminated unknowns in the full system.
     pub(super) unknowns: Range<usize>,
-    /// The same among all eliminated ones.
-    pub(super) place: Range<usize>,
-    /// The base's unknowns in the condensed system.
+    /// Their range among all eliminated unknowns.
+    pub(super) position: Range<usize>,
+    /// Unknowns of the base in the condensed system.
     pub(super) base: Range<usize>,
     pub(super) rate: f64,
     pub(super) value: f64,
 }
 
-/// The elimination laid out for one formulation: patterns, places, coefficients.
+/// The elimination for one formulation: patterns, positions, coefficients.
 #[derive(Debug, Clone)]
 pub struct Condensation {
-    pub(super) kept: Vec<Kept>,
+    pub(super) retained: Vec<RetainedBlock>,
     pub(super) recovered: Vec<Recovered>,
     /// The condensed matrix; square.
     pub(super) condensed: Assembly<Quadratic>,
-    /// A_w / value for all eliminated unknowns, which acts on the rows of the kinematic equations.
+    /// A_w / value for all eliminated unknowns, which multiplies the rows of the kinematic
+    /// equations.
     pub(super) coupling: Assembly<Quadratic>,
     pub(super) n_full: usize,
-    /// The terms of the equations that the above is made of, by their rows.
-    taken: Vec<(Field, Term)>,
-    /// Of stress that relaxes.
+    /// Terms of the equations that are included above, with their rows.
+    included: Vec<(Field, Term)>,
+    /// Prony series of viscoelastic stress.
     pub(super) series: Series,
     structure: Structure,
 }
 
 impl Condensation {
-    /// Analyses the pattern that is left, for all matrices with it.
+    /// Analyzes the condensed pattern for all matrices with this pattern.
     ///
     /// # Errors
-    /// Those of the analysis.
+    /// Errors of the symbolic analysis.
     pub fn elimination(&self, options: SparseOptions) -> Result<Elimination, SparseError> {
         Elimination::new(self.condensed.pattern(), self.structure.clone(), options)
     }
 
-    /// The terms of the equations that it is made of, by their rows.
-    pub(super) fn taken(&self) -> Vec<(Field, Term)> {
-        self.taken.clone()
+    /// Returns the terms of the equations that it includes, with their rows.
+    pub(super) fn included(&self) -> Vec<(Field, Term)> {
+        self.included.clone()
     }
 
-    /// Lays out the elimination for `dae`.
+    /// Sets up the elimination for `dae`.
     pub fn new(dae: &MuscleDae) -> Self {
         let blocks = dae.blocks();
         let kinematic: Vec<_> = blocks
@@ -147,26 +149,27 @@ impl Condensation {
         let is_kinematic = |rows: &Field| kinematic.iter().any(|k| k.rows == *rows);
         let read = blocks.iter().filter(|(rows, _)| is_kinematic(rows));
         let read = read.flat_map(|(rows, terms)| terms.iter().map(|term| (*rows, *term)));
-        let mut taken: Vec<_> = read.collect();
+        let mut included: Vec<_> = read.collect();
         let range = |field| {
             dae.layout()
                 .range(field)
-                .expect("equations name fields there are")
+                .expect("equations use fields of the layout")
         };
         let eliminating = |field| kinematic.iter().find(|k| k.eliminated == field);
-        // An eliminated unknown leaves its row to its base, whose row the kinematic equation has.
+        // The row of an eliminated unknown is included by its base, whose own row holds the kinematic
+        // equation.
         let owner = |field| eliminating(field).map_or(field, |k| k.base);
 
-        let mut kept = Vec::new();
+        let mut retained = Vec::new();
         let mut end = 0;
         let remaining = blocks.iter().filter(|(rows, _)| !is_kinematic(rows));
         for (rows, _) in remaining.clone() {
             let unknowns = range(owner(*rows));
             let start = end;
             end += unknowns.len();
-            kept.push((
+            retained.push((
                 owner(*rows),
-                Kept {
+                RetainedBlock {
                     rows: range(*rows),
                     unknowns,
                     condensed: start..end,
@@ -176,10 +179,10 @@ impl Condensation {
             ));
         }
         let condensed_range = |field| {
-            let (_, block) = kept
+            let (_, block) = retained
                 .iter()
                 .find(|(f, _)| *f == field)
-                .expect("each unknown that is kept has a row that is kept");
+                .expect("each retained unknown has a retained row");
             block.condensed.clone()
         };
         let mut recovered = Vec::new();
@@ -193,19 +196,19 @@ impl Condensation {
                 Recovered {
                     rows: range(k.rows),
                     unknowns,
-                    place: start..n_eliminated,
+                    position: start..n_eliminated,
                     base: condensed_range(k.base),
                     rate: k.rate,
                     value: k.value,
                 },
             ));
         }
-        let place = |field| {
+        let position = |field| {
             let (_, block) = recovered
                 .iter()
                 .find(|(f, _)| *f == field)
                 .expect("looked up for eliminated fields only");
-            block.place.clone()
+            block.position.clone()
         };
 
         let mut condensed = Vec::new();
@@ -218,8 +221,8 @@ impl Condensation {
                 matrix: term.matrix,
                 coefficient: Quadratic([p0, p1, p2]),
             };
-            let (value, rate) = (term.of_value, term.of_rate);
-            taken.push((*rows, *term));
+            let (value, rate) = (term.df_dy, term.df_dyp);
+            included.push((*rows, *term));
             match eliminating(term.column) {
                 None => condensed.push(entry(condensed_range(term.column), [value, rate, 0.0])),
                 Some(k) => {
@@ -227,7 +230,7 @@ impl Condensation {
                     let base = condensed_range(k.base);
                     condensed.push(entry(base, [0.0, chain * value, chain * rate]));
                     let by_rows = [value / k.value, rate / k.value, 0.0];
-                    coupling.push(entry(place(k.eliminated), by_rows));
+                    coupling.push(entry(position(k.eliminated), by_rows));
                 }
             }
         }
@@ -236,7 +239,7 @@ impl Condensation {
         assert_eq!(
             end + n_eliminated + beside.iter().sum::<usize>(),
             dae.n_unknowns(),
-            "each unknown of the body is kept or eliminated"
+            "each unknown of the body is retained or eliminated"
         );
         let mut signs = symmetric_signs(&condensed);
         if signs.is_none()
@@ -244,15 +247,15 @@ impl Condensation {
             && let Some(nearly) = NearlySymmetric::of(&condensed)
         {
             condensed = nearly.entries;
-            for (_, block) in &mut kept {
+            for (_, block) in &mut retained {
                 let is_constraint = block.condensed.start != nearly.balance;
                 block.scale = is_constraint.then_some(nearly.scale);
             }
             signs = Some(nearly.signs);
         }
         if signs.is_some() && dae.has_viscous_stress() {
-            // All else is symmetric: what the skew part of this stiffness saves of Newton's
-            // iterations is less than the other half of the factorisation costs.
+            // All other terms are symmetric: the skew part of this stiffness would save fewer
+            // Newton iterations than the unsymmetric factorization costs.
             for entry in &mut condensed {
                 if entry.matrix == Matrix::AddedStiffness {
                     entry.matrix = Matrix::AddedSymmetricStiffness;
@@ -274,10 +277,10 @@ impl Condensation {
             let sign = sign(entry.rows.start);
             entry.coefficient.0 = entry.coefficient.0.map(|p| sign * p);
         }
-        for (_, block) in &mut kept {
+        for (_, block) in &mut retained {
             block.sign = sign(block.condensed.start);
         }
-        let scalars = kept
+        let scalars = retained
             .iter()
             .filter(|(field, _)| !field.is_displacement_like());
         let constraints = scalars
@@ -291,25 +294,25 @@ impl Condensation {
             },
             condensed: Assembly::new((end, end), condensed, pattern_of),
             coupling: Assembly::new((end, n_eliminated), coupling, pattern_of),
-            kept: kept.into_iter().map(|(_, block)| block).collect(),
+            retained: retained.into_iter().map(|(_, block)| block).collect(),
             recovered: recovered.into_iter().map(|(_, block)| block).collect(),
             n_full: dae.n_unknowns(),
-            taken,
+            included,
             series: Series::of(dae),
         }
     }
 
-    /// The pattern of the condensed matrix.
+    /// Returns the pattern of the condensed matrix.
     pub fn pattern(&self) -> &SparsityPattern {
         self.condensed.pattern()
     }
 
-    /// Unknowns of the condensed system.
+    /// Returns the number of unknowns of the condensed system.
     pub fn n_condensed(&self) -> usize {
         self.condensed.pattern().major_dim()
     }
 
-    /// Unknowns of the full system.
+    /// Returns the number of unknowns of the full system.
     pub fn n_full(&self) -> usize {
         self.n_full
     }

@@ -1,4 +1,4 @@
-//! The condensed Newton matrix for one c: set up, and solved with in the place of the full one.
+//! The condensed Newton matrix for one c: setup and solution of the full system.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -9,10 +9,10 @@ use super::{Condensation, Elimination, LinearWork, Scalar, SparseSystem};
 use crate::matrix::Matrix;
 use myovib_sparse::Product;
 
-/// The condensed Newton matrix ∂F/∂y + c ∂F/∂ẏ, its factors and workspace.
+/// The condensed Newton matrix ∂F/∂y + c ∂F/∂ẏ with its factors and workspace.
 ///
 /// Several of them, real and complex, share one [`Condensation`] and one [`Elimination`]. After the
-/// first set-up neither a set-up nor a solve allocates.
+/// first setup, neither setups nor solves allocate.
 #[derive(Debug)]
 pub struct Condensed<T: Scalar> {
     plan: Arc<Condensation>,
@@ -20,13 +20,13 @@ pub struct Condensed<T: Scalar> {
     coupling: Vec<T>,
     product: Product,
     c: T,
-    /// The right-hand sides of the kinematic equations.
+    /// Right-hand sides of the kinematic equations.
     kinematic: Vec<T>,
     unknowns: Vec<T>,
 }
 
 impl<T: Scalar> Condensed<T> {
-    /// Room for the matrix of a `plan` and its factors; `elimination` is that of
+    /// Allocates the matrix of a `plan` and its factors; `elimination` comes from
     /// [`Condensation::elimination`].
     pub fn new(plan: Arc<Condensation>, elimination: Arc<Elimination>) -> Self {
         let coupling = plan.coupling.pattern();
@@ -41,10 +41,10 @@ impl<T: Scalar> Condensed<T> {
         }
     }
 
-    /// Forms and factorises the matrix for `c` from the `values` of the muscle's matrices.
+    /// Assembles and factorizes the matrix for `c` from the `values` of the muscle's matrices.
     ///
     /// # Errors
-    /// [`SparseError::Singular`] and others of the factorisation.
+    /// [`SparseError::Singular`] and other errors of the factorization.
     pub fn set_up<'m>(
         &mut self,
         c: T,
@@ -63,17 +63,17 @@ impl<T: Scalar> Condensed<T> {
         self.system.renew(work)
     }
 
-    /// The linear system that is solved.
+    /// Returns the linear system that is solved.
     pub(super) fn system(&self) -> &SparseSystem<T> {
         &self.system
     }
 
-    /// The same, to be told of its past.
+    /// Returns the linear system, to restore its pivoting history.
     pub(super) fn system_mut(&mut self) -> &mut SparseSystem<T> {
         &mut self.system
     }
 
-    /// The condensed matrix of the last set-up, in the order of [`Condensation::pattern`].
+    /// Returns the condensed matrix of the last setup, in the order of [`Condensation::pattern`].
     pub fn values(&self) -> &[T] {
         self.system.values()
     }
@@ -84,18 +84,18 @@ impl<T: Scalar> Condensed<T> {
     /// `rhs`: the unknowns of the full system.
     ///
     /// # Errors
-    /// Those of the solve.
+    /// Errors of the solve.
     pub fn solve(&mut self, rhs: &mut [T], work: &mut LinearWork) -> Result<(), SparseError> {
         self.solve_columns(rhs, 1, work)
     }
 
-    /// Solves the full system in place for several right-hand sides, the numbers of a row side by side.
+    /// Solves the full system in place for several right-hand sides, stored row by row.
     ///
     /// # Shapes
     /// `rhs`: the unknowns of the full system times `n_columns`.
     ///
     /// # Errors
-    /// Those of the solve.
+    /// Errors of the solve.
     pub fn solve_columns(
         &mut self,
         rhs: &mut [T],
@@ -109,10 +109,10 @@ impl<T: Scalar> Condensed<T> {
         self.unknowns.resize(room(n), T::zero());
         self.kinematic.resize(room(n_kinematic), T::zero());
         for block in &plan.recovered {
-            self.kinematic[side_by_side(&block.place)]
+            self.kinematic[side_by_side(&block.position)]
                 .copy_from_slice(&rhs[side_by_side(&block.rows)]);
         }
-        for block in &plan.kept {
+        for block in &plan.retained {
             let unknowns = &mut self.unknowns[side_by_side(&block.condensed)];
             for (x, &b) in unknowns.iter_mut().zip(&rhs[side_by_side(&block.rows)]) {
                 *x = b * block.sign;
@@ -121,21 +121,21 @@ impl<T: Scalar> Condensed<T> {
         let (kinematic, unknowns) = (&self.kinematic, &mut self.unknowns);
         self.product
             .subtract_columns(&self.coupling, kinematic, unknowns, n_columns);
-        for block in &plan.kept {
+        for block in &plan.retained {
             block.scale_rows(self.c, &mut unknowns[side_by_side(&block.condensed)]);
         }
         match n_columns {
             1 => self.system.solve(unknowns, work)?,
             _ => self.system.solve_columns(unknowns, n_columns, work)?,
         }
-        for block in &plan.kept {
+        for block in &plan.retained {
             rhs[side_by_side(&block.unknowns)]
                 .copy_from_slice(&self.unknowns[side_by_side(&block.condensed)]);
         }
         for block in &plan.recovered {
             let (rate, inverse) = (self.c * block.rate, 1.0 / block.value);
             let bases = &self.unknowns[side_by_side(&block.base)];
-            let kinematic = &self.kinematic[side_by_side(&block.place)];
+            let kinematic = &self.kinematic[side_by_side(&block.position)];
             for ((x, &base), &b) in rhs[side_by_side(&block.unknowns)]
                 .iter_mut()
                 .zip(bases)
@@ -148,13 +148,13 @@ impl<T: Scalar> Condensed<T> {
     }
 
     /// Solves with the transpose of the full system (not conjugated) in place: the steps of
-    /// [`solve`](Self::solve), transposed, from the last to the first.
+    /// [`solve`](Self::solve), transposed and in reverse order.
     ///
     /// # Shapes
     /// `rhs`: the unknowns of the full system.
     ///
     /// # Errors
-    /// Those of the solve.
+    /// Errors of the solve.
     pub fn solve_transposed(
         &mut self,
         rhs: &mut [T],
@@ -164,13 +164,13 @@ impl<T: Scalar> Condensed<T> {
         self.unknowns.resize(plan.n_condensed(), T::zero());
         let n_kinematic = plan.coupling.pattern().major_dim();
         self.kinematic.resize(n_kinematic, T::zero());
-        for block in &plan.kept {
+        for block in &plan.retained {
             self.unknowns[block.condensed.clone()].copy_from_slice(&rhs[block.unknowns.clone()]);
         }
         for block in &plan.recovered {
             let (rate, inverse) = (self.c * block.rate, 1.0 / block.value);
             let bases = &mut self.unknowns[block.base.clone()];
-            let kinematic = &mut self.kinematic[block.place.clone()];
+            let kinematic = &mut self.kinematic[block.position.clone()];
             let own = &rhs[block.unknowns.clone()];
             for ((base, k), &b) in bases.iter_mut().zip(kinematic).zip(own) {
                 *k = b * inverse;
@@ -178,19 +178,19 @@ impl<T: Scalar> Condensed<T> {
             }
         }
         self.system.solve_transposed(&mut self.unknowns, work)?;
-        for block in &plan.kept {
+        for block in &plan.retained {
             block.scale_rows(self.c, &mut self.unknowns[block.condensed.clone()]);
         }
         self.product
             .subtract_transposed(&self.coupling, &self.unknowns, &mut self.kinematic);
-        for block in &plan.kept {
+        for block in &plan.retained {
             let unknowns = &self.unknowns[block.condensed.clone()];
             for (x, &u) in rhs[block.rows.clone()].iter_mut().zip(unknowns) {
                 *x = u * block.sign;
             }
         }
         for block in &plan.recovered {
-            rhs[block.rows.clone()].copy_from_slice(&self.kinematic[block.place.clone()]);
+            rhs[block.rows.clone()].copy_from_slice(&self.kinematic[block.position.clone()]);
         }
         Ok(())
     }

@@ -1,11 +1,11 @@
-//! Newton's linear systems, solved by way of what the formulation knows about them.
+//! Linear systems of Newton's method, reduced by the structure of the formulation.
 //!
-//! Cast of types: a [`Condensation`] is the elimination of velocities from the Newton matrix, laid
-//! out once for a formulation; [`Condensed`] holds the numbers, real or complex, for one c_j. A
-//! [`Splitting`] and a [`Split`] are the same for the stabilized equations, whose system falls into
-//! two halves; a [`Reduction`] and a [`Reduced`] are either. [`SparseSystem`] factorises, solves
-//! and checks, in the order of one [`Elimination`]. [`CondensedSolver`] is what integrators
-//! call.
+//! Main types: a [`Condensation`] is the elimination of velocities from the Newton matrix, set up
+//! once per formulation; [`Condensed`] holds the values, real or complex, for one c_j. A
+//! [`Splitting`] and a [`Split`] are their counterparts for the stabilized equations, whose system
+//! splits into two. A [`Reduction`] and a [`Reduced`] are either of these. [`SparseSystem`]
+//! factorizes, solves and checks, in the order of one [`Elimination`]. [`CondensedSolver`] is the
+//! interface to the integrators.
 
 mod condensation;
 mod condensed;

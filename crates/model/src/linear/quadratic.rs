@@ -1,4 +1,4 @@
-//! How a matrix enters a reduced Newton matrix.
+//! Coefficients of matrices in a reduced Newton matrix.
 
 use myovib_sparse::Scalar;
 
@@ -7,7 +7,7 @@ use myovib_sparse::Scalar;
 pub(super) struct Quadratic(pub(super) [f64; 3]);
 
 impl Quadratic {
-    /// The value at `c`.
+    /// Returns the value at `c`.
     pub(super) fn at<T: Scalar>(&self, c: T) -> T {
         let [p0, p1, p2] = self.0;
         T::one() * p0 + c * p1 + c * c * p2

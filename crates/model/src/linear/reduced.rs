@@ -16,8 +16,8 @@ use crate::field::Field;
 use crate::matrix::{Matrix, Term};
 use crate::muscle_dae::MuscleDae;
 
-/// What can be done to the Newton matrices of a formulation, laid out and analysed once for all of
-/// them, real and complex.
+/// Reduction of the Newton matrices of a formulation, set up and analyzed once for all real and
+/// complex matrices.
 #[derive(Debug, Clone)]
 pub struct Reduction {
     body: ReductionOfBody,
@@ -25,50 +25,51 @@ pub struct Reduction {
     tensions: Option<Arc<TensionBlock>>,
 }
 
-/// What can be done to the body's part.
+/// Reduction of the body's part.
 #[derive(Debug, Clone)]
 enum ReductionOfBody {
-    /// Velocities and rates of pressures are eliminated.
+    /// Velocities and pressure rates are eliminated.
     Condensed(Arc<Condensation>, Arc<Elimination>),
-    /// The stabilized equations fall into two halves.
+    /// The stabilized equations are split into two systems.
     Split(Arc<Splitting>, [Arc<Elimination>; 2]),
 }
 
 impl Reduction {
-    /// Lays out the reduction for `dae`: every formulation has one.
+    /// Sets up the reduction for `dae`; every formulation has one.
     ///
     /// # Errors
-    /// Those of the analysis.
+    /// Errors of the symbolic analysis.
     ///
     /// # Panics
-    /// If the equations have a term that no part of the reduction takes.
+    /// If the equations have a term that no part of the reduction includes.
     pub fn new(dae: &MuscleDae, options: SparseOptions) -> Result<Self, SparseError> {
-        let mut taken;
+        let mut included;
         let body = match Splitting::new(dae) {
             Some(plan) => {
-                taken = plan.taken();
+                included = plan.included();
                 let eliminations = plan.eliminations(options)?;
                 ReductionOfBody::Split(Arc::new(plan), eliminations.map(Arc::new))
             }
             None => {
                 let plan = Condensation::new(dae);
-                taken = plan.taken();
+                included = plan.included();
                 let elimination = plan.elimination(options)?;
                 ReductionOfBody::Condensed(Arc::new(plan), Arc::new(elimination))
             }
         };
         let tensions = TensionBlock::new(dae);
         if tensions.is_some() {
-            taken.extend(TensionBlock::taken());
+            included.extend(TensionBlock::included());
         }
-        expect_each_taken(dae.terms(), &taken);
+        expect_each_taken(dae.terms(), &included);
         Ok(Self {
             body,
             tensions: tensions.map(Arc::new),
         })
     }
 
-    /// What one matrix of numbers `T` and its factors will need; unknown if an engine factorises.
+    /// Predicts the size of one matrix with values `T` and of its factors; `None` for an external
+    /// solver.
     pub fn prediction<T: Scalar>(&self) -> Option<Prediction> {
         match &self.body {
             ReductionOfBody::Condensed(_, elimination) => elimination.prediction::<T>(),
@@ -79,14 +80,14 @@ impl Reduction {
         }
     }
 
-    /// What a real matrix and `n_complex` complex ones will need together.
+    /// Predicts the total size of a real matrix and `n_complex` complex matrices.
     pub fn needs(&self, n_complex: usize) -> Option<Prediction> {
         let complex = self.prediction::<Complex64>()?;
         let complex = std::iter::repeat_n(complex, n_complex);
         Some(complex.fold(self.prediction::<f64>()?, Add::add))
     }
 
-    /// A matrix with room for its factors.
+    /// Allocates a matrix and its factors.
     pub fn matrix<T: Scalar>(&self) -> Reduced<T> {
         let body = match &self.body {
             ReductionOfBody::Condensed(plan, elimination) => {
@@ -105,40 +106,40 @@ impl Reduction {
     }
 }
 
-/// Asserts that each term of the equations is in the reduction, once and as it is.
-fn expect_each_taken(terms: Vec<(Field, Term)>, taken: &[(Field, Term)]) {
+/// Asserts that the reduction includes each term of the equations exactly once and unchanged.
+fn expect_each_taken(terms: Vec<(Field, Term)>, included: &[(Field, Term)]) {
     let mut left = terms;
-    for term in taken {
+    for term in included {
         let place = left.iter().position(|other| other == term);
         let place = place.unwrap_or_else(|| {
-            panic!("the reduction takes {term:?}, which is not (again) in the equations")
+            panic!("the reduction includes {term:?}, which is not (or no longer) in the equations")
         });
         left.swap_remove(place);
     }
     assert!(
         left.is_empty(),
-        "terms that no part of the reduction takes: {left:?}"
+        "terms missing from the reduction: {left:?}"
     );
 }
 
-/// The Newton matrix ∂F/∂y + c ∂F/∂ẏ, by way of a [`Reduction`].
+/// The Newton matrix ∂F/∂y + c ∂F/∂ẏ in the form of a [`Reduction`].
 #[derive(Debug)]
 pub struct Reduced<T: Scalar> {
     body: ReducedBody<T>,
     tensions: Option<Tensions<T>>,
 }
 
-/// The body's part of it.
+/// The body's part of the matrix.
 #[derive(Debug)]
 enum ReducedBody<T: Scalar> {
-    /// By elimination of velocities.
+    /// Velocities eliminated.
     Condensed(Box<Condensed<T>>),
-    /// In two halves.
+    /// Split into two systems.
     Split(Box<Split<T>>),
 }
 
 impl<T: Scalar> Reduced<T> {
-    /// The linear systems that are solved.
+    /// Returns the linear systems that are solved.
     pub(super) fn systems(&self) -> Vec<&SparseSystem<T>> {
         match &self.body {
             ReducedBody::Condensed(matrix) => vec![matrix.system()],
@@ -146,7 +147,7 @@ impl<T: Scalar> Reduced<T> {
         }
     }
 
-    /// How often pivots were chosen that later matrices keep.
+    /// Returns the number of pivot choices that later matrices reuse.
     pub(super) fn pivot_choices(&self) -> u64 {
         match &self.body {
             ReducedBody::Condensed(matrix) => matrix.system().pivot_choices(),
@@ -157,7 +158,7 @@ impl<T: Scalar> Reduced<T> {
         }
     }
 
-    /// The same, to be told of their past.
+    /// Returns the linear systems, to restore their pivoting history.
     pub(super) fn systems_mut(&mut self) -> Vec<&mut SparseSystem<T>> {
         match &mut self.body {
             ReducedBody::Condensed(matrix) => vec![matrix.system_mut()],
@@ -165,10 +166,10 @@ impl<T: Scalar> Reduced<T> {
         }
     }
 
-    /// Forms and factorises the matrix for `c` from the `values` of the muscle's matrices.
+    /// Assembles and factorizes the matrix for `c` from the `values` of the muscle's matrices.
     ///
     /// # Errors
-    /// [`SparseError::Singular`] and others of the factorisation.
+    /// [`SparseError::Singular`] and other errors of the factorization.
     pub fn set_up<'m>(
         &mut self,
         c: T,
@@ -190,7 +191,7 @@ impl<T: Scalar> Reduced<T> {
     /// `rhs`: the unknowns of the full system.
     ///
     /// # Errors
-    /// Those of the solve.
+    /// Errors of the solve.
     pub fn solve(&mut self, rhs: &mut [T], work: &mut LinearWork) -> Result<(), SparseError> {
         if let Some(tensions) = &mut self.tensions {
             tensions.solve(rhs);
@@ -201,14 +202,14 @@ impl<T: Scalar> Reduced<T> {
         }
     }
 
-    /// Solves the full system in place for several right-hand sides, the numbers of a row side by side;
-    /// in one pass over the factors where velocities are eliminated and nothing else is.
+    /// Solves the full system in place for several right-hand sides, stored row by row. If
+    /// velocities are eliminated and nothing else is, one pass over the factors serves all.
     ///
     /// # Shapes
     /// `rhs`: the unknowns of the full system times `n_columns`.
     ///
     /// # Errors
-    /// Those of the solve.
+    /// Errors of the solve.
     pub fn solve_columns(
         &mut self,
         rhs: &mut [T],
@@ -228,7 +229,7 @@ impl<T: Scalar> Reduced<T> {
     /// `rhs`: the unknowns of the full system.
     ///
     /// # Errors
-    /// Those of the solve.
+    /// Errors of the solve.
     pub fn solve_transposed(
         &mut self,
         rhs: &mut [T],
@@ -253,20 +254,20 @@ mod tests {
     use crate::formulation::Formulation::{Position, Stabilized};
     use crate::paper;
 
-    /// What Newton's matrix has and its reduction has not would go unseen but for slow convergence.
+    /// Without this check, a term missing from the reduction would only show as slow convergence.
     #[test]
     fn a_term_that_no_part_of_a_reduction_takes_is_an_error() {
         let mesh = generate::beam(0.1, 0.02, [2, 1]).unwrap();
         let muscle = paper::muscle(&mesh, f64::INFINITY, 0.0).unwrap();
         for formulation in [Position, Stabilized] {
             let dae = MuscleDae::new(muscle.clone(), formulation).unwrap();
-            let taken = match Splitting::new(&dae) {
-                Some(plan) => plan.taken(),
-                None => Condensation::new(&dae).taken(),
+            let included = match Splitting::new(&dae) {
+                Some(plan) => plan.included(),
+                None => Condensation::new(&dae).included(),
             };
-            expect_each_taken(dae.terms(), &taken);
+            expect_each_taken(dae.terms(), &included);
             let message = |terms: Vec<(Field, Term)>| {
-                let result = std::panic::catch_unwind(|| expect_each_taken(terms, &taken));
+                let result = std::panic::catch_unwind(|| expect_each_taken(terms, &included));
                 *result.unwrap_err().downcast::<String>().unwrap()
             };
             for foreign in [
@@ -275,12 +276,12 @@ mod tests {
             ] {
                 let mut terms = dae.terms();
                 terms.push((Field::Velocity, foreign));
-                assert!(message(terms).contains("no part of the reduction takes"));
+                assert!(message(terms).contains("terms missing from the reduction"));
             }
-            // A rate beside a value that is taken.
+            // A rate in addition to a value that is included.
             let mut terms = dae.terms();
-            terms[0].1.of_rate += 1.0;
-            assert!(message(terms).contains("not (again) in the equations"));
+            terms[0].1.df_dyp += 1.0;
+            assert!(message(terms).contains("not (or no longer) in the equations"));
         }
     }
 }

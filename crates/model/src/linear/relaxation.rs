@@ -1,15 +1,15 @@
-//! Internal stresses of Prony terms, eliminated point by point.
+//! Elimination of the internal stresses of Prony terms at each quadrature point.
 //!
-//! They occur in the balance of momentum and in their own rows alone, one beside the other:
+//! They occur only in the balance of momentum and in their own rows, decoupled from each other:
 //!
 //! ```text
 //! (c + 1/τ) δQ − g/τ δS = b_Q,        momentum: … − ∂/∂q ∫F δQ:∇φ = b.
 //! ```
 //!
-//! So δQ = (g δS + τ b_Q)/(1 + cτ): the material part of the stiffness is multiplied by
-//! φ(c) − 1 ([`Series`]), ∫F τ b_Q/(1 + cτ):∇φ goes to the right-hand side, and once δq is known δS
-//! gives δQ. There is nothing more to factorise or solve; a solve takes two passes over the elements,
-//! however many right-hand sides it has.
+//! So δQ = (g δS + τ b_Q)/(1 + cτ): the material part of the stiffness is multiplied by φ(c) − 1
+//! ([`Series`]), ∫F τ b_Q/(1 + cτ):∇φ is added to the right-hand side, and once δq is known, δS
+//! gives δQ. The factorized matrix keeps its size. A solve needs two additional element passes,
+//! whatever the number of right-hand sides.
 
 use std::ops::Range;
 
@@ -21,11 +21,12 @@ use crate::field::Field;
 use crate::matrix::Matrix;
 use crate::muscle_dae::MuscleDae;
 
-/// So many slots are worked on for one right-hand side after the other: they stay in the processor's cache. One
-/// right-hand side alone goes without strides, which compilers make vector instructions of.
+/// Number of quadrature points processed together for several right-hand sides, so that they stay
+/// in cache. A single right-hand side is processed without strides, which allows vector
+/// instructions.
 const BLOCK: usize = 64;
 
-/// The Prony terms of the relaxing parts of a body.
+/// Prony series of the viscoelastic parts of a body.
 #[derive(Debug, Clone)]
 pub(super) struct Series(Vec<Prony>);
 
@@ -35,8 +36,8 @@ impl Series {
         Self(parts.map(|part| part.prony.clone()).collect())
     }
 
-    /// What a matrix is multiplied by when internal stresses are eliminated: φ(c) − 1 for the
-    /// stiffness of a stress that relaxes, one for all others.
+    /// Returns the factor of a matrix after internal stresses are eliminated: φ(c) − 1 for the
+    /// stiffness of a viscoelastic stress, 1 for all others.
     pub(super) fn factor<T: Scalar>(&self, matrix: Matrix, c: T) -> T {
         match matrix {
             Matrix::RelaxingStiffness(k) => self.0[k].tangent_factor(c) - T::one(),
@@ -45,14 +46,14 @@ impl Series {
     }
 }
 
-/// A number by its real parts, as the element passes take it.
+/// A real or complex value as a list of real parts for the element passes.
 pub(super) trait Parts: Scalar {
-    /// How many there are.
+    /// Number of real parts.
     const COUNT: usize;
 
     fn part(self, k: usize) -> f64;
 
-    /// The number with entry `i` of each vector as its parts.
+    /// Assembles the value from entry `i` of each vector of parts.
     fn of_parts(parts: &[Vec<f64>], i: usize) -> Self;
 }
 
@@ -80,19 +81,19 @@ impl Parts for Complex64 {
     }
 }
 
-/// Where the internal stresses lie, and room for the passes.
+/// Range of the internal stresses and workspace of the element passes.
 #[derive(Debug)]
 pub(super) struct Relaxation {
     internal: Range<usize>,
     momentum: Range<usize>,
     displacement: Range<usize>,
-    /// For each right-hand side and part of a complex number.
+    /// One array per right-hand side and real part.
     slots: Vec<Vec<f64>>,
     nodal: Vec<Vec<f64>>,
 }
 
 impl Relaxation {
-    /// The elimination for `dae`, if it has internal stresses.
+    /// Sets up the elimination for `dae`, if it has internal stresses.
     pub(super) fn new(dae: &MuscleDae) -> Option<Self> {
         let internal = dae.layout().range(Field::InternalStress)?;
         let range = |field| {
@@ -108,7 +109,7 @@ impl Relaxation {
         })
     }
 
-    /// Room for `count` vectors at the slots, and as many at the nodes, which are zero.
+    /// Allocates `count` vectors at the quadrature points and as many zero vectors at the nodes.
     fn room(&mut self, dae: &MuscleDae, count: usize) -> [&mut [Vec<f64>]; 2] {
         let solid = &dae.muscle().solid;
         for (vectors, length) in [
@@ -123,8 +124,8 @@ impl Relaxation {
         [slots, nodal]
     }
 
-    /// Takes what the right-hand sides of the internal stresses do to the balance of momentum, all of
-    /// `n_columns` side by side.
+    /// Adds the effect of the internal stresses' right-hand sides to the balance of momentum for
+    /// all `n_columns` columns.
     pub(super) fn condense<T: Parts>(
         &mut self,
         dae: &mut MuscleDae,
@@ -166,8 +167,8 @@ impl Relaxation {
         }
     }
 
-    /// Replaces the right-hand sides of the internal stresses by the solution, that of the
-    /// displacements being known.
+    /// Replaces the right-hand sides of the internal stresses by the solution, given the
+    /// displacements.
     pub(super) fn recover<T: Parts>(
         &mut self,
         dae: &mut MuscleDae,

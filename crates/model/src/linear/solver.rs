@@ -1,4 +1,5 @@
-//! The condensed matrices as an integrator asks for them: one real and some complex c at a time.
+//! The condensed matrices as a linear solver of the integrators: one real and several complex
+//! values of c at a time.
 
 use myovib_dae::{LinearSolver, Linearization, StepError};
 use myovib_sparse::SparseOptions;
@@ -11,24 +12,24 @@ use crate::muscle_dae::MuscleDae;
 
 /// Solves the Newton systems of a [`MuscleDae`] by a [`Reduction`].
 ///
-/// Room for complex matrices is made at the first set-up that asks for them.
+/// Complex matrices are allocated at the first complex matrix setup.
 #[derive(Debug)]
 pub struct CondensedSolver {
     reduction: Reduction,
     real: Reduced<f64>,
     complex: Vec<Reduced<Complex64>>,
     relaxation: Option<Relaxation>,
-    /// Whether the matrices are known to fit into the memory.
+    /// Whether the matrices are known to fit into memory.
     has_room: bool,
-    /// The c of the matrices.
+    /// The values of c.
     shifts: (f64, Vec<Complex64>),
 }
 
 impl CondensedSolver {
-    /// Lays out the reduction.
+    /// Sets up the reduction.
     ///
     /// # Errors
-    /// Those of the analysis.
+    /// Errors of the symbolic analysis.
     pub fn new(dae: &MuscleDae, options: SparseOptions) -> Result<Self, SparseError> {
         let reduction = Reduction::new(dae, options)?;
         Ok(Self {
@@ -43,8 +44,8 @@ impl CondensedSolver {
 }
 
 impl CondensedSolver {
-    /// The same for right-hand sides without the rows of internal stresses, which the integrator
-    /// eliminates.
+    /// Does the same for right-hand sides without the rows of internal stresses, which the
+    /// integrator eliminates.
     pub(crate) fn without_recovery(
         dae: &MuscleDae,
         options: SparseOptions,
@@ -55,7 +56,7 @@ impl CondensedSolver {
         })
     }
 
-    /// Makes room for a real and `n_complex` complex matrices, once it is known to be there.
+    /// Allocates a real and `n_complex` complex matrices after checking the available memory.
     fn make_room(&mut self, n_complex: usize) -> Result<(), SparseError> {
         if !self.has_room || self.complex.len() != n_complex {
             if let Some(needs) = self.reduction.needs(n_complex) {
@@ -68,10 +69,11 @@ impl CondensedSolver {
         Ok(())
     }
 
-    /// Sets up all matrices; before each, `prepare` is given its number, the real one being the first.
+    /// Sets up all matrices. Calls `prepare` with the number of each matrix before its setup; the
+    /// real matrix is the first.
     ///
     /// # Errors
-    /// Those of the factorisations.
+    /// Errors of the factorizations.
     pub(crate) fn set_up_each(
         &mut self,
         dae: &mut MuscleDae,
@@ -97,13 +99,13 @@ impl CondensedSolver {
         Ok(result?)
     }
 
-    /// Refuses a transposed solve where internal stresses are eliminated: the adjoint has none of
-    /// theirs.
+    /// Rejects a transposed solve if internal stresses are eliminated: the adjoint does not support
+    /// them.
     fn expect_nothing_relaxes(&self) -> Result<(), StepError> {
         match self.relaxation {
             None => Ok(()),
             Some(_) => Err(StepError::Fatal(
-                "no adjoint of a body with Prony terms: leave them out".into(),
+                "the adjoint does not support Prony terms: remove them".into(),
             )),
         }
     }
@@ -214,7 +216,7 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
     }
 }
 
-/// Solves with a matrix of this c, internal stresses being eliminated.
+/// Solves with a matrix of this c, including the elimination of internal stresses.
 fn solve_columns<T: Parts>(
     matrix: &mut Reduced<T>,
     relaxation: &mut Option<Relaxation>,

@@ -1,4 +1,4 @@
-//! The two halves of a stabilized Newton system for one c: set up, and solved one after the other.
+//! The two parts of a stabilized Newton system for one c: setup and successive solution.
 
 use std::sync::Arc;
 
@@ -9,16 +9,17 @@ use super::{Elimination, LinearWork, Scalar, SparseSystem, Splitting};
 use crate::matrix::Matrix;
 use myovib_sparse::Product;
 
-/// The Newton matrix ∂F/∂y + c ∂F/∂ẏ of (33) as two saddle problems, their factors and workspace.
+/// The Newton matrix ∂F/∂y + c ∂F/∂ẏ of (33) as two saddle-point problems with factors and
+/// workspace.
 ///
-/// Several of them, real and complex, can share one [`Splitting`]. After the first set-up neither a
-/// set-up nor a solve allocates.
+/// Several of them, real and complex, can share one [`Splitting`]. After the first setup, neither
+/// setups nor solves allocate.
 #[derive(Debug)]
 pub struct Split<T: Scalar> {
     plan: Arc<Splitting>,
     motion: SparseSystem<T>,
     velocity: SparseSystem<T>,
-    passed_on: Vec<T>,
+    transferred: Vec<T>,
     product: Product,
     /// c + α.
     s: T,
@@ -30,17 +31,17 @@ pub struct Split<T: Scalar> {
 }
 
 impl<T: Scalar> Split<T> {
-    /// Room for both matrices of a `plan` and their factors; `eliminations` are those of
+    /// Allocates both matrices of a `plan` and their factors; `eliminations` come from
     /// [`Splitting::eliminations`].
     pub fn new(plan: Arc<Splitting>, eliminations: [Arc<Elimination>; 2]) -> Self {
         let n = plan.motion.pattern().major_dim();
-        let passed_on = plan.passed_on.pattern();
+        let transferred = plan.transferred.pattern();
         let [motion, velocity] = eliminations.map(SparseSystem::new);
         Self {
             motion,
             velocity,
-            passed_on: vec![T::zero(); passed_on.nnz()],
-            product: Product::new(passed_on),
+            transferred: vec![T::zero(); transferred.nnz()],
+            product: Product::new(transferred),
             s: T::zero(),
             source: Source::Momentum,
             first: vec![T::zero(); n],
@@ -49,20 +50,20 @@ impl<T: Scalar> Split<T> {
         }
     }
 
-    /// The linear systems that are solved.
+    /// Returns the linear systems that are solved.
     pub(super) fn systems(&self) -> [&SparseSystem<T>; 2] {
         [&self.motion, &self.velocity]
     }
 
-    /// The same, to be told of their past.
+    /// Returns the linear systems, to restore their pivoting history.
     pub(super) fn systems_mut(&mut self) -> [&mut SparseSystem<T>; 2] {
         [&mut self.motion, &mut self.velocity]
     }
 
-    /// Forms and factorises both matrices for `c` from the `values` of the muscle's matrices.
+    /// Assembles and factorizes both matrices for `c` from the `values` of the muscle's matrices.
     ///
     /// # Errors
-    /// [`SparseError::Singular`] and others of the factorisation.
+    /// [`SparseError::Singular`] and other errors of the factorization.
     pub fn set_up<'m>(
         &mut self,
         c: T,
@@ -85,9 +86,9 @@ impl<T: Scalar> Split<T> {
             .combine(|m, p| p.at(c) * plan.series.factor(m, c), &values, to);
         let to = self.velocity.values_mut();
         plan.velocity.combine(|_, p| p.at(c), &values, to);
-        let to = &mut self.passed_on;
+        let to = &mut self.transferred;
         let source = self.source;
-        plan.passed_on.combine(
+        plan.transferred.combine(
             |m, p| p.at(c, source) * plan.series.factor(m, c),
             &values,
             to,
@@ -102,17 +103,17 @@ impl<T: Scalar> Split<T> {
     /// `rhs`: the unknowns of the full system.
     ///
     /// # Errors
-    /// Those of the solves.
+    /// Errors of the solves.
     pub fn solve(&mut self, rhs: &mut [T], work: &mut LinearWork) -> Result<(), SparseError> {
         let (plan, s) = (&self.plan, self.s);
-        let places = &plan.places;
-        let n_q = places.q.len();
+        let ranges = &plan.ranges;
+        let n_q = ranges.q.len();
 
-        let (b_q, b_v) = (&rhs[places.q.clone()], &rhs[places.v.clone()]);
+        let (b_q, b_v) = (&rhs[ranges.q.clone()], &rhs[ranges.v.clone()]);
         for ((x, &b_v), &b_q) in self.first.iter_mut().zip(b_v).zip(b_q) {
             *x = b_v + s * b_q;
         }
-        for (x, &b_mu) in self.first[n_q..].iter_mut().zip(&rhs[places.mu.clone()]) {
+        for (x, &b_mu) in self.first[n_q..].iter_mut().zip(&rhs[ranges.mu.clone()]) {
             *x = -b_mu;
         }
         self.motion.solve(&mut self.first, work)?;
@@ -125,9 +126,10 @@ impl<T: Scalar> Split<T> {
                 }
             }
         }
-        self.second[n_q..].copy_from_slice(&rhs[places.lambda.clone()]);
+        self.second[n_q..].copy_from_slice(&rhs[ranges.lambda.clone()]);
         let (q, difference) = self.first.split_at(n_q);
-        self.product.subtract(&self.passed_on, q, &mut self.second);
+        self.product
+            .subtract(&self.transferred, q, &mut self.second);
         for x in &mut self.second[n_q..] {
             *x = -(s * *x);
         }
@@ -135,8 +137,8 @@ impl<T: Scalar> Split<T> {
 
         let inverse = T::one() / s;
         let (v, multiplier) = self.second.split_at(n_q);
-        rhs[places.q.clone()].copy_from_slice(q);
-        for (x, &v) in rhs[places.v.clone()].iter_mut().zip(v) {
+        rhs[ranges.q.clone()].copy_from_slice(q);
+        for (x, &v) in rhs[ranges.v.clone()].iter_mut().zip(v) {
             *x = v * inverse;
         }
         for (i, (&found, &difference)) in multiplier.iter().zip(difference).enumerate() {
@@ -144,36 +146,36 @@ impl<T: Scalar> Split<T> {
                 Source::Momentum => (found, found - difference),
                 Source::Kinematic => (found + difference, found),
             };
-            rhs[places.lambda.start + i] = lambda;
-            rhs[places.mu.start + i] = mu * inverse;
+            rhs[ranges.lambda.start + i] = lambda;
+            rhs[ranges.mu.start + i] = mu * inverse;
         }
         Ok(())
     }
 
     /// Solves with the transpose of the full system (not conjugated) in place: the steps of
-    /// [`solve`](Self::solve), transposed, from the last to the first.
+    /// [`solve`](Self::solve), transposed and in reverse order.
     ///
     /// # Shapes
     /// `rhs`: the unknowns of the full system.
     ///
     /// # Errors
-    /// Those of the solves.
+    /// Errors of the solves.
     pub fn solve_transposed(
         &mut self,
         rhs: &mut [T],
         work: &mut LinearWork,
     ) -> Result<(), SparseError> {
         let (plan, s) = (&self.plan, self.s);
-        let (places, inverse) = (&plan.places, T::one() / s);
-        let n_q = places.q.len();
-        self.first[..n_q].copy_from_slice(&rhs[places.q.clone()]);
-        for (x, &v) in self.second.iter_mut().zip(&rhs[places.v.clone()]) {
+        let (ranges, inverse) = (&plan.ranges, T::one() / s);
+        let n_q = ranges.q.len();
+        self.first[..n_q].copy_from_slice(&rhs[ranges.q.clone()]);
+        for (x, &v) in self.second.iter_mut().zip(&rhs[ranges.v.clone()]) {
             *x = v * inverse;
         }
-        for i in 0..places.mu.len() {
+        for i in 0..ranges.mu.len() {
             let (of_lambda, of_mu) = (
-                rhs[places.lambda.start + i],
-                rhs[places.mu.start + i] * inverse,
+                rhs[ranges.lambda.start + i],
+                rhs[ranges.mu.start + i] * inverse,
             );
             self.second[n_q + i] = of_lambda + of_mu;
             self.first[n_q + i] = match self.source {
@@ -187,11 +189,11 @@ impl<T: Scalar> Split<T> {
         }
         let (to_q, _) = self.first.split_at_mut(n_q);
         self.product
-            .subtract_transposed(&self.passed_on, &self.second, to_q);
+            .subtract_transposed(&self.transferred, &self.second, to_q);
         self.motion.solve_transposed(&mut self.first, work)?;
 
-        rhs[places.lambda.clone()].copy_from_slice(&self.second[n_q..]);
-        for (x, &mu) in rhs[places.mu.clone()].iter_mut().zip(&self.first[n_q..]) {
+        rhs[ranges.lambda.clone()].copy_from_slice(&self.second[n_q..]);
+        for (x, &mu) in rhs[ranges.mu.clone()].iter_mut().zip(&self.first[n_q..]) {
             *x = -mu;
         }
         for i in 0..n_q {
@@ -200,8 +202,8 @@ impl<T: Scalar> Split<T> {
                 Source::Momentum => (motion + velocity, s * motion),
                 Source::Kinematic => (motion, s * motion - s * velocity),
             };
-            rhs[places.v.start + i] = of_v;
-            rhs[places.q.start + i] = of_q;
+            rhs[ranges.v.start + i] = of_v;
+            rhs[ranges.q.start + i] = of_q;
         }
         Ok(())
     }

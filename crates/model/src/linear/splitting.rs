@@ -1,18 +1,18 @@
-//! The Newton system of the stabilized equations (33) in two halves.
+//! The Newton system of the stabilized equations (33), split into two systems.
 //!
-//! The first line of (33), M (q̇ − v) + B(q)ᵀμ = 0, is no kinematic equation: δv would be M⁻¹ of
-//! the rest, which is dense. But μ acts on the motion as λ acts on the momentum. With s = c + α the
-//! rows of the Newton system for a given c are
+//! The first line of (33), M (q̇ − v) + B(q)ᵀμ = 0, is not a kinematic equation: eliminating δv
+//! would require M⁻¹, which is dense. But μ enters the kinematic equation as λ enters the momentum
+//! balance. With s = c + α the rows of the Newton system for a given c are
 //!
 //! ```text
 //! (c M + K_μ) δq − M δv + Bᵀ δμ = b_q        B δv + Ḃ δq = b_λ
 //! K δq + s M δv − Bᵀ δλ         = b_v        B δq        = b_μ
 //! ```
 //!
-//! The third and s times the first add up to an equation free of δv, with λ' = δλ − s δμ in the
-//! place of both multipliers. So the motion is found first; with it known, either the third or the
-//! first with the second gives the velocity and a multiplier. Both are saddle problems of half the
-//! size:
+//! The sum of the third and s times the first does not contain δv, and both multipliers combine to
+//! λ' = δλ − s δμ. The motion is therefore computed first. Then either the third or the first row
+//! together with the second gives the velocity and one multiplier. Both are saddle-point problems
+//! of half the size:
 //!
 //! ```text
 //! ( K + s (c M + K_μ)   −Bᵀ ) ( δq )   ( b_v + s b_q )
@@ -22,8 +22,8 @@
 //! ( −B      ) ( δλ   ) = ( −s (b_λ − Ḃ δq) )  or  ( −B      ) ( s δμ ) = ( −s (b_λ − Ḃ δq)          ).
 //! ```
 //!
-//! The two differ by rounding: either cancels where its product with δq is the larger part of the
-//! first system. So the smaller of K and s c M is taken ([`Source`]).
+//! The two variants differ by rounding: a variant loses digits if its product with δq is the larger
+//! part of the first system. The smaller of K and s c M is therefore used ([`Source`]).
 
 use std::ops::Range;
 
@@ -39,25 +39,25 @@ use crate::muscle_dae::MuscleDae;
 use super::relaxation::Series;
 use super::{Elimination, Quadratic, Scalar, symmetric_signs};
 
-/// Which equation the velocity is found from.
+/// Equation from which the velocity is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Source {
-    /// The balance of momentum, where inertia outweighs stiffness.
+    /// The balance of momentum, used if inertia outweighs stiffness.
     Momentum,
     /// The stabilized kinematic equation.
     Kinematic,
 }
 
-/// The coefficient of a matrix in the right-hand side of the second problem.
+/// Coefficient of a matrix in the right-hand side of the second problem.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct PassedOn {
-    /// Where it is from; none: used with either source.
+pub(super) struct Transferred {
+    /// Equation it belongs to; `None` if it is used for both.
     source: Option<Source>,
     coefficient: Quadratic,
 }
 
-impl PassedOn {
-    /// The value at `c`, zero if it is not from `source`.
+impl Transferred {
+    /// Returns the value at `c`, or zero if it does not belong to `source`.
     pub(super) fn at<T: Scalar>(&self, c: T, source: Source) -> T {
         match self.source {
             Some(own) if own != source => T::zero(),
@@ -66,29 +66,30 @@ impl PassedOn {
     }
 }
 
-/// The two saddle problems laid out for a muscle: patterns, places, coefficients.
+/// The two saddle-point problems of a muscle: patterns, positions, coefficients.
 #[derive(Debug, Clone)]
 pub struct Splitting {
-    /// Of (δq, λ'); square.
+    /// Matrix of (δq, λ'); square.
     pub(super) motion: Assembly<Quadratic>,
-    /// Of s δv and a multiplier, with the same shape; it does not depend on c.
+    /// Matrix of s δv and a multiplier, with the same shape; independent of c.
     pub(super) velocity: Assembly<Quadratic>,
-    /// (K, Ḃ) or (−s (c M + K_μ), Ḃ): less its product with δq is the second right-hand side.
-    pub(super) passed_on: Assembly<PassedOn>,
+    /// (K, Ḃ) or (−s (c M + K_μ), Ḃ). Its product with δq is subtracted from the second right-hand
+    /// side.
+    pub(super) transferred: Assembly<Transferred>,
     pub(super) alpha: f64,
-    /// The terms of the equations that the above is made of, by their rows.
-    taken: Vec<(Field, Term)>,
-    /// Of stress that relaxes.
+    /// Terms of the equations that are included above, with their rows.
+    included: Vec<(Field, Term)>,
+    /// Prony series of viscoelastic stress.
     pub(super) series: Series,
-    /// Whether each of both is symmetric.
+    /// Symmetry of both matrices.
     kinds: [Kind; 2],
     /// q, v, λ, μ in the full system; each equation has the rows of its own unknowns.
-    pub(super) places: Places,
+    pub(super) ranges: Ranges,
 }
 
-/// Where the unknowns lie in the full system.
+/// Ranges of the unknowns in the full system.
 #[derive(Debug, Clone)]
-pub(super) struct Places {
+pub(super) struct Ranges {
     pub(super) q: Range<usize>,
     pub(super) v: Range<usize>,
     pub(super) lambda: Range<usize>,
@@ -96,8 +97,9 @@ pub(super) struct Places {
 }
 
 impl Splitting {
-    /// Lays out the two problems for `dae`; `None` unless it has the stabilized kinematic equation, or
-    /// where a viscous stress or bed, or α by element, damps it: s times the first line then does not take δv away.
+    /// Sets up the two problems for `dae`. Returns `None` unless it has the stabilized kinematic
+    /// equation, or if a viscous stress or foundation, or α that varies between elements, damps it:
+    /// adding s times the first line then does not eliminate δv.
     pub fn new(dae: &MuscleDae) -> Option<Self> {
         let rows = dae.formulation().rows();
         let stabilized = rows.contains(&(Field::Displacement, Equation::StabilizedKinematic));
@@ -109,31 +111,31 @@ impl Splitting {
                 .range(field)
                 .expect("stabilized equations have q, v, λ and μ")
         };
-        let places = Places {
+        let ranges = Ranges {
             q: range(Field::Displacement),
             v: range(Field::Velocity),
             lambda: range(Field::Pressure),
             mu: range(Field::GglMultiplier),
         };
-        let (n_q, n) = (places.q.len(), places.q.len() + places.mu.len());
+        let (n_q, n) = (ranges.q.len(), ranges.q.len() + ranges.mu.len());
         let alpha = dae.muscle().parameters.alpha;
         let blocks = dae.blocks();
-        let mut taken = bordering_terms(alpha);
+        let mut included = bordering_terms(alpha);
         let acting_on_q = |rows| {
             let block = blocks.iter().find(|(own, _)| *own == rows);
             let terms = block.map_or(&[][..], |(_, terms)| terms);
             let acting = |term: &&Term| term.column == Field::Displacement;
             terms.iter().filter(acting).copied()
         };
-        // Of what acts on displacements, rates count in the kinematic equation alone.
-        let of_value = |term| Term {
-            of_rate: 0.0,
+        // Of the terms that multiply displacements, rates count only in the kinematic equation.
+        let df_dy = |term| Term {
+            df_dyp: 0.0,
             ..term
         };
         for rows in [Field::Velocity, Field::Pressure] {
-            taken.extend(acting_on_q(rows).map(|term| (rows, of_value(term))));
+            included.extend(acting_on_q(rows).map(|term| (rows, df_dy(term))));
         }
-        taken.extend(acting_on_q(Field::Displacement).map(|term| (Field::Displacement, term)));
+        included.extend(acting_on_q(Field::Displacement).map(|term| (Field::Displacement, term)));
         let on_q = |rows: &Range<usize>, term: Term, [p0, p1, p2]: [f64; 3]| Entry {
             rows: rows.clone(),
             columns: 0..n_q,
@@ -142,17 +144,17 @@ impl Splitting {
         };
         let (motion, constraint) = (0..n_q, n_q..n);
         let momentum: Vec<_> = acting_on_q(Field::Velocity)
-            .map(|term| on_q(&motion, term, [term.of_value, 0.0, 0.0]))
+            .map(|term| on_q(&motion, term, [term.df_dy, 0.0, 0.0]))
             .collect();
         // s (value + c rate).
         let kinematic: Vec<_> = acting_on_q(Field::Displacement)
             .map(|term| {
-                let (value, rate) = (term.of_value, term.of_rate);
+                let (value, rate) = (term.df_dy, term.df_dyp);
                 on_q(&motion, term, [alpha * value, value + alpha * rate, rate])
             })
             .collect();
         let drift = acting_on_q(Field::Pressure)
-            .map(|term| on_q(&constraint, term, [term.of_value, 0.0, 0.0]));
+            .map(|term| on_q(&constraint, term, [term.df_dy, 0.0, 0.0]));
         let inertia = Term::value(Field::Displacement, Matrix::Mass, 1.0);
         let divergence = Term::value(Field::Displacement, Matrix::Divergence, 1.0);
         let bordering = [
@@ -165,22 +167,22 @@ impl Splitting {
             },
         ];
 
-        let passed_on = |entry: &Entry<Quadratic>, source, sign: f64| Entry {
+        let transferred = |entry: &Entry<Quadratic>, source, sign: f64| Entry {
             rows: entry.rows.clone(),
             columns: entry.columns.clone(),
             matrix: entry.matrix,
-            coefficient: PassedOn {
+            coefficient: Transferred {
                 source,
                 coefficient: Quadratic(entry.coefficient.0.map(|p| sign * p)),
             },
         };
         let from_momentum = momentum
             .iter()
-            .map(|entry| passed_on(entry, Some(Source::Momentum), 1.0));
+            .map(|entry| transferred(entry, Some(Source::Momentum), 1.0));
         let from_kinematic = kinematic
             .iter()
-            .map(|entry| passed_on(entry, Some(Source::Kinematic), -1.0));
-        let always = drift.map(|entry| passed_on(&entry, None, 1.0));
+            .map(|entry| transferred(entry, Some(Source::Kinematic), -1.0));
+        let always = drift.map(|entry| transferred(&entry, None, 1.0));
         let second = from_momentum.chain(from_kinematic).chain(always);
         let pattern_of = |matrix| dae.pattern_of(matrix);
         let velocity: Vec<_> = std::iter::once(on_q(&motion, inertia, [1.0, 0.0, 0.0]))
@@ -197,28 +199,28 @@ impl Splitting {
             _ => Kind::General,
         });
         Some(Self {
-            passed_on: Assembly::new((n, n_q), second, pattern_of),
+            transferred: Assembly::new((n, n_q), second, pattern_of),
             velocity: Assembly::new((n, n), velocity, pattern_of),
             motion: Assembly::new((n, n), motion, pattern_of),
             kinds,
             alpha,
-            taken,
+            included,
             series: Series::of(dae),
-            places,
+            ranges,
         })
     }
 
-    /// The terms of the equations that it is made of, by their rows.
-    pub(super) fn taken(&self) -> Vec<(Field, Term)> {
-        self.taken.clone()
+    /// Returns the terms of the equations that it includes, with their rows.
+    pub(super) fn included(&self) -> Vec<(Field, Term)> {
+        self.included.clone()
     }
 
-    /// Analyses the patterns of both problems.
+    /// Analyzes the patterns of both problems.
     ///
     /// # Errors
-    /// Those of the analysis.
+    /// Errors of the symbolic analysis.
     pub fn eliminations(&self, options: SparseOptions) -> Result<[Elimination; 2], SparseError> {
-        let constraints = self.places.q.len()..self.motion.pattern().major_dim();
+        let constraints = self.ranges.q.len()..self.motion.pattern().major_dim();
         let eliminate = |pattern, kind| {
             let constraints = constraints.clone();
             Elimination::new(pattern, Structure { kind, constraints }, options)
@@ -231,11 +233,12 @@ impl Splitting {
     }
 }
 
-/// The terms that the two problems are made of whatever acts on displacements, by their rows.
+/// Returns the terms with their rows that both problems include, whatever multiplies the
+/// displacements.
 fn bordering_terms(alpha: f64) -> Vec<(Field, Term)> {
     use Field::{Displacement, GglMultiplier, Pressure, Velocity};
     let inertia = Term {
-        of_rate: 1.0,
+        df_dyp: 1.0,
         ..Term::value(Velocity, Matrix::Mass, alpha)
     };
     let coupling = |column, sign| Term::value(column, Matrix::DivergenceTransposed, sign);

@@ -1,4 +1,4 @@
-//! Whether a reduced matrix is symmetric, and which rows must change sign for that.
+//! Symmetry of a reduced matrix, and the row signs that make it symmetric.
 
 use std::collections::HashMap;
 
@@ -6,8 +6,8 @@ use super::Quadratic;
 use crate::assembly::Entry;
 use crate::matrix::Matrix;
 
-/// The transpose of a matrix among the others; `None` where there is none. The stiffness of added
-/// stresses counts as symmetric: where it is not, its symmetric part is asked about.
+/// Returns the transpose of a matrix among the other matrices, if it exists. The stiffness of added
+/// stresses counts as symmetric: otherwise its symmetric part is used.
 fn transposed(matrix: Matrix) -> Option<Matrix> {
     match matrix {
         Matrix::DisplacementIdentity
@@ -42,13 +42,14 @@ fn transposed(matrix: Matrix) -> Option<Matrix> {
     }
 }
 
-/// The signs, by the first row of each block, that make the matrix of these `entries` symmetric for
-/// each c, the first block keeping its own; `None` if no signs do.
+/// Returns the signs, by the first row of each block, that make the matrix of these `entries`
+/// symmetric for every c, with a positive sign for the first block; `None` if there are no such
+/// signs.
 pub(super) fn symmetric_signs(entries: &[Entry<Quadratic>]) -> Option<HashMap<usize, f64>> {
     signs_of(&sums(entries), transposed)
 }
 
-/// The coefficients by row, column and matrix, those that vanish left out.
+/// Returns the nonzero coefficients by row, column and matrix.
 fn sums(entries: &[Entry<Quadratic>]) -> HashMap<(usize, usize, Matrix), [f64; 3]> {
     let mut sums: HashMap<(usize, usize, Matrix), [f64; 3]> = HashMap::new();
     for entry in entries {
@@ -62,7 +63,7 @@ fn sums(entries: &[Entry<Quadratic>]) -> HashMap<(usize, usize, Matrix), [f64; 3
     sums
 }
 
-/// The signs that make a matrix of these `sums` symmetric.
+/// Returns the signs that make a matrix with these coefficients symmetric.
 fn signs_of(
     sums: &HashMap<(usize, usize, Matrix), [f64; 3]>,
     transposed: impl Fn(Matrix) -> Option<Matrix>,
@@ -90,23 +91,24 @@ fn signs_of(
     Some(known)
 }
 
-/// A symmetric matrix near that of a body with damping by β or under pressures that follow it.
+/// A symmetric matrix close to the matrix of a body with damping by β or under follower pressures.
 ///
-/// With the rows of the constraint multiplied by −(1 + βc), what is not symmetric is D = ∂(B v)/∂q,
-/// which has no transpose there, and the stiffness of pressures and of stresses that depend on the
-/// velocity (which the caller exchanges). Of each the symmetric part is taken. What remains of Newton's method is a small part of
-/// a small term, and a factorisation costs half.
+/// With the rows of the constraint multiplied by −(1 + βc), the unsymmetric terms are D = ∂(B
+/// v)/∂q, whose transpose does not occur, and the stiffness of pressures and of stresses that
+/// depend on the velocity (which the caller replaces). Each is replaced by its symmetric part. The
+/// neglected part is a small part of a small term, and the factorization costs half.
 pub(super) struct NearlySymmetric {
     pub(super) entries: Vec<Entry<Quadratic>>,
-    /// The first row of the balance of momentum.
+    /// First row of the balance of momentum.
     pub(super) balance: usize,
-    /// What the rows of the constraint are multiplied by.
+    /// Factor of the rows of the constraint.
     pub(super) scale: Quadratic,
     pub(super) signs: HashMap<usize, f64>,
 }
 
 impl NearlySymmetric {
-    /// The matrix near that of `entries`; `None` where there is none of this kind.
+    /// Returns the symmetric matrix close to the matrix of `entries`, or `None` if it does not have
+    /// this form.
     pub(super) fn of(entries: &[Entry<Quadratic>]) -> Option<Self> {
         let is_mass = |entry: &&Entry<Quadratic>| entry.matrix == Matrix::Mass;
         let balance = entries.iter().find(is_mass)?.rows.start;

@@ -1,6 +1,6 @@
-//! Tensions of activation models, solved before anything is factorised.
+//! Tensions of activation models, eliminated before the factorization.
 //!
-//! Ṫ depends on nothing but t and T, so the Newton matrix is block-triangular:
+//! Ṫ depends only on t and T, so the Newton matrix is block-triangular:
 //!
 //! ```text
 //! (c + |a|) δT = b_T,        body's rows: … + ∂f/∂T δT = b.
@@ -16,28 +16,28 @@ use crate::field::Field;
 use crate::matrix::{Matrix, Term};
 use crate::muscle_dae::MuscleDae;
 
-/// Where the block and the forces of its tensions lie.
+/// Ranges of the tensions and of their forces.
 #[derive(Debug)]
 pub(super) struct TensionBlock {
     unknowns: Range<usize>,
     momentum: Range<usize>,
-    /// Of ∂f/∂T.
+    /// Pattern of ∂f/∂T.
     force: SparsityPattern,
 }
 
 impl TensionBlock {
-    /// The block of `dae`, if it has one.
+    /// Returns the block of `dae`, if it has one.
     pub(super) fn new(dae: &MuscleDae) -> Option<Self> {
         let momentum = dae.layout().range(Field::Velocity);
         Some(Self {
             unknowns: dae.layout().range(Field::Tension)?,
-            momentum: momentum.expect("the balance of momentum stands in the rows of v"),
+            momentum: momentum.expect("the balance of momentum is in the rows of v"),
             force: dae.pattern_of(Matrix::TensionForce).0.clone(),
         })
     }
 
-    /// The terms of the equations that it is made of, by their rows.
-    pub(super) fn taken() -> [(Field, Term); 3] {
+    /// Returns the terms of the equations that it includes, with their rows.
+    pub(super) fn included() -> [(Field, Term); 3] {
         let on_tensions = |matrix| Term::value(Field::Tension, matrix, 1.0);
         let rate = Term::rate(Field::Tension, Matrix::TensionIdentity, 1.0);
         [
@@ -73,7 +73,7 @@ impl<T: Scalar> Tensions<T> {
         self.force.copy_from_slice(values(Matrix::TensionForce));
     }
 
-    /// Solves for the tensions, and takes their forces to the right-hand side of the body.
+    /// Solves for the tensions and adds their forces to the right-hand side of the body.
     pub(super) fn solve(&self, rhs: &mut [T]) {
         let plan = &*self.plan;
         for (k, &inverse) in self.inverse.iter().enumerate() {
@@ -89,7 +89,7 @@ impl<T: Scalar> Tensions<T> {
         }
     }
 
-    /// Solves for the tensions of the transposed system, whose body is solved before.
+    /// Solves for the tensions of the transposed system; the body must already be solved for.
     pub(super) fn solve_transposed(&self, rhs: &mut [T]) {
         let plan = &*self.plan;
         for (k, &inverse) in self.inverse.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Residual and Jacobian: one pass over the elements each, then sums of blocks.
+//! Residual and Jacobian: one element pass each, followed by sums of blocks.
 
 use std::slice::{from_mut, from_ref};
 
@@ -47,7 +47,7 @@ impl MuscleDae {
             .fill_tensions(t, unknown, coherent, &mut work.tensions);
     }
 
-    /// Refuses a muscle that pushes.
+    /// Rejects negative tensions, since a muscle only pulls.
     fn expect_tensions(&self, t: f64) -> Result<(), StepError> {
         for (_, activation) in &self.muscle.activations {
             let tension = activation.at(t, 0.0);
@@ -62,7 +62,8 @@ impl MuscleDae {
         Ok(())
     }
 
-    /// Refuses the whole matrix of a system whose internal stresses are eliminated point by point.
+    /// Rejects the full matrix of a system whose internal stresses are eliminated at the quadrature
+    /// points.
     fn expect_whole(&self) -> Result<(), StepError> {
         match self.context.added.relaxing {
             0 => Ok(()),
@@ -74,7 +75,7 @@ impl MuscleDae {
         }
     }
 
-    /// Evaluates the state-dependent matrices; for a linear law only the first time.
+    /// Evaluates the state-dependent matrices; for a linear law only once.
     ///
     /// # Errors
     /// [`StepError::Recoverable`] for an element with det F ≤ 0.
@@ -84,7 +85,7 @@ impl MuscleDae {
         } = &self.muscle;
         let constant = solid.is_linear() && self.factors.is_none() && self.has_matrices;
         if constant && pressures.is_empty() {
-            // No added stress acts on a linear law.
+            // Linear laws have no added stress.
             return Ok(());
         }
         self.expand(t, y, None);
@@ -127,11 +128,12 @@ impl MuscleDae {
         Ok(())
     }
 
-    /// The residual of a muscle that differs from `other` in nothing that acts within elements, whose
-    /// integrals are those of `other` at its last residual; that is to be one of the same state.
+    /// Computes the residual of a muscle that differs from `other` only outside the element
+    /// integrals. It reuses the integrals of the last residual of `other`, which must belong to the
+    /// same state.
     ///
     /// # Errors
-    /// As for the residual, which is evaluated where `other` lacks an integral.
+    /// Errors of the residual, which is evaluated if `other` lacks an integral.
     pub(crate) fn residual_beside(
         &mut self,
         other: &Self,
@@ -160,7 +162,7 @@ impl MuscleDae {
         }
     }
 
-    /// The element integrals at a state.
+    /// Computes the element integrals at a state.
     ///
     /// # Errors
     /// As for the residual.
@@ -175,7 +177,7 @@ impl MuscleDae {
         self.integrate(y, y_dot)
     }
 
-    /// What changes of the motion and the pressure change in the integrals over elements at a state.
+    /// Computes the change of the element integrals at a state for a change of motion and pressure.
     ///
     /// # Errors
     /// [`StepError::Recoverable`] for an element with det F ≤ 0.
@@ -194,21 +196,21 @@ impl MuscleDae {
         self.counters.passed(pass)
     }
 
-    /// Adds `factor` times the forces of elements of the last integrals to their rows in `rows`.
+    /// Adds `factor` times the element forces of the last integrals to their rows in `rows`.
     pub(crate) fn add_forces(&self, factor: f64, rows: &mut [f64]) {
         let balance = self.layout.range(Field::Velocity);
         let rows = &mut rows[balance.unwrap_or_default()];
         let (force, force_rate) = (&self.work.force, &self.work.force_rate);
-        let of_rate = factor * self.context.beta;
+        let df_dyp = factor * self.context.beta;
         for (row, &i) in rows.iter_mut().zip(self.muscle.solid.dofs().free_to_full()) {
             *row += factor * force[i];
-            if of_rate != 0.0 {
-                *row += of_rate * force_rate[i];
+            if df_dyp != 0.0 {
+                *row += df_dyp * force_rate[i];
             }
         }
     }
 
-    /// All loads at the motion in `work`.
+    /// Sums all loads for the motion in `work`.
     fn sum_loads(&mut self, t: f64) {
         let (muscle, work) = (&self.muscle, &mut self.work);
         work.load.fill(0.0);
@@ -220,7 +222,7 @@ impl MuscleDae {
         }
     }
 
-    /// The element integrals at the motion in `work`.
+    /// Computes the element integrals for the motion in `work`.
     fn integrate(&mut self, y: &[f64], y_dot: &[f64]) -> Result<(), StepError> {
         let Self {
             work,
@@ -272,7 +274,7 @@ impl MuscleDae {
         Ok(())
     }
 
-    /// The rows of all equations from the motion and the integrals in `work`.
+    /// Computes the rows of all equations from the motion and the integrals in `work`.
     pub(crate) fn sum_rows(&mut self, t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) {
         self.sum_loads(t);
         let (muscle, work, layout) = (&self.muscle, &mut self.work, &self.layout);
@@ -282,7 +284,7 @@ impl MuscleDae {
             work,
         };
         for ((_, equation), (_, rows)) in self.rows.iter().zip(layout.blocks()) {
-            // Internal stresses, the last block, are left out where the overstress is given.
+            // Internal stresses, the last block, are absent if the overstress is prescribed.
             let Some(rows) = residual.get_mut(rows.clone()) else {
                 break;
             };
@@ -290,19 +292,19 @@ impl MuscleDae {
         }
     }
 
-    /// a ∂F/∂y + b ∂F/∂ẏ from the matrices of the last update.
+    /// Computes a ∂F/∂y + b ∂F/∂ẏ from the most recent matrices.
     fn sum_matrices(&mut self, [a, b]: [f64; 2], values: &mut [f64]) {
         self.counters.matrix_sums += 1;
         let (matrices, solid) = (&self.matrices, &self.muscle.solid);
         self.assembly().combine(
-            |_, [of_value, of_rate]| a * of_value + b * of_rate,
+            |_, [df_dy, df_dyp]| a * df_dy + b * df_dyp,
             |matrix| matrices.values(solid, matrix),
             values,
         );
     }
 }
 
-/// The force of added stresses and beds at the motion and tensions in `work`.
+/// Computes the force of added stresses and foundations for the motion and tensions in `work`.
 fn evaluate_added(
     muscle: &Muscle,
     context: &Context,
@@ -329,12 +331,12 @@ fn evaluate_added(
     }
 }
 
-/// At what added stresses are evaluated.
+/// Returns the arguments of added stresses.
 fn added_motion<'m>(u: &'m [f64], v: &'m [f64], tensions: &'m [f64]) -> AddedMotion<'m> {
     AddedMotion { u, v, tensions }
 }
 
-/// At what the element integrals are evaluated.
+/// Returns the arguments of the element integrals.
 fn fields<'s>(
     parameters: &Parameters,
     context: &Context,
@@ -392,18 +394,18 @@ impl Problem for MuscleDae {
         Ok(())
     }
 
-    /// One pass over the elements for both parts.
+    /// Computes both parts in one element pass.
     fn jacobian_parts(
         &mut self,
         t: f64,
         y: &[f64],
         y_dot: &[f64],
-        [of_value, of_rate]: [&mut [f64]; 2],
+        [df_dy, df_dyp]: [&mut [f64]; 2],
     ) -> Result<(), StepError> {
         self.expect_whole()?;
         self.update_matrices(t, y, y_dot)?;
-        self.sum_matrices([1.0, 0.0], of_value);
-        self.sum_matrices([0.0, 1.0], of_rate);
+        self.sum_matrices([1.0, 0.0], df_dy);
+        self.sum_matrices([0.0, 1.0], df_dyp);
         Ok(())
     }
 

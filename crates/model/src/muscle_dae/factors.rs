@@ -1,4 +1,4 @@
-//! A body that varies in space and time: factors of the law's energy, tensions of the elements.
+//! Bodies whose stiffness or tension varies in space and time.
 
 use myovib_dae::StepError;
 use myovib_fem::{AddedMotion, Fields, Pressure, Vectors};
@@ -7,19 +7,19 @@ use super::MuscleDae;
 use crate::muscle::Muscle;
 
 impl MuscleDae {
-    /// Multiplies the law's energy from now on: factors at the corners of each element.
+    /// Sets factors of the law's energy at the corners of each element for all further evaluations.
     ///
     /// # Panics
-    /// At the next evaluation, if there is not one for each vertex of each element.
+    /// At the next evaluation, if there is not one factor per vertex of each element.
     pub fn set_factors(&mut self, factors: &[f64]) {
         let own = self.factors.get_or_insert_default();
         own.clear();
         own.extend_from_slice(factors);
     }
 
-    /// Adds ∫ w (P + β Ṗ) : ∇φ to the rows of the momentum balance: P without the
-    /// pressure's part, w given by its values at the corners of each element. This is ∂F/∂g for
-    /// factors 1 + g w.
+    /// Adds ∫ w (P + β Ṗ) : ∇φ to the rows of the momentum balance, with P excluding the pressure's
+    /// part and w given by its values at the corners of each element. This is ∂F/∂g for factors 1 +
+    /// g w.
     ///
     /// # Errors
     /// [`StepError::Recoverable`] for an element with det F ≤ 0.
@@ -62,8 +62,8 @@ impl MuscleDae {
         Ok(())
     }
 
-    /// Adds λᵀ ∂F/∂g_e to `products` for a factor 1 + g_e of the law's energy in each element e, with λ in
-    /// `adjoint`: all in one pass.
+    /// Adds λᵀ ∂F/∂g_e to `products` for a factor 1 + g_e of the law's energy in each element e,
+    /// where λ is `adjoint`. One element pass serves all elements.
     ///
     /// # Errors
     /// [`StepError::Recoverable`] for an element with det F ≤ 0.
@@ -95,19 +95,20 @@ impl MuscleDae {
         Ok(())
     }
 
-    /// Gives the elements whose tension follows a coherence theirs, Pa, from now on; those of other
-    /// elements are not read.
+    /// Sets the tensions of elements that follow a coherence, Pa, for all further evaluations;
+    /// values of other elements are ignored.
     ///
     /// # Panics
-    /// At the next evaluation, if there is not one for each element.
+    /// At the next evaluation, if there is not one value per element.
     pub fn set_tensions(&mut self, tensions: &[f64]) {
         let own = self.coherent_tensions.get_or_insert_default();
         own.clear();
         own.extend_from_slice(tensions);
     }
 
-    /// Adds the force of the active stresses under these tensions of the elements to the rows of the
-    /// momentum balance. This is ∂F/∂T along a direction: the force is linear in the tensions.
+    /// Adds the force of the active stresses under these tensions of the elements to the rows of
+    /// the momentum balance. The force is linear in the tensions, so this is ∂F/∂T in that
+    /// direction.
     pub fn add_tension_response(&mut self, t: f64, y: &[f64], tensions: &[f64], rows: &mut [f64]) {
         self.expand(t, y, None);
         let Self {

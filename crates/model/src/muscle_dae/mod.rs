@@ -1,15 +1,15 @@
 //! The muscle in one of its formulations as a [`Problem`].
 //!
-//! [`MuscleDae`] is composed here; [`evaluation`] has its residual and Jacobian, [`observation`]
-//! what is read off it at a state, [`factors`] a stiffness that varies in space and time,
-//! [`remembering`] internal stresses that an integrator keeps by itself.
+//! [`MuscleDae`] is defined here. [`evaluation`] contains its residual and Jacobian,
+//! [`observation`] the quantities derived from a state, [`factors`] stiffness that varies in space
+//! and time, and [`internal_variables`] internal stresses that are stored by the integrator.
 
 mod evaluation;
 mod factors;
+mod internal_variables;
 mod observation;
-mod remembering;
 
-pub(crate) use remembering::{Remembering, RememberingSolver};
+pub(crate) use internal_variables::{InternalVariableDae, InternalVariableSolver};
 
 use std::sync::OnceLock;
 
@@ -39,38 +39,39 @@ pub struct MuscleDae {
     layout: Layout,
     context: Context,
     needs: Needs,
-    /// Whether a law looks at fibres, for the counters.
+    /// Whether a law uses fiber directions, for the counters.
     has_fibres: bool,
-    /// The whole Jacobian, laid out once it is asked for: reductions do without. Coefficients: those of ∂F/∂y and
-    /// ∂F/∂ẏ.
+    /// The full Jacobian, laid out at first use since condensed solvers do not need it.
+    /// Coefficients: ∂F/∂y and ∂F/∂ẏ.
     assembly: OnceLock<Assembly<[f64; 2]>>,
     matrices: Matrices,
-    /// Whether the matrices are those of a state, any state: all that a linear law asks for.
+    /// Whether the matrices have been evaluated at any state, which suffices for a linear law.
     has_matrices: bool,
     work: Workspace,
     counters: WorkCounters,
-    /// Factors of the law's energy, one at each vertex of each element; none: one everywhere.
+    /// Factors of the law's energy, one per vertex of each element; `None` means one everywhere.
     factors: Option<Vec<f64>>,
-    /// The tensions of elements that follow a coherence; none: they are those of oscillators at rest.
+    /// Tensions of elements that follow a coherence; `None` means tensions for oscillators at rest.
     coherent_tensions: Option<Vec<f64>>,
-    /// H at the slots, for vectors that end before the internal stresses; see [`remembering`].
+    /// H at the quadrature points, for vectors that end before the internal stresses; see
+    /// [`internal_variables`].
     overstress: Option<Vec<f64>>,
 }
 
 impl MuscleDae {
-    /// Composes the DAE for a run.
+    /// Creates the DAE for a run.
     ///
     /// # Errors
-    /// [`ModelError::NotAllowed`] when the formulation does not go with κ and β; those of
-    /// [`Muscle::check`].
+    /// [`ModelError::NotAllowed`] if the formulation is incompatible with κ and β; errors
+    /// of [`Muscle::check`].
     pub fn new(muscle: Muscle, formulation: Formulation) -> Result<Self, ModelError> {
         formulation.check(&muscle.parameters)?;
         muscle.check()?;
         Ok(Self::for_analysis(muscle, formulation))
     }
 
-    /// Composes the DAE whether or not it can be run: `rate` with β = 0 is of interest for its
-    /// index alone.
+    /// Creates the DAE even if it cannot be run: the index of `rate` with β = 0 is of interest, for
+    /// example.
     pub fn for_analysis(mut muscle: Muscle, formulation: Formulation) -> Self {
         muscle.solid = muscle.solid.in_threads(resources::threads());
         let solid = &muscle.solid;
@@ -132,32 +133,32 @@ impl MuscleDae {
         }
     }
 
-    /// Where each term stands in the whole Jacobian.
+    /// Returns the positions of all terms in the full Jacobian.
     fn assembly(&self) -> &Assembly<[f64; 2]> {
         self.assembly.get_or_init(|| {
-            // What eliminated oscillators do is in reductions alone.
+            // Only condensed matrices contain the effect of eliminated oscillators.
             let context = Context {
                 coherence: false,
                 ..self.context
             };
             let (layout, n) = (&self.layout, self.layout.n_unknowns());
-            let range = |field| layout.range(field).expect("terms act on fields there are");
+            let range = |field| layout.range(field).expect("terms act on existing fields");
             let blocks = blocks(&self.rows, &context);
             let entries = blocks.iter().flat_map(|(rows, terms)| {
                 terms.iter().map(|term| Entry {
                     rows: range(*rows),
                     columns: range(term.column),
                     matrix: term.matrix,
-                    coefficient: [term.of_value, term.of_rate],
+                    coefficient: [term.df_dy, term.df_dyp],
                 })
             });
             Assembly::new((n, n), entries, |matrix| self.pattern_of(matrix))
         })
     }
 
-    /// The DAE of another body in a formulation, in the state of this: with the factors of its law, and
-    /// the tensions that follow a coherence.
-    pub(crate) fn twin(&self, muscle: &Muscle, formulation: Formulation) -> Self {
+    /// Creates the DAE of another body and formulation with the same energy factors and
+    /// coherence-dependent tensions.
+    pub(crate) fn with_body(&self, muscle: &Muscle, formulation: Formulation) -> Self {
         Self {
             factors: self.factors.clone(),
             coherent_tensions: self.coherent_tensions.clone(),
@@ -165,44 +166,45 @@ impl MuscleDae {
         }
     }
 
-    /// The body.
+    /// Returns the body.
     pub fn muscle(&self) -> &Muscle {
         &self.muscle
     }
 
-    /// The formulation.
+    /// Returns the formulation.
     pub fn formulation(&self) -> Formulation {
         self.formulation
     }
 
-    /// Each block of unknowns with the equation in its rows: those of the formulation, the models of
-    /// activation, the internal stresses.
+    /// Returns each block of unknowns with the equation in its rows: the formulation, then
+    /// activation models, then internal stresses.
     pub fn rows(&self) -> &[(Field, Equation)] {
         &self.rows
     }
 
-    /// The differentiation index of the system.
+    /// Returns the differentiation index of the system.
     pub fn index(&self) -> u8 {
         self.formulation.index(&self.muscle.parameters)
     }
 
-    /// Where each block of unknowns lies.
+    /// Returns the layout of the blocks of unknowns.
     pub fn layout(&self) -> &Layout {
         &self.layout
     }
 
-    /// The work done so far.
+    /// Returns the work counters.
     pub fn counters(&self) -> &WorkCounters {
         &self.counters
     }
 
-    /// Where a linear solver counts its work.
+    /// Returns the counters for use by a linear solver.
     pub(crate) fn counters_mut(&mut self) -> &mut WorkCounters {
         &mut self.counters
     }
 
-    /// The body's terms of the Jacobian for each block of rows, named by the unknowns in the same
-    /// place: models of activation are left out, which depend on nothing and are solved before.
+    /// Returns the body's terms of the Jacobian for each block of rows, labeled by the unknowns in
+    /// the same position. Activation models are excluded: they depend on nothing else and are
+    /// solved first.
     pub(crate) fn blocks(&self) -> Vec<(Field, Vec<Term>)> {
         let mut blocks = blocks(self.formulation.rows(), &self.context);
         for (_, terms) in &mut blocks {
@@ -211,7 +213,7 @@ impl MuscleDae {
         blocks
     }
 
-    /// All terms of the Jacobian, by their rows.
+    /// Returns all terms of the Jacobian with their rows.
     pub(crate) fn terms(&self) -> Vec<(Field, Term)> {
         let blocks = blocks(&self.rows, &self.context).into_iter();
         let terms =
@@ -219,39 +221,41 @@ impl MuscleDae {
         terms.collect()
     }
 
-    /// What the coefficients of the equations depend on.
+    /// Returns the properties on which the coefficients of the equations depend.
     pub(crate) fn context(&self) -> &Context {
         &self.context
     }
 
-    /// Whether the stiffness of added stresses is not symmetric.
+    /// Returns whether the stiffness of added stresses is unsymmetric.
     pub(crate) fn has_viscous_stress(&self) -> bool {
         self.context.added.stress[1]
     }
 
-    /// Whether damping is more than α times the mass matrix in the momentum balance without β.
+    /// Returns whether the momentum balance without β has damping other than α times the mass
+    /// matrix.
     pub(crate) fn is_damped_beside_mass(&self) -> bool {
         self.context.added.is_damped() || self.context.graded || self.context.coherence
     }
 
-    /// From now on [`blocks`](Self::blocks) have what eliminated oscillators do to stiffness and
-    /// damping, and so have reductions laid out later; its values are to be filled before each set-up.
+    /// Includes the effect of eliminated oscillators on stiffness and damping in
+    /// [`blocks`](Self::blocks) and in condensed matrices created later. The values must be filled
+    /// before each matrix setup.
     pub(crate) fn coherence_matrices(&mut self) -> &mut [Vec<f64>; 2] {
         self.context.coherence = true;
         self.matrices.coherence_mut(&self.muscle.solid)
     }
 
-    /// The pattern of a matrix of this formulation, and whether it is the transposed one.
+    /// Returns the pattern of a matrix of this formulation and whether it is transposed.
     pub(crate) fn pattern_of(&self, matrix: Matrix) -> (&SparsityPattern, bool) {
         self.matrices.pattern(&self.muscle.solid, matrix)
     }
 
-    /// The displacement of all nodes at which stress that relaxes was linearised last.
+    /// Returns the displacement of all nodes at which viscoelastic stress was last linearized.
     pub(crate) fn relaxing_at(&self) -> &[f64] {
         self.matrices.relaxing_at()
     }
 
-    /// The values of a matrix as of the last [`update_matrices`](Self::update_matrices).
+    /// Returns the values of a matrix from the last [`update_matrices`](Self::update_matrices).
     ///
     /// # Panics
     /// If the formulation has no such matrix.
@@ -260,7 +264,7 @@ impl MuscleDae {
     }
 }
 
-/// What the coefficients of the equations depend on.
+/// Returns the properties on which the coefficients of the equations depend.
 fn context(muscle: &Muscle, formulation: Formulation) -> Context {
     Context {
         alpha: muscle.parameters.alpha,
@@ -281,7 +285,7 @@ fn context(muscle: &Muscle, formulation: Formulation) -> Context {
     }
 }
 
-/// The Jacobian's terms for each block of rows.
+/// Returns the Jacobian's terms for each block of rows.
 fn blocks(rows: &[(Field, Equation)], context: &Context) -> Vec<(Field, Vec<Term>)> {
     rows.iter()
         .map(|(field, equation)| (*field, equation.terms(context)))

@@ -1,4 +1,4 @@
-//! What is read off the muscle at a state, beside the integration.
+//! Quantities derived from a state of the muscle, outside the time integration.
 
 use myovib_dae::{Problem, StepError};
 use myovib_fem::output::Beside;
@@ -16,20 +16,20 @@ use crate::reading::snapshot::Snapshot;
 use crate::state::Workspace;
 
 impl MuscleDae {
-    /// Displacement and velocity at all nodes at time `t`, prescribed components included.
+    /// Returns displacement and velocity at all nodes at time `t`, including prescribed components.
     pub fn nodal_motion(&mut self, t: f64, y: &[f64]) -> (&[f64], &[f64]) {
         self.expand(t, y, None);
         (&self.work.displacement, &self.work.velocity)
     }
 
-    /// Whether the stress depends on ẏ: that of damping on the rate of the pressure, where the
-    /// formulation has it from the integrator.
+    /// Returns whether the stress depends on ẏ: the damping stress needs the pressure rate, which
+    /// some formulations take from the integrator.
     pub fn stress_needs_rates(&self) -> bool {
         self.context.beta > 0.0 && self.context.pressure_rate == PressureRateSource::Derivative
     }
 
-    /// The body at time `t`, for measurements. `y_dot` may be empty unless a stress is read that
-    /// [needs it](Self::stress_needs_rates).
+    /// Returns the body at time `t` for measurements. `y_dot` may be empty unless a stress is
+    /// measured that [needs it](Self::stress_needs_rates).
     pub fn snapshot<'a>(&'a mut self, t: f64, y: &'a [f64], y_dot: &'a [f64]) -> Snapshot<'a> {
         self.expand(t, y, None);
         let pressure = self.muscle.parameters.pressure(self.pressure(y));
@@ -54,16 +54,17 @@ impl MuscleDae {
         }
     }
 
-    /// What `values` has of a field.
+    /// Returns the part of `values` that belongs to `field`.
     fn range_in<'v>(&self, field: Field, values: &'v [f64]) -> Option<&'v [f64]> {
         values.get(self.layout.range(field)?)
     }
 
-    /// Inertia, stress and damping less the loads at all nodal components: zero where the body
-    /// moves freely, the force of the support on the body (N/m) where it is held or moved.
+    /// Computes inertia, stress and damping minus the loads at all nodal components: zero where the
+    /// body moves freely, the force of the support on the body (N; N/m in 2D) where it is held or
+    /// moved.
     ///
     /// # Errors
-    /// Those of the residual.
+    /// Errors of the residual.
     pub fn unbalanced_force(
         &mut self,
         t: f64,
@@ -92,14 +93,15 @@ impl MuscleDae {
         })
     }
 
-    /// Loads and ∫Ṗ:∇φ (zero without damping) at all nodal components, as the last residual left
-    /// them.
+    /// Returns loads and ∫Ṗ:∇φ (zero without damping) at all nodal components from the last
+    /// residual.
     pub(crate) fn nodal_forces(&self) -> (&[f64], &[f64]) {
         (&self.work.load, &self.work.force_rate)
     }
 
-    /// What beds store, what they and viscous stresses take away, and what active ones give, in a
-    /// state `y` at which the residual was evaluated last; the rest is zero.
+    /// Returns the energy of foundations, the dissipation of foundations and viscous stresses, and
+    /// the power of active stresses, in a state `y` at which the residual was evaluated last. Other
+    /// entries are zero.
     pub(crate) fn added_energies(&self, y: &[f64]) -> Energies {
         let Workspace {
             displacement: u,
@@ -131,28 +133,28 @@ impl MuscleDae {
         energies
     }
 
-    /// The pressure coefficients within `y`, if the formulation has a pressure.
+    /// Returns the pressure coefficients in `y`, if the formulation has a pressure.
     pub fn pressure<'y>(&self, y: &'y [f64]) -> Option<&'y [f64]> {
         self.layout.range(Field::Pressure).map(|range| &y[range])
     }
 
-    /// u and p at a probe.
+    /// Returns u and p at a probe.
     pub fn read(&mut self, probe: &Probe, t: f64, y: &[f64]) -> ProbeValue {
         let pressure = self.pressure(y);
         let (displacement, _) = self.nodal_motion(t, y);
         probe.read(displacement, pressure)
     }
 
-    /// The displacement at a probe in the direction `axis` (0: x, 1: y, 2: z), prescribed components
-    /// included.
+    /// Returns the displacement at a probe in the direction `axis` (0: x, 1: y, 2: z), including
+    /// prescribed components.
     pub fn displacement_at(&self, probe: &Probe, axis: usize) -> Displacement {
         let mut direction = [0.0; 3];
         direction[axis] = 1.0;
         self.displacement_along(probe, direction)
     }
 
-    /// The displacement at a probe along a vector d, d·u, prescribed components included; of d as many
-    /// components count as the body has dimensions.
+    /// Returns the displacement d·u at a probe along a vector d, including prescribed components.
+    /// Only the first components of d, as many as the body has dimensions, are used.
     pub fn displacement_along(&self, probe: &Probe, direction: [f64; 3]) -> Displacement {
         let start = self
             .layout
@@ -180,8 +182,8 @@ impl MuscleDae {
         displacement
     }
 
-    /// The unknowns among nodal components of the displacement or the velocity, each with its weight; of another
-    /// quantity none.
+    /// Returns the unknowns among nodal components of the displacement or velocity with their
+    /// weights; empty for other quantities.
     pub fn unknowns_among(
         &self,
         quantity: Quantity,
@@ -202,15 +204,16 @@ impl MuscleDae {
         components.iter().filter_map(unknown).collect()
     }
 
-    /// The unknown of a nodal component, if it is free, in the block of a field that begins at `start`.
+    /// Returns the unknown of a nodal component, if it is free, in the block of a field that starts
+    /// at `start`.
     fn unknown_of(&self, component: usize, start: usize) -> Option<usize> {
         let free = self.muscle.solid.dofs().free_to_full();
         let place = free.binary_search(&component).ok()?;
         Some(start + place)
     }
 
-    /// Constraint drift: the maximum over the P1 functions ψ_k of |∫ψ_k (p/κ + J - 1)| / ∫ψ_k;
-    /// 0 for a formulation without pressure.
+    /// Returns the constraint drift: the maximum over the P1 functions ψ_k of |∫ψ_k (p/κ + J - 1)|
+    /// / ∫ψ_k; 0 for a formulation without pressure.
     ///
     /// # Errors
     /// [`Inverted`] for an element with det F ≤ 0.

@@ -1,8 +1,9 @@
-//! The displacement at a point of a body as a function of the integrator's vector.
+//! Displacement at a point of a body as a function of the integrator's vector.
 
 use crate::signal::Signal;
 
-/// `u(ξ, t) = Σ w_i y_i + Σ w_k s_k(t)`: a few unknowns, and what is prescribed at the point.
+/// `u(ξ, t) = Σ w_i y_i + Σ w_k s_k(t)`: a combination of few unknowns and prescribed
+/// displacements.
 #[derive(Debug, Clone, Default)]
 pub struct Displacement {
     /// Unknowns (index in y) with their weights.
@@ -12,7 +13,7 @@ pub struct Displacement {
 }
 
 impl Displacement {
-    /// Made of unknowns alone.
+    /// Creates a displacement that depends on unknowns only.
     pub fn of_unknowns(unknowns: Vec<(usize, f64)>) -> Self {
         Self {
             unknowns,
@@ -20,17 +21,17 @@ impl Displacement {
         }
     }
 
-    /// The value at time `t` for the unknowns `y`.
+    /// Returns the value at time `t` for the unknowns `y`.
     pub fn at(&self, t: f64, y: &[f64]) -> f64 {
         self.of(y) + self.prescribed_at(t)
     }
 
-    /// The part made of unknowns.
+    /// Returns the part that depends on the unknowns.
     pub fn of(&self, y: &[f64]) -> f64 {
         self.unknowns.iter().map(|&(i, w)| w * y[i]).sum()
     }
 
-    /// The prescribed part.
+    /// Returns the prescribed part.
     pub fn prescribed_at(&self, t: f64) -> f64 {
         let parts = self.prescribed.iter();
         parts.map(|(signal, w)| w * signal.at(t).value).sum()

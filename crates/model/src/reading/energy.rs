@@ -1,34 +1,34 @@
-//! Energies of the body and the powers that change them.
+//! Energies of the body and their sources.
 
 use crate::error::ModelError;
 use crate::muscle_dae::MuscleDae;
 
-/// Energies and powers at one time, per metre of depth.
+/// Energies and powers at one time, in 2D per meter of depth.
 ///
-/// The equations of motion conserve
-/// `d/dt (kinetic + elastic) = load + support + active - dissipation`, provided the constraint holds.
+/// The equations of motion satisfy `d/dt (kinetic + elastic) = load + support + active -
+/// dissipation` as long as the constraint holds.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Energies {
     /// ½ vᵀMv, J/m.
     pub kinetic: f64,
-    /// Stored energy ∫W + κ/2 (J−1)², and that of elastic beds, J/m.
+    /// Stored energy ∫W + κ/2 (J−1)² and the energy of elastic foundations, J/m.
     pub elastic: f64,
     /// Power of the loads, W/m.
     pub load: f64,
-    /// Power of the supports that move, W/m.
+    /// Power of moving supports, W/m.
     pub support: f64,
     /// Power of the active stresses, W/m.
     pub active: f64,
-    /// α vᵀMv + β ∫Ṗ:∇v + ∫η Ė:Ė, that of viscous beds, and ∫H:Ė of stress that relaxes, W/m; the
-    /// last is negative while Prony terms give back what they have stored.
+    /// α vᵀMv + β ∫Ṗ:∇v + ∫η Ė:Ė, viscous foundations, and ∫H:Ė of viscoelastic stress, W/m. The
+    /// last term is negative while Prony terms release stored energy.
     pub dissipation: f64,
 }
 
 impl MuscleDae {
-    /// Energies and powers at a state with its derivative.
+    /// Computes energies and powers at a state and its derivative.
     ///
     /// # Errors
-    /// Those of the residual.
+    /// Errors of the residual.
     pub fn energies(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Result<Energies, ModelError> {
         let supports = self.unbalanced_force(t, y, y_dot)?;
         let parameters = self.muscle().parameters;
@@ -39,7 +39,7 @@ impl MuscleDae {
         let snapshot = self.snapshot(t, y, y_dot);
         let velocity = snapshot.velocity;
         let solid = snapshot.solid;
-        // With p = -κ (J - 1) the mixed energy counts the stored one and pᵀM_p p/(2κ) on top.
+        // With p = -κ (J - 1) the mixed energy is the stored energy plus pᵀM_p p/(2κ).
         let doubled = pressure.map_or(0.0, |p| {
             let mut product = vec![0.0; p.len()];
             solid.apply_compliance(p, &mut product);

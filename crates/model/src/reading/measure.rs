@@ -1,6 +1,6 @@
-//! What can be read off a body at a time: values at points and averages, support forces.
+//! Measurements of a body at one time: values at points, averages, support forces.
 //!
-//! Everything here is computed only when asked for.
+//! Values are computed on request only.
 
 use myovib_fem::{Located, Space};
 
@@ -9,17 +9,17 @@ use super::quantity::Quantity;
 use super::snapshot::Snapshot;
 use crate::error::ModelError;
 
-/// Quantities at a place, or averaged over several.
+/// Quantities at a point or averaged over several points.
 #[derive(Debug, Clone)]
 pub struct Measurement {
-    /// Places with weights that sum to 1.
+    /// Points with weights that sum to 1.
     places: Vec<(Located, f64)>,
     quantities: Vec<Quantity>,
     dimension: usize,
 }
 
 impl Measurement {
-    /// Quantities at a point.
+    /// Measures quantities at a point.
     ///
     /// # Errors
     /// [`ModelError::Coordinates`], [`ModelError::OutsideMesh`].
@@ -35,11 +35,12 @@ impl Measurement {
         })
     }
 
-    /// Quantities averaged over a group of elements or of the boundary, by undeformed measure.
+    /// Measures quantities averaged over a group of elements or boundary facets, weighted by
+    /// undeformed measure.
     ///
     /// # Errors
     /// [`FemError::UnknownGroup`](myovib_fem::FemError::UnknownGroup), or
-    /// [`FemError::WrongGroup`](myovib_fem::FemError::WrongGroup) for other groups.
+    /// [`FemError::WrongGroup`](myovib_fem::FemError::WrongGroup) for other kinds of groups.
     pub fn average(
         space: &Space,
         group: &str,
@@ -57,7 +58,7 @@ impl Measurement {
         })
     }
 
-    /// The names of the values, in their order.
+    /// Returns the names of the values in their order.
     pub fn names(&self) -> Vec<String> {
         let quantities = self.quantities.iter();
         quantities
@@ -65,12 +66,12 @@ impl Measurement {
             .collect()
     }
 
-    /// Whether a stress is among its values.
+    /// Returns whether one of its values is a stress.
     pub fn has_stress(&self) -> bool {
         self.quantities.iter().any(|own| own.is_of_stress())
     }
 
-    /// The number of states (det F, stress) computed for one reading.
+    /// Returns the number of states (det F, stress) computed per reading.
     pub fn stress_evaluations(&self) -> usize {
         let states = self
             .quantities
@@ -79,8 +80,9 @@ impl Measurement {
         states.count() * self.places.len()
     }
 
-    /// The value with this number as a sum over nodal components: the quantity they are of, and each with its
-    /// weight. None of what is not linear in displacements or velocities.
+    /// Returns value number `value` as a linear functional of a nodal quantity: the quantity, and
+    /// (component, weight) pairs. Returns `None` if the value is not linear in displacements or
+    /// velocities.
     pub fn functional(&self, space: &Space, value: usize) -> Option<(Quantity, Vec<(usize, f64)>)> {
         let mut columns = self.quantities.iter().flat_map(|&quantity| {
             let width = quantity.columns(self.dimension).len();
@@ -149,7 +151,7 @@ mod tests {
     fn averages_of_quadratic_fields_are_exact() {
         let solid = solid();
         let space = solid.space();
-        // u_x = x², whose mean is 4 on the right edge and 4/3 over the body.
+        // u_x = x²: its mean is 4 on the right edge and 4/3 over the body.
         let u: Vec<f64> = space
             .node_points::<2>()
             .iter()
@@ -163,7 +165,7 @@ mod tests {
             let mut values = Vec::new();
             measurement.read(&snapshot, &mut values);
             assert_eq!(measurement.names(), ["u_x", "u_y", "p"]);
-            // Rounding of sums of some fifty terms.
+            // Rounding errors of sums of about fifty terms.
             assert!((values[0] - mean).abs() < 1e-13, "{group}: {values:?}");
             assert_eq!(values[1..], [0.0, 0.0]);
         }
@@ -200,13 +202,14 @@ mod tests {
                 let (found, terms) = of(value).unwrap();
                 let sum: f64 = terms.iter().map(|(i, weight)| weight * u[*i]).sum();
                 assert_eq!(found, quantity);
-                // Rounding of sums of some twenty terms below 1.
+                // Rounding errors of sums of about twenty terms below 1.
                 assert!((sum - values[value]).abs() < 1e-14, "{value}: {sum}");
             }
         }
     }
 
-    /// A simple shear: tr E, tr E² and det E are those of the principal values, which the largest leads.
+    /// Simple shear: the principal values reproduce tr E, tr E² and det E and are in descending
+    /// order.
     #[test]
     fn principal_strains_have_the_invariants_of_the_strain() {
         let solid = solid();
@@ -221,7 +224,7 @@ mod tests {
         let [xx, yy, xy, zz, a, b, c] = values[..] else {
             panic!("{:?}", point.names())
         };
-        // γ = 1/2: E_xy = γ/2, E_yy = γ²/2, to rounding of numbers below 1.
+        // γ = 1/2: E_xy = γ/2, E_yy = γ²/2, up to rounding errors of values below 1.
         assert!((xy - 0.25).abs() < 1e-15 && (yy - 0.125).abs() < 1e-15);
         assert!(a > b && b > c, "{values:?}");
         for (found, expected) in [
@@ -258,7 +261,8 @@ mod tests {
         point.read(&snapshot, &mut values);
         assert!((values[0] - 1.1).abs() < 1e-14);
         let piola = solid.laws()[0].stress([[0.1, 0.0], [0.0, 0.0]], -50.0);
-        // F = diag(1.1, 1): σ_xx = P_xx, σ_yy = P_yy / 1.1, to rounding of stresses of 1e3 Pa.
+        // F = diag(1.1, 1): σ_xx = P_xx, σ_yy = P_yy / 1.1, up to rounding errors of stresses of
+        // 1e3 Pa.
         assert!((values[1] - piola[0][0]).abs() < 1e-10);
         assert!((values[2] - piola[1][1] / 1.1).abs() < 1e-10);
         // E_xx = (1.1² - 1)/2; the stress is diagonal, so its principal values are its components.

@@ -1,4 +1,4 @@
-//! What is read off a body: values at points, measurements over groups, energies.
+//! Quantities derived from a body's state: values at points, averages over groups, energies.
 
 pub(crate) mod displacement;
 pub(crate) mod energy;
@@ -11,7 +11,7 @@ use myovib_fem::{Located, Space};
 
 use crate::error::ModelError;
 
-/// The place of a point in the mesh, whatever its dimension.
+/// Locates a point in the mesh.
 ///
 /// # Errors
 /// [`ModelError::Coordinates`], [`ModelError::OutsideMesh`].

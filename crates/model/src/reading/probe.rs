@@ -1,4 +1,4 @@
-//! Values at a point of the body, as linear functionals of the nodal arrays.
+//! Values at a point of the body as linear functionals of nodal arrays.
 
 use myovib_fem::{Barycentric, Located, Space};
 
@@ -17,7 +17,7 @@ pub struct Probe {
 /// u and p at a probe.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProbeValue {
-    /// Displacement, m; in the plane with a third component of zero.
+    /// Displacement, m; in 2D the third component is zero.
     pub displacement: [f64; 3],
     /// Pressure, Pa; NaN for a formulation without pressure.
     pub pressure: f64,
@@ -33,7 +33,7 @@ impl Probe {
         Ok(Self::new(space, locate(space, point)?, point.to_vec()))
     }
 
-    /// A place that is known in its element.
+    /// Creates a probe at a location that is already known.
     ///
     /// # Panics
     /// If there is no such element.
@@ -45,7 +45,7 @@ impl Probe {
         Self::new(space, at, point)
     }
 
-    /// The middle of an element, where all barycentric coordinates are the same.
+    /// Creates a probe at the centroid of an element.
     ///
     /// # Panics
     /// If there is no such element.
@@ -68,22 +68,23 @@ impl Probe {
         }
     }
 
-    /// The point, m.
+    /// Returns the coordinates of the point, m.
     pub fn point(&self) -> &[f64] {
         &self.point
     }
 
-    /// The place in the mesh.
+    /// Returns the location in the mesh.
     pub fn located(&self) -> Located {
         self.located
     }
 
-    /// The nodes whose values enter, with their weights.
+    /// Returns the nodes on which the value depends, with their weights.
     pub fn node_weights(&self) -> &[(usize, f64)] {
         &self.nodes
     }
 
-    /// A displacement-like nodal array at the point; in the plane with a third component of zero.
+    /// Interpolates a displacement-like nodal array at the point; in 2D the third component is
+    /// zero.
     pub fn vector(&self, nodal: &[f64]) -> [f64; 3] {
         let dimension = self.point.len();
         let mut vector = [0.0; 3];
@@ -97,12 +98,12 @@ impl Probe {
         vector
     }
 
-    /// A pressure-like array at the point.
+    /// Interpolates a pressure-like array at the point.
     pub fn scalar(&self, vertex: &[f64]) -> f64 {
         self.vertices.iter().map(|(n, w)| w * vertex[*n]).sum()
     }
 
-    /// u and p at the point.
+    /// Returns u and p at the point.
     pub fn read(&self, displacement: &[f64], pressure: Option<&[f64]>) -> ProbeValue {
         ProbeValue {
             displacement: self.vector(displacement),

@@ -1,4 +1,4 @@
-//! The quantities of a body that can be read off it: an entry each of [`quantities`].
+//! Quantities that can be measured on a body: one entry of [`quantities`] each.
 
 use myovib_fem::material::three::Tensor3;
 use myovib_fem::output::PointState;
@@ -9,28 +9,28 @@ use serde::{Deserialize, Serialize};
 
 use super::snapshot::Snapshot;
 
-/// What the components of a quantity are.
+/// Kind of components of a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Components {
     /// A number.
     Scalar,
-    /// Along the axes of the body.
+    /// Components along the coordinate axes.
     Vector,
-    /// Principal values, the largest first.
+    /// Principal values in descending order.
     Principal,
-    /// Of a symmetric tensor: xx, yy, xy, zz in the plane, in space xx, yy, zz, xy, yz, xz.
+    /// Components of a symmetric tensor: xx, yy, xy, zz in 2D; xx, yy, zz, xy, yz, xz in 3D.
     Symmetric,
 }
 
-/// What is known of a quantity.
+/// Properties of a quantity.
 struct Description {
-    /// Its name in field files, and what the names of its columns begin with.
+    /// Name in field files and prefix of column names.
     names: [&'static str; 2],
     components: Components,
     reading: Reading,
 }
 
-/// How the components at a place are found; those of a symmetric tensor in their order in space.
+/// How the components are computed. Symmetric tensors have their 3D order.
 enum Reading {
     /// From the fields.
     Fields(fn(&Snapshot<'_>, &Located) -> Vec<f64>),
@@ -40,8 +40,7 @@ enum Reading {
     Stress(fn(&PointState) -> Vec<f64>),
 }
 
-/// Makes [`Quantity`] of the list of quantities: what a scene says of each stands before it, its name
-/// there behind it.
+/// Defines [`Quantity`] from the list of quantities: documentation, variant and name in scenes.
 macro_rules! quantities {
     ($($(#[$about:meta])* $quantity:ident $name:literal $description:tt)*) => {
         /// A quantity of the deformed body.
@@ -95,7 +94,7 @@ quantities! {
         components: Components::Symmetric,
         reading: Reading::State(|state| symmetric(green(state.gradient))),
     }
-    /// Principal values of Green's strain, the largest first.
+    /// Principal values of Green's strain in descending order.
     PrincipalStrain "principal-strain" {
         names: ["principal_strain", "principal_strain"],
         components: Components::Principal,
@@ -107,13 +106,13 @@ quantities! {
         components: Components::Symmetric,
         reading: Reading::Stress(|state| symmetric(state.cauchy)),
     }
-    /// Principal values of the Cauchy stress, Pa, the largest first.
+    /// Principal values of the Cauchy stress in descending order, Pa.
     Principal "principal-stress" {
         names: ["principal_stress", "principal"],
         components: Components::Principal,
         reading: Reading::Stress(|state| principal(state.cauchy)),
     }
-    /// Von Mises' equivalent of the Cauchy stress, Pa.
+    /// Von Mises equivalent of the Cauchy stress, Pa.
     VonMises "von-mises" {
         names: ["von_mises", "von_mises"],
         components: Components::Scalar,
@@ -130,21 +129,21 @@ quantities! {
     }
 }
 
-/// The places of a plane body's components of a symmetric tensor among those in space.
+/// Positions of the 2D components of a symmetric tensor in the 3D order.
 const IN_THE_PLANE: [usize; 4] = [0, 1, 3, 2];
 
 impl Quantity {
-    /// Its name in field files.
+    /// Returns the name in field files.
     pub fn label(self) -> &'static str {
         self.description().names[0]
     }
 
-    /// What its components are.
+    /// Returns the kind of its components.
     pub fn components(self) -> Components {
         self.description().components
     }
 
-    /// The names of its components in a body of so many dimensions.
+    /// Returns the names of its components for a body of this dimension.
     pub fn columns(self, dimension: usize) -> Vec<String> {
         let six = ["xx", "yy", "zz", "xy", "yz", "xz"];
         let ends = match self.components() {
@@ -158,19 +157,20 @@ impl Quantity {
         ends.iter().map(|end| format!("{name}_{end}")).collect()
     }
 
-    /// Whether it is of the stress.
+    /// Returns whether it is derived from the stress.
     pub fn is_of_stress(self) -> bool {
         matches!(self.description().reading, Reading::Stress(_))
     }
 
-    /// Whether det F, a strain or a stress must be computed for it.
+    /// Returns whether it requires det F, a strain or a stress.
     pub fn needs_state(self) -> bool {
         !matches!(self.description().reading, Reading::Fields(_))
     }
 }
 
 impl Snapshot<'_> {
-    /// Whether a quantity is the same from all elements (of a region) at a point.
+    /// Returns whether a quantity has the same value in all elements (of a region) at a shared
+    /// point.
     pub fn is_continuous(&self, quantity: Quantity) -> bool {
         match quantity {
             Quantity::Pressure => matches!(self.pressure, Pressure::Nodal(_)),
@@ -178,7 +178,7 @@ impl Snapshot<'_> {
         }
     }
 
-    /// The components of a quantity at a place.
+    /// Returns the components of a quantity at a point.
     pub fn at(&self, place: &Located, quantity: Quantity) -> Vec<f64> {
         let values = match quantity.description().reading {
             Reading::Fields(read) => read(self, place),
@@ -196,13 +196,13 @@ fn symmetric([[xx, xy, xz], [_, yy, yz], [_, _, zz]]: Tensor3) -> Vec<f64> {
     vec![xx, yy, zz, xy, yz, xz]
 }
 
-/// (H + Hᵀ + Hᵀ H)/2 of H = ∇u.
+/// Returns Green's strain (H + Hᵀ + Hᵀ H)/2 for H = ∇u.
 fn green(h: Tensor3) -> Tensor3 {
     let product = |i: usize, j: usize| (0..3).map(|k| h[k][i] * h[k][j]).sum::<f64>();
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| 0.5 * (h[i][j] + h[j][i] + product(i, j))))
 }
 
-/// The eigenvalues of a symmetric tensor, the largest first.
+/// Returns the eigenvalues of a symmetric tensor in descending order.
 fn principal(tensor: Tensor3) -> Vec<f64> {
     let matrix = Matrix3::from_fn(|i, j| 0.5 * (tensor[i][j] + tensor[j][i]));
     let mut values: Vec<f64> = matrix.symmetric_eigenvalues().iter().copied().collect();

@@ -1,32 +1,32 @@
-//! A body at one time, of which quantities are read.
+//! State of a body at one time, from which quantities are computed.
 
 use myovib_fem::output::{Beside, PointState};
 use myovib_fem::{Fields, Located, Pressure, Solid};
 
-/// A body at one time.
+/// State of a body at one time.
 ///
 /// # Shapes
 /// `displacement`, `velocity`: all nodal components.
 #[derive(Debug, Clone, Copy)]
 pub struct Snapshot<'a> {
-    /// The operators.
+    /// Operators of the body.
     pub solid: &'a Solid,
     /// Displacement, m.
     pub displacement: &'a [f64],
     /// Velocity, m/s.
     pub velocity: &'a [f64],
-    /// Pressure, or κ in its place.
+    /// Pressure, or κ for a formulation without pressure.
     pub pressure: Pressure<'a>,
-    /// Factors of the law's energy, if it has any.
+    /// Factors of the law's energy, if any.
     pub factors: Option<&'a [f64]>,
-    /// Its rate, where it is a field and β > 0.
+    /// Pressure rate, if the pressure is a field and β > 0.
     pub p_rate: Option<&'a [f64]>,
-    /// What the stress depends on beside.
+    /// Further variables on which the stress depends.
     pub beside: Beside<'a>,
 }
 
 impl<'a> Snapshot<'a> {
-    /// Displacement, pressure and their rates for the operators of the solid.
+    /// Returns displacement, pressure and their rates for the operators of the solid.
     pub fn fields(&self) -> Fields<'a> {
         Fields {
             v: Some(self.velocity),
@@ -36,7 +36,7 @@ impl<'a> Snapshot<'a> {
         }
     }
 
-    /// A nodal field at a place.
+    /// Interpolates a nodal field at a point.
     pub(super) fn vector_at(&self, field: &[f64], place: &Located) -> Vec<f64> {
         let space = self.solid.space();
         match space.dimension() {
@@ -45,12 +45,12 @@ impl<'a> Snapshot<'a> {
         }
     }
 
-    /// Strain at a place, and the stress of the law.
+    /// Returns the strain and the stress of the law at a point.
     pub(super) fn state_at(&self, place: &Located) -> PointState {
         self.solid.state_at(&self.fields(), place)
     }
 
-    /// Strain and all stress at a place.
+    /// Returns the strain and the total stress at a point.
     pub(super) fn state_in_motion_at(&self, place: &Located) -> PointState {
         let fields = self.fields();
         self.solid.state_in_motion_at(&fields, &self.beside, place)

@@ -1,30 +1,31 @@
-//! How a chain depends on a parameter.
+//! Dependence of a chain on a parameter.
 
 use crate::coupling::Oscillators;
 
-/// How a network of oscillators depends on one parameter: a stencil of networks that differ in it, or its start.
+/// Dependence of a network of oscillators on one parameter: a stencil of perturbed networks, or its
+/// initial position.
 #[derive(Debug, Clone)]
 pub struct ChainDependence {
     pub(super) network: usize,
     pub(super) own_weight: f64,
-    pub(super) twins: Vec<(f64, Oscillators)>,
-    /// Whether it is the position of all oscillators at the start.
+    pub(super) perturbed: Vec<(f64, Oscillators)>,
+    /// Whether the parameter is the initial position of all oscillators.
     pub(super) is_start: bool,
 }
 
 impl ChainDependence {
-    /// On a parameter that network number `network` has a derivative by: `own_weight` times what the network itself
-    /// gives, and of each twin its weight times what it gives.
-    pub fn new(network: usize, own_weight: f64, twins: Vec<(f64, Oscillators)>) -> Self {
+    /// Creates the dependence of network number `network` with the derivative `own_weight` times
+    /// its own value plus, for each perturbed network, its weight times its value.
+    pub fn new(network: usize, own_weight: f64, perturbed: Vec<(f64, Oscillators)>) -> Self {
         Self {
             network,
             own_weight,
-            twins,
+            perturbed,
             is_start: false,
         }
     }
 
-    /// On the position of all its oscillators at the start.
+    /// Creates the dependence on the initial position of all its oscillators.
     pub fn of_start(network: usize) -> Self {
         Self {
             is_start: true,

@@ -1,4 +1,4 @@
-//! ∂F/∂p by residuals of muscles that differ in p.
+//! ∂F/∂p from residuals of muscles with perturbed parameters.
 
 use myovib_dae::{Jacobian, Linearization, Parameter, Parameters, Problem, StepError};
 
@@ -10,54 +10,56 @@ use crate::formulation::Formulation;
 use crate::muscle::Muscle;
 use crate::muscle_dae::MuscleDae;
 
-/// How a muscle depends on one parameter: a stencil of muscles that differ in it.
+/// Dependence of a muscle on one parameter: a stencil of perturbed muscles.
 ///
-/// Whatever a muscle computes, its derivative is w_0 times that of the muscle itself and w_k times
-/// that of its twin k. The twins are composed as the muscle is, so that no formula is written twice.
+/// The derivative of any computed quantity is w_0 times the quantity of the muscle itself plus w_k
+/// times the quantity of perturbed muscle k. Perturbed muscles are built like the muscle itself, so
+/// no formula is implemented twice.
 #[derive(Debug, Clone)]
 pub struct Dependence {
     parameter: Parameter,
     own_weight: f64,
-    twins: Vec<(f64, MuscleDae)>,
-    acts: Acts,
-    /// ∂y_0/∂p; empty where it is zero.
+    perturbed: Vec<(f64, MuscleDae)>,
+    scope: Scope,
+    /// ∂y_0/∂p; empty if zero.
     start: Vec<f64>,
 }
 
-/// Where a parameter acts.
+/// Part of the model on which a parameter scope.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Acts {
-    /// Who knows.
-    Anywhere,
-    /// On the forces of elements alone.
-    OnForces,
-    /// Not within elements: the twins' element integrals are the muscle's own.
+enum Scope {
+    /// Unknown: treated as global.
+    Global,
+    /// Element forces only.
+    ElementForces,
+    /// Terms outside the element integrals, which are then shared with the unperturbed muscle.
     OutsideElements,
-    /// On the loads alone.
-    OnLoads,
+    /// Loads only.
+    Loads,
 }
 
 impl Dependence {
-    /// A parameter that the equations are affine in: in `other` it is larger by `distance`, which
-    /// may be as large as the parameter. The difference is exact to rounding.
+    /// Creates the dependence on a parameter in which the equations are affine. In `other` it is
+    /// larger by `distance`, which may be as large as the parameter. The difference is exact up to
+    /// rounding.
     pub fn affine(
         parameter: Parameter,
         formulation: Formulation,
         other: Muscle,
         distance: f64,
     ) -> Self {
-        let twin = MuscleDae::for_analysis(other, formulation);
+        let model = MuscleDae::for_analysis(other, formulation);
         Self {
             parameter,
             own_weight: -1.0 / distance,
-            twins: vec![(1.0 / distance, twin)],
-            acts: Acts::Anywhere,
+            perturbed: vec![(1.0 / distance, model)],
+            scope: Scope::Global,
             start: Vec::new(),
         }
     }
 
-    /// A parameter that the equations depend on smoothly: the difference of order 4 of the muscles that
-    /// `stencil` asks for, in steps of `delta`.
+    /// Creates the dependence on a parameter in which the equations are smooth: a fourth-order
+    /// difference of the muscles returned by `stencil`, with step `delta`.
     pub fn smooth(
         parameter: Parameter,
         formulation: Formulation,
@@ -65,93 +67,95 @@ impl Dependence {
         (stencil, delta): (Stencil, f64),
     ) -> Self {
         let weights = stencil.points().iter().map(|(_, weight)| weight / delta);
-        let twin = |muscle| MuscleDae::for_analysis(muscle, formulation);
+        let model = |muscle| MuscleDae::for_analysis(muscle, formulation);
         Self {
             parameter,
             own_weight: 0.0,
-            twins: weights.zip(muscles.into_iter().map(twin)).collect(),
-            acts: Acts::Anywhere,
+            perturbed: weights.zip(muscles.into_iter().map(model)).collect(),
+            scope: Scope::Global,
             start: Vec::new(),
         }
     }
 
-    /// A parameter that the start alone depends on.
+    /// Creates the dependence on a parameter that only affects the initial state.
     pub fn of_start(parameter: Parameter) -> Self {
         Self {
             parameter,
             own_weight: 0.0,
-            twins: Vec::new(),
-            acts: Acts::Anywhere,
+            perturbed: Vec::new(),
+            scope: Scope::Global,
             start: Vec::new(),
         }
     }
 
-    /// The same, with the derivative of the state in which the motion starts.
+    /// Sets the derivative of the initial state.
     #[must_use]
     pub fn starting(self, start: Vec<f64>) -> Self {
         Self { start, ..self }
     }
 
-    /// ∂y_0/∂p; empty where it is zero.
+    /// Returns ∂y_0/∂p; empty if zero.
     pub fn start(&self) -> &[f64] {
         &self.start
     }
 
-    /// The muscles that differ in the parameter, `own` among them, with their weights in a derivative.
+    /// Returns the muscles of the stencil, including `own`, with their weights.
     pub fn stencil<'a>(&'a self, own: &'a Muscle) -> Vec<(f64, &'a Muscle)> {
-        let twins = self.twins.iter();
-        let twins = twins.map(|(weight, twin)| (*weight, twin.muscle()));
+        let perturbed = self.perturbed.iter();
+        let perturbed = perturbed.map(|(weight, model)| (*weight, model.muscle()));
         std::iter::once((self.own_weight, own))
-            .chain(twins)
+            .chain(perturbed)
             .collect()
     }
 
-    /// The same, of a parameter that nothing within elements depends on: inertia, damping, or the
-    /// compressibility where the pressure is an unknown. No twin passes over them then.
+    /// States that the parameter does not affect the element integrals: inertia, damping, or the
+    /// compressibility if the pressure is an unknown. Perturbed muscles then need no element
+    /// passes.
     #[must_use]
     pub fn outside_elements(self) -> Self {
         Self {
-            acts: Acts::OutsideElements,
+            scope: Scope::OutsideElements,
             ..self
         }
     }
 
-    /// The same, of a parameter of the law's stress. Nothing but the forces of elements is computed for it
-    /// then.
+    /// States that the parameter only affects the law's stress, so that only element forces are
+    /// computed for it.
     #[must_use]
     pub fn on_forces(self) -> Self {
         Self {
-            acts: Acts::OnForces,
+            scope: Scope::ElementForces,
             ..self
         }
     }
 
-    /// The same, of a parameter of loads. Nothing but loads is computed for it then.
+    /// States that the parameter only affects loads, so that only loads are computed for it.
     #[must_use]
     pub fn on_loads(self) -> Self {
         Self {
-            acts: Acts::OnLoads,
+            scope: Scope::Loads,
             ..self
         }
     }
 
-    /// The parameter.
+    /// Returns the parameter.
     pub fn parameter(&self) -> &Parameter {
         &self.parameter
     }
 
-    /// The derivative of `read` at a given state, of what a muscle's own value is `own`.
+    /// Returns the derivative at a given state of a quantity that `read` computes; its value for
+    /// the muscle itself is `own`.
     ///
     /// # Errors
-    /// Those of `read`.
-    pub fn of_reading(
+    /// Errors of `read`.
+    pub fn reading_derivative(
         &mut self,
         own: &[f64],
         read: &mut dyn FnMut(&mut MuscleDae) -> Result<Vec<f64>, ModelError>,
     ) -> Result<Vec<f64>, ModelError> {
         let mut sum: Vec<f64> = own.iter().map(|own| self.own_weight * own).collect();
-        for (weight, twin) in &mut self.twins {
-            for (sum, value) in sum.iter_mut().zip(read(twin)?) {
+        for (weight, model) in &mut self.perturbed {
+            for (sum, value) in sum.iter_mut().zip(read(model)?) {
                 *sum += *weight * value;
             }
         }
@@ -159,43 +163,43 @@ impl Dependence {
     }
 }
 
-/// How a muscle depends on several parameters.
+/// Dependence of a muscle on several parameters.
 #[derive(Debug, Default)]
 pub struct Dependences {
     list: Vec<Parameter>,
     all: Vec<Dependence>,
-    /// How chains depend on them; empty for none.
+    /// Dependence of the chains on the parameters; empty if there are no chains.
     pub(super) chains: Vec<Option<ChainDependence>>,
-    /// The muscle itself again, whose matrices are nobody's: those of the integrator's are kept for its next
-    /// factorisation.
-    again: Option<Box<MuscleDae>>,
-    tangents: Kept,
-    /// The muscle's own residual at the last state, for which all parameters ask.
-    known: Known,
+    /// A copy of the muscle, so that the matrices of the integrator's muscle remain valid for its
+    /// next factorization.
+    copy: Option<Box<MuscleDae>>,
+    tangents: TangentStorage,
+    /// The muscle's residual at the last state, which all parameters share.
+    evaluation: Evaluation,
     residual: Vec<f64>,
 }
 
-/// Tangents, once it is known whether they can be kept.
+/// Tangents, once it is known whether they can be stored.
 #[derive(Debug, Default)]
-enum Kept {
+enum TangentStorage {
     #[default]
     Unknown,
-    Not,
-    Are(Box<Tangents>),
+    Unavailable,
+    Stored(Box<Tangents>),
 }
 
-/// What is known at a state, at which the copy's element integrals are.
+/// Results at the state at which the copy's element integrals were computed.
 #[derive(Debug, Default)]
-struct Known {
+struct Evaluation {
     t: f64,
     y: Vec<f64>,
     y_dot: Vec<f64>,
-    /// The residual, once asked for.
+    /// The residual, computed on request.
     residual: Option<Vec<f64>>,
 }
 
 impl Dependences {
-    /// All of a muscle's.
+    /// Creates the dependences of a muscle without chains.
     pub fn new(all: Vec<Dependence>) -> Self {
         Self {
             list: all.iter().map(|one| one.parameter.clone()).collect(),
@@ -204,18 +208,18 @@ impl Dependences {
         }
     }
 
-    /// The same, of a muscle with chains that depend on them too.
+    /// Adds the dependences of the muscle's chains on the same parameters.
     #[must_use]
     pub fn with_chains(self, chains: Vec<Option<ChainDependence>>) -> Self {
         Self { chains, ..self }
     }
 
-    /// Their number.
+    /// Returns the number of parameters.
     pub fn count(&self) -> usize {
         self.all.len()
     }
 
-    /// ∂y_0/∂p for each, of `n` unknowns.
+    /// Returns ∂y_0/∂p for each parameter and `n` unknowns.
     pub(super) fn starts(&self, n: usize) -> Vec<Vec<f64>> {
         let of = |one: &Dependence| match one.start.is_empty() {
             true => vec![0.0; n],
@@ -224,45 +228,45 @@ impl Dependences {
         self.all.iter().map(of).collect()
     }
 
-    /// The one on parameter j.
+    /// Returns the dependence on parameter j.
     ///
     /// # Panics
-    /// If there is none.
+    /// If there is no such parameter.
     pub fn get_mut(&mut self, j: usize) -> &mut Dependence {
         &mut self.all[j]
     }
 
-    /// Evaluates the element integrals at a state, if they are not known, and the residual if that is
-    /// `wanted` and not known.
+    /// Computes the element integrals at a state unless they are available, and the residual if it
+    /// is `wanted` and not available.
     fn know(
         &mut self,
         dae: &MuscleDae,
         (t, y, y_dot): (f64, &[f64], &[f64]),
         wanted: bool,
     ) -> Result<(), StepError> {
-        let known = &mut self.known;
-        let copy = again(&mut self.again, dae);
-        if !(known.t == t && known.y == y && known.y_dot == y_dot) {
-            // Nothing is known after a failure.
-            known.y.clear();
-            known.residual = None;
+        let evaluation = &mut self.evaluation;
+        let copy = copy_of(&mut self.copy, dae);
+        if !(evaluation.t == t && evaluation.y == y && evaluation.y_dot == y_dot) {
+            // A failure invalidates all results.
+            evaluation.y.clear();
+            evaluation.residual = None;
             copy.integrate_at(t, y, y_dot)?;
-            known.t = t;
-            known.y.extend_from_slice(y);
-            known.y_dot.clear();
-            known.y_dot.extend_from_slice(y_dot);
+            evaluation.t = t;
+            evaluation.y.extend_from_slice(y);
+            evaluation.y_dot.clear();
+            evaluation.y_dot.extend_from_slice(y_dot);
         }
-        if wanted && known.residual.is_none() {
+        if wanted && evaluation.residual.is_none() {
             let mut residual = vec![0.0; y.len()];
             copy.sum_rows(t, y, y_dot, &mut residual);
-            known.residual = Some(residual);
+            evaluation.residual = Some(residual);
         }
         Ok(())
     }
 }
 
-/// A copy of the muscle, made once.
-fn again<'a>(slot: &'a mut Option<Box<MuscleDae>>, dae: &MuscleDae) -> &'a mut MuscleDae {
+/// Returns a copy of the muscle, which is created once.
+fn copy_of<'a>(slot: &'a mut Option<Box<MuscleDae>>, dae: &MuscleDae) -> &'a mut MuscleDae {
     slot.get_or_insert_with(|| Box::new(dae.clone()))
 }
 
@@ -274,7 +278,7 @@ impl Parameters<MuscleDae> for Dependences {
         at: &Linearization<'_>,
         parts: [&mut [f64]; 2],
     ) -> Result<(), StepError> {
-        jacobian.parts(again(&mut self.again, problem), at, parts)
+        jacobian.parts(copy_of(&mut self.copy, problem), at, parts)
     }
 
     fn keep_tangents(
@@ -283,13 +287,13 @@ impl Parameters<MuscleDae> for Dependences {
         place: usize,
         at: &Linearization<'_>,
     ) -> Result<bool, StepError> {
-        if matches!(self.tangents, Kept::Unknown) {
+        if matches!(self.tangents, TangentStorage::Unknown) {
             self.tangents = match Tangents::new(problem) {
-                Some(tangents) => Kept::Are(Box::new(tangents)),
-                None => Kept::Not,
+                Some(tangents) => TangentStorage::Stored(Box::new(tangents)),
+                None => TangentStorage::Unavailable,
             };
         }
-        let Kept::Are(tangents) = &mut self.tangents else {
+        let TangentStorage::Stored(tangents) = &mut self.tangents else {
             return Ok(false);
         };
         tangents.keep(problem, place, (at.t, at.y, at.y_dot))?;
@@ -304,7 +308,7 @@ impl Parameters<MuscleDae> for Dependences {
         n_columns: usize,
     ) -> Result<(), StepError> {
         match &mut self.tangents {
-            Kept::Are(tangents) => tangents.subtract(place, at, out, n_columns),
+            TangentStorage::Stored(tangents) => tangents.subtract(place, at, out, n_columns),
             _ => Ok(()),
         }
     }
@@ -324,60 +328,60 @@ impl Parameters<MuscleDae> for Dependences {
     ) -> Result<(), StepError> {
         let Dependence {
             own_weight,
-            twins,
-            acts,
+            perturbed,
+            scope,
             ..
         } = &mut self.all[j];
-        if *acts == Acts::OnLoads {
+        if *scope == Scope::Loads {
             out.fill(0.0);
             problem.add_load(t, y, -*own_weight, out);
-            for (weight, twin) in twins {
-                twin.add_load(t, y, -*weight, out);
+            for (weight, model) in perturbed {
+                model.add_load(t, y, -*weight, out);
             }
             return Ok(());
         }
-        if *acts == Acts::OnForces {
+        if *scope == Scope::ElementForces {
             out.fill(0.0);
-            for (weight, twin) in twins {
-                twin.integrate_at(t, y, y_dot)?;
-                twin.add_forces(*weight, out);
+            for (weight, model) in perturbed {
+                model.integrate_at(t, y, y_dot)?;
+                model.add_forces(*weight, out);
             }
             let own_weight = *own_weight;
             if own_weight != 0.0 {
                 self.know(problem, (t, y, y_dot), false)?;
-                again(&mut self.again, problem).add_forces(own_weight, out);
+                copy_of(&mut self.copy, problem).add_forces(own_weight, out);
             }
             return Ok(());
         }
         let wanted = *own_weight != 0.0;
-        if wanted || *acts == Acts::OutsideElements {
+        if wanted || *scope == Scope::OutsideElements {
             self.know(problem, (t, y, y_dot), wanted)?;
         }
         let Self {
             all,
-            again: copy,
-            known,
+            copy,
+            evaluation,
             residual,
             ..
         } = self;
         let Dependence {
             own_weight,
-            twins,
-            acts,
+            perturbed,
+            scope,
             ..
         } = &mut all[j];
         match *own_weight {
             0.0 => out.fill(0.0),
             weight => {
-                let own = out.iter_mut().zip(known.residual.iter().flatten());
+                let own = out.iter_mut().zip(evaluation.residual.iter().flatten());
                 own.for_each(|(o, f)| *o = weight * f);
             }
         }
         residual.resize(out.len(), 0.0);
-        for (weight, twin) in twins {
-            match *acts == Acts::OutsideElements {
-                true => twin.residual_beside(again(copy, problem), (t, y, y_dot), residual)?,
-                false => twin.residual(t, y, y_dot, residual)?,
+        for (weight, model) in perturbed {
+            match *scope == Scope::OutsideElements {
+                true => model.residual_beside(copy_of(copy, problem), (t, y, y_dot), residual)?,
+                false => model.residual(t, y, y_dot, residual)?,
             }
             let residual = residual.iter();
             out.iter_mut()

@@ -1,11 +1,11 @@
-//! How a muscle and the chains that it drives depend on parameters.
+//! Dependence of a muscle and its chains on parameters.
 
 use myovib_dae::{Jacobian, Linearization, Parameter, Parameters, Problem, StepError};
 use myovib_sparse::Product;
 
 use super::chain::ChainDependence;
 use super::dependence::Dependences;
-use super::twins::Twins;
+use super::perturbed::PerturbedSystems;
 use crate::coupling::{CoupledDae, Oscillators};
 use crate::error::ModelError;
 use crate::muscle_dae::MuscleDae;
@@ -13,25 +13,25 @@ use crate::muscle_dae::MuscleDae;
 /// A muscle and the networks that it drives.
 type Driving = CoupledDae<MuscleDae>;
 
-/// The dependences of a muscle and its chains.
+/// Dependences of a muscle and its chains.
 #[derive(Debug)]
 pub struct DrivenDependences {
     all: Dependences,
-    again: Option<Box<Driving>>,
+    copy: Option<Box<Driving>>,
     residual: Vec<f64>,
-    /// Products with ∂F/∂s of each network; none yet.
+    /// Products with ∂F/∂s of each network; empty until first used.
     products: Vec<Product>,
-    /// Of each place the values of ∂F/∂s of each network.
+    /// Values of ∂F/∂s of each network at each place.
     places: Vec<Vec<Vec<f64>>>,
     networks: Vec<Oscillators>,
 }
 
 impl DrivenDependences {
-    /// Those of a muscle, [with](Dependences::with_chains) those of its chains.
+    /// Creates the dependences of a muscle and of [its chains](Dependences::with_chains).
     pub(super) fn new(all: Dependences) -> Self {
         Self {
             all,
-            again: None,
+            copy: None,
             residual: Vec::new(),
             products: Vec::new(),
             places: Vec::new(),
@@ -39,7 +39,7 @@ impl DrivenDependences {
         }
     }
 
-    /// ∂y_0/∂p for each.
+    /// Returns ∂y_0/∂p for each parameter.
     pub(super) fn starts(&self, dae: &Driving) -> Vec<Vec<f64>> {
         let mut starts = self.all.starts(dae.body_range().len());
         for (j, start) in starts.iter_mut().enumerate() {
@@ -57,12 +57,12 @@ impl DrivenDependences {
     }
 }
 
-/// A copy of the system, made once.
-fn again<'a>(slot: &'a mut Option<Box<Driving>>, dae: &Driving) -> &'a mut Driving {
+/// Returns a copy of the system, which is created once.
+fn copy_of<'a>(slot: &'a mut Option<Box<Driving>>, dae: &Driving) -> &'a mut Driving {
     slot.get_or_insert_with(|| Box::new(dae.clone()))
 }
 
-/// What a linearisation of all has for the muscle.
+/// Restricts a linearization of the coupled system to the muscle.
 fn of_muscle<'a>(at: &Linearization<'a>, n: usize) -> Linearization<'a> {
     Linearization {
         y: &at.y[..n],
@@ -97,12 +97,12 @@ impl Parameters<Driving> for DrivenDependences {
         };
         let range = problem.range(chain.network);
         self.residual.resize(range.len(), 0.0);
-        let twins = chain
-            .twins
+        let perturbed = chain
+            .perturbed
             .iter()
-            .map(|(weight, twin)| (*weight, Some(twin)));
+            .map(|(weight, other)| (*weight, Some(other)));
         let own = std::iter::once((chain.own_weight, None));
-        for (weight, oscillators) in own.chain(twins).filter(|(weight, _)| *weight != 0.0) {
+        for (weight, oscillators) in own.chain(perturbed).filter(|(weight, _)| *weight != 0.0) {
             let of = (chain.network, oscillators);
             problem.residual_of(of, t, [y, y_dot], &mut self.residual)?;
             let rows = of_chains[range.start - n..range.end - n].iter_mut();
@@ -175,31 +175,31 @@ impl Parameters<Driving> for DrivenDependences {
         at: &Linearization<'_>,
         parts: [&mut [f64]; 2],
     ) -> Result<(), StepError> {
-        jacobian.parts(again(&mut self.again, problem), at, parts)
+        jacobian.parts(copy_of(&mut self.copy, problem), at, parts)
     }
 }
 
-impl Twins<Driving> for DrivenDependences {
-    fn of_reading(
+impl PerturbedSystems<Driving> for DrivenDependences {
+    fn reading_derivative(
         &mut self,
         problem: &Driving,
         j: usize,
         own: &[f64],
         read: &mut dyn FnMut(&mut Driving) -> Result<Vec<f64>, ModelError>,
     ) -> Result<Vec<f64>, ModelError> {
-        let copy = again(&mut self.again, problem);
+        let copy = copy_of(&mut self.copy, problem);
         let muscles = self.all.get_mut(j);
-        let mut sum = muscles.of_reading(own, &mut |twin| {
-            std::mem::swap(copy.body_mut(), twin);
+        let mut sum = muscles.reading_derivative(own, &mut |other| {
+            std::mem::swap(copy.body_mut(), other);
             let read = read(copy);
-            std::mem::swap(copy.body_mut(), twin);
+            std::mem::swap(copy.body_mut(), other);
             read
         })?;
         let chain = self.all.chains.get_mut(j).and_then(Option::as_mut);
         let Some(ChainDependence {
             network,
             own_weight,
-            twins,
+            perturbed,
             ..
         }) = chain
         else {
@@ -210,10 +210,10 @@ impl Twins<Driving> for DrivenDependences {
             both.for_each(|(sum, value)| *sum += weight * value);
         };
         add(*own_weight, own);
-        for (weight, twin) in twins {
-            copy.exchange(*network, twin);
+        for (weight, other) in perturbed {
+            copy.exchange(*network, other);
             let values = read(copy);
-            copy.exchange(*network, twin);
+            copy.exchange(*network, other);
             add(*weight, &values?);
         }
         Ok(sum)

@@ -1,4 +1,4 @@
-//! Products with the tangents of element integrals, by passes over the elements.
+//! Products with the tangents of element integrals by element passes.
 
 use std::ops::Range;
 
@@ -10,8 +10,8 @@ use crate::field::Field;
 use crate::matrix::Matrix;
 use crate::muscle_dae::MuscleDae;
 
-/// What the integrals over elements add to ∂F/∂y X + ∂F/∂ẏ Ẋ. A pass serves all columns, and takes less
-/// than the assembly of matrices.
+/// Contribution of the element integrals to ∂F/∂y X + ∂F/∂ẏ Ẋ. One element pass serves all columns
+/// and costs less than assembling the matrices.
 #[derive(Debug)]
 pub(super) struct ElementProduct {
     at: Linearized,
@@ -20,13 +20,13 @@ pub(super) struct ElementProduct {
     displacement: Range<usize>,
     velocity: Range<usize>,
     pressure: Option<Range<usize>>,
-    /// Where the rate of the pressure is an unknown.
+    /// Range of the pressure rate, if it is an unknown.
     pressure_rate: Option<Range<usize>>,
     rate_is_derivative: bool,
     columns: Vec<Column>,
 }
 
-/// Nodal values along one direction, and what they change.
+/// Nodal values of one direction and the resulting changes.
 #[derive(Debug, Clone)]
 struct Column {
     u: Vec<f64>,
@@ -38,8 +38,8 @@ struct Column {
 }
 
 impl ElementProduct {
-    /// That of a muscle; none where a matrix that depends on the state is not a tangent of its
-    /// integrals.
+    /// Creates the product for a muscle. Returns `None` if a state-dependent matrix is not a
+    /// tangent of its integrals.
     pub(super) fn new(dae: &MuscleDae) -> Option<Self> {
         let blocks = dae.blocks();
         let terms = blocks.iter().flat_map(|(_, terms)| terms);
@@ -70,7 +70,7 @@ impl ElementProduct {
         })
     }
 
-    /// Whether products with this matrix are part of it.
+    /// Returns whether the product includes this matrix.
     pub(super) fn takes(matrix: Matrix) -> bool {
         matches!(
             matrix,
@@ -83,10 +83,10 @@ impl ElementProduct {
         )
     }
 
-    /// Subtracts it from `out` at a state, all of `n_columns` side by side.
+    /// Subtracts the product from `out` at a state for `n_columns` columns stored row by row.
     ///
     /// # Errors
-    /// Those of the pass.
+    /// Errors of the element pass.
     pub(super) fn subtract(
         &mut self,
         dae: &mut MuscleDae,
@@ -107,7 +107,7 @@ impl ElementProduct {
         };
         self.columns.resize_with(n_columns, room);
         let free = solid.dofs().free_to_full();
-        let of_rate = match self.rate_is_derivative {
+        let df_dyp = match self.rate_is_derivative {
             true => (self.pressure.as_ref(), x_dot),
             false => (self.pressure_rate.as_ref(), x),
         };
@@ -121,7 +121,7 @@ impl ElementProduct {
             }
             for (to, (rows, of)) in [
                 (&mut column.p, (self.pressure.as_ref(), x)),
-                (&mut column.p_rate, of_rate),
+                (&mut column.p_rate, df_dyp),
             ] {
                 if let Some(rows) = rows {
                     let own = of[rows.start * n_columns + c..].iter().step_by(n_columns);
@@ -154,7 +154,7 @@ impl ElementProduct {
     }
 }
 
-/// Whether a matrix is the same in all states.
+/// Returns whether a matrix does not depend on the state.
 fn is_constant(matrix: Matrix) -> bool {
     matches!(
         matrix,

@@ -1,11 +1,11 @@
-//! Radau IIA with forward sensitivities, for a muscle and the chains it drives.
+//! Radau IIA with forward sensitivities for a muscle and the chains it drives.
 
 use myovib_dae::{LinearSolver, Problem};
 use myovib_radau::{ForwardSensitivities, SensitivityWork};
 
 use super::dependence::Dependences;
 use super::driven::DrivenDependences;
-use super::twins::Twins;
+use super::perturbed::PerturbedSystems;
 use crate::coupling::{Body, CoupledDae, CoupledOptions, ErrorTest, SystemMatrices};
 use crate::error::ModelError;
 use crate::integration::integrator::{Advance, Integrator, left_to_inner};
@@ -14,17 +14,17 @@ use crate::integration::settings::Settings;
 use crate::muscle_dae::MuscleDae;
 use crate::start::Consistent;
 
-/// What is read off a system in a state (t, y, ẏ).
+/// A function that computes quantities of a system in a state (t, y, ẏ).
 pub type Reading<'a, P> =
     dyn FnMut(&mut P, f64, &[f64], &[f64]) -> Result<Vec<f64>, ModelError> + 'a;
 
-/// A muscle, or a muscle with the chains that it drives, integrated by Radau IIA from t = 0 on together with ∂y/∂p.
+/// A muscle, with or without chains, integrated by Radau IIA from t = 0 together with ∂y/∂p.
 pub struct SensitiveIntegrator<P: Problem = MuscleDae, M = MuscleMatrices, Q = Dependences> {
     inner: RadauIntegrator<P, M>,
     sensitivities: ForwardSensitivities<Q>,
 }
 
-/// One of a muscle with chains.
+/// The integrator of a muscle with chains.
 pub type DrivingIntegrator =
     SensitiveIntegrator<Driving, SystemMatrices<Driving>, DrivenDependences>;
 
@@ -32,11 +32,12 @@ pub type DrivingIntegrator =
 type Driving = CoupledDae<MuscleDae>;
 
 impl SensitiveIntegrator {
-    /// Starts a muscle at t = 0 from a state with consistent derivatives, which the `dependences` know
-    /// how it moves with their parameters; without any it is a plain integration.
+    /// Starts a muscle at t = 0 from a state with consistent derivatives. `dependences` contains
+    /// the derivatives of this state; without parameters it is a plain integration.
     ///
     /// # Errors
-    /// [`ModelError::Jump`], [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for settings Radau IIA does not take.
+    /// [`ModelError::Jump`], [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for
+    /// invalid settings of Radau IIA.
     pub fn starting_at(
         dae: MuscleDae,
         settings: &Settings,
@@ -57,10 +58,10 @@ impl SensitiveIntegrator {
 }
 
 impl DrivingIntegrator {
-    /// Starts a muscle with chains, as [`starting_at`](SensitiveIntegrator::starting_at) does a muscle.
+    /// Starts a muscle with chains, otherwise as [`starting_at`](SensitiveIntegrator::starting_at).
     ///
     /// # Errors
-    /// [`ModelError::Jump`], and [`ModelError::Radau`] for options Radau IIA does not take.
+    /// [`ModelError::Jump`], and [`ModelError::Radau`] for invalid options of Radau IIA.
     pub fn driving(
         dae: CoupledDae<MuscleDae>,
         (test, options): (ErrorTest, CoupledOptions),
@@ -89,9 +90,10 @@ impl<P, M, Q> SensitiveIntegrator<P, M, Q>
 where
     P: Consistent,
     M: LinearSolver<P>,
-    Q: Twins<P>,
+    Q: PerturbedSystems<P>,
 {
-    /// Solves for the sensitivities to this fraction of what an error of theirs may be.
+    /// Sets the accuracy of the sensitivities' linear solves as a fraction of their error
+    /// tolerance.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self {
@@ -100,7 +102,7 @@ where
         }
     }
 
-    /// Chooses steps by the sensitivities' errors too.
+    /// Includes the errors of the sensitivities in the step-size control.
     #[must_use]
     pub fn controlling_steps(self) -> Self {
         let sensitivities = self.sensitivities.controlling_steps(self.inner.solver());
@@ -110,23 +112,23 @@ where
         }
     }
 
-    /// What the sensitivities cost beside the integration.
+    /// Returns the work for the sensitivities in addition to the integration.
     pub fn work(&self) -> SensitivityWork {
         self.sensitivities.work()
     }
 
-    /// What is read at a time within the last step.
+    /// Reads quantities at a time within the last step.
     ///
     /// # Errors
-    /// Those of the reading, and of a time outside of the step.
+    /// Errors of the reading, or a time outside the step.
     pub fn read(&mut self, t: f64, read: &mut Reading<'_, P>) -> Result<Vec<f64>, ModelError> {
         let [y, y_dot] = self.state(t)?;
         read(self.inner.problem_mut(), t, &y, &y_dot)
     }
 
-    /// The derivative with respect to parameter j of what is read at a time within the last step:
-    /// through the state by a central difference along ∂y/∂p, and of the reading itself. `own` is
-    /// the reading. NaN where it has a kink.
+    /// Returns the derivative with respect to parameter j of quantities at a time within the last
+    /// step: through the state by a central difference along ∂y/∂p, plus the explicit derivative of
+    /// the reading. `own` is the value of the reading. The derivative is NaN at a kink.
     ///
     /// # Errors
     /// As for [`read`](Self::read).
@@ -150,8 +152,8 @@ where
         let parameters = self.sensitivities.parameters_mut();
         let scale = parameters.list()[j].scale;
         let problem = self.inner.problem();
-        let mut total =
-            parameters.of_reading(problem, j, own, &mut |twin| read(twin, t, &y, &y_dot))?;
+        let mut total = parameters
+            .reading_derivative(problem, j, own, &mut |other| read(other, t, &y, &y_dot))?;
         let mut slopes = vec![f64::NAN; own.len()];
         let mut bends = vec![f64::NAN; own.len()];
         for delta in STEPS.map(|step| step * scale) {
@@ -190,27 +192,28 @@ where
     }
 }
 
-/// Steps of differences along p̄ S, which has the size of y: ε^(1/3) balances truncation and rounding. Most readings are
-/// linear; shorter steps are for those with a kink nearby.
+/// Steps of differences along p̄ S, which has the magnitude of y. ε^(1/3) balances truncation and
+/// rounding errors. Most readings are linear; the shorter steps serve readings with a kink nearby.
 const STEPS: [f64; 3] = [6e-6, 6e-9, 6e-12];
 
-/// Whether values at equal short distances are those of a function that is smooth there, not of one with a kink or a jump in
-/// the middle, as modulus and argument of an order parameter have where all oscillators rest. `bends` are their second
-/// differences over the step before, if there was one, and over this: a thousandth of it.
+/// Returns whether values at equal short distances belong to a function that is smooth there,
+/// rather than to one with a kink or jump in the middle, such as modulus and argument of an order
+/// parameter with all oscillators at rest. `bends` are the second differences over the previous
+/// step, if any, and over this step, which is a thousand times shorter.
 fn is_smooth([above, own, below]: [f64; 3], bends: [f64; 2]) -> bool {
     let [before, bend] = bends;
     if bend <= 0.1 * (above - below).abs() {
         return true;
     }
     match before.is_nan() {
-        // Rounding, or as flat as a top.
+        // Rounding errors, or a flat maximum.
         true => bend <= 1e-9 * (above.abs() + own.abs() + below.abs()),
-        // By a millionth where it is smooth, by a thousandth at a kink.
+        // The second difference decreases by 1e-6 if the function is smooth, by 1e-3 at a kink.
         false => bend <= 1e-5 * before,
     }
 }
 
-/// Refuses a load that jumps before the end: nothing is known of what depends on what across it.
+/// Rejects a load that jumps before the end, since dependences across jumps are not implemented.
 ///
 /// # Errors
 /// [`ModelError::Jump`].
@@ -226,7 +229,7 @@ impl<P, M, Q> Integrator<P> for SensitiveIntegrator<P, M, Q>
 where
     P: Consistent,
     M: LinearSolver<P>,
-    Q: Twins<P>,
+    Q: PerturbedSystems<P>,
 {
     left_to_inner!(P);
 
@@ -241,7 +244,7 @@ where
 mod tests {
     use super::{STEPS, is_smooth};
 
-    /// Whether a function is found to be smooth at x, with any of the steps.
+    /// Returns whether one of the steps finds a function smooth at x.
     fn has_slope(x: f64, of: fn(f64) -> f64) -> bool {
         let mut before = f64::NAN;
         STEPS.into_iter().any(|step| {
@@ -259,7 +262,7 @@ mod tests {
         assert!(has_slope(0.3, |_| 0.1) && has_slope(0.0, |_| 0.0));
         assert!(!has_slope(0.0, f64::abs) && !has_slope(0.0, |x| 1.0 + x.abs()));
         assert!(!has_slope(0.0, |x| if x < 0.0 { 3.0 } else { 0.0 }));
-        // With a step that does not reach to the kink.
+        // With a step that does not reach the kink.
         assert!(has_slope(1e-7, f64::abs));
     }
 }

@@ -1,23 +1,25 @@
-//! What a muscle's motion depends on.
+//! Sensitivities of a muscle's motion to parameters.
 //!
-//! Cast: a [`Dependence`] is a parameter with muscles that differ in it, whose residuals make ∂F/∂p by a
-//! [`Stencil`], a [`ChainDependence`] one with networks that differ; [`Dependences`] are all of a muscle's and its
-//! chains'; a [`SensitiveIntegrator`] is Radau IIA that carries ∂y/∂p along with the motion; `Tangents` multiply with
-//! ∂F/∂y for it, by passes over the elements where an `ElementProduct` can; [`Twins`] are what is read off for a
-//! reading's own dependence. [`ElementStiffness`] is a field of parameters for an
-//! [`Adjoint`](myovib_radau::Adjoint), with which a [`RecordedIntegrator`] goes back over its steps.
+//! A [`Dependence`] is a parameter with perturbed muscles whose residuals form ∂F/∂p by a
+//! [`Stencil`]; a [`ChainDependence`] is its counterpart for networks. [`Dependences`] collects all
+//! parameters of a muscle and its chains. [`SensitiveIntegrator`] is Radau IIA that integrates
+//! ∂y/∂p together with the motion. `Tangents` computes products with ∂F/∂y for it, by element
+//! passes where an `ElementProduct` is available. [`PerturbedSystems`] provides the perturbed systems for the
+//! explicit derivative of a reading. [`ElementStiffness`] is a field of parameters for an
+//! [`Adjoint`](myovib_radau::Adjoint), with which a [`RecordedIntegrator`] traverses its steps
+//! backward.
 
 mod chain;
 mod dependence;
 mod driven;
 mod elements;
 mod integrator;
+mod perturbed;
 mod recorded;
 mod relaxation;
 mod stencil;
 mod stiffness;
 mod tangents;
-mod twins;
 
 pub use myovib_radau::AdjointWork;
 
@@ -25,7 +27,7 @@ pub use chain::ChainDependence;
 pub use dependence::{Dependence, Dependences};
 pub use driven::DrivenDependences;
 pub use integrator::{DrivingIntegrator, Reading, SensitiveIntegrator};
+pub use perturbed::PerturbedSystems;
 pub use recorded::{LinearMisfit, RecordedIntegrator};
 pub use stencil::Stencil;
 pub use stiffness::ElementStiffness;
-pub use twins::Twins;

@@ -1,4 +1,4 @@
-//! Radau IIA whose steps are kept, for gradients by the stiffness of each element.
+//! Radau IIA with recorded steps, for gradients with respect to the stiffness of each element.
 
 use myovib_radau::{Adjoint, AdjointWork, RadauError, Recording};
 
@@ -10,29 +10,29 @@ use crate::integration::radau::{MuscleMatrices, RadauIntegrator};
 use crate::integration::settings::Settings;
 use crate::muscle_dae::MuscleDae;
 
-/// A muscle, integrated by Radau IIA from t = 0 on, with checkpoints from which the discrete adjoint takes
-/// its steps back.
+/// A muscle integrated by Radau IIA from t = 0 with checkpoints, from which the discrete adjoint
+/// replays its steps backward.
 pub struct RecordedIntegrator {
     inner: RadauIntegrator<MuscleDae, MuscleMatrices>,
     recording: Recording,
 }
 
-/// A sum Σ_i c_i u(t_i) of what is a sum of unknowns, u = Σ_k w_k y_k.
+/// A sum Σ_i c_i u(t_i) of a linear combination of unknowns, u = Σ_k w_k y_k.
 #[derive(Debug, Clone, Copy)]
 pub struct LinearMisfit<'a> {
     /// The unknowns and their weights w.
     pub unknowns: &'a [(usize, f64)],
-    /// The times, s, which ascend, and the weights c of the values then.
+    /// Ascending times, s, and the weights c of the values at these times.
     pub samples: &'a [(f64, f64)],
 }
 
 impl RecordedIntegrator {
-    /// Starts a muscle at t = 0 from a state with consistent derivatives, which does not depend on its
-    /// stiffness.
+    /// Starts a muscle at t = 0 from a state with consistent derivatives, which must not depend on
+    /// its stiffness.
     ///
     /// # Errors
-    /// [`ModelError::Jump`], [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for settings Radau IIA does not take
-    /// or a muscle with a fading memory.
+    /// [`ModelError::Jump`], [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for
+    /// invalid settings of Radau IIA or a muscle with internal variables.
     pub fn starting_at(
         dae: MuscleDae,
         settings: &Settings,
@@ -44,11 +44,13 @@ impl RecordedIntegrator {
         Ok(Self { inner, recording })
     }
 
-    /// The derivative of a misfit by a factor of the law's stress in each element, at the steps that were taken.
-    /// `tell` hears the beginning of each step on the way back, and says whether to go on.
+    /// Returns the derivative of a misfit with respect to a factor of the law's stress in each
+    /// element, for the steps taken. `tell` is called before each step of the backward pass and
+    /// returns whether to continue.
     ///
     /// # Errors
-    /// [`ModelError::Radau`]: those of the [adjoint](Adjoint::gradient), and when it is not to go on.
+    /// [`ModelError::Radau`]: errors of the [adjoint](Adjoint::gradient), or interruption
+    /// by `tell`.
     pub fn by_stiffness(
         &mut self,
         misfit: LinearMisfit<'_>,
@@ -61,7 +63,7 @@ impl RecordedIntegrator {
         let gradient = adjoint.gradient(solver, &self.recording, &mut |step| {
             let [t, end] = step.interval();
             if !tell(t) {
-                let message = "it was interrupted".to_owned();
+                let message = "the backward pass was interrupted".to_owned();
                 return Err(RadauError::Adjoint { t, message });
             }
             let later = misfit.samples.partition_point(|(at, _)| *at < t);

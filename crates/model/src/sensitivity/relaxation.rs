@@ -1,11 +1,12 @@
-//! Products with the tangents of internal stresses, by passes over the elements.
+//! Products with the tangents of internal stresses by element passes.
 
 use std::ops::Range;
 
 use crate::field::Field;
 use crate::muscle_dae::MuscleDae;
 
-/// What internal stresses Q add to ∂F/∂y X + ∂F/∂ẏ Ẋ, beside the matrices of the displacement:
+/// Contribution of the internal stresses Q to ∂F/∂y X + ∂F/∂ẏ Ẋ, in addition to the displacement
+/// matrices:
 ///
 /// ```text
 /// momentum: −∂/∂q ∫F δQ:∇φ,        their own rows: δQ̇ − (g δS − δQ)/τ
@@ -21,7 +22,7 @@ pub(super) struct RelaxationProduct {
 }
 
 impl RelaxationProduct {
-    /// That of a muscle with internal stresses.
+    /// Creates the product for a muscle with internal stresses.
     pub(super) fn new(dae: &MuscleDae) -> Option<Self> {
         let range = |field| dae.layout().range(field);
         Some(Self {
@@ -33,8 +34,8 @@ impl RelaxationProduct {
         })
     }
 
-    /// Subtracts it from `out`, all of `n_columns` side by side, with `dae` having the matrices of the
-    /// state.
+    /// Subtracts the product from `out` for `n_columns` columns stored row by row; `dae` must hold
+    /// the matrices of the state.
     pub(super) fn subtract(
         &mut self,
         dae: &MuscleDae,

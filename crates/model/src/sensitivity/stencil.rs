@@ -1,16 +1,17 @@
-//! Differences of order 4 in a parameter.
+//! Fourth-order finite differences in a parameter.
 
-/// Where a function is evaluated for its derivative.
+/// Points at which a function is evaluated for its derivative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stencil {
-    /// On both sides.
+    /// Points on both sides.
     Central,
-    /// From the point on, for parameters at the lower end of their range.
+    /// Points at and above the parameter, for parameters at the lower end of their range.
     Ahead,
 }
 
 impl Stencil {
-    /// Distances from the point in steps, with their weights over the step.
+    /// Returns the distances from the point in units of the step, with their weights divided by the
+    /// step.
     pub fn points(self) -> &'static [(f64, f64)] {
         match self {
             Self::Central => &[
@@ -34,7 +35,7 @@ impl Stencil {
 mod tests {
     use super::*;
 
-    /// Of order 4: exact for x to x⁴.
+    /// Order 4: exact for x to x⁴.
     #[test]
     fn powers_up_to_four_are_differentiated_exactly() {
         for stencil in [Stencil::Central, Stencil::Ahead] {
@@ -42,7 +43,7 @@ mod tests {
                 let terms = stencil.points().iter();
                 let sum: f64 = terms.map(|(at, weight)| weight * at.powi(power)).sum();
                 let exact = if power == 1 { 1.0 } else { 0.0 };
-                // Weights to 4 times powers to 256, with some roundings each.
+                // Weights up to 4 times powers up to 256, with a few rounding errors each.
                 assert!((sum - exact).abs() < 1e-12, "{stencil:?} {power}: {sum}");
             }
         }

@@ -1,4 +1,4 @@
-//! The stiffness of each element as a parameter.
+//! Stiffness of each element as a parameter.
 
 use myovib_dae::{Jacobian, Linearization, Parameter, Parameters, StepError};
 
@@ -6,23 +6,24 @@ use super::tangents::Tangents;
 use crate::muscle_dae::MuscleDae;
 
 /// A factor of the law's energy in each element, 1 unless the muscle has
-/// [factors](MuscleDae::set_factors): a field to be found from measurements.
+/// [factors](MuscleDae::set_factors): a field to be identified from measurements.
 ///
-/// F is linear in the factors, and the products of λ with the forces of all elements are one pass over
-/// them.
+/// F is linear in the factors. The products of λ with the forces of all elements cost one element
+/// pass.
 #[derive(Debug)]
 pub struct ElementStiffness {
     list: Vec<Parameter>,
     n_corners: usize,
     weights: Vec<f64>,
-    /// Where products with them can be transposed.
+    /// Tangents, if products with them can be transposed.
     tangents: Option<Tangents>,
-    /// The muscle again: the matrices of the integrator's are kept for its next factorisation.
-    again: Box<MuscleDae>,
+    /// A copy of the muscle, so that the matrices of the integrator's muscle remain valid for its
+    /// next factorization.
+    copy: Box<MuscleDae>,
 }
 
 impl ElementStiffness {
-    /// Of all elements of a muscle.
+    /// Creates the parameters for all elements of a muscle.
     pub fn new(dae: &MuscleDae) -> Self {
         let solid = &dae.muscle().solid;
         let n_elements = solid.space().n_elements();
@@ -33,7 +34,7 @@ impl ElementStiffness {
             n_corners,
             weights: vec![0.0; n_corners * n_elements],
             tangents: Tangents::transposable(dae),
-            again: Box::new(dae.clone()),
+            copy: Box::new(dae.clone()),
         }
     }
 }
@@ -113,6 +114,6 @@ impl Parameters<MuscleDae> for ElementStiffness {
         at: &Linearization<'_>,
         parts: [&mut [f64]; 2],
     ) -> Result<(), StepError> {
-        jacobian.parts(&mut *self.again, at, parts)
+        jacobian.parts(&mut *self.copy, at, parts)
     }
 }

@@ -14,68 +14,69 @@ use crate::muscle_dae::MuscleDae;
 
 /// ∂F/∂y and ∂F/∂ẏ at several states.
 ///
-/// Products take one matrix after the other from the list of the equations' terms. What is constant
-/// (masses, identities) is never summed into the matrix of the whole, and a matrix that acts on two
-/// blocks of unknowns (K on q and β K on v) is multiplied with once. For internal stresses there is no
-/// matrix at all, but passes over the elements; nor is there one of what an [`ElementProduct`] takes.
+/// Products traverse the list of the equations' terms. Constant matrices (masses, identities) are
+/// never assembled into the full matrix, and a matrix that multiplies two blocks of unknowns (K
+/// multiplies q and β K multiplies v) is applied once. Internal stresses, and the terms of an
+/// [`ElementProduct`], use element passes instead of matrices.
 #[derive(Debug)]
 pub(super) struct Tangents {
-    places: Places,
-    /// For each block of rows its matrices.
-    rows: Vec<(Range<usize>, Vec<Placed>)>,
+    places: States,
+    /// Matrices for each block of rows.
+    rows: Vec<(Range<usize>, Vec<PlacedMatrix>)>,
     products: Vec<Product>,
     operand: Vec<f64>,
     relaxation: Option<RelaxationProduct>,
 }
 
-/// What is kept of the states.
+/// Data stored for the states.
 #[derive(Debug)]
-enum Places {
-    /// Muscles with the matrices of each.
+enum States {
+    /// Muscles with the matrices of each state.
     Matrices(Vec<MuscleDae>),
-    /// The states (t, y, ẏ) alone, and a muscle.
-    States(Box<MuscleDae>, ElementProduct, Vec<(f64, [Vec<f64>; 2])>),
+    /// The states (t, y, ẏ) and one muscle.
+    Vectors(Box<MuscleDae>, ElementProduct, Vec<(f64, [Vec<f64>; 2])>),
 }
 
 /// A matrix in a block of rows.
 #[derive(Debug)]
-struct Placed {
+struct PlacedMatrix {
     matrix: Matrix,
-    how: How,
+    multiplication: Multiplication,
     operands: Vec<Operand>,
 }
 
-/// How to multiply with it.
+/// Method of multiplication.
 #[derive(Debug, Clone, Copy)]
-enum How {
+enum Multiplication {
     Identity,
-    /// By this product.
-    Straight(usize),
+    /// By the product with this number.
+    Plain(usize),
     Transposed(usize),
 }
 
-/// Unknowns that a matrix acts on, with their coefficients in ∂F/∂y and ∂F/∂ẏ.
+/// Unknowns that a matrix multiplies, with their coefficients in ∂F/∂y and ∂F/∂ẏ.
 #[derive(Debug)]
 struct Operand {
     unknowns: Range<usize>,
-    of_value: f64,
-    of_rate: f64,
+    df_dy: f64,
+    df_dyp: f64,
 }
 
 impl Operand {
-    /// Whether the unknowns are multiplied with as they are, and their rates are not.
+    /// Returns whether the matrix multiplies the unknowns with coefficient 1 and not their rates.
     fn is_value(&self) -> bool {
-        self.of_value == 1.0 && self.of_rate == 0.0
+        self.df_dy == 1.0 && self.df_dyp == 0.0
     }
 }
 
 impl Tangents {
-    /// Those of a muscle; none where models of activation are unknowns too.
+    /// Creates the tangents of a muscle; `None` if activation models add unknowns.
     pub(super) fn new(dae: &MuscleDae) -> Option<Self> {
         Self::with(dae, ElementProduct::new(dae))
     }
 
-    /// Those that can be multiplied with transposed too; none where stress relaxes, moreover.
+    /// Creates tangents that also support transposed products; `None` if stress is viscoelastic or
+    /// activation models add unknowns.
     pub(super) fn transposable(dae: &MuscleDae) -> Option<Self> {
         Self::with(dae, None).filter(|tangents| tangents.relaxation.is_none())
     }
@@ -89,50 +90,53 @@ impl Tangents {
         let (mut known, mut products) = (Vec::<&SparsityPattern>::new(), Vec::new());
         let mut rows = Vec::new();
         for (field, terms) in dae.blocks() {
-            let mut matrices: Vec<Placed> = Vec::new();
+            let mut matrices: Vec<PlacedMatrix> = Vec::new();
             for term in terms {
                 if elements.is_some() && ElementProduct::takes(term.matrix) {
                     continue;
                 }
-                // Under constant internal stresses; reductions put other factors in the place of Σ g.
+                // At constant internal stresses; condensed matrices use other factors instead of Σ
+                // g.
                 let factor = match term.matrix {
                     Matrix::RelaxingStiffness(k) => parts[k].prony.instantaneous() - 1.0,
                     _ => 1.0,
                 };
                 let operand = Operand {
                     unknowns: range(term.column)?,
-                    of_value: factor * term.of_value,
-                    of_rate: term.of_rate,
+                    df_dy: factor * term.df_dy,
+                    df_dyp: term.df_dyp,
                 };
-                let same = |placed: &&mut Placed| placed.matrix == term.matrix;
+                let same = |placed: &&mut PlacedMatrix| placed.matrix == term.matrix;
                 if let Some(placed) = matrices.iter_mut().find(same) {
                     placed.operands.push(operand);
                     continue;
                 }
                 let (pattern, is_transposed) = dae.pattern_of(term.matrix);
                 let found = known.iter().position(|p| std::ptr::eq(*p, pattern));
-                let how = match term.matrix {
-                    Matrix::DisplacementIdentity | Matrix::PressureIdentity => How::Identity,
+                let multiplication = match term.matrix {
+                    Matrix::DisplacementIdentity | Matrix::PressureIdentity => {
+                        Multiplication::Identity
+                    }
                     _ => {
                         let product = found.unwrap_or_else(|| {
                             known.push(pattern);
                             products.push(Product::new(pattern));
                             products.len() - 1
                         });
-                        // Sums along a row write once where sums along a column write for each entry.
+                        // Sums along a row write once per row, sums along a column once per entry.
                         let is_symmetric = matches!(
                             term.matrix,
                             Matrix::Mass | Matrix::Stiffness | Matrix::PressureMass
                         );
                         match is_transposed || is_symmetric {
-                            true => How::Transposed(product),
-                            false => How::Straight(product),
+                            true => Multiplication::Transposed(product),
+                            false => Multiplication::Plain(product),
                         }
                     }
                 };
-                matrices.push(Placed {
+                matrices.push(PlacedMatrix {
                     matrix: term.matrix,
-                    how,
+                    multiplication,
                     operands: vec![operand],
                 });
             }
@@ -140,8 +144,8 @@ impl Tangents {
         }
         Some(Self {
             places: match elements {
-                Some(product) => Places::States(Box::new(dae.clone()), product, Vec::new()),
-                None => Places::Matrices(Vec::new()),
+                Some(product) => States::Vectors(Box::new(dae.clone()), product, Vec::new()),
+                None => States::Matrices(Vec::new()),
             },
             rows,
             products,
@@ -150,10 +154,10 @@ impl Tangents {
         })
     }
 
-    /// Keeps the state of a place, and evaluates its matrices.
+    /// Stores a state and evaluates its matrices.
     ///
     /// # Errors
-    /// Those of the matrices.
+    /// Errors of the matrices.
     pub(super) fn keep(
         &mut self,
         dae: &MuscleDae,
@@ -161,13 +165,13 @@ impl Tangents {
         (t, y, y_dot): (f64, &[f64], &[f64]),
     ) -> Result<(), StepError> {
         match &mut self.places {
-            Places::Matrices(places) => {
+            States::Matrices(places) => {
                 if places.len() <= place {
                     places.resize(place + 1, dae.clone());
                 }
                 places[place].update_matrices(t, y, y_dot)
             }
-            Places::States(_, _, places) => {
+            States::Vectors(_, _, places) => {
                 if places.len() <= place {
                     places.resize(place + 1, (t, [y.to_vec(), y_dot.to_vec()]));
                 }
@@ -180,10 +184,10 @@ impl Tangents {
         }
     }
 
-    /// Subtracts ∂F/∂y X + ∂F/∂ẏ Ẋ from `out`, all of `n_columns` side by side.
+    /// Subtracts ∂F/∂y X + ∂F/∂ẏ Ẋ from `out` for `n_columns` columns stored row by row.
     ///
     /// # Errors
-    /// Those of passes over the elements.
+    /// Errors of the element passes.
     pub(super) fn subtract(
         &mut self,
         place: usize,
@@ -192,8 +196,8 @@ impl Tangents {
         n_columns: usize,
     ) -> Result<(), StepError> {
         let dae = match &mut self.places {
-            Places::Matrices(places) => &places[place],
-            Places::States(dae, product, places) => {
+            States::Matrices(places) => &places[place],
+            States::Vectors(dae, product, places) => {
                 let (t, [y, y_dot]) = &places[place];
                 product.subtract(dae, (*t, y, y_dot), [x, x_dot], out, n_columns)?;
                 &**dae
@@ -202,9 +206,9 @@ impl Tangents {
         let side_by_side = |rows: &Range<usize>| rows.start * n_columns..rows.end * n_columns;
         for (rows, matrices) in &self.rows {
             let out = &mut out[side_by_side(rows)];
-            for Placed {
+            for PlacedMatrix {
                 matrix,
-                how,
+                multiplication,
                 operands,
             } in matrices
             {
@@ -216,7 +220,7 @@ impl Tangents {
                         self.operand
                             .resize(several[0].unknowns.len() * n_columns, 0.0);
                         for one in several {
-                            for (factor, of) in [(one.of_value, x), (one.of_rate, x_dot)] {
+                            for (factor, of) in [(one.df_dy, x), (one.df_dyp, x_dot)] {
                                 if factor != 0.0 {
                                     let of = &of[side_by_side(&one.unknowns)];
                                     let sum = self.operand.iter_mut().zip(of);
@@ -227,15 +231,15 @@ impl Tangents {
                         &self.operand[..]
                     }
                 };
-                match *how {
-                    How::Identity => {
+                match *multiplication {
+                    Multiplication::Identity => {
                         let sum = out.iter_mut().zip(operand);
                         sum.for_each(|(out, x)| *out -= x);
                     }
-                    How::Straight(k) => {
+                    Multiplication::Plain(k) => {
                         self.products[k].subtract_columns(values, operand, out, n_columns);
                     }
-                    How::Transposed(k) => self.products[k]
+                    Multiplication::Transposed(k) => self.products[k]
                         .subtract_transposed_columns(values, operand, out, n_columns),
                 }
             }
@@ -246,7 +250,7 @@ impl Tangents {
         Ok(())
     }
 
-    /// Subtracts (∂F/∂y)ᵀ x and (∂F/∂ẏ)ᵀ x from the two `out`, with tangents that are
+    /// Subtracts (∂F/∂y)ᵀ x and (∂F/∂ẏ)ᵀ x from the two vectors of `out`; the tangents must be
     /// [transposable](Self::transposable).
     pub(super) fn subtract_transposed(
         &mut self,
@@ -254,14 +258,14 @@ impl Tangents {
         x: &[f64],
         [out, out_rate]: [&mut [f64]; 2],
     ) {
-        let Places::Matrices(places) = &self.places else {
+        let States::Matrices(places) = &self.places else {
             unreachable!("passes over the elements are not transposed");
         };
         for (rows, matrices) in &self.rows {
             let x = &x[rows.clone()];
-            for Placed {
+            for PlacedMatrix {
                 matrix,
-                how,
+                multiplication,
                 operands,
             } in matrices
             {
@@ -278,18 +282,21 @@ impl Tangents {
                         &mut self.operand[..]
                     }
                 };
-                match *how {
-                    How::Identity => product.iter_mut().zip(x).for_each(|(p, x)| *p -= x),
-                    How::Straight(k) => self.products[k].subtract_transposed(values, x, product),
-                    How::Transposed(k) => self.products[k].subtract(values, x, product),
+                match *multiplication {
+                    Multiplication::Identity => {
+                        product.iter_mut().zip(x).for_each(|(p, x)| *p -= x)
+                    }
+                    Multiplication::Plain(k) => {
+                        self.products[k].subtract_transposed(values, x, product)
+                    }
+                    Multiplication::Transposed(k) => self.products[k].subtract(values, x, product),
                 }
                 if alone.is_some() {
                     continue;
                 }
                 let product = &self.operand[..];
                 for one in operands {
-                    for (factor, out) in [(one.of_value, &mut *out), (one.of_rate, &mut *out_rate)]
-                    {
+                    for (factor, out) in [(one.df_dy, &mut *out), (one.df_dyp, &mut *out_rate)] {
                         if factor != 0.0 {
                             let sum = out[one.unknowns.clone()].iter_mut().zip(product);
                             sum.for_each(|(sum, p)| *sum += factor * p);

@@ -122,11 +122,11 @@ impl Start {
             rates: &stresses[1],
         };
         let dynamics = if dae.formulation() == Formulation::Displacement {
-            let twin = dae.twin(&muscle, Formulation::Displacement);
-            Dynamics::without_pressure(twin, t, motion, internal)?
+            let system = dae.with_body(&muscle, Formulation::Displacement);
+            Dynamics::without_pressure(system, t, motion, internal)?
         } else {
-            let twin = dae.twin(&muscle, Formulation::ImplicitRate);
-            Dynamics::new(twin, &muscle, t, motion, internal, pressure)?
+            let system = dae.with_body(&muscle, Formulation::ImplicitRate);
+            Dynamics::new(system, &muscle, t, motion, internal, pressure)?
         };
         let layout = dae.layout();
         let (mut y, mut y_dot) = (

@@ -108,7 +108,7 @@ impl<'a> Newton<'a> {
                         rows: rows.clone(),
                         columns,
                         matrix: term.matrix,
-                        coefficient: term.of_value,
+                        coefficient: term.df_dy,
                     })
                 })
         };
@@ -334,7 +334,7 @@ impl<'a> Newton<'a> {
         }
         let matrices = &self.matrices;
         self.assembly.combine(
-            |_, of_value| *of_value,
+            |_, df_dy| *df_dy,
             |matrix| matrices.values(solid, matrix),
             self.system.values_mut(),
         );

@@ -99,7 +99,7 @@ fn backward_error<T: Scalar>(dae: &mut MuscleDae, speed: f64, c: T, rng: &mut St
         dae.jacobian(0.1, &y, &y_dot, a, b, &mut values).unwrap();
         values
     };
-    let (of_value, of_rate) = (at(1.0, 0.0), at(0.0, 1.0));
+    let (df_dy, df_dyp) = (at(1.0, 0.0), at(0.0, 1.0));
     let mut reduced = Reduction::new(dae, SparseOptions::default())
         .unwrap()
         .matrix();
@@ -112,7 +112,7 @@ fn backward_error<T: Scalar>(dae: &mut MuscleDae, speed: f64, c: T, rng: &mut St
     reduced.solve(&mut x, &mut work).unwrap();
     let (mut residual, mut scale) = (b.clone(), vec![0.0; b.len()]);
     for (k, (column, row)) in pattern.entries().enumerate() {
-        let a = T::one() * of_value[k] + c * of_rate[k];
+        let a = T::one() * df_dy[k] + c * df_dyp[k];
         residual[row] -= a * x[column];
         scale[row] += a.abs() * x[column].abs();
     }

@@ -161,15 +161,15 @@ pub(crate) fn backward_error<P: Problem, T: Scalar>(
     x: &[T],
 ) -> f64 {
     let pattern = dae.jacobian_pattern();
-    let mut at = |of_value, of_rate| {
+    let mut at = |df_dy, df_dyp| {
         let mut values = vec![0.0; pattern.nnz()];
-        dae.jacobian(t, y, y_dot, of_value, of_rate, &mut values)
+        dae.jacobian(t, y, y_dot, df_dy, df_dyp, &mut values)
             .unwrap();
         values
     };
-    let (of_value, of_rate) = (at(1.0, 0.0), at(0.0, 1.0));
+    let (df_dy, df_dyp) = (at(1.0, 0.0), at(0.0, 1.0));
     let (mut residual, mut scale) = (b.to_vec(), vec![0.0; b.len()]);
-    for ((column, row), (&value, &rate)) in pattern.entries().zip(of_value.iter().zip(&of_rate)) {
+    for ((column, row), (&value, &rate)) in pattern.entries().zip(df_dy.iter().zip(&df_dyp)) {
         let a = T::one() * value + c * rate;
         residual[row] -= a * x[column];
         scale[row] += a.abs() * x[column].abs();

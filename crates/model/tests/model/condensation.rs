@@ -105,10 +105,10 @@ fn solve_and_measure<T: Scalar>(
         dae.jacobian(0.9, &y, &y_dot, a, b, &mut values).unwrap();
         values
     };
-    let (of_value, of_rate) = (at(1.0, 0.0), at(0.0, 1.0));
-    let values: Vec<T> = of_value
+    let (df_dy, df_dyp) = (at(1.0, 0.0), at(0.0, 1.0));
+    let values: Vec<T> = df_dy
         .iter()
-        .zip(&of_rate)
+        .zip(&df_dyp)
         .map(|(&v, &r)| T::one() * v + c * r)
         .collect();
 

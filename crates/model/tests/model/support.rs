@@ -42,7 +42,7 @@ fn supports_of_one_component_leave_a_slide() {
                 .unwrap_err()
                 .to_string(),
             "the supports do not hold the body: the body can slide in y; \
-             hold more components, or more nodes of each part"
+             fix more components or more nodes of each part"
         );
         let found = spectrum::lowest(&muscle, &statics::Equilibrium::unloaded(&muscle), 4).unwrap();
         let frequencies: Vec<f64> = found.iter().map(|m| m.frequency().unwrap()).collect();
@@ -57,8 +57,9 @@ fn supports_of_one_component_leave_a_slide() {
         .unwrap();
         let words: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
         assert!(
-            words.iter().any(|w| w
-                .starts_with("1 motion without strain is left: the body can slide in y. Remedy:")),
+            words.iter().any(|w| w.starts_with(
+                "1 rigid motion is not constrained: the body can slide in y. Remedy:"
+            )),
             "{words:?}"
         );
     }

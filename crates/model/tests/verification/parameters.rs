@@ -54,7 +54,7 @@ fn a_point_outside_the_mesh_is_named() {
     let message = Probe::at(muscle.solid.space(), [3.0, 0.5])
         .unwrap_err()
         .to_string();
-    assert_eq!(message, "the point (3, 0.5) lies outside the mesh");
+    assert_eq!(message, "the point (3, 0.5) is outside the mesh");
 }
 
 #[test]

@@ -17,20 +17,20 @@ use crate::solver::{AcceptedStep, RadauSolver};
 use crate::stage_system::StageSystem;
 use crate::work::Counters;
 
-/// The gradient of a misfit J of the computed solution, from its end back to its start: at a cost that
+/// Gradient of a misfit J of the computed solution, by a backward pass over its steps. The cost
 /// does not depend on the number of parameters.
 ///
-/// With x̄ for ∂J/∂x, a step is gone back over by what is the transpose of
-/// [`ForwardSensitivities`](super::ForwardSensitivities): for the increments z of its stages
+/// With x̄ for ∂J/∂x, the backward pass over a step is the transpose of
+/// [`ForwardSensitivities`](super::ForwardSensitivities). For the increments z of its stages,
 ///
 /// ```text
 /// Lᵀ λ = z̄,   z̄_s += ȳ_(n+1),   ȳ_n = ȳ_(n+1) − Σ_i J_y(i)ᵀ λ_i,   p̄_j −= Σ_i λ_iᵀ ∂F/∂p_j(i),
 /// ```
 ///
-/// L being the stage equations linearised at the stages as they were found. So the gradient is that of
-/// the steps that were taken, not an approximation of a differential equation's, for every index. Lᵀ is
-/// solved with by GMRES's kin, generalised conjugate residuals, after the transposed factors of one
-/// Jacobian for all stages.
+/// where L are the stage equations linearized at the computed stages. The result is therefore the
+/// gradient of the discrete solution, not an approximation by the adjoint differential equation,
+/// for every index. Systems with Lᵀ are solved by generalized conjugate residuals (GCR),
+/// preconditioned by the transposed factors of one Jacobian for all stages.
 ///
 /// # Examples
 /// ```
@@ -62,9 +62,9 @@ pub struct Adjoint<Q> {
     krylov: Krylov,
     tolerance: f64,
     factors: Option<Factors>,
-    /// z̄, then what of it is left.
+    /// z̄, then the residual of the linear system.
     residual: Vec<f64>,
-    /// The right-hand side of the preconditioner; λ in the end.
+    /// Right-hand side of the preconditioner; finally λ.
     adjoint: Vec<f64>,
     image: Vec<f64>,
     weights: Vec<f64>,
@@ -72,29 +72,28 @@ pub struct Adjoint<Q> {
     work: AdjointWork,
 }
 
-/// The gradient of a misfit.
+/// Gradient of a misfit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gradient {
-    /// ∂J/∂p_j, as far as J depends on p by way of the equations.
+    /// ∂J/∂p_j through the equations.
     pub parameters: Vec<f64>,
-    /// ∂J/∂y_0, which takes the dependence of y_0 on p further; 0 for algebraic variables, whose start is
-    /// in no equation.
+    /// ∂J/∂y_0, for parameters that change the initial values; 0 for algebraic variables, whose
+    /// initial values do not occur in the equations.
     pub start: Vec<f64>,
 }
 
-/// ȳ and the cotangent of ẏ between two steps, and the sum of λᵀ ∂F/∂p so far.
+/// ȳ and the cotangent of ẏ between two steps, and the accumulated sum of λᵀ ∂F/∂p.
 struct Carried {
     y: Vec<f64>,
     y_dot: Vec<f64>,
     products: Vec<f64>,
 }
 
-/// What is left of z̄ may be this much smaller: the digits to which forward sensitivities and the adjoint
-/// are held to agree.
+/// Default relative residual: forward sensitivities and adjoint agree to about this accuracy.
 const TOLERANCE: f64 = 1e-10;
 
 impl<Q> Adjoint<Q> {
-    /// The adjoint for the `parameters` of a solver's problem.
+    /// Creates the adjoint for the `parameters` of a solver's problem.
     pub fn new<P: Problem, M: LinearSolver<P>>(solver: &RadauSolver<P, M>, parameters: Q) -> Self
     where
         Q: Parameters<P>,
@@ -117,14 +116,13 @@ impl<Q> Adjoint<Q> {
         }
     }
 
-    /// Solves the linear equations until their residual is this fraction of their right-hand side;
-    /// 1e-10 unless told otherwise.
+    /// Sets the relative residual to which the linear systems are solved; default 1e-10.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self { tolerance, ..self }
     }
 
-    /// What it cost so far.
+    /// Returns the accumulated work.
     pub fn work(&self) -> AdjointWork {
         AdjointWork {
             real_solves: self.counters.work.real_solves,
@@ -133,13 +131,15 @@ impl<Q> Adjoint<Q> {
         }
     }
 
-    /// The gradient of the misfit that adds its dependence on the solution to each step, from the last to
-    /// the first. The solver is afterwards as it was, but for its linear solver's counters.
+    /// Computes the gradient. `misfit` adds the dependence of the misfit on the solution to each
+    /// step, from the last step to the first. Afterward the solver is in its previous state, except
+    /// for the counters of its linear solver.
     ///
     /// # Errors
-    /// Those of the `misfit`; [`RadauError::Adjoint`] when the linear equations cannot be solved,
-    /// [`RadauError::NotRepeated`] for checkpoints from which the run does not repeat itself,
-    /// [`RadauError::Fatal`] when the problem fails or the linear solver has no transposed solves.
+    /// Errors of the `misfit`; [`RadauError::Adjoint`] if the linear systems cannot be solved,
+    /// [`RadauError::NotRepeated`] if steps replayed from checkpoints differ from the run,
+    /// [`RadauError::Fatal`] if the problem fails or the linear solver does not support transposed
+    /// solves.
     pub fn gradient<P: Problem, M: LinearSolver<P>>(
         &mut self,
         solver: &mut RadauSolver<P, M>,
@@ -157,7 +157,7 @@ impl<Q> Adjoint<Q> {
         };
         let end = solver.save();
         let repeated = recording.go_back(solver, &mut |solver, first, steps| {
-            // Steps that were repeated left other matrices behind, which may serve too.
+            // Replayed steps leave other factors behind, which may be reused as well.
             let fresh = self.factors.take().and_then(|factors| factors.fresh());
             self.factors = solver.set_up_for().map(|h| Factors::new(h, fresh));
             for (number, step) in steps.iter().enumerate().rev() {
@@ -176,7 +176,7 @@ impl<Q> Adjoint<Q> {
         })
     }
 
-    /// Goes back over one step, which lasts `until` then.
+    /// Traverses one step backward; `until` is its size.
     fn back<P: Problem, M: LinearSolver<P>>(
         &mut self,
         step: AcceptedStep<'_, P, M>,
@@ -211,7 +211,8 @@ impl<Q> Adjoint<Q> {
             stages: &mut self.residual,
         })?;
         if is_first {
-            // The polynomial's own slope is that at the start: nothing is known of ∂ẏ_0/∂p.
+            // The derivative of the polynomial at its start does not depend on the initial ẏ, since
+            // ∂ẏ_0/∂p is unknown.
             let stages = self.residual.chunks_exact_mut(n).enumerate();
             stages.for_each(|(j, out)| {
                 add_scaled(out, method.basis_derivative(j, 0.0) / h, &carried.y_dot);
@@ -233,12 +234,12 @@ impl<Q> Adjoint<Q> {
             },
             Trouble::Stalled(Stalled { norm, .. }) => RadauError::Adjoint {
                 t,
-                message: format!("the linear solver stays at {norm:.1e} times the tolerance"),
+                message: format!("the linear solver stagnates at {norm:.1e} times the tolerance"),
             },
         })
     }
 
-    /// Solves for λ, and takes what it says to the start of the step and to the parameters.
+    /// Solves for λ and adds its contributions to the start of the step and to the parameters.
     fn solve<P: Problem, M: LinearSolver<P>>(
         &mut self,
         step: AcceptedStep<'_, P, M>,
@@ -274,8 +275,8 @@ impl<Q> Adjoint<Q> {
             )
             .map_err(Trouble::Failed)?;
         self.work.jacobian_evaluations += method.stages() as u64;
-        // z̄ · z has the units of J: what is left of z̄ counts as z is allowed to err, velocities and
-        // multipliers by themselves, without the powers of 1/h by which integration lets them.
+        // z̄ · z has the units of J. The residual of z̄ is weighted by the tolerances of z, for
+        // velocities and multipliers without the powers of 1/h that the integration allows.
         spread(&mut self.weights, n, |first| {
             weights.write_at(problem, options, &collocation.y0, 1.0, first)
         })?;
@@ -317,7 +318,7 @@ impl<Q> Adjoint<Q> {
     }
 }
 
-/// Sets matrices up for a step, with the Jacobian at its middle stage.
+/// Sets up the matrices for a step with the Jacobian at its middle stage.
 fn set_up<P: Problem, M: LinearSolver<P>>(
     problem: &mut P,
     matrices: &mut M,

@@ -1,19 +1,19 @@
-//! Generalised conjugate residuals for several right-hand sides at once.
+//! Generalized conjugate residuals for several right-hand sides at once.
 
 use pulp::{Arch, Simd, WithSimd};
 
 use super::krylov::Stalled;
 
-/// Solves K x = r for columns side by side by generalised conjugate residuals (Eisenstat, Elman,
-/// Schultz 1983), each column with directions of its own.
+/// Solves K x = r for several columns by generalized conjugate residuals (Eisenstat, Elman, Schultz
+/// 1983) with separate search directions for each column.
 ///
-/// K being near the identity, as preconditioned by the factors of a frozen Jacobian, few directions are
-/// enough, and often none. One application of K serves all columns.
+/// K is close to the identity, since it is preconditioned by the factors of a frozen Jacobian. Few
+/// directions suffice, often none. One application of K serves all columns.
 #[derive(Debug, Default)]
 pub(super) struct Block {
-    /// (p, −K p), and for each column |K p|⁻².
+    /// (p, −K p), and |K p|⁻² for each column.
     directions: Vec<Direction>,
-    /// How much ‖r − K r‖/‖r‖ was in the last solve that measured it; none yet: 1.
+    /// ‖r − K r‖/‖r‖ in the last solve that measured it; `None` means 1.
     contraction: Option<f64>,
 }
 
@@ -22,27 +22,29 @@ struct Direction {
     p: Vec<f64>,
     /// −K p.
     q: Vec<f64>,
-    /// 1/|q|² of each column; 0 for a column that is done.
+    /// 1/|q|² of each column; 0 for a converged column.
     inverse: Vec<f64>,
 }
 
-/// Most directions of one solve.
+/// Maximum number of directions per solve.
 const MOST: usize = 60;
 
-/// Where Newton's method needed one correction, a contraction is not trusted to be better than this in the next solve:
-/// it may have changed.
+/// Smallest contraction assumed for the next solve if Newton's method needed one correction, since
+/// the contraction may have changed.
 const LEAST_TRUST: f64 = 0.1;
 
 impl Block {
-    /// Adds the solutions of K d = `r` to `x`, up to an error with a norm of about `tolerance` in each
+    /// Adds the solutions of K d = `r` to `x` with an error norm of about `tolerance` in each
     /// column. `apply` writes −K v into its second argument.
     ///
-    /// What is left of r is added in the end, which leaves r − K r: as much smaller as K contracts. That
-    /// the first solve measures, and the next trusts it a little less, as Newton's method does between
-    /// steps; nor is it trusted to be better than what Newton's method found in this step, with the same factors.
+    /// The remaining residual r is added at the end, which leaves r − K r, smaller by the
+    /// contraction of K. The first solve measures this contraction. Later solves assume a slightly
+    /// larger value, as Newton's method does between steps, and at least the contraction that
+    /// Newton's method measured in this step with the same factors.
     ///
     /// # Shapes
-    /// `x`, `r`: some stages of as many numbers as `weights` has, which are of rows of `n_columns`.
+    /// `x`, `r`: one or more stages with as many values as `weights`, stored row by row with
+    /// `n_columns` per row.
     pub(super) fn solve<E: From<Stalled>>(
         &mut self,
         x: &mut [f64],
@@ -121,35 +123,35 @@ impl Block {
     }
 }
 
-/// The place and size of the largest number, of one that is none where there is one.
+/// Returns the index and value of the maximum; a NaN counts as the largest.
 fn largest(sizes: &[f64]) -> (usize, f64) {
     let sizes = sizes.iter().copied().enumerate();
     sizes.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
 }
 
-/// Sums over the columns of stages, each component weighed.
+/// Weighted sums over the columns of stages.
 struct Columns<'w> {
     weights: &'w [f64],
     n_columns: usize,
 }
 
-/// Rows taken together, so that they become vector instructions whatever the number of columns.
+/// Number of rows processed together, which allows vector instructions for any number of columns.
 pub(super) const ROWS: usize = 8;
 
 impl Columns<'_> {
-    /// The norm of each column.
+    /// Returns the norm of each column.
     fn norms(&self, a: &[f64]) -> Vec<f64> {
         let squares = self.products(a, a);
         squares.into_iter().map(f64::sqrt).collect()
     }
 
-    /// The mean of w² a b over each column.
+    /// Returns the mean of w² a b over each column.
     fn products(&self, a: &[f64], b: &[f64]) -> Vec<f64> {
         let sums = self.sums(a, b);
         sums.into_iter().map(|[.., product]| product).collect()
     }
 
-    /// The means of w² (a + b)², w² b² and w² a b over each column.
+    /// Returns the means of w² (a + b)², w² b² and w² a b over each column.
     fn sums(&self, a: &[f64], b: &[f64]) -> Vec<[f64; 3]> {
         let room = vec![0.0; ROWS * self.n_columns];
         let mut lanes = [room.clone(), room.clone(), room];
@@ -168,13 +170,14 @@ impl Columns<'_> {
         (0..self.n_columns).map(of).collect()
     }
 
-    /// y ← y + x times the share of each column.
+    /// Computes y ← y + share x with a share for each column.
     fn add_scaled(&self, y: &mut [f64], shares: &[f64], x: &[f64]) {
         let shares = &shares.repeat(ROWS);
         Arch::new().dispatch(AddScaled { y, shares, x });
     }
 
-    /// x ← x + p and r ← r + q times the share of each column; the norms of r then.
+    /// Computes x ← x + share p and r ← r + share q with a share for each column; returns the norms
+    /// of r.
     fn step(&self, [x, r]: [&mut [f64]; 2], [p, q]: [&[f64]; 2], shares: &[f64]) -> Vec<f64> {
         let mut lanes = vec![0.0; ROWS * self.n_columns];
         let length = r.len();
@@ -193,13 +196,13 @@ impl Columns<'_> {
     }
 }
 
-/// Of sums in lanes over `length` numbers of several columns the mean of one of them.
+/// Returns the mean of one column from sums in lanes over `length` values of several columns.
 pub(super) fn mean_of_column(lanes: &[f64], (j, n_columns): (usize, usize), length: usize) -> f64 {
     let sum: f64 = lanes.iter().skip(j).step_by(n_columns).sum();
     sum / (length / n_columns) as f64
 }
 
-/// Sums of w² (a + b)², w² b² and w² a b in lanes.
+/// Accumulates w² (a + b)², w² b² and w² a b in lanes.
 struct Sums<'a> {
     lanes: &'a mut [Vec<f64>; 3],
     weights: &'a [f64],
@@ -233,7 +236,7 @@ impl WithSimd for Sums<'_> {
     }
 }
 
-/// y ← y + x times shares that repeat.
+/// Computes y ← y + x times periodically repeated shares.
 struct AddScaled<'a> {
     y: &'a mut [f64],
     shares: &'a [f64],
@@ -256,7 +259,7 @@ impl WithSimd for AddScaled<'_> {
     }
 }
 
-/// Both of x ← x + p and r ← r + q times shares that repeat, with sums of w² r² in lanes.
+/// Computes x ← x + p and r ← r + q times periodically repeated shares, and sums w² r² in lanes.
 struct Step<'a> {
     lanes: &'a mut [f64],
     weights: &'a [f64],
@@ -275,7 +278,7 @@ impl WithSimd for Step<'_> {
         let (length, width) = (self.weights.len(), self.lanes.len());
         let mut start = 0;
         while start < self.x.len() {
-            // A stage begins with a row.
+            // A stage starts with a full row.
             let within = start % length;
             let n = width.min(length - within);
             let (x, r) = (&mut self.x[start..][..n], &mut self.r[start..][..n]);
@@ -296,8 +299,8 @@ impl WithSimd for Step<'_> {
 mod tests {
     use super::*;
 
-    /// v ← −K v, K = I + 0.3 × (cyclic shift of rows), which is normal with eigenvalues on a circle about
-    /// 1; in the last of three columns K = I.
+    /// v ← −K v with K = I + 0.3 × (cyclic shift of rows), which is normal with eigenvalues on a
+    /// circle around 1; in the last of three columns K = I.
     fn apply(v: &[f64], out: &mut [f64]) -> Result<(), Stalled> {
         for (k, out) in out.iter_mut().enumerate() {
             let shifted = if k % 3 == 2 {
@@ -330,7 +333,7 @@ mod tests {
             let mut image = vec![0.0; 3 * n];
             apply(&x, &mut image).unwrap();
             let left = image.iter().zip(&b).map(|(q, b)| (q + b).abs());
-            // The error is √n from mean to largest.
+            // The largest error is at most √n times the mean.
             let left = left.fold(0.0, f64::max);
             assert!(left < 7.0 * tolerance, "{left:e}");
         }

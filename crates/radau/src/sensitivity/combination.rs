@@ -1,31 +1,30 @@
-//! Vectors as combinations of others, by least squares.
+//! Least-squares approximation of vectors by linear combinations of others.
 
 use nalgebra::{SMatrix, SVector};
 use pulp::{Arch, Simd, WithSimd};
 
 use super::block::{ROWS, mean_of_column};
 
-/// Steps that are kept: three or four frequencies with what they grow by.
+/// Number of stored steps: enough for three or four frequencies and their growth rates.
 pub(super) const STEPS: usize = 8;
 
-/// Beginnings of those steps, and of the next.
+/// Starts of those steps and of the next step.
 pub(super) const PLACES: usize = STEPS + 1;
 
-/// How much the state counts beside a column, both measured by their sizes. It says how the loads of a column
-/// go on; its own beginning says more.
+/// Weight of the state relative to a column, both scaled by their norms. The state indicates how
+/// the forcing of a column continues; the starts of the column indicate more.
 const SHARE_OF_STATE: f64 = 0.1;
 
-/// Of vectors with more rows than this only a part is compared, some rows here and there: eight coefficients
-/// need no more.
+/// Number of rows above which only a sample of rows is compared; eight coefficients need no more.
 const ENOUGH_ROWS: usize = 512;
 
-/// Sums of products are not known better.
+/// Relative accuracy of sums of products.
 pub(super) const DIGITS: f64 = 100.0 * f64::EPSILON;
 
-/// The mean weighed products of vectors at the beginnings of the steps before and of the next.
+/// Mean weighted products of vectors at the starts of the previous steps and of the next step.
 pub(super) type Products = SMatrix<f64, PLACES, PLACES>;
 
-/// Room for the products of many columns.
+/// Workspace for the products of many columns.
 #[derive(Debug, Default)]
 pub(super) struct Sums {
     lanes: Vec<f64>,
@@ -33,8 +32,8 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// For each column the mean weighed products of all pairs of vectors: of their values, and of their
-    /// derivatives times h.
+    /// Computes, for each column, the mean weighted products of all pairs of vectors: of their
+    /// values, and of their derivatives times h.
     pub(super) fn of(
         &mut self,
         vectors: &[[&[f64]; 2]],
@@ -71,8 +70,9 @@ impl Sums {
     }
 }
 
-/// The coefficients that combine the first `count` vectors to the one after them, from the products of a column's and
-/// of the state's; larger ones than the tolerance warrants are avoided.
+/// Returns the coefficients that combine the first `count` vectors to the next vector, from the
+/// products of a column and of the state. Coefficients larger than the tolerance justifies are
+/// damped.
 pub(super) fn combination(
     column: &Products,
     state: &Products,
@@ -84,14 +84,14 @@ pub(super) fn combination(
     if sizes[1] > 0.0 {
         both += state * (SHARE_OF_STATE.powi(2) * sizes[0] / sizes[1]);
     }
-    // Of steps that are not there the coefficients are 0.
+    // Coefficients of missing steps are 0.
     let mut matrix = SMatrix::<f64, STEPS, STEPS>::identity();
     let mut rhs = SVector::zeros();
     for k in 0..count {
         for l in 0..count {
             matrix[(k, l)] = both[(k, l)];
         }
-        // Each vector is known to the tolerance, and to what products leave of its digits.
+        // Each vector is accurate to the tolerance and to the rounding errors of its products.
         matrix[(k, k)] += tolerance.powi(2) + DIGITS * both[(k, k)];
         rhs[k] = both[(k, count)];
     }
@@ -99,16 +99,16 @@ pub(super) fn combination(
     factors.map_or(SVector::zeros(), |factors| factors.solve(&rhs))
 }
 
-/// Sums of w² a b in lanes, for all pairs of vectors.
+/// Accumulates w² a b in lanes for all pairs of vectors.
 struct AddProducts<'a> {
     lanes: &'a mut [f64],
-    /// Room for `width` numbers of each vector.
+    /// Workspace for `width` values of each vector.
     scaled: &'a mut [f64],
     width: usize,
-    /// Of so many parts of this width one is taken.
+    /// One of this many blocks of rows is used.
     every: usize,
     vectors: &'a [[&'a [f64]; 2]],
-    /// Of each vector the values (0) or the derivatives.
+    /// 0: values, 1: derivatives.
     part: usize,
     weights: &'a [f64],
 }
@@ -149,8 +149,8 @@ impl WithSimd for AddProducts<'_> {
 mod tests {
     use super::*;
 
-    /// Of 1100 rows every second eight are taken: in rows that are not there may be what will. The mean is that of
-    /// the others, weighed.
+    /// Of 1100 rows, every second block of eight is used. Unused rows may hold any value; the mean
+    /// is the weighted mean of the used rows.
     #[test]
     fn long_vectors_are_compared_in_a_part_of_their_rows() {
         let number = |row: usize, taken: f64| match row / ROWS % 2 {

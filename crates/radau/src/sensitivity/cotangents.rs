@@ -1,12 +1,12 @@
-//! Where a misfit says what it depends on.
+//! Derivatives of a misfit with respect to the solution in one step.
 
 use crate::dense::{Collocation, add_scaled};
 use crate::method::Method;
 
-/// A step on the way back, to which a misfit J adds what it depends on there: ∂J/∂y at times within the
-/// step, or at its stages.
+/// A step of the backward pass, to which a misfit J adds its derivatives: ∂J/∂y at times within the
+/// step or at its stages.
 ///
-/// Multipliers of index 2 and 3 are those of the collocation; see
+/// Multipliers of index 2 and 3 are collocation values; see
 /// [`ForwardSensitivities`](super::ForwardSensitivities).
 #[derive(Debug)]
 pub struct Cotangents<'a> {
@@ -14,20 +14,21 @@ pub struct Cotangents<'a> {
     pub(super) step: &'a Collocation,
     pub(super) end: f64,
     pub(super) is_first: bool,
-    /// ∂J by y and ẏ at the beginning of the step.
+    /// ∂J/∂y and ∂J/∂ẏ at the start of the step.
     pub(super) start: &'a mut [f64],
     pub(super) start_slope: &'a mut [f64],
-    /// ∂J by the increments of the stages.
+    /// ∂J with respect to the stage increments.
     pub(super) stages: &'a mut [f64],
 }
 
 impl Cotangents<'_> {
-    /// Begin and end of the step.
+    /// Returns the start and end of the step.
     pub fn interval(&self) -> [f64; 2] {
         [self.step.t0, self.end]
     }
 
-    /// Whether a time lies in the step: of times where steps meet in one of them alone.
+    /// Returns whether the step contains a time. The common end of two steps belongs to one of them
+    /// only.
     pub fn covers(&self, t: f64) -> bool {
         let is_start = self.is_first && t == self.step.t0;
         is_start || (self.step.t0 < t && t <= self.end)
@@ -36,16 +37,16 @@ impl Cotangents<'_> {
     /// Evaluates the dense output, or its first derivative, at a time in the step.
     ///
     /// # Panics
-    /// Unless `out` has the number of unknowns.
+    /// If the length of `out` is not the number of unknowns.
     pub fn evaluate(&self, t: f64, derivative: usize, out: &mut [f64]) {
         self.step.evaluate(self.method, t, derivative, out);
     }
 
-    /// Adds ∂J/∂y(t), or with `derivative` 1 ∂J/∂ẏ(t), of what
-    /// [`evaluate`](Self::evaluate) gives.
+    /// Adds ∂J/∂y(t), or ∂J/∂ẏ(t) for `derivative` 1, with respect to the values returned by
+    /// [`evaluate`](Self::evaluate).
     ///
     /// # Panics
-    /// Unless `cotangent` has the number of unknowns.
+    /// If the length of `cotangent` is not the number of unknowns.
     pub fn add(&mut self, t: f64, derivative: usize, cotangent: &[f64]) {
         assert_eq!(cotangent.len(), self.start.len(), "one for each unknown");
         if derivative == 0 {
@@ -59,8 +60,8 @@ impl Cotangents<'_> {
             .for_each(|(stage, b)| add_scaled(stage, b, cotangent));
     }
 
-    /// The times of the stages with the weights of h Σ_i b_i f(t_i) ≈ ∫ f dt over the step, exact up to
-    /// the degree 2s − 2.
+    /// Returns the times of the stages with the weights of h Σ_i b_i f(t_i) ≈ ∫ f dt over the step,
+    /// exact up to degree 2s − 2.
     pub fn quadrature(&self) -> impl Iterator<Item = (f64, f64)> {
         let (t0, h) = (self.step.t0, self.step.h);
         let nodes = self.method.nodes().iter().zip(self.method.weights());
@@ -70,14 +71,14 @@ impl Cotangents<'_> {
     /// Writes y at stage `i`, counted from 0.
     ///
     /// # Panics
-    /// If there is no such stage, or unless `out` has the number of unknowns.
+    /// If there is no such stage, or if the length of `out` is not the number of unknowns.
     pub fn stage(&self, i: usize, out: &mut [f64]) {
         out.copy_from_slice(&self.step.y0);
         let n = out.len();
         add_scaled(out, 1.0, &self.step.increments[i * n..(i + 1) * n]);
     }
 
-    /// Adds ∂J by y at stage `i`.
+    /// Adds ∂J/∂y at stage `i`.
     ///
     /// # Panics
     /// As for [`stage`](Self::stage).

@@ -1,4 +1,4 @@
-//! The sensitivities to all parameters, step by step.
+//! Sensitivities to all parameters, step by step.
 
 use myovib_dae::columns;
 
@@ -8,25 +8,25 @@ use crate::dense::Collocation;
 use crate::method::Method;
 use crate::predictor::Predictor;
 
-/// The sensitivities to all parameters: columns whose numbers stand side by side.
+/// Sensitivities to all parameters, stored row by row with one column per parameter.
 #[derive(Debug)]
 pub(super) struct Curves {
     n_columns: usize,
     pub(super) s: Vec<f64>,
     s_dot: Vec<f64>,
-    /// The polynomials over the last step.
+    /// Polynomials over the last step.
     pub(super) step: Collocation,
     history: History,
     predictor: Predictor,
     guess: Vec<f64>,
-    /// What the stage equations lack: −∂F/∂p to begin with.
+    /// Residual of the stage equations, initially −∂F/∂p.
     pub(super) residual: Vec<f64>,
-    /// What `s` holds, one column after the other.
+    /// Copy of `s`, stored column by column.
     apart: Vec<Vec<f64>>,
 }
 
 impl Curves {
-    /// Starts from the ∂y_0/∂p.
+    /// Creates the sensitivities from the initial values ∂y_0/∂p.
     pub(super) fn new(method: &Method, t: f64, starts: Vec<Vec<f64>>) -> Self {
         let n_columns = starts.len();
         let mut s = vec![0.0; starts.iter().map(Vec::len).sum()];
@@ -47,24 +47,24 @@ impl Curves {
         }
     }
 
-    /// Their number.
+    /// Returns the number of parameters.
     pub(super) fn count(&self) -> usize {
         self.n_columns
     }
 
-    /// That of parameter j.
+    /// Returns the sensitivity to parameter j.
     pub(super) fn of(&self, j: usize) -> &[f64] {
         &self.apart[j]
     }
 
-    /// Forgets the steps before: a function of the problem jumps or bends here.
+    /// Discards the history because the problem has a jump or kink here.
     pub(super) fn forget(&mut self) {
         self.history.clear();
         self.predictor.forget();
     }
 
-    /// Makes the step their own, with increments to start from. Weights are those of the columns and of the
-    /// state; what is smaller than the `tolerance` then is noise.
+    /// Prepares a step with initial guesses for its increments. `weights` are the weights of the
+    /// columns and of the state; values smaller than `tolerance` in these weights are noise.
     pub(super) fn begin(
         &mut self,
         method: &Method,
@@ -97,8 +97,8 @@ impl Curves {
         self.step.y_dot0.copy_from_slice(&self.s_dot);
     }
 
-    /// p̄ S_j at the larger of its sizes before and after the step, as far as they are known: with a
-    /// correction of its end that is still in `residual`.
+    /// Writes p̄ S_j at the larger of its magnitudes before and after the step, including a
+    /// correction of the end value that is still in `residual`.
     pub(super) fn size(&self, j: usize, scale: f64, out: &mut [f64]) {
         let last = self.step.increments.len() - self.s.len();
         let end = (&self.step.increments[last..], &self.residual[last..]);
@@ -109,7 +109,8 @@ impl Curves {
         }
     }
 
-    /// Goes to the end of the step of the state, `weights` saying how components count together.
+    /// Advances to the end of the step of the state; `weights` are the relative weights of the
+    /// components.
     pub(super) fn end(
         &mut self,
         method: &Method,
@@ -120,7 +121,7 @@ impl Curves {
         let (length, h) = (self.s.len(), self.step.h);
         self.predictor.learn(&self.step.increments, weights);
         if is_first {
-            // Nothing is known of Ṡ at the start.
+            // Ṡ is unknown at the start.
             let all: Vec<usize> = (0..length).collect();
             self.step.free_start(method, &all);
         }

@@ -1,27 +1,29 @@
-//! How long the factors of one step serve others.
+//! Reuse of the factors of one step in others.
 
-/// The factors of an earlier step on the way back or of the run, and what they were good for.
+/// Factors of an earlier step of the backward pass or of the run, and their quality as
+/// preconditioner.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Factors {
-    /// The size of the step they were made for.
+    /// Step size for which they were computed.
     h: f64,
-    /// The directions that this step took; of factors of the run those to be expected, if known.
+    /// Directions needed in that step; for factors of the run, the expected number, if known.
     fresh: Option<usize>,
     is_stale: bool,
 }
 
-/// So many directions more than with fresh factors are dearer than these, which serve several steps: a set-up
-/// costs as much as five directions (ten solves; a direction is a solve and a product with the tangents at all
-/// stages, which costs about the same). One direction more or less is chance.
+/// Refactorize once GCR needs this many directions more than with fresh factors. A matrix setup
+/// costs as much as five directions (ten solves; a direction is a solve and a product with the
+/// tangents at all stages, which cost about the same). A difference of one direction is random.
 const STALE: usize = 3;
 
-/// Steps longer or shorter by a larger factor r get factors of their own. Where inertia counts those at hand
-/// are wrong by r², which leaves about (r − 1)/(r + 1) of the residual a direction. On row 4 of Table 2 to
-/// t = 2 set-ups and directions together cost least between 1.05 and 1.1, and more at 1.25.
+/// Factors are reused for step sizes within this ratio r. If inertia dominates, the factors are
+/// wrong by r², which leaves about (r − 1)/(r + 1) of the residual per direction. On row 4 of
+/// Table 2 up to t = 2, setups and directions together are cheapest between 1.05 and 1.1 and more
+/// expensive at 1.25.
 const WINDOW: f64 = 1.1;
 
 impl Factors {
-    /// Those for steps of size `h`.
+    /// Creates the record of factors for step size `h`.
     pub(super) fn new(h: f64, fresh: Option<usize>) -> Self {
         Self {
             h,
@@ -30,17 +32,17 @@ impl Factors {
         }
     }
 
-    /// The directions that fresh factors took.
+    /// Returns the number of directions with fresh factors.
     pub(super) fn fresh(&self) -> Option<usize> {
         self.fresh
     }
 
-    /// Whether they are to be used for a step of size `h`.
+    /// Returns whether the factors are to be used for a step of size `h`.
     pub(super) fn serve(&self, h: f64) -> bool {
         !self.is_stale && (h / self.h).max(self.h / h) <= WINDOW
     }
 
-    /// Takes note of the `directions` that a step took.
+    /// Records the number of `directions` of a step.
     pub(super) fn note(&mut self, directions: usize) {
         let fresh = *self.fresh.get_or_insert(directions);
         self.is_stale = directions > fresh + STALE;

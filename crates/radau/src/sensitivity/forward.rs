@@ -1,4 +1,4 @@
-//! Forward sensitivities, staggered.
+//! Forward sensitivities by the staggered method.
 
 use myovib_dae::{LinearSolver, Outcome, Parameters, Problem, StepError, columns, covers};
 
@@ -15,22 +15,23 @@ use crate::solver::{AcceptedStep, RadauSolver};
 use crate::stage_system::StageSystem;
 use crate::work::Counters;
 
-/// The sensitivities S_j = ∂y/∂p_j of the solution that a [`RadauSolver`] computes, for all
-/// parameters at once.
+/// Sensitivities S_j = ∂y/∂p_j of the solution of a [`RadauSolver`], for all parameters at once.
 ///
-/// After each accepted step the stage equations are differentiated as they stand,
+/// After each accepted step the differentiated stage equations
 ///
 /// ```text
-/// J_y(i) (S_j + σ_i) + h⁻¹ J_ẏ(i) Σ_k (A⁻¹)_ik σ_k + ∂F/∂p_j(i) = 0   at each stage i,
+/// J_y(i) (S_j + σ_i) + h⁻¹ J_ẏ(i) Σ_k (A⁻¹)_ik σ_k + ∂F/∂p_j(i) = 0   at each stage i
 /// ```
 ///
-/// and solved for the increments σ of the stages' sensitivities: the result is the derivative of the
-/// computed solution for the steps that were taken, by default to a third of the tolerance for the solution. The step's
-/// factors, of a Jacobian that is frozen, serve as preconditioner. The steps are those of a run
-/// without sensitivities, unless they are [asked](Self::controlling_steps) to choose them.
+/// are solved for the increments σ of the stages' sensitivities. The result is the derivative of
+/// the discrete solution for the steps taken, by default to a third of the solution's tolerance.
+/// The factors of the step, which belong to a frozen Jacobian, serve as preconditioner. The steps
+/// are identical to those of a run without sensitivities unless
+/// [`controlling_steps`](Self::controlling_steps) is set.
 ///
-/// Sensitivities of multipliers of index 2 and 3 are those of the collocation. The solver hands
-/// multipliers out with their leading error removed, so that theirs have one order less.
+/// Sensitivities of multipliers of index 2 and 3 are derivatives of the collocation values. The
+/// solver returns multipliers with their leading error removed, so their sensitivities have one
+/// order less.
 ///
 /// # Examples
 /// ```
@@ -49,14 +50,14 @@ use crate::work::Counters;
 /// ```
 pub struct ForwardSensitivities<Q> {
     parameters: Q,
-    /// Steps of the solver that were followed.
+    /// Number of solver steps followed.
     followed: u64,
     operator: StageOperator,
     system: StageSystem,
     block: Block,
     curves: Curves,
     image: Vec<f64>,
-    /// Of y, and of all columns.
+    /// Weights of y, and of all columns.
     weights: Vec<f64>,
     columns_weights: Vec<f64>,
     counters: Counters,
@@ -121,10 +122,10 @@ impl<Q> ForwardSensitivities<Q> {
         })
     }
 
-    /// Solves the linear equations to this fraction of the tolerance of the integration's error test. Unless told
-    /// otherwise it is what makes a third of the tolerance for the solution. It is that of Newton's method, a tenth
-    /// of this, by order 5, under hidden constraints, where the sensitivities choose the steps, and where
-    /// [`newton_tolerance`](field@crate::RadauOptions::newton_tolerance) is given.
+    /// Sets the tolerance of the linear systems as a fraction of the integration's tolerance. The
+    /// default corresponds to a third of the solution's tolerance. It equals Newton's tolerance,
+    /// which is a tenth of this, for order 5, with hidden constraints, if the sensitivities control
+    /// the steps, and if [`newton_tolerance`](field@crate::RadauOptions::newton_tolerance) is set.
     #[must_use]
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self {
@@ -133,14 +134,15 @@ impl<Q> ForwardSensitivities<Q> {
         }
     }
 
-    /// Chooses steps by the sensitivities' errors too, each estimated as that of y is, in tolerances of
-    /// p̄_j S_j:
+    /// Includes the errors of the sensitivities in the step-size control. Each is estimated like
+    /// the error of y, in tolerances of p̄_j S_j:
     ///
     /// ```text
     /// −(J_y + γ/h J_ẏ)⁻¹ (J_y S_j + J_ẏ σ_j'(t_n) + ∂F/∂p_j)   at (t_n, y_n, u'(t_n)).
     /// ```
     ///
-    /// No step is repeated for it. The steps are no longer those of a run without sensitivities.
+    /// No step is repeated because of this estimate. The steps differ from those of a run without
+    /// sensitivities.
     #[must_use]
     pub fn controlling_steps<P: Problem, M: LinearSolver<P>>(
         self,
@@ -155,17 +157,17 @@ impl<Q> ForwardSensitivities<Q> {
         }
     }
 
-    /// The parameters.
+    /// Returns the parameters.
     pub fn parameters_mut(&mut self) -> &mut Q {
         &mut self.parameters
     }
 
-    /// Number of parameters.
+    /// Returns the number of parameters.
     pub fn n_parameters(&self) -> usize {
         self.curves.count()
     }
 
-    /// ∂y/∂p_j at the end of the last step followed.
+    /// Returns ∂y/∂p_j at the end of the last step followed.
     ///
     /// # Panics
     /// If there is no such parameter.
@@ -179,7 +181,7 @@ impl<Q> ForwardSensitivities<Q> {
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// [`RadauError::NoDenseOutput`] outside of the last step or for a `derivative` above 1.
+    /// [`RadauError::NoDenseOutput`] outside the last step or for a `derivative` above 1.
     ///
     /// # Panics
     /// If there is no such parameter.
@@ -207,7 +209,7 @@ impl<Q> ForwardSensitivities<Q> {
         Ok(())
     }
 
-    /// What it cost so far.
+    /// Returns the accumulated work.
     pub fn work(&self) -> SensitivityWork {
         SensitivityWork {
             real_solves: self.counters.work.real_solves,
@@ -216,10 +218,10 @@ impl<Q> ForwardSensitivities<Q> {
         }
     }
 
-    /// Integrates up to `t_out`, as [`RadauSolver::integrate_to`], and the sensitivities with it.
+    /// Integrates solution and sensitivities up to `t_out`, as [`RadauSolver::integrate_to`].
     ///
     /// # Errors
-    /// As there, and as for [`follow`](Self::follow).
+    /// Errors of [`RadauSolver::integrate_to`] and of [`follow`](Self::follow).
     pub fn integrate_to<P: Problem, M: LinearSolver<P>>(
         &mut self,
         solver: &mut RadauSolver<P, M>,
@@ -266,7 +268,7 @@ impl<Q> ForwardSensitivities<Q> {
                 let parameter = self.parameters.list()[j].name.clone();
                 match trouble {
                     Trouble::Failed(StepError::Fatal(source)) => RadauError::Fatal {
-                        function: "derivative by a parameter",
+                        function: "derivative with respect to a parameter",
                         t,
                         h,
                         source,
@@ -280,7 +282,7 @@ impl<Q> ForwardSensitivities<Q> {
                         parameter,
                         t,
                         message: format!(
-                            "the linear solver stays at {norm:.1e} times the tolerance"
+                            "the linear solver stagnates at {norm:.1e} times the tolerance"
                         ),
                     },
                 }
@@ -293,8 +295,8 @@ impl<Q> ForwardSensitivities<Q> {
         Ok(())
     }
 
-    /// Takes all sensitivities over a step; their largest estimated error, if it is asked for, or the
-    /// parameter at which it fails.
+    /// Advances all sensitivities over a step. Returns their largest estimated error, if requested,
+    /// or the parameter at which the solve fails.
     fn advance<P: Problem, M: LinearSolver<P>>(
         &mut self,
         step: AcceptedStep<'_, P, M>,
@@ -357,7 +359,7 @@ impl<Q> ForwardSensitivities<Q> {
             rows.iter_mut().for_each(|r| *r = -*r);
             work.parameter_derivatives += n_columns as u64;
         }
-        // −∂F/∂p − J_y (S + σ) − h⁻¹ J_ẏ A⁻¹ σ, and the correction of σ that it asks for.
+        // −∂F/∂p − J_y (S + σ) − h⁻¹ J_ẏ A⁻¹ σ, and the resulting correction of σ.
         let both = [&self.columns_weights[..], &self.weights];
         curves.begin(method, &collocation, both, tolerance);
         let at = (Some(&curves.s[..]), &curves.step.increments[..]);
@@ -368,7 +370,7 @@ impl<Q> ForwardSensitivities<Q> {
         system
             .solve_columns(problem, matrices, method, residual, counters)
             .map_err(|error| (0, Trouble::Failed(error)))?;
-        // p̄ S has the units of y, and is weighed as y is.
+        // p̄ S has the units of y and the same weights.
         for j in 0..n_columns {
             let scale = parameters.list()[j].scale;
             let mut size = vec![0.0; n];
@@ -428,7 +430,7 @@ impl<Q> ForwardSensitivities<Q> {
     }
 }
 
-/// Writes the weights of n components, and repeats them for all stages.
+/// Writes the weights of n components and repeats them for all stages.
 pub(super) fn spread(
     weights: &mut [f64],
     n: usize,

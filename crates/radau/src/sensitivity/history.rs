@@ -1,4 +1,4 @@
-//! Starting values from several steps before.
+//! Initial guesses from several previous steps.
 
 use std::collections::VecDeque;
 
@@ -10,33 +10,35 @@ use super::combination::{DIGITS, PLACES, Products, STEPS, Sums, combination};
 use crate::dense::Collocation;
 use crate::method::Method;
 
-/// The last steps of several columns side by side, to guess the next step from.
+/// The last steps of several columns, from which the next step is predicted.
 ///
-/// What the columns and the state y were at the beginning of these steps is combined to what they are now,
+/// The values of the columns and of the state y at the starts of these steps are combined to their
+/// current values,
 ///
 /// ```text
-/// S_n ≈ Σ_k a_k S_k,   y_n ≈ Σ_k a_k y_k,   and their derivatives likewise,
+/// S_n ≈ Σ_k a_k S_k,   y_n ≈ Σ_k a_k y_k,   and the same for their derivatives,
 /// ```
 ///
-/// by least squares, with coefficients of each column's own. As S obeys linear equations that depend on the
-/// state, it goes on as nearly the same combination of what followed then. Vibrations and what fades
-/// are combinations of a few such curves, over steps too long for a polynomial to be continued.
+/// by least squares with separate coefficients for each column. Since S satisfies linear equations
+/// that depend on the state, its continuation is nearly the same combination of the continuations
+/// of the previous steps. Vibrations and decaying terms are combinations of a few such curves, even
+/// over steps too long for polynomial extrapolation.
 #[derive(Debug)]
 pub(super) struct History {
-    /// Most steps that are kept.
+    /// Maximum number of stored steps.
     most: usize,
     steps: VecDeque<Past>,
     room: Room,
 }
 
-/// A step: the polynomials of all columns, and the state it began with.
+/// A step: the polynomials of all columns and the state at its start.
 #[derive(Debug)]
 struct Past {
     curves: Collocation,
     state: [Vec<f64>; 2],
 }
 
-/// Workspace, so that a guess allocates nothing.
+/// Workspace, so that a guess does not allocate.
 #[derive(Debug, Default)]
 struct Room {
     sums: Sums,
@@ -47,32 +49,34 @@ struct Room {
     basis: Vec<f64>,
 }
 
-/// Values and derivatives of vectors, and the weights of their components: the inverses of tolerances.
+/// Values and derivatives of vectors, and the weights of their components: the inverses of their
+/// tolerances.
 pub(super) struct Vectors<'a> {
     pub(super) values: [&'a [f64]; 2],
     pub(super) weights: &'a [f64],
 }
 
-/// Where the step begins that is guessed.
+/// Start of the step to be predicted.
 pub(super) struct Beginning<'a> {
     pub(super) h: f64,
     pub(super) columns: Vectors<'a>,
     pub(super) state: Vectors<'a>,
-    /// What is smaller than this, in the mean, is noise.
+    /// Mean magnitude below which values are noise.
     pub(super) tolerance: f64,
 }
 
-/// With fewer there is no guess.
+/// Minimum number of steps for a guess.
 const FEWEST: usize = 3;
 
-/// A step may be longer by this than one it is guessed from: over more a polynomial magnifies its errors.
+/// Maximum ratio of the predicted step to a stored step; a larger ratio amplifies the errors of the
+/// polynomial.
 const LONGER: f64 = 1.25;
 
-/// Most numbers that are kept, of 8 bytes.
+/// Maximum number of stored values (8 bytes each).
 const MOST_NUMBERS: usize = 1 << 26;
 
 impl History {
-    /// Of steps with so many `stages`, of `n_columns` of `n` unknowns.
+    /// Creates the history for steps with `stages` stages and `n_columns` columns of `n` unknowns.
     pub(super) fn new(n: usize, n_columns: usize, stages: usize) -> Self {
         let numbers = n * (n_columns * (stages + 2) + 2);
         let most = (MOST_NUMBERS / numbers.max(1)).min(STEPS);
@@ -83,13 +87,13 @@ impl History {
         }
     }
 
-    /// Steps whose polynomials can be continued to one of size `h`.
+    /// Returns the steps whose polynomials can be extended to a step of size `h`.
     fn usable(&self, h: f64) -> impl Iterator<Item = &Past> {
         let steps = self.steps.iter();
         steps.filter(move |past| h <= LONGER * past.curves.h)
     }
 
-    /// Takes in a step of the columns and of the state.
+    /// Adds a step of the columns and of the state.
     pub(super) fn push(&mut self, curves: &Collocation, state: &Collocation) {
         if self.steps.len() < self.most {
             return self.steps.push_back(Past {
@@ -105,13 +109,13 @@ impl History {
         }
     }
 
-    /// Forgets all steps: what comes does not go on as they did.
+    /// Discards all steps because the solution does not continue smoothly.
     pub(super) fn clear(&mut self) {
         self.steps.clear();
     }
 
-    /// Writes the stage increments that the steps before let expect. `false`, and nothing is written, where there are
-    /// too few of them, or where products cannot tell as many digits as are wanted.
+    /// Writes the predicted stage increments. Returns `false` and writes nothing if there are too
+    /// few steps, or if the products are not accurate enough.
     pub(super) fn guess(&mut self, method: &Method, now: &Beginning<'_>, z: &mut [f64]) -> bool {
         let count = self.usable(now.h).count();
         if count < FEWEST {
@@ -127,7 +131,8 @@ impl History {
                     let of_step = room.coefficients.iter().map(|a| a[k]);
                     room.shares.extend(of_step);
                 }
-                // The polynomials over a step of now's length; with equal steps, their own stages.
+                // The polynomials over a step of the current length; for equal steps, these are
+                // their own stages.
                 method.write_bases(now.h / past.curves.h, &mut room.basis);
                 Arch::new().dispatch(AddPolynomials {
                     z,
@@ -142,7 +147,7 @@ impl History {
         is_known
     }
 
-    /// Finds the coefficients of each column, of the `count` usable steps.
+    /// Computes the coefficients of each column for the `count` usable steps.
     fn combine(&self, now: &Beginning<'_>, count: usize, room: &mut Room) -> bool {
         let Beginning {
             h, columns, state, ..
@@ -179,12 +184,12 @@ impl History {
     }
 }
 
-/// z_i ← z_i + Σ_j b_ij z_j of a step, times the share of each column.
+/// Computes z_i ← z_i + Σ_j b_ij z_j of a step, times the share of each column.
 struct AddPolynomials<'a> {
     z: &'a mut [f64],
-    /// Of a stage.
+    /// Number of values per stage.
     numbers: usize,
-    /// They repeat.
+    /// Repeated periodically.
     shares: &'a [f64],
     increments: &'a [f64],
     /// b_ij, stage by stage.
@@ -228,7 +233,7 @@ mod tests {
 
     const FREQUENCIES: [f64; 2] = [1.0, 2.7];
 
-    /// Of component i of column j a vibration with two frequencies, or its derivative.
+    /// Component i of column j: a vibration with two frequencies, or its derivative.
     fn curve(i: usize, j: usize, t: f64, derivative: bool) -> f64 {
         let of = |(k, omega): (usize, &f64)| {
             let size = ((1 + i + 3 * j + 5 * k) as f64).sin();
@@ -241,7 +246,7 @@ mod tests {
         FREQUENCIES.iter().enumerate().map(of).sum()
     }
 
-    /// All components of some columns side by side.
+    /// All components of some columns, stored row by row.
     fn block(n_columns: std::ops::Range<usize>, t: f64, derivative: bool) -> Vec<f64> {
         let columns = |i: usize| n_columns.clone().map(move |j| curve(i, j, t, derivative));
         (0..6).flat_map(columns).collect()
@@ -263,7 +268,7 @@ mod tests {
         }
     }
 
-    /// Where a step begins, weights of the state being 1.
+    /// Start of a step with unit weights of the state.
     fn beginning<'a>(
         columns: &'a Collocation,
         state: &'a Collocation,
@@ -284,13 +289,13 @@ mod tests {
         }
     }
 
-    /// The largest error of what is guessed after steps of size 1 and one of `last`.
+    /// Returns the largest error of the guess after steps of size 1 and one of size `last`.
     fn error(last: f64) -> f64 {
         let method = Method::radau_iia(7).expect("there is one");
         let (columns, state) = (0..2, 2..3);
         let mut history = History::new(6, 2, 7);
         let mut t = 0.0;
-        // More than are kept.
+        // More steps than are stored.
         for h in [1.0; 10] {
             let [of_columns, of_state] =
                 [&columns, &state].map(|of| step(&method, of.clone(), t, h));
@@ -309,8 +314,9 @@ mod tests {
         errors.map(|(z, e)| (z - e).abs()).fold(0.0, f64::max)
     }
 
-    /// Four curves in all are combinations of eight steps, to the tolerance of 1e-6 times a few. Over shorter
-    /// steps a polynomial of degree 7 errs besides by 2.7⁸/8! × 2 × 4⁻⁸, 2e-6, times a few.
+    /// Four curves in total are combinations of eight steps up to a few times the tolerance of
+    /// 1e-6. For shorter steps the polynomial of degree 7 adds an error of a few times 2.7⁸/8! × 2
+    /// × 4⁻⁸ = 2e-6.
     #[test]
     fn vibrations_of_two_frequencies_are_guessed_over_long_steps() {
         for last in [1.0, 0.6] {
@@ -319,7 +325,7 @@ mod tests {
         }
     }
 
-    /// One column that is its own state, after steps of these sizes.
+    /// One column that equals its state, after steps of these sizes.
     fn after(steps: &[f64]) -> (Method, History, f64) {
         let method = Method::radau_iia(3).expect("there is one");
         let (mut history, mut t) = (History::new(6, 1, 3), 0.0);
@@ -351,7 +357,7 @@ mod tests {
 
     #[test]
     fn no_more_is_kept_than_there_is_room_for() {
-        // Of each unknown 7 numbers of a column and 2 of the state.
+        // For each unknown, 7 values of a column and 2 of the state.
         for (steps, most) in [(2, 0), (4, 4), (100, STEPS)] {
             let n = MOST_NUMBERS / 9 / steps;
             assert_eq!(History::new(n, 1, 5).most, most);

@@ -1,14 +1,14 @@
-//! Generalised conjugate residuals.
+//! Generalized conjugate residuals for one right-hand side.
 
 use crate::dense::add_scaled;
 
-/// Solves K x = r by generalised conjugate residuals (Eisenstat, Elman, Schultz 1983).
+/// Solves K x = r by generalized conjugate residuals (Eisenstat, Elman, Schultz 1983).
 ///
-/// Each direction p is kept with q = K p, the q orthogonal. With K near the identity, as preconditioned by
-/// the factors of a frozen Jacobian, a few directions are enough.
+/// Each direction p is stored with q = K p; the q are orthogonal. K is close to the identity, since
+/// it is preconditioned by the factors of a frozen Jacobian, so a few directions suffice.
 #[derive(Debug, Default)]
 pub(super) struct Krylov {
-    /// p, q and 1/|q|², of which the first `used` belong to the last K.
+    /// p, q and 1/|q|²; the first `used` belong to the last K.
     directions: Vec<Direction>,
     used: usize,
 }
@@ -20,39 +20,39 @@ struct Direction {
     inverse: f64,
 }
 
-/// Most directions of one K.
+/// Maximum number of directions for one K.
 const MOST: usize = 60;
 
-/// Why there is no solution.
+/// Reason why there is no solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stalled {
-    /// The norm of the residual left.
+    /// Norm of the remaining residual.
     pub(super) norm: f64,
-    /// The right-hand side, of several that are solved for at once.
+    /// Number of the right-hand side, if there are several.
     pub(super) column: usize,
 }
 
 impl Stalled {
-    /// Of the only right-hand side.
+    /// Creates the error for a single right-hand side.
     fn at(norm: f64) -> Self {
         Self { norm, column: 0 }
     }
 }
 
 impl Krylov {
-    /// How many directions the last solution took.
+    /// Returns the number of directions of the last solve.
     pub(super) fn directions(&self) -> usize {
         self.used
     }
 
-    /// Adds the solution of K d = `r` to `x`, up to a residual with a norm of about `tolerance`. `apply`
+    /// Adds the solution of K d = `r` to `x` with a residual norm of about `tolerance`. `apply`
     /// replaces v by K v.
     ///
-    /// K being near the identity, what is left of r is added in the end, which leaves r − K r: as much
-    /// smaller as the last direction has shown.
+    /// Since K is close to the identity, the remaining residual r is added at the end, which leaves
+    /// r − K r, smaller by the contraction of the last direction.
     ///
     /// # Shapes
-    /// `weights`: how components count together; all slices are of one length.
+    /// `weights`: relative weights of the components; all slices have the same length.
     pub(super) fn solve<E: From<Stalled>>(
         &mut self,
         x: &mut [f64],
@@ -93,7 +93,7 @@ impl Krylov {
             if !(*inverse > 0.0 && inverse.is_finite()) {
                 return Err(Stalled::at(size).into());
             }
-            // The part along q goes from r, and what it is the image of to x.
+            // Removes the component along q from r and adds the corresponding multiple of p to x.
             let share = inner(r, q, weights) * *inverse;
             add_scaled(x, share, p);
             add_scaled(r, -share, q);
@@ -102,24 +102,24 @@ impl Krylov {
     }
 }
 
-/// The mean of w² a b.
+/// Returns the mean of w² a b.
 fn inner(a: &[f64], b: &[f64], weights: &[f64]) -> f64 {
     let products = |[a, b, w]: [f64; 3]| (a * w) * (b * w);
     mean([a, b, weights], products)
 }
 
-/// The root of the mean of (w a)².
+/// Returns the root mean square of w a.
 pub(super) fn norm(a: &[f64], weights: &[f64]) -> f64 {
     inner(a, a, weights).sqrt()
 }
 
-/// The norm of a − b.
+/// Returns the norm of a − b.
 fn difference(a: &[f64], b: &[f64], weights: &[f64]) -> f64 {
     let squares = |[a, b, w]: [f64; 3]| ((a - b) * w).powi(2);
     mean([a, b, weights], squares).sqrt()
 }
 
-/// The mean of a function of three vectors' components, summed in lanes so that it becomes vector
+/// Returns the mean of a function of three vectors' components, summed in lanes to allow vector
 /// instructions.
 fn mean([a, b, w]: [&[f64]; 3], of: impl Fn([f64; 3]) -> f64) -> f64 {
     const LANES: usize = 8;
@@ -142,7 +142,7 @@ fn mean([a, b, w]: [&[f64]; 3], of: impl Fn([f64; 3]) -> f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// K = I + 0.3 × (cyclic shift), which is normal with eigenvalues on a circle about 1.
+    /// K = I + 0.3 × (cyclic shift), which is normal with eigenvalues on a circle around 1.
     fn apply(v: &mut [f64]) -> Result<(), Stalled> {
         let last = v.to_vec();
         for (i, v) in v.iter_mut().enumerate() {
@@ -151,8 +151,8 @@ mod tests {
         Ok(())
     }
 
-    /// Each direction contracts by 0.3 or better, so ten digits take 19 or fewer; the last one is what is added
-    /// in the end.
+    /// Each direction contracts by 0.3 or better, so ten digits take at most 19 directions; the
+    /// last is the final addition of the residual.
     #[test]
     fn solutions_leave_no_more_than_the_tolerance_and_little_less() {
         let n = 40;

@@ -1,12 +1,12 @@
-//! What the computed solution depends on.
+//! Sensitivities of the computed solution.
 //!
-//! [`ForwardSensitivities`] follow a [`RadauSolver`](crate::RadauSolver) step by step: at the stages
-//! of each accepted step a `StageOperator` linearises the equations, and `Block` solves with it for all
-//! parameters at once, the step's factors being the preconditioner. The plain integration knows nothing
-//! of it.
+//! [`ForwardSensitivities`] follow a [`RadauSolver`](crate::RadauSolver) step by step: a
+//! `StageOperator` linearizes the equations at the stages of each accepted step, and `Block` solves
+//! with it for all parameters at once, with the step's factors as preconditioner. The integration
+//! itself is independent of this module.
 //!
-//! An [`Adjoint`] goes back over the steps of a [`Recording`], with the same operator transposed and `Krylov`; a
-//! misfit adds to the [`Cotangents`] of each step.
+//! An [`Adjoint`] traverses the steps of a [`Recording`] backward with the transposed operator and
+//! `Krylov`. A misfit adds its derivatives to the [`Cotangents`] of each step.
 
 mod adjoint;
 mod block;

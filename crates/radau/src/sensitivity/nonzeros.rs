@@ -1,22 +1,22 @@
-//! Products with what of a matrix is not zero.
+//! Products with the nonzero entries of a matrix.
 
 use myovib_sparse::Product;
 use nalgebra_sparse::pattern::SparsityPattern;
 
-/// The places of a pattern at which a matrix has been seen not to be zero.
+/// Entries of a pattern that have been nonzero so far.
 ///
-/// ∂F/∂y and ∂F/∂ẏ share a pattern, of which either fills a part: a product with all of it would be
-/// one with zeros, mostly.
+/// ∂F/∂y and ∂F/∂ẏ share a pattern, of which each fills only a part. Products with the full pattern
+/// would mostly multiply by zeros.
 #[derive(Debug)]
 pub(super) struct Nonzeros {
     is_kept: Vec<bool>,
-    /// Those that are kept, ascending.
+    /// Positions of these entries, ascending.
     places: Vec<usize>,
     product: Product,
 }
 
 impl Nonzeros {
-    /// None yet.
+    /// Creates an empty set.
     pub(super) fn new(pattern: &SparsityPattern) -> Self {
         let is_kept = vec![false; pattern.nnz()];
         Self {
@@ -26,7 +26,7 @@ impl Nonzeros {
         }
     }
 
-    /// Takes in the entries of matrices with these `values` in the order of the pattern.
+    /// Adds the nonzero entries of matrices with these `values` in the order of the pattern.
     pub(super) fn learn<'v>(
         &mut self,
         pattern: &SparsityPattern,
@@ -51,15 +51,15 @@ impl Nonzeros {
         }
     }
 
-    /// Moves the entries kept to the front of `values`.
+    /// Moves these entries to the front of `values`.
     pub(super) fn compress(&self, values: &mut [f64]) {
         for (k, &place) in self.places.iter().enumerate() {
             values[k] = values[place];
         }
     }
 
-    /// Subtracts the products of the matrix with these compressed `values` and the columns of `x` from
-    /// those of `out`; the numbers of a row stand side by side.
+    /// Subtracts the product of the matrix with these compressed `values` and the columns of `x`
+    /// from `out`; columns are stored row by row.
     pub(super) fn subtract(&self, values: &[f64], x: &[f64], out: &mut [f64], n_columns: usize) {
         let values = &values[..self.places.len()];
         self.product.subtract_columns(values, x, out, n_columns);
@@ -73,7 +73,7 @@ impl Nonzeros {
     }
 }
 
-/// The product with the entries kept.
+/// Returns the product restricted to these entries.
 fn product(pattern: &SparsityPattern, is_kept: &[bool]) -> Product {
     let (mut offsets, mut rows) = (vec![0], Vec::new());
     for column in pattern.major_offsets().windows(2) {
@@ -87,7 +87,7 @@ fn product(pattern: &SparsityPattern, is_kept: &[bool]) -> Product {
     }
     let (columns, n) = (pattern.major_dim(), pattern.minor_dim());
     let kept = SparsityPattern::try_from_offsets_and_indices(columns, n, offsets, rows)
-        .expect("a part of a pattern is one");
+        .expect("a subset of a pattern is a valid pattern");
     Product::new(&kept)
 }
 
@@ -95,7 +95,8 @@ fn product(pattern: &SparsityPattern, is_kept: &[bool]) -> Product {
 mod tests {
     use super::*;
 
-    /// Of the full matrix ((1, 3), (2, 4)) in the order 1, 2, 3, 4 first the diagonal, then all.
+    /// For the full matrix ((1, 3), (2, 4)), stored as 1, 2, 3, 4: first the diagonal, then all
+    /// entries.
     #[test]
     fn products_are_those_of_all_entries_seen() {
         let pattern =
@@ -105,7 +106,7 @@ mod tests {
         for (mut values, expected) in [
             ([1.0, 0.0, 0.0, 4.0], [-5.0, -28.0]),
             ([1.0, 2.0, 3.0, 4.0], [-26.0, -38.0]),
-            // What has been seen stays.
+            // Entries seen once remain in the set.
             ([1.0, 0.0, 0.0, 4.0], [-5.0, -28.0]),
         ] {
             nonzeros.learn(&pattern, std::iter::once(&values[..]));

@@ -1,4 +1,4 @@
-//! The stage equations, linearised at the stages.
+//! The stage equations linearized at the stages.
 
 use myovib_dae::{Jacobian, Linearization, Parameters, Problem, StepError};
 
@@ -6,32 +6,32 @@ use super::nonzeros::Nonzeros;
 use crate::dense::{Collocation, add_combined, add_scaled, write_combined};
 use crate::method::Method;
 
-/// The derivative of the stage equations with respect to the stage increments,
+/// Derivative of the stage equations with respect to the stage increments,
 ///
 /// ```text
 /// (L x)_i = J_y(i) x_i + h⁻¹ J_ẏ(i) Σ_j (A⁻¹)_ij x_j,
 /// ```
 ///
-/// with the Jacobians at each stage i, not frozen at the beginning of the step.
+/// with the Jacobian at each stage i instead of a frozen Jacobian at the start of the step.
 #[derive(Debug)]
 pub(super) struct StageOperator {
     jacobian: Jacobian,
-    /// Where ∂F/∂y and ∂F/∂ẏ are not zero.
+    /// Nonzero entries of ∂F/∂y and ∂F/∂ẏ.
     nonzeros: [Nonzeros; 2],
-    /// Both at each stage, compressed; then those at the beginning of the step, where they are wanted.
+    /// Both matrices at each stage, compressed, and optionally at the start of the step.
     parts: Vec<[Vec<f64>; 2]>,
-    /// t, Y_i and Ẏ_i; likewise.
+    /// t, Y_i and Ẏ_i of the same points.
     pub(super) stages: Vec<Stage>,
-    /// How many places there are.
+    /// Number of points.
     stages_and_start: usize,
-    /// Whether the parameters keep the tangents.
+    /// Whether the parameters store the tangents.
     is_kept: bool,
     value: Vec<f64>,
     rates: Vec<f64>,
     h: f64,
 }
 
-/// Where the equations hold.
+/// A point at which the equations hold.
 #[derive(Debug, Clone)]
 pub(super) struct Stage {
     pub(super) t: f64,
@@ -40,7 +40,7 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    /// Room for `n` unknowns.
+    /// Allocates a point for `n` unknowns.
     pub(super) fn new(n: usize) -> Self {
         Self {
             t: 0.0,
@@ -49,7 +49,7 @@ impl Stage {
         }
     }
 
-    /// Becomes stage `i` of a step.
+    /// Moves the point to stage `i` of a step.
     pub(super) fn move_to(&mut self, method: &Method, step: &Collocation, i: usize) {
         let n = self.y.len();
         self.t = step.t0 + method.nodes()[i] * step.h;
@@ -78,17 +78,17 @@ impl StageOperator {
         }
     }
 
-    /// Makes room for the beginning of the step too.
+    /// Adds the start of the step as a point.
     pub(super) fn add_start(&mut self, method: &Method) {
         self.stages_and_start = method.stages() + 1;
         self.stages
             .resize(self.stages_and_start, self.stages[0].clone());
     }
 
-    /// Linearises at the stages of a step, and at its beginning if there is room for that.
+    /// Linearizes at the stages of a step, and at its start if that was added.
     ///
-    /// The `parameters` may keep the tangents themselves, to [multiply](Self::subtract) with them; where
-    /// they are wanted transposed, if they can do that.
+    /// The `parameters` may store the tangents themselves and [multiply](Self::subtract) with them.
+    /// If transposed products are needed, they do so only if they support these.
     pub(super) fn linearise<P: Problem>(
         &mut self,
         (problem, parameters): (&mut P, &mut impl Parameters<P>),
@@ -140,8 +140,8 @@ impl StageOperator {
         Ok(())
     }
 
-    /// Subtracts L x from `out`, and J_y(i) `start` at each stage, for `n_columns` whose numbers stand
-    /// side by side.
+    /// Subtracts L x, and J_y(i) `start` at each stage, from `out` for `n_columns` columns stored
+    /// row by row.
     pub(super) fn subtract<P>(
         &mut self,
         parameters: &mut impl Parameters<P>,
@@ -205,7 +205,7 @@ impl StageOperator {
         self.rates = unused;
     }
 
-    /// Subtracts J_yᵀ x and J_ẏᵀ x of one place from both `out`.
+    /// Subtracts J_yᵀ x and J_ẏᵀ x at one point from the two vectors of `out`.
     fn subtract_transposed_at<P>(
         &self,
         parameters: &mut impl Parameters<P>,
@@ -222,7 +222,7 @@ impl StageOperator {
         by_rate.subtract_transposed(of_rate, x, rate);
     }
 
-    /// Subtracts J_y s + J_ẏ u'(t_n) from `out`, at the beginning of the step of the curves u that
+    /// Subtracts J_y s + J_ẏ u'(t_n) from `out` at the start of the step, for the curves u that
     /// start from s.
     pub(super) fn subtract_at_start<P>(
         &mut self,
@@ -238,7 +238,7 @@ impl StageOperator {
         self.subtract_at(parameters, method.stages(), at, out, n_columns)
     }
 
-    /// Subtracts J_y x + J_ẏ ẋ of one place from `out`.
+    /// Subtracts J_y x + J_ẏ ẋ at one point from `out`.
     fn subtract_at<P>(
         &self,
         parameters: &mut impl Parameters<P>,
@@ -258,7 +258,7 @@ impl StageOperator {
     }
 }
 
-/// h⁻¹ Σ_j (A⁻¹)_ij z_j
+/// Computes h⁻¹ Σ_j (A⁻¹)_ij z_j.
 pub(super) fn combine(method: &Method, i: usize, h: f64, z: &[f64], out: &mut [f64]) {
     write_combined(out, out.len(), |_, j| method.a_inverse(i, j) / h, z);
 }

@@ -1,4 +1,4 @@
-//! What a run leaves behind for the way back.
+//! Data of a run stored for the backward pass.
 
 use myovib_dae::{LinearSolver, Outcome, Problem};
 
@@ -6,30 +6,30 @@ use crate::dense::Collocation;
 use crate::error::RadauError;
 use crate::solver::{RadauSolver, RadauState};
 
-/// The accepted steps of a run, over which an [`Adjoint`](super::Adjoint) goes back.
+/// The accepted steps of a run, which an [`Adjoint`](super::Adjoint) traverses backward.
 ///
-/// Either the stages of all steps are kept, or a few states of the solver: from these the steps between
-/// them are repeated, bit by bit, when they are wanted.
+/// Either the stages of all steps are stored, or a few states of the solver, from which the steps
+/// in between are replayed bit by bit when they are needed.
 #[derive(Debug)]
 pub struct Recording {
     kept: Kept,
-    /// For each step, how it was asked for and what came of it.
+    /// Request and result of each step.
     steps: Vec<Asked>,
 }
 
-/// A step as it was asked for, and its size.
+/// A requested step and its size.
 #[derive(Debug, Clone, Copy)]
 struct Asked {
     bounds: [f64; 2],
     h: f64,
-    /// Where it ended.
+    /// Its end time.
     end: f64,
 }
 
 #[derive(Debug)]
 enum Kept {
     Stages(Vec<Collocation>),
-    /// States before every `spacing`-th step, and the stages of the steps since the last of them.
+    /// States before every `spacing`-th step, and the stages of the steps since the last state.
     Checkpoints {
         states: Vec<RadauState>,
         spacing: usize,
@@ -37,27 +37,28 @@ enum Kept {
     },
 }
 
-/// What goes back over successive steps: with the solver, the number of the first step from 0 and the
-/// stages of all.
+/// Callback of the backward pass for successive steps: the solver, the number of the first step
+/// (from 0) and the stages of all steps.
 type Visit<'v, P, M> =
     dyn FnMut(&mut RadauSolver<P, M>, usize, &[Collocation]) -> Result<(), RadauError> + 'v;
 
 impl Recording {
-    /// Keeps the stages of all steps: s + 2 vectors a step.
+    /// Creates a recording that stores the stages of all steps: s + 2 vectors per step.
     ///
     /// # Errors
-    /// [`RadauError::AfterTheStart`] for a solver that has begun, [`RadauError::Fading`] for one with a
-    /// memory.
+    /// [`RadauError::AfterTheStart`] for a solver that has taken steps, [`RadauError::Fading`] for
+    /// a solver with internal variables.
     pub fn of_stages<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
     ) -> Result<Self, RadauError> {
         Self::new(solver, Kept::Stages(Vec::new()))
     }
 
-    /// Keeps states in two levels: of N steps √N states or fewer, and the stages of the √N to 2 √N steps
-    /// between two of them. Each step is taken twice then, but for the last ones.
+    /// Creates a recording with two levels of checkpoints: for N steps at most √N states, and the
+    /// stages of the √N to 2 √N steps between two of them. Almost all steps are then computed
+    /// twice.
     ///
-    /// Between steps the solver must be left alone, so that it takes them again.
+    /// Between steps the solver must not be modified, so that it can replay them.
     ///
     /// # Errors
     /// As [`of_stages`](Self::of_stages).
@@ -86,12 +87,12 @@ impl Recording {
         })
     }
 
-    /// Number of steps recorded.
+    /// Returns the number of recorded steps.
     pub fn n_steps(&self) -> usize {
         self.steps.len()
     }
 
-    /// Bytes that are kept, at most, on the way and on the way back.
+    /// Returns the maximum memory used during the run and the backward pass, bytes.
     pub fn n_bytes(&self) -> usize {
         let of_stages = |steps: &[Collocation]| {
             let numbers: usize = steps.iter().map(Collocation::n_numbers).sum();
@@ -105,7 +106,7 @@ impl Recording {
                 recent,
             } => {
                 let of_states: usize = states.iter().map(RadauState::n_bytes).sum();
-                // Between two states all `spacing` steps, unless the run is shorter.
+                // There are `spacing` steps between two states, unless the run is shorter.
                 let of_one = recent
                     .first()
                     .map_or(0, |step| of_stages(std::slice::from_ref(step)));
@@ -118,7 +119,7 @@ impl Recording {
     /// Integrates up to `t_out`, as [`RadauSolver::integrate_to`], and records the steps.
     ///
     /// # Errors
-    /// As there, and as for [`follow`](Self::follow).
+    /// Errors of [`RadauSolver::integrate_to`] and of [`follow`](Self::follow).
     pub fn integrate_to<P: Problem, M: LinearSolver<P>>(
         &mut self,
         solver: &mut RadauSolver<P, M>,
@@ -163,7 +164,7 @@ impl Recording {
                 if self.steps.len().is_multiple_of(*spacing) {
                     states.push(solver.save());
                 }
-                // As many states as steps between two of them: every other one is left out.
+                // As many states as steps between two of them: every other state is dropped.
                 if states.len() > *spacing {
                     let mut number = 0;
                     states.retain(|_| {
@@ -177,12 +178,12 @@ impl Recording {
         Ok(())
     }
 
-    /// Where a step ended.
+    /// Returns the end time of a step.
     pub(super) fn end(&self, number: usize) -> f64 {
         self.steps[number].end
     }
 
-    /// Goes back over all steps, some at a time; the number of those that were taken again.
+    /// Traverses all steps backward, some at a time; returns the number of replayed steps.
     pub(super) fn go_back<P: Problem, M: LinearSolver<P>>(
         &self,
         solver: &mut RadauSolver<P, M>,
@@ -216,7 +217,7 @@ impl Recording {
         }
     }
 
-    /// The steps with these numbers, taken again from the `state` before the first.
+    /// Replays the steps with these numbers from the `state` before the first.
     fn repeat<P: Problem, M: LinearSolver<P>>(
         &self,
         solver: &mut RadauSolver<P, M>,

@@ -1,11 +1,11 @@
-//! Why sensitivities cannot be followed over a step.
+//! Failures of sensitivities over a step.
 
 use myovib_dae::StepError;
 
 use super::krylov::Stalled;
 use crate::failure::Failure;
 
-/// What can go wrong in the linear solves.
+/// Failures of the linear solves.
 pub(super) enum Trouble {
     Stalled(Stalled),
     Failed(StepError),

@@ -1,33 +1,33 @@
-//! What it costs.
+//! Work counters of sensitivities.
 
-/// What the sensitivities cost beside the integration. There are no factorisations.
+/// Work for sensitivities in addition to the integration. Factorizations are not needed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct SensitivityWork {
     /// Steps followed.
     pub steps: u64,
-    /// Linearisations: one a stage of each step, whatever the number of parameters.
+    /// Linearizations: one per stage of each step, independent of the number of parameters.
     pub jacobian_evaluations: u64,
-    /// Evaluations of ∂F/∂p: one a stage and parameter.
+    /// Evaluations of ∂F/∂p: one per stage and parameter.
     pub parameter_derivatives: u64,
-    /// Solves with the real matrix: one an iteration and parameter that
-    /// is not solved for yet.
+    /// Solves with the real matrix: one per iteration and parameter that has not converged.
     pub real_solves: u64,
-    /// Solves with a complex matrix: (s − 1)/2 where there is one with the real matrix.
+    /// Solves with a complex matrix: (s − 1)/2 per solve with the real matrix.
     pub complex_solves: u64,
 }
 
-/// What an adjoint cost on its ways back.
+/// Work of an adjoint in its backward passes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct AdjointWork {
-    /// Steps gone back over, those behind the last data left out.
+    /// Steps traversed backward, excluding steps after the last data.
     pub steps: u64,
-    /// Steps taken again from checkpoints.
+    /// Steps replayed from checkpoints.
     pub repeated_steps: u64,
-    /// Evaluations of the Jacobian: one a stage of each step.
+    /// Evaluations of the Jacobian: one per stage of each step.
     pub jacobian_evaluations: u64,
-    /// How often the matrices were evaluated and factorised, the real one and the complex ones together.
+    /// Number of matrix evaluations and factorizations; the real and the complex matrices of a step
+    /// count once.
     pub factorizations: u64,
     /// Solves with the transposed real matrix.
     pub real_solves: u64,

@@ -52,12 +52,9 @@ mod tests {
     #[test]
     fn probes_where_nothing_can_be_measured_are_refused() {
         let outside = refusal("type = \"point\"\nat = [1.0, 0.0]");
-        assert!(
-            outside.contains("(1, 0) lies outside the mesh"),
-            "{outside}"
-        );
+        assert!(outside.contains("(1, 0) is outside the mesh"), "{outside}");
         let line = "type = \"line\"\nfrom = [0.0, 0.0]\nto = [0.0, 9.0]\npoints = 3";
-        assert!(refusal(line).contains("lies outside the mesh"));
+        assert!(refusal(line).contains("is outside the mesh"));
         let in_space = refusal("type = \"point\"\nat = [0.0, 0.0, 0.0]");
         assert!(
             in_space.contains("a point of the body has 2 coordinates, not 3"),

@@ -1,7 +1,9 @@
 //! A run of a scene that keeps what its outputs do, and what they depend on.
 
 use myovib_dae::LinearSolver;
-use myovib_model::sensitivity::{Dependences, DrivingIntegrator, SensitiveIntegrator, Twins};
+use myovib_model::sensitivity::{
+    Dependences, DrivingIntegrator, PerturbedSystems, SensitiveIntegrator,
+};
 use myovib_model::start::Consistent;
 use myovib_model::{Advance, Integrator, IntegratorKind, ModelError, MuscleDae, Settings};
 
@@ -335,7 +337,7 @@ impl Asked<'_> {
     where
         P: System + Consistent,
         M: LinearSolver<P>,
-        Q: Twins<P>,
+        Q: PerturbedSystems<P>,
     {
         let mut integrator = match self.precision {
             Precision::OfMotion => integrator,

@@ -32,7 +32,7 @@ fn what_does_not_fit_the_dimension_is_refused() {
         (
             "at = [2.0, 0.5, 0.5]",
             "at = [2.0, 0.5, 1.5]",
-            "the point (2, 0.5, 1.5) lies outside the mesh",
+            "the point (2, 0.5, 1.5) is outside the mesh",
         ),
         (
             "type = \"box\"\nsize = [2.0, 1.0, 1.0]\ncells = [2, 1, 1]",

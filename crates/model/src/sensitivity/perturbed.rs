@@ -1,4 +1,4 @@
-//! What can be read off systems that differ in a parameter.
+//! Perturbed systems for explicit derivatives of readings.
 
 use myovib_dae::Parameters;
 
@@ -6,13 +6,14 @@ use super::dependence::Dependences;
 use crate::error::ModelError;
 use crate::muscle_dae::MuscleDae;
 
-/// Parameters with systems that differ in them, off which the same can be read.
-pub trait Twins<P>: Parameters<P> {
-    /// The derivative by parameter j, in a given state, of what `read` gives, of which `own` is the problem's.
+/// Parameters with perturbed systems of which the same quantities can be read.
+pub trait PerturbedSystems<P>: Parameters<P> {
+    /// Returns the derivative with respect to parameter j, in a given state, of the quantities that
+    /// `read` computes; `own` are their values for the problem itself.
     ///
     /// # Errors
-    /// Those of `read`.
-    fn of_reading(
+    /// Errors of `read`.
+    fn reading_derivative(
         &mut self,
         problem: &P,
         j: usize,
@@ -21,14 +22,14 @@ pub trait Twins<P>: Parameters<P> {
     ) -> Result<Vec<f64>, ModelError>;
 }
 
-impl Twins<MuscleDae> for Dependences {
-    fn of_reading(
+impl PerturbedSystems<MuscleDae> for Dependences {
+    fn reading_derivative(
         &mut self,
         _: &MuscleDae,
         j: usize,
         own: &[f64],
         read: &mut dyn FnMut(&mut MuscleDae) -> Result<Vec<f64>, ModelError>,
     ) -> Result<Vec<f64>, ModelError> {
-        self.get_mut(j).of_reading(own, read)
+        self.get_mut(j).reading_derivative(own, read)
     }
 }

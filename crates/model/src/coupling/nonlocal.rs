@@ -1,13 +1,14 @@
-//! Places that act beyond the elements that drive them, as a matrix of low rank.
+//! Low-rank correction for feedback places that act beyond the elements that drive them.
 //!
-//! With J the Newton matrix without them, f_k = ∂F/∂g_k and ∇g_k of place k, (J + Σ f_k ∇g_kᵀ) x = b is
-//! solved by what J does with b and with each f_k (Sherman, Morrison, Woodbury):
+//! Let J be the Newton matrix without these places, f_k = ∂F/∂g_k and ∇g_k the vectors of place k.
+//! The system (J + Σ f_k ∇g_kᵀ) x = b is solved with solves of J for b and for each f_k (Sherman,
+//! Morrison, Woodbury):
 //!
 //! ```text
 //! J x⁰ = b,    J X_k = f_k,    (I + (∇g_iᵀ X_k)) γ = (∇g_iᵀ x⁰),    x = x⁰ − Σ γ_k X_k.
 //! ```
 //!
-//! So each such place costs one more solve a matrix and a vector to keep.
+//! Each such place costs one additional solve per matrix setup and one stored vector.
 
 use myovib_dae::{Problem, StepError};
 use myovib_sparse::Scalar;
@@ -15,10 +16,10 @@ use nalgebra::{ComplexField, DMatrix, DVector, Dyn, LU};
 
 use super::feedback::FeedbackDae;
 
-/// Such places for one c.
+/// The correction for one c.
 #[derive(Debug)]
-pub(super) struct Apart<T: ComplexField> {
-    /// Their numbers.
+pub(super) struct NonlocalElimination<T: ComplexField> {
+    /// Numbers of the nonlocal places.
     places: Vec<usize>,
     /// X_k.
     responses: Vec<Vec<T>>,
@@ -26,7 +27,7 @@ pub(super) struct Apart<T: ComplexField> {
     small: Option<LU<T, Dyn, Dyn>>,
 }
 
-impl<T: ComplexField> Default for Apart<T> {
+impl<T: ComplexField> Default for NonlocalElimination<T> {
     fn default() -> Self {
         Self {
             places: Vec::new(),
@@ -36,8 +37,9 @@ impl<T: ComplexField> Default for Apart<T> {
     }
 }
 
-impl<T: Scalar + ComplexField> Apart<T> {
-    /// The `places` of these numbers, as they are linearised; `solve` is that of J, in place.
+impl<T: Scalar + ComplexField> NonlocalElimination<T> {
+    /// Computes the correction for the `places` with these numbers at the current linearization;
+    /// `solve` solves with J in place.
     pub(super) fn new(
         places: &[usize],
         dae: &mut FeedbackDae,
@@ -71,15 +73,14 @@ impl<T: Scalar + ComplexField> Apart<T> {
         })
     }
 
-    /// Makes the solution of the whole of that without these places.
+    /// Turns the solution with J into the solution of the corrected system.
     pub(super) fn correct(&self, dae: &FeedbackDae, x: &mut [T]) -> Result<(), StepError> {
         let Some(small) = &self.small else {
             return Ok(());
         };
         let alone: Vec<T> = gains(&self.places, dae, x).collect();
         let Some(changes) = small.solve(&DVector::from_vec(alone)) else {
-            let message =
-                "the coherence of the oscillators and the body determine each other in no way";
+            let message = "the coupled Schur complement of body and oscillators is singular";
             return Err(StepError::Recoverable(message.to_owned()));
         };
         for (response, &change) in self.responses.iter().zip(changes.iter()) {
@@ -91,7 +92,7 @@ impl<T: Scalar + ComplexField> Apart<T> {
     }
 }
 
-/// ∇gᵀ x of each of the `places`.
+/// Returns ∇gᵀ x of each of the `places`.
 fn gains<T: Scalar>(places: &[usize], dae: &FeedbackDae, x: &[T]) -> impl Iterator<Item = T> {
     places.iter().map(move |&number| {
         let place = &dae.places()[number];

@@ -1,4 +1,5 @@
-//! Radau IIA for a muscle with Prony terms: internal stresses are its memory, not unknowns.
+//! Radau IIA for a muscle with Prony terms, whose internal stresses are internal variables of the
+//! integrator.
 
 use myovib_dae::{Suppressed, Tolerances};
 use myovib_radau::RadauOptions;
@@ -9,17 +10,18 @@ use crate::integration::integrator::{Advance, Continuation, Integrator};
 use crate::integration::radau::{RadauIntegrator, options};
 use crate::integration::settings::Settings;
 use crate::integration::statistics::Counts;
-use crate::muscle_dae::{MuscleDae, Remembering, RememberingSolver};
+use crate::muscle_dae::{InternalVariableDae, InternalVariableSolver, MuscleDae};
 
-/// An integrator whose vectors have all unknowns of the muscle, and whose solver has those without
-/// internal stresses.
-pub(crate) struct RelaxingRadau(RadauIntegrator<Remembering, RememberingSolver>);
+/// An integrator whose vectors contain all unknowns of the muscle, while the vectors of its solver
+/// exclude internal stresses.
+pub(crate) struct ViscoelasticRadau(RadauIntegrator<InternalVariableDae, InternalVariableSolver>);
 
-impl RelaxingRadau {
+impl ViscoelasticRadau {
     /// Starts a muscle with Prony terms at time `t` from a state with consistent derivatives.
     ///
     /// # Errors
-    /// [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for settings Radau IIA does not take.
+    /// [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for invalid settings of Radau
+    /// IIA.
     pub(crate) fn starting_at(
         dae: MuscleDae,
         settings: &Settings,
@@ -31,7 +33,7 @@ impl RelaxingRadau {
         let schedule = dae.muscle().schedule();
         let of_all = options(&dae, settings);
         let absolute = settings.absolute_tolerances.of(Field::InternalStress);
-        let (problem, memory) = Remembering::new(dae, y, absolute);
+        let (problem, memory) = InternalVariableDae::new(dae, y, absolute);
         let n = y.len() - memory.start.len();
         let (dae, relative) = (problem.dae(), settings.relative_tolerance);
         let absolute = dae
@@ -42,14 +44,14 @@ impl RelaxingRadau {
             suppressed: Suppressed::Components(settings.left_out(dae.layout())[..n].to_vec()),
             ..of_all
         };
-        let matrices = RememberingSolver::new(&problem, options.sparse)?;
+        let matrices = InternalVariableSolver::new(&problem, options.sparse)?;
         let (times, start) = ((t, settings.t_end), (&y[..n], &y_dot[..n]));
         let inner = RadauIntegrator::with_memory(problem, matrices, options, times, start, memory)?;
         Ok(Self(inner.with_schedule(schedule)))
     }
 }
 
-impl Integrator<MuscleDae> for RelaxingRadau {
+impl Integrator<MuscleDae> for ViscoelasticRadau {
     fn pass_jump(&mut self) -> Result<(), ModelError> {
         if self.0.after_jump().is_some() {
             let solver = self.0.solver();

@@ -1,4 +1,4 @@
-//! A muscle whose internal stresses are the memory of its integrator, not unknowns.
+//! A muscle whose internal stresses are internal variables of its integrator instead of unknowns.
 
 use std::slice::from_ref;
 
@@ -17,21 +17,22 @@ use crate::field::Field;
 use crate::linear::CondensedSolver;
 use crate::start::Consistent;
 
-/// A [`MuscleDae`] as a problem without the last block of its unknowns, the internal stresses Q of Prony
-/// terms: the law's stress S drives them, and the overstress H = Σ g S − Σ Q is the response.
-pub(crate) struct Remembering {
+/// A [`MuscleDae`] as a problem without the last block of its unknowns, the internal stresses Q of
+/// Prony terms. The law's stress S drives them, and the overstress H = Σ g S − Σ Q is their
+/// response.
+pub(crate) struct InternalVariableDae {
     dae: MuscleDae,
     /// Number of unknowns without internal stresses.
     n: usize,
-    /// Rates of S at the slots.
+    /// Rates of S at the quadrature points.
     rates: [Vec<f64>; 1],
-    /// The internal stresses with which the next start is to be consistent.
+    /// Internal stresses used for the next consistent start.
     internal: Vec<f64>,
 }
 
-impl Remembering {
-    /// The problem of `dae`, and its memory that starts from the internal stresses in `y`, with their
-    /// `absolute` tolerance.
+impl InternalVariableDae {
+    /// Returns the problem of `dae` and its internal variables, which start from the internal
+    /// stresses in `y` with their `absolute` tolerance.
     ///
     /// # Panics
     /// If it has no internal stresses.
@@ -65,23 +66,23 @@ impl Remembering {
         (problem, memory)
     }
 
-    /// From now on what is [consistent](Consistent) is so with these internal stresses.
+    /// Uses these internal stresses for further [consistent](Consistent) starts.
     pub(crate) fn keep(&mut self, internal: Vec<f64>) {
         self.internal = internal;
     }
 
-    /// The muscle with all its unknowns.
+    /// Returns the muscle with all its unknowns.
     pub(crate) fn dae(&self) -> &MuscleDae {
         &self.dae
     }
 
-    /// The same, for evaluations beside an integration.
+    /// Returns the muscle for evaluations outside the time integration.
     pub(crate) fn dae_mut(&mut self) -> &mut MuscleDae {
         &mut self.dae
     }
 }
 
-impl Consistent for Remembering {
+impl Consistent for InternalVariableDae {
     fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
         let mut state = self.dae.consistent(t, &[y, &self.internal].concat())?;
         state.iter_mut().for_each(|values| values.truncate(self.n));
@@ -89,7 +90,7 @@ impl Consistent for Remembering {
     }
 }
 
-impl Problem for Remembering {
+impl Problem for InternalVariableDae {
     fn n_unknowns(&self) -> usize {
         self.n
     }
@@ -104,7 +105,7 @@ impl Problem for Remembering {
         self.dae.residual(t, y, y_dot, residual)
     }
 
-    /// Empty: the whole matrix is never formed.
+    /// Empty: the full matrix is never assembled.
     fn jacobian_pattern(&self) -> SparsityPattern {
         SparsityPattern::zeros(self.n, self.n)
     }
@@ -124,7 +125,7 @@ impl Problem for Remembering {
     }
 }
 
-impl Fading for Remembering {
+impl Fading for InternalVariableDae {
     fn drive(&mut self, t: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError> {
         self.dae.expand(t, y, None);
         self.dae.counters.relaxing_solve_passes += 1;
@@ -151,17 +152,20 @@ impl Fading for Remembering {
     }
 }
 
-/// The condensed matrices of a [`Remembering`] muscle: those of one whose internal stresses are
-/// eliminated as unknowns.
+/// Condensed matrices of a [`InternalVariableDae`] muscle, which equal the matrices of a muscle whose
+/// internal stresses are eliminated as unknowns.
 #[derive(Debug)]
-pub(crate) struct RememberingSolver(CondensedSolver);
+pub(crate) struct InternalVariableSolver(CondensedSolver);
 
-impl RememberingSolver {
-    /// Lays out the reduction.
+impl InternalVariableSolver {
+    /// Sets up the condensation.
     ///
     /// # Errors
-    /// Those of the analysis.
-    pub(crate) fn new(problem: &Remembering, options: SparseOptions) -> Result<Self, SparseError> {
+    /// Errors of the symbolic analysis.
+    pub(crate) fn new(
+        problem: &InternalVariableDae,
+        options: SparseOptions,
+    ) -> Result<Self, SparseError> {
         Ok(Self(CondensedSolver::without_recovery(
             &problem.dae,
             options,
@@ -169,10 +173,10 @@ impl RememberingSolver {
     }
 }
 
-impl LinearSolver<Remembering> for RememberingSolver {
+impl LinearSolver<InternalVariableDae> for InternalVariableSolver {
     fn evaluate(
         &mut self,
-        problem: &mut Remembering,
+        problem: &mut InternalVariableDae,
         at: &Linearization<'_>,
     ) -> Result<(), StepError> {
         self.0.evaluate(&mut problem.dae, at)
@@ -180,20 +184,24 @@ impl LinearSolver<Remembering> for RememberingSolver {
 
     fn set_up(
         &mut self,
-        problem: &mut Remembering,
+        problem: &mut InternalVariableDae,
         real: f64,
         complex: &[Complex64],
     ) -> Result<(), StepError> {
         self.0.set_up(&mut problem.dae, real, complex)
     }
 
-    fn solve_real(&mut self, problem: &mut Remembering, rhs: &mut [f64]) -> Result<(), StepError> {
+    fn solve_real(
+        &mut self,
+        problem: &mut InternalVariableDae,
+        rhs: &mut [f64],
+    ) -> Result<(), StepError> {
         self.0.solve_real(&mut problem.dae, rhs)
     }
 
     fn solve_complex(
         &mut self,
-        problem: &mut Remembering,
+        problem: &mut InternalVariableDae,
         k: usize,
         rhs: &mut [Complex64],
     ) -> Result<(), StepError> {
