@@ -1,47 +1,47 @@
-# The menu of habits. `make` alone prints it.
+# Common tasks. `make` without arguments prints this list.
 .DEFAULT_GOAL := help
 .PHONY: help fmt lint test test-slow valgrind doc bench paper stress fuzz mutants doctor ci
 
-help: ## print this menu
+help: ## print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 fmt: ## format all sources
 	./scripts/format
 
-lint: ## format and lints, warnings as errors
+lint: ## check format and lints, warnings as errors
 	./scripts/format --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 
-test: ## set up the machine if needed, then all quick tests
+test: ## set up the machine if necessary, then run all quick tests
 	./scripts/test
 
 test-slow: ## the slow tests, in release mode
 	cargo test --workspace --locked --release -- --ignored
 	cargo build --release --locked -p myovib && ./scripts/slurm
 
-valgrind: ## small tests of wrapper, Radau IIA and model under valgrind
+valgrind: ## small tests of sundials-wrap, radau and model under valgrind
 	./scripts/valgrind
 
-doc: ## the documentation, warnings as errors; opens at target/doc/myovib_model
+doc: ## API documentation in target/doc, warnings as errors
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
 
-bench: ## timings; a dated record goes to data/bench
+bench: ## timings; writes a dated record to data/bench
 	./scripts/bench
 
-paper: ## Table 2 of the paper beside ours
+paper: ## compare Table 2 of the paper with our results
 	./scripts/reproduce
 
-stress: ## all planes of the stress matrix (hours; goes on where it was interrupted)
-	cargo run --release --locked --quiet -p myovib-bench -- stress --full --out out/stress
+stress: ## accuracy over all formulations, κ, β, loads and tolerances (hours; continues after an interruption)
+	./scripts/stress
 
-fuzz: ## ten minutes for each reader of input (nightly and cargo-fuzz; without: seeded mutants)
+fuzz: ## fuzz each input parser for ten minutes (nightly and cargo-fuzz; otherwise seeded mutants)
 	./scripts/fuzz
 
-mutants: ## mutation testing of a seeded sample (hours; cargo-mutants)
+mutants: ## mutation testing of a seeded sample (hours; requires cargo-mutants)
 	./scripts/mutants
 
-doctor: ## what this machine has, what it lacks
+doctor: ## report library versions and missing dependencies
 	cargo run --release --locked --quiet -p myovib -- doctor
 
-ci: ## what the gate runs
+ci: ## run all checks of the gate
 	./.ci/run

@@ -1,11 +1,9 @@
-//! `myovib-bench`: the maintainers' measurements. What accuracy, features and finer meshes cost
-//! (`bench`), and where each formulation breaks (`stress`).
+//! `myovib-bench`: measurements for maintainers. Measures the cost of features and of large bodies (`bench`) and fills
+//! the tables of the guide (`pages`).
 #![forbid(unsafe_code)]
 
 mod bench;
 mod pages;
-mod random;
-mod stress;
 
 use std::process::ExitCode;
 
@@ -14,8 +12,6 @@ use myovib_cli::exit::Exit;
 
 use bench::BenchArgs;
 use pages::PagesArgs;
-use random::RandomArgs;
-use stress::StressArgs;
 
 /// Measurements of myovib's integrators.
 #[derive(Debug, Parser)]
@@ -27,22 +23,16 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Measure what accuracy, features and finer meshes cost.
+    /// Measure the cost of features, linear solvers and large bodies.
     Bench(BenchArgs),
-    /// Run the matrix of formulations, parameters and settings, and see where each breaks.
-    Stress(StressArgs),
     Pages(PagesArgs),
-    /// Judge random scenes by tighter runs of another method.
-    Random(RandomArgs),
 }
 
 impl Command {
     fn run(&self) -> anyhow::Result<Exit> {
         match self {
             Self::Bench(args) => bench::run(args),
-            Self::Stress(args) => stress::run(args),
             Self::Pages(args) => pages::run(args),
-            Self::Random(args) => random::run(args),
         }
     }
 }
@@ -58,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn clap_finds_no_contradiction() {
+    fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
     }
 }

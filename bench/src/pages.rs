@@ -1,6 +1,6 @@
-//! Tables of the guide, from records: what a page prints is what was measured.
+//! Tables of the guide, filled from records of measurements.
 //!
-//! A page holds, in a comment, where a table comes from:
+//! A comment in a page defines the source of a table:
 //!
 //! ```text
 //! <!-- record 2026-11-21/rows.json /runs
@@ -13,10 +13,10 @@
 //! <!-- end -->
 //! ```
 //!
-//! The first line names a file of a record and a list in it. Each other line is a
-//! column: its head, a key of the entries (with `/` into objects), and a format: `.2` decimals, `e1`
-//! digits and a power of ten, `%1` per cent; without one the value as it stands, a list with commas. `only` keeps the
-//! entries with that value, and may be repeated.
+//! The first line contains the file of a record and the path of a list in it. Each other line defines a column: its
+//! heading, a key of the entries (with `/` for nested objects), and a format. `.2` prints two decimals, `e1` scientific
+//! notation with one decimal, `%1` a percentage with one decimal; without a format, values are printed unchanged and
+//! lists with commas. `only` selects the entries with the given value and may be repeated.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -27,16 +27,16 @@ use clap::Args;
 use myovib_cli::exit::Exit;
 use serde_json::Value;
 
-/// Fill the tables of the guide from a record, or check that they are the record's.
+/// Fill the tables of the guide from records, or check them
 #[derive(Debug, Args)]
 pub(crate) struct PagesArgs {
-    /// The folder of the records.
+    /// Folder of the records
     #[arg(long, default_value = "data/bench", value_name = "DIR")]
     record: PathBuf,
-    /// The folder of the pages.
+    /// Folder of the pages
     #[arg(long, default_value = "docs/src", value_name = "DIR")]
     pages: PathBuf,
-    /// Change nothing; fail where page and record differ.
+    /// Only check; fail if a page differs from its record
     #[arg(long)]
     check: bool,
 }
@@ -53,7 +53,7 @@ pub(crate) fn run(args: &PagesArgs) -> anyhow::Result<Exit> {
         if new != old {
             differ = true;
             if args.check {
-                eprintln!("{}: its tables are not those of the record", path.display());
+                eprintln!("{}: the tables differ from the record", path.display());
             } else {
                 fs::write(&path, new)?;
                 println!("{}", path.display());
@@ -67,14 +67,14 @@ pub(crate) fn run(args: &PagesArgs) -> anyhow::Result<Exit> {
     })
 }
 
-/// The page with its tables from the record.
+/// Fills the tables of a page.
 fn filled(page: &str, record: &Path) -> anyhow::Result<String> {
     const OPEN: &str = "<!-- record ";
     const CLOSE: &str = "<!-- end -->";
     let (mut out, mut rest) = (String::new(), page);
     while let Some(start) = rest.find(OPEN) {
         let (before, from) = rest.split_at(start);
-        let (order, _) = from.split_once("-->").context("a comment does not end")?;
+        let (order, _) = from.split_once("-->").context("a comment has no end")?;
         let end = from.find(CLOSE).context("a table has no <!-- end -->")?;
         let table = Table::parse(&order[OPEN.len()..])?.text(record)?;
         write!(out, "{before}{order}-->\n{table}{CLOSE}")?;
@@ -87,7 +87,7 @@ struct Table<'a> {
     file: &'a str,
     list: &'a str,
     columns: Vec<Column<'a>>,
-    /// Keys and the values that entries must have there.
+    /// Keys and required values of the entries.
     only: Vec<(&'a str, &'a str)>,
 }
 
@@ -109,7 +109,7 @@ impl<'a> Table<'a> {
         for line in lines.filter(|line| !line.trim().is_empty()) {
             let (head, source) = line
                 .split_once(" = ")
-                .with_context(|| format!("no column: {line}"))?;
+                .with_context(|| format!("invalid column: {line}"))?;
             let (key, format) = source.trim().split_once(' ').unwrap_or((source.trim(), ""));
             match head {
                 "only" => only.push((key, format)),
@@ -159,11 +159,11 @@ impl Column<'_> {
         let Some(number) = value.as_f64().filter(|_| !self.format.is_empty()) else {
             return Ok(plain(value));
         };
-        let (sort, digits) = self.format.split_at(1);
+        let (kind, digits) = self.format.split_at(1);
         let digits: usize = digits
             .parse()
             .with_context(|| format!("format {}", self.format))?;
-        Ok(match sort {
+        Ok(match kind {
             "." => format!("{number:.digits$}"),
             "e" => format!("{number:.digits$e}"),
             "%" => format!("{:+.digits$} %", 100.0 * number),
@@ -192,7 +192,7 @@ mod tests {
     const PAGE: &str = "before\n<!-- record 2026/r.json /runs\nrow = row\nCPU s = cpu .1\nmore = more %0\nonly = kind a\n-->\nold\n<!-- end -->\nafter\n";
 
     #[test]
-    fn a_table_is_filled_from_its_record_and_stays_then() {
+    fn filling_a_table_is_idempotent() {
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir(folder.path().join("2026")).unwrap();
         let record = r#"{"runs":[{"row":["1","m"],"cpu":0.25,"more":0.014,"kind":"a"},{"row":"2","kind":"b"}]}"#;
@@ -209,7 +209,7 @@ mod tests {
         Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
     }
 
-    /// The places of a page that a link may name: its headings, as GitHub and mdbook write them.
+    /// Returns the anchors of the headings of a page, as generated by GitHub and mdbook.
     fn anchors(page: &str) -> Vec<String> {
         let headings = page.lines().filter(|line| line.starts_with('#'));
         let anchor = |line: &str| {
@@ -222,9 +222,9 @@ mod tests {
         headings.map(anchor).collect()
     }
 
-    /// Links of the guide and the README lead to files, and to headings, that are there.
+    /// Links in the guide and the README refer to existing files and headings.
     #[test]
-    fn links_lead_somewhere() {
+    fn links_have_targets() {
         let guide = fs::read_dir(root().join("docs/src")).unwrap();
         let mut pages: Vec<_> = guide.map(|entry| entry.unwrap().path()).collect();
         pages.retain(|page| page.extension().is_some_and(|extension| extension == "md"));
@@ -257,9 +257,9 @@ mod tests {
         assert!(links > 100, "{links} links");
     }
 
-    /// The pages of the guide are those of the record in the repository.
+    /// The tables of the guide match the records in the repository.
     #[test]
-    fn the_guide_prints_what_was_measured() {
+    fn the_tables_of_the_guide_match_the_records() {
         let root = root();
         let args = PagesArgs {
             record: root.join("data/bench"),
@@ -269,7 +269,7 @@ mod tests {
         assert_eq!(
             run(&args).unwrap(),
             Exit::Done,
-            "fill them: myovib-bench pages"
+            "run `myovib-bench pages` to update the guide"
         );
     }
 }

@@ -1,4 +1,4 @@
-//! What each feature costs, switched on one after the other on the same mesh.
+//! Cost of features that are enabled one after the other on the same mesh.
 
 use myovib_fem::{Law, Mesh};
 use myovib_model::{
@@ -6,14 +6,13 @@ use myovib_model::{
 };
 use serde::Serialize;
 
-use super::growth::fastest_call;
-use super::{BenchArgs, fastest, give, goes_on};
+use super::{BenchArgs, fastest, fastest_call, give, goes_on};
 use myovib_cli::exit::Exit;
 use myovib_cli::machine::Machine;
 use myovib_dae::Problem;
 use myovib_report::table::{Align, Cell, Table, coloured_stdout};
 
-/// A scene with one feature more than one before it.
+/// A scene with one more feature than the previous one.
 struct Scene {
     feature: &'static str,
     formulation: Formulation,
@@ -72,7 +71,7 @@ struct Document<'a> {
     features: &'a [Row],
 }
 
-/// Runs of a kernel of which the fastest counts.
+/// Calls of a residual; the fastest is reported.
 const REPEATS: u32 = 1000;
 
 pub(super) fn run(args: &BenchArgs, mesh: &Mesh) -> anyhow::Result<Exit> {

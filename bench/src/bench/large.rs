@@ -1,5 +1,4 @@
-//! Large bodies: where the time of twenty steps in motion goes, what memory they take, and how costs
-//! grow with the body.
+//! Large bodies: CPU time of the parts of twenty steps, memory, and growth of the costs with the number of unknowns.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -17,17 +16,16 @@ use myovib_sparse::resources;
 use num_complex::Complex64;
 use serde::Serialize;
 
-use super::growth::fastest_call;
-use super::{BenchArgs, give, goes_on};
+use super::{BenchArgs, fastest_call, give, goes_on};
 
-/// Steps that are looked at.
+/// Number of measured steps.
 const STEPS: usize = 20;
-/// Calls of which the fastest counts.
+/// Calls of a kernel; the fastest is reported.
 const REPEATS: u32 = 2;
-/// 1.5/ms: what multiplies ∂F/∂ẏ in steps of about a millisecond.
+/// Factor of ∂F/∂ẏ in 1/s for steps of about one millisecond: 1.5/ms.
 const C: f64 = 1.5e3;
 
-/// A body in motion: its name, method, scene, what is set there, and the time from which steps count, s.
+/// A body in motion: name, method, scene, its settings, and the time in s from which steps are measured.
 type Motion = (
     &'static str,
     &'static str,
@@ -36,7 +34,7 @@ type Motion = (
     f64,
 );
 
-/// The ventricle begins to contract at 0.16 s; the spindle is shaken from 0.4 s on.
+/// The ventricle starts to contract at 0.16 s; the load of the spindle starts at 0.4 s.
 const MOTIONS: [Motion; 4] = [
     ("ventricle", "bdf", "ventricle", &[], 0.17),
     ("ventricle", "radau", "ventricle", &[], 0.17),
@@ -44,9 +42,9 @@ const MOTIONS: [Motion; 4] = [
     ("spindle", "radau", "muscle3d", SPINDLE, 0.4),
 ];
 const SPINDLE: &[&str] = &["mesh.cells=[40, 10, 10]"];
-/// What else there is to measure.
+/// Name of the measurement of growth.
 const GROWTH: &str = "growth";
-/// Cells along and across the spindle whose costs grow.
+/// Cells along and across the spindle, for growing sizes.
 const CELLS: [[usize; 2]; 4] = [[20, 4], [30, 6], [40, 10], [50, 12]];
 
 /// Twenty steps.
@@ -55,31 +53,31 @@ struct Run {
     body: &'static str,
     method: &'static str,
     unknowns_paper: usize,
-    /// From when to when, s.
+    /// Start and end time in s.
     t: [f64; 2],
     cpu_seconds: f64,
     parts: Vec<Part>,
     memory: Memory,
 }
 
-/// A part of a run: how often, and what one takes at the end of the run.
+/// A part of a run: number of calls, and time of one call at the end of the run.
 #[derive(Serialize)]
 struct Part {
     what: &'static str,
     number: u64,
     milliseconds: f64,
-    /// Of the CPU time of the run.
+    /// Fraction of the CPU time of the run.
     share: f64,
 }
 
-/// Of the process, MiB.
+/// Memory of the process in MiB.
 #[derive(Serialize)]
 struct Memory {
-    /// In use once the matrices are laid out, and what is predicted for their factors.
+    /// Memory in use after allocation of the matrices, plus the prediction for their factors.
     predicted: f64,
-    /// At its largest.
+    /// Peak memory.
     peak: f64,
-    /// Peak by prediction, less one.
+    /// Relative difference between peak and prediction.
     off: f64,
 }
 
@@ -104,7 +102,7 @@ struct Document {
     steps: usize,
     runs: Vec<Run>,
     levels: Vec<Level>,
-    /// Of growth with the unknowns, from the first level to the last.
+    /// Exponents of growth with the number of unknowns, from the first level to the last.
     exponents: Vec<(&'static str, f64)>,
 }
 
@@ -113,7 +111,7 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
     let names = motions.iter().map(|(name, _)| name.as_str());
     let names: Vec<_> = names.chain([GROWTH]).collect();
     if let Some(unknown) = args.cases.iter().find(|case| !names.contains(&&***case)) {
-        let error = InputError::new("no such case").at("--cases").found(unknown);
+        let error = InputError::new("unknown case").at("--cases").found(unknown);
         return Err(error.allowed(names.join(", ")).into());
     }
     let wanted = |name: &str| args.cases.is_empty() || args.cases.iter().any(|case| case == name);
@@ -144,7 +142,7 @@ fn body(scene: &str, set: &[String]) -> anyhow::Result<Body> {
 }
 
 fn mib(bytes: Option<usize>) -> anyhow::Result<f64> {
-    let bytes = bytes.context("this system does not tell what memory is in use")?;
+    let bytes = bytes.context("this system does not report the memory in use")?;
     Ok(bytes as f64 / f64::from(1 << 20))
 }
 
@@ -165,12 +163,12 @@ fn twenty_steps(
         settings,
         ..
     } = body(scene, &set)?;
-    // The peak so far is another run's.
+    // Reset the peak of an earlier run.
     fs::write("/proc/self/clear_refs", "5").context("/proc/self/clear_refs")?;
     let n_complex = settings.integrator.stages().unwrap_or(1) / 2;
     let mut dae = MuscleDae::new(muscle.clone(), formulation)?;
     let unknowns_paper = muscle.n_unknowns_paper();
-    // Room that was not written to yet is not in use.
+    // Memory counts as used only after the first write.
     let at_rest = vec![0.0; dae.n_unknowns()];
     dae.update_matrices(0.0, &at_rest, &at_rest)?;
     let reduction = Reduction::new(&dae, SparseOptions::default())?;
@@ -181,7 +179,7 @@ fn twenty_steps(
     let mut integrator = start_at_rest(dae, &settings)?;
     let mut step = || -> anyhow::Result<_> {
         let advance = integrator.advance()?;
-        ensure!(advance == Advance::Stepped, "the run ends: {advance:?}");
+        ensure!(advance == Advance::Stepped, "the run ended: {advance:?}");
         let (counts, work) = (integrator.counts(), *integrator.problem().counters());
         Ok((integrator.time(), counts, work))
     };
@@ -264,7 +262,7 @@ fn twenty_steps(
     })
 }
 
-/// CPU seconds of one of each.
+/// CPU time in s of one call of each part.
 struct One {
     residual: f64,
     tangents: f64,
@@ -312,7 +310,7 @@ impl Linear {
             matrix.set_up(c, |m| dae.matrix_values(m), &mut work)
         })?;
         let mut x = vec![T::one(); dae.n_unknowns()];
-        matrix.solve(&mut x, &mut work)?; // and checked, which is once for a factorisation
+        matrix.solve(&mut x, &mut work)?; // includes the check, which is done once for each factorization
         let solve = fastest_call(REPEATS, || {
             x.fill(T::one());
             matrix.solve(&mut x, &mut work)

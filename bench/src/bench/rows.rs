@@ -1,4 +1,4 @@
-//! Rows of Table 2 by three ways to solve Newton's systems, in one run.
+//! Rows of Table 2 with three linear solvers.
 
 use anyhow::Context;
 use myovib_model::linear::LinearWork;
@@ -16,28 +16,28 @@ use myovib_cli::progress::Progress;
 use myovib_report::table::{Align, Cell, Table, coloured_stdout};
 use myovib_scene::{Body, Scene};
 
-/// The rows that run to the end, in the convention that leaves multipliers out of the error test.
+/// Rows that finish, with multipliers excluded from the error test.
 const KEYS: [&str; 4] = ["1", "2m", "3m", "31"];
 
-/// How the linear systems are solved.
+/// Linear solver.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Way {
-    /// Ours.
+enum Solver {
+    /// Condensed matrix in dense blocks.
     Condensed,
-    /// The whole matrix by KLU: the reference.
+    /// Full matrix by KLU.
     Full,
-    /// SUNDIALS when nothing is set: KLU with COLAMD and BTF, and serial vectors.
-    ByHand,
+    /// Defaults of SUNDIALS: KLU with COLAMD and BTF, and serial vectors.
+    SundialsDefaults,
 }
 
-impl Way {
-    const ALL: [Self; 3] = [Self::Condensed, Self::Full, Self::ByHand];
+impl Solver {
+    const ALL: [Self; 3] = [Self::Condensed, Self::Full, Self::SundialsDefaults];
 
     fn name(self) -> &'static str {
         match self {
             Self::Condensed => "condensed",
             Self::Full => "full, AMD",
-            Self::ByHand => "SUNDIALS' defaults",
+            Self::SundialsDefaults => "SUNDIALS' defaults",
         }
     }
 
@@ -50,7 +50,7 @@ impl Way {
                 ordering: Ordering::Amd,
                 ..ours
             },
-            Self::ByHand => Settings {
+            Self::SundialsDefaults => Settings {
                 linear_solver: LinearSolver::Full,
                 ordering: Ordering::Colamd,
                 btf: true,
@@ -70,11 +70,11 @@ struct RunJson {
     residual_evaluations: u64,
     linear_setups: u64,
     outcome: &'static str,
-    /// CPU time over that of the condensed path.
+    /// CPU time relative to the condensed solver.
     ratio: f64,
-    /// Steps over those of the condensed path, less one.
+    /// Relative increase in steps compared with the condensed solver.
     more_steps: f64,
-    /// Counted on the condensed path only.
+    /// Counted for the condensed solver only.
     linear_work: Option<LinearWork>,
 }
 
@@ -84,7 +84,7 @@ struct Document<'a> {
     t_end: f64,
     repeats: u32,
     runs: &'a [RunJson],
-    /// CPU seconds of all rows, by way.
+    /// Total CPU time of all rows in s, by solver.
     sums: Vec<(&'static str, f64)>,
 }
 
@@ -95,15 +95,15 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
     for key in KEYS {
         let set = [format!("time.end={t_end:e}")];
         let scene = Scene::built_in(&format!("table2-{key}"), &set)?;
-        let body = scene.body.context("the rows are of the muscle")?;
+        let body = scene.body.context("the scenes of Table 2 have a body")?;
         let mut first: Option<Statistics> = None;
-        for way in Way::ALL.into_iter().take_while(|_| goes_on()) {
-            progress.show(|| format!("row {key}, {}", way.name()));
-            let (statistics, work) = measure(&body, way, args.repeats)?;
+        for solver in Solver::ALL.into_iter().take_while(|_| goes_on()) {
+            progress.show(|| format!("row {key}, {}", solver.name()));
+            let (statistics, work) = measure(&body, solver, args.repeats)?;
             let base = first.get_or_insert_with(|| statistics.clone());
             runs.push(RunJson {
                 row: key,
-                linear_solver: way.name(),
+                linear_solver: solver.name(),
                 cpu_seconds: statistics.cpu_seconds,
                 steps: statistics.counts.steps,
                 residual_evaluations: statistics.counts.residual_evaluations,
@@ -116,23 +116,23 @@ pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
         }
     }
     drop(progress);
-    let sum = |way: Way| {
-        let of_way = runs.iter().filter(|run| run.linear_solver == way.name());
-        (way.name(), of_way.map(|run| run.cpu_seconds).sum())
+    let sum = |solver: Solver| {
+        let of_solver = runs.iter().filter(|run| run.linear_solver == solver.name());
+        (solver.name(), of_solver.map(|run| run.cpu_seconds).sum())
     };
     let document = Document {
         machine: Machine::found(),
         t_end,
         repeats: args.repeats,
         runs: &runs,
-        sums: Way::ALL.map(sum).into(),
+        sums: Solver::ALL.map(sum).into(),
     };
     give(args, &text(&runs, &document.sums), &document)
 }
 
-/// The fastest of the repeats.
-fn measure(body: &Body, way: Way, repeats: u32) -> anyhow::Result<(Statistics, LinearWork)> {
-    let settings = way.settings(body);
+/// Runs a row `repeats` times and returns the fastest run.
+fn measure(body: &Body, solver: Solver, repeats: u32) -> anyhow::Result<(Statistics, LinearWork)> {
+    let settings = solver.settings(body);
     let once = || -> anyhow::Result<_> {
         let dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
         let mut integrator = start_at_rest(dae, &settings)?;
@@ -152,7 +152,7 @@ fn text(runs: &[RunJson], sums: &[(&str, f64)]) -> String {
         ("steps", Right),
         ("more", Right),
         ("residuals", Right),
-        ("set-ups", Right),
+        ("setups", Right),
         ("refined", Right),
         ("backward error", Right),
     ]);
@@ -177,7 +177,7 @@ fn text(runs: &[RunJson], sums: &[(&str, f64)]) -> String {
     let mut text = table.render(coloured_stdout());
     text.push('\n');
     for (name, sum) in sums {
-        text.push_str(&format!("{name}: {sum:.2} s together\n"));
+        text.push_str(&format!("{name}: {sum:.2} s in total\n"));
     }
     text
 }

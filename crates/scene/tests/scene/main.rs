@@ -7,5 +7,6 @@ mod chains;
 mod equilibria;
 mod interfaces;
 mod muscle3d;
+mod random;
 mod sweep;
 mod ventricle;
