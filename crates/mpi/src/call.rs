@@ -17,9 +17,9 @@ pub(crate) enum Command {
     Real,
     /// The same for a complex one.
     Complex,
-    /// To analyse the matrix with a number.
-    Analyse,
-    /// To factorise it.
+    /// To analyze the matrix with a number.
+    Analyze,
+    /// To factorize it.
     Factor,
     /// To solve with it.
     Solve,
@@ -34,7 +34,7 @@ impl Command {
         Self::Pass,
         Self::Real,
         Self::Complex,
-        Self::Analyse,
+        Self::Analyze,
         Self::Factor,
         Self::Solve,
         Self::Forget,

@@ -1,4 +1,4 @@
-//! Factorisations by MUMPS, at rank 0.
+//! Factorizations by MUMPS, at rank 0.
 
 use std::fmt;
 use std::sync::Arc;
@@ -73,8 +73,8 @@ impl Engine for Mumps {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
     New,
-    Analysed,
-    Factorised,
+    Analyzed,
+    Factorized,
 }
 
 /// A matrix that all ranks hold a part of.
@@ -153,9 +153,9 @@ impl<T: MumpsScalar> Factorization<T> for Factors<T> {
                 .entries()
                 .filter(|&at| Self::is_given(is_symmetric, at));
             let places = given.map(|(column, row)| (row, column));
-            self.together(Command::Analyse, |matrix| matrix.analyse(n, places))?;
+            self.together(Command::Analyze, |matrix| matrix.analyze(n, places))?;
         }
-        self.state = State::Analysed;
+        self.state = State::Analyzed;
         let entries = pattern.entries().zip(values);
         let given = entries.filter(|(at, _)| Self::is_given(is_symmetric, *at));
         self.together(Command::Factor, |matrix| {
@@ -164,12 +164,12 @@ impl<T: MumpsScalar> Factorization<T> for Factors<T> {
             }
             matrix.factor();
         })?;
-        self.state = State::Factorised;
+        self.state = State::Factorized;
         Ok(())
     }
 
     fn solve(&mut self, x: &mut [T]) -> Result<(), SparseError> {
-        if self.state != State::Factorised {
+        if self.state != State::Factorized {
             return Err(SparseError::NoFactors);
         }
         self.together(Command::Solve, |matrix| matrix.solve(x))

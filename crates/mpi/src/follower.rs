@@ -23,7 +23,7 @@ trait Part {
 impl<T: MumpsScalar> Part for Matrix<T> {
     fn do_part(&mut self, command: Command) {
         match command {
-            Command::Analyse => self.analyse(0, std::iter::empty()),
+            Command::Analyze => self.analyze(0, std::iter::empty()),
             Command::Factor => self.factor(),
             _ => self.solve(&mut []),
         }
@@ -66,7 +66,7 @@ impl Follower {
                     parts.insert(number, Box::new(Matrix::<Complex64>::new(is_symmetric)));
                 }
                 Command::Forget => drop(parts.remove(&number)),
-                Command::Analyse | Command::Factor | Command::Solve => parts
+                Command::Analyze | Command::Factor | Command::Solve => parts
                     .get_mut(&number)
                     .expect("rank 0 begins a matrix before it uses it")
                     .do_part(call.command),

@@ -11,7 +11,7 @@
 //!
 //! Cast: `begin` tells whether this process is rank 0, with a `Session` and its `Sharing`, or a
 //! `Follower`. `call` is what goes from one to the other, `crew` shares out passes
-//! ([`myovib_fem::Crew`]), `factors` factorises ([`myovib_sparse::engine::Engine`]), `ffi` is the
+//! ([`myovib_fem::Crew`]), `factors` factorizes ([`myovib_sparse::engine::Engine`]), `ffi` is the
 //! boundary.
 //!
 //! All of it is behind the feature `mpi`; without, the crate is empty.

@@ -48,7 +48,7 @@ pub struct Sharing(Arc<Leader>);
 
 impl Sharing {
     /// Has the others read the body, of which they keep their shares; gives this process's share, whose
-    /// passes are those of the whole. Matrices analysed from now on are factorised by MUMPS.
+    /// passes are those of the whole. Matrices analyzed from now on are factorized by MUMPS.
     ///
     /// # Errors
     /// A rank that cannot read the body, or reads another; it says why on standard error.
@@ -73,7 +73,7 @@ impl Sharing {
     /// Who works, in one line.
     pub fn description(&self) -> String {
         let n = self.0.size();
-        format!("{n} processes share the elements, MUMPS factorises")
+        format!("{n} processes share the elements, MUMPS factorizes")
     }
 }
 

@@ -1,18 +1,18 @@
-//! Deflation of a pencil: one constraint after another is solved for and taken out.
+//! Deflation of a pencil, which solves for the constraints and removes them step by step.
 //!
-//! One step on E ẋ + A x = f. Orthogonal compression of the rows, E = (U₁ U₂) (U₁ᵀE; 0), uncovers
-//! the constraints U₂ᵀ A x = U₂ᵀ f. A regular pencil has them linearly independent. With an orthogonal
-//! basis (W Z), Z spanning the kernel of G = U₂ᵀA, the unknowns are x = W y + Z x', where G W y = U₂ᵀ f,
-//! and what remains is the smaller square pencil (U₁ᵀE Z, U₁ᵀA Z) for x'. It is the Wong sequence
-//! V ← A⁻¹(E V) in orthonormal bases (Kunkel and Mehrmann, section 2.1). The index is the number of
-//! steps until E is non-singular; constraints that are linearly dependent show a singular pencil.
+//! Consider one step on E ẋ + A x = f. Orthogonal compression of the rows, E = (U₁ U₂) (U₁ᵀE; 0), yields the
+//! constraints U₂ᵀ A x = U₂ᵀ f. They are linearly independent for a regular pencil. With an orthogonal basis (W Z),
+//! where Z spans the kernel of G = U₂ᵀA, the unknowns are x = W y + Z x' with G W y = U₂ᵀ f. The smaller square pencil
+//! (U₁ᵀE Z, U₁ᵀA Z) remains for x'. This is the Wong sequence V ← A⁻¹(E V) in orthonormal bases (Kunkel and Mehrmann,
+//! section 2.1). The index is the number of steps until E is non-singular; linearly dependent constraints indicate a
+//! singular pencil.
 
 use nalgebra::DMatrix;
 
 use crate::jacobi::left_svd;
 use crate::rank::RankDecision;
 
-/// One step of the deflation: the names are those of the formulas above.
+/// One deflation step, in the notation of the formulas above.
 pub(crate) struct Step {
     pub(crate) u1: DMatrix<f64>,
     pub(crate) u2: DMatrix<f64>,
@@ -26,22 +26,22 @@ pub(crate) struct Step {
     pub(crate) aw: DMatrix<f64>,
 }
 
-/// The whole deflation.
+/// The complete deflation.
 pub(crate) struct Deflation {
     pub(crate) steps: Vec<Step>,
     pub(crate) decisions: Vec<RankDecision>,
     pub(crate) end: End,
 }
 
-/// How a deflation ends.
+/// Result of a deflation.
 pub(crate) enum End {
-    /// With an ordinary differential equation: E non-singular, perhaps of size zero.
+    /// An ordinary differential equation: E is non-singular, possibly of size zero.
     Regular { e: DMatrix<f64>, a: DMatrix<f64> },
-    /// With so many constraints too many.
+    /// A singular pencil with `nullity` dependent constraints.
     Singular { nullity: usize },
 }
 
-/// Deflates the (scaled) pencil.
+/// Deflates the scaled pencil.
 pub(crate) fn deflate(mut e: DMatrix<f64>, mut a: DMatrix<f64>) -> Deflation {
     let (e_size, a_size) = (typical_row(&e), typical_row(&a));
     let mut steps = Vec::new();
@@ -96,7 +96,7 @@ pub(crate) fn deflate(mut e: DMatrix<f64>, mut a: DMatrix<f64>) -> Deflation {
     }
 }
 
-/// Orthonormal bases (W, Z) with G Z = 0, and G W, from Gᵀ = (W Z) (R; 0).
+/// Returns orthonormal bases (W, Z) with G Z = 0, and G W, from Gᵀ = (W Z) (R; 0).
 fn kernel(g: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>, DMatrix<f64>) {
     let (n_constraints, n) = g.shape();
     let qr = g.transpose().qr();
@@ -109,7 +109,7 @@ fn kernel(g: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>, DMatrix<f64>) {
     (w, z, gw)
 }
 
-/// The root mean square of the norms of the rows.
+/// Returns the root mean square of the row norms.
 fn typical_row(matrix: &DMatrix<f64>) -> f64 {
     matrix.norm() / (matrix.nrows().max(1) as f64).sqrt()
 }

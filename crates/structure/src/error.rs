@@ -1,14 +1,14 @@
-//! What can go wrong before a question about the structure has an answer.
+//! Errors of the structural analysis.
 
 use myovib_dae::StepError;
 use myovib_sparse::SparseError;
 
-/// Why a structural question could not be answered at all.
+/// Reason why a structural analysis failed.
 #[derive(Debug, thiserror::Error)]
 pub enum StructureError {
-    /// The matrices of a pencil are not square and of one size.
+    /// The matrices of a pencil are not square or differ in size.
     #[error(
-        "a pencil needs two square matrices of one size, not {}x{} and {}x{}",
+        "a pencil requires two square matrices of equal size, found {}x{} and {}x{}",
         e.0, e.1, a.0, a.1
     )]
     Shape {
@@ -17,49 +17,49 @@ pub enum StructureError {
         /// Rows and columns of A.
         a: (usize, usize),
     },
-    /// An entry is infinite or not a number.
+    /// An entry is NaN or infinite.
     #[error("entry ({row}, {column}) of {matrix} is {value}")]
     NotFinite {
-        /// The matrix, by its letter.
+        /// Name of the matrix.
         matrix: &'static str,
         /// Row of the entry.
         row: usize,
         /// Column of the entry.
         column: usize,
-        /// The entry.
+        /// Value of the entry.
         value: f64,
     },
-    /// The system could not be linearised at the state given.
-    #[error("the Jacobian could not be evaluated at t = {t}: {source}")]
-    Linearise {
-        /// The time.
+    /// The system could not be linearized at the given state.
+    #[error("cannot evaluate the Jacobian at t = {t}: {source}")]
+    Linearize {
+        /// Time.
         t: f64,
-        /// What the system said.
+        /// Error of the system.
         source: StepError,
     },
-    /// A matrix does not fit the others.
+    /// The sizes of the matrices do not match.
     #[error("the {matrix} is {}x{}, expected {}x{}", got.0, got.1, expected.0, expected.1)]
     Sizes {
-        /// Which matrix.
+        /// Name of the matrix.
         matrix: &'static str,
-        /// Its rows and columns.
+        /// Rows and columns found.
         got: (usize, usize),
-        /// The rows and columns the others ask for.
+        /// Rows and columns expected.
         expected: (usize, usize),
     },
-    /// The sparse factorisation failed.
-    #[error("the shifted matrix could not be factorised: {0}")]
-    Factorise(#[from] SparseError),
-    /// The search for modes came to no end.
+    /// The sparse factorization failed.
+    #[error("cannot factorize the shifted matrix: {0}")]
+    Factorize(#[from] SparseError),
+    /// The eigenvalue iteration did not converge.
     #[error(
-        "{converged} of {count} modes converged among {vectors} vectors: the shifted matrix is nearly singular"
+        "{converged} of {count} modes converged with {vectors} basis vectors: the shifted matrix is nearly singular"
     )]
     NotConverged {
-        /// Modes found.
+        /// Number of converged modes.
         converged: usize,
-        /// Modes wanted.
+        /// Requested number of modes.
         count: usize,
-        /// Vectors tried.
+        /// Number of basis vectors.
         vectors: usize,
     },
 }

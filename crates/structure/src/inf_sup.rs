@@ -7,41 +7,41 @@ use crate::modes::modes;
 use crate::rank::RankDecision;
 use crate::vibration::{Constraint, Vibration};
 
-/// Shift of the search relative to the mean eigenvalue: next to zero, where a rank-deficient B has
-/// eigenvalues that must be counted, but not at it, where there would be nothing to factorise.
+/// Shift relative to the mean eigenvalue: close to zero, so that the zero eigenvalues of a rank-deficient B are
+/// counted, but not zero, where the factorization would fail.
 const SHIFT: f64 = -1e-3;
-/// Values beyond the nullity that are looked for, so that the count is seen to end.
+/// Number of non-zero values to compute, so that the count of zeros is complete.
 const BEYOND: usize = 3;
 
-/// How well the pressures p are held by the displacements u through B: the smallest values of
+/// Discrete inf–sup stability of pressures p and displacements u coupled by B: the smallest values of
 ///
-///   β² with B H⁻¹ Bᵀ p = β² N p,   β = inf over p of sup over u of pᵀB u / (|p|_N |u|_H).
+/// β² with B H⁻¹ Bᵀ p = β² N p,   β = inf over p of sup over u of pᵀB u / (|p|_N |u|_H).
 ///
-/// With N the pressure mass matrix and H the stiffness of the H1 seminorm the smallest one is the
-/// mesh-independent constant; with identities they are the singular values of B itself, which decay
-/// under refinement for any pair of spaces. Paper: eq. (27).
+/// If N is the pressure mass matrix and H the stiffness of the H1 seminorm, the smallest value approximates the inf–sup
+/// constant, which is independent of the mesh for a stable pair. With identities for N and H, the values are the
+/// singular values of B, which decrease under refinement for any pair. Paper: eq. (27).
 #[derive(Debug, Clone, PartialEq)]
 pub struct InfSup {
-    /// The smallest non-zero values of β, ascending.
+    /// Smallest non-zero values of β, ascending.
     pub constants: Vec<f64>,
-    /// Which of the smallest values of β² are zero; the number of them is the nullity of Bᵀ.
+    /// Decision which of the smallest values of β² are zero; their number is the nullity of Bᵀ.
     pub decision: RankDecision,
 }
 
 impl InfSup {
-    /// Finds the smallest values of β for `operator` B (a row for each pressure) in the norms
-    /// `displacement_norm` H and `pressure_norm` N, both symmetric and positive definite.
+    /// Computes the smallest values of β for `operator` B (one row per pressure) with the norms `displacement_norm` H
+    /// and `pressure_norm` N, both symmetric positive definite.
     ///
     /// # Errors
-    /// [`StructureError::Sizes`] when the matrices do not fit together,
-    /// [`StructureError::Factorise`] when a norm is singular or an entry is not finite.
+    /// [`StructureError::Sizes`] if the sizes do not match, [`StructureError::Factorize`] if a norm is singular or an
+    /// entry is not finite.
     pub fn of(
         operator: &CscMatrix<f64>,
         displacement_norm: &CscMatrix<f64>,
         pressure_norm: &CscMatrix<f64>,
     ) -> Result<Self, StructureError> {
-        // Written as H w + (-Bᵀ) p = 0, -(-Bᵀ)ᵀ w = β² N p it is a body of mass N without stiffness
-        // of its own, held by springs of compliance H.
+        // The problem H w + (−Bᵀ) p = 0, −(−Bᵀ)ᵀ w = β² N p describes the vibration of a body of mass N without
+        // stiffness, supported by springs of compliance H.
         let n_pressures = operator.nrows();
         let holders = Constraint {
             operator: -operator.transpose(),
@@ -72,19 +72,18 @@ impl InfSup {
         }
     }
 
-    /// The number of independent pressures that no displacement holds.
+    /// Number of independent pressures that no displacement controls.
     pub fn nullity(&self) -> usize {
         self.decision.nullity()
     }
 
-    /// The smallest non-zero β, unless B is zero.
+    /// Returns the smallest non-zero β, or `None` if B is zero.
     pub fn smallest(&self) -> Option<f64> {
         self.constants.first().copied()
     }
 }
 
-/// The mean of b_ij² / (h_jj n_ii) over the rows: the size of β² if the norms were diagonal; 1 for
-/// B = 0.
+/// Returns the mean of b_ij² / (h_jj n_ii) over the rows, the magnitude of β² for diagonal norms, or 1 for B = 0.
 fn typical_square(b: &CscMatrix<f64>, h: &CscMatrix<f64>, n: &CscMatrix<f64>) -> f64 {
     let (h, n) = (diagonal(h), diagonal(n));
     let sum: f64 = b
@@ -92,7 +91,7 @@ fn typical_square(b: &CscMatrix<f64>, h: &CscMatrix<f64>, n: &CscMatrix<f64>) ->
         .map(|(i, j, value)| value * value / (h[j] * n[i]))
         .sum();
     if sum == 0.0 {
-        // Nothing is held, on any scale.
+        // Nothing is constrained; any scale is valid.
         return 1.0;
     }
     sum / b.nrows() as f64

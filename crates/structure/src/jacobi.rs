@@ -1,19 +1,19 @@
 //! Singular values and left singular vectors by one-sided Jacobi rotations.
 //!
-//! The rank decisions and the bases of kernels rest on these, so they must be right to rounding for
-//! every matrix, rank-deficient ones above all; rotations are, and find even small singular values
-//! to high relative accuracy. The columns of Rᵀ, from a QR decomposition with column pivoting
-//! M Π = Q R, are rotated until they are orthogonal, Rᵀ J = V Σ; then M Π = (Q J) Σ Vᵀ.
-//! Pivoting leaves little to rotate (Drmač and Veselić, SIAM J. Matrix Anal. Appl. 29 (2008) 1322).
+//! The rank decisions and kernel bases rely on these values, so they must be accurate to rounding for every matrix, in
+//! particular for rank-deficient ones. Jacobi rotations satisfy this requirement and compute small singular values to
+//! high relative accuracy. The columns of Rᵀ, from a QR decomposition with column pivoting M Π = Q R, are rotated until
+//! they are orthogonal, Rᵀ J = V Σ; then M Π = (Q J) Σ Vᵀ. With pivoting, few rotations are necessary (Drmač and
+//! Veselić, SIAM J. Matrix Anal. Appl. 29 (2008) 1322).
 
 use nalgebra::DMatrix;
 
-/// Two columns count as orthogonal when the cosine of their angle is below this times √n.
+/// Two columns count as orthogonal if the cosine of their angle is below this value times √n.
 const ORTHOGONAL: f64 = f64::EPSILON;
-/// Sweeps over all pairs; about five are needed, convergence is quadratic.
+/// Maximum number of sweeps over all pairs. Convergence is quadratic; about five sweeps are sufficient.
 const MAX_SWEEPS: usize = 60;
 
-/// The singular values of a square matrix in descending order, and U with columns in that order.
+/// Returns the singular values of a square matrix in descending order, and U with columns in the same order.
 pub(crate) fn left_svd(matrix: &DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
     let n = matrix.nrows();
     let qr = matrix.clone().col_piv_qr();
@@ -44,7 +44,7 @@ pub(crate) fn left_svd(matrix: &DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
     )
 }
 
-/// The rotation (cos, sin) that makes columns p and q orthogonal, or none if they are.
+/// Returns the rotation (cos, sin) that makes columns p and q orthogonal, or `None` if they already are.
 fn rotation(x: &DMatrix<f64>, p: usize, q: usize, tolerance: f64) -> Option<(f64, f64)> {
     let (left, right) = (x.column(p), x.column(q));
     let (pp, qq, pq) = (left.norm_squared(), right.norm_squared(), left.dot(&right));
@@ -57,7 +57,7 @@ fn rotation(x: &DMatrix<f64>, p: usize, q: usize, tolerance: f64) -> Option<(f64
     Some((cosine, cosine * tangent))
 }
 
-/// Replaces columns p < q by (cos p - sin q, sin p + cos q).
+/// Replaces columns p < q by (cos p − sin q, sin p + cos q).
 fn rotate(x: &mut DMatrix<f64>, p: usize, q: usize, cosine: f64, sine: f64) {
     let n = x.nrows();
     let (head, tail) = x.as_mut_slice().split_at_mut(q * n);
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
     use nalgebra::{DVector, dmatrix};
 
-    /// Products of n terms of size one: rounding of n² ε at most.
+    /// Products of n terms of magnitude one have a rounding error of at most n² ε.
     fn assert_small(defect: &DMatrix<f64>, n: usize) {
         assert!(
             defect.amax() < (n * n) as f64 * f64::EPSILON,
@@ -90,7 +90,7 @@ mod tests {
         assert!((values[1] - 5f64.sqrt()).abs() < 1e-14);
     }
 
-    /// The left kernel is found to rounding, however the rank falls short.
+    /// The left kernel is accurate to rounding for any rank.
     #[test]
     fn rank_deficient_matrices() {
         for (n, rank) in [(1, 0), (3, 1), (3, 2), (7, 4), (30, 13), (30, 30)] {

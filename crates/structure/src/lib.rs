@@ -1,19 +1,18 @@
 //! The structure of a differential-algebraic system, computed from its matrices.
 //!
-//! Owns the questions one asks of F(t, y, ẏ) = 0 before integrating it, answered without a word
-//! of which model or formulation the matrices came from:
+//! Analyses of F(t, y, ẏ) = 0 before integration, independent of the model and the formulation that the matrices come
+//! from:
 //!
-//! - [`Pencil`]: the linearisation E ẋ + A x = f, from two matrices or from any
-//!   [`Problem`](myovib_dae::Problem) at a state;
-//! - [`PencilStructure`]: its index, or that it has none, with every rank decision ([`RankDecision`])
-//!   that the answer rests on, and the perturbation index of every variable;
+//! - [`Pencil`]: the linearization E ẋ + A x = f, from two matrices or from any [`Problem`](myovib_dae::Problem) at a
+//! state;
+//! - [`PencilStructure`]: its index, or the result that the pencil is singular, with all rank decisions
+//! ([`RankDecision`]) and the perturbation index of every variable;
 //! - [`Vibration`]: small free vibrations with or without a constraint, and their lowest [`modes`];
-//! - [`RigidBodies`]: the motions as rigid bodies that supports leave;
-//! - [`InfSup`]: how well the multipliers of a mixed method are held, or how many are not at all.
+//! - [`RigidBodies`]: the rigid-body motions that supports leave free;
+//! - [`InfSup`]: inf–sup constants of a mixed method, and the number of uncontrolled multipliers.
 //!
-//! The rank decisions are made on singular values after a scaling that does not depend on the
-//! units of equations and variables. An answer that rests on a decision without a clear gap is
-//! called undecided.
+//! Rank decisions are based on singular values after a scaling that removes the units of equations and variables. If a
+//! decision has no clear gap, the result is reported as undecided.
 //!
 //! # References
 //! - E. Griepentrog, R. März, *Differential-Algebraic Equations and Their Numerical Treatment*,

@@ -1,11 +1,11 @@
 //! The lowest eigenfrequencies and modes, by shift and invert.
 //!
-//! With the shift σ the map w ↦ u of (K - σM) u - Bᵀp = M w, B u + C p = 0 is symmetric in the inner
-//! product of M, keeps to the constraint, and has the eigenvalues θ = 1/(ω² - σ): the wanted ones
-//! are the largest. A block Krylov space of it is built with full orthogonalisation in the inner
-//! product of M, and the projected dense problem solved (Rayleigh and Ritz); blocks find multiple
-//! eigenvalues, up to the multiplicity [`BLOCK`] for certain. The images of all blocks but the last
-//! lie in the space, so the residual of a pair is in what the last block's images add.
+//! With the shift σ, the map w ↦ u defined by (K − σM) u − Bᵀp = M w, B u + C p = 0 is symmetric in the inner product
+//! of M, preserves the constraint, and has the eigenvalues θ = 1/(ω² − σ). The requested modes have the largest |θ|.
+//! The method builds a block Krylov space with full orthogonalization in the inner product of M and solves the
+//! projected dense problem (Rayleigh–Ritz). Blocks find multiple eigenvalues, with certainty up to the multiplicity
+//! [`BLOCK`]. The images of all blocks except the last lie in the space, so the residual of a pair follows from the
+//! images of the last block.
 //!
 //! Reference: R. G. Grimes, J. G. Lewis, H. D. Simon, SIAM J. Matrix Anal. Appl. 15 (1994) 228.
 
@@ -14,53 +14,51 @@ use nalgebra::{DMatrix, DVector};
 use crate::error::StructureError;
 use crate::vibration::{Shifted, Vibration};
 
-/// Vectors added at a time.
+/// Number of vectors per block.
 const BLOCK: usize = 4;
-/// A pair has converged when the residual of its θ is below this fraction of it; the error of ω² is
-/// of second order in that.
+/// A pair has converged if the residual of its θ is below this fraction of θ. The error of ω² is of second order in the
+/// residual.
 const CONVERGED: f64 = 1e-10;
-/// A new direction shorter than this after orthogonalisation is rounding: the space is exhausted.
+/// A new direction shorter than this after orthogonalization consists of rounding errors: the space is exhausted.
 const EXHAUSTED: f64 = 1e-12;
-/// Vectors of the space for each mode wanted, and beside them. About three a mode are needed; a
-/// space this large without convergence is that of a matrix whose factors are of no use.
+/// Maximum number of basis vectors per requested mode, plus a constant. About three per mode are sufficient; a larger
+/// space without convergence indicates inaccurate factors.
 const VECTORS_PER_MODE: usize = 10;
 const FURTHER_VECTORS: usize = 200;
 
-/// One harmonic motion.
+/// A harmonic vibration mode.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mode {
-    /// ω², in 1/s²; negative where the equilibrium is unstable.
+    /// ω² in 1/s²; negative for an unstable equilibrium.
     pub omega_squared: f64,
-    /// The displacements u, with uᵀ M u = 1.
+    /// Displacements u, normalized by uᵀ M u = 1.
     pub shape: Vec<f64>,
-    /// The multipliers p that go with them.
+    /// Corresponding multipliers p.
     pub multipliers: Vec<f64>,
-    /// ‖K u - Bᵀp - ω² M u‖ / ‖(ω² - σ) M u‖, σ the shift it was found with.
+    /// ‖K u − Bᵀp − ω² M u‖ / ‖(ω² − σ) M u‖ with the shift σ.
     pub residual: f64,
 }
 
 impl Mode {
-    /// The angular frequency ω in rad/s, if the motion is an oscillation.
+    /// Returns the angular frequency ω in rad/s, or `None` if the motion is not an oscillation.
     pub fn angular_frequency(&self) -> Option<f64> {
         (self.omega_squared >= 0.0).then(|| self.omega_squared.sqrt())
     }
 
-    /// The frequency ω/(2π) in Hz, if the motion is an oscillation.
+    /// Returns the frequency ω/(2π) in Hz, or `None` if the motion is not an oscillation.
     pub fn frequency(&self) -> Option<f64> {
         self.angular_frequency()
             .map(|omega| omega / std::f64::consts::TAU)
     }
 }
 
-/// The `count` modes with ω² nearest to `shift`, by ascending ω²; fewer if there are no more.
+/// Computes the `count` modes with ω² closest to `shift`, in ascending order of ω²; fewer if the system has fewer.
 ///
-/// With `shift` at or below the lowest ω² (0 for a stable equilibrium of a supported body) these are
-/// the lowest modes.
+/// If `shift` is at most the lowest ω² (0 for a stable equilibrium of a supported body), these are the lowest modes.
 ///
 /// # Errors
-/// [`StructureError::Factorise`] when K - σM with the constraint is singular: the shift is an
-/// eigenvalue (0 for a body that is not supported), or the constraint has dependent rows;
-/// [`StructureError::NotConverged`] when it is nearly so.
+/// [`StructureError::Factorize`] if K − σM with the constraint is singular: the shift is an eigenvalue (0 for an
+/// unsupported body), or the constraint has dependent rows; [`StructureError::NotConverged`] if it is nearly singular.
 pub fn modes(vibration: &Vibration, count: usize, shift: f64) -> Result<Vec<Mode>, StructureError> {
     let mut space = KrylovSpace::new(vibration, shift)?;
     let most = VECTORS_PER_MODE * count + FURTHER_VECTORS;
@@ -91,16 +89,15 @@ pub fn modes(vibration: &Vibration, count: usize, shift: f64) -> Result<Vec<Mode
     }
 }
 
-/// An eigenpair of the projected problem: θ, the weights of the basis, and ‖T v - θ v‖ / |θ| in the
-/// norm of M.
+/// An eigenpair of the projected problem: θ, the coefficients in the basis, and ‖T v − θ v‖ / |θ| in the norm of M.
 struct RitzPair {
     theta: f64,
     weights: DVector<f64>,
     residual: f64,
 }
 
-/// A basis V, orthonormal in the inner product of M, with M V, the projection H of T, and what the
-/// images of the last block add to the space.
+/// A basis V, orthonormal in the inner product of M, with M V, the projection H of T, and the components of the last
+/// block's images outside the space.
 struct KrylovSpace<'a> {
     vibration: &'a Vibration,
     shifted: Shifted,
@@ -109,7 +106,7 @@ struct KrylovSpace<'a> {
     basis: Vec<DVector<f64>>,
     mass_basis: Vec<DVector<f64>>,
     projected: DMatrix<f64>,
-    /// T v - V H for the vectors of the last block, with the norms of T v.
+    /// T v − V H for the vectors of the last block, with the norms of T v.
     beyond: Vec<(DVector<f64>, f64)>,
 }
 
@@ -127,8 +124,8 @@ impl<'a> KrylovSpace<'a> {
         })
     }
 
-    /// Adds a block: what the images of the last one add or, at first and when that is nothing (an
-    /// invariant subspace was met), new start vectors. False when the whole space is spanned.
+    /// Adds a block of vectors: the components of the last images outside the space or, initially and in an invariant
+    /// subspace, new start vectors. Returns false if the whole space is spanned.
     fn grow(&mut self) -> Result<bool, StructureError> {
         let last = std::mem::take(&mut self.beyond);
         if self.add_block(last)? {
@@ -138,7 +135,7 @@ impl<'a> KrylovSpace<'a> {
         self.add_block(starts)
     }
 
-    /// Adds vectors with their lengths before anything was taken out of them.
+    /// Adds vectors, each with its norm before orthogonalization.
     fn add_block(&mut self, block: Vec<(DVector<f64>, f64)>) -> Result<bool, StructureError> {
         let before = self.basis.len();
         for (w, length) in block {
@@ -152,7 +149,7 @@ impl<'a> KrylovSpace<'a> {
         for (j, mut image) in (before..n).zip(images) {
             let length = self.norm(&image);
             let weights = self.take_out_basis(&mut image);
-            // Symmetric but for rounding.
+            // Symmetric except for rounding.
             self.projected.set_column(j, &weights);
             self.projected.set_row(j, &weights.transpose());
             self.beyond.push((image, length));
@@ -160,7 +157,7 @@ impl<'a> KrylovSpace<'a> {
         Ok(n > before)
     }
 
-    /// The image of a vector without symmetry: fractional parts of multiples of an irrational number.
+    /// Returns the image of a vector without symmetry: fractional parts of multiples of an irrational number.
     fn start(&mut self) -> Result<(DVector<f64>, f64), StructureError> {
         self.n_starts += 1;
         let irrational = (self.n_starts as f64).sqrt() + std::f64::consts::PI;
@@ -173,13 +170,13 @@ impl<'a> KrylovSpace<'a> {
         Ok((image, length))
     }
 
-    /// T w.
+    /// Computes T w.
     fn image(&mut self, w: &DVector<f64>) -> Result<DVector<f64>, StructureError> {
         let force = self.vibration.mass_times(w);
         Ok(self.shifted.solve(&force)?.0.into_owned())
     }
 
-    /// False once a solution has overflowed: there are no eigenvalues then.
+    /// Returns false once a solution has overflowed; the eigenvalues are then undefined.
     fn is_finite(&self) -> bool {
         self.projected.iter().all(|value| value.is_finite())
     }
@@ -188,7 +185,7 @@ impl<'a> KrylovSpace<'a> {
         w.dot(&self.vibration.mass_times(w)).max(0.0).sqrt()
     }
 
-    /// Makes a vector orthogonal to the basis and returns what it had of it. Twice is enough.
+    /// Orthogonalizes a vector to the basis and returns its coefficients. Two passes are sufficient.
     fn take_out_basis(&self, w: &mut DVector<f64>) -> DVector<f64> {
         let mut weights = DVector::zeros(self.basis.len());
         for _pass in 0..2 {
@@ -206,8 +203,8 @@ impl<'a> KrylovSpace<'a> {
         weights
     }
 
-    /// Adds the part of a vector that is orthogonal to the space, unless it is rounding of the
-    /// `length` that it had.
+    /// Adds the component of a vector orthogonal to the space, unless it consists of rounding errors relative to its
+    /// original `length`.
     fn add(&mut self, mut w: DVector<f64>, length: f64) {
         self.take_out_basis(&mut w);
         let remaining = self.norm(&w);
@@ -219,11 +216,11 @@ impl<'a> KrylovSpace<'a> {
         self.basis.push(w);
     }
 
-    /// The pairs of the projected problem with the largest |θ|.
+    /// Returns the pairs of the projected problem with the largest |θ|.
     fn ritz_pairs(&self, count: usize) -> Vec<RitzPair> {
         let m = self.basis.len();
         if m == 0 {
-            // The eigenvalues of an empty matrix are no question for nalgebra.
+            // nalgebra does not accept an empty matrix here.
             return Vec::new();
         }
         let eigen = self.projected.clone().symmetric_eigen();
@@ -252,7 +249,7 @@ impl<'a> KrylovSpace<'a> {
         order.iter().map(pair).collect()
     }
 
-    /// The mode of a pair: ω² = σ + 1/θ, and p from T w = θ w.
+    /// Returns the mode of a pair: ω² = σ + 1/θ, and p from T w = θ w.
     fn mode(&mut self, pair: &RitzPair) -> Result<Mode, StructureError> {
         let omega_squared = self.shift + pair.theta.recip();
         let parts = self.basis.iter().zip(pair.weights.iter());

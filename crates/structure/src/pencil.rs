@@ -1,4 +1,4 @@
-//! The linearisation of a differential-algebraic system at a state.
+//! Linearization of a differential-algebraic system at a state.
 
 use myovib_dae::Problem;
 use nalgebra::DMatrix;
@@ -7,10 +7,10 @@ use crate::error::StructureError;
 
 /// The matrix pencil of E ẋ + A x = f.
 ///
-/// For a system F(t, y, ẏ) = 0 it is E = ∂F/∂ẏ, A = ∂F/∂y at a state. The index of this frozen
-/// pencil is that of the system where the system is linear with constant coefficients, and for the
-/// semi-explicit (Hessenberg) forms of constrained mechanics at a consistent state. For matrices
-/// that vary along the solution otherwise the two may differ (Griepentrog and März, section 1.3).
+/// For a system F(t, y, ẏ) = 0, E = ∂F/∂ẏ and A = ∂F/∂y at a state. The index of this frozen pencil equals the index of
+/// the system if the system is linear with constant coefficients, and for the semi-explicit (Hessenberg) forms of
+/// constrained mechanics at a consistent state. For other matrices that vary along the solution, the two may differ
+/// (Griepentrog and März, section 1.3).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pencil {
     e: DMatrix<f64>,
@@ -18,10 +18,10 @@ pub struct Pencil {
 }
 
 impl Pencil {
-    /// The pencil of two square matrices of one size.
+    /// Creates the pencil of two square matrices of equal size.
     ///
     /// # Errors
-    /// [`StructureError::Shape`], or [`StructureError::NotFinite`] with the first such entry.
+    /// [`StructureError::Shape`], or [`StructureError::NotFinite`] with the first non-finite entry.
     pub fn new(e: DMatrix<f64>, a: DMatrix<f64>) -> Result<Self, StructureError> {
         if !e.is_square() || e.shape() != a.shape() {
             return Err(StructureError::Shape {
@@ -44,12 +44,11 @@ impl Pencil {
         Ok(Self { e, a })
     }
 
-    /// The linearisation of `problem` at (t, y, ẏ).
+    /// Linearizes `problem` at (t, y, ẏ).
     ///
     /// # Errors
-    /// [`StructureError::Linearise`] when a Jacobian cannot be evaluated there, and as for
-    /// [`new`](Self::new).
-    pub fn linearise(
+    /// [`StructureError::Linearize`] if a Jacobian cannot be evaluated, and the errors of [`new`](Self::new).
+    pub fn linearize(
         problem: &mut dyn Problem,
         t: f64,
         y: &[f64],
@@ -61,7 +60,7 @@ impl Pencil {
         let mut dense = |a: f64, b: f64| -> Result<DMatrix<f64>, StructureError> {
             problem
                 .jacobian(t, y, y_dot, a, b, &mut values)
-                .map_err(|source| StructureError::Linearise { t, source })?;
+                .map_err(|source| StructureError::Linearize { t, source })?;
             let mut matrix = DMatrix::zeros(n, n);
             for ((column, row), value) in pattern.entries().zip(&values) {
                 matrix[(row, column)] += value;
@@ -73,17 +72,17 @@ impl Pencil {
         Self::new(e, a)
     }
 
-    /// Number of equations and of unknowns.
+    /// Number of equations and unknowns.
     pub fn size(&self) -> usize {
         self.e.nrows()
     }
 
-    /// E, the matrix of the derivatives.
+    /// E, the coefficient matrix of ẋ.
     pub fn e(&self) -> &DMatrix<f64> {
         &self.e
     }
 
-    /// A, the matrix of the unknowns.
+    /// A, the coefficient matrix of x.
     pub fn a(&self) -> &DMatrix<f64> {
         &self.a
     }

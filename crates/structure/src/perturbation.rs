@@ -1,13 +1,13 @@
-//! How many derivatives of a perturbation each variable depends on.
+//! Perturbation index of each variable: the number of derivatives of a perturbation that it depends on.
 //!
-//! The solution of E ẋ + A x = δ in the Laplace domain is x = (sE + A)⁻¹ δ, and the resolvent of a
-//! regular pencil is a strictly proper part plus a polynomial H₀ + s H₁ + … + s^(k-1) H_(k-1), where
-//! k is the index. Row i of H_j says whether x_i contains the j-th derivative of δ itself, not only
-//! integrals of it. So the perturbation index of x_i is one more than the degree of row i, and zero
-//! if the row is zero: in Weierstrass' form, where N is the nilpotent block, H_j = T₂ (-N)^j S₂.
+//! In the Laplace domain, the solution of E ẋ + A x = δ is x = (sE + A)⁻¹ δ. The resolvent of a regular pencil is a
+//! strictly proper part plus a polynomial H₀ + s H₁ + … + s^(k−1) H_(k−1), where k is the index. Row i of H_j is
+//! non-zero if x_i contains the j-th derivative of δ, not only integrals of it. The perturbation index of x_i is the
+//! degree of row i plus one, or zero if the row vanishes. In Weierstrass form with the nilpotent block N, H_j = T₂
+//! (−N)^j S₂.
 //!
-//! The polynomial comes out of the steps of the deflation: each maps a right-hand side F(s), a
-//! polynomial in s, to that of the smaller pencil,
+//! The polynomial follows from the deflation steps. Each step maps a right-hand side F(s), a polynomial in s, to the
+//! right-hand side of the smaller pencil,
 //!
 //!   y = (G W)⁻¹ U₂ᵀF,   F' = U₁ᵀF - (U₁ᵀA W + s U₁ᵀE W) y,   x = W y + Z x'.
 
@@ -18,7 +18,7 @@ use crate::deflation::Step;
 /// A polynomial in s with matrix coefficients, constant term first.
 pub(crate) type Polynomial = Vec<DMatrix<f64>>;
 
-/// The polynomial part of (sE + A)⁻¹ from the steps and the (E, A) that a deflation ended with.
+/// Returns the polynomial part of (sE + A)⁻¹ from the deflation steps and the final (E, A).
 pub(crate) fn resolvent_polynomial(
     steps: &[Step],
     e: &DMatrix<f64>,
@@ -31,7 +31,7 @@ pub(crate) fn resolvent_polynomial(
         let gw = step.gw.clone().lu();
         let solve = |f: &DMatrix<f64>| {
             gw.solve(&step.u2.tr_mul(f))
-                .expect("the constraints were found independent")
+                .expect("the constraints are linearly independent")
         };
         let y: Polynomial = right.iter().map(solve).collect();
         let mut next: Polynomial = right.iter().map(|f| step.u1.tr_mul(f)).collect();
@@ -56,8 +56,7 @@ pub(crate) fn resolvent_polynomial(
     x
 }
 
-/// The polynomial part of (sE + A)⁻¹ F(s) for a non-singular E, by division from the top:
-/// E X_(j-1) = F_j - A X_j.
+/// Returns the polynomial part of (sE + A)⁻¹ F(s) for a non-singular E by polynomial division: E X_(j−1) = F_j − A X_j.
 fn divide(f: &Polynomial, e: &DMatrix<f64>, a: &DMatrix<f64>) -> Polynomial {
     if e.is_empty() {
         return f[1..].to_vec();
@@ -68,7 +67,7 @@ fn divide(f: &Polynomial, e: &DMatrix<f64>, a: &DMatrix<f64>) -> Polynomial {
         let remainder = quotient
             .last()
             .map_or_else(|| f_j.clone(), |x_j| f_j - a * x_j);
-        quotient.push(e.solve(&remainder).expect("E was found non-singular"));
+        quotient.push(e.solve(&remainder).expect("E is non-singular"));
     }
     quotient.reverse();
     quotient

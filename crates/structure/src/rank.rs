@@ -1,50 +1,50 @@
-//! One rank decision: which of a set of magnitudes are zero, and how sure that is.
+//! Rank decisions: which values of a set are zero, and how certain the decision is.
 
 use std::fmt;
 
-/// Magnitudes below this fraction of the reference may be called zero, those above never.
+/// Values above this fraction of the reference are never treated as zero.
 ///
-/// About √(machine ε)/10: what lies above is far outside the rounding of matrices that were
-/// assembled in double precision and deflated by orthogonal transformations.
+/// About √(machine ε)/10: larger values are far above the rounding errors of matrices that were assembled in double
+/// precision and deflated by orthogonal transformations.
 const MAY_BE_ZERO: f64 = 1e-9;
-/// Magnitudes above this fraction of the reference may be called non-zero, those below never.
+/// Values below this fraction of the reference are always treated as zero.
 const MAY_BE_NONZERO: f64 = 1e-12;
-/// A gap of this many decades is decisive.
+/// Minimum width of a decisive gap in decades.
 const DECISIVE_DECADES: f64 = 3.0;
 
-/// Whether a rank decision is clear.
+/// Certainty of a rank decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Verdict {
-    /// There is one way to part zeros from non-zeros by a gap of at least three decades.
+    /// Exactly one gap of at least three decades separates zeros from non-zeros.
     Decisive,
-    /// There is no such way, or more than one, or a magnitude is no number.
+    /// No gap or several gaps are that wide, or a value is not finite.
     Undecided,
 }
 
-/// How the magnitudes of one set were parted into zero and non-zero.
+/// Separation of a set of values into zeros and non-zeros.
 ///
-/// The magnitudes (singular values, or norms of rows) are put in order between the reference (the
-/// size of the matrix they come from) and the level of rounding, n ε times the reference. A cut
-/// may lie in any gap that reaches into the window \[1e-12, 1e-9\] × reference; the widest is taken.
-/// It is decisive when it spans at least three decades and no second one does.
+/// The values (singular values, or row norms) are sorted between the reference (the magnitude of their matrix) and the
+/// level of rounding, n ε times the reference. The cut must lie in a gap that overlaps the window \[1e-12, 1e-9\] ×
+/// reference; the widest such gap is used. The decision is decisive if this gap spans at least three decades and no
+/// other gap does.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RankDecision {
-    /// What was looked at.
+    /// Description of the values.
     pub subject: String,
-    /// How many magnitudes there are.
+    /// Number of values.
     pub size: usize,
-    /// How many of them are non-zero.
+    /// Number of non-zero values.
     pub rank: usize,
-    /// The smallest magnitude kept, as a fraction of the reference; the reference, 1, if none is.
+    /// Smallest non-zero value relative to the reference, or 1 if all values are zero.
     pub smallest_kept: f64,
-    /// The largest magnitude called zero, or the level of rounding if that is larger.
+    /// Largest value treated as zero, or the level of rounding if it is larger.
     pub largest_dropped: f64,
-    /// Whether the decision is clear.
+    /// Certainty of the decision.
     pub verdict: Verdict,
 }
 
 impl RankDecision {
-    /// Parts `magnitudes`, in any order, of a matrix whose size is `reference`.
+    /// Separates `magnitudes`, in any order, of a matrix with the magnitude `reference`.
     pub(crate) fn new(subject: String, magnitudes: &[f64], reference: f64) -> Self {
         let size = magnitudes.len();
         let reference = if reference > 0.0 { reference } else { 1.0 };
@@ -57,7 +57,7 @@ impl RankDecision {
         ladder.insert(0, ladder.first().map_or(1.0, |top| top.max(1.0)));
         ladder.push(rounding);
 
-        // Cut number r keeps the r largest magnitudes: above it ladder[r], below it ladder[r + 1].
+        // Cut r keeps the r largest values: ladder[r] is above it, ladder[r + 1] below.
         let decades = |rank: usize| (ladder[rank] / ladder[rank + 1]).log10();
         let cuts = (0..=size)
             .filter(|&r| ladder[r] >= MAY_BE_NONZERO && ladder[r + 1] <= MAY_BE_ZERO)
@@ -66,12 +66,12 @@ impl RankDecision {
             .iter()
             .copied()
             .max_by(|&left, &right| decades(left).total_cmp(&decades(right)))
-            .expect("the ladder runs from at least 1 down to rounding, so it crosses the window");
+            .expect("the ladder descends from at least 1 to rounding, so it crosses the window");
         let wide = cuts
             .iter()
             .filter(|&&r| decades(r) >= DECISIVE_DECADES)
             .count();
-        // What has overflowed says nothing, and a NaN would pass for zero.
+        // An overflow makes the decision meaningless, and a NaN would count as zero.
         let finite = magnitudes.iter().all(|m| (m / reference).is_finite());
         Self {
             subject,
@@ -87,17 +87,17 @@ impl RankDecision {
         }
     }
 
-    /// How many magnitudes were called zero.
+    /// Number of values treated as zero.
     pub fn nullity(&self) -> usize {
         self.size - self.rank
     }
 
-    /// The width of the gap between what was kept and what was dropped, in decades.
+    /// Returns the width of the gap between zeros and non-zeros in decades.
     pub fn gap(&self) -> f64 {
         (self.smallest_kept / self.largest_dropped).log10()
     }
 
-    /// Whether one of the magnitudes it was made from was kept.
+    /// Returns whether `magnitude` counts as non-zero.
     pub(crate) fn keeps(&self, magnitude: f64, reference: f64) -> bool {
         magnitude / reference >= self.smallest_kept
     }
@@ -140,7 +140,7 @@ mod tests {
         assert_eq!(decide(&[1.0, 0.1, 1e-6]), (3, Verdict::Decisive));
         assert_eq!(decide(&[0.0, 0.0]), (0, Verdict::Decisive));
         assert_eq!(decide(&[]), (0, Verdict::Decisive));
-        // Rounding that grew by three orders, below a clear gap of six decades.
+        // Rounding errors amplified by three orders of magnitude, below a clear gap of six decades.
         assert_eq!(
             decide(&[1.0, 1e-5, 1e-11, 1e-13, 1e-15]),
             (2, Verdict::Decisive)
@@ -148,16 +148,16 @@ mod tests {
     }
 
     #[test]
-    fn a_value_amid_the_window_is_undecided() {
-        // Five decades to either neighbour: two cuts are as good as each other.
+    fn a_value_within_the_window_is_undecided() {
+        // Five decades to each neighbor: both cuts are equally plausible.
         assert_eq!(decide(&[1.0, 1e-5, 1e-10]).1, Verdict::Undecided);
-        // A staircase of two decades a step never has a gap of three.
+        // A staircase with steps of two decades has no gap of three decades.
         let staircase: Vec<f64> = (0..8).map(|i| 100f64.powi(-i)).collect();
         assert_eq!(decide(&staircase).1, Verdict::Undecided);
     }
 
     #[test]
-    fn magnitudes_that_are_no_numbers_decide_nothing() {
+    fn non_finite_values_are_undecided() {
         for bad in [f64::NAN, f64::INFINITY] {
             assert_eq!(decide(&[1.0, bad]).1, Verdict::Undecided);
         }

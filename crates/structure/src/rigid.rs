@@ -1,52 +1,51 @@
-//! The motions as rigid bodies that supports leave, from the places where bodies are held.
+//! Rigid-body motions that supports leave free.
 
 use std::fmt;
 
 use nalgebra::{DMatrix, RowDVector, Vector3};
 
-/// Singular values below this fraction of the largest leave a motion free. Lengths are in units of
-/// the bodies' size, so a value is small only where supports are that near to each other, or that
-/// near to parallel.
+/// Singular values below this fraction of the largest indicate a free motion. Lengths are relative to the size of the
+/// bodies, so a value is small only if supports nearly coincide or are nearly parallel.
 const FREE: f64 = 1e-9;
-/// Components of unit motions below this are zero in words.
+/// Components of unit motions below this value are printed as zero.
 const NAMED: f64 = 1e-6;
-/// Rows that wait before they are compressed to as many as there are unknowns.
+/// Number of buffered rows before they are compressed by a QR decomposition.
 const WAITING: usize = 256;
 
-/// Bodies that are rigid, held and joined at points, in two or three dimensions.
+/// Rigid bodies, supported and joined at points, in two or three dimensions.
 ///
-/// A small motion of a body is u(x) = t + ω × (x - c) with c its centre: three numbers in the plane,
-/// six in space. A support is a condition n·u(x) = 0 at a point, a joint u = u' of two bodies.
+/// A small motion of a body is u(x) = t + ω × (x − c) with its center c: three parameters in 2D, six in 3D. A support
+/// is a condition n·u(x) = 0 at a point, a joint the condition u = u' for two bodies.
 #[derive(Debug, Clone)]
 pub struct RigidBodies {
     dimension: usize,
-    centres: Vec<Vector3<f64>>,
+    centers: Vec<Vector3<f64>>,
     size: f64,
     conditions: DMatrix<f64>,
     waiting: Vec<RowDVector<f64>>,
 }
 
 impl RigidBodies {
-    /// Bodies with these centres; `size` is the length that counts as one.
+    /// Creates bodies with these centers; `size` is the unit of length.
     ///
     /// # Panics
-    /// Unless the dimension is 2 or 3, and each centre has as many coordinates.
-    pub fn new(dimension: usize, centres: &[Vec<f64>], size: f64) -> Self {
+    /// Unless the dimension is 2 or 3 and matches the number of coordinates of each center.
+    pub fn new(dimension: usize, centers: &[Vec<f64>], size: f64) -> Self {
         assert!(
             dimension == 2 || dimension == 3,
             "a body in {dimension} dimensions"
         );
-        let n = centres.len() * n_motions(dimension);
+        let n = centers.len() * n_motions(dimension);
         Self {
             dimension,
-            centres: centres.iter().map(|c| in_space(c)).collect(),
+            centers: centers.iter().map(|c| in_space(c)).collect(),
             size,
             conditions: DMatrix::zeros(0, n),
             waiting: Vec::new(),
         }
     }
 
-    /// Holds the component along `direction` of the `body`'s point at `place`.
+    /// Fixes the displacement component along `direction` of the point `place` of `body`.
     pub fn hold(&mut self, body: usize, place: &[f64], direction: &[f64]) {
         let row = self.row(body, place, in_space(direction));
         self.add(row);
@@ -61,9 +60,9 @@ impl RigidBodies {
         }
     }
 
-    /// n·u(x) as a functional of the motions.
+    /// Returns n·u(x) as a linear function of the motion parameters.
     fn row(&self, body: usize, place: &[f64], direction: Vector3<f64>) -> RowDVector<f64> {
-        let arm = (in_space(place) - self.centres[body]) / self.size;
+        let arm = (in_space(place) - self.centers[body]) / self.size;
         let turning = arm.cross(&direction);
         let mut row = RowDVector::zeros(self.conditions.ncols());
         let own = match self.dimension {
@@ -82,7 +81,7 @@ impl RigidBodies {
         }
     }
 
-    /// Takes the waiting rows into the conditions; R of a QR decomposition has their kernel.
+    /// Compresses the buffered rows: R of a QR decomposition has the same kernel.
     fn compress(&mut self) {
         let n = self.conditions.ncols();
         let mut rows: Vec<RowDVector<f64>> = std::mem::take(&mut self.waiting);
@@ -93,18 +92,18 @@ impl RigidBodies {
         }
     }
 
-    /// An orthonormal basis of the motions that meet all conditions, one a column.
+    /// Returns an orthonormal basis of the motions that satisfy all conditions, as columns.
     fn kernel(&mut self) -> DMatrix<f64> {
         self.compress();
         let n = self.conditions.ncols();
-        // A square matrix has all right singular vectors, those of the kernel among them.
+        // The SVD of a square matrix contains all right singular vectors, including the kernel.
         let rows = n.max(self.conditions.nrows());
         let svd = self
             .conditions
             .clone()
             .resize(rows, n, 0.0)
             .svd(false, true);
-        let right = svd.v_t.expect("asked for");
+        let right = svd.v_t.expect("the right singular vectors were computed");
         let largest = svd.singular_values.iter().copied().fold(0.0, f64::max);
         let free: Vec<usize> = (0..n)
             .filter(|&i| svd.singular_values[i] <= FREE * largest)
@@ -112,7 +111,7 @@ impl RigidBodies {
         right.select_rows(&free).transpose()
     }
 
-    /// What can move, and how.
+    /// Returns the bodies that can move, and their motions.
     pub fn free_motions(mut self) -> FreeMotions {
         let kernel = self.kernel();
         if kernel.is_empty() {
@@ -126,15 +125,15 @@ impl RigidBodies {
         };
         FreeMotions {
             count: kernel.ncols(),
-            bodies: (0..self.centres.len()).filter_map(moving).collect(),
+            bodies: (0..self.centers.len()).filter_map(moving).collect(),
         }
     }
 
-    /// The motions of one body that the columns span, as slides and turns.
+    /// Decomposes the motions of one body, spanned by the columns, into slides and turns.
     fn motions(&self, body: usize, columns: &DMatrix<f64>) -> Vec<Motion> {
         let n_slides = self.dimension;
         let (shifts, spins) = (columns.rows(0, n_slides), columns.rows_range(n_slides..));
-        // Slides are what does not spin; the turns are orthogonal to them.
+        // Slides have no rotation; turns are orthogonal to them.
         let split = spins.tr_mul(&spins).symmetric_eigen();
         let mut turns = Vec::new();
         let mut slides = Vec::new();
@@ -146,10 +145,10 @@ impl RigidBodies {
                     2 => Vector3::new(0.0, 0.0, (spins * weights)[0]),
                     _ => in_space((spins * weights).as_slice()),
                 };
-                // u = t + ω × r is along ω at r = ω × t/ω², the point of the axis next to the centre.
+                // u = t + ω × r is parallel to ω at r = ω × t/ω², the point of the axis closest to the center.
                 let arm = spin.cross(&shift) / spin.norm_squared() * self.size;
                 turns.push(Motion::Turn {
-                    point: self.coordinates(&(self.centres[body] + arm)),
+                    point: self.coordinates(&(self.centers[body] + arm)),
                     axis: (self.dimension == 3).then(|| self.coordinates(&spin.normalize())),
                 });
             } else if shift.norm() > NAMED {
@@ -181,7 +180,7 @@ fn in_space(coordinates: &[f64]) -> Vector3<f64> {
     vector
 }
 
-/// A basis of the span of `vectors` in which as many as can be are axes.
+/// Returns a basis of the span of `vectors` that contains as many coordinate axes as possible.
 fn along_axes(vectors: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let mut left: Vec<Vector3<f64>> = Vec::new();
     let add = |v: &Vector3<f64>, basis: &mut Vec<Vector3<f64>>| {
@@ -203,37 +202,37 @@ fn along_axes(vectors: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     basis
 }
 
-/// What the supports leave.
+/// The motions that supports leave free.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FreeMotions {
-    /// The number of independent motions of all bodies together.
+    /// Number of independent motions of all bodies.
     pub count: usize,
-    /// The bodies that take part in one.
+    /// Bodies that can move.
     pub bodies: Vec<MovingBody>,
 }
 
 /// A body that can move.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MovingBody {
-    /// Its number.
+    /// Index of the body.
     pub body: usize,
-    /// How.
+    /// Its motions.
     pub motions: Vec<Motion>,
 }
 
 /// One motion of a rigid body.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Motion {
-    /// Along a direction of length 1.
+    /// A translation along a unit vector.
     Slide {
-        /// The direction.
+        /// Direction.
         direction: Vec<f64>,
     },
-    /// About a point; in space about an axis through it (perhaps with a slide along it).
+    /// A rotation about a point, in 3D about an axis through it (possibly combined with a translation along it).
     Turn {
-        /// The point.
+        /// Point on the axis.
         point: Vec<f64>,
-        /// The direction of the axis in space, of length 1.
+        /// Unit vector along the axis in 3D.
         axis: Option<Vec<f64>>,
     },
 }
@@ -258,7 +257,7 @@ impl fmt::Display for MovingBody {
     }
 }
 
-/// x, y or z for an axis, the components otherwise.
+/// Returns x, y or z for a coordinate axis, otherwise the components.
 fn direction_name(direction: &[f64]) -> String {
     match direction.iter().position(|d| 1.0 - d.abs() < NAMED) {
         Some(axis) => ["x", "y", "z"][axis].to_owned(),
@@ -267,7 +266,7 @@ fn direction_name(direction: &[f64]) -> String {
 }
 
 fn place(coordinates: &[f64]) -> String {
-    // To the micrometre, in as few digits; the sum makes a negative zero a zero.
+    // Rounded to micrometers; adding zero turns a negative zero into a positive one.
     let shown = |x: &f64| ((x * 1e6).round() / 1e6 + 0.0).to_string();
     let coordinates: Vec<String> = coordinates.iter().map(shown).collect();
     format!("({})", coordinates.join(", "))
@@ -303,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn rollers_leave_slides() {
+    fn rollers_allow_slides() {
         let mut body = plane();
         for y in [0.0, 1.0, 5.0] {
             body.hold(0, &[4.0, y], &[1.0, 0.0]);
@@ -322,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pin_leaves_a_turn_about_it() {
+    fn a_pin_allows_a_rotation() {
         let mut body = plane();
         for direction in [[1.0, 0.0], [0.0, 1.0]] {
             body.hold(0, &[-3.0, 0.5], &direction);
@@ -347,9 +346,9 @@ mod tests {
         );
     }
 
-    /// A slide along a slope, by two rollers across it.
+    /// A translation along a slope between two rollers.
     #[test]
-    fn a_slide_along_no_axis_has_its_direction() {
+    fn a_slide_along_a_slope_has_its_direction() {
         let mut body = plane();
         for place in [[0.0, 0.0], [3.0, 4.0]] {
             body.hold(0, &place, &[0.8, -0.6]);
@@ -364,7 +363,7 @@ mod tests {
         );
     }
 
-    /// A body that is held carries another at one point only: that one swings.
+    /// A supported body carries another one at a single point; the latter can swing.
     #[test]
     fn a_joint_is_a_hinge() {
         let mut bodies = RigidBodies::new(2, &[vec![0.0, 0.0], vec![2.0, 0.0]], 2.0);
@@ -385,7 +384,7 @@ mod tests {
     }
 
     #[test]
-    fn many_supports_hold() {
+    fn many_supports_prevent_all_motions() {
         let mut body = space();
         for i in 0..1000 {
             let s = f64::from(i) * 0.01;

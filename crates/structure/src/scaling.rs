@@ -1,32 +1,32 @@
-//! Scaling of a pencil that frees its structure from the units of equations and variables.
+//! Scaling of a pencil that makes its structure independent of the units of equations and variables.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::pencil::Pencil;
 
-/// Entries this many decades below the envelope are rounding of an assembly: they do not vote.
+/// Entries this many decades below the envelope are rounding errors of an assembly and are ignored.
 const ROUNDING_DECADES: f64 = 10.0;
-/// Weight in the envelope's fit of entries that lie below it, against 1 above.
+/// Weight of entries below the envelope in its fit; entries above have weight 1.
 const BELOW: f64 = 0.01;
-/// Rounds of the envelope's fit at most; it ends when no entry changes sides.
+/// Maximum number of iterations of the envelope's fit, which ends when no entry changes sides.
 const ROUNDS: usize = 20;
-/// Ridge that picks one solution where the fit leaves a shift free; small beside the one entry or
-/// more that each unknown has, so that the fit itself is unchanged to 10 digits.
+/// Regularization that selects one solution if the fit is not unique. It is small compared with the weight of each
+/// unknown, so the fit is unchanged to 10 digits.
 const RIDGE: f64 = 1e-10;
 
-/// R (τ E) C and R A C with positive diagonal R, C and one unit of time τ.
+/// Returns R (τ E) C and R A C with positive diagonal R, C and a time unit τ.
 ///
 /// The exponents are the least-squares solution of
 ///
 ///   log|e_ij| + r_i + c_j + τ ≈ 0,   log|a_ij| + r_i + c_j ≈ 0   over all non-zero entries,
 ///
-/// the scaling of Curtis and Reid (J. Inst. Maths Applics 10 (1972) 118) extended to a pair. Units
-/// chosen otherwise shift r, c and τ and leave the scaled pencil as it was, so an answer found on
-/// it cannot depend on them. The index does not depend on R, C, τ either.
+/// which is the scaling of Curtis and Reid (J. Inst. Maths Applics 10 (1972) 118), extended to a pair of matrices.
+/// Other units change r, c and τ but not the scaled pencil, so results do not depend on the units. The index is
+/// independent of R, C, τ.
 ///
-/// Sums that cancel in an assembly leave entries of rounding, which would vote like all others. They
-/// are told by their distance below an upper envelope, the same fit with little weight on what lies
-/// below it; it too is the same in all units.
+/// Terms that cancel in an assembly leave entries of rounding errors, which would distort the fit. They are identified
+/// by their distance below an upper envelope, which is the same fit with a small weight for entries below it. The
+/// envelope does not depend on the units either.
 pub(crate) fn scale(pencil: &Pencil) -> (DMatrix<f64>, DMatrix<f64>) {
     let n = pencil.size();
     let mut entries: Vec<Entry> = [(pencil.e(), 1.0), (pencil.a(), 0.0)]
@@ -58,7 +58,7 @@ struct Entry {
     log: f64,
 }
 
-/// The exponents r, c, τ of the scaling, to base 10.
+/// Decimal exponents r, c, τ of the scaling.
 struct Shifts {
     rows: DVector<f64>,
     columns: DVector<f64>,
@@ -87,7 +87,7 @@ fn non_zeros(matrix: &DMatrix<f64>, time: f64) -> impl Iterator<Item = Entry> {
         })
 }
 
-/// The fit from above: few entries lie over it, none by much.
+/// Fits an upper envelope: few entries lie slightly above it.
 fn envelope(n: usize, entries: &[Entry]) -> Shifts {
     let mut shifts = fit(n, entries, |_| 1.0);
     let mut above = Vec::new();
@@ -105,7 +105,7 @@ fn envelope(n: usize, entries: &[Entry]) -> Shifts {
     shifts
 }
 
-/// Solves the normal equations of the fit for (r, c, τ), entry number k with weight(k).
+/// Solves the normal equations of the fit for (r, c, τ); entry k has the weight weight(k).
 fn fit(n: usize, entries: &[Entry], weight: impl Fn(usize) -> f64) -> Shifts {
     let mut normal = DMatrix::from_diagonal_element(2 * n + 1, 2 * n + 1, RIDGE);
     let mut right = DVector::zeros(2 * n + 1);
@@ -125,7 +125,7 @@ fn fit(n: usize, entries: &[Entry], weight: impl Fn(usize) -> f64) -> Shifts {
     }
     let x = normal
         .cholesky()
-        .expect("a Gram matrix plus a ridge is positive definite")
+        .expect("a Gram matrix plus a positive diagonal is positive definite")
         .solve(&right);
     Shifts {
         rows: x.rows(0, n).into(),
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn other_units_give_the_same_scaled_pencil() {
+    fn the_scaled_pencil_does_not_depend_on_units() {
         let e = DMatrix::from_row_slice(3, 3, &[1.0, 0.0, 0.0, 0.0, 2.0, 1e-3, 0.0, 0.0, 0.0]);
         let a = DMatrix::from_row_slice(3, 3, &[0.0, 1.0, 0.0, 5.0, 0.1, 1.0, 1.0, 0.0, 0.2]);
         let rows = DMatrix::from_diagonal(&DVector::from_vec(vec![1e6, 1e-6, 1e3]));
@@ -147,14 +147,14 @@ mod tests {
         let tau = 1e-4;
         let plain = scale(&Pencil::new(e.clone(), a.clone()).unwrap());
         let scaled = scale(&Pencil::new(&rows * e * &columns * tau, &rows * a * &columns).unwrap());
-        // The ridge leaves ten digits.
+        // The regularization leaves ten digits.
         assert!((plain.0 - scaled.0).amax() < 1e-7);
         assert!((plain.1 - scaled.1).amax() < 1e-7);
     }
 
-    /// Three quarters of the entries are rounding, as where terms of an assembly cancel.
+    /// Three quarters of the entries are rounding errors, as if terms of an assembly cancel.
     #[test]
-    fn rounding_does_not_vote() {
+    fn rounding_errors_do_not_affect_the_scaling() {
         let n = 12;
         let entry = |i: usize, j: usize| 2.0 + ((3 * i + 5 * j) as f64).sin();
         let rounding = |i: usize, j: usize| 1e-16 * entry(j, i);
@@ -171,7 +171,7 @@ mod tests {
         let zero = |_: usize, _: usize| 0.0;
         let clean = Pencil::new(banded(0, &zero), banded(1, &zero)).unwrap();
         let noisy = Pencil::new(banded(0, &zero), banded(1, &rounding)).unwrap();
-        // The ridge leaves ten digits, less the spread of the exponents.
+        // The regularization leaves ten digits, minus the spread of the exponents.
         assert!((scale(&clean).0 - scale(&noisy).0).amax() < 1e-7);
         assert!((scale(&clean).1 - scale(&noisy).1).amax() < 1e-7);
     }

@@ -1,4 +1,4 @@
-//! The index of a pencil and of each of its variables, with the evidence.
+//! The index of a pencil and of its variables, with the rank decisions behind it.
 
 use std::fmt;
 use std::ops::Range;
@@ -9,16 +9,17 @@ use crate::perturbation::resolvent_polynomial;
 use crate::rank::{RankDecision, Verdict};
 use crate::scaling::scale;
 
-/// The answer to "what is the index of this pencil?".
+/// Result of the index computation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Index {
-    /// It is this, by decisive gaps only.
+    /// The index; all rank decisions are decisive.
     Decided(usize),
-    /// A decision on the way was not clear; this is the answer if each went to the widest gap.
+    /// At least one decision is not decisive. The value results from the widest gaps; `None` indicates a singular
+    /// pencil.
     Undecided(Option<usize>),
-    /// There is none: the pencil is singular, with so many dependent constraints.
+    /// The pencil is singular and has no index.
     Singular {
-        /// Number of constraints that are combinations of the others.
+        /// Number of constraints that are linear combinations of others.
         nullity: usize,
     },
 }
@@ -39,44 +40,43 @@ impl fmt::Display for Index {
     }
 }
 
-/// The perturbation index of one variable, or the largest of a block.
+/// The perturbation index of one variable, or the maximum over a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct VariableIndex {
-    /// 0 for a variable that depends on integrals of a perturbation δ only, k + 1 for one that
-    /// contains its k-th derivative.
+    /// 0 for a variable that depends only on integrals of a perturbation δ, k + 1 for one that contains its k-th
+    /// derivative.
     pub index: u8,
-    /// Whether all the gaps this rests on are decisive.
+    /// Whether all underlying decisions are decisive.
     pub verdict: Verdict,
 }
 
-/// The structure of a matrix pencil at infinity: its index, those of its variables, the evidence.
+/// The structure of a matrix pencil at infinity: its index, the indices of its variables, and the rank decisions.
 ///
-/// # What the method decides
-/// The pencil is scaled to be free of units, then deflated by orthogonal transformations, which is
-/// backward stable: the answer is exact for a pencil that differs from the scaled one by about the
-/// largest magnitude dropped. It cannot see a term whose effect on a rank is below 1e-12 of its
-/// surroundings after scaling, and calls undecided what lies amid 1e-12 and 1e-9. It is a dense
-/// method of cost O(n³) with two or three singular value decompositions: meant for a few hundred
-/// unknowns, a coarse mesh of a scene rather than the mesh of its run.
+/// # Accuracy
+/// The pencil is scaled to remove units, then deflated by orthogonal transformations, which is backward stable. The
+/// result is exact for a pencil that differs from the scaled one by about the largest dropped value. The method cannot
+/// detect a term whose effect on a rank is below 1e-12 relative to its surroundings after scaling, and reports a
+/// decision between 1e-12 and 1e-9 as undecided. It is a dense method of cost O(n³) with two or three singular value
+/// decompositions, suited to a few hundred unknowns: a coarse mesh of a scene instead of the mesh of its run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PencilStructure {
-    /// The index (Kronecker's, of nilpotency).
+    /// The index of nilpotency (Kronecker index).
     pub index: Index,
-    /// The rank decisions in the order they were made.
+    /// Rank decisions in order.
     pub decisions: Vec<RankDecision>,
-    /// The perturbation index of each variable; empty for a singular pencil.
+    /// Perturbation index of each variable; empty for a singular pencil.
     pub variables: Vec<VariableIndex>,
-    /// Which variables contain the j-th derivative of a perturbation, j = 0, 1, …: the decisions
-    /// that the indices of the variables rest on.
+    /// Decisions which variables contain the j-th derivative of a perturbation, j = 0, 1, …, from which the variable
+    /// indices follow.
     pub variable_decisions: Vec<RankDecision>,
 }
 
 impl PencilStructure {
-    /// Finds the structure of a pencil.
+    /// Computes the structure of a pencil.
     ///
     /// # Examples
-    /// A point on a line with prescribed place, q̇ = v, v̇ = λ, q = f: the multiplier needs the
-    /// second derivative of f.
+    /// A point on a line with prescribed position, q̇ = v, v̇ = λ, q = f: the multiplier depends on the second
+    /// derivative of f.
     /// ```
     /// use myovib_structure::{Index, Pencil, PencilStructure};
     /// use nalgebra::dmatrix;
@@ -123,7 +123,7 @@ impl PencilStructure {
         }
     }
 
-    /// The narrowest gap, in decades, among the decisions that the index rests on.
+    /// Returns the narrowest gap in decades among the decisions for the index.
     pub fn gap(&self) -> f64 {
         self.decisions
             .iter()
@@ -131,10 +131,10 @@ impl PencilStructure {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// The index of a block of variables: the largest of theirs.
+    /// Returns the maximum index of a block of variables.
     ///
     /// # Panics
-    /// When the pencil is singular, or the range is empty or beyond the variables.
+    /// If the pencil is singular, or the range is empty or out of bounds.
     pub fn block(&self, range: Range<usize>) -> VariableIndex {
         let block = &self.variables[range];
         let index = block

@@ -33,16 +33,15 @@ pub struct Vibration {
     mass: CscMatrix<f64>,
     stiffness: CscMatrix<f64>,
     constraint: Option<Constraint>,
-    /// Whether the displacements are eliminated after the multipliers that act on them: where C is the
-    /// large matrix.
+    /// Whether to eliminate the displacements after the multipliers that act on them: if C has the large pivots.
     displacements_last: bool,
 }
 
 impl Vibration {
-    /// Vibrations of mass M and stiffness K under an optional constraint.
+    /// Creates vibrations of mass M and stiffness K with an optional constraint.
     ///
     /// # Errors
-    /// [`StructureError::Sizes`] when the matrices do not fit together.
+    /// [`StructureError::Sizes`] if the sizes do not match.
     pub fn new(
         mass: CscMatrix<f64>,
         stiffness: CscMatrix<f64>,
@@ -80,7 +79,7 @@ impl Vibration {
         })
     }
 
-    /// The same for a C that has large pivots, and K - σ M small ones.
+    /// Returns the problem with an elimination order for a C with large pivots and a K − σ M with small ones.
     pub(crate) fn with_displacements_last(self) -> Self {
         Self {
             displacements_last: true,
@@ -88,10 +87,10 @@ impl Vibration {
         }
     }
 
-    /// uᵀ K u / uᵀ M u, the constraint left aside.
+    /// Returns uᵀ K u / uᵀ M u, ignoring the constraint.
     ///
     /// # Panics
-    /// If `u` has another length.
+    /// If `u` has the wrong length.
     pub fn quotient(&self, u: &[f64]) -> f64 {
         let u = DVector::from_column_slice(u);
         u.dot(&(&self.stiffness * &u)) / u.dot(&self.mass_times(&u))
@@ -107,12 +106,12 @@ impl Vibration {
         self.constraint.as_ref().map_or(0, |c| c.operator.nrows())
     }
 
-    /// M u.
+    /// Computes M u.
     pub(crate) fn mass_times(&self, u: &DVector<f64>) -> DVector<f64> {
         &self.mass * u
     }
 
-    /// K u - Bᵀ p - ω² M u.
+    /// Computes K u − Bᵀ p − ω² M u.
     pub(crate) fn imbalance(
         &self,
         omega_squared: f64,
@@ -126,7 +125,7 @@ impl Vibration {
         force
     }
 
-    /// Factorises (K - σ M, -Bᵀ; -B, -C), which is symmetric.
+    /// Factorizes the symmetric matrix (K − σ M, −Bᵀ; −B, −C).
     pub(crate) fn shifted(&self, shift: f64) -> Result<Shifted, StructureError> {
         let n = self.n_displacements();
         let size = n + self.n_multipliers();
@@ -178,7 +177,7 @@ impl Vibration {
     }
 }
 
-/// The factors of the shifted matrix, and room for a right-hand side.
+/// The factors of the shifted matrix, with workspace for a right-hand side.
 pub(crate) struct Shifted {
     n: usize,
     factors: SparseSystem<f64>,
@@ -187,7 +186,7 @@ pub(crate) struct Shifted {
 }
 
 impl Shifted {
-    /// Solves (K - σ M) u - Bᵀ p = f, B u + C p = 0 for (u, p).
+    /// Solves (K − σ M) u − Bᵀ p = f, B u + C p = 0 for (u, p).
     pub(crate) fn solve(
         &mut self,
         f: &DVector<f64>,

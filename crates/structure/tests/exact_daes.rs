@@ -1,15 +1,15 @@
-//! Small nonlinear DAEs of known index, given as a `Problem` and linearised on their solution.
+//! Small nonlinear DAEs of known index, given as a `Problem` and linearized on their solution.
 //!
 //! A: Brenan, Campbell, Petzold, chapter 4 (index 1, linear with varying coefficients). B: Jay, BIT
 //! 33 (1993), example 7 (index 2). C: the pendulum in Cartesian coordinates (index 3) and with its
 //! constraint differentiated once and twice.
 
 use myovib_dae::{Problem, StepError, VariableKind};
-use myovib_structure::{Index, Pencil, PencilStructure};
+use myovib_structure::{Index, Pencil, PencilStructure, StructureError};
 use nalgebra::DMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 
-/// A dense system given by its residual, a polynomial of degree four at most in y and ẏ.
+/// A dense system given by its residual, a polynomial of degree at most four in y and ẏ.
 struct Dense<F> {
     n: usize,
     residual: F,
@@ -41,7 +41,7 @@ impl<F: Fn(f64, &[f64], &[f64]) -> Vec<f64>> Problem for Dense<F> {
         b: f64,
         values: &mut [f64],
     ) -> Result<(), StepError> {
-        // Central differences of steps 1 and 1/2, extrapolated: exact to degree four.
+        // Central differences with steps 1 and 1/2, extrapolated: exact up to degree four.
         let slope = |j: usize, h: f64| {
             let moved = |sign: f64| {
                 let (mut y, mut yp) = (y.to_vec(), yp.to_vec());
@@ -72,7 +72,7 @@ impl<F: Fn(f64, &[f64], &[f64]) -> Vec<f64>> Problem for Dense<F> {
     }
 }
 
-/// The computed index and indices of the variables at a state, asserted equal under other units.
+/// Returns the index and the variable indices at a state, and asserts that other units give the same result.
 fn index_of(
     n: usize,
     residual: impl Fn(f64, &[f64], &[f64]) -> Vec<f64>,
@@ -87,7 +87,7 @@ fn index_of(
         worst < 1e-13,
         "the state is not on the solution: {worst:.1e}"
     );
-    let pencil = Pencil::linearise(&mut Dense { n, residual }, t, y, yp).expect("finite");
+    let pencil = Pencil::linearize(&mut Dense { n, residual }, t, y, yp).expect("finite");
     let answer = |pencil: &Pencil| {
         let found = PencilStructure::of(pencil);
         (
@@ -121,7 +121,7 @@ fn a_linear_index_1() {
     for t in [0.0f64, 1.0, 7.0] {
         let y = [(-t).exp() + t * t.sin(), t.sin()];
         let yp = [-(-t).exp() + t.sin() + t * t.cos(), t.cos()];
-        // y1 contains the perturbation of y2 = sin t where the derivative of y2 enters, t ≠ 0.
+        // y1 contains the perturbation of y2 = sin t if the derivative of y2 occurs, t ≠ 0.
         let expected = if t == 0.0 { [0, 1] } else { [1, 1] };
         assert_eq!(
             index_of(2, f, t, &y, &yp),
@@ -182,7 +182,7 @@ fn c_pendulum_index_3_2_1() {
             index_of(5, place, 0.0, &y, &yp),
             (Index::Decided(3), vec![1, 1, 2, 2, 3])
         );
-        // Once differentiated; the perturbed velocity constraint is felt by x, y as an integral.
+        // Differentiated once: the perturbed velocity constraint affects x, y as an integral.
         let velocity = pendulum_with(|y| y[0] * y[2] + y[1] * y[3]);
         assert_eq!(
             index_of(5, velocity, 0.0, &y, &yp),
@@ -197,11 +197,19 @@ fn c_pendulum_index_3_2_1() {
 }
 
 #[test]
-fn a_state_out_of_the_domain_is_an_error() {
+fn a_state_outside_the_domain_is_an_error() {
     let mut broken = Dense {
         n: 1,
         residual: |_: f64, _: &[f64], _: &[f64]| vec![f64::NAN],
     };
-    let error = Pencil::linearise(&mut broken, 0.0, &[0.0], &[0.0]).unwrap_err();
-    assert_eq!(error.to_string(), "entry (0, 0) of E is NaN");
+    let error = Pencil::linearize(&mut broken, 0.0, &[0.0], &[0.0]).unwrap_err();
+    assert!(matches!(
+        error,
+        StructureError::NotFinite {
+            matrix: "E",
+            row: 0,
+            column: 0,
+            ..
+        }
+    ));
 }

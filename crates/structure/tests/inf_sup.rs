@@ -1,4 +1,4 @@
-//! Inf–sup constants against dense singular values and a closed form.
+//! Inf–sup constants compared with dense singular values and a closed form.
 
 use std::f64::consts::PI;
 
@@ -6,7 +6,7 @@ use myovib_structure::{InfSup, Verdict};
 use nalgebra::{DMatrix, SymmetricEigen};
 use nalgebra_sparse::CscMatrix;
 
-/// The difference operator of n + 1 displacements (rows n): B Bᵀ has 2 - 2 cos(j π/(n + 1)).
+/// The difference operator of n + 1 displacements (n rows): B Bᵀ has the eigenvalues 2 − 2 cos(j π/(n + 1)).
 #[test]
 fn the_difference_operator() {
     let n = 30;
@@ -27,14 +27,14 @@ fn the_difference_operator() {
     );
     for (j, value) in found.constants.iter().enumerate() {
         let expected = 2.0 * ((j + 1) as f64 * PI / (2 * (n + 1)) as f64).sin();
-        // β² to ε of the shift at worst, 1e-3 of a typical 2: β to 1e-16 / β.
+        // The error of β² is at most ε times the shift, 1e-3 of a typical 2: β to 1e-16 / β.
         assert!((value - expected).abs() < 1e-12);
     }
 }
 
-/// No pressure is held by B = 0, nor is any of none.
+/// B = 0 controls no pressure.
 #[test]
-fn an_operator_that_is_zero_holds_nothing() {
+fn a_zero_operator_controls_no_pressure() {
     for n in [0, 5] {
         let identity = CscMatrix::identity(n);
         let found = InfSup::of(&CscMatrix::zeros(n, 7), &CscMatrix::identity(7), &identity);
@@ -44,7 +44,7 @@ fn an_operator_that_is_zero_holds_nothing() {
     }
 }
 
-/// Dependent rows are counted, and the rest agrees with a dense generalised eigenproblem.
+/// Dependent rows are counted, and the other values agree with a dense generalized eigenproblem.
 #[test]
 fn dependent_rows_are_counted() {
     let (np, nu) = (12, 20);

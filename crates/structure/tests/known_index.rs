@@ -1,4 +1,4 @@
-//! Pencils whose index is known: by construction, from the literature, or by differentiation.
+//! Pencils of known index: by construction, from the literature, or by differentiation.
 
 use myovib_structure::{Index, Pencil, PencilStructure, Verdict};
 use nalgebra::{DMatrix, DVector, dmatrix};
@@ -21,7 +21,7 @@ fn indices(structure: &PencilStructure) -> Vec<u8> {
     structure.variables.iter().map(|v| v.index).collect()
 }
 
-/// A Jordan block of eigenvalue zero: ones above the diagonal.
+/// A Jordan block with eigenvalue zero: ones above the diagonal.
 fn nilpotent(n: usize) -> DMatrix<f64> {
     DMatrix::from_fn(n, n, |i, j| f64::from(u8::from(j == i + 1)))
 }
@@ -49,7 +49,7 @@ fn well_conditioned(n: usize, rng: &mut StdRng) -> DMatrix<f64> {
     left * DMatrix::from_diagonal(&spread) * right
 }
 
-/// Random units: a diagonal with entries from 1e-6 to 1e6.
+/// Random units: a diagonal matrix with entries from 1e-6 to 1e6.
 fn units(n: usize, rng: &mut StdRng) -> DMatrix<f64> {
     DMatrix::from_diagonal(&DVector::from_fn(n, |_, _| {
         10f64.powf(rng.random_range(-6.0..6.0))
@@ -71,7 +71,7 @@ fn a_purely_algebraic_system_has_index_1() {
 }
 
 /// N ẋ + x = f: x_1 needs f_n differentiated n - 1 times, x_n none.
-#[test]
+# N ẋ + x = f: x_1 contains the derivative of order n − 1 of f_n, x_n no derivative.
 fn a_chain_has_the_index_of_its_length() {
     for n in 1..=6 {
         let found = structure(nilpotent(n), DMatrix::identity(n, n));
@@ -81,9 +81,8 @@ fn a_chain_has_the_index_of_its_length() {
     }
 }
 
-/// Two masses and a spring, driven so that the second one's place is prescribed: the force on the
-/// first, the multiplier, needs the fourth derivative of that place, so the index is 5; with the
-/// velocity of the second prescribed it is 4.
+/// Two masses and a spring, with the position of the second mass prescribed. The force on the first mass, the
+/// multiplier, contains the fourth derivative of this position, so the index is 5. With a prescribed velocity, it is 4.
 #[test]
 fn a_force_found_through_a_spring_has_index_4_and_5() {
     // Unknowns q1, q2, v1, v2, λ.
@@ -105,9 +104,8 @@ fn a_force_found_through_a_spring_has_index_4_and_5() {
     assert_eq!(indices(&velocity), [2, 0, 3, 1, 4]);
 }
 
-/// Positions, velocities and multipliers of constrained mechanics: 1, 2, 3; and the lower index of
-/// the differentiated constraint, of the stabilised form of Gear, Gupta and Leimkuhler, of a
-/// compliant constraint.
+/// Positions, velocities and multipliers of constrained mechanics: 1, 2, 3; and the lower index of the differentiated
+/// constraint, of the stabilized form of Gear, Gupta and Leimkuhler, and of a compliant constraint.
 #[test]
 fn constrained_mechanics_by_formulation() {
     let mass = dmatrix![2.0, 0.5; 0.5, 1.0];
@@ -148,21 +146,21 @@ fn constrained_mechanics_by_formulation() {
     let mut a = a.resize(6, 6, 0.0);
     a.view_mut((5, 0), (1, 2)).copy_from(&b);
     a.view_mut((0, 5), (2, 1)).copy_from(&b.transpose());
-    let stabilised = structure(e, a);
-    assert_eq!(stabilised.index, Index::Decided(2));
-    assert_eq!(indices(&stabilised), [1, 1, 1, 1, 2, 2]);
+    let stabilized = structure(e, a);
+    assert_eq!(stabilized.index, Index::Decided(2));
+    assert_eq!(indices(&stabilized), [1, 1, 1, 1, 2, 2]);
 }
 
 #[test]
 fn singular_pencils_have_no_index() {
-    // One equation twice; no index whatever the derivative.
+    // A duplicated equation: no index for any derivative.
     let twice = structure(dmatrix![1.0, 2.0; 1.0, 2.0], dmatrix![3.0, 4.0; 3.0, 4.0]);
     assert_eq!(twice.index, Index::Singular { nullity: 1 });
     assert!(twice.variables.is_empty());
-    // An unknown that occurs nowhere.
+    // An unknown that does not occur.
     let absent = structure(dmatrix![1.0, 0.0; 0.0, 0.0], dmatrix![1.0, 0.0; 1.0, 0.0]);
     assert_eq!(absent.index, Index::Singular { nullity: 1 });
-    // Dependent constraints behind an ordinary differential equation: the two rows of B are one.
+    // Dependent constraints of an ordinary differential equation: the two rows of B are equal.
     let b = dmatrix![1.0, 1.0, 0.0; 2.0, 2.0, 0.0];
     let e = direct_sum(&[DMatrix::identity(3, 3), DMatrix::zeros(2, 2)]);
     let mut a = DMatrix::zeros(5, 5);
@@ -171,8 +169,8 @@ fn singular_pencils_have_no_index() {
     assert_eq!(structure(e, a).index, Index::Singular { nullity: 1 });
 }
 
-/// P (E, A) Q with random non-singular P, Q has the index of its Weierstrass form, the size of the
-/// largest nilpotent block; and other units of its rows, columns and time change nothing.
+/// P (E, A) Q with random non-singular P, Q has the index of its Weierstrass form, the size of the largest nilpotent
+/// block. Other units of its rows, columns and time do not change it.
 #[test]
 fn random_transformations_of_weierstrass_forms() {
     let mut rng = StdRng::seed_from_u64(20090711);
@@ -207,9 +205,9 @@ fn random_transformations_of_weierstrass_forms() {
     }
 }
 
-/// A block of E amid rounding and meaning must not be decided either way.
+/// A block of E close to rounding must not be decided.
 #[test]
-fn an_index_amid_rounding_is_undecided() {
+fn an_index_close_to_rounding_is_undecided() {
     let mut rng = StdRng::seed_from_u64(1);
     let n = 6;
     let (p, q) = (well_conditioned(n, &mut rng), well_conditioned(n, &mut rng));
@@ -220,22 +218,22 @@ fn an_index_amid_rounding_is_undecided() {
     };
     assert_eq!(index_with(0.0), Index::Decided(1));
     assert_eq!(index_with(1e-3), Index::Decided(0));
-    // The transformation takes two more decades: 5e-11 of E after scaling.
+    // The transformation reduces it by two more decades: 5e-11 of E after scaling.
     assert!(matches!(index_with(1e-8), Index::Undecided(Some(_))));
 }
 
-/// Soft tissue in SI units on a grid: masses of 1e-3 kg, stiffnesses of 1e4 Pa, volumes of 1e-3 m²,
-/// bulk modulus κ. A bulk modulus a million times the muscle's is still seen for what it is.
+/// Soft tissue in SI units on a grid: masses of 1e-3 kg, stiffnesses of 1e4 Pa, volumes of 1e-3 m², bulk modulus κ. The
+/// result is correct even for a bulk modulus a million times that of muscle.
 #[test]
 fn physical_magnitudes() {
     let m = 6;
     let (nq, np) = (m * m, 7);
     let n = 2 * nq + np;
-    let grid = |diagonal: f64, neighbour: f64| {
+    let grid = |diagonal: f64, neighbor: f64| {
         DMatrix::from_fn(nq, nq, |i, j| {
             match (i / m).abs_diff(j / m) + (i % m).abs_diff(j % m) {
                 0 => diagonal,
-                1 => neighbour,
+                1 => neighbor,
                 _ => 0.0,
             }
         })

@@ -13,7 +13,7 @@ fn matrix(pattern: &SparsityPattern, values: Vec<f64>) -> CscMatrix<f64> {
     CscMatrix::try_from_pattern_and_values(pattern.clone(), values).expect("values of the pattern")
 }
 
-/// B at rest, the H1 norm, the L2 norm of pressures, the mass of a body clamped on `fixed`.
+/// B at rest, the H1 norm, the L2 norm of pressures, and the mass of a body clamped on `fixed`.
 struct Mixed {
     b: CscMatrix<f64>,
     h1: CscMatrix<f64>,
@@ -52,7 +52,7 @@ impl Mixed {
         }
     }
 
-    /// The singular values of B itself.
+    /// Computes the singular values of B.
     fn raw(&self) -> InfSup {
         let identity = CscMatrix::identity;
         InfSup::of(
@@ -63,7 +63,7 @@ impl Mixed {
         .expect("sizes")
     }
 
-    /// The constants in the norms of (27).
+    /// Computes the constants in the norms of (27).
     fn in_norms(&self) -> InfSup {
         let found = InfSup::of(&self.b, &self.h1, &self.l2).expect("sizes");
         assert_eq!(found.decision.verdict, Verdict::Decisive);
@@ -79,7 +79,7 @@ fn clamped_square(space: Space) -> Mixed {
     Mixed::new(space, &["left", "right"])
 }
 
-/// P2–P1 keeps its constant under three refinements while σ_min(B) decays like h².
+/// The constant of P2–P1 is preserved under three refinements, while σ_min(B) decreases like h².
 #[test]
 fn taylor_hood_is_stable() {
     let mut last_raw = None;
@@ -100,10 +100,10 @@ fn taylor_hood_is_stable() {
     }
 }
 
-/// P1–P1 on the right-diagonal square: three pressures are not held at all, and what is left of
-/// the constant falls. Reference: the model's specification, to its digits.
+/// P1–P1 on the right-diagonal square: three pressures are not controlled, and the smallest non-zero constant decreases
+/// under refinement. Reference: the model's specification, to its digits.
 #[test]
-fn equal_order_is_not() {
+fn equal_order_is_unstable() {
     for (n, expected) in [(4, 0.115), (8, 0.085), (16, 0.048), (24, 0.033)] {
         let found = clamped_square(Space::equal_order(&square(n))).in_norms();
         assert_eq!(found.nullity(), 3);
@@ -112,8 +112,7 @@ fn equal_order_is_not() {
     }
 }
 
-/// The spindle of the paper's muscle, at two levels. Reference: the model's specification, to its
-/// digits.
+/// The spindle of the paper's muscle at two levels. Reference: the model's specification, to its digits.
 #[test]
 fn the_spindle() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/meshes/muscle.msh");
@@ -132,10 +131,10 @@ fn the_spindle() {
     }
 }
 
-/// M v̇ = Bᵀλ, B q = 0, q̇ = v: index 3 with P2–P1, a singular pencil with P1–P1. A compliance
-/// makes either regular, of index 1.
+/// M v̇ = Bᵀλ, B q = 0, q̇ = v has index 3 with P2–P1 and is a singular pencil with P1–P1. With a compliance, both are
+/// regular with index 1.
 #[test]
-fn pressures_that_nothing_holds_make_the_pencil_singular() {
+fn uncontrolled_pressures_make_the_pencil_singular() {
     let index = |mixed: &Mixed, compliance: f64| {
         let [b, l2, mass] = [&mixed.b, &mixed.l2, &mixed.mass].map(DMatrix::from);
         let (m, n) = b.shape();

@@ -1,4 +1,4 @@
-//! Eigenpairs against closed forms.
+//! Eigenpairs compared with closed forms.
 
 use std::f64::consts::PI;
 
@@ -26,8 +26,8 @@ fn entries(rows: usize, columns: usize, entries: &[(usize, usize, f64)]) -> CscM
     CscMatrix::from(&matrix)
 }
 
-/// Relative agreement of a converged ω²: the residual test is 1e-10 and the error of second order
-/// in it, so what remains is the rounding of the factorisation, condition (1e4 here) times ε.
+/// Asserts the relative agreement of a converged ω². The residual test is 1e-10 and the error is of second order in the
+/// residual, so only the rounding of the factorization remains, condition (1e4 here) times ε.
 fn assert_close(found: f64, expected: f64) {
     assert!(
         (found / expected - 1.0).abs() < 1e-11,
@@ -68,9 +68,9 @@ fn chain_of_masses() {
     }
 }
 
-/// All modes of a small chain: the Krylov space is exhausted and nothing is made up.
+/// All modes of a small chain: the Krylov space is exhausted.
 #[test]
-fn no_more_modes_than_there_are() {
+fn a_small_chain_has_no_additional_modes() {
     let found = modes(&chain(3, 1.0, 1.0, None), 10, 0.0).unwrap();
     assert_eq!(found.len(), 3);
     for (j, mode) in found.iter().enumerate() {
@@ -97,14 +97,14 @@ fn rod() {
     };
     let exact = PI / (2.0 * length) * (ea / rho).sqrt();
     let (coarse, fine) = (lowest(10) / exact - 1.0, lowest(20) / exact - 1.0);
-    // The error is (π/2N)²/24 with the next term below a percent of it.
+    // The relative error is (π/2N)²/24; the next term is below 1 % of it.
     assert!((coarse / fine - 4.0).abs() < 0.04);
     assert!((coarse / ((PI / 20.0).powi(2) / 24.0) - 1.0).abs() < 0.01);
 }
 
-/// A square grid: eigenvalues are sums of two of the chain's, every unequal pair twice.
+/// A square grid: the eigenvalues are sums of two eigenvalues of the chain, so every unequal pair occurs twice.
 #[test]
-fn double_eigenvalues_are_found_twice() {
+fn double_eigenvalues_have_two_modes() {
     let m = 12;
     let line = tridiagonal(m, 2.0, -1.0, 2.0);
     let mut stiffness = CooMatrix::new(m * m, m * m);
@@ -131,7 +131,7 @@ fn omegas(modes: &[Mode]) -> Vec<f64> {
     modes.iter().map(|mode| mode.omega_squared).collect()
 }
 
-/// A multiplier that holds one mass: two shorter chains, and p is the force of the holder.
+/// A multiplier that fixes one mass: two shorter chains, and p is the reaction force.
 #[test]
 fn a_rigid_constraint_divides_the_chain() {
     let (n, held, k, m) = (20, 7, 3.0, 0.5);
@@ -150,13 +150,13 @@ fn a_rigid_constraint_divides_the_chain() {
         assert_close(mode.omega_squared, expected);
         let u = &mode.shape;
         assert!(u[held].abs() < 1e-12, "the mass moved by {:.1e}", u[held]);
-        // K u - Bᵀp = ω² M u at the mass held, where u = 0: p = -k (left + right).
+        // K u − Bᵀp = ω² M u at the fixed mass, where u = 0: p = −k (left + right).
         let force = -k * (u[held - 1] + u[held + 1]);
         assert!((mode.multipliers[0] - force).abs() < 1e-8 * k);
     }
 }
 
-/// A compliant constraint is a spring: C p + u_h = 0 pushes with -u_h/C.
+/// A compliant constraint is a spring: C p + u_h = 0 gives the force −u_h/C.
 #[test]
 fn a_compliant_constraint_is_a_spring() {
     let (n, held, spring) = (20, 7, 40.0);
@@ -182,7 +182,7 @@ fn a_compliant_constraint_is_a_spring() {
     }
 }
 
-/// A free body has ω = 0 modes: singular at shift 0, found from a negative shift.
+/// A free body has modes with ω = 0: singular at shift 0, found with a negative shift.
 #[test]
 fn a_free_body_needs_a_shift() {
     let stiffness = entries(
@@ -193,7 +193,7 @@ fn a_free_body_needs_a_shift() {
     let body = Vibration::new(tridiagonal(2, 1.0, 0.0, 1.0), stiffness, None).unwrap();
     assert!(matches!(
         modes(&body, 2, 0.0),
-        Err(StructureError::Factorise(_))
+        Err(StructureError::Factorize(_))
     ));
     let found = modes(&body, 2, -1.0).unwrap();
     assert!(found[0].omega_squared.abs() < 1e-14 && found[0].residual < 1e-14);
@@ -201,14 +201,18 @@ fn a_free_body_needs_a_shift() {
 }
 
 #[test]
-fn matrices_that_do_not_fit() {
+fn matrices_of_different_sizes_are_rejected() {
     let error = Vibration::new(
         tridiagonal(3, 1.0, 0.0, 1.0),
         tridiagonal(2, 1.0, 0.0, 1.0),
         None,
     );
-    assert_eq!(
-        error.unwrap_err().to_string(),
-        "the stiffness is 2x2, expected 3x3"
-    );
+    assert!(matches!(
+        error,
+        Err(StructureError::Sizes {
+            matrix: "stiffness",
+            got: (2, 2),
+            expected: (3, 3)
+        })
+    ));
 }

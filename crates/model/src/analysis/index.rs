@@ -45,7 +45,7 @@ impl IndexReport {
                 largest: LARGEST_SYSTEM,
             });
         }
-        let structure = PencilStructure::of(&Pencil::linearise(dae, t, y, y_dot)?);
+        let structure = PencilStructure::of(&Pencil::linearize(dae, t, y, y_dot)?);
         let blocks = if structure.variables.is_empty() {
             Vec::new()
         } else {

@@ -125,7 +125,7 @@ fn a_formulation_perturbed_by_hand() {
     let muscle = paper::muscle(&mesh(), f64::INFINITY, 0.0).unwrap();
     let mut dae = MuscleDae::new(muscle, Formulation::Position).unwrap();
     let rest = vec![0.0; dae.n_unknowns()];
-    let pencil = Pencil::linearise(&mut dae, 0.0, &rest, &rest).unwrap();
+    let pencil = Pencil::linearize(&mut dae, 0.0, &rest, &rest).unwrap();
     let pressures = dae.layout().range(Field::Pressure).unwrap();
     let index = |a| PencilStructure::of(&Pencil::new(pencil.e().clone(), a).unwrap()).index;
     // The size of M_p/κ for κ = 1e5 Pa on this mesh.

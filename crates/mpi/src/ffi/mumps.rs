@@ -12,25 +12,25 @@ use num_complex::Complex64;
 pub(crate) struct Functions<T> {
     size: unsafe extern "C" fn() -> c_longlong,
     begin: unsafe extern "C" fn(*mut u64, c_int) -> c_int,
-    analyse: unsafe extern "C" fn(*mut u64, c_int, c_longlong, *mut c_int, *mut c_int) -> c_int,
+    analyze: unsafe extern "C" fn(*mut u64, c_int, c_longlong, *mut c_int, *mut c_int) -> c_int,
     factor: unsafe extern "C" fn(*mut u64, *mut T) -> c_int,
     solve: unsafe extern "C" fn(*mut u64, *mut T, c_int) -> c_int,
     info: unsafe extern "C" fn(*const u64, c_int) -> c_int,
     end: unsafe extern "C" fn(*mut u64),
 }
 
-/// A number MUMPS factorises with.
+/// A number MUMPS factorizes with.
 pub(crate) trait MumpsScalar: Scalar {
     const MUMPS: Functions<Self>;
     const IS_COMPLEX: bool;
 }
 
 macro_rules! functions {
-    ($number:ty, $complex:literal, $size:ident, $begin:ident, $analyse:ident, $factor:ident, $solve:ident, $info:ident, $end:ident) => {
+    ($number:ty, $complex:literal, $size:ident, $begin:ident, $analyze:ident, $factor:ident, $solve:ident, $info:ident, $end:ident) => {
         unsafe extern "C" {
             fn $size() -> c_longlong;
             fn $begin(run: *mut u64, symmetric: c_int) -> c_int;
-            fn $analyse(
+            fn $analyze(
                 run: *mut u64,
                 n: c_int,
                 nnz: c_longlong,
@@ -47,7 +47,7 @@ macro_rules! functions {
             const MUMPS: Functions<Self> = Functions {
                 size: $size,
                 begin: $begin,
-                analyse: $analyse,
+                analyze: $analyze,
                 factor: $factor,
                 solve: $solve,
                 info: $info,
@@ -62,7 +62,7 @@ functions!(
     false,
     dmumps_run_size,
     dmumps_run_begin,
-    dmumps_run_analyse,
+    dmumps_run_analyze,
     dmumps_run_factor,
     dmumps_run_solve,
     dmumps_run_info,
@@ -73,7 +73,7 @@ functions!(
     true,
     zmumps_run_size,
     zmumps_run_begin,
-    zmumps_run_analyse,
+    zmumps_run_analyze,
     zmumps_run_factor,
     zmumps_run_solve,
     zmumps_run_info,
@@ -132,8 +132,8 @@ impl<T: MumpsScalar> Matrix<T> {
         unsafe { (T::MUMPS.info)(self.run.as_ptr(), number) }
     }
 
-    /// Analyses the pattern: (row, column) of each entry, counted from zero.
-    pub(crate) fn analyse(&mut self, n: usize, places: impl Iterator<Item = (usize, usize)>) {
+    /// Analyzes the pattern: (row, column) of each entry, counted from zero.
+    pub(crate) fn analyze(&mut self, n: usize, places: impl Iterator<Item = (usize, usize)>) {
         let narrow = |k: usize| c_int::try_from(k).expect("unknowns that an int counts");
         let (rows, columns) = places
             .map(|(row, column)| (narrow(row + 1), narrow(column + 1)))
@@ -152,16 +152,16 @@ impl<T: MumpsScalar> Matrix<T> {
         });
         // SAFETY: the structure was begun; at rank 0 both arrays have nnz indices from 1 to n and live,
         // unchanged, until the structure is ended; elsewhere MUMPS does not look at them.
-        self.status = unsafe { (T::MUMPS.analyse)(self.run.as_mut_ptr(), n, nnz, rows, columns) };
+        self.status = unsafe { (T::MUMPS.analyze)(self.run.as_mut_ptr(), n, nnz, rows, columns) };
     }
 
-    /// The values in the order of the entries analysed, to be filled before
+    /// The values in the order of the entries analyzed, to be filled before
     /// [`factor`](Self::factor).
     pub(crate) fn values_mut(&mut self) -> &mut [T] {
         &mut self.entries.values
     }
 
-    /// Factorises.
+    /// Factorizes.
     pub(crate) fn factor(&mut self) {
         let values = self.entries.values.as_mut_ptr();
         // SAFETY: the structure was begun, and MUMPS refuses one without analysis; at rank 0 there are as

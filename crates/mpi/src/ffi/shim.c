@@ -37,7 +37,7 @@ void ranks_abort(int code) { MPI_Abort(MPI_COMM_WORLD, code); }
 
 void ranks_end(void) { MPI_Finalize(); }
 
-/* Jobs of MUMPS: -1 begin, 1 analyse, 2 factorise, 3 solve, -2 end. All ranks call each function, in
+/* Jobs of MUMPS: -1 begin, 1 analyze, 2 factorize, 3 solve, -2 end. All ranks call each function, in
    the same order; arrays are those of rank 0. INFOG is the same on all ranks, so that all do the same. */
 #define DEFINE(PREFIX, STRUCT, NUMBER)                                                            \
     long long PREFIX##_run_size(void) { return sizeof(STRUCT); }                                  \
@@ -52,7 +52,7 @@ void ranks_end(void) { MPI_Finalize(); }
         run->icntl[13] = 30; /* per cent of room beyond what was predicted, for pivots put off */ \
         return run->infog[0];                                                                     \
     }                                                                                             \
-    int PREFIX##_run_analyse(STRUCT *run, int n, long long nnz, int *rows, int *columns) {        \
+    int PREFIX##_run_analyze(STRUCT *run, int n, long long nnz, int *rows, int *columns) {        \
         run->n = n;                                                                               \
         run->nnz = nnz;                                                                           \
         run->irn = rows;                                                                          \
