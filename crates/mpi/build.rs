@@ -1,4 +1,4 @@
-//! Compiles the boundary to MPI and MUMPS where the feature `mpi` asks for it.
+//! Compiles the boundary to MPI and MUMPS if the feature `mpi` is enabled.
 
 fn main() {
     #[cfg(feature = "mpi")]
@@ -10,7 +10,7 @@ mod mpi {
     use std::env;
     use std::process::Command;
 
-    /// MPI's compiler, which knows where its headers and libraries are.
+    /// MPI's compiler wrapper, which adds its headers and libraries.
     const COMPILER: &str = "MPICC";
     const VARIABLES: [&str; 3] = [COMPILER, "MUMPS_INCLUDE_DIR", "MUMPS_LIBRARY_DIR"];
 
@@ -24,7 +24,7 @@ mod mpi {
         let Ok(shown) = Command::new(&mpicc).arg("-show").output() else {
             println!(
                 "cargo::error=`{mpicc}` was not found: install an MPI (Debian: libopenmpi-dev, and \
-                 libmumps-dev for MUMPS), or name its compiler in {COMPILER}"
+                 libmumps-dev for MUMPS), or set {COMPILER} to its compiler"
             );
             return;
         };
@@ -35,7 +35,7 @@ mod mpi {
         if let Err(error) = shim.try_compile("myovib_mpi_shim") {
             println!(
                 "cargo::error=the boundary to MPI and MUMPS does not compile ({error}): install MUMPS \
-                 (Debian: libmumps-dev), or name the folder of dmumps_c.h in MUMPS_INCLUDE_DIR"
+                 (Debian: libmumps-dev), or set MUMPS_INCLUDE_DIR to the folder of dmumps_c.h"
             );
             return;
         }

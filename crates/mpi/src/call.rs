@@ -1,29 +1,29 @@
-//! What rank 0 tells the others: numbers, as MPI carries them.
+//! Messages from rank 0 to the other ranks, encoded as numbers.
 
 use myovib_fem::{AddedMotion, Fields, Pass, Pressure};
 
 use crate::ffi::World;
 
-/// What the others are to do.
+/// Tasks of the other ranks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Command {
-    /// To end.
+    /// End.
     End,
-    /// To read the body, and to keep their share of it.
+    /// Load the body and keep a share of it.
     Body,
-    /// To compute their shares of a pass.
+    /// Compute their shares of a pass.
     Pass,
-    /// To begin a real matrix: its number, and whether it is symmetric.
+    /// Create a real matrix with a number and a symmetry flag.
     Real,
-    /// The same for a complex one.
+    /// Create a complex matrix.
     Complex,
-    /// To analyze the matrix with a number.
+    /// Analyze the matrix with a number.
     Analyze,
-    /// To factorize it.
+    /// Factorize the matrix.
     Factor,
-    /// To solve with it.
+    /// Solve with the matrix.
     Solve,
-    /// To forget it.
+    /// Drop the matrix.
     Forget,
 }
 
@@ -41,16 +41,16 @@ impl Command {
     ];
 }
 
-/// Numbers that go with a command.
+/// Numeric arguments of a command.
 pub(crate) type Words = [f64; 4];
 
-/// Vectors that go with a command.
+/// Maximum number of vectors of a command.
 const VECTORS: usize = 6;
 
-/// A command, its numbers, and the length of each vector, −1 for one that is not there.
+/// A command, its numeric arguments, and the length of each vector (−1 for a missing vector).
 type Head = [f64; 1 + 4 + VECTORS];
 
-/// Sends a command to all others.
+/// Sends a command to all other ranks.
 pub(crate) fn send(
     world: &World,
     command: Command,
@@ -70,7 +70,7 @@ pub(crate) fn send(
         .for_each(|vector| world.send(vector));
 }
 
-/// A command as it is received.
+/// A received command.
 #[derive(Debug)]
 pub(crate) struct Call {
     pub(crate) command: Command,
@@ -99,7 +99,7 @@ impl Call {
         }
     }
 
-    /// The pass that is to be computed.
+    /// Returns the pass to be computed.
     pub(crate) fn pass(&self) -> Pass<'_> {
         let [kind, wanted, kappa, _] = self.words;
         let [u, v, scalar, p_rate, mu, factors] = self.vectors.each_ref().map(|v| v.as_deref());
@@ -172,7 +172,7 @@ pub(crate) fn send_pass(world: &World, pass: &Pass<'_>) {
     }
 }
 
-/// Yes and no as the bits of a number.
+/// Packs flags into the bits of a number.
 fn packed(wanted: &[bool]) -> f64 {
     let bits = wanted.iter().rev();
     f64::from(bits.fold(0u8, |bits, &wanted| 2 * bits + u8::from(wanted)))

@@ -1,15 +1,15 @@
-//! Shares of passes over the elements.
+//! Distribution of element passes.
 
 use myovib_fem::{Barycentric, Crew, Inverted, Pass, Solid};
 
 use crate::call;
 use crate::leader::Leader;
 
-/// How a share of a pass ended, as numbers: element, det F, the place in the element; no element
-/// where all went well.
+/// Result of a share of a pass, encoded as numbers: element, det F, number and values of the barycentric coordinates.
+/// The element is −1 on success.
 pub(crate) type Ending = [f64; 7];
 
-/// The numbers for an ending.
+/// Encodes the result of a share.
 pub(crate) fn ending(own: Result<(), Inverted>) -> Ending {
     let mut numbers = [-1.0; 7];
     if let Err(at) = own {
@@ -23,7 +23,7 @@ pub(crate) fn ending(own: Result<(), Inverted>) -> Ending {
     numbers
 }
 
-/// The first ending that is a failure.
+/// Returns the first failure.
 fn first_failure(endings: &[Ending]) -> Result<(), Inverted> {
     match endings.iter().find(|ending| ending[0] >= 0.0) {
         None => Ok(()),
@@ -50,7 +50,7 @@ impl Crew for Leader {
     }
 }
 
-/// By which all ranks see that they have the same body: counts, and sums of all coordinates and of
+/// Returns numbers by which the ranks verify that they have the same body: counts, and sums of all coordinates and of
 /// all masses.
 pub(crate) fn fingerprint(solid: &Solid) -> [f64; 6] {
     let space = solid.space();

@@ -1,4 +1,4 @@
-//! Factorizations by MUMPS, at rank 0.
+//! Factorizations by MUMPS, controlled by rank 0.
 
 use std::fmt;
 use std::sync::Arc;
@@ -14,11 +14,11 @@ use crate::call::Command;
 use crate::ffi::{Matrix, MumpsScalar};
 use crate::leader::Leader;
 
-/// MUMPS on all ranks, given matrices by rank 0.
+/// MUMPS on all ranks. Rank 0 provides the matrices.
 #[derive(Debug)]
 pub(crate) struct Mumps {
     leader: Arc<Leader>,
-    /// Matrices so far.
+    /// Number of matrices created so far.
     count: AtomicU64,
 }
 
@@ -43,8 +43,8 @@ impl Mumps {
             Command::Real
         };
         let symmetric = f64::from(u8::from(is_symmetric));
-        self.leader.tell(command, [number, symmetric, 0.0, 0.0]);
-        Box::new(Factors {
+        self.leader.send(command, [number, symmetric, 0.0, 0.0]);
+        Box::new(MumpsFactors {
             matrix: Some(Matrix::<T>::new(is_symmetric)),
             leader: self.leader.clone(),
             number,
@@ -69,7 +69,7 @@ impl Engine for Mumps {
     }
 }
 
-/// How far a matrix is.
+/// State of a matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
     New,
@@ -77,21 +77,21 @@ enum State {
     Factorized,
 }
 
-/// A matrix that all ranks hold a part of.
-struct Factors<T: MumpsScalar> {
+/// A matrix distributed over all ranks.
+struct MumpsFactors<T: MumpsScalar> {
     leader: Arc<Leader>,
-    /// By which the others know it.
+    /// Number by which the other ranks identify it.
     number: f64,
     pattern: Arc<SparsityPattern>,
     is_symmetric: bool,
-    /// Rank 0's part, until it is dropped.
+    /// The part of rank 0, until it is dropped.
     matrix: Option<Matrix<T>>,
     state: State,
 }
 
-impl<T: MumpsScalar> Factors<T> {
-    /// Has all ranks do their part of `job`.
-    fn together(
+impl<T: MumpsScalar> MumpsFactors<T> {
+    /// Runs `job` on all ranks.
+    fn run_on_all_ranks(
         &mut self,
         command: Command,
         job: impl FnOnce(&mut Matrix<T>),
@@ -99,7 +99,7 @@ impl<T: MumpsScalar> Factors<T> {
         let Some(matrix) = &mut self.matrix else {
             return Err(SparseError::NoFactors);
         };
-        self.leader.tell(command, [self.number, 0.0, 0.0, 0.0]);
+        self.leader.send(command, [self.number, 0.0, 0.0, 0.0]);
         job(matrix);
         match matrix.status() {
             [status, _] if status >= 0 => Ok(()),
@@ -117,7 +117,7 @@ impl<T: MumpsScalar> Factors<T> {
         }
     }
 
-    /// Whether an entry is given to MUMPS: of a symmetric matrix those of the lower triangle.
+    /// Returns whether an entry is passed to MUMPS: for a symmetric matrix, only entries of the lower triangle.
     fn is_given(is_symmetric: bool, (column, row): (usize, usize)) -> bool {
         !is_symmetric || row >= column
     }
@@ -125,14 +125,14 @@ impl<T: MumpsScalar> Factors<T> {
 
 fn meaning(status: i32) -> &'static str {
     match status {
-        -7 | -13 | -19 => "not enough memory: take more machines, or fewer ranks on each",
-        -8 | -9 | -11 | -14 | -15 | -17 | -20 => "many pivots put off need too much room",
+        -7 | -13 | -19 => "not enough memory: use more machines, or fewer ranks on each",
+        -8 | -9 | -11 | -14 | -15 | -17 | -20 => "delayed pivots need too much workspace",
         -51 | -52 => "the matrix is too large for its 32-bit integers",
-        _ => "see its manual",
+        _ => "see the manual of MUMPS",
     }
 }
 
-impl<T: MumpsScalar> Factorization<T> for Factors<T> {
+impl<T: MumpsScalar> Factorization<T> for MumpsFactors<T> {
     fn renew(&mut self, values: &[T]) -> Result<(), SparseError> {
         let (pattern, is_symmetric) = (self.pattern.clone(), self.is_symmetric);
         let expected = pattern.nnz();
@@ -153,12 +153,12 @@ impl<T: MumpsScalar> Factorization<T> for Factors<T> {
                 .entries()
                 .filter(|&at| Self::is_given(is_symmetric, at));
             let places = given.map(|(column, row)| (row, column));
-            self.together(Command::Analyze, |matrix| matrix.analyze(n, places))?;
+            self.run_on_all_ranks(Command::Analyze, |matrix| matrix.analyze(n, places))?;
         }
         self.state = State::Analyzed;
         let entries = pattern.entries().zip(values);
         let given = entries.filter(|(at, _)| Self::is_given(is_symmetric, *at));
-        self.together(Command::Factor, |matrix| {
+        self.run_on_all_ranks(Command::Factor, |matrix| {
             for (own, (_, &value)) in matrix.values_mut().iter_mut().zip(given) {
                 *own = value;
             }
@@ -172,7 +172,7 @@ impl<T: MumpsScalar> Factorization<T> for Factors<T> {
         if self.state != State::Factorized {
             return Err(SparseError::NoFactors);
         }
-        self.together(Command::Solve, |matrix| matrix.solve(x))
+        self.run_on_all_ranks(Command::Solve, |matrix| matrix.solve(x))
     }
 
     fn solve_transposed(&mut self, x: &mut [T]) -> Result<(), SparseError> {
@@ -181,13 +181,13 @@ impl<T: MumpsScalar> Factorization<T> for Factors<T> {
         }
         let (engine, reason) = (
             "MUMPS",
-            "transposed systems are left to one process".to_owned(),
+            "transposed systems are not supported with several processes".to_owned(),
         );
         Err(SparseError::Engine { engine, reason })
     }
 
     fn n_entries(&self) -> Option<usize> {
-        // Entries of the factors over all ranks; negative: millions.
+        // INFOG(29), the entries of the factors on all ranks; a negative value counts millions.
         match self.matrix.as_ref()?.info(29) {
             count @ 0.. => usize::try_from(count).ok(),
             millions => Some(millions.unsigned_abs() as usize * 1_000_000),
@@ -195,20 +195,20 @@ impl<T: MumpsScalar> Factorization<T> for Factors<T> {
     }
 }
 
-impl<T: MumpsScalar> Drop for Factors<T> {
+impl<T: MumpsScalar> Drop for MumpsFactors<T> {
     fn drop(&mut self) {
         if thread::panicking() || !self.leader.has_world() {
-            std::mem::forget(self.matrix.take()); // MPI has ended, or is about to.
+            std::mem::forget(self.matrix.take()); // MPI has ended or is about to end.
         } else {
             self.leader
-                .tell(Command::Forget, [self.number, 0.0, 0.0, 0.0]);
+                .send(Command::Forget, [self.number, 0.0, 0.0, 0.0]);
         }
     }
 }
 
-impl<T: MumpsScalar> fmt::Debug for Factors<T> {
+impl<T: MumpsScalar> fmt::Debug for MumpsFactors<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Factors")
+        f.debug_struct("MumpsFactors")
             .field("number", &self.number)
             .field("n", &self.pattern.major_dim())
             .field("state", &self.state)

@@ -1,4 +1,4 @@
-//! All ranks but the first: they do what they are told.
+//! All ranks except the first, which execute the commands of rank 0.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use crate::call::{Call, Command};
 use crate::crew::{ending, fingerprint};
 use crate::ffi::{Matrix, MumpsScalar, World};
 
-/// A process that lends rank 0 a hand.
+/// A process that executes the commands of rank 0.
 #[derive(Debug)]
 pub struct Follower {
     world: World,
@@ -35,8 +35,8 @@ impl Follower {
         Self { world }
     }
 
-    /// Does what rank 0 says, until it ends. When it says so, `load` reads the body, or says on standard
-    /// error why it cannot.
+    /// Executes the commands of rank 0 until it ends. `load` loads the body on request, or prints to standard error why
+    /// it cannot.
     pub fn serve(self, load: impl Fn() -> Option<Solid>) {
         let world = &self.world;
         let mut share: Option<Solid> = None;
@@ -54,7 +54,7 @@ impl Follower {
                     share = whole.map(|whole| whole.share(world.rank(), world.size()));
                 }
                 Command::Pass => {
-                    let solid = share.as_ref().expect("rank 0 begins with the body");
+                    let solid = share.as_ref().expect("rank 0 sends the body first");
                     let own = solid.compute(&call.pass(), &mut results);
                     world.gather(ending(own));
                     results.iter_mut().for_each(|result| world.sum(result));
@@ -68,11 +68,11 @@ impl Follower {
                 Command::Forget => drop(parts.remove(&number)),
                 Command::Analyze | Command::Factor | Command::Solve => parts
                     .get_mut(&number)
-                    .expect("rank 0 begins a matrix before it uses it")
+                    .expect("rank 0 creates a matrix before it uses it")
                     .do_part(call.command),
             }
         }
-        // Rank 0 has left them as they are, too.
+        // Rank 0 has not destroyed them either.
         std::mem::forget(parts);
     }
 }

@@ -1,15 +1,15 @@
-//! Rank 0: it integrates, and tells the others what to do.
+//! Rank 0, which integrates and sends commands to the other ranks.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::call::{self, Command, Words};
 use crate::ffi::World;
 
-/// Rank 0's side of all that is done together.
+/// Rank 0's connection to the other ranks.
 #[derive(Debug)]
 pub(crate) struct Leader {
     size: usize,
-    /// None once the others have ended.
+    /// `None` once the other ranks have ended.
     world: Mutex<Option<World>>,
 }
 
@@ -26,7 +26,7 @@ impl Leader {
         self.size
     }
 
-    /// The others, whom nothing reaches from then on.
+    /// Releases the connection; no further commands can be sent.
     pub(crate) fn release(&self) -> Option<World> {
         self.lock().take()
     }
@@ -35,18 +35,18 @@ impl Leader {
         self.world.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Tells the others what to do; what this process has its part in follows.
-    pub(crate) fn tell(&self, command: Command, words: Words) {
+    /// Sends a command to the other ranks; this process must then do its own part.
+    pub(crate) fn send(&self, command: Command, words: Words) {
         self.with_world(|world| call::send(world, command, words, [None; 6]));
     }
 
-    /// Whether the others are still there.
+    /// Returns whether the other ranks are still running.
     pub(crate) fn has_world(&self) -> bool {
         self.lock().is_some()
     }
 
     /// # Panics
-    /// Once the session has ended.
+    /// After the end of the session.
     pub(crate) fn with_world<R>(&self, work: impl FnOnce(&World) -> R) -> R {
         let world = self.lock();
         work(world.as_ref().expect("runs end before their session"))

@@ -1,20 +1,18 @@
-//! One run by several processes, of one machine or of many.
+//! Distributed runs on one or several machines.
 //!
-//! Rank 0 integrates, decides and writes, as it would alone. The others lend a hand: they compute
-//! their shares of each pass over the elements, whose sums go to rank 0, and they hold their parts
-//! of the factors, which MUMPS computes and solves with. What rank 0 has them do, it broadcasts:
-//! a command, and the state it is to be done at. So no process can disagree with another, whatever the
-//! order in which MPI sums and whatever the processor of each machine.
+//! Rank 0 integrates, makes all decisions and writes the output. The other ranks compute their shares of each element
+//! pass, which are summed at rank 0, and hold their parts of the factors, with which MUMPS factorizes and solves. Rank
+//! 0 broadcasts each command together with the state it applies to. All processes therefore agree, independent of the
+//! summation order of MPI and of the processors.
 //!
-//! Shares are equal numbers of elements, wherever these lie: the sums go to rank 0 as whole vectors, so that
-//! parts of the mesh with small surfaces between them would save nothing.
+//! All ranks have equal numbers of elements, regardless of their location: the sums are full vectors, so partitions
+//! with small interfaces would not reduce the communication.
 //!
-//! Cast: `begin` tells whether this process is rank 0, with a `Session` and its `Sharing`, or a
-//! `Follower`. `call` is what goes from one to the other, `crew` shares out passes
-//! ([`myovib_fem::Crew`]), `factors` factorizes ([`myovib_sparse::engine::Engine`]), `ffi` is the
-//! boundary.
+//! `begin` returns the role of this process: a `Session` with its `Sharing` at rank 0, otherwise a `Follower`. The
+//! module `call` defines the messages, `crew` distributes passes ([`myovib_fem::Crew`]), `factors` factorizes
+//! ([`myovib_sparse::engine::Engine`]), and `ffi` contains the boundary to C.
 //!
-//! All of it is behind the feature `mpi`; without, the crate is empty.
+//! The crate is empty without the feature `mpi`.
 //!
 //! # References
 //! - P. R. Amestoy, I. S. Duff, J. Koster, J.-Y. L'Excellent, A fully asynchronous multifrontal solver using

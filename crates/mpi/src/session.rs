@@ -1,4 +1,4 @@
-//! The beginning and the end of what the ranks do together, and what rank 0 shares out.
+//! Start and end of a distributed session, and the distribution of work by rank 0.
 
 use std::sync::Arc;
 use std::thread;
@@ -13,16 +13,16 @@ use crate::ffi::World;
 use crate::follower::Follower;
 use crate::leader::Leader;
 
-/// What this process is.
+/// Role of this process.
 #[derive(Debug)]
 pub enum Role {
     /// Rank 0.
     Leads(Session),
-    /// Another.
+    /// Any other rank.
     Follows(Follower),
 }
 
-/// Begins MPI; to be called once, by all processes that were started together.
+/// Initializes MPI; must be called once by all processes that were started together.
 pub fn begin() -> Role {
     let world = World::begin();
     if world.rank() > 0 {
@@ -31,38 +31,38 @@ pub fn begin() -> Role {
     Role::Leads(Session(Arc::new(Leader::new(world))))
 }
 
-/// Rank 0's hold on the others: they end with it, in disorder if this process panics.
+/// The session of rank 0. The other ranks end when it is dropped; they are aborted if this process panics.
 #[derive(Debug)]
 pub struct Session(Arc<Leader>);
 
 impl Session {
-    /// What runs share out their work by, as long as the session lasts.
+    /// Returns a handle by which runs distribute their work during the session.
     pub fn sharing(&self) -> Sharing {
         Sharing(self.0.clone())
     }
 }
 
-/// Work that is shared out.
+/// Handle by which a run distributes its work.
 #[derive(Debug, Clone)]
 pub struct Sharing(Arc<Leader>);
 
 impl Sharing {
-    /// Has the others read the body, of which they keep their shares; gives this process's share, whose
-    /// passes are those of the whole. Matrices analyzed from now on are factorized by MUMPS.
+    /// Distributes the elements: the other ranks load the body and keep their shares. Returns the share of this
+    /// process, whose passes return the sums over all ranks. Matrices analyzed from now on are factorized by MUMPS.
     ///
     /// # Errors
-    /// A rank that cannot read the body, or reads another; it says why on standard error.
+    /// If a rank cannot load the body or loads a different one; it prints the reason to standard error.
     ///
     /// # Panics
     /// After the end of the session.
     pub fn share(&self, solid: Solid) -> Result<Solid, String> {
         let leader = &self.0;
-        leader.tell(Command::Body, [0.0; 4]);
+        leader.send(Command::Body, [0.0; 4]);
         let bodies = leader.with_world(|world| world.gather(fingerprint(&solid)));
         if let Some(rank) = bodies.iter().position(|body| *body != bodies[0]) {
             return Err(format!(
-                "rank {rank} does not read the body that rank 0 reads: all machines must see the same \
-                 files, and run the same program"
+                "rank {rank} does not load the same body as rank 0: all machines must access the same files \
+                 and run the same program"
             ));
         }
         let engine: Arc<dyn Engine> = Arc::new(Mumps::new(leader.clone()));
@@ -70,10 +70,10 @@ impl Sharing {
         Ok(solid.with_crew(leader.clone(), leader.size()))
     }
 
-    /// Who works, in one line.
+    /// Describes the distribution in one line.
     pub fn description(&self) -> String {
         let n = self.0.size();
-        format!("{n} processes share the elements, MUMPS factorizes")
+        format!("{n} processes share the elements; MUMPS factorizes")
     }
 }
 

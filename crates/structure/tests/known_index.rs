@@ -70,8 +70,8 @@ fn a_purely_algebraic_system_has_index_1() {
     assert_eq!(indices(&found), [1, 1]);
 }
 
-/// N ẋ + x = f: x_1 needs f_n differentiated n - 1 times, x_n none.
-# N ẋ + x = f: x_1 contains the derivative of order n − 1 of f_n, x_n no derivative.
+/// N ẋ + x = f: x_1 contains the derivative of order n − 1 of f_n, x_n no derivative.
+#[test]
 fn a_chain_has_the_index_of_its_length() {
     for n in 1..=6 {
         let found = structure(nilpotent(n), DMatrix::identity(n, n));

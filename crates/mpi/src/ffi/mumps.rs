@@ -1,4 +1,4 @@
-//! One matrix in MUMPS, which all ranks have a part of.
+//! A MUMPS matrix distributed over all ranks.
 
 use std::ffi::{c_int, c_longlong};
 use std::ptr;
@@ -7,7 +7,7 @@ use std::thread;
 use myovib_sparse::Scalar;
 use num_complex::Complex64;
 
-/// The functions of `shim.c` for one kind of number.
+/// The functions of `shim.c` for one scalar type.
 #[derive(Debug)]
 pub(crate) struct Functions<T> {
     size: unsafe extern "C" fn() -> c_longlong,
@@ -19,7 +19,7 @@ pub(crate) struct Functions<T> {
     end: unsafe extern "C" fn(*mut u64),
 }
 
-/// A number MUMPS factorizes with.
+/// A scalar type of MUMPS.
 pub(crate) trait MumpsScalar: Scalar {
     const MUMPS: Functions<Self>;
     const IS_COMPLEX: bool;
@@ -80,7 +80,7 @@ functions!(
     zmumps_run_end
 );
 
-/// The lower triangle or all of a matrix at rank 0, counted from one; empty elsewhere.
+/// The lower triangle or all entries of a matrix at rank 0, with one-based indices; empty on other ranks.
 #[derive(Debug)]
 struct Entries<T> {
     n: c_int,
@@ -89,24 +89,24 @@ struct Entries<T> {
     values: Vec<T>,
 }
 
-/// A matrix and its factors. Every method is called by all ranks, in the same order, those with
-/// arrays without them elsewhere than at rank 0.
+/// A matrix and its factors. All ranks call the same methods in the same order; array arguments are empty except at
+/// rank 0.
 #[derive(Debug)]
 pub(crate) struct Matrix<T: MumpsScalar> {
-    /// MUMPS' structure, which stays where it is.
+    /// MUMPS's structure, which must not move.
     run: Vec<u64>,
-    /// MUMPS keeps pointers to these.
+    /// MUMPS keeps pointers to these arrays.
     entries: Entries<T>,
     status: c_int,
 }
 
 impl<T: MumpsScalar> Matrix<T> {
-    /// Begins. MPI must have begun.
+    /// Initializes a matrix. MPI must be initialized.
     pub(crate) fn new(is_symmetric: bool) -> Self {
-        // SAFETY: the function takes nothing and returns a size.
+        // SAFETY: the function has no arguments and returns a size.
         let size = unsafe { (T::MUMPS.size)() };
         let mut run = vec![0u64; (size.unsigned_abs() as usize).div_ceil(8)];
-        // SAFETY: `run` has the size of the structure, which the function fills.
+        // SAFETY: `run` has the size of the structure that the function initializes.
         let status = unsafe { (T::MUMPS.begin)(run.as_mut_ptr(), c_int::from(is_symmetric)) };
         Self {
             run,
@@ -120,21 +120,22 @@ impl<T: MumpsScalar> Matrix<T> {
         }
     }
 
-    /// The last status: negative for an error, and what goes with it.
+    /// Returns the last status, negative for an error, and its detail.
     pub(crate) fn status(&self) -> [i32; 2] {
         [self.status, self.info(2)]
     }
 
-    /// INFOG(`number`).
+    /// Returns INFOG(`number`).
     pub(crate) fn info(&self, number: c_int) -> i32 {
         assert!((1..=80).contains(&number), "INFOG has 80 numbers");
-        // SAFETY: the structure was begun, and the number is in its array.
+        // SAFETY: the structure is initialized, and the index is within the array.
         unsafe { (T::MUMPS.info)(self.run.as_ptr(), number) }
     }
 
-    /// Analyzes the pattern: (row, column) of each entry, counted from zero.
+    /// Analyzes the pattern, given as zero-based (row, column) of each entry.
     pub(crate) fn analyze(&mut self, n: usize, places: impl Iterator<Item = (usize, usize)>) {
-        let narrow = |k: usize| c_int::try_from(k).expect("unknowns that an int counts");
+        let narrow =
+            |k: usize| c_int::try_from(k).expect("the number of unknowns fits into an int");
         let (rows, columns) = places
             .map(|(row, column)| (narrow(row + 1), narrow(column + 1)))
             .unzip();
@@ -150,13 +151,12 @@ impl<T: MumpsScalar> Matrix<T> {
                 indices.as_mut_ptr()
             }
         });
-        // SAFETY: the structure was begun; at rank 0 both arrays have nnz indices from 1 to n and live,
-        // unchanged, until the structure is ended; elsewhere MUMPS does not look at them.
+        // SAFETY: the structure is initialized. At rank 0, both arrays have nnz indices from 1 to n and stay unchanged
+        // until the structure is destroyed; on other ranks MUMPS does not read them.
         self.status = unsafe { (T::MUMPS.analyze)(self.run.as_mut_ptr(), n, nnz, rows, columns) };
     }
 
-    /// The values in the order of the entries analyzed, to be filled before
-    /// [`factor`](Self::factor).
+    /// Returns the values in the order of the analyzed entries, to be set before [`factor`](Self::factor).
     pub(crate) fn values_mut(&mut self) -> &mut [T] {
         &mut self.entries.values
     }
@@ -164,21 +164,21 @@ impl<T: MumpsScalar> Matrix<T> {
     /// Factorizes.
     pub(crate) fn factor(&mut self) {
         let values = self.entries.values.as_mut_ptr();
-        // SAFETY: the structure was begun, and MUMPS refuses one without analysis; at rank 0 there are as
-        // many values as entries, which live until the structure is ended; elsewhere MUMPS does not
-        // look at them.
+        // SAFETY: the structure is initialized, and MUMPS rejects it without analysis. At rank 0, there are as many
+        // values as entries, and they stay valid until the structure is destroyed; on other ranks MUMPS does not read
+        // them.
         self.status = unsafe { (T::MUMPS.factor)(self.run.as_mut_ptr(), values) };
     }
 
-    /// Solves; `x` is the right-hand side and then the solution at rank 0, empty elsewhere.
+    /// Solves in place; `x` is the right-hand side at rank 0 and empty on other ranks.
     pub(crate) fn solve(&mut self, x: &mut [T]) {
         assert_eq!(
             x.len(),
             self.entries.n as usize,
             "length of the right-hand side"
         );
-        // SAFETY: the structure was begun, and MUMPS refuses one without factors; at rank 0 the vector has
-        // the order of the matrix; elsewhere MUMPS does not look at it.
+        // SAFETY: the structure is initialized, and MUMPS rejects it without factors. At rank 0, the length of the
+        // vector is the order of the matrix; on other ranks MUMPS does not read it.
         self.status =
             unsafe { (T::MUMPS.solve)(self.run.as_mut_ptr(), x.as_mut_ptr(), self.entries.n) };
     }
@@ -187,9 +187,9 @@ impl<T: MumpsScalar> Matrix<T> {
 impl<T: MumpsScalar> Drop for Matrix<T> {
     fn drop(&mut self) {
         if thread::panicking() {
-            return; // The others are elsewhere, and all processes are about to end.
+            return; // The other ranks are at a different call, and all processes are about to end.
         }
-        // SAFETY: the structure was begun and ends once; MPI has not ended, for its owners see to it.
+        // SAFETY: the structure is initialized and destroyed once; its owners ensure that MPI has not ended.
         unsafe { (T::MUMPS.end)(self.run.as_mut_ptr()) };
     }
 }

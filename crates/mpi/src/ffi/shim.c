@@ -1,13 +1,13 @@
-/* What myovib asks of MPI and of MUMPS, where macros and structures of the installed headers count. */
+/* Calls to MPI and MUMPS that depend on macros and structures of the installed headers. */
 #include <dmumps_c.h>
 #include <mpi.h>
 #include <string.h>
 #include <zmumps_c.h>
 
-/* MPI counts with int: longer arrays go in pieces. */
+/* MPI counts with int: longer arrays are sent in pieces. */
 #define PIECE (1 << 27)
 
-/* MPI's own handler ends all processes on an error, so nothing here returns one. */
+/* MPI's error handler terminates all processes, so these functions return no errors. */
 void ranks_begin(int *rank, int *size) {
     int provided;
     MPI_Init_thread(NULL, NULL, MPI_THREAD_SERIALIZED, &provided);
@@ -21,14 +21,14 @@ void ranks_broadcast(double *numbers, long long n) {
         MPI_Bcast(numbers, n < PIECE ? (int)n : PIECE, MPI_DOUBLE, 0, MPI_COMM_WORLD);
 }
 
-/* The sum over all ranks takes the place of the numbers of rank 0; the others keep theirs. */
+/* Replaces the numbers of rank 0 by the sums over all ranks; other ranks keep their numbers. */
 void ranks_sum(double *numbers, long long n, int rank) {
     for (; n > 0; n -= PIECE, numbers += PIECE)
         MPI_Reduce(rank == 0 ? MPI_IN_PLACE : numbers, numbers, n < PIECE ? (int)n : PIECE,
                    MPI_DOUBLE, MPI_SUM, 0, MPI_COMM_WORLD);
 }
 
-/* `all` at rank 0 has room for n numbers of each rank. */
+/* `all` holds n numbers of each rank at rank 0. */
 void ranks_gather(const double *own, int n, double *all) {
     MPI_Gather(own, n, MPI_DOUBLE, all, n, MPI_DOUBLE, 0, MPI_COMM_WORLD);
 }
@@ -37,8 +37,8 @@ void ranks_abort(int code) { MPI_Abort(MPI_COMM_WORLD, code); }
 
 void ranks_end(void) { MPI_Finalize(); }
 
-/* Jobs of MUMPS: -1 begin, 1 analyze, 2 factorize, 3 solve, -2 end. All ranks call each function, in
-   the same order; arrays are those of rank 0. INFOG is the same on all ranks, so that all do the same. */
+/* Jobs of MUMPS: -1 begin, 1 analyze, 2 factorize, 3 solve, -2 end. All ranks call the same functions in the
+   same order; only rank 0 passes arrays. INFOG is equal on all ranks, so all take the same branches. */
 #define DEFINE(PREFIX, STRUCT, NUMBER)                                                            \
     long long PREFIX##_run_size(void) { return sizeof(STRUCT); }                                  \
     int PREFIX##_run_begin(STRUCT *run, int symmetric) {                                          \
@@ -49,7 +49,7 @@ void ranks_end(void) { MPI_Finalize(); }
         run->comm_fortran = (MUMPS_INT)MPI_Comm_c2f(MPI_COMM_WORLD);                              \
         PREFIX##_c(run);                                                                          \
         for (int i = 0; i < 4; i++) run->icntl[i] = i == 3 ? 0 : -1; /* prints nothing */         \
-        run->icntl[13] = 30; /* per cent of room beyond what was predicted, for pivots put off */ \
+        run->icntl[13] = 30; /* additional workspace in % for delayed pivots */           \
         return run->infog[0];                                                                     \
     }                                                                                             \
     int PREFIX##_run_analyze(STRUCT *run, int n, long long nnz, int *rows, int *columns) {        \
@@ -66,7 +66,7 @@ void ranks_end(void) { MPI_Finalize(); }
         for (int tries = 0; tries < 4; tries++) {                                                 \
             run->job = 2;                                                                         \
             PREFIX##_c(run);                                                                      \
-            if (run->infog[0] != -8 && run->infog[0] != -9) break; /* too little room */          \
+            if (run->infog[0] != -8 && run->infog[0] != -9) break; /* workspace too small */        \
             run->icntl[13] *= 2;                                                                  \
         }                                                                                         \
         return run->infog[0];                                                                     \

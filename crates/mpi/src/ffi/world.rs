@@ -1,4 +1,4 @@
-//! All processes of a run, as MPI sees them.
+//! The processes of a distributed run.
 
 use std::ffi::{c_int, c_longlong};
 use std::thread;
@@ -12,7 +12,7 @@ unsafe extern "C" {
     fn ranks_end();
 }
 
-/// MPI, begun; there is one in a process. An error in MPI ends all processes with its message.
+/// An initialized MPI, unique in a process. An MPI error terminates all processes with its message.
 #[derive(Debug)]
 pub(crate) struct World {
     rank: c_int,
@@ -20,16 +20,16 @@ pub(crate) struct World {
 }
 
 impl World {
-    /// Begins MPI; to be called once.
+    /// Initializes MPI; must be called only once.
     pub(crate) fn begin() -> Self {
         let (mut rank, mut size) = (0, 0);
-        // SAFETY: both are places for an int; MPI has not been begun, for this is called once.
+        // SAFETY: both pointers are to ints; MPI is not initialized yet, since this function is called once.
         unsafe { ranks_begin(&raw mut rank, &raw mut size) };
-        let size = usize::try_from(size).expect("MPI has one rank at least");
+        let size = usize::try_from(size).expect("MPI has at least one rank");
         Self { rank, size }
     }
 
-    /// The number of this process; 0 leads.
+    /// Rank of this process; 0 is the leader.
     pub(crate) fn rank(&self) -> usize {
         self.rank.unsigned_abs() as usize
     }
@@ -39,50 +39,49 @@ impl World {
         self.size
     }
 
-    /// Sends numbers of rank 0 to all others, who [receive](Self::receive) as many.
+    /// Broadcasts numbers from rank 0 to all other ranks, which must [receive](Self::receive) the same number.
     pub(crate) fn send(&self, numbers: &[f64]) {
         assert_eq!(self.rank, 0, "rank 0 sends");
-        // SAFETY: the slice has as many numbers; MPI only reads those of rank 0.
+        // SAFETY: the length is the length of the slice; MPI only reads the numbers of rank 0.
         unsafe { ranks_broadcast(numbers.as_ptr().cast_mut(), numbers.len() as c_longlong) };
     }
 
-    /// Receives what rank 0 sends.
+    /// Receives numbers from rank 0.
     pub(crate) fn receive(&self, numbers: &mut [f64]) {
         assert_ne!(self.rank, 0, "rank 0 sends");
-        // SAFETY: the slice has room for as many numbers.
+        // SAFETY: the length is the length of the slice.
         unsafe { ranks_broadcast(numbers.as_mut_ptr(), numbers.len() as c_longlong) };
     }
 
-    /// At rank 0, replaces the numbers by their sums over all ranks, each of which calls this.
+    /// Replaces the numbers at rank 0 by their sums over all ranks; all ranks must call this method.
     pub(crate) fn sum(&self, numbers: &mut [f64]) {
-        // SAFETY: the slice has as many numbers.
+        // SAFETY: the length is the length of the slice.
         unsafe { ranks_sum(numbers.as_mut_ptr(), numbers.len() as c_longlong, self.rank) };
     }
 
-    /// What each rank has, at rank 0; nothing elsewhere.
+    /// Gathers the numbers of each rank at rank 0; returns an empty vector on other ranks.
     pub(crate) fn gather<const K: usize>(&self, own: [f64; K]) -> Vec<[f64; K]> {
         let n = if self.rank == 0 { self.size } else { 0 };
         let mut all = vec![[0.0; K]; n];
-        // SAFETY: `own` has K numbers; `all`, which is read at rank 0 alone, has room there for K of
-        // each rank.
+        // SAFETY: `own` has K numbers; `all` is written only at rank 0, where it has K numbers for each rank.
         unsafe { ranks_gather(own.as_ptr(), K as c_int, all.as_mut_ptr().cast()) };
         all
     }
 
-    /// Ends all processes.
+    /// Terminates all processes.
     pub(crate) fn abort(&self, code: u8) {
-        // SAFETY: MPI has begun, and not ended, for it ends when `self` is dropped.
+        // SAFETY: MPI is initialized, and it ends only when `self` is dropped.
         unsafe { ranks_abort(c_int::from(code)) };
     }
 }
 
 impl Drop for World {
-    /// A process that ends in disorder takes all others with it: they would wait forever.
+    /// After a panic, terminates all other processes, which would wait forever.
     fn drop(&mut self) {
         if thread::panicking() {
             self.abort(101);
         } else {
-            // SAFETY: MPI has begun, and this is the only place that ends it.
+            // SAFETY: MPI is initialized, and only this function finalizes it.
             unsafe { ranks_end() };
         }
     }
