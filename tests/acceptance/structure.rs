@@ -423,7 +423,7 @@ fn run_warns_once_of_what_check_warns_of() {
         lines.map(str::to_owned).collect()
     };
     for (sets, said) in [
-        (&in_mm[..], ["take SI units", "its length is 200.000 m"]),
+        (&in_mm[..], ["use SI units", "its length is 200.000 m"]),
         (&light, ["material[0]", "shear waves run at"]),
         (&light_modes, ["material[0]", "shear waves run at"]),
     ] {

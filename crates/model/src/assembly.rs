@@ -30,7 +30,7 @@ struct Placed<C> {
     block: usize,
 }
 
-/// A block matrix as a sum of matrices, each scattered by a map that is computed once.
+/// A block matrix as a sum of matrices, each scattered by a map computed once.
 #[derive(Debug, Clone)]
 pub struct Assembly<C> {
     terms: Vec<Placed<C>>,

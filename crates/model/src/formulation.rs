@@ -28,7 +28,7 @@ struct Description {
     index: &'static [[[u8; 2]; 2]],
     /// Fields whose time derivative does not occur.
     algebraic: fn(Case) -> &'static [Field],
-    /// Requirement on κ and β that is violated, if any.
+    /// Violated requirement on κ and β, if any.
     objection: fn(Case) -> Option<&'static str>,
 }
 

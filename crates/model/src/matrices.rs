@@ -309,7 +309,7 @@ impl Matrices {
         }
     }
 
-    /// Computes the matrices that are derived from other matrices.
+    /// Computes the matrices derived from other matrices.
     pub(crate) fn derive(&mut self, solid: &Solid) {
         let Some(damping) = solid.pressure_damping() else {
             return;

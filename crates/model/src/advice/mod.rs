@@ -168,7 +168,7 @@ impl Advice {
         of_multipliers.into_iter().chain(self.order()).collect()
     }
 
-    /// Finds multipliers of index 3 that are excluded from the error test but included in Newton's
+    /// Finds multipliers of index 3 excluded from the error test but included in Newton's
     /// convergence test.
     fn newton(&self) -> Option<Finding> {
         let index = self.index();
@@ -352,7 +352,7 @@ impl Advice {
         loose.into_iter().chain([strained]).collect()
     }
 
-    /// Returns the remedy for elements that are strained too far.
+    /// Returns the remedy for elements strained too far.
     fn ease(&self) -> &'static str {
         if self.collapses { COLLAPSE } else { EASE }
     }

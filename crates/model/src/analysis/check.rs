@@ -216,7 +216,7 @@ pub struct StaticReport {
     /// Largest displacement under the whole load by linear elasticity, m; `None` for a body that is
     /// too large or not held.
     pub linear_displacement: Option<f64>,
-    /// CPU time of one Newton iteration, s: measured, or predicted for a body that is too large.
+    /// CPU time of one Newton iteration, s: measured, or predicted if the body is too large.
     pub iteration_time: Option<f64>,
     /// Likely problems with suggested changes.
     pub findings: Vec<Finding>,

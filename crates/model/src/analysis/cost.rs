@@ -1,4 +1,4 @@
-//! Predicted cost of a step for matrices that are too large for trial steps.
+//! Predicted cost of a step for matrices too large for trial steps.
 
 use myovib_dae::Problem;
 use myovib_sparse::Prediction;

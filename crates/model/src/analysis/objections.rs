@@ -13,7 +13,7 @@ use crate::operators::{divergence, rest};
 use crate::start::BlockResidual;
 use crate::statics::Equilibrium;
 
-/// Number of modes that are compared with the drive.
+/// Number of modes compared with the drive.
 const SLOW_MODES: usize = 3;
 /// Relative distance between drive and eigenfrequency below which the drive counts as resonant.
 const RESONANCE: f64 = 0.1;
@@ -160,8 +160,8 @@ pub(super) fn strange_units(muscle: &Muscle, t_end: f64) -> Option<Finding> {
     misfit(muscle, &slow_modes, t_end)
 }
 
-/// Returns the warnings of [`check_static`](super::check::check_static) that are cheap and do not
-/// prevent the analysis.
+/// Returns the cheap warnings of [`check_static`](super::check::check_static) that do not prevent
+/// the analysis.
 pub fn static_warnings(muscle: &Muscle, formulation: Formulation) -> Vec<Finding> {
     match formulation.has(Field::Pressure) {
         true => unheld(None, muscle),
@@ -187,15 +187,15 @@ pub(super) fn misfit(muscle: &Muscle, slow_modes: &[f64], t_end: f64) -> Option<
         Finding {
             fields: Vec::new(),
             problem: format!(
-                "the {what}, {} Hz, is {ratio:.1e} times the lowest eigenfrequency of the body, {} Hz: it is \
-                 {} m long, and waves cross it at about {} m/s",
+                "the {what}, {} Hz, is {ratio:.1e} times the lowest eigenfrequency of the body, {} Hz; \
+                 its length is {} m, and waves cross it at about {} m/s",
                 readable(asked),
                 readable(slowest),
                 readable(size),
                 readable(2.0 * size * slowest)
             ),
             remedies: vec![Remedy::Scene(
-                "take SI units throughout: coordinates in m (a mesh in mm times 1e-3), moduli in \
+                "use SI units throughout: coordinates in m (a mesh in mm times 1e-3), moduli in \
                  Pa, density in kg/m³, times in s",
             )],
         }
@@ -213,7 +213,7 @@ pub(super) fn too_far(displacement: f64, size: f64) -> Option<Finding> {
             readable(size)
         ),
         remedies: vec![Remedy::Scene(
-            "take SI units throughout: loads and moduli in Pa, coordinates in m; a body as slender as that needs \
+            "use SI units throughout: loads and moduli in Pa, coordinates in m; a body as slender as that needs \
              many load steps",
         )],
     })

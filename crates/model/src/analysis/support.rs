@@ -93,7 +93,7 @@ pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
     })
 }
 
-/// Rejects a body that is not held.
+/// Rejects an insufficiently supported body.
 ///
 /// # Errors
 /// [`ModelError::NotHeld`].

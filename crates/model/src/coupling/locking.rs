@@ -1,4 +1,4 @@
-//! Criterion for oscillators that are locked to a drive.
+//! Criterion for oscillators locked to a drive.
 
 use super::history::Settling;
 

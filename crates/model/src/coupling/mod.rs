@@ -12,7 +12,7 @@
 //! oscillators have no such states; systems without a body ([`NoBody`]) have no mesh.
 //!
 //! Main types: [`CoupledDae`] is the system of a [`Body`] and [`Oscillators`] with a [`Source`] for
-//! each direction. A [`Recording`] replays a body's motion to oscillators that are integrated
+//! each direction. A [`Recording`] replays a body's motion to oscillators integrated
 //! later. [`ErrorTest`] holds the tolerances of each part. [`CoupledSolver`] extends a body's
 //! linear solver to the oscillators. [`start_coupled`] creates an integrator. [`CoherenceHistory`]
 //! records the coherence, and [`LockCriterion`] evaluates it. With a [`Feedback`] the coupling is

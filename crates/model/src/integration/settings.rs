@@ -106,7 +106,7 @@ impl LinearSolver {
     }
 }
 
-/// Error weights of multipliers that are included in the error test (IDAS).
+/// Error weights of multipliers included in the error test (IDAS).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum MultiplierWeights {
     /// Weights from the tolerances alone.
@@ -140,7 +140,7 @@ pub struct Settings {
     pub absolute_tolerances: AbsoluteTolerances,
     /// Blocks excluded from the error test.
     pub suppressed: Vec<Field>,
-    /// Error weights of multipliers that are included in the error test (IDAS).
+    /// Error weights of multipliers included in the error test (IDAS).
     pub multiplier_weights: MultiplierWeights,
     /// Maximum BDF order, 1 to 5 (IDAS).
     pub max_order: u8,

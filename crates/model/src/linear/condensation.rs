@@ -67,7 +67,7 @@ impl Kinematic {
     }
 }
 
-/// A block that is copied between the full and the condensed vectors.
+/// A block copied between the full and the condensed vectors.
 #[derive(Debug, Clone)]
 pub(super) struct RetainedBlock {
     /// Rows of the full system.
@@ -118,7 +118,7 @@ pub struct Condensation {
     /// equations.
     pub(super) coupling: Assembly<Quadratic>,
     pub(super) n_full: usize,
-    /// Terms of the equations that are included above, with their rows.
+    /// Terms of the equations included above, with their rows.
     included: Vec<(Field, Term)>,
     /// Prony series of viscoelastic stress.
     pub(super) series: Series,

@@ -63,7 +63,7 @@ impl<T: Scalar> Condensed<T> {
         self.system.renew(work)
     }
 
-    /// Returns the linear system that is solved.
+    /// Returns the linear system.
     pub(super) fn system(&self) -> &SparseSystem<T> {
         &self.system
     }

@@ -139,7 +139,7 @@ enum ReducedBody<T: Scalar> {
 }
 
 impl<T: Scalar> Reduced<T> {
-    /// Returns the linear systems that are solved.
+    /// Returns the linear systems.
     pub(super) fn systems(&self) -> Vec<&SparseSystem<T>> {
         match &self.body {
             ReducedBody::Condensed(matrix) => vec![matrix.system()],
@@ -278,7 +278,7 @@ mod tests {
                 terms.push((Field::Velocity, foreign));
                 assert!(message(terms).contains("terms missing from the reduction"));
             }
-            // A rate in addition to a value that is included.
+            // A rate in addition to an included value.
             let mut terms = dae.terms();
             terms[0].1.df_dyp += 1.0;
             assert!(message(terms).contains("not (or no longer) in the equations"));

@@ -77,7 +77,7 @@ pub struct Splitting {
     /// side.
     pub(super) transferred: Assembly<Transferred>,
     pub(super) alpha: f64,
-    /// Terms of the equations that are included above, with their rows.
+    /// Terms of the equations included above, with their rows.
     included: Vec<(Field, Term)>,
     /// Prony series of viscoelastic stress.
     pub(super) series: Series,

@@ -2,7 +2,7 @@
 //!
 //! [`MuscleDae`] is defined here. [`evaluation`] contains its residual and Jacobian,
 //! [`observation`] the quantities derived from a state, [`factors`] stiffness that varies in space
-//! and time, and [`internal_variables`] internal stresses that are stored by the integrator.
+//! and time, and [`internal_variables`] internal stresses stored by the integrator.
 
 mod evaluation;
 mod factors;
