@@ -1,24 +1,25 @@
-//! Tables as comma-separated values: read whole, written line by line while they are computed.
+//! Tables of comma-separated values: read as a whole, written line by line during a computation.
 
 use std::io::{self, Write};
 
 use serde::{Deserialize, Serialize};
 
-/// How much of a table is written: what a checkpoint has to know of it.
+/// Size of the written part of a table, stored in checkpoints.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Written {
-    /// Rows under the header.
+    /// Rows below the header.
     pub rows: u64,
-    /// Bytes, the header included.
+    /// Bytes, including the header.
     pub bytes: u64,
-    /// The last line, with its end.
+    /// The last line, including its line break.
     pub last: String,
 }
 
-/// Writes a header with the names, then rows of numbers with 17 significant digits, which is
-/// enough to read back the same `f64`.
+/// Writes a header with the names, then rows of numbers with 17 significant digits, which reproduce
+/// the same `f64`.
 ///
-/// Each line is handed to the sink whole and flushed: a killed run leaves only whole lines.
+/// Each line is passed to the sink as a whole and flushed, so a killed run leaves only complete
+/// lines.
 #[derive(Debug)]
 pub struct CsvWriter<W: Write> {
     sink: W,
@@ -30,14 +31,14 @@ impl<W: Write> CsvWriter<W> {
     /// Writes the header.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// Errors of the sink.
     pub fn new(sink: W, names: &[&str]) -> io::Result<Self> {
         let mut csv = Self::continued(sink, names.len(), Written::default());
         csv.line(line(names))?;
         Ok(csv)
     }
 
-    /// Goes on with a sink that holds what was `written`, under a header of `n_columns` names.
+    /// Continues with a sink that contains the `written` part under a header of `n_columns` names.
     pub fn continued(sink: W, n_columns: usize, written: Written) -> Self {
         Self {
             sink,
@@ -49,10 +50,10 @@ impl<W: Write> CsvWriter<W> {
     /// Writes one row.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// Errors of the sink.
     ///
     /// # Panics
-    /// When the number of values is not that of the names.
+    /// If the number of values differs from the number of names.
     pub fn row(&mut self, values: &[f64]) -> io::Result<()> {
         assert_eq!(values.len(), self.n_columns, "as many values as names");
         let words: Vec<String> = values.iter().map(|value| format!("{value:.16e}")).collect();
@@ -61,12 +62,12 @@ impl<W: Write> CsvWriter<W> {
         Ok(())
     }
 
-    /// What was written so far.
+    /// Returns the size of the written part.
     pub fn written(&self) -> &Written {
         &self.written
     }
 
-    /// The sink.
+    /// Returns the sink.
     pub fn sink(&self) -> &W {
         &self.sink
     }
@@ -80,7 +81,7 @@ impl<W: Write> CsvWriter<W> {
     }
 }
 
-/// One line of a table: fields with commas, quotes or line breaks are quoted.
+/// Formats one line of a table. Fields with commas, quotes or line breaks are quoted.
 pub fn line(fields: &[impl AsRef<[u8]>]) -> String {
     let mut writer = ::csv::Writer::from_writer(Vec::new());
     writer
@@ -92,20 +93,20 @@ pub fn line(fields: &[impl AsRef<[u8]>]) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// A table that was read: names and rows of words.
+/// A table read from text: names and rows of fields.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Table {
     /// Names of the columns.
     pub names: Vec<String>,
-    /// The rows, without those that are blank; a row may have any number of words.
+    /// Rows without blank lines; a row may have any number of fields.
     pub rows: Vec<Vec<String>>,
 }
 
 impl Table {
-    /// Reads a table with a header; spaces around words do not count.
+    /// Reads a table with a header; spaces around fields are ignored.
     ///
     /// # Errors
-    /// Those of the reader, with the line.
+    /// Errors of the reader, with the line.
     pub fn parse(text: &str) -> Result<Self, ::csv::Error> {
         let header = text.lines().next().unwrap_or_default();
         let mut lines = ::csv::ReaderBuilder::new()
@@ -125,7 +126,7 @@ impl Table {
         })
     }
 
-    /// The numbers of a row, if it is made of as many numbers as there are names.
+    /// Returns the numbers of a row if it consists of as many numbers as there are names.
     pub fn numbers(&self, row: &[String]) -> Option<Vec<f64>> {
         let numbers = row.iter().map(|word| word.parse().ok());
         let numbers: Vec<f64> = numbers.collect::<Option<_>>()?;
@@ -137,7 +138,7 @@ impl Table {
 mod tests {
     use super::*;
 
-    /// Remembers each write by itself.
+    /// Records each write separately.
     #[derive(Default)]
     struct Writes(Vec<Vec<u8>>);
 
@@ -183,7 +184,8 @@ mod tests {
         );
     }
 
-    /// Regression: commas and line breaks in names broke headers, and quoted headers were refused.
+    /// Regression: commas and line breaks in names corrupted headers, and quoted headers were
+    /// rejected.
     #[test]
     fn names_may_hold_anything_and_come_back() {
         let names = ["t", "a,b", "c \"d\"", "e\nf"];

@@ -1,27 +1,29 @@
-//! What loads have done and damping has taken: powers over time.
+//! Work of loads and dissipation, integrated from their powers.
 
 use myovib_model::Energies;
 
-/// Work and dissipation since the start, J per metre of depth.
+/// Work and dissipation since the start, J (in 2D per meter of depth).
 #[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 pub struct Exchanged {
-    /// By loads, moved supports and active stresses.
+    /// Work of loads, moving supports and active stresses.
     pub work: f64,
-    /// By damping.
+    /// Energy dissipated by damping.
     pub dissipated: f64,
 }
 
 impl Exchanged {
-    /// The inner of the five places of Lobatto's rule, as fractions of an interval; its ends are the others.
+    /// Inner points of the five-point Lobatto rule as fractions of an interval; its ends are the
+    /// other two.
     ///
-    /// The rule is exact for polynomials of degree 7. Simpson's is not fit for the large steps of Radau IIA 9 and 13:
-    /// its own error would be what the imbalance shows, and would hardly fall with the tolerance.
+    /// The rule is exact for polynomials of degree 7. Simpson's rule is too inaccurate for the
+    /// large steps of Radau IIA of orders 9 and 13: its error would dominate the imbalance and
+    /// would barely decrease with the tolerance.
     pub const PLACES: [f64; 3] = [0.172_673_164_646_011_43, 0.5, 0.827_326_835_353_988_6];
-    /// Its weights at all five, but for a common factor.
+    /// Weights of the five points up to a common factor.
     pub const WEIGHTS: [f64; 5] = [9.0, 49.0, 64.0, 49.0, 9.0];
 
-    /// Adds what an interval of `h` seconds brings, by the powers at the places of a rule and its weights, whose sum is
-    /// taken for 1.
+    /// Adds the energy exchanged in an interval of `h` seconds from the powers at the points of a
+    /// rule. The weights are normalized to sum 1.
     pub fn add<const N: usize>(&mut self, h: f64, weights: [f64; N], at: [&Energies; N]) {
         let all: f64 = weights.iter().sum();
         let integral = |power: fn(&Energies) -> f64| {
@@ -32,7 +34,7 @@ impl Exchanged {
         self.dissipated += integral(|e| e.dissipation);
     }
 
-    /// kinetic + elastic + dissipated − work, zero for the exact motion.
+    /// Returns kinetic + elastic + dissipated − work, which is zero for the exact motion.
     pub fn imbalance(&self, now: &Energies) -> f64 {
         now.kinetic + now.elastic + self.dissipated - self.work
     }
@@ -42,7 +44,8 @@ impl Exchanged {
 mod tests {
     use super::*;
 
-    /// Powers ∝ t⁷ and less, which the rule integrates exactly: over [0, 2] tⁿ to 2ⁿ⁺¹/(n + 1) times the factor.
+    /// Powers up to t⁷ are integrated exactly by the rule: tⁿ over [0, 2] gives 2ⁿ⁺¹/(n + 1) times
+    /// the factor.
     #[test]
     fn powers_of_degree_7_are_integrated_exactly() {
         for degree in 0..=7 {
@@ -59,7 +62,7 @@ mod tests {
             let at_all = [&at(0.0), &a, &b, &c, &at(2.0)];
             exchanged.add(2.0, Exchanged::WEIGHTS, at_all);
             let exact = 2.0_f64.powi(degree + 1) / f64::from(degree + 1);
-            // Two dozen roundings of sums of up to 60 and three times the exact one.
+            // Two dozen rounding errors of sums up to 60 and of three times the exact value.
             let allowed = 24.0 * f64::EPSILON * (60.0 + 3.0 * exact);
             for (found, expected) in [
                 (exchanged.work, 3.0 * exact),

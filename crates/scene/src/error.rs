@@ -1,5 +1,5 @@
-//! What can go wrong with a scene. Bad input is one clear message: what is wrong and where, what was found, what is allowed, what
-//! to do next.
+//! Errors of scenes. Bad input gives one message: what is wrong and where, what was found, what is
+//! allowed, and what to do next.
 
 use std::fmt;
 use std::io;
@@ -10,39 +10,39 @@ use myovib_sparse::SparseError;
 
 use crate::text::plain;
 
-/// Why a scene was not computed, or not to its end.
+/// Reason why a scene was not computed, or not to its end.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The input is wrong; nothing was written.
+    /// Invalid input; nothing was written.
     #[error(transparent)]
     Input(#[from] InputError),
-    /// A file of the results.
+    /// An error with a result file.
     #[error("cannot {action} `{}`", path.display())]
     File {
-        /// What was to be done with it.
+        /// The failed operation.
         action: &'static str,
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// What the model or the integrator cannot go on from.
+    /// An error of the model or the integrator.
     #[error(transparent)]
     Model(#[from] ModelError),
     /// A run that did not reach its end.
     #[error("the run stopped: {0}")]
     Stopped(String),
-    /// A result that JSON does not have.
+    /// A result that JSON cannot represent.
     #[error("cannot write the results as JSON")]
     Json(#[from] serde_json::Error),
-    /// A mistake of this program, met in a case of a sweep.
-    #[error("a mistake in the program: {0}")]
+    /// A panic in a case of a sweep, which is a bug.
+    #[error("internal error (bug): {0}")]
     Panic(String),
 }
 
 impl Error {
-    /// For `map_err`: what could not be done with `path`.
+    /// Returns a function for `map_err` that reports the failed `action` on `path`.
     pub fn file(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
         move |source| Self::File {
@@ -52,7 +52,8 @@ impl Error {
         }
     }
 
-    /// The same as wrong input, where it comes before anything is written. Too little memory is none.
+    /// Converts the error to invalid input if nothing was written before it. Errors for lack of
+    /// memory are unchanged.
     pub fn before_any_output(self) -> Self {
         let memory = |error: &SparseError| matches!(error, SparseError::Memory { .. });
         let mut causes = std::iter::successors(std::error::Error::source(&self), |e| e.source());
@@ -73,7 +74,7 @@ impl Error {
     }
 }
 
-/// Something in the user's input is wrong.
+/// An error in the user's input.
 ///
 /// # Examples
 /// ```
@@ -92,7 +93,7 @@ pub struct InputError {
 }
 
 impl InputError {
-    /// What is wrong, in one line.
+    /// Creates an error with a one-line description.
     pub fn new(message: impl fmt::Display) -> Self {
         Self {
             message: message.to_string(),
@@ -100,33 +101,33 @@ impl InputError {
         }
     }
 
-    /// Where it is: file, line, key or option. Stands first, whenever it is added.
+    /// Adds the location: file, line, key or option. It is printed first, whenever it is added.
     pub fn at(mut self, place: impl fmt::Display) -> Self {
         self.details.insert(0, ("where", place.to_string()));
         self
     }
 
-    /// The offending value.
+    /// Adds the offending value.
     pub fn found(self, value: impl fmt::Display) -> Self {
         self.with("found", value)
     }
 
-    /// What would have been right.
+    /// Adds the allowed values.
     pub fn allowed(self, what: impl fmt::Display) -> Self {
         self.with("allowed", what)
     }
 
-    /// What the user can do about it.
+    /// Adds a suggestion for the user.
     pub fn next(self, step: impl fmt::Display) -> Self {
         self.with("next", step)
     }
 
-    /// The case of a sweep that it is of.
+    /// Adds the case of a sweep in which the error occurred.
     pub(crate) fn case(self, which: impl fmt::Display) -> Self {
         self.with("case", which)
     }
 
-    /// The same of a sweep, whose cases set what `--vary` lists: names the option that was given.
+    /// Names the option `--vary` as the location, for errors in cases of a sweep.
     pub(crate) fn of_vary(mut self, set: &[String]) -> Self {
         for (_, place) in self
             .details
@@ -151,7 +152,7 @@ impl fmt::Display for InputError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", plain(&self.message))?;
         for (label, text) in &self.details {
-            // Continued lines stay under the first one.
+            // Continuation lines are aligned with the first line.
             let text = match text.as_str() {
                 "" => "nothing".to_owned(),
                 text => plain(text).replace('\n', "\n          "),
@@ -177,7 +178,8 @@ mod tests {
         assert_eq!(error.to_string(), expected);
     }
 
-    /// Regression: of a scene without chains the names allowed ended in a colon.
+    /// Regression: in a scene without chains, the list of allowed names was empty and the message
+    /// ended in a colon.
     #[test]
     fn an_empty_detail_is_called_nothing() {
         let error = InputError::new("there is no chain `x`").allowed("");
@@ -187,7 +189,7 @@ mod tests {
         );
     }
 
-    /// Regression: escape sequences of a scene's names reached the terminal.
+    /// Regression: escape sequences in names of a scene reached the terminal.
     #[test]
     fn control_characters_are_spelled_out() {
         let error = InputError::new("no group `\u{1b}[2J`").found("a\u{7}b\u{9b}c\nd");

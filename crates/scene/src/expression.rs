@@ -1,13 +1,13 @@
-//! Expressions of numbers and variables, as users write them.
+//! Arithmetic expressions of numbers and variables.
 
 use exmex::{ExResult, Express, FlatEx, FloatOpsFactory, MatchLiteral};
 
-/// Numbers as in `1.5` and `1e-3`.
+/// Number literals such as `1.5` and `1e-3`.
 #[derive(Clone, Eq, PartialEq, Ord, PartialOrd, Debug, Default)]
 pub(crate) struct Number;
 
 impl MatchLiteral for Number {
-    /// The longest start of `text` that is a number without sign.
+    /// Returns the longest prefix of `text` that is an unsigned number.
     fn is_literal(text: &str) -> Option<&str> {
         let has_digit = |c: char| c.is_ascii_digit() || c == '.';
         let part = |from: usize| -> usize {
@@ -25,16 +25,17 @@ impl MatchLiteral for Number {
     }
 }
 
-/// An expression of numbers.
+/// A parsed expression.
 pub(crate) type Expression = FlatEx<f64, FloatOpsFactory<f64>, Number>;
 
-/// Reads an expression, with the precedence that mathematics has.
+/// Parses an expression with the usual mathematical precedence.
 pub(crate) fn parse(text: &str) -> ExResult<Expression> {
     Expression::parse(&bracketed(text))
 }
 
-/// The `text` with brackets around powers: they bind tighter than the sign before them, and nest to the right. For the
-/// parser a sign binds tighter, and powers nest to the left. What is not understood is left to it.
+/// Adds brackets around powers in `text`, so that they bind tighter than a preceding sign and
+/// associate to the right. The parsing library treats both differently. Unrecognized parts are
+/// copied for the library to report.
 fn bracketed(text: &str) -> String {
     let mut brackets = Brackets {
         rest: text.trim(),
@@ -52,7 +53,7 @@ struct Brackets<'a> {
 }
 
 impl Brackets<'_> {
-    /// Powers between other operators, or the arguments of a function.
+    /// Copies powers between other operators, or the arguments of a function.
     fn sum(&mut self) -> Option<()> {
         loop {
             self.power()?;
@@ -83,7 +84,7 @@ impl Brackets<'_> {
         Some(())
     }
 
-    /// A number, a name, a function of what follows in brackets, or brackets.
+    /// Copies a number, a name, a function call, or an expression in brackets.
     fn operand(&mut self) -> Option<()> {
         if let Some(number) = Number::is_literal(self.rest) {
             self.take(number.len());
@@ -103,13 +104,13 @@ impl Brackets<'_> {
         }
     }
 
-    /// The next character that is no space.
+    /// Returns the next character that is not a space.
     fn next(&mut self) -> Option<char> {
         self.rest = self.rest.trim_start();
         self.rest.chars().next()
     }
 
-    /// Copies so many bytes.
+    /// Copies this number of bytes.
     fn take(&mut self, bytes: usize) {
         let (taken, rest) = self.rest.split_at(bytes);
         self.out.push_str(taken);
@@ -121,7 +122,7 @@ impl Brackets<'_> {
 mod tests {
     use super::*;
 
-    /// Regression: -x^2 was (-x)^2, and 2^3^2 was 64.
+    /// Regression: -x^2 was evaluated as (-x)^2, and 2^3^2 as 64.
     #[test]
     fn powers_bind_tighter_than_signs_and_nest_to_the_right() {
         let x: f64 = 3.0;
@@ -144,7 +145,7 @@ mod tests {
             let expression = parse(text).unwrap();
             let values = vec![x; expression.var_names().len()];
             let found = expression.eval(&values).unwrap();
-            // Few operations.
+            // Rounding errors of few operations.
             assert!(
                 (found - expected).abs() <= 1e-14 * expected.abs(),
                 "{text}: {found}"

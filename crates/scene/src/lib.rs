@@ -1,10 +1,11 @@
-//! Scenes: text → validated objects → system → run → folder.
+//! Scenes: text → validated objects → system → run → result folder.
 //!
-//! Cast: [`scene_file`] reads the text and tells what is wrong with its place; [`Scene`] puts it
-//! together with its mesh into the model; [`run`] integrates it and fills a folder; [`sweep`]
-//! does so over a grid of values; [`sensitivity`] says what its outputs depend on, and [`mod@fit`]
-//! finds its parameters from measurements; [`modes`] finds eigenfrequencies. [`csv`], [`vtu`], [`json`] and [`atomic_file`] are the files.
-//! Nothing here prints: a [`watch::Tell`] hears how far a run is.
+//! [`scene_file`] reads the text and reports errors with their location. [`Scene`] combines it with
+//! its mesh into a model. [`run`] integrates it and writes a result folder; [`sweep`] does this
+//! over a grid of values. [`sensitivity`] differentiates the outputs with respect to parameters,
+//! and [`mod@fit`] estimates parameters from measurements. [`modes`] computes eigenfrequencies.
+//! [`csv`], [`vtu`], [`json`] and [`atomic_file`] write files. This crate does not print: progress
+//! is reported to a [`watch::Tell`].
 //!
 //! # Examples
 //! ```

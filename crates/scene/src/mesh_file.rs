@@ -1,4 +1,4 @@
-//! Meshes given on the command line, and the built-in spindle where none is given.
+//! Meshes from the command line, with the built-in spindle as default.
 
 use std::path::Path;
 
@@ -6,10 +6,10 @@ use myovib_fem::{FemError, Mesh};
 
 use crate::inputs;
 
-/// The mesh in the file, or the built-in spindle, and what to call it.
+/// Reads the mesh from the file, or returns the built-in spindle; also returns a description.
 ///
 /// # Errors
-/// When the file cannot be read or is no valid mesh.
+/// If the file cannot be read or is not a valid mesh.
 pub fn load(path: Option<&Path>) -> Result<(Mesh, String), FemError> {
     match path {
         Some(path) => {
@@ -29,10 +29,10 @@ pub fn load(path: Option<&Path>) -> Result<(Mesh, String), FemError> {
     }
 }
 
-/// The same for what is of the plane alone, as the paper's muscle is.
+/// Does the same for commands that only support 2D meshes, such as the paper's muscle.
 ///
 /// # Errors
-/// Those of [`load`], and [`FemError::Dimension`] for a mesh of tetrahedra.
+/// Errors of [`load`], and [`FemError::Dimension`] for a mesh of tetrahedra.
 pub fn load_plane(path: Option<&Path>) -> Result<(Mesh, String), FemError> {
     let (mesh, name) = load(path)?;
     match mesh.dimension() {

@@ -1,4 +1,4 @@
-//! The lowest eigenfrequencies and modes of bodies, as documents have them.
+//! Lowest eigenfrequencies and modes of bodies in the form of a JSON document.
 
 use myovib_model::statics::{self, Equilibrium};
 use myovib_model::{Formulation, ModelError, Muscle, spectrum, support};
@@ -7,35 +7,36 @@ use serde::Serialize;
 use crate::watch::{Watcher, search};
 use crate::{Body, InputError, Scene, json};
 
-/// Modes where nothing says how many.
+/// Default number of modes.
 pub const DEFAULT_COUNT: usize = 10;
 
-/// The modes of bodies that differ in κ alone, and about which state.
+/// Modes of bodies that differ only in κ, and the state about which they are computed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Modes {
-    /// Constant traction of the state linearised about, Pa.
+    /// Constant traction of the state of linearization, Pa.
     pub load: f64,
-    /// The time of the loads of the equilibrium that they are about, s; null about rest, without loads.
+    /// Time of the loads of the equilibrium about which the modes are computed, s; null for the
+    /// unloaded body.
     pub loads_at: Option<f64>,
     /// Mass-proportional damping α, 1/s.
     pub alpha: f64,
     /// Stiffness-proportional damping β, s.
     pub beta: f64,
-    /// The frequency of the load, Hz; null for loads without one.
+    /// Frequency of the load, Hz; null for loads without a frequency.
     pub drive: Option<f64>,
     /// The bodies.
     pub muscles: Vec<BodyModes>,
 }
 
-/// The modes of one body.
+/// Modes of one body.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BodyModes {
     /// Bulk modulus, Pa.
     #[serde(serialize_with = "json::kappa")]
     pub kappa: f64,
-    /// The modes, the lowest first.
+    /// The modes in ascending order.
     pub modes: Vec<Mode>,
-    /// What to say of supports and stability.
+    /// Notes on supports and stability.
     #[serde(skip)]
     pub notes: Vec<String>,
 }
@@ -43,25 +44,25 @@ pub struct BodyModes {
 /// A mode with its damping.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Mode {
-    /// ω², 1/s²; negative where the state is unstable.
+    /// ω², 1/s²; negative if the state is unstable.
     pub omega_squared: f64,
-    /// Hz; null where the state is unstable.
+    /// Frequency, Hz; null if the state is unstable.
     pub frequency: Option<f64>,
-    /// By α, β, Kelvin–Voigt damping and beds, not by Prony terms; 1 is critical, null where the motion is no
-    /// oscillation.
+    /// Damping ratio due to α, β, Kelvin–Voigt damping and foundations, without Prony terms. 1 is
+    /// critical damping; null if the mode does not oscillate.
     pub damping_ratio: Option<f64>,
-    /// What is missed of K u - Bᵀp = ω² M u, in parts of its terms.
+    /// Residual of K u - Bᵀp = ω² M u relative to its terms.
     pub residual: f64,
-    /// The displacements of the free components, of any size.
+    /// Displacements of the free components, with arbitrary normalization.
     #[serde(skip)]
     pub shape: Vec<f64>,
 }
 
 impl BodyModes {
-    /// The `count` lowest about an equilibrium of a formulation with pressures.
+    /// Computes the `count` lowest modes about an equilibrium of a formulation with pressures.
     ///
     /// # Errors
-    /// Those of [`spectrum::lowest`].
+    /// Errors of [`spectrum::lowest`].
     pub fn about(muscle: &Muscle, at: &Equilibrium, count: usize) -> Result<Self, ModelError> {
         let found = spectrum::lowest(muscle, at, count)?.into_iter();
         let modes = found.map(|mode| {
@@ -85,12 +86,13 @@ impl BodyModes {
 }
 
 impl Modes {
-    /// Those of the scene's body: `count`, else as many as the scene says, about rest or the equilibrium that it says;
-    /// the `watcher` hears of the search for that.
+    /// Computes the modes of the scene's body: `count` of them, or as many as the scene requests,
+    /// about rest or about the equilibrium given in the scene. `watcher` observes the search for
+    /// the equilibrium.
     ///
     /// # Errors
-    /// A scene without a body; an equilibrium under tensions that follow a model, which start from zero; those of
-    /// [`equilibrium`](statics::equilibrium) and of [`BodyModes::about`].
+    /// A scene without a body; an equilibrium under tensions of an activation model, which start
+    /// from zero; errors of [`equilibrium`](statics::equilibrium) and of [`BodyModes::about`].
     pub fn of_scene(
         scene: &Scene,
         count: Option<usize>,
@@ -102,8 +104,10 @@ impl Modes {
         let at = match loads_at {
             None => Equilibrium::unloaded(muscle),
             Some(_) if muscle.models().next().is_some() => {
-                let error = InputError::new("Bestel's tension is that of a motion: it starts at 0");
-                let error = error.next("give a tension, type = \"given\"");
+                let error = InputError::new(
+                    "the activation model `bestel` needs a motion: its tension is 0 at the start",
+                );
+                let error = error.next("use a tension of type = \"given\"");
                 return Err(scene.wrong("modes.loads_at", error).into());
             }
             Some(t) => {
@@ -124,36 +128,33 @@ impl Modes {
     }
 }
 
-/// The body whose modes are asked for.
+/// Returns the body of a scene.
 ///
 /// # Errors
-/// A scene without one.
+/// A scene without a body.
 pub fn body_of(scene: &Scene) -> Result<&Body, InputError> {
     scene.body.as_ref().ok_or_else(|| {
-        InputError::new("the scene has no body whose modes could be found")
+        InputError::new("the scene has no body, so there are no modes to compute")
             .allowed("a scene with a [mesh] and [solid]")
     })
 }
 
-/// What to say of a body that is not held, if it is not.
+/// Returns a note for a body that is not held.
 fn not_held(muscle: &Muscle) -> Option<String> {
     let free = support::free_parts(muscle)?;
     let s = if free.count == 1 { "" } else { "s" };
-    Some(format!(
-        "{} motion{s} without strain, at 0 Hz: {free}",
-        free.count
-    ))
+    Some(format!("{} rigid motion{s} at 0 Hz: {free}", free.count))
 }
 
-/// What to say of an equilibrium that the smallest disturbance ends: Newton's method finds straight columns beyond the
-/// load that buckles them.
+/// Returns a note for an unstable equilibrium. Newton's method finds such states, for example a
+/// straight column beyond its buckling load.
 pub(crate) fn instability(at: &Equilibrium) -> Option<String> {
     let motions = match at.instabilities? {
         0 => return None,
-        1 => "a small motion away from it grows".to_owned(),
-        n => format!("{n} independent small motions away from it grow"),
+        1 => "small perturbations grow in 1 direction".to_owned(),
+        n => format!("small perturbations grow in {n} independent directions"),
     };
     Some(format!(
-        "the equilibrium is not stable: {motions}; a damped motion leads to a stable one"
+        "the equilibrium is not stable: {motions}; compute a damped motion to reach a stable one"
     ))
 }

@@ -1,11 +1,11 @@
-//! Independent jobs on several threads.
+//! Independent jobs in several threads.
 
 use std::num::NonZeroUsize;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// `f` of every item, in the order of the items, on at most `n_threads` threads.
+/// Applies `f` to every item on at most `n_threads` threads; results have the order of the items.
 pub fn map<T: Sync, R: Send>(
     items: &[T],
     n_threads: NonZeroUsize,

@@ -1,4 +1,4 @@
-//! The statistics of a run as JSON, under the contract's names, with all settings used.
+//! Statistics of a run as JSON with the names of the contract and all settings used.
 
 use std::collections::BTreeMap;
 
@@ -6,10 +6,10 @@ use myovib_model::{Counts, Formulation, IntegratorKind, Settings, Statistics};
 use myovib_sparse::Ordering;
 use serde::Serialize;
 
-/// Samples of the constraint drift over a run.
+/// Number of samples of the constraint drift over a run.
 pub const DRIFT_SAMPLES: f64 = 100.0;
 
-/// The counts and the outcome of a run.
+/// Counts and outcome of a run.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)] // the names are the contract's, documented with Statistics
 pub struct CountsJson<'a> {
@@ -24,7 +24,7 @@ pub struct CountsJson<'a> {
 }
 
 impl<'a> CountsJson<'a> {
-    /// The counts of a run.
+    /// Creates the document part from the statistics of a run.
     pub fn new(statistics: &'a Statistics) -> Self {
         Self {
             counts: statistics.counts,
@@ -38,7 +38,7 @@ impl<'a> CountsJson<'a> {
     }
 }
 
-/// The settings that one integrator has and the others have not.
+/// Settings specific to one integrator.
 #[derive(Debug, Clone, Serialize)]
 #[serde(untagged)]
 #[allow(missing_docs)] // the names are the contract's, documented with Settings
@@ -56,7 +56,7 @@ pub enum MethodJson<'a> {
 }
 
 impl<'a> MethodJson<'a> {
-    /// Those of the integrator of `settings`.
+    /// Returns the settings specific to the integrator of `settings`.
     pub fn new(settings: &'a Settings) -> Self {
         Self::radau_iia(settings.integrator).unwrap_or_else(|| Self::Bdf {
             max_order: settings.max_order,
@@ -66,7 +66,7 @@ impl<'a> MethodJson<'a> {
         })
     }
 
-    /// Those of a Radau IIA method.
+    /// Returns the properties of a Radau IIA method.
     pub fn radau_iia(integrator: IntegratorKind) -> Option<Self> {
         let (stages, order) = (integrator.stages()?, integrator.order()?);
         Some(Self::RadauIia { stages, order })
@@ -91,12 +91,12 @@ pub struct StatisticsJson<'a> {
     pub initial_step: Option<f64>,
     pub max_step: Option<f64>,
     pub t_end: f64,
-    /// The seed of random draws; null where nothing is drawn.
+    /// Seed of random draws; null if nothing is drawn.
     pub seed: Option<u32>,
 }
 
 impl<'a> StatisticsJson<'a> {
-    /// The statistics of a run of `formulation` with `settings`.
+    /// Creates the statistics of a run of `formulation` with `settings`.
     pub fn new(
         statistics: &'a Statistics,
         settings: &'a Settings,
@@ -128,7 +128,7 @@ impl<'a> StatisticsJson<'a> {
     }
 }
 
-/// An ordering by its name in scenes and documents.
+/// Returns the name of an ordering in scenes and documents.
 pub fn ordering_name(ordering: Ordering) -> &'static str {
     match ordering {
         Ordering::Amd => "amd",

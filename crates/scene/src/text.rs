@@ -1,4 +1,4 @@
-//! Names and messages from scenes, made safe for where they are shown.
+//! Escaping of names and messages from scenes.
 
 /// The text with its control characters spelled out, but for line breaks: what a file quotes must
 /// not command a terminal.
@@ -11,7 +11,7 @@ pub fn plain(text: &str) -> String {
     text.chars().flat_map(spelled).collect()
 }
 
-/// The text with the characters replaced that XML and HTML reserve, and those that command terminals.
+/// Escapes the reserved characters of XML and HTML and control characters.
 pub fn escape(text: &str) -> String {
     plain(text)
         .replace('&', "&amp;")

@@ -1,29 +1,29 @@
-//! Which program and which libraries made a result.
+//! Versions of the program and its libraries.
 
 use serde::Serialize;
 
-/// Versions stated in every JSON document.
+/// Versions printed in every JSON document.
 #[derive(Debug, Clone, Serialize)]
 pub struct Versions {
-    /// This program.
+    /// Version of this program.
     pub myovib: &'static str,
-    /// The git revision it was built from, with `-modified` after local changes; `unknown` when
-    /// built outside git.
+    /// Git revision of the build, with `-modified` after local changes; `unknown` if built outside
+    /// git.
     pub git: &'static str,
-    /// SUNDIALS as linked, asked at run time.
+    /// SUNDIALS as linked, queried at run time.
     pub sundials: String,
-    /// KLU, by the headers it was built with: the library cannot be asked. `None` in a build
-    /// without.
+    /// KLU according to the headers at build time, since the library cannot be queried. `None` in a
+    /// build without KLU.
     pub klu: Option<String>,
 }
 
 impl Versions {
-    /// The version of KLU, or what this build has instead.
+    /// Returns the version of KLU, or its replacement in this build.
     pub fn klu_text(&self) -> &str {
-        self.klu.as_deref().unwrap_or("none, faer in its place")
+        self.klu.as_deref().unwrap_or("none (faer is used instead)")
     }
 
-    /// The versions of this program and of what it runs with.
+    /// Returns the versions of this program and its libraries.
     pub fn found() -> Self {
         let linked = sundials_wrap::Versions::linked();
         Self {

@@ -1,4 +1,5 @@
-//! Fields on the mesh as VTK files for ParaView: one VTU per time and a PVD that lists them.
+//! Fields on the mesh as VTK files for ParaView: one VTU file per time and a PVD file that lists
+//! them.
 
 mod cloud;
 mod data;
@@ -19,7 +20,7 @@ pub use grid::Grid;
 use listing::Listing;
 pub use listing::is_of_a_series;
 
-/// VTK's number for the elements; their nodes are ordered as ours.
+/// Returns the VTK type of the elements, whose nodes have the same order as here.
 fn cell_type(space: &Space) -> usize {
     match (space.dimension(), space.degree()) {
         (2, Degree::One) => 5,
@@ -29,21 +30,21 @@ fn cell_type(space: &Space) -> usize {
     }
 }
 
-/// The name of the list of the fields on the mesh.
+/// Name of the list of the fields on the mesh.
 pub const LIST: &str = "fields.pvd";
-/// The name of the list of the numbers at places of chains.
+/// Name of the list of the values at places of chains.
 pub const PLACES_LIST: &str = "places.pvd";
 
-/// A number for each of some elements.
+/// A value for each of some elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellField {
     /// Name of the field.
     pub name: String,
-    /// Elements with their values; not a number elsewhere.
+    /// Elements with their values; NaN elsewhere.
     pub values: Vec<(usize, f64)>,
 }
 
-/// The numbers of a field in the text of a file, not a number where there is none.
+/// Returns the values of a field in the text of a file; NaN for missing values.
 pub fn field_of(text: &str, name: &str) -> Option<Vec<f64>> {
     data::read_floats(text, name)
 }
@@ -57,17 +58,17 @@ pub struct Series {
     not_finite: Option<NotFinite>,
 }
 
-/// Values of a field that are infinite or no numbers.
+/// Non-finite values of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NotFinite {
     quantity: Quantity,
-    /// When they were seen first, s.
+    /// Time of their first occurrence, s.
     t: f64,
     points: usize,
 }
 
 impl NotFinite {
-    /// What to say of them.
+    /// Returns a note on these values.
     pub fn note(&self) -> String {
         let Self {
             quantity,
@@ -87,7 +88,8 @@ impl NotFinite {
 }
 
 impl Series {
-    /// A series of `quantities` in `folder`, which exists. `done` are the times already there.
+    /// Creates a series of `quantities` in an existing `folder`. `done` are the times of existing
+    /// files.
     pub fn new(folder: &Path, grid: Grid, quantities: Vec<Quantity>, done: &[f64]) -> Self {
         Self {
             listing: Listing::new(folder, listing::FIELDS, done),
@@ -97,37 +99,37 @@ impl Series {
         }
     }
 
-    /// The series, in whose earlier files these values were seen.
+    /// Sets the non-finite values found in earlier files.
     #[must_use]
     pub fn with_seen(self, not_finite: Option<NotFinite>) -> Self {
         Self { not_finite, ..self }
     }
 
-    /// Values that are not finite, if there were any: the first that were seen.
+    /// Returns the first non-finite values, if any.
     pub fn not_finite(&self) -> Option<NotFinite> {
         self.not_finite
     }
 
-    /// Times of the files written so far, s.
+    /// Returns the times of the files written so far, s.
     pub fn times(&self) -> impl Iterator<Item = f64> + '_ {
         self.listing.times()
     }
 
-    /// Whether a stress is among the fields.
+    /// Returns whether a stress is among the fields.
     pub fn has_stress(&self) -> bool {
         self.quantities.iter().any(|own| own.is_of_stress())
     }
 
-    /// A file of those written so far that is no longer there, or empty.
+    /// Returns a written file that no longer exists or is empty.
     pub fn missing(&self) -> Option<PathBuf> {
         self.listing.missing()
     }
 
-    /// Writes the body at time `t` with numbers of some elements, then the list of all files; gives the
-    /// number of states (det F, stress) that had to be computed.
+    /// Writes the body at time `t` with values of some elements, then the list of all files.
+    /// Returns the number of computed states (det F, stress).
     ///
     /// # Errors
-    /// Those of the file system.
+    /// Errors of the file system.
     pub fn write(
         &mut self,
         t: f64,
@@ -148,11 +150,11 @@ impl Series {
     }
 }
 
-/// Time and nodal displacement (three components each, by node) of the last file of a folder;
-/// nothing if there is none, or its files have no displacement.
+/// Returns time and nodal displacement (three components per node) of the last file in a folder, or
+/// `None` if there is no file or it has no displacement.
 ///
 /// # Errors
-/// Those of the file system, and files that are not of this grid.
+/// Errors of the file system, and files of another mesh.
 pub fn last_displacement(folder: &Path, grid: &Grid) -> io::Result<Option<(f64, Vec<[f64; 3]>)>> {
     let list = match std::fs::read_to_string(folder.join(LIST)) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -175,7 +177,7 @@ pub fn last_displacement(folder: &Path, grid: &Grid) -> io::Result<Option<(f64, 
     };
     let vectors = values.as_chunks::<3>().0;
     if vectors.len() != grid.n_points() {
-        let message = "the fields are not those of this mesh";
+        let message = "the fields belong to another mesh";
         return Err(io::Error::new(io::ErrorKind::InvalidData, message));
     }
     let n_nodes = grid.nodes.iter().max().map_or(0, |last| last + 1);
@@ -186,7 +188,8 @@ pub fn last_displacement(folder: &Path, grid: &Grid) -> io::Result<Option<(f64, 
     Ok(Some((t, displacement)))
 }
 
-/// A time's file, and the first quantity that is not finite at so many points.
+/// Formats the file of one time; also returns the first quantity with non-finite values and their
+/// number.
 fn vtu(
     snapshot: &Snapshot<'_>,
     grid: &Grid,
@@ -213,12 +216,13 @@ fn vtu(
     (file(space, grid, &points, cells), not_finite)
 }
 
-/// The text of a file of the body at rest with numbers of its elements.
+/// Formats a file of the body at rest with values of its elements.
 pub fn of_elements(space: &Space, grid: &Grid, cells: &[CellField]) -> String {
     file(space, grid, "", cells)
 }
 
-/// A file: points at rest, cells, values at the points, regions and fibres of the cells, and numbers of theirs.
+/// Formats a file: points at rest, cells, point data, regions and fibers of the cells, and further
+/// cell data.
 fn file(space: &Space, grid: &Grid, of_points: &str, of_cells: &[CellField]) -> String {
     let (n_points, n_cells) = (grid.n_points(), space.n_elements());
     let n_cell_nodes = space.mesh().shape().n_nodes(space.degree());
@@ -250,8 +254,8 @@ fn file(space: &Space, grid: &Grid, of_points: &str, of_cells: &[CellField]) -> 
     text + "</CellData>\n" + data::END
 }
 
-/// The places of the file's components among the quantity's; a place beyond them is zero.
-/// Symmetric tensors have six components in the order that ParaView expects, in the plane too.
+/// Returns the positions of the file's components in the quantity; a position beyond its components
+/// means zero. Symmetric tensors have six components in ParaView's order, also in 2D.
 fn order(components: Components, dimension: usize) -> &'static [usize] {
     match (components, dimension) {
         (Components::Scalar, _) => &[0],

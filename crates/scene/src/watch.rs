@@ -1,4 +1,4 @@
-//! Shows how far a run is.
+//! Progress of a run.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,57 +7,57 @@ use std::time::Instant;
 use myovib_model::statics::Search;
 use myovib_model::{ModelError, Observer, Outcome, Step};
 
-/// Who is told how far a computation is. The line is only made if it is wanted.
+/// Receiver of progress messages. A message is only formatted if it is shown.
 pub trait Tell: Sync {
-    /// Shows the line, or not.
+    /// Shows the line if it is due.
     fn tell(&self, line: &dyn Fn() -> String);
 
-    /// Shows the line even if another one was shown just now: what it tells of takes long.
+    /// Shows the line even if another line was shown just before, for operations that take long.
     fn tell_now(&self, line: &dyn Fn() -> String) {
         self.tell(line);
     }
 }
 
-/// Nobody.
+/// Ignores all messages.
 impl Tell for () {
     fn tell(&self, _: &dyn Fn() -> String) {}
 }
 
-/// Who watches a computation.
+/// Observer of a computation.
 #[derive(Clone, Copy)]
 pub struct Watcher<'a> {
-    /// A flag that ends it.
+    /// Flag that interrupts the computation.
     pub interrupt: Option<&'static AtomicBool>,
-    /// Who is told how far it is.
+    /// Receiver of progress messages.
     pub progress: &'a dyn Tell,
 }
 
 impl Watcher<'_> {
-    /// Nobody.
+    /// Neither progress messages nor interruption.
     pub const NOBODY: Watcher<'static> = Watcher {
         interrupt: None,
         progress: &(),
     };
 
-    /// Whether the flag is set.
+    /// Returns whether the flag is set.
     pub fn is_interrupted(&self) -> bool {
         let interrupt = self.interrupt;
         interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 }
 
-/// An observer that shows time, steps, order, step size and the time left on a progress line, which
-/// several runs may share.
+/// An observer that shows time, steps, order, step size and remaining time on a progress line,
+/// which several runs may share.
 pub struct Watch<'a> {
     label: String,
     t_end: f64,
     progress: &'a dyn Tell,
-    /// Where the run began, s, and when.
+    /// Start time of the run, s, and the wall-clock time at the start.
     start: Option<(f64, Instant)>,
 }
 
 impl<'a> Watch<'a> {
-    /// Watches the run called `label` that ends at `t_end` (s).
+    /// Observes the run called `label` that ends at `t_end` (s).
     pub fn new(label: String, t_end: f64, progress: &'a dyn Tell) -> Self {
         Self {
             label,
@@ -86,7 +86,8 @@ impl<P> Observer<P> for Watch<'_> {
     }
 }
 
-/// What tells the `watcher` how far the search for an equilibrium is, and ends it.
+/// Returns a callback that reports the progress of the search for an equilibrium and interrupts it
+/// on request.
 pub(crate) fn search(watcher: Watcher<'_>) -> impl FnMut(&Search) -> ControlFlow<()> {
     move |at| {
         watcher.progress.tell(&|| {

@@ -1,4 +1,4 @@
-//! The energy balance of a run.
+//! Energy balance of a run.
 
 use myovib_model::{Energies, Integrator, ModelError};
 use serde::{Deserialize, Serialize};
@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 use crate::energy::Exchanged;
 use crate::run::system::{System, muscle_of};
 
-/// Energies, and the work done and dissipated since the start.
+/// Energies, and work and dissipation since the start.
 ///
-/// Powers are integrated over each accepted step (and each part of it between samples) by
-/// [`Exchanged`]'s rule on the dense output.
+/// Powers are integrated over each accepted step (and each part of it between samples) by the
+/// quadrature rule of [`Exchanged`] on the dense output.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct EnergyBalance {
     t: f64,
@@ -17,7 +17,7 @@ pub(crate) struct EnergyBalance {
     initial: f64,
     last: Option<Energies>,
     exchanged: Exchanged,
-    /// Room for y and ẏ.
+    /// Workspace for y and ẏ.
     #[serde(skip)]
     state: [Vec<f64>; 2],
 }
@@ -27,7 +27,7 @@ impl EnergyBalance {
     pub(crate) const NAMES: [&'static str; 5] =
         ["kinetic", "elastic", "work", "dissipated", "imbalance"];
 
-    /// Integrates up to time `t`, which lies in the last step; that step began at `from`.
+    /// Integrates up to time `t` within the last step, which began at `from`.
     pub(crate) fn advance<P: System>(
         &mut self,
         integrator: &mut dyn Integrator<P>,
@@ -35,7 +35,7 @@ impl EnergyBalance {
         t: f64,
     ) -> Result<(), ModelError> {
         let start = match self.last {
-            // Behind a jump powers are others.
+            // Powers may change in a jump.
             Some(_) if self.t < from => self.energies_at(integrator, from)?,
             Some(energies) => energies,
             None => {
@@ -75,7 +75,7 @@ impl EnergyBalance {
         dae.energies(t, &y[range.clone()], &y_dot[range])
     }
 
-    /// The values at the time reached.
+    /// Returns the values at the time reached.
     pub(crate) fn row(&self) -> [f64; 5] {
         let now = self.last.unwrap_or_default();
         let Exchanged { work, dissipated } = self.exchanged;

@@ -32,7 +32,7 @@ impl Kind for Coherence {
     }
 }
 
-/// Of a network, by its number.
+/// Order parameters of a network, given by its number.
 struct Parameters {
     network: usize,
 }

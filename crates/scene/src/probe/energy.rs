@@ -1,4 +1,4 @@
-//! Energies, work and what is dissipated.
+//! Energies, work and dissipation.
 
 use myovib_model::ModelError;
 use schemars::JsonSchema;

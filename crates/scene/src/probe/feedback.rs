@@ -1,4 +1,4 @@
-//! What feedbacks give.
+//! Output of feedbacks.
 
 use myovib_model::ModelError;
 use schemars::JsonSchema;
@@ -32,7 +32,7 @@ impl Kind for Feedback {
     }
 }
 
-/// By these names.
+/// The factors, by the names of their columns.
 struct Factors(Vec<String>);
 
 impl Reading for Factors {
@@ -47,7 +47,7 @@ impl Reading for Factors {
         y: &[f64],
         _: &[f64],
     ) -> Result<Vec<f64>, ModelError> {
-        // Those of tensions come after.
+        // Factors of the stiffness come before tensions.
         Ok(system.factors(y)[..self.0.len()].to_vec())
     }
 }

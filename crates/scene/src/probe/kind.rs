@@ -1,4 +1,4 @@
-//! What a kind of probe says of itself, and what is read by it.
+//! Interface of the kinds of probes: validation against a scene and measurement.
 
 use myovib_fem::Solid;
 use myovib_model::{Measurement, ModelError, Muscle, RodDae};
@@ -7,19 +7,19 @@ use super::balance::EnergyBalance;
 use crate::InputError;
 use crate::run::system::System;
 
-/// What a scene's text has that a probe may be of.
+/// Parts of a scene's text to which a probe can refer.
 pub(crate) struct Parts<'a> {
     /// A body with a mesh.
     pub(crate) body: bool,
     /// A rod.
     pub(crate) rod: bool,
-    /// The names of its chains.
+    /// Names of its chains.
     pub(crate) chains: Vec<&'a str>,
-    /// Whether a chain acts back.
+    /// Whether a chain acts back on the body.
     pub(crate) feedback: bool,
 }
 
-/// The parts of a scene, once they are made.
+/// Parts of a scene after they are built.
 pub(crate) struct Systems<'a> {
     /// The body, if there is one.
     pub(crate) muscle: Option<&'a Muscle>,
@@ -27,29 +27,29 @@ pub(crate) struct Systems<'a> {
     pub(crate) rod: Option<&'a RodDae>,
     /// Name and number of oscillators of each chain.
     pub(crate) chains: Vec<(&'a str, usize)>,
-    /// The names of the chains that act back.
+    /// Names of the chains that act back on the body.
     pub(crate) feedbacks: Vec<&'a str>,
 }
 
-/// A key of the probe, and what is wrong there.
+/// A key of the probe and the error of its value.
 pub(crate) type Wrong<E> = (&'static str, E);
 
-/// What is wrong with a place.
+/// Reason why a position is invalid.
 pub(crate) enum Objection {
-    /// The library's words.
+    /// An error of the model.
     Model(ModelError),
-    /// Ours.
+    /// An error detected here.
     Input(InputError),
 }
 
-/// A kind of probe, as a scene has it.
+/// A kind of probe with the keys of a scene.
 pub(crate) trait Kind {
-    /// Whether only a motion has what it measures.
+    /// Returns whether the probe only measures motions.
     fn is_of_motion(&self) -> bool {
         false
     }
 
-    /// Refuses a scene without the part it is of; by default the body.
+    /// Rejects a scene without the part that the probe measures; by default the body.
     fn check_part(&self, parts: &Parts<'_>) -> Result<(), Wrong<InputError>> {
         match parts.body {
             true => Ok(()),
@@ -61,21 +61,22 @@ pub(crate) trait Kind {
         }
     }
 
-    /// Refuses a place where there is nothing to measure.
+    /// Rejects a position where there is nothing to measure.
     fn check_place(&self, _: &Solid) -> Result<(), Wrong<Objection>> {
         Ok(())
     }
 
-    /// What it reads of these parts, which have been checked to be there.
+    /// Creates the measurement of these parts, whose existence has been checked.
     fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError>;
 }
 
-/// What a probe reads.
+/// Measurement of a probe.
 pub(crate) trait Reading: Send {
-    /// Names of the columns after the time.
+    /// Returns the names of the columns after the time.
     fn names(&self) -> Vec<String>;
 
-    /// The values at a time; an energy balance gives those of the time it was advanced to.
+    /// Returns the values at a time; an energy balance returns the values at the time to which it
+    /// was advanced.
     fn values(
         &self,
         system: &mut dyn System,
@@ -84,45 +85,46 @@ pub(crate) trait Reading: Send {
         y_dot: &[f64],
     ) -> Result<Vec<f64>, ModelError>;
 
-    /// Whether ẏ is needed.
+    /// Returns whether ẏ is needed.
     fn needs_rates(&self, _system: &mut dyn System, _y: &[f64]) -> bool {
         false
     }
 
-    /// Whether its error can be told from those of the steps: not where it starts far from zero, beside which its
-    /// changes are small.
+    /// Returns whether its error can be estimated from the errors of the steps. This is not
+    /// possible if it starts far from zero and changes little.
     fn has_indicator(&self) -> bool {
         true
     }
 
-    /// Whether the column with this number is an angle, which jumps by a full turn.
+    /// Returns whether the column with this number is an angle, which jumps by full turns.
     fn is_angle(&self, _column: usize) -> bool {
         false
     }
 
-    /// How many places have a stress computed for one row.
+    /// Returns the number of points at which a stress is computed per row.
     fn stress_evaluations(&self) -> u64 {
         0
     }
 
-    /// What it measures at places; nothing for others.
+    /// Returns its measurements at points; empty for other probes.
     fn measurements(&self) -> &[Measurement] {
         &[]
     }
 
-    /// What adds up over the time before, if something does: it is then no function of the state.
+    /// Returns the accumulated energy balance, if the probe has one. Its values are not a function
+    /// of the state.
     fn balance(&self) -> Option<&EnergyBalance> {
         None
     }
 
-    /// The same, to go on with.
+    /// Returns the accumulated energy balance for updates.
     fn balance_mut(&mut self) -> Option<&mut EnergyBalance> {
         None
     }
 }
 
 impl dyn Reading {
-    /// Names of all columns.
+    /// Returns the names of all columns.
     pub(crate) fn columns(&self) -> Vec<String> {
         std::iter::once("t".to_owned())
             .chain(self.names())
@@ -131,13 +133,13 @@ impl dyn Reading {
 }
 
 impl<'a> Systems<'a> {
-    /// The body.
+    /// Returns the body.
     pub(crate) fn solid(&self) -> Result<&'a Solid, ModelError> {
         let muscle = self.muscle.ok_or(ModelError::NoSuchPart { part: "muscle" });
         Ok(&muscle?.solid)
     }
 
-    /// The number of a chain, and that of its oscillators.
+    /// Returns the number of a chain and the number of its oscillators.
     pub(crate) fn chain(&self, name: &str) -> Result<(usize, usize), ModelError> {
         let mut chains = self.chains.iter().enumerate();
         let found = chains.find(|(_, (own, _))| *own == name);
@@ -149,20 +151,19 @@ impl<'a> Systems<'a> {
 }
 
 impl Parts<'_> {
-    /// Refuses a chain that the scene does not have.
+    /// Rejects a chain that the scene does not have.
     pub(crate) fn expect_chain(&self, name: &str) -> Result<(), Wrong<InputError>> {
         match self.chains.contains(&name) {
             true => Ok(()),
             false => Err((
                 ".chain",
-                InputError::new(format!("there is no chain `{name}`"))
-                    .allowed(self.chains.join(", ")),
+                InputError::new(format!("unknown chain `{name}`")).allowed(self.chains.join(", ")),
             )),
         }
     }
 }
 
-/// With the key of what is wrong.
+/// Adds the key to an error.
 pub(crate) fn at<T, E>(key: &'static str, result: Result<T, E>) -> Result<T, Wrong<Objection>>
 where
     ModelError: From<E>,

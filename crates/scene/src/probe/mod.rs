@@ -1,4 +1,4 @@
-//! The kinds of probes, a file each: what a scene says of one, and what it reads off a system.
+//! Kinds of probes, one file each: the keys of a scene and the measurement of a system.
 
 mod balance;
 mod kind;
@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 pub(crate) use balance::EnergyBalance;
 pub(crate) use kind::{Kind, Objection, Parts, Reading, Systems};
 
-/// The difference of two angles, within half a turn.
+/// Returns the difference of two angles, wrapped to half a turn.
 pub(crate) fn within_half_a_turn(difference: f64) -> f64 {
     difference - TAU * (difference / TAU).round()
 }
@@ -25,7 +25,7 @@ fn angles_differ_by_half_a_turn_at_most() {
     }
 }
 
-/// Makes [`ProbeKind`] of a list of files, each with the type of the same name.
+/// Defines [`ProbeKind`] from a list of files, each of which contains the type of the same name.
 macro_rules! probes {
     ($($file:ident $name:ident)*) => {
         $(mod $file; pub use $file::$name;)*
@@ -39,7 +39,7 @@ macro_rules! probes {
         }
 
         impl ProbeKind {
-            /// The kind, whatever it is.
+            /// Returns the kind of the probe.
             pub(crate) fn kind(&self) -> &dyn Kind {
                 match self {
                     $(Self::$name(kind) => kind,)*

@@ -31,7 +31,7 @@ impl Kind for Oscillators {
     }
 }
 
-/// Of a network of so many oscillators, by its number.
+/// States of a network, given by its number, with this number of oscillators.
 struct States {
     network: usize,
     count: usize,

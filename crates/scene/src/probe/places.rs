@@ -1,16 +1,16 @@
-//! Quantities at places, of which points, lines and averages are made.
+//! Quantities at points, shared by the probes for points, lines and averages.
 
 use myovib_model::{Measurement, ModelError, Quantity};
 
 use super::kind::Reading;
 use crate::run::system::{System, muscle_of, stress_needs_rates};
 
-/// The quantities that are read where a scene names none.
+/// Returns the quantities measured by default.
 pub(super) fn displacement_and_pressure() -> Vec<Quantity> {
     vec![Quantity::Displacement, Quantity::Pressure]
 }
 
-/// Quantities at one place, or at several that are numbered.
+/// Quantities at one place or at several numbered places.
 pub(super) struct Places(pub(super) Vec<Measurement>);
 
 impl Reading for Places {

@@ -1,4 +1,4 @@
-//! The motion of a rod.
+//! Motion of a rod.
 
 use myovib_fem::rod::PointValue;
 use myovib_model::ModelError;

@@ -1,4 +1,4 @@
-//! Numbers at places of the body that are no nodes: a series of files with a point for each.
+//! Values at places of the body that are not nodes: a series of files with one point per place.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -6,19 +6,19 @@ use std::path::{Path, PathBuf};
 use super::data::{self, floats, integers};
 use super::listing::{Listing, PLACES};
 
-/// VTK's number for a single point as a cell.
+/// VTK cell type of a single point.
 const VERTEX: usize = 1;
 
-/// Places of the body at rest, of several chains, with a file for each time.
+/// Places of several chains in the undeformed body, with a file for each time.
 #[derive(Debug)]
 pub struct Cloud {
     listing: Listing,
-    /// The number of the chain of each place, and the place.
+    /// Chain number and coordinates of each place.
     places: Vec<(usize, [f64; 3])>,
 }
 
 impl Cloud {
-    /// A series in `folder`, which exists. `done` are the times already there.
+    /// Creates a series in an existing `folder`. `done` are the times of existing files.
     pub fn new(folder: &Path, places: Vec<(usize, [f64; 3])>, done: &[f64]) -> Self {
         Self {
             listing: Listing::new(folder, PLACES, done),
@@ -26,15 +26,15 @@ impl Cloud {
         }
     }
 
-    /// A file of those written so far that is no longer there, or empty.
+    /// Returns a written file that no longer exists or is empty.
     pub fn missing(&self) -> Option<PathBuf> {
         self.listing.missing()
     }
 
-    /// Writes the displacement and some fields, by their names, of all places at time `t`.
+    /// Writes the displacement and further named fields of all places at time `t`.
     ///
     /// # Errors
-    /// Those of the file system.
+    /// Errors of the file system.
     pub fn write(
         &mut self,
         t: f64,

@@ -1,11 +1,11 @@
-//! Arrays of VTK files: numbers in base64, which are exact and need no parser.
+//! Arrays of VTK files, encoded in base64, which is exact and needs no number parser.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
 use crate::text::escape;
 
-/// The beginning of a file, up to its points.
+/// Formats the start of a file, up to its points.
 pub(super) fn head(n_points: usize, n_cells: usize) -> String {
     format!(
         "<?xml version=\"1.0\"?>\n\
@@ -16,10 +16,10 @@ pub(super) fn head(n_points: usize, n_cells: usize) -> String {
     )
 }
 
-/// The end of a file, after its last data.
+/// End of a file, after its last data.
 pub(super) const END: &str = "</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
 
-/// An array of 64-bit numbers with names for its components, if there are several.
+/// Formats an array of 64-bit numbers; several components need names.
 pub(super) fn floats(
     name: &str,
     components: &[&str],
@@ -40,13 +40,13 @@ pub(super) fn floats(
     )
 }
 
-/// An array of whole numbers.
+/// Formats an array of integers.
 pub(super) fn integers(name: &str, values: impl Iterator<Item = usize>) -> String {
     let bytes = values.flat_map(|value| (value as i64).to_le_bytes());
     array("Int64", name, "NumberOfComponents=\"1\"", bytes)
 }
 
-/// The numbers of the array `name` of a file that was written here.
+/// Reads the array `name` from a file written by this module.
 pub(super) fn read_floats(text: &str, name: &str) -> Option<Vec<f64>> {
     let start = format!("<DataArray type=\"Float64\" Name=\"{}\"", escape(name));
     let (_, rest) = text.split_once(&start)?;
@@ -57,7 +57,7 @@ pub(super) fn read_floats(text: &str, name: &str) -> Option<Vec<f64>> {
     Some(numbers.map(|bytes| f64::from_le_bytes(*bytes)).collect())
 }
 
-/// The number of bytes as 64-bit integer, then the bytes.
+/// Formats the number of bytes as a 64-bit integer, followed by the bytes.
 fn array(kind: &str, name: &str, attributes: &str, bytes: impl Iterator<Item = u8>) -> String {
     let mut content = vec![0; 8];
     content.extend(bytes);

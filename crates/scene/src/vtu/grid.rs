@@ -1,26 +1,26 @@
-//! The points and cells of field files, and values at them.
+//! Points and cells of field files, and values at the points.
 
 use myovib_fem::{Barycentric, Located, Solid, Space};
 use myovib_model::{Quantity, Snapshot};
 
 use crate::Body;
 
-/// The mesh as a picture needs it: nodes between regions are a point of each region, so that what
-/// jumps there keeps a value on either side.
+/// The mesh for visualization. A node between regions becomes one point per region, so that
+/// discontinuous quantities keep a value on either side.
 #[derive(Debug, Clone)]
 pub struct Grid {
-    /// The node of each point.
+    /// Node of each point.
     pub(super) nodes: Vec<usize>,
-    /// The points of all cells.
+    /// Points of all cells.
     pub(super) cells: Vec<usize>,
-    /// The region of each cell.
+    /// Region of each cell.
     pub(super) regions: Vec<usize>,
-    /// The direction of the fibres at the centre of each cell; empty for a body without.
+    /// Fiber direction at the center of each cell; empty for a body without fibers.
     pub(super) fibres: Vec<[f64; 3]>,
 }
 
 impl Grid {
-    /// The grid of a scene's body: its regions are the scene's materials.
+    /// Creates the grid of a scene's body; its regions are the scene's materials.
     pub fn of_body(body: &Body) -> Self {
         let solid = &body.muscle.solid;
         let fibres = match body.has_fibres {
@@ -33,7 +33,7 @@ impl Grid {
         }
     }
 
-    /// The grid of a space with a region for each element.
+    /// Creates the grid of a space with a region for each element.
     pub fn new(space: &Space, regions: &[usize]) -> Self {
         let corners = |e: usize| space.element_nodes(e).iter().map(move |&node| (node, e));
         let all = (0..space.n_elements()).flat_map(corners);
@@ -50,18 +50,19 @@ impl Grid {
         }
     }
 
-    /// Number of points.
+    /// Returns the number of points.
     pub fn n_points(&self) -> usize {
         self.nodes.len()
     }
 
-    /// Number of places at which a quantity that jumps between elements is computed.
+    /// Returns the number of points at which a discontinuous quantity is evaluated.
     pub fn n_evaluations(&self) -> usize {
         self.cells.len()
     }
 
-    /// Values at all points: exact for displacement, velocity and pressure; averaged over the
-    /// elements of the region at the point for what jumps between elements.
+    /// Returns the values at all points: exact for displacement, velocity and pressure. Quantities
+    /// that are discontinuous between elements are averaged over the elements of the region at the
+    /// point.
     pub fn values(&self, snapshot: &Snapshot<'_>, quantity: Quantity) -> Vec<Vec<f64>> {
         let space = snapshot.solid.space();
         let dimension = space.dimension();
@@ -105,7 +106,7 @@ impl Grid {
     }
 }
 
-/// The fibres' directions at the centres of the elements.
+/// Returns the fiber directions at the centers of the elements.
 fn fibres(solid: &Solid) -> Vec<[f64; 3]> {
     let n = solid.space().mesh().shape().n_vertices();
     let barycentric = Barycentric::new(&vec![1.0 / n as f64; n]);

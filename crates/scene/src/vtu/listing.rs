@@ -1,18 +1,18 @@
-//! A numbered series of files in a folder, with a list of their times.
+//! A numbered series of files in a folder with a list of their times.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::atomic_file;
 
-/// The first word of the names of all series.
+/// File name stems of all series.
 pub(super) const STEMS: [&str; 2] = [FIELDS, PLACES];
-/// Of the fields on the mesh.
+/// Fields on the mesh.
 pub(super) const FIELDS: &str = "fields";
-/// Of the numbers at the places of chains.
+/// Values at the places of chains.
 pub(super) const PLACES: &str = "places";
 
-/// The files of a series, one for each time.
+/// Files of a series, one for each time.
 #[derive(Debug)]
 pub(super) struct Listing {
     folder: PathBuf,
@@ -22,7 +22,7 @@ pub(super) struct Listing {
 }
 
 impl Listing {
-    /// A series in `folder`, which exists. `done` are the times already there.
+    /// Creates a series in an existing `folder`. `done` are the times of existing files.
     pub(super) fn new(folder: &Path, stem: &'static str, done: &[f64]) -> Self {
         let entries = done.iter().enumerate();
         Self {
@@ -32,12 +32,12 @@ impl Listing {
         }
     }
 
-    /// Times of the files written so far, s.
+    /// Returns the times of the files written so far, s.
     pub(super) fn times(&self) -> impl Iterator<Item = f64> + '_ {
         self.entries.iter().map(|(t, _)| *t)
     }
 
-    /// A file of those written so far that is no longer there, or empty.
+    /// Returns a written file that no longer exists or is empty.
     pub(super) fn missing(&self) -> Option<PathBuf> {
         let files = self.entries.iter().map(|(_, name)| self.folder.join(name));
         let is_there = |file: &PathBuf| file.metadata().is_ok_and(|there| there.len() > 0);
@@ -47,7 +47,7 @@ impl Listing {
     /// Writes the file of a time, then the list of all files.
     ///
     /// # Errors
-    /// Those of the file system.
+    /// Errors of the file system.
     pub(super) fn add(&mut self, t: f64, text: &str) -> io::Result<()> {
         let name = name(self.stem, self.entries.len());
         atomic_file::write(&self.folder.join(&name), |file| {
@@ -64,7 +64,7 @@ fn name(stem: &str, i: usize) -> String {
     format!("{stem}_{i:05}.vtu")
 }
 
-/// Whether a file of this name is of a series.
+/// Returns whether a file of this name belongs to a series.
 pub fn is_of_a_series(name: &str) -> bool {
     let number = |stem: &&str| {
         let rest = name.strip_prefix(*stem)?.strip_prefix('_')?;

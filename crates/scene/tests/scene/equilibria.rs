@@ -118,8 +118,8 @@ fn a_column_beyond_the_loads_that_buckle_it_is_said_to_be_unstable() {
     for kappa in ["inf", "1e6"] {
         for (part, said) in [
             (0.8, None),
-            (1.2, Some("a small motion away")),
-            (10.0, Some("2 independent small motions away")),
+            (1.2, Some("small perturbations grow in 1 direction")),
+            (10.0, Some("small perturbations grow in 2 independent")),
         ] {
             let load = format!(
                 "[[fixed]]\ngroup = \"fixed\"\n[[traction]]\ngroup = \"load\"\nx = {}\n",

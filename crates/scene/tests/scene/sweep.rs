@@ -44,7 +44,7 @@ fn a_panic_in_one_case_is_a_row_and_tried_again() {
     });
     assert_eq!((&*rows[0].0, &*rows[2].0), ("finished", "finished"));
     assert_eq!(rows[1].0, "failed");
-    let said = "a mistake in the program: one case meets a mistake";
+    let said = "internal error (bug): one case meets a mistake";
     assert!(rows[1].1.contains(said), "{}", rows[1].1);
     assert_eq!(finished.swap(0, Ordering::Relaxed), 2);
     // The others are done; only what failed is computed.
