@@ -2,15 +2,15 @@
 //!
 //! [`RadauSolver`] integrates any [`Problem`](myovib_dae::Problem) with the implicit
 //! Runge–Kutta method of 3 stages and order 5 (or 1, 5, 7 stages), with adaptive steps. It is
-//! L-stable at full order, where BDF methods above order 2 fail on undamped oscillations, and it
-//! takes constrained mechanical systems in their index-3 form.
+//! L-stable at full order, whereas BDF methods above order 2 fail on undamped oscillations, and it
+//! solves constrained mechanical systems in their index-3 form.
 //!
-//! Cast: a [`Method`] is the table of coefficients; `NewtonSolver` solves the stage equations, from
-//! the start of a `Predictor`, with some [`LinearSolver`](myovib_dae::LinearSolver)
-//! ([`SparseDirectSolver`] unless told otherwise); `ErrorTest` estimates the error; `Control` chooses h; `Collocation` is the
-//! polynomial behind dense output, on which `Roots` locates events. [`ForwardSensitivities`] follow
-//! the steps and say how the solution depends on parameters. Options, outcomes and
-//! statistics have the shapes and names they have for IDAS.
+//! Main types: [`Method`] holds the coefficients. `NewtonSolver` solves the stage equations from
+//! the initial guess of a `Predictor` with a [`LinearSolver`](myovib_dae::LinearSolver)
+//! ([`SparseDirectSolver`] by default). `ErrorTest` estimates the error, and `Control` selects h.
+//! `Collocation` is the polynomial of dense output, on which `Roots` locates events.
+//! [`ForwardSensitivities`] follows the steps and differentiates the solution with respect to
+//! parameters. Options, outcomes and statistics have the same form and names as for IDAS.
 //!
 //! # Examples
 //! ```

@@ -1,5 +1,5 @@
-//! The default linear algebra: LU with exchange of pivots on the whole matrix, by KLU where the
-//! feature `klu` of `myovib-sparse` is on, else in pure Rust.
+//! Default linear solver: LU with partial pivoting of the full matrix, by KLU if the feature `klu`
+//! of `myovib-sparse` is enabled, otherwise in pure Rust.
 
 use myovib_dae::{Jacobian, LinearSolver, Linearization, Problem, StepError};
 use myovib_sparse::SparseError;
@@ -8,9 +8,10 @@ use myovib_sparse::pivoting::{Factors, Symbolic};
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
-/// [Sparse LU](myovib_sparse::pivoting) on the whole matrix: real and complex factors over one symbolic analysis.
+/// [Sparse LU](myovib_sparse::pivoting) of the full matrix: real and complex factors share one
+/// symbolic analysis.
 ///
-/// Room for complex factors is made at the first set-up that asks for them.
+/// Complex factors are allocated at the first complex matrix setup.
 #[derive(Debug)]
 pub struct SparseDirectSolver {
     jacobian: Jacobian,
@@ -24,10 +25,10 @@ pub struct SparseDirectSolver {
 }
 
 impl SparseDirectSolver {
-    /// Analyses the pattern.
+    /// Analyzes the pattern.
     ///
     /// # Errors
-    /// Those of the analysis, see [`Symbolic::analyze`].
+    /// Errors of the analysis, see [`Symbolic::analyze`].
     pub fn new(pattern: &SparsityPattern, options: SparseOptions) -> Result<Self, SparseError> {
         let symbolic = Symbolic::analyze(pattern, options)?;
         let nnz = symbolic.nnz();

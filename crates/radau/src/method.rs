@@ -1,4 +1,4 @@
-//! The coefficients of the Radau IIA methods, and the modes that split their stage equations.
+//! Coefficients of the Radau IIA methods and the eigenvectors that decouple their stage equations.
 
 mod construction;
 
@@ -34,20 +34,19 @@ pub struct ComplexMode {
 
 /// A Radau IIA method: collocation at the zeros of P_s − P_{s−1}, the last of which is 1.
 ///
-/// It has the order 2s − 1, its stages the order s; it is L-stable, and its last stage is the
-/// solution at the end of the step, so that algebraic equations hold there. Only odd s are
-/// offered: their A⁻¹ has exactly one real eigenvalue, whose matrix also filters the error
-/// estimate.
+/// Its order is 2s − 1 and its stage order s. It is L-stable, and its last stage is the solution at
+/// the end of the step, so algebraic equations hold there. Only odd s are supported: then A⁻¹ has
+/// exactly one real eigenvalue, whose matrix also filters the error estimate.
 ///
 /// With stage increments z_i = Y_i − y_n and A⁻¹ = Σ_k λ_k r_k ℓ_kᵀ (k over the real mode, the
-/// complex modes and their conjugates), the 3n × 3n Newton system
+/// complex modes and their conjugates), the sn × sn Newton system
 ///
 /// ```text
 /// (I ⊗ J_y + h⁻¹ A⁻¹ ⊗ J_ẏ) Δz = −G
 /// ```
 ///
-/// falls apart into (J_y + λ_k/h J_ẏ) w_k = −Σ_i ℓ_ki G_i with Δz_i = Σ_k r_ki w_k: one real and
-/// (s − 1)/2 complex systems of order n.
+/// decouples into (J_y + λ_k/h J_ẏ) w_k = −Σ_i ℓ_ki G_i with Δz_i = Σ_k r_ki w_k: one real and (s −
+/// 1)/2 complex systems of order n.
 ///
 /// # Examples
 /// ```
@@ -59,9 +58,9 @@ pub struct ComplexMode {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Method {
     nodes: Vec<f64>,
-    /// The coefficients of the ramp, from θ upwards.
+    /// Coefficients of the ramp in ascending powers of θ.
     ramp: Vec<f64>,
-    /// The coefficients of ℓ_0 and its first two derivatives, from 1 upwards.
+    /// Coefficients of ℓ_0 and its first two derivatives in ascending powers.
     start_basis: [Vec<f64>; 3],
     a_inverse: DMatrix<f64>,
     weights: Vec<f64>,
@@ -70,14 +69,14 @@ pub struct Method {
 }
 
 impl Method {
-    /// The method with s `stages`.
+    /// Constructs the method with s `stages`.
     ///
-    /// Everything follows from the nodes: A⁻¹ differentiates polynomials that vanish at 0,
+    /// All coefficients follow from the nodes: A⁻¹ differentiates polynomials that vanish at 0,
     /// (A⁻¹)_ij = ℓ_j'(c_i) with the Lagrange polynomials on {0, c_1, …, c_s}.
     ///
     /// # Errors
     /// [`RadauError::Stages`](crate::RadauError::Stages) unless `stages` is 1, 3, 5 or 7: from 9
-    /// on the coefficients lose digits.
+    /// stages on, the coefficients lose digits.
     pub fn radau_iia(stages: usize) -> Result<Self, crate::RadauError> {
         if !matches!(stages, 1 | 3 | 5 | 7) {
             return Err(crate::RadauError::Stages { stages });
@@ -101,47 +100,49 @@ impl Method {
         })
     }
 
-    /// Number of stages s.
+    /// Returns the number of stages s.
     pub fn stages(&self) -> usize {
         self.nodes.len()
     }
 
-    /// The classical order, 2s − 1.
+    /// Returns the classical order, 2s − 1.
     pub fn order(&self) -> usize {
         2 * self.stages() - 1
     }
 
-    /// The nodes c_1 < … < c_s = 1.
+    /// Returns the nodes c_1 < … < c_s = 1.
     pub fn nodes(&self) -> &[f64] {
         &self.nodes
     }
 
-    /// The entry (i, j) of A⁻¹, counted from 0.
+    /// Returns entry (i, j) of A⁻¹, counted from 0.
     pub fn a_inverse(&self, i: usize, j: usize) -> f64 {
         self.a_inverse[(i, j)]
     }
 
-    /// The weights b_i of the nodes in ∫_0^1 f ≈ Σ_i b_i f(c_i).
+    /// Returns the weights b_i of the quadrature ∫_0^1 f ≈ Σ_i b_i f(c_i).
     pub fn weights(&self) -> &[f64] {
         &self.weights
     }
 
-    /// The mode of the real eigenvalue of A⁻¹.
+    /// Returns the mode of the real eigenvalue of A⁻¹.
     pub fn real_mode(&self) -> &RealMode {
         &self.real
     }
 
-    /// The modes of the complex eigenvalues of A⁻¹ with positive imaginary part.
+    /// Returns the modes of the complex eigenvalues of A⁻¹ with positive imaginary part.
     pub fn complex_modes(&self) -> &[ComplexMode] {
         &self.complex
     }
 
-    /// What a vibration errs by, per what is estimated, where the estimate is `relative` times the size of
-    /// the vibration: what a step adds to the error at its end, and the error of dense output within it.
+    /// Returns two errors of a vibrating quantity per unit of its local error estimate, which is
+    /// `relative` times the amplitude of the vibration: the contribution of a step to the error at
+    /// its end, and the error of dense output within the step.
     ///
-    /// Of ẏ = iωy and a step h = θ/ω the estimate is a θ^(s+1) to leading order, a = Π c_i/(γ s!), the error
-    /// at the end b θ^(2s), b = s! (s − 1)!/((2s − 1)! (2s)!), that of the Padé approximation, and the
-    /// error within d a θ^(s+2), d = γ/(s + 1) max |∫_0^x τ ℓ_0(τ) dτ|. `relative` tells θ.
+    /// For ẏ = iωy and a step h = θ/ω, to leading order the estimate is a θ^(s+1), a = Π c_i/(γ
+    /// s!), the error at the end is b θ^(2s), b = s! (s − 1)!/((2s − 1)! (2s)!), as for the Padé
+    /// approximation, and the error within the step is d a θ^(s+2), d = γ/(s + 1) max |∫_0^x τ
+    /// ℓ_0(τ) dτ|. `relative` determines θ.
     pub(crate) fn errors_per_estimate(&self, relative: f64) -> [f64; 2] {
         let s = self.stages();
         let a = self.estimate_of_vibration();
@@ -151,7 +152,7 @@ impl Method {
             let terms = terms.map(|(k, c)| c * x.powi(k as i32 + 2) / (k as f64 + 2.0));
             terms.sum::<f64>().abs()
         };
-        // ℓ_0 changes its sign at the nodes, and the integral has its extremes there.
+        // ℓ_0 changes sign at the nodes, so the integral has its extrema there.
         let largest = self.nodes.iter().copied().map(integral).fold(0.0, f64::max);
         let d = self.real.lambda / (s as f64 + 1.0) * largest;
         let theta = self.vibration_angle(relative);
@@ -159,30 +160,31 @@ impl Method {
         [at_end.min(1.0), (d * theta).min(1.0)]
     }
 
-    /// The θ = ωh of the step of ẏ = iωy whose estimate is `relative` times the size of the vibration, to
-    /// leading order.
+    /// Returns θ = ωh of the step of ẏ = iωy whose estimate is `relative` times the amplitude of
+    /// the vibration, to leading order.
     pub(crate) fn vibration_angle(&self, relative: f64) -> f64 {
         let order = self.stages() as f64 + 1.0;
         (relative / self.estimate_of_vibration()).powf(1.0 / order)
     }
 
-    /// a = Π c_i/(γ s!): the estimate of ẏ = iωy is a θ^(s+1).
+    /// Returns a = Π c_i/(γ s!): the estimate for ẏ = iωy is a θ^(s+1).
     fn estimate_of_vibration(&self) -> f64 {
         let nodes = self.nodes.iter().product::<f64>();
         nodes / (self.real.lambda * factorial(self.stages()))
     }
 
-    /// λ/h of the complex modes.
+    /// Returns λ/h of the complex modes.
     pub(crate) fn shifts(&self, h: f64) -> Vec<Complex64> {
         self.complex.iter().map(|mode| mode.lambda / h).collect()
     }
 
-    /// ℓ_j(θ), the Lagrange polynomial on {0, c_1, …, c_s} that is 1 at c_j (j counted from 0).
+    /// Returns ℓ_j(θ), the Lagrange polynomial on {0, c_1, …, c_s} that equals 1 at c_j (j counted
+    /// from 0).
     pub(crate) fn basis(&self, j: usize, theta: f64) -> f64 {
         lagrange(&self.nodes, j, theta)
     }
 
-    /// Writes ℓ_j(c_i × `ratio`), row by row: what the stages are of a step that is longer by this factor.
+    /// Writes ℓ_j(c_i × `ratio`) row by row: the stages of a step longer by this factor.
     pub(crate) fn write_bases(&self, ratio: f64, out: &mut Vec<f64>) {
         out.clear();
         for c in &self.nodes {
@@ -190,26 +192,26 @@ impl Method {
         }
     }
 
-    /// r(θ), the polynomial of degree s + 1 with r(0) = 0, r'(0) = 1 and r'(c_i) = 0; so
-    /// r(1) = 0 for s > 1. For s = 1 there is no such polynomial, and r = 0.
+    /// Returns r(θ), the polynomial of degree s + 1 with r(0) = 0, r'(0) = 1 and r'(c_i) = 0, which
+    /// satisfies r(1) = 0 for s > 1. For s = 1 such a polynomial does not exist, and r = 0.
     pub(crate) fn ramp(&self, theta: f64) -> f64 {
         theta * self.ramp.iter().rev().fold(0.0, |sum, a| sum * theta + a)
     }
 
-    /// r'(θ); see [`ramp`](Method::ramp).
+    /// Returns r'(θ); see [`ramp`](Method::ramp).
     pub(crate) fn ramp_derivative(&self, theta: f64) -> f64 {
         let powers = self.ramp.iter().enumerate().rev();
         powers.fold(0.0, |sum, (k, a)| sum * theta + (k as f64 + 1.0) * a)
     }
 
-    /// ℓ_0(θ) = Π (1 − θ/c_i), the Lagrange polynomial on {0, c_1, …, c_s} that is 1 at 0, or its
-    /// first or second derivative.
+    /// Returns ℓ_0(θ) = Π (1 − θ/c_i), the Lagrange polynomial on {0, c_1, …, c_s} that equals 1 at
+    /// 0, or its first or second derivative.
     pub(crate) fn start_basis(&self, derivative: usize, theta: f64) -> f64 {
         let powers = self.start_basis[derivative].iter().rev();
         powers.fold(0.0, |sum, a| sum * theta + a)
     }
 
-    /// ℓ_j'(θ); see [`basis`](Method::basis).
+    /// Returns ℓ_j'(θ); see [`basis`](Method::basis).
     pub(crate) fn basis_derivative(&self, j: usize, theta: f64) -> f64 {
         lagrange_derivative(&self.nodes, j, theta)
     }
@@ -225,7 +227,8 @@ mod tests {
 
     const ODD: [usize; 4] = [1, 3, 5, 7];
 
-    /// Rounding, amplified by the condition of the eigenvector matrix, which grows with s.
+    /// Rounding errors, amplified by the condition number of the eigenvector matrix, which grows
+    /// with s.
     fn rounding(stages: usize) -> f64 {
         f64::EPSILON * 10f64.powi(stages as i32 / 2 + 1)
     }
@@ -250,7 +253,7 @@ mod tests {
         );
     }
 
-    /// ∫ θ^k = 1/(k + 1) up to the degree 2s − 2.
+    /// ∫ θ^k = 1/(k + 1) up to degree 2s − 2.
     #[test]
     fn weights_integrate_polynomials_exactly() {
         for s in ODD {
@@ -298,7 +301,7 @@ mod tests {
         for s in [3, 5, 7] {
             let method = Method::radau_iia(s).unwrap();
             assert_eq!((method.ramp(0.0), method.ramp_derivative(0.0)), (0.0, 1.0));
-            // r(1) = ∫ Π (1 − τ/c_i) dτ, which the quadrature at the c_i has exactly: 0.
+            // r(1) = ∫ Π (1 − τ/c_i) dτ, which the quadrature at the c_i computes exactly: 0.
             assert!(method.ramp(1.0).abs() < rounding(s), "s = {s}");
             for &theta in method.nodes() {
                 assert!(
@@ -309,7 +312,8 @@ mod tests {
             let (d, theta) = (1e-4, 0.3 * method.nodes()[0]);
             let difference = method.ramp(theta + d) - method.ramp(theta - d);
             let slope = difference / (2.0 * d);
-            // d² r'''/6, with the r''' of a polynomial whose derivative falls from 1 to 0 by c_1.
+            // d² r'''/6, where r''' belongs to a polynomial whose derivative decreases from 1 to 0
+            // at c_1.
             let allowed = (d / method.nodes()[0]).powi(2);
             assert!(
                 (slope - method.ramp_derivative(theta)).abs() < allowed,

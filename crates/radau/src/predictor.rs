@@ -1,15 +1,15 @@
-//! Where Newton's method starts.
+//! Initial guesses of Newton's method.
 
 use crate::dense::Collocation;
 use crate::method::Method;
 
-/// Starting values of the stage increments: the last step's polynomial continued, or what else the steps before
-/// let expect, or zero.
+/// Initial stage increments: extrapolation of the last step's polynomial, another prediction from
+/// the previous steps, or zero.
 ///
-/// A polynomial of degree s magnifies what is wrong with its coefficients some 10^(s/2) times over
-/// the next step of the same size. While steps are short it starts Newton several digits closer;
-/// over steps as long as a high order allows it may be worse than nothing. So the start is chosen
-/// that would have been the closer one in the step before.
+/// Extrapolating a polynomial of degree s to a next step of equal size amplifies the errors of its
+/// coefficients by about 10^(s/2). For short steps it gains several digits; for steps as long as a
+/// high order allows, it may be worse than zero. The guess is therefore the variant that would have
+/// been closer in the previous step.
 #[derive(Debug)]
 pub(crate) struct Predictor {
     continued: Vec<f64>,
@@ -24,7 +24,7 @@ impl Predictor {
         }
     }
 
-    /// Starting values `z` for a step of size `h` from (`t`, `y`), where `last` ends.
+    /// Writes initial values `z` for a step of size `h` from (`t`, `y`), where `last` ends.
     pub(crate) fn start(
         &mut self,
         method: &Method,
@@ -36,7 +36,7 @@ impl Predictor {
         self.start_with(z, |continued| last.extrapolate(method, t, h, y, continued));
     }
 
-    /// The same with another way to `continue_to` the step: it writes all increments.
+    /// Does the same with a custom prediction `continue_to`, which writes all increments.
     pub(crate) fn start_with(&mut self, z: &mut [f64], continue_to: impl FnOnce(&mut [f64])) {
         continue_to(&mut self.continued);
         match self.continues {
@@ -45,22 +45,22 @@ impl Predictor {
         }
     }
 
-    /// Starts the next step from zero: the last step says nothing about it.
+    /// Uses zero for the next step, because the last step is unrelated to it.
     pub(crate) fn forget(&mut self) {
         self.continues = false;
     }
 
-    /// Whether the last step's polynomial is continued, which is all that is kept between steps.
+    /// Returns whether the last step's polynomial is extrapolated, which is the only stored state.
     pub(crate) fn continues(&self) -> bool {
         self.continues
     }
 
-    /// Goes on with what [`continues`](Self::continues) gave.
+    /// Restores the result of [`continues`](Self::continues).
     pub(crate) fn restore(&mut self, continues: bool) {
         self.continues = continues;
     }
 
-    /// Chooses the start of the next step by the increments `z` this one ended with.
+    /// Selects the guess for the next step from the final increments `z` of this step.
     pub(crate) fn learn(&mut self, z: &[f64], weights: &[f64]) {
         let mut squares = [0.0, 0.0];
         let stages = z.chunks_exact(weights.len());
@@ -82,7 +82,7 @@ mod tests {
     #[test]
     fn the_closer_start_of_the_last_step_is_taken_next() {
         let method = Method::radau_iia(1).expect("there is one");
-        // y = 1 + t up to t = 1, where it goes on to 3 with the next step.
+        // y = 1 + t up to t = 1; the extrapolation reaches 3 in the next step.
         let last = Collocation::line(&method, 0.0, &[1.0], &[1.0]);
         let mut predictor = Predictor::new(&method, 1);
         let mut z = [0.0];

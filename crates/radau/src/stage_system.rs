@@ -14,15 +14,15 @@ use crate::work::Counters;
 pub(crate) struct StageSystem {
     real: Vec<f64>,
     complex: Vec<Vec<Complex64>>,
-    /// The modes of several right-hand sides, and one of them as complex numbers.
+    /// The modes of several right-hand sides, and one mode as complex numbers.
     modes: Vec<f64>,
     pairs: Vec<Complex64>,
 }
 
-/// What is solved for at a time.
+/// A mode to be solved for.
 enum Mode<'a> {
     Real(&'a mut [f64]),
-    /// The complex one with this number.
+    /// The complex mode with this number.
     Complex(usize, &'a mut [Complex64]),
 }
 
@@ -36,10 +36,10 @@ impl StageSystem {
         }
     }
 
-    /// Solves in place, with the `matrices` as they are set up for the step.
+    /// Solves in place with `matrices`, which must be set up for the step.
     ///
     /// # Shapes
-    /// `stages`: the stages' right-hand sides, one after the other.
+    /// `stages`: the right-hand sides of the stages, one after the other.
     pub(crate) fn solve<P, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -60,10 +60,10 @@ impl StageSystem {
         Ok(())
     }
 
-    /// The same for several right-hand sides, the numbers of a row side by side.
+    /// Does the same for several right-hand sides stored row by row.
     ///
     /// # Shapes
-    /// `stages`: the stages one after the other, each of `n` × `n_columns` numbers.
+    /// `stages`: the stages one after the other, each with `n` × `n_columns` values.
     pub(crate) fn solve_columns<P, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -80,7 +80,7 @@ impl StageSystem {
         Ok(())
     }
 
-    /// Solves with the transpose in place, A⁻ᵀ having the eigenvectors of A⁻¹ with left and right
+    /// Solves with the transpose in place. A⁻ᵀ has the eigenvectors of A⁻¹ with left and right
     /// exchanged.
     ///
     /// # Shapes
@@ -101,8 +101,8 @@ impl StageSystem {
         Ok(())
     }
 
-    /// Splits right-hand sides into modes, solves each in place, and joins them; with left and right
-    /// eigenvectors exchanged for the transpose.
+    /// Transforms right-hand sides to modes, solves each in place, and transforms back; for the
+    /// transpose, left and right eigenvectors are exchanged.
     fn by_modes<const TRANSPOSED: bool>(
         &mut self,
         method: &Method,
@@ -119,7 +119,7 @@ impl StageSystem {
             false => [&complex_modes[k].left, &complex_modes[k].right],
             true => [&complex_modes[k].right, &complex_modes[k].left],
         };
-        // The real mode, then real and imaginary part of each complex one.
+        // The real mode, then real and imaginary part of each complex mode.
         let left = |k: usize, i: usize| match k {
             0 => real_left[i],
             _ if k % 2 == 1 => pair(k / 2)[0][i].re,
@@ -150,7 +150,7 @@ impl StageSystem {
         Ok(())
     }
 
-    /// The right-hand sides of the modes: their products with these vectors.
+    /// Computes the right-hand sides of the modes: their products with these vectors.
     fn split<'m>(
         &mut self,
         real: &[f64],
@@ -175,7 +175,7 @@ impl StageSystem {
         }
     }
 
-    /// The stages, from the modes' solutions along these vectors.
+    /// Computes the stages from the solutions of the modes along these vectors.
     fn join<'m>(
         &self,
         real: &[f64],
@@ -204,7 +204,7 @@ impl StageSystem {
     }
 }
 
-/// 0..n in parts: the numbers of all vectors in a part stay in the cache.
+/// Splits 0..n into ranges for which the values of all vectors fit into the cache.
 fn parts(n: usize) -> impl Iterator<Item = Range<usize>> {
     let starts = (0..n).step_by(AT_A_TIME);
     starts.map(move |start| start..n.min(start + AT_A_TIME))

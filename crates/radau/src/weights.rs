@@ -1,24 +1,25 @@
-//! The weights of components in norms: the inverses of their tolerances.
+//! Weights of components in norms: the inverses of their tolerances.
 
 use myovib_dae::{Problem, StepError};
 
 use crate::failure::{Failure, Operation};
 use crate::options::RadauOptions;
 
-/// A user's weights: fills in weights at y.
+/// User-defined weights: a function that writes the weights at y.
 pub(crate) type UserWeights<P> =
     Box<dyn FnMut(&mut P, &[f64], &mut [f64]) -> Result<(), StepError> + Send>;
 
-/// Weights at the beginning of a step, and as they count in it.
+/// Weights at the start of a step, and their scaled values for the step.
 pub(crate) struct Weights<P> {
     user: Option<UserWeights<P>>,
     /// Inverse tolerances at y.
     plain: Vec<f64>,
-    /// The powers of h by which errors count less.
+    /// Powers of h by which the errors of components of higher index are reduced.
     powers: Vec<i32>,
-    /// The product of both.
+    /// Product of both.
     scaled: Vec<f64>,
-    /// The factor on the weights of variables that count less, for their own errors.
+    /// Factor of the unscaled weights of components of higher index, used to test their local
+    /// errors separately.
     own: f64,
 }
 
@@ -52,7 +53,8 @@ impl<P: Problem> Weights<P> {
         write(&mut self.user, problem, options, y, &mut self.plain)
     }
 
-    /// Writes what the weights would be at `y`, scaled for a step of size `h`; those in use stay.
+    /// Writes the weights at `y`, scaled for a step of size `h`, without changing the current
+    /// weights.
     pub(crate) fn write_at(
         &mut self,
         problem: &mut P,
@@ -80,7 +82,7 @@ fn write<P>(
     let Some(user) = user else {
         let (relative, absolute) = options.internal_tolerances();
         for (i, (w, y)) in out.iter_mut().zip(y).enumerate() {
-            // Where a relative tolerance alone meets y = 0, the weight is huge but finite.
+            // For a relative tolerance alone and y = 0, the weight is huge but finite.
             *w = 1.0 / (relative * y.abs() + absolute(i)).max(f64::MIN_POSITIVE);
         }
         return Ok(());
@@ -102,8 +104,8 @@ fn expect_positive(weights: &[f64]) -> Result<(), StepError> {
 }
 
 impl<P> Weights<P> {
-    /// The relative tolerance for the estimate that a user's weights at `y` mean: the smallest of
-    /// 1/(w |y|). `None` for weights that follow from the options, and where y is 0.
+    /// Returns the relative tolerance implied by user-defined weights at `y`: the minimum of 1/(w
+    /// |y|). `None` for weights from the options, and if y is 0.
     pub(crate) fn implied_relative(&self, y: &[f64]) -> Option<f64> {
         self.user.as_ref()?;
         let relative = self.plain.iter().zip(y).map(|(w, y)| 1.0 / (w * y.abs()));
@@ -111,12 +113,12 @@ impl<P> Weights<P> {
         smallest.is_finite().then_some(smallest)
     }
 
-    /// Whether a function gives the weights.
+    /// Returns whether the weights are user-defined.
     pub(crate) fn are_given(&self) -> bool {
         self.user.is_some()
     }
 
-    /// Sets the factor on the weights of variables that count less, for their own errors.
+    /// Sets the factor of the unscaled weights of components of higher index.
     pub(crate) fn set_own(&mut self, own: f64) {
         self.own = own;
     }
@@ -132,25 +134,25 @@ impl<P> Weights<P> {
         }
     }
 
-    /// The error that the variable i, which counts less, may have itself.
+    /// Returns the unscaled error tolerance of component i of higher index.
     pub(crate) fn own_tolerance(&self, i: usize) -> f64 {
         1.0 / (self.plain[i] * self.own)
     }
 
-    /// The largest of the `errors` of variables that count less, weighed for themselves; 0 where
-    /// there are none.
+    /// Returns the largest of the `errors` of components of higher index with unscaled weights; 0
+    /// if there are no such components.
     pub(crate) fn largest_own(&self, error: impl Fn(usize) -> f64) -> f64 {
         let less = (0..self.powers.len()).filter(|&i| self.powers[i] > 0);
         let weighted = less.map(|i| (error(i) * self.plain[i] * self.own).abs());
         weighted.fold(0.0, f64::max)
     }
 
-    /// The weights at y.
+    /// Returns the weights at y.
     pub(crate) fn plain(&self) -> &[f64] {
         &self.plain
     }
 
-    /// The weights as errors count in the step they were scaled for.
+    /// Returns the weights scaled for the step.
     pub(crate) fn scaled(&self) -> &[f64] {
         &self.scaled
     }

@@ -1,8 +1,8 @@
-//! All counters.
+//! Work counters.
 
 use myovib_dae::{Statistics, Work};
 
-/// All counters, as the parts of the integrator see them.
+/// All counters, shared by the parts of the integrator.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Counters {
     pub(crate) statistics: Statistics,

@@ -1,4 +1,5 @@
-//! What the states of a fading memory are in a step: linear in what they begin with and in the drives.
+//! Internal variables within a step as linear forms of their initial values and of the driving
+//! quantities.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -6,20 +7,20 @@ use crate::method::Method;
 
 use super::MemoryTerm;
 
-/// The most stages that a method has.
+/// Maximum number of stages of a method.
 const MOST_STAGES: usize = 7;
 
-/// The drive at the beginning of the step, then those at its stages.
+/// Driving quantity at the start of the step; the stages follow.
 pub(super) const BEGIN: usize = 0;
-/// What the estimated error changes the drive by.
+/// Change of the driving quantity by the estimated error.
 pub(super) const CHANGE: usize = MOST_STAGES + 1;
-/// The drive at the beginning less that error, and what the error estimated there changes it by.
+/// Driving quantity at the start minus that error, and its change by the error estimated there.
 pub(super) const SHIFTED: usize = CHANGE + 1;
 pub(super) const SHIFTED_CHANGE: usize = CHANGE + 2;
-/// How many drives a form may have part in.
+/// Number of driving quantities in a form.
 pub(super) const DRIVES: usize = CHANGE + 3;
 
-/// `of_state` q + Σ_m `of_drives`_m s_m of the state q of one term.
+/// `of_state` q + Σ_m `of_drives`_m s_m for the internal variable q of one term.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Form {
     pub(super) of_state: f64,
@@ -27,7 +28,7 @@ pub(super) struct Form {
 }
 
 impl Form {
-    /// The state at the beginning of the step.
+    /// Returns the value at the start of the step.
     pub(super) fn state() -> Self {
         Self {
             of_state: 1.0,
@@ -35,7 +36,7 @@ impl Form {
         }
     }
 
-    /// A drive.
+    /// Returns a driving quantity.
     pub(super) fn drive(m: usize) -> Self {
         let mut form = Self::default();
         form.of_drives[m] = 1.0;
@@ -82,8 +83,8 @@ pub(super) struct TermStep<'m> {
 }
 
 impl TermStep<'_> {
-    /// q at stage i: τ/h Σ_j (A⁻¹)_ij (q_j − q) + q_i = g s_i at all stages is
-    /// q_i = q + Σ_j W_ij (g s_j − q) with W = (1 + τ/h A⁻¹)⁻¹, by the modes of A⁻¹.
+    /// Returns q at stage i: τ/h Σ_j (A⁻¹)_ij (q_j − q) + q_i = g s_i at all stages gives q_i = q +
+    /// Σ_j W_ij (g s_j − q) with W = (1 + τ/h A⁻¹)⁻¹, computed with the modes of A⁻¹.
     pub(super) fn stage(self, i: usize) -> Form {
         let mut form = Form::state();
         for j in 0..self.method.stages() {
@@ -104,45 +105,47 @@ impl TermStep<'_> {
         entry
     }
 
-    /// g s − q at stage i.
+    /// Returns g s − q at stage i.
     pub(super) fn response(self, i: usize) -> Form {
         Form::drive(1 + i) * self.term.weight - self.stage(i)
     }
 
-    /// g s − q at the beginning, with these forms of both.
+    /// Returns g s − q at the start for these forms of drive and state.
     pub(super) fn response_of(self, drive: Form, state: Form) -> Form {
         drive * self.term.weight - state
     }
 
-    /// The collocation polynomial's slope at the beginning.
+    /// Returns the slope of the collocation polynomial at the start.
     fn start_slope(self) -> Form {
         let slope = |j| (self.stage(j) - Form::state()) * self.method.basis_derivative(j, 0.0);
         (0..self.method.stages()).fold(Form::default(), |sum, j| sum + slope(j) * (1.0 / self.h))
     }
 
-    /// How far that is from q̇ there, with these forms of drive and state.
+    /// Returns the difference between that slope and q̇ for these forms of drive and state.
     fn defect(self, drive: Form, state: Form) -> Form {
         self.start_slope() - self.response_of(drive, state) * (1.0 / self.term.time)
     }
 
-    /// 1/(1 + γτ/h): how much of its drive a state follows in Newton's real system.
+    /// Returns 1/(1 + γτ/h): the fraction of its drive that an internal variable follows in
+    /// Newton's real system.
     fn follows(self) -> f64 {
         1.0 / (1.0 + self.term.time * self.method.real_mode().lambda / self.h)
     }
 
-    /// What the response is to be in the equations of the estimate, once the states are eliminated.
+    /// Returns the response in the equations of the error estimate after elimination of the
+    /// internal variables.
     pub(super) fn condensed(self, drive: Form, state: Form) -> Form {
         let lag = self.term.time * self.follows();
         self.response_of(drive, state) + self.defect(drive, state) * lag
     }
 
-    /// The estimated error, where the one of y changes the drive by `change`.
+    /// Returns the estimated error if the error of y changes the drive by `change`.
     pub(super) fn error(self, drive: Form, state: Form, change: Form) -> Form {
         let driven = change * self.term.weight - self.defect(drive, state) * self.term.time;
         driven * self.follows()
     }
 
-    /// Dense output, for the `coefficients` of the slope at the beginning and of the stages.
+    /// Returns the dense output for the `coefficients` of the initial slope and of the stages.
     pub(super) fn between(
         self,
         derivative: usize,

@@ -1,4 +1,4 @@
-//! Sums over the slots and terms of a memory, a piece at a time that stays in the cache.
+//! Sums over the points and terms of internal variables, in blocks that stay in cache.
 
 use std::ops::Range;
 
@@ -6,21 +6,21 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::form::{DRIVES, Form};
 
-/// Slots at a time.
+/// Points per block.
 const AT_A_TIME: usize = 256;
 
-/// The states of the terms of one part of a memory, and what drives them.
+/// Internal variables of the terms of one part, and the quantities that drive them.
 #[derive(Clone, Copy)]
 pub(super) struct Driven<'a> {
-    /// Where the part lies among all slots.
+    /// Range of the part among all points.
     pub(super) slots: &'a Range<usize>,
-    /// Its states, term after term.
+    /// Its internal variables, term by term.
     pub(super) states: &'a [f64],
     pub(super) drives: &'a [Vec<f64>],
 }
 
 impl Driven<'_> {
-    /// Adds the sums of `forms`, one for each term, to the part's slots of `out`.
+    /// Adds the sums of `forms`, one per term, to the part's points of `out`.
     pub(super) fn add_sum(self, forms: &[Form], out: &mut [f64]) {
         let out = &mut out[self.slots.clone()];
         let mut total = [0.0; DRIVES];
@@ -38,7 +38,7 @@ impl Driven<'_> {
         });
     }
 
-    /// Writes each of `forms` to the place in `out` that its term has among the states.
+    /// Writes each of `forms` to the position of its term in `out`.
     pub(super) fn write(self, forms: &[Form], out: &mut [f64]) {
         let width = self.slots.len();
         self.in_pieces(|piece, place| {
@@ -50,7 +50,7 @@ impl Driven<'_> {
         });
     }
 
-    /// Σ (x/(`relative` |q| + `absolute`))² of `forms` x.
+    /// Returns Σ (x/(`relative` |q| + `absolute`))² for `forms` x.
     pub(super) fn square(self, forms: &[Form], relative: f64, absolute: f64) -> f64 {
         let (mut sum, mut room) = (0.0, [0.0; AT_A_TIME]);
         self.in_pieces(|piece, place| {
@@ -93,8 +93,8 @@ impl Driven<'_> {
         &self.states[first + piece.start..first + piece.end]
     }
 
-    /// Gives the function each piece of the part, as slots of the part and of the whole, with the
-    /// processor's vector instructions.
+    /// Calls the function for each block of the part, given as ranges within the part and within
+    /// all points, with vector instructions enabled.
     fn in_pieces(&self, function: impl FnMut(Range<usize>, Range<usize>)) {
         Arch::new().dispatch(Pieces {
             slots: self.slots,
@@ -121,7 +121,7 @@ impl<F: FnMut(Range<usize>, Range<usize>)> WithSimd for Pieces<'_, F> {
     }
 }
 
-/// y ← y + a x, and nothing for a = 0.
+/// Computes y ← y + a x; does nothing for a = 0.
 #[inline(always)]
 fn add(y: &mut [f64], a: f64, x: &[f64]) {
     if a != 0.0 {

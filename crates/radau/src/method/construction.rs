@@ -1,11 +1,11 @@
-//! A method's coefficients from its number of stages.
+//! Construction of a method's coefficients from its number of stages.
 
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 
 use super::{ComplexMode, RealMode};
 
-/// The coefficients of Π (1 − θ/c_i), from 1 upwards.
+/// Returns the coefficients of Π (1 − θ/c_i) in ascending powers.
 pub(super) fn start_basis(nodes: &[f64]) -> Vec<f64> {
     let mut product = vec![1.0];
     for c in nodes {
@@ -17,13 +17,14 @@ pub(super) fn start_basis(nodes: &[f64]) -> Vec<f64> {
     product
 }
 
-/// The coefficients of the derivative of a polynomial.
+/// Returns the coefficients of the derivative of a polynomial.
 pub(super) fn derivative(polynomial: &[f64]) -> Vec<f64> {
     let powers = polynomial.iter().enumerate().skip(1);
     powers.map(|(k, a)| k as f64 * a).collect()
 }
 
-/// The coefficients of the integral of ℓ_0 from 0, from θ upwards; none for one stage.
+/// Returns the coefficients of the integral of ℓ_0 from 0 in ascending powers of θ; empty for one
+/// stage.
 pub(super) fn ramp(start_basis: &[f64]) -> Vec<f64> {
     if start_basis.len() == 2 {
         return Vec::new();
@@ -32,8 +33,8 @@ pub(super) fn ramp(start_basis: &[f64]) -> Vec<f64> {
     powers.map(|(k, a)| a / (k as f64 + 1.0)).collect()
 }
 
-/// The nodes on [0, 1]: eigenvalues of the Jacobi matrix of the Legendre polynomials, its last
-/// diagonal entry changed so that 1 is a node (Golub 1973).
+/// Returns the nodes on [0, 1]: the eigenvalues of the Jacobi matrix of the Legendre polynomials
+/// with its last diagonal entry changed so that 1 is a node (Golub 1973).
 pub(super) fn radau_nodes(stages: usize) -> Vec<f64> {
     let s = stages as f64;
     let jacobi = DMatrix::from_fn(stages, stages, |i, j| {
@@ -59,7 +60,7 @@ pub(super) fn lagrange(nodes: &[f64], j: usize, theta: f64) -> f64 {
     others(nodes, j).fold(theta / c_j, |product, c| product * (theta - c) / (c_j - c))
 }
 
-/// Σ_m Π_{k ≠ m} (θ − x_k) / Π_k (x_j − x_k), m and k over all nodes but c_j.
+/// Returns Σ_m Π_{k ≠ m} (θ − x_k) / Π_k (x_j − x_k), with m and k over all nodes except c_j.
 pub(super) fn lagrange_derivative(nodes: &[f64], j: usize, theta: f64) -> f64 {
     let c_j = nodes[j];
     let scale = others(nodes, j).fold(c_j, |product, c| product * (c_j - c));
@@ -78,7 +79,7 @@ fn others(nodes: &[f64], j: usize) -> impl Iterator<Item = f64> {
         .map(|(_, &c)| c)
 }
 
-/// The last row b of A, b A⁻¹ = e_s.
+/// Returns the last row b of A from b A⁻¹ = e_s.
 pub(super) fn weights(a_inverse: &DMatrix<f64>) -> Vec<f64> {
     let s = a_inverse.nrows();
     let mut weights = DVector::zeros(s);
@@ -88,10 +89,10 @@ pub(super) fn weights(a_inverse: &DMatrix<f64>) -> Vec<f64> {
     weights.iter().copied().collect()
 }
 
-/// The eigenvalues of A⁻¹ with right and left eigenvectors.
+/// Returns the eigenvalues of A⁻¹ with right and left eigenvectors.
 pub(super) fn modes(a_inverse: &DMatrix<f64>) -> (RealMode, Vec<ComplexMode>) {
     let mut eigenvalues: Vec<Complex64> = a_inverse.complex_eigenvalues().iter().copied().collect();
-    // Conjugate pairs sort symmetrically around the one real eigenvalue.
+    // Conjugate pairs are sorted symmetrically around the single real eigenvalue.
     eigenvalues.sort_by(|a, b| a.im.total_cmp(&b.im));
     let middle = eigenvalues.len() / 2;
     let matrix = a_inverse.map(Complex64::from);
@@ -132,10 +133,10 @@ pub(super) fn modes(a_inverse: &DMatrix<f64>) -> (RealMode, Vec<ComplexMode>) {
     )
 }
 
-/// The vector v with (M − λI) v = 0 and last component 1.
+/// Returns the vector v with (M − λI) v = 0 and last component 1.
 fn null_vector(matrix: &DMatrix<Complex64>, lambda: Complex64) -> Vec<Complex64> {
     let s = matrix.nrows();
-    // The last equation, which depends on the others, makes room for v_s = 1.
+    // The last equation is redundant and is replaced by v_s = 1.
     let mut system = matrix - DMatrix::from_diagonal_element(s, s, lambda);
     system.row_mut(s - 1).fill(Complex64::ZERO);
     system[(s - 1, s - 1)] = Complex64::ONE;

@@ -1,4 +1,4 @@
-//! Steps with pauses: at roots, and at times within a step that a root has interrupted.
+//! Steps with interruptions: at roots, and at times within a step after a root.
 
 use myovib_dae::{LinearSolver, Outcome, Problem};
 
@@ -9,7 +9,7 @@ use crate::failure::{Failure, Operation};
 use crate::roots::LastStep;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Goes on to the end of one step, to `limit`, or to the first root before either.
+    /// Continues to the end of one step, to `limit`, or to the first root before either.
     pub(super) fn step_within(
         &mut self,
         t_out: f64,
@@ -26,7 +26,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
         let outcome = match self.pause {
             None => self.accepted_step(t_out, limit)?,
-            // The step is there already.
+            // The step has already been computed.
             Some(_) if self.t < limit => Outcome::StepTaken { t: self.t },
             Some(_) => Outcome::StopTime { t: limit },
         };
@@ -43,7 +43,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Pauses at the first root up to `t`, a time in the last step, if there is one.
+    /// Stops at the first root up to `t`, a time in the last step, if there is one.
     fn root_before(&mut self, t: f64) -> Result<Option<Outcome>, RadauError> {
         let Some(roots) = &mut self.roots else {
             return Ok(None);
@@ -72,7 +72,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Makes `t`, a time in the last step, the time reached.
+    /// Sets the current time to `t`, a time in the last step.
     fn pause_at(&mut self, t: f64) {
         let at = |derivative| {
             let mut value = vec![0.0; self.y.len()];

@@ -1,8 +1,8 @@
 //! The integrator.
 //!
-//! [`RadauSolver`] is put together in `builder` and owns what `state` lists. `stepping` drives it:
-//! it repeats an `attempt` until a step is accepted, and `events` pauses within steps; `output`
-//! answers what may be asked in between.
+//! [`RadauSolver`] is constructed in `builder`; `state` lists its data. `stepping` drives it: it
+//! repeats an `attempt` until a step is accepted, and `events` stops within steps. `output` returns
+//! results between steps.
 
 mod attempt;
 mod builder;
