@@ -1,9 +1,10 @@
-//! Columns whose numbers stand side by side, row by row.
+//! Several columns stored row by row.
 
-/// Hands each of the `n_columns` of `x` to `each` as a vector of its own, and takes it back.
+/// Calls `each` with each of the `n_columns` of `x` as a contiguous vector, and copies the result
+/// back.
 ///
 /// # Errors
-/// The first of `each`.
+/// The first error of `each`.
 pub fn one_by_one<T: Copy, E>(
     x: &mut [T],
     n_columns: usize,

@@ -1,9 +1,9 @@
-//! Which crossings count.
+//! Direction of zero crossings.
 
-/// Which crossings of a root function count.
+/// Direction of the zero crossings of a root function that count as roots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Direction {
-    /// All of them.
+    /// Both directions.
     #[default]
     Both,
     /// From negative to positive.

@@ -1,4 +1,4 @@
-//! Linear solvers for Newton's method, with real and complex shifts.
+//! Linear solvers for Newton's method with real and complex shifts.
 
 use num_complex::Complex64;
 
@@ -6,23 +6,24 @@ use crate::columns;
 use crate::linearization::Linearization;
 use crate::problem::StepError;
 
-/// Solves with the Newton matrices ∂F/∂y + c ∂F/∂ẏ of a problem `P`: evaluated at a state, set up
-/// for some c, solved with.
+/// Solves linear systems with the Newton matrices ∂F/∂y + c ∂F/∂ẏ of a problem `P`: evaluates them
+/// at a state, factorizes them for given c, and solves.
 ///
-/// BDF asks for one real c at a time, a Radau IIA method of s stages for one real c and
-/// (s − 1)/2 complex ones. An implementation may use structure that the sparse matrix of the whole
-/// does not show (blocks that are diagonal, unknowns that can be eliminated).
+/// BDF needs one real c at a time; a Radau IIA method of s stages needs one real c and (s − 1)/2
+/// complex values. An implementation may exploit structure that the full sparse matrix does not
+/// show (diagonal blocks, unknowns that can be eliminated).
 ///
-/// All errors mean what they do for a residual: after a recoverable one (a singular matrix, a state
-/// outside the domain) the step is tried with a smaller h; a fatal one ends the integration.
+/// Errors have the same meaning as for a residual: after a recoverable error (a singular matrix, a
+/// state outside the domain) the step is repeated with a smaller h; a fatal error ends the
+/// integration.
 pub trait LinearSolver<P> {
-    /// Evaluates ∂F/∂y and ∂F/∂ẏ at a state and keeps them.
+    /// Evaluates and stores ∂F/∂y and ∂F/∂ẏ at a state.
     ///
     /// # Errors
-    /// Those of the problem.
+    /// Errors of the problem.
     fn evaluate(&mut self, problem: &mut P, at: &Linearization<'_>) -> Result<(), StepError>;
 
-    /// Prepares solves with ∂F/∂y + c ∂F/∂ẏ for the `real` c and for each of the `complex` ones.
+    /// Factorizes ∂F/∂y + c ∂F/∂ẏ for the `real` c and for each of the `complex` values.
     ///
     /// # Errors
     /// [`StepError::Recoverable`] if a matrix is singular.
@@ -36,14 +37,14 @@ pub trait LinearSolver<P> {
     /// Solves in place with the real matrix of the last [`set_up`](LinearSolver::set_up).
     ///
     /// # Errors
-    /// Those of the solve.
+    /// Errors of the solve.
     fn solve_real(&mut self, problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError>;
 
     /// Solves in place with complex matrix `k` of the last [`set_up`](LinearSolver::set_up),
     /// counted from 0.
     ///
     /// # Errors
-    /// Those of the solve.
+    /// Errors of the solve.
     fn solve_complex(
         &mut self,
         problem: &mut P,
@@ -51,15 +52,15 @@ pub trait LinearSolver<P> {
         rhs: &mut [Complex64],
     ) -> Result<(), StepError>;
 
-    /// Solves in place with the real matrix for several right-hand sides, the numbers of a row side by
-    /// side. By default for one after the other: to be replaced where one pass over the factors serves
-    /// them all.
+    /// Solves in place with the real matrix for several right-hand sides stored row by row. The
+    /// default solves column by column; override it if one pass over the factors can serve all
+    /// columns.
     ///
     /// # Shapes
     /// `rhs`: the number of unknowns times `n_columns`.
     ///
     /// # Errors
-    /// Those of the solve.
+    /// Errors of the solve.
     fn solve_real_columns(
         &mut self,
         problem: &mut P,
@@ -69,10 +70,10 @@ pub trait LinearSolver<P> {
         columns::one_by_one(rhs, n_columns, |column| self.solve_real(problem, column))
     }
 
-    /// Solves in place with complex matrix `k`, likewise.
+    /// Solves in place with complex matrix `k` for several right-hand sides stored row by row.
     ///
     /// # Errors
-    /// Those of the solve.
+    /// Errors of the solve.
     fn solve_complex_columns(
         &mut self,
         problem: &mut P,
@@ -85,10 +86,11 @@ pub trait LinearSolver<P> {
         })
     }
 
-    /// Solves in place with the transpose of the real matrix, as an adjoint asks for.
+    /// Solves in place with the transpose of the real matrix, as needed by an adjoint.
     ///
     /// # Errors
-    /// Those of the solve; by default there is none, which is fatal.
+    /// Errors of the solve. The default does not support transposed solves and returns a fatal
+    /// error.
     fn solve_real_transposed(
         &mut self,
         _problem: &mut P,
@@ -97,10 +99,11 @@ pub trait LinearSolver<P> {
         Err(no_transposed_solves())
     }
 
-    /// Solves in place with the transpose (not conjugated) of complex matrix `k`, likewise.
+    /// Solves in place with the transpose (not conjugated) of complex matrix `k`.
     ///
     /// # Errors
-    /// Those of the solve; by default there is none, which is fatal.
+    /// Errors of the solve. The default does not support transposed solves and returns a fatal
+    /// error.
     fn solve_complex_transposed(
         &mut self,
         _problem: &mut P,
@@ -110,30 +113,30 @@ pub trait LinearSolver<P> {
         Err(no_transposed_solves())
     }
 
-    /// Evaluations of the residual that the matrices took so far, for
+    /// Returns the number of residual evaluations for the matrices so far, for
     /// [`difference_evaluations`](crate::Statistics::difference_evaluations).
     fn difference_evaluations(&self) -> u64 {
         0
     }
 
-    /// How often pivots have been chosen that later set-ups keep, of all matrices together; 0 where a
-    /// set-up depends on nothing but the last evaluation and its shifts.
+    /// Returns how often pivots that later setups reuse have been chosen, for all matrices
+    /// together; 0 if a setup depends only on the last evaluation and its shifts.
     fn pivot_choices(&self) -> u64 {
         0
     }
 
-    /// Makes the next set-up choose all pivots anew.
+    /// Makes the next setup choose all pivots again.
     fn forget_pivots(&mut self) {}
 
-    /// What else of the past decides how systems are solved; nothing by default.
+    /// Returns further state from the past that affects the solves; empty by default.
     fn history(&self) -> Vec<bool> {
         Vec::new()
     }
 
-    /// Goes on with a [`history`](LinearSolver::history), that of a solver of the same problem.
+    /// Restores a [`history`](LinearSolver::history) of a solver of the same problem.
     ///
     /// # Errors
-    /// Those of the analysis.
+    /// Errors of the symbolic analysis.
     fn set_history(&mut self, _history: &[bool]) -> Result<(), StepError> {
         Ok(())
     }
@@ -145,7 +148,7 @@ fn no_transposed_solves() -> StepError {
     StepError::Fatal(message.into())
 }
 
-/// A choice made at run time.
+/// A solver selected at run time.
 impl<P, S: LinearSolver<P> + ?Sized> LinearSolver<P> for Box<S> {
     fn evaluate(&mut self, problem: &mut P, at: &Linearization<'_>) -> Result<(), StepError> {
         (**self).evaluate(problem, at)

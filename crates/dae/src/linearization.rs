@@ -1,6 +1,6 @@
-//! Where an integrator linearises F.
+//! State at which an integrator linearizes F.
 
-/// A state (t, y, ẏ) about which F is linearised, with the sizes that matter there.
+/// A state (t, y, ẏ) at which F is linearized, with the relevant scales.
 #[derive(Debug, Clone, Copy)]
 pub struct Linearization<'a> {
     /// The time.
@@ -9,8 +9,8 @@ pub struct Linearization<'a> {
     pub y: &'a [f64],
     /// ẏ.
     pub y_dot: &'a [f64],
-    /// The step h, > 0 or < 0: y moves by about h ẏ.
+    /// Step h, positive or negative: y changes by about h ẏ.
     pub step: f64,
-    /// The error weights w: an error of 1/w_i in y_i is what the tolerance allows.
+    /// Error weights w: the tolerance of y_i is 1/w_i.
     pub weights: &'a [f64],
 }

@@ -1,4 +1,4 @@
-//! How a call of the integrator ended.
+//! Outcome of a call of the integrator.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use crate::remedy::Standing;
 use crate::statistics::Statistics;
 use crate::stop_reason::StopReason;
 
-/// How a call of the integrator ended. y and ẏ of the solver are those at the time named.
+/// Outcome of a call of the integrator. y and ẏ of the solver are the values at the stated time.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Outcome {
@@ -30,15 +30,16 @@ pub enum Outcome {
     Root {
         /// The time of the crossing.
         t: f64,
-        /// For each root function 0 if it did not cross, 1 if it crossed rising, −1 if falling.
+        /// For each root function: 0 if it did not cross, 1 for a rising and −1 for a falling
+        /// crossing.
         crossings: Vec<i32>,
     },
-    /// The integration cannot go on.
+    /// The integration cannot continue.
     Stopped(Box<Stop>),
 }
 
 impl Outcome {
-    /// The time reached.
+    /// Returns the time reached.
     pub fn t(&self) -> f64 {
         match self {
             Self::StepTaken { t }
@@ -50,26 +51,26 @@ impl Outcome {
     }
 }
 
-/// An integration that gave up, with all that helps to see why.
+/// An integration that gave up, with diagnostic information.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Stop {
-    /// Why.
+    /// Reason of the stop.
     pub reason: StopReason,
-    /// The integrator's message and, if a function of the problem failed, its own.
+    /// Message of the integrator and, if a function of the problem failed, its message.
     pub message: String,
     /// The time reached.
     pub t: f64,
-    /// All counters, with the size and order of the last step accepted.
+    /// All counters, including size and order of the last accepted step.
     pub statistics: Statistics,
-    /// The components with the largest weighted local errors in the last attempt, largest first.
+    /// Components with the largest weighted local errors in the last attempt, in descending order.
     pub worst_components: Vec<WorstComponent>,
-    /// What may help, if that is known.
+    /// Suggested remedy, if one is known.
     pub remedy: Option<String>,
 }
 
 impl Stop {
-    /// An integration that gave up at `t` for a `reason`.
+    /// Creates the description of an integration that gave up at `t` for a `reason`.
     pub fn new(
         reason: StopReason,
         message: String,
@@ -87,8 +88,8 @@ impl Stop {
         }
     }
 
-    /// With what may help an integration of `problem`, whose variables enter as `kinds` say, by a
-    /// method that takes problems up to the index `highest` as they stand.
+    /// Adds a suggested remedy for an integration of `problem` with variables of these `kinds` by a
+    /// method that supports problems up to the index `highest` without reformulation.
     #[must_use]
     pub fn advised(mut self, problem: &impl Problem, kinds: &[VariableKind], highest: u8) -> Self {
         let standing = Standing::of(problem, kinds, self.statistics.steps);
@@ -119,30 +120,30 @@ impl fmt::Display for Stop {
              {last_order}): {reason}: {message}"
         )?;
         match remedy {
-            Some(remedy) => write!(f, "; what may help: {remedy}"),
+            Some(remedy) => write!(f, "; suggested remedy: {remedy}"),
             None => Ok(()),
         }
     }
 }
 
-/// A component and its share in the local error.
+/// A component and its local error.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct WorstComponent {
-    /// Its index.
+    /// Index of the component.
     pub index: usize,
-    /// Its name, from [`Problem::component_name`].
+    /// Name from [`Problem::component_name`].
     pub name: String,
-    /// Estimated local error times error weight: 1 is what the tolerance allows.
+    /// Estimated local error times error weight; 1 corresponds to the tolerance.
     pub weighted_error: f64,
 }
 
-/// How many components [`Stop::worst_components`] lists.
+/// Maximum length of [`Stop::worst_components`].
 const N_WORST: usize = 8;
 
 impl WorstComponent {
-    /// The components with the largest of the weighted errors `of_all`, as
-    /// [`Stop::worst_components`] lists them.
+    /// Returns the components with the largest weighted errors of `of_all`, in the form of
+    /// [`Stop::worst_components`].
     pub fn largest(
         problem: &impl Problem,
         of_all: impl IntoIterator<Item = f64>,

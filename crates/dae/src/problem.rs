@@ -1,30 +1,30 @@
-//! What an integrator asks of a differential-algebraic system F(t, y, ẏ) = 0.
+//! Interface of a differential-algebraic system F(t, y, ẏ) = 0 to an integrator.
 
 use std::error::Error;
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
-/// Why a residual or a Jacobian could not be evaluated.
+/// Reason why a residual or a Jacobian could not be evaluated.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepError {
-    /// The arguments lie outside the domain of F (an inverted element, a negative concentration):
-    /// the integrator may try again with a smaller step.
+    /// The arguments are outside the domain of F (an inverted element, a negative concentration).
+    /// The integrator may retry with a smaller step.
     #[error("{0}")]
     Recoverable(String),
-    /// No smaller step will help; the integration stops and this error is handed back.
+    /// A smaller step does not help; the integration stops and returns this error.
     #[error(transparent)]
     Fatal(#[from] Box<dyn Error + Send + Sync>),
-    /// The problem states no Jacobian: difference quotients of its residual take the place (see
-    /// [`Jacobian`](crate::Jacobian)).
-    #[error("the problem states no Jacobian")]
+    /// The problem does not implement a Jacobian. Difference quotients of its residual are used
+    /// instead (see [`Jacobian`](crate::Jacobian)).
+    #[error("the problem does not implement a Jacobian")]
     NoJacobian,
 }
 
-/// How a variable enters F: with its derivative or without.
+/// Whether the derivative of a variable occurs in F.
 ///
-/// This is the `id` vector of IDAS, used by the calculation of consistent initial values. It is a
-/// different thing from the variable's index and from its place in the error test.
+/// This is the `id` vector of IDAS, used to compute consistent initial values. It is independent of
+/// the variable's index and of its exclusion from the error test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum VariableKind {
     /// ẏ_i occurs in F.
@@ -33,28 +33,29 @@ pub enum VariableKind {
     Algebraic,
 }
 
-/// A fully implicit system of differential-algebraic equations F(t, y, ẏ) = 0: the one interface
+/// A fully implicit system of differential-algebraic equations F(t, y, ẏ) = 0, the interface
 /// between models and integrators.
 ///
-/// The number of unknowns and the residual are all that must be written. What else a problem knows
-/// of itself makes it faster or more reliable: a sparse pattern, a Jacobian, the kinds and indices
-/// of its variables.
+/// Only the number of unknowns and the residual are required. Further information makes the
+/// integration faster or more reliable: a sparse pattern, a Jacobian, the kinds and indices of the
+/// variables.
 ///
-/// Its Jacobian is asked for as `a ∂F/∂y + b ∂F/∂ẏ`: BDF codes take `a = 1, b = c_j`; an implicit
-/// Runge–Kutta method, whose c_j are complex, evaluates `(1, 0)` and `(0, 1)` once and combines them.
+/// The Jacobian is evaluated as `a ∂F/∂y + b ∂F/∂ẏ`: BDF methods use `a = 1, b = c_j`; an implicit
+/// Runge–Kutta method, whose c_j are complex, evaluates `(1, 0)` and `(0, 1)` once and combines
+/// them.
 ///
 /// # Shapes
 /// All slices have the length [`n_unknowns`](Problem::n_unknowns), except the `values` of the
 /// Jacobian, which has one entry per entry of [`jacobian_pattern`](Problem::jacobian_pattern).
 pub trait Problem {
-    /// Number of equations and unknowns.
+    /// Returns the number of equations and unknowns.
     fn n_unknowns(&self) -> usize;
 
     /// Evaluates F(t, y, ẏ) into `residual`, overwriting it.
     ///
     /// # Errors
-    /// [`StepError::Recoverable`] when a smaller step may help, [`StepError::Fatal`] otherwise.
-    /// A NaN left in `residual` counts as recoverable.
+    /// [`StepError::Recoverable`] if a smaller step may help, otherwise [`StepError::Fatal`]. A NaN
+    /// in `residual` counts as recoverable.
     fn residual(
         &mut self,
         t: f64,
@@ -63,19 +64,19 @@ pub trait Problem {
         residual: &mut [f64],
     ) -> Result<(), StepError>;
 
-    /// The fixed compressed-column pattern of `a ∂F/∂y + b ∂F/∂ẏ` (major dimension: columns); full
-    /// by default.
+    /// Returns the fixed compressed-column pattern of `a ∂F/∂y + b ∂F/∂ẏ` (major dimension:
+    /// columns). The default is a full matrix.
     fn jacobian_pattern(&self) -> SparsityPattern {
         full_pattern(self.n_unknowns())
     }
 
     /// Evaluates `a ∂F/∂y + b ∂F/∂ẏ` into `values`, in the order of the pattern, overwriting them.
     ///
-    /// By default there is none, and integrators take difference quotients of the residual. Call it
-    /// through a [`Jacobian`](crate::Jacobian), which knows what to do then.
+    /// The default has no Jacobian, and integrators use difference quotients of the residual. Call
+    /// this method through a [`Jacobian`](crate::Jacobian), which handles that case.
     ///
     /// # Errors
-    /// As for [`residual`](Problem::residual); [`StepError::NoJacobian`] where there is none.
+    /// As for [`residual`](Problem::residual); [`StepError::NoJacobian`] if it is not implemented.
     fn jacobian(
         &mut self,
         _t: f64,
@@ -88,8 +89,9 @@ pub trait Problem {
         Err(StepError::NoJacobian)
     }
 
-    /// Evaluates ∂F/∂y and ∂F/∂ẏ into the two `parts`, in the order of the pattern: by two calls of
-    /// [`jacobian`](Problem::jacobian), unless the problem knows how to do it in one pass.
+    /// Evaluates ∂F/∂y and ∂F/∂ẏ into the two `parts`, in the order of the pattern. The default
+    /// calls [`jacobian`](Problem::jacobian) twice; override it if both can be computed in one
+    /// pass.
     ///
     /// # Errors
     /// As for [`residual`](Problem::residual).
@@ -105,27 +107,28 @@ pub trait Problem {
         self.jacobian(t, y, y_dot, 0.0, 1.0, of_rate)
     }
 
-    /// How each variable enters F (IDAS' `id`). By default the Jacobian at the start is asked, see
-    /// [`kinds_at`](crate::kinds_at).
+    /// Returns whether each variable is differential or algebraic (`id` of IDAS). By default this
+    /// is determined numerically at the start, see [`kinds_at`](crate::kinds_at).
     fn kinds(&self) -> Option<Vec<VariableKind>> {
         None
     }
 
-    /// The perturbation index of each variable: 0 for variables of an ODE, 1 to 3 for those of
-    /// constrained mechanics; `None` (the default) where it is not known.
+    /// Returns the perturbation index of each variable: 0 for variables of an ODE, 1 to 3 in
+    /// constrained mechanics; `None` (the default) if it is unknown.
     fn indices(&self) -> Option<Vec<u8>> {
         None
     }
 
-    /// Number of [`constraints`](Problem::constraints) that the problem states; none by default.
+    /// Returns the number of [`constraints`](Problem::constraints); 0 by default.
     fn n_constraints(&self) -> usize {
         0
     }
 
-    /// Writes c(t, y), which is zero for every state that a solution can have, to `out`, by differential
-    /// variables: for index 2 the constraints, for index 3 those and their derivatives in time, the hidden
-    /// ones. Consistent initial values are found with it
-    /// ([`ConsistencyMode::Constraints`](crate::ConsistencyMode::Constraints)); integrators ask for nothing.
+    /// Writes the constraints c(t, y) of the differential variables, which every solution satisfies
+    /// as c = 0, to `out`: the constraints for index 2, and also their time derivatives (hidden
+    /// constraints) for index 3. They are used to compute consistent initial values
+    /// ([`ConsistencyMode::Constraints`](crate::ConsistencyMode::Constraints)); integrators do not
+    /// evaluate them.
     ///
     /// # Shapes
     /// `out`: [`n_constraints`](Problem::n_constraints).
@@ -136,13 +139,13 @@ pub trait Problem {
         Ok(())
     }
 
-    /// A name for component `i` in messages.
+    /// Returns a name for component `i` in messages.
     fn component_name(&self, i: usize) -> String {
         format!("y[{i}]")
     }
 }
 
-/// Problems of different types as one: what solves them is compiled once for all.
+/// A problem selected at run time: solvers are compiled once for all types.
 impl<P: Problem + ?Sized> Problem for Box<P> {
     fn n_unknowns(&self) -> usize {
         (**self).n_unknowns()
@@ -205,7 +208,7 @@ impl<P: Problem + ?Sized> Problem for Box<P> {
     }
 }
 
-/// The pattern of a full n × n matrix.
+/// Returns the pattern of a full n × n matrix.
 pub(crate) fn full_pattern(n: usize) -> SparsityPattern {
     let offsets = (0..=n).map(|j| j * n).collect();
     let indices = (0..n * n).map(|k| k % n).collect();

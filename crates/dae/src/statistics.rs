@@ -1,10 +1,10 @@
-//! The counters of an integration.
+//! Counters of an integration.
 
 use std::ops::Add;
 
 use serde::{Deserialize, Serialize};
 
-/// The counters of an integration since the start or the last re-initialisation.
+/// Counters of an integration since the start or the last reinitialization.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Statistics {
@@ -19,13 +19,13 @@ pub struct Statistics {
     pub newton_failures: u64,
     /// Newton iterations.
     pub newton_iterations: u64,
-    /// Evaluations of the residual, without those for difference quotients.
+    /// Evaluations of the residual, excluding those for difference quotients.
     pub residual_evaluations: u64,
     /// Evaluations of the residual for Jacobians by difference quotients.
     pub difference_evaluations: u64,
     /// Evaluations of the Jacobian.
     pub jacobian_evaluations: u64,
-    /// Set-ups of the linear solver.
+    /// Setups of the linear solver.
     pub linear_setups: u64,
     /// Backtracks of the line search for consistent initial values.
     pub backtracks: u64,
@@ -47,28 +47,29 @@ pub struct Statistics {
     pub initial_step: f64,
     /// Internal time reached, at or beyond the time of the last output.
     pub t_reached: f64,
-    /// Factor by which the tolerances should be raised when they ask for too much accuracy.
+    /// Factor by which the tolerances should be increased if they are too tight for machine
+    /// precision.
     pub tolerance_scale_factor: f64,
     /// Return code of the last call of the linear solver.
     pub last_linear_flag: i64,
-    /// The smallest reciprocal condition number that KLU estimated after a factorisation. `None`
-    /// before, and without KLU.
+    /// Smallest reciprocal condition number estimated by KLU after a factorization. `None` before
+    /// the first factorization, and without KLU.
     pub smallest_rcond: Option<f64>,
-    /// The linear algebra of methods with complex matrices; `None` for others.
+    /// Linear algebra of methods with complex matrices; `None` for others.
     pub work: Option<Work>,
 }
 
-/// The linear algebra of an implicit Runge–Kutta method of s stages.
+/// Linear algebra of an implicit Runge–Kutta method of s stages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Work {
-    /// Real factorisations: one a linear set-up.
+    /// Real factorizations: one per linear setup.
     pub real_factorizations: u64,
-    /// Complex factorisations: (s − 1)/2 a linear set-up.
+    /// Complex factorizations: (s − 1)/2 per linear setup.
     pub complex_factorizations: u64,
-    /// Real solves: one a Newton iteration, one or two an error estimate.
+    /// Real solves: one per Newton iteration, one or two per error estimate.
     pub real_solves: u64,
-    /// Complex solves: (s − 1)/2 a Newton iteration.
+    /// Complex solves: (s − 1)/2 per Newton iteration.
     pub complex_solves: u64,
 }
 

@@ -1,30 +1,30 @@
-//! Why an integration gave up.
+//! Reasons why an integration gave up.
 
 use std::fmt;
 
-/// Why an integration gave up.
+/// Reason why an integration gave up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum StopReason {
     /// The error test failed too often in one step.
     ErrorTestFailures,
-    /// Newton failed too often in one step.
+    /// Newton's method failed too often in one step.
     ConvergenceFailures,
-    /// A failure with the step at its lower limit, or so small that t + h = t.
+    /// A failure at the smallest allowed step, or with a step so small that t + h = t.
     StepTooSmall,
-    /// The linear system could not be factorised.
+    /// The linear system could not be factorized.
     LinearSetupFailed,
     /// The linear system could not be solved.
     LinearSolveFailed,
-    /// The residual could not be evaluated, with any step tried.
+    /// The residual could not be evaluated for any step size tried.
     ResidualFailed,
-    /// The Jacobian could not be evaluated, with any step tried.
+    /// The Jacobian could not be evaluated for any step size tried.
     JacobianFailed,
-    /// The inequality constraints could not be met.
+    /// The inequality constraints could not be satisfied.
     ConstraintsViolated,
-    /// The limit on the steps of one call.
+    /// The limit on the number of steps per call was reached.
     MaxSteps,
-    /// The tolerances ask for more digits than the machine has.
+    /// The tolerances are too tight for machine precision.
     ToleranceTooTight,
     /// The error weights could not be computed, or a tolerance has become zero.
     ErrorWeightsFailed,
@@ -32,12 +32,12 @@ pub enum StopReason {
     RootFunctionFailed,
     /// A quadrature's integrand could not be evaluated.
     QuadratureFailed,
-    /// Something else; see the message.
+    /// Another reason; see the message.
     Other,
 }
 
 impl StopReason {
-    /// The name in reports: lower case, with underscores.
+    /// Returns the name used in reports: lower case with underscores.
     pub fn name(self) -> &'static str {
         match self {
             Self::ErrorTestFailures => "error_test_failures",

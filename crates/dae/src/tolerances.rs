@@ -1,9 +1,8 @@
-//! How accurate the solution is to be, and which components are asked.
+//! Error tolerances and exclusions from the error test.
 
 use crate::problem::VariableKind;
 
-/// How accurate the solution is to be: component i is allowed the local error
-/// `relative · |y_i| + absolute_i`.
+/// Error tolerances: the local error of component i may be `relative · |y_i| + absolute_i`.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Tolerances {
@@ -24,12 +23,12 @@ pub enum Tolerances {
 }
 
 impl Tolerances {
-    /// The same tolerances for all components.
+    /// Returns equal tolerances for all components.
     pub fn scalar(relative: f64, absolute: f64) -> Self {
         Self::Scalar { relative, absolute }
     }
 
-    /// An absolute tolerance for each component.
+    /// Returns tolerances with an absolute tolerance for each component.
     pub fn vector(relative: f64, absolute: impl Into<Vec<f64>>) -> Self {
         Self::Vector {
             relative,
@@ -37,14 +36,14 @@ impl Tolerances {
         }
     }
 
-    /// The relative tolerance.
+    /// Returns the relative tolerance.
     pub fn relative(&self) -> f64 {
         match self {
             Self::Scalar { relative, .. } | Self::Vector { relative, .. } => *relative,
         }
     }
 
-    /// Writes the error weights 1/(relative · |y_i| + absolute_i); one is infinite where the
+    /// Writes the error weights 1/(relative · |y_i| + absolute_i); a weight is infinite if its
     /// tolerance is zero.
     pub fn write_weights(&self, y: &[f64], weights: &mut [f64]) {
         let relative = self.relative();
@@ -61,7 +60,7 @@ impl Tolerances {
         }
     }
 
-    /// The absolute tolerance of component `i`.
+    /// Returns the absolute tolerance of component `i`.
     ///
     /// # Panics
     /// If there is no such component.
@@ -73,33 +72,35 @@ impl Tolerances {
     }
 }
 
-/// Which components are left out of the local error test (`IDASetSuppressAlg`).
+/// Components excluded from the local error test (`IDASetSuppressAlg`).
 ///
-/// IDAS uses one vector for this and for [consistent initial
-/// values](crate::Problem::kinds); here they are apart: what is algebraic is
-/// said by [`Problem::kinds`](crate::Problem::kinds).
+/// IDAS uses one vector for this purpose and for [consistent initial
+/// values](crate::Problem::kinds). Here the two are separate: algebraic variables are declared by
+/// [`Problem::kinds`](crate::Problem::kinds).
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Suppressed {
     /// All components are tested.
     #[default]
     Nothing,
-    /// The algebraic components are left out.
+    /// Algebraic components are excluded.
     Algebraic,
-    /// The components marked `true` are left out.
+    /// Components marked `true` are excluded.
     Components(Vec<bool>),
-    /// Components of this index or a higher one, as [`Problem::indices`](crate::Problem::indices) states
-    /// them, are left out. Newton's method is still asked to converge for them.
+    /// Components with this or a higher index, as stated by
+    /// [`Problem::indices`](crate::Problem::indices), are excluded. Newton's method must still
+    /// converge for them.
     FromIndex(u8),
-    /// The same components are not asked for at all, in Newton's test neither: their absolute tolerance is
-    /// [`UNTESTED`], as in published runs of IDAS. Without effect on error weights of one's own.
+    /// These components are excluded from both the error test and Newton's convergence test: their
+    /// absolute tolerance is [`UNTESTED`], as in published runs of IDAS. No effect on user-defined
+    /// error weights.
     UntestedFromIndex(u8),
 }
 
-/// The absolute tolerance of components that are not asked for, as published runs of IDAS have it.
+/// Absolute tolerance of components excluded from all tests, as in published runs of IDAS.
 pub const UNTESTED: f64 = 1e10;
 
-/// Components are to be left out by their index, which the problem does not state.
+/// Components are excluded by index, but the problem does not state indices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
     "the problem states no indices to leave components out by: implement Problem::indices, or mark \
@@ -108,11 +109,11 @@ pub const UNTESTED: f64 = 1e10;
 pub struct NoIndices;
 
 impl Suppressed {
-    /// Whether each component, which enters F as `kinds` say and has the index that `indices` state, is left
-    /// out of the error test.
+    /// Returns whether each component is excluded from the error test, given the `kinds` and
+    /// `indices` of the components.
     ///
     /// # Errors
-    /// [`NoIndices`] where they are needed and not stated.
+    /// [`NoIndices`] if indices are needed and not stated.
     ///
     /// # Panics
     /// If there are fewer indices than kinds.
@@ -137,10 +138,11 @@ impl Suppressed {
         })
     }
 
-    /// The tolerances where some components are not asked for at all.
+    /// Returns the tolerances with loose absolute tolerances for components excluded from all
+    /// tests.
     ///
     /// # Errors
-    /// [`NoIndices`] where they are needed and not stated.
+    /// [`NoIndices`] if indices are needed and not stated.
     pub fn loosened(
         &self,
         tolerances: Tolerances,
@@ -162,7 +164,7 @@ impl Suppressed {
     }
 }
 
-/// Which components have the index `least` or a higher one.
+/// Returns which components have the index `least` or a higher index.
 fn from_index(least: u8, indices: Option<&[u8]>) -> Result<Vec<bool>, NoIndices> {
     let indices = indices.ok_or(NoIndices)?;
     Ok(indices.iter().map(|index| *index >= least).collect())
@@ -172,7 +174,8 @@ fn from_index(least: u8, indices: Option<&[u8]>) -> Result<Vec<bool>, NoIndices>
 mod tests {
     use super::*;
 
-    /// Index 1 and 2 are both algebraic: the kind takes both, the index one.
+    /// Variables of index 1 and 2 are algebraic: exclusion by kind excludes both, exclusion by
+    /// index only one.
     #[test]
     fn components_are_left_out_by_kind_or_by_index() {
         use VariableKind::{Algebraic, Differential};

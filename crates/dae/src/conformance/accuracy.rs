@@ -1,12 +1,12 @@
-//! Solutions are right.
+//! Accuracy of solutions.
 
 use super::problems::Circle;
 use super::{Method, Request};
 use crate::samples::{LinearIndex1, Sample};
 use crate::{ConsistencyMode, Integrator, Outcome};
 
-/// Errors over some periods, as multiples of the tolerance of a step: they add up over a hundred
-/// steps or more.
+/// Allowed error over some periods as a multiple of the tolerance of a step: errors accumulate over
+/// a hundred steps or more.
 const ADDED_UP: f64 = 300.0;
 
 fn circle<M: Method>(method: &M, problem: Circle) -> M::Integrator<Circle> {
@@ -19,7 +19,7 @@ fn error(y: &[f64], exact: &[f64]) -> f64 {
     errors.fold(0.0, f64::max)
 }
 
-/// Problems of index 0 and 1 are solved to their tolerance.
+/// Checks that problems of index 0 and 1 are solved to their tolerance.
 pub fn solves_exact_problems_to_tolerance<M: Method>(method: &M) {
     let mut solver = circle(method, Circle::new());
     for t in [0.1, 3.0, 10.0] {
@@ -39,7 +39,7 @@ pub fn solves_exact_problems_to_tolerance<M: Method>(method: &M) {
     assert!(off < 1e-6 * ADDED_UP, "{off:e}");
 }
 
-/// Without a Jacobian, kinds or indices the steps are nearly those with them.
+/// Checks that without a Jacobian, kinds or indices the number of steps is nearly unchanged.
 pub fn needs_no_more_than_a_residual<M: Method>(method: &M) {
     let mut with = circle(method, Circle::new());
     let mut without = circle(method, Circle::without_jacobian());
@@ -50,9 +50,9 @@ pub fn needs_no_more_than_a_residual<M: Method>(method: &M) {
     }
     assert_eq!(with.statistics().difference_evaluations, 0);
     let statistics = without.statistics();
-    // One at the state itself and one a column, at least.
+    // At least one evaluation at the state itself and one per column.
     assert!(statistics.difference_evaluations >= 4 * statistics.jacobian_evaluations);
-    // A difference quotient is right to half the digits, which Newton does not notice often.
+    // Difference quotients are accurate to half the digits, which rarely affects Newton's method.
     let steps = with.statistics().steps as f64;
     assert!(
         (statistics.steps as f64 / steps - 1.0).abs() < 0.05,
@@ -61,7 +61,8 @@ pub fn needs_no_more_than_a_residual<M: Method>(method: &M) {
     );
 }
 
-/// Algebraic values and derivatives that are wrong are corrected; those given right are kept.
+/// Checks that inconsistent algebraic values and derivatives are corrected and consistent values
+/// are kept.
 pub fn starts_from_consistent_values<M: Method>(method: &M) {
     for problem in [Circle::new(), Circle::without_jacobian()] {
         let (y, y_dot) = Circle::start();
@@ -71,7 +72,7 @@ pub fn starts_from_consistent_values<M: Method>(method: &M) {
             .correct_initial_values(ConsistencyMode::AlgebraicAndDerivatives, 1.0)
             .unwrap();
         assert_eq!(solver.y()[..2], y[..2]);
-        // Newton stops at a part of the tolerance, 1e-6.
+        // Newton's method stops at a fraction of the tolerance, 1e-6.
         let off = error(solver.y(), &y).max(error(&solver.y_dot()[..2], &y_dot[..2]));
         assert!(off < 1e-5, "{off:e}");
         solver.integrate_to(1.0).unwrap();

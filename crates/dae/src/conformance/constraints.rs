@@ -1,14 +1,14 @@
-//! Systems of index 2 and 3: consistent values by their constraints, and what is not asked for.
+//! Systems of index 2 and 3: consistent values from constraints, and exclusions.
 
 use super::problems::Circle;
 use super::{Method, Request};
 use crate::samples::{JayIndex2, MechanicalForm, Pendulum, Sample};
 use crate::{ConsistencyMode, Integrator, Outcome, Problem, StepError, Suppressed};
 
-/// How far an equation or a constraint may be off: differences are right to some 1e-10.
+/// Allowed residual of an equation or constraint: difference quotients are accurate to about 1e-10.
 const SATISFIED: f64 = 1e-8;
 
-/// What F and the constraints leave.
+/// Returns the largest residual of F and the constraints.
 fn left<P: Problem>(problem: &mut P, t: f64, y: &[f64], y_dot: &[f64]) -> f64 {
     let mut f = vec![0.0; problem.n_unknowns()];
     problem.residual(t, y, y_dot, &mut f).unwrap();
@@ -17,12 +17,13 @@ fn left<P: Problem>(problem: &mut P, t: f64, y: &[f64], y_dot: &[f64]) -> f64 {
     f.iter().chain(&c).fold(0.0, |m: f64, x| m.max(x.abs()))
 }
 
-/// From values off the constraints the pendulum of index 3 and 2 and Jay's problem of index 2 find consistent
-/// ones near by, multipliers included, from which the integration goes on and keeps to the constraints.
+/// Checks that for the pendulum of index 3 and 2 and Jay's problem of index 2, consistent values,
+/// including multipliers, are found near values off the constraints, and that the integration
+/// continues from them and satisfies the constraints.
 pub fn moves_onto_the_constraints_that_a_problem_states<M: Method>(method: &M) {
     let length: f64 = 1.0;
     for form in [MechanicalForm::Index3, MechanicalForm::Index2] {
-        // 2 % too long, with a velocity that is not along the circle, and no multiplier.
+        // 2 % too long, with a velocity that is not tangential, and without a multiplier.
         let wrong = [0.72, -0.72, 0.5, 0.6, 0.0];
         let request = Request {
             suppressed: Suppressed::UntestedFromIndex(2),
@@ -35,7 +36,7 @@ pub fn moves_onto_the_constraints_that_a_problem_states<M: Method>(method: &M) {
         let off = left(solver.problem_mut(), 0.0, &y, &y_dot);
         assert!(off < SATISFIED, "{form:?}: {off:e} of {y:?} {y_dot:?}");
         for (moved, given) in y.iter().zip(&wrong).take(4) {
-            // By what it was off the constraints, some hundredths.
+            // The distance from the constraints is a few hundredths.
             assert!((moved - given).abs() < 0.1, "{form:?}: {y:?}");
         }
         // λ = (u² + v² − g y)/ℓ², from the second derivative of the constraint.
@@ -66,7 +67,7 @@ pub fn moves_onto_the_constraints_that_a_problem_states<M: Method>(method: &M) {
         Outcome::Reached { t: 0.1 }
     );
 
-    // What is consistent stays.
+    // Consistent values do not change.
     let request = Request::new(JayIndex2, 0.0, &start.y, &[0.0; 3]);
     let mut solver = method.build(request);
     solver
@@ -77,7 +78,7 @@ pub fn moves_onto_the_constraints_that_a_problem_states<M: Method>(method: &M) {
     }
 }
 
-/// A problem that states no constraints, or wrong ones, is refused with what is to be done.
+/// Checks that missing or wrong constraints are rejected.
 pub fn refuses_constraints_that_are_not_there_or_wrong<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let mut solver = method.build(Request::new(Circle::new(), 0.0, &y, &y_dot));
@@ -96,7 +97,7 @@ pub fn refuses_constraints_that_are_not_there_or_wrong<M: Method>(method: &M) {
     assert_eq!(solver.y(), [0.5, 0.0]);
 }
 
-/// ẋ = z, 0 = x − 1, with x = 2 stated for a constraint.
+/// ẋ = z, 0 = x − 1, with the contradictory constraint x = 2.
 struct Contradiction;
 
 impl Problem for Contradiction {
@@ -119,8 +120,8 @@ impl Problem for Contradiction {
     }
 }
 
-/// Components can be left out by their index, where the problem states indices, and are then free of what
-/// tolerances ask of them.
+/// Checks that components can be excluded by index if the problem states indices, and that
+/// tolerances then do not apply to them.
 pub fn leaves_components_out_by_their_index<M: Method>(method: &M) {
     let start = JayIndex2.start();
     for suppressed in [Suppressed::FromIndex(2), Suppressed::UntestedFromIndex(2)] {
@@ -135,7 +136,7 @@ pub fn leaves_components_out_by_their_index<M: Method>(method: &M) {
         );
         let exact = JayIndex2.exact(0.5).unwrap();
         for (y, exact) in solver.y().iter().zip(exact).take(2) {
-            // 1e-6 a step, some dozens of steps.
+            // 1e-6 per step, a few dozen steps.
             assert!((y - exact).abs() < 1e-4, "{suppressed:?}: {:?}", solver.y());
         }
     }

@@ -1,4 +1,4 @@
-//! What fails is named, and costs no more than it must.
+//! Failures: named, and without unnecessary cost.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -15,10 +15,10 @@ fn recoverable(message: &str) -> StepError {
     StepError::Recoverable(message.to_owned())
 }
 
-/// After a recoverable error the step is smaller, and the integration goes on.
+/// Checks that the step is reduced after a recoverable error and the integration continues.
 pub fn recovers_from_recoverable_errors<M: Method>(method: &M) {
     for not_a_number in [false, true] {
-        // The first residual beyond the start is refused, later ones are not.
+        // The first residual after the start is rejected, later ones are not.
         let mut refused = false;
         let problem = Circle::with_residual(move |t| {
             if t == 0.0 || refused {
@@ -44,9 +44,10 @@ pub fn recovers_from_recoverable_errors<M: Method>(method: &M) {
     }
 }
 
-/// A recoverable error or a NaN that stays ends the integration with function and reason.
+/// Checks that a persistent recoverable error or NaN ends the integration and names the function
+/// and reason.
 pub fn names_the_function_that_failed<M: Method>(method: &M) {
-    // From some call on, whatever the time: no step is small enough.
+    // From some call on, independent of the time: no step is small enough.
     let spoiled = |trouble: fn() -> Result<f64, StepError>| {
         let mut calls = 0;
         Circle::with_residual(move |_| {
@@ -62,7 +63,7 @@ pub fn names_the_function_that_failed<M: Method>(method: &M) {
         problem.in_jacobian = Box::new(move |_| {
             calls += 1;
             match trouble.is_nan() {
-                // The integrator may ask once which variables are algebraic.
+                // The integrator may evaluate once to find algebraic variables.
                 _ if calls <= 1 => Ok(0.0),
                 true => Ok(f64::NAN),
                 false => Err(recoverable("a wall")),
@@ -83,7 +84,7 @@ pub fn names_the_function_that_failed<M: Method>(method: &M) {
         let mut solver = method.build(request(problem));
         let stop = stopped(solver.integrate_to(10.0).unwrap());
         assert_stop(&stop, reason, said);
-        // The state is the last that was accepted.
+        // The state is the last accepted state.
         assert_eq!(stop.t, solver.t());
         assert_eq!(stop.statistics, solver.statistics());
         // Without a first Jacobian there is no first step.
@@ -94,7 +95,7 @@ pub fn names_the_function_that_failed<M: Method>(method: &M) {
     }
 }
 
-/// A time that no step can cross is reached, and reported with what was in the way.
+/// Checks that a time that no step can cross is reached and reported with the cause.
 pub fn stops_before_a_wall<M: Method>(method: &M) {
     let problem = Circle::with_residual(|t| match t > 0.5 {
         true => Err(recoverable("a wall")),
@@ -106,7 +107,7 @@ pub fn stops_before_a_wall<M: Method>(method: &M) {
     assert!(stop.t <= 0.5 && stop.t > 0.5 - 1e-9, "{stop}");
 }
 
-/// A fatal error ends the call with the function, the time and the source.
+/// Checks that a fatal error ends the call with the function, the time and the source.
 pub fn hands_back_fatal_errors<M: Method>(method: &M) {
     let fatal = || StepError::Fatal("disk on fire".into());
     let residual = Circle::with_residual(move |t| if t > 0.5 { Err(fatal()) } else { Ok(0.0) });
@@ -125,7 +126,7 @@ pub fn hands_back_fatal_errors<M: Method>(method: &M) {
     }
 }
 
-/// What does not get over a jump says what helps, and that helps.
+/// Checks that a failure at a jump names a remedy, and that the remedy works.
 pub fn names_a_remedy_for_a_jump<M: Method>(method: &M) {
     let problem = Circle::with_residual(|t| Ok(if t >= 0.5 { -30.0 } else { 0.0 }));
     let mut solver = method.build(Request {
@@ -135,7 +136,7 @@ pub fn names_a_remedy_for_a_jump<M: Method>(method: &M) {
     let said = stopped(solver.integrate_to(1.0).unwrap()).to_string();
     assert!(said.contains("jumps") && said.contains("reinit"), "{said}");
     let (y, mut y_dot) = (solver.y().to_vec(), solver.y_dot().to_vec());
-    // ẋ jumps, and with it the derivative of a = x² + v².
+    // ẋ jumps, and so does the derivative of a = x² + v².
     y_dot[0] += 30.0;
     y_dot[2] += 2.0 * y[0] * 30.0;
     solver.reinit(0.5, &y, &y_dot, &[]).unwrap();
@@ -143,9 +144,9 @@ pub fn names_a_remedy_for_a_jump<M: Method>(method: &M) {
     assert_eq!(outcome, Outcome::Reached { t: 1.0 });
 }
 
-/// A jump that no step can cross ends the integration at the smallest step allowed.
+/// Checks that a jump that no step can cross ends the integration at the smallest allowed step.
 pub fn stops_at_the_smallest_step<M: Method>(method: &M) {
-    // A jump in ẋ, that the error test sees at any size of the step.
+    // A jump in ẋ that the error test detects for any step size.
     let problem = Circle::with_residual(|t| Ok(if t > 0.5 { 1e9 } else { 0.0 }));
     let mut solver = method.build(Request {
         min_step: 1e-4,
@@ -158,8 +159,8 @@ pub fn stops_at_the_smallest_step<M: Method>(method: &M) {
     assert!(stop.statistics.steps > 0);
 }
 
-/// A weight that becomes zero, or a function of weights that fails, ends the integration with its
-/// statistics, after the last step that had weights.
+/// Checks that a weight that becomes zero, or a failing weight function, ends the integration with
+/// its statistics, after the last step with valid weights.
 pub fn keeps_its_statistics_when_a_weight_is_lost<M: Method>(method: &M) {
     for fails in [false, true] {
         let mut solver = method.build(Request {
@@ -189,7 +190,7 @@ pub fn keeps_its_statistics_when_a_weight_is_lost<M: Method>(method: &M) {
     }
 }
 
-/// A root function that fails leaves t, y and ẏ together.
+/// Checks that a failing root function leaves t, y and ẏ consistent with each other.
 pub fn stays_where_it_is_when_a_root_function_fails<M: Method>(method: &M) {
     for at in [0.0, 0.5] {
         for fatal in [false, true] {
@@ -230,7 +231,7 @@ pub fn stays_where_it_is_when_a_root_function_fails<M: Method>(method: &M) {
     }
 }
 
-/// A panic of the problem passes through, and the integrator can be started afresh.
+/// Checks that a panic of the problem propagates, and that the integrator can be reinitialized.
 pub fn lets_a_panic_pass<M: Method>(method: &M) {
     let mut armed = true;
     let problem = Circle::with_residual(move |t| {
@@ -251,14 +252,15 @@ pub fn lets_a_panic_pass<M: Method>(method: &M) {
     );
 }
 
-/// Steps that are accepted at once allocate nothing when the first are over; `allocations` counts those of a call.
+/// Checks that steps accepted at the first attempt do not allocate after the first steps;
+/// `allocations` counts the allocations of a call.
 pub fn steps_allocate_nothing<M: Method>(
     method: &M,
     allocations: impl Fn(&mut dyn FnMut()) -> u64,
 ) {
     for problem in [Circle::new(), Circle::without_jacobian()] {
         let mut solver = method.build(request(problem));
-        // The first steps make room.
+        // The first steps allocate workspace.
         for _ in 0..20 {
             solver.step(1e3).unwrap();
         }
@@ -273,7 +275,7 @@ pub fn steps_allocate_nothing<M: Method>(
                 let outcome = solver.step(1e3).unwrap();
                 assert!(matches!(outcome, Outcome::StepTaken { .. }));
             });
-            // What is rejected is told why.
+            // Rejected steps allocate their message.
             if failures(&solver) == before {
                 assert_eq!(counted, 0);
                 counted_steps += 1;

@@ -1,20 +1,21 @@
-//! A problem's Jacobian against differences of its residual.
+//! Comparison of a problem's Jacobian with differences of its residual.
 
 use crate::Problem;
 
-/// The step of the differences, as a fraction of the direction.
+/// Step of the differences as a fraction of the direction.
 const EPSILON: f64 = 1e-5;
 
-/// max_i |J δ − dF/dε|_i along the direction δ, relative to Σ_j |J_ij δ_j|, with J = a ∂F/∂y + b ∂F/∂ẏ.
+/// Returns max_i |J δ − dF/dε|_i along the direction δ, relative to Σ_j |J_ij δ_j|, with J = a
+/// ∂F/∂y + b ∂F/∂ẏ.
 ///
-/// Central differences of a smooth residual err by ε²/6 of its third derivative and by the rounding of
-/// its terms over ε. Rows below 1e-9 count as of that size.
+/// The error of central differences is ε²/6 times the third derivative plus the rounding errors of
+/// the terms divided by ε. Rows below 1e-9 count as 1e-9.
 ///
 /// # Shapes
 /// y, ẏ and δ: `n_unknowns`.
 ///
 /// # Panics
-/// When the problem cannot be evaluated there.
+/// If the problem cannot be evaluated there.
 pub fn jacobian_error<P: Problem + ?Sized>(
     problem: &mut P,
     t: f64,
@@ -46,6 +47,6 @@ pub fn jacobian_error<P: Problem + ?Sized>(
         let difference = (plus[i] - minus[i]) / (2.0 * EPSILON);
         (product[i] - difference).abs() / scale[i].max(1e-9)
     });
-    // A NaN is an error that no bound allows.
+    // A NaN exceeds every bound.
     errors.fold(0.0, |m, e| if e > m || e.is_nan() { e } else { m })
 }

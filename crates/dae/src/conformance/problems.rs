@@ -1,21 +1,21 @@
-//! Small problems with exact solutions, that can be told to fail.
+//! Small problems with exact solutions and optional failures.
 
 use crate::{Problem, StepError};
 
-/// What a function of [`Circle`] may do to the value it would write.
+/// Perturbation of a value computed by [`Circle`], or a failure.
 pub(super) type Trouble = Box<dyn FnMut(f64) -> Result<f64, StepError> + Send>;
 
-/// ẋ = v, v̇ = −x and a − x² − v² = 0: x = sin t, v = cos t, a = 1; with its own Jacobian, unless
-/// there is to be none, and with calls counted.
+/// ẋ = v, v̇ = −x and a − x² − v² = 0: x = sin t, v = cos t, a = 1, with an optional analytic
+/// Jacobian and counted calls.
 pub(super) struct Circle {
     pub(super) has_jacobian: bool,
     /// Evaluations of the residual.
     pub(super) residuals: u64,
     /// Evaluations of the Jacobian, or of both its parts.
     pub(super) jacobians: u64,
-    /// Takes the time of a residual, and gives what is added to its first entry.
+    /// Returns the value added to the first entry of the residual at a time.
     pub(super) in_residual: Trouble,
-    /// The same for the first value of the Jacobian.
+    /// Returns the value added to the first entry of the Jacobian.
     pub(super) in_jacobian: Trouble,
 }
 
