@@ -1,16 +1,18 @@
-//! A safe wrapper of the SUNDIALS integrator IDAS, with sparse Jacobians factorised by KLU or
-//! by faer, for implicit differential-algebraic equations F(t, y, ẏ) = 0.
+//! A safe wrapper of the SUNDIALS integrator IDAS, with sparse Jacobians factorized by KLU or
+//! faer, for implicit differential-algebraic equations F(t, y, ẏ) = 0.
 //!
-//! # Cast of types
-//! - [`Problem`]: what you write: residual, Jacobian in a fixed sparse pattern, and what each
-//!   variable is.
-//! - [`IdaBuilder`] takes a problem, [`IdaOptions`] (plain settings) and functions (roots,
-//!   quadratures, error weights, a [`LinearSolver`]) and builds an
-//! - [`IdaSolver`], which owns the problem and steps ([`IdaSolver::step`]) or integrates
-//!   ([`IdaSolver::integrate_to`]), answering with an
-//! - [`Outcome`]: reached, stop time, root, or [`Stop`]: gave up, with reason, [`Statistics`] and the
-//!   worst components. [`Error`] is for misuse and for fatal errors of your functions.
-//! - [`adjoint`]: backward problems along the solution, for gradients by many parameters.
+//! # Main types
+//! - [`Problem`]: the system to implement: residual, Jacobian in a fixed sparse pattern, and the
+//!   kind of each variable.
+//! - [`IdaBuilder`] takes a problem, [`IdaOptions`] and functions (roots, quadratures, error
+//!   weights, a [`LinearSolver`]) and builds an [`IdaSolver`].
+//! - [`IdaSolver`] owns the problem and takes steps ([`IdaSolver::step`]) or integrates
+//!   ([`IdaSolver::integrate_to`]).
+//! - [`Outcome`]: output time reached, stop time, root, or [`Stop`]: gave up, with reason,
+//!   [`Statistics`] and the components with the largest errors. [`Error`] is for misuse and for
+//!   fatal errors of user functions.
+//! - [`adjoint`]: backward problems along the solution, for gradients with respect to many
+//!   parameters.
 //! - [`klu`]: sparse LU factors of real and complex matrices, for other solvers.
 //! - [`samples`]: test problems with exact solutions.
 //!
@@ -33,7 +35,7 @@
 //! assert!(solver.statistics().steps > 50);
 //! # Ok::<(), sundials_wrap::Error>(())
 //! ```
-//! Your own problem in fifty lines: `examples/your_own_dae.rs`.
+//! A custom problem in fifty lines: `examples/your_own_dae.rs`.
 //!
 //! # References
 //! - A. C. Hindmarsh et al., SUNDIALS: suite of nonlinear and differential/algebraic equation
@@ -63,7 +65,7 @@ pub mod notes {
 pub use error::Error;
 /// Test problems with exact solutions.
 pub use myovib_dae::samples;
-/// The problem, and what is asked of and answered by any integrator.
+/// The problem, and the common interface of the integrators.
 pub use myovib_dae::{
     ConsistencyMode, Direction, Integrator, Jacobian, LinearSolver, Linearization, Outcome,
     Problem, SparsityPattern, Statistics, StepError, Stop, StopReason, Suppressed, Tolerances,

@@ -1,19 +1,20 @@
-//! The arithmetic IDAS does on vectors, with the vector instructions the processor has.
+//! Vector arithmetic of IDAS with the processor's vector instructions.
 //!
-//! A step of order 2 makes some thirty passes over vectors, each cheap and together a third of the
-//! time of a run with SUNDIALS' scalar loops. Elementwise results are those of SUNDIALS to the
-//! last bit but for sums; sums are taken in [`LANES`] parts whatever the processor, so that all
-//! processors agree.
+//! A step of order 2 makes about thirty passes over vectors, each cheap, which together take a
+//! third of the run time with SUNDIALS' scalar loops. Elementwise results equal the results of
+//! SUNDIALS bit for bit, except for sums. Sums are split into [`LANES`] partial sums on every
+//! processor, so results do not depend on the processor.
 
 use std::mem::MaybeUninit;
 use std::sync::LazyLock;
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// Partial sums of a norm: four registers of AVX-512, enough to hide the latency of an addition.
+/// Number of partial sums of a norm: four registers of AVX-512, enough to hide the latency of an
+/// addition.
 const LANES: usize = 32;
 
-/// What the processor can do, asked once.
+/// Instruction set of the processor, detected once.
 static ARCH: LazyLock<Arch> = LazyLock::new(Arch::new);
 
 /// `out` ← a x + b y.
@@ -148,7 +149,7 @@ impl WithSimd for InvertInPlace<'_> {
     }
 }
 
-/// Whether no entry is infinite or not a number.
+/// Returns whether no entry is infinite or NaN.
 pub(crate) fn is_finite(x: &[f64]) -> bool {
     ARCH.dispatch(IsFinite { x })
 }
@@ -160,14 +161,14 @@ struct IsFinite<'a> {
 impl WithSimd for IsFinite<'_> {
     type Output = bool;
 
-    /// Without a way out on the way, which would keep it scalar.
+    /// Has no early exit, which would prevent vectorization.
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> bool {
         self.x.iter().fold(true, |all, x| all & x.is_finite())
     }
 }
 
-/// Whether all entries are positive and none is infinite or not a number.
+/// Returns whether all entries are positive and finite.
 pub(crate) fn is_positive(x: &[f64]) -> bool {
     ARCH.dispatch(IsPositive { x })
 }
@@ -179,8 +180,8 @@ struct IsPositive<'a> {
 impl WithSimd for IsPositive<'_> {
     type Output = bool;
 
-    /// By a sum that is 0 of such entries only: the compiler makes two comparisons of an entry one
-    /// of its bits, which is scalar.
+    /// Computes a sum that is 0 only for such entries: with two comparisons per entry the compiler
+    /// produces scalar code.
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> bool {
         let nothing = |x: f64| if x > 0.0 { x * 0.0 } else { f64::NAN };
@@ -195,7 +196,7 @@ impl WithSimd for IsPositive<'_> {
     }
 }
 
-/// √(Σ (x w)² / n), over all n entries.
+/// Returns √(Σ (x w)² / n) over all n entries.
 pub(crate) fn weighted_rms(x: &[f64], w: &[f64]) -> f64 {
     root_mean(ARCH.dispatch(WeightedSquares { x, w }), x.len())
 }
@@ -224,8 +225,8 @@ impl WithSimd for WeightedSquares<'_> {
     }
 }
 
-/// What is behind the whole chunks, as one more: with a loop of its own for it the compiler makes all of
-/// this sum scalar, four times slower.
+/// Pads the remainder to a full chunk: with a separate loop for the remainder, the compiler
+/// produces scalar code for the whole sum, four times slower.
 #[inline(always)]
 fn with_zeros(rest: &[f64]) -> [f64; LANES] {
     let mut chunk = [0.0; LANES];
@@ -233,7 +234,8 @@ fn with_zeros(rest: &[f64]) -> [f64; LANES] {
     chunk
 }
 
-/// √(Σ (x w)² / n), the sum over the entries with a positive `id`, n the number of all.
+/// Returns √(Σ (x w)² / n), summed over the entries with a positive `id`, where n is the number of
+/// all entries.
 pub(crate) fn weighted_rms_masked(x: &[f64], w: &[f64], id: &[f64]) -> f64 {
     root_mean(ARCH.dispatch(MaskedSquares { x, w, id }), x.len())
 }
@@ -249,7 +251,7 @@ impl WithSimd for MaskedSquares<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> f64 {
-        // A choice and not a product: what is left out may be infinite.
+        // A selection instead of a product: excluded entries may be infinite.
         let square = |x: f64, w: f64, id: f64| {
             let product = if id > 0.0 { x * w } else { 0.0 };
             product * product
@@ -279,7 +281,7 @@ fn root_mean(sum: f64, n: usize) -> f64 {
 mod tests {
     use super::*;
 
-    /// At every place, in whole chunks and behind them.
+    /// At every position, in full chunks and in the remainder.
     #[test]
     fn one_entry_that_is_not_positive_and_finite_is_seen() {
         let mut x = [f64::MIN_POSITIVE; 2 * LANES + 7];

@@ -1,22 +1,22 @@
-//! The versions of the libraries underneath.
+//! Versions of the linked libraries.
 
 use crate::ffi;
 
-/// Versions of the linked libraries, as they say themselves at run time.
+/// Versions of the linked libraries, as reported at run time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Versions {
     /// SUNDIALS.
     pub sundials: String,
-    /// SUNDIALS' headers this program was built with; a difference is a broken installation.
+    /// Version of the SUNDIALS headers at build time; a difference indicates a broken installation.
     pub sundials_headers: String,
-    /// KLU and its collection, SuiteSparse; `None` in a build without.
+    /// KLU and SuiteSparse; `None` in a build without them.
     pub sparse: Option<myovib_sparse::Versions>,
-    /// Width of the indices of SUNDIALS, in bits.
+    /// Width of SUNDIALS' index type in bits.
     pub index_bits: usize,
 }
 
 impl Versions {
-    /// Asks the libraries.
+    /// Queries the libraries.
     pub fn linked() -> Self {
         use sundials_sys::{
             SUNDIALS_VERSION_MAJOR, SUNDIALS_VERSION_MINOR, SUNDIALS_VERSION_PATCH,

@@ -1,33 +1,34 @@
-//! Gradients by the adjoint method: backward problems that IDAS integrates along the solution it has kept.
+//! Gradients by the adjoint method: backward problems that IDAS integrates along the stored
+//! solution.
 //!
-//! Of G(p) = ∫ g(t, y, p) dt from t0 to T along F(t, y, ẏ, p) = 0 the gradient by any number of
-//! parameters takes one backward run (Y. Cao, S. Li, L. Petzold, R. Serban, SIAM J. Sci. Comput. 24
-//! (2003) 1076):
+//! For G(p) = ∫ g(t, y, p) dt from t0 to T along F(t, y, ẏ, p) = 0, the gradient with respect to
+//! any number of parameters takes one backward run (Y. Cao, S. Li, L. Petzold, R. Serban, SIAM J.
+//! Sci. Comput. 24 (2003) 1076):
 //!
 //! ```text
 //! d/dt (∂F/∂ẏᵀ λ) − ∂F/∂yᵀ λ + ∂g/∂yᵀ = 0
 //! dG/dp = ∫ (∂g/∂p − λᵀ ∂F/∂p) dt + (λᵀ ∂F/∂ẏ ∂y/∂p)(t0) − (λᵀ ∂F/∂ẏ ∂y/∂p)(T)
 //! ```
 //!
-//! 1. [`IdaBuilder::checkpoints`](crate::IdaBuilder::checkpoints) lets the forward run be kept.
+//! 1. [`IdaBuilder::checkpoints`](crate::IdaBuilder::checkpoints) enables storage of the forward run.
 //! 2. [`IdaSolver::add_backward`](crate::IdaSolver::add_backward) adds a [`BackwardProblem`] at T:
-//!    [`Adjoint`] is the one above where ∂F/∂ẏ is constant.
+//!    [`Adjoint`] is the problem above for constant ∂F/∂ẏ.
 //! 3. [`IdaSolver::integrate_back_to`](crate::IdaSolver::integrate_back_to) integrates all of them to t0;
-//!    [`IdaSolver::backward`](crate::IdaSolver::backward) tells λ and its quadratures.
+//!    [`IdaSolver::backward`](crate::IdaSolver::backward) returns λ and its quadratures.
 //!
 //! # Values at T
-//! What λ starts from depends on the index.
+//! The final values of λ depend on the index.
 //! - **Index 0 and 1:** ∂F/∂ẏᵀ λ = 0 at T. The components of λ of equations with derivatives start at
-//!   zero, the others where their equations put them, by
+//!   zero, the others are determined by their equations with
 //!   [`IdaSolver::correct_backward`](crate::IdaSolver::correct_backward).
 //! - **Index 2**, ẋ = f(t, x, z, p) and 0 = c(t, x, p): with A = ∂c/∂x and B = ∂f/∂z the adjoint has the
-//!   constraint Bᵀλ_x = −∂g/∂zᵀ of its own (F = (ẋ − f, c)). At T, λ_x = Aᵀξ with (AB)ᵀξ = −∂g/∂zᵀ, and
-//!   the last term of dG/dp is +ξᵀ ∂c/∂p, as A ∂x/∂p = −∂c/∂p. Both are zero where g does not depend on
-//!   z. λ_z follows from the derivative of the constraint; leave it out of the error test
-//!   ([`BackwardOptions::suppress_algebraic`]). It is a derivative of the interpolated solution: ask the
-//!   forward run for a hundredth of the backward tolerance.
-//! - **Index 3** is refused where the problem states its indices: IDAS controls no error of it. Take a form
-//!   of index 2 of the same problem, or the discrete adjoint of Radau IIA (crate `myovib-radau`).
+//!   separate constraint Bᵀλ_x = −∂g/∂zᵀ (F = (ẋ − f, c)). At T, λ_x = Aᵀξ with (AB)ᵀξ = −∂g/∂zᵀ, and
+//!   the last term of dG/dp is +ξᵀ ∂c/∂p, since A ∂x/∂p = −∂c/∂p. Both are zero if g does not depend on
+//!   z. λ_z follows from the derivative of the constraint; exclude it from the error test
+//!   ([`BackwardOptions::suppress_algebraic`]). It is a derivative of the interpolated solution, so the
+//!   forward run needs a hundredth of the backward tolerance.
+//! - **Index 3** is rejected if the problem states its indices: IDAS does not control its error. Use a formulation
+//!   of index 2, or the discrete adjoint of Radau IIA (crate `myovib-radau`).
 
 mod transposed;
 
@@ -37,13 +38,13 @@ pub use transposed::Adjoint;
 
 use myovib_dae::{Problem, Statistics, StepError, Tolerances};
 
-/// How the solution is kept for backward problems.
+/// Storage of the solution for backward problems.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Checkpoints {
-    /// Steps from one checkpoint to the next; the solution is kept at so many steps at a time, and the
-    /// steps between two checkpoints are repeated when they are needed. 100 by default.
+    /// Number of steps between checkpoints. The solution is stored at this many steps at a time,
+    /// and the steps between two checkpoints are repeated when they are needed. Default: 100.
     pub every: usize,
-    /// How it is interpolated between the steps.
+    /// Interpolation between the steps.
     pub interpolation: Interpolation,
 }
 
@@ -56,18 +57,18 @@ impl Default for Checkpoints {
     }
 }
 
-/// How the solution is interpolated between kept steps.
+/// Interpolation of the solution between stored steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Interpolation {
     /// Cubic, from y and ẏ at both ends of a step.
     #[default]
     Hermite,
-    /// Of the order of the step, from y alone: half the memory.
+    /// Of the order of the step, from y alone: needs half the memory.
     Polynomial,
 }
 
-/// The forward solution at a time.
+/// Forward solution at one time.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ForwardState {
     /// The time.
@@ -76,16 +77,16 @@ pub struct ForwardState {
     pub y: Vec<f64>,
     /// ẏ.
     pub y_dot: Vec<f64>,
-    /// S and Ṡ for each parameter that the solver integrates sensitivities to.
+    /// S and Ṡ for each parameter of the solver's sensitivities.
     pub s: Vec<[Vec<f64>; 2]>,
 }
 
-/// A system R(t, λ, λ̇) = 0 integrated back in time along the solution of the problem `P`.
+/// A system R(t, λ, λ̇) = 0 integrated backward in time along the solution of the problem `P`.
 ///
 /// # Shapes
 /// `values`, `rates`, `residual`: [`n_unknowns`](Self::n_unknowns).
 pub trait BackwardProblem<P> {
-    /// Number of equations and unknowns λ.
+    /// Returns the number of equations and unknowns λ.
     fn n_unknowns(&self) -> usize;
 
     /// Evaluates R at λ = `values` and λ̇ = `rates` into `residual`, overwriting it.
@@ -101,7 +102,7 @@ pub trait BackwardProblem<P> {
         residual: &mut [f64],
     ) -> Result<(), StepError>;
 
-    /// The pattern of a ∂R/∂λ + b ∂R/∂λ̇ by columns; full by default.
+    /// Returns the compressed-column pattern of a ∂R/∂λ + b ∂R/∂λ̇; full by default.
     fn jacobian_pattern(&self) -> SparsityPattern {
         let n = self.n_unknowns();
         let offsets = (0..=n).map(|column| column * n).collect();
@@ -110,8 +111,8 @@ pub trait BackwardProblem<P> {
             .expect("columns of ascending rows")
     }
 
-    /// Evaluates a ∂R/∂λ + b ∂R/∂λ̇ into `entries`, in the order of the pattern. By default there is none,
-    /// and differences of the residual take the place.
+    /// Evaluates a ∂R/∂λ + b ∂R/∂λ̇ into `entries`, in the order of the pattern. The default has no
+    /// Jacobian, and differences of the residual are used instead.
     ///
     /// # Errors
     /// As for [`Problem::jacobian`].
@@ -126,7 +127,7 @@ pub trait BackwardProblem<P> {
         Err(StepError::NoJacobian)
     }
 
-    /// Number of quadratures q̇ = r(t, λ, λ̇), which start at zero at T; none by default.
+    /// Returns the number of quadratures q̇ = r(t, λ, λ̇), which start at zero at T; 0 by default.
     fn n_quadratures(&self) -> usize {
         0
     }
@@ -150,15 +151,15 @@ pub trait BackwardProblem<P> {
 /// Settings of a backward problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BackwardOptions {
-    /// Tolerances; relative 1e-4 and absolute 1e-8 by default.
+    /// Tolerances. Default: relative 1e-4, absolute 1e-8.
     pub tolerances: Tolerances,
-    /// Whether the components without derivatives are left out of the error test; not by default.
+    /// Whether components without derivatives are excluded from the error test. Default: false.
     pub suppress_algebraic: bool,
-    /// Relative and absolute tolerance of the quadratures, if they take part in the error test.
+    /// Relative and absolute tolerance of the quadratures, if they are included in the error test.
     pub quadrature_tolerances: Option<(f64, f64)>,
-    /// Most steps between two checkpoints; 500 by default.
+    /// Maximum number of steps between two checkpoints. Default: 500.
     pub max_steps: usize,
-    /// Highest order of the BDF, 1 to 5; 5 by default.
+    /// Maximum BDF order, 1 to 5. Default: 5.
     pub max_order: usize,
 }
 
@@ -174,15 +175,15 @@ impl Default for BackwardOptions {
     }
 }
 
-/// A backward problem of a solver, by its number.
+/// Handle of a backward problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Backward(pub(crate) usize);
 
-/// Where a backward problem is.
+/// State of a backward problem.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct BackwardRun {
-    /// The time that the values belong to.
+    /// Time of the values.
     pub t: f64,
     /// λ.
     pub values: Vec<f64>,
@@ -194,7 +195,7 @@ pub struct BackwardRun {
     pub statistics: Statistics,
 }
 
-/// A backward problem at one forward state, as the [`Problem`] in λ that it is.
+/// A backward problem at one forward state, as a [`Problem`] in λ.
 pub(crate) struct At<'a, P> {
     pub(crate) problem: &'a mut (dyn BackwardProblem<P> + Send),
     pub(crate) forward: &'a mut P,

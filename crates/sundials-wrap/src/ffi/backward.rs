@@ -1,7 +1,8 @@
-//! Backward problems: what C calls for them, as in [`trampoline`](super::trampoline) for the forward one.
+//! C callbacks of backward problems, as in [`trampoline`](super::trampoline) for the forward
+//! problem.
 //!
-//! While IDAS integrates back it calls the functions of the forward problem too, to repeat its steps
-//! from a checkpoint; the two kinds of calls follow each other and do not nest.
+//! During a backward integration IDAS also calls the functions of the forward problem, to repeat
+//! its steps from a checkpoint. The two kinds of calls alternate and do not nest.
 
 use std::os::raw::{c_int, c_void};
 use std::ptr::NonNull;
@@ -13,7 +14,7 @@ use super::callbacks::{Callbacks, ForwardView};
 use super::trampoline::{Boundary, boundary, guarded, solved, state};
 use super::vector_view::zeroed_mut;
 
-/// What C holds for one backward problem.
+/// User data of one backward problem.
 pub(crate) struct Link<C> {
     pub(crate) boundary: NonNull<Boundary<C>>,
     pub(crate) which: usize,
@@ -21,7 +22,7 @@ pub(crate) struct Link<C> {
     pub(crate) n_parameters: usize,
 }
 
-/// The number of a backward problem, that of its parameters, and the boundary.
+/// Returns the number of a backward problem, the number of its parameters, and the boundary.
 ///
 /// # Safety
 /// `user_data` is the address of a live `Link<C>`; for its boundary as for [`boundary`].
@@ -33,11 +34,11 @@ unsafe fn linked<'a, C>(user_data: *mut c_void) -> (usize, usize, &'a mut Bounda
     (link.which, link.n_parameters, boundary)
 }
 
-/// The forward solution as IDAS hands it over.
+/// Returns the forward solution passed by IDAS.
 ///
 /// # Safety
-/// All vectors are serial, initialised and not written to during `'a`; both arrays hold `n` of them,
-/// or are not read for `n` = 0.
+/// All vectors are serial, initialized and not written to during `'a`; both arrays hold `n` of
+/// them, or are not read for `n` = 0.
 unsafe fn forward<'a>(
     t: f64,
     [y, y_dot]: [N_Vector; 2],
@@ -63,14 +64,14 @@ unsafe fn forward<'a>(
     ForwardView { t, y, y_dot, s }
 }
 
-/// What a callback works with: the number of the backward problem, the boundary, the forward solution,
+/// Arguments of a callback: the number of the backward problem, the boundary, the forward solution,
 /// and λ with λ̇.
 type Handed<'a, C> = (usize, &'a mut Boundary<C>, ForwardView<'a>, [&'a [f64]; 2]);
 
-/// Takes over what IDAS hands to a callback.
+/// Converts the arguments of a callback.
 ///
 /// # Safety
-/// As for [`linked`] and [`forward`], with as many sensitivities as the link says.
+/// As for [`linked`] and [`forward`], with as many sensitivities as the link states.
 unsafe fn handed<'a, C>(
     user_data: *mut c_void,
     t: f64,
@@ -93,8 +94,8 @@ const NONE: *mut N_Vector = std::ptr::null_mut();
 /// IDAResFnBS.
 ///
 /// # Safety
-/// Called by IDAS with serial vectors of its own and the address of our link, in whose number the
-/// arrays of sensitivities are.
+/// Called by IDAS with its serial vectors and the address of our link. The arrays of sensitivities
+/// have as many entries as the link states.
 pub(crate) unsafe extern "C" fn residual_with<C: Callbacks>(
     t: realtype,
     y: N_Vector,

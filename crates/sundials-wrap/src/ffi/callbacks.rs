@@ -1,13 +1,13 @@
-//! The safe side of the boundary: what IDAS may ask, and what it is answered.
+//! The safe side of the boundary: callbacks of IDAS and their answers.
 //!
 //! Codes: 0 success, +1 recoverable (IDAS may try a smaller step), −1 unrecoverable.
 
 use std::os::raw::c_int;
 
-/// What a callback answers to IDAS.
+/// Answer of a callback to IDAS.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Answer {
-    /// Go on.
+    /// Continue.
     Success,
     /// Try again with a smaller step.
     Recoverable,
@@ -25,10 +25,10 @@ impl Answer {
     }
 }
 
-/// What IDAS may ask.
+/// Callbacks of IDAS.
 pub(crate) trait Callbacks: BackwardCallbacks {
     fn residual(&mut self, t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) -> Answer;
-    /// Evaluates and factorises the Newton matrix ∂F/∂y + c_j ∂F/∂ẏ.
+    /// Evaluates and factorizes the Newton matrix ∂F/∂y + c_j ∂F/∂ẏ.
     fn linear_setup(&mut self, t: f64, y: &[f64], y_dot: &[f64], c_j: f64) -> Answer;
     /// Solves with the last one, in place.
     fn linear_solve(&mut self, rhs: &mut [f64]) -> Answer;
@@ -54,7 +54,7 @@ pub(crate) trait Callbacks: BackwardCallbacks {
         s: [&[f64]; 2],
         rates: &mut [f64],
     ) -> Answer;
-    /// Takes a message of IDAS.
+    /// Receives a message of IDAS.
     fn message(&mut self, text: &str);
 }
 
@@ -75,7 +75,7 @@ pub(crate) trait BackwardCallbacks {
         values: [&[f64]; 2],
         residual: &mut [f64],
     ) -> Answer;
-    /// Evaluates and factorises its Newton matrix.
+    /// Evaluates and factorizes its Newton matrix.
     fn backward_setup(
         &mut self,
         which: usize,

@@ -1,4 +1,4 @@
-//! The messages of IDAS, which go to the callbacks; its versions 6 and 7 hand them over differently.
+//! Messages of IDAS, which are passed to the callbacks; versions 6 and 7 differ in the mechanism.
 
 use std::ffi::CStr;
 use std::os::raw::{c_char, c_int, c_void};
@@ -16,7 +16,7 @@ pub(crate) use of_version::redirect_messages;
 mod of_version {
     use super::*;
 
-    /// Lets IDAS hand its messages to the callbacks instead of printing them.
+    /// Redirects IDAS' messages to the callbacks instead of printing them.
     ///
     /// # Safety
     /// `memory` is a valid block of IDAS made with `_context`; `data` is the address of a pinned
@@ -93,7 +93,7 @@ mod of_version {
     }
 }
 
-/// Keeps a message of IDAS instead of printing it.
+/// Stores a message of IDAS instead of printing it.
 ///
 /// # Safety
 /// Called by IDAS with a zero-terminated string and the address given with the handler, while no

@@ -4,15 +4,15 @@
 //! the type keeps valid. No type of this module is public outside the crate.
 //!
 //! - [`context`], [`vector`], [`matrix`], [`linear_solver`]: the SUNDIALS objects IDAS works on;
-//! - [`vector_operations`]: the arithmetic on vectors that IDAS calls; [`vector_clone`]: how it
-//!   makes its own; [`vector_view`]: theirs as slices;
-//! - [`call`]: how a call in C may fail;
+//! - [`vector_operations`]: the arithmetic on vectors that IDAS calls; [`vector_clone`]: cloning of
+//!   vectors by IDAS; [`vector_view`]: theirs as slices;
+//! - [`call`]: failures of C calls;
 //! - [`ida`]: the integrator's memory and every call on it;
-//! - [`callbacks`]: what IDAS may ask; [`trampoline`]: what C calls for it;
-//! - [`backward`]: the same for backward problems;
+//! - [`callbacks`]: callbacks of IDAS; [`trampoline`]: their C functions;
+//! - [`backward`]: callbacks of backward problems;
 //! - [`pinned`]: data at an address that does not move, shared with C;
-//! - [`messages`]: where IDAS' messages go;
-//! - [`version`]: which SUNDIALS this is, and what its versions call differently.
+//! - [`messages`]: redirection of IDAS' messages;
+//! - [`version`]: version of SUNDIALS, and names that differ between versions.
 
 pub(crate) mod backward;
 pub(crate) mod call;

@@ -1,5 +1,5 @@
-//! What C calls: each function turns pointers into slices, calls one method of [`Callbacks`],
-//! catches its panic, and turns the answer into IDAS' code.
+//! C callbacks: each function converts pointers to slices, calls one method of [`Callbacks`],
+//! catches its panic, and converts the answer to IDAS' code.
 
 use std::any::Any;
 use std::os::raw::{c_int, c_void};
@@ -12,10 +12,10 @@ use super::callbacks::{Answer, Callbacks};
 use super::vector_view::{view, view_mut, zeroed_mut};
 use super::version;
 
-/// What C holds a pointer to: the callbacks, and what must be remembered across the boundary.
+/// User data of C: the callbacks, and a panic in transit.
 pub(crate) struct Boundary<C> {
     pub(crate) callbacks: C,
-    /// A panic on its way through C.
+    /// A panic to be resumed after C returns.
     pub(crate) panic: Option<Box<dyn Any + Send>>,
 }
 
@@ -50,7 +50,7 @@ pub(super) unsafe fn state<'a>(y: N_Vector, y_dot: N_Vector) -> (&'a [f64], &'a 
     (y, unsafe { view(y_dot) })
 }
 
-/// Runs a callback; a panic is kept for later and answered as fatal.
+/// Runs a callback; a panic is stored and reported to C as fatal.
 pub(super) fn guarded<C>(
     boundary: &mut Boundary<C>,
     callback: impl FnOnce(&mut C) -> Answer,
@@ -60,7 +60,7 @@ pub(super) fn guarded<C>(
 
 fn answered<C>(boundary: &mut Boundary<C>, callback: impl FnOnce(&mut C) -> Answer) -> Answer {
     let callbacks = &mut boundary.callbacks;
-    // Unwind safety: the solver is handed back only together with the resumed panic.
+    // Unwind safety: the solver is returned only together with the resumed panic.
     match catch_unwind(AssertUnwindSafe(|| callback(callbacks))) {
         Ok(answer) => answer,
         Err(panic) => {
@@ -151,10 +151,10 @@ pub(super) unsafe fn solved<C>(
 ) -> c_int {
     // SAFETY: the caller's promise.
     let b = unsafe { view(b) };
-    // SAFETY: as above; IDAS solves from b into an x of its own.
+    // SAFETY: as above; IDAS solves from b into a separate x.
     let x = unsafe { view_mut(x) };
     x.copy_from_slice(b);
-    // IDAS takes codes that are not among those of linear solvers for success.
+    // IDAS treats unknown codes of linear solvers as success.
     match answered(boundary, |callbacks| solve(callbacks, x)) {
         Answer::Success => 0,
         Answer::Recoverable => SUNLS_PACKAGE_FAIL_REC as c_int,
@@ -165,7 +165,7 @@ pub(super) unsafe fn solved<C>(
 /// IDARootFn.
 ///
 /// # Safety
-/// As for [`residual`]; `values` has room for as many numbers as IDARootInit was told.
+/// As for [`residual`]; `values` has room for as many numbers as passed to IDARootInit.
 pub(crate) unsafe extern "C" fn roots<C: Callbacks>(
     t: realtype,
     y: N_Vector,
@@ -178,7 +178,7 @@ pub(crate) unsafe extern "C" fn roots<C: Callbacks>(
     // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
     let (y, y_dot) = unsafe { state(y, y_dot) };
     let n_roots = boundary.callbacks.n_roots();
-    // SAFETY: IDAS allocated n_roots numbers, as IDARootInit was told; this initialises them.
+    // SAFETY: IDAS allocated n_roots numbers, as passed to IDARootInit; this initialises them.
     unsafe { values.write_bytes(0, n_roots) };
     // SAFETY: as above, and IDAS does not touch them during the call.
     let values = unsafe { slice::from_raw_parts_mut(values, n_roots) };

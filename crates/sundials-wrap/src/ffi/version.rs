@@ -1,11 +1,11 @@
-//! Which SUNDIALS this is, and what its versions 6 and 7 call differently.
+//! Version of SUNDIALS, and names that differ between versions 6 and 7.
 
 use std::ffi::CStr;
 use std::os::raw::{c_char, c_int};
 
 use sundials_sys as sys;
 
-// Declared in sundials_version.h, which the bindings leave out; part of every SUNDIALS library.
+// Declared in sundials_version.h, which the bindings do not include; part of every SUNDIALS library.
 unsafe extern "C" {
     fn SUNDIALSGetVersion(version: *mut c_char, length: c_int) -> c_int;
 }
@@ -31,7 +31,7 @@ mod of_version {
         "the bindings are of another SUNDIALS than its headers"
     );
 
-    /// What a linear solver answers when it fails for good.
+    /// Code of an unrecoverable failure of a linear solver.
     pub(crate) const SOLVE_FAILED: c_int = sys::SUNLS_PACKAGE_FAIL_UNREC;
 }
 
@@ -44,6 +44,6 @@ mod of_version {
         "the bindings are of another SUNDIALS than its headers"
     );
 
-    /// What a linear solver answers when it fails for good.
+    /// Code of an unrecoverable failure of a linear solver.
     pub(crate) const SOLVE_FAILED: c_int = sys::SUN_ERR_EXT_FAIL;
 }

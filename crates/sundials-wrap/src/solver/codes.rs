@@ -1,10 +1,10 @@
-//! IDAS' return codes: their names, and what they mean for an integration.
+//! IDAS' return codes: their names and the corresponding outcomes.
 
 use sundials_sys as sys;
 
 use myovib_dae::StopReason;
 
-/// IDAS' name of a return code.
+/// Returns IDAS' name of a return code.
 pub(super) fn name(code: i32) -> &'static str {
     match code {
         sys::IDA_SUCCESS => "IDA_SUCCESS",
@@ -43,11 +43,11 @@ pub(super) fn name(code: i32) -> &'static str {
         sys::IDA_REIFWD_FAIL => "IDA_REIFWD_FAIL",
         sys::IDA_FWD_FAIL => "IDA_FWD_FAIL",
         sys::IDA_GETY_BADT => "IDA_GETY_BADT",
-        _ => "another code of IDAS",
+        _ => "unknown code of IDAS",
     }
 }
 
-/// Why a solve call gave up; `None` when the code means that the call itself was refused.
+/// Returns the reason why a solve call gave up, or `None` if the call was rejected.
 pub(super) fn stop_reason(code: i32) -> Option<StopReason> {
     match code {
         sys::IDA_TOO_MUCH_WORK => Some(StopReason::MaxSteps),
@@ -75,7 +75,7 @@ mod tests {
     use super::{name, stop_reason};
     use myovib_dae::StopReason::{self, *};
 
-    /// The codes as the user's guide of IDAS 6.4 lists them, with what they mean here.
+    /// The codes listed in the user's guide of IDAS 6.4 with the corresponding outcomes.
     const CODES: [(i32, &str, Option<StopReason>); 26] = [
         (-1, "IDA_TOO_MUCH_WORK", Some(MaxSteps)),
         (-2, "IDA_TOO_MUCH_ACC", Some(ToleranceTooTight)),
@@ -114,7 +114,7 @@ mod tests {
             (0, "IDA_SUCCESS"),
             (1, "IDA_TSTOP_RETURN"),
             (2, "IDA_ROOT_RETURN"),
-            (-999, "another code of IDAS"),
+            (-999, "unknown code of IDAS"),
         ] {
             assert_eq!(name(code), expected);
         }

@@ -1,4 +1,4 @@
-//! What can be asked about the last step: dense output, weights, errors, quadratures.
+//! Results for the last step: dense output, weights, errors, quadratures.
 
 use crate::error::Error;
 use crate::ffi::ida::Counter;
@@ -8,17 +8,17 @@ use myovib_dae::{Problem, covers};
 use super::IdaSolver;
 
 impl<P: Problem> IdaSolver<P> {
-    /// Writes the k-th derivative of the solution at `t`, a time within the last step, to `out`.
-    /// This never changes the steps.
+    /// Writes the k-th derivative of the solution at `t`, a time within the last step, to `out`,
+    /// without changing the steps.
     ///
-    /// The interpolating polynomial of the last step is differentiated `derivative` times; 0 is
-    /// the solution itself, and the order of the last step the highest there is.
+    /// The interpolating polynomial of the last step is differentiated `derivative` times; 0
+    /// returns the solution. The highest derivative is the order of the last step.
     ///
     /// # Shapes
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// [`Error::NoDenseOutput`] outside of the last step or for too high a derivative,
+    /// [`Error::NoDenseOutput`] outside the last step or for too high a derivative,
     /// [`Error::WrongLength`], [`Error::InvalidOption`] for a time that is not finite.
     pub fn dense_output(
         &mut self,
@@ -27,7 +27,7 @@ impl<P: Problem> IdaSolver<P> {
         out: &mut [f64],
     ) -> Result<(), Error> {
         expect_length("dense output", self.n, out.len())?;
-        // IDAS lets a NaN pass.
+        // IDAS accepts NaN without an error.
         finite("t", t)?;
         let [y0, y_dot0] = &self.start;
         if self.ida.counter(Counter::Steps) == 0 && t == self.t0 && derivative <= 1 {
@@ -43,7 +43,7 @@ impl<P: Problem> IdaSolver<P> {
     }
 
     /// Writes the error weights of the last step to `out`: the reciprocals of the allowed errors,
-    /// or zeros before the first.
+    /// or zeros before the first step.
     ///
     /// # Shapes
     /// `out`: the number of unknowns.
@@ -59,8 +59,8 @@ impl<P: Problem> IdaSolver<P> {
         Ok(())
     }
 
-    /// Writes the estimated local errors of the last attempted step to `out`, zeros before the
-    /// first.
+    /// Writes the estimated local errors of the last attempted step to `out`, or zeros before the
+    /// first step.
     ///
     /// # Shapes
     /// `out`: the number of unknowns.
@@ -84,11 +84,11 @@ impl<P: Problem> IdaSolver<P> {
         self.quadrature_dense_output(self.t, 0, out)
     }
 
-    /// As [`dense_output`](IdaSolver::dense_output), for the quadratures. Where the next step has a
-    /// lower order than the last, there are derivatives up to that only.
+    /// Evaluates the quadratures like [`dense_output`](IdaSolver::dense_output). If the next step
+    /// has a lower order than the last step, only derivatives up to that order are available.
     ///
     /// # Errors
-    /// [`Error::NoQuadrature`], and as for [`dense_output`](IdaSolver::dense_output).
+    /// [`Error::NoQuadrature`], and errors of [`dense_output`](IdaSolver::dense_output).
     pub fn quadrature_dense_output(
         &mut self,
         t: f64,
@@ -100,7 +100,8 @@ impl<P: Problem> IdaSolver<P> {
         }
         expect_length("quadratures", self.n_quadratures(), out.len())?;
         finite("t", t)?;
-        // IDAS has the last order for them, but refuses what is above the order of the next step.
+        // IDAS stores derivatives up to the last order but rejects orders above the order of the
+        // next step.
         let order = self.ida.last_order().min(self.ida.current_order());
         let k = self.order_within_reach(t, derivative, order)?;
         match self.ida.quadrature(t, k) {
@@ -110,8 +111,8 @@ impl<P: Problem> IdaSolver<P> {
         Ok(())
     }
 
-    /// The order of a derivative at `t`, if the last step has that up to `order` there. IDAS looks at
-    /// one end of the step only.
+    /// Returns the order of a derivative at `t` if the last step provides derivatives up to `order`
+    /// there. IDAS checks only one end of the step.
     pub(super) fn order_within_reach(
         &self,
         t: f64,

@@ -1,4 +1,4 @@
-//! What an integration can be asked: where it is, its problem, its counters.
+//! State of an integration: time, solution, problem, counters.
 
 use myovib_dae::{Problem, Statistics};
 
@@ -6,49 +6,50 @@ use super::IdaSolver;
 use crate::ffi::ida::Counter;
 
 impl<P: Problem> IdaSolver<P> {
-    /// The time that [`y`](IdaSolver::y) and [`y_dot`](IdaSolver::y_dot) belong to.
+    /// Returns the time of [`y`](IdaSolver::y) and [`y_dot`](IdaSolver::y_dot).
     pub fn t(&self) -> f64 {
         self.t
     }
 
-    /// The solution at [`t`](IdaSolver::t).
+    /// Returns the solution at [`t`](IdaSolver::t).
     pub fn y(&self) -> &[f64] {
         self.ida.y()
     }
 
-    /// Its derivative at [`t`](IdaSolver::t).
+    /// Returns its derivative at [`t`](IdaSolver::t).
     pub fn y_dot(&self) -> &[f64] {
         self.ida.y_dot()
     }
 
-    /// The problem.
+    /// Returns the problem.
     pub fn problem(&self) -> &P {
         &self.functions().problem
     }
 
-    /// The problem, to change its parameters. Its size and pattern must stay as they are; after a
-    /// change that makes y or ẏ jump, [`reinit`](IdaSolver::reinit) is due.
+    /// Returns the problem, to change its parameters. Size and pattern must not change. After a
+    /// change that makes y or ẏ jump, call [`reinit`](IdaSolver::reinit).
     pub fn problem_mut(&mut self) -> &mut P {
         &mut self.functions_mut().problem
     }
 
-    /// Ends the integration and hands the problem back.
+    /// Ends the integration and returns the problem.
     pub fn into_problem(self) -> P {
         self.ida.into_callbacks().problem
     }
 
-    /// The coefficient of ∂F/∂ẏ in the Newton matrix of the current step.
+    /// Returns the coefficient of ∂F/∂ẏ in the Newton matrix of the current step.
     pub fn c_j(&self) -> f64 {
         self.ida.c_j()
     }
 
-    /// All counters; once backward problems are integrated, those of the forward run as it was left.
+    /// Returns all counters. While backward problems are integrated, they are the counters of the
+    /// completed forward run.
     pub fn statistics(&self) -> Statistics {
         if let Some(left) = self.kept.as_ref().and_then(|kept| kept.left) {
             return left;
         }
         let ida = &self.ida;
-        // Without quadratures IDAS takes these questions for errors.
+        // Without quadratures, IDAS treats these queries as errors.
         let of_quadratures = |counter| match self.n_quadratures() {
             0 => 0,
             _ => ida.counter(counter),
@@ -80,19 +81,19 @@ impl<P: Problem> IdaSolver<P> {
         statistics
     }
 
-    /// The size of the step to be tried next; 0 before the first.
+    /// Returns the size of the next step to be tried; 0 before the first.
     pub fn current_step(&self) -> f64 {
         self.ida.current_step()
     }
 
-    /// The ends of the last step accepted, which dense output covers; both are the initial time
-    /// before the first step.
+    /// Returns the interval of the last accepted step, which dense output covers. Both ends are the
+    /// initial time before the first step.
     pub fn last_step_interval(&self) -> [f64; 2] {
         let to = self.ida.internal_time();
         [to - self.ida.last_step(), to]
     }
 
-    /// Number of quadratures.
+    /// Returns the number of quadratures.
     pub fn n_quadratures(&self) -> usize {
         self.ida.n_quadratures()
     }

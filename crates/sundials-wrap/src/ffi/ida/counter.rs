@@ -26,7 +26,7 @@ pub(crate) enum Counter {
 }
 
 impl Counter {
-    /// The function that reads this counter from a memory block.
+    /// Returns the function that reads this counter from a memory block.
     pub(super) fn function(self) -> unsafe extern "C" fn(*mut c_void, *mut c_long) -> c_int {
         match self {
             Self::Steps => sys::IDAGetNumSteps,

@@ -1,7 +1,7 @@
-//! The integrator's memory: every call on IDAS, one method each.
+//! The integrator's memory block: one method per IDAS function.
 //!
 //! Life cycle: [`Ida::new`] (create, attach callbacks, vectors, linear solver) → settings → solve
-//! calls, queries and re-initialisations in any order → drop.
+//! calls, queries and reinitializations in any order → drop.
 
 mod adjoint;
 mod counter;
@@ -28,7 +28,7 @@ use super::vector::NVector;
 use super::vector_clone::zero_clones_of;
 use crate::options::VectorArithmetic;
 
-/// How far one solve call goes.
+/// Extent of one solve call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Task {
     /// One internal step.
@@ -37,7 +37,7 @@ pub(crate) enum Task {
     Normal,
 }
 
-/// Which unknowns a calculation of consistent initial values finds.
+/// Unknowns of the computation of consistent initial values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum InitialUnknowns {
     /// Algebraic components of y and differential components of ẏ.
@@ -64,10 +64,10 @@ impl Drop for Memory {
     }
 }
 
-/// One integrator with all it refers to.
+/// One integrator with all objects it refers to.
 ///
-/// Fields are dropped in the order written: the integrator before the linear solver, matrix,
-/// vectors and callbacks it points to, the context, to which all objects point, last.
+/// Fields are dropped in declaration order: the integrator before the linear solver, matrix,
+/// vectors and callbacks it points to. The context, to which all objects point, is dropped last.
 pub(crate) struct Ida<C: Callbacks> {
     memory: Memory,
     linear_solver: LinearSolver,
@@ -77,7 +77,7 @@ pub(crate) struct Ida<C: Callbacks> {
     scratch: NVector,
     quadrature: Option<NVector>,
     sensitivities: Option<sensitivity::Sensitivities>,
-    /// Where checkpoints are kept, the backward problems.
+    /// Backward problems, if checkpoints are stored.
     adjoint: Option<Vec<adjoint::Backward<C>>>,
     boundary: Pinned<Boundary<C>>,
     context: Context,
@@ -89,7 +89,7 @@ pub(crate) struct Ida<C: Callbacks> {
 unsafe impl<C: Callbacks + Send> Send for Ida<C> {}
 
 impl<C: Callbacks> Ida<C> {
-    /// Creates an integrator at (t0, y0, ẏ0), with provisional tolerances.
+    /// Creates an integrator at (t0, y0, ẏ0) with provisional tolerances.
     ///
     /// # Panics
     /// Unless `y0` and `y_dot0` have the same positive length.
@@ -102,11 +102,12 @@ impl<C: Callbacks> Ida<C> {
     ) -> Result<Self, CallFailed> {
         assert!(!y0.is_empty(), "unknowns");
         assert_eq!(y0.len(), y_dot0.len(), "one derivative for each unknown");
-        // Locals are dropped in reverse order on an early return: again the integrator first.
+        // Locals are dropped in reverse order on an early return, so the integrator is again
+        // dropped first.
         let context = Context::new(vectors)?;
         let boundary = Pinned::new(Boundary::new(callbacks));
         let mut y = NVector::from_slice(y0, &context)?;
-        // IDAInit clones this one for all vectors of its own.
+        // IDAInit clones this vector for all its internal vectors.
         zero_clones_of(&mut y);
         let y_dot = NVector::from_slice(y_dot0, &context)?;
         let scratch = NVector::zeros(y0.len(), &context)?;
@@ -157,7 +158,7 @@ impl<C: Callbacks> Ida<C> {
         self.set("IDASetJacFn", sys::IDASetJacFn, jacobian)
     }
 
-    /// One call of IDAS that stores one value.
+    /// Calls an IDAS function that stores one value.
     fn set<V>(
         &mut self,
         call: &'static str,
@@ -170,7 +171,8 @@ impl<C: Callbacks> Ida<C> {
         check(call, code)
     }
 
-    /// One call of IDAS that reads one value. It fails for a null block only, which ours is not.
+    /// Calls an IDAS function that reads one value. It only fails for a null block, which cannot
+    /// occur.
     fn get<V: Default>(&self, function: unsafe extern "C" fn(*mut c_void, *mut V) -> c_int) -> V {
         let mut value = V::default();
         // SAFETY: the block is valid; every function passed in this module writes one value.
@@ -178,7 +180,7 @@ impl<C: Callbacks> Ida<C> {
         value
     }
 
-    /// One call of IDAS that writes a vector, here into the scratch vector.
+    /// Calls an IDAS function that writes a vector, here into the scratch vector.
     fn get_vector(
         &mut self,
         call: &'static str,
@@ -189,7 +191,7 @@ impl<C: Callbacks> Ida<C> {
         Ok(self.scratch.as_slice())
     }
 
-    /// One call of IDAS that copies a vector.
+    /// Calls an IDAS function that copies a vector.
     fn set_vector(
         &mut self,
         call: &'static str,
@@ -209,7 +211,7 @@ impl<C: Callbacks> Ida<C> {
         self.boundary.get_mut()
     }
 
-    /// Frees the integrator and hands the callbacks back.
+    /// Frees the integrator and returns the callbacks.
     pub(crate) fn into_callbacks(self) -> C {
         let Self {
             memory,
@@ -241,7 +243,8 @@ impl<C: Callbacks> Ida<C> {
 
     // ---- integration ----
 
-    /// IDASolve, or IDASolveF where checkpoints are kept: the code, and the time reached, at which y and ẏ are left.
+    /// Calls IDASolve, or IDASolveF if checkpoints are stored. Returns the code and the time
+    /// reached, to which y and ẏ belong.
     pub(crate) fn solve(&mut self, t_out: f64, task: Task) -> (i32, f64) {
         let task = match task {
             Task::OneStep => sys::IDA_ONE_STEP,
@@ -262,7 +265,7 @@ impl<C: Callbacks> Ida<C> {
         (code, t)
     }
 
-    /// IDACalcIC followed by a copy of the corrected values into y and ẏ.
+    /// Calls IDACalcIC and copies the corrected values into y and ẏ.
     pub(crate) fn correct_initial_values(
         &mut self,
         unknowns: InitialUnknowns,
@@ -281,7 +284,7 @@ impl<C: Callbacks> Ida<C> {
         check("IDAGetConsistentIC", code)
     }
 
-    /// Starts afresh at (t0, y0, ẏ0, q0), keeping all settings.
+    /// Reinitializes at (t0, y0, ẏ0, q0), keeping all settings.
     pub(crate) fn reinit(
         &mut self,
         t0: f64,
@@ -304,7 +307,7 @@ impl<C: Callbacks> Ida<C> {
         Ok(())
     }
 
-    /// Writes into y and ẏ, which IDAS does not read.
+    /// Writes to y and ẏ, which IDAS does not read.
     pub(crate) fn set_state(&mut self, y: &[f64], y_dot: &[f64]) {
         self.y.as_mut_slice().copy_from_slice(y);
         self.y_dot.as_mut_slice().copy_from_slice(y_dot);
@@ -320,7 +323,7 @@ impl<C: Callbacks> Ida<C> {
         self.y_dot.as_slice()
     }
 
-    /// The k-th derivative of the interpolating polynomial at t.
+    /// Returns the k-th derivative of the interpolating polynomial at t.
     pub(crate) fn derivative(&mut self, t: f64, k: i32) -> Result<&[f64], CallFailed> {
         let scratch = self.scratch.raw();
         // SAFETY: the block is valid; the vector is ours and of the right length.
@@ -329,14 +332,14 @@ impl<C: Callbacks> Ida<C> {
         Ok(self.scratch.as_slice())
     }
 
-    /// Number of quadratures.
+    /// Returns the number of quadratures.
     pub(crate) fn n_quadratures(&self) -> usize {
         self.quadrature
             .as_ref()
             .map_or(0, |vector| vector.as_slice().len())
     }
 
-    /// The k-th derivative of the quadratures at t.
+    /// Returns the k-th derivative of the quadratures at t.
     pub(crate) fn quadrature(&mut self, t: f64, k: i32) -> Result<&[f64], CallFailed> {
         let vector = self.quadrature.as_ref();
         let vector = vector.ok_or(CallFailed::new("IDAGetQuadDky", sys::IDA_NO_QUAD))?;
@@ -354,14 +357,14 @@ impl<C: Callbacks> Ida<C> {
         self.get_vector("IDAGetEstLocalErrors", sys::IDAGetEstLocalErrors)
     }
 
-    /// For each root function 0, or ±1 if it was found to cross rising or falling.
+    /// Returns 0 for each root function, or ±1 if it crossed rising or falling.
     pub(crate) fn root_info(&mut self) -> Result<Vec<i32>, CallFailed> {
         let mut found = vec![0; self.boundary().callbacks.n_roots()];
         self.set("IDAGetRootInfo", sys::IDAGetRootInfo, found.as_mut_ptr())?;
         Ok(found)
     }
 
-    /// A counter of IDAS.
+    /// Returns a counter of IDAS.
     pub(crate) fn counter(&self, counter: Counter) -> u64 {
         self.get(counter.function()).max(0) as u64
     }

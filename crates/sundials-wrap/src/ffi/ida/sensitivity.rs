@@ -1,4 +1,4 @@
-//! Forward sensitivities: what IDAS is told of them, and what it answers.
+//! Forward sensitivities in IDAS.
 
 use std::os::raw::c_int;
 
@@ -10,16 +10,17 @@ use super::super::sensitivity_residual::{quadrature, residual};
 use super::super::vector::NVector;
 use super::Ida;
 
-/// S and Ṡ for each parameter, where IDAS reads the starts from and writes consistent ones to.
+/// S and Ṡ for each parameter. IDAS reads the initial values from them and writes consistent values
+/// to them.
 pub(crate) struct Sensitivities {
     s: Vec<NVector>,
     s_dot: Vec<NVector>,
     method: c_int,
-    /// Those of the quadratures, if there are any.
+    /// Sensitivities of the quadratures, if there are any.
     quadratures: Vec<NVector>,
 }
 
-/// The vectors as IDAS takes them.
+/// Returns the raw vectors.
 pub(super) fn raw(vectors: &[NVector]) -> Vec<sys::N_Vector> {
     vectors.iter().map(NVector::raw).collect()
 }
@@ -35,8 +36,8 @@ impl Sensitivities {
 }
 
 impl<C: Callbacks> Ida<C> {
-    /// Attaches sensitivities that start at S and Ṡ, one pair for each of the typical sizes of the
-    /// parameters in `scales`, in or out of the error test.
+    /// Attaches sensitivities with initial values S and Ṡ, one pair for each typical magnitude of
+    /// the parameters in `scales`, included in or excluded from the error test.
     pub(crate) fn init_sensitivities(
         &mut self,
         starts: &[[Vec<f64>; 2]],
@@ -81,7 +82,7 @@ impl<C: Callbacks> Ida<C> {
         Ok(())
     }
 
-    /// Starts the sensitivities afresh, after the integration itself.
+    /// Reinitializes the sensitivities after the integration itself.
     pub(crate) fn reinit_sensitivities(
         &mut self,
         starts: &[[Vec<f64>; 2]],
@@ -108,8 +109,8 @@ impl<C: Callbacks> Ida<C> {
         check("IDAQuadSensReInit", code)
     }
 
-    /// Attaches the sensitivities of the quadratures, which start at zero; in the error test by the
-    /// tolerances of these, if they have some.
+    /// Attaches the sensitivities of the quadratures, which start at zero. They are included in the
+    /// error test with the tolerances of the quadratures, if any.
     pub(crate) fn init_quadrature_sensitivities(
         &mut self,
         in_error_test: bool,
@@ -136,7 +137,7 @@ impl<C: Callbacks> Ida<C> {
         check("IDAQuadSensEEtolerances", code)
     }
 
-    /// The sensitivity of the quadratures to parameter j at t.
+    /// Returns the sensitivity of the quadratures to parameter j at t.
     pub(crate) fn quadrature_sensitivity(
         &mut self,
         j: usize,
@@ -152,7 +153,7 @@ impl<C: Callbacks> Ida<C> {
         Ok(vector.as_slice())
     }
 
-    /// The S and Ṡ that IDACalcIC has made consistent.
+    /// Returns the S and Ṡ that IDACalcIC has made consistent.
     pub(crate) fn consistent_sensitivities(&mut self) -> Result<Vec<[Vec<f64>; 2]>, CallFailed> {
         let memory = self.memory.raw();
         let Some(sensitivities) = &mut self.sensitivities else {
@@ -170,12 +171,12 @@ impl<C: Callbacks> Ida<C> {
         Ok(pairs.map(copied).collect())
     }
 
-    /// Number of parameters.
+    /// Returns the number of parameters.
     pub(crate) fn n_parameters(&self) -> usize {
         self.sensitivities.as_ref().map_or(0, |all| all.s.len())
     }
 
-    /// The k-th derivative of the sensitivity to parameter j at t.
+    /// Returns the k-th derivative of the sensitivity to parameter j at t.
     pub(crate) fn sensitivity(&mut self, j: usize, t: f64, k: i32) -> Result<&[f64], CallFailed> {
         let (memory, out) = (self.memory.raw(), self.scratch.raw());
         // SAFETY: the block is valid; the vector is ours and of the right length.

@@ -1,4 +1,4 @@
-//! What can be set on an integrator: one method for each setter of IDAS.
+//! Settings of an integrator: one method per setter of IDAS.
 
 use std::os::raw::{c_int, c_void};
 
@@ -33,7 +33,7 @@ impl<C: Callbacks> Ida<C> {
         self.set("IDASetMaxStep", sys::IDASetMaxStep, step)
     }
 
-    /// Steps allowed in one solve call.
+    /// Sets the maximum number of steps per solve call.
     pub(crate) fn set_max_steps(&mut self, steps: i64) -> Result<(), CallFailed> {
         self.set("IDASetMaxNumSteps", sys::IDASetMaxNumSteps, steps)
     }
@@ -75,7 +75,7 @@ impl<C: Callbacks> Ida<C> {
         self.set("IDASetSuppressAlg", sys::IDASetSuppressAlg, c_int::from(on))
     }
 
-    /// The seven controls of IDACalcIC.
+    /// Sets the seven controls of IDACalcIC.
     pub(crate) fn set_initial_values(
         &mut self,
         options: &InitialValueOptions,
@@ -116,18 +116,18 @@ impl<C: Callbacks> Ida<C> {
         self.set(call, sys::IDASetNonlinConvCoefIC, nonlinear_coefficient)
     }
 
-    /// One number per component: 1 differential (or kept in the error test), 0 algebraic.
+    /// Sets one value per component: 1 differential (or included in the error test), 0 algebraic.
     pub(crate) fn set_id(&mut self, id: &[f64]) -> Result<(), CallFailed> {
         self.set_vector("IDASetId", sys::IDASetId, id)
     }
 
-    /// One number per component: 0 none, ±1 for ≥ 0 or ≤ 0, ±2 for > 0 or < 0.
+    /// Sets one value per component: 0 no constraint, ±1 for ≥ 0 or ≤ 0, ±2 for > 0 or < 0.
     pub(crate) fn set_constraints(&mut self, constraints: &[f64]) -> Result<(), CallFailed> {
         self.set_vector("IDASetConstraints", sys::IDASetConstraints, constraints)
     }
 
-    /// Attaches the root functions, as many as the callbacks have, each with a direction: 0 both,
-    /// ±1 rising or falling only.
+    /// Attaches the root functions of the callbacks, each with a direction: 0 both, ±1 rising or
+    /// falling only.
     pub(crate) fn set_roots(&mut self, directions: &mut [i32]) -> Result<(), CallFailed> {
         let n_roots = self.boundary().callbacks.n_roots();
         assert_eq!(directions.len(), n_roots, "one direction per root function");
@@ -153,7 +153,7 @@ impl<C: Callbacks> Ida<C> {
         Ok(())
     }
 
-    /// Puts the quadratures into the error test.
+    /// Includes the quadratures in the error test.
     pub(crate) fn set_quadrature_tolerances(
         &mut self,
         relative: f64,

@@ -1,4 +1,4 @@
-//! What IDAS asks of backward problems while it integrates them.
+//! Callbacks of IDAS during the integration of backward problems.
 
 use super::super::callbacks::UserFunctions;
 use crate::adjoint::{At, ForwardState};
