@@ -71,10 +71,10 @@ fn a_wrong_scene_is_explained_and_writes_nothing() {
     let folder = tempfile::tempdir().unwrap();
     for (set, message) in [
         ("fixed[0].group=fixd", "did you mean `fixed`?"),
-        ("traction[0].group=muscle", "holds triangles"),
+        ("traction[0].group=muscle", "contains triangles"),
         (
             "pressure=[{ group = \"muscle\", value = 0.0 }]",
-            "holds triangles",
+            "contains triangles",
         ),
         ("material[0].group=leg", "the mesh has no group `leg`"),
         ("material[0].group=load", "holds no triangles"),

@@ -54,7 +54,7 @@ fn main() {
     let mut a = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
     let mut b = [vec![0.0; m], vec![0.0; m]];
     let [force, force_rate, multiplier_force] = &mut a;
-    let [defect, defect_rate] = &mut b;
+    let [volume_residual, volume_residual_rate] = &mut b;
     let nnz = solid.displacement_pattern().nnz();
     let mut k = [vec![0.0; nnz], vec![0.0; nnz], vec![0.0; nnz]];
     let [stiffness, rate_stiffness, multiplier_stiffness] = &mut k;
@@ -64,32 +64,32 @@ fn main() {
     let residual = fastest(|| {
         let mut out = Vectors {
             force: Some(force),
-            defect: Some(defect),
+            volume_residual: Some(volume_residual),
             ..Default::default()
         };
         solid.evaluate(black_box(&plain), &mut out).unwrap();
     });
     let report =
         |name: &str, time: f64| println!("{name:<42}{time:9.1} µs {:7.2}", time / residual);
-    report("force, defect", residual);
+    report("force, volume residual", residual);
     report(
-        "force, defect, three points",
+        "force, volume residual, three points",
         fastest(|| {
             let mut out = Vectors {
                 force: Some(force),
-                defect: Some(defect),
+                volume_residual: Some(volume_residual),
                 ..Default::default()
             };
             three_points.evaluate(black_box(&plain), &mut out).unwrap();
         }),
     );
     report(
-        "force, force rate, defect",
+        "force, force rate, volume residual",
         fastest(|| {
             let mut out = Vectors {
                 force: Some(force),
                 force_rate: Some(force_rate),
-                defect: Some(defect),
+                volume_residual: Some(volume_residual),
                 ..Default::default()
             };
             solid.evaluate(black_box(&fields), &mut out).unwrap();
@@ -101,8 +101,8 @@ fn main() {
             let mut out = Vectors {
                 force: Some(force),
                 force_rate: Some(force_rate),
-                defect: Some(defect),
-                defect_rate: Some(defect_rate),
+                volume_residual: Some(volume_residual),
+                volume_residual_rate: Some(volume_residual_rate),
                 multiplier_force: Some(multiplier_force),
             };
             solid.evaluate(black_box(&fields), &mut out).unwrap();

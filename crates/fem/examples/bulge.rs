@@ -15,9 +15,9 @@ fn answer(solid: &Solid, a: f64) -> Result<[f64; 3], Box<dyn std::error::Error>>
     let bulge = |&[x, _]: &[f64; 2]| [0.0, a * (PI * x / 0.2).cos().powi(2)];
     let u: Vec<f64> = solid.space().node_points().iter().flat_map(bulge).collect();
     let fields = Fields::new(&u, Pressure::Penalty { kappa: 1e5 });
-    let mut defect = vec![0.0; solid.space().n_pressures()];
+    let mut volume_residual = vec![0.0; solid.space().n_pressures()];
     let mut out = Vectors {
-        defect: Some(&mut defect),
+        volume_residual: Some(&mut volume_residual),
         ..Vectors::default()
     };
     solid.evaluate(&fields, &mut out)?;
@@ -27,7 +27,7 @@ fn answer(solid: &Solid, a: f64) -> Result<[f64; 3], Box<dyn std::error::Error>>
         .ok_or("the point is outside the mesh")?;
     Ok([
         solid.strain_energy(&fields),
-        defect.iter().sum(),
+        volume_residual.iter().sum(),
         solid.state_at(&fields, &quarter).von_mises(),
     ])
 }

@@ -1,4 +1,4 @@
-//! What can go wrong before a computation starts: files, meshes, groups, data of the wrong size.
+//! Errors found before a computation starts: files, meshes, groups, inputs of the wrong size.
 
 use std::path::PathBuf;
 
@@ -6,238 +6,238 @@ use crate::element::Shape;
 use crate::mesh::defect::{ElementName, MeshDefect};
 use crate::mesh::note::UnnamedGroup;
 
-/// An error of this crate's set-up routines.
+/// Error of the setup routines of this crate.
 ///
-/// The element loops have an error type of their own, [`Inverted`](crate::solid::Inverted),
-/// because an integrator recovers from it.
+/// The element loops return [`Inverted`](crate::solid::Inverted) instead, because an integrator can
+/// recover from it.
 #[derive(Debug, thiserror::Error)]
 pub enum FemError {
     /// The mesh file could not be read.
     #[error("cannot read mesh {}: {source}", path.display())]
     Io {
-        /// The file asked for.
+        /// Requested file.
         path: PathBuf,
-        /// Why the system refused.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The text is not a mesh file this crate reads.
+    /// The mesh file has an unsupported or invalid format.
     #[error("{file}, line {line}: {problem}")]
     Msh {
-        /// Name of the file, as given.
+        /// Name of the file as given.
         file: String,
         /// Line number, from 1.
         line: usize,
-        /// What is wrong there.
+        /// Problem found on that line.
         problem: MshProblem,
     },
-    /// A physical group that the mesh does not have.
+    /// Unknown physical group.
     #[error(
         "the mesh has no group \"{name}\"; its groups are: {}{}",
         list(known),
-        to_be_named(name, unnamed)
+        naming_hint(name, unnamed)
     )]
     UnknownGroup {
-        /// The group asked for.
+        /// Requested group.
         name: String,
-        /// The groups there are.
+        /// Names of the available groups.
         known: Vec<String>,
-        /// Those that the mesh file does not name.
+        /// Unnamed groups of the mesh file.
         unnamed: Vec<UnnamedGroup>,
     },
-    /// A nodal field that the mesh does not have.
+    /// Unknown nodal field.
     #[error(
         "the mesh has no nodal field \"{name}\"; its fields are: {}",
         list(known)
     )]
     UnknownField {
-        /// The field asked for.
+        /// Requested field.
         name: String,
-        /// The fields there are.
+        /// Names of the available fields.
         known: Vec<String>,
     },
-    /// A group of points where edges are needed, or the like.
-    #[error("group \"{name}\" holds {found}, but {needed} are needed")]
+    /// Group with members of the wrong kind, for example points instead of edges.
+    #[error("group \"{name}\" contains {found}, but {needed} are required")]
     WrongGroup {
-        /// The group.
+        /// Name of the group.
         name: String,
-        /// What it holds.
+        /// Members found.
         found: &'static str,
-        /// What the operation needs.
+        /// Members required.
         needed: &'static str,
     },
-    /// Elements that do not fit together.
+    /// Elements that do not form a conforming mesh.
     #[error(transparent)]
     Defect(#[from] MeshDefect),
-    /// An element of zero measure.
+    /// Element of zero measure.
     #[error(
-        "element {element} (vertices {vertices:?}) has {} {measure:e}: it is degenerate",
+        "element {element} (vertices {vertices:?}) is degenerate: its {} is {measure:e}",
         shape.measure_name
     )]
-    Measure {
+    DegenerateElement {
         /// Index of the element.
         element: usize,
-        /// Its vertices.
+        /// Vertices.
         vertices: Vec<usize>,
-        /// Its signed area or volume.
+        /// Signed area or volume.
         measure: f64,
-        /// What it is.
+        /// Shape of the element.
         shape: &'static Shape,
     },
-    /// A mesh without elements.
+    /// Mesh without elements.
     #[error("the mesh has no {}", shape.plural)]
     NoElements {
-        /// What there should be.
+        /// Expected shape.
         shape: &'static Shape,
     },
-    /// An operation of one dimension on a mesh of another.
-    #[error("the mesh has {found} dimensions, {needed} are needed")]
+    /// Mesh of the wrong dimension for an operation.
+    #[error("the mesh has {found} dimensions, but {needed} are required")]
     Dimension {
-        /// That of the mesh.
+        /// Dimension of the mesh.
         found: usize,
-        /// That of the operation.
+        /// Required dimension.
         needed: usize,
     },
-    /// A pressure of elements of different bulk modulus or damping.
+    /// Pressure shared by elements of different bulk modulus or damping.
     #[error(
-        "elements of different kappa or beta have the pressure at vertex {vertex} in common: give \
-         each region pressures of its own (Space::with_regions)"
+        "elements with different kappa or beta share the pressure at vertex {vertex}: give each \
+         region separate pressures (Space::with_regions)"
     )]
     SharedPressure {
-        /// The vertex.
+        /// Index of the vertex.
         vertex: usize,
     },
-    /// An element that is given two stresses beside that of its law.
+    /// Element in two regions with added stress.
     #[error(
-        "element {element} is in two regions with active or viscous stress: give it one region \
-         that has both"
+        "element {element} is in two regions with active or viscous stress: use one region \
+         with both"
     )]
-    TwoAdded {
-        /// The element.
+    DuplicateAddedStress {
+        /// Index of the element.
         element: usize,
     },
-    /// Active or viscous stress of finite strains in an element with a law of small strains.
+    /// Active or viscous stress in an element with a small-strain law.
     #[error(
-        "element {element} has a law of small strains, which takes no active or viscous stress: \
-         choose a law of finite strains there, or Rayleigh damping"
+        "element {element} has a small-strain law, which excludes active and viscous stress: use \
+         a finite-strain law or Rayleigh damping there"
     )]
     AddedToSmallStrain {
-        /// The element.
+        /// Index of the element.
         element: usize,
     },
-    /// An index that points outside the mesh.
-    #[error("{what} {index} is out of range: there are {count}")]
+    /// Index out of range.
+    #[error("{what} {index} is out of range: the index must be below {count}")]
     OutOfRange {
-        /// What the index counts.
+        /// Name of the indexed items.
         what: &'static str,
-        /// The index.
+        /// Index found.
         index: usize,
-        /// One more than the largest allowed.
+        /// Number of items.
         count: usize,
     },
-    /// A vertex that belongs to no element.
+    /// Vertex that belongs to no element.
     #[error("vertex {vertex} belongs to no {}", shape.name)]
-    LooseVertex {
-        /// The vertex.
+    UnusedVertex {
+        /// Index of the vertex.
         vertex: usize,
-        /// What it should belong to.
+        /// Shape of the elements.
         shape: &'static Shape,
     },
-    /// A group's edge or face that is not one of any element.
-    #[error("{} of group \"{group}\" is not one of any {}", facet(vertices), shape.name)]
-    LooseFacet {
-        /// The group.
+    /// Group edge or face that belongs to no element.
+    #[error("{} of group \"{group}\" belongs to no {}", facet(vertices), shape.name)]
+    UnknownFacet {
+        /// Name of the group.
         group: String,
-        /// Its vertices.
+        /// Vertices.
         vertices: Vec<usize>,
-        /// What it should belong to.
+        /// Shape of the elements.
         shape: &'static Shape,
     },
-    /// An edge or face that is to be part of the boundary, but has an element on either side.
-    #[error("{} of group \"{group}\" lies inside the body", facet(vertices))]
-    InnerFacet {
-        /// The group.
+    /// Boundary edge or face with an element on both sides.
+    #[error("boundary {} of group \"{group}\" is inside the body", facet(vertices))]
+    InteriorFacet {
+        /// Name of the group.
         group: String,
-        /// Its vertices.
+        /// Vertices.
         vertices: Vec<usize>,
     },
-    /// A part of the boundary that is to enclose a volume, but is in several pieces.
+    /// Boundary of an enclosed volume that has several disconnected pieces.
     #[error(
-        "group \"{group}\" is in {found} separate pieces, which do not say what they enclose: each needs a group \
-         of its own"
+        "group \"{group}\" has {found} disconnected pieces, so the enclosed volume is ambiguous: use \
+         a separate group for each piece"
     )]
-    Pieces {
-        /// The group.
+    DisconnectedBoundary {
+        /// Name of the group.
         group: String,
-        /// The number of pieces.
+        /// Number of pieces.
         found: usize,
     },
-    /// A list that does not have one entry for each of something.
-    #[error("{what}: {found} given, {needed} needed")]
+    /// List of the wrong length.
+    #[error("{what}: found {found}, required {needed}")]
     Count {
-        /// What is counted.
+        /// Name of the items.
         what: &'static str,
-        /// How many were given.
+        /// Number of items found.
         found: usize,
-        /// How many there should be.
+        /// Number of items required.
         needed: usize,
     },
-    /// A material law that there is not.
-    #[error("there is no law \"{name}\"; the laws are: {}", known.join(", "))]
+    /// Unknown material law.
+    #[error("unknown law \"{name}\"; available laws: {}", known.join(", "))]
     UnknownLaw {
-        /// The name asked for.
+        /// Requested name.
         name: String,
-        /// The laws there are.
+        /// Names of the available laws.
         known: Vec<&'static str>,
     },
-    /// A constant that a law does not have.
-    #[error("the law {law} has no constant \"{name}\"; it has: {}", known.join(", "))]
+    /// Constant that a law does not have.
+    #[error("the law {law} has no constant \"{name}\"; its constants are: {}", known.join(", "))]
     UnknownConstant {
-        /// The law.
+        /// Name of the law.
         law: &'static str,
-        /// The name given.
+        /// Name found.
         name: String,
-        /// The constants there are.
+        /// Constants of the law.
         known: Vec<&'static str>,
     },
-    /// A constant of a law that was not given.
-    #[error("the law {law} needs {name}{}", in_unit(unit))]
+    /// Missing constant of a law.
+    #[error("the law {law} requires {name}{}", in_unit(unit))]
     MissingConstant {
-        /// The law.
+        /// Name of the law.
         law: &'static str,
-        /// The constant.
+        /// Name of the constant.
         name: &'static str,
-        /// Its unit; empty for a pure number.
+        /// Unit; empty for a dimensionless constant.
         unit: &'static str,
     },
-    /// A vector of a field of a mesh that is no direction.
+    /// Invalid direction vector in a nodal field.
     #[error(
         "the field \"{field}\" is {problem} at node {node}: ({}, {}, {})",
         vector[0], vector[1], vector[2]
     )]
     Direction {
-        /// The field.
+        /// Name of the field.
         field: String,
-        /// The node's tag.
+        /// Index of the vertex.
         node: u64,
-        /// The vector.
+        /// Vector found.
         vector: [f64; 3],
-        /// What is wrong with it.
+        /// Reason why the vector is invalid.
         problem: &'static str,
     },
-    /// A parameter outside its range.
+    /// Parameter outside its range.
     #[error("{name} = {value} must be {condition}")]
     Parameter {
-        /// The parameter.
+        /// Name of the parameter.
         name: &'static str,
-        /// Its value.
+        /// Value found.
         value: f64,
-        /// What is required of it.
+        /// Allowed range.
         condition: &'static str,
     },
 }
 
 impl FemError {
-    /// The same with elements called by their tags, those of a mesh file in its order.
+    /// Replaces element indices by the tags of the mesh file.
     pub(crate) fn with_tags(mut self, tags: &[u64]) -> Self {
         if let Self::Defect(defect) = &mut self {
             for name in &mut defect.elements {
@@ -250,20 +250,20 @@ impl FemError {
     }
 }
 
-/// A word on groups that would have to be named before a scene can speak of them.
-fn to_be_named(wanted: &str, unnamed: &[UnnamedGroup]) -> String {
+/// Returns a hint that unnamed groups need a name before a scene can refer to them.
+fn naming_hint(wanted: &str, unnamed: &[UnnamedGroup]) -> String {
     let Some(first) = unnamed.first() else {
         return String::new();
     };
     let groups: Vec<String> = unnamed.iter().map(ToString::to_string).collect();
     format!(
-        "; without a name it has {}: name the one you mean, in Gmsh {}",
+        "; it also has the unnamed groups {}: to use one, name it in Gmsh with {}",
         groups.join(", "),
         first.named(wanted)
     )
 }
 
-/// An edge or face by its vertices.
+/// Formats an edge or face by its vertices.
 fn facet(vertices: &[usize]) -> String {
     let numbers: Vec<String> = vertices.iter().map(usize::to_string).collect();
     let kind = if vertices.len() == 2 { "edge" } else { "face" };
@@ -286,79 +286,77 @@ fn list(names: &[String]) -> String {
     }
 }
 
-/// What is wrong with a line of a mesh file.
-#[derive(Debug, thiserror::Error)]
+/// Problem on a line of a mesh file.
+#[derive(Debug, PartialEq, thiserror::Error)]
 pub enum MshProblem {
-    /// Another version of the format.
+    /// Unsupported version of the format.
     #[error(
-        "MSH version {0} is not read, only 4.1: in Gmsh export with \
+        "MSH version {0} is not supported, only 4.1: in Gmsh export with \
          File > Export > \"Version 4 ASCII\", or `gmsh -2 -format msh41 FILE.geo`"
     )]
     Version(String),
-    /// The binary form of the format.
+    /// Binary variant of the format.
     #[error(
-        "binary MSH is not read, only ASCII: in Gmsh export with \
+        "binary MSH is not supported, only ASCII: in Gmsh export with \
          File > Export > \"Version 4 ASCII\", or set `Mesh.Binary = 0`"
     )]
     Binary,
-    /// The text does not start like a mesh file.
+    /// Text that does not start with `$MeshFormat`.
     #[error("this is not a Gmsh mesh: it must start with $MeshFormat")]
     NotMsh,
-    /// The text ended too early.
-    #[error("the file ends where {0} should follow")]
+    /// Unexpected end of the file.
+    #[error("unexpected end of file: expected {0}")]
     Truncated(&'static str),
-    /// A word that is not what should stand there.
+    /// Unexpected word.
     #[error("expected {expected}, found \"{found}\"")]
     Expected {
-        /// What should stand there.
+        /// Description of the allowed input.
         expected: &'static str,
-        /// What does.
+        /// Text found.
         found: String,
     },
-    /// A tag defined twice.
+    /// Tag that is defined twice.
     #[error("{what} {tag} is defined twice")]
     Duplicate {
-        /// Node, group, ….
+        /// Name of the defined items, for example "node".
         what: &'static str,
-        /// Its tag or name.
+        /// Tag or name.
         tag: String,
     },
-    /// A reference to a node that the file does not define before.
+    /// Reference to an undefined node.
     #[error("node {0} is not defined")]
     UnknownNode(u64),
-    /// A node of a physical group that no element of the body has.
-    #[error("node {0} of a physical group is not a node of any element of the body")]
-    LooseNode(u64),
-    /// An element type that is not read.
+    /// Node of a physical group that belongs to no element of the body.
+    #[error("node {0} of a physical group belongs to no element of the body")]
+    UnusedNode(u64),
+    /// Unsupported element type.
     #[error(
-        "element type {0} is not read: use triangles or tetrahedra of order 1 or 2 \
+        "element type {0} is not supported: use triangles or tetrahedra of order 1 or 2 \
          (`Mesh.ElementOrder = 1`, no recombination into quadrangles)"
     )]
     ElementType(u64),
-    /// A triangle beside tetrahedra that is no face of them.
-    #[error(
-        "element {tag} is a triangle that is no face of a tetrahedron: a body has one dimension"
-    )]
+    /// Triangle in a tetrahedral mesh that is not a face of any tetrahedron.
+    #[error("triangle {tag} is not a face of any tetrahedron: 2D and 3D elements cannot be mixed")]
     MixedDimensions {
-        /// The element's tag.
+        /// Tag of the element.
         tag: u64,
     },
-    /// A node off the plane z = 0.
-    #[error("node {tag} has z = {z}: without tetrahedra the mesh is plane and needs z = 0")]
+    /// Node of a plane mesh with z ≠ 0.
+    #[error("node {tag} has z = {z}: a mesh without tetrahedra is plane and requires z = 0")]
     NotPlane {
-        /// The node's tag.
+        /// Tag of the node.
         tag: u64,
-        /// Its third coordinate.
+        /// Third coordinate.
         z: f64,
     },
-    /// An element of zero measure.
-    #[error("element {tag} has {} {measure:e}: it is degenerate", shape.measure_name)]
-    Measure {
-        /// The element's tag.
+    /// Element of zero measure.
+    #[error("element {tag} is degenerate: its {} is {measure:e}", shape.measure_name)]
+    DegenerateElement {
+        /// Tag of the element.
         tag: u64,
-        /// Its signed area or volume.
+        /// Signed area or volume.
         measure: f64,
-        /// What it is.
+        /// Shape of the element.
         shape: &'static Shape,
     },
 }

@@ -34,19 +34,19 @@ pub mod space;
 pub use boundary::enclosed::EnclosedVolume;
 pub use boundary::follower::FollowerPressure;
 pub use boundary::load;
-pub use boundary::robin::{Along, Robin};
+pub use boundary::robin::{RobinMatrix, SupportDirection};
 pub use element::{Barycentric, Shape, quadrature};
 pub use error::{FemError, MshProblem};
 pub use material::Law;
 pub use material::fibres::Fibres;
 pub use mesh::{Group, Mesh, generate};
 pub use operators::added::{AddedMotion, AddedStress, AddedTangents};
-pub use operators::relaxation::{Overstress, RelaxingPart};
-pub use solid::crew::{Crew, Pass};
-pub use solid::kind::Ratios;
+pub use operators::relaxation::{Overstress, RelaxationRegion};
+pub use solid::assembler::{ParallelAssembler, Pass};
+pub use solid::element_material::ElementScale;
 pub use solid::{Change, Fields, Inverted, Linearized, Pressure, Solid, Tangents, Vectors};
 pub use space::dofs::{self, DofMap};
-pub use space::{Located, Space};
+pub use space::{ElementPoint, Space};
 
 /// Design notes.
 pub mod notes {

@@ -1,46 +1,47 @@
-//! Quantities for output: energies, and the state at a point. Computed only when called.
+//! Output quantities: kinetic energy, volume ratios, deformation and stress at a point. They are
+//! computed on demand.
 
 use crate::element::Barycentric;
 use crate::material::Law;
 use crate::material::three::{Tensor3, add_scaled3, contract3, scaled3};
 use crate::operators::added::AtPoint;
 use crate::solid::{Fields, Pressure, Solid};
-use crate::space::{Degree, Located};
+use crate::space::{Degree, ElementPoint};
 
-/// The range of J over some places of a body.
+/// Range of J over sampled points of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VolumeRatios {
-    /// The smallest; below 0 the body is turned inside out there.
+    /// Minimum; a negative value means that the body is inverted there.
     pub smallest: f64,
-    /// Where it is.
-    pub at: Located,
-    /// The largest.
+    /// Point of the minimum.
+    pub at: ElementPoint,
+    /// Maximum.
     pub largest: f64,
 }
 
-/// What the stress depends on beside the displacement, the pressure and their rates.
+/// Data that determine the stress besides displacement, pressure and their rates.
 #[derive(Debug, Clone, Copy)]
-pub struct Beside<'a> {
-    /// The tension of each element, Pa; none needed without added stresses.
+pub struct StressContext<'a> {
+    /// Tension of each element, in Pa; unused without added stresses.
     pub tensions: &'a [f64],
-    /// β of stiffness-proportional damping, s.
+    /// Coefficient β of stiffness-proportional damping, in s.
     pub beta: f64,
-    /// The internal stresses, Pa; none needed where no stress relaxes.
+    /// Internal stresses, in Pa; unused without Prony series.
     pub internal: &'a [f64],
 }
 
-/// Deformation and stress at a point; in plane strain with the components normal to the plane.
+/// Deformation and stress at a point; in plane strain including the out-of-plane components.
 ///
 /// # Units
 /// Stresses and pressure in Pa.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointState {
-    /// ∇u.
+    /// Displacement gradient ∇u.
     pub gradient: Tensor3,
-    /// J = det F (1 + div u for small strains).
+    /// Volume ratio J = det F (1 + div u for small strains).
     pub jacobian: f64,
-    /// p, or −κ (J − 1) where there is no pressure field; −tr σ/3 of a law whose energy holds the
-    /// volume's part.
+    /// Pressure p, or −κ (J − 1) without a pressure field, or −tr σ/3 for a law whose energy
+    /// includes the volumetric part.
     pub pressure: f64,
     /// First Piola–Kirchhoff stress P.
     pub piola: Tensor3,
@@ -49,7 +50,7 @@ pub struct PointState {
 }
 
 impl PointState {
-    /// The state with P instead of its own; `is_linear`: of small strains, all stresses are one.
+    /// Returns the state with another stress P. If `is_linear` (small strains), P and σ are equal.
     fn with_stress(mut self, piola: Tensor3, is_linear: bool) -> Self {
         (self.piola, self.cauchy) = (piola, piola);
         if !is_linear {
@@ -63,7 +64,7 @@ impl PointState {
         self
     }
 
-    /// Von Mises' equivalent of the Cauchy stress.
+    /// Returns the von Mises equivalent of the Cauchy stress.
     pub fn von_mises(&self) -> f64 {
         let [[xx, xy, xz], [_, yy, yz], [_, _, zz]] = self.cauchy;
         let squares = (xx - yy).powi(2) + (yy - zz).powi(2) + (zz - xx).powi(2);
@@ -73,20 +74,20 @@ impl PointState {
 }
 
 impl Solid {
-    /// Deformation and stress at a place in the mesh.
+    /// Returns deformation and elastic stress at a point.
     ///
-    /// Meaningless numbers where the element is inverted.
+    /// The values are meaningless in an inverted element.
     ///
     /// # Panics
-    /// If a field's length is wrong.
-    pub fn state_at(&self, fields: &Fields<'_>, at: &Located) -> PointState {
+    /// Panics if the length of a field is wrong.
+    pub fn state_at(&self, fields: &Fields<'_>, at: &ElementPoint) -> PointState {
         let law = self.law_at(fields, at);
         let gradient = self.spatial_gradient_at(fields.u, at);
         let volume_change = law.volume_change3(gradient);
         let pressure = match fields.pressure {
             Pressure::Nodal(p) => self.space().pressure_at(p, at),
             Pressure::Penalty { kappa } => {
-                -law.penalty(kappa * self.ratios(at.element).kappa) * volume_change
+                -law.penalty(kappa * self.element_scale(at.element).kappa) * volume_change
             }
         };
         let jacobian = 1.0 + volume_change;
@@ -105,16 +106,16 @@ impl Solid {
         state
     }
 
-    /// The same with all stress that the balance of momentum has: what is added to the law's, what
-    /// relaxes, and what damps in proportion to the stiffness.
+    /// Returns deformation and total stress of the momentum balance: elastic, added, viscoelastic
+    /// and stiffness-proportional damping stress.
     ///
     /// # Panics
-    /// If a length is wrong, or there is no velocity.
-    pub fn state_in_motion_at(
+    /// Panics if a length is wrong or the velocity is missing.
+    pub fn dynamic_state_at(
         &self,
         fields: &Fields<'_>,
-        beside: &Beside<'_>,
-        at: &Located,
+        context: &StressContext<'_>,
+        at: &ElementPoint,
     ) -> PointState {
         let state = self.state_at(fields, at);
         let velocity = || {
@@ -123,30 +124,30 @@ impl Solid {
         };
         let added = self.added_number(at.element).map(|number| {
             let stress = &self.added_stresses()[number];
-            let tension = Some(beside.tensions[at.element]).filter(|tension| *tension != 0.0);
+            let tension = Some(context.tensions[at.element]).filter(|tension| *tension != 0.0);
             let motion = [state.gradient, velocity()];
             AtPoint::new(stress, tension, self.axes_at(at).fibre, motion).stress(0.0)
         });
-        let beta = beside.beta * self.ratios(at.element).beta;
+        let beta = context.beta * self.element_scale(at.element).beta;
         let damping = (beta > 0.0).then(|| {
             let rate = self.stress_rate_at(fields, &state, velocity(), at);
             scaled3(beta, &rate)
         });
-        let relaxing = self.overstress_at(fields.u, beside.internal, at);
+        let viscoelastic = self.overstress_at(fields.u, context.internal, at);
         let mut total = state.piola;
-        for part in [added, damping, relaxing].iter().flatten() {
+        for part in [added, damping, viscoelastic].iter().flatten() {
             add_scaled3(&mut total, 1.0, part);
         }
         state.with_stress(total, self.laws()[at.element].is_linear())
     }
 
-    /// Ṗ of the law and the pressure along ∇v.
+    /// Returns Ṗ of the law and the pressure along ∇v.
     fn stress_rate_at(
         &self,
         fields: &Fields<'_>,
         state: &PointState,
         v: Tensor3,
-        at: &Located,
+        at: &ElementPoint,
     ) -> Tensor3 {
         let (law, h) = (self.law_at(fields, at), state.gradient);
         let pressures = match fields.pressure {
@@ -156,7 +157,7 @@ impl Solid {
                 [state.pressure, rate]
             }
             Pressure::Penalty { kappa } => {
-                let kappa = law.penalty(kappa * self.ratios(at.element).kappa);
+                let kappa = law.penalty(kappa * self.element_scale(at.element).kappa);
                 let rate = contract3(&law.volume_gradient3(h), &v);
                 [law.volume_change3(h), rate].map(|volume| -kappa * volume)
             }
@@ -164,51 +165,47 @@ impl Solid {
         law.stress_rate3(h, v, pressures, self.axes_at(at))
     }
 
-    /// The law at a place in the mesh, its factor included.
-    fn law_at(&self, fields: &Fields<'_>, at: &Located) -> Law {
+    /// Returns the law at a point, scaled by its factor.
+    fn law_at(&self, fields: &Fields<'_>, at: &ElementPoint) -> Law {
         let law = self.laws()[at.element];
         fields.factors.map_or(law, |factors| {
-            let own = &factors[at.barycentric.len() * at.element..];
-            let vertices = own.iter().zip(at.barycentric.iter());
+            let factors = &factors[at.barycentric.len() * at.element..];
+            let vertices = factors.iter().zip(at.barycentric.iter());
             law.scaled(vertices.map(|(factor, psi)| factor * psi).sum())
         })
     }
 
-    /// The range of J = det F (1 + div u for small strains) in the quadrature points.
+    /// Returns the range of J = det F (1 + div u for small strains) over the quadrature points.
     ///
     /// # Panics
-    /// If the length of `u` is wrong.
+    /// Panics if the length of `u` is wrong.
     pub fn volume_ratios(&self, u: &[f64]) -> VolumeRatios {
         let rule = self.rule().points(self.space().mesh().shape()).into_iter();
         let points: Vec<Barycentric> = rule.map(|point| point.barycentric).collect();
         self.volume_ratios_at(u, &points)
     }
 
-    /// The range of J at the vertices of all elements: forces are summed in quadrature points, and do not
-    /// see it.
+    /// Returns the range of J over the vertices of all elements. Forces are evaluated at quadrature
+    /// points and do not depend on these values.
     ///
     /// # Panics
-    /// If the length of `u` is wrong.
+    /// Panics if the length of `u` is wrong.
     pub fn vertex_volume_ratios(&self, u: &[f64]) -> VolumeRatios {
         let vertices = self.space().mesh().shape().nodes(Degree::One);
         self.volume_ratios_at(u, &vertices)
     }
 
-    /// The range of J at these places of the elements.
+    /// Returns the range of J over the given points of all elements.
     fn volume_ratios_at(&self, u: &[f64], points: &[Barycentric]) -> VolumeRatios {
         match self.space().dimension() {
-            2 => self.ratios_in_elements::<2>(u, points),
-            _ => self.ratios_in_elements::<3>(u, points),
+            2 => self.volume_ratios_in::<2>(u, points),
+            _ => self.volume_ratios_in::<3>(u, points),
         }
     }
 
-    /// The same. Runs look at it a hundred times: shape functions are evaluated once for all elements, the map of a
-    /// straight one once.
-    fn ratios_in_elements<const D: usize>(
-        &self,
-        u: &[f64],
-        points: &[Barycentric],
-    ) -> VolumeRatios {
+    /// Returns the range of J over the given points of all elements. Runs call this often: shape
+    /// functions are evaluated once for all elements, and the map of a straight element once.
+    fn volume_ratios_in<const D: usize>(&self, u: &[f64], points: &[Barycentric]) -> VolumeRatios {
         let space = self.space();
         let shape = space.mesh().shape();
         let slopes = |at: &Barycentric| shape.gradients::<D>(space.degree(), at);
@@ -216,7 +213,7 @@ impl Solid {
         let mut found = VolumeRatios {
             smallest: f64::INFINITY,
             largest: f64::NEG_INFINITY,
-            at: Located {
+            at: ElementPoint {
                 element: 0,
                 barycentric: points[0],
             },
@@ -228,20 +225,20 @@ impl Solid {
                 if number > 0 && space.is_curved(element) {
                     inverse = space.map_at::<D>(element, &barycentric).0;
                 }
-                // By the coordinates of the reference element.
-                let mut own = [[0.0; D]; D];
+                // Gradient in reference coordinates.
+                let mut reference = [[0.0; D]; D];
                 for (&node, slope) in nodes.iter().zip(slopes) {
-                    for (row, u) in own.iter_mut().zip(&u[D * node..]) {
+                    for (row, u) in reference.iter_mut().zip(&u[D * node..]) {
                         for (entry, slope) in row.iter_mut().zip(slope) {
                             *entry += u * slope;
                         }
                     }
                 }
                 let mut gradient = [[0.0; 3]; 3];
-                for (row, own) in gradient.iter_mut().zip(&own) {
-                    for (m, by_reference) in own.iter().enumerate() {
+                for (row, reference) in gradient.iter_mut().zip(&reference) {
+                    for (m, slope) in reference.iter().enumerate() {
                         for (entry, inverse) in row.iter_mut().zip(&inverse[m]) {
-                            *entry += by_reference * inverse;
+                            *entry += slope * inverse;
                         }
                     }
                 }
@@ -249,7 +246,7 @@ impl Solid {
                 found.largest = found.largest.max(ratio);
                 if ratio < found.smallest {
                     found.smallest = ratio;
-                    found.at = Located {
+                    found.at = ElementPoint {
                         element,
                         barycentric,
                     };
@@ -259,8 +256,8 @@ impl Solid {
         found
     }
 
-    /// ∇u at a place in the mesh; in the plane with a third row and column of zeros.
-    pub fn spatial_gradient_at(&self, u: &[f64], at: &Located) -> Tensor3 {
+    /// Returns ∇u at a point as a 3D tensor; in 2D the third row and column are zero.
+    pub fn spatial_gradient_at(&self, u: &[f64], at: &ElementPoint) -> Tensor3 {
         if self.space().dimension() == 3 {
             return self.gradient_at(u, at);
         }
@@ -268,11 +265,11 @@ impl Solid {
         [[xx, xy, 0.0], [yx, yy, 0.0], [0.0; 3]]
     }
 
-    /// ∇u at a place in the mesh.
+    /// Returns ∇u at a point.
     ///
     /// # Panics
-    /// Unless `D` is the dimension.
-    pub fn gradient_at<const D: usize>(&self, u: &[f64], at: &Located) -> [[f64; D]; D] {
+    /// Panics unless `D` is the dimension.
+    pub fn gradient_at<const D: usize>(&self, u: &[f64], at: &ElementPoint) -> [[f64; D]; D] {
         let space = self.space();
         let (inverse, _) = space.map_at::<D>(at.element, &at.barycentric);
         let shape = space.mesh().shape();
@@ -289,10 +286,10 @@ impl Solid {
         h
     }
 
-    /// ½ vᵀ M v.
+    /// Returns the kinetic energy ½ vᵀ M v.
     ///
     /// # Units
-    /// J, in plane strain J/m.
+    /// J; in plane strain J/m.
     pub fn kinetic_energy(&self, v: &[f64]) -> f64 {
         let mut momentum = vec![0.0; v.len()];
         self.apply_mass(v, &mut momentum);

@@ -24,16 +24,16 @@ fn vectors(rule: Rule, strain: f64) -> [Vec<f64>; 2] {
         .flat_map(|&x| wave(x).map(|u| strain / k * u))
         .collect();
     let p = vec![0.0; space.n_pressures()];
-    let [mut force, mut defect] = [vec![0.0; u.len()], vec![0.0; p.len()]];
+    let [mut force, mut volume_residual] = [vec![0.0; u.len()], vec![0.0; p.len()]];
     let mut out = Vectors {
         force: Some(&mut force),
-        defect: Some(&mut defect),
+        volume_residual: Some(&mut volume_residual),
         ..Vectors::default()
     };
     solid
         .evaluate(&Fields::new(&u, Pressure::Nodal(&p)), &mut out)
         .unwrap();
-    [force, defect]
+    [force, volume_residual]
 }
 
 /// The difference of two vectors over the second, in the Euclidean norm.
@@ -52,7 +52,9 @@ fn the_default_rule_is_exact_for_the_volume_and_close_for_forces() {
             [Rule::Degree2, Rule::Degree4, Rule::Degree6].map(|rule| vectors(rule, strain));
         let errors = |of: &[Vec<f64>; 2]| [0, 1].map(|i| difference(&of[i], &twelve[i]));
         let (of_three, of_six) = (errors(&three), errors(&six));
-        println!("strain {strain}: 3 points {of_three:?}, 6 points {of_six:?} (force, defect)");
+        println!(
+            "strain {strain}: 3 points {of_three:?}, 6 points {of_six:?} (force, volume_residual)"
+        );
         // Six rounded terms per element, and some elements at a node.
         assert!(of_six[1] < 100.0 * f64::EPSILON, "{of_six:?}");
         assert!(of_three[1] > 1e-8, "{of_three:?}");

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use myovib_dae::Problem;
 use myovib_fem::material::{ActiveStress, Bestel};
-use myovib_fem::{AddedStress, Along, DofMap, Fibres, Group, Law, Mesh, Solid, Space};
+use myovib_fem::{AddedStress, DofMap, Fibres, Group, Law, Mesh, Solid, Space, SupportDirection};
 use myovib_model::{
     Activation, Bed, Formulation, IntegratorKind, ModelError, Muscle, MuscleDae, Parameters, Probe,
     SampleTimes, Sampler, Settings, run, start_at_rest,
@@ -62,8 +62,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .with_added_stresses(&[(members, stress)])?;
     let muscle = Muscle {
         beds: vec![
-            Bed::new(&solid, "epi", Along::Normal, [1e8, 5e3])?,
-            Bed::new(&solid, "base", Along::All, [1e5, 5e3])?,
+            Bed::new(&solid, "epi", SupportDirection::Normal, [1e8, 5e3])?,
+            Bed::new(&solid, "base", SupportDirection::All, [1e5, 5e3])?,
         ],
         activations: vec![(0, Activation::Bestel(Bestel::ventricle(1.5e5)))],
         ..Muscle::unloaded(solid, Parameters::new(0.0, 0.0, 1e6)?)

@@ -154,11 +154,11 @@ pub enum ModelError {
     Evaluation(#[from] myovib_dae::StepError),
     /// No displacement with ∫ψ (J - 1) = 0 was found near the given displacement.
     #[error(
-        "no incompressible displacement is found near the one given: a projected volume defect of {defect:.1e} remains"
+        "no incompressible displacement is found near the one given: a projected volume defect of {volume_residual:.1e} remains"
     )]
     NotIncompressible {
         /// Largest remaining projected defect, defined as in the constraint drift.
-        defect: f64,
+        volume_residual: f64,
     },
     /// The system is too large for the dense index computation.
     #[error(

@@ -131,7 +131,7 @@ impl Matrices {
                 Matrix::RelaxingGeometric => {
                     let room = vec![0.0; solid.displacement_pattern().nnz()];
                     matrices.relaxing = Some(Relaxing {
-                        material: vec![room.clone(); solid.relaxing_parts().len()],
+                        material: vec![room.clone(); solid.relaxation_regions().len()],
                         geometric: room,
                         at: vec![0.0; solid.dofs().n_full()],
                     });
@@ -278,7 +278,7 @@ impl Matrices {
         }) = &mut self.relaxing
         {
             at.copy_from_slice(u);
-            solid.relaxing_tangents(u, over, geometric, material);
+            solid.relaxation_tangents(u, over, geometric, material);
         }
     }
 

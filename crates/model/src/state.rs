@@ -73,8 +73,8 @@ pub(crate) struct Workspace {
     pub(crate) tension_rates: Vec<f64>,
     /// Q̇ from the evolution equations of the Prony terms.
     pub(crate) internal_rates: Vec<f64>,
-    pub(crate) defect: Vec<f64>,
-    pub(crate) defect_rate: Vec<f64>,
+    pub(crate) volume_residual: Vec<f64>,
+    pub(crate) volume_residual_rate: Vec<f64>,
     pub(crate) pressure_product: Vec<f64>,
 }
 
@@ -99,8 +99,8 @@ impl Workspace {
             tensions: vec![0.0; solid.n_tensions()],
             tension_rates: vec![0.0; muscle.models().count()],
             internal_rates: vec![0.0; solid.n_internal()],
-            defect: vertex.clone(),
-            defect_rate: vertex.clone(),
+            volume_residual: vertex.clone(),
+            volume_residual_rate: vertex.clone(),
             pressure_product: vertex,
         }
     }
@@ -113,8 +113,8 @@ impl Workspace {
             (&mut self.multiplier_force, &other.multiplier_force),
             (&mut self.added_force, &other.added_force),
             (&mut self.internal_rates, &other.internal_rates),
-            (&mut self.defect, &other.defect),
-            (&mut self.defect_rate, &other.defect_rate),
+            (&mut self.volume_residual, &other.volume_residual),
+            (&mut self.volume_residual_rate, &other.volume_residual_rate),
         ] {
             own.copy_from_slice(of_other);
         }
@@ -129,13 +129,13 @@ pub(crate) struct Integrals<'a> {
 
 impl Integrals<'_> {
     /// Returns ∫ψ(J - 1).
-    pub(crate) fn defect(&self) -> &[f64] {
-        &self.work.defect
+    pub(crate) fn volume_residual(&self) -> &[f64] {
+        &self.work.volume_residual
     }
 
     /// Returns ∫ψ cof F:∇v.
-    pub(crate) fn defect_rate(&self) -> &[f64] {
-        &self.work.defect_rate
+    pub(crate) fn volume_residual_rate(&self) -> &[f64] {
+        &self.work.volume_residual_rate
     }
 
     /// Adds `factor M_p pressure` to `rows`.
@@ -188,7 +188,7 @@ impl Integrals<'_> {
             load,
             ..
         } = &mut *self.work;
-        let graded = self.solid.is_graded();
+        let graded = self.solid.has_element_scales();
         if alpha > 0.0 && !graded {
             for (a, v) in acceleration.iter_mut().zip(velocity.iter()) {
                 *a += alpha * v;

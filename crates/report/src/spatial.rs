@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use myovib_fem::{Barycentric, Group, Located, Space};
+use myovib_fem::{Barycentric, ElementPoint, Group, Space};
 
 use crate::plot::surface_plot::{Face, Paint, Place, faces_the_eye};
 use crate::plot::{Axis, Colour, Field, MeshPlot, SurfacePlot};
@@ -147,11 +147,11 @@ pub fn section_plot(space: &Space, displacement: &[Place]) -> MeshPlot {
             let six = [a, b, c, mean(a, b), mean(b, c), mean(c, a)];
             let first = plot.nodes.len();
             for lambda in six {
-                let at = Located {
+                let at = ElementPoint {
                     element,
                     barycentric: Barycentric::new(&lambda),
                 };
-                let place: Place = space.place(&at);
+                let place: Place = space.position(&at);
                 plot.nodes.push([place[across[0]], place[across[1]]]);
                 values.push(length(space.displacement_at(nodal, &at)));
             }

@@ -88,7 +88,10 @@ impl State {
                     block.copy_from_slice(&self.internal_stresses);
                 }
                 Field::InternalStress => {
-                    let settled = dae.muscle().solid.settled_stresses(&self.displacement);
+                    let settled = dae
+                        .muscle()
+                        .solid
+                        .equilibrium_overstress(&self.displacement);
                     block.copy_from_slice(&settled);
                 }
                 _ => {}

@@ -1,31 +1,32 @@
-//! A group of the boundary as it is deformed.
+//! Boundary facets in the deformed configuration.
 
 use crate::boundary::facet::{FacetPoint, cross, facet_points};
 use crate::element::Shape;
 use crate::space::Space;
 
-/// The facets of a group, with quadrature on them where displacements put them.
+/// Facets of a group with quadrature in the deformed configuration.
 ///
-/// With the boundary as a curve x(s), counter-clockwise around the body, its outward normal times ds
-/// is its tangent x' ds turned by −90°; as a surface x(s, t) seen from outside it is x_s × x_t ds dt.
+/// In 2D the boundary is a curve x(s), counterclockwise around the body; its outward normal times
+/// ds is the tangent x' ds rotated by −90°. In 3D it is a surface x(s, t), and the outward normal
+/// times the area element is x_s × x_t ds dt.
 #[derive(Debug, Clone)]
 pub(crate) struct DeformedFacets {
     pub(crate) dimension: usize,
-    /// Quadrature points of the reference facet, weights times its measure.
+    /// Quadrature points of the reference facet; weights include its measure.
     pub(crate) points: Vec<FacetPoint>,
-    /// The nodes of each facet.
+    /// Nodes of each facet.
     pub(crate) facets: Vec<Vec<usize>>,
-    /// Positions at rest of all nodes.
+    /// Reference positions of all nodes.
     pub(crate) coordinates: Vec<f64>,
 }
 
 impl DeformedFacets {
-    /// Facets by their vertices, in the order that makes their normals point outwards.
+    /// Creates the facets from their vertices, ordered so that the normals point outward.
     pub(crate) fn new(space: &Space, outward: &[Vec<usize>]) -> Self {
         let shape: &Shape = space.mesh().shape();
         let mut points = facet_points(shape, space.degree());
         for point in &mut points {
-            // An edge's parameter runs over a length of 1, a face's over a triangle of area 1/2.
+            // The reference edge has length 1, the reference face area 1/2.
             point.weight *= if shape.dimension == 2 { 1.0 } else { 0.5 };
         }
         Self {
@@ -39,8 +40,8 @@ impl DeformedFacets {
         }
     }
 
-    /// Σ factor · (position of the node at the displacement `u`): the position at a point, by the values of its
-    /// shape functions, and its derivatives, by their slopes.
+    /// Returns Σ factor · (position of the node at displacement `u`). With shape function values as
+    /// factors this is the position of a point, with their derivatives it is a tangent.
     pub(crate) fn sum<const D: usize>(
         &self,
         nodes: &[usize],
@@ -56,7 +57,8 @@ impl DeformedFacets {
         sum
     }
 
-    /// The derivatives of the position by the facet's parameters; an edge has only the first.
+    /// Returns the derivatives of the position with respect to the facet parameters; in 2D only the
+    /// first is nonzero.
     pub(crate) fn tangents<const D: usize>(
         &self,
         nodes: &[usize],
@@ -71,8 +73,9 @@ impl DeformedFacets {
     }
 }
 
-/// The first tangent turned by −90° in the plane, the product of both in space.
-pub(crate) fn normal<const D: usize>(s: [f64; D], t: [f64; D]) -> [f64; D] {
+/// Returns the area vector: in 2D the first tangent rotated by −90°, in 3D the cross product of
+/// both.
+pub(crate) fn area_vector<const D: usize>(s: [f64; D], t: [f64; D]) -> [f64; D] {
     let mut normal = [0.0; D];
     match D {
         2 => normal.copy_from_slice(&[s[1], -s[0]]),

@@ -1,4 +1,4 @@
-//! Integrals over parts of the boundary: edges of triangles, faces of tetrahedra.
+//! Quadrature on boundary facets: edges of triangles, faces of tetrahedra.
 
 use std::collections::HashMap;
 
@@ -6,27 +6,27 @@ use crate::element::quadrature::{Rule, edge_degree5};
 use crate::element::{Barycentric, Shape, TRIANGLE};
 use crate::error::FemError;
 use crate::mesh::{Group, Mesh, distance};
-use crate::space::{Degree, Located, Space};
+use crate::space::{Degree, ElementPoint, Space};
 
-/// A quadrature point of the reference facet.
+/// Quadrature point of the reference facet.
 #[derive(Debug, Clone)]
 pub(crate) struct FacetPoint {
-    /// Fraction of the facet's measure.
+    /// Weight as a fraction of the facet measure.
     pub(crate) weight: f64,
     /// Barycentric coordinates.
     pub(crate) barycentric: Vec<f64>,
-    /// Shape functions of the facet's nodes.
+    /// Values of the shape functions of the facet nodes.
     pub(crate) values: Vec<f64>,
-    /// Their derivatives along the first edges from the first vertex: one of an edge, two of a face.
+    /// Derivatives of the shape functions along the first edges from the first vertex: one for an
+    /// edge, two for a face.
     pub(crate) slopes: Vec<Vec<f64>>,
 }
 
 impl FacetPoint {
-    /// The measure that a curved facet with nodes at `places` has if it is everywhere what it is
-    /// at this point.
-    pub(crate) fn measure<const D: usize>(&self, places: &[[f64; D]]) -> f64 {
+    /// Returns the local measure at this point of a curved facet with the given node positions.
+    pub(crate) fn measure<const D: usize>(&self, positions: &[[f64; D]]) -> f64 {
         let tangent = |slopes: &Vec<f64>| -> [f64; D] {
-            std::array::from_fn(|i| slopes.iter().zip(places).map(|(s, x)| s * x[i]).sum())
+            std::array::from_fn(|i| slopes.iter().zip(positions).map(|(s, x)| s * x[i]).sum())
         };
         let tangents: Vec<[f64; D]> = self.slopes.iter().map(tangent).collect();
         let mut corners = vec![[0.0; D]];
@@ -35,19 +35,19 @@ impl FacetPoint {
     }
 }
 
-/// Whether a node of a facet does not lie in the middle of its edge.
-pub(crate) fn is_curved<const D: usize>(places: &[[f64; D]]) -> bool {
+/// Returns whether a facet has a node off the midpoint of its edge.
+pub(crate) fn is_curved<const D: usize>(positions: &[[f64; D]]) -> bool {
     let edges: &[[usize; 2]] = match D {
         2 => &[[0, 1]],
         _ => TRIANGLE.edges,
     };
-    let middle =
-        |&[a, b]: &[usize; 2]| std::array::from_fn(|m| 0.5 * (places[a][m] + places[b][m]));
-    let nodes = places.iter().skip(D);
-    nodes.zip(edges).any(|(place, edge)| *place != middle(edge))
+    let midpoint =
+        |&[a, b]: &[usize; 2]| std::array::from_fn(|m| 0.5 * (positions[a][m] + positions[b][m]));
+    let nodes = positions.iter().skip(D);
+    nodes.zip(edges).any(|(node, edge)| *node != midpoint(edge))
 }
 
-/// The quadrature points of facets of a body, exact for degree 5 on edges and 6 on faces.
+/// Returns the quadrature points of facets, exact for degree 5 on edges and degree 6 on faces.
 pub(crate) fn facet_points(shape: &Shape, degree: Degree) -> Vec<FacetPoint> {
     if shape.dimension == 2 {
         let at = |(s, weight): (f64, f64)| FacetPoint {
@@ -73,7 +73,7 @@ pub(crate) fn facet_points(shape: &Shape, degree: Degree) -> Vec<FacetPoint> {
     at.collect()
 }
 
-/// Shape functions of an edge's ends and its midpoint at the fraction `s` of its length.
+/// Returns the shape functions of the ends and the midpoint of an edge at parameter `s` in [0, 1].
 fn edge_values(degree: Degree, s: f64) -> [f64; 3] {
     match degree {
         Degree::One => [1.0 - s, s, 0.0],
@@ -85,7 +85,7 @@ fn edge_values(degree: Degree, s: f64) -> [f64; 3] {
     }
 }
 
-/// Their derivatives by s.
+/// Returns the derivatives of [`edge_values`] with respect to s.
 fn edge_slopes(degree: Degree, s: f64) -> [f64; 3] {
     match degree {
         Degree::One => [-1.0, 1.0, 0.0],
@@ -93,7 +93,7 @@ fn edge_slopes(degree: Degree, s: f64) -> [f64; 3] {
     }
 }
 
-/// The length or area of a facet.
+/// Returns the length or area of a straight facet.
 pub(crate) fn facet_measure<const D: usize>(corners: &[[f64; D]]) -> f64 {
     match corners {
         [a, b] => distance(*a, *b),
@@ -106,7 +106,7 @@ pub(crate) fn facet_measure<const D: usize>(corners: &[[f64; D]]) -> f64 {
     }
 }
 
-/// a × b.
+/// Returns a × b.
 pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [
         a[1] * b[2] - a[2] * b[1],
@@ -115,19 +115,18 @@ pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     ]
 }
 
-/// A member of a boundary group as a side of an element.
+/// Member of a boundary group as a side of an element.
 #[derive(Debug, Clone)]
 pub(crate) struct Side {
-    /// The element; the first one of two.
+    /// Index of the element, the first one if there are two.
     element: usize,
-    /// Its vertices there, in the order of the table: counter-clockwise around the body, or seen
-    /// from outside.
-    places: &'static [usize],
-    /// Whether there is an element on the other side, too.
-    inner: bool,
+    /// Local vertices of the side, counterclockwise as seen from outside.
+    corners: &'static [usize],
+    /// Whether there is an element on the other side too.
+    is_interior: bool,
 }
 
-/// The sides that make up a group, in its order.
+/// Returns the element sides of a group, in its order.
 ///
 /// # Errors
 /// [`FemError::UnknownGroup`], [`FemError::WrongGroup`].
@@ -141,19 +140,18 @@ fn sides(mesh: &Mesh, group: &str) -> Result<Vec<Side>, FemError> {
     let mut found: HashMap<Vec<usize>, Option<Side>> =
         keys.clone().map(|key| (key, None)).collect();
     for (element, vertices) in mesh.elements().enumerate() {
-        for &places in mesh.shape().sides {
-            let Some(slot) = found.get_mut(&key(places.iter().map(|&i| vertices[i]).collect()))
+        for &corners in mesh.shape().sides {
+            let Some(slot) = found.get_mut(&key(corners.iter().map(|&i| vertices[i]).collect()))
             else {
                 continue;
             };
             match slot {
-                Some(side) => side.inner = true,
+                Some(side) => side.is_interior = true,
                 None => {
-                    let inner = false;
                     *slot = Some(Side {
                         element,
-                        places,
-                        inner,
+                        corners,
+                        is_interior: false,
                     });
                 }
             }
@@ -162,52 +160,51 @@ fn sides(mesh: &Mesh, group: &str) -> Result<Vec<Side>, FemError> {
     let side = |key| {
         found[&key]
             .clone()
-            .expect("group members are sides of elements")
+            .expect("Mesh::new checks that group members are sides of elements")
     };
     Ok(keys.map(side).collect())
 }
 
-/// The members of a boundary group, each with its vertices in the order in which its element has
-/// them.
+/// Returns the members of a boundary group with vertices ordered so that normals point outward.
 ///
 /// # Errors
-/// [`FemError::UnknownGroup`], [`FemError::WrongGroup`], [`FemError::InnerFacet`] for a member with
-/// the body on both sides.
-pub(crate) fn outward(space: &Space, group: &str) -> Result<Vec<Vec<usize>>, FemError> {
+/// [`FemError::UnknownGroup`]; [`FemError::WrongGroup`]; [`FemError::InteriorFacet`] for a member
+/// with elements on both sides.
+pub(crate) fn outward_facets(space: &Space, group: &str) -> Result<Vec<Vec<usize>>, FemError> {
     let mesh = space.mesh();
     let members = mesh.facets(group)?;
-    let outward = sides(mesh, group)?
+    let facets = sides(mesh, group)?
         .into_iter()
         .zip(members)
         .map(|(side, member)| {
-            if side.inner {
-                return Err(FemError::InnerFacet {
+            if side.is_interior {
+                return Err(FemError::InteriorFacet {
                     group: group.to_owned(),
                     vertices: member.to_vec(),
                 });
             }
             let element = mesh.element(side.element);
-            Ok(side.places.iter().map(|&i| element[i]).collect())
+            Ok(side.corners.iter().map(|&i| element[i]).collect())
         });
-    outward.collect()
+    facets.collect()
 }
 
 impl Space {
-    /// Quadrature over a group of elements or of sides of elements: places with weights that sum to
-    /// its measure.
+    /// Returns quadrature points and weights over a group of elements or element sides; the weights
+    /// sum to its measure.
     ///
     /// # Errors
     /// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] for other groups.
-    pub fn quadrature(&self, group: &str) -> Result<Vec<(Located, f64)>, FemError> {
+    pub fn quadrature(&self, group: &str) -> Result<Vec<(ElementPoint, f64)>, FemError> {
         let (mesh, shape) = (self.mesh(), self.mesh().shape());
         if let Group::Elements(members) = mesh.group(group)? {
             let rule = Rule::default().points(shape);
-            let places = members.iter().flat_map(|&element| {
+            let points = members.iter().flat_map(|&element| {
                 rule.iter().map(move |q| {
                     let barycentric = q.barycentric;
                     let measure = self.measure_at(element, &barycentric);
                     (
-                        Located {
+                        ElementPoint {
                             element,
                             barycentric,
                         },
@@ -215,13 +212,13 @@ impl Space {
                     )
                 })
             });
-            return Ok(places.collect());
+            return Ok(points.collect());
         }
         let rule = facet_points(shape, self.degree());
-        let mut places = Vec::new();
+        let mut points = Vec::new();
         for side in sides(mesh, group)? {
             let element = mesh.element(side.element);
-            let vertices: Vec<usize> = side.places.iter().map(|&i| element[i]).collect();
+            let vertices: Vec<usize> = side.corners.iter().map(|&i| element[i]).collect();
             let nodes = self.facet_nodes(&vertices);
             for q in &rule {
                 let measure = match shape.dimension {
@@ -229,26 +226,26 @@ impl Space {
                     _ => measure_at::<3>(self, &nodes, q),
                 };
                 let mut lambda = vec![0.0; shape.n_vertices()];
-                for (&place, l) in side.places.iter().zip(&q.barycentric) {
-                    lambda[place] = *l;
+                for (&corner, l) in side.corners.iter().zip(&q.barycentric) {
+                    lambda[corner] = *l;
                 }
-                let at = Located {
+                let at = ElementPoint {
                     element: side.element,
                     barycentric: Barycentric::new(&lambda),
                 };
-                places.push((at, q.weight * measure));
+                points.push((at, q.weight * measure));
             }
         }
-        Ok(places)
+        Ok(points)
     }
 }
 
-/// The measure that a facet has if it is everywhere what it is at a point.
+/// Returns the local measure of a facet at a point.
 fn measure_at<const D: usize>(space: &Space, nodes: &[usize], point: &FacetPoint) -> f64 {
     let points = space.node_points::<D>();
-    let places: Vec<[f64; D]> = nodes.iter().map(|&node| points[node]).collect();
-    match is_curved(&places) {
-        true => point.measure(&places),
-        false => facet_measure(&places[..D]),
+    let positions: Vec<[f64; D]> = nodes.iter().map(|&node| points[node]).collect();
+    match is_curved(&positions) {
+        true => point.measure(&positions),
+        false => facet_measure(&positions[..D]),
     }
 }

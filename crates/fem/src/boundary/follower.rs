@@ -1,68 +1,68 @@
-//! Pressure on the deformed boundary: a load that turns and stretches with it.
+//! Pressure on the deformed boundary (follower load).
 
-use crate::boundary::deformed::{DeformedFacets, normal};
-use crate::boundary::facet::outward;
+use crate::boundary::deformed::{DeformedFacets, area_vector};
+use crate::boundary::facet::outward_facets;
 use crate::error::FemError;
 use crate::solid::Solid;
 use crate::space::dofs::CONSTRAINED;
-use crate::space::sparsity::place;
+use crate::space::sparsity::entry_index;
 
-/// −∫_group p (cof F N)·φ ds for a pressure p on the deformed group, positive towards the body.
+/// Load −∫_group p (cof F N)·φ ds of a pressure p on the deformed group, positive toward the body.
 ///
-/// cof F N ds is the deformed boundary's normal times its length or area, x' ds turned by −90° or
-/// x_s × x_t ds dt. So the load is a polynomial of the positions of degree one less than the
-/// dimension, integrated exactly.
+/// cof F N ds is the deformed area vector: x' ds rotated by −90° in 2D, x_s × x_t ds dt in 3D. The
+/// load is therefore a polynomial of degree D − 1 in the positions and is integrated exactly.
 ///
 /// # Shapes
-/// Loads and displacements: `n_components`.
+/// Loads and displacements have length `n_components`.
 ///
 /// # Units
-/// p in Pa, the load in N; in the plane in N/m.
+/// p in Pa; the load in N, in 2D in N/m.
 #[derive(Debug, Clone)]
 pub struct FollowerPressure {
     boundary: DeformedFacets,
-    /// Places in the displacement pattern of each facet, by row (node, component) and column.
-    places: Vec<Vec<Option<u32>>>,
+    /// Entry indices of each facet in the displacement pattern, by row (node, component) and
+    /// column.
+    indices: Vec<Vec<Option<u32>>>,
 }
 
 impl FollowerPressure {
-    /// The operator for a group of the boundary: edges of triangles, faces of tetrahedra.
+    /// Creates the operator for a boundary group: edges of triangles or faces of tetrahedra.
     ///
     /// # Errors
-    /// [`FemError::UnknownGroup`], [`FemError::WrongGroup`] if the group holds something else,
-    /// [`FemError::InnerFacet`] for a member with the body on both sides.
+    /// [`FemError::UnknownGroup`]; [`FemError::WrongGroup`] if the group has other members;
+    /// [`FemError::InteriorFacet`] for a member with elements on both sides.
     pub fn new(solid: &Solid, group: &str) -> Result<Self, FemError> {
         let space = solid.space();
         let dimension = space.dimension();
-        let boundary = DeformedFacets::new(space, &outward(space, group)?);
+        let boundary = DeformedFacets::new(space, &outward_facets(space, group)?);
         let free = solid.dofs().full_to_free();
         let pattern = solid.displacement_pattern();
-        let places = boundary.facets.iter().map(|nodes| {
+        let indices = boundary.facets.iter().map(|nodes| {
             let components = || {
                 let of_node = |&node: &usize| dimension * node..dimension * (node + 1);
                 nodes.iter().flat_map(of_node)
             };
             let entries =
                 components().flat_map(|row| components().map(move |column| (row, column)));
-            let place = |(row, column): (usize, usize)| {
+            let index = |(row, column): (usize, usize)| {
                 let both_free = free[row] != CONSTRAINED && free[column] != CONSTRAINED;
                 both_free.then(|| {
-                    let place = place(pattern, free[row] as usize, free[column] as usize);
-                    u32::try_from(place).expect("fewer than 2^32 matrix entries")
+                    let index = entry_index(pattern, free[row] as usize, free[column] as usize);
+                    u32::try_from(index).expect("fewer than 2^32 matrix entries")
                 })
             };
-            entries.map(place).collect()
+            entries.map(index).collect()
         });
         Ok(Self {
-            places: places.collect(),
+            indices: indices.collect(),
             boundary,
         })
     }
 
-    /// `total` += the load of `pressure` at the displacement `u`.
+    /// Adds the load of `pressure` at displacement `u` to `total`.
     ///
     /// # Panics
-    /// If an array is too short.
+    /// Panics if an array is too short.
     pub fn add_force(&self, pressure: f64, u: &[f64], total: &mut [f64]) {
         match self.boundary.dimension {
             2 => self.add_force_in::<2>(pressure, u, total),
@@ -74,7 +74,7 @@ impl FollowerPressure {
         for nodes in &self.boundary.facets {
             for point in &self.boundary.points {
                 let [s, t] = self.boundary.tangents::<D>(nodes, point, u);
-                let normal = normal::<D>(s, t);
+                let normal = area_vector::<D>(s, t);
                 for (&node, value) in nodes.iter().zip(&point.values) {
                     let factor = -pressure * point.weight * value;
                     for (total, normal) in total[D * node..].iter_mut().zip(normal) {
@@ -85,13 +85,13 @@ impl FollowerPressure {
         }
     }
 
-    /// `values` += the derivative of the load by the free components of u, at `u`.
+    /// Adds the derivative of the load with respect to the free components of `u` to `values`.
     ///
     /// # Shapes
-    /// `values`: the entries of [`Solid::displacement_pattern`].
+    /// `values` holds the entries of [`Solid::displacement_pattern`].
     ///
     /// # Panics
-    /// If an array is too short.
+    /// Panics if an array is too short.
     pub fn add_stiffness(&self, pressure: f64, u: &[f64], values: &mut [f64]) {
         match self.boundary.dimension {
             2 => self.add_stiffness_in::<2>(pressure, u, values),
@@ -100,19 +100,19 @@ impl FollowerPressure {
     }
 
     fn add_stiffness_in<const D: usize>(&self, pressure: f64, u: &[f64], values: &mut [f64]) {
-        for (nodes, places) in self.boundary.facets.iter().zip(&self.places) {
+        for (nodes, indices) in self.boundary.facets.iter().zip(&self.indices) {
             let n_columns = D * nodes.len();
             for point in &self.boundary.points {
                 let [s, t] = self.boundary.tangents::<D>(nodes, point, u);
                 for b in 0..nodes.len() {
                     for k in 0..D {
-                        // The derivative of the normal by component k of node b.
-                        let mut along = [0.0; D];
-                        along[k] = point.slopes[0][b];
-                        let mut change = normal::<D>(along, t);
+                        // Derivative of the area vector with respect to component k of node b.
+                        let mut tangent = [0.0; D];
+                        tangent[k] = point.slopes[0][b];
+                        let mut change = area_vector::<D>(tangent, t);
                         if D == 3 {
-                            along[k] = point.slopes[1][b];
-                            let second = normal::<D>(s, along);
+                            tangent[k] = point.slopes[1][b];
+                            let second = area_vector::<D>(s, tangent);
                             for (change, second) in change.iter_mut().zip(second) {
                                 *change += second;
                             }
@@ -120,9 +120,9 @@ impl FollowerPressure {
                         for (a, value) in point.values.iter().take(nodes.len()).enumerate() {
                             let factor = -pressure * point.weight * value;
                             for (i, change) in change.iter().enumerate() {
-                                let place = places[(D * a + i) * n_columns + D * b + k];
-                                if let Some(place) = place {
-                                    values[place as usize] += factor * change;
+                                let index = indices[(D * a + i) * n_columns + D * b + k];
+                                if let Some(index) = index {
+                                    values[index as usize] += factor * change;
                                 }
                             }
                         }

@@ -1,28 +1,28 @@
-//! Load vectors: traction on a group of the boundary, force per volume.
+//! Load vectors of boundary tractions and body forces.
 //!
-//! `D` is the dimension of the space.
+//! The parameter `D` is the dimension of the space.
 
 use crate::boundary::facet::{facet_measure, facet_points, is_curved};
 use crate::element::quadrature::Rule;
 use crate::error::FemError;
-use crate::space::{Located, Space};
+use crate::space::{ElementPoint, Space};
 
-/// ∫_group τ · φ ds for a constant traction τ: a dead load per undeformed length or area. Paper:
-/// eq. (18).
+/// Returns the load ∫_group τ · φ ds of a constant traction τ, a dead load per undeformed length or
+/// area; paper, eq. (18).
 ///
 /// # Shapes
-/// `n_components`. The vector is linear in τ, so a load that varies in time takes the vectors of
-/// the unit tractions once.
+/// The result has length `n_components`. It is linear in τ, so a time-dependent load can combine
+/// precomputed vectors of unit tractions.
 ///
 /// # Units
-/// τ in N/m²; the result in N, in the plane in N/m.
+/// τ in N/m²; the result in N, in 2D in N/m.
 ///
 /// # Errors
-/// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] if the group does not hold edges (of
-/// triangles) or faces (of tetrahedra).
+/// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] unless the group has edges (2D) or faces
+/// (3D).
 ///
 /// # Panics
-/// Unless `D` is the dimension.
+/// Panics unless `D` is the dimension.
 pub fn traction<const D: usize>(
     space: &Space,
     group: &str,
@@ -31,30 +31,31 @@ pub fn traction<const D: usize>(
     traction_field(space, group, |_| traction)
 }
 
-/// ∫_group τ(x) · φ ds for a traction that varies along the group; exact for cubic τ.
+/// Returns the load ∫_group τ(x) · φ ds of a traction that varies along the group; exact for cubic
+/// τ.
 ///
 /// # Errors
-/// As for [`traction`].
+/// The errors of [`traction`].
 ///
 /// # Panics
-/// As [`traction`].
+/// Panics unless `D` is the dimension.
 pub fn traction_field<const D: usize>(
     space: &Space,
     group: &str,
     traction: impl Fn([f64; D]) -> [f64; D],
 ) -> Result<Vec<f64>, FemError> {
-    located_traction(space, group, |_, _, place| traction(place))
+    facet_traction(space, group, |_, _, x| traction(x))
 }
 
-/// ∫_group τ · φ ds for a traction by the vertices of the edge or face, barycentric coordinates
-/// between them, and place; exact for cubic τ, as nodal data of a mesh are.
+/// Returns the load ∫_group τ · φ ds of a traction given as a function of the facet vertices, the
+/// barycentric coordinates on the facet, and the position; exact for cubic τ, hence for nodal data.
 ///
 /// # Errors
-/// As for [`traction`].
+/// The errors of [`traction`].
 ///
 /// # Panics
-/// As [`traction`].
-pub fn located_traction<const D: usize>(
+/// Panics unless `D` is the dimension.
+pub fn facet_traction<const D: usize>(
     space: &Space,
     group: &str,
     traction: impl Fn(&[usize], &[f64], [f64; D]) -> [f64; D],
@@ -64,17 +65,21 @@ pub fn located_traction<const D: usize>(
     let rule = facet_points(space.mesh().shape(), space.degree());
     for facet in space.mesh().facets(group)? {
         let nodes = space.facet_nodes(facet);
-        let places: Vec<[f64; D]> = nodes.iter().map(|&node| points[node]).collect();
-        let curved = is_curved(&places);
-        let straight = facet_measure(&places[..D]);
+        let positions: Vec<[f64; D]> = nodes.iter().map(|&node| points[node]).collect();
+        let curved = is_curved(&positions);
+        let straight = facet_measure(&positions[..D]);
         for q in &rule {
-            let measure = if curved { q.measure(&places) } else { straight };
+            let measure = if curved {
+                q.measure(&positions)
+            } else {
+                straight
+            };
             let at = std::array::from_fn(|j| match curved {
-                true => q.values.iter().zip(&places).map(|(n, x)| n * x[j]).sum(),
+                true => q.values.iter().zip(&positions).map(|(n, x)| n * x[j]).sum(),
                 false => q
                     .barycentric
                     .iter()
-                    .zip(&places)
+                    .zip(&positions)
                     .map(|(l, x)| l * x[j])
                     .sum(),
             });
@@ -89,42 +94,43 @@ pub fn located_traction<const D: usize>(
     Ok(load)
 }
 
-/// ∫ f(x) · φ for a force per volume; exact for polynomials f up to degree 4.
+/// Returns the load ∫ f(x) · φ of a force per volume; exact for polynomials f up to degree 4.
 ///
 /// # Shapes
+/// The result has length `n_components`.
+///
+/// # Panics
+/// Panics unless `D` is the dimension.
+pub fn body_force<const D: usize>(space: &Space, force: impl Fn([f64; D]) -> [f64; D]) -> Vec<f64> {
+    element_body_force(space, |_, x| force(x))
+}
+
+/// Returns the load ∫ ρ a · φ of a constant acceleration a, for example the weight.
+///
+/// # Shapes
+/// `densities` has one entry per element, 0 for elements without load. The result has length
 /// `n_components`.
 ///
 /// # Panics
-/// Unless `D` is the dimension.
-pub fn body_force<const D: usize>(space: &Space, force: impl Fn([f64; D]) -> [f64; D]) -> Vec<f64> {
-    located_body_force(space, |_, place| force(place))
-}
-
-/// ∫ ρ a · φ for a constant acceleration a: weight, for one.
-///
-/// # Shapes
-/// `densities`: one per element, 0 where nothing acts. The result: `n_components`.
-///
-/// # Panics
-/// If there are fewer densities than elements, or `D` is not the dimension.
+/// Panics if there are fewer densities than elements, or unless `D` is the dimension.
 pub fn weight<const D: usize>(
     space: &Space,
     densities: &[f64],
     acceleration: [f64; D],
 ) -> Vec<f64> {
-    located_body_force(space, |at, _| {
+    element_body_force(space, |at, _| {
         acceleration.map(|a| densities[at.element] * a)
     })
 }
 
-/// ∫ f · φ for a force per volume by element, barycentric coordinates and place; exact as
-/// [`body_force`] is.
+/// Returns the load ∫ f · φ of a force per volume given as a function of the point in its element
+/// and the position; exact like [`body_force`].
 ///
 /// # Panics
-/// Unless `D` is the dimension.
-pub fn located_body_force<const D: usize>(
+/// Panics unless `D` is the dimension.
+pub fn element_body_force<const D: usize>(
     space: &Space,
-    force: impl Fn(&Located, [f64; D]) -> [f64; D],
+    force: impl Fn(&ElementPoint, [f64; D]) -> [f64; D],
 ) -> Vec<f64> {
     let (mesh, shape) = (space.mesh(), space.mesh().shape());
     let points = mesh.points::<D>();
@@ -138,15 +144,15 @@ pub fn located_body_force<const D: usize>(
         let corners: Vec<[f64; D]> = mesh.element(element).iter().map(|&v| points[v]).collect();
         for (q, values) in rule.iter().zip(&values) {
             let (_, measure) = space.map_at::<D>(element, &q.barycentric);
-            let at = Located {
+            let at = ElementPoint {
                 element,
                 barycentric: q.barycentric,
             };
-            let place = match space.is_curved(element) {
-                true => space.place(&at),
-                false => q.barycentric.place(&corners),
+            let position = match space.is_curved(element) {
+                true => space.position(&at),
+                false => q.barycentric.point_in(&corners),
             };
-            let f = force(&at, place);
+            let f = force(&at, position);
             for (&node, shape) in space.element_nodes(element).iter().zip(values) {
                 for component in 0..D {
                     load[D * node + component] += measure * q.weight * shape * f[component];
@@ -163,13 +169,13 @@ mod tests {
     use crate::generate;
 
     #[test]
-    fn the_weight_of_two_regions_is_mass_times_acceleration() {
+    fn weight_of_two_regions_is_mass_times_acceleration() {
         let mesh = generate::rectangle([0.0, 0.0], [2.0, 1.0], [2, 1]).unwrap();
         let space = Space::taylor_hood(&mesh);
-        // Two triangles of area 1/2 in each cell: the left cell weighs 3, the right one nothing.
+        // Each cell has two triangles of area 1/2; the left cell has mass 3, the right one mass 0.
         let weight = weight(&space, &[3.0, 3.0, 0.0, 0.0], [0.0, -2.0]);
         let total = |axis: usize| weight.iter().skip(axis).step_by(2).sum::<f64>();
-        // Rounding of a dozen terms of size one.
+        // Rounding of a dozen terms of order one.
         assert!(total(0).abs() < 1e-14 && (total(1) + 6.0).abs() < 1e-14);
     }
 }

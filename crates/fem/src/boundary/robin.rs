@@ -1,4 +1,5 @@
-//! Elastic and viscous support of a boundary, by the displacement itself or along the normal.
+//! Elastic and viscous support of a boundary (Robin condition), in all directions or along the
+//! normal.
 
 use std::collections::BTreeMap;
 
@@ -6,67 +7,75 @@ use crate::boundary::facet::{cross, facet_measure, facet_points, is_curved};
 use crate::error::FemError;
 use crate::solid::Solid;
 use crate::space::Space;
-use crate::space::sparsity::place;
+use crate::space::sparsity::entry_index;
 
-/// Along what a boundary is held.
+/// Directions in which a Robin support acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Along {
-    /// In all directions.
+pub enum SupportDirection {
+    /// All directions.
     All,
-    /// Along the normal of the undeformed boundary.
+    /// Normal of the undeformed boundary.
     Normal,
 }
 
-/// R with `v·R u = ∫_group v·u ds`, or `∫_group (v·N) (u·N) ds`: k R and c R are stiffness and
-/// damping of a boundary on which `P N + k u + c u̇ = 0` (Robin's condition).
+/// Matrix R with `v·R u = ∫_group v·u ds` or `∫_group (v·N) (u·N) ds`. A boundary with the Robin
+/// condition `P N + k u + c u̇ = 0` has the stiffness k R and the damping c R.
 ///
 /// # Shapes
-/// Displacements and forces: `n_components`.
+/// Displacements and forces have length `n_components`.
 ///
 /// # Units
-/// m², in the plane m: with k in Pa/m and c in Pa·s/m forces in N, in the plane in N/m.
+/// R in m², in 2D in m. With k in Pa/m and c in Pa·s/m forces are in N, in 2D in N/m.
 #[derive(Debug, Clone)]
-pub struct Robin {
-    /// Row, column, value over all components, by rows.
+pub struct RobinMatrix {
+    /// Row, column and value over all components, sorted by row.
     entries: Vec<(usize, usize, f64)>,
 }
 
-impl Robin {
-    /// The operator for a group of edges of triangles or faces of tetrahedra.
+impl RobinMatrix {
+    /// Creates the matrix for a group of edges of triangles or faces of tetrahedra.
     ///
     /// # Errors
     /// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] for other groups.
-    pub fn new(space: &Space, group: &str, along: Along) -> Result<Self, FemError> {
+    pub fn new(space: &Space, group: &str, direction: SupportDirection) -> Result<Self, FemError> {
         match space.dimension() {
-            2 => Self::new_in::<2>(space, group, along),
-            _ => Self::new_in::<3>(space, group, along),
+            2 => Self::new_in::<2>(space, group, direction),
+            _ => Self::new_in::<3>(space, group, direction),
         }
     }
 
-    fn new_in<const D: usize>(space: &Space, group: &str, along: Along) -> Result<Self, FemError> {
+    fn new_in<const D: usize>(
+        space: &Space,
+        group: &str,
+        direction: SupportDirection,
+    ) -> Result<Self, FemError> {
         let points = space.node_points::<D>();
         let rule = facet_points(space.mesh().shape(), space.degree());
         let mut sums: BTreeMap<(usize, usize), f64> = BTreeMap::new();
         for facet in space.mesh().facets(group)? {
             let nodes = space.facet_nodes(facet);
-            let places: Vec<[f64; D]> = nodes.iter().map(|&node| points[node]).collect();
-            let curved = is_curved(&places);
-            let straight = facet_measure(&places[..D]);
+            let positions: Vec<[f64; D]> = nodes.iter().map(|&node| points[node]).collect();
+            let curved = is_curved(&positions);
+            let straight = facet_measure(&positions[..D]);
             for q in &rule {
-                let measure = if curved { q.measure(&places) } else { straight };
-                let held = match along {
-                    Along::All => identity(),
-                    Along::Normal => {
-                        let normal = normal(&q.slopes, &places);
+                let measure = if curved {
+                    q.measure(&positions)
+                } else {
+                    straight
+                };
+                let projection = match direction {
+                    SupportDirection::All => identity(),
+                    SupportDirection::Normal => {
+                        let normal = unit_normal(&q.slopes, &positions);
                         normal.map(|n| normal.map(|m| n * m))
                     }
                 };
                 for (&a, of_a) in nodes.iter().zip(&q.values) {
                     for (&b, of_b) in nodes.iter().zip(&q.values) {
                         let mass = measure * q.weight * of_a * of_b;
-                        for (i, row) in held.iter().enumerate() {
-                            for (k, held) in row.iter().enumerate().filter(|(_, h)| **h != 0.0) {
-                                *sums.entry((D * a + i, D * b + k)).or_default() += mass * held;
+                        for (i, row) in projection.iter().enumerate() {
+                            for (k, entry) in row.iter().enumerate().filter(|(_, e)| **e != 0.0) {
+                                *sums.entry((D * a + i, D * b + k)).or_default() += mass * entry;
                             }
                         }
                     }
@@ -81,20 +90,20 @@ impl Robin {
         })
     }
 
-    /// `total` += `factor` R `u`.
+    /// Adds `factor` R `u` to `total`.
     ///
     /// # Panics
-    /// If an array is too short.
+    /// Panics if an array is too short.
     pub fn add_product(&self, factor: f64, u: &[f64], total: &mut [f64]) {
         for &(row, column, value) in &self.entries {
             total[row] += factor * value * u[column];
         }
     }
 
-    /// u·R u, twice the energy for k = 1.
+    /// Returns u·R u, twice the energy of the support for k = 1.
     ///
     /// # Panics
-    /// If `u` is too short.
+    /// Panics if `u` is too short.
     pub fn square(&self, u: &[f64]) -> f64 {
         let terms = self.entries.iter();
         terms
@@ -102,26 +111,26 @@ impl Robin {
             .sum()
     }
 
-    /// `values` += `factor` R between free components of `solid`.
+    /// Adds the entries of `factor` R between free components of `solid` to `values`.
     ///
     /// # Shapes
-    /// `values`: the entries of [`Solid::displacement_pattern`].
+    /// `values` holds the entries of [`Solid::displacement_pattern`].
     ///
     /// # Panics
-    /// If the operator is not one of the solid's space, or `values` too short.
+    /// Panics if the matrix belongs to another space or `values` is too short.
     pub fn add_values(&self, factor: f64, solid: &Solid, values: &mut [f64]) {
         let free = solid.dofs().full_to_free();
         let (pattern, n_free) = (solid.displacement_pattern(), solid.dofs().n_free());
         for &(row, column, value) in &self.entries {
             let [row, column] = [row, column].map(|full| free[full] as usize);
-            // A constrained component has a number beyond all.
+            // Constrained components are mapped to an index above `n_free`.
             if row < n_free && column < n_free {
-                values[place(pattern, row, column)] += factor * value;
+                values[entry_index(pattern, row, column)] += factor * value;
             }
         }
     }
 
-    /// Row and column of each entry over all components, and the value.
+    /// Returns the row, column and value of each entry over all components.
     pub fn entries(&self) -> &[(usize, usize, f64)] {
         &self.entries
     }
@@ -131,12 +140,12 @@ fn identity<const D: usize>() -> [[f64; D]; D] {
     std::array::from_fn(|i| std::array::from_fn(|k| if i == k { 1.0 } else { 0.0 }))
 }
 
-/// The unit normal of a facet with nodes at `places`, to either side.
-fn normal<const D: usize>(slopes: &[Vec<f64>], places: &[[f64; D]]) -> [f64; D] {
+/// Returns a unit normal of a facet with nodes at `positions`, of either orientation.
+fn unit_normal<const D: usize>(slopes: &[Vec<f64>], positions: &[[f64; D]]) -> [f64; D] {
     let mut tangents = [[0.0; 3]; 2];
     for (tangent, slopes) in tangents.iter_mut().zip(slopes) {
-        for (slope, place) in slopes.iter().zip(places) {
-            for (tangent, x) in tangent.iter_mut().zip(place) {
+        for (slope, position) in slopes.iter().zip(positions) {
+            for (tangent, x) in tangent.iter_mut().zip(position) {
                 *tangent += slope * x;
             }
         }

@@ -1,56 +1,56 @@
-//! Tables of the elements: triangle and tetrahedron, linear and quadratic.
+//! Reference elements: triangle and tetrahedron, linear and quadratic.
 //!
-//! A [`Shape`] is data: vertices, edges, sides. Both are simplices, so that the functions below are
-//! the same for both, by barycentric coordinates λ. Nodes: the vertices, then (quadratic) the
-//! midpoints of the edges in the table's order. Gradients are with respect to the reference
-//! coordinates (λ1, …, λD), λ0 = 1 − Σ λi.
+//! A [`Shape`] holds the vertices, edges and sides of a simplex. All functions use barycentric
+//! coordinates λ, so the same code serves both shapes. The nodes are the vertices, followed (for
+//! quadratic elements) by the edge midpoints in the order of [`Shape::edges`]. Gradients are taken
+//! with respect to the reference coordinates (λ1, …, λD), with λ0 = 1 − Σ λi.
 
 pub mod quadrature;
 
 use std::fmt;
 use std::ops::Deref;
 
-/// The shape of the elements of a mesh.
+/// Shape of the elements of a mesh.
 #[derive(Debug, PartialEq)]
 pub struct Shape {
-    /// The word for it.
+    /// Name in messages, singular.
     pub name: &'static str,
-    /// The word for several.
+    /// Name in messages, plural.
     pub plural: &'static str,
-    /// The word for its measure.
+    /// Name of its measure in messages: area or volume.
     pub measure_name: &'static str,
-    /// What was wrong with those of negative measure.
-    pub mirrored: &'static str,
+    /// Name in messages of the vertex order that gives a negative measure.
+    pub inverted_order: &'static str,
     /// Number of coordinates.
     pub dimension: usize,
-    /// Vertices at the ends of the edges, in the order of the midpoint nodes.
+    /// End vertices of each edge, in the order of the midpoint nodes.
     pub edges: &'static [[usize; 2]],
-    /// The vertices of each side of the boundary, counter-clockwise seen from outside; a triangle's
-    /// sides have it on their left.
+    /// Vertices of each side, counterclockwise as seen from outside. The edges of a triangle run
+    /// counterclockwise.
     pub sides: &'static [&'static [usize]],
-    /// Volume of the reference element: the measure of an element is this times the determinant of
-    /// its map.
+    /// Measure of the reference element. The measure of an element is this value times the
+    /// determinant of its map.
     pub reference_measure: f64,
 }
 
-/// The triangle.
+/// Triangle.
 pub static TRIANGLE: Shape = Shape {
     name: "triangle",
     plural: "triangles",
     measure_name: "area",
-    mirrored: "ran clockwise",
+    inverted_order: "clockwise",
     dimension: 2,
     edges: &[[0, 1], [1, 2], [2, 0]],
     sides: &[&[0, 1], &[1, 2], &[2, 0]],
     reference_measure: 0.5,
 };
 
-/// The tetrahedron. Edges in the order of VTK's quadratic tetrahedron.
+/// Tetrahedron, with edges in the order of VTK's quadratic tetrahedron.
 pub static TETRAHEDRON: Shape = Shape {
     name: "tetrahedron",
     plural: "tetrahedra",
     measure_name: "volume",
-    mirrored: "were inside out",
+    inverted_order: "inverted",
     dimension: 3,
     edges: &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]],
     sides: &[&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[2, 0, 3]],
@@ -58,10 +58,10 @@ pub static TETRAHEDRON: Shape = Shape {
 };
 
 impl Shape {
-    /// The simplex of a dimension.
+    /// Returns the simplex of the given dimension.
     ///
     /// # Panics
-    /// Unless it is 2 or 3.
+    /// Panics unless `dimension` is 2 or 3.
     pub fn of_dimension(dimension: usize) -> &'static Self {
         match dimension {
             2 => &TRIANGLE,
@@ -70,12 +70,12 @@ impl Shape {
         }
     }
 
-    /// Number of vertices.
+    /// Returns the number of vertices.
     pub fn n_vertices(&self) -> usize {
         self.dimension + 1
     }
 
-    /// Number of nodes of the displacement.
+    /// Returns the number of displacement nodes.
     pub fn n_nodes(&self, degree: Degree) -> usize {
         match degree {
             Degree::One => self.n_vertices(),
@@ -83,7 +83,7 @@ impl Shape {
         }
     }
 
-    /// Barycentric coordinates of the nodes.
+    /// Returns the barycentric coordinates of the nodes.
     pub fn nodes(&self, degree: Degree) -> Vec<Barycentric> {
         let vertex = |i: usize| Barycentric::at(self.n_vertices(), &[i]);
         let midpoint = |edge: &[usize; 2]| Barycentric::at(self.n_vertices(), edge);
@@ -94,7 +94,8 @@ impl Shape {
         }
     }
 
-    /// Values of the shape functions: λi; or λi (2 λi − 1) at vertices, 4 λi λj at midpoints.
+    /// Returns the values of the shape functions at `lambda`: λi for linear elements; λi (2 λi − 1)
+    /// at vertices and 4 λi λj at midpoints for quadratic ones.
     pub fn values(&self, degree: Degree, lambda: &[f64]) -> Vec<f64> {
         match degree {
             Degree::One => lambda.to_vec(),
@@ -106,10 +107,10 @@ impl Shape {
         }
     }
 
-    /// Reference gradients of the shape functions.
+    /// Returns the reference gradients of the shape functions at `lambda`.
     ///
     /// # Panics
-    /// If `D` is not the dimension.
+    /// Panics if `D` is not the dimension of the shape.
     pub fn gradients<const D: usize>(&self, degree: Degree, lambda: &[f64]) -> Vec<[f64; D]> {
         assert_eq!(D, self.dimension);
         match degree {
@@ -126,7 +127,7 @@ impl Shape {
     }
 }
 
-/// The reference gradient of λi.
+/// Returns the reference gradient of λi.
 fn slopes<const D: usize>(i: usize) -> [f64; D] {
     std::array::from_fn(|m| match i {
         0 => -1.0,
@@ -134,16 +135,16 @@ fn slopes<const D: usize>(i: usize) -> [f64; D] {
     })
 }
 
-/// Degree of the displacement's shape functions.
+/// Degree of the displacement shape functions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Degree {
-    /// Linear: nodes at the vertices.
+    /// Linear, with nodes at the vertices.
     One,
-    /// Quadratic: nodes at vertices and midpoints of edges.
+    /// Quadratic, with nodes at the vertices and edge midpoints.
     Two,
 }
 
-/// Barycentric coordinates of a place in an element: one for each vertex, their sum 1.
+/// Barycentric coordinates of a point in an element: one per vertex, with sum 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Barycentric {
     lambda: [f64; 4],
@@ -151,10 +152,10 @@ pub struct Barycentric {
 }
 
 impl Barycentric {
-    /// The coordinates, at most four.
+    /// Creates barycentric coordinates from at most four values.
     ///
     /// # Panics
-    /// For more than four.
+    /// Panics for more than four values.
     pub const fn new(coordinates: &[f64]) -> Self {
         let (mut lambda, count) = ([0.0; 4], coordinates.len());
         let mut i = 0;
@@ -165,7 +166,7 @@ impl Barycentric {
         Self { lambda, count }
     }
 
-    /// The mean of some of `count` vertices.
+    /// Returns the mean of the given vertices of a simplex with `count` vertices.
     fn at(count: usize, vertices: &[usize]) -> Self {
         let mut lambda = [0.0; 4];
         for &vertex in vertices {
@@ -174,8 +175,8 @@ impl Barycentric {
         Self { lambda, count }
     }
 
-    /// The place with these coordinates among the given vertices.
-    pub(crate) fn place<const D: usize>(&self, vertices: &[[f64; D]]) -> [f64; D] {
+    /// Returns the point with these coordinates in the simplex with the given `vertices`.
+    pub(crate) fn point_in<const D: usize>(&self, vertices: &[[f64; D]]) -> [f64; D] {
         std::array::from_fn(|j| self.iter().zip(vertices).map(|(l, x)| l * x[j]).sum())
     }
 }
@@ -201,7 +202,7 @@ impl fmt::Display for Barycentric {
     }
 }
 
-/// ∂x/∂ξ from positions of nodes and the reference gradients of their shape functions.
+/// Returns ∂x/∂ξ from nodal positions and reference gradients of the shape functions.
 pub(crate) fn jacobian<const D: usize>(
     nodes: &[[f64; D]],
     gradients: &[[f64; D]],
@@ -217,7 +218,7 @@ pub(crate) fn jacobian<const D: usize>(
     map
 }
 
-/// The inverse of a map's derivative, and its determinant.
+/// Returns the inverse and the determinant of the derivative of a map.
 pub(crate) fn inverse<const D: usize>(map: [[f64; D]; D]) -> ([[f64; D]; D], f64) {
     let mut inverse = [[0.0; D]; D];
     let det = match D {
@@ -230,7 +231,7 @@ pub(crate) fn inverse<const D: usize>(map: [[f64; D]; D]) -> ([[f64; D]; D], f64
             det
         }
         3 => {
-            // The cofactor of (i, j), cyclic indices taking care of signs.
+            // The cofactor of (i, j); cyclic indices give the right sign.
             let cofactor = |i: usize, j: usize| {
                 let ([a, b], [c, d]) = ([(i + 1) % 3, (i + 2) % 3], [(j + 1) % 3, (j + 2) % 3]);
                 map[a][c] * map[b][d] - map[a][d] * map[b][c]
@@ -248,11 +249,11 @@ pub(crate) fn inverse<const D: usize>(map: [[f64; D]; D]) -> ([[f64; D]; D], f64
     (inverse, det)
 }
 
-/// ∂ξ/∂x of a straight-sided element, and the determinant of ∂x/∂ξ (its measure over that of the
-/// reference element).
+/// Returns ∂ξ/∂x of a straight-sided element and the determinant of ∂x/∂ξ, the ratio of its measure
+/// to the measure of the reference element.
 ///
 /// # Panics
-/// For fewer than `D + 1` vertices.
+/// Panics for fewer than `D + 1` vertices.
 pub fn inverse_map<const D: usize>(vertices: &[[f64; D]]) -> ([[f64; D]; D], f64) {
     let map = std::array::from_fn(|i| std::array::from_fn(|m| vertices[m + 1][i] - vertices[0][i]));
     inverse(map)
@@ -265,7 +266,7 @@ mod tests {
     const SHAPES: [&Shape; 2] = [&TRIANGLE, &TETRAHEDRON];
     const DEGREES: [Degree; 2] = [Degree::One, Degree::Two];
 
-    /// Places inside and on the boundary.
+    /// Points inside and on the boundary.
     fn samples(shape: &Shape) -> Vec<Vec<f64>> {
         match shape.dimension {
             2 => vec![
@@ -282,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn functions_are_nodal() {
+    fn shape_functions_are_one_at_their_node_and_zero_at_others() {
         for shape in SHAPES {
             for degree in DEGREES {
                 for (a, node) in shape.nodes(degree).iter().enumerate() {
@@ -311,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn functions_sum_to_one_and_gradients_to_zero() {
+    fn shape_functions_sum_to_one_and_gradients_to_zero() {
         for shape in SHAPES {
             for degree in DEGREES {
                 for lambda in samples(shape) {
@@ -328,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn gradients_are_derivatives_of_the_values() {
+    fn gradients_match_central_differences() {
         let h = 1e-3;
         for shape in SHAPES {
             for degree in DEGREES {
@@ -344,7 +345,7 @@ mod tests {
                         for ((plus, minus), gradient) in
                             at(1.0).iter().zip(at(-1.0)).zip(&gradients)
                         {
-                            // Central differences are exact for quadratics: only rounding / h.
+                            // Central differences of quadratics are exact up to rounding / h.
                             let slope = (plus - minus) / (2.0 * h);
                             assert!((slope - gradient[m]).abs() < 1e-12);
                         }
@@ -354,9 +355,10 @@ mod tests {
         }
     }
 
-    /// Green's theorem for f = x / D: ∮ x·n / D is the measure if sides look outwards.
+    /// Divergence theorem for f = x / D: ∮ x·n / D equals the measure if sides are oriented
+    /// outward.
     #[test]
-    fn sides_look_outwards() {
+    fn sides_are_oriented_outward() {
         let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
         let flux = |side: &&[usize]| {
             let [a, b] = [corners[side[0]], corners[side[1]]];
@@ -381,13 +383,13 @@ mod tests {
     }
 
     #[test]
-    fn the_inverse_undoes_the_map() {
+    fn inverse_times_map_is_the_identity() {
         let map = [[1.0, 0.2, -0.3], [0.1, 0.9, 0.4], [-0.2, 0.3, 1.1]];
         let (back, det) = inverse(map);
         for i in 0..3 {
             for j in 0..3 {
                 let product: f64 = (0..3).map(|k| map[i][k] * back[k][j]).sum();
-                // A few roundings of numbers of size one.
+                // A few roundings of numbers of order one.
                 assert!((product - f64::from(i == j)).abs() < 8.0 * f64::EPSILON);
             }
         }

@@ -1,7 +1,7 @@
-//! Quadrature rules with stated degree, on the triangle, the tetrahedron and the edge.
+//! Quadrature rules of known degree on the triangle, the tetrahedron and the edge.
 //!
-//! The rules are symmetric with positive weights; points are barycentric and weights sum to 1, so
-//! that ∫_T f ≈ |T| Σ w_q f(λ_q).
+//! The rules are symmetric and have positive weights. Points are barycentric and the weights sum to
+//! 1, so ∫_T f ≈ |T| Σ w_q f(λ_q).
 //!
 //! References: Strang and Fix, *An Analysis of the Finite Element Method* (1973), table 4.1;
 //! Dunavant, Int. J. Numer. Meth. Eng. 21 (1985) 1129–1148; Walkington, *Quadrature on simplices of
@@ -9,7 +9,7 @@
 
 use crate::element::{Barycentric, Shape};
 
-/// A point in barycentric coordinates and its weight.
+/// Quadrature point and its weight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
     /// Barycentric coordinates.
@@ -18,13 +18,13 @@ pub struct Point {
     pub weight: f64,
 }
 
-/// A quadrature rule on elements.
+/// Quadrature rule on elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Rule {
     /// Exact for polynomials of degree 2: three points on the triangle, four on the tetrahedron.
     Degree2,
-    /// Exact for degree 4: six points on the triangle; fourteen on the tetrahedron, exact for
-    /// degree 5. All terms of the plane Taylor–Hood operators that are polynomial.
+    /// Exact for degree 4: six points on the triangle; fourteen points on the tetrahedron, exact
+    /// for degree 5. Integrates all polynomial terms of the plane Taylor–Hood operators exactly.
     #[default]
     Degree4,
     /// Exact for degree 6: twelve points on the triangle, twenty-four on the tetrahedron.
@@ -32,7 +32,7 @@ pub enum Rule {
 }
 
 impl Rule {
-    /// The rule integrates polynomials up to this degree exactly; some are better.
+    /// Returns the polynomial degree up to which the rule is exact on every shape.
     pub fn degree(self) -> usize {
         match self {
             Rule::Degree2 => 2,
@@ -41,7 +41,7 @@ impl Rule {
         }
     }
 
-    /// The points and weights on elements of a shape.
+    /// Returns the points and weights on elements of the given shape.
     pub fn points(self, shape: &Shape) -> Vec<Point> {
         match shape.dimension {
             2 => self.on_triangle(),
@@ -53,7 +53,7 @@ impl Rule {
         match self {
             Rule::Degree2 => orbit3(1.0 / 6.0, 1.0 / 3.0).to_vec(),
             Rule::Degree4 => {
-                // The roots of Strang and Fix' rule in closed form.
+                // The roots of the rule by Strang and Fix in closed form.
                 let root = (38.0 - 44.0 * 0.4_f64.sqrt()).sqrt();
                 let a = [1.0, -1.0].map(|sign| (8.0 - 10.0_f64.sqrt() + sign * root) / 18.0);
                 let spread = (213_125.0 - 53_320.0 * 10.0_f64.sqrt()).sqrt();
@@ -104,13 +104,13 @@ fn point<const V: usize>(barycentric: [f64; V], weight: f64) -> Point {
     }
 }
 
-/// The three points with two equal coordinates `a`.
+/// Returns the three points with two coordinates equal to `a`.
 fn orbit3(a: f64, weight: f64) -> [Point; 3] {
     let b = 1.0 - 2.0 * a;
     [[b, a, a], [a, b, a], [a, a, b]].map(|lambda| point(lambda, weight))
 }
 
-/// The six points with coordinates `a`, `b`, `1 - a - b` in any order.
+/// Returns the six points with coordinates `a`, `b` and `1 - a - b` in any order.
 fn orbit6(a: f64, b: f64, weight: f64) -> [Point; 6] {
     let c = 1.0 - a - b;
     [
@@ -124,7 +124,7 @@ fn orbit6(a: f64, b: f64, weight: f64) -> [Point; 6] {
     .map(|lambda| point(lambda, weight))
 }
 
-/// The four points with three equal coordinates `a`.
+/// Returns the four points with three coordinates equal to `a`.
 fn orbit4(a: f64, weight: f64) -> [Point; 4] {
     std::array::from_fn(|i| {
         let mut lambda = [a; 4];
@@ -133,10 +133,10 @@ fn orbit4(a: f64, weight: f64) -> [Point; 4] {
     })
 }
 
-/// Two different vertices of a tetrahedron.
+/// Pairs of different vertices of a tetrahedron.
 const PAIRS: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
-/// The six points with two coordinates `a`, two `1/2 - a`.
+/// Returns the six points with two coordinates `a` and two `1/2 - a`.
 fn pairs(a: f64, weight: f64) -> [Point; 6] {
     PAIRS.map(|pair| {
         let mut lambda = [0.5 - a; 4];
@@ -147,7 +147,7 @@ fn pairs(a: f64, weight: f64) -> [Point; 6] {
     })
 }
 
-/// The twelve points with two coordinates `a`, one `b`, one `1 - 2a - b`.
+/// Returns the twelve points with two coordinates `a`, one `b` and one `1 - 2a - b`.
 fn orbit12(a: f64, b: f64, weight: f64) -> Vec<Point> {
     let c = 1.0 - 2.0 * a - b;
     let both = PAIRS.iter().flat_map(|&[i, j]| [[i, j], [j, i]]);
@@ -159,9 +159,10 @@ fn orbit12(a: f64, b: f64, weight: f64) -> Vec<Point> {
     .collect()
 }
 
-/// Gauss–Legendre with three points on [0, 1], exact for degree 5: pairs of place and weight.
+/// Returns the three-point Gauss–Legendre rule on [0, 1] as pairs of coordinate and weight; exact
+/// for degree 5.
 ///
-/// Enough for a quadratic shape function times a cubic traction.
+/// It integrates a quadratic shape function times a cubic traction exactly.
 pub fn edge_degree5() -> [(f64, f64); 3] {
     let offset = 0.5 * 0.6_f64.sqrt();
     [
@@ -180,7 +181,8 @@ mod tests {
         (1..=n).map(f64::from).product()
     }
 
-    /// ∫ Π λi^ni over a simplex of dimension D, divided by its measure: D! Π ni! / (Σ ni + D)!.
+    /// Returns ∫ Π λi^ni over a simplex of dimension D, divided by its measure: D! Π ni! / (Σ ni +
+    /// D)!.
     fn exact(powers: &[u32]) -> f64 {
         let dimension = powers.len() as u32 - 1;
         factorial(dimension) * powers.iter().map(|&n| factorial(n)).product::<f64>()
@@ -195,7 +197,7 @@ mod tests {
         (points.iter().map(product).sum::<f64>() - exact(powers)).abs()
     }
 
-    /// All monomials of that degree in so many coordinates.
+    /// Returns the exponents of all monomials of the given degree in `count` coordinates.
     fn monomials(count: usize, degree: u32) -> Vec<Vec<u32>> {
         if count == 1 {
             return vec![vec![degree]];
@@ -215,8 +217,8 @@ mod tests {
         for shape in [&TRIANGLE, &TETRAHEDRON] {
             for rule in [Rule::Degree2, Rule::Degree4, Rule::Degree6] {
                 let points = rule.points(shape);
-                // The tetrahedron has no symmetric rule of degree 4 with fewer points and positive
-                // weights than this one of degree 5.
+                // The tetrahedral rule of degree 4 is exact for degree 5: no symmetric rule with
+                // positive weights has fewer points.
                 let better = shape.dimension == 3 && rule == Rule::Degree4;
                 let degree = rule.degree() as u32 + u32::from(better);
                 for degree in 0..=degree {

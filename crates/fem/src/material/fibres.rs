@@ -6,7 +6,7 @@ use crate::material::axes_at;
 use crate::material::check_direction;
 use crate::material::three::Axes;
 use crate::mesh::Mesh;
-use crate::space::Located;
+use crate::space::ElementPoint;
 
 /// Fibre and sheet at the vertices of each element, interpolated between them as signed vectors.
 ///
@@ -121,15 +121,15 @@ impl Fibres {
 
     /// The quadrature points where the vertices' vectors oppose each other, so that the nearest
     /// vertex's is taken.
-    pub fn opposed(&self, mesh: &Mesh, rule: Rule) -> Vec<Located> {
+    pub fn opposed(&self, mesh: &Mesh, rule: Rule) -> Vec<ElementPoint> {
         let points = rule.points(mesh.shape());
         let places = (0..self.elements.len()).flat_map(|element| {
-            points.iter().map(move |q| Located {
+            points.iter().map(move |q| ElementPoint {
                 element,
                 barycentric: q.barycentric,
             })
         });
-        let opposed = |at: &Located| self.directed(at.element, &at.barycentric).nearest;
+        let opposed = |at: &ElementPoint| self.directed(at.element, &at.barycentric).nearest;
         places.filter(opposed).collect()
     }
 }

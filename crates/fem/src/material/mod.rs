@@ -43,7 +43,7 @@ pub use real::Real;
 pub use viscous::{Spread, Viscous, ViscousSlopes};
 
 use tensor::{Strain, Volumetric};
-use three::{Axes, Law3, OwnLaw, Tangent3, Tensor3};
+use three::{Axes, CustomLaw, Law3, Tangent3, Tensor3};
 
 /// A 2 × 2 tensor: ∇u, a stress, a velocity gradient.
 pub type Tensor = [[f64; 2]; 2];
@@ -66,17 +66,17 @@ impl Law {
     /// static RUBBER: MooneyRivlin = MooneyRivlin { c10: 1e4, c01: 2e2 };
     /// let shear = [[0.0, 0.3], [0.0, 0.0]];
     /// // Simple shear: P01 = 2 (c10 + c01) γ.
-    /// assert!((Law::own("rubber", &RUBBER).stress(shear, 0.0)[0][1] - 6120.0).abs() < 1e-9);
+    /// assert!((Law::custom("rubber", &RUBBER).stress(shear, 0.0)[0][1] - 6120.0).abs() < 1e-9);
     /// ```
-    pub fn own<W: Law3 + Send + Sync>(name: &'static str, law: &'static W) -> Self {
-        Law::Own(OwnLaw::new(name, law))
+    pub fn custom<W: Law3 + Send + Sync>(name: &'static str, law: &'static W) -> Self {
+        Law::Custom(CustomLaw::new(name, law))
     }
 
     /// The law with its energy multiplied by `factor`: all its constants in Pa.
     #[must_use]
     pub fn scaled(self, factor: f64) -> Self {
-        if let Law::Own(own) = self {
-            return Law::Own(own.scaled(factor));
+        if let Law::Custom(own) = self {
+            return Law::Custom(own.scaled(factor));
         }
         let Description {
             name, parameters, ..
@@ -95,7 +95,7 @@ impl Law {
         with_potential!(
             self,
             w => Strain::new(&w, h).energy(&w),
-            else => self.energy3(deep(h), along_x())
+            else => self.energy3(embed(h), along_x())
         )
     }
 
@@ -105,7 +105,7 @@ impl Law {
         with_potential!(
             self,
             w => Strain::new(&w, h).stress(&w, volumetric),
-            else => flat(self.stress3(deep(h), p, along_x()))
+            else => in_plane(self.stress3(embed(h), p, along_x()))
         )
     }
 
@@ -119,7 +119,7 @@ impl Law {
         with_potential!(
             self,
             w => Strain::new(&w, h).stress_rate(&w, v, volumetric),
-            else => flat(self.stress_rate3(deep(h), deep(v), [p, p_rate], along_x()))
+            else => in_plane(self.stress_rate3(embed(h), embed(v), [p, p_rate], along_x()))
         )
     }
 
@@ -129,7 +129,7 @@ impl Law {
         with_potential!(
             self,
             w => Strain::new(&w, h).tangent(&w, volumetric).full(),
-            else => flat_tangent(&self.tangent3(deep(h), p, along_x()))
+            else => in_plane_tangent(&self.tangent3(embed(h), p, along_x()))
         )
     }
 
@@ -144,23 +144,23 @@ impl Law {
             self,
             w => Strain::new(&w, h).tangent_rate(&w, v, volumetric).full(),
             // In the plane the cofactor is linear: p itself does not enter.
-            else => flat_tangent(&self.tangent_rate3(deep(h), deep(v), [0.0, p_rate], along_x()))
+            else => in_plane_tangent(&self.tangent_rate3(embed(h), embed(v), [0.0, p_rate], along_x()))
         )
     }
 
     /// J − 1, or div u for small strains.
     pub fn volume_change(self, h: Tensor) -> f64 {
-        self.volume_change3(deep(h))
+        self.volume_change3(embed(h))
     }
 
     /// ∂(J − 1)/∂F = cof F, or I for small strains.
     pub fn volume_gradient(self, h: Tensor) -> Tensor {
-        flat(self.volume_gradient3(deep(h)))
+        in_plane(self.volume_gradient3(embed(h)))
     }
 
     /// The stress P33 that keeps F33 = 1.
     pub fn stress_33(self, h: Tensor, p: f64) -> f64 {
-        self.stress3(deep(h), p, along_x())[2][2]
+        self.stress3(embed(h), p, along_x())[2][2]
     }
 
     /// Whether the law depends on the axes of fibres.
@@ -193,16 +193,16 @@ impl Law {
 }
 
 /// ∇u of a plane motion in three dimensions.
-fn deep([[a, b], [c, d]]: Tensor) -> Tensor3 {
+fn embed([[a, b], [c, d]]: Tensor) -> Tensor3 {
     [[a, b, 0.0], [c, d, 0.0], [0.0; 3]]
 }
 
 /// The part in the plane.
-fn flat([[a, b, _], [c, d, _], _]: Tensor3) -> Tensor {
+fn in_plane([[a, b, _], [c, d, _], _]: Tensor3) -> Tensor {
     [[a, b], [c, d]]
 }
 
-fn flat_tangent(a: &Tangent3) -> Tangent {
+fn in_plane_tangent(a: &Tangent3) -> Tangent {
     const PLACES: [usize; 4] = [0, 1, 3, 4];
     PLACES.map(|row| PLACES.map(|column| a[row][column]))
 }

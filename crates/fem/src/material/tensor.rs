@@ -75,7 +75,7 @@ impl<R: Real> Symmetric<R> {
     /// Adds x⊗y + y⊗x.
     #[inline(always)]
     fn add_pair(&mut self, x: TensorOf<R>, y: TensorOf<R>) {
-        let (x, y) = (flat(x), flat(y));
+        let (x, y) = (in_plane(x), in_plane(y));
         for r in 0..4 {
             for c in r..4 {
                 let entry = &mut self.0[UPPER[r][c]];
@@ -93,7 +93,7 @@ pub(crate) fn volume_tangent<W: Potential, R: Real>(_: &W, m: R) -> Symmetric<R>
 }
 
 #[inline(always)]
-fn flat<R: Real>(t: TensorOf<R>) -> [R; 4] {
+fn in_plane<R: Real>(t: TensorOf<R>) -> [R; 4] {
     [t[0][0], t[0][1], t[1][0], t[1][1]]
 }
 
@@ -157,7 +157,7 @@ pub(crate) struct Strain<R> {
     /// D = H − cof H.
     distortion: TensorOf<R>,
     /// N = ∂d/∂F: cof F or I.
-    pub(crate) normal: TensorOf<R>,
+    pub(crate) cofactor: TensorOf<R>,
     /// The factor of W, if it is not one.
     pub(crate) factor: Option<R>,
 }
@@ -169,7 +169,7 @@ impl<R: Real> Strain<R> {
         let [[stretch, shear], _] = distortion;
         let trace = h[0][0] + h[1][1];
         let one = trace.like(1.0);
-        let (d, normal) = if W::FINITE {
+        let (d, cofactor) = if W::FINITE {
             let det = h[0][0] * h[1][1] - h[0][1] * h[1][0];
             let cofactor = [[one + h[1][1], -h[1][0]], [-h[0][1], one + h[0][0]]];
             (trace + det, cofactor)
@@ -181,14 +181,14 @@ impl<R: Real> Strain<R> {
             e: stretch.mul_add(stretch, shear * shear),
             d,
             distortion,
-            normal,
+            cofactor,
             factor: None,
         }
     }
 
     /// A derivative of W, times the factor.
     #[inline(always)]
-    fn graded(&self, derivative: R) -> R {
+    fn scaled_matrices(&self, derivative: R) -> R {
         match self.factor {
             Some(factor) => factor * derivative,
             None => derivative,
@@ -200,11 +200,11 @@ impl<R: Real> Strain<R> {
     fn first<W: Potential>(&self, w: &W, volumetric: Volumetric<R>) -> PlaneSlope<R> {
         let slope = w.first(self.e, self.d);
         PlaneSlope {
-            e: self.graded(slope.e),
+            e: self.scaled_matrices(slope.e),
             d: if W::COMPLETE {
-                self.graded(slope.d) - volumetric.p
+                self.scaled_matrices(slope.d) - volumetric.p
             } else {
-                self.graded(slope.d) + self.d * volumetric.kappa - volumetric.p
+                self.scaled_matrices(slope.d) + self.d * volumetric.kappa - volumetric.p
             },
         }
     }
@@ -213,12 +213,12 @@ impl<R: Real> Strain<R> {
     fn second<W: Potential>(&self, w: &W, volumetric: Volumetric<R>) -> PlaneCurvature<R> {
         let slope = w.second(self.e, self.d);
         PlaneCurvature {
-            ee: self.graded(slope.ee),
-            ed: self.graded(slope.ed),
+            ee: self.scaled_matrices(slope.ee),
+            ed: self.scaled_matrices(slope.ed),
             dd: if W::COMPLETE {
-                self.graded(slope.dd)
+                self.scaled_matrices(slope.dd)
             } else {
-                self.graded(slope.dd) + self.d.like(volumetric.kappa)
+                self.scaled_matrices(slope.dd) + self.d.like(volumetric.kappa)
             },
         }
     }
@@ -228,28 +228,31 @@ impl<R: Real> Strain<R> {
     fn moving_second<W: Potential>(&self, w: &W, e_rate: R, d_rate: R) -> PlaneCurvature<Dual<R>> {
         let moving = |value, rate| Dual { value, rate };
         let curve = w.second(moving(self.e, e_rate), moving(self.d, d_rate));
-        let graded = |entry: Dual<R>| Dual {
-            value: self.graded(entry.value),
-            rate: self.graded(entry.rate),
+        let scaled_matrices = |entry: Dual<R>| Dual {
+            value: self.scaled_matrices(entry.value),
+            rate: self.scaled_matrices(entry.rate),
         };
         PlaneCurvature {
-            ee: graded(curve.ee),
-            ed: graded(curve.ed),
-            dd: graded(curve.dd),
+            ee: scaled_matrices(curve.ee),
+            ed: scaled_matrices(curve.ed),
+            dd: scaled_matrices(curve.dd),
         }
     }
 
     /// ė and ḋ.
     #[inline(always)]
     fn rates(&self, v: TensorOf<R>) -> (R, R) {
-        (contract(self.distortion, v) * 2.0, contract(self.normal, v))
+        (
+            contract(self.distortion, v) * 2.0,
+            contract(self.cofactor, v),
+        )
     }
 
     /// P = 2 W_e D + (W_d − p) N.
     #[inline(always)]
     pub(crate) fn stress<W: Potential>(&self, w: &W, volumetric: Volumetric<R>) -> TensorOf<R> {
         let slope = self.first(w, volumetric);
-        combine(slope.e * 2.0, self.distortion, slope.d, self.normal)
+        combine(slope.e * 2.0, self.distortion, slope.d, self.cofactor)
     }
 
     /// Ṗ = 2 (W_e)˙ D + 2 W_e Ḋ + ((W_d)˙ − ṗ) N + (W_d − p) Ṅ.
@@ -274,7 +277,7 @@ impl<R: Real> Strain<R> {
             ),
             combine(
                 slope_d_rate,
-                self.normal,
+                self.cofactor,
                 slope.d,
                 volume_gradient_rate(w, v),
             ),
@@ -284,7 +287,7 @@ impl<R: Real> Strain<R> {
     /// ḋ = N : V.
     #[inline(always)]
     pub(crate) fn dilation_rate(&self, v: TensorOf<R>) -> R {
-        contract(self.normal, v)
+        contract(self.cofactor, v)
     }
 
     /// A = ∂P/∂F.
@@ -301,9 +304,14 @@ impl<R: Real> Strain<R> {
             },
         );
         // With M = 2 W_ee D + 2 W_ed N: D⊗M + M⊗D holds both terms in D; likewise for N.
-        let m = combine(curve.ee * 2.0, self.distortion, curve.ed * 2.0, self.normal);
+        let m = combine(
+            curve.ee * 2.0,
+            self.distortion,
+            curve.ed * 2.0,
+            self.cofactor,
+        );
         a.add_pair(self.distortion, m);
-        a.add_pair(self.normal, scaled(curve.dd * 0.5, self.normal));
+        a.add_pair(self.cofactor, scaled(curve.dd * 0.5, self.cofactor));
         a
     }
 
@@ -315,7 +323,7 @@ impl<R: Real> Strain<R> {
         v: TensorOf<R>,
         volumetric: Volumetric<R>,
     ) -> Symmetric<R> {
-        let (distortion_v, normal_rate) = (distortion(v), volume_gradient_rate(w, v));
+        let (distortion_v, cofactor_rate) = (distortion(v), volume_gradient_rate(w, v));
         let (e_rate, d_rate) = self.rates(v);
         let curve = self.second(w, volumetric);
         let moving = self.moving_second(w, e_rate, d_rate);
@@ -334,14 +342,14 @@ impl<R: Real> Strain<R> {
         // The rate of D⊗M + M⊗D with M = 2 W_ee D + 2 W_ed N, terms collected by D and N.
         let m_rate = sum(
             combine(ee_rate * 2.0, self.distortion, curve.ee * 4.0, distortion_v),
-            combine(ed_rate * 2.0, self.normal, curve.ed * 2.0, normal_rate),
+            combine(ed_rate * 2.0, self.cofactor, curve.ed * 2.0, cofactor_rate),
         );
         a.add_pair(self.distortion, m_rate);
         let n_part = sum(
-            combine(dd_rate * 0.5, self.normal, curve.dd, normal_rate),
+            combine(dd_rate * 0.5, self.cofactor, curve.dd, cofactor_rate),
             scaled(curve.ed * 2.0, distortion_v),
         );
-        a.add_pair(self.normal, n_part);
+        a.add_pair(self.cofactor, n_part);
         a
     }
 }

@@ -22,7 +22,7 @@ pub(crate) fn shifted(h: Tensor, r: usize, step: f64) -> Tensor {
     h
 }
 
-pub(crate) fn flat(t: Tensor) -> [f64; 4] {
+pub(crate) fn in_plane(t: Tensor) -> [f64; 4] {
     [t[0][0], t[0][1], t[1][0], t[1][1]]
 }
 
@@ -41,8 +41,8 @@ pub(crate) fn check_tangent(
     scale: f64,
 ) {
     for c in 0..4 {
-        let plus = flat(stress(shifted(h, c, STEP)));
-        let minus = flat(stress(shifted(h, c, -STEP)));
+        let plus = in_plane(stress(shifted(h, c, STEP)));
+        let minus = in_plane(stress(shifted(h, c, -STEP)));
         for (r, row) in tangent.iter().enumerate() {
             close(row[c], (plus[r] - minus[r]) / (2.0 * STEP), scale);
         }
@@ -88,7 +88,7 @@ macro_rules! law_tests {
             fn stress_is_the_derivative_of_energy() {
                 for h in STATES {
                     let full = |h| $law.energy(h) - PRESSURE * $law.volume_change(h);
-                    let stress = flat($law.stress(h, PRESSURE));
+                    let stress = in_plane($law.stress(h, PRESSURE));
                     for r in 0..4 {
                         let (plus, minus) = (full(shifted(h, r, STEP)), full(shifted(h, r, -STEP)));
                         close(stress[r], (plus - minus) / (2.0 * STEP), scale(h));
@@ -99,7 +99,7 @@ macro_rules! law_tests {
             #[test]
             fn volume_gradient_is_the_derivative_of_volume_change() {
                 for h in STATES {
-                    let gradient = flat($law.volume_gradient(h));
+                    let gradient = in_plane($law.volume_gradient(h));
                     for r in 0..4 {
                         let difference = $law.volume_change(shifted(h, r, STEP))
                             - $law.volume_change(shifted(h, r, -STEP));
@@ -121,9 +121,9 @@ macro_rules! law_tests {
                 for h in STATES {
                     let at = |s: f64| {
                         let h = [0, 1].map(|i| [0, 1].map(|j| h[i][j] + s * VELOCITY[i][j]));
-                        flat($law.stress(h, PRESSURE + s * PRESSURE_RATE))
+                        in_plane($law.stress(h, PRESSURE + s * PRESSURE_RATE))
                     };
-                    let rate = flat($law.stress_rate(h, VELOCITY, PRESSURE, PRESSURE_RATE));
+                    let rate = in_plane($law.stress_rate(h, VELOCITY, PRESSURE, PRESSURE_RATE));
                     for r in 0..4 {
                         close(rate[r], (at(STEP)[r] - at(-STEP)[r]) / (2.0 * STEP), scale(h));
                     }
@@ -154,7 +154,7 @@ fn rotations_are_free_of_stress_to_rounding() {
         // One rounding in sin and cos, times the modulus.
         let bound = 4.0 * f64::EPSILON * 2.0e4;
         assert!(
-            flat(law.stress(h, 0.0)).iter().all(|s| s.abs() < bound),
+            in_plane(law.stress(h, 0.0)).iter().all(|s| s.abs() < bound),
             "{angle}"
         );
         assert!(law.energy(h) < 1e-20);
@@ -206,9 +206,9 @@ fn tiny_strains_keep_their_digits() {
         shear_modulus: 2.04e4,
     };
     let h = [[3e-12, 1e-12], [-2e-12, 1e-12]];
-    for (a, b) in flat(law.stress(h, 0.0))
+    for (a, b) in in_plane(law.stress(h, 0.0))
         .iter()
-        .zip(flat(small.stress(h, 0.0)))
+        .zip(in_plane(small.stress(h, 0.0)))
     {
         // The laws differ by the strain itself, relatively.
         assert!((a / b - 1.0).abs() < 1e-10, "{a} {b}");

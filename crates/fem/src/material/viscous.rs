@@ -234,9 +234,9 @@ mod tests {
     #[test]
     fn the_plane_is_the_part_of_space_with_no_strain_across() {
         let (f, v) = ([[1.1, 0.2], [-0.1, 0.95]], [[0.3, -0.8], [0.5, 0.9]]);
-        let deep = |[[a, b], [c, d]]: [[f64; 2]; 2], e| [[a, b, 0.0], [c, d, 0.0], [0.0, 0.0, e]];
+        let embed = |[[a, b], [c, d]]: [[f64; 2]; 2], e| [[a, b, 0.0], [c, d, 0.0], [0.0, 0.0, e]];
         let plane = Viscous::new(f, v, ETA).stress();
-        let space = Viscous::new(deep(f, 1.0), deep(v, 0.0), ETA).stress();
+        let space = Viscous::new(embed(f, 1.0), embed(v, 0.0), ETA).stress();
         for i in 0..2 {
             for j in 0..2 {
                 assert_eq!(plane[i][j], space[i][j]);

@@ -1,40 +1,40 @@
-//! What a mesh carries beside its elements: nodal fields, and nodes on curved edges.
+//! Mesh attributes: nodal fields and the midside nodes of curved edges.
 
 use std::collections::BTreeMap;
 
 use super::{Mesh, distance, sorted};
 use crate::error::FemError;
 
-/// A midpoint this far from the middle of its edge, as a fraction of the edge, makes it curved:
-/// beyond what files of eight digits make of a straight one.
+/// Relative distance between a midside node and the midpoint of its edge above which the edge is
+/// curved. Files with eight digits place the nodes of straight edges more accurately than this.
 const STRAIGHT: f64 = 1e-7;
 
-/// Values at the vertices of a mesh, as `$NodeData` gives them.
+/// Values at the vertices of a mesh, read from `$NodeData`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NodalField {
-    /// Number of values at each vertex.
+    /// Number of values per vertex.
     pub components: usize,
-    /// The values, vertex by vertex; not a number where the file has none.
+    /// Values, vertex by vertex; NaN where the file has no value.
     pub values: Vec<f64>,
 }
 
 impl NodalField {
-    /// The values at a vertex.
+    /// Returns the values at a vertex.
     pub fn at(&self, vertex: usize) -> &[f64] {
         &self.values[self.components * vertex..][..self.components]
     }
 }
 
 impl Mesh {
-    /// The nodal fields, by name.
+    /// Returns the nodal fields, by name.
     pub fn fields(&self) -> &BTreeMap<String, NodalField> {
         &self.fields
     }
 
-    /// The nodal field of that name.
+    /// Returns the nodal field with the given name.
     ///
     /// # Errors
-    /// [`FemError::UnknownField`], which lists the fields there are.
+    /// [`FemError::UnknownField`], which lists the available fields.
     pub fn field(&self, name: &str) -> Result<&NodalField, FemError> {
         self.fields.get(name).ok_or_else(|| FemError::UnknownField {
             name: name.to_owned(),
@@ -42,10 +42,11 @@ impl Mesh {
         })
     }
 
-    /// The same mesh with other nodal fields.
+    /// Returns the mesh with other nodal fields.
     ///
     /// # Errors
-    /// [`FemError::Count`] for a field that has not the same number of values at each vertex.
+    /// [`FemError::Count`] if the length of a field is not its number of components times the
+    /// number of vertices.
     pub fn with_fields(mut self, fields: BTreeMap<String, NodalField>) -> Result<Self, FemError> {
         for field in fields.values() {
             let (found, needed) = (field.values.len(), field.components * self.n_points());
@@ -62,16 +63,16 @@ impl Mesh {
         Ok(self)
     }
 
-    /// The same mesh with the quadratic nodes on these edges (by their ends) where they are said to
-    /// lie. Those in the middle of their edge leave it straight.
+    /// Returns the mesh with midside nodes at the given positions, by the ends of their edges. A
+    /// node at the midpoint of its edge keeps the edge straight.
     ///
     /// # Errors
-    /// [`FemError::LooseFacet`] for edges that are none of an element, [`FemError::Defect`] for
-    /// elements that the nodes turn inside out.
+    /// [`FemError::UnknownFacet`] for edges that belong to no element, [`FemError::Defect`] for
+    /// elements that the nodes invert.
     ///
     /// # Panics
-    /// Unless `D` is the dimension.
-    pub fn bent<const D: usize>(
+    /// Panics unless `D` is the dimension.
+    pub fn with_midside_nodes<const D: usize>(
         mut self,
         midpoints: BTreeMap<[usize; 2], [f64; D]>,
     ) -> Result<Self, FemError> {
@@ -79,32 +80,32 @@ impl Mesh {
             .elements()
             .flat_map(|element| self.edges_of(element))
             .collect();
-        for (edge, place) in midpoints {
+        for (edge, position) in midpoints {
             let ends @ [a, b] = sorted(edge);
             if !edges.contains(&ends) {
-                return Err(FemError::LooseFacet {
-                    group: "nodes on edges".to_owned(),
+                return Err(FemError::UnknownFacet {
+                    group: "midside nodes".to_owned(),
                     vertices: edge.to_vec(),
                     shape: self.shape,
                 });
             }
             let (a, b) = (self.points::<D>()[a], self.points::<D>()[b]);
-            let middle = std::array::from_fn(|m| 0.5 * (a[m] + b[m]));
-            if distance(place, middle) > STRAIGHT * distance(a, b) {
+            let midpoint = std::array::from_fn(|m| 0.5 * (a[m] + b[m]));
+            if distance(position, midpoint) > STRAIGHT * distance(a, b) {
                 let mut spatial = [0.0; 3];
-                spatial[..D].copy_from_slice(&place);
-                self.bent.insert(ends, spatial);
+                spatial[..D].copy_from_slice(&position);
+                self.midside.insert(ends, spatial);
             }
         }
-        if !self.bent.is_empty() {
+        if !self.midside.is_empty() {
             self.check_curved::<D>()?;
         }
         Ok(self)
     }
 
-    /// Where the quadratic node of an edge lies if not in its middle; as many coordinates count as
-    /// there are dimensions.
-    pub(crate) fn bent_midpoint(&self, edge: [usize; 2]) -> Option<[f64; 3]> {
-        self.bent.get(&sorted(edge)).copied()
+    /// Returns the position of the midside node of a curved edge, or `None` for a straight edge. In
+    /// 2D the third coordinate is 0.
+    pub(crate) fn curved_midpoint(&self, edge: [usize; 2]) -> Option<[f64; 3]> {
+        self.midside.get(&sorted(edge)).copied()
     }
 }

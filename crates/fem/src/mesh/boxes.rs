@@ -1,11 +1,11 @@
-//! A tree of boxes: which of many things come near a place.
+//! Bounding-box tree for finding items near a point.
 
 use super::simplices::Point;
 
-/// Things in one leaf.
+/// Number of items in a leaf.
 const LEAF: usize = 8;
 
-/// The smallest box around some points.
+/// Axis-aligned bounding box.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Extent {
     low: Point,
@@ -13,14 +13,14 @@ pub(super) struct Extent {
 }
 
 impl Extent {
-    const NOTHING: Self = Self {
+    const EMPTY: Self = Self {
         low: [f64::INFINITY; 3],
         high: [f64::NEG_INFINITY; 3],
     };
 
-    /// Around `points`, wider by `margin` on each side.
+    /// Returns the bounding box of `points`, enlarged by `margin` on each side.
     pub(super) fn around(points: &[Point], margin: f64) -> Self {
-        let mut extent = Self::NOTHING;
+        let mut extent = Self::EMPTY;
         for point in points {
             extent.include(&Self {
                 low: point.map(|x| x - margin),
@@ -41,18 +41,18 @@ impl Extent {
         (0..3).all(|axis| self.low[axis] <= other.high[axis] && other.low[axis] <= self.high[axis])
     }
 
-    fn twice_centre(&self, axis: usize) -> f64 {
+    fn twice_center(&self, axis: usize) -> f64 {
         self.low[axis] + self.high[axis]
     }
 }
 
-/// Boxes by halves of halves; built in O(n log n), whatever their sizes.
+/// Binary tree of boxes, split in halves; built in O(n log n) for boxes of any size.
 #[derive(Debug)]
 pub(super) struct BoxTree {
     boxes: Vec<Extent>,
-    /// The boxes in the order of the leaves.
+    /// Box indices in the order of the leaves.
     order: Vec<usize>,
-    /// Around each node's boxes; the halves of node k are 2k + 1 and 2k + 2.
+    /// Bounding box of each tree node; the children of node k are 2k + 1 and 2k + 2.
     nodes: Vec<Extent>,
 }
 
@@ -70,12 +70,12 @@ impl BoxTree {
     }
 
     fn split(&mut self, node: usize, members: &mut [usize]) {
-        let mut extent = Extent::NOTHING;
+        let mut extent = Extent::EMPTY;
         for &member in members.iter() {
             extent.include(&self.boxes[member]);
         }
         if self.nodes.len() <= node {
-            self.nodes.resize(node + 1, Extent::NOTHING);
+            self.nodes.resize(node + 1, Extent::EMPTY);
         }
         self.nodes[node] = extent;
         if members.len() <= LEAF {
@@ -86,34 +86,34 @@ impl BoxTree {
             .max_by(|a, b| length(a).total_cmp(&length(b)))
             .expect("three axes");
         let half = members.len() / 2;
-        let centre = |member: usize| self.boxes[member].twice_centre(axis);
-        members.select_nth_unstable_by(half, |&a, &b| centre(a).total_cmp(&centre(b)));
+        let center = |member: usize| self.boxes[member].twice_center(axis);
+        members.select_nth_unstable_by(half, |&a, &b| center(a).total_cmp(&center(b)));
         let (left, right) = members.split_at_mut(half);
         self.split(2 * node + 1, left);
         self.split(2 * node + 2, right);
     }
 
-    /// The first of the things whose boxes meet `place` for which `found` has an answer.
+    /// Returns the first `Some` of `found` over the items whose boxes intersect `target`.
     pub(super) fn find<T>(
         &self,
-        place: &Extent,
+        target: &Extent,
         mut found: impl FnMut(usize) -> Option<T>,
     ) -> Option<T> {
-        let mut waiting = vec![(0, 0..self.order.len())];
-        while let Some((node, range)) = waiting.pop() {
-            if !self.nodes[node].meets(place) {
+        let mut stack = vec![(0, 0..self.order.len())];
+        while let Some((node, range)) = stack.pop() {
+            if !self.nodes[node].meets(target) {
                 continue;
             }
             if range.len() <= LEAF {
                 let near = self.order[range].iter();
-                let mut near = near.filter(|&&member| self.boxes[member].meets(place));
+                let mut near = near.filter(|&&member| self.boxes[member].meets(target));
                 if let Some(answer) = near.find_map(|&member| found(member)) {
                     return Some(answer);
                 }
             } else {
                 let half = range.start + range.len() / 2;
-                waiting.push((2 * node + 2, half..range.end));
-                waiting.push((2 * node + 1, range.start..half));
+                stack.push((2 * node + 2, half..range.end));
+                stack.push((2 * node + 1, range.start..half));
             }
         }
         None
@@ -125,25 +125,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_boxes_that_meet_a_place_are_found_and_no_other() {
-        // 300 points along a spiral: no order, no even spacing.
+    fn find_visits_exactly_the_intersecting_boxes() {
+        // 300 points along a spiral, without order or even spacing.
         let points: Vec<Point> = (0..300)
             .map(|i| f64::from(i) * 0.1)
             .map(|s| [s * s.cos(), s * s.sin(), s])
             .collect();
         let boxes: Vec<Extent> = points.iter().map(|p| Extent::around(&[*p], 1.0)).collect();
         let tree = BoxTree::new(boxes.clone());
-        for place in &boxes {
+        for target in &boxes {
             let mut found = Vec::new();
             assert!(
-                tree.find(place, |member| {
+                tree.find(target, |member| {
                     found.push(member);
                     None::<()>
                 })
                 .is_none()
             );
             found.sort_unstable();
-            let expected: Vec<usize> = (0..300).filter(|&i| boxes[i].meets(place)).collect();
+            let expected: Vec<usize> = (0..300).filter(|&i| boxes[i].meets(target)).collect();
             assert_eq!(found, expected);
         }
     }

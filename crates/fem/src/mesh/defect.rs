@@ -1,13 +1,13 @@
-//! What makes a set of elements no mesh of a body.
+//! Defects by which elements fail to form a conforming mesh.
 
 use std::fmt;
 
-/// An element in messages.
+/// Name of an element in messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ElementName {
-    /// Its index, from 0.
+    /// Index of the element, from 0.
     Index(usize),
-    /// Its tag in the mesh file.
+    /// Tag of the element in the mesh file.
     Tag(u64),
 }
 
@@ -20,70 +20,69 @@ impl fmt::Display for ElementName {
     }
 }
 
-/// Elements that do not fit together, or one that its curved edges turn inside out.
+/// Elements that do not conform, or a curved element that is inverted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{}, near ({}), {}", names(elements), place(near), self.complaint())]
+#[error("{}, near ({}), {}", names(elements), coordinates(near), self.reason())]
 pub struct MeshDefect {
-    /// How.
+    /// Kind of the defect.
     pub kind: DefectKind,
-    /// Which.
+    /// Elements concerned.
     pub elements: Vec<ElementName>,
-    /// Where, near enough to find it: as many coordinates as the mesh has.
+    /// Approximate position, with as many coordinates as the mesh.
     pub near: Vec<f64>,
 }
 
-/// How elements can fail to be parts of a body.
+/// Kind of a mesh defect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DefectKind {
-    /// Two have the same vertices.
-    Twice,
-    /// More than two share an edge (in space: a face).
-    Crowded,
-    /// Two that share an edge (a face) lie on the same side of it; the second one is inverted where
-    /// its vertices ran the other way round.
+    /// Two elements have the same vertices.
+    Duplicate,
+    /// More than two elements share an edge (in 3D: a face).
+    NonManifold,
+    /// Two elements lie on the same side of the edge (face) they share.
     SameSide {
-        /// Whether the second one's did.
+        /// Whether the vertex order of the second element was inverted.
         inverted: bool,
     },
-    /// They touch along edges (faces) of the same place that have vertices of their own.
+    /// Elements touch along coincident edges (faces) with duplicate vertices.
     Crack,
-    /// They touch along parts of edges (faces).
-    Hanging,
-    /// They cover the same place.
+    /// Elements touch along parts of edges (faces): a hanging node.
+    HangingNode,
+    /// Elements overlap.
     Overlap,
-    /// The map of a curved one has no positive determinant at that place.
-    Folded,
+    /// The map of a curved element has a non-positive determinant.
+    InvertedCurved,
 }
 
 impl MeshDefect {
-    /// What is wrong with the elements.
-    fn complaint(&self) -> String {
+    /// Describes the defect.
+    fn reason(&self) -> String {
         let (facet, a_facet) = match self.near.len() {
             2 => ("edge", "an edge"),
             _ => ("face", "a face"),
         };
         match self.kind {
-            DefectKind::Twice => "have the same vertices: delete one of them".to_owned(),
-            DefectKind::Crowded => {
-                format!("share one {facet}: two elements at most can have {a_facet} in common")
+            DefectKind::Duplicate => "have the same vertices: delete one of them".to_owned(),
+            DefectKind::NonManifold => {
+                format!("share one {facet}: at most two elements can share {a_facet}")
             }
             DefectKind::SameSide { inverted: false } => {
                 format!("overlap: they lie on the same side of the {facet} they share")
             }
             DefectKind::SameSide { inverted: true } => {
-                format!("lie on the same side of the {facet} they share: the last one is inverted")
+                format!("lie on the same side of the {facet} they share: the last element is inverted")
             }
             DefectKind::Crack => format!(
                 "touch at {a_facet} without sharing it, a crack: merge the duplicate nodes \
                  (Gmsh: Coherence Mesh), or leave a gap"
             ),
-            DefectKind::Hanging => format!(
-                "touch at a part of {a_facet} only, where a node hangs: let neighbours share \
+            DefectKind::HangingNode => format!(
+                "touch along part of {a_facet}, at a hanging node: make neighbors share \
                  whole {facet}s (Gmsh: BooleanFragments before meshing), or leave a gap"
             ),
             DefectKind::Overlap => "overlap".to_owned(),
-            DefectKind::Folded => "is turned inside out there by the nodes on its curved edges: \
-                 move them towards the middles (Gmsh: Mesh.HighOrderOptimize = 2), or refine the mesh"
+            DefectKind::InvertedCurved => "is inverted there by the nodes on its curved edges: \
+                 move them toward the edge midpoints (Gmsh: Mesh.HighOrderOptimize = 2), or refine the mesh"
                 .to_owned(),
         }
     }
@@ -99,7 +98,7 @@ fn names(elements: &[ElementName]) -> String {
     }
 }
 
-fn place(near: &[f64]) -> String {
+fn coordinates(near: &[f64]) -> String {
     let coordinates: Vec<String> = near.iter().map(|x| format!("{x:.6}")).collect();
     coordinates.join(", ")
 }

@@ -1,17 +1,17 @@
-//! The facets of a mesh: edges of triangles, faces of tetrahedra.
+//! Facets of a mesh: edges of triangles or faces of tetrahedra.
 
 use super::simplices::Simplices;
 
-/// A facet as one of the elements beside it has it.
+/// Facet as seen from one of its elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Facet {
-    /// Its vertices in ascending order; in the plane the last entry is `usize::MAX`.
+    /// Vertices in ascending order; in 2D the last entry is `usize::MAX`.
     key: [usize; 3],
-    /// The element.
+    /// Index of the element.
     pub(super) element: usize,
-    /// The place among the element's vertices of the one that is not on the facet.
+    /// Local index of the element vertex opposite to the facet.
     pub(super) opposite: usize,
-    /// On which side of the facet, with its vertices in ascending order, the element lies.
+    /// Side of the facet (with vertices in ascending order) on which the element lies.
     pub(super) side: bool,
 }
 
@@ -22,7 +22,7 @@ impl Facet {
         for (entry, k) in key.iter_mut().zip(others) {
             *entry = mesh.vertices(element)[k];
         }
-        // The sign of leaving out a vertex of an oriented simplex, times that of sorting the rest.
+        // Sign of removing a vertex from an oriented simplex, times the sign of sorting the rest.
         let mut side = opposite.is_multiple_of(2);
         for (i, j) in [(0, 1), (1, 2), (0, 1)] {
             if key[i] > key[j] {
@@ -38,14 +38,14 @@ impl Facet {
         }
     }
 
-    /// Its vertices.
+    /// Returns the vertices in ascending order.
     pub(super) fn vertices(&self) -> &[usize] {
         let n = self.key.iter().filter(|v| **v != usize::MAX).count();
         &self.key[..n]
     }
 }
 
-/// All facets of all elements, those with the same vertices next to each other.
+/// Returns all facets of all elements, those with equal vertices next to each other.
 pub(super) fn sorted_facets(mesh: &Simplices<'_>) -> Vec<Facet> {
     let mut facets: Vec<Facet> = (0..mesh.len())
         .flat_map(|e| (0..=mesh.dimension).map(move |k| (e, k)))
@@ -55,7 +55,7 @@ pub(super) fn sorted_facets(mesh: &Simplices<'_>) -> Vec<Facet> {
     facets
 }
 
-/// The facets grouped by their vertices.
+/// Groups the facets by their vertices.
 pub(super) fn by_vertices(facets: &[Facet]) -> impl Iterator<Item = &[Facet]> {
     facets.chunk_by(|a, b| a.key == b.key)
 }

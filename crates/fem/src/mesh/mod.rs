@@ -1,13 +1,13 @@
-//! A mesh of triangles or tetrahedra with named groups.
+//! Meshes of triangles or tetrahedra with named groups.
 //!
-//! Owns points, elements and the physical groups by which scenes speak of parts of a mesh.
-//! [`Mesh::new`] is the only way in, so every [`Mesh`] is valid: elements of positive measure that
-//! share whole edges (in space: faces) and do not overlap, no loose vertices, group edges and faces
-//! that are those of elements, each once. What it puts right it says in [`Mesh::notes`].
+//! A [`Mesh`] owns points, elements and the physical groups that scenes refer to. It is always
+//! valid because [`Mesh::new`] checks it: elements have positive measure, share whole edges (in 3D:
+//! faces) and do not overlap; every vertex belongs to an element; group edges and faces belong to
+//! elements and are listed once. [`Mesh::notes`] lists corrections that were made.
 //!
-//! The dimension is the mesh's own. Functions with a parameter `D` return points as arrays of that
-//! many coordinates, and those with `V` the vertices of an element; they panic for a mesh of
-//! another dimension.
+//! The dimension is a property of the mesh. Functions with a parameter `D` return points as arrays
+//! of `D` coordinates; those with a parameter `V` return arrays of `V` vertices per element. They
+//! panic if `D` or `V` does not match the mesh.
 
 mod attributes;
 mod boxes;
@@ -31,16 +31,16 @@ pub use attributes::NodalField;
 pub use defect::{DefectKind, ElementName, MeshDefect};
 pub use note::{MeshNote, UnnamedGroup};
 
-/// Measure below this fraction of the longest edge to the power of the dimension counts as zero: an
-/// angle of 1e-12 rad, where a gradient keeps no more than four digits.
+/// Relative measure below which an element is degenerate: measure / (longest edge)^D. The value
+/// corresponds to an angle of 1e-12 rad, at which gradients keep at most four digits.
 const DEGENERATE: f64 = 1e-12;
 
-/// The members of a physical group.
+/// Members of a physical group.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Group {
-    /// Vertices.
+    /// Vertices, by index.
     Points(Vec<usize>),
-    /// Edges, by their two vertices: the sides of triangles, curves in space.
+    /// Edges, by their two vertices: sides of triangles, or curves in 3D.
     Edges(Vec<[usize; 2]>),
     /// Faces of tetrahedra, by their three vertices.
     Faces(Vec<[usize; 3]>),
@@ -49,8 +49,8 @@ pub enum Group {
 }
 
 impl Group {
-    /// The word for the members in messages about a mesh of that shape.
-    pub(crate) fn kind(&self, shape: &Shape) -> &'static str {
+    /// Returns the name of the members in messages about a mesh of the given shape.
+    pub(crate) fn member_name(&self, shape: &Shape) -> &'static str {
         match self {
             Group::Points(_) => "points",
             Group::Edges(_) => "edges",
@@ -60,10 +60,10 @@ impl Group {
     }
 }
 
-/// A mesh of triangles or of tetrahedra.
+/// Mesh of triangles or tetrahedra.
 ///
 /// # Units
-/// Coordinates in metres, for the muscle.
+/// Coordinates are in meters for the muscle.
 ///
 /// # Examples
 /// ```
@@ -81,30 +81,30 @@ impl Group {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
     shape: &'static Shape,
-    /// As many for each point as there are dimensions.
+    /// Point coordinates, `dimension` values per point.
     coordinates: Vec<f64>,
-    /// As many for each element as it has vertices.
+    /// Vertex indices, `n_vertices` values per element.
     vertices: Vec<usize>,
     groups: BTreeMap<String, Group>,
-    /// Values at the vertices.
+    /// Nodal fields, by name.
     fields: BTreeMap<String, NodalField>,
-    /// Quadratic nodes that do not lie in the middle of their edge, by its sorted ends.
-    bent: BTreeMap<[usize; 2], [f64; 3]>,
+    /// Midside nodes off the midpoint of their edge, by the sorted ends of the edge.
+    midside: BTreeMap<[usize; 2], [f64; 3]>,
     notes: Vec<MeshNote>,
 }
 
 impl Mesh {
-    /// Checks and keeps the parts of a mesh: points of `D` coordinates, elements of `V = D + 1`
-    /// vertices. Mirrored elements are turned round, and what a group lists again is left out;
-    /// [`notes`](Self::notes) says so.
+    /// Creates a mesh of points with `D` coordinates and elements with `V = D + 1` vertices.
+    /// Reorients inverted elements and drops repeated group members; [`notes`](Self::notes) reports
+    /// both.
     ///
     /// # Errors
-    /// Indices out of range, elements of zero measure, vertices of no element, group edges or faces
-    /// that are not those of an element; [`FemError::Defect`] for elements that overlap or that
-    /// touch without sharing a whole edge (face).
+    /// Returns an error for indices out of range, elements of zero measure, unused vertices, and
+    /// group edges or faces that belong to no element; [`FemError::Defect`] for elements that
+    /// overlap or that touch without sharing a whole edge (face).
     ///
     /// # Panics
-    /// For dimensions other than 2 and 3, or another number of vertices.
+    /// Panics if `D` is not 2 or 3 or if `V` is not `D + 1`.
     pub fn new<const D: usize, const V: usize>(
         points: Vec<[f64; D]>,
         mut elements: Vec<[usize; V]>,
@@ -116,7 +116,7 @@ impl Mesh {
             return Err(FemError::NoElements { shape });
         }
         let mut used = vec![false; points.len()];
-        let mut turned = Vec::new();
+        let mut reoriented = Vec::new();
         for (element, vertices) in elements.iter_mut().enumerate() {
             for &vertex in vertices.iter() {
                 check_index("vertex", vertex, points.len())?;
@@ -124,11 +124,11 @@ impl Mesh {
             }
             if measure(&vertices.map(|v| points[v])) < 0.0 {
                 vertices.swap(1, 2);
-                turned.push(element);
+                reoriented.push(element);
             }
             let corners = vertices.map(|v| points[v]);
             if is_degenerate(&corners) {
-                return Err(FemError::Measure {
+                return Err(FemError::DegenerateElement {
                     element,
                     vertices: vertices.to_vec(),
                     measure: measure(&corners),
@@ -137,7 +137,7 @@ impl Mesh {
             }
         }
         if let Some(vertex) = used.iter().position(|used| !used) {
-            return Err(FemError::LooseVertex { vertex, shape });
+            return Err(FemError::UnusedVertex { vertex, shape });
         }
         let mut mesh = Self {
             shape,
@@ -145,33 +145,33 @@ impl Mesh {
             vertices: elements.into_flattened(),
             groups: BTreeMap::new(),
             fields: BTreeMap::new(),
-            bent: BTreeMap::new(),
+            midside: BTreeMap::new(),
             notes: Vec::new(),
         };
-        conforming::conforming(D, &mesh.coordinates, &mesh.vertices, &turned)?;
+        conforming::conforming(D, &mesh.coordinates, &mesh.vertices, &reoriented)?;
         mesh.set_groups(groups)?;
-        if !turned.is_empty() {
-            mesh.notes.push(MeshNote::Turned {
-                elements: turned.len(),
-                how: shape.mirrored,
+        if !reoriented.is_empty() {
+            mesh.notes.push(MeshNote::Reoriented {
+                elements: reoriented.len(),
+                order: shape.inverted_order,
             });
         }
         Ok(mesh)
     }
 
-    /// Checks groups, leaves out what they list again, and keeps them.
+    /// Checks the groups, drops repeated members and stores the groups.
     fn set_groups(&mut self, mut groups: BTreeMap<String, Group>) -> Result<(), FemError> {
         self.check_groups(&groups)?;
-        let mut notes = note::without_repetitions(&mut groups, self.shape);
+        let mut notes = note::drop_repetitions(&mut groups, self.shape);
         self.notes.append(&mut notes);
         self.groups = groups;
         Ok(())
     }
 
-    /// The same points and elements with other groups.
+    /// Returns the mesh with other groups.
     ///
     /// # Errors
-    /// As for [`new`](Self::new), of the groups.
+    /// The errors of [`new`](Self::new) that concern groups.
     pub fn with_groups(&self, groups: BTreeMap<String, Group>) -> Result<Self, FemError> {
         let mut mesh = self.clone();
         mesh.set_groups(groups)?;
@@ -187,7 +187,7 @@ impl Mesh {
             BTreeSet::new()
         };
         for (name, group) in groups {
-            let loose = match group {
+            let unknown = match group {
                 Group::Points(vertices) => {
                     for &v in vertices {
                         check_index("vertex", v, self.n_points())?;
@@ -209,8 +209,8 @@ impl Mesh {
                     None
                 }
             };
-            if let Some(vertices) = loose {
-                return Err(FemError::LooseFacet {
+            if let Some(vertices) = unknown {
+                return Err(FemError::UnknownFacet {
                     group: name.clone(),
                     vertices,
                     shape: self.shape,
@@ -220,56 +220,56 @@ impl Mesh {
         Ok(())
     }
 
-    /// The shape of the elements.
+    /// Returns the shape of the elements.
     pub fn shape(&self) -> &'static Shape {
         self.shape
     }
 
-    /// Number of coordinates of a point: 2 for triangles, 3 for tetrahedra.
+    /// Returns the number of coordinates of a point: 2 for triangles, 3 for tetrahedra.
     pub fn dimension(&self) -> usize {
         self.shape.dimension
     }
 
-    /// What was put right or left aside.
+    /// Returns the corrections and omissions made while building the mesh.
     pub fn notes(&self) -> &[MeshNote] {
         &self.notes
     }
 
-    /// The same mesh with these notes before its own: those of the mesh or file it was made from.
-    pub(crate) fn after(mut self, mut notes: Vec<MeshNote>) -> Self {
+    /// Returns the mesh with the notes of its source mesh or file before its own.
+    pub(crate) fn with_earlier_notes(mut self, mut notes: Vec<MeshNote>) -> Self {
         notes.append(&mut self.notes);
         self.notes = notes;
         self
     }
 
-    /// The vertices.
+    /// Returns the coordinates of the vertices.
     ///
     /// # Panics
-    /// Unless `D` is the dimension.
+    /// Panics unless `D` is the dimension.
     pub fn points<const D: usize>(&self) -> &[[f64; D]] {
         points(&self.coordinates, self.dimension())
     }
 
-    /// The coordinates of all vertices, one vertex after the other.
+    /// Returns the coordinates of all vertices, vertex by vertex.
     pub fn coordinates(&self) -> &[f64] {
         &self.coordinates
     }
 
-    /// Number of vertices.
+    /// Returns the number of vertices.
     pub fn n_points(&self) -> usize {
         self.coordinates.len() / self.dimension()
     }
 
-    /// The vertices of each element: triangles counter-clockwise, tetrahedra with the first three
-    /// counter-clockwise seen from the fourth's other side.
+    /// Returns the vertices of each element. Triangles are counterclockwise; the first three
+    /// vertices of a tetrahedron are counterclockwise as seen from the side opposite to the fourth.
     pub fn elements(&self) -> impl ExactSizeIterator<Item = &[usize]> {
         self.vertices.chunks_exact(self.shape.n_vertices())
     }
 
-    /// The vertices of each element, as arrays.
+    /// Returns the vertices of each element as arrays.
     ///
     /// # Panics
-    /// Unless `V` is the number of vertices of an element.
+    /// Panics unless `V` is the number of vertices of an element.
     pub fn connectivity<const V: usize>(&self) -> &[[usize; V]] {
         assert_eq!(
             V,
@@ -280,18 +280,18 @@ impl Mesh {
         self.vertices.as_chunks().0
     }
 
-    /// The vertices of an element.
+    /// Returns the vertices of an element.
     pub fn element(&self, element: usize) -> &[usize] {
         let n = self.shape.n_vertices();
         &self.vertices[n * element..][..n]
     }
 
-    /// Number of elements.
+    /// Returns the number of elements.
     pub fn n_elements(&self) -> usize {
         self.vertices.len() / self.shape.n_vertices()
     }
 
-    /// The edges of an element, each sorted, in the order of the midpoint nodes.
+    /// Returns the edges of an element as sorted pairs, in the order of the midpoint nodes.
     pub(crate) fn edges_of<'a>(
         &self,
         element: &'a [usize],
@@ -300,15 +300,15 @@ impl Mesh {
         edges.map(|edge| sorted(edge.map(|i| element[i])))
     }
 
-    /// All groups, by name.
+    /// Returns all groups, by name.
     pub fn groups(&self) -> &BTreeMap<String, Group> {
         &self.groups
     }
 
-    /// The group of that name.
+    /// Returns the group with the given name.
     ///
     /// # Errors
-    /// [`FemError::UnknownGroup`], which lists the groups there are.
+    /// [`FemError::UnknownGroup`], which lists the available groups.
     pub fn group(&self, name: &str) -> Result<&Group, FemError> {
         self.groups.get(name).ok_or_else(|| FemError::UnknownGroup {
             name: name.to_owned(),
@@ -317,7 +317,7 @@ impl Mesh {
         })
     }
 
-    /// The physical groups of the mesh file that have no name.
+    /// Returns the unnamed physical groups of the mesh file.
     fn unnamed(&self) -> impl Iterator<Item = &UnnamedGroup> {
         self.notes.iter().filter_map(|note| match note {
             MeshNote::Unnamed(group) => Some(group),
@@ -325,10 +325,10 @@ impl Mesh {
         })
     }
 
-    /// The edges of the group of that name.
+    /// Returns the edges of the group with the given name.
     ///
     /// # Errors
-    /// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] if it holds something else.
+    /// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] if the group has other members.
     pub fn edges(&self, name: &str) -> Result<&[[usize; 2]], FemError> {
         match self.group(name)? {
             Group::Edges(edges) => Ok(edges),
@@ -336,17 +336,16 @@ impl Mesh {
         }
     }
 
-    /// The part of the mesh that each element belongs to: elements of a part share edges (in space:
-    /// faces). Parts may still share single vertices.
+    /// Returns the index of the connected part of each element. Elements in a part are connected
+    /// through edges (in 3D: faces); different parts may still share single vertices.
     pub fn parts(&self) -> Vec<usize> {
         parts::by_facets(self.dimension(), &self.coordinates, &self.vertices)
     }
 
-    /// The members of the group of that name as parts of the boundary: edges of triangles, faces of
-    /// tetrahedra.
+    /// Returns the boundary facets of a group: edges of triangles or faces of tetrahedra.
     ///
     /// # Errors
-    /// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] if it holds something else.
+    /// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] if the group has other members.
     pub fn facets(&self, name: &str) -> Result<Vec<&[usize]>, FemError> {
         match (self.dimension(), self.group(name)?) {
             (2, Group::Edges(edges)) => Ok(edges.iter().map(|edge| &edge[..]).collect()),
@@ -359,22 +358,22 @@ impl Mesh {
     fn wrong_group(&self, name: &str, found: &Group, needed: &'static str) -> FemError {
         FemError::WrongGroup {
             name: name.to_owned(),
-            found: found.kind(self.shape),
+            found: found.member_name(self.shape),
             needed,
         }
     }
 
-    /// The places of the vertices of an element.
+    /// Returns the coordinates of the vertices of an element.
     ///
     /// # Panics
-    /// Unless `D` is the dimension and `V` the number of vertices.
+    /// Panics unless `D` is the dimension and `V` the number of vertices of an element.
     pub fn corners<const D: usize, const V: usize>(&self, element: usize) -> [[f64; D]; V] {
         let (points, vertices) = (self.points(), self.element(element));
         assert_eq!(V, vertices.len(), "vertices of a {}", self.shape.name);
         std::array::from_fn(|i| points[vertices[i]])
     }
 
-    /// The area or volume of an element.
+    /// Returns the area or volume of an element.
     pub fn measure_of(&self, element: usize) -> f64 {
         match self.dimension() {
             2 => measure(&self.corners::<2, 3>(element)),
@@ -382,12 +381,12 @@ impl Mesh {
         }
     }
 
-    /// The total area or volume.
+    /// Returns the total area or volume.
     pub fn measure(&self) -> f64 {
         (0..self.n_elements()).map(|e| self.measure_of(e)).sum()
     }
 
-    /// The length of the longest edge, the h of convergence orders.
+    /// Returns the length of the longest edge, the mesh size h of convergence orders.
     pub fn h_max(&self) -> f64 {
         let longest = |element| match self.dimension() {
             2 => longest_edge(&self.corners::<2, 3>(element)),
@@ -397,7 +396,7 @@ impl Mesh {
     }
 }
 
-/// Coordinates as points.
+/// Views flat coordinates as points.
 pub(crate) fn points<const D: usize>(coordinates: &[f64], dimension: usize) -> &[[f64; D]] {
     assert_eq!(D, dimension, "the dimension of the mesh");
     coordinates.as_chunks().0
@@ -411,12 +410,12 @@ fn check_index(what: &'static str, index: usize, count: usize) -> Result<(), Fem
     }
 }
 
-/// The measure of an element, negative if it is mirrored.
+/// Returns the signed measure of an element, negative if it is inverted.
 pub(crate) fn measure<const D: usize>(corners: &[[f64; D]]) -> f64 {
     Shape::of_dimension(D).reference_measure * inverse_map(corners).1
 }
 
-/// Whether the measure is not safely away from zero (or not a number).
+/// Returns whether the measure is zero up to rounding, or NaN.
 pub(crate) fn is_degenerate<const D: usize>(corners: &[[f64; D]]) -> bool {
     let fine = measure(corners).abs() > DEGENERATE * longest_edge(corners).powi(D as i32);
     !fine
@@ -430,19 +429,19 @@ fn longest_edge<const D: usize>(corners: &[[f64; D]]) -> f64 {
     lengths.fold(0.0, f64::max)
 }
 
-/// |a − b|.
+/// Returns |a − b|.
 pub(crate) fn distance<const D: usize>(a: [f64; D], b: [f64; D]) -> f64 {
     let differences = a.iter().zip(b).map(|(a, b)| a - b);
     differences.reduce(f64::hypot).map_or(0.0, f64::abs)
 }
 
-/// Vertices in ascending order, the form in which edges and faces are compared.
+/// Returns the vertices in ascending order, the form in which edges and faces are compared.
 pub(crate) fn sorted<const K: usize>(mut vertices: [usize; K]) -> [usize; K] {
     vertices.sort_unstable();
     vertices
 }
 
-/// A side of a tetrahedron, sorted.
+/// Returns the sorted vertices of a side of a tetrahedron.
 pub(crate) fn face(element: &[usize], side: &[usize]) -> [usize; 3] {
     sorted([element[side[0]], element[side[1]], element[side[2]]])
 }

@@ -1,4 +1,4 @@
-//! What was put right in a mesh, or left aside, without being asked.
+//! Notes on corrections and omissions made while building a mesh.
 
 use std::collections::{BTreeMap, HashSet};
 use std::fmt;
@@ -7,51 +7,51 @@ use std::hash::Hash;
 use super::{Group, sorted};
 use crate::element::Shape;
 
-/// A word on a mesh that is right now.
+/// Note on a correction or omission.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MeshNote {
-    /// Elements of negative measure were turned round.
-    Turned {
-        /// How many.
+    /// Elements of negative measure were reoriented.
+    Reoriented {
+        /// Number of elements.
         elements: usize,
-        /// What was wrong with them.
-        how: &'static str,
+        /// Name of their original vertex order.
+        order: &'static str,
     },
-    /// A group listed members more than once (an edge also the other way round); they count once.
+    /// A group listed members repeatedly (an edge in either direction); they count once.
     Repeated {
-        /// The group.
+        /// Name of the group.
         group: String,
-        /// How many entries were left out.
+        /// Number of dropped entries.
         entries: usize,
-        /// What its members are.
+        /// Name of its members.
         kind: &'static str,
     },
-    /// The mesh file has a physical group without a name, which no scene can speak of.
+    /// The mesh file has an unnamed physical group, which scenes cannot refer to.
     Unnamed(UnnamedGroup),
-    /// A nodal field has values at nodes that are no vertices; those at the vertices are interpolated.
-    BesideVertices {
-        /// The field.
+    /// A nodal field has values at nodes that are not vertices; only the vertex values are used.
+    OffVertexValues {
+        /// Name of the field.
         field: String,
-        /// How many values were left out.
+        /// Number of dropped values.
         values: usize,
     },
 }
 
-/// A physical group of a mesh file that has no name.
+/// Unnamed physical group of a mesh file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnnamedGroup {
-    /// Dimension of its members.
+    /// Dimension of the members.
     pub dimension: u64,
-    /// Its physical tag.
+    /// Physical tag.
     pub tag: i64,
-    /// How many elements it has.
+    /// Number of elements.
     pub elements: usize,
 }
 
 impl UnnamedGroup {
-    /// Gmsh's word for groups of that dimension.
-    fn word(&self) -> &'static str {
+    /// Returns the Gmsh keyword for groups of this dimension.
+    fn keyword(&self) -> &'static str {
         match self.dimension {
             0 => "Point",
             1 => "Curve",
@@ -60,19 +60,23 @@ impl UnnamedGroup {
         }
     }
 
-    /// The line of a Gmsh script that gives it a name.
+    /// Returns the line of a Gmsh script that names the group `name`.
     pub fn named(&self, name: &str) -> String {
-        format!("Physical {}(\"{name}\", {}) = {{…}}", self.word(), self.tag)
+        format!(
+            "Physical {}(\"{name}\", {}) = {{…}}",
+            self.keyword(),
+            self.tag
+        )
     }
 }
 
 impl fmt::Display for UnnamedGroup {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { tag, elements, .. } = self;
-        let word = self.word();
+        let keyword = self.keyword();
         write!(
             f,
-            "Physical {word} {tag} ({elements} elements, dimension {})",
+            "Physical {keyword} {tag} ({elements} elements, dimension {})",
             self.dimension
         )
     }
@@ -81,9 +85,9 @@ impl fmt::Display for UnnamedGroup {
 impl fmt::Display for MeshNote {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Turned { elements, how } => write!(
+            Self::Reoriented { elements, order } => write!(
                 f,
-                "elements of the mesh {how} and were turned round: {elements}"
+                "{elements} elements of the mesh had {order} vertex order and were reoriented"
             ),
             Self::Repeated {
                 group,
@@ -91,24 +95,23 @@ impl fmt::Display for MeshNote {
                 kind,
             } => write!(
                 f,
-                "group \"{group}\" lists {kind} more than once: {entries} repeated entries were left out"
+                "group \"{group}\" lists {kind} more than once: {entries} repeated entries were ignored"
             ),
-            Self::BesideVertices { field, values } => write!(
+            Self::OffVertexValues { field, values } => write!(
                 f,
-                "field \"{field}\" is taken from the vertices, linear between them: values at {values} other nodes \
-                 were left out"
+                "field \"{field}\" is interpolated linearly from the vertices: values at {values} other nodes were ignored"
             ),
             Self::Unnamed(group) => write!(
                 f,
-                "{group} has no name, so that no scene can speak of it: in Gmsh write {}",
+                "{group} is unnamed and cannot be referenced: name it in Gmsh with {}",
                 group.named("name")
             ),
         }
     }
 }
 
-/// Leaves out what groups list again, with a word for each such group.
-pub(super) fn without_repetitions(
+/// Drops repeated members of groups and returns a note for each group concerned.
+pub(super) fn drop_repetitions(
     groups: &mut BTreeMap<String, Group>,
     shape: &Shape,
 ) -> Vec<MeshNote> {
@@ -124,14 +127,14 @@ pub(super) fn without_repetitions(
             notes.push(MeshNote::Repeated {
                 group: name.clone(),
                 entries,
-                kind: group.kind(shape),
+                kind: group.member_name(shape),
             });
         }
     }
     notes
 }
 
-/// Keeps the first of the members with the same key; how many went.
+/// Keeps the first member for each key; returns the number of dropped members.
 fn keep_first<T, K: Eq + Hash>(members: &mut Vec<T>, key: impl Fn(&T) -> K) -> usize {
     let before = members.len();
     let mut seen = HashSet::with_capacity(before);

@@ -1,27 +1,27 @@
-//! The parts of a mesh: elements that hang together.
+//! Connected parts of a mesh.
 
 use super::facets::{by_vertices, sorted_facets};
 use super::simplices::Simplices;
 
-/// The part of each element, numbered from 0 in the order of their first elements. Elements belong to
-/// one part if they share a facet, or are joined by others that do.
+/// Returns the connected part of each element, numbered from 0 by first element. Elements belong to
+/// one part if they are connected through facets.
 pub(super) fn by_facets(dimension: usize, points: &[f64], elements: &[usize]) -> Vec<usize> {
     let mesh = Simplices::new(dimension, points, elements);
-    let mut union = Union::new(mesh.len());
+    let mut sets = DisjointSets::new(mesh.len());
     for shared in by_vertices(&sorted_facets(&mesh)) {
         for other in &shared[1..] {
-            union.join(shared[0].element, other.element);
+            sets.join(shared[0].element, other.element);
         }
     }
-    union.numbers()
+    sets.numbers()
 }
 
-/// Sets that are joined step by step.
-struct Union {
+/// Disjoint-set forest (union–find).
+struct DisjointSets {
     parents: Vec<usize>,
 }
 
-impl Union {
+impl DisjointSets {
     fn new(n: usize) -> Self {
         Self {
             parents: (0..n).collect(),
@@ -38,7 +38,7 @@ impl Union {
 
     fn join(&mut self, a: usize, b: usize) {
         let (a, b) = (self.root(a), self.root(b));
-        // The smaller number is the root, so that parts are numbered by their first elements.
+        // The smaller number becomes the root, so parts are numbered by their first elements.
         self.parents[a.max(b)] = a.min(b);
     }
 

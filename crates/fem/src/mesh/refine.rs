@@ -1,4 +1,4 @@
-//! Uniform (red) refinement: each triangle into four, each tetrahedron into eight.
+//! Uniform (red) refinement: each triangle into four, each tetrahedron into eight elements.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -6,11 +6,11 @@ use crate::element::{Degree, Shape, TRIANGLE};
 use crate::error::FemError;
 use crate::mesh::{Group, Mesh, NodalField, sorted};
 
-/// The parts of a triangle: its vertices 0 to 2 and midpoints 3 to 5.
+/// Children of a triangle with vertices 0 to 2 and midpoints 3 to 5.
 const TRIANGLES: [[usize; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]];
 
-/// The parts of a tetrahedron: its vertices 0 to 3 and midpoints 4 to 9. The octahedron in the
-/// middle is cut along the line from midpoint 6 (of edge 02) to 8 (of edge 13).
+/// Children of a tetrahedron with vertices 0 to 3 and midpoints 4 to 9. The inner octahedron is cut
+/// along the line from midpoint 6 (of edge 02) to midpoint 8 (of edge 13).
 const TETRAHEDRA: [[usize; 4]; 8] = [
     [0, 4, 6, 7],
     [4, 1, 5, 8],
@@ -23,43 +23,43 @@ const TETRAHEDRA: [[usize; 4]; 8] = [
 ];
 
 impl Mesh {
-    /// The mesh with every element cut at the midpoints of its edges, triangles into four,
+    /// Returns the mesh with every element split at its edge midpoints, triangles into four and
     /// tetrahedra into eight.
     ///
-    /// Old vertices keep their numbers; groups keep their names, their members cut likewise; nodal
-    /// fields are interpolated. The parts of a curved element are curved as it is.
+    /// Existing vertices keep their indices. Groups keep their names and their members are split;
+    /// nodal fields are interpolated. The children of a curved element follow its shape.
     ///
     /// # Errors
-    /// [`FemError::Defect`] for curved elements some part of which is turned inside out.
+    /// [`FemError::Defect`] for curved elements with an inverted child.
     pub fn refined(&self) -> Result<Mesh, FemError> {
         match self.dimension() {
-            2 => self.cut::<2, 3, 4>(&TRIANGLES),
-            _ => self.cut::<3, 4, 8>(&TETRAHEDRA),
+            2 => self.split::<2, 3, 4>(&TRIANGLES),
+            _ => self.split::<3, 4, 8>(&TETRAHEDRA),
         }
     }
 
-    fn cut<const D: usize, const V: usize, const K: usize>(
+    fn split<const D: usize, const V: usize, const K: usize>(
         &self,
         parts: &[[usize; V]; K],
     ) -> Result<Mesh, FemError> {
         let mut points = self.points::<D>().to_vec();
         let mut midpoints: HashMap<[usize; 2], usize> = HashMap::new();
-        let mut bent = BTreeMap::new();
+        let mut midside = BTreeMap::new();
         let mut elements = Vec::with_capacity(K * self.n_elements());
         for element in self.elements() {
             let mut nodes = element.to_vec();
             for edge @ [p, q] in self.edges_of(element) {
                 nodes.push(*midpoints.entry(edge).or_insert_with(|| {
                     let (a, b) = (points[p], points[q]);
-                    points.push(match self.bent_midpoint(edge) {
-                        Some(place) => std::array::from_fn(|m| place[m]),
+                    points.push(match self.curved_midpoint(edge) {
+                        Some(position) => std::array::from_fn(|m| position[m]),
                         None => std::array::from_fn(|m| 0.5 * (a[m] + b[m])),
                     });
                     points.len() - 1
                 }));
             }
-            if self.is_bent(element) {
-                self.bend_parts(parts, &nodes, &points, &mut bent);
+            if self.is_curved(element) {
+                self.place_midside_nodes(parts, &nodes, &points, &mut midside);
             }
             elements.extend(parts.iter().map(|part| part.map(|i| nodes[i])));
         }
@@ -102,37 +102,38 @@ impl Mesh {
             let components = field.components;
             (name.clone(), NodalField { components, values })
         });
-        let mesh = Mesh::new(points, elements, groups)?.bent(bent)?;
+        let mesh = Mesh::new(points, elements, groups)?.with_midside_nodes(midside)?;
         let mesh = mesh.with_fields(fields.collect())?;
-        Ok(mesh.after(self.notes().to_vec()))
+        Ok(mesh.with_earlier_notes(self.notes().to_vec()))
     }
 
-    /// Whether an edge of an element is curved.
-    fn is_bent(&self, element: &[usize]) -> bool {
+    /// Returns whether an edge of an element is curved.
+    fn is_curved(&self, element: &[usize]) -> bool {
         self.edges_of(element)
-            .any(|edge| self.bent_midpoint(edge).is_some())
+            .any(|edge| self.curved_midpoint(edge).is_some())
     }
 
-    /// Where a curved element with these `nodes` has the midpoints of the edges of its `parts`.
-    fn bend_parts<const D: usize, const V: usize>(
+    /// Inserts the midside nodes of the child elements `parts` of a curved element with the given
+    /// `nodes`.
+    fn place_midside_nodes<const D: usize, const V: usize>(
         &self,
         parts: &[[usize; V]],
         nodes: &[usize],
         points: &[[f64; D]],
-        bent: &mut BTreeMap<[usize; 2], [f64; D]>,
+        midside: &mut BTreeMap<[usize; 2], [f64; D]>,
     ) {
         let shape = Shape::of_dimension(D);
-        let places = shape.nodes(Degree::Two);
+        let node_coordinates = shape.nodes(Degree::Two);
         for part in parts {
             for [i, j] in shape.edges.iter().map(|edge| edge.map(|i| part[i])) {
-                let both = places[i].iter().zip(places[j].iter());
+                let both = node_coordinates[i].iter().zip(node_coordinates[j].iter());
                 let middle: Vec<f64> = both.map(|(a, b)| 0.5 * (a + b)).collect();
                 let values = shape.values(Degree::Two, &middle);
-                let place = std::array::from_fn(|m| {
+                let position = std::array::from_fn(|m| {
                     let terms = values.iter().zip(nodes);
                     terms.map(|(value, &node)| value * points[node][m]).sum()
                 });
-                bent.insert(sorted([nodes[i], nodes[j]]), place);
+                midside.insert(sorted([nodes[i], nodes[j]]), position);
             }
         }
     }

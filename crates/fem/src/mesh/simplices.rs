@@ -1,9 +1,9 @@
-//! Triangles or tetrahedra read through flat tables, so that one check serves both.
+//! View of triangles or tetrahedra through flat tables, so one check serves both.
 
-/// A point; the third coordinate of a plane one is 0.
+/// Point; in 2D the third coordinate is 0.
 pub(super) type Point = [f64; 3];
 
-/// The points and elements of a mesh: simplices, d + 1 vertices each in d dimensions.
+/// Points and elements of a mesh; an element has d + 1 vertices in d dimensions.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Simplices<'a> {
     pub(super) dimension: usize,
@@ -20,17 +20,17 @@ impl<'a> Simplices<'a> {
         }
     }
 
-    /// Number of elements.
+    /// Returns the number of elements.
     pub(super) fn len(&self) -> usize {
         self.vertices.len() / (self.dimension + 1)
     }
 
-    /// The vertices of element `e`.
+    /// Returns the vertices of element `e`.
     pub(super) fn vertices(&self, e: usize) -> &'a [usize] {
         &self.vertices[e * (self.dimension + 1)..][..self.dimension + 1]
     }
 
-    /// Where vertex `v` lies.
+    /// Returns the position of vertex `v`.
     pub(super) fn point(&self, v: usize) -> Point {
         let mut point = [0.0; 3];
         point[..self.dimension]
@@ -38,12 +38,12 @@ impl<'a> Simplices<'a> {
         point
     }
 
-    /// Where the corners of element `e` lie.
+    /// Returns the positions of the vertices of element `e`.
     pub(super) fn corners(&self, e: usize) -> Vec<Point> {
         self.vertices(e).iter().map(|&v| self.point(v)).collect()
     }
 
-    /// The mean of some vertices, with as many coordinates as the mesh has.
+    /// Returns the mean position of the given vertices, with as many coordinates as the mesh.
     pub(super) fn middle(&self, vertices: &[usize]) -> Vec<f64> {
         let mean = |axis: usize| {
             let sum: f64 = vertices.iter().map(|&v| self.point(v)[axis]).sum();
@@ -69,7 +69,7 @@ pub(super) fn cross(a: Point, b: Point) -> Point {
     ]
 }
 
-/// The longest distance between two of the points.
+/// Returns the largest distance between two of the points.
 pub(super) fn diameter(points: &[Point]) -> f64 {
     let mut longest = 0.0_f64;
     for (i, &a) in points.iter().enumerate() {

@@ -1,34 +1,33 @@
-//! Stress that regions add to their laws': active along the fibres, viscous.
+//! Stresses added to the laws in regions: active stress along the fibers and viscous stress.
 //!
 //! ```text
 //! P = τ(T, λ, λ̇) (F f0)⊗f0 + F η Ė
 //! ```
 //!
-//! One pass over the regions that have such a stress gives its force, or its tangents by
-//! displacement and by velocity; a body without has no pass. The tangent by displacement is not
-//! symmetric where the stress depends on the velocity. Sources: `material::ActiveStress`,
-//! `material::Viscous`.
+//! One pass over the regions with added stress evaluates the force or its tangents with respect to
+//! displacement and velocity. The displacement tangent is not symmetric if the stress depends on
+//! the velocity. See `material::ActiveStress` and `material::Viscous`.
 
 use pulp::{Simd, WithSimd};
 
 use crate::material::{ActiveFibre, ActiveStress, Real, Viscous};
 use crate::operators::residual::accumulate;
-use crate::operators::tangent::{Matrix, put, room};
-use crate::simd::batch::{Batch, Part, Point, Stretch, add_scaled};
+use crate::operators::tangent::{Matrix, add_entry, zero_if};
+use crate::simd::batch::{Batch, BatchRange, Part, Point, add_scaled};
 use crate::simd::lanes::{Lanes, outlined};
 use crate::space::sparsity::ScatterMap;
 
-/// What a region adds to the stress of its law.
+/// Stress added to the law of a region.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct AddedStress {
-    /// Active stress along the fibres, under a tension that is given at each evaluation.
+    /// Active stress along the fibers; the tension is given at each evaluation.
     pub active: Option<ActiveStress>,
-    /// η of Kelvin–Voigt damping, Pa·s.
+    /// Viscosity η of Kelvin–Voigt damping, in Pa·s.
     pub viscosity: f64,
 }
 
 impl AddedStress {
-    /// Whether the stress depends on the velocity: its tangent by displacement is then not
+    /// Returns whether the stress depends on the velocity. The displacement tangent is then not
     /// symmetric.
     pub fn is_viscous(&self) -> bool {
         self.viscosity > 0.0
@@ -38,38 +37,39 @@ impl AddedStress {
     }
 }
 
-/// At what added stresses are evaluated.
+/// Fields at which added stresses are evaluated.
 ///
 /// # Shapes
-/// `u`, `v`: `n_components`. `tensions`: one for each element, in Pa, if there are added stresses;
-/// elements without active stress do not read theirs.
+/// `u` and `v` have length `n_components`. `tensions` has one entry per element, in Pa, if there
+/// are added stresses; entries of elements without active stress are ignored.
 #[derive(Debug, Clone, Copy)]
 pub struct AddedMotion<'a> {
     /// Displacement.
     pub u: &'a [f64],
     /// Velocity.
     pub v: &'a [f64],
-    /// T.
+    /// Active tensions T.
     pub tensions: &'a [f64],
 }
 
-/// The tangents wanted of the force of added stresses; each that is given is overwritten with
-/// values in the order of the displacement pattern.
+/// Requested tangents of the force of added stresses; each given buffer is overwritten with values
+/// in the order of the displacement pattern.
 #[derive(Debug, Default)]
 pub struct AddedTangents<'a> {
-    /// By displacement.
+    /// Derivative with respect to the displacement.
     pub by_displacement: Option<&'a mut [f64]>,
-    /// By velocity; zero where no stress [is viscous](AddedStress::is_viscous).
+    /// Derivative with respect to the velocity; zero for stresses that are not
+    /// [viscous](AddedStress::is_viscous).
     pub by_velocity: Option<&'a mut [f64]>,
 }
 
 impl AddedTangents<'_> {
-    /// Which are wanted, in the order of their declaration.
+    /// Returns which tangents are requested, in the order of their declaration.
     pub(crate) fn wanted(&self) -> [bool; 2] {
         [&self.by_displacement, &self.by_velocity].map(|values| values.is_some())
     }
 
-    /// All of them, lent, in the order of their declaration.
+    /// Borrows all buffers, in the order of their declaration.
     pub(crate) fn slots(&mut self) -> [Option<&mut [f64]>; 2] {
         [&mut self.by_displacement, &mut self.by_velocity].map(|values| values.as_deref_mut())
     }
@@ -84,23 +84,23 @@ impl<'a> From<[Option<&'a mut [f64]>; 2]> for AddedTangents<'a> {
     }
 }
 
-/// The stress at a point under the motion ∇u, ∇v.
+/// Added stress at a point with the motion ∇u, ∇v.
 pub(crate) struct AtPoint<R, const D: usize> {
     fibre: Option<ActiveFibre<R, D>>,
     viscous: Option<Viscous<R, D>>,
 }
 
-/// Nodal values of the motion in a part of a batch.
+/// Nodal values of the motion for a part of a batch.
 struct Local<S: Simd, const D: usize, const N: usize> {
     u: [[Lanes<S>; D]; N],
     v: [[Lanes<S>; D]; N],
-    /// None: zero in all elements.
+    /// Tension; `None` if it is zero in all elements.
     tension: Option<Lanes<S>>,
 }
 
 impl<R: Real, const D: usize> AtPoint<R, D> {
-    /// At a point with fibres along `reference`, which only active stress looks at, under a tension, if
-    /// there is any.
+    /// Creates the stress at a point with the given tension and undeformed fiber direction
+    /// `reference`, which only the active stress uses.
     #[inline(always)]
     pub(crate) fn new(
         stress: &AddedStress,
@@ -124,8 +124,8 @@ impl<R: Real, const D: usize> AtPoint<R, D> {
         Self { fibre, viscous }
     }
 
-    /// P.
-    // Passed to a closure, the stresses would be computed without vector instructions.
+    /// Returns P.
+    // No closures here: they would be compiled without vector instructions.
     #[inline(always)]
     pub(crate) fn stress(&self, zero: R) -> [[R; D]; D] {
         let mut total = [[zero; D]; D];
@@ -139,7 +139,7 @@ impl<R: Real, const D: usize> AtPoint<R, D> {
     }
 }
 
-/// `sum` += `tensor`.
+/// Adds `tensor` to `sum`.
 #[inline(always)]
 fn add<R: Real, const D: usize>(sum: &mut [[R; D]; D], tensor: &[[R; D]; D]) {
     for (sum, row) in sum.iter_mut().zip(tensor) {
@@ -149,22 +149,23 @@ fn add<R: Real, const D: usize>(sum: &mut [[R; D]; D], tensor: &[[R; D]; D]) {
     }
 }
 
-/// Which of the batches, and at what.
+/// Batches with added stress and the motion.
 #[derive(Clone, Copy)]
 pub(crate) struct Regions<'a, const D: usize, const N: usize, const P: usize> {
-    pub(crate) elements: Stretch<'a, D, N, P>,
+    pub(crate) elements: BatchRange<'a, D, N, P>,
     pub(crate) stresses: &'a [AddedStress],
     pub(crate) motion: AddedMotion<'a>,
 }
 
 impl<const D: usize, const N: usize, const P: usize> Regions<'_, D, N, P> {
-    /// The batches that have a stress, with its number.
+    /// Returns the index, the batch and the index of its stress for each batch with a nonzero
+    /// stress.
     fn members(&self) -> impl Iterator<Item = (usize, &Batch<D, N, P>, usize)> {
         let batches = self.elements.batches.iter().enumerate();
         let acts = |number: usize| self.stresses[number] != AddedStress::default();
-        batches.filter_map(move |(place, batch)| {
-            let number = batch.kind.added.filter(|number| acts(*number))?;
-            Some((place, batch, number))
+        batches.filter_map(move |(index, batch)| {
+            let number = batch.material.added.filter(|number| acts(*number))?;
+            Some((index, batch, number))
         })
     }
 
@@ -179,18 +180,18 @@ impl<const D: usize, const N: usize, const P: usize> Regions<'_, D, N, P> {
         }
     }
 
-    /// The stress `number` at a point of a part.
+    /// Returns the stress `number` at a quadrature point.
     #[inline(always)]
     fn at<S: Simd>(
         &self,
         number: usize,
         part: &Part<'_, S, D, N, P>,
-        (place, point): (usize, &Point<D, N, P>),
+        (index, point): (usize, &Point<D, N, P>),
         local: &Local<S, D, N>,
     ) -> AtPoint<Lanes<S>, D> {
         let stress = &self.stresses[number];
         let fibre = match stress.active {
-            Some(_) => part.fibre(place),
+            Some(_) => part.fibre(index),
             None => [part.zero(); D],
         };
         let motion = [
@@ -201,7 +202,7 @@ impl<const D: usize, const N: usize, const P: usize> Regions<'_, D, N, P> {
     }
 }
 
-/// The force of all added stresses.
+/// Pass for the force of all added stresses.
 pub(crate) struct Force<'a, 'b, const D: usize, const N: usize, const P: usize> {
     pub(crate) regions: Regions<'a, D, N, P>,
     pub(crate) out: &'b mut [f64],
@@ -216,12 +217,14 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for Force<'_, '_, 
         out.fill(0.0);
         for (_, batch, number) in regions.members() {
             for part in 0..batch.n_parts(simd) {
-                let part = &mut batch.part(simd, part).apart(regions.elements.apart);
+                let part = &mut batch
+                    .part(simd, part)
+                    .element_wise(regions.elements.element_wise);
                 let local = regions.gather(number, part);
                 let mut force = [[part.zero(); D]; N];
-                for (place, point) in regions.elements.points.iter().enumerate() {
-                    part.move_to(place);
-                    let at = regions.at(number, part, (place, point), &local);
+                for (index, point) in regions.elements.points.iter().enumerate() {
+                    part.move_to(index);
+                    let at = regions.at(number, part, (index, point), &local);
                     accumulate(&mut force, part, point, &at.stress(part.zero()));
                 }
                 part.scatter_vector(&force, out);
@@ -230,14 +233,14 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for Force<'_, '_, 
     }
 }
 
-/// The tangents of the force.
-pub(crate) struct Slopes<'a, 'b, const D: usize, const N: usize, const P: usize> {
+/// Pass for the tangents of the force.
+pub(crate) struct ForceTangents<'a, 'b, const D: usize, const N: usize, const P: usize> {
     pub(crate) regions: Regions<'a, D, N, P>,
     pub(crate) maps: &'a [ScatterMap<D, N, P>],
     pub(crate) out: AddedTangents<'b>,
 }
 
-impl<const D: usize, const N: usize, const P: usize> WithSimd for Slopes<'_, '_, D, N, P> {
+impl<const D: usize, const N: usize, const P: usize> WithSimd for ForceTangents<'_, '_, D, N, P> {
     type Output = ();
 
     #[inline(always)]
@@ -251,17 +254,17 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for Slopes<'_, '_,
         for values in wanted.into_iter().flatten() {
             values.fill(0.0);
         }
-        for (place, batch, number) in regions.members() {
+        for (batch_index, batch, number) in regions.members() {
             for part in 0..batch.n_parts(simd) {
                 let part = &mut batch.part(simd, part);
                 let local = regions.gather(number, part);
                 let zero = [[[[part.zero(); D]; D]; N]; N];
-                let mut by_u = room(out.by_displacement.is_some(), zero);
+                let mut by_u = zero_if(out.by_displacement.is_some(), zero);
                 let by_rate = out.by_velocity.is_some() && regions.stresses[number].is_viscous();
-                let mut by_v = room(by_rate, zero);
-                for (of_point, point) in regions.elements.points.iter().enumerate() {
-                    part.move_to(of_point);
-                    let at = regions.at(number, part, (of_point, point), &local);
+                let mut by_v = zero_if(by_rate, zero);
+                for (index, point) in regions.elements.points.iter().enumerate() {
+                    part.move_to(index);
+                    let at = regions.at(number, part, (index, point), &local);
                     let add = Add {
                         at: &at,
                         part,
@@ -276,7 +279,7 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for Slopes<'_, '_,
                     (&by_v, &mut out.by_velocity),
                 ] {
                     if let (Some(local), Some(global)) = (local, global) {
-                        scatter(part, &maps[place], local, global);
+                        scatter(part, &maps[batch_index], local, global);
                     }
                 }
             }
@@ -308,22 +311,22 @@ impl<T: Simd, const D: usize, const N: usize, const P: usize> WithSimd for Add<'
         let gradients = part.gradients(point);
         let weights = part.weights(point);
         if let Some(fibre) = &at.fibre {
-            // The derivatives are dyads of the fibre in J and L.
-            let mut along = [part.zero(); N];
-            for (along, gradient) in along.iter_mut().zip(&gradients) {
+            // The derivatives are dyads of the fiber direction in J and L.
+            let mut fiber_slopes = [part.zero(); N];
+            for (slope, gradient) in fiber_slopes.iter_mut().zip(&gradients) {
                 for (f, g) in fibre.direction().iter().zip(gradient) {
-                    *along = f.mul_add(*g, *along);
+                    *slope = f.mul_add(*g, *slope);
                 }
             }
-            let kinds = [
+            let tangents = [
                 (&mut by_u, fibre.by_displacement()),
                 (&mut by_v, fibre.by_velocity()),
             ];
-            for (matrix, slope) in kinds {
+            for (matrix, tangent) in tangents {
                 if let Some(matrix) = matrix {
-                    for (row, of_a) in matrix.iter_mut().zip(&along) {
-                        for (entries, of_b) in row.iter_mut().zip(&along) {
-                            add_scaled(entries, weights * *of_a * *of_b, &slope);
+                    for (row, slope_a) in matrix.iter_mut().zip(&fiber_slopes) {
+                        for (entries, slope_b) in row.iter_mut().zip(&fiber_slopes) {
+                            add_scaled(entries, weights * *slope_a * *slope_b, &tangent);
                         }
                     }
                 }
@@ -353,7 +356,7 @@ impl<T: Simd, const D: usize, const N: usize, const P: usize> WithSimd for Add<'
     }
 }
 
-/// Adds element matrices, all of their entries, to the values of the global one.
+/// Adds full (unsymmetric) element matrices to the global matrix.
 #[inline(always)]
 fn scatter<S: Simd, const D: usize, const N: usize, const P: usize>(
     part: &Part<'_, S, D, N, P>,
@@ -365,8 +368,8 @@ fn scatter<S: Simd, const D: usize, const N: usize, const P: usize>(
         for (b, map) in map.displacement.iter().enumerate() {
             for (k, map) in map.iter().enumerate() {
                 for (a, map) in map.iter().enumerate() {
-                    for (i, places) in map.iter().enumerate() {
-                        put(places[l], local[a][b][i][k].as_slice()[lane], values);
+                    for (i, indices) in map.iter().enumerate() {
+                        add_entry(indices[l], local[a][b][i][k].as_slice()[lane], values);
                     }
                 }
             }

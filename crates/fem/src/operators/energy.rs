@@ -1,4 +1,4 @@
-//! The pass over the elements for the strain energy.
+//! Element pass for the strain energy.
 
 use pulp::{Simd, WithSimd};
 
@@ -9,8 +9,7 @@ use crate::operators::fields::{Fields, Pressure};
 use crate::simd::batch::{Batches, Part, Point};
 use crate::simd::lanes::Lanes;
 
-/// The pass over all batches, to be run with the processor's vector instructions. In the plane too
-/// the energy is the one in space, at F33 = 1.
+/// Pass over all batches. In 2D it evaluates the 3D energy at F33 = 1.
 pub(crate) struct StrainEnergy<'a, const D: usize, const N: usize, const P: usize> {
     pub(crate) elements: &'a Batches<D, N, P>,
     pub(crate) fields: &'a Fields<'a>,
@@ -26,8 +25,8 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for StrainEnergy<'
         for batch in batches {
             for part in 0..batch.n_parts(simd) {
                 let part = &mut batch.part(simd, part);
-                let energies = of_elements(part, points, self.fields);
-                // One element after the other: the same sum for registers of any width.
+                let energies = element_energies(part, points, self.fields);
+                // Summation element by element gives the same sum for registers of any width.
                 for energy in &energies.as_slice()[..part.occupied().len()] {
                     sum += energy;
                 }
@@ -37,9 +36,9 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for StrainEnergy<'
     }
 }
 
-/// ∫ W(F) − p (J − 1), or ∫ W(F) + κ/2 (J − 1)², of the elements of a part.
+/// Returns ∫ W(F) − p (J − 1) or ∫ W(F) + κ/2 (J − 1)² for each element of a part.
 #[inline(always)]
-fn of_elements<S: Simd, const D: usize, const N: usize, const P: usize>(
+fn element_energies<S: Simd, const D: usize, const N: usize, const P: usize>(
     part: &mut Part<'_, S, D, N, P>,
     points: &[Point<D, N, P>],
     fields: &Fields<'_>,
@@ -48,10 +47,10 @@ fn of_elements<S: Simd, const D: usize, const N: usize, const P: usize>(
     let u = part.gather_vector(Some(fields.u));
     let (p, kappa) = match fields.pressure {
         Pressure::Nodal(p) => (Some(p), 0.0),
-        Pressure::Penalty { kappa } => (None, law.penalty(kappa * part.ratios().kappa)),
+        Pressure::Penalty { kappa } => (None, law.penalty(kappa * part.scale().kappa)),
     };
     let p = part.gather_scalar(p);
-    #[allow(clippy::manual_map)] // a closure is compiled without the instructions it calls
+    #[allow(clippy::manual_map)] // closures would be compiled without vector instructions
     let factors = match fields.factors {
         Some(factors) => Some(part.gather_factors(factors)),
         None => None,
@@ -68,9 +67,9 @@ fn of_elements<S: Simd, const D: usize, const N: usize, const P: usize>(
             false => Axes::cartesian(part.zero()),
         };
         let mut h = [[part.zero(); 3]; 3];
-        for (row, own) in h.iter_mut().zip(part.gradient(&u, point)) {
-            for (entry, own) in row.iter_mut().zip(own) {
-                *entry = own;
+        for (row, gradient) in h.iter_mut().zip(part.gradient(&u, point)) {
+            for (entry, slope) in row.iter_mut().zip(gradient) {
+                *entry = slope;
             }
         }
         let strain = Spatial(law).strain(h, axes, factor);

@@ -1,45 +1,45 @@
-//! What the operators of a [`Solid`](crate::solid::Solid) are evaluated at, and where results go.
+//! Input fields of the operators of a [`Solid`](crate::solid::Solid), and buffers of their results.
 
 use crate::element::Barycentric;
 
-/// What acts on the volume besides the material law.
+/// Volumetric stress besides the material law.
 #[derive(Debug, Clone, Copy)]
 pub enum Pressure<'a> {
-    /// A pressure field by its vertex values: `P = P_iso − p cof F`. Paper: eq. (20).
+    /// Pressure field by its vertex values: `P = P_iso − p cof F`. Paper, eq. (20).
     Nodal(&'a [f64]),
-    /// No pressure field: the energy κ/2 (J − 1)² pointwise. Paper: eq. (16).
+    /// Penalty energy κ/2 (J − 1)² at each point instead of a pressure field. Paper, eq. (16).
     Penalty {
         /// Bulk modulus, Pa.
         kappa: f64,
     },
 }
 
-/// The fields at which operators are evaluated.
+/// Fields at which operators are evaluated.
 ///
 /// # Shapes
-/// `u`, `v`: `n_components`, interleaved, constrained components included. `p`, `p_rate`, `mu`:
-/// `n_pressures`. `factors`: one at each vertex of each element. A `p_rate` or `mu` not given
-/// counts as zero, factors not given as one.
+/// `u` and `v` have length `n_components`, interleaved, including constrained components. `p`,
+/// `p_rate` and `mu` have length `n_pressures`. `factors` has one entry per vertex of each element.
+/// A missing `p_rate` or `mu` counts as zero, missing factors count as one.
 #[derive(Debug, Clone, Copy)]
 pub struct Fields<'a> {
     /// Displacement.
     pub u: &'a [f64],
-    /// Pressure, or what replaces it.
+    /// Pressure field or penalty.
     pub pressure: Pressure<'a>,
-    /// Velocity; needed by all rates.
+    /// Velocity; required for all rates.
     pub v: Option<&'a [f64]>,
-    /// Rate of the pressure.
+    /// Pressure rate.
     pub p_rate: Option<&'a [f64]>,
-    /// Multiplier of the velocity constraint, as in (33).
+    /// Multiplier of the velocity constraint in (33).
     pub mu: Option<&'a [f64]>,
-    /// Factors of the law's energy W, linear in each element: a stiffness that varies in space and
-    /// time, as the paper's E(ξ, t). They leave the volume terms alone, and rates are those at
-    /// fixed factors.
+    /// Factors of the energy W, linear in each element: a stiffness that varies in space and time
+    /// like E(ξ, t) in the paper. They do not affect the volume terms, and rates are taken at fixed
+    /// factors.
     pub factors: Option<&'a [f64]>,
 }
 
 impl<'a> Fields<'a> {
-    /// Displacement and pressure, nothing else.
+    /// Creates fields with displacement and pressure only.
     pub fn new(u: &'a [f64], pressure: Pressure<'a>) -> Self {
         Self {
             u,
@@ -52,16 +52,16 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// What a pass needs of the arrays wanted from it, `$n` of them, all in the order of their declaration.
+/// Implements access to the `$n` result buffers of a pass in the order of their declaration.
 macro_rules! slots {
     ($name:ident, $n:literal, $($array:ident),+) => {
         impl $name<'_> {
-            /// Which are wanted.
+            /// Returns which results are requested.
             pub(crate) fn wanted(&self) -> [bool; $n] {
                 [$(self.$array.is_some()),+]
             }
 
-            /// All of them, lent.
+            /// Borrows all buffers.
             pub(crate) fn slots(&mut self) -> [Option<&mut [f64]>; $n] {
                 [$(self.$array.as_deref_mut()),+]
             }
@@ -79,26 +79,28 @@ macro_rules! slots {
     };
 }
 
-/// The vectors wanted from [`Solid::evaluate`](crate::solid::Solid::evaluate); each that is given
-/// is overwritten.
+/// Vectors requested from [`Solid::evaluate`](crate::solid::Solid::evaluate); each given buffer is
+/// overwritten.
 #[derive(Debug, Default)]
 pub struct Vectors<'a> {
-    /// ∫ P(F, p) : ∇φ; `n_components`.
+    /// Internal force ∫ P(F, p) : ∇φ; length `n_components`.
     pub force: Option<&'a mut [f64]>,
-    /// ∫ Ṗ : ∇φ with Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ; `n_components`.
+    /// Force rate ∫ Ṗ : ∇φ with Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ; length `n_components`.
     pub force_rate: Option<&'a mut [f64]>,
-    /// ∫ ψ (J − 1); `n_pressures`.
-    pub defect: Option<&'a mut [f64]>,
-    /// ∫ ψ cof F : ∇v = B(u) v; `n_pressures`.
-    pub defect_rate: Option<&'a mut [f64]>,
-    /// B(u)ᵀ μ = ∫ μ cof F : ∇φ; `n_components`.
+    /// Volume residual ∫ ψ (J − 1); length `n_pressures`.
+    pub volume_residual: Option<&'a mut [f64]>,
+    /// Volume residual rate ∫ ψ cof F : ∇v = B(u) v; length `n_pressures`.
+    pub volume_residual_rate: Option<&'a mut [f64]>,
+    /// Multiplier force B(u)ᵀ μ = ∫ μ cof F : ∇φ; length `n_components`.
     pub multiplier_force: Option<&'a mut [f64]>,
 }
 
 impl Vectors<'_> {
-    /// Whether anything is wanted that depends on v, ṗ or μ.
+    /// Returns whether a requested result depends on v, ṗ or μ.
     pub(crate) fn has_rates(&self) -> bool {
-        self.force_rate.is_some() || self.defect_rate.is_some() || self.multiplier_force.is_some()
+        self.force_rate.is_some()
+            || self.volume_residual_rate.is_some()
+            || self.multiplier_force.is_some()
     }
 }
 
@@ -107,23 +109,23 @@ slots!(
     5,
     force,
     force_rate,
-    defect,
-    defect_rate,
+    volume_residual,
+    volume_residual_rate,
     multiplier_force
 );
 
-/// The tangents wanted from [`Solid::tangents`](crate::solid::Solid::tangents); each that is given
-/// is overwritten with values in the order of its pattern.
+/// Tangents requested from [`Solid::tangents`](crate::solid::Solid::tangents); each given buffer is
+/// overwritten with values in the order of its pattern.
 #[derive(Debug, Default)]
 pub struct Tangents<'a> {
     /// ∂force/∂u; displacement pattern.
     pub stiffness: Option<&'a mut [f64]>,
-    /// ∂force_rate/∂v, the stiffness with each element's multiplied by its ratio of β; displacement
+    /// ∂force_rate/∂v: the stiffness with each element scaled by its ratio of β; displacement
     /// pattern.
     pub damped_stiffness: Option<&'a mut [f64]>,
     /// ∂force_rate/∂u; displacement pattern.
     pub rate_stiffness: Option<&'a mut [f64]>,
-    /// B(u) = ∂defect/∂u; divergence pattern.
+    /// B(u) = ∂volume_residual/∂u; divergence pattern.
     pub divergence: Option<&'a mut [f64]>,
     /// ∂(B(u) v)/∂u = ∫ ψ Ṅ : ∇φ with Ṅ = ∂cof F/∂F : ∇v; divergence pattern.
     pub divergence_rate: Option<&'a mut [f64]>,
@@ -132,7 +134,7 @@ pub struct Tangents<'a> {
 }
 
 impl Tangents<'_> {
-    /// Whether anything is wanted that depends on v, ṗ or μ.
+    /// Returns whether a requested result depends on v, ṗ or μ.
     pub(crate) fn has_rates(&self) -> bool {
         self.rate_stiffness.is_some()
             || self.divergence_rate.is_some()
@@ -151,53 +153,53 @@ slots!(
     multiplier_stiffness
 );
 
-/// What [`Solid::multiply`](crate::solid::Solid::multiply) linearises.
+/// Functions that [`Solid::multiply`](crate::solid::Solid::multiply) linearizes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Linearized {
-    /// β of force + β force_rate; 0: the force alone.
+    /// Coefficient β of force + β force_rate; 0 for the force alone.
     pub beta: f64,
-    /// Whether the constraint is defect_rate, not the defect.
+    /// Whether the constraint is volume_residual_rate instead of volume_residual.
     pub constraint_rate: bool,
 }
 
 impl Linearized {
-    /// Whether anything depends on v or ṗ.
+    /// Returns whether the functions depend on v or ṗ.
     pub(crate) fn has_rates(self) -> bool {
         self.beta > 0.0 || self.constraint_rate
     }
 }
 
-/// A direction in which the fields change, and what it changes: both are overwritten.
+/// Direction in which the fields change, and the resulting changes, which are overwritten.
 ///
 /// # Shapes
-/// As of [`Fields`]. What is not given counts as zero.
+/// Lengths as in [`Fields`]. Missing directions count as zero.
 #[derive(Debug)]
 pub struct Change<'a> {
-    /// Of the displacement.
+    /// Change of the displacement.
     pub u: &'a [f64],
-    /// Of the velocity.
+    /// Change of the velocity.
     pub v: Option<&'a [f64]>,
-    /// Of the pressure.
+    /// Change of the pressure.
     pub p: Option<&'a [f64]>,
-    /// Of its rate.
+    /// Change of the pressure rate.
     pub p_rate: Option<&'a [f64]>,
-    /// The change of force + β force_rate; `n_components`.
+    /// Resulting change of force + β force_rate; length `n_components`.
     pub force: &'a mut [f64],
-    /// The change of the constraint; `n_pressures`.
-    pub defect: Option<&'a mut [f64]>,
+    /// Resulting change of the constraint; length `n_pressures`.
+    pub volume_residual: Option<&'a mut [f64]>,
 }
 
-/// The deformation turns an element inside out (or is not a number): no stress is defined there.
+/// Inverted element: det F ≤ 0 or NaN at a quadrature point, where the stress is undefined.
 ///
-/// An integrator recovers from it with a smaller step.
+/// An integrator can recover with a smaller step.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("det F = {jacobian:.3e} in element {element} at barycentric {barycentric}")]
 pub struct Inverted {
-    /// The element.
+    /// Index of the element.
     pub element: usize,
-    /// The place in it.
+    /// Barycentric coordinates of the point.
     pub barycentric: Barycentric,
-    /// det F there.
+    /// Value of det F.
     pub jacobian: f64,
 }
 

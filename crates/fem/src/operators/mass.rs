@@ -1,21 +1,21 @@
-//! Mass matrices of displacement and pressure, and the H1 norm of displacements; constant in time.
+//! Constant matrices: masses of displacement and pressure, H1 seminorm of displacements.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::element::quadrature::Rule;
 use crate::space::Space;
-use crate::space::sparsity::{node_pattern, place, pressure_pattern};
+use crate::space::sparsity::{entry_index, node_pattern, pressure_pattern};
 
-/// A symmetric sparse matrix; rows and columns may be read either way.
+/// Symmetric sparse matrix; rows and columns are interchangeable.
 #[derive(Debug, Clone)]
-pub(crate) struct Symmetric {
+pub(crate) struct SymmetricMatrix {
     pub(crate) pattern: SparsityPattern,
     pub(crate) values: Vec<f64>,
 }
 
-impl Symmetric {
-    /// ∫ ρ φ_a φ_b over all displacement nodes, ρ by element. The integrand has degree 4, the
-    /// rule's.
+impl SymmetricMatrix {
+    /// Returns ∫ ρ φ_a φ_b over all displacement nodes, with one density per element. The rule is
+    /// exact for the integrand of degree 4.
     pub(crate) fn node_mass(space: &Space, densities: &[f64]) -> Self {
         let shape = space.mesh().shape();
         Self::assemble(
@@ -28,7 +28,7 @@ impl Symmetric {
         )
     }
 
-    /// ∫ ∇φ_a · ∇φ_b over all displacement nodes. The integrand has degree 2 at most.
+    /// Returns ∫ ∇φ_a · ∇φ_b over all displacement nodes. The integrand has degree at most 2.
     pub(crate) fn node_gradients(space: &Space) -> Self {
         match space.dimension() {
             2 => Self::node_gradients_in::<2>(space),
@@ -55,7 +55,7 @@ impl Symmetric {
         )
     }
 
-    /// ∫ w ψ_k ψ_l between the pressures, w by element.
+    /// Returns ∫ w ψ_k ψ_l between the pressures, with one weight w per element.
     pub(crate) fn pressure_mass(space: &Space, weight: impl Fn(usize) -> f64) -> Self {
         Self::assemble(
             pressure_pattern(space),
@@ -67,9 +67,9 @@ impl Symmetric {
         )
     }
 
-    /// Σ over elements and quadrature points of `product(element, weight, s_a, s_b)`, with `shapes`
-    /// (element, barycentric coordinates) ↦ s_1, s_2, …: one value or gradient for each of the
-    /// element's `members`.
+    /// Sums `product(element, weight, s_a, s_b)` over elements and quadrature points. The function
+    /// `shapes` maps (element, barycentric coordinates) to s_1, s_2, …: one value or gradient for
+    /// each of the `members` of the element.
     fn assemble<T>(
         pattern: SparsityPattern,
         space: &Space,
@@ -78,7 +78,7 @@ impl Symmetric {
         shapes: impl Fn(usize, &[f64]) -> Vec<T>,
         product: impl Fn(usize, f64, &T, &T) -> f64,
     ) -> Self {
-        // On curved elements the determinant of the map comes on top, of degree 2 or 3.
+        // The map of curved elements contributes a determinant of degree 2 or 3.
         let curved = (0..space.n_elements()).any(|element| space.is_curved(element));
         let rule = if curved { Rule::Degree6 } else { rule };
         let points = rule.points(space.mesh().shape());
@@ -94,7 +94,8 @@ impl Symmetric {
                 let (shapes, weight) = (shapes(element, &q.barycentric), measure * q.weight);
                 for (&a, shape_a) in members.iter().zip(&shapes) {
                     for (&b, shape_b) in members.iter().zip(&shapes) {
-                        values[place(&pattern, a, b)] += product(element, weight, shape_a, shape_b);
+                        values[entry_index(&pattern, a, b)] +=
+                            product(element, weight, shape_a, shape_b);
                     }
                 }
             }
@@ -110,7 +111,7 @@ impl Symmetric {
             .zip(self.values[range].iter().copied())
     }
 
-    /// out = self x.
+    /// Writes the product with `x` to `out`.
     pub(crate) fn apply(&self, x: &[f64], out: &mut [f64]) {
         assert_eq!(
             (x.len(), out.len()),
@@ -121,7 +122,7 @@ impl Symmetric {
         }
     }
 
-    /// The same on each of the components of interleaved vectors.
+    /// Writes the product with each component of an interleaved vector to `out`.
     pub(crate) fn apply_interleaved(&self, dimension: usize, x: &[f64], out: &mut [f64]) {
         match dimension {
             2 => self.apply_to_components::<2>(x, out),
@@ -144,7 +145,7 @@ impl Symmetric {
         }
     }
 
-    /// The sum of each row: ∫ ψ_k for the pressure's mass matrix.
+    /// Returns the sum of each row: ∫ ψ_k for the pressure mass matrix.
     pub(crate) fn row_sums(&self) -> Vec<f64> {
         (0..self.pattern.major_dim())
             .map(|row| self.row(row).map(|(_, v)| v).sum())
@@ -157,14 +158,15 @@ mod tests {
     use super::*;
     use crate::mesh::generate::rectangle;
 
-    /// ∫ |∇f|² on the unit square for f = x + 2y (linear and quadratic elements) and f = x² + xy.
+    /// Checks ∫ |∇f|² on the unit square for f = x + 2y (linear and quadratic elements) and f = x²
+    /// + xy.
     #[test]
-    fn the_h1_norm_of_polynomials() {
+    fn h1_seminorm_of_polynomials_is_exact() {
         let mesh = rectangle([0.0, 0.0], [1.0, 1.0], [3, 2]).unwrap();
         let norm_squared = |space: &Space, f: &dyn Fn(f64, f64) -> f64| {
             let values: Vec<f64> = space.node_points().iter().map(|&[x, y]| f(x, y)).collect();
             let mut image = vec![0.0; values.len()];
-            Symmetric::node_gradients(space).apply(&values, &mut image);
+            SymmetricMatrix::node_gradients(space).apply(&values, &mut image);
             values.iter().zip(&image).map(|(v, i)| v * i).sum::<f64>()
         };
         let close = |found: f64, exact: f64| assert!((found - exact).abs() < 1e-13 * exact);

@@ -1,4 +1,4 @@
-//! The pass over the elements for the power of each.
+//! Element pass for the power of each element.
 
 use pulp::{Simd, WithSimd};
 
@@ -10,12 +10,11 @@ use crate::operators::fields::{Fields, Inverted};
 use crate::simd::batch::{Batches, Part, Point};
 use crate::simd::lanes::Lanes;
 
-/// The pass over all batches, to be run with the processor's vector instructions; in the plane with the
-/// law in space, at F33 = 1, as for the energy.
+/// Pass over all batches. In 2D it evaluates the 3D law at F33 = 1, like the energy.
 pub(crate) struct Powers<'a, const D: usize, const N: usize, const P: usize> {
     pub(crate) elements: &'a Batches<D, N, P>,
     pub(crate) fields: &'a Fields<'a>,
-    /// β of P + β Ṗ.
+    /// Coefficient β of P + β Ṗ.
     pub(crate) beta: f64,
     pub(crate) along: &'a [f64],
     pub(crate) out: &'a mut [f64],
@@ -30,7 +29,7 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for Powers<'_, D, 
         for batch in batches {
             for part in 0..batch.n_parts(simd) {
                 let part = &mut batch.part(simd, part);
-                let powers = of_elements(part, points, (self.fields, self.beta), self.along)?;
+                let powers = element_powers(part, points, (self.fields, self.beta), self.along)?;
                 let occupied = part.occupied().len();
                 for (lane, power) in powers.as_slice()[..occupied].iter().enumerate() {
                     self.out[part.element(lane)] += power;
@@ -41,16 +40,16 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for Powers<'_, D, 
     }
 }
 
-/// ∫ (P + β Ṗ) : ∇w of the elements of a part, P without the volume's terms.
+/// Returns ∫ (P + β Ṗ) : ∇w for each element of a part; P excludes the volume terms.
 #[inline(always)]
-fn of_elements<S: Simd, const D: usize, const N: usize, const P: usize>(
+fn element_powers<S: Simd, const D: usize, const N: usize, const P: usize>(
     part: &mut Part<'_, S, D, N, P>,
     points: &[Point<D, N, P>],
     (fields, beta): (&Fields<'_>, f64),
     along: &[f64],
 ) -> Result<Lanes<S>, Inverted> {
     let law = Spatial(part.law());
-    let beta = beta * part.ratios().beta;
+    let beta = beta * part.scale().beta;
     let u = part.gather_vector(Some(fields.u));
     let v = part.gather_vector(fields.v.filter(|_| beta > 0.0));
     let w = part.gather_vector(Some(along));
@@ -70,9 +69,9 @@ fn of_elements<S: Simd, const D: usize, const N: usize, const P: usize>(
         let mut gradients = [[[zero; 3]; 3]; 2];
         let wanted = if beta > 0.0 { 2 } else { 1 };
         for (gradient, field) in gradients.iter_mut().zip([&u, &v]).take(wanted) {
-            for (row, own) in gradient.iter_mut().zip(part.gradient(field, point)) {
-                for (entry, own) in row.iter_mut().zip(own) {
-                    *entry = own;
+            for (row, slopes) in gradient.iter_mut().zip(part.gradient(field, point)) {
+                for (entry, slope) in row.iter_mut().zip(slopes) {
+                    *entry = slope;
                 }
             }
         }

@@ -1,7 +1,7 @@
-//! One pass over the elements for products of the tangents with several directions.
+//! Element pass for products of the tangents with several directions.
 //!
-//! The moduli at each point are computed once, pulled back to the reference element, for all
-//! directions: no matrix is formed. A few directions take less than the assembly of the matrices.
+//! The moduli at each point are pulled back to the reference element once for all directions, and
+//! no matrix is formed. For a few directions this is faster than assembling the matrices.
 
 use pulp::{Simd, WithSimd};
 
@@ -15,17 +15,17 @@ use crate::operators::tangent::pull_back;
 use crate::simd::batch::{Batch, Batches, Part, Point, add_dot, add_scaled};
 use crate::simd::lanes::{Lanes, outlined};
 
-/// What the laws say at a point of a part, pulled back and times the quadrature weight.
+/// Moduli at a quadrature point of a part, pulled back and multiplied by the quadrature weight.
 struct Moduli<S: Simd, const D: usize> {
-    /// ∂P/∂F.
+    /// Tangent ∂P/∂F.
     tangent: Tangent<Lanes<S>, D>,
-    /// ∂(P + β Ṗ)/∂F.
+    /// Tangent ∂(P + β Ṗ)/∂F.
     whole: Tangent<Lanes<S>, D>,
-    normal: Tensor<Lanes<S>, D>,
-    normal_rate: Tensor<Lanes<S>, D>,
+    cofactor: Tensor<Lanes<S>, D>,
+    cofactor_rate: Tensor<Lanes<S>, D>,
 }
 
-/// ∇ of a displacement-like field by the reference coordinates.
+/// Returns the gradient of a displacement-like field in reference coordinates.
 #[inline(always)]
 fn reference_gradient<S: Simd, const D: usize, const N: usize, const P: usize>(
     zero: Lanes<S>,
@@ -33,17 +33,17 @@ fn reference_gradient<S: Simd, const D: usize, const N: usize, const P: usize>(
     point: &Point<D, N, P>,
 ) -> Tensor<Lanes<S>, D> {
     let mut gradient = [[zero; D]; D];
-    for (value, along) in u.iter().zip(&point.gradients) {
+    for (value, slopes) in u.iter().zip(&point.gradients) {
         for (row, value) in gradient.iter_mut().zip(value) {
-            for (entry, &along) in row.iter_mut().zip(along) {
-                *entry = value.mul_add(zero.like(along), *entry);
+            for (entry, &slope) in row.iter_mut().zip(slopes) {
+                *entry = value.mul_add(zero.like(slope), *entry);
             }
         }
     }
     gradient
 }
 
-/// `flux` += A : G for A pulled back, of which the blocks i ≤ k are given.
+/// Adds A : G to `flux` for a pulled-back tangent A given by its blocks i ≤ k.
 #[inline(always)]
 fn add_contracted<S: Simd, const D: usize>(
     flux: &mut Tensor<Lanes<S>, D>,
@@ -62,7 +62,7 @@ fn add_contracted<S: Simd, const D: usize>(
     }
 }
 
-/// `sum` + x : y.
+/// Returns `sum` + x : y.
 #[inline(always)]
 fn add_double_dot<S: Simd, const D: usize>(
     x: &Tensor<Lanes<S>, D>,
@@ -77,7 +77,7 @@ fn add_double_dot<S: Simd, const D: usize>(
     sum
 }
 
-/// The moduli at all points of a part.
+/// Computes the moduli at all points of a part.
 #[inline(always)]
 fn moduli<S: Simd, const D: usize, const N: usize, const P: usize, C: Constitutive<D>>(
     law: &C,
@@ -87,7 +87,7 @@ fn moduli<S: Simd, const D: usize, const N: usize, const P: usize, C: Constituti
     out: &mut Vec<Moduli<S, D>>,
 ) -> Result<(), Inverted> {
     let local = Local::<S, D, N, P, true>::gather(part, fields, at.has_rates());
-    let beta = part.zero().like(at.beta * part.ratios().beta);
+    let beta = part.zero().like(at.beta * part.scale().beta);
     out.clear();
     for (number, point) in points.iter().enumerate() {
         part.move_to(number);
@@ -108,15 +108,15 @@ fn moduli<S: Simd, const D: usize, const N: usize, const P: usize, C: Constituti
                 }
             }
         }
-        let mut normal_rate = [[part.zero(); D]; D];
+        let mut cofactor_rate = [[part.zero(); D]; D];
         if at.has_rates() {
-            normal_rate = part.pull_back(point, &law.normal_rate(&state.strain, state.v));
+            cofactor_rate = part.pull_back(point, &law.cofactor_rate(&state.strain, state.v));
         }
         out.push(Moduli {
             tangent,
             whole,
-            normal: part.pull_back(point, &law.normal(&state.strain)),
-            normal_rate,
+            cofactor: part.pull_back(point, &law.cofactor(&state.strain)),
+            cofactor_rate,
         });
     }
     Ok(())
@@ -132,12 +132,12 @@ fn add_change<S: Simd, const D: usize, const N: usize, const P: usize>(
     change: &mut Change<'_>,
 ) {
     let zero = part.zero();
-    let beta = zero.like(at.beta * part.ratios().beta);
+    let beta = zero.like(at.beta * part.scale().beta);
     let u = part.gather_vector(Some(change.u));
     let v = part.gather_vector(change.v.filter(|_| at.has_rates()));
     let p = part.gather_scalar(change.p);
     let p_rate = part.gather_scalar(change.p_rate.filter(|_| at.has_rates()));
-    let (mut force, mut defect) = ([[zero; D]; N], [zero; P]);
+    let (mut force, mut volume_residual) = ([[zero; D]; N], [zero; P]);
     for (point, moduli) in points.iter().zip(moduli) {
         let by_u = reference_gradient(zero, &u, point);
         let pressure = part.interpolate(&p, point);
@@ -146,38 +146,38 @@ fn add_change<S: Simd, const D: usize, const N: usize, const P: usize>(
         let mut rate = zero;
         if at.has_rates() {
             let by_v = reference_gradient(zero, &v, point);
-            rate = add_double_dot(&moduli.normal, &by_v, rate);
-            rate = add_double_dot(&moduli.normal_rate, &by_u, rate);
+            rate = add_double_dot(&moduli.cofactor, &by_v, rate);
+            rate = add_double_dot(&moduli.cofactor_rate, &by_u, rate);
             if at.beta > 0.0 {
                 let mut damped = [[zero; D]; D];
                 add_contracted(&mut damped, &moduli.tangent, &by_v);
-                add_scaled(&mut damped, -pressure, &moduli.normal_rate);
+                add_scaled(&mut damped, -pressure, &moduli.cofactor_rate);
                 let pressure_rate = part.interpolate(&p_rate, point);
-                add_scaled(&mut damped, -pressure_rate, &moduli.normal);
+                add_scaled(&mut damped, -pressure_rate, &moduli.cofactor);
                 add_scaled(&mut flux, beta, &damped);
             }
         }
-        add_scaled(&mut flux, -pressure, &moduli.normal);
+        add_scaled(&mut flux, -pressure, &moduli.cofactor);
         for (node, gradient) in force.iter_mut().zip(&point.gradients) {
             for (sum, row) in node.iter_mut().zip(&flux) {
                 *sum = add_dot(row, gradient, *sum);
             }
         }
-        let of_constraint = match at.constraint_rate {
+        let constraint = match at.constraint_rate {
             true => rate,
-            false => add_double_dot(&moduli.normal, &by_u, zero),
+            false => add_double_dot(&moduli.cofactor, &by_u, zero),
         };
-        for (sum, psi) in defect.iter_mut().zip(point.psi) {
-            *sum = of_constraint.mul_add(zero.like(psi), *sum);
+        for (sum, psi) in volume_residual.iter_mut().zip(point.psi) {
+            *sum = constraint.mul_add(zero.like(psi), *sum);
         }
     }
     part.scatter_vector(&force, change.force);
-    if let Some(global) = &mut change.defect {
-        part.scatter_scalar(&defect, global);
+    if let Some(global) = &mut change.volume_residual {
+        part.scatter_scalar(&volume_residual, global);
     }
 }
 
-/// The pass over all batches, to be run with the processor's vector instructions.
+/// Pass over all batches.
 pub(crate) struct Multiply<'a, 'b, const D: usize, const N: usize, const P: usize> {
     pub(crate) elements: &'a Batches<D, N, P>,
     pub(crate) fields: &'a Fields<'a>,
@@ -185,7 +185,7 @@ pub(crate) struct Multiply<'a, 'b, const D: usize, const N: usize, const P: usiz
     pub(crate) changes: &'a mut [Change<'b>],
 }
 
-/// The pass over batches of one law, a function of its own.
+/// Pass over batches of one law, compiled as a separate function.
 struct Run<'a, 'b, C, const D: usize, const N: usize, const P: usize> {
     law: C,
     batches: &'a [Batch<D, N, P>],
@@ -204,19 +204,25 @@ where
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { points, at, .. } = self;
-        let mut of_points = Vec::with_capacity(points.len());
+        let mut moduli_at_points = Vec::with_capacity(points.len());
         for batch in self.batches {
             for part in 0..batch.n_parts(simd) {
                 let part = &mut batch.part(simd, part);
-                moduli(&self.law, part, points, (self.fields, at), &mut of_points)?;
+                moduli(
+                    &self.law,
+                    part,
+                    points,
+                    (self.fields, at),
+                    &mut moduli_at_points,
+                )?;
                 let changes = Changes {
                     part,
                     points,
                     at,
-                    moduli: &of_points,
+                    moduli: &moduli_at_points,
                     changes: &mut *self.changes,
                 };
-                // The same for all laws.
+                // Compiled once for all laws.
                 outlined(simd, changes);
             }
         }
@@ -224,7 +230,7 @@ where
     }
 }
 
-/// The arguments of [`add_change`], for all directions.
+/// Arguments of [`add_change`] for all directions.
 struct Changes<'a, 'b, S: Simd, const D: usize, const N: usize, const P: usize> {
     part: &'a Part<'a, S, D, N, P>,
     points: &'a [Point<D, N, P>],
@@ -246,7 +252,7 @@ impl<T: Simd, const D: usize, const N: usize, const P: usize> WithSimd
     }
 }
 
-/// The pass in one dimension; `$with_law` binds the laws of that dimension.
+/// Implements the pass in one dimension; `$with_law` binds the laws of that dimension.
 macro_rules! pass {
     ($dimension:literal, $with_law:ident) => {
         impl<const N: usize, const P: usize> WithSimd for Multiply<'_, '_, $dimension, N, P> {
@@ -262,10 +268,10 @@ macro_rules! pass {
                 } = self;
                 for change in changes.iter_mut() {
                     change.force.fill(0.0);
-                    change.defect.as_deref_mut().unwrap_or_default().fill(0.0);
+                    change.volume_residual.as_deref_mut().unwrap_or_default().fill(0.0);
                 }
-                for batches in batches.chunk_by(|a, b| a.kind.law == b.kind.law) {
-                    $with_law!(batches[0].kind.law, law => outlined(
+                for batches in batches.chunk_by(|a, b| a.material.law == b.material.law) {
+                    $with_law!(batches[0].material.law, law => outlined(
                         simd,
                         Run::<_, $dimension, N, P> {
                             law,

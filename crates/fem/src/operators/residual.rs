@@ -1,4 +1,4 @@
-//! One pass over the elements for all vectors: force, its rate, defect, its rate, Bᵀμ.
+//! Element pass for all vectors: force, volume residual, their rates and Bᵀμ.
 
 use pulp::{Simd, WithSimd};
 
@@ -9,13 +9,13 @@ use crate::operators::constitutive::{
     Constitutive, Tensor, with_plane_law, with_sheet_law, with_spatial_law,
 };
 use crate::operators::fields::{Fields, Inverted, Pressure, Vectors};
-use crate::simd::batch::{Batch, Part, Point, Stretch, add_dot};
+use crate::simd::batch::{Batch, BatchRange, Part, Point, add_dot};
 use crate::simd::lanes::{Lanes, outlined};
 
-/// Nodal values of the fields in one part of a batch.
+/// Nodal values of the fields for a part of a batch.
 ///
-/// `RATES`: whether v, ṗ and μ are wanted, known to the compiler so that a pass without them does
-/// not pay for them (a tenth of it, if asked at each point). Without, they are zero.
+/// `RATES` states at compile time whether v, ṗ and μ are needed; otherwise they are zero. A test at
+/// each point would cost a tenth of a pass without rates.
 pub(crate) struct Local<S: Simd, const D: usize, const N: usize, const P: usize, const RATES: bool>
 {
     u: [[Lanes<S>; D]; N],
@@ -25,19 +25,19 @@ pub(crate) struct Local<S: Simd, const D: usize, const N: usize, const P: usize,
     mu: [Lanes<S>; P],
     factors: Option<[Lanes<S>; P]>,
     kappa: f64,
-    /// Whether v, ṗ and μ are wanted; asked where `RATES` is set for both.
+    /// Whether v, ṗ and μ are needed; tested at run time if `RATES` is true.
     moving: bool,
 }
 
 impl<S: Simd, const D: usize, const N: usize, const P: usize, const RATES: bool>
     Local<S, D, N, P, RATES>
 {
-    /// Fields that are not given count as zero; the callers have checked those that must be there.
+    /// Gathers the fields. Missing fields count as zero; callers check the required ones.
     #[inline(always)]
     pub(crate) fn gather(part: &Part<'_, S, D, N, P>, fields: &Fields<'_>, moving: bool) -> Self {
         let (p, kappa) = match fields.pressure {
             Pressure::Nodal(p) => (Some(p), 0.0),
-            Pressure::Penalty { kappa } => (None, kappa * part.ratios().kappa),
+            Pressure::Penalty { kappa } => (None, kappa * part.scale().kappa),
         };
         Self {
             u: part.gather_vector(Some(fields.u)),
@@ -52,7 +52,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize, const RATES: bool>
     }
 }
 
-/// Fields at one quadrature point of one part of a batch.
+/// Fields at a quadrature point of a part.
 pub(crate) struct AtPoint<S: Simd, const D: usize, C: Constitutive<D>> {
     pub(crate) strain: C::Strain<S>,
     pub(crate) v: Tensor<Lanes<S>, D>,
@@ -61,7 +61,7 @@ pub(crate) struct AtPoint<S: Simd, const D: usize, C: Constitutive<D>> {
 }
 
 impl<S: Simd, const D: usize, C: Constitutive<D>> AtPoint<S, D, C> {
-    /// Interpolates to a point and checks that no element is inverted there.
+    /// Interpolates to a point and returns an error if an element is inverted there.
     #[inline(always)]
     pub(crate) fn new<const N: usize, const P: usize, const RATES: bool>(
         law: &C,
@@ -110,7 +110,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> AtPoint<S, D, C> {
     }
 }
 
-/// Adds ∫ flux : ∇φ of one point to the element vectors.
+/// Adds flux : ∇φ of one point to the element vectors.
 #[inline(always)]
 pub(crate) fn accumulate<S: Simd, const D: usize, const N: usize, const P: usize>(
     out: &mut [[Lanes<S>; D]; N],
@@ -126,7 +126,7 @@ pub(crate) fn accumulate<S: Simd, const D: usize, const N: usize, const P: usize
     }
 }
 
-/// Adds ∫ ψ f of one point to the element vectors.
+/// Adds ψ f of one point to the element vectors.
 #[inline(always)]
 fn accumulate_scalar<S: Simd, const D: usize, const N: usize, const P: usize>(
     out: &mut [Lanes<S>; P],
@@ -140,18 +140,18 @@ fn accumulate_scalar<S: Simd, const D: usize, const N: usize, const P: usize>(
     }
 }
 
-/// m N.
+/// Returns m N.
 #[inline(always)]
 fn scaled<S: Simd, const D: usize>(
     m: Lanes<S>,
-    mut normal: Tensor<Lanes<S>, D>,
+    mut cofactor: Tensor<Lanes<S>, D>,
 ) -> Tensor<Lanes<S>, D> {
-    for row in &mut normal {
+    for row in &mut cofactor {
         for entry in row {
             *entry = m * *entry;
         }
     }
-    normal
+    cofactor
 }
 
 #[inline(always)]
@@ -172,7 +172,7 @@ fn evaluate_part<
     let local = Local::<S, D, N, P, RATES>::gather(part, fields, out.has_rates());
     let zero = [[part.zero(); D]; N];
     let (mut force, mut force_rate, mut multiplier_force) = (zero, zero, zero);
-    let (mut defect, mut defect_rate) = ([part.zero(); P], [part.zero(); P]);
+    let (mut volume_residual, mut volume_residual_rate) = ([part.zero(); P], [part.zero(); P]);
     for (number, point) in points.iter().enumerate() {
         part.move_to(number);
         let at = AtPoint::new(law, part, (number, point), &local)?;
@@ -185,25 +185,25 @@ fn evaluate_part<
             accumulate(&mut force_rate, part, point, &flux);
         }
         if RATES && out.multiplier_force.is_some() {
-            let flux = scaled(at.mu, law.normal(&at.strain));
+            let flux = scaled(at.mu, law.cofactor(&at.strain));
             accumulate(&mut multiplier_force, part, point, &flux);
         }
-        if out.defect.is_some() {
-            accumulate_scalar(&mut defect, part, point, law.dilation(&at.strain));
+        if out.volume_residual.is_some() {
+            accumulate_scalar(&mut volume_residual, part, point, law.dilation(&at.strain));
         }
-        if RATES && out.defect_rate.is_some() {
+        if RATES && out.volume_residual_rate.is_some() {
             let rate = law.dilation_rate(&at.strain, at.v);
-            accumulate_scalar(&mut defect_rate, part, point, rate);
+            accumulate_scalar(&mut volume_residual_rate, part, point, rate);
         }
     }
     if let Some(global) = &mut out.force {
         part.scatter_vector(&force, global);
     }
-    if let Some(global) = &mut out.defect {
-        part.scatter_scalar(&defect, global);
+    if let Some(global) = &mut out.volume_residual {
+        part.scatter_scalar(&volume_residual, global);
     }
     if RATES {
-        let beta = part.ratios().beta;
+        let beta = part.scale().beta;
         if beta != 1.0 {
             for entry in force_rate.iter_mut().flatten() {
                 *entry = *entry * beta;
@@ -217,26 +217,26 @@ fn evaluate_part<
                 part.scatter_vector(local, global);
             }
         }
-        if let Some(global) = &mut out.defect_rate {
-            part.scatter_scalar(&defect_rate, global);
+        if let Some(global) = &mut out.volume_residual_rate {
+            part.scatter_scalar(&volume_residual_rate, global);
         }
     }
     Ok(())
 }
 
-/// The pass over all batches, to be run with the processor's vector instructions.
+/// Pass over all batches.
 pub(crate) struct Evaluate<'a, 'b, const D: usize, const N: usize, const P: usize> {
-    pub(crate) elements: Stretch<'a, D, N, P>,
+    pub(crate) elements: BatchRange<'a, D, N, P>,
     pub(crate) fields: &'a Fields<'a>,
     pub(crate) out: &'a mut Vectors<'b>,
 }
 
-/// The pass over batches of one law, a function of its own.
+/// Pass over batches of one law, compiled as a separate function.
 struct Run<'a, 'b, C, const D: usize, const N: usize, const P: usize, const RATES: bool> {
     law: C,
     batches: &'a [Batch<D, N, P>],
     points: &'a [Point<D, N, P>],
-    apart: bool,
+    element_wise: bool,
     fields: &'a Fields<'a>,
     out: &'a mut Vectors<'b>,
 }
@@ -252,7 +252,7 @@ where
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         for batch in self.batches {
             for part in 0..batch.n_parts(simd) {
-                let part = &mut batch.part(simd, part).apart(self.apart);
+                let part = &mut batch.part(simd, part).element_wise(self.element_wise);
                 evaluate_part::<_, _, _, _, RATES, _>(
                     &self.law,
                     part,
@@ -266,7 +266,7 @@ where
     }
 }
 
-/// The pass over one kind of element; `$with_law` binds its laws.
+/// Implements the pass for one element type; `$with_law` binds its laws.
 macro_rules! pass {
     ($dimension:literal, $nodes:literal, $pressures:literal, $with_law:ident) => {
         impl WithSimd for Evaluate<'_, '_, $dimension, $nodes, $pressures> {
@@ -274,7 +274,7 @@ macro_rules! pass {
 
             #[inline(always)]
             fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-                // In space the work at a point hides what is asked there: one loop serves both.
+                // In 3D the run-time test is negligible, so one loop serves both cases.
                 if $dimension == 3 || self.out.has_rates() {
                     self.pass::<S, true>(simd)
                 } else {
@@ -287,21 +287,21 @@ macro_rules! pass {
             #[inline(always)]
             fn pass<S: Simd, const RATES: bool>(self, simd: S) -> Result<(), Inverted> {
                 let Self {
-                    elements: Stretch { points, batches, apart },
+                    elements: BatchRange { points, batches, element_wise },
                     fields,
                     out,
                 } = self;
                 for vector in out.all_mut() {
                     vector.fill(0.0);
                 }
-                for batches in batches.chunk_by(|a, b| a.kind.law == b.kind.law) {
-                    $with_law!(batches[0].kind.law, law => outlined(
+                for batches in batches.chunk_by(|a, b| a.material.law == b.material.law) {
+                    $with_law!(batches[0].material.law, law => outlined(
                         simd,
                         Run::<_, $dimension, $nodes, $pressures, RATES> {
                             law,
                             batches,
                             points,
-                            apart,
+                            element_wise,
                             fields,
                             out,
                         },

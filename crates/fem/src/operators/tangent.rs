@@ -1,4 +1,4 @@
-//! One pass over the elements for all tangents, scattered into fixed patterns.
+//! Element pass for all tangents, scattered into fixed patterns.
 
 use pulp::{Simd, WithSimd};
 
@@ -8,18 +8,18 @@ use crate::operators::constitutive::{
 };
 use crate::operators::fields::{Fields, Inverted, Tangents};
 use crate::operators::residual::{AtPoint, Local};
-use crate::simd::batch::{Batch, Part, Point, Stretch, add_dot, dot, dot_numbers};
+use crate::simd::batch::{Batch, BatchRange, Part, Point, add_dot, dot, dot_numbers};
 use crate::simd::lanes::{Lanes, outlined};
-use crate::space::sparsity::{NOWHERE, ScatterMap};
+use crate::space::sparsity::{NO_ENTRY, ScatterMap};
 
-/// Element matrices: `[a][b][i][k]` for nodes a ≤ b, components i of a and k of b.
+/// Element matrices `[a][b][i][k]` for nodes a ≤ b, component i of a and component k of b.
 pub(crate) type Matrix<S, const D: usize, const N: usize> = [[Tensor<Lanes<S>, D>; N]; N];
 
-/// Element divergences: `[v][b][k]` for pressure v, component k of node b.
+/// Element divergences `[v][b][k]` for pressure v and component k of node b.
 type Divergence<S, const D: usize, const N: usize, const P: usize> = [[[Lanes<S>; D]; N]; P];
 
-/// w J⁻¹ A J⁻ᵀ: both gradient directions pulled back to the reference element, times the quadrature
-/// weight, for i ≤ k.
+/// Returns w J⁻¹ A J⁻ᵀ for i ≤ k: both gradient directions pulled back to the reference element,
+/// times the quadrature weight.
 #[inline(always)]
 pub(crate) fn pull_back<S: Simd, const D: usize, const N: usize, const P: usize>(
     part: &Part<'_, S, D, N, P>,
@@ -42,7 +42,7 @@ pub(crate) fn pull_back<S: Simd, const D: usize, const N: usize, const P: usize>
                     }
                     *half = weights * dot(&inverse[m], &column);
                 }
-                // The diagonal blocks are symmetric.
+                // Diagonal blocks are symmetric.
                 for n in 0..if i == k { m + 1 } else { D } {
                     let entry = dot(&half, &inverse[n]);
                     out[i][k][m][n] = entry;
@@ -90,7 +90,7 @@ fn accumulate<S: Simd, const D: usize, const N: usize, const P: usize>(
     }
 }
 
-/// The same; in space, where it is long, as a function of its own.
+/// Calls [`accumulate`]; in 3D, where it is long, as a separate function.
 #[inline(always)]
 pub(crate) fn add<S: Simd, const D: usize, const N: usize, const P: usize>(
     out: &mut Matrix<S, D, N>,
@@ -101,17 +101,17 @@ pub(crate) fn add<S: Simd, const D: usize, const N: usize, const P: usize>(
     if D == 2 {
         accumulate(out, part, point, a);
     } else {
-        let whole = Accumulate {
+        let arguments = Accumulate {
             out,
             part,
             point,
             a,
         };
-        outlined(part.zero().simd(), whole);
+        outlined(part.zero().simd(), arguments);
     }
 }
 
-/// The arguments of [`accumulate`].
+/// Arguments of [`accumulate`].
 struct Accumulate<'a, S: Simd, const D: usize, const N: usize, const P: usize> {
     out: &'a mut Matrix<S, D, N>,
     part: &'a Part<'a, S, D, N, P>,
@@ -136,11 +136,11 @@ fn accumulate_divergence<S: Simd, const D: usize, const N: usize, const P: usize
     out: &mut Divergence<S, D, N, P>,
     part: &Part<'_, S, D, N, P>,
     point: &Point<D, N, P>,
-    normal: &Tensor<Lanes<S>, D>,
+    cofactor: &Tensor<Lanes<S>, D>,
 ) {
-    let normal = part.pull_back(point, normal);
+    let cofactor = part.pull_back(point, cofactor);
     for (b, gradient) in point.gradients.iter().enumerate() {
-        for (k, row) in normal.iter().enumerate() {
+        for (k, row) in cofactor.iter().enumerate() {
             let flux = dot_numbers(row, gradient);
             for (out, psi) in out.iter_mut().zip(point.psi) {
                 let entry = &mut out[b][k];
@@ -150,7 +150,7 @@ fn accumulate_divergence<S: Simd, const D: usize, const N: usize, const P: usize
     }
 }
 
-/// Adds element matrices to the values of the global one, element by element.
+/// Adds symmetric element matrices to the global matrix, element by element.
 #[inline(always)]
 pub(crate) fn scatter<S: Simd, const D: usize, const N: usize, const P: usize>(
     part: &Part<'_, S, D, N, P>,
@@ -162,13 +162,13 @@ pub(crate) fn scatter<S: Simd, const D: usize, const N: usize, const P: usize>(
         for (b, map) in map.displacement.iter().enumerate() {
             for (k, map) in map.iter().enumerate() {
                 for (a, map) in map.iter().enumerate() {
-                    for (i, places) in map.iter().enumerate() {
+                    for (i, indices) in map.iter().enumerate() {
                         let entries = if a <= b {
                             &local[a][b][i][k]
                         } else {
                             &local[b][a][k][i]
                         };
-                        put(places[l], entries.as_slice()[lane], values);
+                        add_entry(indices[l], entries.as_slice()[lane], values);
                     }
                 }
             }
@@ -186,8 +186,8 @@ fn scatter_divergence<S: Simd, const D: usize, const N: usize, const P: usize>(
     for (lane, l) in part.occupied().enumerate() {
         for (b, map) in map.divergence.iter().enumerate() {
             for (k, map) in map.iter().enumerate() {
-                for (places, row) in map.iter().zip(local) {
-                    put(places[l], row[b][k].as_slice()[lane], values);
+                for (indices, row) in map.iter().zip(local) {
+                    add_entry(indices[l], row[b][k].as_slice()[lane], values);
                 }
             }
         }
@@ -195,13 +195,13 @@ fn scatter_divergence<S: Simd, const D: usize, const N: usize, const P: usize>(
 }
 
 #[inline(always)]
-pub(crate) fn put(place: u32, entry: f64, values: &mut [f64]) {
-    if place != NOWHERE {
-        values[place as usize] += entry;
+pub(crate) fn add_entry(index: u32, entry: f64, values: &mut [f64]) {
+    if index != NO_ENTRY {
+        values[index as usize] += entry;
     }
 }
 
-/// Multiplies an element matrix, if there is one.
+/// Scales an element matrix, if present.
 #[inline(always)]
 fn scale<S: Simd, const D: usize, const N: usize>(
     local: &mut Option<Matrix<S, D, N>>,
@@ -215,9 +215,9 @@ fn scale<S: Simd, const D: usize, const N: usize>(
     }
 }
 
-/// Zero where a matrix is wanted, nothing where it is not.
+/// Returns a zero matrix if it is requested.
 #[inline(always)]
-pub(crate) fn room<T: Copy>(wanted: bool, zero: T) -> Option<T> {
+pub(crate) fn zero_if<T: Copy>(wanted: bool, zero: T) -> Option<T> {
     if wanted { Some(zero) } else { None }
 }
 
@@ -239,15 +239,15 @@ fn tangents_part<
 ) -> Result<(), Inverted> {
     let local = Local::<S, D, N, P, RATES>::gather(part, fields, out.has_rates());
     let zero: Matrix<S, D, N> = [[[[part.zero(); D]; D]; N]; N];
-    let mut stiffness = room(
+    let mut stiffness = zero_if(
         out.stiffness.is_some() || out.damped_stiffness.is_some(),
         zero,
     );
-    let mut rate_stiffness = room(RATES && out.rate_stiffness.is_some(), zero);
-    let mut multiplier_stiffness = room(RATES && out.multiplier_stiffness.is_some(), zero);
+    let mut rate_stiffness = zero_if(RATES && out.rate_stiffness.is_some(), zero);
+    let mut multiplier_stiffness = zero_if(RATES && out.multiplier_stiffness.is_some(), zero);
     let zero: Divergence<S, D, N, P> = [[[part.zero(); D]; N]; P];
-    let mut divergence = room(out.divergence.is_some(), zero);
-    let mut divergence_rate = room(RATES && out.divergence_rate.is_some(), zero);
+    let mut divergence = zero_if(out.divergence.is_some(), zero);
+    let mut divergence_rate = zero_if(RATES && out.divergence_rate.is_some(), zero);
     for (number, point) in points.iter().enumerate() {
         part.move_to(number);
         let at = AtPoint::new(law, part, (number, point), &local)?;
@@ -264,14 +264,14 @@ fn tangents_part<
             add(multiplier_stiffness, part, point, &a);
         }
         if let Some(divergence) = &mut divergence {
-            accumulate_divergence(divergence, part, point, &law.normal(&at.strain));
+            accumulate_divergence(divergence, part, point, &law.cofactor(&at.strain));
         }
         if let Some(divergence_rate) = &mut divergence_rate {
-            let normal = law.normal_rate(&at.strain, at.v);
-            accumulate_divergence(divergence_rate, part, point, &normal);
+            let cofactor = law.cofactor_rate(&at.strain, at.v);
+            accumulate_divergence(divergence_rate, part, point, &cofactor);
         }
     }
-    let beta = part.ratios().beta;
+    let beta = part.scale().beta;
     scale(&mut rate_stiffness, beta);
     if let (Some(local), Some(global)) = (&stiffness, &mut out.stiffness) {
         scatter(part, map, local, global);
@@ -299,15 +299,15 @@ fn tangents_part<
     Ok(())
 }
 
-/// The pass over all batches, to be run with the processor's vector instructions.
+/// Pass over all batches.
 pub(crate) struct Linearize<'a, 'b, const D: usize, const N: usize, const P: usize> {
-    pub(crate) elements: Stretch<'a, D, N, P>,
+    pub(crate) elements: BatchRange<'a, D, N, P>,
     pub(crate) maps: &'a [ScatterMap<D, N, P>],
     pub(crate) fields: &'a Fields<'a>,
     pub(crate) out: &'a mut Tangents<'b>,
 }
 
-/// The pass over batches of one law, a function of its own.
+/// Pass over batches of one law, compiled as a separate function.
 struct Run<'a, 'b, C, const D: usize, const N: usize, const P: usize, const RATES: bool> {
     law: C,
     batches: &'a [Batch<D, N, P>],
@@ -343,7 +343,7 @@ where
     }
 }
 
-/// The pass over one kind of element; `$with_law` binds its laws.
+/// Implements the pass for one element type; `$with_law` binds its laws.
 macro_rules! pass {
     ($dimension:literal, $nodes:literal, $pressures:literal, $with_law:ident) => {
         impl WithSimd for Linearize<'_, '_, $dimension, $nodes, $pressures> {
@@ -351,7 +351,7 @@ macro_rules! pass {
 
             #[inline(always)]
             fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-                // In space the work at a point hides what is asked there: one loop serves both.
+                // In 3D the run-time test is negligible, so one loop serves both cases.
                 if $dimension == 3 || self.out.has_rates() {
                     self.pass::<S, true>(simd)
                 } else {
@@ -364,7 +364,7 @@ macro_rules! pass {
             #[inline(always)]
             fn pass<S: Simd, const RATES: bool>(self, simd: S) -> Result<(), Inverted> {
                 let Self {
-                    elements: Stretch { points, batches, .. },
+                    elements: BatchRange { points, batches, .. },
                     maps,
                     fields,
                     out,
@@ -373,10 +373,10 @@ macro_rules! pass {
                     values.fill(0.0);
                 }
                 let mut rest = maps;
-                for batches in batches.chunk_by(|a, b| a.kind.law == b.kind.law) {
+                for batches in batches.chunk_by(|a, b| a.material.law == b.material.law) {
                     let (maps, after) = rest.split_at(batches.len());
                     rest = after;
-                    $with_law!(batches[0].kind.law, law => outlined(
+                    $with_law!(batches[0].material.law, law => outlined(
                         simd,
                         Run::<_, $dimension, $nodes, $pressures, RATES> {
                             law,

@@ -1,4 +1,4 @@
-//! The rod in closed form: natural frequencies and harmonic response.
+//! Closed-form natural frequencies and harmonic response of the rod.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,7 +6,7 @@ use num_complex::Complex64;
 
 use super::{EndLoad, RodData};
 
-/// The `k`-th natural frequency of the undamped rod, k = 1, 2, …
+/// Returns the `k`-th natural frequency of the undamped rod, k = 1, 2, …
 ///
 /// `f_k = (2k − 1)/(4 L) sqrt(EA/ρ)`: fixed at one end, free at the other.
 ///
@@ -16,7 +16,8 @@ pub fn natural_frequency(data: &RodData, k: usize) -> f64 {
     quarter_waves(k) / data.length * wave_speed(data) / TAU
 }
 
-/// The `k`-th natural frequency of the undamped rod of linear elements, k = 1 … number of elements.
+/// Returns the `k`-th natural frequency of the undamped rod with linear elements, k = 1 … number of
+/// elements.
 ///
 /// `(2π f_k h)² = 6 (EA/ρ) (1 − cos φ)/(2 + cos φ)`, φ = (2k − 1) π/(2 n), h = L/n; the modes are
 /// sin(j φ) at node j.
@@ -31,10 +32,10 @@ pub fn discrete_natural_frequency(data: &RodData, k: usize) -> f64 {
     squared.sqrt() * n / data.length * wave_speed(data) / TAU
 }
 
-/// The complex amplitude U(x) of the steady response u = Re(U e^{iωt}) to τ = Re(e^{iωt}).
+/// Returns the complex amplitude U(x) of the steady response u = Re(U e^{iωt}) to τ = Re(e^{iωt}).
 ///
-/// `U = sin(k x)/(k cos(k L))`, `k² = ρ (ω² − iωα)/(EA (1 + iωβ))`; with the load read as a
-/// traction, U is divided by `1 + iωβ`.
+/// `U = sin(k x)/(k cos(k L))`, `k² = ρ (ω² − iωα)/(EA (1 + iωβ))`. If the load is a traction, U is
+/// divided by `1 + iωβ`.
 ///
 /// # Units
 /// `frequency` = ω/(2π) in Hz.
@@ -42,7 +43,7 @@ pub fn discrete_natural_frequency(data: &RodData, k: usize) -> f64 {
 /// # Examples
 /// ```
 /// use myovib_fem::rod::{EndLoad, RodData, analytic::harmonic_response};
-/// // Far below the first resonance the middle follows: |U(L/2)| is close to L/2.
+/// // Far below the first resonance the response is quasi-static: |U(L/2)| is close to L/2.
 /// let middle = harmonic_response(&RodData::default(), EndLoad::Strain, 8.0, 0.05);
 /// assert!((middle.norm() - 0.0506).abs() < 1e-4);
 /// ```
@@ -58,7 +59,7 @@ pub fn harmonic_response(data: &RodData, load: EndLoad, frequency: f64, x: f64) 
     }
 }
 
-/// (2k − 1) π/2: the phase of mode k at the free end.
+/// Returns (2k − 1) π/2, the phase of mode k at the free end.
 fn quarter_waves(k: usize) -> f64 {
     (k as f64 - 0.5) * PI
 }

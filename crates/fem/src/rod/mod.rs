@@ -1,13 +1,13 @@
-//! The damped rod: a one-dimensional stand-in for the muscle in long runs.
+//! Damped rod: a one-dimensional substitute for the muscle in long runs.
 //!
-//! This module owns the semi-discrete rod as residual and Jacobian blocks on slices. The equation
-//! is linear, so its matrices are assembled once; nothing here integrates.
+//! The module provides the residual and the Jacobian of the semi-discrete rod. The equation is
+//! linear, so the matrices are assembled once. Time integration is left to other crates.
 //!
-//! # Cast of types
-//! - [`RodData`]: the parameters, with the paper's as default.
-//! - [`Rod`]: the assembled operators.
-//! - [`EndLoad`]: the two readings of the load at the free end.
-//! - [`PointValue`]: the displacement at a point, as a linear functional of the unknowns.
+//! # Types
+//! - [`RodData`]: parameters; the default values are those of the paper.
+//! - [`Rod`]: assembled operators.
+//! - [`EndLoad`]: the two interpretations of the load at the free end.
+//! - [`PointValue`]: displacement at a point as a linear functional of the unknowns.
 //! - [`analytic`]: natural frequencies and harmonic response in closed form.
 //!
 //! # References
@@ -24,30 +24,30 @@ use crate::error::FemError;
 use crate::material::Range;
 use crate::space::sparsity::pattern;
 
-/// The parameters of the rod.
+/// Parameters of the rod.
 ///
-/// `ρ (ü + α u̇) = EA u_xx + β EA u̇_xx` on (0, L), u(0, t) = 0, loaded at x = L. Paper: eq. (35).
+/// `ρ (ü + α u̇) = EA u_xx + β EA u̇_xx` on (0, L), u(0, t) = 0, loaded at x = L; paper, eq. (35).
 ///
 /// # Units
-/// Dimensionless in the paper; any consistent system, with α in 1/s and β in s.
+/// Dimensionless in the paper. Any consistent system of units is valid, with α in 1/s and β in s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RodData {
-    /// EA.
+    /// Axial stiffness EA.
     pub axial_stiffness: f64,
-    /// ρ.
+    /// Density ρ.
     pub density: f64,
-    /// L.
+    /// Length L.
     pub length: f64,
-    /// α of the Rayleigh damping D = α M + β A.
+    /// Coefficient α of the Rayleigh damping D = α M + β A.
     pub mass_damping: f64,
-    /// β of the Rayleigh damping.
+    /// Coefficient β of the Rayleigh damping.
     pub stiffness_damping: f64,
     /// Number of linear elements of equal length.
     pub n_elements: usize,
 }
 
 impl Default for RodData {
-    /// The paper's section 3.1.
+    /// Returns the parameters of the paper, section 3.1.
     fn default() -> Self {
         Self {
             axial_stiffness: 1e6,
@@ -60,42 +60,43 @@ impl Default for RodData {
     }
 }
 
-/// What the signal τ(t) prescribes at the free end.
+/// Quantity prescribed by the signal τ(t) at the free end.
 ///
-/// The two differ by the phase lag of the damping: 0.05 rad at 8 Hz with the paper's data.
+/// The two interpretations differ by the phase lag of the damping: 0.05 rad at 8 Hz with the data
+/// of the paper.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum EndLoad {
-    /// The strain, `u_x(L, t) = τ`, as the paper prints it: the damped rod then needs the force
-    /// EA (τ + β τ̇).
+    /// Strain, `u_x(L, t) = τ`, as printed in the paper. The damped rod then requires the force EA
+    /// (τ + β τ̇).
     #[default]
     Strain,
-    /// The traction, `EA (u_x + β u̇_x)(L, t) = EA τ`.
+    /// Traction, `EA (u_x + β u̇_x)(L, t) = EA τ`.
     Traction,
 }
 
-/// The semi-discrete rod in first-order form.
+/// Semi-discrete rod in first-order form.
 ///
-/// With the states `s = (q, v)`, the displacements and velocities of the free nodes (from the
-/// first after the fixed end to the loaded one), and the force f at the loaded end,
+/// The states are `s = (q, v)`, the displacements and velocities of the free nodes (from the first
+/// node after the fixed end to the loaded node). With the force f at the loaded end,
 ///
 /// ```text
 /// q̇ − v = 0
 /// M v̇ + (α M + β A) v + A q − f e_last = 0
 /// ```
 ///
-/// Paper: eq. (36), with the letters of its damping and stiffness matrices set right: D = α M + β A
-/// multiplies q̇ and A multiplies q.
+/// This is eq. (36) of the paper with the symbols of its damping and stiffness matrices corrected:
+/// D = α M + β A multiplies q̇ and A multiplies q.
 ///
 /// # Shapes
-/// [`n_free`](Self::n_free) = number of elements; states, derivatives and residuals have length
-/// `2 · n_free`.
+/// [`n_free`](Self::n_free) is the number of elements; states, derivatives and residuals have
+/// length `2 · n_free`.
 ///
 /// # Examples
 /// ```
 /// use myovib_fem::rod::{EndLoad, Rod, RodData};
 /// # fn main() -> Result<(), myovib_fem::FemError> {
 /// let rod = Rod::new(RodData::default())?;
-/// // Under a steady strain τ = 0.02 the rod stretches evenly: u = τ x.
+/// // A steady strain τ = 0.02 stretches the rod uniformly: u = τ x.
 /// let mut s = vec![0.0; rod.n_states()];
 /// (0..10).for_each(|j| s[j] = 0.02 * 0.01 * (j + 1) as f64);
 /// let mut residual = vec![0.0; rod.n_states()];
@@ -117,8 +118,8 @@ impl Rod {
     /// Assembles the matrices.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] when EA, ρ or L is not positive, a damping is negative, something is
-    /// not finite or there is no element.
+    /// [`FemError::Parameter`] if EA, ρ or L is not positive, a damping coefficient is negative, a
+    /// value is not finite or there are no elements.
     pub fn new(data: RodData) -> Result<Self, FemError> {
         check(&data)?;
         let h = data.length / data.n_elements as f64;
@@ -133,34 +134,34 @@ impl Rod {
         })
     }
 
-    /// The parameters.
+    /// Returns the parameters.
     pub fn data(&self) -> &RodData {
         &self.data
     }
 
-    /// Number of free nodes, which is the number of elements.
+    /// Returns the number of free nodes, equal to the number of elements.
     pub fn n_free(&self) -> usize {
         self.data.n_elements
     }
 
-    /// Number of states and equations, twice that of the free nodes.
+    /// Returns the number of states and equations, twice the number of free nodes.
     pub fn n_states(&self) -> usize {
         2 * self.n_free()
     }
 
-    /// The consistent mass matrix M, tridiagonal.
+    /// Returns the consistent mass matrix M, which is tridiagonal.
     pub fn mass(&self) -> &CscMatrix<f64> {
         &self.mass
     }
 
-    /// The stiffness matrix A, tridiagonal, with the pattern of M.
+    /// Returns the stiffness matrix A, which has the pattern of M.
     pub fn stiffness(&self) -> &CscMatrix<f64> {
         &self.stiffness
     }
 
-    /// The force at the loaded end for the signal τ and its exact derivative τ̇.
+    /// Returns the force at the loaded end for the signal τ and its exact derivative τ̇.
     ///
-    /// `EA (τ + β τ̇)` or `EA τ`, by the reading of the load.
+    /// The force is `EA (τ + β τ̇)` for a strain and `EA τ` for a traction.
     pub fn end_force(&self, load: EndLoad, tau: f64, tau_dot: f64) -> f64 {
         let RodData {
             axial_stiffness,
@@ -173,10 +174,10 @@ impl Rod {
         }
     }
 
-    /// Evaluates the residual under the force `end_force` into `residual`, overwriting it.
+    /// Writes the residual under the force `end_force` to `residual`.
     ///
     /// # Panics
-    /// When a slice has not the length [`n_states`](Self::n_states).
+    /// Panics unless all slices have length [`n_states`](Self::n_states).
     pub fn residual(&self, s: &[f64], s_dot: &[f64], end_force: f64, residual: &mut [f64]) {
         let n = self.n_free();
         assert_eq!(s.len(), 2 * n, "states");
@@ -200,15 +201,15 @@ impl Rod {
         }
     }
 
-    /// The compressed-column pattern of `a ∂F/∂s + b ∂F/∂ṡ` (major dimension: columns).
+    /// Returns the compressed-column pattern of `a ∂F/∂s + b ∂F/∂ṡ` (major dimension: columns).
     pub fn jacobian_pattern(&self) -> &SparsityPattern {
         &self.pattern
     }
 
-    /// Evaluates `a ∂F/∂s + b ∂F/∂ṡ` into `values`, in the order of the pattern.
+    /// Writes the entries of `a ∂F/∂s + b ∂F/∂ṡ` to `values`, in the order of the pattern.
     ///
     /// # Panics
-    /// When `values` has not one entry per entry of the pattern.
+    /// Panics unless `values` has one entry per entry of the pattern.
     pub fn jacobian(&self, a: f64, b: f64, values: &mut [f64]) {
         assert_eq!(values.len(), self.pattern.nnz(), "Jacobian values");
         let RodData {
@@ -217,11 +218,11 @@ impl Rod {
             ..
         } = self.data;
         let n = self.n_free();
-        let by_q = (0..n).flat_map(|j| {
+        let q_columns = (0..n).flat_map(|j| {
             let momentum = self.column(j).map(move |(_, _, k)| a * k);
             once(b).chain(momentum)
         });
-        let by_v = (0..n).flat_map(|j| {
+        let v_columns = (0..n).flat_map(|j| {
             let momentum = self
                 .column(j)
                 .map(move |(_, m, k)| (b + a * alpha) * m + a * beta * k);
@@ -229,16 +230,16 @@ impl Rod {
         });
         values
             .iter_mut()
-            .zip(by_q.chain(by_v))
+            .zip(q_columns.chain(v_columns))
             .for_each(|(entry, value)| *entry = value);
     }
 
-    /// The mechanical energy `½ vᵀ M v + ½ qᵀ A q`.
+    /// Returns the mechanical energy `½ vᵀ M v + ½ qᵀ A q`.
     ///
-    /// Without load it falls at the rate `vᵀ (α M + β A) v`.
+    /// Without load it decreases at the rate `vᵀ (α M + β A) v`.
     ///
     /// # Panics
-    /// When `s` has not the length [`n_states`](Self::n_states).
+    /// Panics unless `s` has length [`n_states`](Self::n_states).
     pub fn energy(&self, s: &[f64]) -> f64 {
         let n = self.n_free();
         assert_eq!(s.len(), 2 * n, "states");
@@ -252,10 +253,10 @@ impl Rod {
         twice / 2.0
     }
 
-    /// The displacement at the point `x` of the rod as a functional of the displacements q.
+    /// Returns the displacement at the point `x` of the rod as a functional of the displacements q.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] when the point does not lie on the rod.
+    /// [`FemError::Parameter`] if the point is not on the rod.
     pub fn displacement_at(&self, x: f64) -> Result<PointValue, FemError> {
         let RodData {
             length, n_elements, ..
@@ -267,10 +268,10 @@ impl Rod {
                 condition: "on the rod, 0 ≤ x ≤ L",
             });
         }
-        let place = x / length * n_elements as f64;
-        let element = (place as usize).min(n_elements - 1);
-        let right = place - element as f64;
-        // Node 0 is fixed, node k has the unknown k − 1.
+        let scaled = x / length * n_elements as f64;
+        let element = (scaled as usize).min(n_elements - 1);
+        let right = scaled - element as f64;
+        // Node 0 is fixed; node k has the unknown k − 1.
         let weights = [
             (element.checked_sub(1), 1.0 - right),
             (Some(element), right),
@@ -283,7 +284,7 @@ impl Rod {
         Ok(PointValue { entries })
     }
 
-    /// Row, mass and stiffness of the entries in column `j`.
+    /// Returns row, mass and stiffness of the entries in column `j`.
     fn column(&self, j: usize) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
         let offsets = self.mass.pattern().major_offsets();
         (offsets[j]..offsets[j + 1]).map(|e| {
@@ -296,18 +297,18 @@ impl Rod {
     }
 }
 
-/// The displacement at one point: a few unknowns and their weights.
+/// Displacement at a point as a linear functional: unknowns and weights.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointValue {
-    /// Index in q and weight; empty at the fixed end.
+    /// Index in q and weight of each term; empty at the fixed end.
     pub entries: Vec<(usize, f64)>,
 }
 
 impl PointValue {
-    /// The value for the displacements `q` (or the velocity, for v).
+    /// Returns the value for the displacements `q` (or the velocity for v).
     ///
     /// # Panics
-    /// When `q` is shorter than the rod's displacements.
+    /// Panics if `q` is shorter than the displacements of the rod.
     pub fn of(&self, q: &[f64]) -> f64 {
         self.entries
             .iter()
@@ -355,7 +356,8 @@ fn tridiagonal_pattern(n: usize) -> SparsityPattern {
     )
 }
 
-/// Each of the columns q_j and v_j: its kinematic row, then the momentum rows of the neighbours.
+/// Returns the pattern of the first-order system: each of the columns q_j and v_j has its kinematic
+/// row and the momentum rows of the neighbors.
 fn first_order_pattern(lanes: &SparsityPattern) -> SparsityPattern {
     let n = lanes.major_dim();
     let column = |j: usize| once(j).chain(lanes.lane(j).iter().map(|i| n + i)).collect();
@@ -365,7 +367,7 @@ fn first_order_pattern(lanes: &SparsityPattern) -> SparsityPattern {
     )
 }
 
-/// Adds up the element matrices `(d, o; o, d)` over the free nodes.
+/// Assembles the element matrices `(d, o; o, d)` over the free nodes.
 fn assemble(lanes: &SparsityPattern, diagonal: f64, off_diagonal: f64) -> CscMatrix<f64> {
     let n = lanes.major_dim();
     let values = lanes

@@ -1,7 +1,7 @@
-//! One number for each of some elements, in a register of the processor.
+//! Vector register with one number per element.
 //!
-//! What works on lanes are loops in functions that are always inlined: a closure, as `array::map`
-//! takes it, is compiled without the instructions it calls, and becomes a call for each.
+//! Functions on lanes use loops and are always inlined. Closures (as for `array::map`) would be
+//! compiled without vector instructions and called separately.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::slice::{from_mut, from_ref};
@@ -12,17 +12,17 @@ use pulp::{Simd, WithSimd};
 use crate::material::elementary;
 use crate::material::real::{Plain, Real};
 
-/// Runs `op` with the instructions of `simd` as a function of its own: what is called from many
-/// loops is compiled once, and what is long does not become part of what is longer still.
+/// Runs `op` with the instructions of `simd` as a separate function. Functions called from several
+/// loops are then compiled once, and long functions are not inlined in even longer ones.
 #[inline(never)]
 pub(crate) fn outlined<S: Simd, Op: WithSimd>(simd: S, op: Op) -> Op::Output {
     simd.vectorize(op)
 }
 
-/// Elements per batch: one AVX-512 register of f64, two of AVX2.
+/// Elements per batch: one AVX-512 register of f64, two AVX2 registers.
 pub(crate) const LANES: usize = 8;
 
-/// Numbers of all elements of a batch.
+/// One number per element of a batch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))]
 pub(crate) struct Array(pub(crate) [f64; LANES]);
@@ -31,7 +31,7 @@ impl Array {
     pub(crate) const ZERO: Self = Self([0.0; LANES]);
 }
 
-/// One number for each of as many elements of a batch as a register of the processor holds.
+/// Vector register: one number for each of the elements that fit in it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Lanes<S: Simd> {
     simd: S,
@@ -44,34 +44,34 @@ impl<S: Simd> Lanes<S> {
         Self::splat(simd, 0.0)
     }
 
-    /// The same number for all.
+    /// Returns a register with the same number in all lanes.
     #[inline(always)]
     pub(crate) fn splat(simd: S, value: f64) -> Self {
         let value = simd.splat_f64s(value);
         Self { simd, value }
     }
 
-    /// The instructions it is worked on with.
+    /// Returns the instruction set.
     #[inline(always)]
     pub(crate) fn simd(&self) -> S {
         self.simd
     }
 
-    /// Register number `part` of an array.
+    /// Loads register number `part` of an array.
     #[inline(always)]
     pub(crate) fn load(simd: S, array: &Array, part: usize) -> Self {
         let value = S::as_simd_f64s(&array.0).0[part];
         Self { simd, value }
     }
 
-    /// Writes register number `part` of an array.
+    /// Stores register number `part` of an array.
     #[inline(always)]
     pub(crate) fn store(&self, array: &mut Array, part: usize) {
-        let own = self.as_slice();
-        array.0[part * own.len()..][..own.len()].copy_from_slice(own);
+        let values = self.as_slice();
+        array.0[part * values.len()..][..values.len()].copy_from_slice(values);
     }
 
-    /// The numbers as a slice.
+    /// Returns the numbers as a slice.
     #[inline(always)]
     pub(crate) fn as_slice(&self) -> &[f64] {
         cast_slice(from_ref(&self.value))

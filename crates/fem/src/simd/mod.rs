@@ -1,4 +1,4 @@
-//! Several elements at a time in the lanes of vector registers.
+//! SIMD evaluation: one element per lane of a vector register.
 
 pub(crate) mod batch;
 pub(crate) mod lanes;

@@ -1,22 +1,25 @@
-//! The force of active and viscous stresses, and its tangents.
+//! Force and tangents of active and viscous stresses.
 
 use crate::error::FemError;
 use crate::material::Range;
-use crate::operators::added::{AddedMotion, AddedStress, AddedTangents, Force, Regions, Slopes};
+use crate::operators::added::{
+    AddedMotion, AddedStress, AddedTangents, Force, ForceTangents, Regions,
+};
 use crate::operators::relaxation::InternalStresses;
-use crate::solid::crew::Pass;
+use crate::solid::assembler::Pass;
 
 use super::evaluation::check_length;
-use super::shared::sure;
+use super::partition::assert_infallible;
 use super::threads::{self, Entries};
 use super::{Elements, Solid, narrow, with_elements};
 
 impl Solid {
-    /// The solid with stresses that are added to those of its laws, each in elements of its own.
+    /// Returns the solid with active or viscous stresses added in disjoint regions of elements.
     ///
     /// # Errors
-    /// [`FemError::OutOfRange`] for an element that does not exist; [`FemError::TwoAdded`] for one
-    /// that is given two; [`FemError::AddedToSmallStrain`] for one whose law is of small strains;
+    /// [`FemError::OutOfRange`] for an element that does not exist;
+    /// [`FemError::DuplicateAddedStress`] for an element in two regions;
+    /// [`FemError::AddedToSmallStrain`] for an element with a small-strain law;
     /// [`FemError::Parameter`] for constants out of range.
     pub fn with_added_stresses(
         mut self,
@@ -28,9 +31,10 @@ impl Solid {
             }
             Range::NotNegative.check("viscosity", stress.viscosity)?;
         }
-        let of_element = self.numbered(regions.iter().map(|(members, _)| members))?;
-        for (kind, added) in self.kinds.iter_mut().zip(of_element) {
-            kind.added = added;
+        let region_of_element =
+            self.region_of_element(regions.iter().map(|(members, _)| members))?;
+        for (material, added) in self.materials.iter_mut().zip(region_of_element) {
+            material.added = added;
         }
         self.added = regions.iter().map(|(_, stress)| *stress).collect();
         let active = self.added.iter().map(|stress| AddedStress {
@@ -38,37 +42,43 @@ impl Solid {
             ..*stress
         });
         self.active = active.collect();
-        Ok(self.regrouped())
+        Ok(self.with_rebuilt_batches())
     }
 
-    /// The number of each element's region, if it is in one.
-    pub(super) fn numbered<'r>(
+    /// Returns the region of each element, if it is in one.
+    pub(super) fn region_of_element<'r>(
         &self,
         regions: impl Iterator<Item = &'r Vec<usize>>,
     ) -> Result<Vec<Option<usize>>, FemError> {
-        let mut of_element = vec![None; self.space.n_elements()];
+        let mut region_of_element = vec![None; self.space.n_elements()];
         for (number, members) in regions.enumerate() {
             for &element in members {
-                let count = of_element.len();
-                let Some(own) = of_element.get_mut(element) else {
+                let count = region_of_element.len();
+                let Some(region) = region_of_element.get_mut(element) else {
                     let (what, index) = ("element", element);
                     return Err(FemError::OutOfRange { what, index, count });
                 };
-                if own.replace(number).is_some() {
-                    return Err(FemError::TwoAdded { element });
+                if region.replace(number).is_some() {
+                    return Err(FemError::DuplicateAddedStress { element });
                 }
                 if self.laws[element].is_linear() {
                     return Err(FemError::AddedToSmallStrain { element });
                 }
             }
         }
-        Ok(of_element)
+        Ok(region_of_element)
     }
 
-    /// The solid with its elements in batches of what are now their kinds.
-    pub(super) fn regrouped(mut self) -> Self {
+    /// Rebuilds the batches after the materials of elements have changed.
+    pub(super) fn with_rebuilt_batches(mut self) -> Self {
         let patterns = [&self.displacement_pattern, &self.divergence_pattern];
-        self.elements = Elements::new(&self.space, &self.kinds, self.rule, &self.dofs, patterns);
+        self.elements = Elements::new(
+            &self.space,
+            &self.materials,
+            self.rule,
+            &self.dofs,
+            patterns,
+        );
         self.internal = with_elements!(&self.elements, mapped =>
             InternalStresses::new(&mapped.batches, &self.prony));
         match self.fibres.take() {
@@ -77,17 +87,17 @@ impl Solid {
         }
     }
 
-    /// The number of the stress that is added in an element, if there is one.
+    /// Returns the index of the added stress of an element, if it has one.
     pub fn added_number(&self, element: usize) -> Option<usize> {
-        self.kinds[element].added
+        self.materials[element].added
     }
 
-    /// The stresses that are added to those of the laws.
+    /// Returns the added stresses.
     pub fn added_stresses(&self) -> &[AddedStress] {
         &self.added
     }
 
-    /// Number of tensions: one for each element, if there are added stresses.
+    /// Returns the number of tensions: one per element, or 0 without added stresses.
     pub fn n_tensions(&self) -> usize {
         match self.added.is_empty() {
             true => 0,
@@ -95,36 +105,36 @@ impl Solid {
         }
     }
 
-    /// ∫ P : ∇φ of the added stresses.
+    /// Writes the force ∫ P : ∇φ of the added stresses to `out`.
     ///
     /// # Shapes
-    /// `out`: `n_components`.
+    /// `out` has length `n_components`.
     ///
     /// # Panics
-    /// If a length is wrong.
+    /// Panics if a length is wrong.
     pub fn added_force(&self, motion: &AddedMotion<'_>, out: &mut [f64]) {
         self.check_motion(motion);
         check_length(self.space.n_components(), Some(out), "added force");
         self.begin(&Pass::AddedForce(*motion));
         self.force_of(&self.added, motion, out);
-        self.end_sure([out]);
+        self.end_infallible([out]);
     }
 
-    /// The same without viscous stress: linear in the tensions.
+    /// Writes the force of the active stresses alone, which is linear in the tensions, to `out`.
     ///
     /// # Panics
-    /// If a length is wrong.
+    /// Panics if a length is wrong.
     pub fn active_force(&self, motion: &AddedMotion<'_>, out: &mut [f64]) {
         self.check_motion(motion);
         check_length(self.space.n_components(), Some(out), "active force");
         self.begin(&Pass::ActiveForce(*motion));
         self.force_of(&self.active, motion, out);
-        self.end_sure([out]);
+        self.end_infallible([out]);
     }
 
-    /// ∫ P : ∇φ of these stresses in one's own elements.
+    /// Writes ∫ P : ∇φ of the given stresses over the local elements to `out`.
     fn force_of(&self, stresses: &[AddedStress], motion: &AddedMotion<'_>, out: &mut [f64]) {
-        sure(with_elements!(self.own_elements(), mapped => mapped.pass(
+        assert_infallible(with_elements!(self.local_elements(), mapped => mapped.pass(
             self.threads.as_ref(),
             [Entries::Vector],
             [Some(out)],
@@ -136,27 +146,27 @@ impl Solid {
         )));
     }
 
-    /// The tangents asked for of [`added_force`](Self::added_force), in one pass.
+    /// Evaluates the requested tangents of [`added_force`](Self::added_force) in one pass.
     ///
     /// # Panics
-    /// If a length is wrong.
+    /// Panics if a length is wrong.
     pub fn added_tangents(&self, motion: &AddedMotion<'_>, mut out: AddedTangents<'_>) {
         self.check_motion(motion);
         let n = self.displacement_pattern.nnz();
         check_length(n, out.by_displacement.as_deref(), "by_displacement");
         check_length(n, out.by_velocity.as_deref(), "by_velocity");
         self.begin(&Pass::AddedTangents(*motion, out.wanted()));
-        sure(with_elements!(self.own_elements(), mapped => mapped.pass(
+        assert_infallible(with_elements!(self.local_elements(), mapped => mapped.pass(
             self.threads.as_ref(),
             threads::ADDED_TANGENTS,
             out.slots(),
             |elements, maps, slots| {
                 let regions = Regions { elements, stresses: &self.added, motion: *motion };
-                narrow(self.arch, Slopes { regions, maps, out: AddedTangents::from(slots) });
+                narrow(self.arch, ForceTangents { regions, maps, out: AddedTangents::from(slots) });
                 Ok(())
             },
         )));
-        self.end_sure(out.slots().into_iter().flatten());
+        self.end_infallible(out.slots().into_iter().flatten());
     }
 
     fn check_motion(&self, motion: &AddedMotion<'_>) {

@@ -1,4 +1,4 @@
-//! The element loops: vectors, tangents and the strain energy at given fields.
+//! Element passes: vectors, tangents, products, strain energy and power at given fields.
 
 use crate::operators::energy::StrainEnergy;
 use crate::operators::fields::{Change, Fields, Inverted, Linearized, Pressure, Tangents, Vectors};
@@ -6,30 +6,34 @@ use crate::operators::power::Powers;
 use crate::operators::product::Multiply;
 use crate::operators::residual::Evaluate;
 use crate::operators::tangent::Linearize;
-use crate::solid::crew::Pass;
+use crate::solid::assembler::Pass;
 
 use super::{Elements, Solid, narrow, threads, with_elements};
 
 impl Solid {
-    /// The vectors asked for, all in one pass over the elements.
+    /// Evaluates the requested vectors in one pass over the elements.
     ///
     /// # Errors
-    /// [`Inverted`] where det F ≤ 0 or is not a number; the vectors then hold nothing of use.
+    /// [`Inverted`] if det F ≤ 0 or NaN at a quadrature point; the vectors are then invalid.
     ///
     /// # Panics
-    /// If a length is wrong, or a rate is wanted without `v`.
+    /// Panics if a length is wrong, or if a rate is requested without `v`.
     pub fn evaluate(&self, fields: &Fields<'_>, out: &mut Vectors<'_>) -> Result<(), Inverted> {
         self.check_fields(fields);
         let (n, m) = (self.space.n_components(), self.space.n_pressures());
         check_length(n, out.force.as_deref(), "force");
         check_length(n, out.force_rate.as_deref(), "force_rate");
         check_length(n, out.multiplier_force.as_deref(), "multiplier_force");
-        check_length(m, out.defect.as_deref(), "defect");
-        check_length(m, out.defect_rate.as_deref(), "defect_rate");
-        let rates = out.force_rate.is_some() || out.defect_rate.is_some();
+        check_length(m, out.volume_residual.as_deref(), "volume_residual");
+        check_length(
+            m,
+            out.volume_residual_rate.as_deref(),
+            "volume_residual_rate",
+        );
+        let rates = out.force_rate.is_some() || out.volume_residual_rate.is_some();
         assert!(fields.v.is_some() || !rates, "rates need a velocity");
         self.begin(&Pass::Vectors(*fields, out.wanted()));
-        let own = with_elements!(self.own_elements(), mapped => mapped.pass(
+        let own = with_elements!(self.local_elements(), mapped => mapped.pass(
             self.threads.as_ref(),
             threads::VECTORS,
             out.slots(),
@@ -42,13 +46,13 @@ impl Solid {
         self.end(out.all_mut(), own)
     }
 
-    /// The tangents asked for, all in one pass over the elements.
+    /// Evaluates the requested tangents in one pass over the elements.
     ///
     /// # Errors
-    /// [`Inverted`] where det F ≤ 0 or is not a number; the values then hold nothing of use.
+    /// [`Inverted`] if det F ≤ 0 or NaN at a quadrature point; the values are then invalid.
     ///
     /// # Panics
-    /// If a length is wrong, or a rate is wanted without `v`.
+    /// Panics if a length is wrong, or if a rate is requested without `v`.
     pub fn tangents(&self, fields: &Fields<'_>, out: &mut Tangents<'_>) -> Result<(), Inverted> {
         self.check_fields(fields);
         let (n, m) = (
@@ -67,7 +71,7 @@ impl Solid {
         let rates = out.rate_stiffness.is_some() || out.divergence_rate.is_some();
         assert!(fields.v.is_some() || !rates, "rates need a velocity");
         self.begin(&Pass::Tangents(*fields, out.wanted()));
-        let own = with_elements!(self.own_elements(), mapped => mapped.pass(
+        let own = with_elements!(self.local_elements(), mapped => mapped.pass(
             self.threads.as_ref(),
             threads::TANGENTS,
             out.slots(),
@@ -81,14 +85,14 @@ impl Solid {
         self.end(out.all_mut(), own)
     }
 
-    /// What directions change, all in one pass over the elements: the products with the tangents, of which no
-    /// matrix is formed.
+    /// Computes products of the tangents with several directions in one pass over the elements,
+    /// without forming matrices.
     ///
     /// # Errors
-    /// [`Inverted`] where det F ≤ 0 or is not a number; the changes then hold nothing of use.
+    /// [`Inverted`] if det F ≤ 0 or NaN at a quadrature point; the products are then invalid.
     ///
     /// # Panics
-    /// If a length is wrong, or a rate is wanted without `v`.
+    /// Panics if a length is wrong, or if a rate is requested without `v`.
     pub fn multiply(
         &self,
         fields: &Fields<'_>,
@@ -98,12 +102,16 @@ impl Solid {
         self.check_fields(fields);
         let (n, m) = (self.space.n_components(), self.space.n_pressures());
         for change in changes.iter() {
-            check_length(n, Some(change.u), "u along a direction");
-            check_length(n, change.v, "v along a direction");
-            check_length(m, change.p, "p along a direction");
-            check_length(m, change.p_rate, "p_rate along a direction");
+            check_length(n, Some(change.u), "u of a direction");
+            check_length(n, change.v, "v of a direction");
+            check_length(m, change.p, "p of a direction");
+            check_length(m, change.p_rate, "p_rate of a direction");
             check_length(n, Some(&*change.force), "change of force");
-            check_length(m, change.defect.as_deref(), "change of defect");
+            check_length(
+                m,
+                change.volume_residual.as_deref(),
+                "change of volume_residual",
+            );
         }
         assert!(
             fields.v.is_some() || !at.has_rates(),
@@ -117,16 +125,17 @@ impl Solid {
         }))
     }
 
-    /// The energy whose derivative by u is the force: ∫ W(F) − p (J − 1), or ∫ W(F) + κ/2 (J − 1)².
+    /// Returns the potential of the force: ∫ W(F) − p (J − 1) with a pressure field, ∫ W(F) + κ/2
+    /// (J − 1)² otherwise.
     ///
-    /// With a pressure that satisfies the constraint the stored energy is this less
-    /// pᵀ M_p p / (2κ). Paper: eqs. (16), (20).
+    /// If the pressure satisfies the constraint, the stored energy is this value minus pᵀ M_p p /
+    /// (2κ). Paper, eqs. (16) and (20).
     ///
     /// # Units
-    /// J, in plane strain J/m.
+    /// J; in plane strain J/m.
     ///
     /// # Panics
-    /// If a length is wrong.
+    /// Panics if a length is wrong.
     pub fn strain_energy(&self, fields: &Fields<'_>) -> f64 {
         self.check_fields(fields);
         with_elements!(&self.elements, mapped => narrow(self.arch, StrainEnergy {
@@ -135,17 +144,17 @@ impl Solid {
         }))
     }
 
-    /// Adds ∫ (P + β Ṗ) : ∇w of each element, without the terms of the pressure or the penalty, to `out`: the
-    /// power of its own stresses along the field w.
+    /// Adds the power ∫ (P + β Ṗ) : ∇w of the stresses of each element along the field w to `out`,
+    /// without the terms of the pressure or the penalty.
     ///
     /// # Shapes
-    /// `along`: as of the displacement; `out`: the number of elements.
+    /// `along` has the length of the displacement; `out` has one entry per element.
     ///
     /// # Errors
-    /// [`Inverted`] where det F ≤ 0 or is not a number; `out` then holds nothing of use.
+    /// [`Inverted`] if det F ≤ 0 or NaN at a quadrature point; `out` is then invalid.
     ///
     /// # Panics
-    /// If a length is wrong, or with `beta` > 0 without `v`.
+    /// Panics if a length is wrong, or if `beta` > 0 without `v`.
     pub fn add_powers(
         &self,
         fields: &Fields<'_>,

@@ -1,23 +1,24 @@
-//! The operators of a solid: forces, volume defects, their rates and tangents, masses.
+//! Operators of a solid: forces, volume residuals, their rates and tangents, mass matrices.
 //!
-//! Cast: [`Solid`] owns the spaces, laws and maps, and the constant matrices; [`Fields`] is what
-//! the element loops ([`Solid::evaluate`], [`Solid::tangents`]) are evaluated at; [`Vectors`] and
-//! [`Tangents`] say which are wanted and where they go. The tangents are related by
+//! [`Solid`] owns the space, the laws, the scatter maps and the constant matrices. [`Fields`] holds
+//! the fields at which [`Solid::evaluate`] and [`Solid::tangents`] are evaluated; [`Vectors`] and
+//! [`Tangents`] select the results and hold their buffers. The tangents satisfy
 //!
 //! ```text
 //! ∂force/∂p = −B(u)ᵀ              ∂force_rate/∂v = stiffness     ∂force_rate/∂ṗ = −B(u)ᵀ
-//! ∂force_rate/∂p = −divergence_rateᵀ      ∂defect_rate/∂v = B(u)    ∂defect_rate/∂u = divergence_rate
+//! ∂force_rate/∂p = −divergence_rateᵀ
+//! ∂volume_residual_rate/∂v = B(u)             ∂volume_residual_rate/∂u = divergence_rate
 //! ```
 //!
-//! so five blocks serve all formulations. References: paper, section 2.
+//! so five blocks serve all formulations. Reference: paper, section 2.
 
 mod added;
-pub(crate) mod crew;
+pub(crate) mod assembler;
+pub(crate) mod element_material;
+mod element_scales;
 mod evaluation;
-mod graded;
-pub(crate) mod kind;
+mod partition;
 mod relaxation;
-mod shared;
 #[cfg(test)]
 mod tests;
 mod threads;
@@ -37,31 +38,31 @@ use crate::operators::added::AddedStress;
 pub use crate::operators::fields::{
     Change, Fields, Inverted, Linearized, Pressure, Tangents, Vectors,
 };
-use crate::operators::mass::Symmetric;
+use crate::operators::mass::SymmetricMatrix;
 use crate::operators::relaxation::InternalStresses;
 use crate::simd::batch::Batches;
-use crate::solid::kind::{Kind, Ratios};
+use crate::solid::element_material::{ElementMaterial, ElementScale};
 use crate::space::dofs::DofMap;
-use crate::space::sparsity::{ScatterMap, displacement_pattern, divergence_pattern, place};
-use crate::space::{Degree, Located, Space};
+use crate::space::sparsity::{ScatterMap, displacement_pattern, divergence_pattern, entry_index};
+use crate::space::{Degree, ElementPoint, Space};
 
-use graded::Graded;
-use shared::Shared;
+use element_scales::ScaledMatrices;
+use partition::Partition;
 
-/// Batches by dimension and number of nodes and pressures of an element.
+/// Batches by dimension, number of nodes and number of pressures of an element.
 #[derive(Debug, Clone)]
 #[cfg_attr(test, allow(dead_code))] // see `with_elements`
 enum Elements {
-    LinearTriangles(Mapped<2, 3, 3>),
-    QuadraticTriangles(Mapped<2, 6, 3>),
-    LinearTetrahedra(Mapped<3, 4, 4>),
-    QuadraticTetrahedra(Mapped<3, 10, 4>),
+    LinearTriangles(MappedBatches<2, 3, 3>),
+    QuadraticTriangles(MappedBatches<2, 6, 3>),
+    LinearTetrahedra(MappedBatches<3, 4, 4>),
+    QuadraticTetrahedra(MappedBatches<3, 10, 4>),
 }
 
-/// Evaluates an expression with `$mapped` bound to the batches of whatever elements.
+/// Evaluates an expression with `$mapped` bound to the batches of any element type.
 ///
-/// Bodies in space are tested from outside this crate. Its unit tests leave them out: the loops take
-/// minutes to compile, and would be compiled a second time.
+/// Three-dimensional bodies are covered by integration tests. The unit tests exclude them because
+/// their loops take minutes to compile a second time.
 macro_rules! with_elements {
     ($elements:expr, $mapped:ident => $body:expr) => {
         match $elements {
@@ -81,44 +82,44 @@ use with_elements;
 impl Elements {
     fn new(
         space: &Space,
-        kinds: &[Kind],
+        materials: &[ElementMaterial],
         rule: Rule,
         dofs: &DofMap,
         patterns: [&SparsityPattern; 2],
     ) -> Self {
         match (space.dimension(), space.degree()) {
             (2, Degree::One) => {
-                Self::LinearTriangles(Mapped::new(space, kinds, rule, dofs, patterns))
+                Self::LinearTriangles(MappedBatches::new(space, materials, rule, dofs, patterns))
             }
             (2, Degree::Two) => {
-                Self::QuadraticTriangles(Mapped::new(space, kinds, rule, dofs, patterns))
+                Self::QuadraticTriangles(MappedBatches::new(space, materials, rule, dofs, patterns))
             }
             (_, Degree::One) => {
-                Self::LinearTetrahedra(Mapped::new(space, kinds, rule, dofs, patterns))
+                Self::LinearTetrahedra(MappedBatches::new(space, materials, rule, dofs, patterns))
             }
-            (_, Degree::Two) => {
-                Self::QuadraticTetrahedra(Mapped::new(space, kinds, rule, dofs, patterns))
-            }
+            (_, Degree::Two) => Self::QuadraticTetrahedra(MappedBatches::new(
+                space, materials, rule, dofs, patterns,
+            )),
         }
     }
 }
 
-/// Batches and where their matrices go.
+/// Batches and the positions of their matrices in the global matrices.
 #[derive(Debug, Clone)]
-struct Mapped<const D: usize, const N: usize, const P: usize> {
+struct MappedBatches<const D: usize, const N: usize, const P: usize> {
     batches: Batches<D, N, P>,
     maps: Vec<ScatterMap<D, N, P>>,
 }
 
-impl<const D: usize, const N: usize, const P: usize> Mapped<D, N, P> {
+impl<const D: usize, const N: usize, const P: usize> MappedBatches<D, N, P> {
     fn new(
         space: &Space,
-        kinds: &[Kind],
+        materials: &[ElementMaterial],
         rule: Rule,
         dofs: &DofMap,
         [displacement, divergence]: [&SparsityPattern; 2],
     ) -> Self {
-        let batches = Batches::new(space, kinds, rule);
+        let batches = Batches::new(space, materials, rule);
         let maps = batches.batches.iter();
         Self {
             maps: maps
@@ -129,24 +130,24 @@ impl<const D: usize, const N: usize, const P: usize> Mapped<D, N, P> {
     }
 }
 
-impl<const N: usize, const P: usize> Mapped<2, N, P> {
-    /// Runs the loop of the vectors with all of the processor's vector instructions: in the plane
-    /// AVX-512 saves a tenth of it.
+impl<const N: usize, const P: usize> MappedBatches<2, N, P> {
+    /// Runs a vector pass with the widest vector instructions of the processor. In 2D AVX-512 saves
+    /// a tenth of the time.
     fn evaluate<Op: WithSimd>(&self, arch: Arch, op: Op) -> Op::Output {
         arch.dispatch(op)
     }
 }
 
-impl<const N: usize, const P: usize> Mapped<3, N, P> {
-    /// Runs the loop of the vectors.
+impl<const N: usize, const P: usize> MappedBatches<3, N, P> {
+    /// Runs a vector pass without AVX-512.
     #[cfg_attr(test, allow(dead_code))] // see `with_elements`
     fn evaluate<Op: WithSimd>(&self, arch: Arch, op: Op) -> Op::Output {
         narrow(arch, op)
     }
 }
 
-/// Runs an element loop with vector instructions, those of AVX-512 left out: where much is worked
-/// on at a point, or loops are rare, they save nothing, and would be a third of the code.
+/// Runs an element pass without AVX-512. For passes with much work per point and for rare passes
+/// AVX-512 saves no time, but would add a third to the code.
 fn narrow<Op: WithSimd>(arch: Arch, op: Op) -> Op::Output {
     #[cfg(target_arch = "x86_64")]
     match arch {
@@ -158,11 +159,11 @@ fn narrow<Op: WithSimd>(arch: Arch, op: Op) -> Op::Output {
     arch.dispatch(op)
 }
 
-/// A solid in space, or in plane strain and per unit thickness: spaces, fixed nodes, material,
-/// density.
+/// Solid in 3D, or in plane strain per unit thickness: space, constrained components, laws and
+/// densities.
 ///
 /// # Units
-/// SI: force vectors in N, masses in kg; in plane strain in N/m, kg/m.
+/// SI: force vectors in N, masses in kg; in plane strain N/m and kg/m.
 ///
 /// # Examples
 /// ```
@@ -173,14 +174,14 @@ fn narrow<Op: WithSimd>(arch: Arch, op: Op) -> Op::Output {
 /// let space = Arc::new(Space::taylor_hood(&mesh));
 /// let dofs = DofMap::clamped(&space, &space.nodes_of("left")?)?;
 /// let solid = Solid::uniform(space, dofs, Law::MooneyRivlin { c10: 1e4, c01: 2e2 }, 1.1e3)?;
-/// // A tenth more length and width: the volume grows by 21 %.
+/// // Length and width grow by a tenth, so the volume grows by 21 %.
 /// let u: Vec<f64> = solid.space().coordinates().iter().map(|x| 0.1 * x).collect();
-/// let mut defect = vec![0.0; solid.space().n_pressures()];
+/// let mut volume_residual = vec![0.0; solid.space().n_pressures()];
 /// solid.evaluate(
 ///     &Fields::new(&u, Pressure::Penalty { kappa: 1e5 }),
-///     &mut Vectors { defect: Some(&mut defect), ..Default::default() },
+///     &mut Vectors { volume_residual: Some(&mut volume_residual), ..Default::default() },
 /// )?;
-/// assert!((defect.iter().sum::<f64>() - 0.21).abs() < 1e-14);
+/// assert!((volume_residual.iter().sum::<f64>() - 0.21).abs() < 1e-14);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -191,37 +192,38 @@ pub struct Solid {
     rule: Rule,
     elements: Elements,
     fibres: Option<Fibres>,
-    /// The stresses that are added to the laws'.
+    /// Added stresses.
     added: Vec<AddedStress>,
-    /// The same without viscosity.
+    /// Added stresses without viscosity.
     active: Vec<AddedStress>,
-    /// The Prony terms of elements whose stress relaxes, and where their internal stresses lie.
+    /// Prony series of viscoelastic elements.
     prony: Vec<Prony>,
+    /// Layout of the internal stresses.
     internal: InternalStresses,
-    /// Law, added stress and constants of each element.
-    kinds: Vec<Kind>,
+    /// Material of each element.
+    materials: Vec<ElementMaterial>,
     densities: Vec<f64>,
     displacement_pattern: SparsityPattern,
     divergence_pattern: SparsityPattern,
-    mass: Symmetric,
-    pressure_mass: Symmetric,
-    /// What constants that differ between elements make of the matrices.
-    graded: Option<Graded>,
+    mass: SymmetricMatrix,
+    pressure_mass: SymmetricMatrix,
+    /// Matrices that depend on the scales of elements; `None` for uniform scales.
+    scaled_matrices: Option<ScaledMatrices>,
     pressure_weights: Vec<f64>,
-    /// The share of the elements that passes go over, and who computes the others.
-    shared: Option<Box<Shared>>,
-    /// In which passes run if the body is large.
+    /// Local element partition and the workers that compute the others; `None` for all elements.
+    partition: Option<Box<Partition>>,
+    /// Threads for passes over large bodies.
     threads: Option<Arc<ThreadPool>>,
-    /// The vector instructions this processor has; all give the same bits.
+    /// Vector instructions of the processor. All instruction sets give bitwise equal results.
     arch: Arch,
 }
 
 impl Solid {
-    /// A solid with a law for each element.
+    /// Creates a solid with one law per element.
     ///
     /// # Errors
-    /// [`FemError::Count`] if the numbers do not match, [`FemError::Parameter`] for a density that
-    /// is not positive.
+    /// [`FemError::Count`] if array lengths do not match; [`FemError::Parameter`] unless the
+    /// density is positive.
     pub fn new(
         space: Arc<Space>,
         dofs: DofMap,
@@ -231,10 +233,10 @@ impl Solid {
         Self::with_rule(space, dofs, laws, density, Rule::default())
     }
 
-    /// A solid of one law.
+    /// Creates a solid with the same law in all elements.
     ///
     /// # Errors
-    /// As for [`new`](Solid::new).
+    /// The errors of [`new`](Solid::new).
     pub fn uniform(
         space: Arc<Space>,
         dofs: DofMap,
@@ -245,10 +247,11 @@ impl Solid {
         Self::new(space, dofs, laws, density)
     }
 
-    /// A solid whose force and volume terms use another quadrature rule than the one of degree 4.
+    /// Creates a solid with a given quadrature rule for force and volume terms; [`new`](Solid::new)
+    /// uses degree 4.
     ///
     /// # Errors
-    /// As for [`new`](Solid::new).
+    /// The errors of [`new`](Solid::new).
     pub fn with_rule(
         space: Arc<Space>,
         dofs: DofMap,
@@ -260,10 +263,10 @@ impl Solid {
         Self::build(space, dofs, laws, &densities, rule)
     }
 
-    /// A solid with a law and a density for each element.
+    /// Creates a solid with one law and one density per element.
     ///
     /// # Errors
-    /// As for [`new`](Solid::new).
+    /// The errors of [`new`](Solid::new).
     pub fn with_densities(
         space: Arc<Space>,
         dofs: DofMap,
@@ -297,17 +300,17 @@ impl Solid {
         let displacement_pattern = displacement_pattern(&space, &dofs);
         let divergence_pattern = divergence_pattern(&space, &dofs);
         let patterns = [&displacement_pattern, &divergence_pattern];
-        let kind = |&law: &Law| Kind {
+        let material = |&law: &Law| ElementMaterial {
             law,
             added: None,
-            relaxing: None,
-            ratios: Ratios::ONE,
+            prony: None,
+            scale: ElementScale::ONE,
         };
-        let kinds: Vec<Kind> = laws.iter().map(kind).collect();
-        let elements = Elements::new(&space, &kinds, rule, &dofs, patterns);
-        let pressure_mass = Symmetric::pressure_mass(&space, |_| 1.0);
+        let materials: Vec<ElementMaterial> = laws.iter().map(material).collect();
+        let elements = Elements::new(&space, &materials, rule, &dofs, patterns);
+        let pressure_mass = SymmetricMatrix::pressure_mass(&space, |_| 1.0);
         Ok(Self {
-            mass: Symmetric::node_mass(&space, densities),
+            mass: SymmetricMatrix::node_mass(&space, densities),
             pressure_weights: pressure_mass.row_sums(),
             pressure_mass,
             space,
@@ -320,18 +323,19 @@ impl Solid {
             active: Vec::new(),
             prony: Vec::new(),
             internal: InternalStresses::default(),
-            kinds,
+            materials,
             densities: densities.to_vec(),
-            graded: None,
+            scaled_matrices: None,
             displacement_pattern,
             divergence_pattern,
-            shared: None,
+            partition: None,
             threads: None,
             arch: Arch::new(),
         })
     }
 
-    /// The solid with its fibres; without, they run along x and their sheets along y.
+    /// Returns the solid with the given fibers. Without them, fibers are along x and sheets along
+    /// y.
     #[must_use]
     pub fn with_fibres(mut self, fibres: Fibres) -> Self {
         let added = &self.added;
@@ -341,66 +345,67 @@ impl Solid {
         self
     }
 
-    /// The axes of the fibres at a place.
-    pub fn axes_at(&self, at: &Located) -> Axes<f64> {
+    /// Returns the fiber axes at a point.
+    pub fn axes_at(&self, at: &ElementPoint) -> Axes<f64> {
         self.fibres.as_ref().map_or(Axes::cartesian(0.0), |fibres| {
             fibres.axes(at.element, &at.barycentric)
         })
     }
 
-    /// The spaces.
+    /// Returns the space.
     pub fn space(&self) -> &Arc<Space> {
         &self.space
     }
 
-    /// The free components.
+    /// Returns the map of free components.
     pub fn dofs(&self) -> &DofMap {
         &self.dofs
     }
 
-    /// The law of each element.
+    /// Returns the law of each element.
     pub fn laws(&self) -> &[Law] {
         &self.laws
     }
 
-    /// The quadrature rule of force and volume terms.
+    /// Returns the quadrature rule of force and volume terms.
     pub fn rule(&self) -> Rule {
         self.rule
     }
 
-    /// Whether all operators are linear in the fields.
+    /// Returns whether all laws are linear in the fields.
     pub fn is_linear(&self) -> bool {
         self.laws.iter().all(|law| law.is_linear())
     }
 
-    /// Pattern of tangents by displacement: n_free × n_free, columns major.
+    /// Returns the pattern of tangents with respect to the displacement: n_free × n_free,
+    /// compressed columns.
     pub fn displacement_pattern(&self) -> &SparsityPattern {
         &self.displacement_pattern
     }
 
-    /// Pattern of B: n_pressures × n_free, columns major.
+    /// Returns the pattern of B: n_pressures × n_free, compressed columns.
     pub fn divergence_pattern(&self) -> &SparsityPattern {
         &self.divergence_pattern
     }
 
-    /// Pattern of the pressure's mass matrix: n_pressures × n_pressures.
+    /// Returns the pattern of the pressure mass matrix: n_pressures × n_pressures.
     pub fn pressure_pattern(&self) -> &SparsityPattern {
         &self.pressure_mass.pattern
     }
 
-    /// ρ ∫ φ_i φ_j between free components, in the displacement pattern.
+    /// Returns the mass matrix ρ ∫ φ_i φ_j between free components in the displacement pattern.
     pub fn mass_values(&self) -> Vec<f64> {
         self.on_free_components(&self.mass)
     }
 
-    /// ∫ ∇φ_i : ∇φ_j between free components, in the displacement pattern: the square of the H1
-    /// seminorm, in which inf–sup constants are measured. Paper: eq. (27).
+    /// Returns ∫ ∇φ_i : ∇φ_j between free components in the displacement pattern: the squared H1
+    /// seminorm, which defines inf–sup constants. Paper, eq. (27).
     pub fn gradient_values(&self) -> Vec<f64> {
-        self.on_free_components(&Symmetric::node_gradients(&self.space))
+        self.on_free_components(&SymmetricMatrix::node_gradients(&self.space))
     }
 
-    /// A nodal matrix on each component.
-    fn on_free_components(&self, nodal: &Symmetric) -> Vec<f64> {
+    /// Expands a nodal matrix to the free components, in the displacement pattern.
+    fn on_free_components(&self, nodal: &SymmetricMatrix) -> Vec<f64> {
         let pattern = &self.displacement_pattern;
         let mut values = vec![0.0; pattern.nnz()];
         let free_to_full = self.dofs.free_to_full();
@@ -417,40 +422,40 @@ impl Solid {
         {
             let (a, b) = (free_to_full[row], free_to_full[column]);
             if a % dimension == b % dimension {
-                let value = nodal.values[place(&nodal.pattern, a / dimension, b / dimension)];
-                values[place(pattern, row, column)] = value;
+                let value = nodal.values[entry_index(&nodal.pattern, a / dimension, b / dimension)];
+                values[entry_index(pattern, row, column)] = value;
             }
         }
         values
     }
 
-    /// ∫ ψ_k ψ_l in the pressure pattern.
+    /// Returns the pressure mass matrix ∫ ψ_k ψ_l in the pressure pattern.
     pub fn pressure_mass_values(&self) -> &[f64] {
         &self.pressure_mass.values
     }
 
-    /// out = M a over all nodes, rows and columns of constrained components included.
+    /// Writes M a over all nodes to `out`, including constrained components.
     ///
     /// # Panics
-    /// If a length is not `n_components`.
+    /// Panics unless both lengths are `n_components`.
     pub fn apply_mass(&self, a: &[f64], out: &mut [f64]) {
         self.mass.apply_interleaved(self.space.dimension(), a, out);
     }
 
-    /// out = M_p p.
+    /// Writes M_p p to `out`.
     ///
     /// # Panics
-    /// If a length is not `n_pressures`.
+    /// Panics unless both lengths are `n_pressures`.
     pub fn apply_pressure_mass(&self, p: &[f64], out: &mut [f64]) {
         self.pressure_mass.apply(p, out);
     }
 
-    /// ∫ ψ_k, by which projected defects are measured.
+    /// Returns ∫ ψ_k, the weights of projected volume residuals.
     pub fn pressure_weights(&self) -> &[f64] {
         &self.pressure_weights
     }
 
-    /// Volume at rest, m³; in plane strain per unit thickness, m².
+    /// Returns the undeformed volume in m³; in plane strain per unit thickness, in m².
     pub fn volume(&self) -> f64 {
         self.space.measure()
     }

@@ -1,84 +1,87 @@
-//! Stress that relaxes: its force, its tangents, and the rates of its internal stresses.
+//! Viscoelastic stress relaxation: force, tangents and rates of internal stresses.
 
 use crate::error::FemError;
 use crate::material::Prony;
 use crate::material::three::{Tensor3, add_scaled3, cofactor3, product3};
-use crate::operators::relaxation::{InternalStresses, Overstress, Relax, RelaxingPart, Wanted};
+use crate::operators::relaxation::{InternalStresses, Overstress, Relax, RelaxationRegion, Wanted};
 
-use crate::space::Located;
+use crate::space::ElementPoint;
 
 use super::evaluation::check_length;
 use super::{Elements, Solid, narrow, with_elements};
 
 impl Solid {
-    /// The solid with the stress of its laws relaxing by Prony terms, in elements of their own for
-    /// each series; what has no term is left as it is.
+    /// Returns the solid with Prony series in disjoint regions of elements. Regions with an empty
+    /// series are ignored.
     ///
     /// # Errors
-    /// [`FemError::OutOfRange`] for an element that does not exist; [`FemError::TwoAdded`] for one
-    /// that is given two series; [`FemError::AddedToSmallStrain`] for one whose law is of small
-    /// strains.
+    /// [`FemError::OutOfRange`] for an element that does not exist;
+    /// [`FemError::DuplicateAddedStress`] for an element in two regions;
+    /// [`FemError::AddedToSmallStrain`] for an element with a small-strain law.
     pub fn with_relaxation(mut self, regions: &[(Vec<usize>, Prony)]) -> Result<Self, FemError> {
         let given = regions
             .iter()
             .filter(|(_, prony)| !prony.terms().is_empty());
-        let of_element = self.numbered(given.clone().map(|(members, _)| members))?;
-        for (kind, relaxing) in self.kinds.iter_mut().zip(of_element) {
-            kind.relaxing = relaxing;
+        let region_of_element =
+            self.region_of_element(given.clone().map(|(members, _)| members))?;
+        for (material, prony) in self.materials.iter_mut().zip(region_of_element) {
+            material.prony = prony;
         }
         self.prony = given.map(|(_, prony)| prony.clone()).collect();
-        Ok(self.regrouped())
+        Ok(self.with_rebuilt_batches())
     }
 
-    /// The solid as it is when all stress has relaxed.
+    /// Returns the solid with its long-term elastic response, without Prony series.
     #[must_use]
     pub fn relaxed(mut self) -> Self {
-        for kind in &mut self.kinds {
-            kind.relaxing = None;
+        for material in &mut self.materials {
+            material.prony = None;
         }
         self.prony.clear();
-        self.regrouped()
+        self.with_rebuilt_batches()
     }
 
-    /// The elements whose stress relaxes, by their Prony terms.
-    pub fn relaxing_parts(&self) -> &[RelaxingPart] {
+    /// Returns the viscoelastic regions, one per Prony series.
+    pub fn relaxation_regions(&self) -> &[RelaxationRegion] {
         &self.internal.parts
     }
 
-    /// Number of internal stresses.
+    /// Returns the number of internal stresses.
     pub fn n_internal(&self) -> usize {
-        self.relaxing_parts()
+        self.relaxation_regions()
             .last()
             .map_or(0, |part| part.states.end)
     }
 
-    /// F (Σ g S − Σ Q) at a place in the mesh. What is in brackets is, of its values at the quadrature points of the
-    /// element, the only places where Q is known, the linear function that fits best by least squares, exact for one
-    /// that is linear. So it is zero where all stress has relaxed. Nothing where no stress relaxes.
+    /// Returns the overstress F (Σ g S − Σ Q) at a point, or `None` for an element without Prony
+    /// series. The second Piola–Kirchhoff overstress in parentheses is known at the quadrature
+    /// points only; its least-squares linear fit in the element is evaluated. It is exact for
+    /// linear functions and zero at equilibrium.
     ///
     /// # Panics
-    /// If a length is wrong.
-    pub fn overstress_at(&self, u: &[f64], internal: &[f64], at: &Located) -> Option<Tensor3> {
+    /// Panics if a length is wrong.
+    pub fn overstress_at(&self, u: &[f64], internal: &[f64], at: &ElementPoint) -> Option<Tensor3> {
         let mesh = self.space.mesh();
-        let of = (mesh.dimension(), at.element);
-        let (prony, sum_at) = self.internal.sums(of, internal)?;
-        let of_law = prony.instantaneous() - 1.0;
+        let element = (mesh.dimension(), at.element);
+        let (prony, sum_at) = self.internal.sums(element, internal)?;
+        let stiffening = prony.instantaneous() - 1.0;
         let law = self.laws()[at.element];
         let n = at.barycentric.len() as f64;
         let mut fit = [[0.0; 3]; 3];
         for (number, point) in self.rule.points(mesh.shape()).iter().enumerate() {
-            // With ∫λa λb = (1 + δab)/(n (n + 1)) of the n vertices, per measure, the projection is
-            // Σ w_q n ((n + 1) λ·λ_q − 1) s_q: the rule is exact for products of linear functions.
+            // With ∫λa λb = (1 + δab)/(n (n + 1)) for n vertices and unit measure, the projection
+            // is Σ w_q n ((n + 1) λ·λ_q − 1) s_q; the rule is exact for products of linear
+            // functions.
             let coordinates = at.barycentric.iter().zip(point.barycentric.iter());
             let product: f64 = coordinates.map(|(a, b)| a * b).sum();
             let weight = point.weight * n * ((n + 1.0) * product - 1.0);
-            let there = Located {
+            let quadrature_point = ElementPoint {
                 element: at.element,
                 barycentric: point.barycentric,
             };
-            let gradient = self.spatial_gradient_at(u, &there);
-            let piola = law.stress3(gradient, 0.0, self.axes_at(&there));
-            add_scaled3(&mut fit, weight * of_law, &second(&gradient, &piola));
+            let gradient = self.spatial_gradient_at(u, &quadrature_point);
+            let piola = law.stress3(gradient, 0.0, self.axes_at(&quadrature_point));
+            add_scaled3(&mut fit, weight * stiffening, &second(&gradient, &piola));
             add_scaled3(&mut fit, -weight, &sum_at(number));
         }
         Some(product3(
@@ -87,21 +90,22 @@ impl Solid {
         ))
     }
 
-    /// Number of slots: components at quadrature points.
+    /// Returns the number of slots: stress components at quadrature points.
     pub fn n_slots(&self) -> usize {
-        self.relaxing_parts()
+        self.relaxation_regions()
             .last()
             .map_or(0, |part| part.slots.end)
     }
 
-    /// `rates` ← (g S − Q)/τ, and `force` += ∫ F (Σ g S − Σ Q) : ∇φ.
+    /// Writes the rates (g S − Q)/τ to `rates` and adds ∫ F (Σ g S − Σ Q) : ∇φ to `force`.
     ///
     /// # Shapes
-    /// `u`, `force`: `n_components`; `internal` (Q), `rates`: [`n_internal`](Self::n_internal).
+    /// `u` and `force` have length `n_components`; `internal` (Q) and `rates` have length
+    /// [`n_internal`](Self::n_internal).
     ///
     /// # Panics
-    /// If a length is wrong.
-    pub fn relaxing_force(
+    /// Panics if a length is wrong.
+    pub fn relaxation_force(
         &self,
         u: &[f64],
         internal: &[f64],
@@ -121,40 +125,41 @@ impl Solid {
         );
     }
 
-    /// The internal stresses g S of a body whose stress has relaxed at the displacement `u`.
-    pub fn settled_stresses(&self, u: &[f64]) -> Vec<f64> {
-        let mut settled = vec![0.0; self.n_internal()];
-        let zero = settled.clone();
-        self.relaxing_force(u, &zero, None, &mut settled);
-        for part in self.relaxing_parts() {
-            let own = settled[part.states.clone()].chunks_mut(part.slots.len());
-            for (states, term) in own.zip(part.prony.terms()) {
+    /// Returns the internal stresses g S at equilibrium with the displacement `u`.
+    pub fn equilibrium_overstress(&self, u: &[f64]) -> Vec<f64> {
+        let mut internal = vec![0.0; self.n_internal()];
+        let zero = internal.clone();
+        self.relaxation_force(u, &zero, None, &mut internal);
+        for part in self.relaxation_regions() {
+            let terms = internal[part.states.clone()].chunks_mut(part.slots.len());
+            for (states, term) in terms.zip(part.prony.terms()) {
                 states.iter_mut().for_each(|rate| *rate *= term.time);
             }
         }
-        settled
+        internal
     }
 
-    /// `out` ← S, what drives the internal stresses.
+    /// Writes the second Piola–Kirchhoff stress S, which drives the internal stresses, to `out`.
     ///
     /// # Shapes
-    /// `out`: [`n_slots`](Self::n_slots).
+    /// `out` has length [`n_slots`](Self::n_slots).
     ///
     /// # Panics
-    /// If a length is wrong.
-    pub fn relaxing_stresses(&self, u: &[f64], out: &mut [f64]) {
+    /// Panics if a length is wrong.
+    pub fn driving_stresses(&self, u: &[f64], out: &mut [f64]) {
         check_length(self.n_slots(), Some(out), "stresses");
         self.relax(u, Wanted::Stresses { out });
     }
 
-    /// Each of `forces` += ∫ F T : ∇φ of its symmetric tensors T, in one pass.
+    /// Adds ∫ F T : ∇φ of each symmetric tensor T of `tensors` to the corresponding entry of
+    /// `forces`, in one pass.
     ///
     /// # Shapes
-    /// Each of `tensors`: [`n_slots`](Self::n_slots).
+    /// Each entry of `tensors` has length [`n_slots`](Self::n_slots).
     ///
     /// # Panics
-    /// If a length is wrong.
-    pub fn forces_of_tensors(&self, u: &[f64], tensors: &[Vec<f64>], forces: &mut [Vec<f64>]) {
+    /// Panics if a length is wrong.
+    pub fn tensor_forces(&self, u: &[f64], tensors: &[Vec<f64>], forces: &mut [Vec<f64>]) {
         assert_eq!(tensors.len(), forces.len(), "a force for each");
         for (tensors, force) in tensors.iter().zip(&*forces) {
             check_length(self.n_slots(), Some(tensors), "tensors");
@@ -163,14 +168,15 @@ impl Solid {
         self.relax(u, Wanted::ForceOf { tensors, forces });
     }
 
-    /// Each of `out` ← Ṡ along its velocity of `v`, in one pass.
+    /// Writes the stress rate Ṡ along each velocity of `v` to the corresponding entry of `out`, in
+    /// one pass.
     ///
     /// # Shapes
-    /// Each of `out`: [`n_slots`](Self::n_slots).
+    /// Each entry of `out` has length [`n_slots`](Self::n_slots).
     ///
     /// # Panics
-    /// If a length is wrong.
-    pub fn relaxing_stress_rates(&self, u: &[f64], v: &[Vec<f64>], out: &mut [Vec<f64>]) {
+    /// Panics if a length is wrong.
+    pub fn driving_stress_rates(&self, u: &[f64], v: &[Vec<f64>], out: &mut [Vec<f64>]) {
         assert_eq!(v.len(), out.len(), "rates for each");
         for (v, out) in v.iter().zip(&*out) {
             check_length(self.n_slots(), Some(out), "stress rates");
@@ -179,16 +185,16 @@ impl Solid {
         self.relax(u, Wanted::StressRates { v, out });
     }
 
-    /// `geometric` ← ∂/∂u ∫ F H : ∇φ under constant H; for each relaxing part `material` ←
-    /// ∂/∂u ∫ F S : ∇φ under constant F.
+    /// Writes ∂/∂u ∫ F H : ∇φ at constant H to `geometric` and, for each viscoelastic region, ∂/∂u
+    /// ∫ F S : ∇φ at constant F to `material`.
     ///
     /// # Shapes
-    /// In the order of the displacement pattern; one `material` for each of
-    /// [`relaxing_parts`](Self::relaxing_parts).
+    /// Values are in the order of the displacement pattern; `material` has one entry per
+    /// viscoelastic region.
     ///
     /// # Panics
-    /// If a length is wrong.
-    pub fn relaxing_tangents(
+    /// Panics if a length is wrong.
+    pub fn relaxation_tangents(
         &self,
         u: &[f64],
         over: Overstress<'_>,
@@ -229,14 +235,14 @@ impl Solid {
     }
 }
 
-/// F = I + ∇u.
+/// Returns F = I + ∇u.
 fn deformation(gradient: &Tensor3) -> Tensor3 {
     let mut f = *gradient;
     (0..3).for_each(|i| f[i][i] += 1.0);
     f
 }
 
-/// S = F⁻¹ P.
+/// Returns S = F⁻¹ P.
 fn second(gradient: &Tensor3, piola: &Tensor3) -> Tensor3 {
     let f = deformation(gradient);
     let cofactor = cofactor3(&f);

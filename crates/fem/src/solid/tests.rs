@@ -1,4 +1,4 @@
-//! Every instruction set gives the same bits.
+//! All instruction sets give bitwise equal results.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::operators::fields::{Fields, Inverted, Pressure, Tangents, Vectors};
 use crate::space::Space;
 use crate::space::dofs::DofMap;
 
-/// The instruction sets that this processor has, the widest last.
+/// Returns the instruction sets of this processor, the widest last.
 fn instruction_sets() -> Vec<Arch> {
     let mut sets = vec![Arch::Scalar];
     #[cfg(target_arch = "x86_64")]
@@ -23,8 +23,8 @@ fn wave(n: usize, size: f64) -> Vec<f64> {
     (0..n).map(|i| size * (i as f64).sin()).collect()
 }
 
-/// Every vector and every tangent.
-fn everything(solid: &Solid, fields: &Fields<'_>) -> Result<[Vec<f64>; 10], Inverted> {
+/// Evaluates all vectors and tangents.
+fn all_results(solid: &Solid, fields: &Fields<'_>) -> Result<[Vec<f64>; 10], Inverted> {
     let (n, m) = (fields.u.len(), solid.space.n_pressures());
     let (nnz, nnz_divergence) = (
         solid.displacement_pattern.nnz(),
@@ -37,8 +37,8 @@ fn everything(solid: &Solid, fields: &Fields<'_>) -> Result<[Vec<f64>; 10], Inve
         force: Some(a),
         force_rate: Some(b),
         multiplier_force: Some(c),
-        defect: Some(d),
-        defect_rate: Some(e),
+        volume_residual: Some(d),
+        volume_residual_rate: Some(e),
     };
     solid.evaluate(fields, &mut vectors)?;
     let mut tangents = Tangents {
@@ -54,8 +54,8 @@ fn everything(solid: &Solid, fields: &Fields<'_>) -> Result<[Vec<f64>; 10], Inve
 }
 
 #[test]
-fn vector_instructions_change_no_bit() {
-    // 8 elements fill a batch; the last batch is not full.
+fn instruction_sets_give_bitwise_equal_results() {
+    // A batch holds 8 elements; the last batch is not full.
     let mesh = crate::mesh::generate::spindle([10, 2]).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
     let dofs = DofMap::clamped(&space, &space.nodes_of("fixed").unwrap()).unwrap();
@@ -75,7 +75,7 @@ fn vector_instructions_change_no_bit() {
         factors: Some(&factors),
         ..Fields::new(&u, Pressure::Nodal(&p))
     };
-    // The middle node of element 13's first edge, out on the other side of the element.
+    // The midside node of the first edge of element 13 is moved outside the element.
     let moved = space.element_nodes(13)[3];
     let mut inverted = u.clone();
     inverted[2 * moved] += 1.0;
@@ -88,11 +88,11 @@ fn vector_instructions_change_no_bit() {
         ..solid.clone()
     });
     let solids: Vec<_> = sets.collect();
-    let scalar = everything(&solids[0], &fields).unwrap();
+    let scalar = all_results(&solids[0], &fields).unwrap();
     assert!(scalar.iter().flatten().all(|x| x.is_finite()));
     for (k, solid) in solids.iter().enumerate() {
-        assert_eq!(everything(solid, &fields).unwrap(), scalar, "set {k}");
-        let error = everything(solid, &inverted).unwrap_err();
+        assert_eq!(all_results(solid, &fields).unwrap(), scalar, "set {k}");
+        let error = all_results(solid, &inverted).unwrap_err();
         let around = space.element_nodes(error.element);
         assert!(around.contains(&moved), "set {k}: {error}");
     }

@@ -1,4 +1,4 @@
-//! Which displacement components are free unknowns.
+//! Map between all displacement components and the free ones.
 
 use crate::error::FemError;
 use crate::space::Space;
@@ -6,10 +6,11 @@ use crate::space::Space;
 /// Marks a constrained component in [`DofMap::full_to_free`].
 pub(crate) const CONSTRAINED: u32 = u32::MAX;
 
-/// The free components of a displacement, numbered in the order of the full nodal array.
+/// Free displacement components, numbered in the order of the full nodal array.
 ///
 /// # Shapes
-/// A full array has the components of all nodes (x0, y0, x1, …), a free one [`n_free`](DofMap::n_free).
+/// A full array has [`n_full`](DofMap::n_full) entries, the components of all nodes (x0, y0, x1,
+/// …). A free array has [`n_free`](DofMap::n_free) entries.
 ///
 /// # Examples
 /// ```
@@ -18,7 +19,7 @@ pub(crate) const CONSTRAINED: u32 = u32::MAX;
 /// let dofs = DofMap::clamped(&space, &space.nodes_of("left")?)?;
 /// assert_eq!(dofs.n_free(), 2 * (9 - 3));
 /// let mut full = vec![7.0; 18];
-/// dofs.expand(&vec![1.0; 12], &mut full); // leaves the constrained entries
+/// dofs.expand(&vec![1.0; 12], &mut full); // keeps the constrained entries
 /// assert_eq!(full.iter().sum::<f64>(), 6.0 * 7.0 + 12.0);
 /// # Ok::<(), myovib_fem::FemError>(())
 /// ```
@@ -29,19 +30,19 @@ pub struct DofMap {
 }
 
 impl DofMap {
-    /// All components are free but the listed pairs (node, component).
+    /// Creates a map in which all components are free except the listed pairs (node, component).
     ///
     /// # Errors
-    /// [`FemError::OutOfRange`] for a node or a component that does not exist.
+    /// [`FemError::OutOfRange`] for a node or component that does not exist.
     pub fn new(space: &Space, constrained: &[(usize, usize)]) -> Result<Self, FemError> {
         let dimension = space.dimension();
         let mut full_to_free = vec![0; space.n_components()];
         for &(node, component) in constrained {
-            let places = [
+            let indices = [
                 ("node", node, space.n_nodes()),
                 ("component", component, dimension),
             ];
-            for (what, index, count) in places {
+            for (what, index, count) in indices {
                 if index >= count {
                     return Err(FemError::OutOfRange { what, index, count });
                 }
@@ -61,7 +62,7 @@ impl DofMap {
         })
     }
 
-    /// All components of the listed nodes are constrained.
+    /// Creates a map in which all components of the listed nodes are constrained.
     ///
     /// # Errors
     /// [`FemError::OutOfRange`] for a node that does not exist.
@@ -74,45 +75,45 @@ impl DofMap {
         Self::new(space, &pairs)
     }
 
-    /// Number of free components.
+    /// Returns the number of free components.
     pub fn n_free(&self) -> usize {
         self.free_to_full.len()
     }
 
-    /// Length of the full nodal array.
+    /// Returns the length of the full nodal array.
     pub fn n_full(&self) -> usize {
         self.full_to_free.len()
     }
 
-    /// The place of each free component in the full array, ascending.
+    /// Returns the index of each free component in the full array, in ascending order.
     pub fn free_to_full(&self) -> &[usize] {
         &self.free_to_full
     }
 
-    /// The free number of a component of the full array, or [`CONSTRAINED`].
+    /// Returns the free index of each component of the full array, or [`CONSTRAINED`].
     pub(crate) fn full_to_free(&self) -> &[u32] {
         &self.full_to_free
     }
 
-    /// Writes the free components into the full array and leaves its other entries.
+    /// Writes the free components into the full array and keeps its other entries.
     ///
     /// # Panics
-    /// If a length is wrong.
+    /// Panics if a length is wrong.
     pub fn expand(&self, free: &[f64], full: &mut [f64]) {
         assert_eq!((free.len(), full.len()), (self.n_free(), self.n_full()));
-        for (&place, &value) in self.free_to_full.iter().zip(free) {
-            full[place] = value;
+        for (&component, &value) in self.free_to_full.iter().zip(free) {
+            full[component] = value;
         }
     }
 
-    /// Reads the free components from the full array.
+    /// Copies the free components out of the full array.
     ///
     /// # Panics
-    /// If a length is wrong.
+    /// Panics if a length is wrong.
     pub fn restrict(&self, full: &[f64], free: &mut [f64]) {
         assert_eq!((free.len(), full.len()), (self.n_free(), self.n_full()));
-        for (&place, value) in self.free_to_full.iter().zip(free) {
-            *value = full[place];
+        for (&component, value) in self.free_to_full.iter().zip(free) {
+            *value = full[component];
         }
     }
 }

@@ -1,11 +1,12 @@
-//! The pair of finite element spaces: displacement and pressure on the same elements.
+//! Finite element spaces of displacement and pressure on one mesh.
 //!
-//! Owns the numbering of nodes (vertices first, with the mesh's numbers, then midpoints of edges)
-//! and of pressures, and evaluation at points. Nodal displacement-like arrays are interleaved (x0,
-//! y0, x1, y1, … in the plane) over *all* nodes, constrained ones included; pressure-like arrays
-//! have one entry per pressure.
+//! A [`Space`] numbers the nodes (vertices with their mesh indices, then edge midpoints) and the
+//! pressures, and evaluates fields at points. Displacement-like arrays are interleaved (x0, y0, x1,
+//! y1, … in 2D) over *all* nodes, including constrained ones. Pressure-like arrays have one entry
+//! per pressure.
 //!
-//! Functions with a parameter `D` are for that dimension only, as those of the [mesh](crate::mesh).
+//! Functions with a parameter `D` panic for a space of another dimension, like those of the
+//! [mesh](crate::mesh).
 
 pub mod dofs;
 pub(crate) mod sparsity;
@@ -18,7 +19,7 @@ use crate::element::{self, Barycentric, inverse_map};
 use crate::error::FemError;
 use crate::mesh::{Group, Mesh, points, sorted};
 
-/// A continuous displacement space and piecewise linear pressures. Paper: eq. (25).
+/// Continuous displacement space with piecewise linear pressures; paper, eq. (25).
 ///
 /// # Examples
 /// ```
@@ -26,57 +27,58 @@ use crate::mesh::{Group, Mesh, points, sorted};
 /// let mesh = generate::rectangle([0.0, 0.0], [2.0, 1.0], [2, 1])?;
 /// let space = Space::taylor_hood(&mesh);
 /// assert_eq!((space.n_pressures(), space.n_nodes()), (6, 15));
-/// let place = space.locate([1.5, 0.25]).expect("inside");
+/// let point = space.locate([1.5, 0.25]).expect("inside");
 /// let p: Vec<f64> = mesh.points().iter().map(|[x, y]| 3.0 * x - y).collect();
-/// assert!((space.pressure_at(&p, &place) - 4.25).abs() < 1e-14);
+/// assert!((space.pressure_at(&p, &point) - 4.25).abs() < 1e-14);
 /// # Ok::<(), myovib_fem::FemError>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Space {
     mesh: Mesh,
     degree: Degree,
-    /// As many for each node as there are dimensions.
+    /// Node coordinates, `dimension` values per node.
     coordinates: Vec<f64>,
-    /// Midpoint nodes by their edge; empty for degree one.
+    /// Midpoint nodes by the sorted ends of their edge; empty for degree one.
     midpoints: HashMap<[usize; 2], usize>,
-    /// The nodes of each element.
+    /// Nodes of each element.
     element_nodes: Vec<usize>,
-    /// The pressures at the vertices of each element.
+    /// Pressures at the vertices of each element.
     element_pressures: Vec<usize>,
-    /// The vertex of each pressure.
+    /// Vertex of each pressure.
     pressure_vertices: Vec<usize>,
-    /// Whether an edge of the element is curved.
+    /// Whether each element has a curved edge.
     curved: Vec<bool>,
 }
 
-/// A place in the mesh.
+/// Point in an element.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Located {
-    /// The element.
+pub struct ElementPoint {
+    /// Index of the element.
     pub element: usize,
-    /// Barycentric coordinates in it.
+    /// Barycentric coordinates in the element.
     pub barycentric: Barycentric,
 }
 
 impl Space {
-    /// Quadratic displacement, linear pressure (P2–P1): stable by the inf–sup condition (27).
+    /// Creates the Taylor–Hood pair P2–P1 (quadratic displacement, linear pressure), which
+    /// satisfies the inf–sup condition (27).
     pub fn taylor_hood(mesh: &Mesh) -> Self {
         Self::new(mesh, Degree::Two)
     }
 
-    /// Linear displacement and pressure (P1–P1): the counterexample, which violates (27).
+    /// Creates the equal-order pair P1–P1, a counterexample that violates (27).
     pub fn equal_order(mesh: &Mesh) -> Self {
         Self::new(mesh, Degree::One)
     }
 
-    /// The same space with pressures that jump between regions: at a vertex between regions each has
-    /// its own. `regions` has a number for each element.
+    /// Returns the space with pressures that are discontinuous across regions: a vertex between
+    /// regions has one pressure per region. `regions` holds the region of each element.
     ///
-    /// Where the bulk modulus or the law changes the pressure is not continuous, and a continuous one
-    /// would not converge with its order.
+    /// The pressure jumps where the bulk modulus or the law changes; a continuous approximation
+    /// would lose its order of convergence there.
     ///
     /// # Errors
-    /// [`FemError::Count`] if there is not one number for each element.
+    /// [`FemError::Count`] unless `regions` has one entry per element.
     pub fn with_regions(mut self, regions: &[usize]) -> Result<Self, FemError> {
         if regions.len() != self.n_elements() {
             return Err(FemError::Count {
@@ -89,7 +91,7 @@ impl Space {
         let of_element = |(vertices, &region): (&'_ [usize], &usize)| -> Vec<[usize; 2]> {
             vertices.iter().map(|&vertex| [region, vertex]).collect()
         };
-        // Regions one after the other, in each the vertices in the order of the mesh.
+        // Pressures are numbered by region, then by vertex.
         let owned: BTreeSet<[usize; 2]> = elements().flat_map(of_element).collect();
         let numbers: HashMap<[usize; 2], usize> = owned
             .iter()
@@ -115,15 +117,15 @@ impl Space {
                 continue;
             }
             for edge @ [p, q] in mesh.edges_of(element) {
-                let bent = mesh.bent_midpoint(edge);
-                *curved |= bent.is_some();
+                let midpoint = mesh.curved_midpoint(edge);
+                *curved |= midpoint.is_some();
                 let node = *midpoints.entry(edge).or_insert_with(|| {
                     for m in 0..dimension {
                         let (a, b) = (
                             coordinates[dimension * p + m],
                             coordinates[dimension * q + m],
                         );
-                        coordinates.push(bent.map_or(0.5 * (a + b), |place| place[m]));
+                        coordinates.push(midpoint.map_or(0.5 * (a + b), |point| point[m]));
                     }
                     coordinates.len() / dimension - 1
                 });
@@ -142,107 +144,109 @@ impl Space {
         }
     }
 
-    /// The mesh underneath.
+    /// Returns the mesh.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
 
-    /// Number of coordinates of a point and of components of a displacement.
+    /// Returns the number of coordinates of a point, which is the number of displacement
+    /// components.
     pub fn dimension(&self) -> usize {
         self.mesh.dimension()
     }
 
-    /// Degree of the displacement.
+    /// Returns the degree of the displacement.
     pub fn degree(&self) -> Degree {
         self.degree
     }
 
-    /// Number of displacement nodes, constrained ones included.
+    /// Returns the number of displacement nodes, including constrained ones.
     pub fn n_nodes(&self) -> usize {
         self.coordinates.len() / self.dimension()
     }
 
-    /// Length of a displacement-like array: the components of all nodes.
+    /// Returns the length of a displacement-like array: nodes times components.
     pub fn n_components(&self) -> usize {
         self.coordinates.len()
     }
 
-    /// Number of pressures: one for each vertex, in each region that has it.
+    /// Returns the number of pressures: one per vertex and region that contains it.
     pub fn n_pressures(&self) -> usize {
         self.pressure_vertices.len()
     }
 
-    /// The vertex of each pressure.
+    /// Vertex of each pressure.
     pub fn pressure_vertices(&self) -> &[usize] {
         &self.pressure_vertices
     }
 
-    /// Number of elements.
+    /// Returns the number of elements.
     pub fn n_elements(&self) -> usize {
         self.mesh.n_elements()
     }
 
-    /// Where the nodes lie: the vertices, then the midpoints.
+    /// Returns the node positions: vertices, then midpoints.
     ///
     /// # Panics
-    /// Unless `D` is the dimension.
+    /// Panics unless `D` is the dimension.
     pub fn node_points<const D: usize>(&self) -> &[[f64; D]] {
         points(&self.coordinates, self.dimension())
     }
 
-    /// Where a node lies.
+    /// Returns the position of a node.
     pub fn node_point(&self, node: usize) -> &[f64] {
         let dimension = self.dimension();
         &self.coordinates[dimension * node..][..dimension]
     }
 
-    /// The coordinates of all nodes, one node after the other: a displacement-like array.
+    /// Returns the coordinates of all nodes as a displacement-like array.
     pub fn coordinates(&self) -> &[f64] {
         &self.coordinates
     }
 
-    /// The displacement nodes of an element: vertices, then midpoints of its edges.
+    /// Returns the displacement nodes of an element: vertices, then edge midpoints.
     pub fn element_nodes(&self, element: usize) -> &[usize] {
         let n = self.mesh.shape().n_nodes(self.degree);
         &self.element_nodes[n * element..][..n]
     }
 
-    /// The pressures at the vertices of an element.
+    /// Returns the pressures at the vertices of an element.
     pub fn element_pressures(&self, element: usize) -> &[usize] {
         let n = self.mesh.shape().n_vertices();
         &self.element_pressures[n * element..][..n]
     }
 
-    /// Whether an element has curved edges, and so a map that is not affine (isoparametric).
+    /// Returns whether an element has curved edges; its isoparametric map is then not affine.
     pub fn is_curved(&self, element: usize) -> bool {
         self.curved[element]
     }
 
-    /// ∂ξ/∂x at a place, and the measure that an element has if its map is there what it is here.
+    /// Returns ∂ξ/∂x at a point, and the local measure: the determinant of ∂x/∂ξ there times the
+    /// reference measure.
     ///
     /// # Panics
-    /// Unless `D` is the dimension.
+    /// Panics unless `D` is the dimension.
     pub(crate) fn map_at<const D: usize>(
         &self,
         element: usize,
         lambda: &[f64],
     ) -> ([[f64; D]; D], f64) {
         let (shape, points) = (self.mesh.shape(), self.node_points::<D>());
-        let places =
+        let positions =
             |nodes: &[usize]| -> Vec<[f64; D]> { nodes.iter().map(|&n| points[n]).collect() };
         let (inverse, det) = if self.curved[element] {
             let gradients = shape.gradients(self.degree, lambda);
             element::inverse(element::jacobian(
-                &places(self.element_nodes(element)),
+                &positions(self.element_nodes(element)),
                 &gradients,
             ))
         } else {
-            inverse_map(&places(self.mesh.element(element)))
+            inverse_map(&positions(self.mesh.element(element)))
         };
         (inverse, shape.reference_measure * det)
     }
 
-    /// The measure that an element has if its map is everywhere what it is at a place.
+    /// Returns the local measure at a point: det ∂x/∂ξ times the reference measure.
     pub(crate) fn measure_at(&self, element: usize, lambda: &[f64]) -> f64 {
         match self.dimension() {
             2 => self.map_at::<2>(element, lambda).1,
@@ -250,9 +254,9 @@ impl Space {
         }
     }
 
-    /// The area or volume, of curved elements too.
+    /// Returns the total area or volume, including curved elements.
     pub fn measure(&self) -> f64 {
-        // The determinant of a quadratic map has degree 3 in space.
+        // The determinant of a quadratic map has degree 3 in 3D.
         let rule = Rule::Degree4.points(self.mesh.shape());
         let of_curved = |element| {
             let parts = rule
@@ -267,19 +271,19 @@ impl Space {
         (0..self.n_elements()).map(of).sum()
     }
 
-    /// Where a place lies.
+    /// Returns the position of a point.
     ///
     /// # Panics
-    /// Unless `D` is the dimension.
-    pub fn place<const D: usize>(&self, at: &Located) -> [f64; D] {
+    /// Panics unless `D` is the dimension.
+    pub fn position<const D: usize>(&self, at: &ElementPoint) -> [f64; D] {
         self.displacement_at(&self.coordinates, at)
     }
 
-    /// The nodes of an edge or a face of the mesh: its vertices, then (quadratic) the midpoints of
+    /// Returns the nodes of an edge or face: its vertices, then (for degree two) the midpoints of
     /// its edges.
     ///
     /// # Panics
-    /// If it is none of the mesh. Edges and faces of groups always are.
+    /// Panics for an edge or face that is not in the mesh. Edges and faces of groups always are.
     pub fn facet_nodes(&self, facet: &[usize]) -> Vec<usize> {
         let mut nodes = facet.to_vec();
         if self.degree == Degree::Two {
@@ -293,7 +297,7 @@ impl Space {
         nodes
     }
 
-    /// The vertices in whose middle each node lies: itself twice, or the ends of its edge.
+    /// Returns the vertices whose midpoint is each node: the vertex twice, or the ends of the edge.
     pub fn node_ends(&self) -> Vec<[usize; 2]> {
         let mut ends: Vec<[usize; 2]> = (0..self.n_nodes()).map(|node| [node; 2]).collect();
         for (&edge, &node) in &self.midpoints {
@@ -302,7 +306,7 @@ impl Space {
         ends
     }
 
-    /// The nodes, vertices and midpoints, on a group, in ascending order.
+    /// Returns the nodes (vertices and midpoints) of a group in ascending order.
     pub fn nodes_on(&self, group: &Group) -> Vec<usize> {
         let mut nodes: Vec<usize> = match group {
             Group::Points(vertices) => vertices.clone(),
@@ -319,7 +323,7 @@ impl Space {
         nodes
     }
 
-    /// The nodes on the group of that name.
+    /// Returns the nodes of the group with the given name in ascending order.
     ///
     /// # Errors
     /// [`FemError::UnknownGroup`].
@@ -327,22 +331,24 @@ impl Space {
         Ok(self.nodes_on(self.mesh.group(name)?))
     }
 
-    /// Finds the element that holds a point, or `None` outside the mesh.
+    /// Returns the element that contains a point and its barycentric coordinates, or `None` outside
+    /// the mesh.
     ///
-    /// A point between elements (up to rounding) belongs to the first one that has it.
+    /// A point on the boundary of several elements (up to rounding) is assigned to the first of
+    /// them.
     ///
     /// # Panics
-    /// Unless `D` is the dimension.
-    pub fn locate<const D: usize>(&self, point: [f64; D]) -> Option<Located> {
-        // Rounding of coordinates of the mesh's size, seen through the inverse map.
-        const SLACK: f64 = 1e-10;
+    /// Panics unless `D` is the dimension.
+    pub fn locate<const D: usize>(&self, point: [f64; D]) -> Option<ElementPoint> {
+        // Rounding of coordinates, amplified by the inverse map.
+        const TOLERANCE: f64 = 1e-10;
         let located = |element| {
             let barycentric = match self.curved[element] {
-                false => self.pull_back(element, point),
-                true => self.pull_back_curved(element, point)?,
+                false => self.barycentric_in(element, point),
+                true => self.barycentric_in_curved(element, point)?,
             };
-            let inside = barycentric.iter().all(|&l| l >= -SLACK);
-            inside.then_some(Located {
+            let inside = barycentric.iter().all(|&l| l >= -TOLERANCE);
+            inside.then_some(ElementPoint {
                 element,
                 barycentric,
             })
@@ -350,8 +356,8 @@ impl Space {
         (0..self.n_elements()).find_map(located)
     }
 
-    /// Barycentric coordinates of a point in an element taken as straight.
-    fn pull_back<const D: usize>(&self, element: usize, point: [f64; D]) -> Barycentric {
+    /// Returns the barycentric coordinates of a point in an element, ignoring curved edges.
+    fn barycentric_in<const D: usize>(&self, element: usize, point: [f64; D]) -> Barycentric {
         let points = self.mesh.points::<D>();
         let vertices = self.mesh.element(element).iter();
         let corners: Vec<[f64; D]> = vertices.map(|&v| points[v]).collect();
@@ -361,32 +367,33 @@ impl Space {
             let terms = row.iter().zip(point.iter().zip(corners[0]));
             *lambda = terms.map(|(slope, (x, origin))| slope * (x - origin)).sum();
         }
-        lambda[0] = lambda[1..].iter().fold(1.0, |rest, l| rest - l);
+        lambda[0] = lambda[1..].iter().fold(1.0, |remainder, l| remainder - l);
         Barycentric::new(&lambda[..=D])
     }
 
-    /// The same in a curved element, by Newton's method; none where it does not converge.
-    fn pull_back_curved<const D: usize>(
+    /// Returns the barycentric coordinates of a point in a curved element by Newton's method, or
+    /// `None` if it does not converge.
+    fn barycentric_in_curved<const D: usize>(
         &self,
         element: usize,
         point: [f64; D],
     ) -> Option<Barycentric> {
-        // A step this small ends the iteration, whose convergence is quadratic.
+        // Step size below which the quadratically convergent iteration stops.
         const CONVERGED: f64 = 1e-12;
-        let mut barycentric = self.pull_back(element, point);
+        let mut barycentric = self.barycentric_in(element, point);
         for _ in 0..20 {
-            let at = Located {
+            let at = ElementPoint {
                 element,
                 barycentric,
             };
-            let (place, (inverse, _)) = (
-                self.place::<D>(&at),
+            let (position, (inverse, _)) = (
+                self.position::<D>(&at),
                 self.map_at::<D>(element, &barycentric),
             );
             let mut lambda = barycentric.to_vec();
             let mut largest = 0.0_f64;
             for (m, row) in inverse.iter().enumerate() {
-                let step: f64 = (0..D).map(|i| row[i] * (point[i] - place[i])).sum();
+                let step: f64 = (0..D).map(|i| row[i] * (point[i] - position[i])).sum();
                 lambda[m + 1] += step;
                 lambda[0] -= step;
                 largest = largest.max(step.abs());
@@ -399,26 +406,26 @@ impl Space {
         None
     }
 
-    /// The displacement at a place as a linear functional: nodes and weights, the same for all
-    /// components.
-    pub fn displacement_functional(&self, at: &Located) -> Vec<(usize, f64)> {
+    /// Returns the displacement at a point as a linear functional: nodes and weights, which are
+    /// equal for all components.
+    pub fn displacement_functional(&self, at: &ElementPoint) -> Vec<(usize, f64)> {
         let nodes = self.element_nodes(at.element).iter().copied();
         nodes
             .zip(self.mesh.shape().values(self.degree, &at.barycentric))
             .collect()
     }
 
-    /// The pressure at a place as a linear functional: pressures and weights.
-    pub fn pressure_functional(&self, at: &Located) -> Vec<(usize, f64)> {
+    /// Returns the pressure at a point as a linear functional: pressures and weights.
+    pub fn pressure_functional(&self, at: &ElementPoint) -> Vec<(usize, f64)> {
         let pressures = self.element_pressures(at.element).iter().copied();
         pressures.zip(at.barycentric.iter().copied()).collect()
     }
 
-    /// A displacement-like field at a place.
+    /// Evaluates a displacement-like field at a point.
     ///
     /// # Panics
-    /// Unless `D` is the dimension.
-    pub fn displacement_at<const D: usize>(&self, u: &[f64], at: &Located) -> [f64; D] {
+    /// Panics unless `D` is the dimension.
+    pub fn displacement_at<const D: usize>(&self, u: &[f64], at: &ElementPoint) -> [f64; D] {
         let u = points(u, self.dimension());
         let mut value = [0.0; D];
         for (node, weight) in self.displacement_functional(at) {
@@ -430,8 +437,8 @@ impl Space {
         value
     }
 
-    /// A pressure-like field at a place.
-    pub fn pressure_at(&self, p: &[f64], at: &Located) -> f64 {
+    /// Evaluates a pressure-like field at a point.
+    pub fn pressure_at(&self, p: &[f64], at: &ElementPoint) -> f64 {
         self.pressure_functional(at)
             .iter()
             .map(|&(pressure, weight)| weight * p[pressure])

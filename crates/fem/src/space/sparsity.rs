@@ -1,4 +1,4 @@
-//! Fixed compressed-column patterns, and where each element's entries go in them.
+//! Sparsity patterns (compressed columns) and the positions of element entries in them.
 
 use std::collections::BTreeSet;
 
@@ -9,10 +9,10 @@ use crate::simd::lanes::LANES;
 use crate::space::Space;
 use crate::space::dofs::{CONSTRAINED, DofMap};
 
-/// A place that does not exist: a constrained row or column, or a lane without element.
-pub(crate) const NOWHERE: u32 = u32::MAX;
+/// Marks a missing entry: a constrained row or column, or an unused lane.
+pub(crate) const NO_ENTRY: u32 = u32::MAX;
 
-/// A pattern from the sorted rows of each column.
+/// Creates a pattern from the sorted rows of each column.
 pub(crate) fn pattern(n_rows: usize, columns: impl Iterator<Item = Vec<usize>>) -> SparsityPattern {
     let (mut offsets, mut rows) = (vec![0], Vec::new());
     for column in columns {
@@ -23,8 +23,9 @@ pub(crate) fn pattern(n_rows: usize, columns: impl Iterator<Item = Vec<usize>>) 
         .expect("rows are sorted, distinct and in range")
 }
 
-/// Which items share an element: for each of `n_columns` items the sorted set of the others'.
-fn neighbours<'a, C, R>(
+/// Returns, for each of `n_columns` items, the sorted set of row items that share an element with
+/// it.
+fn neighbors<'a, C, R>(
     space: &'a Space,
     n_columns: usize,
     columns: impl Fn(&'a Space, usize) -> C,
@@ -52,27 +53,27 @@ fn pressures(space: &Space, element: usize) -> std::iter::Copied<std::slice::Ite
     space.element_pressures(element).iter().copied()
 }
 
-/// n_nodes × n_nodes: nodes that share an element.
+/// Returns the pattern n_nodes × n_nodes of nodes that share an element.
 pub(crate) fn node_pattern(space: &Space) -> SparsityPattern {
-    let sets = neighbours(space, space.n_nodes(), nodes, nodes);
+    let sets = neighbors(space, space.n_nodes(), nodes, nodes);
     pattern(
         space.n_nodes(),
         sets.into_iter().map(|set| set.into_iter().collect()),
     )
 }
 
-/// n_pressures × n_pressures: pressures that share an element.
+/// Returns the pattern n_pressures × n_pressures of pressures that share an element.
 pub(crate) fn pressure_pattern(space: &Space) -> SparsityPattern {
-    let sets = neighbours(space, space.n_pressures(), pressures, pressures);
+    let sets = neighbors(space, space.n_pressures(), pressures, pressures);
     pattern(
         space.n_pressures(),
         sets.into_iter().map(|set| set.into_iter().collect()),
     )
 }
 
-/// n_free × n_free: components of nodes that share an element.
+/// Returns the pattern n_free × n_free of components whose nodes share an element.
 pub(crate) fn displacement_pattern(space: &Space, dofs: &DofMap) -> SparsityPattern {
-    let sets = neighbours(space, space.n_nodes(), nodes, nodes);
+    let sets = neighbors(space, space.n_nodes(), nodes, nodes);
     let dimension = space.dimension();
     let columns = dofs.free_to_full().iter().map(|&full| {
         let components = sets[full / dimension]
@@ -87,9 +88,9 @@ pub(crate) fn displacement_pattern(space: &Space, dofs: &DofMap) -> SparsityPatt
     pattern(dofs.n_free(), columns)
 }
 
-/// n_pressures × n_free: pressures and components that share an element.
+/// Returns the pattern n_pressures × n_free of pressures and components that share an element.
 pub(crate) fn divergence_pattern(space: &Space, dofs: &DofMap) -> SparsityPattern {
-    let sets = neighbours(space, space.n_nodes(), nodes, pressures);
+    let sets = neighbors(space, space.n_nodes(), nodes, pressures);
     let columns = dofs
         .free_to_full()
         .iter()
@@ -97,8 +98,8 @@ pub(crate) fn divergence_pattern(space: &Space, dofs: &DofMap) -> SparsityPatter
     pattern(space.n_pressures(), columns)
 }
 
-/// The index of an entry among the pattern's values.
-pub(crate) fn place(pattern: &SparsityPattern, row: usize, column: usize) -> usize {
+/// Returns the index of an entry among the values of a pattern.
+pub(crate) fn entry_index(pattern: &SparsityPattern, row: usize, column: usize) -> usize {
     let offset = pattern.major_offsets()[column];
     offset
         + pattern
@@ -107,36 +108,37 @@ pub(crate) fn place(pattern: &SparsityPattern, row: usize, column: usize) -> usi
             .expect("the entry is in the pattern")
 }
 
-/// A place for each lane.
-pub(crate) type Places = [u32; LANES];
+/// Entry index for each lane.
+pub(crate) type LaneIndices = [u32; LANES];
 
-/// Places of element matrices by `[b][k][a][i]`.
-type DisplacementPlaces<const D: usize, const N: usize> = [[[[Places; D]; N]; D]; N];
+/// Entry indices of element matrices by `[b][k][a][i]`.
+type DisplacementIndices<const D: usize, const N: usize> = [[[[LaneIndices; D]; N]; D]; N];
 
-/// Places of a batch's element matrices among the values of the global ones.
+/// Entry indices of the element matrices of a batch in the global matrices.
 #[derive(Debug, Clone)]
 pub(crate) struct ScatterMap<const D: usize, const N: usize, const P: usize> {
     /// `displacement[b][k][a][i]`: row (node a, component i), column (node b, component k).
-    pub(crate) displacement: Box<DisplacementPlaces<D, N>>,
+    pub(crate) displacement: Box<DisplacementIndices<D, N>>,
     /// `divergence[b][k][v]`: row pressure v, column (node b, component k).
-    pub(crate) divergence: Box<[[[Places; P]; D]; N]>,
+    pub(crate) divergence: Box<[[[LaneIndices; P]; D]; N]>,
 }
 
 impl<const D: usize, const N: usize, const P: usize> ScatterMap<D, N, P> {
-    /// Places in room where the matrices of a batch stand element by element.
-    pub(crate) fn apart() -> Self {
+    /// Returns indices into a buffer in which the element matrices of a batch are stored one after
+    /// the other.
+    pub(crate) fn element_by_element() -> Self {
         use std::array::from_fn;
-        let place = |l: usize, column: usize, rows: usize, row: usize| {
+        let index = |l: usize, column: usize, rows: usize, row: usize| {
             u32::try_from((l * N * D + column) * rows + row).expect("element matrices are small")
         };
         Self {
             displacement: Box::new(from_fn(|b| {
                 from_fn(|k| {
-                    from_fn(|a| from_fn(|i| from_fn(|l| place(l, b * D + k, N * D, a * D + i))))
+                    from_fn(|a| from_fn(|i| from_fn(|l| index(l, b * D + k, N * D, a * D + i))))
                 })
             })),
             divergence: Box::new(from_fn(|b| {
-                from_fn(|k| from_fn(|v| from_fn(|l| place(l, b * D + k, P, v))))
+                from_fn(|k| from_fn(|v| from_fn(|l| index(l, b * D + k, P, v))))
             })),
         }
     }
@@ -150,11 +152,11 @@ impl<const D: usize, const N: usize, const P: usize> ScatterMap<D, N, P> {
         let free = |a: usize, i: usize, l: usize| dofs.full_to_free()[D * batch.nodes[a][l] + i];
         let find = |pattern: &SparsityPattern, row: u32, column: u32, l: usize| {
             if l >= batch.count || row == CONSTRAINED || column == CONSTRAINED {
-                return NOWHERE;
+                return NO_ENTRY;
             }
-            u32::try_from(place(pattern, row as usize, column as usize))
+            u32::try_from(entry_index(pattern, row as usize, column as usize))
                 .ok()
-                .filter(|&place| place != NOWHERE)
+                .filter(|&index| index != NO_ENTRY)
                 .expect("fewer than 2^32 matrix entries")
         };
         use std::array::from_fn;

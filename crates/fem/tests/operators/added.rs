@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use myovib_fem::material::{ActiveStress, ForceVelocity, Viscous};
-use myovib_fem::output::Beside;
+use myovib_fem::output::StressContext;
 use myovib_fem::{
-    AddedMotion, AddedStress, AddedTangents, Along, Barycentric, DofMap, FemError, Fibres, Fields,
-    Located, Mesh, Pressure, Robin, Solid, Space, generate,
+    AddedMotion, AddedStress, AddedTangents, Barycentric, DofMap, ElementPoint, FemError, Fibres,
+    Fields, Mesh, Pressure, RobinMatrix, Solid, Space, SupportDirection, generate,
 };
 
 use crate::common::{DENSITY, MUSCLE_LAW, SMALL_LAW, dense, random};
@@ -159,8 +159,8 @@ fn robins_operator_measures_what_it_holds() {
     for (dimension, area) in [(2, 0.8), (3, 0.48)] {
         let mesh = mesh(dimension);
         let space = Space::taylor_hood(&mesh);
-        let [all, normal] =
-            [Along::All, Along::Normal].map(|along| Robin::new(&space, "right", along).unwrap());
+        let [all, normal] = [SupportDirection::All, SupportDirection::Normal]
+            .map(|along| RobinMatrix::new(&space, "right", along).unwrap());
         let constant = |axis: usize| -> Vec<f64> {
             (0..space.n_components())
                 .map(|i| if i % dimension == axis { 2.0 } else { 0.0 })
@@ -183,7 +183,7 @@ fn robins_operator_measures_what_it_holds() {
 fn a_turn_is_held_where_it_moves_along_the_normal() {
     let mesh = generate::rectangle([-1.0, 0.0], [1.0, 1.0], [4, 2]).unwrap();
     let space = Space::taylor_hood(&mesh);
-    let normal = Robin::new(&space, "bottom", Along::Normal).unwrap();
+    let normal = RobinMatrix::new(&space, "bottom", SupportDirection::Normal).unwrap();
     // u = ω × x: along y = 0 it is ω x in y, whose square is ∫x² = 2/3.
     let turn: Vec<f64> = space
         .node_points::<2>()
@@ -222,7 +222,7 @@ fn the_stress_at_a_point_is_that_of_all_its_parts() {
             v: Some(&v),
             ..Fields::new(&u, Pressure::Penalty { kappa: 1e4 })
         };
-        let beside = Beside {
+        let context = StressContext {
             tensions: &vec![TENSION; solid.space().n_elements()],
             beta: 0.0,
             internal: &[],
@@ -230,12 +230,12 @@ fn the_stress_at_a_point_is_that_of_all_its_parts() {
         let n_vertices = dimension + 1;
         let barycentric = Barycentric::new(&vec![1.0 / n_vertices as f64; n_vertices]);
         for (element, has_more) in [(0, 1.0), (1, 0.0)] {
-            let at = Located {
+            let at = ElementPoint {
                 element,
                 barycentric,
             };
             let law = solid.state_at(&fields, &at);
-            let all = solid.state_in_motion_at(&fields, &beside, &at);
+            let all = solid.dynamic_state_at(&fields, &context, &at);
             for i in 0..3 {
                 for j in 0..3 {
                     let piola = law.piola[i][j] + has_more * (active[i][j] + viscous[i][j]);

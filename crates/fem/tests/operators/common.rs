@@ -6,7 +6,7 @@ use myovib_fem::element::TRIANGLE;
 use myovib_fem::material::Law;
 use myovib_fem::quadrature::Rule;
 use myovib_fem::solid::{Fields, Pressure, Solid, Tangents, Vectors};
-use myovib_fem::{DofMap, Located, Mesh, Space};
+use myovib_fem::{DofMap, ElementPoint, Mesh, Space};
 use myovib_sparse::SparseOptions;
 use myovib_sparse::pivoting::{Factors, Symbolic};
 use nalgebra::DMatrix;
@@ -85,13 +85,13 @@ pub(crate) fn equilibrium(
     let size = n + m + usize::from(zero_mean);
     let mut stiffness = vec![0.0; solid.displacement_pattern().nnz()];
     let mut divergence = vec![0.0; solid.divergence_pattern().nnz()];
-    let (mut force, mut defect) = (vec![0.0; load.len()], vec![0.0; m]);
+    let (mut force, mut volume_residual) = (vec![0.0; load.len()], vec![0.0; m]);
     let mut mass_p = vec![0.0; m];
     for _ in 0..20 {
         let fields = Fields::new(&state.u, Pressure::Nodal(&state.p));
         let vectors = Vectors {
             force: Some(&mut force),
-            defect: Some(&mut defect),
+            volume_residual: Some(&mut volume_residual),
             ..Vectors::default()
         };
         solid.evaluate(&fields, &mut { vectors }).unwrap();
@@ -119,7 +119,7 @@ pub(crate) fn equilibrium(
         let mut step = vec![0.0; size];
         solid.dofs().restrict(&imbalance, &mut step[..n]);
         for k in 0..m {
-            step[n + k] = inv_kappa * mass_p[k] + defect[k];
+            step[n + k] = inv_kappa * mass_p[k] + volume_residual[k];
         }
         if zero_mean {
             for (k, &weight) in solid.pressure_weights().iter().enumerate() {
@@ -202,7 +202,7 @@ pub(crate) fn errors(solid: &Solid, state: &Equilibrium, exact: &impl Exact) -> 
         let [a, b, c] = corners;
         let area = 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]));
         for &(barycentric, weight) in &rule {
-            let at = Located {
+            let at = ElementPoint {
                 element,
                 barycentric: barycentric.into(),
             };

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use myovib_fem::material::three::{Axes, Tensor3};
 use myovib_fem::solid::Solid;
-use myovib_fem::{DofMap, Located, Mesh, Space, generate, load};
+use myovib_fem::{DofMap, ElementPoint, Mesh, Space, generate, load};
 
 use crate::common::{Equilibrium, MUSCLE_LAW, assert_orders, equilibrium};
 use crate::spatial::SIDES;
@@ -63,9 +63,9 @@ pub(crate) fn errors_at_points<const D: usize>(
 ) -> [f64; 3] {
     let space = solid.space();
     let mut squares = [0.0; 3];
-    let all: Vec<(Located, f64)> = space.quadrature("body").unwrap();
+    let all: Vec<(ElementPoint, f64)> = space.quadrature("body").unwrap();
     for (at, weight) in all {
-        let (u, gradient, p) = exact(space.place(&at));
+        let (u, gradient, p) = exact(space.position(&at));
         let found: [f64; D] = space.displacement_at(&state.u, &at);
         let h: [[f64; D]; D] = solid.gradient_at(&state.u, &at);
         for i in 0..D {
@@ -100,8 +100,8 @@ fn sheared(mesh: &Mesh) -> [f64; 3] {
     let mut state = equilibrium(&solid, &load, 0.0, true, start);
     // The pressure is determined up to a constant.
     let body = space.quadrature("body").unwrap();
-    let apart = |(at, weight): &(Located, f64)| {
-        weight * (Sheared::p(space.place(at)) - space.pressure_at(&state.p, at))
+    let apart = |(at, weight): &(ElementPoint, f64)| {
+        weight * (Sheared::p(space.position(at)) - space.pressure_at(&state.p, at))
     };
     let shift = body.iter().map(apart).sum::<f64>() / space.measure();
     state.p.iter_mut().for_each(|p| *p += shift);

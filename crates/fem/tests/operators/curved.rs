@@ -44,7 +44,7 @@ fn bent<const D: usize>(mesh: Mesh) -> Mesh {
             }
         }
     }
-    mesh.bent(midpoints).unwrap()
+    mesh.with_midside_nodes(midpoints).unwrap()
 }
 
 /// The incompressible body under a pressure inside, with small strains, in the plane in plane strain: u = A x/r^D from

@@ -87,13 +87,19 @@ impl State {
             vec![0.0; m],
             vec![0.0; m],
         ];
-        let [force, force_rate, multiplier_force, defect, defect_rate] = &mut all;
+        let [
+            force,
+            force_rate,
+            multiplier_force,
+            volume_residual,
+            volume_residual_rate,
+        ] = &mut all;
         let mut vectors = Vectors {
             force: Some(force),
             force_rate: Some(force_rate),
             multiplier_force: Some(multiplier_force),
-            defect: Some(defect),
-            defect_rate: Some(defect_rate),
+            volume_residual: Some(volume_residual),
+            volume_residual_rate: Some(volume_residual_rate),
         };
         solid.evaluate(&self.fields(), &mut vectors).unwrap();
         for vector in &mut all[..3] {
@@ -165,13 +171,13 @@ fn check_products(
         let out = forces.iter_mut().zip(&mut defects);
         let mut changes: Vec<_> = out
             .zip(&directions)
-            .map(|((force, defect), (u, v, p, p_rate))| Change {
+            .map(|((force, volume_residual), (u, v, p, p_rate))| Change {
                 u,
                 v: Some(v),
                 p: has_pressure.then_some(p),
                 p_rate: has_pressure.then_some(p_rate),
                 force,
-                defect: Some(defect),
+                volume_residual: Some(volume_residual),
             })
             .collect();
         let linearized = Linearized {
@@ -180,7 +186,9 @@ fn check_products(
         };
         let fields = state.fields();
         solid.multiply(&fields, linearized, &mut changes).unwrap();
-        for (((u, v, p, p_rate), force), defect) in directions.iter().zip(&forces).zip(&defects) {
+        for (((u, v, p, p_rate), force), volume_residual) in
+            directions.iter().zip(&forces).zip(&defects)
+        {
             let free = |full: &[f64]| {
                 let mut free = DVector::zeros(n_free);
                 dofs.restrict(full, free.as_mut_slice());
@@ -198,7 +206,7 @@ fn check_products(
             };
             for (found, expected) in [
                 (&free(force), &expected),
-                (&DVector::from_column_slice(defect), &of_constraint),
+                (&DVector::from_column_slice(volume_residual), &of_constraint),
             ] {
                 // Sums of some hundred products, which cancel by two or three digits.
                 let error = (found - expected).amax();
@@ -297,7 +305,7 @@ fn check_graded(law: Law, space: Space, kappa: Option<f64>, factors: Option<Vec<
             scale,
         );
         check(
-            "defect_rate by v",
+            "volume_residual_rate by v",
             b.column(column).iter().copied(),
             &by_v[4],
             b.amax(),
@@ -401,12 +409,16 @@ spatial_difference_tests! {
 fn curved_tetrahedra_and_triangles() {
     let mesh = generate::block([0.0; 3], [1.5, 1.0, 0.8], [1, 1, 1]).unwrap();
     let middle = [0.78, 0.53, -0.05];
-    let bent = mesh.bent(BTreeMap::from([([0, 3], middle)])).unwrap();
+    let bent = mesh
+        .with_midside_nodes(BTreeMap::from([([0, 3], middle)]))
+        .unwrap();
     let space = Space::taylor_hood(&bent);
     assert_eq!((0..6).filter(|&e| space.is_curved(e)).count(), 2);
     check_all(MUSCLE_LAW, space, None);
     let mesh = generate::rectangle([0.0; 2], [1.5, 1.0], [1, 1]).unwrap();
-    let bent = mesh.bent(BTreeMap::from([([0, 1], [0.8, -0.1])])).unwrap();
+    let bent = mesh
+        .with_midside_nodes(BTreeMap::from([([0, 1], [0.8, -0.1])]))
+        .unwrap();
     check_all(MUSCLE_LAW, Space::taylor_hood(&bent), None);
 }
 

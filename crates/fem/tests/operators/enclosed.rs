@@ -26,14 +26,14 @@ fn solid(mesh: &Mesh, groups: &[&str]) -> Solid {
 
 /// ∫ det F over the body at `u`.
 fn volume_of_body(solid: &Solid, u: &[f64]) -> f64 {
-    let mut defect = vec![0.0; solid.pressure_weights().len()];
+    let mut volume_residual = vec![0.0; solid.pressure_weights().len()];
     let fields = Fields::new(u, Pressure::Penalty { kappa: 1.0 });
     let vectors = &mut Vectors {
-        defect: Some(&mut defect),
+        volume_residual: Some(&mut volume_residual),
         ..Vectors::default()
     };
     solid.evaluate(&fields, vectors).unwrap();
-    solid.volume() + defect.iter().sum::<f64>()
+    solid.volume() + volume_residual.iter().sum::<f64>()
 }
 
 fn at(solid: &Solid, u: &[f64]) -> f64 {
@@ -135,7 +135,7 @@ fn a_group_is_one_piece() {
     ];
     for (mesh, groups) in cases {
         let error = EnclosedVolume::new(&solid(mesh, groups), "some").unwrap_err();
-        let is_told = matches!(error, FemError::Pieces { found: 2, .. });
+        let is_told = matches!(error, FemError::DisconnectedBoundary { found: 2, .. });
         assert!(is_told, "{groups:?}: {error}");
     }
 }

@@ -104,7 +104,7 @@ fn it_needs_edges_of_the_boundary() {
     let solid = Solid::uniform(space, dofs, MUSCLE_LAW, DENSITY).unwrap();
     let error = FollowerPressure::new(&solid, "diagonal").unwrap_err();
     assert!(
-        matches!(&error, FemError::InnerFacet { vertices, .. } if *vertices == [0, 2]),
+        matches!(&error, FemError::InteriorFacet { vertices, .. } if *vertices == [0, 2]),
         "{error}"
     );
 }

@@ -1,15 +1,15 @@
 //! Damping that differs between elements.
 
 use myovib_fem::solid::{Fields, Pressure, Solid, Tangents, Vectors};
-use myovib_fem::{Ratios, Space};
+use myovib_fem::{ElementScale, Space};
 
 use crate::common::{MUSCLE_LAW, clamped, muscle_mesh, random};
 
 #[test]
 fn a_ratio_of_beta_multiplies_rates_and_their_tangents_alone() {
-    let halved = Ratios {
+    let halved = ElementScale {
         beta: 0.5,
-        ..Ratios::ONE
+        ..ElementScale::ONE
     };
     let plain = clamped(Space::taylor_hood(&muscle_mesh()), "fixed", MUSCLE_LAW);
     let ratios = vec![halved; plain.space().n_elements()];
@@ -46,7 +46,7 @@ fn a_ratio_of_beta_multiplies_rates_and_their_tangents_alone() {
     let half = rates.map(|values| values.into_iter().map(|x| 0.5 * x).collect::<Vec<_>>());
     assert!(half.iter().all(|values| values.iter().any(|x| *x != 0.0)));
     assert_eq!(
-        operators(&plain.with_ratios(&ratios).unwrap()),
+        operators(&plain.with_element_scales(&ratios).unwrap()),
         (same, half)
     );
 }

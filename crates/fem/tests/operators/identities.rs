@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use myovib_fem::material::MooneyRivlin;
 use myovib_fem::solid::{Fields, Inverted, Pressure, Solid, Tangents, Vectors};
-use myovib_fem::{DofMap, FemError, Fibres, Law, Ratios, Space, generate, load};
+use myovib_fem::{DofMap, ElementScale, FemError, Fibres, Law, Space, generate, load};
 
 use crate::common::{DENSITY, MUSCLE_LAW, SMALL_LAW, clamped, dense, muscle_mesh, random};
 
@@ -24,17 +24,17 @@ fn displacement(solid: &Solid, map: impl Fn([f64; 2]) -> [f64; 2]) -> Vec<f64> {
         .collect()
 }
 
-fn force_and_defect(solid: &Solid, u: &[f64], p: &[f64]) -> (Vec<f64>, Vec<f64>) {
-    let (mut force, mut defect) = (vec![0.0; u.len()], vec![0.0; p.len()]);
+fn force_and_volume_residual(solid: &Solid, u: &[f64], p: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let (mut force, mut volume_residual) = (vec![0.0; u.len()], vec![0.0; p.len()]);
     let mut out = Vectors {
         force: Some(&mut force),
-        defect: Some(&mut defect),
+        volume_residual: Some(&mut volume_residual),
         ..Vectors::default()
     };
     solid
         .evaluate(&Fields::new(u, Pressure::Nodal(p)), &mut out)
         .unwrap();
-    (force, defect)
+    (force, volume_residual)
 }
 
 fn largest(x: &[f64]) -> f64 {
@@ -47,24 +47,29 @@ fn rigid_motions_leave_no_force_and_no_defect() {
     let p = vec![0.0; solid.space().n_pressures()];
     let (s, c) = 0.7_f64.sin_cos();
     let u = displacement(&solid, |[x, y]| [c * x - s * y + 0.3, s * x + c * y - 0.2]);
-    let (force, defect) = force_and_defect(&solid, &u, &p);
+    let (force, volume_residual) = force_and_volume_residual(&solid, &u, &p);
     // Rounding of u (0.5) divided by the element size (0.005), times modulus and size: 2e-10.
     assert!(largest(&force) < 2e-10, "{:e}", largest(&force));
-    assert!(largest(&defect) < 1e-16, "{:e}", largest(&defect));
-    let (force, defect) = force_and_defect(&solid, &vec![0.0; u.len()], &p);
-    assert_eq!((largest(&force), largest(&defect)), (0.0, 0.0));
+    assert!(
+        largest(&volume_residual) < 1e-16,
+        "{:e}",
+        largest(&volume_residual)
+    );
+    let (force, volume_residual) = force_and_volume_residual(&solid, &vec![0.0; u.len()], &p);
+    assert_eq!((largest(&force), largest(&volume_residual)), (0.0, 0.0));
 }
 
 #[test]
 fn defect_of_an_affine_map_is_its_volume_change() {
     let solid = muscle();
     let u = displacement(&solid, |[x, y]| [1.1 * x + 0.2 * y, 0.3 * x + 0.9 * y]);
-    let (_, defect) = force_and_defect(&solid, &u, &vec![0.0; solid.space().n_pressures()]);
+    let (_, volume_residual) =
+        force_and_volume_residual(&solid, &u, &vec![0.0; solid.space().n_pressures()]);
     let change = 1.1 * 0.9 - 0.2 * 0.3 - 1.0;
-    for (defect, weight) in defect.iter().zip(solid.pressure_weights()) {
-        assert!((defect / weight - change).abs() < 1e-12); // rounding / element size
+    for (volume_residual, weight) in volume_residual.iter().zip(solid.pressure_weights()) {
+        assert!((volume_residual / weight - change).abs() < 1e-12); // rounding / element size
     }
-    assert!((defect.iter().sum::<f64>() / solid.volume() - change).abs() < 1e-13);
+    assert!((volume_residual.iter().sum::<f64>() / solid.volume() - change).abs() < 1e-13);
 }
 
 #[test]
@@ -177,7 +182,7 @@ fn force_is_the_derivative_of_the_strain_energy_in_space() {
     };
     static OWN: MooneyRivlin = MooneyRivlin { c10: 1e4, c01: 2e2 };
     let mesh = generate::block([0.0; 3], [1.5, 1.0, 0.8], [2, 1, 1]).unwrap();
-    let bent = mesh.bent(BTreeMap::from([([0, 4], [0.41, 0.53, -0.05])]));
+    let bent = mesh.with_midside_nodes(BTreeMap::from([([0, 4], [0.41, 0.53, -0.05])]));
     let mesh = bent.unwrap();
     let n = mesh.n_elements();
     let mut fibres = Fibres::new(&mesh);
@@ -188,14 +193,14 @@ fn force_is_the_derivative_of_the_strain_energy_in_space() {
     let space = Arc::new(Space::taylor_hood(&mesh));
     assert!((0..n).any(|e| space.is_curved(e)) && !(0..n).all(|e| space.is_curved(e)));
     let dofs = DofMap::clamped(&space, &space.nodes_of("left").unwrap()).unwrap();
-    let laws = [HEART, SMALL_LAW, Law::own("own", &OWN)];
+    let laws = [HEART, SMALL_LAW, Law::custom("own", &OWN)];
     let laws: Vec<Law> = (0..n).map(|e| laws[e % 3]).collect();
-    let ratio = Ratios {
+    let ratio = ElementScale {
         kappa: 2.0,
-        ..Ratios::ONE
+        ..ElementScale::ONE
     };
     let solid = Solid::new(space, dofs, laws, 1e3).unwrap();
-    let solid = solid.with_ratios(&vec![ratio; n]).unwrap();
+    let solid = solid.with_element_scales(&vec![ratio; n]).unwrap();
     let solid = solid.with_fibres(fibres);
     let factors = random(4 * n, 0.4, 9);
     let factors: Vec<f64> = factors.iter().map(|change| 1.0 + change).collect();
@@ -238,7 +243,7 @@ fn penalty_equals_its_own_pressure_for_affine_maps() {
     let kappa = 1e5;
     let u = displacement(&solid, |[x, y]| [1.02 * x + 0.1 * y, 1.01 * y]);
     let p = vec![-kappa * (1.02 * 1.01 - 1.0); solid.space().n_pressures()];
-    let (nodal, _) = force_and_defect(&solid, &u, &p);
+    let (nodal, _) = force_and_volume_residual(&solid, &u, &p);
     let mut penalty = vec![0.0; u.len()];
     let mut out = Vectors {
         force: Some(&mut penalty),
@@ -280,11 +285,6 @@ fn inverted_elements_and_nan_are_reported_with_their_place() {
     let error = check(&mirrored);
     assert_eq!(error.element, 0);
     assert!((error.jacobian + 1.0).abs() < 1e-13); // rounding of u / element size
-    assert!(
-        error
-            .to_string()
-            .starts_with("det F = -1.000e0 in element 0")
-    );
     let mut u = vec![0.0; mirrored.len()];
     u[2 * solid.space().element_nodes(200)[4]] = f64::NAN;
     assert!(check(&u).jacobian.is_nan());
@@ -305,13 +305,19 @@ fn all_vectors_at_once_equal_each_alone() {
         factors: None,
     };
     let mut all = [n, n, n, m, m].map(|n| vec![f64::NAN; n]);
-    let [force, force_rate, multiplier_force, defect, defect_rate] = &mut all;
+    let [
+        force,
+        force_rate,
+        multiplier_force,
+        volume_residual,
+        volume_residual_rate,
+    ] = &mut all;
     let mut out = Vectors {
         force: Some(force),
         force_rate: Some(force_rate),
         multiplier_force: Some(multiplier_force),
-        defect: Some(defect),
-        defect_rate: Some(defect_rate),
+        volume_residual: Some(volume_residual),
+        volume_residual_rate: Some(volume_residual_rate),
     };
     solid.evaluate(&fields, &mut out).unwrap();
     for (k, together) in all.iter().enumerate() {
@@ -331,11 +337,11 @@ fn all_vectors_at_once_equal_each_alone() {
                 ..Vectors::default()
             },
             3 => Vectors {
-                defect: slot,
+                volume_residual: slot,
                 ..Vectors::default()
             },
             _ => Vectors {
-                defect_rate: slot,
+                volume_residual_rate: slot,
                 ..Vectors::default()
             },
         };
@@ -408,15 +414,19 @@ fn laws_may_differ_between_triangles() {
     let zero = myovib_fem::Law::MooneyRivlin { c10: 0.0, c01: 0.0 };
     let u = random(space.n_components(), 1e-4, 1);
     let p = vec![0.0; space.n_pressures()];
-    let (both, _) = force_and_defect(&half(MUSCLE_LAW, stiff), &u, &p);
-    let (even, _) = force_and_defect(&half(MUSCLE_LAW, zero), &u, &p);
-    let (odd, _) = force_and_defect(&half(zero, stiff), &u, &p);
+    let (both, _) = force_and_volume_residual(&half(MUSCLE_LAW, stiff), &u, &p);
+    let (even, _) = force_and_volume_residual(&half(MUSCLE_LAW, zero), &u, &p);
+    let (odd, _) = force_and_volume_residual(&half(zero, stiff), &u, &p);
     for ((both, even), odd) in both.iter().zip(even).zip(odd) {
         assert!((both - even - odd).abs() < 1e-12 * largest(&u) * 1e5);
     }
     let error = Solid::new(space.clone(), dofs, vec![stiff; 3], DENSITY).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "laws, one per element: 3 given, 311 needed"
-    );
+    assert!(matches!(
+        error,
+        FemError::Count {
+            found: 3,
+            needed: 311,
+            ..
+        }
+    ));
 }

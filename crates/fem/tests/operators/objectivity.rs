@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 use myovib_fem::material::three::{Tensor3, product3};
 use myovib_fem::material::{ActiveStress, ForceLength, ForceVelocity, Prony, PronyTerm, Tension};
-use myovib_fem::output::{Beside, PointState};
+use myovib_fem::output::{PointState, StressContext};
 use myovib_fem::{
-    AddedMotion, AddedStress, Barycentric, DofMap, Fibres, Fields, Law, Located, Pressure, Solid,
-    Space, generate,
+    AddedMotion, AddedStress, Barycentric, DofMap, ElementPoint, Fibres, Fields, Law, Pressure,
+    Solid, Space, generate,
 };
 
 use crate::common::{DENSITY, MUSCLE_LAW, random};
@@ -182,18 +182,18 @@ fn added_force(solid: &Solid, [u, v]: [&[f64]; 2]) -> Vec<f64> {
 }
 
 /// The force of relaxing stress over that of the long term, and the rates of internal stresses.
-fn relaxing_force(solid: &Solid, u: &[f64], internal: &[f64]) -> [Vec<f64>; 2] {
+fn relaxation_force(solid: &Solid, u: &[f64], internal: &[f64]) -> [Vec<f64>; 2] {
     let [mut force, mut rates] = [u.len(), internal.len()].map(|n| vec![0.0; n]);
-    solid.relaxing_force(u, internal, Some(&mut force), &mut rates);
+    solid.relaxation_force(u, internal, Some(&mut force), &mut rates);
     [force, rates]
 }
 
 /// The stresses that drive the internal ones, and their rates by the law.
 fn driving(solid: &Solid, [u, v]: [&[f64]; 2]) -> [Vec<f64>; 2] {
     let mut stresses = vec![0.0; solid.n_slots()];
-    solid.relaxing_stresses(u, &mut stresses);
+    solid.driving_stresses(u, &mut stresses);
     let mut rates = [vec![0.0; solid.n_slots()]];
-    solid.relaxing_stress_rates(u, &[v.to_vec()], &mut rates);
+    solid.driving_stress_rates(u, &[v.to_vec()], &mut rates);
     let [rates] = rates;
     [stresses, rates]
 }
@@ -235,8 +235,8 @@ fn relaxing_stress_turns_with_the_body_and_its_states_stay() {
         } = Motions::new(dimension, &rigid);
         // Some that are not those of the displacement, as after another motion.
         let internal = random(solid.n_internal(), 1e3, 3);
-        let [force, rates] = relaxing_force(&solid, &u, &internal);
-        let [found, same_rates] = relaxing_force(&solid, &u_turned, &internal);
+        let [force, rates] = relaxation_force(&solid, &u, &internal);
+        let [found, same_rates] = relaxation_force(&solid, &u_turned, &internal);
         let expected = turned(&rigid.turn, &force, dimension);
         assert_same(&found, &expected, &format!("force, {dimension}"));
         assert_same(&same_rates, &rates, &format!("rates, {dimension}"));
@@ -272,7 +272,7 @@ fn stresses_that_are_read_at_points_turn_with_the_body() {
             upon: [u_turned, v_turned],
         } = Motions::new(dimension, &rigid);
         let internal = random(solid.n_internal(), 1e3, 3);
-        let beside = Beside {
+        let context = StressContext {
             tensions: &vec![TENSION; solid.n_tensions()],
             // Ṗ of damping in proportion to the stiffness does not turn; it is no part of this.
             beta: 0.0,
@@ -281,7 +281,7 @@ fn stresses_that_are_read_at_points_turn_with_the_body() {
         let n_corners = dimension + 1;
         let barycentric = Barycentric::new(&vec![1.0 / n_corners as f64; n_corners]);
         for element in 0..solid.space().n_elements() {
-            let at = Located {
+            let at = ElementPoint {
                 element,
                 barycentric,
             };
@@ -290,7 +290,7 @@ fn stresses_that_are_read_at_points_turn_with_the_body() {
                     v: Some(v),
                     ..Fields::new(u, Pressure::Penalty { kappa: 1e4 })
                 };
-                solid.state_in_motion_at(&fields, &beside, &at)
+                solid.dynamic_state_at(&fields, &context, &at)
             });
             let what = format!("dimension {dimension}, element {element}");
             let [found, expected] = [&state, &rest].map(second_piola_kirchhoff);
@@ -336,7 +336,7 @@ fn a_rigid_turn_makes_no_viscous_force() {
             largest(&rates)
         );
         let none = vec![0.0; passive.n_internal()];
-        let [force, _] = relaxing_force(&passive, &u, &none);
+        let [force, _] = relaxation_force(&passive, &u, &none);
         assert!(largest(&force) < ROUNDING * 4e3, "{:e}", largest(&force));
 
         let found = added_force(&active, [&u, &v]);

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use myovib_fem::{DofMap, Fibres, Fields, Law, Pressure, Ratios, Solid, Space, Vectors, generate};
+use myovib_fem::{
+    DofMap, ElementScale, Fibres, Fields, Law, Pressure, Solid, Space, Vectors, generate,
+};
 
 use crate::common::{DENSITY, MUSCLE_LAW, SMALL_LAW, random};
 
@@ -28,8 +30,8 @@ fn body(dimension: usize) -> Solid {
         }
     };
     let mesh = match *middle {
-        [x, y] => mesh.bent(BTreeMap::from([(edge, [x, y])])),
-        [x, y, z] => mesh.bent(BTreeMap::from([(edge, [x, y, z])])),
+        [x, y] => mesh.with_midside_nodes(BTreeMap::from([(edge, [x, y])])),
+        [x, y, z] => mesh.with_midside_nodes(BTreeMap::from([(edge, [x, y, z])])),
         _ => unreachable!(),
     };
     let mesh = mesh.unwrap();
@@ -44,12 +46,12 @@ fn body(dimension: usize) -> Solid {
     let dofs = DofMap::new(&space, &[(0, 0), (0, 1)]).unwrap();
     let laws = [HEART, SMALL_LAW, MUSCLE_LAW];
     let laws = (0..n).map(|e| laws[e % 3]).collect();
-    let ratio = Ratios {
+    let ratio = ElementScale {
         beta: 3.0,
-        ..Ratios::ONE
+        ..ElementScale::ONE
     };
     let solid = Solid::new(space, dofs, laws, DENSITY).unwrap();
-    let solid = solid.with_ratios(&vec![ratio; n]).unwrap();
+    let solid = solid.with_element_scales(&vec![ratio; n]).unwrap();
     solid.with_fibres(fibres)
 }
 

@@ -4,7 +4,7 @@ use std::slice;
 use std::sync::Arc;
 
 use myovib_fem::material::{Prony, PronyTerm};
-use myovib_fem::{DofMap, Fields, Located, Pressure, Solid, Space, generate};
+use myovib_fem::{DofMap, ElementPoint, Fields, Pressure, Solid, Space, generate};
 
 use crate::common::{DENSITY, MUSCLE_LAW, random};
 
@@ -50,13 +50,13 @@ fn overstress_is_zero_where_stress_has_settled_and_that_of_the_law_at_first() {
         let regions = [0, 1].map(|k| (every(k), Prony::new(series[k].clone()).unwrap()));
         let solid = Solid::uniform(space, dofs, MUSCLE_LAW, DENSITY).unwrap();
         let solid = solid.with_relaxation(&regions).unwrap();
-        let internal = solid.settled_stresses(&u);
+        let internal = solid.equilibrium_overstress(&u);
         // Without pressure and at strains so small P is S.
         let fields = Fields::new(&u, Pressure::Penalty { kappa: 0.0 });
         let scale = internal.iter().fold(0.0, |max: f64, q| max.max(q.abs()));
         for element in 0..mesh.n_elements() {
             for barycentric in mesh.shape().nodes(solid.space().degree()) {
-                let at = Located {
+                let at = ElementPoint {
                     element,
                     barycentric,
                 };
@@ -110,11 +110,11 @@ fn many_at_a_time_are_what_each_is_alone() {
         let all: Vec<_> = (2..10).map(|seed| random(n, 1.0, seed)).collect();
         let empty = |length: usize| vec![vec![0.0; length]; all.len()];
         let (mut rates, mut forces) = (empty(solid.n_slots()), empty(n));
-        solid.relaxing_stress_rates(&u, &all, &mut rates);
-        solid.forces_of_tensors(&u, &rates, &mut forces);
+        solid.driving_stress_rates(&u, &all, &mut rates);
+        solid.tensor_forces(&u, &rates, &mut forces);
         for (k, v) in all.iter().enumerate() {
             let mut alone = [vec![0.0; solid.n_slots()]];
-            solid.relaxing_stress_rates(&u, slice::from_ref(v), &mut alone);
+            solid.driving_stress_rates(&u, slice::from_ref(v), &mut alone);
             let size = alone[0].iter().fold(0.0, |max: f64, s| max.max(s.abs()));
             for (many, alone) in rates[k].iter().zip(&alone[0]) {
                 // Some roundings of sums of six terms, each at most of this size.
@@ -125,7 +125,7 @@ fn many_at_a_time_are_what_each_is_alone() {
                 );
             }
             let mut force = [vec![0.0; n]];
-            solid.forces_of_tensors(&u, slice::from_ref(&rates[k]), &mut force);
+            solid.tensor_forces(&u, slice::from_ref(&rates[k]), &mut force);
             assert_eq!(force[0], forces[k]);
         }
     }

@@ -4,8 +4,8 @@ use std::sync::{Arc, Mutex};
 
 use myovib_fem::material::{ActiveStress, Law};
 use myovib_fem::{
-    AddedMotion, AddedStress, AddedTangents, Barycentric, Crew, DofMap, Fields, Inverted, Pass,
-    Pressure, Solid, Space, Tangents, Vectors, generate,
+    AddedMotion, AddedStress, AddedTangents, Barycentric, DofMap, Fields, Inverted,
+    ParallelAssembler, Pass, Pressure, Solid, Space, Tangents, Vectors, generate,
 };
 
 use rayon::ThreadPoolBuilder;
@@ -43,7 +43,7 @@ struct Others {
 
 type Computed = (Vec<Vec<f64>>, Result<(), Inverted>);
 
-impl Crew for Others {
+impl ParallelAssembler for Others {
     fn begin(&self, pass: &Pass<'_>) {
         let compute = |solid: &Solid| {
             let mut results = Vec::new();
@@ -74,7 +74,7 @@ fn shared(whole: &Solid) -> Solid {
         shares: (1..RANKS).map(share).collect(),
         computed: Mutex::default(),
     };
-    whole.clone().with_crew(Arc::new(others), RANKS)
+    whole.clone().with_assembler(Arc::new(others), RANKS)
 }
 
 /// Sums of a hundred terms in another order: ε for each.
@@ -116,8 +116,8 @@ fn everything(solid: &Solid) -> Vec<Vec<f64>> {
     let mut out = Vectors {
         force: vectors.next(),
         force_rate: vectors.next(),
-        defect: vectors.next(),
-        defect_rate: vectors.next(),
+        volume_residual: vectors.next(),
+        volume_residual_rate: vectors.next(),
         multiplier_force: vectors.next(),
     };
     solid.evaluate(&fields, &mut out).unwrap();
@@ -182,9 +182,9 @@ fn shares_sum_to_the_passes_of_the_whole() {
     }
     // What is not wanted is neither computed nor summed.
     let mut defects = [vec![0.0; m], vec![0.0; m]];
-    for (solid, defect) in [&whole, &together].into_iter().zip(&mut defects) {
+    for (solid, volume_residual) in [&whole, &together].into_iter().zip(&mut defects) {
         let mut out = Vectors {
-            defect: Some(defect),
+            volume_residual: Some(volume_residual),
             ..Vectors::default()
         };
         solid
@@ -205,16 +205,16 @@ fn no_element_is_in_two_shares_or_in_none() {
             .iter()
             .map(|x| 0.1 * x)
             .collect();
-        let mut defect = vec![0.0; whole.space().n_pressures()];
+        let mut volume_residual = vec![0.0; whole.space().n_pressures()];
         let mut out = Vectors {
             force: Some(&mut force),
-            defect: Some(&mut defect),
+            volume_residual: Some(&mut volume_residual),
             ..Vectors::default()
         };
         solid
             .evaluate(&Fields::new(&u, Pressure::Penalty { kappa: 0.0 }), &mut out)
             .unwrap();
-        defect.iter().sum::<f64>()
+        volume_residual.iter().sum::<f64>()
     };
     let all = weight(&whole);
     for ranks in [1, 2, 5, 100] {

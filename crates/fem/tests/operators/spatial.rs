@@ -30,16 +30,16 @@ fn affine(f: Tensor3) -> impl Fn([f64; 3]) -> [f64; 3] {
     move |x| f.map(|row| row[0] * x[0] + row[1] * x[1] + row[2] * x[2])
 }
 
-fn force_and_defect(solid: &Solid, u: &[f64], p: &[f64]) -> [Vec<f64>; 2] {
-    let [mut force, mut defect] = [vec![0.0; u.len()], vec![0.0; p.len()]];
+fn force_and_volume_residual(solid: &Solid, u: &[f64], p: &[f64]) -> [Vec<f64>; 2] {
+    let [mut force, mut volume_residual] = [vec![0.0; u.len()], vec![0.0; p.len()]];
     let mut out = Vectors {
         force: Some(&mut force),
-        defect: Some(&mut defect),
+        volume_residual: Some(&mut volume_residual),
         ..Vectors::default()
     };
     let fields = Fields::new(u, Pressure::Nodal(p));
     solid.evaluate(&fields, &mut out).unwrap();
-    [force, defect]
+    [force, volume_residual]
 }
 
 fn largest(x: &[f64]) -> f64 {
@@ -57,12 +57,16 @@ fn rigid_motions_leave_no_force_and_no_defect() {
         let y = turn(x);
         [y[0] + 0.3, y[1] - 0.2, y[2] + 0.1]
     });
-    let [force, defect] = force_and_defect(&solid, &u, &p);
+    let [force, volume_residual] = force_and_volume_residual(&solid, &u, &p);
     // Rounding of u (1) divided by the element size (0.5), times the modulus (4e4 Pa) and faces.
     assert!(largest(&force) < 1e-10, "{:e}", largest(&force));
-    assert!(largest(&defect) < 1e-15, "{:e}", largest(&defect));
-    let [force, defect] = force_and_defect(&solid, &vec![0.0; u.len()], &p);
-    assert_eq!((largest(&force), largest(&defect)), (0.0, 0.0));
+    assert!(
+        largest(&volume_residual) < 1e-15,
+        "{:e}",
+        largest(&volume_residual)
+    );
+    let [force, volume_residual] = force_and_volume_residual(&solid, &vec![0.0; u.len()], &p);
+    assert_eq!((largest(&force), largest(&volume_residual)), (0.0, 0.0));
 }
 
 /// A patch: any affine map has its law's stress everywhere, so that forces inside cancel and those
@@ -74,7 +78,7 @@ fn affine_maps_have_the_traction_of_their_stress() {
     let f = [[1.1, 0.2, -0.1], [0.05, 0.9, 0.15], [-0.12, 0.07, 1.05]];
     let u = displacement(space, affine(f));
     let p = vec![700.0; space.n_pressures()];
-    let [force, _] = force_and_defect(&solid, &u, &p);
+    let [force, _] = force_and_volume_residual(&solid, &u, &p);
     let h = [0, 1, 2].map(|i| [0, 1, 2].map(|j| f[i][j] - f64::from(i == j)));
     let stress = MUSCLE_LAW.stress3(h, 700.0, Axes::cartesian(0.0));
     let mut expected = vec![0.0; force.len()];

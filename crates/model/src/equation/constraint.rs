@@ -12,7 +12,7 @@ pub(super) fn residual(
     integrals: &mut Integrals<'_>,
     rows: &mut [f64],
 ) {
-    rows.copy_from_slice(integrals.defect());
+    rows.copy_from_slice(integrals.volume_residual());
     if context.inv_kappa > 0.0 {
         integrals.add_pressure_mass(context.inv_kappa, state.value(Field::Pressure), rows);
     }
@@ -37,7 +37,7 @@ pub(super) fn rate_residual(
     integrals: &mut Integrals<'_>,
     rows: &mut [f64],
 ) {
-    rows.copy_from_slice(integrals.defect_rate());
+    rows.copy_from_slice(integrals.volume_residual_rate());
     if context.inv_kappa > 0.0 {
         integrals.add_pressure_mass(context.inv_kappa, state.rate(Field::Pressure), rows);
     }

@@ -114,7 +114,7 @@ impl Added {
                 stresses.iter().any(AddedStress::is_viscous),
             ],
             tensions: muscle.models().next().is_some(),
-            relaxing: muscle.solid.relaxing_parts().len(),
+            relaxing: muscle.solid.relaxation_regions().len(),
         }
     }
 
@@ -132,9 +132,9 @@ pub struct Needs {
     /// ∫Ṗ:∇φ.
     pub force_rate: bool,
     /// ∫ψ(J - 1).
-    pub defect: bool,
+    pub volume_residual: bool,
     /// ∫ψ cof F:∇v.
-    pub defect_rate: bool,
+    pub volume_residual_rate: bool,
     /// B(q)ᵀμ.
     pub multiplier_force: bool,
 }
@@ -145,8 +145,8 @@ impl Needs {
         Self {
             force: self.force || other.force,
             force_rate: self.force_rate || other.force_rate,
-            defect: self.defect || other.defect,
-            defect_rate: self.defect_rate || other.defect_rate,
+            volume_residual: self.volume_residual || other.volume_residual,
+            volume_residual_rate: self.volume_residual_rate || other.volume_residual_rate,
             multiplier_force: self.multiplier_force || other.multiplier_force,
         }
     }
@@ -169,11 +169,11 @@ impl Equation {
                 ..none
             },
             Self::Constraint => Needs {
-                defect: true,
+                volume_residual: true,
                 ..none
             },
             Self::ConstraintRate => Needs {
-                defect_rate: true,
+                volume_residual_rate: true,
                 ..none
             },
         }

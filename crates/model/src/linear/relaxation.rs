@@ -32,7 +32,7 @@ pub(super) struct Series(Vec<Prony>);
 
 impl Series {
     pub(super) fn of(dae: &MuscleDae) -> Self {
-        let parts = dae.muscle().solid.relaxing_parts().iter();
+        let parts = dae.muscle().solid.relaxation_regions().iter();
         Self(parts.map(|part| part.prony.clone()).collect())
     }
 
@@ -139,7 +139,7 @@ impl Relaxation {
         let solid = &dae.muscle().solid;
         let own = &rhs[internal * n_columns..];
         slots.iter_mut().for_each(|slots| slots.fill(0.0));
-        for part in solid.relaxing_parts() {
+        for part in solid.relaxation_regions() {
             let terms = own[part.states.start * n_columns..].chunks(part.slots.len() * n_columns);
             for (term, b) in part.prony.terms().iter().zip(terms) {
                 let scale = term.lagging(c, T::one());
@@ -158,7 +158,7 @@ impl Relaxation {
                 }
             }
         }
-        solid.forces_of_tensors(dae.relaxing_at(), slots, nodal);
+        solid.tensor_forces(dae.relaxing_at(), slots, nodal);
         let rows = rhs[momentum * n_columns..].chunks_mut(n_columns);
         for (row, &i) in rows.zip(solid.dofs().free_to_full()) {
             for (row, nodal) in row.iter_mut().zip(nodal.chunks(T::COUNT)) {
@@ -189,8 +189,8 @@ impl Relaxation {
                 }
             }
         }
-        solid.relaxing_stress_rates(dae.relaxing_at(), nodal, slots);
-        for part in solid.relaxing_parts() {
+        solid.driving_stress_rates(dae.relaxing_at(), nodal, slots);
+        for part in solid.relaxation_regions() {
             let terms =
                 own[part.states.start * n_columns..].chunks_mut(part.slots.len() * n_columns);
             for (term, states) in part.prony.terms().iter().zip(terms) {

@@ -1,13 +1,13 @@
 //! Elastic and viscous support of the boundary.
 
-use myovib_fem::{Along, Robin, Solid};
+use myovib_fem::{RobinMatrix, Solid, SupportDirection};
 
 use crate::error::ModelError;
 
 /// A bed of a boundary group: `P N + k u + c u̇ = 0` there, or along the normal alone (Robin).
 #[derive(Debug, Clone)]
 pub struct Bed {
-    operator: Robin,
+    operator: RobinMatrix,
     stiffness: f64,
     damping: f64,
 }
@@ -24,7 +24,7 @@ impl Bed {
     pub fn new(
         solid: &Solid,
         group: &str,
-        along: Along,
+        along: SupportDirection,
         [stiffness, damping]: [f64; 2],
     ) -> Result<Self, ModelError> {
         for (name, value) in [("bed stiffness", stiffness), ("bed damping", damping)] {
@@ -37,7 +37,7 @@ impl Bed {
             }
         }
         Ok(Self {
-            operator: Robin::new(solid.space(), group, along)?,
+            operator: RobinMatrix::new(solid.space(), group, along)?,
             stiffness,
             damping,
         })
@@ -54,7 +54,7 @@ impl Bed {
     }
 
     /// The integrals over the group.
-    pub fn operator(&self) -> &Robin {
+    pub fn operator(&self) -> &RobinMatrix {
         &self.operator
     }
 

@@ -6,7 +6,7 @@ pub(crate) mod load;
 pub(crate) mod parameters;
 
 use myovib_fem::material::Bestel;
-use myovib_fem::{Ratios, Solid};
+use myovib_fem::{ElementScale, Solid};
 
 use crate::error::ModelError;
 use crate::signal::Signal;
@@ -56,7 +56,7 @@ impl Muscle {
     ///
     /// # Errors
     /// [`ModelError::MixedParameters`] for κ = ∞ beside κ < ∞, or β = 0 beside β > 0: the index would
-    /// differ between the elements; those of [`Solid::with_ratios`].
+    /// differ between the elements; those of [`Solid::with_element_scales`].
     pub fn graded(solid: Solid, elements: &[Parameters]) -> Result<Self, ModelError> {
         let mixed = |what, which: fn(&Parameters) -> bool| {
             let first = elements.iter().position(which);
@@ -79,15 +79,15 @@ impl Muscle {
         let [alpha, beta] = [largest(|own| own.alpha), largest(|own| own.beta)];
         let body = Parameters::new(alpha, beta, largest(Parameters::kappa))?;
         let ratio = |own: f64, largest: f64| if own == largest { 1.0 } else { own / largest };
-        let ratios = elements.iter().map(|own| Ratios {
+        let ratios = elements.iter().map(|own| ElementScale {
             kappa: ratio(own.kappa(), body.kappa()),
             alpha: ratio(own.alpha, alpha),
             beta: ratio(own.beta, beta),
         });
-        let ratios: Vec<Ratios> = ratios.collect();
-        let solid = match ratios.iter().all(|own| *own == Ratios::ONE) {
+        let ratios: Vec<ElementScale> = ratios.collect();
+        let solid = match ratios.iter().all(|own| *own == ElementScale::ONE) {
             true => solid,
-            false => solid.with_ratios(&ratios)?,
+            false => solid.with_element_scales(&ratios)?,
         };
         Ok(Self::unloaded(solid, body))
     }

@@ -243,8 +243,10 @@ impl MuscleDae {
         let mut vectors = Vectors {
             force: needs.force.then_some(&mut work.force),
             force_rate: needs.force_rate.then_some(&mut work.force_rate),
-            defect: needs.defect.then_some(&mut work.defect),
-            defect_rate: needs.defect_rate.then_some(&mut work.defect_rate),
+            volume_residual: needs.volume_residual.then_some(&mut work.volume_residual),
+            volume_residual_rate: needs
+                .volume_residual_rate
+                .then_some(&mut work.volume_residual_rate),
             multiplier_force: needs.multiplier_force.then_some(&mut work.multiplier_force),
         };
         counters.residual_passes += 1;
@@ -263,13 +265,11 @@ impl MuscleDae {
                 ..
             } = work;
             let solid = &muscle.solid;
-            solid.relaxing_force(u, internal, Some(added_force), rates);
+            solid.relaxation_force(u, internal, Some(added_force), rates);
         } else if let Some(over) = overstress {
             counters.relaxing_passes += 1;
             let (over, force) = (from_ref(over), from_mut(&mut work.added_force));
-            muscle
-                .solid
-                .forces_of_tensors(&work.displacement, over, force);
+            muscle.solid.tensor_forces(&work.displacement, over, force);
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use std::slice::from_ref;
 
 use myovib_dae::{LinearSolver, Linearization, Problem, StepError, VariableKind};
-use myovib_fem::RelaxingPart;
+use myovib_fem::RelaxationRegion;
 use myovib_fem::material::PronyTerm;
 use myovib_radau::{Fading, FadingMemory, MemoryPart, MemoryTerm};
 use myovib_sparse::SparseError;
@@ -44,12 +44,12 @@ impl InternalVariableDae {
             weight: term.weight,
             time: term.time,
         };
-        let part = |part: &RelaxingPart| MemoryPart {
+        let part = |part: &RelaxationRegion| MemoryPart {
             slots: part.slots.clone(),
             terms: part.prony.terms().iter().map(term).collect(),
         };
         let memory = FadingMemory {
-            parts: solid.relaxing_parts().iter().map(part).collect(),
+            parts: solid.relaxation_regions().iter().map(part).collect(),
             start: y[internal.clone()].to_vec(),
             absolute,
         };
@@ -130,7 +130,7 @@ impl Fading for InternalVariableDae {
         self.dae.expand(t, y, None);
         self.dae.counters.relaxing_solve_passes += 1;
         let (solid, work) = (&self.dae.muscle.solid, &self.dae.work);
-        solid.relaxing_stresses(&work.displacement, out);
+        solid.driving_stresses(&work.displacement, out);
         Ok(())
     }
 
@@ -143,7 +143,7 @@ impl Fading for InternalVariableDae {
         dae.work.expanded.fill(0.0);
         solid.dofs().expand(moved, &mut dae.work.expanded);
         let (at, moved) = (dae.matrices.relaxing_at(), from_ref(&dae.work.expanded));
-        solid.relaxing_stress_rates(at, moved, &mut self.rates);
+        solid.driving_stress_rates(at, moved, &mut self.rates);
         out.copy_from_slice(&self.rates[0]);
     }
 

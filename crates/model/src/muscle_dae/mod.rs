@@ -280,7 +280,7 @@ fn context(muscle: &Muscle, formulation: Formulation) -> Context {
         },
         pressed: !muscle.pressures.is_empty(),
         added: Added::of(muscle),
-        graded: muscle.solid.is_graded(),
+        graded: muscle.solid.has_element_scales(),
         coherence: false,
     }
 }

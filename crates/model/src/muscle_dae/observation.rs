@@ -1,7 +1,7 @@
 //! Quantities derived from a state of the muscle, outside the time integration.
 
 use myovib_dae::{Problem, StepError};
-use myovib_fem::output::Beside;
+use myovib_fem::output::StressContext;
 use myovib_fem::{AddedMotion, Fields, Inverted, Pressure, Vectors};
 
 use super::MuscleDae;
@@ -46,7 +46,7 @@ impl MuscleDae {
             pressure,
             factors: self.factors.as_deref(),
             p_rate,
-            beside: Beside {
+            stress_context: StressContext {
                 tensions: &self.work.tensions,
                 beta: self.context.beta,
                 internal: internal.unwrap_or_default(),
@@ -117,7 +117,7 @@ impl MuscleDae {
         }
         if let Some(internal) = self.layout.range(Field::InternalStress) {
             let (mut force, mut rates) = (vec![0.0; u.len()], vec![0.0; internal.len()]);
-            solid.relaxing_force(u, &y[internal], Some(&mut force), &mut rates);
+            solid.relaxation_force(u, &y[internal], Some(&mut force), &mut rates);
             energies.dissipation += force.iter().zip(v).map(|(f, v)| f * v).sum::<f64>();
         }
         if self.context.added.stress[0] {
@@ -228,18 +228,20 @@ impl MuscleDae {
         solid.evaluate(
             &fields,
             &mut Vectors {
-                defect: Some(&mut work.defect),
+                volume_residual: Some(&mut work.volume_residual),
                 ..Vectors::default()
             },
         )?;
         solid.apply_compliance(&y[range], &mut work.pressure_product);
         let inv_kappa = self.context.inv_kappa;
         Ok(work
-            .defect
+            .volume_residual
             .iter()
             .zip(&work.pressure_product)
             .zip(solid.pressure_weights())
-            .map(|((defect, m_p), weight)| ((defect + inv_kappa * m_p) / weight).abs())
+            .map(|((volume_residual, m_p), weight)| {
+                ((volume_residual + inv_kappa * m_p) / weight).abs()
+            })
             .fold(0.0, f64::max))
     }
 }

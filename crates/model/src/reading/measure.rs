@@ -2,7 +2,7 @@
 //!
 //! Values are computed on request only.
 
-use myovib_fem::{Located, Space};
+use myovib_fem::{ElementPoint, Space};
 
 use super::locate;
 use super::quantity::Quantity;
@@ -13,7 +13,7 @@ use crate::error::ModelError;
 #[derive(Debug, Clone)]
 pub struct Measurement {
     /// Points with weights that sum to 1.
-    places: Vec<(Located, f64)>,
+    places: Vec<(ElementPoint, f64)>,
     quantities: Vec<Quantity>,
     dimension: usize,
 }
@@ -119,7 +119,7 @@ impl Measurement {
 mod tests {
     use std::sync::Arc;
 
-    use myovib_fem::output::Beside;
+    use myovib_fem::output::StressContext;
     use myovib_fem::{DofMap, Law, Pressure, Solid, generate};
 
     use super::*;
@@ -139,7 +139,7 @@ mod tests {
             pressure: Pressure::Nodal(p),
             factors: None,
             p_rate: None,
-            beside: Beside {
+            stress_context: StressContext {
                 tensions: &[],
                 beta: 0.0,
                 internal: &[],

@@ -7,7 +7,7 @@ pub(crate) mod probe;
 pub(crate) mod quantity;
 pub(crate) mod snapshot;
 
-use myovib_fem::{Located, Space};
+use myovib_fem::{ElementPoint, Space};
 
 use crate::error::ModelError;
 
@@ -15,7 +15,7 @@ use crate::error::ModelError;
 ///
 /// # Errors
 /// [`ModelError::Coordinates`], [`ModelError::OutsideMesh`].
-fn locate(space: &Space, point: &[f64]) -> Result<Located, ModelError> {
+fn locate(space: &Space, point: &[f64]) -> Result<ElementPoint, ModelError> {
     let place = match (space.dimension(), point) {
         (2, &[x, y]) => space.locate([x, y]),
         (3, &[x, y, z]) => space.locate([x, y, z]),

@@ -1,6 +1,6 @@
 //! Values at a point of the body as linear functionals of nodal arrays.
 
-use myovib_fem::{Barycentric, Located, Space};
+use myovib_fem::{Barycentric, ElementPoint, Space};
 
 use super::locate;
 use crate::error::ModelError;
@@ -9,7 +9,7 @@ use crate::error::ModelError;
 #[derive(Debug, Clone)]
 pub struct Probe {
     point: Vec<f64>,
-    located: Located,
+    located: ElementPoint,
     nodes: Vec<(usize, f64)>,
     vertices: Vec<(usize, f64)>,
 }
@@ -37,10 +37,10 @@ impl Probe {
     ///
     /// # Panics
     /// If there is no such element.
-    pub fn located_at(space: &Space, at: Located) -> Self {
+    pub fn located_at(space: &Space, at: ElementPoint) -> Self {
         let point = match space.dimension() {
-            2 => space.place::<2>(&at).to_vec(),
-            _ => space.place::<3>(&at).to_vec(),
+            2 => space.position::<2>(&at).to_vec(),
+            _ => space.position::<3>(&at).to_vec(),
         };
         Self::new(space, at, point)
     }
@@ -52,14 +52,14 @@ impl Probe {
     pub fn in_element(space: &Space, element: usize) -> Self {
         let n = space.mesh().shape().n_vertices();
         let barycentric = Barycentric::new(&vec![1.0 / n as f64; n]);
-        let at = Located {
+        let at = ElementPoint {
             element,
             barycentric,
         };
         Self::located_at(space, at)
     }
 
-    fn new(space: &Space, located: Located, point: Vec<f64>) -> Self {
+    fn new(space: &Space, located: ElementPoint, point: Vec<f64>) -> Self {
         Self {
             nodes: space.displacement_functional(&located),
             vertices: space.pressure_functional(&located),
@@ -74,7 +74,7 @@ impl Probe {
     }
 
     /// Returns the location in the mesh.
-    pub fn located(&self) -> Located {
+    pub fn located(&self) -> ElementPoint {
         self.located
     }
 

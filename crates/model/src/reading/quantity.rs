@@ -2,7 +2,7 @@
 
 use myovib_fem::material::three::Tensor3;
 use myovib_fem::output::PointState;
-use myovib_fem::{Located, Pressure};
+use myovib_fem::{ElementPoint, Pressure};
 use nalgebra::Matrix3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -33,7 +33,7 @@ struct Description {
 /// How the components are computed. Symmetric tensors have their 3D order.
 enum Reading {
     /// From the fields.
-    Fields(fn(&Snapshot<'_>, &Located) -> Vec<f64>),
+    Fields(fn(&Snapshot<'_>, &ElementPoint) -> Vec<f64>),
     /// From det F or a strain.
     State(fn(&PointState) -> Vec<f64>),
     /// From the stress.
@@ -123,7 +123,7 @@ quantities! {
         names: ["tension", "tension"],
         components: Components::Scalar,
         reading: Reading::Fields(|body, place| {
-            let own = body.beside.tensions.get(place.element);
+            let own = body.stress_context.tensions.get(place.element);
             vec![own.copied().unwrap_or(0.0)]
         }),
     }
@@ -179,11 +179,11 @@ impl Snapshot<'_> {
     }
 
     /// Returns the components of a quantity at a point.
-    pub fn at(&self, place: &Located, quantity: Quantity) -> Vec<f64> {
+    pub fn at(&self, place: &ElementPoint, quantity: Quantity) -> Vec<f64> {
         let values = match quantity.description().reading {
             Reading::Fields(read) => read(self, place),
             Reading::State(read) => read(&self.state_at(place)),
-            Reading::Stress(read) => read(&self.state_in_motion_at(place)),
+            Reading::Stress(read) => read(&self.dynamic_state_at(place)),
         };
         match (quantity.components(), self.solid.space().dimension()) {
             (Components::Symmetric, 2) => IN_THE_PLANE.map(|i| values[i]).to_vec(),

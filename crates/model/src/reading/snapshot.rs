@@ -1,7 +1,7 @@
 //! State of a body at one time, from which quantities are computed.
 
-use myovib_fem::output::{Beside, PointState};
-use myovib_fem::{Fields, Located, Pressure, Solid};
+use myovib_fem::output::{PointState, StressContext};
+use myovib_fem::{ElementPoint, Fields, Pressure, Solid};
 
 /// State of a body at one time.
 ///
@@ -22,7 +22,7 @@ pub struct Snapshot<'a> {
     /// Pressure rate, if the pressure is a field and β > 0.
     pub p_rate: Option<&'a [f64]>,
     /// Further variables on which the stress depends.
-    pub beside: Beside<'a>,
+    pub stress_context: StressContext<'a>,
 }
 
 impl<'a> Snapshot<'a> {
@@ -37,7 +37,7 @@ impl<'a> Snapshot<'a> {
     }
 
     /// Interpolates a nodal field at a point.
-    pub(super) fn vector_at(&self, field: &[f64], place: &Located) -> Vec<f64> {
+    pub(super) fn vector_at(&self, field: &[f64], place: &ElementPoint) -> Vec<f64> {
         let space = self.solid.space();
         match space.dimension() {
             2 => space.displacement_at::<2>(field, place).to_vec(),
@@ -46,13 +46,14 @@ impl<'a> Snapshot<'a> {
     }
 
     /// Returns the strain and the stress of the law at a point.
-    pub(super) fn state_at(&self, place: &Located) -> PointState {
+    pub(super) fn state_at(&self, place: &ElementPoint) -> PointState {
         self.solid.state_at(&self.fields(), place)
     }
 
     /// Returns the strain and the total stress at a point.
-    pub(super) fn state_in_motion_at(&self, place: &Located) -> PointState {
+    pub(super) fn dynamic_state_at(&self, place: &ElementPoint) -> PointState {
         let fields = self.fields();
-        self.solid.state_in_motion_at(&fields, &self.beside, place)
+        self.solid
+            .dynamic_state_at(&fields, &self.stress_context, place)
     }
 }

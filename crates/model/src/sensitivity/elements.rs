@@ -34,7 +34,7 @@ struct Column {
     p: Vec<f64>,
     p_rate: Vec<f64>,
     force: Vec<f64>,
-    defect: Vec<f64>,
+    volume_residual: Vec<f64>,
 }
 
 impl ElementProduct {
@@ -103,7 +103,7 @@ impl ElementProduct {
             p: vec![0.0; vertex],
             p_rate: vec![0.0; vertex],
             force: vec![0.0; nodal],
-            defect: vec![0.0; vertex],
+            volume_residual: vec![0.0; vertex],
         };
         self.columns.resize_with(n_columns, room);
         let free = solid.dofs().free_to_full();
@@ -136,7 +136,7 @@ impl ElementProduct {
             p: Some(&column.p),
             p_rate: Some(&column.p_rate),
             force: &mut column.force,
-            defect: has_constraint.then_some(&mut column.defect),
+            volume_residual: has_constraint.then_some(&mut column.volume_residual),
         });
         dae.change_integrals(state, self.at, &mut changes.collect::<Vec<_>>())?;
         let free = dae.muscle().solid.dofs().free_to_full();
@@ -147,7 +147,8 @@ impl ElementProduct {
             if let Some(constraint) = &self.constraint {
                 let rows = &mut out[constraint.start * n_columns + c..];
                 let rows = rows.iter_mut().step_by(n_columns);
-                rows.zip(&column.defect).for_each(|(row, d)| *row -= d);
+                rows.zip(&column.volume_residual)
+                    .for_each(|(row, d)| *row -= d);
             }
         }
         Ok(())

@@ -57,9 +57,9 @@ impl RelaxationProduct {
                 nodal[i] = *moved;
             }
         }
-        solid.relaxing_stress_rates(at, &self.nodal, stresses);
+        solid.driving_stress_rates(at, &self.nodal, stresses);
         sums.iter_mut().for_each(|sums| sums.fill(0.0));
-        for part in solid.relaxing_parts() {
+        for part in solid.relaxation_regions() {
             let mut row = (self.internal.start + part.states.start) * n_columns;
             for term in part.prony.terms() {
                 for slot in part.slots.clone() {
@@ -77,7 +77,7 @@ impl RelaxationProduct {
             }
         }
         self.nodal.iter_mut().for_each(|nodal| nodal.fill(0.0));
-        solid.forces_of_tensors(at, sums, &mut self.nodal);
+        solid.tensor_forces(at, sums, &mut self.nodal);
         let forces = out[self.momentum.start * n_columns..].chunks_mut(n_columns);
         for (&i, out) in free.iter().zip(forces) {
             for (out, nodal) in out.iter_mut().zip(&self.nodal) {

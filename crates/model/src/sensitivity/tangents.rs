@@ -86,7 +86,7 @@ impl Tangents {
         if range(Field::Tension).is_some() {
             return None;
         }
-        let parts = dae.muscle().solid.relaxing_parts();
+        let parts = dae.muscle().solid.relaxation_regions();
         let (mut known, mut products) = (Vec::<&SparsityPattern>::new(), Vec::new());
         let mut rows = Vec::new();
         for (field, terms) in dae.blocks() {

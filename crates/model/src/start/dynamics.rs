@@ -84,14 +84,14 @@ impl Dynamics {
     ) -> Result<Self, ModelError> {
         let mass_p = compliance(&muscle.solid);
         let kappa = muscle.parameters.kappa();
-        let pressure_of = |defect: Vec<f64>| -> Result<Vec<f64>, ModelError> {
-            let right: Vec<f64> = defect.iter().map(|d| -kappa * d).collect();
+        let pressure_of = |volume_residual: Vec<f64>| -> Result<Vec<f64>, ModelError> {
+            let right: Vec<f64> = volume_residual.iter().map(|d| -kappa * d).collect();
             alone(&mass_p, &right)
         };
         let zero = vec![0.0; q.len()];
         let motion = Motion::new(muscle, t, q, v, &zero);
-        let pressure = pressure_of(motion.defect()?)?;
-        let pressure_rate = pressure_of(motion.defect_rate()?)?;
+        let pressure = pressure_of(motion.volume_residual()?)?;
+        let pressure_rate = pressure_of(motion.volume_residual_rate()?)?;
         let y = [q, v, &pressure, internal.values];
         let y_dot = [v, &zero, &pressure_rate, internal.rates];
         let force = momentum(&mut dae, t, &y, &y_dot)?;

@@ -220,9 +220,9 @@ fn internal_stresses(
         return Default::default();
     }
     let u = Motion::new(muscle, t, q, v, v).displacement;
-    let values = given.map_or_else(|| solid.settled_stresses(&u), <[f64]>::to_vec);
+    let values = given.map_or_else(|| solid.equilibrium_overstress(&u), <[f64]>::to_vec);
     let mut rates = vec![0.0; values.len()];
-    solid.relaxing_force(&u, &values, None, &mut rates);
+    solid.relaxation_force(&u, &values, None, &mut rates);
     [values, rates]
 }
 

@@ -52,21 +52,21 @@ impl<'a> Motion<'a> {
     }
 
     /// ∫ψ (J - 1).
-    pub(crate) fn defect(&self) -> Result<Vec<f64>, Inverted> {
-        let mut defect = vec![0.0; self.muscle.solid.space().n_pressures()];
+    pub(crate) fn volume_residual(&self) -> Result<Vec<f64>, Inverted> {
+        let mut volume_residual = vec![0.0; self.muscle.solid.space().n_pressures()];
         let mut out = Vectors {
-            defect: Some(&mut defect),
+            volume_residual: Some(&mut volume_residual),
             ..Vectors::default()
         };
         self.vectors(&self.displacement, &self.velocity, &mut out)?;
-        Ok(defect)
+        Ok(volume_residual)
     }
 
     /// ∫ψ cof F(u):∇w for nodal u and w.
     fn flux_at(&self, u: &[f64], w: &[f64]) -> Result<Vec<f64>, Inverted> {
         let mut flux = vec![0.0; self.muscle.solid.space().n_pressures()];
         let mut out = Vectors {
-            defect_rate: Some(&mut flux),
+            volume_residual_rate: Some(&mut flux),
             ..Vectors::default()
         };
         self.vectors(u, w, &mut out)?;
@@ -74,7 +74,7 @@ impl<'a> Motion<'a> {
     }
 
     /// First derivative of ∫ψ (J - 1): ∫ψ cof F:∇v.
-    pub(crate) fn defect_rate(&self) -> Result<Vec<f64>, Inverted> {
+    pub(crate) fn volume_residual_rate(&self) -> Result<Vec<f64>, Inverted> {
         self.flux_at(&self.displacement, &self.velocity)
     }
 

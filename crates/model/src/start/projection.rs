@@ -24,20 +24,22 @@ pub(super) fn displacement(muscle: &Muscle, t: f64, q: &[f64]) -> Result<Vec<f64
     let mut last = f64::INFINITY;
     for _ in 0..MAX_ITERATIONS {
         let motion = Motion::new(muscle, t, &q, &rest, &rest);
-        let defect = motion.defect()?;
-        let size = largest_projected(solid, &defect);
+        let volume_residual = motion.volume_residual()?;
+        let size = largest_projected(solid, &volume_residual);
         // Newton's last step brings it to rounding; there it no longer decreases.
         if size < ROUNDING || (size < ROUNDING.sqrt() && size >= 0.5 * last) {
             return Ok(q);
         }
         last = size;
-        let flux: Vec<f64> = defect.iter().map(|d| -d).collect();
+        let flux: Vec<f64> = volume_residual.iter().map(|d| -d).collect();
         let (correction, _) = Saddle::factor(&norm, &motion.divergence()?)?.solve(&rest, &flux)?;
         for (q, correction) in q.iter_mut().zip(correction) {
             *q += correction;
         }
     }
-    Err(ModelError::NotIncompressible { defect: last })
+    Err(ModelError::NotIncompressible {
+        volume_residual: last,
+    })
 }
 
 /// The velocity with ∫ψ cof F:∇v = 0 next to `v` in the norm of the kinetic energy: what is left of
@@ -55,7 +57,7 @@ pub(super) fn velocity(
     // The second pass removes the rounding of the first.
     for _pass in 0..2 {
         let motion = Motion::new(muscle, t, q, &v, &rest);
-        let flux: Vec<f64> = motion.defect_rate()?.iter().map(|d| -d).collect();
+        let flux: Vec<f64> = motion.volume_residual_rate()?.iter().map(|d| -d).collect();
         let (correction, _) = saddle.solve(&rest, &flux)?;
         for (v, correction) in v.iter_mut().zip(correction) {
             *v += correction;
@@ -65,11 +67,11 @@ pub(super) fn velocity(
 }
 
 /// max over ψ_k of |∫ψ_k …| / ∫ψ_k.
-fn largest_projected(solid: &Solid, defect: &[f64]) -> f64 {
-    let projected: Vec<f64> = defect
+fn largest_projected(solid: &Solid, volume_residual: &[f64]) -> f64 {
+    let projected: Vec<f64> = volume_residual
         .iter()
         .zip(solid.pressure_weights())
-        .map(|(defect, weight)| defect / weight)
+        .map(|(volume_residual, weight)| volume_residual / weight)
         .collect();
     largest(&projected)
 }

@@ -94,7 +94,7 @@ impl<'a> Newton<'a> {
                 relaxing: 0,
                 ..Added::of(muscle)
             },
-            graded: muscle.solid.is_graded(),
+            graded: muscle.solid.has_element_scales(),
             coherence: false,
         };
         let place = |(row, equation): (Field, Equation)| {
@@ -221,7 +221,7 @@ impl<'a> Newton<'a> {
         let fields = Fields::new(displacement, muscle.parameters.pressure(pressure));
         let mut vectors = Vectors {
             force: Some(force),
-            defect: pressure.is_some().then_some(&mut *constraint),
+            volume_residual: pressure.is_some().then_some(&mut *constraint),
             ..Vectors::default()
         };
         solid.evaluate(&fields, &mut vectors).inspect_err(|at| {

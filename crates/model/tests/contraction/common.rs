@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use myovib_fem::material::{ActiveStress, Bestel, ForceLength, ForceVelocity, Tension};
-use myovib_fem::{AddedStress, Along, DofMap, Fibres, Law, Mesh, Solid, Space, generate};
+use myovib_fem::{
+    AddedStress, DofMap, Fibres, Law, Mesh, Solid, Space, SupportDirection, generate,
+};
 use myovib_model::{Activation, Bed, Muscle, Parameters, Signal, paper};
 
 pub(crate) const INF: f64 = f64::INFINITY;
@@ -69,8 +71,8 @@ pub(crate) fn on_mesh(mesh: &Mesh, parameters: Parameters, stresses: [AddedStres
         .unwrap()
         .with_fibres(fibres);
     let beds = [
-        Bed::new(&solid, "right", Along::Normal, [3e4, 2e2]).unwrap(),
-        Bed::new(&solid, "top", Along::All, [1e4, 1e2]).unwrap(),
+        Bed::new(&solid, "right", SupportDirection::Normal, [3e4, 2e2]).unwrap(),
+        Bed::new(&solid, "top", SupportDirection::All, [1e4, 1e2]).unwrap(),
     ];
     let mut activations = Vec::new();
     for (number, stress) in stresses.iter().enumerate() {

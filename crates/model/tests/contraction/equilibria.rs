@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use myovib_fem::material::{ActiveStress, ForceLength, Tension};
-use myovib_fem::{AddedStress, Along, DofMap, Solid, Space, generate, load};
+use myovib_fem::{AddedStress, DofMap, Solid, Space, SupportDirection, generate, load};
 use myovib_model::statics::equilibrium;
 use myovib_model::{Activation, Bed, Formulation, Load, Muscle, Parameters, Probe, Signal};
 
@@ -122,7 +122,13 @@ fn a_loaded_muscle_carries_what_tension_and_elasticity_give() {
 fn a_muscle_shortens_against_an_elastic_bed() {
     let stiffness = 5e4;
     let mut muscle = block(ActiveStress::PLAIN);
-    let bed = Bed::new(&muscle.solid, "right", Along::Normal, [stiffness, 0.0]).unwrap();
+    let bed = Bed::new(
+        &muscle.solid,
+        "right",
+        SupportDirection::Normal,
+        [stiffness, 0.0],
+    )
+    .unwrap();
     muscle.beds.push(bed);
     let found = stretch(&muscle);
     let left = passive(found) + found * TENSION + stiffness * (found - 1.0);
@@ -144,7 +150,7 @@ fn beds_hold_a_body() {
     let push = load::traction(&space, "right", [force, 0.0, 0.0]).unwrap();
     let mut muscle = Muscle {
         loads: vec![Load::new(&push, Signal::constant(1.0))],
-        beds: vec![bed(Along::All)],
+        beds: vec![bed(SupportDirection::All)],
         ..Muscle::unloaded(solid.clone(), Parameters::new(0.0, 0.0, 1e5).unwrap())
     };
     let state = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
@@ -157,7 +163,7 @@ fn beds_hold_a_body() {
     // The area is 1; Newton ends at rounding.
     assert!((total(0) / force - 1.0).abs() < 1e-9, "{}", total(0));
     assert!(total(1).abs().max(total(2).abs()) < 1e-9 * force);
-    muscle.beds = vec![bed(Along::Normal)];
+    muscle.beds = vec![bed(SupportDirection::Normal)];
     let refused = equilibrium(&muscle, Formulation::Position, 0.0).unwrap_err();
     let free = "slide in y and slide in z and turn about x";
     assert!(refused.to_string().contains(free), "{refused}");

@@ -72,13 +72,13 @@ fn two_materials_in_a_row_shorten_as_each_does_alone() {
 fn equal_elements_are_the_plain_body() {
     let plain = contracting(2, 1e5, 1e-2, elastic());
     let mut graded = plain.clone();
-    let ratio = myovib_fem::Ratios {
+    let ratio = myovib_fem::ElementScale {
         kappa: 0.5,
         alpha: 0.25,
         beta: 2.0,
     };
     let ratios = vec![ratio; graded.solid.space().n_elements()];
-    graded.solid = graded.solid.with_ratios(&ratios).unwrap();
+    graded.solid = graded.solid.with_element_scales(&ratios).unwrap();
     graded.parameters = parameters(4.0, 5e-3, 2e5);
     for formulation in [
         Formulation::Displacement,

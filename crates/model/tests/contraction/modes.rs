@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use myovib_fem::material::ActiveStress;
-use myovib_fem::{AddedStress, Along, DofMap, Solid, Space, generate, load};
+use myovib_fem::{AddedStress, DofMap, Solid, Space, SupportDirection, generate, load};
 use myovib_model::statics::{Equilibrium, equilibrium};
 use myovib_model::{
     Activation, Bed, Field, Formulation, IntegratorKind, Load, ModelError, Muscle, MuscleDae,
@@ -79,7 +79,7 @@ fn contracted(dimension: usize, kappa: f64, stresses: [AddedStress; 2], bed: [f6
         _ => load::traction(solid.space(), "right", pull),
     };
     muscle.loads = vec![Load::new(&traction.unwrap(), Signal::constant(1.0))];
-    muscle.beds = vec![Bed::new(solid, "right", Along::Normal, bed).unwrap()];
+    muscle.beds = vec![Bed::new(solid, "right", SupportDirection::Normal, bed).unwrap()];
     let given = |number, tension| (number, Activation::Given(Signal::constant(tension)));
     muscle.activations = vec![given(0, 8e3), given(1, 5e3)];
     muscle

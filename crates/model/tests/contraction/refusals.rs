@@ -2,7 +2,7 @@
 
 use myovib_dae::{Problem, StepError};
 use myovib_fem::material::{ActiveStress, Bestel};
-use myovib_fem::{AddedStress, Along, generate};
+use myovib_fem::{AddedStress, SupportDirection, generate};
 use myovib_model::index::IndexReport;
 use myovib_model::{Activation, Bed, Formulation, MuscleDae, Parameters, Signal, formula};
 
@@ -92,7 +92,8 @@ fn tensions_that_cannot_be_are_refused() {
 #[test]
 fn beds_and_stresses_out_of_range_are_refused() {
     let muscle = contracting(2, 1e5, 0.0, viscous());
-    let bed = |constants| Bed::new(&muscle.solid, "right", Along::All, constants).unwrap_err();
+    let bed =
+        |constants| Bed::new(&muscle.solid, "right", SupportDirection::All, constants).unwrap_err();
     assert!(bed([-1.0, 0.0]).to_string().contains("bed stiffness = -1"));
     assert!(
         bed([0.0, f64::NAN])

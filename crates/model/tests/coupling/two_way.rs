@@ -370,7 +370,7 @@ fn tensions_are_those_of_the_coherence() {
         Some(_) => REST,
         None => 0.0,
     };
-    for (element, tension) in snapshot.beside.tensions.iter().enumerate() {
+    for (element, tension) in snapshot.stress_context.tensions.iter().enumerate() {
         // (ε/r)² = 2.5e-13 of the difference.
         assert!(
             (tension - expected(&element)).abs() < 1e-8,

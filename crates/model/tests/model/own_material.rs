@@ -79,7 +79,7 @@ const FORMULATIONS: [Formulation; 2] = [Formulation::Displacement, Formulation::
 fn a_law_by_reference_moves_a_body_in_space_as_that_of_the_list_bit_by_bit() {
     for formulation in FORMULATIONS {
         let of_list = motion(&block(), formulation, BUILT_IN);
-        let own = motion(&block(), formulation, Law::own("rubber", &BY_REFERENCE));
+        let own = motion(&block(), formulation, Law::custom("rubber", &BY_REFERENCE));
         assert!(largest(of_list.0.iter().copied()) > 1e-3, "it moves");
         assert!(
             of_list == own,
@@ -96,7 +96,7 @@ fn a_law_by_its_energy_moves_a_body_as_that_of_the_list() {
     for mesh in [block(), sheet] {
         for formulation in FORMULATIONS {
             let (y, _) = motion(&mesh, formulation, BUILT_IN);
-            let (own, _) = motion(&mesh, formulation, Law::own("rubber", &RUBBER));
+            let (own, _) = motion(&mesh, formulation, Law::custom("rubber", &RUBBER));
             let dimension = mesh.dimension();
             let difference = largest(y.iter().zip(&own).map(|(a, b)| a - b));
             let size = largest(y.iter().copied());

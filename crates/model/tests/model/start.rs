@@ -130,7 +130,7 @@ fn the_residual_is_at_rounding_level() {
 }
 
 /// ∫ψ(J − 1) of the motion q + t v + ½ t² v̇ from a start, with its supports, after a time.
-fn defect(dae: &MuscleDae, start: &Start, t: f64) -> Vec<f64> {
+fn volume_residual(dae: &MuscleDae, start: &Start, t: f64) -> Vec<f64> {
     let solid = &dae.muscle().solid;
     let block = |of: &[f64], field| of[dae.layout().range(field).unwrap()].to_vec();
     let (q, v) = (
@@ -146,14 +146,14 @@ fn defect(dae: &MuscleDae, start: &Start, t: f64) -> Vec<f64> {
         u[prescribed.component] = prescribed.signal.at(t).value;
     }
     let n_pressures = solid.space().n_pressures();
-    let (pressure, mut defect) = (vec![0.0; n_pressures], vec![0.0; n_pressures]);
+    let (pressure, mut volume_residual) = (vec![0.0; n_pressures], vec![0.0; n_pressures]);
     let mut out = Vectors {
-        defect: Some(&mut defect),
+        volume_residual: Some(&mut volume_residual),
         ..Vectors::default()
     };
     let fields = Fields::new(&u, Pressure::Nodal(&pressure));
     solid.evaluate(&fields, &mut out).unwrap();
-    defect
+    volume_residual
 }
 
 /// Of an incompressible body the volume's first and second derivatives vanish, which equations of lower index
@@ -171,7 +171,7 @@ fn velocities_and_accelerations_keep_the_volume() {
         let moved = bodies.each_ref().map(shaken);
         for mut dae in bodies.into_iter().chain(moved) {
             let start = start(&mut dae);
-            let at = |k: i32| defect(&dae, &start, H * f64::from(k));
+            let at = |k: i32| volume_residual(&dae, &start, H * f64::from(k));
             let (middle, sides) = (at(0), [1, 2, 3].map(|k| [at(-k), at(k)]));
             let solid = &dae.muscle().solid;
             // The size of both: a part of the body times its rate of strain, and the square of that.

@@ -18,7 +18,7 @@ pub(super) fn sentence(scene: &Scene, document: &Value) -> String {
         parts.push(format!("{} {cells}", space.n_elements()));
         let parameters = &body.muscle.parameters;
         // Where materials differ, these are the largest.
-        let is = if body.muscle.solid.is_graded() {
+        let is = if body.muscle.solid.has_element_scales() {
             "≤"
         } else {
             "="

@@ -1,6 +1,6 @@
 //! Where the chains of a body are, and along which directions it drives them.
 
-use myovib_fem::{Barycentric, Group, Located, Mesh, Space};
+use myovib_fem::{Barycentric, ElementPoint, Group, Mesh, Space};
 use myovib_model::{ModelError, Probe};
 
 use super::Body;
@@ -17,7 +17,7 @@ pub(super) const MOST: usize = 1_000_000;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DrivenPlace {
     /// The place in the mesh.
-    pub at: Located,
+    pub at: ElementPoint,
     /// The unit vector d of the forcing γ d·u; in the plane its third component is zero.
     pub direction: [f64; 3],
 }
@@ -73,7 +73,7 @@ impl Builder<'_> {
             Some(Place::Position(_)) | None => (Vec::new(), 0),
         };
         let path = format!("{path}.component");
-        let drive = |at: Located| {
+        let drive = |at: ElementPoint| {
             Ok(DrivenPlace {
                 direction: self.direction(file, body, &chain.component, at, &path)?,
                 at,
@@ -85,7 +85,7 @@ impl Builder<'_> {
         })
     }
 
-    fn located(&self, space: &Space, at: &[f64], path: &str) -> Result<Located, InputError> {
+    fn located(&self, space: &Space, at: &[f64], path: &str) -> Result<ElementPoint, InputError> {
         Ok(self.at(path, Probe::at(space, at))?.located())
     }
 
@@ -96,7 +96,7 @@ impl Builder<'_> {
         group: &str,
         wanted: impl Fn(usize) -> bool,
         path: &str,
-    ) -> Result<Vec<Located>, InputError> {
+    ) -> Result<Vec<ElementPoint>, InputError> {
         let mesh = space.mesh();
         let path = format!("{path}.vertices");
         let members = self.at(&path, mesh.group(group))?;
@@ -105,7 +105,7 @@ impl Builder<'_> {
             let error = InputError::new(format!("the group `{group}` has no vertices"));
             return Err(self.wrong(&path, error.next("name a group with members")));
         }
-        let mut owners: Vec<Option<Located>> = vec![None; mesh.n_points()];
+        let mut owners: Vec<Option<ElementPoint>> = vec![None; mesh.n_points()];
         let elements = match members {
             Group::Elements(members) => members.clone(),
             _ => (0..mesh.n_elements()).collect(),
@@ -114,13 +114,13 @@ impl Builder<'_> {
             for (corner, &vertex) in mesh.element(element).iter().enumerate() {
                 let mut lambda = vec![0.0; mesh.element(element).len()];
                 lambda[corner] = 1.0;
-                owners[vertex].get_or_insert(Located {
+                owners[vertex].get_or_insert(ElementPoint {
                     element,
                     barycentric: Barycentric::new(&lambda),
                 });
             }
         }
-        let located: Option<Vec<Located>> = vertices.iter().map(|&v| owners[v]).collect();
+        let located: Option<Vec<ElementPoint>> = vertices.iter().map(|&v| owners[v]).collect();
         located.ok_or_else(|| {
             let without = vertices.iter().filter(|&&v| owners[v].is_none()).count();
             let error = InputError::new(format!(
@@ -138,7 +138,7 @@ impl Builder<'_> {
         corners: [&Vec<f64>; 2],
         points: &[usize],
         path: &str,
-    ) -> Result<(Vec<Located>, usize), InputError> {
+    ) -> Result<(Vec<ElementPoint>, usize), InputError> {
         let dimension = space.dimension();
         let [from, to] = corners;
         for (key, found) in [
@@ -201,7 +201,7 @@ impl Builder<'_> {
         file: &SceneFile,
         body: &Body,
         component: &Component,
-        at: Located,
+        at: ElementPoint,
         path: &str,
     ) -> Result<[f64; 3], InputError> {
         let solid = &body.muscle.solid;
@@ -242,7 +242,7 @@ impl Builder<'_> {
 }
 
 /// The middle of an element.
-fn middle(space: &Space, element: usize) -> Located {
+fn middle(space: &Space, element: usize) -> ElementPoint {
     Probe::in_element(space, element).located()
 }
 

@@ -1,7 +1,7 @@
 //! What materials add to their laws: tension along the fibres, viscosity; and beds of the boundary.
 
 use myovib_fem::material::{ActiveStress, Bestel, ForceLength, Prony};
-use myovib_fem::{AddedStress, Along, FemError, Solid};
+use myovib_fem::{AddedStress, FemError, Solid, SupportDirection};
 use myovib_model::{Activation, Bed, Signal, Timed};
 
 use super::builder::Builder;
@@ -196,8 +196,8 @@ impl Builder<'_> {
                     return Err(self.wrong(&path, error));
                 }
                 let along = match bed.along {
-                    Direction::All => Along::All,
-                    Direction::Normal => Along::Normal,
+                    Direction::All => SupportDirection::All,
+                    Direction::Normal => SupportDirection::Normal,
                 };
                 let constants = [bed.stiffness, bed.damping];
                 let bed = Bed::new(solid, &bed.group, along, constants);

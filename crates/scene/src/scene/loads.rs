@@ -58,7 +58,7 @@ impl Builder<'_> {
     ) -> Result<Vec<f64>, InputError> {
         let distribution = traction.distribution.as_ref();
         let factor = self.factor::<D>(distribution, space.mesh(), axis, path)?;
-        let load = load::located_traction(space, &traction.group, |facet, weights, place| {
+        let load = load::facet_traction(space, &traction.group, |facet, weights, place| {
             along(axis, factor.at(facet, weights, place))
         });
         self.finite(factor)?;
@@ -76,7 +76,7 @@ impl Builder<'_> {
     ) -> Result<Vec<f64>, InputError> {
         let mesh = space.mesh();
         let factor = self.factor::<D>(force.distribution.as_ref(), mesh, axis, path)?;
-        let load = load::located_body_force(space, |at, place| {
+        let load = load::element_body_force(space, |at, place| {
             let density = densities[at.element];
             if density == 0.0 {
                 return [0.0; D]; // outside the group

@@ -120,13 +120,13 @@ impl Parametrised {
         // What a formulation asks of κ and β it asks of the scene, not of its neighbours. Where
         // materials have their own, only the scene knows which of them move.
         let parameters = match self.parameters[j].influence {
-            Influence::Compressibility if !body.muscle.solid.is_graded() => {
+            Influence::Compressibility if !body.muscle.solid.has_element_scales() => {
                 Parameters::new(alpha, beta, 1.0 / value)?
             }
-            Influence::Alpha if !body.muscle.solid.is_graded() => {
+            Influence::Alpha if !body.muscle.solid.has_element_scales() => {
                 Parameters::new(value, beta, kappa)?
             }
-            Influence::Beta if !body.muscle.solid.is_graded() => {
+            Influence::Beta if !body.muscle.solid.has_element_scales() => {
                 Parameters::new(alpha, value, kappa)?
             }
             _ => {

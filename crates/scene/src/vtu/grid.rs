@@ -1,6 +1,6 @@
 //! Points and cells of field files, and values at the points.
 
-use myovib_fem::{Barycentric, Located, Solid, Space};
+use myovib_fem::{Barycentric, ElementPoint, Solid, Space};
 use myovib_model::{Quantity, Snapshot};
 
 use crate::Body;
@@ -89,7 +89,7 @@ impl Grid {
                 if snapshot.is_continuous(quantity) && counts[point] > 0.0 {
                     continue;
                 }
-                let at = Located {
+                let at = ElementPoint {
                     element,
                     barycentric,
                 };
@@ -111,7 +111,7 @@ fn fibres(solid: &Solid) -> Vec<[f64; 3]> {
     let n = solid.space().mesh().shape().n_vertices();
     let barycentric = Barycentric::new(&vec![1.0 / n as f64; n]);
     let axes = |element| {
-        solid.axes_at(&Located {
+        solid.axes_at(&ElementPoint {
             element,
             barycentric,
         })

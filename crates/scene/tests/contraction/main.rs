@@ -10,7 +10,7 @@ use std::sync::Arc;
 use myovib_dae::Problem;
 use myovib_fem::material::{ActiveStress, Bestel, ForceLength, ForceVelocity, Tension};
 use myovib_fem::{
-    AddedStress, Along, DofMap, Fibres, Group, Law, Mesh, Solid, Space, generate, load,
+    AddedStress, DofMap, Fibres, Group, Law, Mesh, Solid, Space, SupportDirection, generate, load,
 };
 use myovib_model::{Activation, Bed, Load, Muscle, MuscleDae, Parameters, Signal, formula};
 use myovib_scene::Scene;
@@ -136,8 +136,8 @@ fn by_hand() -> Muscle {
     let traction = load::traction(&space, "right", [1.0, 0.0, 0.0]).unwrap();
     Muscle {
         beds: vec![
-            Bed::new(&body.solid, "left", Along::All, [1e6, 1e3]).unwrap(),
-            Bed::new(&body.solid, "surface", Along::Normal, [3e4, 2e2]).unwrap(),
+            Bed::new(&body.solid, "left", SupportDirection::All, [1e6, 1e3]).unwrap(),
+            Bed::new(&body.solid, "surface", SupportDirection::Normal, [3e4, 2e2]).unwrap(),
         ],
         activations: vec![
             (0, Activation::Given(step(8e3, 0.05))),

@@ -120,7 +120,7 @@ fn what_cannot_contract_is_refused_with_its_key() {
         (
             "group = \"surface\"",
             "group = \"muscle\"",
-            ["holds tetrahedra", "group"],
+            ["contains tetrahedra", "group"],
         ),
         (
             "stiffness = 3e4\ndamping = 2e2",

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use myovib_fem::element::TRIANGLE;
 use myovib_fem::quadrature::Rule;
-use myovib_fem::{Located, Space};
+use myovib_fem::{ElementPoint, Space};
 use myovib_model::statics::equilibrium;
 
 use crate::common::{BLOCK, SHEET, assert_close, moments, scene, text};
@@ -90,7 +90,7 @@ distribution = "40*X*(1.5*Y^4 - 6*Y^2 + 3*X^2*Y^2 - X^2 + 2.5) - 3*Y^2 - 5*X^3"
 "#;
 
 /// The integrals of three functions of place: the rule of degree 6 on 64 parts of each triangle.
-fn integrals(space: &Space, of: impl Fn(&Located, [f64; 2]) -> [f64; 3]) -> [f64; 3] {
+fn integrals(space: &Space, of: impl Fn(&ElementPoint, [f64; 2]) -> [f64; 3]) -> [f64; 3] {
     let mut integrals = [0.0; 3];
     let cells = 8;
     let points = Rule::Degree6.points(&TRIANGLE);
@@ -108,11 +108,11 @@ fn integrals(space: &Space, of: impl Fn(&Located, [f64; 2]) -> [f64; 3]) -> [f64
                         true => (f64::from(base + 1) - l) / f64::from(cells),
                     };
                     let (a, b) = (at(i, q.barycentric[0]), at(j, q.barycentric[1]));
-                    let at = Located {
+                    let at = ElementPoint {
                         element,
                         barycentric: [a, b, 1.0 - a - b].into(),
                     };
-                    for (sum, value) in integrals.iter_mut().zip(of(&at, space.place(&at))) {
+                    for (sum, value) in integrals.iter_mut().zip(of(&at, space.position(&at))) {
                         *sum += part * q.weight * value;
                     }
                 }

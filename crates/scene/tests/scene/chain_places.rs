@@ -342,7 +342,7 @@ y = { type = "step", value = 100.0, rise = 0.05 }
     let point = |i: usize| {
         let at = &scene.chains[0].places[i].at;
         let space = scene.body.as_ref().unwrap().muscle.solid.space();
-        space.place::<2>(at)
+        space.position::<2>(at)
     };
     // x runs fastest.
     let expected = [

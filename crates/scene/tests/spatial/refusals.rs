@@ -110,7 +110,7 @@ fn a_volume_in_separate_pieces_is_refused() {
     assert_eq!(accepted, "accepted");
     let text = text.replace("\"reaction\"", "\"volume\"");
     let found = refusal_of(&text, Path::new(""));
-    let expected = "group \"fixed\" is in 2 separate pieces";
+    let expected = "group \"fixed\" has 2 disconnected pieces";
     assert!(found.starts_with(expected), "{found}");
     assert!(found.contains("where: scene.toml, line 25"), "{found}");
 }
@@ -227,17 +227,9 @@ fn mesh_files_that_are_wrong_in_space_are_refused_with_their_place() {
         ),
         ("\"f0\"", "\"f1\"", "the mesh has no nodal field `f0`"),
         // A triangle that is no face of a tetrahedron.
-        (
-            "1 1 2 3\n",
-            "1 1 2 5\n",
-            "is a triangle that is no face of a tetrahedron",
-        ),
+        ("1 1 2 3\n", "1 1 2 5\n", "is not a face of any tetrahedron"),
         // Four vertices in a plane, and two tetrahedra on the same side of their face.
-        (
-            "1 1 1\n$EndNodes",
-            "0 0.5 0.5\n$EndNodes",
-            "it is degenerate",
-        ),
+        ("1 1 1\n$EndNodes", "0 0.5 0.5\n$EndNodes", "is degenerate"),
         (
             "1 1 1\n$EndNodes",
             "0.1 0.1 0.1\n$EndNodes",

@@ -8,7 +8,7 @@ mod writes;
 use std::path::PathBuf;
 
 use clap::Args;
-use myovib_fem::Ratios;
+use myovib_fem::ElementScale;
 use myovib_model::advice::Finding;
 use myovib_model::check::{self, Computed, Factors, Held, Report, Size};
 use myovib_model::{Field, IntegratorKind, MuscleDae};
@@ -189,9 +189,10 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
 }
 
 /// How a parameter of the elements stands to the body's, which is the largest.
-fn bound(body: &Body, of: impl Fn(Ratios) -> f64) -> &'static str {
+fn bound(body: &Body, of: impl Fn(ElementScale) -> f64) -> &'static str {
     let solid = &body.muscle.solid;
-    let mut ratios = (0..solid.space().n_elements()).map(|element| of(solid.ratios(element)));
+    let mut ratios =
+        (0..solid.space().n_elements()).map(|element| of(solid.element_scale(element)));
     match ratios.any(|ratio| ratio != 1.0) {
         true => "≤",
         false => "=",

@@ -10,7 +10,7 @@ fn at(active: &ActiveStress, h: [[f64; 3]; 3], v: [[f64; 3]; 3]) -> ActiveFibre<
     active.at(FIBRE, &h, &v, 7e4)
 }
 
-fn kinds() -> Vec<ActiveStress> {
+fn materials() -> Vec<ActiveStress> {
     let mut all = Vec::new();
     for tension in [Tension::SecondPiolaKirchhoff, Tension::Nominal] {
         for force_length in [
@@ -39,7 +39,7 @@ fn derivatives_are_those_of_the_stress() {
     // Lengthening and shortening fibres.
     for sign in [1.0, -1.0] {
         let v = V.map(|row| row.map(|v| sign * v));
-        for active in kinds() {
+        for active in materials() {
             let point = at(&active, H, v);
             let (by_u, by_v) = (point.by_displacement(), point.by_velocity());
             for k in 0..3 {
@@ -71,7 +71,7 @@ fn derivatives_are_those_of_the_stress() {
 
 #[test]
 fn power_is_stress_times_velocity_gradient() {
-    for active in kinds() {
+    for active in materials() {
         let point = at(&active, H, V);
         let stress = point.stress();
         let power: f64 = (0..9).map(|r| stress[r / 3][r % 3] * V[r / 3][r % 3]).sum();

@@ -189,9 +189,9 @@ impl<R: Real> Isochoric<R> {
 
     /// Σ slope ∂Ē.
     #[inline(always)]
-    fn combine(&self, slopes: &[R; 6], normal: &Tensor3Of<R>) -> Tensor3Of<R> {
+    fn combine(&self, slopes: &[R; 6], cofactor: &Tensor3Of<R>) -> Tensor3Of<R> {
         let mut out = scaled3(self.x * self.x, &self.strains.combine(slopes));
-        add_scaled3(&mut out, -(self.third() * self.dot(slopes)), normal);
+        add_scaled3(&mut out, -(self.third() * self.dot(slopes)), cofactor);
         out
     }
 }
@@ -218,7 +218,7 @@ impl Law3 for IsochoricGuccione {
     fn stress<R: Real>(&self, strain: &Strain3<R>) -> Tensor3Of<R> {
         let isochoric = Isochoric::new(strain);
         let (q, slopes) = self.whole().exponent(&isochoric.values);
-        let gradient = isochoric.combine(&slopes, &strain.normal);
+        let gradient = isochoric.combine(&slopes, &strain.cofactor);
         scaled3(q.exp() * (0.5 * self.c), &gradient)
     }
 
@@ -228,7 +228,7 @@ impl Law3 for IsochoricGuccione {
         let (q, mut slopes) = self.whole().exponent(&isochoric.values);
         let scale = q.exp() * (0.5 * self.c);
         let mut out = Symmetric3::zero(q);
-        out.add_square(scale, &isochoric.combine(&slopes, &strain.normal));
+        out.add_square(scale, &isochoric.combine(&slopes, &strain.cofactor));
         let (x2, third) = (isochoric.x * isochoric.x, isochoric.third());
         let (mut curvatures, mut pairs, mut squares) = (slopes, slopes, slopes);
         for (i, weight) in self.whole().weights().into_iter().enumerate() {
@@ -241,10 +241,10 @@ impl Law3 for IsochoricGuccione {
         }
         let strains = &isochoric.strains;
         strains.add_curvatures(&mut out, &curvatures);
-        out.add_pair(&strains.combine(&pairs), &strain.normal);
+        out.add_pair(&strains.combine(&pairs), &strain.cofactor);
         let sum = isochoric.dot(&slopes);
         let of_squares = third * x2 * isochoric.x * sum * (5.0 / 3.0);
-        out.add_square(isochoric.dot(&squares) + of_squares, &strain.normal);
+        out.add_square(isochoric.dot(&squares) + of_squares, &strain.cofactor);
         out.add_cofactor_slope(-(third * sum), &strain.f);
         for slope in &mut slopes {
             *slope = x2 * *slope;

@@ -1,6 +1,6 @@
 //! The list of laws: a line for each file, which holds all else.
 
-use super::three::OwnLaw;
+use super::three::CustomLaw;
 use super::{Described, Description};
 
 /// Makes modules of the files, [`Law`], and what goes through all laws. Isotropic laws have a
@@ -39,12 +39,12 @@ macro_rules! laws {
             $plane { $($plane_field: f64),* },)*)*
             $($(#[doc = concat!("See [`", stringify!($other), "`].")]
             $other { $($other_field: f64),* },)*)*
-            /// A law written outside the crate: see [`Law::own`].
-            Own(OwnLaw),
+            /// A law written outside the crate: see [`Law::custom`].
+            Custom(CustomLaw),
         }
 
         impl Law {
-            /// The descriptions of all laws but those of one's [own](Law::own).
+            /// The descriptions of all laws but those of one's [custom laws](Law::custom).
             pub const CATALOGUE: &[Description] = &[
                 $($($plane::DESCRIPTION,)*)*
                 $($($other::DESCRIPTION,)*)*
@@ -55,7 +55,7 @@ macro_rules! laws {
                 match self {
                     $($(Law::$plane { .. } => $plane::DESCRIPTION,)*)*
                     $($(Law::$other { .. } => $other::DESCRIPTION,)*)*
-                    Law::Own(own) => own.description(),
+                    Law::Custom(own) => own.description(),
                 }
             }
 
@@ -64,7 +64,7 @@ macro_rules! laws {
                 match self {
                     $($(Law::$plane { $($plane_field),* } => vec![$($plane_field),*],)*)*
                     $($(Law::$other { $($other_field),* } => vec![$($other_field),*],)*)*
-                    Law::Own(_) => Vec::new(),
+                    Law::Custom(_) => Vec::new(),
                 }
             }
 
@@ -83,7 +83,7 @@ macro_rules! laws {
         }
 
         /// Evaluates an expression with `$w` bound to the law, a [`Law3`](super::three::Law3), or
-        /// another one with `$own` bound to the [`OwnLaw`](super::three::OwnLaw).
+        /// another one with `$own` bound to the [`CustomLaw`](super::three::CustomLaw).
         macro_rules! with_law {
             ($d law:expr, $d w:ident => $d body:expr, $d own:ident => $d other:expr) => {
                 match $d law {
@@ -95,7 +95,7 @@ macro_rules! laws {
                         let $d w = $crate::material::$other { $($other_field),* };
                         $d body
                     })*)*
-                    $crate::material::Law::Own($d own) => $d other,
+                    $crate::material::Law::Custom($d own) => $d other,
                 }
             };
         }

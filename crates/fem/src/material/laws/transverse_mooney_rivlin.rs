@@ -60,7 +60,7 @@ impl Described for TransverseMooneyRivlin {
                 "stretch_max",
                 "",
                 Range::AtLeastOne,
-                "Stretch of straightened fibres",
+                "BatchRange of straightened fibres",
             ),
         ],
         fibres: true,
@@ -149,7 +149,7 @@ impl Law3 for TransverseMooneyRivlin {
         let [by_e, by_d] = self.slopes(fibre.value, strain.d);
         let mut stress = self.matrix().stress(strain);
         add_scaled3(&mut stress, by_e, &fibre.gradient);
-        add_scaled3(&mut stress, by_d, &strain.normal);
+        add_scaled3(&mut stress, by_d, &strain.cofactor);
         stress
     }
 
@@ -165,8 +165,8 @@ impl Law3 for TransverseMooneyRivlin {
         fibre.add_slope(&mut out, ee.value);
         out.add_cofactor_slope(ed.value, &strain.f);
         out.add_square(ee.rate, &fibre.gradient);
-        out.add_square(dd.rate, &strain.normal);
-        out.add_pair(&fibre.gradient, &scaled3(ed.rate, &strain.normal));
+        out.add_square(dd.rate, &strain.cofactor);
+        out.add_pair(&fibre.gradient, &scaled3(ed.rate, &strain.cofactor));
         out
     }
 }

@@ -53,19 +53,19 @@ pub struct FibreStrains<R> {
     pub values: [R; 6],
     axes: [[R; 3]; 3],
     /// F f0, F s0, F n0.
-    pushed: [[R; 3]; 3],
+    times_deformation: [[R; 3]; 3],
 }
 
 impl<R: Real> FibreStrains<R> {
     /// The strains at a point.
     #[inline(always)]
     pub fn new(strain: &Strain3<R>) -> Self {
-        let axes = [strain.axes.fibre, strain.axes.sheet, strain.axes.normal()];
+        let axes = [strain.axes.fibre, strain.axes.sheet, strain.axes.cofactor()];
         let mut values = [strain.d; 6];
         for (value, [x, y]) in values.iter_mut().zip(PAIRS) {
             *value = strain.green_along(axes[x], axes[y]);
         }
-        let pushed = [
+        let times_deformation = [
             strain.push(axes[0]),
             strain.push(axes[1]),
             strain.push(axes[2]),
@@ -73,20 +73,25 @@ impl<R: Real> FibreStrains<R> {
         Self {
             values,
             axes,
-            pushed,
+            times_deformation,
         }
     }
 
     /// The gradient ∂E_xy/∂F of one of them.
     #[inline(always)]
     fn gradient(&self, [x, y]: [usize; 2]) -> Tensor3Of<R> {
-        symmetric_dyad(self.pushed[x], self.axes[y], self.pushed[y], self.axes[x])
+        symmetric_dyad(
+            self.times_deformation[x],
+            self.axes[y],
+            self.times_deformation[y],
+            self.axes[x],
+        )
     }
 
     /// Σ slope ∂E_xy/∂F = F S with the symmetric S = Σ slope (x⊗y + y⊗x)/2.
     #[inline(always)]
     pub fn combine(&self, slopes: &[R; 6]) -> Tensor3Of<R> {
-        self.sum(&self.pushed, slopes)
+        self.sum(&self.times_deformation, slopes)
     }
 
     /// Adds Σ slope ∂²E_xy/∂F².

@@ -168,7 +168,7 @@ impl<W: Isotropic> Law3 for W {
     fn stress<R: Real>(&self, strain: &Strain3<R>) -> Tensor3Of<R> {
         let slope = self.slope(strain.invariants());
         let distortion = strain.distortion();
-        let mut stress = scaled3(slope.d, &strain.normal);
+        let mut stress = scaled3(slope.d, &strain.cofactor);
         add_scaled3(&mut stress, slope.a * 2.0, &distortion);
         let second = strain.second_distortion(&distortion);
         add_scaled3(&mut stress, slope.b * 2.0, &second);
@@ -197,10 +197,10 @@ impl<W: Isotropic> Law3 for W {
         add_scaled3(&mut with_first, curve.ab * 4.0, &second);
         out.add_pair(&first, &with_first);
         out.add_pair(&second, &scaled3(curve.bb * 2.0, &second));
-        let mut with_normal = scaled3(curve.dd * 0.5, &strain.normal);
+        let mut with_normal = scaled3(curve.dd * 0.5, &strain.cofactor);
         add_scaled3(&mut with_normal, curve.ad * 2.0, &first);
         add_scaled3(&mut with_normal, curve.bd * 2.0, &second);
-        out.add_pair(&strain.normal, &with_normal);
+        out.add_pair(&strain.cofactor, &with_normal);
         out
     }
 }

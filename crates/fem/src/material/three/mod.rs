@@ -6,18 +6,18 @@
 //! (J − 1) or the penalty in its place, is added by [`Strain3`], the same for all laws. Rates are
 //! derivatives by [`Dual`](super::Dual) numbers.
 
+mod custom;
 mod fibres;
 mod isotropic;
 mod law;
-mod own;
 mod response;
 mod strain;
 mod tensor;
 
+pub use custom::CustomLaw;
 pub use fibres::{FibreStrain, FibreStrains};
 pub use isotropic::{Curvature, Invariants, Isotropic, Slope};
 pub use law::Law3;
-pub use own::OwnLaw;
 pub use strain::{Axes, Strain3};
 pub use tensor::{Symmetric3, Tensor3Of, add_scaled3, contract3, product3, scaled3, trace3};
 pub(crate) use tensor::{UPPER3, cofactor3};

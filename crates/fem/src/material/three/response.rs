@@ -49,7 +49,11 @@ impl<R: Real> Strain3<R> {
         if let Some(factor) = self.factor {
             stress = scaled3(factor, &stress);
         }
-        add_scaled3(&mut stress, self.volume_slope(w, volumetric), &self.normal);
+        add_scaled3(
+            &mut stress,
+            self.volume_slope(w, volumetric),
+            &self.cofactor,
+        );
         stress
     }
 
@@ -61,7 +65,7 @@ impl<R: Real> Strain3<R> {
             a.scale(factor);
         }
         if !W::COMPLETE {
-            a.add_square(self.d.like(volumetric.kappa), &self.normal);
+            a.add_square(self.d.like(volumetric.kappa), &self.cofactor);
         }
         if W::FINITE {
             a.add_cofactor_slope(self.volume_slope(w, volumetric), &self.f);
@@ -116,7 +120,7 @@ impl<R: Real> Strain3<R> {
     /// Ṅ: the derivative of N along `v` = ∇v, symmetric in H and V; zero for small strains.
     #[inline(always)]
     pub(crate) fn volume_gradient_rate<W: Law3>(&self, w: &W, v: &Tensor3Of<R>) -> Tensor3Of<R> {
-        let moving = self.moving(w, v).normal;
+        let moving = self.moving(w, v).cofactor;
         let mut out = *v;
         for (row, moving) in out.iter_mut().zip(&moving) {
             for (entry, moving) in row.iter_mut().zip(moving) {

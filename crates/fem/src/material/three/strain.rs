@@ -32,7 +32,7 @@ impl<R: Real> Axes<R> {
 
     /// n0 = f0 × s0.
     #[inline(always)]
-    pub fn normal(&self) -> [R; 3] {
+    pub fn cofactor(&self) -> [R; 3] {
         let (f, s) = (self.fibre, self.sheet);
         [
             f[1].mul_add(s[2], -(f[2] * s[1])),
@@ -71,7 +71,7 @@ pub struct Strain3<R> {
     /// d = J − 1, or div u for small strains.
     pub d: R,
     /// N = ∂d/∂F: cof F, or I for small strains.
-    pub normal: Tensor3Of<R>,
+    pub cofactor: Tensor3Of<R>,
     /// N − I.
     pub(super) normal_change: Tensor3Of<R>,
     /// I1 − 3 − 2 d; zero for small strains, which do not ask for it.
@@ -116,17 +116,17 @@ impl<R: Real> Strain3<R> {
                 }
             }
         }
-        let mut normal = normal_change;
+        let mut cofactor = normal_change;
         for i in 0..3 {
             f[i][i] = f[i][i] + one;
-            normal[i][i] = normal[i][i] + one;
+            cofactor[i][i] = cofactor[i][i] + one;
         }
         Self {
             h,
             f,
             green,
             d,
-            normal,
+            cofactor,
             normal_change,
             a,
             axes,
@@ -170,6 +170,6 @@ impl<R: Real> Strain3<R> {
     /// ḋ = N : V.
     #[inline(always)]
     pub(crate) fn dilation_rate(&self, v: &Tensor3Of<R>) -> R {
-        contract3(&self.normal, v)
+        contract3(&self.cofactor, v)
     }
 }

@@ -53,7 +53,7 @@ impl<R: Real> Symmetric3<R> {
     /// Adds a x⊗x.
     #[inline(always)]
     pub fn add_square(&mut self, a: R, x: &Tensor3Of<R>) {
-        let (x, ax) = (flat(x), flat(&scaled3(a, x)));
+        let (x, ax) = (in_plane(x), in_plane(&scaled3(a, x)));
         for r in 0..9 {
             for c in r..9 {
                 let entry = &mut self.0[UPPER3[r][c]];
@@ -65,7 +65,7 @@ impl<R: Real> Symmetric3<R> {
     /// Adds x⊗y + y⊗x.
     #[inline(always)]
     pub fn add_pair(&mut self, x: &Tensor3Of<R>, y: &Tensor3Of<R>) {
-        let (x, y) = (flat(x), flat(y));
+        let (x, y) = (in_plane(x), in_plane(y));
         for r in 0..9 {
             for c in r..9 {
                 let entry = &mut self.0[UPPER3[r][c]];
@@ -141,7 +141,7 @@ impl<R: Real> Symmetric3<R> {
 
 /// The entries by rows.
 #[inline(always)]
-fn flat<R: Real>(t: &Tensor3Of<R>) -> [R; 9] {
+fn in_plane<R: Real>(t: &Tensor3Of<R>) -> [R; 9] {
     let [[a, b, c], [d, e, f], [g, h, i]] = *t;
     [a, b, c, d, e, f, g, h, i]
 }
@@ -149,7 +149,7 @@ fn flat<R: Real>(t: &Tensor3Of<R>) -> [R; 9] {
 /// x : y.
 #[inline(always)]
 pub fn contract3<R: Real>(x: &Tensor3Of<R>, y: &Tensor3Of<R>) -> R {
-    let (x, y) = (flat(x), flat(y));
+    let (x, y) = (in_plane(x), in_plane(y));
     let mut sum = x[0] * y[0];
     for k in 1..9 {
         sum = x[k].mul_add(y[k], sum);

@@ -36,7 +36,7 @@ pub(crate) fn unit(r: usize) -> Tensor3 {
     out
 }
 
-pub(crate) fn flat(t: Tensor3) -> [f64; 9] {
+pub(crate) fn in_plane(t: Tensor3) -> [f64; 9] {
     std::array::from_fn(|r| t[r / 3][r % 3])
 }
 
@@ -58,8 +58,8 @@ pub(crate) fn check_tangent(
     scale: f64,
 ) {
     for c in 0..9 {
-        let plus = flat(stress(along(h, STEP, unit(c))));
-        let minus = flat(stress(along(h, -STEP, unit(c))));
+        let plus = in_plane(stress(along(h, STEP, unit(c))));
+        let minus = in_plane(stress(along(h, -STEP, unit(c))));
         for (r, row) in tangent.iter().enumerate() {
             close(row[c], (plus[r] - minus[r]) / (2.0 * STEP), scale);
         }
@@ -89,7 +89,7 @@ macro_rules! law_tests {
             fn stress_is_the_derivative_of_energy() {
                 for h in $states.iter().copied() {
                     let full = |h| $law.energy3(h, axes()) - PRESSURE * $law.volume_change3(h);
-                    let stress = flat($law.stress3(h, PRESSURE, axes()));
+                    let stress = in_plane($law.stress3(h, PRESSURE, axes()));
                     for r in 0..9 {
                         let plus = full(along(h, STEP, unit(r)));
                         let minus = full(along(h, -STEP, unit(r)));
@@ -101,7 +101,7 @@ macro_rules! law_tests {
             #[test]
             fn volume_gradient_is_the_derivative_of_volume_change() {
                 for h in $states.iter().copied() {
-                    let gradient = flat($law.volume_gradient3(h));
+                    let gradient = in_plane($law.volume_gradient3(h));
                     for r in 0..9 {
                         let difference = $law.volume_change3(along(h, STEP, unit(r)))
                             - $law.volume_change3(along(h, -STEP, unit(r)));
@@ -124,10 +124,10 @@ macro_rules! law_tests {
                     let pressures = [PRESSURE, PRESSURE_RATE];
                     let at = |s: f64| {
                         let p = PRESSURE + s * PRESSURE_RATE;
-                        flat($law.stress3(along(h, s, VELOCITY), p, axes()))
+                        in_plane($law.stress3(along(h, s, VELOCITY), p, axes()))
                     };
                     let (plus, minus) = (at(STEP), at(-STEP));
-                    let rate = flat($law.stress_rate3(h, VELOCITY, pressures, axes()));
+                    let rate = in_plane($law.stress_rate3(h, VELOCITY, pressures, axes()));
                     for r in 0..9 {
                         close(rate[r], (plus[r] - minus[r]) / (2.0 * STEP), scale(h));
                     }
@@ -144,14 +144,14 @@ macro_rules! law_tests {
                 // Fibres and sheets lengthen along this motion: the side of a kink that counts.
                 let h = along(rest, size, VELOCITY);
                 let tangent = $law.tangent3(rest, 0.0, axes());
-                let found = flat($law.stress3(h, 0.0, axes()));
+                let found = in_plane($law.stress3(h, 0.0, axes()));
                 for (row, found) in tangent.iter().zip(found) {
-                    let linear: f64 = row.iter().zip(flat(h)).map(|(a, h)| a * h).sum();
+                    let linear: f64 = row.iter().zip(in_plane(h)).map(|(a, h)| a * h).sum();
                     // What is beyond first order is 1e-11 times exponents of about a hundred; an
                     // invariant formed near one would be wrong by 1e-5.
                     assert!((found - linear).abs() < 1e-8 * size * scale(rest), "{found} {linear}");
                 }
-                let work: f64 = found.iter().zip(flat(h)).map(|(p, h)| 0.5 * p * h).sum();
+                let work: f64 = found.iter().zip(in_plane(h)).map(|(p, h)| 0.5 * p * h).sum();
                 let energy = $law.energy3(h, axes());
                 assert!((energy - work).abs() < 1e-8 * work, "{energy} {work}");
             }
@@ -169,7 +169,7 @@ macro_rules! law_tests {
                     (0..3).for_each(|i| turned[i][i] -= 1.0);
                     let found = $law.stress3(turned, PRESSURE, axes());
                     let expected = product(rotation, $law.stress3(h, PRESSURE, axes()));
-                    for (a, b) in flat(found).iter().zip(flat(expected)) {
+                    for (a, b) in in_plane(found).iter().zip(in_plane(expected)) {
                         // Rounding of F, times the tangent; twice that where the switch jumps not.
                         assert!((a - b).abs() < 1e-13 * scale(h), "{a} {b}");
                     }
@@ -180,17 +180,17 @@ macro_rules! law_tests {
             fn plane_strain_is_that_of_two_dimensions() {
                 for h in STATES {
                     let plane: Tensor = [[h[0][0], h[0][1]], [h[1][0], h[1][1]]];
-                    let deep = [[h[0][0], h[0][1], 0.0], [h[1][0], h[1][1], 0.0], [0.0; 3]];
+                    let embed = [[h[0][0], h[0][1], 0.0], [h[1][0], h[1][1], 0.0], [0.0; 3]];
                     let bound = 64.0 * f64::EPSILON * scale(h);
-                    let (w, w3) = ($law.energy(plane), $law.energy3(deep, along_coordinates()));
+                    let (w, w3) = ($law.energy(plane), $law.energy3(embed, along_coordinates()));
                     assert!((w - w3).abs() <= bound, "{w} {w3}");
                     let (p, p3) = (
                         $law.stress(plane, PRESSURE),
-                        $law.stress3(deep, PRESSURE, along_coordinates()),
+                        $law.stress3(embed, PRESSURE, along_coordinates()),
                     );
                     let (a, a3) = (
                         $law.tangent(plane, PRESSURE),
-                        $law.tangent3(deep, PRESSURE, along_coordinates()),
+                        $law.tangent3(embed, PRESSURE, along_coordinates()),
                     );
                     for i in 0..2 {
                         for j in 0..2 {
@@ -265,15 +265,15 @@ fn at_a_kink_the_tension_side_counts() {
     let rest = [[0.0; 3]; 3];
     for law in [holzapfel_ogden(f64::INFINITY), TRANSVERSE] {
         let tangent = law.tangent3(rest, 0.0, axes());
-        let stress = flat(law.stress3(along(rest, 1e-8, VELOCITY), 0.0, axes()));
-        let other = flat(law.stress3(along(rest, -1e-8, VELOCITY), 0.0, axes()));
+        let stress = in_plane(law.stress3(along(rest, 1e-8, VELOCITY), 0.0, axes()));
+        let other = in_plane(law.stress3(along(rest, -1e-8, VELOCITY), 0.0, axes()));
         let scale = tangent
             .iter()
             .flatten()
             .fold(0.0, |m: f64, a| m.max(a.abs()));
         let mut jump = 0.0_f64;
         for ((row, stress), other) in tangent.iter().zip(stress).zip(other) {
-            let linear: f64 = row.iter().zip(flat(VELOCITY)).map(|(a, v)| a * v).sum();
+            let linear: f64 = row.iter().zip(in_plane(VELOCITY)).map(|(a, v)| a * v).sum();
             // One-sided: an error of first order in the step, with constants of about ten.
             assert!(
                 (stress / 1e-8 - linear).abs() < 1e-6 * scale,

@@ -1,32 +1,33 @@
-//! Whether elements make up a body: neighbours share whole facets, and no place is covered twice.
+//! Checks that elements form a conforming mesh: neighbors share whole facets and no region is
+//! covered twice.
 //!
-//! Shared facets are compared by their vertices. What shares no vertices is compared by its place,
-//! and that only at the boundary: the number of elements over a place changes only across facets
-//! that have one element, so whatever is covered twice reaches such a facet, and so does whatever
-//! touches without sharing. The work is O(n log n).
+//! Shared facets are found by their vertices. Facets and elements without common vertices are
+//! compared by position, but only at the boundary. This suffices because the number of elements
+//! that cover a point changes only across facets with one element. The work is O(n log n).
 
 use super::boxes::{BoxTree, Extent};
 use super::defect::{DefectKind, ElementName, MeshDefect};
 use super::facets::{Facet, by_vertices, sorted_facets};
 use super::simplices::{Point, Simplices, cross, diameter, dot, minus};
 
-/// Facets this near, as a fraction of their size, touch: what files of six digits make of one place.
+/// Distance between touching facets, relative to their size. Files with six digits reproduce
+/// positions within this distance.
 const TOUCHING: f64 = 1e-6;
-/// Elements this deep in each other, as a fraction of their size, overlap: far beyond rounding.
+/// Penetration depth of overlapping elements, relative to their size; far above rounding.
 const OVERLAPPING: f64 = 1e-9;
 
-/// Checks that elements of positive volume make up a body.
+/// Checks that elements of positive volume form a conforming mesh.
 ///
-/// `points` has `dimension` coordinates a point, `elements` `dimension + 1` vertices an element;
-/// `turned` holds the elements whose vertices ran the other way round.
+/// `points` has `dimension` coordinates per point, `elements` has `dimension + 1` vertices per
+/// element, and `reoriented` holds the indices of elements whose vertex order was inverted.
 ///
 /// # Errors
-/// The first [`MeshDefect`], with the elements by index.
+/// Returns the first [`MeshDefect`], with elements named by index.
 pub(super) fn conforming(
     dimension: usize,
     points: &[f64],
     elements: &[usize],
-    turned: &[usize],
+    reoriented: &[usize],
 ) -> Result<(), MeshDefect> {
     let mesh = Simplices::new(dimension, points, elements);
     let facets = sorted_facets(&mesh);
@@ -35,12 +36,12 @@ pub(super) fn conforming(
         match shared {
             [one] => boundary.push(*one),
             [a, b] if a.side != b.side => {}
-            crowd => return Err(crowded(&mesh, crowd, turned)),
+            facets => return Err(overfull_facet(&mesh, facets, reoriented)),
         }
     }
     let boundary = Boundary::new(mesh, &boundary);
-    boundary.touching()?;
-    boundary.overlapping()
+    boundary.check_touching()?;
+    boundary.check_overlap()
 }
 
 fn defect(kind: DefectKind, elements: &[usize], near: Vec<f64>) -> MeshDefect {
@@ -52,45 +53,45 @@ fn defect(kind: DefectKind, elements: &[usize], near: Vec<f64>) -> MeshDefect {
     }
 }
 
-/// What is wrong where more than one element lies on a side of a facet.
-fn crowded(mesh: &Simplices<'_>, crowd: &[Facet], turned: &[usize]) -> MeshDefect {
-    let mut elements: Vec<usize> = crowd.iter().map(|facet| facet.element).collect();
+/// Classifies the defect of a facet that has several elements on one side.
+fn overfull_facet(mesh: &Simplices<'_>, facets: &[Facet], reoriented: &[usize]) -> MeshDefect {
+    let mut elements: Vec<usize> = facets.iter().map(|facet| facet.element).collect();
     let sorted_vertices = |facet: &Facet| {
         let mut vertices = mesh.vertices(facet.element).to_vec();
         vertices.sort_unstable();
         vertices
     };
-    let twice = crowd.iter().enumerate().find_map(|(i, a)| {
+    let duplicate = facets.iter().enumerate().find_map(|(i, a)| {
         let same = |b: &&Facet| sorted_vertices(a) == sorted_vertices(b);
-        Some([a.element, crowd[..i].iter().find(same)?.element])
+        Some([a.element, facets[..i].iter().find(same)?.element])
     });
     let near = |e: usize| mesh.middle(mesh.vertices(e));
-    if let Some([second, first]) = twice {
-        return defect(DefectKind::Twice, &[first, second], near(first));
+    if let Some([second, first]) = duplicate {
+        return defect(DefectKind::Duplicate, &[first, second], near(first));
     }
-    let near = mesh.middle(crowd[0].vertices());
+    let near = mesh.middle(facets[0].vertices());
     if elements.len() > 2 {
-        return defect(DefectKind::Crowded, &elements, near);
+        return defect(DefectKind::NonManifold, &elements, near);
     }
-    let is_turned = |e: &usize| turned.binary_search(e).is_ok();
-    elements.sort_by_key(is_turned);
-    let inverted = elements.iter().filter(|e| is_turned(e)).count() == 1;
+    let is_reoriented = |e: &usize| reoriented.binary_search(e).is_ok();
+    elements.sort_by_key(is_reoriented);
+    let inverted = elements.iter().filter(|e| is_reoriented(e)).count() == 1;
     defect(DefectKind::SameSide { inverted }, &elements, near)
 }
 
-/// A facet with an element on one side only.
-struct Free {
+/// Boundary facet: has an element on one side only.
+struct BoundaryFacet {
     element: usize,
     vertices: Vec<usize>,
     corners: Vec<Point>,
-    /// Normal of unit length, away from the element.
+    /// Unit normal pointing away from the element.
     outward: Point,
     size: f64,
 }
 
 struct Boundary<'a> {
     mesh: Simplices<'a>,
-    facets: Vec<Free>,
+    facets: Vec<BoundaryFacet>,
 }
 
 impl<'a> Boundary<'a> {
@@ -104,7 +105,7 @@ impl<'a> Boundary<'a> {
             );
             let normal = normal(&corners);
             let length = dot(normal, normal).sqrt().copysign(-dot(normal, inside));
-            Free {
+            BoundaryFacet {
                 element: facet.element,
                 size: diameter(&corners),
                 outward: normal.map(|n| n / length),
@@ -118,9 +119,9 @@ impl<'a> Boundary<'a> {
         }
     }
 
-    /// Finds facets that lie against each other without being one.
-    fn touching(&self) -> Result<(), MeshDefect> {
-        let extent = |f: &Free| Extent::around(&f.corners, TOUCHING * f.size);
+    /// Returns an error for facets that touch without sharing their vertices.
+    fn check_touching(&self) -> Result<(), MeshDefect> {
+        let extent = |f: &BoundaryFacet| Extent::around(&f.corners, TOUCHING * f.size);
         let tree = BoxTree::new(self.facets.iter().map(extent).collect());
         for (i, f) in self.facets.iter().enumerate() {
             let against = |j: usize| (j < i && touch(f, &self.facets[j])).then_some(j);
@@ -128,7 +129,7 @@ impl<'a> Boundary<'a> {
                 let g = &self.facets[j];
                 let kind = match same_corners(f, g) {
                     true => DefectKind::Crack,
-                    false => DefectKind::Hanging,
+                    false => DefectKind::HangingNode,
                 };
                 let smaller = if f.size < g.size { f } else { g };
                 let near = self.mesh.middle(&smaller.vertices);
@@ -138,8 +139,8 @@ impl<'a> Boundary<'a> {
         Ok(())
     }
 
-    /// Finds elements that lie over one of the boundary's.
-    fn overlapping(&self) -> Result<(), MeshDefect> {
+    /// Returns an error for elements that overlap an element at the boundary.
+    fn check_overlap(&self) -> Result<(), MeshDefect> {
         let mesh = &self.mesh;
         let extent = |e: usize| Extent::around(&mesh.corners(e), 0.0);
         let tree = BoxTree::new((0..mesh.len()).map(extent).collect());
@@ -167,7 +168,7 @@ fn smaller_middle(mesh: &Simplices<'_>, pair: [usize; 2]) -> Vec<f64> {
     mesh.middle(mesh.vertices(pair[usize::from(sizes[1] < sizes[0])]))
 }
 
-/// A normal of an edge in the plane or of a triangle in space.
+/// Returns a normal of an edge in 2D or of a triangle in 3D, not normalized.
 fn normal(corners: &[Point]) -> Point {
     match *corners {
         [a, b] => cross(minus(b, a), [0.0, 0.0, 1.0]),
@@ -176,8 +177,8 @@ fn normal(corners: &[Point]) -> Point {
     }
 }
 
-/// Whether two facets lie against each other, back to back, over more than a rim.
-fn touch(f: &Free, g: &Free) -> bool {
+/// Returns whether two facets touch back to back over a positive area (length in 2D).
+fn touch(f: &BoundaryFacet, g: &BoundaryFacet) -> bool {
     let size = f.size.min(g.size);
     if dot(f.outward, g.outward) > TOUCHING - 1.0 {
         return false;
@@ -186,7 +187,8 @@ fn touch(f: &Free, g: &Free) -> bool {
     if g.corners.iter().any(|&p| height(p) > TOUCHING * size) {
         return false;
     }
-    // In their common plane: along the edge, or across each edge of both triangles.
+    // Separating axes in the common plane: the edge itself in 2D, the edge normals of both
+    // triangles in 3D.
     let mut axes = Vec::new();
     for corners in [&f.corners, &g.corners] {
         for (i, &a) in corners.iter().enumerate() {
@@ -199,26 +201,26 @@ fn touch(f: &Free, g: &Free) -> bool {
     }
     !axes
         .into_iter()
-        .any(|axis| apart(axis, &f.corners, &g.corners, TOUCHING * size))
+        .any(|axis| separated(axis, &f.corners, &g.corners, TOUCHING * size))
 }
 
-/// Whether each corner of one lies at a corner of the other.
-fn same_corners(f: &Free, g: &Free) -> bool {
+/// Returns whether each corner of one facet coincides with a corner of the other.
+fn same_corners(f: &BoundaryFacet, g: &BoundaryFacet) -> bool {
     let near = |a: &Point, b: &Point| diameter(&[*a, *b]) <= TOUCHING * f.size;
     f.corners
         .iter()
         .all(|a| g.corners.iter().any(|b| near(a, b)))
 }
 
-/// Whether the interiors of two simplices meet: no axis separates them. Faces' normals and, in
-/// space, the products of their edges are all the axes that two convex bodies need.
+/// Returns whether the interiors of two simplices intersect, by the separating axis theorem.
+/// Sufficient axes are the facet normals and, in 3D, the cross products of edges.
 fn overlap(dimension: usize, a: &[Point], b: &[Point]) -> bool {
     let depth = OVERLAPPING * diameter(a).min(diameter(b));
-    let separates = |axis: Point| apart(axis, a, b, depth);
+    let separates = |axis: Point| separated(axis, a, b, depth);
     let of_facets = |corners: &[Point]| {
-        (0..corners.len()).any(|left_out| {
+        (0..corners.len()).any(|opposite| {
             let mut facet = corners.to_vec();
-            facet.remove(left_out);
+            facet.remove(opposite);
             separates(normal(&facet))
         })
     };
@@ -232,25 +234,25 @@ fn overlap(dimension: usize, a: &[Point], b: &[Point]) -> bool {
         }
         edges
     };
-    let separated = dimension == 3
+    let has_separating_axis = dimension == 3
         && edges(a)
             .into_iter()
             .any(|e| edges(b).into_iter().any(|f| separates(cross(e, f))));
-    !separated
+    !has_separating_axis
 }
 
-/// Whether the shadows of two sets of points on an axis are apart, or share at most `depth`. An axis
-/// without direction, as of parallel edges, tells nothing.
-fn apart(axis: Point, a: &[Point], b: &[Point], depth: f64) -> bool {
+/// Returns whether the projections of two point sets onto an axis are disjoint or overlap by at
+/// most `depth`. Returns `false` for an axis of zero length (parallel edges).
+fn separated(axis: Point, a: &[Point], b: &[Point], depth: f64) -> bool {
     let length = dot(axis, axis).sqrt();
-    let shadow = |points: &[Point]| {
-        // From one origin: coordinates may be large beside the elements.
+    let projection = |points: &[Point]| {
+        // Coordinates relative to a[0]: absolute ones may be large compared with the elements.
         let along = points.iter().map(|&p| dot(axis, minus(p, a[0])));
         along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
             (low.min(x), high.max(x))
         })
     };
-    let ((low_a, high_a), (low_b, high_b)) = (shadow(a), shadow(b));
+    let ((low_a, high_a), (low_b, high_b)) = (projection(a), projection(b));
     length > 0.0 && high_a.min(high_b) - low_a.max(low_b) <= depth * length
 }
 

@@ -1,6 +1,6 @@
 use super::*;
 
-/// Points and elements of any dimension.
+/// Points and elements of either dimension.
 #[derive(Clone)]
 struct Body {
     dimension: usize,
@@ -17,7 +17,7 @@ impl Body {
         self.check().unwrap_err().kind
     }
 
-    /// Another body beside this one, with points of its own.
+    /// Appends another body with separate points.
     fn and(mut self, other: &Self) -> Self {
         let shift = self.points.len() / self.dimension;
         self.points.extend(&other.points);
@@ -36,13 +36,14 @@ impl Body {
     }
 }
 
-/// The unit square in `n` × `n` cells, or the unit cube, each cell cut into d! simplices along one
-/// diagonal (Kuhn's), inner points pushed about by a tenth of a cell: none is turned inside out.
+/// Returns the unit square in `n` × `n` cells or the unit cube, each cell split into d! simplices
+/// along one diagonal (Kuhn subdivision). Inner points are displaced by up to a tenth of a cell,
+/// which inverts no element.
 fn block(dimension: usize, n: usize) -> Body {
-    block_with_pushes(dimension, n, 0.1)
+    perturbed_block(dimension, n, 0.1)
 }
 
-fn block_with_pushes(dimension: usize, n: usize, push: f64) -> Body {
+fn perturbed_block(dimension: usize, n: usize, amplitude: f64) -> Body {
     let per_axis = n + 1;
     let coordinates = |v: usize| (0..dimension).map(move |k| v / per_axis.pow(k as u32) % per_axis);
     let n_points = per_axis.pow(dimension as u32);
@@ -53,7 +54,7 @@ fn block_with_pushes(dimension: usize, n: usize, push: f64) -> Body {
     for (v, point) in points.chunks_exact_mut(dimension).enumerate() {
         if coordinates(v).all(|i| i > 0 && i < n) {
             for (k, x) in point.iter_mut().enumerate() {
-                *x += ((v * v + 7 * k) as f64).sin() * push / n as f64;
+                *x += ((v * v + 7 * k) as f64).sin() * amplitude / n as f64;
             }
         }
     }
@@ -75,7 +76,7 @@ fn block_with_pushes(dimension: usize, n: usize, push: f64) -> Body {
             for &axis in *order {
                 path.push(path[path.len() - 1] + per_axis.pow(axis as u32));
             }
-            // Odd permutations of the axes run the other way round.
+            // Odd permutations of the axes have inverted vertex order.
             if which >= orders.len() / 2 {
                 path.swap(dimension - 1, dimension);
             }
@@ -98,7 +99,7 @@ fn body<const D: usize, const N: usize>(points: &[[f64; D]], elements: &[[usize;
 }
 
 #[test]
-fn blocks_are_bodies_and_so_are_two_with_a_gap() {
+fn blocks_and_separated_pairs_conform() {
     for dimension in [2, 3] {
         let one = block(dimension, 4);
         assert_eq!(one.check(), Ok(()));
@@ -108,26 +109,26 @@ fn blocks_are_bodies_and_so_are_two_with_a_gap() {
 }
 
 #[test]
-fn an_element_twice_is_found() {
+fn duplicate_elements_are_found() {
     for dimension in [2, 3] {
         let mut block = block(dimension, 3);
         let mut again = block.elements[5 * (dimension + 1)..][..=dimension].to_vec();
         again.rotate_left(1);
         if dimension == 3 {
-            // A rotation of four is odd.
+            // Rotating four vertices is an odd permutation.
             again.swap(0, 1);
         }
         block.elements.extend(again);
         let last = block.elements.len() / (dimension + 1) - 1;
         let found = block.check().unwrap_err();
-        assert_eq!(found.kind, DefectKind::Twice);
+        assert_eq!(found.kind, DefectKind::Duplicate);
         let names = [5, last].map(ElementName::Index);
         assert_eq!(found.elements, names);
     }
 }
 
 #[test]
-fn two_elements_on_one_side_of_their_facet_are_found() {
+fn elements_on_the_same_side_of_a_facet_are_found() {
     let folded = body(
         &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.3, 0.5]],
         &[[0, 1, 2], [0, 1, 3]],
@@ -142,25 +143,23 @@ fn two_elements_on_one_side_of_their_facet_are_found() {
     ];
     let folded = body(&points, &[[0, 1, 2, 3], [0, 1, 2, 4]]);
     assert_eq!(folded.kind(), DefectKind::SameSide { inverted: false });
-    let message = folded.check().unwrap_err().to_string();
-    assert_eq!(
-        message,
-        "elements number 0 and number 1, near (0.333333, 0.333333, 0.000000), \
-         overlap: they lie on the same side of the face they share"
-    );
+    let defect = folded.check().unwrap_err();
+    assert_eq!(defect.elements, [0, 1].map(ElementName::Index));
+    let third = 1.0 / 3.0;
+    assert_eq!(defect.near, [third, third, 0.0]);
 }
 
 #[test]
-fn three_elements_at_a_facet_are_found() {
-    let crowd = body(
+fn three_elements_sharing_a_facet_are_found() {
+    let fan = body(
         &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.3, 0.5], [0.5, -1.0]],
         &[[0, 1, 2], [0, 1, 3], [0, 4, 1]],
     );
-    assert_eq!(crowd.kind(), DefectKind::Crowded);
+    assert_eq!(fan.kind(), DefectKind::NonManifold);
 }
 
 #[test]
-fn bodies_over_each_other_are_found_however_deep() {
+fn overlaps_of_any_depth_are_found() {
     for dimension in [2, 3] {
         let one = block(dimension, 3);
         for by in [[0.9999, 0.2, 0.1], [0.1, 0.05, 0.02], [1e-4, 0.0, 0.0]] {
@@ -171,7 +170,7 @@ fn bodies_over_each_other_are_found_however_deep() {
                 "{by:?}"
             );
         }
-        // A small one within the large elements of another: no facets meet.
+        // A small body inside the large elements of the other: no facets touch.
         let mut small = one.clone();
         for x in &mut small.points {
             *x = 0.46 + 0.01 * *x;
@@ -180,14 +179,15 @@ fn bodies_over_each_other_are_found_however_deep() {
     }
 }
 
-/// A ring that closes on itself twice: every edge is right, and yet places are covered twice.
+/// A fan that winds around its center more than once: every edge is valid, but regions are covered
+/// twice.
 #[test]
-fn a_fan_of_more_than_a_turn_is_found() {
+fn a_fan_that_overlaps_itself_is_found() {
     let n = 9;
     let mut points = vec![[0.0, 0.0]];
     points.extend((0..=n).map(|i| {
         let angle = f64::from(i) * 0.8;
-        // Growing, so that no two edges lie on each other.
+        // The radius grows so that no two edges coincide.
         let radius = 1.0 + 0.05 * f64::from(i);
         [radius * angle.cos(), radius * angle.sin()]
     }));
@@ -197,7 +197,7 @@ fn a_fan_of_more_than_a_turn_is_found() {
 }
 
 #[test]
-fn cracks_by_duplicate_nodes_are_found() {
+fn cracks_from_duplicate_nodes_are_found() {
     for dimension in [2, 3] {
         let one = block(dimension, 3);
         let other = one.clone().moved(&[1.0, 0.0, 0.0]);
@@ -212,17 +212,18 @@ fn hanging_nodes_are_found() {
     for dimension in [2, 3] {
         let one = block(dimension, 2);
         let other = block(dimension, 3).moved(&[1.0, 0.0, 0.0]);
-        assert_eq!(one.and(&other).kind(), DefectKind::Hanging);
+        assert_eq!(one.and(&other).kind(), DefectKind::HangingNode);
     }
-    // A node of the upper triangles on the edge of the lower one.
+    // A node of the upper triangles lies on the edge of the lower triangle.
     let points = [[0.0, 0.0], [2.0, 0.0], [1.0, -1.0], [1.0, 0.0], [1.0, 1.0]];
     let hanging = body(&points, &[[0, 2, 1], [0, 3, 4], [3, 1, 4]]);
-    assert_eq!(hanging.kind(), DefectKind::Hanging);
+    assert_eq!(hanging.kind(), DefectKind::HangingNode);
 }
 
-/// A square face cut along either diagonal: no node hangs, and yet no face is shared.
+/// A square face is cut along different diagonals from above and below: no node hangs, but no face
+/// is shared.
 #[test]
-fn faces_cut_differently_are_found() {
+fn faces_split_along_different_diagonals_are_found() {
     let points = [
         [0.0, 0.0, 0.0],
         [1.0, 0.0, 0.0],
@@ -234,29 +235,29 @@ fn faces_cut_differently_are_found() {
     let above = [[0, 1, 2, 4], [0, 2, 3, 4]];
     let below = [[1, 0, 3, 5], [2, 1, 3, 5]];
     let both = [above[0], above[1], below[0], below[1]];
-    assert_eq!(body(&points, &both).kind(), DefectKind::Hanging);
+    assert_eq!(body(&points, &both).kind(), DefectKind::HangingNode);
     let matching = [above[0], above[1], [1, 0, 2, 5], [0, 3, 2, 5]];
     assert_eq!(body(&points, &matching).check(), Ok(()));
 }
 
-/// Places far from the origin and cells from 1e-6 to 1 change nothing.
+/// Positions far from the origin and cell sizes from 1e-6 to 1 are accepted.
 #[test]
-fn large_coordinates_and_graded_sizes_are_no_defects() {
+fn large_coordinates_and_graded_sizes_are_accepted() {
     for dimension in [2, 3] {
-        let mut graded = block_with_pushes(dimension, 6, 0.0);
-        for x in &mut graded.points {
+        let mut scaled_matrices = perturbed_block(dimension, 6, 0.0);
+        for x in &mut scaled_matrices.points {
             *x = 10f64.powf(6.0 * (*x - 1.0));
         }
-        assert_eq!(graded.check(), Ok(()));
+        assert_eq!(scaled_matrices.check(), Ok(()));
         let far = block(dimension, 6).moved(&[1e3, -2e3, 5e2]);
         assert_eq!(far.check(), Ok(()));
     }
 }
 
-/// Far more pairs than there is time for, were all compared: 4e8.
+/// Comparing all 4e8 pairs would take too long.
 #[test]
 fn large_meshes_are_checked() {
-    // 17³ cells of six.
+    // 17³ cells with six tetrahedra each.
     let block = block(3, 17);
     assert_eq!(block.elements.len() / 4, 29_478);
     assert_eq!(block.check(), Ok(()));

@@ -1,6 +1,7 @@
-//! Structured meshes made in code, each with named groups.
+//! Generators of structured meshes with named groups.
 //!
-//! All are images of a unit square of cells [columns, rows], each cell cut by its rising diagonal.
+//! Each mesh is the image of a unit square (or cube) of [columns, rows] cells. Each square cell is
+//! split along its rising diagonal.
 
 mod muscle;
 
@@ -12,10 +13,10 @@ pub use muscle::muscle;
 use crate::error::FemError;
 use crate::mesh::{Group, Mesh};
 
-/// Half the length of the spindle, m.
+/// Half the length of the spindle, in m.
 const HALF_LENGTH: f64 = 0.1;
 
-/// A mesh in the making: parts of a unit square's image, with the edges of its four sides.
+/// Image of the unit square, with the edges of its four sides.
 struct Structured {
     points: Vec<[f64; 2]>,
     triangles: Vec<[usize; 3]>,
@@ -58,7 +59,7 @@ impl Structured {
         }
     }
 
-    /// The finished mesh; `body` names the group of all triangles.
+    /// Builds the mesh; `body` names the group of all triangles.
     fn mesh<const N: usize>(
         self,
         body: &str,
@@ -72,7 +73,8 @@ impl Structured {
     }
 }
 
-/// Refuses what would mirror the mesh: mirrored twice, its sides would change their names.
+/// Returns an error unless `value` is positive and finite. A negative size would mirror the mesh;
+/// two would exchange the names of its sides.
 fn positive(name: &'static str, value: f64) -> Result<(), FemError> {
     if value > 0.0 && value.is_finite() {
         return Ok(());
@@ -85,7 +87,7 @@ fn positive(name: &'static str, value: f64) -> Result<(), FemError> {
     })
 }
 
-/// Refuses a number of cells that is no multiple.
+/// Returns an error unless `n` is a positive multiple of `divisor`.
 fn multiple(
     name: &'static str,
     n: usize,
@@ -102,15 +104,17 @@ fn multiple(
     })
 }
 
-/// The mean of `a` and `b` with weights 1 − s and s, exact at both ends.
-fn between(a: f64, b: f64, s: f64) -> f64 {
+/// Interpolates between `a` and `b` with weights 1 − s and s; exact at both ends.
+fn interpolate(a: f64, b: f64, s: f64) -> f64 {
     (1.0 - s) * a + s * b
 }
 
-/// A rectangle between two corners; groups `left`, `right`, `bottom`, `top`, `body`.
+/// Generates a rectangle between two corners with groups `left`, `right`, `bottom`, `top` and
+/// `body`.
 ///
 /// # Errors
-/// [`FemError::Parameter`] for corners in the wrong order, those of [`Mesh::new`] for no cells.
+/// [`FemError::Parameter`] for corners in the wrong order, an error of [`Mesh::new`] for zero
+/// cells.
 pub fn rectangle(
     lower_left: [f64; 2],
     upper_right: [f64; 2],
@@ -118,8 +122,8 @@ pub fn rectangle(
 ) -> Result<Mesh, FemError> {
     positive("width", upper_right[0] - lower_left[0])?;
     positive("height", upper_right[1] - lower_left[1])?;
-    let parts = Structured::new(cells, |place| {
-        [0, 1].map(|m| between(lower_left[m], upper_right[m], place[m]))
+    let parts = Structured::new(cells, |s| {
+        [0, 1].map(|m| interpolate(lower_left[m], upper_right[m], s[m]))
     });
     let groups = [
         ("left", Group::Edges(parts.left.clone())),
@@ -130,24 +134,27 @@ pub fn rectangle(
     parts.mesh("body", groups)
 }
 
-/// A block between two corners: cells cut into six tetrahedra each along one diagonal (Kuhn's);
-/// groups `left`, `right` (x), `front`, `back` (y), `bottom`, `top` (z), `body`.
+/// Generates a block between two corners. Each cell is split into six tetrahedra along one diagonal
+/// (Kuhn subdivision). Groups: `left`, `right` (x), `front`, `back` (y), `bottom`, `top` (z),
+/// `body`.
 ///
 /// # Errors
-/// [`FemError::Parameter`] for corners in the wrong order, those of [`Mesh::new`] for no cells.
+/// [`FemError::Parameter`] for corners in the wrong order, an error of [`Mesh::new`] for zero
+/// cells.
 pub fn block(lower: [f64; 3], upper: [f64; 3], cells: [usize; 3]) -> Result<Mesh, FemError> {
     for (axis, name) in ["length", "width", "height"].into_iter().enumerate() {
         positive(name, upper[axis] - lower[axis])?;
     }
-    spatial(cells, |place| {
-        [0, 1, 2].map(|m| between(lower[m], upper[m], place[m]))
+    spatial(cells, |s| {
+        [0, 1, 2].map(|m| interpolate(lower[m], upper[m], s[m]))
     })
 }
 
-/// The image of a unit cube of cells under a map that keeps orientation; groups as for [`block`].
+/// Generates the image of a unit cube of cells under an orientation-preserving map; groups as for
+/// [`block`].
 ///
 /// # Errors
-/// Those of [`Mesh::new`], for no cells or a map that folds them.
+/// An error of [`Mesh::new`] for zero cells or a map that inverts elements.
 pub fn spatial(cells: [usize; 3], map: impl Fn([f64; 3]) -> [f64; 3]) -> Result<Mesh, FemError> {
     let [nx, ny, nz] = cells;
     let vertex = |[i, j, k]: [usize; 3]| (k * (ny + 1) + j) * (nx + 1) + i;
@@ -160,8 +167,9 @@ pub fn spatial(cells: [usize; 3], map: impl Fn([f64; 3]) -> [f64; 3]) -> Result<
             }
         }
     }
-    // The ways from a cell's lowest to its highest corner, odd ones with two vertices exchanged.
-    const WAYS: [[usize; 3]; 6] = [
+    // Axis orders of the paths from the lowest to the highest corner of a cell. For the odd
+    // permutations (the last three) two vertices are swapped.
+    const AXIS_ORDERS: [[usize; 3]; 6] = [
         [0, 1, 2],
         [1, 2, 0],
         [2, 0, 1],
@@ -174,16 +182,16 @@ pub fn spatial(cells: [usize; 3], map: impl Fn([f64; 3]) -> [f64; 3]) -> Result<
     for k in 0..nz {
         for j in 0..ny {
             for i in 0..nx {
-                for (number, way) in WAYS.into_iter().enumerate() {
+                for (number, axes) in AXIS_ORDERS.into_iter().enumerate() {
                     let mut corner = [i, j, k];
                     let mut path = [vertex(corner); 4];
-                    for (step, axis) in way.into_iter().enumerate() {
+                    for (step, axis) in axes.into_iter().enumerate() {
                         corner[axis] += 1;
                         path[step + 1] = vertex(corner);
                     }
-                    // The first three vertices have the coordinate of the last step in common, the
-                    // last three that of the first.
-                    let [first, _, last] = way;
+                    // The first three vertices share the coordinate of the last step, the last
+                    // three that of the first step.
+                    let [first, _, last] = axes;
                     if [i, j, k][last] == 0 {
                         sides[2 * last].push([path[0], path[1], path[2]]);
                     }
@@ -207,11 +215,11 @@ pub fn spatial(cells: [usize; 3], map: impl Fn([f64; 3]) -> [f64; 3]) -> Result<
     Mesh::new(points, elements, groups)
 }
 
-/// A cantilever [0, length] × [−height/2, height/2]; groups `fixed` (left end), `load` (right end),
-/// `tip` (its upper corner), `body`.
+/// Generates a cantilever [0, length] × [−height/2, height/2] with groups `fixed` (left end),
+/// `load` (right end), `tip` (upper right corner) and `body`.
 ///
 /// # Errors
-/// [`FemError::Parameter`] for lengths that are not positive, those of [`Mesh::new`] for no cells.
+/// [`FemError::Parameter`] for non-positive lengths, an error of [`Mesh::new`] for zero cells.
 pub fn beam(length: f64, height: f64, cells: [usize; 2]) -> Result<Mesh, FemError> {
     positive("length", length)?;
     positive("height", height)?;
@@ -220,15 +228,16 @@ pub fn beam(length: f64, height: f64, cells: [usize; 2]) -> Result<Mesh, FemErro
     }))
 }
 
-/// Cook's membrane, the trapezoid (0, 0), (48, 44), (48, 60), (0, 44); groups as for [`beam`].
+/// Generates Cook's membrane, the trapezoid (0, 0), (48, 44), (48, 60), (0, 44); groups as for
+/// [`beam`].
 ///
 /// # Errors
-/// Those of [`Mesh::new`], for no cells.
+/// An error of [`Mesh::new`] for zero cells.
 pub fn cook(cells: [usize; 2]) -> Result<Mesh, FemError> {
     cantilever(Structured::new(cells, |[s, t]| {
         [
             48.0 * s,
-            between(between(0.0, 44.0, s), between(44.0, 60.0, s), t),
+            interpolate(interpolate(0.0, 44.0, s), interpolate(44.0, 60.0, s), t),
         ]
     }))
 }
@@ -243,31 +252,32 @@ fn cantilever(parts: Structured) -> Result<Mesh, FemError> {
     parts.mesh("body", groups)
 }
 
-/// Half the height of the spindle at x: `0.012 + 0.018 cos²(π x / 0.2)`, m.
+/// Returns half the height of the spindle at x, in m: `0.012 + 0.018 cos²(π x / 0.2)`.
 pub fn spindle_half_height(x: f64) -> f64 {
     0.012 + 0.018 * (PI * x / (2.0 * HALF_LENGTH)).cos().powi(2)
 }
 
-/// The derivative of [`spindle_half_height`].
+/// Returns the derivative of [`spindle_half_height`].
 fn spindle_slope(x: f64) -> f64 {
     -0.018 * PI / (2.0 * HALF_LENGTH) * (PI * x / HALF_LENGTH).sin()
 }
 
-/// The muscle's spindle with a structured mesh; groups `fixed` (both ends), `load` (top,
+/// Generates the plane spindle of the muscle. Groups as in `muscle.msh`: `fixed` (both ends),
+/// `load` (top, |x| ≤ 0.02), `muscle`, `origin` (the vertex at (0, 0)).
 /// |x| ≤ 0.02), `muscle`, `origin` (the vertex at (0, 0)), as in `muscle.msh`.
 ///
 /// # Errors
-/// [`FemError::Parameter`] unless the columns are a multiple of ten and the rows even, so that the
-/// load's ends and the origin are vertices.
+/// [`FemError::Parameter`] unless the number of columns is a multiple of ten and the number of rows
+/// is even, so the ends of the load and the origin are vertices.
 pub fn spindle(cells @ [columns, rows]: [usize; 2]) -> Result<Mesh, FemError> {
     let name = "columns of the spindle";
     multiple(name, columns, 10, "a positive multiple of 10")?;
     multiple("rows of the spindle", rows, 2, "a positive multiple of 2")?;
     let parts = Structured::new(cells, |[s, t]| {
-        let x = between(-HALF_LENGTH, HALF_LENGTH, s);
+        let x = interpolate(-HALF_LENGTH, HALF_LENGTH, s);
         [x, spindle_half_height(x) * (2.0 * t - 1.0)]
     });
-    // Two fifths to three fifths of the length carry the load.
+    // The load covers the middle fifth of the length.
     let load = parts.top[2 * columns / 5..3 * columns / 5].to_vec();
     let origin = (rows / 2) * (columns + 1) + columns / 2;
     let groups = [
@@ -294,7 +304,7 @@ mod tests {
             .sum()
     }
 
-    /// Rounding of sums of some hundred terms.
+    /// Rounding of sums of a few hundred terms.
     const ROUNDING: f64 = 1e-12;
 
     #[test]
@@ -336,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn spindle_has_the_groups_of_the_muscle() {
+    fn spindle_groups_match_its_geometry() {
         let mesh = spindle([40, 8]).unwrap();
         let Group::Points(origin) = mesh.group("origin").unwrap() else {
             panic!("points")
@@ -354,26 +364,27 @@ mod tests {
                 assert!(x.abs() <= 0.02 + ROUNDING && (y - spindle_half_height(x)).abs() < 1e-15);
             }
         }
-        // The polygon loses the arc's curvature, h² y''/12 a cell: under 2e-4 of 4 · 0.021 · 0.1.
+        // The area error of the polygon, h² y''/12 per cell, is below 2e-4 of 4 · 0.021 · 0.1.
         assert!((mesh.measure() / (0.4 * (0.012 + 0.009)) - 1.0).abs() < 2e-4);
     }
 
     #[test]
-    fn sizes_and_numbers_of_cells_are_checked() {
+    fn invalid_sizes_and_cell_counts_are_rejected() {
         assert!(matches!(
             rectangle([0.0; 2], [1.0; 2], [0, 2]),
             Err(FemError::NoElements { .. })
         ));
+        let parameter = |result: Result<Mesh, FemError>| match result {
+            Err(FemError::Parameter { name, value, .. }) => (name, value),
+            other => panic!("{other:?} instead of an invalid parameter"),
+        };
         for corner in [[-1.0, 1.0], [-1.0, -1.0]] {
-            let message = rectangle([0.0; 2], corner, [1, 1]).unwrap_err().to_string();
-            assert_eq!(message, "width = -1 must be positive and finite");
+            let found = parameter(rectangle([0.0; 2], corner, [1, 1]));
+            assert_eq!(found, ("width", -1.0));
         }
-        let message = beam(1.0, f64::NAN, [1, 1]).unwrap_err().to_string();
-        assert_eq!(message, "height = NaN must be positive and finite");
-        let message = spindle([12, 2]).unwrap_err().to_string();
-        assert_eq!(
-            message,
-            "columns of the spindle = 12 must be a positive multiple of 10"
-        );
+        let (name, value) = parameter(beam(1.0, f64::NAN, [1, 1]));
+        assert!(name == "height" && value.is_nan());
+        let found = parameter(spindle([12, 2]));
+        assert_eq!(found, ("columns of the spindle", 12.0));
     }
 }

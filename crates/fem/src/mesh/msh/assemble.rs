@@ -1,33 +1,33 @@
-//! From what a file says to a mesh.
+//! Builds a mesh from a parsed file.
 //!
-//! The dimension is that of the elements: with tetrahedra lines and triangles are curves and faces
-//! of groups, without them triangles are the body. Nodes of no element of the body (centres of
-//! arcs, say) are dropped.
+//! The mesh is 3D if the file has tetrahedra; its lines and triangles are then curves and faces of
+//! groups. Otherwise the triangles are the elements. Nodes that belong to no element (for example
+//! centers of arcs) are dropped.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Cell, File};
+use super::{Cell, MshFile};
 use crate::element::Shape;
 use crate::error::{FemError, MshProblem};
 use crate::mesh::{
     Group, Mesh, MeshNote, NodalField, UnnamedGroup, is_degenerate, measure, sorted,
 };
 
-/// Where in the file something is wrong, and what.
-type Trouble = (usize, MshProblem);
+/// Line number and the problem found there.
+type ProblemAt = (usize, MshProblem);
 
-/// A part of a mesh in the making.
+/// Points and elements of the body.
 struct Parts<const D: usize, const V: usize> {
     points: Vec<[f64; D]>,
     elements: Vec<[usize; V]>,
-    /// The file's tags of the elements.
+    /// Tags of the elements in the file.
     tags: Vec<u64>,
-    /// The vertex that a node of the file is, if it is one of the body's.
+    /// Vertex index of each node of the file, or `None` for a node outside the body.
     vertices: Vec<Option<usize>>,
 }
 
-impl File {
-    /// The mesh; `name` stands for the file in messages.
+impl MshFile {
+    /// Builds the mesh; messages call the file `name`.
     pub(super) fn assemble(&self, name: &str) -> Result<Mesh, FemError> {
         if self.cells.iter().any(|cell| cell.dimension == 3) {
             self.assemble_in::<3, 4>(name)
@@ -37,24 +37,24 @@ impl File {
     }
 
     fn assemble_in<const D: usize, const V: usize>(&self, name: &str) -> Result<Mesh, FemError> {
-        let wrong = |(line, problem)| FemError::Msh {
+        let error_at = |(line, problem)| FemError::Msh {
             file: name.to_owned(),
             line,
             problem,
         };
-        let parts = self.parts::<D, V>().map_err(wrong)?;
-        let (groups, notes) = self.groups(&parts).map_err(wrong)?;
+        let parts = self.parts::<D, V>().map_err(error_at)?;
+        let (groups, notes) = self.groups(&parts).map_err(error_at)?;
         let fields = self.fields(&parts);
-        let beside = self.beside_vertices(&parts);
-        let bent = self.bent(&parts);
+        let off_vertex = self.off_vertex_notes(&parts);
+        let midside = self.midside_nodes(&parts);
         let mesh = Mesh::new(parts.points, parts.elements, groups);
-        let mesh = mesh.and_then(|mesh| mesh.with_fields(fields)?.bent(bent));
+        let mesh = mesh.and_then(|mesh| mesh.with_fields(fields)?.with_midside_nodes(midside));
         let mesh = mesh.map_err(|error| error.with_tags(&parts.tags))?;
-        Ok(mesh.after(notes.into_iter().chain(beside).collect()))
+        Ok(mesh.with_earlier_notes(notes.into_iter().chain(off_vertex).collect()))
     }
 
-    /// The body: its elements and their vertices, in the file's order.
-    fn parts<const D: usize, const V: usize>(&self) -> Result<Parts<D, V>, Trouble> {
+    /// Returns the elements of the body and their vertices, in the order of the file.
+    fn parts<const D: usize, const V: usize>(&self) -> Result<Parts<D, V>, ProblemAt> {
         let body = || self.cells.iter().filter(|cell| cell.dimension == D as u64);
         let mut vertices = vec![None; self.nodes.len()];
         for &node in body().flat_map(|cell| &cell.vertices) {
@@ -62,7 +62,7 @@ impl File {
         }
         let mut points = Vec::new();
         for (vertex, node) in vertices.iter_mut().zip(&self.nodes) {
-            let [x, y, z] = node.place;
+            let [x, y, z] = node.position;
             if D == 2 && z != 0.0 {
                 return Err((node.line, MshProblem::NotPlane { tag: node.tag, z }));
             }
@@ -75,14 +75,14 @@ impl File {
         let (mut elements, mut tags) = (Vec::new(), Vec::new());
         for cell in body() {
             let element: [usize; V] = std::array::from_fn(|i| {
-                vertices[cell.vertices[i]].expect("a vertex of the body is one")
+                vertices[cell.vertices[i]].expect("vertices of the body were numbered above")
             });
             let corners = element.map(|v| points[v]);
             if is_degenerate(&corners) {
                 let (tag, measure) = (cell.tag, measure(&corners));
                 return Err((
                     cell.line,
-                    MshProblem::Measure {
+                    MshProblem::DegenerateElement {
                         tag,
                         measure,
                         shape,
@@ -103,12 +103,12 @@ impl File {
         })
     }
 
-    /// Triangles beside tetrahedra must be faces of these.
+    /// Checks that the triangles of a tetrahedral mesh are faces of tetrahedra.
     fn check_triangles<const V: usize>(
         &self,
         elements: &[[usize; V]],
         vertices: &[Option<usize>],
-    ) -> Result<(), Trouble> {
+    ) -> Result<(), ProblemAt> {
         let sides = Shape::of_dimension(3).sides;
         let face =
             |element: &[usize; V], side: &[usize]| sorted([0, 1, 2].map(|i| element[side[i]]));
@@ -127,11 +127,11 @@ impl File {
         }
     }
 
-    /// The physical groups with names, and a word on those without.
+    /// Returns the named physical groups and a note on each unnamed group.
     fn groups<const D: usize, const V: usize>(
         &self,
         parts: &Parts<D, V>,
-    ) -> Result<(BTreeMap<String, Group>, Vec<MeshNote>), Trouble> {
+    ) -> Result<(BTreeMap<String, Group>, Vec<MeshNote>), ProblemAt> {
         let mut groups = BTreeMap::new();
         let mut unnamed = BTreeMap::new();
         let mut n_elements = 0;
@@ -146,8 +146,8 @@ impl File {
                     continue;
                 };
                 let vertex = |&node: &usize| {
-                    let loose = || (cell.line, MshProblem::LooseNode(self.nodes[node].tag));
-                    parts.vertices[node].ok_or_else(loose)
+                    let unused = || (cell.line, MshProblem::UnusedNode(self.nodes[node].tag));
+                    parts.vertices[node].ok_or_else(unused)
                 };
                 let vertices = cell.vertices.iter().map(vertex);
                 let vertices = vertices.collect::<Result<Vec<usize>, _>>()?;
@@ -176,7 +176,7 @@ impl File {
         Ok((groups, unnamed.into_iter().map(note).collect()))
     }
 
-    /// The nodal data at the vertices.
+    /// Returns the nodal fields at the vertices.
     fn fields<const D: usize, const V: usize>(
         &self,
         parts: &Parts<D, V>,
@@ -190,7 +190,7 @@ impl File {
                 .filter(|(_, v)| v.is_some())
             {
                 match data.values.get(&node.tag) {
-                    Some(own) => values.extend_from_slice(own),
+                    Some(entries) => values.extend_from_slice(entries),
                     None => values.resize(values.len() + data.components, f64::NAN),
                 }
             }
@@ -200,8 +200,8 @@ impl File {
         self.data.iter().map(field).collect()
     }
 
-    /// A word on each field that has values at other nodes than the vertices.
-    fn beside_vertices<const D: usize, const V: usize>(
+    /// Returns a note on each field with values at nodes that are not vertices.
+    fn off_vertex_notes<const D: usize, const V: usize>(
         &self,
         parts: &Parts<D, V>,
     ) -> Vec<MeshNote> {
@@ -210,7 +210,7 @@ impl File {
             let others = nodes().filter(|(_, vertex)| vertex.is_none());
             let values = others.filter(|(node, _)| data.values.contains_key(&node.tag));
             let values = values.count();
-            (values > 0).then(|| MeshNote::BesideVertices {
+            (values > 0).then(|| MeshNote::OffVertexValues {
                 field: name.clone(),
                 values,
             })
@@ -218,16 +218,16 @@ impl File {
         self.data.iter().filter_map(note).collect()
     }
 
-    /// Where the nodes on edges lie, by the edges' vertices.
-    fn bent<const D: usize, const V: usize>(
+    /// Returns the positions of the midside nodes, by the vertices of their edges.
+    fn midside_nodes<const D: usize, const V: usize>(
         &self,
         parts: &Parts<D, V>,
     ) -> BTreeMap<[usize; 2], [f64; D]> {
-        let place = |([a, b], node): (&[usize; 2], &usize)| {
+        let position = |([a, b], node): (&[usize; 2], &usize)| {
             let ends = sorted([parts.vertices[*a]?, parts.vertices[*b]?]);
-            let place = self.nodes[*node].place;
-            Some((ends, std::array::from_fn(|m| place[m])))
+            let position = self.nodes[*node].position;
+            Some((ends, std::array::from_fn(|m| position[m])))
         };
-        self.midpoints.iter().filter_map(place).collect()
+        self.midpoints.iter().filter_map(position).collect()
     }
 }

@@ -1,9 +1,9 @@
-//! Reader of Gmsh's MSH 4.1 ASCII format.
+//! Reader for the Gmsh format MSH 4.1 ASCII.
 //!
-//! Reads what a mesh needs (sections `PhysicalNames`, `Entities`, `Nodes`, `Elements`, `NodeData`;
-//! points, lines, triangles and tetrahedra of first and second order) and skips other sections.
-//! Counts in headers are never used to reserve memory, and each counted item consumes a line, so a
-//! damaged file ends in an error. What is read is put together in [`assemble`].
+//! Reads the sections `PhysicalNames`, `Entities`, `Nodes`, `Elements` and `NodeData` with points,
+//! lines, triangles and tetrahedra of first and second order; skips other sections. Counts in
+//! headers are never used to reserve memory, and each counted item consumes a line, so a corrupt
+//! file always leads to an error. The module [`assemble`] builds the mesh.
 //!
 //! Reference: Gmsh reference manual, "MSH file format", version 4.1.
 
@@ -20,27 +20,27 @@ impl Mesh {
     /// Reads a Gmsh MSH 4.1 ASCII file.
     ///
     /// # Errors
-    /// [`FemError::Io`], [`FemError::Msh`] with the line number, or those of [`Mesh::new`].
+    /// [`FemError::Io`], [`FemError::Msh`] with the line number, or an error of [`Mesh::new`].
     pub fn read_msh(path: impl AsRef<Path>) -> Result<Self, FemError> {
         let path = path.as_ref();
         let bytes = std::fs::read(path).map_err(|source| FemError::Io {
             path: path.to_owned(),
             source,
         })?;
-        // Binary files are not UTF-8; their header line still is, and is what gets reported.
+        // Binary files are not UTF-8, but their header line is; the parser reports it.
         Self::parse_msh(
             &String::from_utf8_lossy(&bytes),
             &path.display().to_string(),
         )
     }
 
-    /// Reads the text of a Gmsh MSH 4.1 ASCII file; `name` stands for the file in messages.
+    /// Parses the text of a Gmsh MSH 4.1 ASCII file; messages call the file `name`.
     ///
     /// # Errors
-    /// [`FemError::Msh`] with the line number, or those of [`Mesh::new`].
+    /// [`FemError::Msh`] with the line number, or an error of [`Mesh::new`].
     pub fn parse_msh(text: &str, name: &str) -> Result<Self, FemError> {
         let mut lines = Lines {
-            // Some editors put a mark before the text.
+            // Some editors write a byte order mark.
             text: text.strip_prefix('\u{feff}').unwrap_or(text).lines(),
             number: 0,
         };
@@ -60,7 +60,7 @@ struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    /// The next line that is not blank, or `None` at the end of the text.
+    /// Returns the next nonblank line, or `None` at the end of the text.
     fn next(&mut self) -> Option<&'a str> {
         for line in self.text.by_ref() {
             self.number += 1;
@@ -90,7 +90,7 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// The next word as a number; `what` names it in messages.
+/// Parses the next word as a number; `what` describes it in messages.
 fn number<T: FromStr>(
     words: &mut SplitWhitespace<'_>,
     what: &'static str,
@@ -118,27 +118,27 @@ fn excerpt(line: &str) -> String {
     line.chars().take(60).collect()
 }
 
-/// A type of elements: Gmsh's number, dimension, vertices, and all nodes.
-struct Kind {
+/// Element type of Gmsh.
+struct ElementType {
     number: u64,
     dimension: u64,
     vertices: usize,
-    /// The edges of the nodes after the vertices.
+    /// Edges of the midside nodes, which follow the vertices.
     midpoints: &'static [[usize; 2]],
 }
 
-const KINDS: [Kind; 7] = [
-    Kind::new(15, 0, 1, &[]),
-    Kind::new(1, 1, 2, &[]),
-    Kind::new(2, 2, 3, &[]),
-    Kind::new(4, 3, 4, &[]),
-    Kind::new(8, 1, 2, &[[0, 1]]),
-    Kind::new(9, 2, 3, &[[0, 1], [1, 2], [2, 0]]),
-    // The last two in another order than ours.
-    Kind::new(11, 3, 4, &[[0, 1], [1, 2], [2, 0], [0, 3], [2, 3], [1, 3]]),
+const ELEMENT_TYPES: [ElementType; 7] = [
+    ElementType::new(15, 0, 1, &[]),
+    ElementType::new(1, 1, 2, &[]),
+    ElementType::new(2, 2, 3, &[]),
+    ElementType::new(4, 3, 4, &[]),
+    ElementType::new(8, 1, 2, &[[0, 1]]),
+    ElementType::new(9, 2, 3, &[[0, 1], [1, 2], [2, 0]]),
+    // Gmsh swaps the last two edges compared with `Shape::edges`.
+    ElementType::new(11, 3, 4, &[[0, 1], [1, 2], [2, 0], [0, 3], [2, 3], [1, 3]]),
 ];
 
-impl Kind {
+impl ElementType {
     const fn new(
         number: u64,
         dimension: u64,
@@ -154,49 +154,49 @@ impl Kind {
     }
 }
 
-/// A node of the file.
+/// Node of the file.
 struct Node {
     tag: u64,
     line: usize,
-    place: [f64; 3],
+    position: [f64; 3],
 }
 
-/// An element of the file.
+/// Element of the file.
 struct Cell {
     tag: u64,
     line: usize,
     dimension: u64,
-    /// The entity it belongs to.
+    /// Tag of its entity.
     entity: i64,
-    /// Its vertices, by their place among the file's nodes.
+    /// Vertices, as indices into `MshFile::nodes`.
     vertices: Vec<usize>,
 }
 
-/// Values at nodes.
+/// Nodal values.
 struct Data {
     components: usize,
-    /// By tag of the node.
+    /// Values by node tag.
     values: HashMap<u64, Vec<f64>>,
 }
 
-/// What a file says.
+/// Parsed content of a file.
 #[derive(Default)]
-struct File {
+struct MshFile {
     names: HashMap<(u64, i64), String>,
-    /// Physical tags of each entity (dimension, tag).
+    /// Physical tags by entity (dimension, tag).
     physical: HashMap<(u64, i64), Vec<i64>>,
-    /// The place of each node by its tag.
-    places: HashMap<u64, usize>,
+    /// Index of each node by its tag.
+    node_indices: HashMap<u64, usize>,
     nodes: Vec<Node>,
     cells: Vec<Cell>,
-    /// The node on an edge, by the edge's sorted ends.
+    /// Midside node of each edge, by the sorted ends of the edge.
     midpoints: BTreeMap<[usize; 2], usize>,
     data: BTreeMap<String, Data>,
 }
 
-fn parse(lines: &mut Lines<'_>) -> Result<File, MshProblem> {
+fn parse(lines: &mut Lines<'_>) -> Result<MshFile, MshProblem> {
     header(lines)?;
-    let mut file = File::default();
+    let mut file = MshFile::default();
     let mut seen = HashSet::new();
     while let Some(line) = lines.next() {
         let Some(section) = line.strip_prefix('$') else {
@@ -246,7 +246,7 @@ fn header(lines: &mut Lines<'_>) -> Result<(), MshProblem> {
     lines.close("$EndMeshFormat")
 }
 
-impl File {
+impl MshFile {
     fn physical_names(&mut self, lines: &mut Lines<'_>) -> Result<(), MshProblem> {
         let count: usize = number(&mut lines.words("a count")?, "a count of names")?;
         let mut names = HashSet::new();
@@ -281,7 +281,7 @@ impl File {
             *count = number(&mut words, "a count of entities")?;
         }
         for (dimension, count) in (0..).zip(counts) {
-            // A point has its place, the others a bounding box.
+            // Points have coordinates; other entities have a bounding box.
             let n_coordinates = if dimension == 0 { 3 } else { 6 };
             for _ in 0..count {
                 let mut words = lines.words("an entity")?;
@@ -292,7 +292,8 @@ impl File {
                 let n_physical: usize = number(&mut words, "a count of physical tags")?;
                 let mut physical = Vec::new();
                 for _ in 0..n_physical {
-                    // Gmsh writes a negative tag where the group takes the curve reversed.
+                    // Gmsh writes a negative tag if the group contains the curve in reverse
+                    // direction.
                     physical.push(number::<i64>(&mut words, "a physical tag")?.saturating_abs());
                 }
                 self.physical.insert((dimension, tag), physical);
@@ -319,18 +320,22 @@ impl File {
             }
             for tag in tags {
                 let mut words = lines.words("a node's coordinates")?;
-                let mut place = [0.0; 3];
-                for x in &mut place {
+                let mut position = [0.0; 3];
+                for x in &mut position {
                     *x = coordinate(&mut words)?;
                 }
-                if self.places.insert(tag, self.nodes.len()).is_some() {
+                if self.node_indices.insert(tag, self.nodes.len()).is_some() {
                     return Err(MshProblem::Duplicate {
                         what: "node",
                         tag: tag.to_string(),
                     });
                 }
                 let line = lines.number;
-                self.nodes.push(Node { tag, line, place });
+                self.nodes.push(Node {
+                    tag,
+                    line,
+                    position,
+                });
             }
         }
         lines.close("$EndNodes")
@@ -343,7 +348,7 @@ impl File {
             let block_dimension: u64 = number(&mut words, "an entity's dimension")?;
             let entity = number(&mut words, "an entity's tag")?;
             let type_number = number(&mut words, "an element type")?;
-            let kind = KINDS.iter().find(|kind| kind.number == type_number);
+            let kind = ELEMENT_TYPES.iter().find(|kind| kind.number == type_number);
             let kind = kind.ok_or(MshProblem::ElementType(type_number))?;
             if kind.dimension != block_dimension {
                 return Err(MshProblem::Expected {
@@ -360,8 +365,8 @@ impl File {
                 let tag = number(&mut words, "an element's tag")?;
                 let mut node = || {
                     let tag = number(&mut words, "a node's tag")?;
-                    let place = self.places.get(&tag).copied();
-                    place.ok_or(MshProblem::UnknownNode(tag))
+                    let index = self.node_indices.get(&tag).copied();
+                    index.ok_or(MshProblem::UnknownNode(tag))
                 };
                 let vertices = (0..kind.vertices).map(|_| node());
                 let vertices = vertices.collect::<Result<Vec<usize>, _>>()?;
@@ -381,8 +386,8 @@ impl File {
         lines.close("$EndElements")
     }
 
-    /// A view of values at nodes: tags that are words (its name first), real numbers, and whole
-    /// numbers (time step, number of components, number of nodes, …), then the values.
+    /// Reads nodal values: string tags (the name first), real tags, integer tags (time step, number
+    /// of components, number of nodes, …), then the values.
     fn node_data(&mut self, lines: &mut Lines<'_>) -> Result<(), MshProblem> {
         let mut tags = |what| -> Result<Vec<&str>, MshProblem> {
             let count: usize = number(&mut lines.words("a count of tags")?, "a count of tags")?;
@@ -390,10 +395,10 @@ impl File {
         };
         let names = tags("a name")?;
         tags("a real tag")?;
-        let counts = tags("a whole tag")?;
+        let counts = tags("an integer tag")?;
         let name = names.first().map_or("", |name| name.trim_matches('"'));
-        let count = |place: usize, what| {
-            let word = counts.get(place).copied().unwrap_or("nothing");
+        let count = |index: usize, what| {
+            let word = counts.get(index).copied().unwrap_or("nothing");
             number::<usize>(&mut word.split_whitespace(), what)
         };
         let components = count(1, "a number of components")?;
@@ -402,11 +407,11 @@ impl File {
         for _ in 0..n_values {
             let mut words = lines.words("values at a node")?;
             let node = number(&mut words, "a node's tag")?;
-            if !self.places.contains_key(&node) {
+            if !self.node_indices.contains_key(&node) {
                 return Err(MshProblem::UnknownNode(node));
             }
-            let own = (0..components).map(|_| number(&mut words, "a value"));
-            values.insert(node, own.collect::<Result<Vec<f64>, _>>()?);
+            let entries = (0..components).map(|_| number(&mut words, "a value"));
+            values.insert(node, entries.collect::<Result<Vec<f64>, _>>()?);
         }
         lines.close("$EndNodeData")?;
         let data = Data { components, values };

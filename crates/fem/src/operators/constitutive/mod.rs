@@ -1,4 +1,4 @@
-//! What the element loops ask of a law at a point, in either dimension.
+//! Interface between element passes and material laws in 2D and 3D.
 
 mod plane;
 mod point;
@@ -15,28 +15,29 @@ use crate::material::tensor::Volumetric;
 use crate::material::three::Axes;
 use crate::simd::lanes::Lanes;
 
-/// A `D` × `D` tensor of some kind of number.
+/// Tensor with `D` × `D` entries.
 pub(crate) type Tensor<R, const D: usize> = [[R; D]; D];
 
-/// A symmetric derivative of a tensor by a tensor: entry `[i][k][j][l]` for (i, j) by (k, l). Only
-/// that with i ≤ k, and for i = k with j ≤ l, is asked for.
+/// Symmetric derivative of a tensor with respect to a tensor: entry `[i][k][j][l]` is the
+/// derivative of (i, j) with respect to (k, l). Only entries with i ≤ k, and j ≤ l if i = k, are
+/// used.
 pub(crate) type Tangent<R, const D: usize> = [[[[R; D]; D]; D]; D];
 
-/// A law as the element loops see it.
+/// Material law as evaluated by element passes.
 ///
-/// H = ∇u, V = ∇v. The functions are called on registers and are inlined.
+/// Notation: H = ∇u, V = ∇v. The functions are evaluated on vector registers and inlined.
 pub(crate) trait Constitutive<const D: usize> {
-    /// Whether strains are finite (d = J − 1) or small (d = div u).
+    /// Returns whether strains are finite (d = J − 1) or small (d = div u).
     fn is_finite(&self) -> bool;
 
-    /// Whether the law depends on the axes of fibres.
+    /// Returns whether the law depends on the fiber axes.
     fn has_fibres(&self) -> bool;
 
-    /// The deformation at a point.
+    /// Deformation at a point.
     type Strain<S: Simd>: Copy;
 
-    /// The deformation for `h`, the law's energy multiplied by `factor`; `axes` are those of the
-    /// fibres.
+    /// Returns the deformation for the displacement gradient `h` and the fiber axes `axes`; the
+    /// energy is multiplied by `factor`.
     fn strain<S: Simd>(
         &self,
         h: Tensor<Lanes<S>, D>,
@@ -44,30 +45,30 @@ pub(crate) trait Constitutive<const D: usize> {
         factor: Option<Lanes<S>>,
     ) -> Self::Strain<S>;
 
-    /// d.
+    /// Returns d.
     fn dilation<S: Simd>(&self, strain: &Self::Strain<S>) -> Lanes<S>;
 
-    /// N = ∂d/∂F.
-    fn normal<S: Simd>(&self, strain: &Self::Strain<S>) -> Tensor<Lanes<S>, D>;
+    /// Returns the cofactor N = ∂d/∂F.
+    fn cofactor<S: Simd>(&self, strain: &Self::Strain<S>) -> Tensor<Lanes<S>, D>;
 
-    /// Ṅ along V.
-    fn normal_rate<S: Simd>(
+    /// Returns Ṅ along V.
+    fn cofactor_rate<S: Simd>(
         &self,
         strain: &Self::Strain<S>,
         v: Tensor<Lanes<S>, D>,
     ) -> Tensor<Lanes<S>, D>;
 
-    /// ḋ = N : V.
+    /// Returns ḋ = N : V.
     fn dilation_rate<S: Simd>(&self, strain: &Self::Strain<S>, v: Tensor<Lanes<S>, D>) -> Lanes<S>;
 
-    /// P.
+    /// Returns P.
     fn stress<S: Simd>(
         &self,
         strain: &Self::Strain<S>,
         volumetric: Volumetric<Lanes<S>>,
     ) -> Tensor<Lanes<S>, D>;
 
-    /// Ṗ along V and ṗ.
+    /// Returns Ṗ along V and ṗ.
     fn stress_rate<S: Simd>(
         &self,
         strain: &Self::Strain<S>,
@@ -75,14 +76,14 @@ pub(crate) trait Constitutive<const D: usize> {
         volumetric: Volumetric<Lanes<S>>,
     ) -> Tensor<Lanes<S>, D>;
 
-    /// A = ∂P/∂F.
+    /// Returns A = ∂P/∂F.
     fn tangent<S: Simd>(
         &self,
         strain: &Self::Strain<S>,
         volumetric: Volumetric<Lanes<S>>,
     ) -> Tangent<Lanes<S>, D>;
 
-    /// ∂Ṗ/∂F along V and ṗ.
+    /// Returns ∂Ṗ/∂F along V and ṗ.
     fn tangent_rate<S: Simd>(
         &self,
         strain: &Self::Strain<S>,
@@ -90,7 +91,7 @@ pub(crate) trait Constitutive<const D: usize> {
         volumetric: Volumetric<Lanes<S>>,
     ) -> Tangent<Lanes<S>, D>;
 
-    /// m ∂N/∂F.
+    /// Returns m ∂N/∂F.
     fn volume_tangent<S: Simd>(
         &self,
         strain: &Self::Strain<S>,

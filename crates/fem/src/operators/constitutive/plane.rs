@@ -1,4 +1,4 @@
-//! Isotropic laws in plane strain, by their potentials of two invariants.
+//! Isotropic laws in plane strain, given by a potential of two invariants.
 
 use pulp::Simd;
 
@@ -10,7 +10,7 @@ use crate::material::three::Axes;
 use crate::material::{Potential, Real};
 use crate::simd::lanes::Lanes;
 
-/// An isotropic law in plane strain, by its potential of two invariants.
+/// Isotropic law in plane strain, given by a potential of two invariants.
 pub(crate) struct Plane<W>(pub(crate) W);
 
 /// Evaluates an expression with `$law` bound to the law of a plane body.
@@ -27,7 +27,7 @@ macro_rules! with_plane_law {
 }
 pub(crate) use with_plane_law;
 
-/// The entries in their places.
+/// Expands the packed entries.
 #[inline(always)]
 fn unfold<R: Real>(a: Symmetric<R>) -> Tangent<R, 2> {
     let mut out = [[[[a.0[0]; 2]; 2]; 2]; 2];
@@ -74,12 +74,12 @@ impl<W: Potential> Constitutive<2> for Plane<W> {
     }
 
     #[inline(always)]
-    fn normal<S: Simd>(&self, strain: &Strain<Lanes<S>>) -> Tensor<Lanes<S>, 2> {
-        strain.normal
+    fn cofactor<S: Simd>(&self, strain: &Strain<Lanes<S>>) -> Tensor<Lanes<S>, 2> {
+        strain.cofactor
     }
 
     #[inline(always)]
-    fn normal_rate<S: Simd>(
+    fn cofactor_rate<S: Simd>(
         &self,
         _: &Strain<Lanes<S>>,
         v: Tensor<Lanes<S>, 2>,

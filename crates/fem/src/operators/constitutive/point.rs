@@ -1,4 +1,4 @@
-//! A law at one point of a body in space, by the functions of the element loops on one number.
+//! Evaluation of a 3D law at a single point by the functions of the element passes.
 
 use pulp::Scalar;
 
@@ -9,57 +9,57 @@ use crate::material::tensor::Volumetric;
 use crate::material::three::{Axes, Strain3, Symmetric3, Tangent3, Tensor3, UPPER3};
 use crate::simd::lanes::Lanes;
 
-/// One number.
-type One = Lanes<Scalar>;
+/// Single-lane number.
+type Lane = Lanes<Scalar>;
 
-fn one(value: f64) -> One {
+fn lane(value: f64) -> Lane {
     Lanes::splat(Scalar::new(), value)
 }
 
-fn number(one: One) -> f64 {
-    one.as_slice()[0]
+fn value(lane: Lane) -> f64 {
+    lane.as_slice()[0]
 }
 
-fn tensor(t: Tensor3) -> Tensor<One, 3> {
-    t.map(|row| row.map(one))
+fn tensor(t: Tensor3) -> Tensor<Lane, 3> {
+    t.map(|row| row.map(lane))
 }
 
-fn full(a: &Symmetric3<One>) -> Tangent3 {
-    UPPER3.map(|row| row.map(|place| number(a.0[place])))
+fn full(a: &Symmetric3<Lane>) -> Tangent3 {
+    UPPER3.map(|row| row.map(|index| value(a.0[index])))
 }
 
-fn volumetric(p: f64, p_rate: f64) -> Volumetric<One> {
+fn volumetric(p: f64, p_rate: f64) -> Volumetric<Lane> {
     Volumetric {
-        p: one(p),
-        p_rate: one(p_rate),
+        p: lane(p),
+        p_rate: lane(p_rate),
         kappa: 0.0,
     }
 }
 
-fn strain(law: Spatial, h: Tensor3, axes: Axes<f64>) -> Strain3<One> {
+fn strain(law: Spatial, h: Tensor3, axes: Axes<f64>) -> Strain3<Lane> {
     let axes = Axes {
-        fibre: axes.fibre.map(one),
-        sheet: axes.sheet.map(one),
+        fibre: axes.fibre.map(lane),
+        sheet: axes.sheet.map(lane),
     };
     law.strain(tensor(h), axes, None)
 }
 
-/// The law in three dimensions; `axes` count for laws with fibres only.
+/// Point evaluation in 3D; `axes` matter for laws with fibers only.
 impl Law {
-    /// W at `h` = ∇u, without the pressure's part.
+    /// Returns W at `h` = ∇u without the pressure term.
     pub fn energy3(self, h: Tensor3, axes: Axes<f64>) -> f64 {
         let law = Spatial(self);
-        number(law.energy(&strain(law, h, axes)))
+        value(law.energy(&strain(law, h, axes)))
     }
 
-    /// First Piola–Kirchhoff stress P = ∂W/∂F − p cof F.
+    /// Returns the first Piola–Kirchhoff stress P = ∂W/∂F − p cof F.
     pub fn stress3(self, h: Tensor3, p: f64, axes: Axes<f64>) -> Tensor3 {
         let law = Spatial(self);
         let stress = law.stress_along(&strain(law, h, axes), volumetric(p, 0.0), None);
-        stress.map(|row| row.map(number))
+        stress.map(|row| row.map(value))
     }
 
-    /// Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ, with `v` = ∇v.
+    /// Returns Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ with `v` = ∇v.
     pub fn stress_rate3(
         self,
         h: Tensor3,
@@ -69,16 +69,16 @@ impl Law {
     ) -> Tensor3 {
         let (law, v) = (Spatial(self), tensor(v));
         let rate = law.stress_along(&strain(law, h, axes), volumetric(p, p_rate), Some(&v));
-        rate.map(|row| row.map(number))
+        rate.map(|row| row.map(value))
     }
 
-    /// ∂P/∂F at fixed p.
+    /// Returns ∂P/∂F at fixed p.
     pub fn tangent3(self, h: Tensor3, p: f64, axes: Axes<f64>) -> Tangent3 {
         let law = Spatial(self);
         full(&law.slope_along(&strain(law, h, axes), volumetric(p, 0.0), None))
     }
 
-    /// ∂Ṗ/∂F at fixed ∇v, p, ṗ: the rate of the tangent along `v` = ∇v.
+    /// Returns ∂Ṗ/∂F at fixed ∇v, p and ṗ: the rate of the tangent along `v` = ∇v.
     pub fn tangent_rate3(
         self,
         h: Tensor3,
@@ -90,17 +90,17 @@ impl Law {
         full(&law.slope_along(&strain(law, h, axes), volumetric(p, p_rate), Some(&v)))
     }
 
-    /// J − 1, or div u for small strains.
+    /// Returns J − 1, or div u for small strains.
     pub fn volume_change3(self, h: Tensor3) -> f64 {
         let law = Spatial(self);
-        number(strain(law, h, Axes::cartesian(0.0)).d)
+        value(strain(law, h, Axes::cartesian(0.0)).d)
     }
 
-    /// ∂(J − 1)/∂F = cof F, or I for small strains.
+    /// Returns ∂(J − 1)/∂F = cof F, or I for small strains.
     pub fn volume_gradient3(self, h: Tensor3) -> Tensor3 {
         let law = Spatial(self);
         strain(law, h, Axes::cartesian(0.0))
-            .normal
-            .map(|row| row.map(number))
+            .cofactor
+            .map(|row| row.map(value))
     }
 }

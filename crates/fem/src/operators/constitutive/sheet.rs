@@ -1,4 +1,4 @@
-//! Laws without a potential of two invariants in plane strain: evaluated in space at F33 = 1.
+//! Plane strain for laws without a potential of two invariants: the 3D law at F33 = 1.
 
 use pulp::Simd;
 
@@ -8,13 +8,13 @@ use crate::material::three::{Axes, Strain3};
 use crate::material::{Law, Real};
 use crate::simd::lanes::Lanes;
 
-/// A law in plane strain, the part in the plane of what it is in space. Fibres lie in the plane.
+/// Law in plane strain, given by the in-plane components of the 3D law. Fibers are in the plane.
 #[derive(Clone, Copy)]
 pub(crate) struct Sheet(pub(crate) Law);
 
-/// A gradient with a third row and column of zeros.
+/// Embeds a 2D gradient in 3D.
 #[inline(always)]
-fn deep<R: Real>(h: &Tensor<R, 2>) -> Tensor<R, 3> {
+fn embed<R: Real>(h: &Tensor<R, 2>) -> Tensor<R, 3> {
     let zero = h[0][0].like(0.0);
     [
         [h[0][0], h[0][1], zero],
@@ -23,14 +23,14 @@ fn deep<R: Real>(h: &Tensor<R, 2>) -> Tensor<R, 3> {
     ]
 }
 
-/// The part in the plane.
+/// Returns the in-plane components.
 #[inline(always)]
-fn flat<R: Real>(t: &Tensor<R, 3>) -> Tensor<R, 2> {
+fn in_plane<R: Real>(t: &Tensor<R, 3>) -> Tensor<R, 2> {
     [[t[0][0], t[0][1]], [t[1][0], t[1][1]]]
 }
 
 #[inline(always)]
-fn flat_tangent<R: Real>(a: &Tangent<R, 3>) -> Tangent<R, 2> {
+fn in_plane_tangent<R: Real>(a: &Tangent<R, 3>) -> Tangent<R, 2> {
     let mut out = [[[[a[0][0][0][0]; 2]; 2]; 2]; 2];
     for i in 0..2 {
         for k in i..2 {
@@ -44,8 +44,8 @@ fn flat_tangent<R: Real>(a: &Tangent<R, 3>) -> Tangent<R, 2> {
     out
 }
 
-/// Evaluates an expression with `$law` bound to a law of linear triangles. They serve as the counterexample
-/// of inf–sup constants, and need no loop of their own for each law.
+/// Evaluates an expression with `$law` bound to a law of linear triangles. They are only used as
+/// counterexample for inf–sup constants, so one loop serves all laws.
 macro_rules! with_sheet_law {
     ($any:expr, $law:ident => $body:expr) => {{
         let $law = $crate::operators::constitutive::Sheet($any);
@@ -81,7 +81,7 @@ impl Constitutive<2> for Sheet {
         axes: Axes<Lanes<S>>,
         factor: Option<Lanes<S>>,
     ) -> Strain3<Lanes<S>> {
-        self.spatial().strain(deep(&h), axes, factor)
+        self.spatial().strain(embed(&h), axes, factor)
     }
 
     #[inline(always)]
@@ -90,17 +90,17 @@ impl Constitutive<2> for Sheet {
     }
 
     #[inline(always)]
-    fn normal<S: Simd>(&self, strain: &Strain3<Lanes<S>>) -> Tensor<Lanes<S>, 2> {
-        flat(&self.spatial().normal(strain))
+    fn cofactor<S: Simd>(&self, strain: &Strain3<Lanes<S>>) -> Tensor<Lanes<S>, 2> {
+        in_plane(&self.spatial().cofactor(strain))
     }
 
     #[inline(always)]
-    fn normal_rate<S: Simd>(
+    fn cofactor_rate<S: Simd>(
         &self,
         strain: &Strain3<Lanes<S>>,
         v: Tensor<Lanes<S>, 2>,
     ) -> Tensor<Lanes<S>, 2> {
-        flat(&self.spatial().normal_rate(strain, deep(&v)))
+        in_plane(&self.spatial().cofactor_rate(strain, embed(&v)))
     }
 
     #[inline(always)]
@@ -109,7 +109,7 @@ impl Constitutive<2> for Sheet {
         strain: &Strain3<Lanes<S>>,
         v: Tensor<Lanes<S>, 2>,
     ) -> Lanes<S> {
-        self.spatial().dilation_rate(strain, deep(&v))
+        self.spatial().dilation_rate(strain, embed(&v))
     }
 
     #[inline(always)]
@@ -118,7 +118,7 @@ impl Constitutive<2> for Sheet {
         strain: &Strain3<Lanes<S>>,
         volumetric: Volumetric<Lanes<S>>,
     ) -> Tensor<Lanes<S>, 2> {
-        flat(&self.spatial().stress(strain, volumetric))
+        in_plane(&self.spatial().stress(strain, volumetric))
     }
 
     #[inline(always)]
@@ -128,7 +128,7 @@ impl Constitutive<2> for Sheet {
         v: Tensor<Lanes<S>, 2>,
         volumetric: Volumetric<Lanes<S>>,
     ) -> Tensor<Lanes<S>, 2> {
-        flat(&self.spatial().stress_rate(strain, deep(&v), volumetric))
+        in_plane(&self.spatial().stress_rate(strain, embed(&v), volumetric))
     }
 
     #[inline(always)]
@@ -137,7 +137,7 @@ impl Constitutive<2> for Sheet {
         strain: &Strain3<Lanes<S>>,
         volumetric: Volumetric<Lanes<S>>,
     ) -> Tangent<Lanes<S>, 2> {
-        flat_tangent(&self.spatial().tangent(strain, volumetric))
+        in_plane_tangent(&self.spatial().tangent(strain, volumetric))
     }
 
     #[inline(always)]
@@ -147,7 +147,7 @@ impl Constitutive<2> for Sheet {
         v: Tensor<Lanes<S>, 2>,
         volumetric: Volumetric<Lanes<S>>,
     ) -> Tangent<Lanes<S>, 2> {
-        flat_tangent(&self.spatial().tangent_rate(strain, deep(&v), volumetric))
+        in_plane_tangent(&self.spatial().tangent_rate(strain, embed(&v), volumetric))
     }
 
     #[inline(always)]
@@ -156,6 +156,6 @@ impl Constitutive<2> for Sheet {
         strain: &Strain3<Lanes<S>>,
         m: Lanes<S>,
     ) -> Tangent<Lanes<S>, 2> {
-        flat_tangent(&self.spatial().volume_tangent(strain, m))
+        in_plane_tangent(&self.spatial().volume_tangent(strain, m))
     }
 }

@@ -1,8 +1,8 @@
-//! All laws in space.
+//! Three-dimensional laws.
 //!
-//! Which law it is is asked at each point, which costs nothing beside the work there. What the laws
-//! compute are functions of their own, not parts of the element loops: copies of either for each
-//! other would multiply the code.
+//! The law is selected at each point, at negligible cost. The evaluations of each law are compiled
+//! as separate functions instead of being inlined in the element passes, which would multiply the
+//! code.
 
 use pulp::{Simd, WithSimd};
 
@@ -12,13 +12,13 @@ use crate::material::three::{Axes, Law3, Strain3, Symmetric3};
 use crate::material::{Law, MooneyRivlin, SmallStrain, with_law};
 use crate::simd::lanes::{Lanes, outlined};
 
-/// A law in space.
+/// Three-dimensional law.
 #[derive(Clone, Copy)]
 pub(crate) struct Spatial(pub(crate) Law);
 
-/// Stands for all laws of finite strains where only that counts.
+/// Representative of finite-strain laws where only the strain measure matters.
 const FINITE: MooneyRivlin = MooneyRivlin { c10: 0.0, c01: 0.0 };
-/// Stands for all laws of small strains.
+/// Representative of small-strain laws.
 const SMALL: SmallStrain = SmallStrain { shear_modulus: 0.0 };
 
 #[inline(always)]
@@ -26,7 +26,7 @@ fn is_finite<W: Law3>(_: &W) -> bool {
     W::FINITE
 }
 
-/// The entries in their places, those with i ≤ k.
+/// Expands the packed entries with i ≤ k.
 #[inline(always)]
 fn unfold<S: Simd>(a: &Symmetric3<Lanes<S>>) -> Tangent<Lanes<S>, 3> {
     let mut out = [[[[a.entry(0, 0, 0, 0); 3]; 3]; 3]; 3];
@@ -42,16 +42,16 @@ fn unfold<S: Simd>(a: &Symmetric3<Lanes<S>>) -> Tangent<Lanes<S>, 3> {
     out
 }
 
-/// A law at a point: for P and A, or their rates along a motion.
+/// Law at a point, for stress and tangent or their rates.
 struct At<'a, S: Simd, W> {
     law: W,
     strain: &'a Strain3<Lanes<S>>,
     volumetric: &'a Volumetric<Lanes<S>>,
-    /// ∇v, where the rate is wanted.
+    /// Velocity gradient ∇v if the rate is requested.
     along: Option<&'a Tensor<Lanes<S>, 3>>,
 }
 
-/// P or Ṗ.
+/// Evaluates P or Ṗ.
 struct Stress<'a, S: Simd, W>(At<'a, S, W>);
 
 impl<T: Simd, W: Law3> WithSimd for Stress<'_, T, W> {
@@ -72,7 +72,7 @@ impl<T: Simd, W: Law3> WithSimd for Stress<'_, T, W> {
     }
 }
 
-/// A or Ȧ.
+/// Evaluates A or Ȧ.
 struct Slope<'a, S: Simd, W>(At<'a, S, W>);
 
 impl<T: Simd, W: Law3> WithSimd for Slope<'_, T, W> {
@@ -93,7 +93,7 @@ impl<T: Simd, W: Law3> WithSimd for Slope<'_, T, W> {
     }
 }
 
-/// W, times the factor.
+/// Evaluates W times its factor.
 struct Energy<'a, S: Simd, W> {
     law: W,
     strain: &'a Strain3<Lanes<S>>,
@@ -109,7 +109,7 @@ impl<T: Simd, W: Law3> WithSimd for Energy<'_, T, W> {
 }
 
 impl Spatial {
-    /// W, times the factor, without the pressure's part.
+    /// Returns W times its factor, without the pressure term.
     #[inline(always)]
     pub(crate) fn energy<S: Simd>(&self, strain: &Strain3<Lanes<S>>) -> Lanes<S> {
         with_law!(
@@ -119,7 +119,7 @@ impl Spatial {
         )
     }
 
-    /// P, or Ṗ along a motion.
+    /// Returns P, or Ṗ if a velocity gradient is given.
     #[inline(always)]
     pub(super) fn stress_along<S: Simd>(
         &self,
@@ -136,7 +136,7 @@ impl Spatial {
         })), own => own.stress(strain, volumetric, along))
     }
 
-    /// A, or Ȧ along a motion.
+    /// Returns A, or Ȧ if a velocity gradient is given.
     #[inline(always)]
     pub(super) fn slope_along<S: Simd>(
         &self,
@@ -188,12 +188,12 @@ impl Constitutive<3> for Spatial {
     }
 
     #[inline(always)]
-    fn normal<S: Simd>(&self, strain: &Strain3<Lanes<S>>) -> Tensor<Lanes<S>, 3> {
-        strain.normal
+    fn cofactor<S: Simd>(&self, strain: &Strain3<Lanes<S>>) -> Tensor<Lanes<S>, 3> {
+        strain.cofactor
     }
 
     #[inline(always)]
-    fn normal_rate<S: Simd>(
+    fn cofactor_rate<S: Simd>(
         &self,
         strain: &Strain3<Lanes<S>>,
         v: Tensor<Lanes<S>, 3>,
@@ -264,7 +264,7 @@ impl Constitutive<3> for Spatial {
     }
 }
 
-/// Evaluates an expression with `$law` bound to the law of a body in space.
+/// Evaluates an expression with `$law` bound to the law of a 3D body.
 macro_rules! with_spatial_law {
     ($any:expr, $law:ident => $body:expr) => {{
         let $law = $crate::operators::constitutive::Spatial($any);

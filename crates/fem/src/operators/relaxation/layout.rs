@@ -1,4 +1,4 @@
-//! Where internal stresses lie in a vector.
+//! Layout of the vector of internal stresses.
 
 use std::ops::Range;
 
@@ -6,32 +6,32 @@ use crate::material::Prony;
 use crate::material::three::Tensor3;
 use crate::simd::batch::Batches;
 
-/// The elements with the same Prony terms, and where their internal stresses lie.
+/// Elements with the same Prony series, and the positions of their internal stresses.
 ///
-/// A slot is one component of a symmetric tensor at one quadrature point of one element; those that are
-/// zero in plane strain have none.
+/// A slot is one component of a symmetric tensor at a quadrature point of an element. Components
+/// that vanish in plane strain have no slot.
 #[derive(Debug, Clone, PartialEq)]
-pub struct RelaxingPart {
-    /// The terms.
+pub struct RelaxationRegion {
+    /// Prony series.
     pub prony: Prony,
-    /// Its slots among those of the body.
+    /// Slots of the region.
     pub slots: Range<usize>,
-    /// Its internal stresses: one at each slot for the first term, then for the second, …
+    /// Internal stresses of the region: one per slot for the first term, then for the second, …
     pub states: Range<usize>,
 }
 
-/// Where the internal stresses of a body lie.
+/// Layout of the internal stresses of a body.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct InternalStresses {
-    pub(crate) parts: Vec<RelaxingPart>,
-    /// The first slot of each batch that has some.
+    pub(crate) parts: Vec<RelaxationRegion>,
+    /// First slot of each viscoelastic batch.
     pub(super) first: Vec<usize>,
-    /// For each element up to the last that has some: its first slot, and how far the next is.
+    /// First slot and slot stride of each viscoelastic element; the list ends at the last one.
     strips: Vec<Option<[usize; 2]>>,
 }
 
-/// The places of the components of a symmetric tensor among the slots of a point, by row and column.
-pub(super) const fn places(dimension: usize) -> &'static [[usize; 2]] {
+/// Returns the row and column of each slot of a point.
+pub(super) const fn component_indices(dimension: usize) -> &'static [[usize; 2]] {
     match dimension {
         2 => &[[0, 0], [0, 1], [1, 1], [2, 2]],
         _ => &[[0, 0], [0, 1], [0, 2], [1, 1], [1, 2], [2, 2]],
@@ -39,7 +39,7 @@ pub(super) const fn places(dimension: usize) -> &'static [[usize; 2]] {
 }
 
 impl InternalStresses {
-    /// One part for each of `prony`.
+    /// Creates the layout with one region per series of `prony`.
     pub(crate) fn new<const D: usize, const N: usize, const P: usize>(
         elements: &Batches<D, N, P>,
         prony: &[Prony],
@@ -50,17 +50,17 @@ impl InternalStresses {
         let mut part = |(number, prony): (usize, &Prony)| {
             let start = slot;
             let batches = elements.batches.iter().zip(&mut first);
-            for (batch, first) in batches.filter(|(b, _)| b.kind.relaxing == Some(number)) {
+            for (batch, first) in batches.filter(|(b, _)| b.material.prony == Some(number)) {
                 *first = slot;
                 for (lane, &element) in batch.elements[..batch.count].iter().enumerate() {
                     strips.resize(strips.len().max(element + 1), None);
                     strips[element] = Some([slot + lane, batch.count]);
                 }
-                slot += elements.points.len() * batch.count * places(D).len();
+                slot += elements.points.len() * batch.count * component_indices(D).len();
             }
             let states = state..state + prony.terms().len() * (slot - start);
             state = states.end;
-            RelaxingPart {
+            RelaxationRegion {
                 prony: prony.clone(),
                 slots: start..slot,
                 states,
@@ -74,8 +74,8 @@ impl InternalStresses {
         }
     }
 
-    /// Σ Q at the quadrature points of an element, those of the first before the others; nothing for an
-    /// element without terms.
+    /// Returns the Prony series of an element and a function that returns Σ Q at its quadrature
+    /// points, or `None` for an element without series.
     pub(crate) fn sums<'a>(
         &'a self,
         (dimension, element): (usize, usize),
@@ -84,13 +84,13 @@ impl InternalStresses {
         let [first, stride] = (*self.strips.get(element)?)?;
         let mut parts = self.parts.iter();
         let part = parts.find(|part| part.slots.contains(&first))?;
-        let of_part = &internal[part.states.clone()];
+        let internal = &internal[part.states.clone()];
         let sum = move |point: usize| {
             let mut tensor = [[0.0; 3]; 3];
-            let components = places(dimension);
+            let components = component_indices(dimension);
             for (number, &[i, j]) in components.iter().enumerate() {
                 let slot = first + (point * components.len() + number) * stride;
-                let terms = of_part.chunks(part.slots.len());
+                let terms = internal.chunks(part.slots.len());
                 tensor[i][j] = terms.map(|term| term[slot - part.slots.start]).sum();
                 tensor[j][i] = tensor[i][j];
             }

@@ -1,14 +1,15 @@
-//! Stress that relaxes by Prony terms: internal stresses at the quadrature points.
+//! Viscoelastic stress by Prony series with internal stresses at the quadrature points.
 //!
-//! With the law's second Piola–Kirchhoff stress S, without the pressure's part, and H = Σ g S − Σ Q
+//! With the second Piola–Kirchhoff stress S of the law (without the pressure term) and H = Σ g S −
+//! Σ Q, the stress
 //!
 //! ```text
 //! P = F H,        Q̇_k = (g_k S − Q_k)/τ_k
 //! ```
 //!
-//! is added in the regions that have terms; see [`Prony`](crate::material::Prony) for what becomes of it in Newton's method.
-//! A plane body keeps the component across its plane too: no force depends on it, but whoever reads the
-//! stress does. A body without terms has no pass.
+//! is added in regions with a Prony series. [`Prony`](crate::material::Prony) describes its
+//! treatment in Newton's method. In 2D the out-of-plane component is stored too: no force depends
+//! on it, but stress output does. Bodies without Prony series skip this pass.
 
 mod layout;
 mod point;
@@ -26,39 +27,40 @@ use crate::simd::batch::{Batch, Batches, Part, Point};
 use crate::simd::lanes::{Lanes, outlined};
 use crate::space::sparsity::ScatterMap;
 pub(crate) use layout::InternalStresses;
-pub use layout::RelaxingPart;
-use point::{At, Slots, UnitStrains, pushed};
+pub use layout::RelaxationRegion;
+use point::{At, Slots, UnitStrains, times_deformation};
 
-/// H = Σ g S − Σ Q, by what is known of it.
+/// Overstress H = Σ g S − Σ Q.
 #[derive(Debug, Clone, Copy)]
 pub enum Overstress<'a> {
-    /// All Q.
+    /// Given by all internal stresses Q.
     Internal(&'a [f64]),
-    /// H itself, at the slots.
+    /// Given by the values of H at the slots.
     Given(&'a [f64]),
 }
 
-/// What a pass is to compute; vectors of nodes and matrices are added to, the others overwritten.
+/// Requested results of a pass. Nodal vectors and matrices are added to, other buffers are
+/// overwritten.
 pub(crate) enum Wanted<'a> {
-    /// ∫ F H : ∇φ, and Q̇.
+    /// Force ∫ F H : ∇φ and rates Q̇.
     Vectors {
         internal: &'a [f64],
         force: Option<&'a mut [f64]>,
         rates: &'a mut [f64],
     },
-    /// S at the slots.
+    /// Stress S at the slots.
     Stresses { out: &'a mut [f64] },
-    /// ∫ F T : ∇φ of each of some tensors T at the slots.
+    /// Forces ∫ F T : ∇φ of several tensors T given at the slots.
     ForceOf {
         tensors: &'a [Vec<f64>],
         forces: &'a mut [Vec<f64>],
     },
-    /// Ṡ along each of some nodal velocities, at the slots.
+    /// Stress rates Ṡ at the slots along several nodal velocities.
     StressRates {
         v: &'a [Vec<f64>],
         out: &'a mut [Vec<f64>],
     },
-    /// ∂/∂u of ∫ F H : ∇φ under constant H, and of ∫ F S : ∇φ under constant F for each part.
+    /// Tangents ∂/∂u of ∫ F H : ∇φ at constant H, and of ∫ F S : ∇φ at constant F for each region.
     Tangents {
         over: Overstress<'a>,
         geometric: &'a mut [f64],
@@ -66,7 +68,7 @@ pub(crate) enum Wanted<'a> {
     },
 }
 
-/// A pass over the elements with Prony terms.
+/// Pass over the viscoelastic elements.
 pub(crate) struct Relax<'a, 'b, const D: usize, const N: usize, const P: usize> {
     pub(crate) elements: &'a Batches<D, N, P>,
     pub(crate) maps: &'a [ScatterMap<D, N, P>],
@@ -75,14 +77,14 @@ pub(crate) struct Relax<'a, 'b, const D: usize, const N: usize, const P: usize> 
     pub(crate) wanted: Wanted<'b>,
 }
 
-/// The pass over one batch, a function of its own for each law.
+/// Pass over one batch, compiled as a separate function for each law.
 struct Run<'a, 'b, C, const D: usize, const N: usize, const P: usize> {
     law: C,
     batch: &'a Batch<D, N, P>,
     map: &'a ScatterMap<D, N, P>,
     points: &'a [Point<D, N, P>],
     u: &'a [f64],
-    series: &'a RelaxingPart,
+    series: &'a RelaxationRegion,
     first: usize,
     wanted: &'a mut Wanted<'b>,
     number: usize,
@@ -92,7 +94,7 @@ impl<C, const D: usize, const N: usize, const P: usize> Run<'_, '_, C, D, N, P>
 where
     C: Constitutive<D>,
 {
-    /// With room for what the part has of each velocity or force, where several are wanted.
+    /// Computes one part; `columns` is a work buffer for several velocities or forces.
     #[inline(always)]
     fn part<S: Simd>(
         &mut self,
@@ -107,7 +109,7 @@ where
             series,
             ..
         } = self;
-        let any = batch.kind.law;
+        let full_law = batch.material.law;
         let u = part.gather_vector(Some(self.u));
         let mut local_force = [[part.zero(); D]; N];
         columns.clear();
@@ -122,7 +124,7 @@ where
         }
         let wants_matrices = matches!(self.wanted, Wanted::Tangents { .. });
         let zero: Matrix<S, D, N> = [[[[part.zero(); D]; D]; N]; N];
-        let mut matrices = crate::operators::tangent::room(wants_matrices, [zero; 2]);
+        let mut matrices = crate::operators::tangent::zero_if(wants_matrices, [zero; 2]);
         let width = series.slots.len();
         for (number, point) in points.iter().enumerate() {
             part.move_to(number);
@@ -131,13 +133,18 @@ where
                 first: self.first + number * batch.count * Slots::<S, D, N, P>::COMPONENTS,
                 count: batch.count,
             };
-            // The states of term k at these slots.
+            // Index of the internal stresses of term k at these slots.
             let states = |k: usize| series.states.start + k * width - series.slots.start;
             if let Wanted::ForceOf { tensors, .. } = &*self.wanted {
-                // The law has no part in it.
+                // These forces do not depend on the law.
                 let h = part.gradient(&u, point);
                 for (local_force, tensors) in columns.iter_mut().zip(*tensors) {
-                    accumulate(local_force, part, point, &pushed(&h, &slots.load(tensors)));
+                    accumulate(
+                        local_force,
+                        part,
+                        point,
+                        &times_deformation(&h, &slots.load(tensors)),
+                    );
                 }
                 continue;
             }
@@ -150,33 +157,39 @@ where
                     rates,
                 } => {
                     let mut over = scaled(&at.stress, series.prony.instantaneous() - 1.0);
-                    let across = at.stress_across(any);
+                    let across = at.stress_across(full_law);
                     for (k, term) in series.prony.terms().iter().enumerate() {
-                        let own = &internal[states(k)..];
-                        let mut q = slots.load(own);
+                        let term_stresses = &internal[states(k)..];
+                        let mut q = slots.load(term_stresses);
                         subtract(&mut over, &q);
                         for (q, s) in q.iter_mut().flatten().zip(at.stress.iter().flatten()) {
                             *q = term.rate(*s, *q);
                         }
                         let q_across = match across {
                             Some(s) => {
-                                let place = Slots::<S, D, N, P>::ACROSS;
-                                Some(term.rate(s, slots.load_one(place, own)))
+                                let component = Slots::<S, D, N, P>::OUT_OF_PLANE;
+                                Some(term.rate(s, slots.load_one(component, term_stresses)))
                             }
                             None => None,
                         };
                         slots.store((&q, q_across), &mut rates[states(k)..]);
                     }
                     if force.is_some() {
-                        accumulate(&mut local_force, part, point, &pushed(&at.h, &over));
+                        accumulate(
+                            &mut local_force,
+                            part,
+                            point,
+                            &times_deformation(&at.h, &over),
+                        );
                     }
                 }
                 Wanted::Stresses { out } => {
-                    slots.store((&at.stress, at.stress_across(any)), out);
+                    slots.store((&at.stress, at.stress_across(full_law)), out);
                 }
                 Wanted::StressRates { out, .. } => {
-                    let across = at.across(any);
-                    // Of many, the law is asked for its moduli alone.
+                    let across = at.across(full_law);
+                    // For many velocities the moduli are evaluated once and contracted with each
+                    // velocity.
                     let moduli = match columns.len() > UnitStrains::<D>::COUNT {
                         true => Some(at.moduli(law, across.as_ref())),
                         false => None,
@@ -235,16 +248,16 @@ where
                 material,
                 ..
             } => {
-                if let Some([of_material, of_geometric]) = &matrices {
-                    scatter(part, map, of_material, &mut material[self.number]);
-                    scatter(part, map, of_geometric, geometric);
+                if let Some([local_material, local_geometric]) = &matrices {
+                    scatter(part, map, local_material, &mut material[self.number]);
+                    scatter(part, map, local_geometric, geometric);
                 }
             }
         }
     }
 }
 
-/// `factor` · `tensor`.
+/// Returns `factor` · `tensor`.
 #[inline(always)]
 fn scaled<R: Real, const D: usize>(tensor: &Tensor<R, D>, factor: f64) -> Tensor<R, D> {
     let mut out = *tensor;
@@ -254,7 +267,7 @@ fn scaled<R: Real, const D: usize>(tensor: &Tensor<R, D>, factor: f64) -> Tensor
     out
 }
 
-/// `from` −= `tensor`.
+/// Subtracts `tensor` from `from`.
 #[inline(always)]
 fn subtract<R: Real, const D: usize>(from: &mut Tensor<R, D>, tensor: &Tensor<R, D>) {
     for (from, entry) in from.iter_mut().flatten().zip(tensor.iter().flatten()) {
@@ -262,7 +275,7 @@ fn subtract<R: Real, const D: usize>(from: &mut Tensor<R, D>, tensor: &Tensor<R,
     }
 }
 
-/// Adds (∇φ_a · H ∇φ_b) I of one point to the element matrices, those with a ≤ b.
+/// Adds (∇φ_a · H ∇φ_b) I of one point to the element matrices with a ≤ b.
 #[inline(always)]
 fn add_geometric<S: Simd, const D: usize, const N: usize, const P: usize>(
     out: &mut Matrix<S, D, N>,
@@ -307,7 +320,7 @@ where
     }
 }
 
-/// The pass over one kind of element; `$with_law` binds its laws.
+/// Implements the pass for one element type; `$with_law` binds its laws.
 macro_rules! pass {
     ($dimension:literal, $nodes:literal, $pressures:literal, $with_law:ident) => {
         impl WithSimd for Relax<'_, '_, $dimension, $nodes, $pressures> {
@@ -322,20 +335,20 @@ macro_rules! pass {
                     u,
                     ref mut wanted,
                 } = self;
-                for (place, batch) in batches.iter().enumerate() {
-                    let Some(number) = batch.kind.relaxing else {
+                for (index, batch) in batches.iter().enumerate() {
+                    let Some(number) = batch.material.prony else {
                         continue;
                     };
-                    $with_law!(batch.kind.law, law => outlined(
+                    $with_law!(batch.material.law, law => outlined(
                         simd,
                         Run::<_, $dimension, $nodes, $pressures> {
                             law,
                             batch,
-                            map: &maps[place],
+                            map: &maps[index],
                             points,
                             u,
                             series: &layout.parts[number],
-                            first: layout.first[place],
+                            first: layout.first[index],
                             wanted,
                             number,
                         },

@@ -1,10 +1,10 @@
-//! What a pass works with at one quadrature point: the law's stress, and the slots of internal stresses.
+//! Stress of the law and slots of internal stresses at a quadrature point.
 
 use std::ops::Range;
 
 use pulp::Simd;
 
-use super::layout::places;
+use super::layout::component_indices;
 use crate::material::tensor::Volumetric;
 use crate::material::three::Axes;
 use crate::material::{Law, Real};
@@ -12,11 +12,11 @@ use crate::operators::constitutive::{Constitutive, Spatial, Tensor};
 use crate::simd::batch::{Part, Point};
 use crate::simd::lanes::Lanes;
 
-/// A law's state at a point: F − I, N = cof F, J and S.
+/// State of a law at a point: F − I, cof F, 1/J and S.
 pub(super) struct At<S: Simd, const D: usize, C: Constitutive<D>> {
     pub(super) h: Tensor<Lanes<S>, D>,
     pub(super) strain: C::Strain<S>,
-    normal: Tensor<Lanes<S>, D>,
+    cofactor: Tensor<Lanes<S>, D>,
     inverse_jacobian: Lanes<S>,
     pub(super) stress: Tensor<Lanes<S>, D>,
     axes: Axes<Lanes<S>>,
@@ -39,7 +39,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
         let d = law.dilation(&strain);
         let mut at = Self {
             h,
-            normal: law.normal(&strain),
+            cofactor: law.cofactor(&strain),
             inverse_jacobian: d.like(1.0) / (d + d.like(1.0)),
             stress: h,
             strain,
@@ -50,36 +50,36 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
         at
     }
 
-    /// The law across the plane of a plane body.
+    /// Returns the 3D state of a plane body for out-of-plane components.
     #[inline(always)]
-    pub(super) fn across(&self, law: Law) -> Option<Across<S>> {
+    pub(super) fn across(&self, law: Law) -> Option<OutOfPlane<S>> {
         if D != 2 {
             return None;
         }
         let law = Spatial(law);
-        let h = deep(&self.h, self.inverse_jacobian.like(0.0));
-        Some(Across {
+        let h = embed(&self.h, self.inverse_jacobian.like(0.0));
+        Some(OutOfPlane {
             law,
             strain: law.strain(h, self.axes, None),
         })
     }
 
-    /// The component of S across the plane of a plane body.
+    /// Returns the out-of-plane component of S of a plane body.
     #[inline(always)]
     pub(super) fn stress_across(&self, law: Law) -> Option<Lanes<S>> {
         let across = self.across(law)?;
         Some(across.stress())
     }
 
-    /// F⁻¹ T = Nᵀ T/J.
+    /// Returns F⁻¹ T = Nᵀ T/J with N = cof F.
     #[inline(always)]
     fn pulled_back(&self, t: &Tensor<Lanes<S>, D>) -> Tensor<Lanes<S>, D> {
         let mut out = *t;
         for i in 0..D {
             for j in 0..D {
-                let mut sum = self.normal[0][i] * t[0][j];
+                let mut sum = self.cofactor[0][i] * t[0][j];
                 for k in 1..D {
-                    sum = self.normal[k][i].mul_add(t[k][j], sum);
+                    sum = self.cofactor[k][i].mul_add(t[k][j], sum);
                 }
                 out[i][j] = sum * self.inverse_jacobian;
             }
@@ -87,12 +87,12 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
         out
     }
 
-    /// Ṡ = F⁻¹ (Ṗ − V S), and its component across the plane.
+    /// Returns Ṡ = F⁻¹ (Ṗ − V S) and its out-of-plane component.
     #[inline(always)]
     pub(super) fn stress_rate(
         &self,
         law: &C,
-        across: Option<&Across<S>>,
+        across: Option<&OutOfPlane<S>>,
         v: &Tensor<Lanes<S>, D>,
     ) -> Rate<S, D> {
         let zero = self.inverse_jacobian.like(0.0);
@@ -111,24 +111,24 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
         (self.pulled_back(&rate), across)
     }
 
-    /// ∂S/∂E of a law that depends on FᵀF = I + 2 E alone: Ṡ along V = F⁻ᵀ e for each of the
-    /// [unit strains](UnitStrains) e.
+    /// Returns ∂S/∂E of a law that depends on FᵀF = I + 2 E alone: Ṡ along V = F⁻ᵀ e for each [unit
+    /// strain](UnitStrains) e.
     #[inline(always)]
-    pub(super) fn moduli(&self, law: &C, across: Option<&Across<S>>) -> [Rate<S, D>; 6] {
+    pub(super) fn moduli(&self, law: &C, across: Option<&OutOfPlane<S>>) -> [Rate<S, D>; 6] {
         let zero = self.inverse_jacobian.like(0.0);
         let mut moduli = [([[zero; D]; D], None); 6];
-        for (moduli, &[k, l]) in moduli.iter_mut().zip(UnitStrains::<D>::PLACES) {
+        for (moduli, &[k, l]) in moduli.iter_mut().zip(UnitStrains::<D>::INDICES) {
             let mut v = [[zero; D]; D];
-            for (v, normal) in v.iter_mut().zip(&self.normal) {
-                v[k] = normal[l] * self.inverse_jacobian;
-                v[l] = normal[k] * self.inverse_jacobian;
+            for (v, cofactor) in v.iter_mut().zip(&self.cofactor) {
+                v[k] = cofactor[l] * self.inverse_jacobian;
+                v[l] = cofactor[k] * self.inverse_jacobian;
             }
             *moduli = self.stress_rate(law, across, &v);
         }
         moduli
     }
 
-    /// Ṡ = ∂S/∂E : Ė, Ė being the symmetric part of Fᵀ V.
+    /// Returns Ṡ = ∂S/∂E : Ė, where Ė is the symmetric part of Fᵀ V.
     #[inline(always)]
     pub(super) fn contracted(
         &self,
@@ -137,7 +137,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
     ) -> Rate<S, D> {
         let zero = self.inverse_jacobian.like(0.0);
         let mut sum = ([[zero; D]; D], if D == 2 { Some(zero) } else { None });
-        for (modulus, &[k, l]) in moduli.iter().zip(UnitStrains::<D>::PLACES) {
+        for (modulus, &[k, l]) in moduli.iter().zip(UnitStrains::<D>::INDICES) {
             let mut strain = v[k][l] + v[l][k];
             for (h, v) in self.h.iter().zip(v) {
                 strain = h[k].mul_add(v[l], h[l].mul_add(v[k], strain));
@@ -154,25 +154,26 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
     }
 }
 
-/// Ṡ, and its component across the plane of a plane body.
+/// Stress rate Ṡ and, for a plane body, its out-of-plane component.
 pub(super) type Rate<S, const D: usize> = (Tensor<Lanes<S>, D>, Option<Lanes<S>>);
 
-/// The strains of which all are sums: one in a diagonal entry, or in both entries (k, l) and (l, k).
+/// Basis of symmetric strains: 1 in a diagonal entry, or in both entries (k, l) and (l, k).
 pub(super) struct UnitStrains<const D: usize>;
 
 impl<const D: usize> UnitStrains<D> {
-    const PLACES: &[[usize; 2]] = places(D).split_at(Self::COUNT).0;
-    /// How many there are.
+    const INDICES: &[[usize; 2]] = component_indices(D).split_at(Self::COUNT).0;
+    /// Number of unit strains.
     pub(super) const COUNT: usize = D * (D + 1) / 2;
 }
 
-/// The law across the plane of a plane body: F33 = 1 there, so that the component of S is that of P.
-pub(super) struct Across<S: Simd> {
+/// 3D state of a plane body for out-of-plane components. With F33 = 1 the components of S and P are
+/// equal.
+pub(super) struct OutOfPlane<S: Simd> {
     law: Spatial,
     strain: <Spatial as Constitutive<3>>::Strain<S>,
 }
 
-impl<S: Simd> Across<S> {
+impl<S: Simd> OutOfPlane<S> {
     #[inline(always)]
     fn stress(&self) -> Lanes<S> {
         let zero = self.law.dilation(&self.strain).like(0.0);
@@ -183,14 +184,14 @@ impl<S: Simd> Across<S> {
     fn stress_rate<const D: usize>(&self, v: &Tensor<Lanes<S>, D>) -> Lanes<S> {
         let zero = self.law.dilation(&self.strain).like(0.0);
         let pressure = Volumetric::pressure(zero);
-        let v = deep(v, zero);
+        let v = embed(v, zero);
         self.law.stress_rate(&self.strain, v, pressure)[2][2]
     }
 }
 
-/// A tensor of the plane in space.
+/// Embeds a 2D tensor in 3D.
 #[inline(always)]
-fn deep<S: Simd, const D: usize>(t: &Tensor<Lanes<S>, D>, zero: Lanes<S>) -> Tensor<Lanes<S>, 3> {
+fn embed<S: Simd, const D: usize>(t: &Tensor<Lanes<S>, D>, zero: Lanes<S>) -> Tensor<Lanes<S>, 3> {
     let mut out = [[zero; 3]; 3];
     for (out, row) in out.iter_mut().zip(t) {
         out[..D].copy_from_slice(row);
@@ -198,9 +199,12 @@ fn deep<S: Simd, const D: usize>(t: &Tensor<Lanes<S>, D>, zero: Lanes<S>) -> Ten
     out
 }
 
-/// F T, F = I + h.
+/// Returns F T with F = I + h.
 #[inline(always)]
-pub(super) fn pushed<R: Real, const D: usize>(h: &Tensor<R, D>, t: &Tensor<R, D>) -> Tensor<R, D> {
+pub(super) fn times_deformation<R: Real, const D: usize>(
+    h: &Tensor<R, D>,
+    t: &Tensor<R, D>,
+) -> Tensor<R, D> {
     let mut out = *t;
     for i in 0..D {
         for j in 0..D {
@@ -212,7 +216,7 @@ pub(super) fn pushed<R: Real, const D: usize>(h: &Tensor<R, D>, t: &Tensor<R, D>
     out
 }
 
-/// The slots of one part of a batch at one point.
+/// Slots of one part of a batch at one point.
 pub(super) struct Slots<'a, 'p, S: Simd, const D: usize, const N: usize, const P: usize> {
     pub(super) part: &'a Part<'p, S, D, N, P>,
     pub(super) first: usize,
@@ -221,11 +225,11 @@ pub(super) struct Slots<'a, 'p, S: Simd, const D: usize, const N: usize, const P
 
 impl<S: Simd, const D: usize, const N: usize, const P: usize> Slots<'_, '_, S, D, N, P> {
     /// Number of components.
-    pub(super) const COMPONENTS: usize = places(D).len();
-    /// The place of the one across a plane.
-    pub(super) const ACROSS: usize = Self::COMPONENTS - 1;
+    pub(super) const COMPONENTS: usize = component_indices(D).len();
+    /// Index of the out-of-plane component.
+    pub(super) const OUT_OF_PLANE: usize = Self::COMPONENTS - 1;
 
-    /// Where a component lies.
+    /// Returns the positions of a component.
     #[inline(always)]
     fn range(&self, component: usize) -> Range<usize> {
         let (start, lanes) = (self.first + component * self.count, self.part.occupied());
@@ -235,26 +239,26 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Slots<'_, '_, S, D
     #[inline(always)]
     pub(super) fn load_one(&self, component: usize, values: &[f64]) -> Lanes<S> {
         let mut value = self.part.zero();
-        let own = &values[self.range(component)];
-        match own.len() == S::F64_LANES {
-            // One instruction.
-            true => value.as_mut_slice().copy_from_slice(&own[..S::F64_LANES]),
-            false => value.as_mut_slice()[..own.len()].copy_from_slice(own),
+        let slots = &values[self.range(component)];
+        match slots.len() == S::F64_LANES {
+            // A full register is copied by one instruction.
+            true => value.as_mut_slice().copy_from_slice(&slots[..S::F64_LANES]),
+            false => value.as_mut_slice()[..slots.len()].copy_from_slice(slots),
         }
         value
     }
 
     #[inline(always)]
     fn store_one(&self, component: usize, value: Lanes<S>, values: &mut [f64]) {
-        let own = &mut values[self.range(component)];
+        let slots = &mut values[self.range(component)];
         let value = value.as_slice();
-        match own.len() == S::F64_LANES {
-            true => own[..S::F64_LANES].copy_from_slice(value),
-            false => own.copy_from_slice(&value[..own.len()]),
+        match slots.len() == S::F64_LANES {
+            true => slots[..S::F64_LANES].copy_from_slice(value),
+            false => slots.copy_from_slice(&value[..slots.len()]),
         }
     }
 
-    /// The symmetric tensor at these slots, in the dimensions of the body.
+    /// Loads the symmetric tensor at these slots, without the out-of-plane component.
     #[inline(always)]
     pub(super) fn load(&self, values: &[f64]) -> Tensor<Lanes<S>, D> {
         let mut tensor = [[self.part.zero(); D]; D];
@@ -270,7 +274,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Slots<'_, '_, S, D
         tensor
     }
 
-    /// The same, with the component across the plane of a plane body.
+    /// Stores a symmetric tensor and, for a plane body, its out-of-plane component.
     #[inline(always)]
     pub(super) fn store(
         &self,
@@ -285,7 +289,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Slots<'_, '_, S, D
             }
         }
         if let Some(across) = across {
-            self.store_one(Self::ACROSS, across, values);
+            self.store_one(Self::OUT_OF_PLANE, across, values);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! All batches of a space.
+//! Batches of all elements of a space.
 
 use super::{Batch, Point};
 use crate::element::Barycentric;
@@ -6,20 +6,20 @@ use crate::element::quadrature::Rule;
 use crate::material::fibres::Fibres;
 use crate::material::three::Axes;
 use crate::simd::lanes::{Array, LANES};
-use crate::solid::kind::Kind;
+use crate::solid::element_material::ElementMaterial;
 use crate::space::Space;
 
-/// The batches that a loop goes over.
+/// Batches of a pass.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Stretch<'a, const D: usize, const N: usize, const P: usize> {
+pub(crate) struct BatchRange<'a, const D: usize, const N: usize, const P: usize> {
     pub(crate) points: &'a [Point<D, N, P>],
     pub(crate) batches: &'a [Batch<D, N, P>],
-    /// Whether it is one batch whose vectors go element by element, without sums at nodes: element l
-    /// of the batch has its nodes from number `l N` on, its pressures from `l P` on.
-    pub(crate) apart: bool,
+    /// Whether the pass computes one batch whose vectors are stored element by element without
+    /// summation at nodes: the nodes of element l start at `l N`, its pressures at `l P`.
+    pub(crate) element_wise: bool,
 }
 
-/// The element loop's data: batches and the table of quadrature points.
+/// Batches and the table of quadrature points.
 #[derive(Debug, Clone)]
 pub(crate) struct Batches<const D: usize, const N: usize, const P: usize> {
     pub(crate) points: Vec<Point<D, N, P>>,
@@ -27,32 +27,32 @@ pub(crate) struct Batches<const D: usize, const N: usize, const P: usize> {
 }
 
 impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
-    /// All batches.
-    pub(crate) fn all(&self) -> Stretch<'_, D, N, P> {
-        Stretch {
+    /// Returns all batches.
+    pub(crate) fn all(&self) -> BatchRange<'_, D, N, P> {
+        BatchRange {
             points: &self.points,
             batches: &self.batches,
-            apart: false,
+            element_wise: false,
         }
     }
 
-    /// One batch, with its vectors element by element.
-    pub(crate) fn apart<'a>(&'a self, batch: &'a Batch<D, N, P>) -> Stretch<'a, D, N, P> {
-        Stretch {
+    /// Returns one batch with vectors stored element by element.
+    pub(crate) fn element_wise<'a>(&'a self, batch: &'a Batch<D, N, P>) -> BatchRange<'a, D, N, P> {
+        BatchRange {
             points: &self.points,
             batches: std::slice::from_ref(batch),
-            apart: true,
+            element_wise: true,
         }
     }
 
-    /// Gives the axes of fibres at each point to the batches whose law asks for them, or whose added
-    /// stress, by its number, `is_active`.
+    /// Stores the fiber axes at each point in the batches whose law depends on them or whose added
+    /// stress, by its index, `is_active`.
     pub(crate) fn set_fibres(&mut self, fibres: &Fibres, is_active: impl Fn(usize) -> bool) {
         let Self { points, batches } = self;
-        let asks = |batch: &&mut Batch<D, N, P>| {
-            batch.kind.law.has_fibres() || batch.kind.added.is_some_and(&is_active)
+        let needs_axes = |batch: &&mut Batch<D, N, P>| {
+            batch.material.law.has_fibres() || batch.material.added.is_some_and(&is_active)
         };
-        for batch in batches.iter_mut().filter(asks) {
+        for batch in batches.iter_mut().filter(needs_axes) {
             let axes = |point: &Point<D, N, P>| {
                 let mut arrays = [[Array::ZERO; 3]; 2];
                 for (l, &element) in batch.elements.iter().enumerate() {
@@ -69,8 +69,8 @@ impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
         }
     }
 
-    /// Batches of the elements grouped by kind, curved ones apart, in the order of the mesh.
-    pub(crate) fn new(space: &Space, kinds: &[Kind], rule: Rule) -> Self {
+    /// Groups the elements by material and by straight or curved shape, in the order of the mesh.
+    pub(crate) fn new(space: &Space, materials: &[ElementMaterial], rule: Rule) -> Self {
         let shape = space.mesh().shape();
         let table = |lambda: Barycentric| {
             let gradients = shape.gradients(space.degree(), &lambda);
@@ -85,20 +85,20 @@ impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
                 gradients: table(q.barycentric),
             })
             .collect();
-        let mut groups: Vec<((Kind, bool), Vec<usize>)> = Vec::new();
-        for (element, &kind) in kinds.iter().enumerate() {
-            let kind = (kind, space.is_curved(element));
-            match groups.iter_mut().find(|(known, _)| *known == kind) {
+        let mut groups: Vec<((ElementMaterial, bool), Vec<usize>)> = Vec::new();
+        for (element, &material) in materials.iter().enumerate() {
+            let material = (material, space.is_curved(element));
+            match groups.iter_mut().find(|(known, _)| *known == material) {
                 Some((_, members)) => members.push(element),
-                None => groups.push((kind, vec![element])),
+                None => groups.push((material, vec![element])),
             }
         }
         let batches = groups
             .iter()
-            .flat_map(|((kind, _), members)| {
+            .flat_map(|((material, _), members)| {
                 members
                     .chunks(LANES)
-                    .map(|chunk| Batch::new(space, *kind, chunk, &points))
+                    .map(|chunk| Batch::new(space, *material, chunk, &points))
             })
             .collect();
         Self { points, batches }

@@ -1,4 +1,4 @@
-//! Values between global vectors and the elements of a part.
+//! Gather and scatter between global vectors and the elements of a part.
 
 use pulp::Simd;
 
@@ -6,19 +6,19 @@ use super::Part;
 use crate::simd::lanes::Lanes;
 
 impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, P> {
-    /// The nodes in one place of the elements.
+    /// Returns local node `index` of each element.
     #[inline(always)]
-    fn nodes(&self, place: usize) -> &[usize] {
-        &self.batch.nodes[place][self.lanes.clone()]
+    fn nodes(&self, index: usize) -> &[usize] {
+        &self.batch.nodes[index][self.lanes.clone()]
     }
 
-    /// Nodal values of a displacement-like field, zero if there is none.
+    /// Gathers nodal values of a displacement-like field; zero for `None`.
     #[inline(always)]
     pub(crate) fn gather_vector(&self, field: Option<&[f64]>) -> [[Lanes<S>; D]; N] {
         let mut values = [[self.zero(); D]; N];
         if let Some(field) = field {
-            for (place, values) in values.iter_mut().enumerate() {
-                for (lane, &node) in self.nodes(place).iter().enumerate() {
+            for (index, values) in values.iter_mut().enumerate() {
+                for (lane, &node) in self.nodes(index).iter().enumerate() {
                     let at_node = &field[D * node..][..D];
                     for (value, at_node) in values.iter_mut().zip(at_node) {
                         value.as_mut_slice()[lane] = *at_node;
@@ -29,7 +29,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         values
     }
 
-    /// Values of a pressure-like field, zero if there is none.
+    /// Gathers values of a pressure-like field; zero for `None`.
     #[inline(always)]
     pub(crate) fn gather_scalar(&self, field: Option<&[f64]>) -> [Lanes<S>; P] {
         let mut values = [self.zero(); P];
@@ -44,7 +44,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         values
     }
 
-    /// Vertex values of the law's factors.
+    /// Gathers the vertex values of the factors of the energy.
     #[inline(always)]
     pub(crate) fn gather_factors(&self, factors: &[f64]) -> [Lanes<S>; P] {
         let mut values = [self.zero(); P];
@@ -56,16 +56,16 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         values
     }
 
-    /// Values of the elements; none if all are zero.
+    /// Gathers element values; returns `None` if all are zero.
     #[inline(always)]
     pub(crate) fn gather_element(&self, field: &[f64]) -> Option<Lanes<S>> {
         let mut values = self.zero();
-        let mut any = false;
+        let mut has_nonzero = false;
         for (lane, value) in values.as_mut_slice().iter_mut().enumerate() {
             *value = field[self.element(lane)];
-            any |= *value != 0.0;
+            has_nonzero |= *value != 0.0;
         }
-        any.then_some(values)
+        has_nonzero.then_some(values)
     }
 
     /// Adds element vectors to a displacement-like array.
@@ -73,8 +73,8 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
     pub(crate) fn scatter_vector(&self, local: &[[Lanes<S>; D]; N], field: &mut [f64]) {
         for (lane, l) in self.occupied().enumerate() {
             for (a, (nodes, values)) in self.batch.nodes.iter().zip(local).enumerate() {
-                // Asked in space only, where the loops of large bodies are shared out.
-                let node = match D == 3 && self.apart {
+                // Only large 3D bodies use element-wise storage.
+                let node = match D == 3 && self.element_wise {
                     true => l * N + a,
                     false => nodes[l],
                 };
@@ -91,7 +91,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
     pub(crate) fn scatter_scalar(&self, local: &[Lanes<S>; P], field: &mut [f64]) {
         for (lane, l) in self.occupied().enumerate() {
             for (v, (pressures, values)) in self.batch.pressures.iter().zip(local).enumerate() {
-                let vertex = match D == 3 && self.apart {
+                let vertex = match D == 3 && self.element_wise {
                     true => l * P + v,
                     false => pressures[l],
                 };

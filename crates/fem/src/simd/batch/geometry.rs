@@ -1,21 +1,21 @@
-//! The maps of the elements of a batch.
+//! Geometric maps of the elements of a batch.
 
 use pulp::Simd;
 
 use crate::simd::lanes::{Array, LANES, Lanes};
 use crate::space::Space;
 
-/// The map of the elements of a batch at a point.
+/// Geometric map of the elements of a batch at a point.
 #[derive(Debug, Clone)]
 pub(super) struct Geometry<const D: usize> {
-    /// ∂ξ/∂x.
+    /// Inverse derivative ∂ξ/∂x.
     inverse: [[Array; D]; D],
-    /// The measure that the element has if the map is the same everywhere.
+    /// Local measure: det ∂x/∂ξ times the reference measure.
     measure: Array,
 }
 
 impl<const D: usize> Geometry<D> {
-    /// The map at a place; `count` elements have a measure.
+    /// Computes the map at a point; lanes from `count` on get measure zero.
     pub(super) fn new(
         space: &Space,
         elements: &[usize; LANES],
@@ -41,7 +41,7 @@ impl<const D: usize> Geometry<D> {
         }
     }
 
-    /// One register of it.
+    /// Loads one register.
     #[inline(always)]
     pub(super) fn load<S: Simd>(&self, simd: S, part: usize) -> ([[Lanes<S>; D]; D], Lanes<S>) {
         let mut inverse = [[Lanes::zero(simd); D]; D];

@@ -1,12 +1,14 @@
-//! Elements in batches of [`LANES`], laid out for vector instructions.
+//! Batches of [`LANES`] elements, laid out for vector instructions.
 //!
-//! Cast: a [`Batch`] keeps what is known of its elements; a [`Part`] of it is as many elements as a
-//! register has lanes, and [`Lanes`](crate::simd::lanes::Lanes) one number for each of these. Every element is computed alone,
-//! so results do not depend on the width of the registers, to the last bit.
+//! A [`Batch`] stores the data of its elements. A [`Part`] is the part of a batch that fits in a
+//! vector register, and [`Lanes`](crate::simd::lanes::Lanes) holds one number for each of its
+//! elements. Elements are computed independently, so results are bitwise independent of the
+//! register width.
 //!
-//! A batch holds elements of one kind. Per element it keeps the inverse of the map (of a curved one
-//! at each point) and the measure; shape gradients are kept once per quadrature point in reference
-//! coordinates, so a batch moves little memory. Lanes beyond the last element repeat it with measure zero. Note 0002.
+//! A batch holds elements of one material. It stores the inverse map (of curved elements at each
+//! quadrature point) and the measure of each element. Shape function gradients are stored once per
+//! quadrature point in reference coordinates, so a batch moves little memory. Unused lanes repeat
+//! the last element with measure zero. See note 0002.
 
 mod batches;
 mod exchange;
@@ -15,16 +17,16 @@ mod part;
 mod sums;
 
 use crate::simd::lanes::{Array, LANES};
-use crate::solid::kind::Kind;
+use crate::solid::element_material::ElementMaterial;
 use crate::space::Space;
 use geometry::Geometry;
 
-pub(crate) use batches::{Batches, Stretch};
+pub(crate) use batches::{BatchRange, Batches};
 pub(crate) use part::Part;
 pub(crate) use sums::{add_dot, add_scaled, dot, dot_numbers};
 
-/// A quadrature point: weight as a fraction of the element's measure, pressure shape functions
-/// (which are the barycentric coordinates), reference gradients of the displacement's.
+/// Quadrature point: weight as a fraction of the element measure, pressure shape functions (the
+/// barycentric coordinates) and reference gradients of the displacement shape functions.
 #[derive(Debug, Clone)]
 pub(crate) struct Point<const D: usize, const N: usize, const P: usize> {
     pub(crate) weight: f64,
@@ -32,23 +34,28 @@ pub(crate) struct Point<const D: usize, const N: usize, const P: usize> {
     pub(crate) gradients: [[f64; D]; N],
 }
 
-/// Up to [`LANES`] elements of one kind, with `D` coordinates, `N` nodes and `P` pressures.
+/// Up to [`LANES`] elements of one material with `D` coordinates, `N` nodes and `P` pressures.
 #[derive(Debug, Clone)]
 pub(crate) struct Batch<const D: usize, const N: usize, const P: usize> {
-    pub(crate) kind: Kind,
+    pub(crate) material: ElementMaterial,
     pub(crate) elements: [usize; LANES],
-    /// Elements that count; the others repeat the last with measure zero.
+    /// Number of elements; unused lanes repeat the last element with measure zero.
     pub(crate) count: usize,
     pub(crate) nodes: [[usize; LANES]; N],
     pub(crate) pressures: [[usize; LANES]; P],
-    /// One for all points of straight elements, one for each of curved ones.
+    /// One map for straight elements, one per quadrature point for curved elements.
     geometry: Vec<Geometry<D>>,
-    /// Fibre and sheet at each point; none for those along the coordinates.
+    /// Fiber and sheet at each point; empty for the coordinate axes.
     axes: Vec<[[Array; 3]; 2]>,
 }
 
 impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
-    fn new(space: &Space, kind: Kind, members: &[usize], points: &[Point<D, N, P>]) -> Self {
+    fn new(
+        space: &Space,
+        material: ElementMaterial,
+        members: &[usize],
+        points: &[Point<D, N, P>],
+    ) -> Self {
         let elements = std::array::from_fn(|l| members[l.min(members.len() - 1)]);
         let n_maps = if space.is_curved(members[0]) {
             points.len()
@@ -62,7 +69,7 @@ impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
         let nodes = std::array::from_fn(|a| elements.map(|e| space.element_nodes(e)[a]));
         let pressures = std::array::from_fn(|a| elements.map(|e| space.element_pressures(e)[a]));
         Self {
-            kind,
+            material,
             elements,
             count: members.len(),
             nodes,

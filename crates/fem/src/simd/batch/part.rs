@@ -1,4 +1,4 @@
-//! The elements of a batch that fit a register: what they are, and fields at their points.
+//! Elements of a batch that fit in a register: their data and fields at quadrature points.
 
 use std::ops::Range;
 
@@ -9,30 +9,30 @@ use crate::material::three::Axes;
 use crate::material::{Law, Real};
 use crate::operators::fields::Inverted;
 use crate::simd::lanes::Lanes;
-use crate::solid::kind::Ratios;
+use crate::solid::element_material::ElementScale;
 
-/// The elements of a batch that fit a register.
+/// Elements of a batch that fit in a register.
 pub(crate) struct Part<'a, S: Simd, const D: usize, const N: usize, const P: usize> {
     simd: S,
     pub(super) batch: &'a Batch<D, N, P>,
-    /// Its number in the batch.
+    /// Index of the part in the batch.
     number: usize,
-    /// The lanes of the batch, those without element included.
+    /// Lanes of the batch, including unused ones.
     pub(super) lanes: Range<usize>,
-    /// Whether vectors go element by element, see [`Stretch`](super::Stretch).
-    pub(super) apart: bool,
+    /// Whether vectors are stored element by element; see [`BatchRange`](super::BatchRange).
+    pub(super) element_wise: bool,
     inverse: [[Lanes<S>; D]; D],
     measure: Lanes<S>,
 }
 
 impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
-    /// Number of parts that have elements.
+    /// Returns the number of nonempty parts.
     #[inline(always)]
     pub(crate) fn n_parts<S: Simd>(&self, _: S) -> usize {
         self.count.div_ceil(S::F64_LANES)
     }
 
-    /// One of the parts.
+    /// Returns one of the parts.
     #[inline(always)]
     pub(crate) fn part<S: Simd>(&self, simd: S, part: usize) -> Part<'_, S, D, N, P> {
         let (inverse, measure) = self.geometry[0].load(simd, part);
@@ -41,7 +41,7 @@ impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
             batch: self,
             number: part,
             lanes: part * S::F64_LANES..(part + 1) * S::F64_LANES,
-            apart: false,
+            element_wise: false,
             inverse,
             measure,
         }
@@ -49,14 +49,15 @@ impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
 }
 
 impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, P> {
-    /// The part, with vectors that go element by element or not.
+    /// Selects whether vectors are stored element by element.
     #[inline(always)]
-    pub(crate) fn apart(mut self, apart: bool) -> Self {
-        self.apart = apart;
+    pub(crate) fn element_wise(mut self, element_wise: bool) -> Self {
+        self.element_wise = element_wise;
         self
     }
 
-    /// Takes the map of curved elements at a quadrature point; straight ones have it everywhere.
+    /// Loads the map of curved elements at a quadrature point; straight elements have a constant
+    /// map.
     #[inline(always)]
     pub(crate) fn move_to(&mut self, point: usize) {
         if self.batch.geometry.len() > 1 {
@@ -69,7 +70,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         Lanes::zero(self.simd)
     }
 
-    /// The axes of the fibres at a point.
+    /// Returns the fiber axes at a point.
     #[inline(always)]
     pub(crate) fn axes(&self, point: usize) -> Axes<Lanes<S>> {
         let mut axes = Axes::cartesian(self.zero());
@@ -82,30 +83,30 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         axes
     }
 
-    /// The law of the elements.
+    /// Returns the law of the elements.
     #[inline(always)]
     pub(crate) fn law(&self) -> Law {
-        self.batch.kind.law
+        self.batch.material.law
     }
 
-    /// Constants of the elements by those of the body.
+    /// Returns the scales of the elements.
     #[inline(always)]
-    pub(crate) fn ratios(&self) -> Ratios {
-        self.batch.kind.ratios
+    pub(crate) fn scale(&self) -> ElementScale {
+        self.batch.material.scale
     }
 
-    /// The element of a lane of the part.
+    /// Returns the element in a lane of the part.
     pub(crate) fn element(&self, lane: usize) -> usize {
         self.batch.elements[self.lanes.start + lane]
     }
 
-    /// The lanes of the batch with elements.
+    /// Returns the used lanes of the batch.
     #[inline(always)]
     pub(crate) fn occupied(&self) -> Range<usize> {
         self.lanes.start..self.lanes.end.min(self.batch.count)
     }
 
-    /// ∇u at a quadrature point: the reference gradient times the inverse map.
+    /// Returns ∇u at a quadrature point: the reference gradient times the inverse map.
     #[inline(always)]
     pub(crate) fn gradient(
         &self,
@@ -122,8 +123,8 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
             }
             for (j, entry) in row.iter_mut().enumerate() {
                 let mut column = reference;
-                for (along, inverse) in column.iter_mut().zip(&self.inverse) {
-                    *along = inverse[j];
+                for (entry, inverse) in column.iter_mut().zip(&self.inverse) {
+                    *entry = inverse[j];
                 }
                 *entry = dot(&reference, &column);
             }
@@ -131,7 +132,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         h
     }
 
-    /// A pressure-like field at a quadrature point.
+    /// Returns a pressure-like field at a quadrature point.
     #[inline(always)]
     pub(crate) fn interpolate(&self, p: &[Lanes<S>; P], point: &Point<D, N, P>) -> Lanes<S> {
         let mut sum = p[0] * point.psi[0];
@@ -141,7 +142,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         sum
     }
 
-    /// The fibre at a point.
+    /// Returns the fiber direction at a point.
     #[inline(always)]
     pub(crate) fn fibre(&self, point: usize) -> [Lanes<S>; D] {
         let axes = self.axes(point);
@@ -152,27 +153,29 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         fibre
     }
 
-    /// The gradients of the shape functions at a point: the reference ones times the inverse map.
+    /// Returns the gradients of the shape functions at a point: the reference gradients times the
+    /// inverse map.
     #[inline(always)]
     pub(crate) fn gradients(&self, point: &Point<D, N, P>) -> [[Lanes<S>; D]; N] {
         let mut gradients = [[self.zero(); D]; N];
         for (gradient, reference) in gradients.iter_mut().zip(&point.gradients) {
             for (j, entry) in gradient.iter_mut().enumerate() {
-                for (along, inverse) in reference.iter().zip(&self.inverse) {
-                    *entry = inverse[j].mul_add(entry.like(*along), *entry);
+                for (slope, inverse) in reference.iter().zip(&self.inverse) {
+                    *entry = inverse[j].mul_add(entry.like(*slope), *entry);
                 }
             }
         }
         gradients
     }
 
-    /// ∂ξ/∂x.
+    /// Returns ∂ξ/∂x.
     #[inline(always)]
     pub(crate) fn inverse(&self) -> &[[Lanes<S>; D]; D] {
         &self.inverse
     }
 
-    /// w T J⁻ᵀ: ready for the product with reference gradients, the quadrature weight included.
+    /// Returns w T J⁻ᵀ, including the quadrature weight w, for contraction with reference
+    /// gradients.
     #[inline(always)]
     pub(crate) fn pull_back(
         &self,
@@ -189,7 +192,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         out
     }
 
-    /// Checks that no element is inverted at a point, where det F − 1 is `d`.
+    /// Returns an error if an element is inverted at a point with det F − 1 = `d`.
     #[inline(always)]
     pub(crate) fn expect_not_inverted(
         &self,
@@ -206,7 +209,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         }
     }
 
-    /// The quadrature weights of a point.
+    /// Returns the quadrature weights at a point.
     #[inline(always)]
     pub(crate) fn weights(&self, point: &Point<D, N, P>) -> Lanes<S> {
         self.measure * point.weight

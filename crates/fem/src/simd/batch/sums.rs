@@ -1,8 +1,8 @@
-//! Sums over short vectors and tensors, in an order that is fixed.
+//! Sums over short vectors and tensors in a fixed order.
 
 use crate::material::Real;
 
-/// Σ a_j b_j, the last product rounded first.
+/// Returns Σ a_j b_j; the last product is rounded first.
 #[inline(always)]
 pub(crate) fn dot<R: Real, const D: usize>(a: &[R; D], b: &[R; D]) -> R {
     let mut sum = a[D - 1] * b[D - 1];
@@ -12,7 +12,7 @@ pub(crate) fn dot<R: Real, const D: usize>(a: &[R; D], b: &[R; D]) -> R {
     sum
 }
 
-/// The same for numbers g in the place of b.
+/// Returns Σ a_j g_j for numbers g; the last product is rounded first.
 #[inline(always)]
 pub(crate) fn dot_numbers<R: Real, const D: usize>(a: &[R; D], g: &[f64; D]) -> R {
     let mut sum = a[D - 1] * g[D - 1];
@@ -22,7 +22,7 @@ pub(crate) fn dot_numbers<R: Real, const D: usize>(a: &[R; D], g: &[f64; D]) -> 
     sum
 }
 
-/// `sum` + Σ a_j g_j for numbers g, the last product added first.
+/// Returns `sum` + Σ a_j g_j for numbers g; the last product is added first.
 #[inline(always)]
 pub(crate) fn add_dot<R: Real, const D: usize>(a: &[R; D], g: &[f64; D], mut sum: R) -> R {
     for j in (0..D).rev() {
@@ -31,7 +31,7 @@ pub(crate) fn add_dot<R: Real, const D: usize>(a: &[R; D], g: &[f64; D], mut sum
     sum
 }
 
-/// `sum` += `factor` · `tensor`.
+/// Adds `factor` · `tensor` to `sum`.
 #[inline(always)]
 pub(crate) fn add_scaled<R: Real, const D: usize>(
     sum: &mut [[R; D]; D],

@@ -127,22 +127,22 @@ fn a_law_by_reference_is_that_of_the_list_bit_by_bit() {
     for (law, own) in [
         (
             Law::MooneyRivlin { c10: 1e4, c01: 2e2 },
-            Law::own("mooney", &MOONEY),
+            Law::custom("mooney", &MOONEY),
         ),
         (
             Law::SmallStrain { shear_modulus: 2e4 },
-            Law::own("linear", &LINEAR),
+            Law::custom("linear", &LINEAR),
         ),
         (
             Law::StVenantKirchhoff {
                 lambda: 3e4,
                 shear_modulus: 2e4,
             },
-            Law::own("whole", &WHOLE),
+            Law::custom("whole", &WHOLE),
         ),
         (
             Law::Guccione { c, b_f, b_t, b_fs },
-            Law::own("heart", &HEART),
+            Law::custom("heart", &HEART),
         ),
     ] {
         assert_eq!(law.energy3(H, axes), own.energy3(H, axes));
@@ -168,6 +168,6 @@ fn a_law_by_reference_is_that_of_the_list_bit_by_bit() {
             assert!((a - b).abs() < 1e-14 * 1e5);
         }
     }
-    assert_ne!(Law::own("heart", &HEART), Law::own("whole", &WHOLE));
-    assert_eq!(Law::own("heart", &HEART), Law::own("heart", &HEART));
+    assert_ne!(Law::custom("heart", &HEART), Law::custom("whole", &WHOLE));
+    assert_eq!(Law::custom("heart", &HEART), Law::custom("heart", &HEART));
 }

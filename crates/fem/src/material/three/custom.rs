@@ -17,16 +17,16 @@ use super::strain::{Axes, Strain3};
 use super::tensor::{Symmetric3, Tensor3Of};
 use crate::simd::lanes::{Array, Lanes};
 
-/// A law written outside the crate, by reference; made by [`Law::own`](crate::Law::own).
+/// A law written outside the crate, by reference; made by [`Law::custom`](crate::Law::custom).
 #[derive(Clone, Copy)]
-pub struct OwnLaw {
+pub struct CustomLaw {
     name: &'static str,
     law: &'static dyn Blockwise,
     /// Of the energy.
     factor: f64,
 }
 
-impl OwnLaw {
+impl CustomLaw {
     pub(crate) fn new<W: Law3 + Send + Sync>(name: &'static str, law: &'static W) -> Self {
         let factor = 1.0;
         Self { name, law, factor }
@@ -122,14 +122,14 @@ impl OwnLaw {
     }
 }
 
-impl fmt::Debug for OwnLaw {
+impl fmt::Debug for CustomLaw {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name)
     }
 }
 
 /// The same law at the same place. One that is taken for two costs a batch of elements, no more.
-impl PartialEq for OwnLaw {
+impl PartialEq for CustomLaw {
     #[allow(ambiguous_wide_pointer_comparisons)]
     fn eq(&self, other: &Self) -> bool {
         std::ptr::eq(self.law, other.law) && self.factor == other.factor

@@ -1,0 +1,45 @@
+//! Material of elements. Elements of equal material are computed together.
+
+use crate::error::FemError;
+use crate::material::{Law, Range};
+
+/// Bulk modulus and damping of an element relative to those of the body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ElementScale {
+    /// Ratio of κ; positive.
+    pub kappa: f64,
+    /// Ratio of α; zero or positive.
+    pub alpha: f64,
+    /// Ratio of β; zero or positive.
+    pub beta: f64,
+}
+
+impl ElementScale {
+    /// Values of the body.
+    pub const ONE: Self = Self {
+        kappa: 1.0,
+        alpha: 1.0,
+        beta: 1.0,
+    };
+
+    /// Checks the ranges of the ratios.
+    ///
+    /// # Errors
+    /// [`FemError::Parameter`] for a ratio out of range.
+    pub(crate) fn check(&self) -> Result<(), FemError> {
+        Range::Positive.check("ratio of kappa", self.kappa)?;
+        Range::NotNegative.check("ratio of alpha", self.alpha)?;
+        Range::NotNegative.check("ratio of beta", self.beta)
+    }
+}
+
+/// Law, added stress, Prony series and scales of an element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ElementMaterial {
+    pub(crate) law: Law,
+    /// Index of the added stress, if any.
+    pub(crate) added: Option<usize>,
+    /// Index of the Prony series, if any.
+    pub(crate) prony: Option<usize>,
+    pub(crate) scale: ElementScale,
+}

@@ -1,0 +1,174 @@
+//! Partition of the elements of a solid among workers.
+
+use std::sync::Arc;
+
+use crate::operators::added::AddedTangents;
+use crate::operators::fields::{Inverted, Tangents, Vectors};
+use crate::solid::assembler::{ParallelAssembler, Pass};
+
+use super::{Elements, MappedBatches, Solid, with_elements};
+
+impl<const D: usize, const N: usize, const P: usize> MappedBatches<D, N, P> {
+    /// Keeps one of `count` partitions, each with an equal number of batches of each law and added
+    /// stress.
+    fn keep_share(&mut self, number: usize, count: usize) {
+        let mut kept = Vec::new();
+        let batches = &self.batches.batches;
+        for alike in batches.chunk_by(|a, b| {
+            a.material.law == b.material.law && a.material.added == b.material.added
+        }) {
+            let share = |number: usize| alike.len() * number / count;
+            kept.extend((0..alike.len()).map(|k| (share(number)..share(number + 1)).contains(&k)));
+        }
+        let mut batch_flags = kept.iter();
+        self.batches
+            .batches
+            .retain(|_| *batch_flags.next().unwrap_or(&false));
+        let mut map_flags = kept.iter();
+        self.maps.retain(|_| *map_flags.next().unwrap_or(&false));
+    }
+}
+
+/// Local partition of the elements.
+#[derive(Debug, Clone)]
+pub(super) struct Partition {
+    elements: Elements,
+    /// Workers for the other partitions. Without workers, results are partial sums.
+    assembler: Option<Arc<dyn ParallelAssembler>>,
+}
+
+impl Solid {
+    /// Returns the solid with partition `number` of `count`. Its [passes](Pass) return the partial
+    /// sums of these elements. Other operators, including stress relaxation, use all elements.
+    #[must_use]
+    pub fn share(self, number: usize, count: usize) -> Self {
+        self.partition(number, count, None)
+    }
+
+    /// Returns the solid with workers for the other partitions of `count`. Its passes return
+    /// complete sums.
+    #[must_use]
+    pub fn with_assembler(self, assembler: Arc<dyn ParallelAssembler>, count: usize) -> Self {
+        self.partition(0, count, Some(assembler))
+    }
+
+    fn partition(
+        mut self,
+        number: usize,
+        count: usize,
+        assembler: Option<Arc<dyn ParallelAssembler>>,
+    ) -> Self {
+        let mut elements = self.elements.clone();
+        with_elements!(&mut elements, mapped => mapped.keep_share(number, count));
+        self.partition = Some(Box::new(Partition {
+            elements,
+            assembler,
+        }));
+        self
+    }
+
+    /// Returns the elements of passes: the local partition, or all elements.
+    pub(super) fn local_elements(&self) -> &Elements {
+        match &self.partition {
+            None => &self.elements,
+            Some(partition) => &partition.elements,
+        }
+    }
+
+    fn assembler(&self) -> Option<&Arc<dyn ParallelAssembler>> {
+        self.partition.as_ref()?.assembler.as_ref()
+    }
+
+    /// Computes a pass over the local partition and writes the results in the order of their
+    /// declaration; results that are not requested become empty.
+    ///
+    /// # Errors
+    /// The errors of [`evaluate`](Self::evaluate).
+    ///
+    /// # Panics
+    /// Panics like the pass itself.
+    pub fn compute(&self, pass: &Pass<'_>, results: &mut Vec<Vec<f64>>) -> Result<(), Inverted> {
+        let nodal = self.space.n_components();
+        let scalar = self.space.n_pressures();
+        let square = self.displacement_pattern.nnz();
+        let wide = self.divergence_pattern.nnz();
+        match pass {
+            Pass::Vectors(fields, wanted) => {
+                let lengths = [nodal, nodal, scalar, scalar, nodal];
+                self.evaluate(
+                    fields,
+                    &mut Vectors::from(resized(results, lengths, *wanted)),
+                )
+            }
+            Pass::Tangents(fields, wanted) => {
+                let lengths = [square, square, square, wide, wide, square];
+                self.tangents(
+                    fields,
+                    &mut Tangents::from(resized(results, lengths, *wanted)),
+                )
+            }
+            Pass::AddedForce(motion) => {
+                let [out] = resized(results, [nodal], [true]);
+                out.into_iter()
+                    .for_each(|out| self.added_force(motion, out));
+                Ok(())
+            }
+            Pass::ActiveForce(motion) => {
+                let [out] = resized(results, [nodal], [true]);
+                out.into_iter()
+                    .for_each(|out| self.active_force(motion, out));
+                Ok(())
+            }
+            Pass::AddedTangents(motion, wanted) => {
+                let out = AddedTangents::from(resized(results, [square; 2], *wanted));
+                self.added_tangents(motion, out);
+                Ok(())
+            }
+        }
+    }
+
+    /// Starts a pass on the workers.
+    pub(super) fn begin(&self, pass: &Pass<'_>) {
+        if let Some(assembler) = self.assembler() {
+            assembler.begin(pass);
+        }
+    }
+
+    /// Completes a pass: adds the results of the workers.
+    pub(super) fn end<'a>(
+        &self,
+        results: impl IntoIterator<Item = &'a mut [f64]>,
+        own: Result<(), Inverted>,
+    ) -> Result<(), Inverted> {
+        match self.assembler() {
+            None => own,
+            Some(assembler) => assembler.end(&mut results.into_iter().collect::<Vec<_>>(), own),
+        }
+    }
+
+    /// Completes a pass that cannot fail.
+    pub(super) fn end_infallible<'a>(&self, results: impl IntoIterator<Item = &'a mut [f64]>) {
+        assert_infallible(self.end(results, Ok(())));
+    }
+}
+
+/// Asserts that an infallible pass succeeded.
+pub(super) fn assert_infallible(ended: Result<(), Inverted>) {
+    debug_assert!(ended.is_ok(), "added stresses are defined everywhere");
+}
+
+/// Resizes `results` to the given lengths and returns the requested vectors.
+fn resized<const K: usize>(
+    results: &mut Vec<Vec<f64>>,
+    lengths: [usize; K],
+    wanted: [bool; K],
+) -> [Option<&mut [f64]>; K] {
+    results.resize(K, Vec::new());
+    let mut lengths = lengths.into_iter().zip(wanted);
+    let mut vectors = results.iter_mut().map(|vector| {
+        let (length, wanted) = lengths.next().unwrap_or_default();
+        vector.resize(if wanted { length } else { 0 }, 0.0);
+        wanted.then_some(&mut vector[..])
+    });
+    std::array::from_fn(|_| vectors.next().flatten())
+}
