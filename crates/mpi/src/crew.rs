@@ -1,6 +1,6 @@
 //! Distribution of element passes.
 
-use myovib_fem::{Barycentric, Crew, Inverted, Pass, Solid};
+use myovib_fem::{Barycentric, Inverted, ParallelAssembler, Pass, Solid};
 
 use crate::call;
 use crate::leader::Leader;
@@ -35,7 +35,7 @@ fn first_failure(endings: &[Ending]) -> Result<(), Inverted> {
     }
 }
 
-impl Crew for Leader {
+impl ParallelAssembler for Leader {
     fn begin(&self, pass: &Pass<'_>) {
         self.with_world(|world| call::send_pass(world, pass));
     }

@@ -9,7 +9,7 @@
 //! with small interfaces would not reduce the communication.
 //!
 //! `begin` returns the role of this process: a `Session` with its `Sharing` at rank 0, otherwise a `Follower`. The
-//! module `call` defines the messages, `crew` distributes passes ([`myovib_fem::Crew`]), `factors` factorizes
+//! module `call` defines the messages, `crew` distributes passes ([`myovib_fem::ParallelAssembler`]), `factors` factorizes
 //! ([`myovib_sparse::engine::Engine`]), and `ffi` contains the boundary to C.
 //!
 //! The crate is empty without the feature `mpi`.

@@ -67,7 +67,7 @@ impl Sharing {
         }
         let engine: Arc<dyn Engine> = Arc::new(Mumps::new(leader.clone()));
         engine::install(engine);
-        Ok(solid.with_crew(leader.clone(), leader.size()))
+        Ok(solid.with_assembler(leader.clone(), leader.size()))
     }
 
     /// Describes the distribution in one line.
