@@ -166,20 +166,25 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    fn scale(&self) -> Vec<f64> {
-        self.parameters.iter().map(|p| p.scale).collect()
+    /// Returns the sizes by which differences around `p` are taken.
+    fn scale(&self, p: &[f64]) -> Vec<f64> {
+        let both = self.parameters.iter().zip(p);
+        both.map(|(parameter, &p)| parameter.unit(p)).collect()
     }
 
     /// The residuals at `p` and their cost; the derivatives as well, if they are `wanted` and the model
     /// gives both at once.
     fn evaluate(&mut self, p: &[f64], wanted: bool) -> Result<Evaluation, String> {
         let mut residuals = vec![0.0; self.residuals.len()];
+        if let Some(j) = p.iter().position(|p| !p.is_finite()) {
+            return Err(format!("{} is {}", self.parameters[j].name, p[j]));
+        }
         self.evaluations += 1;
         let mut jacobian = None;
         let told = |failed: Failed| failed.0;
         if wanted {
             let mut room = self.jacobian.clone();
-            let scale = self.scale();
+            let scale = self.scale(p);
             let both = self
                 .model
                 .residuals_with_jacobian(p, &scale, &mut residuals, &mut room)
@@ -210,7 +215,7 @@ impl<'a> Search<'a> {
 
     fn linearise(&mut self) -> Result<(), String> {
         if !self.is_linearised {
-            let scale = self.scale();
+            let scale = self.scale(&self.p);
             self.model
                 .jacobian(&self.p, &scale, &mut self.jacobian)
                 .map_err(|failed| failed.0)?;
@@ -252,6 +257,9 @@ impl<'a> Search<'a> {
 
     /// Takes steps with this Jacobian until one lowers the cost.
     fn improve(&mut self) -> Option<Ended> {
+        if self.cost > 0.0 && self.jacobian.iter().all(|entry| *entry == 0.0) {
+            return Some(Ended::Failed("no residual depends on a parameter".into()));
+        }
         let (linear, free, slope) = self.linear_problem();
         let is_least = slope.cosine <= self.options.tolerance * 1e-3;
         if free.is_empty() || is_least || slope.offset < self.options.offset || self.cost == 0.0 {
@@ -280,15 +288,16 @@ impl<'a> Search<'a> {
             } else if quality >= GOOD {
                 self.radius = self.radius.max(2.0 * moved);
             }
-            if let Ok(there) = outcome
-                && there.cost < self.cost
-            {
-                self.go_to(trial, there);
-                self.is_linearised |= is_near && quality > POOR;
-                return (small && quality > POOR).then_some(Ended::Converged);
-            }
-            if small {
-                return Some(Ended::Converged);
+            match outcome {
+                Ok(there) if there.cost < self.cost => {
+                    self.go_to(trial, there);
+                    self.is_linearised |= is_near && quality > POOR;
+                    return (small && quality > POOR).then_some(Ended::Converged);
+                }
+                Ok(_) if small => return Some(Ended::Converged),
+                // The best step leads out of the model's domain: this is its edge, not a minimum.
+                Err(message) if small => return Some(Ended::Failed(message)),
+                _ => {}
             }
         }
     }
@@ -344,7 +353,7 @@ impl<'a> Search<'a> {
                 cosine = cosine.max(slope.abs() / (norm * length));
             }
             free.push(j);
-            columns.push(column * parameter.scale);
+            columns.push(column * parameter.unit(self.p[j]));
         }
         let scaled = match columns.is_empty() {
             true => DMatrix::zeros(residuals.len(), 1),
@@ -360,11 +369,9 @@ impl<'a> Search<'a> {
         let mut trial = self.p.clone();
         let mut square = 0.0;
         for (&j, x) in free.iter().zip(x.iter()) {
-            let Parameter {
-                low, high, scale, ..
-            } = self.parameters[j];
-            trial[j] = (self.p[j] + x * scale).clamp(low, high);
-            square += ((trial[j] - self.p[j]) / scale).powi(2);
+            let parameter = &self.parameters[j];
+            trial[j] = parameter.step(self.p[j], *x);
+            square += parameter.distance(self.p[j], trial[j]).powi(2);
         }
         (trial, square.sqrt())
     }

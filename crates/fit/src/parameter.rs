@@ -15,6 +15,9 @@ pub struct Parameter {
     pub low: f64,
     /// The largest value allowed.
     pub high: f64,
+    /// Whether steps change the logarithm: the value then stays positive, and a start that is wrong by orders of
+    /// magnitude is left in few steps. Steps are relative to the value, not to `scale`.
+    pub logarithmic: bool,
 }
 
 impl Parameter {
@@ -26,6 +29,17 @@ impl Parameter {
             scale: if start == 0.0 { 1.0 } else { start.abs() },
             low: f64::NEG_INFINITY,
             high: f64::INFINITY,
+            logarithmic: false,
+        }
+    }
+
+    /// Returns the same parameter, restricted to positive values.
+    #[must_use]
+    pub fn positive(self) -> Self {
+        Self {
+            low: self.low.max(0.0),
+            logarithmic: true,
+            ..self
         }
     }
 
@@ -64,6 +78,33 @@ impl Parameter {
         if self.start < self.low || self.start > self.high {
             return refused("a start outside of its bounds", self.start);
         }
+        if self.logarithmic && self.start <= 0.0 {
+            return refused("a start that is not positive", self.start);
+        }
         Ok(())
+    }
+
+    /// Returns the change of the value `p` that a scaled step of 1 stands for, to first order.
+    pub(crate) fn unit(&self, p: f64) -> f64 {
+        if self.logarithmic { p } else { self.scale }
+    }
+
+    /// Returns the value after the scaled step `x` from `p`, within the bounds.
+    pub(crate) fn step(&self, p: f64, x: f64) -> f64 {
+        let next = if self.logarithmic {
+            p * x.exp()
+        } else {
+            p + x * self.scale
+        };
+        next.clamp(self.low, self.high)
+    }
+
+    /// Returns the scaled length of the step from `p` to `next`.
+    pub(crate) fn distance(&self, p: f64, next: f64) -> f64 {
+        if self.logarithmic {
+            (next / p).ln()
+        } else {
+            (next - p) / self.scale
+        }
     }
 }

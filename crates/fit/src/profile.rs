@@ -73,7 +73,10 @@ pub fn profile(
             } else {
                 parameters[which].high
             };
-            let wanted = centre + sign * distance * unit;
+            let wanted = match parameters[which].logarithmic {
+                true => centre * (sign * distance * unit / centre).exp(),
+                false => centre + sign * distance * unit,
+            };
             let value = if sign < 0.0 {
                 wanted.max(bound)
             } else {

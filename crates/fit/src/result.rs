@@ -14,7 +14,8 @@ pub enum Ended {
     MaxIterations,
     /// The observer ended it.
     Interrupted,
-    /// The derivatives could not be computed.
+    /// Residuals could not be computed in the direction of smaller costs, or derivatives could not be computed, or all
+    /// of them are zero.
     Failed(String),
 }
 

@@ -9,7 +9,7 @@ use crate::result::Fit;
 
 /// The parameters' own starts, and `count − 1` others by chance: anywhere between bounds if there are two
 /// (by the logarithm if both are positive), else between half and twice the start, for 0 within a scale
-/// of it. The same seed gives the same starts.
+/// of it, as far as bounds allow. The same seed gives the same starts.
 pub fn several_starts(parameters: &[Parameter], count: usize, seed: u64) -> Vec<Vec<Parameter>> {
     let mut stream = ChaCha8Rng::seed_from_u64(seed);
     let mut chance = || (stream.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
@@ -25,6 +25,7 @@ fn drawn(parameter: &Parameter, share: f64) -> f64 {
         scale,
         low,
         high,
+        logarithmic,
         ..
     } = *parameter;
     let drawn = if low > 0.0 && high.is_finite() {
@@ -32,11 +33,15 @@ fn drawn(parameter: &Parameter, share: f64) -> f64 {
     } else if low.is_finite() && high.is_finite() {
         low + share * (high - low)
     } else if start == 0.0 {
-        scale * (2.0 * share - 1.0)
+        let [from, to] = [low.max(-scale), high.min(scale)];
+        from + share * (to - from)
     } else {
         start * 4_f64.powf(share - 0.5)
     };
-    drawn.clamp(low, high)
+    match logarithmic {
+        true => drawn.clamp(low.max(f64::MIN_POSITIVE), high),
+        false => drawn.clamp(low, high),
+    }
 }
 
 /// `fit`s from each of the `starts`, and keeps the fit of the least cost. Starts at which the model fails
@@ -98,6 +103,10 @@ mod tests {
             Parameter::new("free", -3.0),
             Parameter::new("from zero", 0.0),
             Parameter::new("above", 1.0).within(0.9, f64::INFINITY),
+            Parameter::new("zero or more", 0.0).within(0.0, f64::INFINITY),
+            Parameter::new("positive to a bound", 1.0)
+                .within(0.0, 5.0)
+                .positive(),
         ];
         let starts = several_starts(&parameters, 200, 7);
         assert_eq!(starts, several_starts(&parameters, 200, 7));
@@ -109,10 +118,14 @@ mod tests {
             (-6.0, -1.5),
             (-1.0, 1.0),
             (0.9, 2.0),
+            (0.0, 1.0),
+            (0.0, 5.0),
         ];
         for (j, (low, high)) in ranges.into_iter().enumerate() {
             let all = || starts.iter().map(|start| start[j].start);
             assert!(all().all(|start| (low..=high).contains(&start)), "{j}");
+            let mut starts = starts.iter();
+            assert!(starts.all(|start| start[j].check().is_ok()), "{j}");
             // Both ends are come near to: of 199 draws none in a tenth has a chance of 1e-9.
             let tenth = 0.1 * (high - low);
             assert!(all().any(|start| start < low + tenth), "{j}");

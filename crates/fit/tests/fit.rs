@@ -198,6 +198,11 @@ fn a_fit_of_which_no_parameter_acts_knows_none() {
         Ok(())
     });
     let fitted = fit(&mut nothing, &parameters([1.0]), &Options::default()).unwrap();
+    assert!(
+        matches!(fitted.ended, Ended::Failed(_)),
+        "{:?}",
+        fitted.ended
+    );
     let uncertainty = fitted.uncertainty().unwrap();
     // The mean square of 1, −1 and 2, in numbers without rounding.
     assert_eq!((fitted.values[0], uncertainty.variance), (1.0, 2.0));
@@ -376,4 +381,54 @@ fn bad_input_is_one_clear_error() {
     )
     .unwrap();
     assert_eq!(exact.uncertainty().unwrap_err(), FitError::NoFreedom(2));
+}
+
+/// y = exp(-k t) with k = 2 at eight times, for k above 0 only.
+fn decay() -> impl Model {
+    Of(8, |p: &[f64], out: &mut [f64]| {
+        if p[0] <= 0.0 {
+            return Err(Failed(format!("k = {} is not positive", p[0])));
+        }
+        for (k, out) in (0_u8..).zip(out) {
+            let t = 0.2 * f64::from(k);
+            *out = ((-p[0] * t).exp() - (-2.0 * t).exp()) / 1e-3;
+        }
+        Ok(())
+    })
+}
+
+/// Positive parameters are found from starts that are wrong by orders of magnitude.
+#[test]
+fn positive_parameters_are_found_from_starts_of_another_scale() {
+    for start in [1e-9, 1e-4, 1.0, 30.0] {
+        let start = [Parameter::new("k", start).positive()];
+        let fitted = fit(&mut decay(), &start, &Options::default()).unwrap();
+        assert!(fitted.is_converged(), "{start:?}: {:?}", fitted.ended);
+        // The residuals vanish at the truth.
+        assert!(
+            (fitted.values[0] - 2.0).abs() < 1e-8,
+            "{start:?}: {fitted:?}"
+        );
+    }
+}
+
+/// Regression: a search that ended where each longer step failed counted as converged.
+#[test]
+fn the_edge_of_the_domain_is_not_a_minimum() {
+    // The least cost is at -1; values below 0.5 have none.
+    let mut half = Of(2, |p: &[f64], out: &mut [f64]| {
+        if p[0] < 0.5 {
+            return Err(Failed("below 0.5".into()));
+        }
+        out[0] = p[0] + 1.0;
+        out[1] = 0.1;
+        Ok(())
+    });
+    let fitted = fit(&mut half, &parameters([3.0]), &Options::default()).unwrap();
+    assert!(
+        matches!(fitted.ended, Ended::Failed(_)),
+        "{:?}",
+        fitted.ended
+    );
+    assert!((fitted.values[0] - 0.5).abs() < 1e-3, "{:?}", fitted.values);
 }
