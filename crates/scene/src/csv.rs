@@ -100,6 +100,8 @@ pub struct Table {
     pub names: Vec<String>,
     /// Rows without blank lines; a row may have any number of fields.
     pub rows: Vec<Vec<String>>,
+    /// The line of the file in which each row starts, from 1.
+    pub lines: Vec<u64>,
 }
 
 impl Table {
@@ -109,21 +111,37 @@ impl Table {
     /// Errors of the reader, with the line.
     pub fn parse(text: &str) -> Result<Self, ::csv::Error> {
         let header = text.lines().next().unwrap_or_default();
-        let mut lines = ::csv::ReaderBuilder::new()
+        let records = ::csv::ReaderBuilder::new()
             .delimiter(if header.contains('\t') { b'\t' } else { b',' })
             .has_headers(false)
             .flexible(true)
             .trim(::csv::Trim::All)
             .from_reader(text.as_bytes())
-            .into_records()
-            .map(|record| Ok(record?.iter().map(str::to_owned).collect()))
-            .filter(
-                |row: &Result<Vec<String>, _>| !matches!(&row, Ok(row) if row.concat().is_empty()),
-            );
-        Ok(Self {
-            names: lines.next().transpose()?.unwrap_or_default(),
-            rows: lines.collect::<Result<_, ::csv::Error>>()?,
-        })
+            .into_records();
+        let mut table = Self::default();
+        let (mut line, mut counted) = (1, 0);
+        for record in records {
+            let record = record?;
+            let words: Vec<String> = record.iter().map(str::to_owned).collect();
+            if words.concat().is_empty() {
+                continue;
+            }
+            if table.names.is_empty() {
+                table.names = words;
+                continue;
+            }
+            // The reader's position precedes blank lines, which it skips before the record.
+            let start = record.position().map_or(0, |position| position.byte()) as usize;
+            let blank = text[start..]
+                .bytes()
+                .take_while(|byte| b"\r\n".contains(byte));
+            let start = start + blank.count();
+            line += text[counted..start].matches('\n').count() as u64;
+            counted = start;
+            table.rows.push(words);
+            table.lines.push(line);
+        }
+        Ok(table)
     }
 
     /// Returns the numbers of a row if it consists of as many numbers as there are names.
@@ -200,5 +218,8 @@ mod tests {
         let spaced = Table::parse("\"time\",\"force\"\n 0 , 1\n\n  \n2,3\n").unwrap();
         assert_eq!(spaced.names, ["time", "force"]);
         assert_eq!(spaced.rows, [["0", "1"], ["2", "3"]]);
+        assert_eq!(spaced.lines, [2, 5]);
+        let quoted = Table::parse("a,\"b\nc\"\r\n\r\n1,2\r\n\"x\ny\",2\r\n3,4\r\n").unwrap();
+        assert_eq!(quoted.lines, [4, 5, 7]);
     }
 }
