@@ -2,41 +2,48 @@
 
 use std::path::Path;
 
-use myovib_scene::fit::{FitResult, LEVEL, Point};
-use myovib_scene::{atomic_file, escape, json};
+use myovib_scene::fit::{FitResult, LEVEL, Outcome, Point};
+use myovib_scene::{atomic_file, csv, escape, json};
 use serde_json::Value;
 
+use crate::page;
 use crate::page::probes::{label, unit};
 use crate::plot::{Axis, Figure, LinePlot, Panel, Series};
 use crate::table::{Align, Table, counted};
-use crate::{page, picture};
 
 /// Writes a fit's residuals, their figure, `fit.json` and `report.html`; gives the body of `fit.json`.
 ///
 /// # Errors
 /// A file that cannot be written.
 pub fn write(out: &Path, result: &FitResult) -> anyhow::Result<Value> {
-    let rows: Vec<Vec<f64>> = result.points.iter().map(row).collect();
-    let columns = ["experiment", "t", "measured", "fitted", "residual"].map(str::to_owned);
-    let table = (&columns[..], &rows[..]);
     let figure = figure(result);
-    picture::write(out, "residuals", &figure, table, false)?;
+    atomic_file::save(&out.join("residuals.svg"), figure.render())?;
+    atomic_file::save(&out.join("residuals.csv"), residuals(result))?;
     let document = result.document();
     atomic_file::save(&out.join("fit.json"), json::document("fit", &document)?)?;
     atomic_file::save(&out.join(page::NAME), html(result, &figure))?;
     Ok(document)
 }
 
-fn row(point: &Point) -> Vec<f64> {
-    let Point {
-        experiment,
-        t,
-        measured,
-        fitted,
-        residual,
-        ..
-    } = point;
-    vec![*experiment as f64, *t, *measured, *fitted, *residual]
+/// Returns `residuals.csv`: a row for each measurement.
+fn residuals(result: &FitResult) -> String {
+    let row = |point: &Point| {
+        let numbers = [point.t, point.measured, point.fitted, point.residual];
+        let numbers = numbers.map(|number| format!("{number:.16e}"));
+        let names = [point.experiment.to_string(), point.output.clone()];
+        csv::line(&[&names[..], &numbers].concat())
+    };
+    let header = csv::line(&[
+        "experiment",
+        "output",
+        "t",
+        "measured",
+        "fitted",
+        "residual",
+    ]);
+    std::iter::once(header)
+        .chain(result.points.iter().map(row))
+        .collect()
 }
 
 /// The result for people, in the colours of a terminal if `coloured`.
@@ -231,9 +238,9 @@ fn html(result: &FitResult, figure: &Figure) -> String {
          <p>Near 1 or -1, two parameters act alike on what was measured.</p>\n\
          <h2>Iterations</h2>\n<p>The cost is half the sum of the squares, or of the losses. At the beginning it \
          may be of a part of the measurements and of rough runs: <code>history.csv</code> says which.</p>\n<figure>\n{}</figure>\n",
-        match result.fit.is_converged() {
-            true => "",
-            false => " class=\"bad\"",
+        match result.outcome() {
+            Outcome::Converged => "",
+            _ => " class=\"bad\"",
         },
         escape(&ending(result)),
         parameters(result).html(),

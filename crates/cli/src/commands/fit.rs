@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use myovib_report::fit::{words, write};
 use myovib_report::table::coloured_stdout;
-use myovib_scene::fit::{FitOptions, Loss, compute};
+use myovib_scene::fit::{FitOptions, Loss, Outcome, compute};
 use myovib_scene::run::Existing;
 
 use crate::args::CommonArgs;
@@ -29,7 +29,8 @@ pub struct FitArgs {
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
 
-    /// Measurements of an experiment, and what was different in it, after spaces; may be repeated.
+    /// Measurements of an experiment, followed by values that differ in it; may be repeated. The name of the file,
+    /// which may contain spaces, ends before the first word with a `=`.
     #[arg(long, value_name = "FILE [KEY=VALUE]...", required = true)]
     pub data: Vec<String>,
 
@@ -104,21 +105,25 @@ impl From<LossArg> for Loss {
     }
 }
 
+/// Splits the value of `--data` into the file and its overrides.
+fn experiment(text: &str) -> (PathBuf, Vec<String>) {
+    let first = text.split_whitespace().find(|word| word.contains('='));
+    let at = first.and_then(|word| text.find(word));
+    let (file, overrides) = text.split_at(at.unwrap_or(text.len()));
+    let overrides = overrides.split_whitespace().map(str::to_owned);
+    (file.trim().into(), overrides.collect())
+}
+
 /// Fits the parameters.
 ///
 /// # Errors
 /// A wrong scene or wrong data, and a scene that cannot be computed at the start.
 pub fn run(args: &FitArgs) -> anyhow::Result<Exit> {
     let progress = Progress::new(args.common.quiet);
-    let experiments = args.data.iter().map(|text| {
-        let mut words = text.split_whitespace().map(str::to_owned);
-        let file = PathBuf::from(words.next().unwrap_or_default());
-        (file, words.collect())
-    });
     let result = compute(&FitOptions {
         scene: args.scene.clone(),
         set: args.set.clone(),
-        experiments: experiments.collect(),
+        experiments: args.data.iter().map(|text| experiment(text)).collect(),
         out: args.out.clone(),
         existing: Existing::of(args.resume, args.overwrite),
         tolerance: args.tolerance,
@@ -134,11 +139,39 @@ pub fn run(args: &FitArgs) -> anyhow::Result<Exit> {
     let document = write(&args.out, &result)?;
     let text = words(&result, coloured_stdout());
     args.common.give("fit", &text, &document)?;
-    Ok(if interrupt::has_come() {
-        Exit::Interrupted
-    } else if result.fit.is_converged() {
-        Exit::Done
-    } else {
-        Exit::Stopped
+    Ok(match result.outcome() {
+        _ if interrupt::has_come() => Exit::Interrupted,
+        Outcome::Converged => Exit::Done,
+        _ => Exit::Stopped,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::experiment;
+
+    #[test]
+    fn file_names_may_contain_spaces() {
+        for (text, file, overrides) in [
+            ("a.csv", "a.csv", &[][..]),
+            ("my data/a b.csv", "my data/a b.csv", &[]),
+            (
+                "my data/a.csv  k=1 l.m=2 ",
+                "my data/a.csv",
+                &["k=1", "l.m=2"],
+            ),
+        ] {
+            let (found, set) = experiment(text);
+            assert_eq!(
+                (found.to_str(), &set[..]),
+                (
+                    Some(file),
+                    &overrides
+                        .iter()
+                        .map(|s| (*s).to_owned())
+                        .collect::<Vec<_>>()[..]
+                )
+            );
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! The iterations of a fit in a file, to look at and to go on from.
+//! The file of a fit's iterations, from which a fit is resumed.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::ErrorKind;
@@ -13,41 +13,59 @@ use crate::{Error, InputError, atomic_file};
 
 const HISTORY: &str = "history.csv";
 
-/// The file that says what is fitted to what.
+/// File with the hashes of the scene and the measurements.
 const ORIGIN: &str = "origin.json";
 
-/// What stands before the parameters in a row; the cost is that of this first part of the measurements' time.
+/// Columns before the parameters. `part` is the first part of the measurements' time that the cost is the sum over.
 const COLUMNS: [&str; 4] = ["iteration", "runs", "part", "cost"];
 
-/// Whether the folder holds a fit that came to an iteration.
+/// Returns whether the folder holds a fit with at least one iteration.
 pub(super) fn has_begun(folder: &Path) -> bool {
-    let text = fs::read_to_string(folder.join(HISTORY));
-    text.is_ok_and(|text| text.lines().count() > 1)
+    text(folder).is_some_and(|text| text.lines().count() > 1)
 }
 
-/// The iterations in a file, each of which is on the disk when the next begins.
+/// Returns a file in the folder that a new fit would replace although no fit made it.
+pub(super) fn foreign_file(folder: &Path) -> Option<PathBuf> {
+    if text(folder).is_some_and(|text| text.starts_with(&COLUMNS.join(","))) {
+        return None;
+    }
+    let names = RESULTS.into_iter().chain([HISTORY, ORIGIN]);
+    let mut paths = names.map(|name| folder.join(name));
+    paths.find(|path| path.symlink_metadata().is_ok())
+}
+
+fn text(folder: &Path) -> Option<String> {
+    fs::read_to_string(folder.join(HISTORY)).ok()
+}
+
+/// The iterations in a file, each of which is on the disk before the next begins.
 pub(super) struct History {
-    csv: CsvWriter<File>,
-    path: PathBuf,
-    /// Iterations and runs before the next.
+    /// Is opened at the first iteration.
+    csv: Option<CsvWriter<File>>,
+    columns: Vec<String>,
+    folder: PathBuf,
+    origin: Value,
+    /// Iterations and runs of earlier fits in this file.
     before: [usize; 2],
-    failed: Option<std::io::Error>,
+    failed: Option<Error>,
 }
 
-fn columns(parameters: &[Parameter]) -> Vec<&str> {
+fn columns(parameters: &[Parameter]) -> Vec<String> {
     let names = parameters.iter().map(|p| p.name.as_str());
-    COLUMNS.into_iter().chain(names).collect()
+    let all = COLUMNS.into_iter().chain(names);
+    all.map(str::to_owned).collect()
 }
 
-/// Refuses to go on with a fit of another scene or of other measurements: costs could not be compared.
+/// Refuses to resume a fit of another scene or of other measurements: their costs cannot be compared.
 fn expect_origin(folder: &Path, origin: &Value) -> Result<(), InputError> {
     let path = folder.join(ORIGIN);
     let known = fs::read_to_string(&path).ok();
     let known = known.and_then(|text| serde_json::from_str::<Value>(&text).ok());
     let Some(known) = known else {
-        let error = InputError::new("it is not known what the history is of").at(path.display());
-        let error = error.found("no such file, or another one");
-        return Err(error.next("--overwrite fits anew"));
+        let error =
+            InputError::new("the scene and the measurements of the earlier fit are unknown");
+        let error = error.at(path.display()).found("no such file, or not JSON");
+        return Err(error.next("use --overwrite to start again"));
     };
     let parts = origin.as_object().into_iter().flatten();
     let other = parts.filter(|(part, value)| known[part.as_str()] != **value);
@@ -55,19 +73,29 @@ fn expect_origin(folder: &Path, origin: &Value) -> Result<(), InputError> {
     if other.is_empty() {
         return Ok(());
     }
-    let error = InputError::new("the history is of another fit").at(path.display());
+    let error = InputError::new("the folder holds another fit").at(path.display());
     Err(error
         .found(format!("other {}", other.join(", ")))
-        .next("give what that fit was given, or --overwrite in the place of --resume"))
+        .next("repeat the arguments of that fit, or use --overwrite instead of --resume"))
 }
 
 impl History {
-    /// A new file in `folder`, which is made, of a fit with this `origin`; results of an earlier one are removed.
-    pub(super) fn begin(
-        folder: &Path,
-        parameters: &[Parameter],
-        origin: &Value,
-    ) -> Result<Self, Error> {
+    /// Prepares a new file in `folder` for a fit with this `origin`. The folder, and an earlier fit in it, stay as they
+    /// are until the first iteration.
+    pub(super) fn begin(folder: &Path, parameters: &[Parameter], origin: Value) -> Self {
+        Self {
+            csv: None,
+            columns: columns(parameters),
+            folder: folder.to_owned(),
+            origin,
+            before: [0, 0],
+            failed: None,
+        }
+    }
+
+    /// Replaces an earlier fit by an empty history.
+    fn open(&self) -> Result<CsvWriter<File>, Error> {
+        let folder = &self.folder;
         fs::create_dir_all(folder).map_err(Error::file("make", folder))?;
         for name in RESULTS {
             let path = folder.join(name);
@@ -78,37 +106,34 @@ impl History {
                 _ => {}
             }
         }
-        atomic_file::save(&folder.join(ORIGIN), format!("{origin:#}\n"))?;
+        atomic_file::save(&folder.join(ORIGIN), format!("{:#}\n", self.origin))?;
         let path = folder.join(HISTORY);
-        let csv = File::create(&path)
-            .and_then(|file| CsvWriter::new(file, &columns(parameters)))
-            .map_err(Error::file("write", &path))?;
-        Ok(Self {
-            csv,
-            path,
-            before: [0, 0],
-            failed: None,
-        })
+        let names: Vec<&str> = self.columns.iter().map(String::as_str).collect();
+        File::create(&path)
+            .and_then(|file| CsvWriter::new(file, &names))
+            .map_err(Error::file("write", &path))
     }
 
-    /// Goes on with the file in `folder`, which must have the same `origin`, and lets the parameters start where its
-    /// cost of most measurements is least.
+    /// Continues the file in `folder`, which must have the same `origin`. The parameters start from the iteration with
+    /// the smallest cost among those over most measurements.
     pub(super) fn resume(
         folder: &Path,
         parameters: &mut [Parameter],
-        origin: &Value,
+        origin: Value,
     ) -> Result<Self, Error> {
         let path = folder.join(HISTORY);
         let wrong = |what: String| InputError::new(what).at(path.display());
         let text = fs::read_to_string(&path).map_err(|error| {
-            wrong(format!("there is no history to go on from: {error}"))
-                .next("fit without --resume, or name the folder of that fit by --out")
+            wrong(format!(
+                "cannot read the history of the earlier fit: {error}"
+            ))
+            .next("fit without --resume, or name the folder of that fit by --out")
         })?;
-        expect_origin(folder, origin)?;
-        let table = Table::parse(&text).map_err(|error| wrong(format!("no table: {error}")))?;
+        expect_origin(folder, &origin)?;
+        let table = Table::parse(&text).map_err(|error| wrong(format!("not a table: {error}")))?;
         let expected = columns(parameters);
         if table.names != expected {
-            let error = wrong("the history is of other parameters".to_owned());
+            let error = wrong("the history has other parameters".to_owned());
             return Err(error
                 .found(table.names.join(", "))
                 .allowed(expected.join(", "))
@@ -120,21 +145,21 @@ impl History {
             numbers
                 .filter(|numbers| numbers.len() == expected.len())
                 .ok_or_else(|| {
-                    wrong("a row is not one of finite numbers".to_owned()).found(row.join(","))
+                    wrong("a row does not consist of finite numbers".to_owned())
+                        .found(row.join(","))
                 })
         });
         let rows: Vec<Vec<f64>> = rows.collect::<Result<_, _>>()?;
-        let n_columns = expected.len();
         let best = rows
             .iter()
             .min_by(|a, b| b[2].total_cmp(&a[2]).then(a[3].total_cmp(&b[3])));
         let (Some(best), Some(last)) = (best, rows.last()) else {
-            let error = wrong("the history has no iteration to go on from".to_owned());
+            let error = wrong("the history has no iteration".to_owned());
             return Err(error.next("fit without --resume").into());
         };
         for (parameter, &value) in parameters.iter_mut().zip(&best[4..]) {
             if !(parameter.low..=parameter.high).contains(&value) {
-                let error = wrong(format!("{} lies outside of its bounds", parameter.name));
+                let error = wrong(format!("{} is outside its bounds", parameter.name));
                 let bounds = format!("{:e} to {:e}", parameter.low, parameter.high);
                 return Err(error.found(format!("{value:e}")).allowed(bounds).into());
             }
@@ -144,35 +169,38 @@ impl History {
             .append(true)
             .open(&path)
             .map_err(Error::file("write", &path))?;
+        let csv = CsvWriter::continued(file, expected.len(), Written::default());
         Ok(Self {
-            csv: CsvWriter::continued(file, n_columns, Written::default()),
+            csv: Some(csv),
             before: [last[0] as usize + 1, last[1] as usize],
-            failed: None,
-            path,
+            ..Self::begin(folder, parameters, origin)
         })
     }
 
-    /// Adds an iteration of this fit, in which they are counted from 0.
+    /// Adds iteration `number` of this fit, counted from 0. An error is reported by [`end`](Self::end).
     pub(super) fn add(&mut self, number: usize, part: f64, iteration: &Iteration) {
+        if let Err(error) = self.write(number, part, iteration) {
+            self.failed = Some(error);
+        }
+    }
+
+    fn write(&mut self, number: usize, part: f64, iteration: &Iteration) -> Result<(), Error> {
+        let mut csv = match self.csv.take() {
+            Some(csv) => csv,
+            None => self.open()?,
+        };
         let [iterations, runs] = self.before;
         let counted = [iterations + number, runs + iteration.evaluations];
         let mut row = counted.map(|count| count as f64).to_vec();
         row.extend([part, iteration.cost]);
         row.extend(&iteration.values);
-        let written = self
-            .csv
-            .row(&row)
-            .and_then(|()| self.csv.sink().sync_data());
-        if let Err(error) = written {
-            self.failed = Some(error);
-        }
+        let written = csv.row(&row).and_then(|()| csv.sink().sync_data());
+        self.csv = Some(csv);
+        written.map_err(Error::file("write", &self.folder.join(HISTORY)))
     }
 
-    /// Whether all was written.
+    /// Reports whether all iterations were written.
     pub(super) fn end(self) -> Result<(), Error> {
-        match self.failed {
-            Some(error) => Err(Error::file("write", &self.path)(error)),
-            None => Ok(()),
-        }
+        self.failed.map_or(Ok(()), Err)
     }
 }

@@ -12,7 +12,6 @@ mod profiles;
 mod report;
 
 use std::fmt::Display;
-use std::fs;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -29,7 +28,8 @@ use crate::run::Existing;
 use crate::sensitivity::{Known, Parametrised, outputs};
 use crate::watch::{Tell, Watcher};
 use crate::{Error, InputError};
-pub use data::{Datum, read};
+use data::read_file;
+pub use data::{DataError, DataProblem, Datum, read};
 use history::History;
 use model::{Experiment, SceneModel};
 use phases::fit_in_phases;
@@ -68,12 +68,47 @@ pub struct FitOptions<'a> {
     pub progress: &'a dyn Tell,
 }
 
+/// Ratio of residuals to the noise above which a model does not describe the measurements: a hundred standard
+/// deviations are not chance, whatever the distribution of the noise.
+const HOPELESS: f64 = 100.0;
+
+/// How a fit ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Outcome {
+    /// The cost is least, and residuals are of the size of the noise where it is known.
+    Converged,
+    /// The cost is least near the values found, but residuals are hundreds of times the noise.
+    DoesNotFit,
+    /// The limit on iterations was reached.
+    MaxIterations,
+    /// The fit was interrupted.
+    Interrupted,
+    /// The scene could not be computed in the direction of smaller costs.
+    Failed(String),
+}
+
+impl Outcome {
+    /// Returns its name in `fit.json`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::DoesNotFit => "does_not_fit",
+            Self::MaxIterations => "max_iterations",
+            Self::Interrupted => "interrupted",
+            Self::Failed(_) => "failed",
+        }
+    }
+}
+
 /// The probability with which intervals cover.
 pub const LEVEL: f64 = 0.95;
 
 /// The fit ends where the way to the least is this fraction of the parameters' uncertainty: intervals of
 /// 95 % would cover as often as they say if it were a tenth.
 const OFFSET: f64 = 0.01;
+
+/// Maximum number of starting points: each costs a fit.
+const MAX_STARTS: usize = 10_000;
 
 /// How far within a bound the scene must be right, in parts of the way to the start.
 const WITHIN: f64 = 1e-6;
@@ -101,6 +136,8 @@ pub struct FitResult {
     pub noise_is_known: bool,
     /// Whether the body is in space: forces of one in the plane are per metre of depth.
     pub in_space: bool,
+    /// Lower and upper bound of each parameter: those of the scene, within the values that its meaning allows.
+    pub bounds: Vec<[f64; 2]>,
 }
 
 /// A measurement with its residual.
@@ -128,6 +165,13 @@ pub struct Point {
 /// What is wrong with the scene or the measurements; a start at which the scene cannot be computed;
 /// a history that cannot be written. A fit that does not converge is a result that says so.
 pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
+    if options.starts > MAX_STARTS {
+        let error = InputError::new("too many starting points").at("--starts");
+        let error = error
+            .found(options.starts)
+            .allowed(format!("1 to {MAX_STARTS}"));
+        return Err(error.into());
+    }
     expect_free(options)?;
     let scene = Parametrised::load(&options.scene, &options.set)?;
     let mut parameters = parameters(&scene)?;
@@ -159,6 +203,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         experiment.expect_computable(&start).map_err(not_computed)?;
     }
     expect_bounds(&scene, &start)?;
+    restrict(&scene, &mut parameters);
     let watcher = Watcher {
         interrupt: options.interrupt,
         progress: &(),
@@ -172,8 +217,8 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         loss: options.loss,
     };
     let mut history = match options.existing {
-        Existing::Resume => History::resume(&options.out, &mut parameters, &origin)?,
-        _ => History::begin(&options.out, &parameters, &origin)?,
+        Existing::Resume => History::resume(&options.out, &mut parameters, origin)?,
+        _ => History::begin(&options.out, &parameters, origin),
     };
     let mut number = 0;
     let mut observe = |part: f64, iteration: &Iteration| {
@@ -213,6 +258,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         runs: model.runs(),
         noise_is_known,
         in_space,
+        bounds: parameters.iter().map(|p| [p.low, p.high]).collect(),
         fit,
     })
 }
@@ -228,6 +274,10 @@ fn expect_free(options: &FitOptions<'_>) -> Result<(), InputError> {
     } else if options.existing == Existing::Refuse && history::has_begun(&options.out) {
         let next = "give another folder, or --overwrite, or --resume to go on with it";
         ("fit", next)
+    } else if let Some(file) = history::foreign_file(&options.out) {
+        let error = InputError::new("the fit would replace a file that no fit made");
+        let error = error.at("--out").found(file.display());
+        return Err(error.next("give another folder"));
     } else {
         return Ok(());
     };
@@ -238,6 +288,7 @@ fn expect_free(options: &FitOptions<'_>) -> Result<(), InputError> {
 /// What went wrong at the start is told by the run, with the place in the scene if it has one.
 fn explain(error: FitError, model: &SceneModel<'_>) -> Error {
     match (&error, model.last_failure()) {
+        _ if model.is_interrupted() => Error::Stopped("interrupted".to_owned()),
         (FitError::Start(_), Some(message)) => not_computed(message).into(),
         _ => InputError::new(error).into(),
     }
@@ -281,9 +332,32 @@ fn parameters(scene: &Parametrised) -> Result<Vec<Parameter>, InputError> {
             scale: known.scale,
             low,
             high,
+            logarithmic: false,
         })
     });
     all.collect()
+}
+
+/// Restricts parameters that start at zero or above, and have no positive lower bound, to the values that the scene
+/// allows: to positive values where it refuses zero, to nonnegative values where it refuses negative ones. A search
+/// that is not restricted ends at that edge.
+fn restrict(scene: &Parametrised, parameters: &mut [Parameter]) {
+    let start: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+    for (j, parameter) in parameters.iter_mut().enumerate() {
+        let is_allowed = |value: f64| {
+            let mut values = start.clone();
+            values[j] = value;
+            scene.at(&values).is_ok()
+        };
+        if parameter.start < 0.0 || parameter.low > 0.0 || parameter.high <= 0.0 {
+            continue;
+        }
+        if parameter.start > 0.0 && !is_allowed(0.0) {
+            *parameter = parameter.clone().positive();
+        } else if parameter.low < 0.0 && !is_allowed(-parameter.scale) {
+            parameter.low = 0.0;
+        }
+    }
 }
 
 /// Refuses bounds beyond what the scene allows: a fit would fail there, and not at its bound.
@@ -351,14 +425,8 @@ fn experiments(
         expect_free_parameters(scene, file, set)?;
         let scene = scene.with(set)?;
         let outputs = outputs(&scene.scene)?;
-        let text = fs::read_to_string(file).map_err(|error| {
-            InputError::new(format!(
-                "cannot read the data `{}`: {error}",
-                file.display()
-            ))
-        })?;
-        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-        let data = read(file, text, &outputs, scene.scene.t_end)?;
+        let data = read_file(file, &outputs, scene.scene.t_end);
+        let data = data.map_err(DataError::into_input_error)?;
         Ok(Experiment::new(scene, outputs, data))
     });
     let experiments: Vec<Experiment> = experiments.collect::<Result<_, InputError>>()?;

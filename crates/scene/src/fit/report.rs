@@ -3,21 +3,37 @@
 use myovib_fit::{Direction, Ended};
 use serde_json::{Value, json};
 
-use super::{FitResult, LEVEL};
+use super::{FitResult, HOPELESS, LEVEL, Outcome};
 
 /// Below this change of the weighted residuals, in standard deviations, for a change of parameters by
 /// their own size, a combination counts as unknown.
 const ONE_DEVIATION: f64 = 1.0;
 
 impl FitResult {
-    /// How the fit ended, in words.
-    pub fn ending(&self) -> String {
+    /// Returns how the fit ended. A search that converged at residuals far above the noise did not fit.
+    pub fn outcome(&self) -> Outcome {
         match &self.fit.ended {
-            Ended::Converged => "converged".to_owned(),
-            Ended::MaxIterations => "stopped at the limit on iterations".to_owned(),
-            Ended::Interrupted => "interrupted".to_owned(),
-            Ended::Failed(message) => format!("failed: {message}"),
-            other => format!("{other:?}"),
+            Ended::Converged if self.noise_is_known && self.deviation() > HOPELESS => {
+                Outcome::DoesNotFit
+            }
+            Ended::Converged => Outcome::Converged,
+            Ended::MaxIterations => Outcome::MaxIterations,
+            Ended::Interrupted => Outcome::Interrupted,
+            Ended::Failed(message) => Outcome::Failed(message.clone()),
+            other => Outcome::Failed(format!("{other:?}")),
+        }
+    }
+
+    /// Describes how the fit ended.
+    pub fn ending(&self) -> String {
+        match self.outcome() {
+            Outcome::Converged => "converged".to_owned(),
+            Outcome::DoesNotFit => {
+                "the model does not fit the measurements: the search ended".to_owned()
+            }
+            Outcome::MaxIterations => "stopped at the limit on iterations".to_owned(),
+            Outcome::Interrupted => "interrupted".to_owned(),
+            Outcome::Failed(message) => format!("failed: {message}"),
         }
     }
 
@@ -39,10 +55,8 @@ impl FitResult {
     /// Whether the interval of parameter `j` that follows from its standard error passes one of its bounds.
     pub fn passes_bound(&self, j: usize) -> bool {
         let [from, to] = self.uncertainty.intervals(LEVEL)[j];
-        let wanted = &self.known[j].wanted;
-        let passes =
-            wanted.low.is_some_and(|low| from < low) || wanted.high.is_some_and(|high| to > high);
-        self.fit.acts(j) && passes
+        let [low, high] = self.bounds[j];
+        self.fit.acts(j) && (from < low || to > high)
     }
 
     /// A direction as changes of the parameters, of that which changes most by its size 1 times its unit; those
@@ -103,7 +117,8 @@ impl FitResult {
         };
         json!({
             "ended": self.ending(),
-            "converged": self.fit.is_converged(),
+            "outcome": self.outcome().name(),
+            "converged": self.outcome() == Outcome::Converged,
             "cost": self.fit.cost,
             "deviation": self.deviation(),
             "noise_is_known": self.noise_is_known,

@@ -300,22 +300,18 @@ pub fn follow(
         let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
         let [y, y_dot] = initial(body, &mut dae, watcher)?;
         let start = [&y[..], &y_dot];
-        return asked.of(SensitiveIntegrator::starting_at(
-            dae,
-            &settings,
-            start,
-            dependences,
-        )?);
+        let integrator = SensitiveIntegrator::starting_at(dae, &settings, start, dependences);
+        return asked.of(integrator.map_err(wrong_input)?);
     }
     let (dae, how, [y, y_dot]) = driving(scene, body, &settings, watcher)?;
     let start = [&y[..], &y_dot];
-    asked.of(DrivingIntegrator::driving(
-        dae,
-        how,
-        scene.t_end,
-        start,
-        dependences,
-    )?)
+    let integrator = DrivingIntegrator::driving(dae, how, scene.t_end, start, dependences);
+    asked.of(integrator.map_err(wrong_input)?)
+}
+
+/// Attributes an error to the input: an integrator that refuses its settings has computed nothing.
+fn wrong_input(error: ModelError) -> Error {
+    Error::from(error).before_any_output()
 }
 
 /// What is asked of a motion.

@@ -303,7 +303,7 @@ fn refused(key: &str, table: &str, last: &str) -> InputError {
     let error = InputError::new(format!("`{key}` cannot be differentiated"));
     match (table, BREAKS.contains(&last)) {
         ("active", true) => error.found("a number that moves a break of the tension").next(
-            "keep it fixed; `contractility`, `value` and `amplitude` of a tension can be parameters",
+            "keep it fixed; a constant `tension`, `contractility`, `value` and `amplitude` can be parameters",
         ),
         ("displacement", true) => error
             .found("a number that moves a break of the support's acceleration")
@@ -374,6 +374,7 @@ fn influence(
         ("start", _) => None,
         // Tensions: their sizes; times move breaks.
         ("active", "contractility" | "value" | "amplitude") => Some(Influence::Smooth),
+        ("active", "tension") if found.is_some_and(Value::is_number) => Some(Influence::Smooth),
         ("active", _) => None,
         // Of a step of a load, the slope is smooth at its breaks.
         (table, "start" | "rise") if LOADS.contains(&table) && rise(parent).is_some() => {

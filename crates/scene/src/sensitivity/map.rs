@@ -80,7 +80,8 @@ impl StiffnessMap {
         }
         let [y, y_dot] = initial(body, &mut dae, watcher)?;
         let mut integrator =
-            RecordedIntegrator::starting_at(dae, &settings(&body.settings), [&y, &y_dot])?;
+            RecordedIntegrator::starting_at(dae, &settings(&body.settings), [&y, &y_dot])
+                .map_err(|error| Error::from(error).before_any_output())?;
         let samples = follow(scene, &wanted, &mut integrator, watcher)?;
         let mut map = Self {
             scene: scene.clone(),

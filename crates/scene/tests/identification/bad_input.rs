@@ -1,10 +1,10 @@
 //! One clear message for each mistake, before anything is computed.
 
-use std::path::Path;
-
+use myovib_scene::Error;
 use myovib_scene::fit::{FitOptions, Loss, compute};
 use myovib_scene::run::Existing;
-use myovib_scene::sensitivity::Parametrised;
+use myovib_scene::sensitivity::{Parametrised, Precision, compute as follow};
+use myovib_scene::watch::Watcher;
 
 use crate::{scene, set};
 
@@ -108,7 +108,7 @@ fn keys_that_are_no_parameters_are_told_with_their_place() {
         (
             &["material[1].active.systole"],
             ACTIVE,
-            "moves a break of the tension\n    next: keep it fixed; `contractility`",
+            "moves a break of the tension\n    next: keep it fixed; a constant `tension`, `contractility`",
         ),
         (
             &["material[1].active.width"],
@@ -204,13 +204,14 @@ fn sensitivities_across_a_jump_are_refused_with_what_to_do() {
     assert_eq!(jumping("99.0"), "accepted");
 }
 
-fn of_fit(data: &str, more: &[&str], loss: Loss) -> String {
+/// The error of a fit of `material[0].c10` and `solid.alpha`, which must have written nothing.
+fn error_of_fit(data: &str, more: &[&str], change: impl FnOnce(&mut FitOptions<'_>)) -> Error {
     let folder = tempfile::tempdir().unwrap();
     let path = scene(folder.path(), &["material[0].c10", "solid.alpha"], "");
     let file = folder.path().join("measured.csv");
     std::fs::write(&file, data).unwrap();
     let out = folder.path().join("fit");
-    let result = compute(&FitOptions {
+    let mut options = FitOptions {
         scene: path,
         set: set(&[&["time.end=0.02"], more].concat()),
         experiments: vec![(file, Vec::new())],
@@ -220,68 +221,66 @@ fn of_fit(data: &str, more: &[&str], loss: Loss) -> String {
         max_iterations: 20,
         starts: 1,
         seed: 0,
-        loss,
+        loss: Loss::Squares,
         profile: false,
         interrupt: None,
         progress: &(),
-    });
-    match result {
-        Ok(_) => "accepted".to_owned(),
-        Err(error) => {
-            assert!(!Path::new(&out).exists(), "nothing is written");
-            error.to_string()
-        }
-    }
+    };
+    change(&mut options);
+    let error = compute(&options).unwrap_err();
+    assert!(!out.exists(), "nothing is written");
+    error
 }
 
+/// Wrong input, with the place of the mistake.
 #[test]
-fn data_and_bounds_that_make_no_sense_are_told() {
+fn wrong_data_bounds_and_starts_are_refused_with_their_place() {
     let good = "t,origin.u_y\n0.005,0\n0.01,0\n0.02,0\n";
-    for (data, more, told) in [
+    for (data, more, place) in [
         (
             "t,origin.u_y\n0.01,0\n0.5,0\n",
             &[][..],
-            "a measurement lies outside of the run",
-        ),
-        (
-            "t,origin.u_y\n0.01,nan\n",
-            &[],
-            "measurements, times and noise are finite numbers",
-        ),
-        (
-            "t,origin.u_z\n0.01,0\n",
-            &[],
-            "the scene has no output `origin.u_z`",
+            "measured.csv, line 3, column t",
         ),
         (
             "t,origin.u_y\n0.01,0\n0.02,0\n",
             &[],
-            "more measurements than parameters",
+            "2 measurements, 2 parameters",
         ),
-        (
-            good,
-            &["parameter[0].low=2e4"],
-            "a bound of `material[0].c10` excludes its start",
-        ),
+        (good, &["parameter[0].low=2e4"], "parameter[0].low"),
         (
             good,
             &["parameter[0].low=-2e4", "parameter[0].start=-1e4"],
-            "the scene cannot be computed where the fit starts",
+            "material[0].c10",
         ),
         (
             good,
             &["parameter[0].low=2", "parameter[0].high=1"],
-            "not below the upper one",
+            "parameter[0].low",
         ),
-        (
-            good,
-            &["parameter[0].low=-1e4"],
-            "`material[0].c10` cannot go to this bound\n   where: --set parameter[0].low=-1e4",
-        ),
+        (good, &["parameter[0].low=-1e4"], "parameter[0].low"),
     ] {
-        let found = of_fit(data, more, Loss::Squares);
-        assert!(found.contains(told), "{data:?}: {found}");
+        let error = error_of_fit(data, more, |_| ());
+        assert!(matches!(error, Error::Input(_)), "{error:?}");
+        assert!(error.to_string().contains(place), "{data:?}: {error}");
     }
-    let found = of_fit(good, &[], Loss::Huber(1.345));
-    assert!(found.contains("a robust loss needs the noise"), "{found}");
+    let robust = error_of_fit(good, &[], |options| options.loss = Loss::Huber(1.345));
+    assert!(matches!(robust, Error::Input(_)), "{robust:?}");
+    let many = error_of_fit(good, &[], |options| options.starts = 1_000_000_000_000);
+    assert!(matches!(many, Error::Input(_)), "{many:?}");
+    assert!(many.to_string().contains("--starts"), "{many}");
+}
+
+/// A setting of another method: wrong input, not a failure of the run.
+#[test]
+fn settings_that_radau_does_not_have_are_wrong_input() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &["material[0].c10"], "");
+    let own = [
+        "integrator={ method = \"bdf\", project_every = 0.01 }",
+        "time.end=0.02",
+    ];
+    let it = Parametrised::load(&path, &set(&own)).unwrap();
+    let error = follow(&it, Precision::OfMotion, Watcher::NOBODY).unwrap_err();
+    assert!(matches!(error, Error::Input(_)), "{error:?}");
 }

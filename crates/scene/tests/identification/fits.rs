@@ -1,11 +1,13 @@
 //! Fits to measurements of which the truth is known.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use myovib_model::sensitivity::Dependences;
-use myovib_scene::fit::{FitOptions, FitResult, Loss, compute};
+use myovib_scene::Error;
+use myovib_scene::fit::{FitOptions, FitResult, Loss, Outcome, compute};
 use myovib_scene::run::Existing;
 use myovib_scene::sensitivity::{
     Curves, Parametrised, Precision, compute as follow, follow as steps, outputs,
@@ -76,7 +78,7 @@ pub(crate) fn fitted<'a>(
     data: PathBuf,
     more: &[&str],
     change: impl FnOnce(FitOptions<'a>) -> FitOptions<'a>,
-) -> Result<FitResult, myovib_scene::Error> {
+) -> Result<FitResult, Error> {
     let out = path.with_file_name("fit");
     compute(&change(FitOptions {
         scene: path,
@@ -115,22 +117,20 @@ fn a_fit_goes_on_from_its_history() {
     };
     let header = folder.path().join("fit");
     std::fs::create_dir(&header).unwrap();
-    let none = run(Existing::Resume, 30).unwrap_err().to_string();
-    assert!(none.contains("there is no history to go on from"), "{none}");
+    let is_input = |result: Result<FitResult, Error>| matches!(result, Err(Error::Input(_)));
+    assert!(is_input(run(Existing::Resume, 30)), "no history");
     // A history without iterations is no fit.
     std::fs::write(header.join("history.csv"), "iteration,runs,part,cost\n").unwrap();
     let whole = run(Existing::Refuse, 30).unwrap();
     assert!(whole.fit.is_converged(), "{}", whole.ending());
-    let refused = run(Existing::Refuse, 1).unwrap_err().to_string();
-    assert!(refused.contains("holds a fit already"), "{refused}");
+    assert!(is_input(run(Existing::Refuse, 1)), "a fit is there");
     let twice = fitted(path.clone(), data.clone(), &more[1..], |options| {
         FitOptions {
             experiments: vec![options.experiments[0].clone(); 2],
             ..options
         }
     });
-    let twice = twice.unwrap_err().to_string();
-    assert!(twice.contains("measurements are given twice"), "{twice}");
+    assert!(is_input(twice), "the same measurements twice");
     let own = fitted(path.clone(), data.clone(), &more[1..], |options| {
         let set = vec!["material[0].c10=2e4".to_owned()];
         FitOptions {
@@ -138,8 +138,26 @@ fn a_fit_goes_on_from_its_history() {
             ..options
         }
     });
-    let own = own.unwrap_err().to_string();
-    assert!(own.contains("sets a parameter that is fitted"), "{own}");
+    assert!(is_input(own), "a fitted parameter is set");
+    // An overwritten fit stays until there is another: one that cannot start leaves it.
+    let names = || -> BTreeSet<_> {
+        let files = std::fs::read_dir(&header).unwrap();
+        files.map(|file| file.unwrap().file_name()).collect()
+    };
+    std::fs::write(header.join("fit.json"), "{}").unwrap();
+    let kept = names();
+    static INTERRUPT: AtomicBool = AtomicBool::new(true);
+    let interrupted = fitted(path.clone(), data.clone(), &more[1..], |options| {
+        FitOptions {
+            interrupt: Some(&INTERRUPT),
+            ..options
+        }
+    });
+    assert!(
+        matches!(interrupted, Err(Error::Stopped(_))),
+        "{interrupted:?}"
+    );
+    assert_eq!(names(), kept);
     let early = run(Existing::Overwrite, 1).unwrap();
     assert!(!early.fit.is_converged(), "{}", early.ending());
     let file = folder.path().join("fit/history.csv");
@@ -166,12 +184,15 @@ fn a_fit_goes_on_from_its_history() {
     });
     let other = other.unwrap_err().to_string();
     assert!(other.contains("found: other scene"), "{other}");
-    std::fs::write(&file, "iteration,runs,cost,other\n0,1,2,3\n").unwrap();
-    let other = run(Existing::Resume, 30).unwrap_err().to_string();
+    std::fs::write(&file, "iteration,runs,part,cost,other\n0,1,1,2,3\n").unwrap();
+    assert!(is_input(run(Existing::Resume, 30)), "other parameters");
+    // Files that no fit made are not replaced.
+    std::fs::remove_file(&file).unwrap();
     assert!(
-        other.contains("the history is of other parameters"),
-        "{other}"
+        is_input(run(Existing::Overwrite, 30)),
+        "a file of another origin"
     );
+    assert!(header.join("origin.json").exists());
 }
 
 /// Interrupts a fit after some iterations.
@@ -277,6 +298,114 @@ fn three_parameters_are_found_in_noise_within_their_intervals() {
     assert!(result.runs[0] + result.runs[1] < 30, "{:?}", result.runs);
     let history = std::fs::read_to_string(folder.path().join("fit/history.csv")).unwrap();
     assert_eq!(history.lines().count(), result.fit.history.len() + 1);
+}
+
+/// Regression: from 1/kappa far below its true value the search left the range that scenes allow, and the fit counted as
+/// converged at residuals of 820 times the noise.
+#[test]
+fn starts_of_another_scale_are_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &["solid.kappa", "material[0].c10"], "");
+    let data = folder.path().join("measured.csv");
+    measure(
+        &path,
+        &[&["material[0].c10=1.3e4"], &SMALL[..]].concat(),
+        1.0,
+        &data,
+    );
+    for (compressibility, c10) in [("0", "1e4"), ("1e-9", "1e4"), ("1e-7", "2e3")] {
+        let starts = [
+            format!("parameter[0].start={compressibility}"),
+            format!("parameter[1].start={c10}"),
+        ];
+        let more = [&[starts[0].as_str(), starts[1].as_str()], &SMALL[..]].concat();
+        let result = fit(path.clone(), data.clone(), &more, Loss::Squares);
+        println!(
+            "{starts:?}: {:?} {:?}, runs {:?}",
+            result.fit.values,
+            result.outcome(),
+            result.runs
+        );
+        assert_eq!(result.outcome(), Outcome::Converged, "{starts:?}");
+        // 40 residuals in units of their standard deviation: 1 ± 0.12, thrice that.
+        assert!(
+            (result.deviation() - 1.0).abs() < 0.36,
+            "{starts:?}: {}",
+            result.deviation()
+        );
+        let [low, high] = result.uncertainty.intervals(0.999)[1];
+        assert!(low < 1.3e4 && 1.3e4 < high, "{starts:?}: {low} {high}");
+    }
+}
+
+/// Measurements in another unit: the search converges, and the fit does not.
+#[test]
+fn a_model_hundreds_of_noise_levels_off_does_not_fit() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &["solid.alpha"], "");
+    let data = folder.path().join("measured.csv");
+    let curves = truth(&path, &SMALL);
+    let metres = table(&curves, 0.0, 3);
+    let millimetres = metres.lines().map(|line| {
+        let words: Vec<&str> = line.split(',').collect();
+        match words[2].parse::<f64>() {
+            Ok(value) => format!("{},{},{:e},{}\n", words[0], words[1], 1e3 * value, words[3]),
+            Err(_) => format!("{line}\n"),
+        }
+    });
+    std::fs::write(&data, millimetres.collect::<String>()).unwrap();
+    let result = fit(path, data, &SMALL, Loss::Squares);
+    println!("{:?} {:e}", result.outcome(), result.deviation());
+    assert_eq!(result.outcome(), Outcome::DoesNotFit);
+    let document = result.document();
+    assert_eq!(document["converged"], false);
+    assert_eq!(document["outcome"], "does_not_fit");
+}
+
+/// A constant tension, from an equilibrium under it.
+#[test]
+fn a_constant_tension_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &["material[0].active.tension"], "");
+    let data = folder.path().join("measured.csv");
+    let tensed = |tension: &str| {
+        let active = format!("material[0].active={{ type = \"given\", tension = {tension} }}");
+        let own = [
+            "material[0].fibre=[1, 0]",
+            "start={ type = \"equilibrium\" }",
+        ]
+        .map(str::to_owned);
+        [&[active][..], &own, &set(&SMALL)].concat()
+    };
+    let of = |overrides: &[String]| -> Vec<&'static str> {
+        let leaked = overrides
+            .iter()
+            .map(|text| &*Box::leak(text.clone().into_boxed_str()));
+        leaked.collect()
+    };
+    measure(&path, &of(&tensed("2e3")), 1.0, &data);
+    let result = fit(path, data, &of(&tensed("1e3")), Loss::Squares);
+    let [low, high] = result.uncertainty.intervals(0.999)[0];
+    assert_eq!(result.outcome(), Outcome::Converged);
+    assert!(low < 2e3 && 2e3 < high, "{low} {high}");
+}
+
+/// Interrupted before anything is known, a fit reports that, and not a wrong start.
+#[test]
+fn a_fit_interrupted_in_its_first_run_is_interrupted() {
+    static INTERRUPT: AtomicBool = AtomicBool::new(true);
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &["solid.alpha"], "");
+    let data = folder.path().join("measured.csv");
+    measure(&path, &SMALL, 1.0, &data);
+    let error = fitted(path, data, &SMALL, |options| FitOptions {
+        interrupt: Some(&INTERRUPT),
+        ..options
+    });
+    assert!(
+        matches!(error, Err(myovib_scene::Error::Stopped(_))),
+        "{error:?}"
+    );
 }
 
 /// At small strains c10 and c01 act by their sum alone.
