@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import html
+import io
 import json
 from collections.abc import Iterable, Mapping
 from os import PathLike
@@ -169,18 +171,29 @@ def experiments(
 
 
 def _csv(columns: Mapping[str, ArrayLike]) -> str:
-    """A table as text; what is not a number is no measurement."""
-    arrays = [np.asarray(column, dtype=float) for column in columns.values()]
+    """Return a table as text, with empty cells for NaN and masked entries."""
+    arrays = [_measured(name, column) for name, column in columns.items()]
     for name, array in zip(columns, arrays):
         if array.shape != arrays[0].shape or array.ndim != 1:
             shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(columns, arrays))
             raise ValueError(f"the columns of the data must be as long as each other: {shapes}")
-        if "," in name or '"' in name:
-            raise ValueError(f"the name of a column has no comma and no quote: {name!r}")
-    lines = [",".join(columns)]
-    for row in zip(*arrays):
-        lines.append(",".join("" if np.isnan(x) else repr(float(x)) for x in row))
-    return "\n".join(lines) + "\n"
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(["" if np.isnan(x) else repr(float(x)) for x in row] for row in zip(*arrays))
+    return text.getvalue()
+
+
+def _measured(name: str, column: ArrayLike) -> Array:
+    """Return a column as real numbers, with NaN where it is masked or missing."""
+    kind = np.asarray(column).dtype.kind
+    if kind not in "biufO":
+        kinds = {"c": "complex numbers", "M": "dates", "m": "time differences"}
+        found = kinds.get(kind, "text")
+        raise ValueError(f"column {name!r} of the data must have real numbers, not {found}")
+    if hasattr(column, "to_numpy"):  # a column of pandas, which may have missing values of its own
+        return column.to_numpy(dtype=float, na_value=np.nan)
+    return np.ma.filled(np.ma.asarray(column).astype(float), np.nan)
 
 
 def _numbers(values: Iterable[Any]) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import csv
 import html
 import json
 import tempfile
@@ -28,9 +29,10 @@ class Probe(Mapping[str, Array]):
 
     @classmethod
     def _read(cls, path: Path) -> Probe:
-        with path.open(encoding="utf-8") as file:
-            names = file.readline().rstrip("\n").split(",")
-            rows = [[float(word) for word in line.split(",")] for line in file]
+        with path.open(encoding="utf-8", newline="") as file:
+            lines = csv.reader(file)
+            names = next(lines)
+            rows = [[float(word) for word in line] for line in lines]
         return cls(names, np.array(rows).reshape(-1, len(names)))
 
     def __getitem__(self, name: str) -> Array:
@@ -163,8 +165,8 @@ class RunResult:
 
     @property
     def success(self) -> bool:
-        """Whether the run came to its end, or to a condition of the scene."""
-        return self.outcome in ("finished", "event")
+        """Whether the run reached its end time or a ``[[stop]]`` condition of the scene."""
+        return self.outcome == "finished" or self.document.get("reason") == "event"
 
     @property
     def statistics(self) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
+import warnings
 from collections.abc import Callable, Iterable, Mapping
 from os import PathLike
 from pathlib import Path
@@ -178,6 +179,8 @@ class Scene:
             notes = _native.run(
                 self._source, self._assignments(), out, existing, lasting, verify, show
             )
+        for note in notes:
+            warnings.warn(note, stacklevel=2)
         return RunResult._of(out, notes, temporary)
 
     def sweep(
@@ -196,7 +199,7 @@ class Scene:
         ----------
         vary : mapping
             For each key its values, or a range as text: ``"1e-5..1e-3:5"`` or
-            ``"1e-5..1e-3:5:log"``. Values must not contain commas.
+            ``"1e-5..1e-3:5:log"``. A value may be a list.
         out : path-like, optional
             Folder for the cases; by default one that is removed with the result.
         results : mapping, optional
@@ -443,7 +446,16 @@ def _toml(value: Any) -> str:
 def _axis(values: Iterable[Any] | str) -> str:
     if isinstance(values, str):
         return values
-    return ",".join(value if isinstance(value, str) else _toml(value) for value in values)
+    return ",".join(_entry(value) for value in values)
+
+
+def _entry(value: Any) -> str:
+    """Return a value of a list; text with separators is quoted."""
+    if not isinstance(value, str):
+        return _toml(value)
+    if value == value.strip() and not set(value) & set(",'\"[]{}"):
+        return value
+    return f"'{value}'" if value.isprintable() and "'" not in value else _toml(value)
 
 
 class _Line:

@@ -6,12 +6,11 @@ use myovib_cli::commands;
 use myovib_scene::Scene;
 use myovib_scene::fit::{FitOptions, Loss, compute as compute_fit};
 use myovib_scene::sensitivity::{Parametrised, Precision, StiffnessMap, compute};
-use myovib_scene::watch::Watcher;
 use pyo3::prelude::*;
 
 use crate::error::of_command;
 use crate::interrupt::interruptible;
-use crate::scene::{Progress, existing_of};
+use crate::scene::existing_of;
 
 /// Sensitivities of a scene's outputs, written to the folder `out`; a JSON document.
 #[pyfunction]
@@ -27,12 +26,7 @@ pub(crate) fn sensitivity(
         true => Precision::Tested,
         false => Precision::OfMotion,
     };
-    let progress = Progress::new(progress);
-    let computed = interruptible(py, |flag| -> anyhow::Result<_> {
-        let watcher = Watcher {
-            interrupt: Some(flag),
-            progress: &progress,
-        };
+    let computed = interruptible(py, progress, |_, watcher| -> anyhow::Result<_> {
         let curves = compute(&Parametrised::load(&scene, &set)?, precision, watcher)?;
         let (_, document) = commands::sensitivity::write(&out, &curves)?;
         Ok(document.to_string())
@@ -49,12 +43,7 @@ pub(crate) fn stiffness_map(
     out: PathBuf,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<String> {
-    let progress = Progress::new(progress);
-    let computed = interruptible(py, |flag| -> anyhow::Result<_> {
-        let watcher = Watcher {
-            interrupt: Some(flag),
-            progress: &progress,
-        };
+    let computed = interruptible(py, progress, |_, watcher| -> anyhow::Result<_> {
         let map = StiffnessMap::of(&Scene::load(&scene, &set)?, watcher)?;
         let (_, document) = myovib_report::stiffness_map::write(&out, &map)?;
         Ok(document.to_string())
@@ -82,8 +71,7 @@ pub(crate) fn fit(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<String> {
     let existing = existing_of(existing)?;
-    let progress = Progress::new(progress);
-    let computed = interruptible(py, |flag| -> anyhow::Result<_> {
+    let computed = interruptible(py, progress, |flag, watcher| -> anyhow::Result<_> {
         let result = compute_fit(&FitOptions {
             scene,
             set,
@@ -97,7 +85,7 @@ pub(crate) fn fit(
             loss: Loss::Squares,
             profile,
             interrupt: Some(flag),
-            progress: &progress,
+            progress: watcher.progress,
         })?;
         Ok(myovib_report::fit::write(&out, &result)?.to_string())
     })?;

@@ -1,19 +1,23 @@
-//! Ctrl-C while Rust computes without Python.
+//! Signals and exceptions of Python while Rust computes without Python's lock.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use myovib_scene::watch::{Tell, Watcher};
 use pyo3::prelude::*;
 
-/// How often Python is asked for signals.
+/// Time between two checks for signals.
 const EVERY: Duration = Duration::from_millis(50);
 
-/// Flags that no run uses: as many as ever ran at a time.
+/// Shortest time between two lines of progress.
+const PROGRESS_EVERY: Duration = Duration::from_millis(200);
+
+/// Flags that no computation uses: as many as ever ran at a time.
 static FREE: Mutex<Vec<&'static AtomicBool>> = Mutex::new(Vec::new());
 
-/// A flag for one run, given back when dropped.
+/// A flag for one computation, returned when dropped.
 struct Flag(&'static AtomicBool);
 
 impl Flag {
@@ -31,36 +35,113 @@ impl Drop for Flag {
     }
 }
 
-/// Computes in a thread of its own, without Python's lock. A signal whose handler raises, as that
-/// of Ctrl-C does, sets the flag that `compute` is given, by which it must end in good order; the
-/// exception is the result then.
+/// Calls a Python function with each line of progress. An exception of the function ends the computation.
+struct Progress {
+    show: Option<Py<PyAny>>,
+    interrupt: &'static AtomicBool,
+    last: Mutex<Option<Instant>>,
+    raised: Mutex<Option<PyErr>>,
+}
+
+impl Tell for Progress {
+    fn tell(&self, line: &dyn Fn() -> String) {
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        if last.is_some_and(|last| last.elapsed() < PROGRESS_EVERY) {
+            return;
+        }
+        *last = Some(Instant::now());
+        self.tell_now(line);
+    }
+
+    fn tell_now(&self, line: &dyn Fn() -> String) {
+        let Some(show) = &self.show else { return };
+        let mut raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner);
+        if raised.is_none()
+            && let Err(exception) = Python::attach(|py| show.call1(py, (line(),)))
+        {
+            self.interrupt.store(true, Ordering::Relaxed);
+            *raised = Some(exception);
+        }
+    }
+}
+
+/// Runs `compute` in its own thread, without Python's lock, and calls `show` with its progress.
+///
+/// A signal whose handler raises, as Ctrl-C does, and an exception raised by `show` set the flag of the watcher, at
+/// which `compute` must end in good order.
+///
+/// # Errors
+/// The exception of the handler or of `show`.
 pub(crate) fn interruptible<T: Send>(
     py: Python<'_>,
-    compute: impl FnOnce(&'static AtomicBool) -> T + Send,
+    show: Option<Py<PyAny>>,
+    compute: impl FnOnce(&'static AtomicBool, Watcher<'_>) -> T + Send,
 ) -> PyResult<T> {
     let flag = Flag::take();
-    py.detach(|| {
+    let progress = Progress {
+        show,
+        interrupt: flag.0,
+        last: Mutex::new(None),
+        raised: Mutex::new(None),
+    };
+    let (signal, result) = py.detach(|| {
         std::thread::scope(|scope| {
             let (done, ended) = channel::<()>();
             let worker = scope.spawn(|| {
                 let _at_the_end = done;
-                compute(flag.0)
+                let watcher = Watcher {
+                    interrupt: Some(flag.0),
+                    progress: &progress,
+                };
+                compute(flag.0, watcher)
             });
-            let mut raised = None;
-            while ended.recv_timeout(EVERY) == Err(RecvTimeoutError::Timeout) {
-                if raised.is_none()
-                    && let Err(exception) = Python::attach(|py| py.check_signals())
-                {
-                    flag.0.store(true, Ordering::Relaxed);
-                    raised = Some(exception);
-                }
+            let signal = wait(&ended);
+            if signal.is_some() {
+                flag.0.store(true, Ordering::Relaxed);
             }
-            let result = worker.join();
-            match (raised, result) {
-                (Some(exception), _) => Err(exception),
-                (None, Ok(result)) => Ok(result),
-                (None, Err(panic)) => std::panic::resume_unwind(panic),
-            }
+            (signal, worker.join())
         })
+    });
+    let raised = progress.raised.into_inner();
+    match (
+        signal.or(raised.unwrap_or_else(PoisonError::into_inner)),
+        result,
+    ) {
+        (Some(exception), _) => Err(exception),
+        (None, Ok(result)) => Ok(result),
+        (None, Err(panic)) => std::panic::resume_unwind(panic),
+    }
+}
+
+/// Runs `compute`, which cannot be interrupted, in its own thread, without Python's lock.
+///
+/// # Errors
+/// The exception of a signal's handler. The thread is then left to end by itself, and its result is dropped.
+pub(crate) fn abandonable<T: Send + 'static>(
+    py: Python<'_>,
+    compute: impl FnOnce() -> T + Send + 'static,
+) -> PyResult<T> {
+    py.detach(|| {
+        let (done, ended) = channel::<()>();
+        let worker = std::thread::spawn(move || {
+            let _at_the_end = done;
+            compute()
+        });
+        match wait(&ended) {
+            Some(exception) => Err(exception),
+            None => worker
+                .join()
+                .or_else(|panic| std::panic::resume_unwind(panic)),
+        }
     })
+}
+
+/// Waits until the sender is dropped, or until a signal's handler raises an exception, which is returned.
+fn wait(ended: &Receiver<()>) -> Option<PyErr> {
+    while ended.recv_timeout(EVERY) == Err(RecvTimeoutError::Timeout) {
+        if let Err(exception) = Python::attach(|py| py.check_signals()) {
+            return Some(exception);
+        }
+    }
+    None
 }

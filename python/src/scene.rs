@@ -3,9 +3,7 @@
 use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
 use std::thread::available_parallelism;
-use std::time::{Duration, Instant};
 
 use clap::Parser;
 use myovib_cli::cli::Cli;
@@ -14,51 +12,12 @@ use myovib_report::page;
 use myovib_scene::run::{Existing, RunOptions, compute};
 use myovib_scene::sensitivity::Known;
 use myovib_scene::sweep::{Cases, SweepOptions, compute as compute_cases};
-use myovib_scene::watch::Tell;
 use myovib_scene::{BUILTIN, Scene, atomic_file, plain};
 use myovib_sparse::resources;
 use pyo3::prelude::*;
 
 use crate::error::{of_argument, of_command, of_scene};
-use crate::interrupt::interruptible;
-
-/// Shortest time between two lines of progress.
-const PROGRESS_EVERY: Duration = Duration::from_millis(200);
-
-/// A Python function that is told how far a run is.
-pub(crate) struct Progress {
-    show: Option<Py<PyAny>>,
-    last: Mutex<Option<Instant>>,
-}
-
-impl Progress {
-    pub(crate) fn new(show: Option<Py<PyAny>>) -> Self {
-        Self {
-            show,
-            last: Mutex::new(None),
-        }
-    }
-}
-
-impl Tell for Progress {
-    fn tell(&self, line: &dyn Fn() -> String) {
-        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        if last.is_some_and(|last| last.elapsed() < PROGRESS_EVERY) {
-            return;
-        }
-        *last = Some(Instant::now());
-        self.tell_now(line);
-    }
-
-    fn tell_now(&self, line: &dyn Fn() -> String) {
-        let Some(show) = &self.show else { return };
-        Python::attach(|py| {
-            if let Err(error) = show.call1(py, (line(),)) {
-                error.write_unraisable(py, None);
-            }
-        });
-    }
-}
+use crate::interrupt::{abandonable, interruptible};
 
 /// Computes a scene into the folder `out`; gives what was put right on the way. A folder that is not
 /// `lasting` goes with the process: nothing waits until it is on the disk.
@@ -75,8 +34,7 @@ pub(crate) fn run(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Vec<String>> {
     let existing = existing_of(existing)?;
-    let progress = Progress::new(progress);
-    let computed = interruptible(py, |flag| {
+    let computed = interruptible(py, progress, |flag, watcher| {
         let compute = || {
             let scene = Scene::load(&scene, &set)?;
             Known::all(&scene)?;
@@ -85,7 +43,7 @@ pub(crate) fn run(
                 existing,
                 verify,
                 interrupt: Some(flag),
-                progress: &progress,
+                progress: watcher.progress,
             };
             let result = compute(&scene, &options)?;
             page::write(&options.out, &scene, &result)?;
@@ -117,8 +75,7 @@ pub(crate) fn sweep(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<()> {
     let all = || available_parallelism().unwrap_or(NonZeroUsize::MIN);
-    let progress = Progress::new(progress);
-    let computed = interruptible(py, |flag| {
+    let computed = interruptible(py, progress, |flag, watcher| {
         compute_cases(&SweepOptions {
             scene,
             vary,
@@ -129,7 +86,7 @@ pub(crate) fn sweep(
             overwrite,
             n_threads: threads.unwrap_or_else(all),
             interrupt: Some(flag),
-            progress: &progress,
+            progress: watcher.progress,
             finished: &page::write,
         })
     })?;
@@ -144,7 +101,7 @@ pub(crate) fn check(
     set: Vec<String>,
 ) -> PyResult<(String, String)> {
     let name = scene.display().to_string();
-    let examined = interruptible(py, |_| -> anyhow::Result<_> {
+    let examined = abandonable(py, move || -> anyhow::Result<_> {
         let (text, document) = commands::check::examine(&name, &Scene::load(&scene, &set)?)?;
         Ok((text, serde_json::to_string(&document)?))
     })?;
@@ -160,7 +117,7 @@ pub(crate) fn modes(
     count: Option<usize>,
 ) -> PyResult<String> {
     let name = scene.display().to_string();
-    let found = interruptible(py, |_| -> anyhow::Result<_> {
+    let found = abandonable(py, move || -> anyhow::Result<_> {
         commands::modes::document(&name, Scene::load(&scene, &set)?, count)
     })?;
     found.map_err(of_command)

@@ -78,7 +78,7 @@ def test_what_cannot_be_identified_is_told_with_its_place():
     wanted.set("parameter", [{"key": "material[0].c10"}])
     with pytest.raises(ValueError, match=r"as long as each other: t \(2,\), origin.u_y \(1,\)"):
         wanted.fit({"t": [0.0, 0.1], "origin.u_y": [0.0]})
-    with pytest.raises(myovib.SceneError, match="no output `tip`"):
+    with pytest.raises(myovib.SceneError, match="`tip`"):
         wanted.fit({"t": [0.05, 0.1], "tip": [0.0, 0.0]})
 
 
@@ -92,6 +92,18 @@ def test_a_data_frame_is_as_good_as_a_mapping(tmp_path):
 
     [(path, changes)] = experiments(Frame(), tmp_path)
     assert path.read_text() == "t,tip\n0.1,1.0\n0.2,\n" and not changes
+
+
+def test_masked_measurements_were_not_made(tmp_path):
+    masked = np.ma.array([1.0, 2.0], mask=[False, True])
+    [(path, _)] = experiments({"t": [0.1, 0.2], 'a "b", c': masked}, tmp_path)
+    assert path.read_text() == 't,"a ""b"", c"\n0.1,1.0\n0.2,\n'
+
+
+@pytest.mark.parametrize("column", [[1 + 1j], np.array([1j]), np.array(["2026-01-01"], dtype="M8[D]")])
+def test_measurements_that_are_not_real_numbers_are_refused(column, tmp_path):
+    with pytest.raises(ValueError, match="column 'tip'"):
+        experiments({"t": [0.1], "tip": column}, tmp_path)
 
 
 def test_a_fit_of_arrays_and_a_file_finds_what_made_them(tmp_path):

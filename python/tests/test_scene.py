@@ -3,6 +3,7 @@
 import os
 import pickle
 import re
+import signal
 import subprocess
 import sys
 import threading
@@ -13,7 +14,8 @@ import numpy as np
 import pytest
 
 import myovib
-from myovib import Scene
+from myovib import Probe, Scene, _native
+from myovib._program import main
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -135,6 +137,78 @@ def test_progress_is_told():
     lines = []
     Scene.builtin("init").set("time.end", 1.0).run(progress=lines.append)
     assert lines and all(re.search(r"t = .* of 1 s", line) for line in lines)
+
+
+@pytest.mark.parametrize("exception", [ZeroDivisionError, KeyboardInterrupt])
+def test_exceptions_of_progress_come_through(exception):
+    parameters = [{"key": "material[0].c10"}]
+    scene = Scene.builtin("init").set("time.end", 1.0).set("parameter", parameters)
+    scene.set("traction[0].y.shift", 1)
+
+    def show(line):
+        raise exception("mine")
+
+    data = {"t": [0.5, 0.9, 1.0], "origin.u_y": [0.0, 1e-3, 1e-3]}
+    for compute in (
+        scene.run,
+        lambda progress: scene.sweep({"solid.alpha": [1.0, 2.0]}, progress=progress),
+        scene.sensitivity,
+        scene.stiffness_map,
+        lambda progress: scene.fit(data, progress=progress),
+    ):
+        with pytest.raises(exception, match="mine"):
+            compute(progress=show)
+
+
+def test_names_of_columns_may_be_quoted(tmp_path):
+    path = tmp_path / "probe.csv"
+    path.write_text('t,"factor_a,b","c ""d"""\n0.0,1.0,2.0\n1.0,3.0,4.0\n')
+    probe = Probe._read(path)
+    assert list(probe) == ["t", "factor_a,b", 'c "d"']
+    assert probe["factor_a,b"].tolist() == [1.0, 3.0]
+
+
+def test_a_stop_condition_is_a_success():
+    stop = {"type": "volume", "below": 1e9}
+    stopped = Scene.builtin("init").set("time.end", 0.1).set("stop", [stop]).run()
+    assert stopped.document["reason"] == "event" and stopped.success
+    assert stopped.document["t_reached"] < 0.1
+
+
+def test_notes_are_warnings(monkeypatch):
+    run = _native.run
+    monkeypatch.setattr(_native, "run", lambda *arguments: [*run(*arguments), "look at this"])
+    with pytest.warns(UserWarning, match="look at this"):
+        result = Scene.builtin("init").set("time.end", 0.02).run()
+    assert result.notes[-1] == "look at this"
+
+
+def test_lists_and_texts_with_commas_are_single_values():
+    scene = Scene.builtin("cantilever").set("time.end", 0.01)
+    sweep = scene.sweep({"mesh.cells": [[2, 1], [4, 2]], "title": ["a,b", "c"]}, threads=1)
+    assert [row["outcome"] for row in sweep.rows] == ["finished"] * 4
+    scenes = [sweep.case(k + 1).document["scene"] for k in range(4)]
+    assert [scene["mesh"]["cells"] for scene in scenes] == [[2, 1], [2, 1], [4, 2], [4, 2]]
+    assert [scene["title"] for scene in scenes] == ["a,b", "c"] * 2
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+def test_ctrl_c_ends_check_and_modes(seconds_to_an_end):
+    scene = Scene.builtin("muscle3d")
+    # Signals are checked every 0.05 s; the rest is room for a machine that does other things.
+    assert seconds_to_an_end(scene.check) < 0.5
+    assert seconds_to_an_end(lambda: [scene.modes(100) for _ in range(100)]) < 0.5
+
+
+def test_ctrl_c_ends_the_program_of_the_package(monkeypatch):
+    handlers = []
+    monkeypatch.setattr(_native, "program", lambda _: handlers.append(signal.getsignal(signal.SIGINT)))
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        main()
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert handlers == [signal.SIG_DFL]
 
 
 def test_two_threads_run_two_scenes_while_python_goes_on(result):
