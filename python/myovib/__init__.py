@@ -1,9 +1,9 @@
 """Differential-algebraic equations and constrained soft-tissue mechanics.
 
-`solve_dae` integrates anybody's F(t, y, y') = 0, of index up to 3, by the BDF
+`solve_dae` integrates custom systems F(t, y, y') = 0 of index up to 3, by the BDF
 of SUNDIALS' IDAS or by Radau IIA of order 5, 9 or 13. `Scene` computes
-muscles: meshes, materials, loads and chains of oscillators, as the program
-`myovib` does, to the same bits.
+soft-tissue mechanics: meshes, materials, loads and chains of oscillators. Its results
+are bitwise equal to those of the program `myovib`.
 """
 
 from ._dae import DaeSolution, DenseOutput, solve_dae

@@ -1,4 +1,4 @@
-"""What a scene's outputs depend on, and its parameters from measurements."""
+"""Sensitivities of a scene's outputs, and fits of its parameters to measurements."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from ._run import Probe
 __all__ = ["Experiment", "FitResult", "SensitivityResult"]
 
 Array = NDArray[np.float64]
-#: Measurements of one experiment: a file, or columns by name.
+#: Measurements of one experiment: a file, or columns by their names.
 Data = str | PathLike[str] | Mapping[str, ArrayLike]
-#: The same, perhaps with what was changed in the scene.
+#: Measurements, optionally with values that differ in the scene.
 Experiment = Data | tuple[Data, Mapping[str, Any]]
 
 
 class SensitivityResult:
-    """Outputs of a scene and their derivatives by its parameters; picklable.
+    """Outputs of a scene and their derivatives by its parameters. Picklable.
 
     Attributes
     ----------
@@ -34,16 +34,16 @@ class SensitivityResult:
     outputs, parameters : list of str
     values : ndarray, shape (m, outputs)
     derivatives : ndarray, shape (m, outputs, parameters)
-        Those by κ are by 1/κ.
+        Derivatives by κ are taken by 1/κ.
     scales : ndarray, shape (parameters,)
         Typical sizes of the parameters.
     importance : ndarray, shape (outputs, parameters)
-        For each output and parameter the root mean square over time of size × derivative,
-        relative to that of the output; NaN for an output that stays zero.
+        For each output and parameter the RMS over time of size × derivative, divided by the RMS of the
+        output; NaN for an output that stays zero.
     cost : dict
-        Steps, factorisations and solves of the run.
+        Steps, factorizations and solves of the run.
     folder : Path
-        Where the files are.
+        Folder of the files.
     """
 
     def __init__(self, folder: Path, document: dict[str, Any], temporary: Any) -> None:
@@ -74,38 +74,39 @@ class SensitivityResult:
 
 
 def by_element(document: dict[str, Any]) -> dict[str, Array]:
-    """The numbers of each output in a document of a stiffness map."""
+    """Return the sensitivities of each output in the document of a stiffness map."""
     return {output["name"]: _numbers(output["elements"]) for output in document["outputs"]}
 
 
 class FitResult:
-    """What a fit came to; picklable.
+    """Result of a fit. Picklable.
 
     Attributes
     ----------
     document : dict
-        All of ``fit.json``.
+        Content of ``fit.json``.
     converged : bool
+        Whether the search converged at residuals compatible with the noise; see ``document["outcome"]``.
     message : str
-        How the fit ended.
+        Reason why the fit ended.
     values, standard_errors : dict of float
-        By the parameters' names; that of κ is 1/κ. The error of one that no measurement depends on is
-        None.
+        By the parameters' names; κ is replaced by 1/κ. The error is None for a parameter that no
+        measurement depends on.
     intervals : dict of tuple
-        95 % intervals, by profile likelihood if it was asked for, else by the standard errors; a
-        side that the measurements leave open is None.
+        95 % intervals, by profile likelihood if it was requested, else by the standard errors; an open
+        side is None.
     correlation : ndarray, shape (n, n)
     deviation : float
         Standard deviation of the residuals: about 1 if the noise was given and the model fits.
     unknown : list of str
-        Combinations of parameters that the measurements do not tell.
+        Combinations of parameters that the measurements do not determine.
     residuals : list of dict
         For each measurement ``experiment`` (from 1), ``output``, ``t``, ``measured``, ``fitted``
         and ``residual``.
     history : Mapping
-        Columns of the iterations: ``iteration``, ``runs``, ``cost`` and the parameters.
+        Columns of the iterations: ``iteration``, ``runs``, ``part``, ``cost`` and the parameters.
     folder : Path
-        Where the files are.
+        Folder of the files.
     """
 
     def __init__(
@@ -135,7 +136,7 @@ class FitResult:
         self.residuals: list[dict[str, Any]] = document["residuals"]
 
     def scene(self) -> Any:
-        """The scene with the values that were found."""
+        """Return the scene with the fitted values."""
         return self._scene.copy()
 
     def __repr__(self) -> str:
@@ -157,7 +158,7 @@ class FitResult:
 def experiments(
     data: Experiment | list[Experiment], folder: Path
 ) -> list[tuple[Path, Mapping[str, Any]]]:
-    """A file and the changes for each experiment; columns are written to files in `folder`."""
+    """Return the file and the changes of each experiment; columns are written to files in `folder`."""
     files = []
     for k, one in enumerate(data if isinstance(data, list) else [data], start=1):
         measured, changes = one if isinstance(one, tuple) else (one, {})
@@ -197,7 +198,7 @@ def _measured(name: str, column: ArrayLike) -> Array:
 
 
 def _numbers(values: Iterable[Any]) -> Array:
-    """Numbers of a document, in which null stands for what is not finite."""
+    """Return the numbers of a document as an array, with NaN for null."""
     return np.array(values, dtype=float)
 
 

@@ -1,4 +1,4 @@
-"""The native half; use the functions of `myovib`."""
+"""The native module; use the functions of `myovib` instead."""
 
 from collections.abc import Callable
 from os import PathLike
@@ -56,10 +56,10 @@ def fit(
     progress: Callable[[str], object] | None,
 ) -> str: ...
 def use_threads(threads: int) -> None:
-    """Lets runs factorise large bodies in `threads` threads.
+    """Factorize large bodies in `threads` threads.
 
     All runs of this process share them, and results do not depend on their number. The first number
-    above one stays.
+    above one is final.
     """
 
 def builtins() -> list[str]: ...

@@ -1,4 +1,4 @@
-"""The program `myovib`, which the wheel brings too."""
+"""The command line program `myovib`, which is part of the wheel."""
 
 import signal
 import sys

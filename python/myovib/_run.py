@@ -1,4 +1,4 @@
-"""What a run left in its folder."""
+"""Results of runs and sweeps, read from their folders."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 
 class Probe(Mapping[str, Array]):
-    """The table of a probe: a column for each name, ``t`` first."""
+    """Table of a probe: columns by name, ``t`` first."""
 
     def __init__(self, names: list[str], rows: Array) -> None:
         self._names, self._rows = names, rows
@@ -48,7 +48,7 @@ class Probe(Mapping[str, Array]):
         return len(self._names)
 
     def frame(self) -> Any:
-        """The table as a `pandas.DataFrame`, with the time as its index."""
+        """Return the table as a `pandas.DataFrame` with the time as its index."""
         import pandas
 
         return pandas.DataFrame(self._rows, columns=self._names).set_index("t")
@@ -58,7 +58,7 @@ class Probe(Mapping[str, Array]):
 
 
 class Fields:
-    """The fields on the mesh, as files for ParaView.
+    """Fields on the mesh, stored as files for ParaView.
 
     Attributes
     ----------
@@ -85,17 +85,17 @@ class Fields:
         return f"Fields({len(self)} times from {self.times[0]:g} to {self.times[-1]:g} s)"
 
     def __getitem__(self, k: int) -> dict[str, NDArray[Any]]:
-        """The fields at time number `k`.
+        """Return the fields at time number `k`.
 
         Returns
         -------
         dict of ndarray
             ``points`` (n, 3), ``cells`` (m, nodes of a cell), and each field that the
-            scene asked for, with a row per point.
+            scene requests, with a row per point.
         """
         arrays = {}
         for array in ElementTree.parse(self.files[k]).getroot().iter("DataArray"):
-            # The number of bytes in eight bytes, then the numbers.
+            # Eight bytes with the length precede the numbers.
             content = base64.b64decode(array.text or "")[8:]
             values = np.frombuffer(content, dtype=KINDS[array.attrib["type"]])
             width = int(array.attrib.get("NumberOfComponents", 1))
@@ -106,7 +106,7 @@ class Fields:
         return arrays
 
 
-#: Kinds of numbers in files of fields, little-endian.
+#: Types of numbers in VTU files, little-endian.
 KINDS = {"Float64": "<f8", "Int64": "<i8"}
 
 COUNTS = (
@@ -124,20 +124,20 @@ COUNTS = (
 
 
 class RunResult:
-    """A run that was computed; picklable, without the files of its fields.
+    """Result of a run. Picklable, without the files of its fields.
 
     Attributes
     ----------
     outcome : str
-        ``"finished"``, or why the run ended before.
+        ``"finished"`` or ``"stopped"``; ``document["reason"]`` is the reason of a stop.
     document : dict
-        All of ``run.json``.
+        Content of ``run.json``.
     probes : dict of Probe
-        The tables, by the names of the probes.
+        Tables by the names of the probes.
     notes : list of str
-        What was put right on the way.
+        Warnings and corrections of the run.
     folder : Path
-        Where the files are.
+        Folder of the files.
     """
 
     def __init__(
@@ -170,16 +170,16 @@ class RunResult:
 
     @property
     def statistics(self) -> dict[str, Any]:
-        """The counters of the integration."""
+        """Counters of the integration."""
         return {name: self.document[name] for name in COUNTS if self.document.get(name) is not None}
 
     @property
     def fields(self) -> Fields | None:
-        """The fields, where the scene asked for them and the folder is there."""
+        """Fields, or None if the scene requests none or the folder does not exist."""
         return Fields._of(self.folder)
 
     def report(self) -> str:
-        """The report of the run: a page of HTML that needs nothing else."""
+        """Return the report of the run as a self-contained HTML page."""
         return (self.folder / "report.html").read_text(encoding="utf-8")
 
     def __repr__(self) -> str:
@@ -200,15 +200,15 @@ class RunResult:
 
 
 class SweepResult:
-    """The cases of a sweep.
+    """Result of a sweep.
 
     Attributes
     ----------
     rows : list of dict
-        For each case its number, the values that vary (``inf`` as text), the outcome, the counters, and
-        under ``probes`` the last row of each probe.
+        For each case its number, the varied values (``inf`` as text), the outcome, the counters, and
+        the last row of each probe as ``probes``.
     folder : Path
-        Where the folders of the cases are.
+        Folder of the cases' folders.
     """
 
     def __init__(self, folder: Path, rows: list[dict[str, Any]], temporary: Any) -> None:
@@ -220,17 +220,17 @@ class SweepResult:
         return cls(folder, document["rows"], temporary)
 
     def case(self, number: int) -> RunResult:
-        """The run of a case, counted from 1.
+        """Return the run of a case, counted from 1.
 
         Raises
         ------
         FileNotFoundError
-            For a case that failed before its run, or that there is not.
+            For an unknown case, or one that failed before its run.
         """
         return RunResult._of(self.folder / f"case-{number:04}", [], self._temporary)
 
     def frame(self) -> Any:
-        """The rows as a `pandas.DataFrame`, without the probes."""
+        """Return the rows as a `pandas.DataFrame`, without the probes."""
         import pandas
 
         rows = [{k: v for k, v in row.items() if k != "probes"} for row in self.rows]

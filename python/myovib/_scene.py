@@ -1,4 +1,4 @@
-"""Scenes: what a user of the program writes in TOML."""
+"""Scenes in TOML, with changed values."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ Progress = bool | Callable[[str], object]
 
 
 class Scene:
-    """A scene and the values that are changed in it.
+    """A scene with changed values. Picklable.
 
-    Made by `Scene.read` or `Scene.builtin`; picklable.
+    Created by `Scene.read` or `Scene.builtin`.
 
     Examples
     --------
@@ -46,12 +46,12 @@ class Scene:
 
     @classmethod
     def read(cls, path: str | PathLike[str]) -> Scene:
-        """The scene of a TOML file.
+        """Read a TOML file.
 
         Parameters
         ----------
         path : path-like
-            The file. Files that it names are relative to its folder.
+            The file. Paths in it are relative to its folder.
 
         Raises
         ------
@@ -63,12 +63,12 @@ class Scene:
 
     @classmethod
     def builtin(cls, name: str) -> Scene:
-        """One of the scenes of `Scene.builtins`.
+        """Return a built-in scene.
 
         Raises
         ------
         ValueError
-            For another name.
+            For a name that is not in `Scene.builtins`.
         """
         if name not in _native.builtins():
             names = ", ".join(_native.builtins())
@@ -77,31 +77,31 @@ class Scene:
 
     @staticmethod
     def builtins() -> list[str]:
-        """The names of the built-in scenes."""
+        """Return the names of the built-in scenes."""
         return _native.builtins()
 
     @property
     def text(self) -> str:
-        """The scene as written, without what `set` changed."""
+        """Text of the scene, without the changes of `set`."""
         text = _native.builtin_text(self._source)
         return Path(self._source).read_text(encoding="utf-8") if text is None else text
 
     @property
     def changes(self) -> dict[str, str]:
-        """What `set` changed: keys and values as text."""
+        """Keys and values changed by `set`, as text."""
         return dict(self._set)
 
     def set(self, key: str, value: Any) -> Scene:
         """Change a value of this scene, as ``--set key=value`` does.
 
-        A wrong key or value is told by what computes; ``None`` takes it back.
+        Keys and values are validated when the scene is computed.
 
         Parameters
         ----------
         key : str
             As in ``solid.kappa`` or ``material[0].c10``.
         value : float, str, bool, list, dict or None
-            The value; ``None`` removes the key, for its default.
+            The value; ``None`` removes the key, so that its default applies.
 
         Returns
         -------
@@ -112,19 +112,20 @@ class Scene:
         return self
 
     def copy(self) -> Scene:
-        """A scene to be changed apart from this one."""
+        """Return an independent copy."""
         other = Scene(self._source)
         other._set = dict(self._set)
         return other
 
     def check(self) -> dict[str, Any]:
-        """What can be said before a run: unknowns, index, modes, cost, warnings.
+        """Inspect the scene before a run: unknowns, index, modes, estimated cost, warnings.
+
+        Ctrl-C raises `KeyboardInterrupt` at once; the inspection then ends in the background.
 
         Returns
         -------
         dict
-            The body of the document that ``myovib check --json`` writes, with
-            the text for people under ``"text"``.
+            The document of ``myovib check --json``, with the text of ``myovib check`` as ``"text"``.
 
         Raises
         ------
@@ -144,34 +145,34 @@ class Scene:
     ) -> RunResult:
         """Compute the scene.
 
-        Ctrl-C ends the run in good order and raises `KeyboardInterrupt`. Other
-        threads of Python go on meanwhile.
+        Other Python threads continue during the run. Ctrl-C, or an exception raised by `progress`, ends
+        the run, keeps its files and is raised. Notes of the run are issued as warnings.
 
         Parameters
         ----------
         out : path-like, optional
-            Folder for the results, the same files as those of ``myovib run``.
-            By default one that is removed together with the result.
+            Folder for the files of ``myovib run``. By default a temporary folder, removed
+            together with the result.
         progress : bool or callable
-            Whether progress is shown on standard error, or who is told.
+            Whether to show progress on standard error, or a function of each line.
         verify : bool
-            Whether a second run at looser tolerances says how far off this one is,
-            under ``"error_estimate"`` of the document.
+            Whether to estimate the error by a second run at looser tolerances, as
+            ``"error_estimate"`` of the document.
         existing : {"refuse", "overwrite", "resume"}
-            What is done with a run that the folder holds.
+            Policy for an earlier run in the folder.
 
         Returns
         -------
         RunResult
-            Also of a run that stopped, and of an equilibrium that was found under a
-            part of the load only: `success` tells, and `document["message"]` why.
+            Also of a run that stopped, and of an equilibrium under a part of the load:
+            see `success` and `document["message"]`.
 
         Raises
         ------
         SceneError
-            What is wrong in the scene; nothing was written then.
+            For an invalid scene; nothing is written.
         OSError
-            Results that cannot be written.
+            If results cannot be written.
         """
         out, temporary = _folder(out)
         with _Line(progress) as show:
@@ -201,13 +202,13 @@ class Scene:
             For each key its values, or a range as text: ``"1e-5..1e-3:5"`` or
             ``"1e-5..1e-3:5:log"``. A value may be a list.
         out : path-like, optional
-            Folder for the cases; by default one that is removed with the result.
+            Folder for the cases. By default a temporary folder, removed with the result.
         results : mapping, optional
-            Columns made of the probes, as ``--result name=expression``.
+            Columns computed from the probes, as ``--result name=expression``.
         threads : int, optional
-            Cases at a time; all cores by default.
+            Number of parallel cases; all cores by default.
         overwrite : bool
-            Whether cases that the folder holds are computed again.
+            Whether to compute finished cases again.
         progress : bool or callable
             As for `run`.
 
@@ -225,15 +226,16 @@ class Scene:
         return SweepResult._of(out, temporary)
 
     def modes(self, count: int | None = None) -> list[dict[str, float]]:
-        """The lowest eigenmodes of the body.
+        """Compute the lowest eigenmodes of the body.
 
-        They are about its unloaded state, or, with ``scene.set("modes.loads_at", t)``, about the
-        equilibrium under its loads at the time t.
+        The modes are linearized about the unloaded state or, with ``scene.set("modes.loads_at", t)``,
+        about the equilibrium under the loads at the time t. Ctrl-C raises `KeyboardInterrupt` at once;
+        the computation then ends in the background.
 
         Parameters
         ----------
         count : int, optional
-            How many; by default the scene's number, else 10.
+            Number of modes; by default the scene's, else 10.
 
         Returns
         -------
@@ -251,18 +253,18 @@ class Scene:
         in_error_test: bool = False,
         progress: Progress = False,
     ) -> SensitivityResult:
-        """What the outputs of the scene depend on, by one run with its derivatives.
+        """Compute the derivatives of the outputs by the parameters, by forward sensitivities.
 
-        The parameters are those of the scene's ``[[parameter]]``, the outputs those of
-        ``[[output]]``, else all columns of the probes.
+        The scene lists its parameters in ``[[parameter]]`` and its outputs in ``[[output]]``; without
+        ``[[output]]`` all columns of the probes are outputs.
 
         Parameters
         ----------
         out : path-like, optional
-            Folder for the files of ``myovib sensitivity``; by default one that is removed
+            Folder for the files of ``myovib sensitivity``. By default a temporary folder, removed
             with the result.
         in_error_test : bool
-            Let the errors of the derivatives choose the steps too.
+            Whether the error test includes the derivatives.
         progress : bool or callable
             As for `run`.
 
@@ -273,9 +275,9 @@ class Scene:
         Raises
         ------
         SceneError
-            What is wrong in the scene, as a parameter by which nothing can be differentiated.
+            For an invalid scene, or a parameter without derivatives.
         RuntimeError
-            A run that did not come to its end.
+            If the run does not reach its end.
 
         Examples
         --------
@@ -296,28 +298,27 @@ class Scene:
         *,
         progress: Progress = False,
     ) -> dict[str, Array]:
-        """Where in the body the outputs of the scene see its stiffness, by the discrete adjoint.
+        """Compute the sensitivity of each output to the stiffness of each element, by the discrete adjoint.
 
         Parameters
         ----------
         out : path-like, optional
-            Folder for the files of ``myovib sensitivity --map``; by default none are kept.
+            Folder for the files of ``myovib sensitivity --map``. By default no files are kept.
         progress : bool or callable
             As for `run`.
 
         Returns
         -------
         dict of ndarray, shape (elements,)
-            For each output that is a displacement or a velocity the relative change of its root
-            mean square over time for a relative change of each element's stiffness; NaN for an
-            output that stays zero.
+            For each displacement or velocity among the outputs, the relative change of its RMS over
+            time per relative change of each element's stiffness; NaN for an output that stays zero.
 
         Raises
         ------
         SceneError
-            What is wrong in the scene, or in the way of such derivatives.
+            For an invalid scene, or one without such derivatives.
         RuntimeError
-            A run that did not come to its end.
+            If the run does not reach its end.
 
         Examples
         --------
@@ -343,42 +344,42 @@ class Scene:
         existing: Literal["refuse", "overwrite", "resume"] = "refuse",
         progress: Progress = False,
     ) -> FitResult:
-        """The scene's parameters from measurements, by least squares.
+        """Fit the scene's parameters to measurements by least squares.
 
-        The parameters are those of the scene's ``[[parameter]]``, with their bounds; what was
-        measured those of ``[[output]]``, with their noise.
+        The scene lists its parameters in ``[[parameter]]`` with their bounds, and the measured
+        quantities in ``[[output]]`` with their noise. A fit that does not converge issues a warning.
 
         Parameters
         ----------
         data : experiment or list of experiments
-            An experiment is a file, as for ``myovib fit --data``, or a mapping or data frame with the column
-            ``"t"`` and one for each output measured (NaN: not measured then); or a pair of
-            that and a mapping of what was changed in the scene.
+            An experiment is a file, as for ``myovib fit --data``, or a mapping or data frame with the
+            column ``"t"`` and a column for each measured output (NaN or masked where it was not
+            measured); or a pair of these and a mapping of values that differ in the scene.
         out : path-like, optional
-            Folder for the files of ``myovib fit``; by default one that is removed with the
+            Folder for the files of ``myovib fit``. By default a temporary folder, removed with the
             result.
         profile : bool
-            Whether intervals by profile likelihood are computed: some ten fits for each
-            parameter.
+            Whether to compute intervals by profile likelihood: about ten fits per parameter.
         tolerance : float
-            The fit has converged when no parameter changes by more than this fraction.
+            The fit has converged when no parameter changes by more than this fraction of its value.
         max_iterations : int
+            Maximum iterations per phase, starting point and profile point.
         starts, seed : int
-            From how many starts to fit: the scene's own and others by chance; the best is kept.
+            Number of starting points (the scene's and random ones; the best fit is kept), and the seed.
         existing : {"refuse", "overwrite", "resume"}
-            What is done with a fit that `out` holds.
+            Policy for an earlier fit in `out`.
         progress : bool or callable
             As for `run`.
 
         Returns
         -------
         FitResult
-            Also of a fit that did not converge, which says so.
+            Also of a fit that did not converge; see ``converged`` and ``message``.
 
         Raises
         ------
         SceneError
-            What is wrong in the scene or the measurements, and where.
+            For an invalid scene or invalid measurements.
         """
         out, temporary = _folder(out)
         with tempfile.TemporaryDirectory(prefix="myovib-") as tables, _Line(progress) as show:
@@ -398,7 +399,10 @@ class Scene:
                 existing,
                 show,
             )
-        return FitResult(out, json.loads(document), self.copy(), temporary)
+        fit = FitResult(out, json.loads(document), self.copy(), temporary)
+        if not fit.converged:
+            warnings.warn(f"the fit did not converge: {fit.message}", stacklevel=2)
+        return fit
 
     def _assign(self, assignment: str) -> None:
         key, _, value = assignment.partition("=")
@@ -417,7 +421,7 @@ Temporary = tempfile.TemporaryDirectory[str]
 
 
 def _folder(out: str | PathLike[str] | None) -> tuple[Path, Temporary | None]:
-    """The folder for results, and what removes it."""
+    """Return the folder for results, and the temporary folder that contains it, if any."""
     if out is not None:
         return Path(out), None
     temporary = tempfile.TemporaryDirectory(prefix="myovib-")
@@ -425,7 +429,7 @@ def _folder(out: str | PathLike[str] | None) -> tuple[Path, Temporary | None]:
 
 
 def _toml(value: Any) -> str:
-    """A value as TOML has it; the program takes inf for a string of that name."""
+    """Return a value as TOML; the program accepts both inf and "inf"."""
     if value is None:
         return ""
     if isinstance(value, bool):
@@ -459,7 +463,7 @@ def _entry(value: Any) -> str:
 
 
 class _Line:
-    """Progress as a line on standard error, which is cleared at the end."""
+    """Shows progress as a line on standard error, and clears it at the end."""
 
     def __init__(self, progress: Progress) -> None:
         self._shown = 0

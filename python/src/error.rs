@@ -1,4 +1,4 @@
-//! Errors as Python's exceptions.
+//! Conversion of errors to Python exceptions.
 
 use myovib_scene::{Error, InputError};
 use pyo3::exceptions::{PyException, PyOSError, PyRuntimeError, PyValueError};
@@ -8,16 +8,16 @@ create_exception!(
     myovib,
     StepFailure,
     PyException,
-    "To be raised by a residual or a Jacobian that cannot be evaluated: a smaller step is tried."
+    "Raise this in a residual or a Jacobian that cannot be evaluated; the integrator then tries a smaller step."
 );
 create_exception!(
     myovib,
     SceneError,
     PyValueError,
-    "Something in a scene is wrong: what, where, and what is allowed."
+    "An invalid scene or invalid measurements, with the place and the allowed values."
 );
 
-/// An error of a scene's run.
+/// Converts an error of a scene's computation.
 pub(crate) fn of_scene(error: Error) -> PyErr {
     let cause = std::error::Error::source(&error).map_or(String::new(), |c| format!(": {c}"));
     let text = format!("{error}{cause}");
@@ -28,7 +28,7 @@ pub(crate) fn of_scene(error: Error) -> PyErr {
     }
 }
 
-/// An error of the program's own commands.
+/// Converts an error of a command.
 pub(crate) fn of_command(error: anyhow::Error) -> PyErr {
     let error = match error.downcast::<Error>() {
         Ok(error) => return of_scene(error),
@@ -42,7 +42,7 @@ pub(crate) fn of_command(error: anyhow::Error) -> PyErr {
     }
 }
 
-/// Arguments that make no sense.
+/// Converts an error in the arguments.
 pub(crate) fn of_argument(error: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(error.to_string())
 }

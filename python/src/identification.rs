@@ -1,4 +1,4 @@
-//! What the outputs of a scene depend on, and its parameters from measurements.
+//! Sensitivities and fits.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use crate::error::of_command;
 use crate::interrupt::interruptible;
 use crate::scene::existing_of;
 
-/// Sensitivities of a scene's outputs, written to the folder `out`; a JSON document.
+/// Computes the sensitivities of a scene's outputs, writes them to the folder `out` and returns the JSON document.
 #[pyfunction]
 pub(crate) fn sensitivity(
     py: Python<'_>,
@@ -34,7 +34,7 @@ pub(crate) fn sensitivity(
     computed.map_err(of_command)
 }
 
-/// Where the outputs of a scene see the stiffness of its body, written to the folder `out`; a JSON document.
+/// Computes a stiffness map, writes it to the folder `out` and returns the JSON document.
 #[pyfunction]
 pub(crate) fn stiffness_map(
     py: Python<'_>,
@@ -51,9 +51,9 @@ pub(crate) fn stiffness_map(
     computed.map_err(of_command)
 }
 
-/// The parameters of a scene from measurements, written to the folder `out`; a JSON document.
+/// Fits the parameters of a scene, writes the results to the folder `out` and returns the JSON document.
 ///
-/// `experiments` has for each its file and what is changed in it.
+/// `experiments` lists the file and the overrides of each experiment.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn fit(

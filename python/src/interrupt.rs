@@ -116,7 +116,7 @@ pub(crate) fn interruptible<T: Send>(
 /// Runs `compute`, which cannot be interrupted, in its own thread, without Python's lock.
 ///
 /// # Errors
-/// The exception of a signal's handler. The thread is then left to end by itself, and its result is dropped.
+/// The exception of a signal's handler. The thread then continues in the background, and its result is dropped.
 pub(crate) fn abandonable<T: Send + 'static>(
     py: Python<'_>,
     compute: impl FnOnce() -> T + Send + 'static,

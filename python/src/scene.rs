@@ -1,4 +1,4 @@
-//! Scenes, computed as the program does.
+//! Scenes, computed by the code of the command line program.
 
 use std::ffi::OsString;
 use std::num::NonZeroUsize;
@@ -19,8 +19,8 @@ use pyo3::prelude::*;
 use crate::error::{of_argument, of_command, of_scene};
 use crate::interrupt::{abandonable, interruptible};
 
-/// Computes a scene into the folder `out`; gives what was put right on the way. A folder that is not
-/// `lasting` goes with the process: nothing waits until it is on the disk.
+/// Computes a scene into the folder `out` and returns the notes. Files in a folder that is not `lasting` are not synchronized
+/// to the disk.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn run(
@@ -93,7 +93,7 @@ pub(crate) fn sweep(
     computed.map(drop).map_err(of_scene)
 }
 
-/// What can be said of a scene before it is run: a text, and a JSON document.
+/// Inspects a scene and returns a text and a JSON document.
 #[pyfunction]
 pub(crate) fn check(
     py: Python<'_>,
@@ -108,7 +108,7 @@ pub(crate) fn check(
     examined.map_err(of_command)
 }
 
-/// The lowest eigenmodes of the scene's body, as a JSON document.
+/// Returns the lowest eigenmodes of the scene's body as a JSON document.
 #[pyfunction]
 pub(crate) fn modes(
     py: Python<'_>,
@@ -123,28 +123,27 @@ pub(crate) fn modes(
     found.map_err(of_command)
 }
 
-/// Lets runs factorise large bodies in `threads` threads.
+/// Factorizes large bodies in `threads` threads.
 ///
-/// All runs of this process share them, and results do not depend on their number. The first number
-/// above one stays.
+/// All runs of this process share them, and results do not depend on their number. The first number above one is final.
 #[pyfunction]
 pub(crate) fn use_threads(threads: NonZeroUsize) -> PyResult<()> {
     resources::use_threads(threads.get()).map_err(|error| of_command(error.into()))
 }
 
-/// The names of the built-in scenes.
+/// Returns the names of the built-in scenes.
 #[pyfunction]
 pub(crate) fn builtins() -> Vec<&'static str> {
     BUILTIN.iter().map(|(name, _)| *name).collect()
 }
 
-/// The text of a built-in scene.
+/// Returns the text of a built-in scene.
 #[pyfunction]
 pub(crate) fn builtin_text(name: &str) -> Option<&'static str> {
     myovib_scene::builtin_text(name)
 }
 
-/// What this package is made of: its own version, SUNDIALS', and KLU's or what is in its place.
+/// Returns the versions of this package, of SUNDIALS, and of KLU or its replacement.
 #[pyfunction]
 pub(crate) fn versions() -> (&'static str, String, String) {
     let versions = myovib_scene::versions::Versions::found();
@@ -152,20 +151,20 @@ pub(crate) fn versions() -> (&'static str, String, String) {
     (versions.myovib, versions.sundials, klu)
 }
 
-/// The program `myovib` with its arguments; gives its exit code.
+/// Runs the command line program with these arguments and returns its exit code.
 #[pyfunction]
 pub(crate) fn program(py: Python<'_>, arguments: Vec<OsString>) -> i32 {
     py.detach(|| match Cli::try_parse_from(arguments) {
         Ok(cli) => myovib_cli::ended(cli.command.run()) as i32,
         Err(error) => {
-            // Nothing more can be said where the streams are closed.
+            // A closed stream cannot report the error either.
             let _ = error.print();
             error.exit_code()
         }
     })
 }
 
-/// What is done with what the folder holds, by its name.
+/// Returns the policy for earlier results by its name.
 pub(crate) fn existing_of(name: &str) -> PyResult<Existing> {
     match name {
         "refuse" => Ok(Existing::Refuse),

@@ -1,4 +1,4 @@
-"""Sensitivities and fits: against differences, known values, and the program's files."""
+"""Sensitivities and fits against differences and known values, and their files."""
 
 import pickle
 import os
@@ -37,7 +37,7 @@ def test_sensitivities_are_those_of_two_runs(sensitivity):
     }
     assert (ends[0.99e4]["t"] == sensitivity.t).all()
     difference = (ends[1.01e4]["u_y"] - ends[0.99e4]["u_y"]) / 200
-    # Central differences over 2 % are off by some 1e-4 of the largest; integration by 1e-7 / 1e-2.
+    # Truncation of central differences over 2 % is about 1e-4 of the largest; integration adds 1e-7 / 1e-2.
     largest = np.abs(difference).max()
     assert sensitivity.derivatives[:, 1, 0] == pytest.approx(difference, abs=1e-3 * largest)
     u_y = sensitivity.values[:, 1]
@@ -83,7 +83,7 @@ def test_what_cannot_be_identified_is_told_with_its_place():
 
 
 def test_a_data_frame_is_as_good_as_a_mapping(tmp_path):
-    class Frame:  # what there is of pandas' here
+    class Frame:  # the required part of a data frame
         def keys(self):
             return ["t", "tip"]
 
@@ -126,8 +126,8 @@ def test_a_fit_of_arrays_and_a_file_finds_what_made_them(tmp_path):
     told = []
     fit = wanted.fit(experiments, progress=told.append)
     assert fit.converged and fit.message == "converged" and told
-    # Data without noise; the runs of a fit take steps of their own, so that both differ by some rtol,
-    # 1e-5. The output changes by half of itself for c10, by a tenth for 1/kappa.
+    # Data without noise. The runs of a fit take other steps, so both differ by about rtol = 1e-5. The relative change of the
+    # output is half that of c10, and a tenth that of 1/kappa.
     assert fit.values["material[0].c10"] == pytest.approx(1.3e4, rel=1e-4)
     assert fit.values["1/solid.kappa"] == pytest.approx(1 / 5e4, rel=1e-3)
     low, high = fit.intervals["material[0].c10"]

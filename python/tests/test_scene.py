@@ -1,4 +1,4 @@
-"""Scenes: the same bits as the program's, interrupted, swept, read back."""
+"""Scenes: bitwise equality with the program, interrupts, sweeps, results."""
 
 import os
 import pickle
@@ -21,7 +21,7 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 
 
 def program(*arguments, cwd):
-    """The program: the one that MYOVIB_PROGRAM names, else the package's own."""
+    """Run the program named by MYOVIB_PROGRAM, else the package's."""
     own = [sys.executable, "-c", "import sys; from myovib._program import main; sys.exit(main())"]
     named = os.environ.get("MYOVIB_PROGRAM")
     command = [named] if named else own
@@ -116,7 +116,7 @@ def test_check_and_modes():
     assert found["body"]["index"] == 2 and "unknowns" in found["text"]
     modes = scene.modes(3)
     assert len(modes) == 3
-    # The modes that `check` finds on its own way, printed there with two decimals.
+    # `check` computes the same modes by another path.
     assert [m["frequency"] for m in modes] == pytest.approx(found["body"]["slow_modes"][:3], rel=1e-6)
 
 
@@ -195,7 +195,7 @@ def test_lists_and_texts_with_commas_are_single_values():
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 def test_ctrl_c_ends_check_and_modes(seconds_to_an_end):
     scene = Scene.builtin("muscle3d")
-    # Signals are checked every 0.05 s; the rest is room for a machine that does other things.
+    # Signals are checked every 0.05 s; the rest is room for a busy machine.
     assert seconds_to_an_end(scene.check) < 0.5
     assert seconds_to_an_end(lambda: [scene.modes(100) for _ in range(100)]) < 0.5
 
@@ -233,8 +233,7 @@ def test_two_threads_run_two_scenes_while_python_goes_on(result):
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 def test_ctrl_c_ends_a_run(seconds_to_an_end):
     late = seconds_to_an_end(Scene.builtin("table2-1").set("time.end", 1000.0).run)
-    # Asked for every 0.05 s, and noticed with the next step (a millisecond); the rest is room for
-    # a machine that does other things.
+    # Signals are checked every 0.05 s and at the next step (a millisecond); the rest is room for a busy machine.
     assert late < 0.5
 
 

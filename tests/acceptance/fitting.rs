@@ -55,14 +55,14 @@ fn a_fit_says_what_is_not_to_be_trusted() {
     let run = myovib_in(folder.path(), &words);
     // The noise given is a thousandth of that of the data: the model does not fit.
     assert_eq!(run.code, 3, "{}", run.stderr);
-    let profile = "profile 1 of 2, some ten fits for each: solid.alpha";
+    let profile = "profile 1 of 2, about ten fits each: solid.alpha";
     assert!(run.stderr.contains(profile), "{}", run.stderr);
     let read = |name: &str| fs::read_to_string(folder.path().join("fit").join(name));
     let page = read("report.html").expect("the page");
     for said in [
-        "the model does not fit the data, and the intervals do not hold",
+        "the model does not fit the measurements, and the intervals are invalid",
         "no measurement depends on traction[1].y.value: ",
-        "* this interval, as of a linear model, passes a bound of solid.alpha: the better one is by profile",
+        "* the linear interval exceeds a bound of solid.alpha: use the interval by profile",
         "profile of traction[1].y.value: not computed: no measurement depends on it",
     ] {
         assert!(run.stdout.contains(said), "{said}: {}", run.stdout);
@@ -111,7 +111,7 @@ fn the_fit_of_the_guide_finds_the_truth_and_shows_it_on_a_page() {
         let shown = format!("{:.6e}", parameter["value"].as_f64().expect("a number"));
         assert!(page.contains(&format!("<td>{name}</td><td class=\"n\">{shown}</td>")));
     }
-    assert!(!page.contains("does not fit") && !page.contains("passes a bound"));
+    assert!(!page.contains("does not fit") && !page.contains("exceeds a bound"));
     // The curves with the residuals, and the costs of the iterations.
     assert_eq!(page.matches("<svg xmlns=").count(), 2);
     assert!(page.contains("<h1>A muscle to be identified</h1>"));

@@ -1,9 +1,9 @@
-//! Derivatives by central differences.
+//! Central differences.
 
 use nalgebra::DMatrix;
 
-/// Central differences of `function` with the step ∛ε · max(|p|, scale): truncation and rounding,
-/// both about ε^(2/3), in balance.
+/// Writes the Jacobian of `function` by central differences with the step ∛ε max(|p|, scale), which balances truncation
+/// and rounding (both about ε^(2/3)).
 pub(crate) fn central<E>(
     mut function: impl FnMut(&[f64], &mut [f64]) -> Result<(), E>,
     p: &[f64],
@@ -13,8 +13,8 @@ pub(crate) fn central<E>(
     let mut at = p.to_vec();
     let mut sides = [vec![0.0; out.nrows()], vec![0.0; out.nrows()]];
     for j in 0..p.len() {
-        let wanted = f64::EPSILON.cbrt() * p[j].abs().max(scale[j]);
-        let (above, below) = (p[j] + wanted, p[j] - wanted);
+        let step = f64::EPSILON.cbrt() * p[j].abs().max(scale[j]);
+        let (above, below) = (p[j] + step, p[j] - step);
         for (side, value) in sides.iter_mut().zip([above, below]) {
             at[j] = value;
             function(&at, side)?;

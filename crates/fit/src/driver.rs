@@ -9,13 +9,12 @@ use crate::model::{Failed, Model};
 use crate::options::Options;
 use crate::parameter::Parameter;
 use crate::result::{Ended, Fit, Iteration};
-use crate::trust_region::Linearised;
+use crate::trust_region::Linearized;
 
 /// Fits the parameters.
 ///
 /// # Errors
-/// [`FitError`] for what makes no sense, and a model that fails at the start. A fit that does not
-/// converge is a [`Fit`] that says so.
+/// [`FitError`] for invalid arguments and for a model that fails at the start. Check [`Fit::ended`] for convergence.
 pub fn fit(
     model: &mut dyn Model,
     parameters: &[Parameter],
@@ -26,7 +25,7 @@ pub fn fit(
     })
 }
 
-/// Fits the parameters and shows each iteration to `observe`, which may end the fit.
+/// Fits the parameters and calls `observe` at each iteration; `observe` may end the fit.
 ///
 /// # Errors
 /// As for [`fit`].
@@ -39,8 +38,8 @@ pub fn fit_observed(
     search(model, parameters, None, options, observe)
 }
 
-/// Goes on from the `rough` fit of another model that is nearly the same, as of one that is computed to a
-/// rougher tolerance: from its values, and by its derivatives for the first step.
+/// Continues from the `rough` fit of a slightly different model, for example the same model at a looser tolerance. Its
+/// values are the start; its Jacobian gives the first step.
 ///
 /// # Errors
 /// As for [`fit`].
@@ -78,36 +77,35 @@ fn search(
     Ok(search.into_fit(ended))
 }
 
-/// The residuals at some parameters, their cost, and the derivatives if they came with them.
+/// The residuals at a point, their cost, and the Jacobian if the model returned both.
 struct Evaluation {
     residuals: Vec<f64>,
     cost: f64,
     jacobian: Option<DMatrix<f64>>,
 }
 
-/// How far the residuals are from the least of the linearised problem.
+/// Distance from the minimum of the linearized problem.
 struct Slope {
-    /// The largest cosine between them and a derivative.
+    /// Largest cosine of the angle between the residuals and a column of the Jacobian.
     cosine: f64,
-    /// The way there in units of the parameters' uncertainty.
+    /// Length of the Gauss–Newton step in units of the parameters' uncertainty.
     offset: f64,
 }
 
-/// The first step changes parameters by about this fraction of their size at most. Steps measured by the
-/// derivatives, as Moré has them, change most what counts least, far beyond where the linearised problem
-/// tells anything of it.
+/// Initial radius of the trust region for each parameter, relative to its scale. Moré measures steps by the columns of the
+/// Jacobian; insensitive parameters then change most, far beyond the validity of the linearization.
 const FIRST: f64 = 0.3;
 
-/// Shrinks the trust region below this quality of prediction, grows it above the other (Moré).
+/// The trust region shrinks below the first ratio of actual to predicted reduction and grows above the second (Moré).
 const POOR: f64 = 0.25;
 const GOOD: f64 = 0.75;
 
-/// Derivatives are kept after steps shorter than this fraction of the parameters' uncertainty, where such
-/// a fraction is all that is asked for: what they change by is less than what is known of them.
+/// The Jacobian is reused after steps shorter than this fraction of the parameters' uncertainty, if
+/// [`Options::offset`] is positive: over such a step it changes by less than it matters.
 const KEPT: f64 = 0.1;
 
-/// Changes of the cost below this fraction of it may be rounding: residuals are differences of
-/// larger numbers, how much larger is not known here. To the statistics they are nothing.
+/// Relative changes of the cost below this bound may be rounding: residuals are differences of larger numbers of unknown
+/// size. They are irrelevant to the statistics.
 const NOISE: f64 = 1e-10;
 
 struct Search<'a> {
@@ -118,11 +116,11 @@ struct Search<'a> {
     residuals: Vec<f64>,
     cost: f64,
     jacobian: DMatrix<f64>,
-    /// Whether that is the one at p.
-    is_linearised: bool,
-    /// How far a step may go: by the root of the sum of squares of changes in sizes of the parameters.
+    /// Whether `jacobian` belongs to `p`.
+    is_linearized: bool,
+    /// Radius of the trust region: the Euclidean norm of the scaled step.
     radius: f64,
-    /// Length of the last step whose reduction of the cost was below rounding.
+    /// Length of the last step whose predicted reduction was below rounding.
     last_blind: f64,
     evaluations: usize,
     history: Vec<Iteration>,
@@ -139,7 +137,7 @@ impl<'a> Search<'a> {
             residuals: vec![0.0; m],
             cost: 0.0,
             jacobian: DMatrix::zeros(m, n),
-            is_linearised: false,
+            is_linearized: false,
             radius: FIRST * (n as f64).sqrt(),
             last_blind: f64::INFINITY,
             evaluations: 0,
@@ -147,8 +145,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Evaluates the model at the start; goes from there by derivatives that are nearly `known`, if that
-    /// lowers the cost.
+    /// Evaluates the model at the start. If a Jacobian is approximately `known`, takes a first step with it, unless the cost
+    /// would increase.
     fn start(&mut self, known: Option<&DMatrix<f64>>) -> Result<(), FitError> {
         let start = self.p.clone();
         let there = self.evaluate(&start, known.is_none());
@@ -172,8 +170,7 @@ impl<'a> Search<'a> {
         both.map(|(parameter, &p)| parameter.unit(p)).collect()
     }
 
-    /// The residuals at `p` and their cost; the derivatives as well, if they are `wanted` and the model
-    /// gives both at once.
+    /// Returns the residuals at `p` and their cost, with the Jacobian if it is `wanted` and the model returns both at once.
     fn evaluate(&mut self, p: &[f64], wanted: bool) -> Result<Evaluation, String> {
         let mut residuals = vec![0.0; self.residuals.len()];
         if let Some(j) = p.iter().position(|p| !p.is_finite()) {
@@ -181,17 +178,17 @@ impl<'a> Search<'a> {
         }
         self.evaluations += 1;
         let mut jacobian = None;
-        let told = |failed: Failed| failed.0;
+        let message = |failed: Failed| failed.0;
         if wanted {
             let mut room = self.jacobian.clone();
             let scale = self.scale(p);
             let both = self
                 .model
                 .residuals_with_jacobian(p, &scale, &mut residuals, &mut room)
-                .map_err(told)?;
+                .map_err(message)?;
             jacobian = both.then_some(room);
         } else {
-            self.model.residuals(p, &mut residuals).map_err(told)?;
+            self.model.residuals(p, &mut residuals).map_err(message)?;
         }
         if let Some(i) = residuals.iter().position(|r| !r.is_finite()) {
             return Err(format!("residual {i} is {}", residuals[i]));
@@ -204,22 +201,22 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Goes on from `p`.
+    /// Makes `p` the current point.
     fn go_to(&mut self, p: Vec<f64>, there: Evaluation) {
         (self.p, self.residuals, self.cost) = (p, there.residuals, there.cost);
-        self.is_linearised = there.jacobian.is_some();
+        self.is_linearized = there.jacobian.is_some();
         if let Some(jacobian) = there.jacobian {
             self.jacobian = jacobian;
         }
     }
 
-    fn linearise(&mut self) -> Result<(), String> {
-        if !self.is_linearised {
+    fn linearize(&mut self) -> Result<(), String> {
+        if !self.is_linearized {
             let scale = self.scale(&self.p);
             self.model
                 .jacobian(&self.p, &scale, &mut self.jacobian)
                 .map_err(|failed| failed.0)?;
-            self.is_linearised = true;
+            self.is_linearized = true;
         }
         if self.jacobian.iter().any(|entry| !entry.is_finite()) {
             return Err("a derivative is not finite".into());
@@ -232,7 +229,7 @@ impl<'a> Search<'a> {
         observe: &mut dyn FnMut(&Iteration) -> ControlFlow<()>,
     ) -> Result<Ended, FitError> {
         for iteration in 0..self.options.max_iterations {
-            if let Err(message) = self.linearise() {
+            if let Err(message) = self.linearize() {
                 return match iteration {
                     0 => Err(FitError::Start(message)),
                     _ => Ok(Ended::Failed(message)),
@@ -255,7 +252,7 @@ impl<'a> Search<'a> {
         Ok(Ended::MaxIterations)
     }
 
-    /// Takes steps with this Jacobian until one lowers the cost.
+    /// Reduces the trust region until a step lowers the cost.
     fn improve(&mut self) -> Option<Ended> {
         if self.cost > 0.0 && self.jacobian.iter().all(|entry| *entry == 0.0) {
             return Some(Ended::Failed("no residual depends on a parameter".into()));
@@ -266,8 +263,7 @@ impl<'a> Search<'a> {
             return Some(Ended::Converged);
         }
         let is_near = slope.offset < KEPT && self.options.offset > 0.0;
-        // Most first trials are taken, and what follows needs the derivatives there; of a second one
-        // less is expected.
+        // Most first trials are accepted, and the next iteration needs the Jacobian there.
         let mut is_first = !is_near;
         loop {
             let (x, predicted) = linear.step(self.radius);
@@ -282,7 +278,7 @@ impl<'a> Search<'a> {
                 .as_ref()
                 .map_or(f64::NAN, |there| self.cost - there.cost);
             let quality = reduction / predicted;
-            // NaN: the model failed; the step is too long.
+            // NaN: the model failed, so the step is too long.
             if quality < POOR || quality.is_nan() {
                 self.radius = 0.25 * self.radius.min(moved);
             } else if quality >= GOOD {
@@ -291,7 +287,7 @@ impl<'a> Search<'a> {
             match outcome {
                 Ok(there) if there.cost < self.cost => {
                     self.go_to(trial, there);
-                    self.is_linearised |= is_near && quality > POOR;
+                    self.is_linearized |= is_near && quality > POOR;
                     return (small && quality > POOR).then_some(Ended::Converged);
                 }
                 Ok(_) if small => return Some(Ended::Converged),
@@ -302,8 +298,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A step whose reduction of the cost drowns in rounding: the cost, which is flat there, knows
-    /// half the digits of the parameters. The others come as long as the steps shrink.
+    /// Accepts a step whose predicted reduction is below rounding as long as steps shrink. The cost is flat there and
+    /// determines only half the digits of the parameters.
     fn blind_step(
         &mut self,
         trial: Vec<f64>,
@@ -322,9 +318,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The linearised problem in the parameters not held by a bound, which these are, and how far it is
-    /// to its least.
-    fn linear_problem(&mut self) -> (Linearised, Vec<usize>, Slope) {
+    /// Returns the linearized problem in the parameters that no bound holds, their indices, and the distance from its
+    /// minimum.
+    fn linear_problem(&mut self) -> (Linearized, Vec<usize>, Slope) {
         let weights: Vec<f64> = self
             .residuals
             .iter()
@@ -359,12 +355,12 @@ impl<'a> Search<'a> {
             true => DMatrix::zeros(residuals.len(), 1),
             false => DMatrix::from_columns(&columns),
         };
-        let linear = Linearised::new(scaled, &residuals);
+        let linear = Linearized::new(scaled, &residuals);
         let offset = linear.offset(&residuals);
         (linear, free, Slope { cosine, offset })
     }
 
-    /// The parameters after the scaled step `x`, cut at the bounds, and the scaled length moved.
+    /// Returns the parameters after the scaled step `x`, clamped to the bounds, and the scaled length of the change.
     fn trial(&self, free: &[usize], x: &DVector<f64>) -> (Vec<f64>, f64) {
         let mut trial = self.p.clone();
         let mut square = 0.0;
@@ -376,7 +372,7 @@ impl<'a> Search<'a> {
         (trial, square.sqrt())
     }
 
-    /// Whether the step to `trial` changes no parameter that counts.
+    /// Returns whether the step to `trial` changes every parameter by less than the tolerance.
     fn is_small(&self, trial: &[f64]) -> bool {
         let tolerance = self.options.tolerance;
         let mut changes = self.p.iter().zip(trial).zip(self.parameters);
@@ -386,9 +382,9 @@ impl<'a> Search<'a> {
     }
 
     fn into_fit(mut self, ended: Ended) -> Fit {
-        // The derivatives at the end, not those of the iteration before; kept if they fail there.
+        // The Jacobian at the final point; if it cannot be computed, the previous Jacobian.
         let before = self.jacobian.clone();
-        if self.linearise().is_err() {
+        if self.linearize().is_err() {
             self.jacobian = before;
         }
         let held = self

@@ -1,21 +1,21 @@
-//! What can be wrong with a fit before it begins, or with its result.
+//! Errors of fits.
 
-/// An error of a fit. A fit that ends without convergence is no error: see
+/// An invalid argument, or a model that fails at the start. Missing convergence is not an error: see
 /// [`Ended`](crate::Ended).
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FitError {
-    /// A parameter makes no sense.
+    /// An invalid parameter.
     #[error("parameter {name}: {what} ({value})")]
     Parameter {
         /// Its name.
         name: String,
-        /// What is wrong.
+        /// The reason.
         what: &'static str,
-        /// The value found.
+        /// The invalid value.
         value: f64,
     },
-    /// There are fewer measurements than parameters, or none of either.
+    /// Fewer measurements than parameters, or no parameters.
     #[error("{n_residuals} measurements cannot fix {n_parameters} parameters")]
     TooFewMeasurements {
         /// Number of measurements.
@@ -26,17 +26,17 @@ pub enum FitError {
     /// The model cannot be evaluated at the start.
     #[error("the model cannot be evaluated at the start: {0}")]
     Start(String),
-    /// An option makes no sense.
+    /// An invalid option.
     #[error("{option} = {value}: must be {expected}")]
     Option {
         /// Its name.
         option: &'static str,
-        /// The value found.
+        /// The invalid value.
         value: f64,
-        /// What it must be.
+        /// The allowed values.
         expected: &'static str,
     },
-    /// There are as many parameters as measurements: nothing is left to estimate the noise from.
-    #[error("{0} measurements and as many parameters: no measurement is left to tell the noise")]
+    /// As many parameters as measurements, which do not determine the noise.
+    #[error("{0} measurements cannot determine as many parameters and the noise")]
     NoFreedom(usize),
 }

@@ -1,4 +1,4 @@
-//! Which combinations of parameters the measurements do not tell.
+//! Combinations of parameters that the measurements do not determine.
 
 use nalgebra::RowDVector;
 
@@ -7,25 +7,25 @@ use crate::result::Fit;
 /// A combination of relative changes of the parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Direction {
-    /// Change of the weighted residuals (their root of the sum of squares) for a relative change
-    /// of the parameters of length one along it.
+    /// Euclidean norm of the change of the weighted residuals for a relative change of the parameters of length one in
+    /// this direction.
     pub sensitivity: f64,
-    /// The share of each parameter, of unit length together.
+    /// Components of the unit vector, one per parameter.
     pub shares: Vec<f64>,
 }
 
-/// The singular values of the Jacobian by relative changes of the parameters, largest first.
+/// Singular values and right singular vectors of the Jacobian by relative changes of the parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identifiability {
-    /// The directions of the parameters that measurements depend on, the best known first.
+    /// Directions, the best determined first. Parameters without effect are excluded.
     pub directions: Vec<Direction>,
     /// The parameters' names.
     pub names: Vec<String>,
 }
 
 impl Fit {
-    /// The combinations of parameters that the measurements do not tell, beside those parameters that no
-    /// measurement [depends on](Fit::acts).
+    /// Returns the directions in parameter space with their sensitivities, without parameters that no measurement
+    /// [depends on](Fit::acts).
     pub fn identifiability(&self) -> Identifiability {
         Identifiability {
             directions: self.directions(),
@@ -43,7 +43,7 @@ impl Fit {
             column *= if *value == 0.0 { 1.0 } else { value.abs() };
         }
         let svd = jacobian.select_columns(&acting).svd(false, true);
-        let v_t = svd.v_t.as_ref().expect("asked for");
+        let v_t = svd.v_t.as_ref().expect("computed");
         let direction = |(&sensitivity, row): (&f64, RowDVector<f64>)| {
             let mut shares = vec![0.0; self.values.len()];
             for (&j, &share) in acting.iter().zip(row.iter()) {
@@ -67,9 +67,8 @@ impl Fit {
 }
 
 impl Identifiability {
-    /// The directions along which a change of all parameters by their own size moves the weighted
-    /// residuals by less than `noise` in all: what the measurements cannot tell. With residuals in
-    /// units of their standard deviation `noise` = 1 is one standard deviation of the estimate.
+    /// Returns the directions in which a relative change of 1 changes the weighted residuals by less than `noise`. For
+    /// residuals in units of their standard deviation, `noise` = 1 is one standard deviation of the estimate.
     pub fn unknown(&self, noise: f64) -> impl Iterator<Item = &Direction> {
         self.directions
             .iter()

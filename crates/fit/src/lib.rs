@@ -1,18 +1,17 @@
-//! Weighted nonlinear least squares with bounds, and how far its result can be trusted.
+//! Weighted nonlinear least squares with bounds, and the uncertainty of its results.
 //!
-//! # Cast of types
-//! - [`Model`]: what you write: residuals as a function of parameters, and their derivatives if
-//!   you have them.
+//! # Types and functions
+//! - [`Model`] is the trait to implement: residuals as a function of parameters, optionally with derivatives.
 //! - [`Parameter`]: name, start, scale and bounds.
-//! - [`fit`] takes both with [`Options`] and gives a [`Fit`]: values, cost, history, and
-//!   [how it ended](Ended). [`refine`] goes on from a fit to a rougher model.
-//! - [`Uncertainty`]: standard errors, intervals and correlations, from the Jacobian at the end.
-//! - [`Identifiability`]: the combinations of parameters that the data cannot tell.
-//! - [`profile`](fn@profile): intervals by profile likelihood, where the linear ones do not do.
-//! - [`best_fit`]: the best of fits from [`several_starts`].
+//! - [`fit`] takes both with [`Options`] and returns a [`Fit`]: values, cost, history, and [the reason it ended](Ended).
+//!   [`refine`] continues a fit of a rougher model.
+//! - [`Uncertainty`]: standard errors, intervals and correlations from the final Jacobian.
+//! - [`Identifiability`]: combinations of parameters that the data do not determine.
+//! - [`profile`](fn@profile): intervals by profile likelihood, for nonlinear models.
+//! - [`best_fit`]: the best of the fits from [`several_starts`].
 //!
 //! # Examples
-//! A decay y = a exp(−k t), measured at four times:
+//! A decay y = a exp(−k t) measured at four times:
 //! ```
 //! use myovib_fit::{Failed, Model, Options, Parameter, fit};
 //!
@@ -40,7 +39,7 @@
 //!
 //! # References
 //! - J. J. Moré, The Levenberg–Marquardt algorithm: implementation and theory, Lecture Notes in
-//!   Mathematics 630 (1978) 105–116 (the trust region; here it is measured by the parameters' sizes).
+//!   Mathematics 630 (1978) 105–116 (the trust region; here scaled by the parameters' sizes).
 //! - D. M. Bates, D. G. Watts, A relative offset orthogonality convergence criterion for nonlinear
 //!   least squares, Technometrics 23 (1981) 179–183.
 //! - D. M. Bates, D. G. Watts, *Nonlinear Regression Analysis and Its Applications*, Wiley 1988

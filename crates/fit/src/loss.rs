@@ -1,20 +1,20 @@
-//! How much a residual counts.
+//! Loss functions.
 
-/// The loss ρ(r²) of a residual r; the cost is half the sum.
+/// The loss ρ(r²) of a residual r; the cost is half the sum over all residuals.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub enum Loss {
     /// r²: least squares.
     #[default]
     Squares,
-    /// r² up to |r| = δ, then 2 δ |r| − δ² (Huber): outliers count by their size, not its square.
+    /// r² up to |r| = δ, then 2 δ |r| − δ² (Huber): linear in outliers.
     Huber(f64),
-    /// δ² ln(1 + r²/δ²) (Cauchy): far outliers hardly count.
+    /// δ² ln(1 + r²/δ²) (Cauchy): logarithmic in outliers.
     Cauchy(f64),
 }
 
 impl Loss {
-    /// ρ(r²).
+    /// Returns ρ(r²).
     pub fn value(self, r: f64) -> f64 {
         match self {
             Self::Squares => r * r,
@@ -24,7 +24,7 @@ impl Loss {
         }
     }
 
-    /// √ρ'(r²), the factor of residual and derivatives in the Gauss–Newton step.
+    /// Returns √ρ'(r²), the factor of the residual and its derivatives in the Gauss–Newton step.
     pub(crate) fn weight(self, r: f64) -> f64 {
         match self {
             Self::Squares => 1.0,
@@ -46,7 +46,7 @@ impl Loss {
 mod tests {
     use super::Loss;
 
-    /// The weight is the root of dρ/d(r²), by central differences in r².
+    /// Compares the squared weight with central differences of ρ in r².
     #[test]
     fn weights_are_derivatives_of_the_loss() {
         for loss in [Loss::Squares, Loss::Huber(1.5), Loss::Cauchy(0.7)] {

@@ -1,10 +1,10 @@
-//! What a fit asks of the model.
+//! The interface of models.
 
 use nalgebra::DMatrix;
 
 use crate::differences;
 
-/// Why residuals could not be computed at some parameters; the fit takes a shorter step.
+/// Reason why the model cannot be evaluated at a point; the fit then tries a shorter step.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct Failed(pub String);
@@ -17,11 +17,11 @@ pub trait Model {
     /// Writes the residuals at the parameters `p`.
     ///
     /// # Errors
-    /// [`Failed`] where the model cannot be evaluated; a value that is not finite counts the same.
+    /// [`Failed`] where the model cannot be evaluated; non-finite residuals have the same effect.
     fn residuals(&mut self, p: &[f64], out: &mut [f64]) -> Result<(), Failed>;
 
-    /// Writes ∂r_i/∂p_j, n_residuals × n_parameters; by central differences with steps in
-    /// proportion to `scale` unless the model knows better.
+    /// Writes ∂r_i/∂p_j (n_residuals × n_parameters). The default takes central differences with steps proportional to
+    /// `scale`.
     ///
     /// # Errors
     /// As for [`residuals`](Model::residuals).
@@ -29,9 +29,8 @@ pub trait Model {
         differences::central(|p, out| self.residuals(p, out), p, scale, out)
     }
 
-    /// Writes the residuals and, where the same evaluation gives them at little more, the derivatives
-    /// too; whether it did. To be replaced where a run with sensitivities is not much longer than one
-    /// without: most trial steps are taken, and need them next.
+    /// Writes the residuals and, if one evaluation can return both, the derivatives; returns whether it wrote both.
+    /// Implement it if derivatives cost little more than residuals: most trial steps are accepted and need them next.
     ///
     /// # Errors
     /// As for [`residuals`](Model::residuals).

@@ -1,4 +1,4 @@
-//! What a fit is asked for.
+//! Settings of fits.
 
 use crate::error::FitError;
 use crate::loss::Loss;
@@ -6,17 +6,15 @@ use crate::loss::Loss;
 /// Settings of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// The fit is converged when a step changes no parameter by more than this fraction of its
-    /// size, or when the residuals are orthogonal to all derivatives to this cosine; 1e-8 by
-    /// default.
+    /// The fit has converged when a step changes every parameter by less than this fraction of its value, or when the
+    /// cosine between the residuals and each derivative is below a thousandth of it. Default: 1e-8.
     pub tolerance: f64,
-    /// And when the step to the least of the linearised problem is shorter than this fraction of the
-    /// uncertainty of the parameters: the relative offset of Bates and Watts (1981). What further steps
-    /// would find is within the noise. 0 by default: the tolerance alone counts.
+    /// The fit has also converged when the Gauss–Newton step is shorter than this fraction of the parameters' uncertainty:
+    /// the relative offset of Bates and Watts (1981). Further steps would stay within the noise. Default: 0 (not used).
     pub offset: f64,
-    /// Most iterations, each with one Jacobian; 100 by default.
+    /// Maximum number of iterations, each with one Jacobian. Default: 100.
     pub max_iterations: usize,
-    /// How much a residual counts; least squares by default.
+    /// Loss function. Default: least squares.
     pub loss: Loss,
 }
 

@@ -1,27 +1,27 @@
-//! What is fitted.
+//! Parameters.
 
 use crate::error::FitError;
 
 /// A parameter to be fitted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
-    /// Its name in messages and reports.
+    /// Name in messages and reports.
     pub name: String,
-    /// Where the fit starts.
+    /// Initial value.
     pub start: f64,
-    /// Its typical size, by which steps and differences are measured. |start| unless told, 1 for 0.
+    /// Typical size, the unit of steps and differences. Default: |start|, or 1 for a start of 0.
     pub scale: f64,
-    /// The least value allowed.
+    /// Lower bound.
     pub low: f64,
-    /// The largest value allowed.
+    /// Upper bound.
     pub high: f64,
-    /// Whether steps change the logarithm: the value then stays positive, and a start that is wrong by orders of
-    /// magnitude is left in few steps. Steps are relative to the value, not to `scale`.
+    /// Whether steps change the logarithm. The value then stays positive, and a start wrong by orders of magnitude
+    /// costs few steps. Steps are relative to the value instead of `scale`.
     pub logarithmic: bool,
 }
 
 impl Parameter {
-    /// A parameter without bounds.
+    /// Returns a parameter without bounds.
     pub fn new(name: impl Into<String>, start: f64) -> Self {
         Self {
             name: name.into(),
@@ -43,13 +43,13 @@ impl Parameter {
         }
     }
 
-    /// The same with bounds.
+    /// Returns the same parameter with bounds.
     #[must_use]
     pub fn within(self, low: f64, high: f64) -> Self {
         Self { low, high, ..self }
     }
 
-    /// The same from another start.
+    /// Returns the same parameter with another start.
     #[must_use]
     pub fn starting_from(&self, start: f64) -> Self {
         Self {
@@ -67,24 +67,24 @@ impl Parameter {
             })
         };
         if !self.start.is_finite() {
-            return refused("a start that is not finite", self.start);
+            return refused("the start must be finite", self.start);
         }
         if !(self.scale > 0.0 && self.scale.is_finite()) {
-            return refused("a scale that is not positive and finite", self.scale);
+            return refused("the scale must be positive and finite", self.scale);
         }
         if self.low.is_nan() || self.high.is_nan() || self.low >= self.high {
-            return refused("a lower bound that is not below the upper one", self.low);
+            return refused("the lower bound must be below the upper bound", self.low);
         }
         if self.start < self.low || self.start > self.high {
-            return refused("a start outside of its bounds", self.start);
+            return refused("the start must be within the bounds", self.start);
         }
         if self.logarithmic && self.start <= 0.0 {
-            return refused("a start that is not positive", self.start);
+            return refused("the start must be positive", self.start);
         }
         Ok(())
     }
 
-    /// Returns the change of the value `p` that a scaled step of 1 stands for, to first order.
+    /// Returns the change of the value for a scaled step of 1 from `p`, to first order.
     pub(crate) fn unit(&self, p: f64) -> f64 {
         if self.logarithmic { p } else { self.scale }
     }

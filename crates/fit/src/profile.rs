@@ -1,4 +1,4 @@
-//! Intervals by profile likelihood: one parameter is moved, all others are fitted again.
+//! Intervals by profile likelihood: one parameter is fixed at several values, and all others are fitted again.
 
 use nalgebra::DMatrix;
 
@@ -15,25 +15,25 @@ use crate::uncertainty::student_quantile;
 pub struct ProfilePoint {
     /// The value of the parameter.
     pub value: f64,
-    /// The least cost with the parameter held there.
+    /// Minimum cost with the parameter fixed at this value.
     pub cost: f64,
 }
 
 /// The profile of one parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
-    /// The points computed, by value.
+    /// Computed points, sorted by value.
     pub points: Vec<ProfilePoint>,
-    /// The interval; an end is `None` if the cost does not rise enough on that side: the
-    /// measurements do not bound the parameter there.
+    /// The interval. An end is `None` if the cost does not reach the limit on that side: the measurements do not bound the
+    /// parameter there.
     pub interval: [Option<f64>; 2],
 }
 
-/// How far, in standard errors, a profile is followed before a side counts as open.
+/// Distance in multiples of the linear interval after which a side counts as open.
 const FARTHEST: f64 = 64.0;
 
-/// The profile of parameter `which` around the fit, to where the cost has risen by t² s²/2 with
-/// Student's t at `level` (Bates and Watts, 6.1.2).
+/// Computes the profile of parameter `which` around the fit, up to a cost increase of t² s²/2 with Student's t at `level`
+/// (Bates and Watts, 6.1.2).
 ///
 /// # Errors
 /// As for [`fit`] and [`Fit::uncertainty`].
@@ -48,7 +48,7 @@ pub fn profile(
     let uncertainty = fitted.uncertainty()?;
     let t = student_quantile(0.5 + 0.5 * level, fitted.degrees_of_freedom());
     let limit = fitted.cost + 0.5 * t * t * uncertainty.variance;
-    let centre = fitted.values[which];
+    let center = fitted.values[which];
     let error = uncertainty.standard_errors[which];
     let unit = if error.is_finite() && error > 0.0 {
         error
@@ -56,13 +56,13 @@ pub fn profile(
         parameters[which].scale
     };
     let mut points = vec![ProfilePoint {
-        value: centre,
+        value: center,
         cost: fitted.cost,
     }];
     let mut interval = [None, None];
     for (end, sign) in interval.iter_mut().zip([-1.0, 1.0]) {
         let mut inside = ProfilePoint {
-            value: centre,
+            value: center,
             cost: fitted.cost,
         };
         let mut others = fitted.values.clone();
@@ -74,8 +74,8 @@ pub fn profile(
                 parameters[which].high
             };
             let wanted = match parameters[which].logarithmic {
-                true => centre * (sign * distance * unit / centre).exp(),
-                false => centre + sign * distance * unit,
+                true => center * (sign * distance * unit / center).exp(),
+                false => center + sign * distance * unit,
             };
             let value = if sign < 0.0 {
                 wanted.max(bound)
@@ -110,7 +110,8 @@ pub fn profile(
     Ok(Profile { points, interval })
 }
 
-/// Where the profile crosses `limit`, to a thousandth of the bracket; √(cost) is nearly linear.
+/// Returns the value at which the profile crosses `limit`: bisection to a thousandth of the bracket, then linear
+/// interpolation.
 #[allow(clippy::too_many_arguments)] // the state of a search along one parameter
 fn crossing(
     model: &mut dyn Model,
@@ -142,7 +143,7 @@ fn crossing(
     Ok(inside.value + share * (outside.value - inside.value))
 }
 
-/// The least cost with one parameter held; the others start from `others` and are kept there.
+/// Returns the minimum cost with one parameter fixed. The others start from `others`, which is updated.
 fn refit(
     model: &mut dyn Model,
     parameters: &[Parameter],
@@ -179,13 +180,13 @@ fn refit(
         *other = if j == which {
             value
         } else {
-            *values.next().expect("one for each other")
+            *values.next().expect("one value for each free parameter")
         };
     }
     Ok(fitted.cost)
 }
 
-/// A model with one parameter held.
+/// A model with one parameter fixed.
 struct Held<'a> {
     model: &'a mut dyn Model,
     which: usize,
@@ -199,7 +200,7 @@ impl Held<'_> {
         all
     }
 
-    /// The parameters and scales of all, and room for the derivatives by them.
+    /// Returns the values and scales of all parameters, and a matrix for their derivatives.
     fn of_all(
         &self,
         p: &[f64],

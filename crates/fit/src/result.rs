@@ -1,21 +1,21 @@
-//! What a fit came to.
+//! Results of fits.
 
 use nalgebra::DMatrix;
 
 use crate::loss::Loss;
 
-/// How a fit ended.
+/// Reason why a fit ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Ended {
-    /// To the tolerance, or as far as rounding lets the cost be told.
+    /// The tolerance is reached, or further reductions of the cost are below rounding.
     Converged,
-    /// The limit on iterations.
+    /// The limit on iterations is reached.
     MaxIterations,
     /// The observer ended it.
     Interrupted,
-    /// Residuals could not be computed in the direction of smaller costs, or derivatives could not be computed, or all
-    /// of them are zero.
+    /// The model cannot be evaluated in the direction of smaller costs, the derivatives cannot be computed, or all
+    /// derivatives are zero.
     Failed(String),
 }
 
@@ -26,7 +26,7 @@ pub struct Iteration {
     pub cost: f64,
     /// The parameters.
     pub values: Vec<f64>,
-    /// Evaluations of the residuals so far, those of difference quotients apart.
+    /// Number of evaluations of the residuals so far, without difference quotients.
     pub evaluations: usize,
 }
 
@@ -37,45 +37,45 @@ pub struct Fit {
     pub names: Vec<String>,
     /// The parameters' values.
     pub values: Vec<f64>,
-    /// Whether each lies on a bound.
+    /// Whether each value is at a bound.
     pub at_bound: Vec<bool>,
     /// Half the sum of the losses.
     pub cost: f64,
     /// The residuals.
     pub residuals: Vec<f64>,
-    /// Their derivatives, n_residuals × n_parameters.
+    /// Jacobian of the residuals, n_residuals × n_parameters.
     pub jacobian: DMatrix<f64>,
-    /// How it ended.
+    /// Reason why the fit ended.
     pub ended: Ended,
     /// All iterations.
     pub history: Vec<Iteration>,
-    /// Evaluations of the residuals, those of difference quotients apart.
+    /// Number of evaluations of the residuals, without difference quotients.
     pub evaluations: usize,
     pub(crate) loss: Loss,
 }
 
 impl Fit {
-    /// Whether it converged.
+    /// Returns whether the fit converged.
     pub fn is_converged(&self) -> bool {
         self.ended == Ended::Converged
     }
 
-    /// Whether a measurement depends on parameter `j`: whether a derivative by it is not zero.
+    /// Returns whether any measurement depends on parameter `j` (a derivative by it is nonzero).
     pub fn acts(&self, j: usize) -> bool {
         self.jacobian.column(j).norm() > 0.0
     }
 
-    /// The parameters that measurements depend on.
+    /// Returns the indices of parameters with a nonzero derivative.
     pub(crate) fn acting(&self) -> Vec<usize> {
         (0..self.values.len()).filter(|&j| self.acts(j)).collect()
     }
 
-    /// Measurements less the parameters that they depend on.
+    /// Returns the number of measurements minus the number of parameters that they depend on.
     pub fn degrees_of_freedom(&self) -> usize {
         self.residuals.len() - self.acting().len()
     }
 
-    /// The derivatives and residuals as they count under the loss.
+    /// Returns the Jacobian with each row weighted by the loss.
     pub(crate) fn weighted_jacobian(&self) -> DMatrix<f64> {
         let mut jacobian = self.jacobian.clone();
         for (mut row, &r) in jacobian.row_iter_mut().zip(&self.residuals) {

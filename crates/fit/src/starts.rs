@@ -1,4 +1,4 @@
-//! Several starts, and the best of what comes of them.
+//! Fits from several starting points.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
@@ -7,18 +7,19 @@ use crate::error::FitError;
 use crate::parameter::Parameter;
 use crate::result::Fit;
 
-/// The parameters' own starts, and `count − 1` others by chance: anywhere between bounds if there are two
-/// (by the logarithm if both are positive), else between half and twice the start, for 0 within a scale
-/// of it, as far as bounds allow. The same seed gives the same starts.
+/// Returns the given starting point and `count − 1` random ones, reproducible by the seed.
+///
+/// A parameter with two finite bounds is drawn between them (uniform in the logarithm if both are positive). Without, it is
+/// drawn between half and twice its start, or within ± its scale if the start is 0, and clamped to the bounds.
 pub fn several_starts(parameters: &[Parameter], count: usize, seed: u64) -> Vec<Vec<Parameter>> {
     let mut stream = ChaCha8Rng::seed_from_u64(seed);
-    let mut chance = || (stream.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
-    let mut moved = |parameter: &Parameter| parameter.starting_from(drawn(parameter, chance()));
+    let mut uniform = || (stream.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+    let mut moved = |parameter: &Parameter| parameter.starting_from(drawn(parameter, uniform()));
     let others = (1..count).map(|_| parameters.iter().map(&mut moved).collect());
     std::iter::once(parameters.to_vec()).chain(others).collect()
 }
 
-/// The start at this `share` of the way through those that are considered.
+/// Returns the start for a uniform random number `share` in [0, 1).
 fn drawn(parameter: &Parameter, share: f64) -> f64 {
     let Parameter {
         start,
@@ -44,8 +45,8 @@ fn drawn(parameter: &Parameter, share: f64) -> f64 {
     }
 }
 
-/// `fit`s from each of the `starts`, and keeps the fit of the least cost. Starts at which the model fails
-/// are passed over.
+/// Calls `fit` with each of the `starts` and returns the fit with the smallest cost. Starts at which the model fails are
+/// skipped.
 ///
 /// # Examples
 /// ```
@@ -66,16 +67,16 @@ fn drawn(parameter: &Parameter, share: f64) -> f64 {
 /// ```
 ///
 /// # Errors
-/// That of the first start, if all fail.
+/// The error of the first start if all fail.
 ///
 /// # Panics
-/// Without a start.
+/// If `starts` is empty.
 pub fn best_fit(
     starts: &[Vec<Parameter>],
     fit: &mut dyn FnMut(&[Parameter]) -> Result<Fit, FitError>,
 ) -> Result<Fit, FitError> {
     let mut starts = starts.iter();
-    let first = starts.next().expect("a start");
+    let first = starts.next().expect("at least one start");
     let mut best = fit(first);
     for start in starts {
         let next = fit(start);
@@ -96,7 +97,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn starts_lie_where_they_are_said_to_and_are_the_same_again() {
+    fn starts_are_within_their_ranges_and_reproducible() {
         let parameters = [
             Parameter::new("positive", 1.0).within(1e-3, 10.0),
             Parameter::new("between", 1.0).within(-1.0, 2.0),
@@ -126,7 +127,7 @@ mod tests {
             assert!(all().all(|start| (low..=high).contains(&start)), "{j}");
             let mut starts = starts.iter();
             assert!(starts.all(|start| start[j].check().is_ok()), "{j}");
-            // Both ends are come near to: of 199 draws none in a tenth has a chance of 1e-9.
+            // Both ends are approached: the probability of no draw of 199 in a tenth of the range is 1e-9.
             let tenth = 0.1 * (high - low);
             assert!(all().any(|start| start < low + tenth), "{j}");
             let top = if j == 0 {

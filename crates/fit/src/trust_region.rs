@@ -2,35 +2,34 @@
 
 use nalgebra::{DMatrix, DVector, SVD};
 
-/// The linearised problem min |r + J D x|, |x| ≤ Δ, with the parameters' sizes D and J D by its singular values: one
-/// decomposition serves all radii.
-pub(crate) struct Linearised {
+/// The linearized problem min |r + J D x| with |x| ≤ Δ and the parameters' scales D. One singular value decomposition of
+/// J D serves all radii.
+pub(crate) struct Linearized {
     svd: SVD<f64, nalgebra::Dyn, nalgebra::Dyn>,
     /// Uᵀ r.
     rotated: DVector<f64>,
 }
 
-impl Linearised {
-    /// `scaled` is J D.
+impl Linearized {
+    /// Decomposes the matrix `scaled` = J D.
     pub(crate) fn new(scaled: DMatrix<f64>, residuals: &DVector<f64>) -> Self {
         let svd = scaled.svd(true, true);
-        let rotated = svd.u.as_ref().expect("asked for").tr_mul(residuals);
+        let rotated = svd.u.as_ref().expect("computed").tr_mul(residuals);
         Self { svd, rotated }
     }
 
-    /// Below this a singular value is rounding.
+    /// Returns the bound below which a singular value is rounding.
     fn negligible(&self) -> f64 {
         self.svd.singular_values.max() * f64::EPSILON * self.rotated.len() as f64
     }
 
-    /// The part of the residuals `r` that a step can take away, beside the rest, each by its number of
-    /// dimensions: |Uᵀ r|/√n over |r − U Uᵀ r|/√(m − n) (Bates and Watts 1981). That is the length of the
-    /// Gauss–Newton step in units of the parameters' uncertainty; infinite without degrees of freedom.
+    /// Returns the relative offset |Uᵀ r|/√n over |r − U Uᵀ r|/√(m − n) of the residuals `r` (Bates and Watts 1981): the
+    /// length of the Gauss–Newton step in units of the parameters' uncertainty. Infinite without degrees of freedom.
     pub(crate) fn offset(&self, r: &DVector<f64>) -> f64 {
         let negligible = self.negligible();
-        let told = self.rotated.iter().zip(self.svd.singular_values.iter());
-        let told = told.filter(|(_, s)| **s > negligible);
-        let (n, along) = told.fold((0, 0.0), |(n, sum), (g, _)| (n + 1, sum + g * g));
+        let significant = self.rotated.iter().zip(self.svd.singular_values.iter());
+        let significant = significant.filter(|(_, s)| **s > negligible);
+        let (n, along) = significant.fold((0, 0.0), |(n, sum), (g, _)| (n + 1, sum + g * g));
         let across = (r.norm_squared() - along).max(0.0);
         match r.len().saturating_sub(n) {
             0 => f64::INFINITY,
@@ -39,7 +38,7 @@ impl Linearised {
         }
     }
 
-    /// x(ν) = −V s/(s² + ν) Uᵀ r, in the basis V.
+    /// Returns x(ν) = −V s/(s² + ν) Uᵀ r in the basis V.
     fn coefficients(&self, nu: f64) -> DVector<f64> {
         let s = &self.svd.singular_values;
         let negligible = self.negligible();
@@ -52,7 +51,7 @@ impl Linearised {
         })
     }
 
-    /// The step of length at most `radius`, and what it is predicted to take off |r|²/2.
+    /// Returns the step of length at most `radius`, and the predicted reduction of |r|²/2.
     pub(crate) fn step(&self, radius: f64) -> (DVector<f64>, f64) {
         let nu = self.damping(radius);
         let coefficients = self.coefficients(nu);
@@ -62,12 +61,11 @@ impl Linearised {
             // (g² − (g + s c)²)/2 without cancellation.
             predicted -= 0.5 * s * c * (2.0 * g + s * c);
         }
-        let v = self.svd.v_t.as_ref().expect("asked for");
+        let v = self.svd.v_t.as_ref().expect("computed");
         (v.tr_mul(&coefficients), predicted)
     }
 
-    /// The ν ≥ 0 at which the step has the length `radius`, to a tenth; 0 if the Gauss–Newton step
-    /// is shorter.
+    /// Returns the ν ≥ 0 for which the step has the length `radius` within 10 %, or 0 if the Gauss–Newton step is shorter.
     fn damping(&self, radius: f64) -> f64 {
         let length = |nu: f64| self.coefficients(nu).norm();
         if length(0.0) <= 1.1 * radius {

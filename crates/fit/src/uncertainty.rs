@@ -1,4 +1,4 @@
-//! Standard errors, intervals and correlations by the linearisation at the end of a fit.
+//! Standard errors, intervals and correlations from the linearization at the end of a fit.
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -6,22 +6,22 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use crate::error::FitError;
 use crate::result::Fit;
 
-/// How well the parameters are known, if the model is nearly linear within their uncertainty.
+/// Uncertainty of the parameters; assumes a nearly linear model within it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Uncertainty {
-    /// s² = 2 cost/(measurements − parameters that they depend on), the variance of the weighted residuals.
+    /// Variance of the weighted residuals, s² = 2 cost/degrees of freedom.
     pub variance: f64,
-    /// Standard errors; infinite for what the data cannot tell.
+    /// Standard errors; infinite for parameters that no measurement depends on.
     pub standard_errors: Vec<f64>,
-    /// Correlations, n × n; NaN with a parameter that no measurement depends on.
+    /// Correlations, n × n; NaN for parameters that no measurement depends on.
     pub correlation: DMatrix<f64>,
     values: Vec<f64>,
     freedom: usize,
 }
 
 impl Fit {
-    /// Standard errors, intervals and correlations by the linearisation at the end. Those of parameters that
-    /// measurements depend on are as without the others.
+    /// Returns standard errors, intervals and correlations from the final linearization. Parameters without effect do not
+    /// change the results of the others.
     ///
     /// # Errors
     /// [`FitError::NoFreedom`] with as many parameters as measurements.
@@ -55,12 +55,12 @@ impl Fit {
 }
 
 impl Uncertainty {
-    /// Two-sided intervals that cover the true values with probability `level`, by Student's t.
+    /// Returns two-sided confidence intervals at `level` by Student's t.
     ///
     /// # Panics
     /// If `level` is not in (0, 1).
     pub fn intervals(&self, level: f64) -> Vec<[f64; 2]> {
-        assert!(level > 0.0 && level < 1.0, "a probability");
+        assert!(level > 0.0 && level < 1.0, "level in (0, 1)");
         let t = student_quantile(0.5 + 0.5 * level, self.freedom);
         let around = |(value, error): (&f64, &f64)| [value - t * error, value + t * error];
         self.values
@@ -71,14 +71,14 @@ impl Uncertainty {
     }
 }
 
-/// The quantile of Student's t with `freedom` degrees of freedom.
+/// Returns the quantile of Student's t distribution.
 pub(crate) fn student_quantile(probability: f64, freedom: usize) -> f64 {
     StudentsT::new(0.0, 1.0, freedom as f64)
         .expect("a positive number of degrees of freedom")
         .inverse_cdf(probability)
 }
 
-/// (JᵀJ)⁻¹ by the singular values of J, of which no column is zero, with its columns scaled to length one.
+/// Returns (JᵀJ)⁻¹ by the singular values of J with its columns normalized; no column may be zero.
 fn inverse_normal_matrix(mut jacobian: DMatrix<f64>) -> DMatrix<f64> {
     if jacobian.is_empty() {
         return DMatrix::zeros(0, 0);
@@ -89,7 +89,7 @@ fn inverse_normal_matrix(mut jacobian: DMatrix<f64>) -> DMatrix<f64> {
         column /= norm;
     }
     let svd = jacobian.svd(false, true);
-    let v = svd.v_t.as_ref().expect("asked for").transpose();
+    let v = svd.v_t.as_ref().expect("computed").transpose();
     let mut scaled = v.clone();
     for (mut column, &s) in scaled.column_iter_mut().zip(svd.singular_values.iter()) {
         column /= s * s;

@@ -1,4 +1,4 @@
-//! Bounds, profiles, losses, starts and what the data cannot tell, on problems solved by hand.
+//! Bounds, profiles, losses, starts and identifiability, on problems solved by hand.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use std::ops::ControlFlow;
@@ -58,7 +58,7 @@ fn a_straight_line_has_the_textbook_values_errors_and_correlation() {
     let a = mean_y - 1.5 * b;
     let square: f64 = POINTS.iter().map(|(x, y)| (a + b * x - y).powi(2)).sum();
     let s2 = square / 2.0;
-    // Difference quotients of a linear model are exact but for rounding, some 1e-11.
+    // Difference quotients of a linear model have rounding errors only, about 1e-11.
     for (found, exact) in fitted.values.iter().zip([a, b]) {
         assert!((found - exact).abs() < 1e-9, "{found} {exact}");
     }
@@ -131,7 +131,7 @@ fn outliers_move_a_robust_fit_less() {
 
 /// Only the sum of the parameters acts.
 #[test]
-fn what_the_data_cannot_tell_is_named() {
+fn undetermined_directions_are_returned() {
     let mut model = Of(5, |p: &[f64], out: &mut [f64]| {
         for (k, out) in out.iter_mut().enumerate() {
             *out = (p[0] + p[1]) * k as f64 - 3.0 * k as f64;
@@ -146,13 +146,13 @@ fn what_the_data_cannot_tell_is_named() {
     let [a, b] = unknown[0].shares[..] else {
         panic!("two parameters")
     };
-    // Along it the sum does not change: the shares are those of relative changes.
+    // The sum is constant along the direction, whose shares are relative changes.
     assert!((a * fitted.values[0] + b * fitted.values[1]).abs() < 1e-6);
 }
 
-/// The second of three parameters acts on nothing: the others are known as without it.
+/// The second of three parameters has no effect and does not change the results of the others.
 #[test]
-fn a_parameter_that_acts_on_nothing_leaves_the_others_as_they_are() {
+fn a_parameter_without_effect_does_not_change_the_others() {
     let mut model = Of(POINTS.len(), |p: &[f64], out: &mut [f64]| {
         for (out, (x, y)) in out.iter_mut().zip(POINTS) {
             *out = p[0] + p[2] * x - y;
@@ -173,7 +173,7 @@ fn a_parameter_that_acts_on_nothing_leaves_the_others_as_they_are() {
         row[0].is_nan() && row[1] == 1.0 && row[2].is_nan(),
         "{row:?}"
     );
-    // The same numbers, but for the rounding of differences: 1e-11 beside derivatives of size one.
+    // Equal within the rounding of differences: 1e-11 for derivatives of size one.
     let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-8 * b.abs(), "{a} {b}");
     for (j, k) in [(0, 0), (2, 1)] {
         near(found.standard_errors[j], exact.standard_errors[k]);
@@ -192,7 +192,7 @@ fn a_parameter_that_acts_on_nothing_leaves_the_others_as_they_are() {
 }
 
 #[test]
-fn a_fit_of_which_no_parameter_acts_knows_none() {
+fn a_fit_without_any_dependence_fails() {
     let mut nothing = Of(3, |_: &[f64], out: &mut [f64]| {
         out.copy_from_slice(&[1.0, -1.0, 2.0]);
         Ok(())
@@ -204,7 +204,7 @@ fn a_fit_of_which_no_parameter_acts_knows_none() {
         fitted.ended
     );
     let uncertainty = fitted.uncertainty().unwrap();
-    // The mean square of 1, −1 and 2, in numbers without rounding.
+    // The mean square of 1, −1 and 2, without rounding.
     assert_eq!((fitted.values[0], uncertainty.variance), (1.0, 2.0));
     assert_eq!(uncertainty.standard_errors, [f64::INFINITY]);
     assert!(fitted.identifiability().directions.is_empty());
@@ -248,11 +248,11 @@ fn a_failed_trial_is_a_step_back() {
     );
 }
 
-/// exp(−k t) through points that are off it: a fit that stops at an offset stops sooner, and as near as it
-/// says: a step along which the linearised residuals change by √n s times the offset moves no parameter by
-/// more than so many standard errors.
+/// A fit of exp(−k t) to noisy points stops sooner at a larger offset, and within its distance: a step along which the
+/// linearized residuals change by √n s times the offset moves no parameter by more than √n times the offset in standard
+/// errors.
 #[test]
-fn a_fit_may_stop_where_the_rest_is_within_the_noise() {
+fn a_fit_stops_when_further_steps_are_within_the_noise() {
     let y = [1.0, 0.63, 0.35, 0.24, 0.11];
     let mut decay = Of(y.len(), |p: &[f64], out: &mut [f64]| {
         for (k, (out, y)) in out.iter_mut().zip(y).enumerate() {
@@ -273,15 +273,15 @@ fn a_fit_may_stop_where_the_rest_is_within_the_noise() {
         assert!(near.is_converged());
         evaluations.push(near.evaluations);
         for ((near, least), error) in near.values.iter().zip(&least.values).zip(&errors) {
-            // The step is that of the linearised problem, nearly: 10 % more.
+            // 10 % more, as the linearization is approximate.
             assert!((near - least).abs() < 1.1 * 2_f64.sqrt() * offset * error);
         }
     }
     assert!(evaluations.is_sorted_by(|a, b| a > b), "{evaluations:?}");
 }
 
-/// A fit to a model that is off by a thousandth is refined to one that is not: to the same values as from
-/// the start, with one evaluation of the derivatives where the first step is enough.
+/// A fit of a model with an error of a thousandth is refined with the exact model: the values agree with a direct fit, with
+/// one evaluation of the derivatives, as the first step is sufficient.
 #[test]
 fn a_rough_fit_is_refined() {
     let y = [1.0, 0.63, 0.35, 0.24, 0.11];
@@ -336,8 +336,8 @@ fn an_observer_may_end_the_fit_and_the_history_is_kept() {
     );
 }
 
-/// Intervals at 95 % cover the truth in about 95 % of seeded experiments: 1000 draws have a
-/// standard deviation of 0.7 %, three of which are allowed.
+/// Intervals at 95 % cover the truth in about 95 % of seeded experiments. The standard deviation of 1000 draws is 0.7 %;
+/// three of them are allowed.
 #[test]
 fn intervals_cover_the_truth_as_often_as_they_say() {
     let mut random = ChaCha8Rng::seed_from_u64(20_261_122);
@@ -363,16 +363,20 @@ fn intervals_cover_the_truth_as_often_as_they_say() {
 }
 
 #[test]
-fn bad_input_is_one_clear_error() {
+fn invalid_input_is_rejected() {
     let start = parameters([0.0, 0.0]);
     let few = fit(&mut line(&POINTS[..1]), &start, &Options::default()).unwrap_err();
-    assert_eq!(few.to_string(), "1 measurements cannot fix 2 parameters");
+    let expected = FitError::TooFewMeasurements {
+        n_residuals: 1,
+        n_parameters: 2,
+    };
+    assert_eq!(few, expected);
     let [a, b] = start;
     let outside = [a, b.within(1.0, 2.0)];
     let error = fit(&mut line(&POINTS), &outside, &Options::default()).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "parameter p2: a start outside of its bounds (0)"
+    assert!(
+        matches!(&error, FitError::Parameter { name, value: 0.0, .. } if name == "p2"),
+        "{error:?}"
     );
     let exact = fit(
         &mut line(&POINTS[..2]),
@@ -397,7 +401,7 @@ fn decay() -> impl Model {
     })
 }
 
-/// Positive parameters are found from starts that are wrong by orders of magnitude.
+/// Positive parameters are found from starts of other orders of magnitude.
 #[test]
 fn positive_parameters_are_found_from_starts_of_another_scale() {
     for start in [1e-9, 1e-4, 1.0, 30.0] {
@@ -412,7 +416,7 @@ fn positive_parameters_are_found_from_starts_of_another_scale() {
     }
 }
 
-/// Regression: a search that ended where each longer step failed counted as converged.
+/// Regression: a search that ended because each longer step failed counted as converged.
 #[test]
 fn the_edge_of_the_domain_is_not_a_minimum() {
     // The least cost is at -1; values below 0.5 have none.

@@ -82,10 +82,10 @@ fn gravity_is_found_from_the_end_of_a_swing() {
     let g = fitted.values[0];
     println!("g = {g:.7}, residuals {:?}", fitted.residuals);
     assert!((g - 9.8265).abs() < 1e-4, "{g}");
-    // What is left is that the end lies off the circle, by 4e-6: no g can do anything about it.
+    // The remaining residual is the distance of the measured point from the circle, 4e-6, which no g removes.
     let left = fitted.residuals[0].hypot(fitted.residuals[1]);
     let off = (MEASURED[0].hypot(MEASURED[1]) - LENGTH).abs();
     assert!((left - off).abs() < 1e-8, "{left:e} {off:e}");
-    // Quadratic convergence: the derivatives are those of the run.
+    // Quadratic convergence shows that the derivatives are consistent with the run.
     assert!(fitted.history.len() <= 8, "{}", fitted.history.len());
 }

@@ -1,4 +1,4 @@
-//! What a fit came to: for a terminal, as `report.html`, and as the files of its numbers.
+//! Reports of fits: text, `report.html`, and files of numbers.
 
 use std::path::Path;
 
@@ -11,10 +11,10 @@ use crate::page::probes::{label, unit};
 use crate::plot::{Axis, Figure, LinePlot, Panel, Series};
 use crate::table::{Align, Table, counted};
 
-/// Writes a fit's residuals, their figure, `fit.json` and `report.html`; gives the body of `fit.json`.
+/// Writes `residuals.csv`, `residuals.svg`, `fit.json` and `report.html`; returns the body of `fit.json`.
 ///
 /// # Errors
-/// A file that cannot be written.
+/// Errors of the file system.
 pub fn write(out: &Path, result: &FitResult) -> anyhow::Result<Value> {
     let figure = figure(result);
     atomic_file::save(&out.join("residuals.svg"), figure.render())?;
@@ -46,13 +46,9 @@ fn residuals(result: &FitResult) -> String {
         .collect()
 }
 
-/// The result for people, in the colours of a terminal if `coloured`.
-pub fn words(result: &FitResult, coloured: bool) -> String {
-    let mut text = format!(
-        "{}\n{}",
-        ending(result),
-        parameters(result).render(coloured)
-    );
+/// Describes the result as text, with the colors of a terminal if `colored`.
+pub fn describe(result: &FitResult, colored: bool) -> String {
+    let mut text = format!("{}\n{}", ending(result), parameters(result).render(colored));
     for line in findings(result) {
         text += &line;
         text.push('\n');
@@ -70,7 +66,7 @@ fn ending(result: &FitResult) -> String {
     )
 }
 
-/// The parameters with what is known of them.
+/// Returns the table of parameters with their uncertainties.
 fn parameters(result: &FitResult) -> Table {
     let percent = 100.0 * LEVEL;
     let interval = format!("{percent} % interval");
@@ -111,7 +107,7 @@ fn parameters(result: &FitResult) -> Table {
     table
 }
 
-/// Three digits at least.
+/// Formats a number with at least three digits.
 fn significant(value: f64) -> String {
     match value.abs() {
         0.0 | 0.1..1e4 => format!("{value:.3}"),
@@ -119,13 +115,13 @@ fn significant(value: f64) -> String {
     }
 }
 
-/// A model whose residuals are so many times the noise does not fit.
+/// Ratio of residuals to noise above which the fit is doubtful.
 const FAR: f64 = 3.0;
 
-/// How well the model fits, and what the measurements do not tell.
+/// Describes the quality of the fit and the undetermined parameters.
 fn findings(result: &FitResult) -> Vec<String> {
     let of = match result.noise_is_known {
-        true => " of the noise given; 1 if the model fits",
+        true => " times the given noise; about 1 if the model fits",
         false => "",
     };
     let deviation = result.deviation();
@@ -134,8 +130,8 @@ fn findings(result: &FitResult) -> Vec<String> {
         significant(deviation)
     )];
     if result.noise_is_known && deviation > FAR {
-        let remedy = "the model does not fit the data, and the intervals do not hold: look at the units, at outliers, \
-                      at what the scene leaves out, and at other starts";
+        let remedy = "the model does not fit the measurements, and the intervals are invalid: check units, outliers, \
+                      effects missing in the scene, and other starting points";
         lines.push(remedy.to_owned());
     }
     lines.extend(idle(result));
@@ -148,48 +144,48 @@ fn findings(result: &FitResult) -> Vec<String> {
     let unknown = result.unknown();
     lines.extend(unknown.iter().map(|direction| {
         format!(
-            "not told by the data (a change this way as large as the parameters is within the noise): {}",
+            "not determined by the measurements (a relative change of 1 is within the noise): {}",
             result.in_words(direction)
         )
     }));
     if !unknown.is_empty() {
-        let remedy = "keep one of these parameters fixed, or measure what tells them apart: another load, \
-                      larger strains, another place";
+        let remedy = "fix one of these parameters, or add measurements that distinguish them: other loads, larger \
+                      strains, other positions";
         lines.push(remedy.to_owned());
     }
     lines
 }
 
-/// The parameters that no measurement depends on.
+/// Names the parameters that no measurement depends on.
 fn idle(result: &FitResult) -> Option<String> {
     let names = named(result, |j| !result.fit.acts(j))?;
     Some(format!(
-        "no measurement depends on {names}: what is fitted there tells nothing; remove such a [[parameter]], \
-         or measure where and when it acts"
+        "no measurement depends on {names}: remove such a [[parameter]], or add measurements where and when it has an \
+         effect"
     ))
 }
 
-/// The parameters whose intervals are marked.
+/// Explains the mark of intervals that exceed a bound.
 fn passing(result: &FitResult) -> Option<String> {
     let names = named(result, |j| result.passes_bound(j))?;
     let remedy = match result.profiles.is_empty() {
-        true => "the better one is by profile likelihood: --profile",
-        false => "the better one is by profile",
+        true => "use --profile for intervals by profile likelihood",
+        false => "use the interval by profile",
     };
     Some(format!(
-        "* this interval, as of a linear model, passes a bound of {names}: {remedy}"
+        "* the linear interval exceeds a bound of {names}: {remedy}"
     ))
 }
 
-/// The names of the parameters that are `wanted`, if there is one.
-fn named(result: &FitResult, wanted: impl Fn(usize) -> bool) -> Option<String> {
+/// Joins the names of the selected parameters; returns `None` without any.
+fn named(result: &FitResult, is_selected: impl Fn(usize) -> bool) -> Option<String> {
     let names = result.fit.names.iter().enumerate();
-    let names = names.filter(|(j, _)| wanted(*j));
+    let names = names.filter(|(j, _)| is_selected(*j));
     let names: Vec<&str> = names.map(|(_, name)| name.as_str()).collect();
     (!names.is_empty()).then(|| names.join(", "))
 }
 
-/// The correlation of each two parameters.
+/// Returns the correlation matrix as a table.
 fn correlations(result: &FitResult) -> Table {
     let names = || result.fit.names.iter();
     let columns = names().map(|name| (name.as_str(), Align::Right));
@@ -204,7 +200,7 @@ fn correlations(result: &FitResult) -> Table {
     table
 }
 
-/// The cost of each iteration, in the order of the history.
+/// Plots the cost over the iterations.
 fn iterations(result: &FitResult) -> Figure {
     let costs: Vec<f64> = result.fit.history.iter().map(|it| it.cost).collect();
     let numbers: Vec<f64> = (0..costs.len()).map(|k| k as f64).collect();
@@ -217,7 +213,7 @@ fn iterations(result: &FitResult) -> Figure {
     Figure::of("Iterations", plot)
 }
 
-/// `report.html`.
+/// Returns `report.html`.
 fn html(result: &FitResult, figure: &Figure) -> String {
     let title = match result.title.as_str() {
         "" => "A fit",
@@ -228,16 +224,16 @@ fn html(result: &FitResult, figure: &Figure) -> String {
         .iter()
         .map(|line| format!("<p>{}</p>\n", escape(line)));
     let n = result.points.len();
-    let asked = format!(
+    let summary = format!(
         "{} parameters from {n} measurements.",
         result.fit.names.len()
     );
     let body = format!(
         "<p{}>{}</p>\n<div class=\"wide\">{}</div>\n{}<h2>Measurements, fit and residuals</h2>\n\
          <figure>\n{}</figure>\n<h2>Correlation of the parameters</h2>\n<div class=\"wide\">{}</div>\n\
-         <p>Near 1 or -1, two parameters act alike on what was measured.</p>\n\
-         <h2>Iterations</h2>\n<p>The cost is half the sum of the squares, or of the losses. At the beginning it \
-         may be of a part of the measurements and of rough runs: <code>history.csv</code> says which.</p>\n<figure>\n{}</figure>\n",
+         <p>Two parameters with a correlation near 1 or -1 have nearly the same effect on the measurements.</p>\n\
+         <h2>Iterations</h2>\n<p>The cost is half the sum of the squares, or of the losses. The first iterations may use \
+         the first part of the measurements and rough runs: see the column part of <code>history.csv</code>.</p>\n<figure>\n{}</figure>\n",
         match result.outcome() {
             Outcome::Converged => "",
             _ => " class=\"bad\"",
@@ -249,10 +245,10 @@ fn html(result: &FitResult, figure: &Figure) -> String {
         correlations(result).html(),
         iterations(result).render(),
     );
-    page::framed(title, &asked, &body)
+    page::framed(title, &summary, &body)
 }
 
-/// An interval; a side that the data leave open is a dash.
+/// Formats an interval; an open side is a dash.
 fn between(interval: [Option<f64>; 2]) -> String {
     let [low, high] = interval.map(|end| {
         let end = end.unwrap_or(f64::NAN);
@@ -261,7 +257,7 @@ fn between(interval: [Option<f64>; 2]) -> String {
     format!("{low} … {high}")
 }
 
-/// How a number is `shown`; one that is not known is a dash.
+/// Returns `shown`, or a dash for a non-finite number.
 fn known(number: f64, shown: String) -> String {
     match number.is_finite() {
         true => shown,
@@ -269,7 +265,7 @@ fn known(number: f64, shown: String) -> String {
     }
 }
 
-/// Measurements with the fit, and below them the residuals.
+/// Plots the measurements with the fit, and the residuals below.
 fn figure(result: &FitResult) -> Figure {
     let mut names: Vec<(usize, &str, &str)> = Vec::new();
     for point in &result.points {

@@ -1,10 +1,10 @@
-//! `myovib fit`: the parameters of a scene from measurements.
+//! `myovib fit`: fits the parameters of a scene to measurements.
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use myovib_report::fit::{words, write};
+use myovib_report::fit::{describe, write};
 use myovib_report::table::coloured_stdout;
 use myovib_scene::fit::{FitOptions, Loss, Outcome, compute};
 use myovib_scene::run::Existing;
@@ -20,10 +20,11 @@ use crate::values;
 #[command(after_help = "Examples:\n  \
     myovib fit scene.toml --data measured.csv\n  \
     myovib fit scene.toml --data low.csv --data 'high.csv traction[0].y.amplitude=200' --profile\n\n\
-    The scene names its parameters in [[parameter]] and what was measured in [[output]]. Data are a \
-    table with a column `t` and one for each output, or PEtab's columns observableId, time, \
+    The scene lists its parameters in [[parameter]] and the measured quantities in [[output]]. Data are a \
+    table with a column `t` and a column for each output, or PEtab's columns observableId, time, \
     measurement and noiseParameters. Writes report.html, fit.json, residuals.csv, residuals.svg, \
-    history.csv and origin.json. Returns 3 when the fit does not converge.")]
+    history.csv and origin.json. Returns 3 if the fit does not converge, or if the residuals are more \
+    than a hundred times the given noise.")]
 pub struct FitArgs {
     /// The scene: a TOML file, or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
@@ -38,11 +39,11 @@ pub struct FitArgs {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Folder for the results; it is made, and must not hold a fit already.
+    /// Folder for the results; created if missing. It must not hold a fit.
     #[arg(long, value_name = "DIR", default_value = "fit", value_parser = values::output_folder)]
     pub out: PathBuf,
 
-    /// Go on with the history in the folder for the results, from the iteration that fits best there.
+    /// Continue the fit in the folder from its best iteration.
     #[arg(long, conflicts_with_all = ["starts", "overwrite"])]
     pub resume: bool,
 
@@ -50,30 +51,29 @@ pub struct FitArgs {
     #[arg(long)]
     pub overwrite: bool,
 
-    /// Compute intervals by profile likelihood too: some ten fits for each parameter.
+    /// Also compute intervals by profile likelihood: about ten fits per parameter.
     #[arg(long)]
     pub profile: bool,
 
-    /// How much a measurement far off counts.
+    /// Loss function, which determines the weight of outliers.
     #[arg(long, value_enum, default_value_t)]
     pub loss: LossArg,
 
-    /// From how many starts to fit: the scene's own, and others by chance, anywhere between the bounds, or
-    /// from half to twice the start; the best is kept.
+    /// Number of starting points. The first is the scene's; the others are drawn at random within the bounds (or between
+    /// 0.5× and 2× the start). The best fit is kept.
     #[arg(long, value_name = "N", default_value = "1", value_parser = values::one_or_more)]
     pub starts: NonZeroUsize,
 
-    /// Seed of the starts.
+    /// Seed of the random starting points.
     #[arg(long, value_name = "SEED", default_value = "0")]
     pub seed: u64,
 
-    /// Converged when no parameter changes by more than this fraction of itself, or when what is left is a
-    /// hundredth of what the noise leaves open.
+    /// Converged when no parameter changes by more than this fraction of its value, or when the next step is below 1 % of
+    /// the parameters' standard errors.
     #[arg(long, value_name = "FRACTION", default_value = "1e-5", value_parser = values::relative_tolerance)]
     pub tolerance: f64,
 
-    /// Most iterations of each part of the fit, which begins with short and rough runs, from each start, and
-    /// of each fit of a profile.
+    /// Maximum iterations per phase, per starting point, and per profile point.
     #[arg(long, value_name = "N", default_value = "50")]
     pub max_iterations: usize,
 
@@ -82,16 +82,16 @@ pub struct FitArgs {
     pub common: CommonArgs,
 }
 
-/// What a residual counts. Both that are robust need 5 % more measurements than squares do where the
-/// noise is normal after all (Huber 1981; Holland, Welsch 1977).
+/// Loss functions. For normal noise, the two robust ones need 5 % more measurements than squares (Huber 1981; Holland,
+/// Welsch 1977).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum LossArg {
-    /// By its square: least squares.
+    /// Least squares.
     #[default]
     Squares,
-    /// Beyond 1.345 standard deviations by its size.
+    /// Linear beyond 1.345 standard deviations.
     Huber,
-    /// Hardly at all far beyond 2.385 standard deviations.
+    /// Logarithmic beyond 2.385 standard deviations.
     Cauchy,
 }
 
@@ -117,7 +117,7 @@ fn experiment(text: &str) -> (PathBuf, Vec<String>) {
 /// Fits the parameters.
 ///
 /// # Errors
-/// A wrong scene or wrong data, and a scene that cannot be computed at the start.
+/// An invalid scene, invalid measurements, and a scene that cannot be computed at the start.
 pub fn run(args: &FitArgs) -> anyhow::Result<Exit> {
     let progress = Progress::new(args.common.quiet);
     let result = compute(&FitOptions {
@@ -137,7 +137,7 @@ pub fn run(args: &FitArgs) -> anyhow::Result<Exit> {
     })?;
     drop(progress);
     let document = write(&args.out, &result)?;
-    let text = words(&result, coloured_stdout());
+    let text = describe(&result, coloured_stdout());
     args.common.give("fit", &text, &document)?;
     Ok(match result.outcome() {
         _ if interrupt::has_come() => Exit::Interrupted,

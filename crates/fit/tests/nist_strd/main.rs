@@ -16,7 +16,7 @@ use models::{Formula, SETS};
 struct Regression<'a> {
     data: &'a DataSet,
     formula: Formula,
-    /// Nelson's model is for the logarithm of the response.
+    /// Nelson's model describes the logarithm of the response.
     of_logarithm: bool,
 }
 
@@ -60,7 +60,7 @@ impl Model for Regression<'_> {
     }
 }
 
-/// Correct digits, at most 11, those that are certified.
+/// Number of correct digits, at most the 11 certified ones.
 fn digits(found: f64, certified: f64) -> f64 {
     let error = ((found - certified) / certified).abs();
     (-error.max(1e-11).log10()).max(0.0)

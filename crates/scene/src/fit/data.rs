@@ -27,13 +27,13 @@ pub struct Datum {
 const TIME: [&str; 2] = ["t", "time"];
 /// Suffix of columns of standard deviations in plain tables.
 const NOISE: &str = ".noise";
-/// Columns of PEtab's measurement table that are used.
+/// Required and optional columns of PEtab's measurement table.
 const USED: [&str; 4] = ["observableId", "time", "measurement", "noiseParameters"];
-/// Columns of PEtab that must have one value throughout: an experiment is a file.
+/// Columns of PEtab that must have a single value, as a file is one experiment.
 const CONDITIONS: [&str; 3] = ["simulationConditionId", "experimentId", "modelId"];
 /// Columns of PEtab that label measurements without changing their meaning.
 const LABELS: [&str; 2] = ["datasetId", "replicateId"];
-/// Columns of PEtab with the only value under which measurements are what a fit takes them for.
+/// Columns of PEtab with the only supported value.
 const NEUTRAL: [(&str, &str); 2] = [
     ("observableTransformation", "lin"),
     ("noiseDistribution", "normal"),
@@ -64,7 +64,7 @@ pub enum DataProblem {
     ShortRow,
     /// A row with more cells than the header.
     LongRow,
-    /// A cell that is not a finite number.
+    /// A cell without a finite number.
     NotANumber,
     /// A measurement without a time.
     MissingTime,
@@ -109,7 +109,7 @@ impl DataProblem {
         match self {
             Self::NotUtf8 => "save the file with the encoding UTF-8",
             Self::UnsupportedColumn => {
-                "convert the measurements to the output's unit and meaning, then remove the column or leave it empty"
+                "convert the measurements to the output's unit and meaning, then remove the column"
             }
             Self::SeveralConditions => {
                 "write one file per condition, and give each its own --data with KEY=VALUE after the file name"
@@ -183,7 +183,7 @@ impl DataError {
 /// Reads the measurements in `file`; see [`read`].
 ///
 /// # Errors
-/// A file that is not a regular file of UTF-8 text; as for [`read`].
+/// Devices, pipes, folders and text in another encoding than UTF-8; as for [`read`].
 pub(super) fn read_file(
     file: &Path,
     outputs: &[Output],
@@ -311,8 +311,8 @@ impl<'a> Reader<'a> {
         error.found(format!("`{name}`")).allowed(names.join(", "))
     }
 
-    /// Rejects rows of another length than the header: an empty cell is a measurement that was not made, a missing
-    /// one is a damaged file.
+    /// Rejects rows whose length differs from the header's: an empty cell marks a missing measurement, a missing cell a
+    /// damaged file.
     fn expect_whole(&self, table: &Table, row: usize) -> Result<(), DataError> {
         let (found, wanted) = (table.rows[row].len(), table.names.len());
         let problem = match found.cmp(&wanted) {

@@ -1,8 +1,7 @@
-//! The parameters of a scene from measurements.
+//! Fits of a scene's parameters to measurements.
 //!
-//! Cast: `data` reads measurements; a [`FitOptions`] says of which scene and experiments;
-//! [`compute`] fits by `myovib_fit`, with derivatives from forward sensitivities, and gives a
-//! [`FitResult`], of which `report` makes documents and words.
+//! `data` reads the measurements. [`FitOptions`] names the scene and the experiments. [`compute`] fits by `myovib_fit` with
+//! derivatives from forward sensitivities and returns a [`FitResult`], which `report` describes.
 
 mod data;
 mod history;
@@ -35,55 +34,54 @@ use model::{Experiment, SceneModel};
 use phases::fit_in_phases;
 use profiles::profiles;
 
-/// A scene, the measurements, and where the history goes.
+/// The scene, the measurements, and the settings of a fit.
 pub struct FitOptions<'a> {
     /// The scene: a TOML file, or the name of a built-in scene.
     pub scene: PathBuf,
     /// Overrides of all experiments.
     pub set: Vec<String>,
-    /// For each experiment its measurements and its own overrides.
+    /// File of measurements and additional overrides of each experiment.
     pub experiments: Vec<(PathBuf, Vec<String>)>,
-    /// Folder for `history.csv`, which grows as the fit goes.
+    /// Folder for the results; `history.csv` grows with each iteration.
     pub out: PathBuf,
-    /// What is done with the `history.csv` that is there: a fit that is resumed starts from its least cost.
+    /// Policy for an earlier fit in the folder. A resumed fit starts from the iteration with the smallest cost.
     pub existing: Existing,
-    /// The fit is converged when no parameter changes by more than this fraction of itself, or when what
-    /// is left is a hundredth of what the noise leaves open.
+    /// The fit has converged when no parameter changes by more than this fraction of its value, or when the next step is
+    /// below 1 % of the parameters' standard errors.
     pub tolerance: f64,
-    /// Most iterations of each part of the fit, from each start, and of each fit of a profile; each with one
-    /// run with sensitivities and one or more plain ones.
+    /// Maximum number of iterations per phase, start and profile point; each takes one run with sensitivities and one or
+    /// more plain runs.
     pub max_iterations: usize,
-    /// From how many starts it is fitted: that of the scene, and others by chance.
+    /// Number of starting points: the scene's, and random ones.
     pub starts: usize,
-    /// The seed of that chance.
+    /// Seed of the random starting points.
     pub seed: u64,
-    /// How much a residual counts, in units of the noise that is given; without, squares alone make
-    /// sense.
+    /// Loss function in units of the given noise. Without noise, only squares are allowed.
     pub loss: Loss,
-    /// Whether intervals by profile likelihood are computed: some ten fits for each parameter.
+    /// Whether to compute intervals by profile likelihood: about ten fits per parameter.
     pub profile: bool,
-    /// A flag that ends the fit in good order.
+    /// A flag that interrupts the fit; its results are kept.
     pub interrupt: Option<&'static AtomicBool>,
-    /// Who is told how far the fit is.
+    /// Receiver of progress.
     pub progress: &'a dyn Tell,
 }
 
-/// Ratio of residuals to the noise above which a model does not describe the measurements: a hundred standard
-/// deviations are not chance, whatever the distribution of the noise.
+/// Ratio of residuals to noise above which the model does not describe the measurements, whatever the distribution of the
+/// noise.
 const HOPELESS: f64 = 100.0;
 
 /// How a fit ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outcome {
-    /// The cost is least, and residuals are of the size of the noise where it is known.
+    /// The search found a minimum of the cost.
     Converged,
-    /// The cost is least near the values found, but residuals are hundreds of times the noise.
+    /// The search found a minimum at which the residuals are more than a hundred times the given noise.
     DoesNotFit,
     /// The limit on iterations was reached.
     MaxIterations,
     /// The fit was interrupted.
     Interrupted,
-    /// The scene could not be computed in the direction of smaller costs.
+    /// The scene could not be computed in the direction of smaller costs; with the message.
     Failed(String),
 }
 
@@ -100,43 +98,43 @@ impl Outcome {
     }
 }
 
-/// The probability with which intervals cover.
+/// Confidence level of the intervals.
 pub const LEVEL: f64 = 0.95;
 
-/// The fit ends where the way to the least is this fraction of the parameters' uncertainty: intervals of
-/// 95 % would cover as often as they say if it were a tenth.
+/// The fit ends when the Gauss–Newton step is this fraction of the parameters' uncertainty. The coverage of 95 % intervals
+/// would not suffer from a tenth.
 const OFFSET: f64 = 0.01;
 
 /// Maximum number of starting points: each costs a fit.
 const MAX_STARTS: usize = 10_000;
 
-/// How far within a bound the scene must be right, in parts of the way to the start.
+/// Relative distance from a bound at which the scene must be valid, in units of the distance between start and bound.
 const WITHIN: f64 = 1e-6;
 
-/// What a fit came to.
+/// Result of a fit.
 #[derive(Debug)]
 pub struct FitResult {
-    /// The scene's title, which may be empty.
+    /// The scene's title; may be empty.
     pub title: String,
-    /// The parameters as the scene has them.
+    /// The parameters of the scene.
     pub known: Vec<Known>,
     /// The fit itself.
     pub fit: Fit,
     /// Standard errors and correlations.
     pub uncertainty: Uncertainty,
-    /// What the measurements tell of combinations of parameters.
+    /// Combinations of parameters, by how well the measurements determine them.
     pub identifiability: Identifiability,
-    /// For each parameter its profile, or why it was not computed; none if they were not asked for.
+    /// Profile of each parameter, or the reason why it was not computed; empty if profiles were not requested.
     pub profiles: Vec<Result<Profile, String>>,
     /// The measurements, in the order of the residuals.
     pub points: Vec<Point>,
-    /// Runs of the scenes, with and without sensitivities.
+    /// Number of runs without and with sensitivities.
     pub runs: [u64; 2],
     /// Whether the standard deviations of the measurements were given.
     pub noise_is_known: bool,
-    /// Whether the body is in space: forces of one in the plane are per metre of depth.
+    /// Whether the body is three-dimensional; forces in the plane are per meter of depth.
     pub in_space: bool,
-    /// Lower and upper bound of each parameter: those of the scene, within the values that its meaning allows.
+    /// Lower and upper bound of each parameter, within the range that the scene allows.
     pub bounds: Vec<[f64; 2]>,
 }
 
@@ -145,25 +143,25 @@ pub struct FitResult {
 pub struct Point {
     /// Number of the experiment, from 1.
     pub experiment: usize,
-    /// The output.
+    /// Name of the output.
     pub output: String,
-    /// The column of a probe that it is.
+    /// Name of the probe's column.
     pub column: String,
-    /// When, s.
+    /// Time, s.
     pub t: f64,
-    /// What was measured.
+    /// Measured value.
     pub measured: f64,
-    /// What the fit gives.
+    /// Fitted value.
     pub fitted: f64,
-    /// (fitted − measured)/σ, with σ = 1 where it is not known.
+    /// (fitted − measured)/σ; σ = 1 if it is unknown.
     pub residual: f64,
 }
 
 /// Fits the parameters of a scene.
 ///
 /// # Errors
-/// What is wrong with the scene or the measurements; a start at which the scene cannot be computed;
-/// a history that cannot be written. A fit that does not converge is a result that says so.
+/// Invalid scenes and measurements; a start at which the scene cannot be computed; files that cannot be written. Check
+/// [`FitResult::outcome`] for convergence.
 pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     if options.starts > MAX_STARTS {
         let error = InputError::new("too many starting points").at("--starts");
@@ -178,7 +176,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     let experiments = experiments(options, &scene)?;
     let n_data = experiments.iter().map(|e| e.data.len()).sum::<usize>();
     if n_data <= parameters.len() {
-        let error = InputError::new("the measurements cannot tell the parameters and their noise")
+        let error = InputError::new("too few measurements")
             .found(format!(
                 "{n_data} measurements, {} parameters",
                 parameters.len()
@@ -188,14 +186,13 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     }
     let noise_is_known = experiments.iter().all(|e| e.data[0].noise.is_some());
     if !noise_is_known && experiments.iter().any(|e| e.data[0].noise.is_some()) {
-        let error = InputError::new("one experiment has standard deviations, another has none");
+        let error = InputError::new("only some experiments have standard deviations");
         return Err(error
             .next("give `noise` to each [[output]], or to none")
             .into());
     }
     if !noise_is_known && options.loss != Loss::Squares {
-        let error =
-            InputError::new("a robust loss needs the noise: what is far off is so in units of it");
+        let error = InputError::new("a robust loss needs the noise, which defines outliers");
         return Err(error.next("give `noise` to each [[output]]").into());
     }
     let start: Vec<f64> = parameters.iter().map(|p| p.start).collect();
@@ -226,7 +223,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         number += 1;
         let cost = iteration.cost;
         let of = match part < 1.0 {
-            true => " of the beginning",
+            true => " of the first measurements",
             false => "",
         };
         options
@@ -263,16 +260,16 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     })
 }
 
-/// What a fit writes in the end.
+/// Files that a fit writes at its end.
 const RESULTS: [&str; 4] = ["fit.json", "report.html", "residuals.csv", "residuals.svg"];
 
-/// Refuses a folder that holds a run, or a fit that is to stay: one that came to an iteration.
+/// Refuses a folder with a run, with a fit to be kept, or with files of other origin.
 fn expect_free(options: &FitOptions<'_>) -> Result<(), InputError> {
     let folder = options.out.display();
     let (what, next) = if options.out.join("run.json").exists() {
         ("run", "give another folder")
     } else if options.existing == Existing::Refuse && history::has_begun(&options.out) {
-        let next = "give another folder, or --overwrite, or --resume to go on with it";
+        let next = "give another folder, --overwrite, or --resume to continue the fit";
         ("fit", next)
     } else if let Some(file) = history::foreign_file(&options.out) {
         let error = InputError::new("the fit would replace a file that no fit made");
@@ -285,7 +282,7 @@ fn expect_free(options: &FitOptions<'_>) -> Result<(), InputError> {
     Err(error.at("--out").next(next))
 }
 
-/// What went wrong at the start is told by the run, with the place in the scene if it has one.
+/// Returns the error of the run that failed at the start, which may name a place in the scene.
 fn explain(error: FitError, model: &SceneModel<'_>) -> Error {
     match (&error, model.last_failure()) {
         _ if model.is_interrupted() => Error::Stopped("interrupted".to_owned()),
@@ -295,12 +292,12 @@ fn explain(error: FitError, model: &SceneModel<'_>) -> Error {
 }
 
 fn not_computed(message: impl Display) -> InputError {
-    InputError::new("the scene cannot be computed where the fit starts")
+    InputError::new("the scene cannot be computed at the starting values")
         .found(message)
-        .next("give the [[parameter]] a `start` at which `myovib run` comes to its end")
+        .next("give the [[parameter]] a `start` at which `myovib run` succeeds")
 }
 
-/// The parameters as the fit sees them.
+/// Returns the parameters with their starts and bounds.
 fn parameters(scene: &Parametrised) -> Result<Vec<Parameter>, InputError> {
     let all = scene.parameters.iter().enumerate().map(|(i, known)| {
         let wanted = &known.wanted;
@@ -311,7 +308,7 @@ fn parameters(scene: &Parametrised) -> Result<Vec<Parameter>, InputError> {
             Err(scene.scene.wrong(&format!("parameter[{i}].{key}"), error))
         };
         if low >= high {
-            let error = InputError::new("the lower bound is not below the upper one");
+            let error = InputError::new("the lower bound must be below the upper bound");
             return refuse(
                 "low",
                 error.found(format!("low = {low:e}, high = {high:e}")),
@@ -338,9 +335,9 @@ fn parameters(scene: &Parametrised) -> Result<Vec<Parameter>, InputError> {
     all.collect()
 }
 
-/// Restricts parameters that start at zero or above, and have no positive lower bound, to the values that the scene
-/// allows: to positive values where it refuses zero, to nonnegative values where it refuses negative ones. A search
-/// that is not restricted ends at that edge.
+/// Restricts parameters with a nonnegative start and without a positive lower bound to the range that the scene allows:
+/// positive values if it refuses zero, nonnegative values if it refuses negative values. An unrestricted search can end
+/// at the edge of that range.
 fn restrict(scene: &Parametrised, parameters: &mut [Parameter]) {
     let start: Vec<f64> = parameters.iter().map(|p| p.start).collect();
     for (j, parameter) in parameters.iter_mut().enumerate() {
@@ -360,13 +357,13 @@ fn restrict(scene: &Parametrised, parameters: &mut [Parameter]) {
     }
 }
 
-/// Refuses bounds beyond what the scene allows: a fit would fail there, and not at its bound.
+/// Refuses bounds outside the range that the scene allows: the fit would fail before it reaches them.
 fn expect_bounds(scene: &Parametrised, start: &[f64]) -> Result<(), InputError> {
     for (i, known) in scene.parameters.iter().enumerate() {
         for (key, bound) in [("low", known.wanted.low), ("high", known.wanted.high)] {
             let Some(bound) = bound else { continue };
             let mut values = start.to_vec();
-            // The end of a range may be excluded: what lies just within a bound there is allowed.
+            // The scene's range may exclude its end, so the test is just within the bound.
             values[i] += (1.0 - WITHIN) * (bound - start[i]);
             if let Err(error) = scene.at(&values) {
                 let message = format!("`{}` cannot go to this bound", known.label());
@@ -378,7 +375,7 @@ fn expect_bounds(scene: &Parametrised, start: &[f64]) -> Result<(), InputError> 
     Ok(())
 }
 
-/// What costs are of: of all experiments the scenes, the files they read, and the measurements.
+/// Returns hashes of the scenes, their input files and the measurements: costs can be compared if all are equal.
 fn origin(options: &FitOptions<'_>, experiments: &[Experiment]) -> Value {
     let of_each =
         |of: &dyn Fn(&Experiment) -> Value| -> Value { experiments.iter().map(of).collect() };
@@ -392,7 +389,7 @@ fn origin(options: &FitOptions<'_>, experiments: &[Experiment]) -> Value {
     })
 }
 
-/// Refuses an experiment that sets what is fitted: the fit's value would replace it.
+/// Refuses an experiment that sets a fitted parameter: the fit would replace its value.
 fn expect_free_parameters(
     scene: &Parametrised,
     file: &Path,
@@ -407,11 +404,11 @@ fn expect_free_parameters(
     match fitted {
         None => Ok(()),
         Some(known) => {
-            let error = InputError::new("an experiment sets a parameter that is fitted");
+            let error = InputError::new("an experiment sets a fitted parameter");
             Err(error
                 .at(format!("--data {}", file.display()))
                 .found(&known.key)
-                .next("leave it out here, or remove the [[parameter]]"))
+                .next("remove it here, or remove the [[parameter]]"))
         }
     }
 }
@@ -434,7 +431,7 @@ fn experiments(
         |j: usize, k: usize| given[j].1 == given[k].1 && experiments[j].data == experiments[k].data;
     let twice = (1..given.len()).find(|&k| (0..k).any(|j| is_same(j, k)));
     if let Some(k) = twice {
-        let error = InputError::new("the same measurements are given twice").at("--data");
+        let error = InputError::new("duplicate measurements").at("--data");
         return Err(error
             .found(given[k].0.display())
             .next("give each experiment once"));

@@ -11,7 +11,7 @@ use crate::sensitivity::{Output, Parametrised, Precision, Sample, follow};
 use crate::watch::Watcher;
 use crate::{Error, Scene};
 
-/// Derivatives are solved for to the tolerance of the motion: of them the fit needs fewer digits.
+/// Tolerance of the sensitivities relative to the motion's; a fit needs fewer digits of derivatives.
 const FRACTION: f64 = 1.0;
 
 /// A scene with the measurements of one experiment.
@@ -19,12 +19,12 @@ pub(super) struct Experiment {
     scene: Parametrised,
     outputs: Vec<Output>,
     pub(super) data: Vec<Datum>,
-    /// The times of the measurements, each once.
+    /// The distinct times of the measurements.
     times: Vec<f64>,
 }
 
 impl Experiment {
-    /// `data` in the order of time, of outputs that are there.
+    /// Takes `data` of existing outputs, sorted by time.
     pub(super) fn new(scene: Parametrised, outputs: Vec<Output>, data: Vec<Datum>) -> Self {
         let mut times: Vec<f64> = data.iter().map(|datum| datum.t).collect();
         times.dedup();
@@ -36,12 +36,11 @@ impl Experiment {
         }
     }
 
-    /// The scene.
     pub(super) fn scene(&self) -> &Scene {
         &self.scene.scene
     }
 
-    /// What the scene says of what is computed: not where a fit starts, nor between which bounds.
+    /// Returns the scene file without the starts and bounds of a fit, which do not change the cost.
     pub(super) fn computed(&self) -> Value {
         let mut file = json!(self.scene().file);
         let parameters = file["parameter"].as_array_mut();
@@ -53,18 +52,18 @@ impl Experiment {
         file
     }
 
-    /// Whether the scene, and how it depends on its parameters, can be had at these values.
+    /// Reports whether the scene and its derivatives exist at these values.
     pub(super) fn expect_computable(&self, values: &[f64]) -> Result<(), Error> {
         self.scene.dependences(values).map(|_| ())
     }
 
-    /// The measurements of this first part of their time.
+    /// Returns the measurements in the first `part` of their time.
     fn data_within(&self, part: f64) -> &[Datum] {
         let end = self.times.last().map_or(0.0, |last| part * last);
         &self.data[..self.data.partition_point(|datum| datum.t <= end)]
     }
 
-    /// The outputs at the times of the measurements, as far and as well as `effort` says.
+    /// Returns the outputs at the times of the measurements within `effort`.
     fn run(
         &self,
         p: &[f64],
@@ -84,14 +83,14 @@ impl Experiment {
                 .clone()
                 .with_relative_tolerance(own.max(effort.least_tolerance));
         }
-        let asked = (dependences, Precision::Fraction(FRACTION));
+        let requested = (dependences, Precision::Fraction(FRACTION));
         let end = self.times.last().map_or(0.0, |last| effort.part * last);
         let times = &self.times[..self.times.partition_point(|t| *t <= end)];
-        let (samples, _) = follow(&scene, &self.outputs, times, asked, watcher)?;
+        let (samples, _) = follow(&scene, &self.outputs, times, requested, watcher)?;
         Ok(samples)
     }
 
-    /// Each measurement with the sample of its time.
+    /// Pairs each measurement with the sample at its time.
     fn pairs<'a>(
         &'a self,
         samples: &'a [Sample],
@@ -107,24 +106,24 @@ impl Experiment {
     }
 }
 
-/// How far and how well motions are computed.
+/// Duration and accuracy of the runs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Effort {
-    /// To this relative tolerance at least, whatever the scene says.
+    /// Lower limit of the relative tolerance.
     pub(super) least_tolerance: f64,
-    /// This first part of the time of the measurements.
+    /// First part of the measurements' time.
     pub(super) part: f64,
 }
 
 impl Effort {
-    /// As the scene says, to the last measurement.
+    /// The scene's own tolerance, up to the last measurement.
     pub(super) const FULL: Self = Self {
         least_tolerance: 0.0,
         part: 1.0,
     };
 }
 
-/// σ, or 1 where it is not known.
+/// Returns σ, or 1 if it is unknown.
 fn deviation(datum: &Datum) -> f64 {
     datum.noise.unwrap_or(1.0)
 }
@@ -149,27 +148,26 @@ impl<'a> SceneModel<'a> {
         }
     }
 
-    /// How all runs are computed from now on; residuals are those of what runs reach.
+    /// Sets the effort of all further runs, which determines the number of residuals.
     pub(super) fn set_effort(&mut self, effort: Effort) {
         self.effort = effort;
     }
 
-    /// Whether runs are to end.
     pub(super) fn is_interrupted(&self) -> bool {
         self.watcher.is_interrupted()
     }
 
-    /// Runs without and with sensitivities so far.
+    /// Returns the number of runs without and with sensitivities.
     pub(super) fn runs(&self) -> [u64; 2] {
         self.runs
     }
 
-    /// What the last run that failed said.
+    /// Returns the message of the last failed run.
     pub(super) fn last_failure(&self) -> Option<&str> {
         self.failure.as_deref()
     }
 
-    /// The measurements with these residuals.
+    /// Returns the measurements with these residuals.
     pub(super) fn points(&self, residuals: &[f64]) -> Vec<Point> {
         let numbered = self.experiments.iter().enumerate();
         let data = numbered.flat_map(|(i, experiment)| {
@@ -189,7 +187,7 @@ impl<'a> SceneModel<'a> {
             .collect()
     }
 
-    /// Each measurement with its output and the sample of its time.
+    /// Pairs each measurement with its output and the sample at its time.
     fn pairs<'s>(
         &'s self,
         all: &'s [Vec<Sample>],
@@ -211,7 +209,7 @@ impl<'a> SceneModel<'a> {
     fn write_jacobian(&self, all: &[Vec<Sample>], out: &mut DMatrix<f64>) {
         for (mut row, (_, datum, sample)) in out.row_iter_mut().zip(self.pairs(all)) {
             for (entry, of_p) in row.iter_mut().zip(&sample.derivatives) {
-                // A measurement at a kink of its output tells of no slope.
+                // An output has no slope at a kink.
                 let is_at_kink =
                     of_p[datum.output].is_nan() && sample.values[datum.output].is_finite();
                 let slope = if is_at_kink { 0.0 } else { of_p[datum.output] };
@@ -252,14 +250,14 @@ impl Model for SceneModel<'_> {
         Ok(())
     }
 
-    /// By forward sensitivities.
+    /// Uses forward sensitivities.
     fn jacobian(&mut self, p: &[f64], _: &[f64], out: &mut DMatrix<f64>) -> Result<(), Failed> {
         let all = self.run(p, true)?;
         self.write_jacobian(&all, out);
         Ok(())
     }
 
-    /// From one run with sensitivities.
+    /// Uses one run with sensitivities.
     fn residuals_with_jacobian(
         &mut self,
         p: &[f64],

@@ -1,4 +1,4 @@
-//! A fit to short and rough runs first, then to those that are asked for.
+//! Fits in phases: first to short runs at loose tolerances, then to the full runs.
 
 use std::ops::ControlFlow;
 
@@ -8,11 +8,10 @@ use myovib_fit::{
 
 use super::model::{Effort, SceneModel};
 
-/// What comes before the runs that are asked for: how runs are computed, and the way to the least, in units
-/// of the parameters' uncertainty, at which that is near enough. The beginning of a motion costs a part of
-/// it, and its phases are not yet so far from those measured that the linearised problem tells nothing of
-/// them; to be better known than what the beginning tells is in vain. What rough runs err may be a third of
-/// the uncertainty.
+/// Effort and convergence offset (in units of the parameters' uncertainty) of the phases before the last. A short run costs
+/// less, and its oscillations are still close enough in phase to the measurements for the linearization to hold. The
+/// first phase needs no better accuracy than its measurements allow; the error of loose tolerances may be a third of the
+/// uncertainty.
 const BEFORE: [(Effort, f64); 2] = [
     (
         Effort {
@@ -30,18 +29,17 @@ const BEFORE: [(Effort, f64); 2] = [
     ),
 ];
 
-/// Or it is near enough where no parameter changes by more than this fraction of itself.
+/// Tolerance of these phases for relative changes of the parameters.
 const NEAR: f64 = 1e-2;
 
-/// Shown each iteration with the part of the measurements' time whose residuals its cost is of.
+/// Called with the part of the measurements' time and each iteration.
 pub(super) type Observe<'a> = dyn FnMut(f64, &Iteration) -> ControlFlow<()> + 'a;
 
-/// Fits to short and rough runs from all `starts`, and from the best of what comes of them to the runs that
-/// the scene asks for.
+/// Fits short and rough runs from all `starts`, and continues from the best result with the full runs.
 pub(super) fn fit_in_phases(
     model: &mut SceneModel<'_>,
     starts: &[Vec<Parameter>],
-    wanted: &Options,
+    requested: &Options,
     observe: &mut Observe<'_>,
 ) -> Result<Fit, FitError> {
     let mut phases = Phases {
@@ -51,8 +49,8 @@ pub(super) fn fit_in_phases(
     };
     let mut reached: Option<Effort> = None;
     let rough = best_fit(starts, &mut |start| {
-        let (fit, effort) = phases.before(model, start, wanted)?;
-        // Less of the measurements costs less, and is no better for it.
+        let (fit, effort) = phases.before(model, start, requested)?;
+        // The cost of fewer measurements is smaller but cannot be compared.
         if reached.is_some_and(|reached| effort.part < reached.part) {
             return Err(FitError::Start("interrupted".into()));
         }
@@ -63,7 +61,7 @@ pub(super) fn fit_in_phases(
         model.set_effort(reached.unwrap_or(Effort::FULL));
         rough
     } else {
-        phases.last(model, starts, rough, wanted)
+        phases.last(model, starts, rough, requested)
     };
     let mut fit = fit?;
     (fit.history, fit.evaluations) = (phases.history, phases.evaluations);
@@ -73,33 +71,33 @@ pub(super) fn fit_in_phases(
     Ok(fit)
 }
 
-/// A fit that shows its iterations to whom it is given.
+/// A fit that calls the given observer.
 type OnePhase<'a> =
     dyn FnMut(&mut dyn FnMut(&Iteration) -> ControlFlow<()>) -> Result<Fit, FitError> + 'a;
 
 struct Phases<'a, 'o> {
     observe: &'a mut Observe<'o>,
-    /// The iterations of all phases, with evaluations counted through.
+    /// The iterations of all phases, with a common count of evaluations.
     history: Vec<Iteration>,
     evaluations: usize,
 }
 
 impl Phases<'_, '_> {
-    /// The phases before the last, from one start: the fit of the last that came to an end, and its effort.
+    /// Fits the phases before the last from one start; returns the fit and the effort of the last completed phase.
     fn before(
         &mut self,
         model: &mut SceneModel<'_>,
         start: &[Parameter],
-        wanted: &Options,
+        requested: &Options,
     ) -> Result<(Fit, Effort), FitError> {
         let mut start = start.to_vec();
         let mut last = None;
         for (effort, offset) in BEFORE {
             model.set_effort(effort);
             let near = Options {
-                tolerance: wanted.tolerance.max(NEAR),
-                offset: wanted.offset.max(offset),
-                ..wanted.clone()
+                tolerance: requested.tolerance.max(NEAR),
+                offset: requested.offset.max(offset),
+                ..requested.clone()
             };
             let next = self.one(effort.part, &mut |observe| {
                 fit_observed(model, &start, &near, observe)
@@ -107,7 +105,7 @@ impl Phases<'_, '_> {
             if next.is_err() && last.is_some() && model.is_interrupted() {
                 break;
             }
-            // What the beginning does not tell, the whole may.
+            // The next phase may succeed where this one fails.
             if let Ok(fit) = &next {
                 for (parameter, &value) in start.iter_mut().zip(&fit.values) {
                     parameter.start = value;
@@ -118,23 +116,23 @@ impl Phases<'_, '_> {
         last.expect("there is a phase before the last")
     }
 
-    /// The runs that are asked for, from what is known of their least.
+    /// Fits the full runs, starting from the `rough` fit.
     fn last(
         &mut self,
         model: &mut SceneModel<'_>,
         starts: &[Vec<Parameter>],
         rough: Result<Fit, FitError>,
-        wanted: &Options,
+        requested: &Options,
     ) -> Result<Fit, FitError> {
         model.set_effort(Effort::FULL);
         match rough {
             Ok(rough) => self.one(1.0, &mut |observe| {
-                refine(model, &starts[0], &rough, wanted, observe)
+                refine(model, &starts[0], &rough, requested, observe)
             }),
-            // Where rough runs fail, these may not.
+            // Full runs may succeed where rough ones fail.
             Err(_) => best_fit(starts, &mut |start| {
                 self.one(1.0, &mut |observe| {
-                    fit_observed(model, start, wanted, observe)
+                    fit_observed(model, start, requested, observe)
                 })
             }),
         }

@@ -6,13 +6,13 @@ use super::LEVEL;
 use super::model::SceneModel;
 use crate::watch::Tell;
 
-/// For each parameter its profile, or why there is none: what was fitted stands, whatever becomes of them.
-/// Tells `progress` which one is at work.
+/// Computes the profile of each parameter, or returns the reason why it failed; the fit itself remains valid. Reports the
+/// current parameter to `progress`.
 pub(super) fn profiles(
     model: &mut SceneModel<'_>,
     parameters: &[Parameter],
     fit: &Fit,
-    wanted: &Options,
+    options: &Options,
     progress: &dyn Tell,
 ) -> Vec<Result<Profile, String>> {
     let count = parameters.len();
@@ -24,13 +24,8 @@ pub(super) fn profiles(
             return Err("no measurement depends on it".to_owned());
         }
         let name = &parameters[j].name;
-        progress.tell_now(&|| {
-            format!(
-                "profile {} of {count}, some ten fits for each: {name}",
-                j + 1
-            )
-        });
-        profile(model, parameters, fit, j, LEVEL, wanted).map_err(|error| match error {
+        progress.tell_now(&|| format!("profile {} of {count}, about ten fits each: {name}", j + 1));
+        profile(model, parameters, fit, j, LEVEL, options).map_err(|error| match error {
             _ if model.is_interrupted() => "interrupted".to_owned(),
             FitError::Start(message) => message,
             other => other.to_string(),

@@ -1,12 +1,12 @@
-//! A fit in words and documents.
+//! Descriptions of fits.
 
 use myovib_fit::{Direction, Ended};
 use serde_json::{Value, json};
 
 use super::{FitResult, HOPELESS, LEVEL, Outcome};
 
-/// Below this change of the weighted residuals, in standard deviations, for a change of parameters by
-/// their own size, a combination counts as unknown.
+/// A combination of parameters counts as undetermined if a relative change of 1 changes the weighted residuals by less than
+/// this number of standard deviations.
 const ONE_DEVIATION: f64 = 1.0;
 
 impl FitResult {
@@ -37,13 +37,12 @@ impl FitResult {
         }
     }
 
-    /// The standard deviation of the residuals: about 1 where the noise was given and the model fits.
+    /// Returns the standard deviation of the residuals: about 1 if the noise was given and the model fits.
     pub fn deviation(&self) -> f64 {
         self.uncertainty.variance.sqrt()
     }
 
-    /// What the measurements do not tell: directions along which parameters may change by their own
-    /// size within the noise.
+    /// Returns the directions in which the parameters can change by their own size within the noise.
     pub fn unknown(&self) -> Vec<&Direction> {
         let noise = match self.noise_is_known {
             true => ONE_DEVIATION,
@@ -52,15 +51,15 @@ impl FitResult {
         self.identifiability.unknown(noise).collect()
     }
 
-    /// Whether the interval of parameter `j` that follows from its standard error passes one of its bounds.
+    /// Returns whether the linear interval of parameter `j` exceeds a bound.
     pub fn passes_bound(&self, j: usize) -> bool {
         let [from, to] = self.uncertainty.intervals(LEVEL)[j];
         let [low, high] = self.bounds[j];
         self.fit.acts(j) && (from < low || to > high)
     }
 
-    /// A direction as changes of the parameters, of that which changes most by its size 1 times its unit; those
-    /// below a hundredth of it, by the parameters' sizes, are left out.
+    /// Describes a direction as changes of the parameters, normalized by the parameter with the largest relative change.
+    /// Relative changes below a hundredth of it are omitted.
     pub fn in_words(&self, direction: &Direction) -> String {
         let shares = direction.shares.iter().zip(&self.fit.values);
         let changes: Vec<f64> = shares
@@ -75,7 +74,7 @@ impl FitResult {
             .map(|j| (j, sizes[j]))
             .max_by(|a, b| a.1.total_cmp(&b.1))
             .unwrap_or((0, 0.0));
-        let told = (0..changes.len()).filter(|&j| sizes[j] > 0.01 * size);
+        let shown = (0..changes.len()).filter(|&j| sizes[j] > 0.01 * size);
         let term = |j: usize| {
             let (change, name) = (changes[j] / changes[most], &self.fit.names[j]);
             match change.abs() < 0.01 {
@@ -83,10 +82,10 @@ impl FitResult {
                 false => format!("{change:+.3} × {name}"),
             }
         };
-        told.map(term).collect::<Vec<_>>().join("  ")
+        shown.map(term).collect::<Vec<_>>().join("  ")
     }
 
-    /// The body of `fit.json`.
+    /// Returns the body of `fit.json`.
     pub fn document(&self) -> Value {
         let intervals = self.uncertainty.intervals(LEVEL);
         let parameter = |j: usize| {
@@ -135,7 +134,7 @@ impl FitResult {
     }
 }
 
-/// JSON has no infinity: what is not finite is not known.
+/// Returns null for non-finite numbers, which JSON does not have.
 fn finite(x: f64) -> Value {
     if x.is_finite() { json!(x) } else { Value::Null }
 }

@@ -1,4 +1,4 @@
-//! How the chains of a scene depend on its parameters.
+//! Derivatives of chains by the parameters of a scene.
 
 use myovib_model::MuscleDae;
 use myovib_model::coupling::Oscillators;
@@ -11,8 +11,8 @@ use crate::run::start::driven_by;
 use crate::scene::Scene;
 
 impl Parametrised {
-    /// For each parameter how the chain depends on it that it is of, at the values of a `scene`; none for those of the
-    /// body.
+    /// Returns for each parameter of a chain how its chain depends on it, at the values of `scene`; `None` for parameters of
+    /// the body.
     ///
     /// # Errors
     /// Values that the scene does not allow.

@@ -1,4 +1,4 @@
-//! A run of a scene that keeps what its outputs do, and what they depend on.
+//! Runs that sample outputs and their derivatives.
 
 use myovib_dae::LinearSolver;
 use myovib_model::sensitivity::{
@@ -20,20 +20,20 @@ use crate::{Error, InputError};
 pub struct Output {
     /// Its name.
     pub name: String,
-    /// The name of the column, as the probe has it.
+    /// Name of the probe's column.
     pub column_name: String,
     /// Number of the probe.
     probe: usize,
-    /// Number of the column, the time not counted.
+    /// Number of the column, without the time.
     column: usize,
-    /// Standard deviation of a measurement, if the scene tells.
+    /// Standard deviation of a measurement, if the scene gives it.
     pub noise: Option<f64>,
-    /// Whether it is an angle, which jumps by a full turn.
+    /// Whether it is an angle, defined up to a full turn.
     is_angle: bool,
 }
 
 impl Output {
-    /// What a value of it differs from another by.
+    /// Returns the difference of two values; of angles, within half a turn.
     pub(crate) fn difference(&self, value: f64, other: f64) -> f64 {
         match self.is_angle {
             true => within_half_a_turn(value - other),
@@ -41,7 +41,7 @@ impl Output {
         }
     }
 
-    /// Time between two samples of its probe, s.
+    /// Returns the sampling interval of its probe, s.
     pub(super) fn every(&self, scene: &Scene) -> f64 {
         scene.file.probe[self.probe].every
     }
@@ -49,7 +49,7 @@ impl Output {
 
 #[cfg(test)]
 impl Output {
-    /// An output of a probe that is not looked at.
+    /// Returns an output without a probe.
     pub(crate) fn of_test(name: &str, noise: Option<f64>) -> Self {
         Self {
             name: name.to_owned(),
@@ -62,10 +62,10 @@ impl Output {
     }
 }
 
-/// The outputs of a scene: those it names, or all columns of its probes.
+/// Returns the outputs of a scene: its `[[output]]` entries, or all columns of its probes.
 ///
 /// # Errors
-/// An output of a probe or column that there is not; a probe that is no function of the state.
+/// An unknown probe or column; a probe that accumulates over time; duplicate names.
 pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
     let probes = scene.readings()?;
     let file = &scene.file;
@@ -86,7 +86,7 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
             })
             .collect();
         return match all.is_empty() {
-            true => Err(InputError::new("the scene has no probe to look at")
+            true => Err(InputError::new("the scene has no probe")
                 .next("add a [[probe]] with type = \"point\"")),
             false => Ok(all),
         };
@@ -99,11 +99,14 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
             .position(|probe| probe.name == wanted.probe);
         let Some(k) = k else {
             let names: Vec<&str> = file.probe.iter().map(|probe| probe.name.as_str()).collect();
-            let error = InputError::new(format!("there is no probe `{}`", wanted.probe));
+            let error = InputError::new(format!("unknown probe `{}`", wanted.probe));
             return Err(scene.wrong(&format!("{path}.probe"), error.allowed(names.join(", "))));
         };
         if probes[k].balance().is_some() {
-            let error = InputError::new(format!("the probe `{}` adds up over time", wanted.probe));
+            let error = InputError::new(format!(
+                "the probe `{}` accumulates over time",
+                wanted.probe
+            ));
             return Err(scene.wrong(
                 &format!("{path}.probe"),
                 error.allowed(
@@ -123,7 +126,7 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
             .iter()
             .any(|other| other.name == wanted.name)
         {
-            let error = InputError::new(format!("two outputs are named `{}`", wanted.name));
+            let error = InputError::new(format!("duplicate output name `{}`", wanted.name));
             return Err(scene.wrong(&format!("{path}.name"), error));
         }
         Ok(Output {
@@ -141,26 +144,26 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
 /// The outputs at one time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
-    /// The time, s.
+    /// Time, s.
     pub t: f64,
-    /// The outputs.
+    /// Values of the outputs.
     pub values: Vec<f64>,
-    /// For each parameter the derivatives of the outputs; empty for a plain run.
+    /// Derivatives of the outputs by each parameter; empty for a plain run.
     pub derivatives: Vec<Vec<f64>>,
 }
 
-/// What a run cost.
+/// Work of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Cost {
-    /// Steps.
+    /// Number of steps.
     pub steps: u64,
-    /// Factorisations, real and complex.
+    /// Number of real and complex factorizations.
     pub factorizations: u64,
-    /// Solves of the sensitivities, real and complex.
+    /// Number of real and complex solves for sensitivities.
     pub sensitivity_solves: u64,
 }
 
-/// The integrator of sensitivities: that of the scene if it is a Radau IIA method, else `radau9`.
+/// Returns the settings for sensitivities: `radau9` unless the scene uses a Radau IIA method.
 pub fn settings(settings: &Settings) -> Settings {
     match settings.integrator.stages() {
         Some(_) => settings.clone(),
@@ -168,26 +171,26 @@ pub fn settings(settings: &Settings) -> Settings {
     }
 }
 
-/// The probes that outputs are columns of.
+/// Reads the outputs of a state.
 pub(super) struct Readings<'a> {
     outputs: &'a [Output],
     probes: Vec<Box<dyn Reading>>,
 }
 
 impl<'a> Readings<'a> {
-    /// Those of a scene.
+    /// Prepares the probes of `scene`.
     ///
     /// # Errors
-    /// Those of its probes.
+    /// Errors of the probes.
     pub(super) fn new(scene: &Scene, outputs: &'a [Output]) -> Result<Self, InputError> {
         let probes = scene.readings()?;
         Ok(Self { outputs, probes })
     }
 
-    /// The outputs in a state; each probe is read once.
+    /// Returns the outputs of a state; each probe is read once.
     ///
     /// # Errors
-    /// Those of the probes.
+    /// Errors of the probes.
     pub(super) fn values(
         &self,
         system: &mut dyn System,
@@ -208,7 +211,7 @@ impl<'a> Readings<'a> {
         Ok(values)
     }
 
-    /// Each output as a sum of unknowns with weights; none of what is no displacement or velocity.
+    /// Returns each output as a weighted sum of unknowns; `None` for outputs other than displacements and velocities.
     pub(super) fn functionals(&self, dae: &MuscleDae) -> Vec<Option<Vec<(usize, f64)>>> {
         let space = dae.muscle().solid.space();
         let functional = |output: &Output| {
@@ -227,11 +230,11 @@ impl<'a> Readings<'a> {
     }
 }
 
-/// Advances a motion over all `times`, which ascend. At each it calls `at` with the time itself and the one within the
-/// last step that is nearest: they differ at the ends of the run, by rounding.
+/// Advances a motion over the ascending `times`. Calls `at` with each time and the nearest time in the last step; both
+/// differ by rounding at the ends of the run only.
 ///
 /// # Errors
-/// An integration that does not reach the last time; those of `at`.
+/// An integration that stops before the last time; errors of `at`.
 pub(super) fn sample<P, I: Integrator<P>>(
     scene: &Scene,
     integrator: &mut I,
@@ -253,7 +256,7 @@ pub(super) fn sample<P, I: Integrator<P>>(
         watcher
             .progress
             .tell(&|| format!("t = {to:.3} of {t_end} s"));
-        // Times that differ from the ends of the run by rounding belong to it.
+        // Times beyond the end of the run by rounding are still due.
         let reach = if to >= t_end { f64::INFINITY } else { to };
         while let Some(t) = due.next_if(|t| *t <= reach) {
             at(integrator, t, t.clamp(from, to))?;
@@ -262,23 +265,22 @@ pub(super) fn sample<P, I: Integrator<P>>(
     Ok(())
 }
 
-/// How well sensitivities are known.
+/// Accuracy of sensitivities.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Precision {
-    /// On the steps of the motion, solved for to a third of its tolerance.
+    /// Steps of the motion; systems are solved to a third of its tolerance.
     #[default]
     OfMotion,
-    /// On the steps of the motion, solved for to this fraction of what its error test allows.
+    /// Steps of the motion; systems are solved to this fraction of its tolerance.
     Fraction(f64),
-    /// Their errors choose the steps too.
+    /// The error test includes the sensitivities.
     Tested,
 }
 
-/// Computes the motion of a scene and samples its outputs at `times`, which ascend, with their
-/// derivatives by what the body and its chains depend on.
+/// Computes the motion of a scene, and samples its outputs and their derivatives at the ascending `times`.
 ///
 /// # Errors
-/// A body that cannot start; an integration that does not reach the last time.
+/// A body that cannot start; an integration that stops before the last time.
 pub fn follow(
     scene: &Scene,
     outputs: &[Output],
@@ -288,7 +290,7 @@ pub fn follow(
 ) -> Result<(Vec<Sample>, Cost), Error> {
     let body = body(scene)?;
     let settings = settings(&body.settings);
-    let asked = Asked {
+    let request = Request {
         scene,
         outputs,
         times,
@@ -301,12 +303,12 @@ pub fn follow(
         let [y, y_dot] = initial(body, &mut dae, watcher)?;
         let start = [&y[..], &y_dot];
         let integrator = SensitiveIntegrator::starting_at(dae, &settings, start, dependences);
-        return asked.of(integrator.map_err(wrong_input)?);
+        return request.run(integrator.map_err(wrong_input)?);
     }
     let (dae, how, [y, y_dot]) = driving(scene, body, &settings, watcher)?;
     let start = [&y[..], &y_dot];
     let integrator = DrivingIntegrator::driving(dae, how, scene.t_end, start, dependences);
-    asked.of(integrator.map_err(wrong_input)?)
+    request.run(integrator.map_err(wrong_input)?)
 }
 
 /// Attributes an error to the input: an integrator that refuses its settings has computed nothing.
@@ -314,8 +316,8 @@ fn wrong_input(error: ModelError) -> Error {
     Error::from(error).before_any_output()
 }
 
-/// What is asked of a motion.
-struct Asked<'a> {
+/// A run to be sampled.
+struct Request<'a> {
     scene: &'a Scene,
     outputs: &'a [Output],
     times: &'a [f64],
@@ -324,9 +326,8 @@ struct Asked<'a> {
     watcher: Watcher<'a>,
 }
 
-impl Asked<'_> {
-    /// Computes it.
-    fn of<P, M, Q>(
+impl Request<'_> {
+    fn run<P, M, Q>(
         &self,
         integrator: SensitiveIntegrator<P, M, Q>,
     ) -> Result<(Vec<Sample>, Cost), Error>

@@ -1,4 +1,4 @@
-//! Which numbers of a scene can be parameters, and how the equations depend on them.
+//! Parameters of scenes, and how the equations depend on them.
 
 use myovib_model::Formulation;
 use serde_json::Value;
@@ -17,17 +17,17 @@ pub(super) enum Influence {
     Alpha,
     /// β.
     Beta,
-    /// The equations are affine in it.
+    /// Affine in the equations.
     Affine,
-    /// They are not.
+    /// Smooth in the equations.
     Smooth,
-    /// It moves a break of a load that has two continuous derivatives there.
+    /// Moves a break of a load with two continuous derivatives.
     Break,
-    /// They do not depend on it, but the start does.
+    /// Changes the initial state only.
     Start,
 }
 
-/// Numbers that the equations are affine in: moduli, densities, the sizes of loads.
+/// Keys in which the equations are affine: moduli, densities, sizes of loads.
 const AFFINE: [&str; 10] = [
     "c10",
     "c01",
@@ -40,14 +40,14 @@ const AFFINE: [&str; 10] = [
     "value",
     "of",
 ];
-/// Numbers that they depend on smoothly.
+/// Keys on which the equations depend smoothly.
 const SMOOTH: [&str; 5] = ["frequency", "end_frequency", "phase", "steepness", "shift"];
-/// Numbers that move a break of a function of time.
+/// Keys that move a break of a function of time.
 const BREAKS: [&str; 5] = ["start", "rise", "end", "systole", "diastole"];
-/// Numbers of a chain that its equations are affine in, and that they depend on smoothly.
+/// Keys of a chain in which its equations are affine, and on which they depend smoothly.
 const CHAIN_AFFINE: [&str; 4] = ["gain", "coupling", "van_der_pol", "duffing"];
 const CHAIN_SMOOTH: [&str; 2] = ["frequency", "half_width"];
-/// Tables of loads, which act outside of the elements.
+/// Tables of loads, which act outside elements.
 const LOADS: [&str; 3] = ["traction", "pressure", "body_force"];
 /// Tables whose numbers may be parameters.
 const TABLES: [&str; 9] = [
@@ -65,22 +65,22 @@ const TABLES: [&str; 9] = [
 /// A parameter of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Known {
-    /// Its key, which is its name.
+    /// Its key in the scene.
     pub key: String,
     /// Its value in the scene.
     pub value: f64,
     /// Its typical size.
     pub scale: f64,
-    /// What the scene says of it.
+    /// Its `[[parameter]]` entry.
     pub wanted: Parameter,
     pub(super) influence: Influence,
 }
 
 impl Known {
-    /// The parameters of a scene.
+    /// Returns the parameters of a scene.
     ///
     /// # Errors
-    /// A key that is no number of the scene, none that can be differentiated, or there twice.
+    /// Keys without a number, numbers without derivatives, duplicate keys.
     pub fn all(scene: &Scene) -> Result<Vec<Self>, InputError> {
         let values = settable(scene)?;
         let mut parameters: Vec<Self> = Vec::new();
@@ -88,11 +88,11 @@ impl Known {
             let wrong = |error| scene.wrong(&format!("parameter[{i}].key"), error);
             let one = known(scene, &values, wanted).map_err(wrong)?;
             if one.table() == "displacement" && !scene.chains.is_empty() {
-                let error = InputError::new(format!("`{}` may drive a chain itself", one.key));
+                let error = InputError::new(format!("`{}` may drive a chain", one.key));
                 return Err(wrong(error.next("keep it fixed, or remove [[chain]]")));
             }
             if parameters.iter().any(|other| other.key == one.key) {
-                let error = InputError::new(format!("`{}` is a parameter twice", one.key));
+                let error = InputError::new(format!("duplicate parameter `{}`", one.key));
                 return Err(wrong(error));
             }
             parameters.push(one);
@@ -100,7 +100,7 @@ impl Known {
         Ok(parameters)
     }
 
-    /// The override that gives the scene this value.
+    /// Returns the override that sets the value.
     pub fn assignment(&self, value: f64) -> String {
         match self.influence {
             Influence::Compressibility if value == 0.0 => format!("{}=inf", self.key),
@@ -109,7 +109,8 @@ impl Known {
         }
     }
 
-    /// Without a pressure, the energy of the volume is proportional to κ, not to 1/κ.
+    /// Returns whether the equations are affine in it. Without a pressure, the volumetric energy is proportional to κ instead
+    /// of 1/κ.
     pub(super) fn is_affine(&self, formulation: Formulation) -> bool {
         match self.influence {
             Influence::Compressibility => formulation != Formulation::Displacement,
@@ -118,34 +119,33 @@ impl Known {
         }
     }
 
-    /// The step of a difference that is `relative` to its size.
+    /// Returns the step of a difference, `relative` to the size of the parameter.
     pub(super) fn step(&self, relative: f64, value: f64) -> f64 {
         let size = match self.influence {
-            // A shift of a break is small beside the rise there, wherever it is.
+            // The shift of a break must be small compared with the rise, not with the time.
             Influence::Break => self.scale,
             _ => value.abs().max(self.scale),
         };
         relative * size
     }
 
-    /// Whether nothing within elements depends on it.
+    /// Returns whether no element integral depends on it.
     pub(super) fn is_outside_elements(&self, formulation: Formulation) -> bool {
         match self.influence {
             Influence::Compressibility => formulation != Formulation::Displacement,
             Influence::Alpha | Influence::Beta => true,
-            // Inertia, and the loads that it makes.
+            // Inertia and body forces.
             Influence::Affine => self.key.ends_with(".density"),
             Influence::Smooth | Influence::Break | Influence::Start => false,
         }
     }
 
-    /// The table that it is in.
+    /// Returns the table of the key.
     fn table(&self) -> &str {
         self.key.split(['.', '[']).next().unwrap_or("")
     }
 
-    /// Whether nothing but the law's stress depends on it. Of a body with Prony terms more does: they
-    /// relax a part of it.
+    /// Returns whether only the law's stress depends on it. Prony terms also depend on the law's constants.
     pub(super) fn is_of_stress(&self, body: &Body) -> bool {
         let name = self.key.rsplit('.').next().unwrap_or("");
         let is_modulus = ["c10", "c01", "shear_modulus", "lambda", "stiffness"].contains(&name);
@@ -155,23 +155,23 @@ impl Known {
             && body.muscle.solid.n_internal() == 0
     }
 
-    /// Whether nothing but loads depends on it.
+    /// Returns whether only loads depend on it.
     pub(super) fn is_of_loads(&self) -> bool {
         LOADS.contains(&self.table())
     }
 
-    /// The number of the chain that it is of, if it is of one.
+    /// Returns the number of its chain, if it belongs to a chain.
     pub(super) fn chain(&self) -> Option<usize> {
         let (number, _) = self.key.strip_prefix("chain[")?.split_once(']')?;
         number.trim().parse().ok()
     }
 
-    /// Whether nothing of the body depends on it.
+    /// Returns whether only a chain depends on it.
     pub(super) fn is_of_chains(&self) -> bool {
         self.chain().is_some()
     }
 
-    /// The number as it is called in tables, with κ's inverse told.
+    /// Returns its name in tables: `1/KEY` for κ, else the key.
     pub fn label(&self) -> String {
         match self.influence {
             Influence::Compressibility => format!("1/{}", self.key),
@@ -180,12 +180,12 @@ impl Known {
     }
 }
 
-/// What is told of the constants of a neo-hooke law.
+/// Remedy for the constants of a neo-hooke law.
 const AS_MOONEY_RIVLIN: &str =
     "give the law as mooney-rivlin, of which c10 is half the shear_modulus and c01 is 0";
 
-/// The scene's file as a tree of what `--set` can set. A neo-hooke law is read as one of mooney-rivlin, whose
-/// constants cannot be given to it.
+/// Returns the scene file as a tree of settable values. A neo-hooke law is stored as mooney-rivlin, whose constants it does
+/// not accept.
 fn settable(scene: &Scene) -> Result<Value, InputError> {
     let mut values = serde_json::to_value(&scene.file).map_err(InputError::new)?;
     let written = &scene.written()["material"];
@@ -201,10 +201,10 @@ fn settable(scene: &Scene) -> Result<Value, InputError> {
     Ok(values)
 }
 
-/// The number of a scene that a parameter names; `values` is the scene's file as a tree.
+/// Returns the parameter of a `[[parameter]]` entry; `values` is the scene file as a tree.
 ///
 /// # Errors
-/// A key that is no number of it, or none that can be differentiated.
+/// A key without a number, or a number without derivatives.
 fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<Known, InputError> {
     let parts: Vec<&str> = wanted
         .key
@@ -243,7 +243,7 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<Known, Inp
                 }
                 Some(Value::Array(_)) => error
                     .found("a list")
-                    .next(format!("name one of it, as `{key}[0]`")),
+                    .next(format!("choose an entry, as in `{key}[0]`")),
                 _ => match values.pointer(parent) {
                     Some(Value::Object(members)) if !parent.is_empty() => {
                         let numbers = members.iter().filter(|(_, value)| value.is_number());
@@ -257,8 +257,9 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<Known, Inp
                     _ if table == "start" => {
                         error.next("give [start] type = \"velocity\" with a `value`")
                     }
-                    _ => error
-                        .next("name it as --set does: material[0].c10, traction[0].y.amplitude"),
+                    _ => error.next(
+                        "write the key as for --set: material[0].c10, traction[0].y.amplitude",
+                    ),
                 },
             });
         }
@@ -269,7 +270,7 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<Known, Inp
         _ => Some(value.abs()).filter(|size| *size > 0.0),
     };
     let scale = wanted.scale.or(size).ok_or_else(|| {
-        InputError::new(format!("`{key}` is 0 here: its size is not known"))
+        InputError::new(format!("`{key}` is 0: its typical size is unknown"))
             .next("add `scale`, a typical size, to the [[parameter]]")
     })?;
     Ok(Known {
@@ -281,7 +282,7 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<Known, Inp
     })
 }
 
-/// A key in one spelling, `material[0].c10`, whichever it has: `material.0.c10` is the same.
+/// Returns the canonical spelling of a key: `material[0].c10` for `material.0.c10`.
 fn key_of(parts: &[&str]) -> String {
     parts
         .iter()
@@ -292,13 +293,13 @@ fn key_of(parts: &[&str]) -> String {
         })
 }
 
-/// The last name of a key: that of a list for an entry of it.
+/// Returns the last name of a key; for an entry of a list, the name of the list.
 fn last_name<'k>(parts: &[&'k str]) -> &'k str {
     let named = |part: &&&str| part.parse::<usize>().is_err();
     parts.iter().rev().find(named).copied().unwrap_or("")
 }
 
-/// Why a number of a table cannot be a parameter, and what can.
+/// Returns the error for a number without derivatives, with the numbers that can be parameters.
 fn refused(key: &str, table: &str, last: &str) -> InputError {
     let error = InputError::new(format!("`{key}` cannot be differentiated"));
     match (table, BREAKS.contains(&last)) {
@@ -325,13 +326,13 @@ fn refused(key: &str, table: &str, last: &str) -> InputError {
     }
 }
 
-/// The rise of a step, if it has one.
+/// Returns the rise of a step, if it is positive.
 fn rise(function: Option<&Value>) -> Option<f64> {
     let step = function.filter(|it| it["type"] == "step")?;
     step["rise"].as_f64().filter(|rise| *rise > 0.0)
 }
 
-/// Where a tree under `path` has the first step that jumps before `t_end`.
+/// Returns the path of the first step that jumps before `t_end`.
 pub(super) fn first_jump(tree: &Value, path: &str, t_end: f64) -> Option<String> {
     match tree {
         Value::Object(members) => {
@@ -353,14 +354,14 @@ pub(super) fn first_jump(tree: &Value, path: &str, t_end: f64) -> Option<String>
     }
 }
 
-/// How the equations depend on the number `last` of a table, whose value is `found` in `parent`.
+/// Returns how the equations depend on the key `last` of a table, whose value is `found` in `parent`.
 fn influence(
     table: &str,
     last: &str,
     found: Option<&Value>,
     parent: Option<&Value>,
 ) -> Option<Influence> {
-    // A load that is written as a number.
+    // A constant load.
     let is_constant = ["x", "y", "z"].contains(&last) && found.is_some_and(Value::is_number);
     match (table, last) {
         ("solid", "kappa") => Some(Influence::Compressibility),
@@ -372,15 +373,15 @@ fn influence(
         ("chain", last) if CHAIN_SMOOTH.contains(&last) => Some(Influence::Smooth),
         ("chain", _) => None,
         ("start", _) => None,
-        // Tensions: their sizes; times move breaks.
+        // Sizes of tensions; times move breaks.
         ("active", "contractility" | "value" | "amplitude") => Some(Influence::Smooth),
         ("active", "tension") if found.is_some_and(Value::is_number) => Some(Influence::Smooth),
         ("active", _) => None,
-        // Of a step of a load, the slope is smooth at its breaks.
+        // The slope of a step is continuous at its breaks.
         (table, "start" | "rise") if LOADS.contains(&table) && rise(parent).is_some() => {
             Some(Influence::Break)
         }
-        // Where nodes are moved, the law makes forces of it that are not affine.
+        // Prescribed displacements act through the law, which is not affine.
         ("displacement", last) if AFFINE.contains(&last) || is_constant => Some(Influence::Smooth),
         (_, last) if AFFINE.contains(&last) || is_constant => Some(Influence::Affine),
         (_, last) if SMOOTH.contains(&last) => Some(Influence::Smooth),

@@ -1,4 +1,4 @@
-//! Where in the body the outputs of a scene see its stiffness.
+//! Sensitivities of outputs to the stiffness of each element.
 
 use myovib_dae::Problem;
 use myovib_model::sensitivity::{AdjointWork, LinearMisfit, RecordedIntegrator};
@@ -14,45 +14,43 @@ use crate::vtu::CellField;
 use crate::watch::Watcher;
 use crate::{Error, InputError};
 
-/// For each output of a scene, how its size depends on the stiffness of each element. Chains that the body drives are not
-/// computed.
+/// Sensitivity of the RMS of each output to the stiffness of each element. Chains driven by the body are not computed.
 #[derive(Debug, Clone)]
 pub struct StiffnessMap {
     /// The scene.
     pub scene: Scene,
-    /// The outputs that are displacements or velocities.
+    /// Displacements and velocities among the outputs.
     pub outputs: Vec<OutputMap>,
-    /// The names of the others.
+    /// Names of the other outputs.
     pub left_out: Vec<String>,
-    /// Steps of the motion.
+    /// Number of steps of the motion.
     pub steps: u64,
-    /// Transposed solves, real and complex.
+    /// Number of real and complex transposed solves.
     pub solves: u64,
 }
 
-/// What an output sees.
+/// Sensitivity of an output.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutputMap {
-    /// Its name.
+    /// Name of the output.
     pub name: String,
-    /// For each element the relative change of the output's root mean square over time for a relative change of the
-    /// stress of its law. NaN for an output that stays zero.
+    /// For each element the relative change of the output's RMS over time per relative change of the element's elastic
+    /// stress. NaN for an output that stays zero.
     pub elements: Vec<f64>,
 }
 
 impl OutputMap {
-    /// That for the whole body.
+    /// Returns the sensitivity to the stiffness of the whole body.
     pub fn total(&self) -> f64 {
         self.elements.iter().sum()
     }
 }
 
 impl StiffnessMap {
-    /// Computes it: one run, and the discrete adjoint of it for each output.
+    /// Computes one run, and its discrete adjoint for each output.
     ///
     /// # Errors
-    /// A scene whose motion has no such derivatives, a body that cannot start, an integration that does not reach the
-    /// end.
+    /// A scene without such derivatives, a body that cannot start, an integration that stops before the end.
     pub fn of(scene: &Scene, watcher: Watcher<'_>) -> Result<Self, Error> {
         expect_smooth_motion(scene)?;
         let body = body(scene)?;
@@ -91,7 +89,7 @@ impl StiffnessMap {
             solves: 0,
         };
         for (k, (Output { name, .. }, unknowns)) in wanted.into_iter().zip(unknowns).enumerate() {
-            // The derivative of ln √Σ u² is that of Σ c u with c = u / Σ u².
+            // The derivatives of ln √Σ u² and Σ c u are equal for c = u / Σ u².
             let squares: f64 = samples.iter().map(|(_, values)| values[k].powi(2)).sum();
             let weighed = samples.iter().map(|(t, values)| (*t, values[k] / squares));
             let misfit = LinearMisfit {
@@ -101,7 +99,8 @@ impl StiffnessMap {
             let elements = match squares {
                 0.0 => vec![f64::NAN; body.muscle.solid.space().n_elements()],
                 _ => {
-                    let (elements, work) = go_back(&mut integrator, misfit, &name, watcher)?;
+                    let (elements, work) =
+                        integrate_adjoint(&mut integrator, misfit, &name, watcher)?;
                     map.solves += work.real_solves + work.complex_solves;
                     elements
                 }
@@ -111,8 +110,8 @@ impl StiffnessMap {
         Ok(map)
     }
 
-    /// What is drawn: the change by the stiffness of each element, per its share of the volume. So it does not depend
-    /// on the size of the elements, and its mean over the body is the total.
+    /// Returns the sensitivity of each element divided by its share of the volume. The density does not depend on the size of
+    /// elements, and its mean over the body is the total.
     pub fn densities(&self) -> Result<Vec<CellField>, Error> {
         let mesh = body(&self.scene)?.muscle.solid.space().mesh();
         let whole = mesh.measure();
@@ -128,7 +127,7 @@ impl StiffnessMap {
         Ok(self.outputs.iter().map(of).collect())
     }
 
-    /// The body of a JSON document.
+    /// Returns the body of the JSON document.
     pub fn document(&self) -> Value {
         let outputs = self.outputs.iter().map(|output| {
             json!({ "name": output.name, "total": output.total(), "elements": output.elements })
@@ -142,43 +141,44 @@ impl StiffnessMap {
     }
 }
 
-/// Refuses what an element's stiffness would act on beside the motion.
+/// Refuses Prony terms and starts that depend on the stiffness.
 fn expect_known_start(scene: &Scene, body: &Body) -> Result<(), InputError> {
     if body.muscle.solid.n_internal() > 0 {
-        let error = InputError::new("maps are those of bodies without Prony terms");
+        let error = InputError::new("stiffness maps do not support Prony terms");
         return Err(scene.wrong("material", error.next("remove `prony`")));
     }
     match body.start {
         Start::Equilibrium => {
-            let error = InputError::new("an equilibrium depends on the stiffness of each element");
-            let next = "let the body start from rest, or from the folder of another run";
+            let error = InputError::new("stiffness maps do not support a start from equilibrium");
+            let next = "start from rest, or from the folder of another run";
             Err(scene.wrong("start", error.next(next)))
         }
         Start::Rest | Start::State(_) => Ok(()),
     }
 }
 
-/// The derivative of a misfit by the stiffness of each element, and what it cost; the watcher hears of the output.
-fn go_back(
+/// Returns the derivative of a misfit by the stiffness of each element, and the work; reports progress with the output's
+/// name.
+fn integrate_adjoint(
     integrator: &mut RecordedIntegrator,
     misfit: LinearMisfit<'_>,
     name: &str,
     watcher: Watcher<'_>,
 ) -> Result<(Vec<f64>, AdjointWork), Error> {
-    let mut tell = |t: f64| {
+    let mut on_step = |t: f64| {
         watcher
             .progress
             .tell(&|| format!("{name}: back at t = {t:.3} s"));
         !watcher.is_interrupted()
     };
-    let by_stiffness = integrator.by_stiffness(misfit, &mut tell);
+    let by_stiffness = integrator.by_stiffness(misfit, &mut on_step);
     match watcher.is_interrupted() {
         true => Err(Error::Stopped("interrupted".to_owned())),
         false => Ok(by_stiffness?),
     }
 }
 
-/// Takes the motion to its end; the outputs at each sample.
+/// Integrates to the end and returns the outputs at each sample.
 fn follow(
     scene: &Scene,
     outputs: &[Output],

@@ -1,9 +1,8 @@
-//! What the outputs of a scene depend on.
+//! Sensitivities of a scene's outputs.
 //!
-//! Cast: [`Parametrised`] is a scene with the parameters it names; [`outputs`] are the columns of
-//! its probes that are looked at; [`follow`] runs it and keeps the curves; [`compute`] does so at
-//! equal distances and says which parameter matters how much; [`StiffnessMap`] says where in the body stiffness
-//! matters.
+//! [`Parametrised`] is a scene with its parameters. [`outputs`] returns the observed columns of its probes. [`follow`] runs
+//! the scene and samples outputs and derivatives at given times. [`compute`] samples at equal intervals and returns
+//! [`Curves`]. [`StiffnessMap`] is the sensitivity to the stiffness of each element.
 
 mod chains;
 mod curves;
@@ -23,22 +22,22 @@ use serde_json::{Value, json};
 use crate::watch::Watcher;
 use crate::{Error, Scene};
 
-/// Curves at equal distances in time.
+/// Outputs and derivatives at equal intervals in time.
 #[derive(Debug, Clone)]
 pub struct Curves {
     /// The parameters' labels.
     pub parameters: Vec<String>,
     /// The outputs' names.
     pub outputs: Vec<String>,
-    /// p̄, by which derivatives are multiplied to be compared.
+    /// Typical sizes p̄ of the parameters, which make derivatives comparable.
     pub scales: Vec<f64>,
     /// The samples.
     pub samples: Vec<Sample>,
-    /// What it cost.
+    /// Work of the run.
     pub cost: Cost,
 }
 
-/// Most samples over a run.
+/// Maximum number of samples of a run.
 const MOST_SAMPLES: f64 = 5000.0;
 
 /// Computes the sensitivities of a scene's outputs, sampled as often as the finest of their probes.
@@ -50,12 +49,12 @@ pub fn compute(
     precision: Precision,
     watcher: Watcher<'_>,
 ) -> Result<Curves, Error> {
-    let wanted = outputs(&scene.scene)?;
-    let times = sample_times(&scene.scene, &wanted);
+    let outputs = outputs(&scene.scene)?;
+    let times = sample_times(&scene.scene, &outputs);
     let dependences = scene.dependences(&scene.values())?;
     let (samples, cost) = follow(
         &scene.scene,
-        &wanted,
+        &outputs,
         &times,
         (dependences, precision),
         watcher,
@@ -63,13 +62,13 @@ pub fn compute(
     Ok(Curves {
         parameters: scene.parameters.iter().map(Known::label).collect(),
         scales: scene.parameters.iter().map(|p| p.scale).collect(),
-        outputs: wanted.into_iter().map(|output| output.name).collect(),
+        outputs: outputs.into_iter().map(|output| output.name).collect(),
         samples,
         cost,
     })
 }
 
-/// Times at equal distances, as near as those of the finest probe that an output is of.
+/// Returns times at the smallest sampling interval among the probes of the outputs.
 fn sample_times(scene: &Scene, outputs: &[Output]) -> Vec<f64> {
     let t_end = scene.t_end;
     let probes = outputs.iter().map(|output| output.every(scene));
@@ -79,9 +78,9 @@ fn sample_times(scene: &Scene, outputs: &[Output]) -> Vec<f64> {
 }
 
 impl Curves {
-    /// For each output and parameter the root mean square over time of p̄ ∂u/∂p, relative to that of
-    /// u: by how much of itself u changes for a change of p by its size. NaN for an output that stays
-    /// zero or has no derivative. Samples without one are left out of both.
+    /// Returns for each output and parameter the RMS over time of p̄ ∂u/∂p divided by the RMS of u: the relative change of u
+    /// for a change of p by its typical size. Samples without a derivative are excluded. NaN for an output that stays zero
+    /// or has no derivatives.
     pub fn importance(&self) -> Vec<Vec<f64>> {
         let ratio = |j: usize, k: usize| {
             let both = self
@@ -101,7 +100,7 @@ impl Curves {
         (0..self.outputs.len()).map(output).collect()
     }
 
-    /// Names of the columns of a table: the time, the outputs, and d OUTPUT/d PARAMETER.
+    /// Returns the names of the columns: the time, the outputs, and d OUTPUT/d PARAMETER.
     pub fn columns(&self) -> Vec<String> {
         let derivatives = self.outputs.iter().flat_map(|output| {
             let by = move |parameter: &String| format!("d {output}/d {parameter}");
@@ -113,7 +112,7 @@ impl Curves {
             .collect()
     }
 
-    /// Its rows.
+    /// Returns the rows of the table.
     pub fn rows(&self) -> Vec<Vec<f64>> {
         let row = |sample: &Sample| {
             let mut row = vec![sample.t];
@@ -126,7 +125,7 @@ impl Curves {
         self.samples.iter().map(row).collect()
     }
 
-    /// The body of a JSON document.
+    /// Returns the body of the JSON document.
     pub fn document(&self) -> Value {
         json!({
             "parameters": self.parameters,
@@ -146,7 +145,7 @@ mod tests {
 
     /// One kink among three samples, and an output without any derivative.
     #[test]
-    fn samples_without_a_derivative_count_neither_way() {
+    fn samples_without_a_derivative_are_excluded() {
         let sample = |t: f64, values: [f64; 2], derivatives: [f64; 2]| Sample {
             t,
             values: values.into(),

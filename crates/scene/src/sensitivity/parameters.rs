@@ -1,4 +1,4 @@
-//! The parameters of a scene, and the scene at other values of them.
+//! Scenes as functions of their parameters.
 
 use std::path::{Path, PathBuf};
 
@@ -13,27 +13,26 @@ use crate::scene_file::active::Tension;
 use crate::scene_file::material::Material;
 use crate::{Error, InputError};
 
-/// A scene with the parameters it names, to be had at other values of them.
+/// A scene with parameters, which can be evaluated at other values.
 #[derive(Debug, Clone)]
 pub struct Parametrised {
     path: PathBuf,
     set: Vec<String>,
-    /// The scene as it is written.
+    /// The scene at the values of its file.
     pub scene: Scene,
     /// The parameters.
     pub parameters: Vec<Known>,
 }
 
-/// The step of differences of order 4, relative: truncation (some 2π f t of it)⁴/30 and rounding ε
-/// over it are about 1e-11 for a hundred periods.
+/// Relative step of differences of order 4. For a motion of a hundred periods, truncation (about (2π f t step)⁴/30) and
+/// rounding (ε/step) are both about 1e-11.
 pub(super) const STEP: f64 = 1e-5;
 
 impl Parametrised {
     /// Reads the scene at `path`, with overrides, and its parameters.
     ///
     /// # Errors
-    /// What is wrong with the scene; a parameter that is no number of it, or none that can be
-    /// differentiated.
+    /// An invalid scene; parameters without a number or without derivatives.
     pub fn load(path: &Path, set: &[String]) -> Result<Self, InputError> {
         let scene = Scene::load(path, set)?;
         let parameters = Known::all(&scene)?;
@@ -52,7 +51,7 @@ impl Parametrised {
         Ok(it)
     }
 
-    /// The same scene with more overrides: another experiment with the same parameters.
+    /// Returns the scene with more overrides: another experiment with the same parameters.
     ///
     /// # Errors
     /// As for [`load`](Self::load).
@@ -60,7 +59,7 @@ impl Parametrised {
         Self::load(&self.path, &[&self.set[..], set].concat())
     }
 
-    /// The scene at other values of its parameters.
+    /// Returns the scene at other values of its parameters.
     ///
     /// # Errors
     /// Values that the scene does not allow.
@@ -79,12 +78,12 @@ impl Parametrised {
         Scene::load(&self.path, &set)
     }
 
-    /// The values in the scene.
+    /// Returns the values in the scene's file.
     pub fn values(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.value).collect()
     }
 
-    /// How the body of the scene at these values, and its start, depend on its parameters.
+    /// Returns how the body, its start and the chains depend on the parameters at these values.
     ///
     /// # Errors
     /// Values that the scene does not allow.
@@ -107,7 +106,7 @@ impl Parametrised {
         Ok(Dependences::new(all).with_chains(chains))
     }
 
-    /// The body of the scene at these values, `body`, with another value of parameter j.
+    /// Returns `body`, the body at these values, with another value of parameter j.
     pub(super) fn neighbour(
         &self,
         j: usize,
@@ -117,8 +116,8 @@ impl Parametrised {
     ) -> Result<Body, Error> {
         let Parameters { alpha, beta, .. } = body.muscle.parameters;
         let kappa = body.muscle.parameters.kappa();
-        // What a formulation asks of κ and β it asks of the scene, not of its neighbours. Where
-        // materials have their own, only the scene knows which of them move.
+        // Neighbors need not satisfy the formulation's conditions on κ and β. If materials have their own constants, only the
+        // scene determines which of them change.
         let parameters = match self.parameters[j].influence {
             Influence::Compressibility if !body.muscle.solid.has_element_scales() => {
                 Parameters::new(alpha, beta, 1.0 / value)?
@@ -173,7 +172,7 @@ impl Parametrised {
 /// Refuses a scene whose motion has no sensitivities.
 ///
 /// # Errors
-/// What it has that is in the way.
+/// The unsupported feature and its key.
 pub(super) fn expect_smooth_motion(scene: &Scene) -> Result<(), InputError> {
     let file = &scene.file;
     let refuse = |path: &str, message: &str, next: &str| {
@@ -182,15 +181,15 @@ pub(super) fn expect_smooth_motion(scene: &Scene) -> Result<(), InputError> {
     if file.analysis != Analysis::Dynamic {
         return refuse(
             "analysis",
-            "sensitivities are those of a motion",
+            "sensitivities require a motion",
             "analysis = \"dynamic\"",
         );
     }
     if scene.body.is_none() {
-        let message = "sensitivities are those of a body, with chains or without";
+        let message = "sensitivities require a body";
         return refuse("", message, "add a [mesh] with [solid]");
     }
-    let acts_back = "sensitivities are those of chains that do not act back";
+    let acts_back = "sensitivities do not support chains that act on the body";
     if !file.feedback.is_empty() {
         return refuse("feedback", acts_back, "remove [[feedback]]");
     }
@@ -203,18 +202,20 @@ pub(super) fn expect_smooth_motion(scene: &Scene) -> Result<(), InputError> {
         return refuse(&format!("material[{i}].active"), acts_back, next);
     }
     if !file.stop.is_empty() {
-        let message = "a parameter would move the time at which the run stops";
+        let message =
+            "sensitivities do not support stop conditions, whose time depends on the parameters";
         return refuse("stop", message, "remove [[stop]]");
     }
     let values = serde_json::to_value(file).map_err(InputError::new)?;
     if let Some(jump) = first_jump(&values, "", scene.t_end) {
-        let message = "sensitivities across a jump are not computed";
+        let message = "sensitivities do not support loads that jump";
         return refuse(&jump, message, "give the step a `rise` above 0");
     }
     Ok(())
 }
 
-/// What `of` gives around a value, in steps of `delta`: from it on, if a value below is refused.
+/// Evaluates `of` at the points of a central stencil with steps of `delta`, or of a forward stencil if a point below the
+/// value is invalid.
 pub(super) fn around<T>(
     value: f64,
     delta: f64,
@@ -228,7 +229,7 @@ pub(super) fn around<T>(
     all(Stencil::Central).or_else(|_: Error| all(Stencil::Ahead))
 }
 
-/// The body of a scene that was checked to have one.
+/// Returns the body of a scene.
 pub(crate) fn body(scene: &Scene) -> Result<&Body, InputError> {
     let body = scene.body.as_ref();
     body.ok_or_else(|| InputError::new("the scene has no body"))

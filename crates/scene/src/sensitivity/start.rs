@@ -1,4 +1,4 @@
-//! How the start of a scene's motion depends on its parameters.
+//! Derivatives of the initial state by the parameters of a scene.
 
 use myovib_model::sensitivity::Dependence;
 use myovib_model::{MuscleDae, Start as Consistent, statics};
@@ -10,13 +10,12 @@ use crate::scene::{Body, Start};
 use crate::watch::Watcher;
 use crate::{Error, InputError};
 
-/// The step of differences of order 4 of consistent starts, relative: truncation is about its fourth
-/// power, rounding (some 1e-16 of a start, 1e-11 of a pressure that is found by differences in time) over
-/// it.
+/// Relative step of differences of order 4 of consistent initial values. Truncation is about step⁴. Rounding is about
+/// 1e-16/step, and 1e-11/step for pressures, which are computed by differences in time.
 const STEP: f64 = 1e-3;
 
 impl Parametrised {
-    /// Refuses parameters that would load a body at rest at once.
+    /// Refuses parameters that would load a body at rest at t = 0.
     fn expect_rest(&self, values: &[f64], body: &Body) -> Result<(), Error> {
         for (j, (known, &value)) in self.parameters.iter().zip(values).enumerate() {
             if known.is_of_loads() {
@@ -33,11 +32,11 @@ impl Parametrised {
         Ok(())
     }
 
-    /// ∂y_0/∂p for each parameter of the scene's `body` at these values; none at rest, where it is zero. Empty for those
-    /// that nothing of the body depends on.
+    /// Returns ∂y_0/∂p for each parameter at these values; `None` at rest, where it is zero. Vectors of parameters without
+    /// effect on the body are empty.
     ///
-    /// An equilibrium moves as its tangent says. What the equations ask for beyond displacements and
-    /// velocities is computed as the start itself is, of the scene's neighbours.
+    /// Displacements of an equilibrium are differentiated by its tangent. The other unknowns are differences of consistent
+    /// initial values of neighboring scenes.
     ///
     /// # Errors
     /// A start that cannot be differentiated.

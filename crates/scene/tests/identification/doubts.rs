@@ -74,7 +74,7 @@ fn a_parameter_that_no_measurement_depends_on_is_told_from_those_that_are_known(
     assert!(result.profiles[0].is_ok());
     assert_eq!(
         told,
-        ["profile 1 of 2, some ten fits for each: material[0].c10"]
+        ["profile 1 of 2, about ten fits each: material[0].c10"]
     );
 }
 

@@ -126,16 +126,16 @@ fn scenes_without_a_map_are_told_why() {
         ),
         (
             &["material[0].prony=[{ g = 0.5, tau = 0.02 }]"],
-            "bodies without Prony terms",
+            "do not support Prony terms",
         ),
         (
             &["start={ type = \"equilibrium\" }"],
-            "an equilibrium depends on the stiffness",
+            "do not support a start from equilibrium",
         ),
-        (&["analysis=static"], "sensitivities are those of a motion"),
+        (&["analysis=static"], "sensitivities require a motion"),
         (
             &["traction[0].y={ type = \"step\", value = 1.0, start = 0.1, rise = 0 }"],
-            "across a jump",
+            "do not support loads that jump",
         ),
     ] {
         let scene = Scene::load(&path, &[case(CASES[5]), set(overrides)].concat()).unwrap();
