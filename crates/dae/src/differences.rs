@@ -6,6 +6,10 @@ use crate::colouring::colour;
 use crate::linearization::Linearization;
 use crate::problem::{Problem, StepError};
 
+/// Units of rounding of y that a displacement of ẏ must exceed: the quotient's error is then below a
+/// thousandth of ∂F/∂y.
+const RESOLVED: f64 = 1e4;
+
 /// Workspace of a Jacobian by one-sided differences, one evaluation a colour.
 ///
 /// Unknown j is moved by
@@ -16,7 +20,7 @@ use crate::problem::{Problem, StepError};
 ///
 /// as IDA moves it for its own dense and banded Jacobians (SUNDIALS, IDALS). For a ∂F/∂y + b ∂F/∂ẏ,
 /// y_j moves by a σ and ẏ_j by b σ with σ = δ_j / max(|a|, |b h|), so that neither moves further
-/// than the step itself would take it.
+/// than the step itself would take it. ∂F/∂ẏ alone has [shorter displacements](rate_displacement).
 ///
 /// Where the residual cannot be evaluated there, the unknowns of that colour are moved in [other
 /// ways](Way). A smaller step would not help: 1/w_j does not become smaller with it.
@@ -87,7 +91,10 @@ impl Differences {
         let mut first = Ok(());
         for way in Way::ALL {
             for &j in &self.groups[group] {
-                let wanted = displacement(at, j, way) / scale;
+                let wanted = match (a, way) {
+                    (0.0, Way::Usual) => rate_displacement(at, j) / scale,
+                    _ => displacement(at, j, way) / scale,
+                };
                 self.y[j] = at.y[j] + a * wanted;
                 // What y can represent of it, so that the quotient is of what was done.
                 let sigma = match a {
@@ -137,6 +144,17 @@ impl Way {
         Self::SlightlyAway,
         Self::SlightlyTowards,
     ];
+}
+
+/// Returns h times the displacement of ẏ_j where y stays, with its sign.
+///
+/// A displacement of y by its tolerance would change ẏ by tolerance/h, far beyond where F is linear in ẏ if
+/// h is short. That of ẏ may be smaller, as long as the rounding of y in F, over it, is small.
+fn rate_displacement(at: &Linearization<'_>, j: usize) -> f64 {
+    let motion = at.step * at.y_dot[j];
+    let size = f64::EPSILON.sqrt() * motion.abs().max(1.0 / at.weights[j]);
+    size.max(RESOLVED * f64::EPSILON * at.y[j].abs())
+        .copysign(motion)
 }
 
 /// By how much unknown j is moved, with its sign.

@@ -110,6 +110,7 @@ impl Fatal {
 pub(crate) struct Failures {
     rejected: usize,
     unsolved: usize,
+    refused: bool,
 }
 
 /// After so many failures of a fresh start to solve the step it falls by larger factors: its scale
@@ -121,6 +122,36 @@ impl Failures {
         self.rejected + self.unsolved > 0
     }
 
+    /// Whether the problem itself refused an attempt that failed for this `reason`.
+    pub(crate) fn is_refusal(reason: StopReason) -> bool {
+        use StopReason::{ConvergenceFailures, ErrorTestFailures};
+        !matches!(reason, ConvergenceFailures | ErrorTestFailures)
+    }
+
+    /// Whether the problem itself has refused a larger step: the accuracy does not require the size of
+    /// this step.
+    pub(crate) fn refused(self) -> bool {
+        self.refused
+    }
+
+    /// Whether Newton's method has failed for a larger step, or the problem.
+    pub(crate) fn unsolved(self) -> bool {
+        self.unsolved > 0
+    }
+
+    /// No failures yet, after a step that the problem did or did not [refuse](Self::refused) to be longer.
+    pub(crate) fn after(refused: bool) -> Self {
+        Self {
+            refused,
+            ..Self::default()
+        }
+    }
+
+    /// Counts again from zero.
+    pub(crate) fn forget_counts(&mut self) {
+        (self.rejected, self.unsolved) = (0, 0);
+    }
+
     /// Counts one for this `reason`, here and in the statistics.
     pub(crate) fn count(&mut self, reason: StopReason, statistics: &mut Statistics) {
         if reason == StopReason::ErrorTestFailures {
@@ -128,6 +159,7 @@ impl Failures {
             statistics.error_test_failures += 1;
         } else {
             self.unsolved += 1;
+            self.refused |= Self::is_refusal(reason);
             statistics.step_solve_failures += 1;
         }
     }

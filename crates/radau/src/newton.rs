@@ -13,7 +13,8 @@ use crate::work::Counters;
 /// How the iterations ended, short of an error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Newton {
-    /// Solved, after this many iterations; what more were spent on own errors says nothing of h.
+    /// Solved, after this many iterations; what more were spent on own errors, and to try new matrices,
+    /// says nothing of h.
     Converged { iterations: usize },
     /// They diverge, or converge too slowly: this factor on h may help.
     Failed { step_factor: f64 },
@@ -48,6 +49,8 @@ pub(crate) struct NewtonSolver {
     /// The last correction of the last stage, which is that of the solution.
     correction: Vec<f64>,
     tolerance: f64,
+    /// The part of the increments that their error may be.
+    relative: f64,
     limit: usize,
     /// Whether a hidden constraint magnifies what is left by powers of 1/h: then a first correction is
     /// trusted no more than it is itself small.
@@ -57,6 +60,12 @@ pub(crate) struct NewtonSolver {
     first_factor: f64,
     /// The last estimate of the contraction θ; 0 where one iteration was enough.
     pub(crate) contraction: f64,
+    /// Whether corrections by the matrices in use have been seen to contract.
+    tried: bool,
+    /// Largest norm of the last correction beyond rounding.
+    allowed: f64,
+    /// The norm of the increments.
+    size: f64,
 }
 
 /// Above this contraction the iterations count as divergent.
@@ -70,6 +79,19 @@ const STALLED: f64 = 0.9;
 /// been better in the last step.
 const LEAST_TRUST: f64 = 1e-3;
 
+/// The part of ẏ that its error at the end of a step may be. Where a step is so short that y changes by
+/// less than its tolerance, nothing else bounds it; and the next Jacobian is evaluated with it.
+const RELATIVE: f64 = 0.01;
+
+/// A step in which y changes by a smaller part of the tolerance of the error test is not resolved by it.
+const RESOLVED: f64 = 0.1;
+
+/// New matrices are trusted once a correction is this part of the first.
+const TRIED: f64 = 0.1;
+
+/// Units of rounding of y that no correction of its increments resolves.
+const ROUNDING: f64 = 100.0 * f64::EPSILON;
+
 impl NewtonSolver {
     pub(crate) fn new(
         method: &Method,
@@ -79,6 +101,8 @@ impl NewtonSolver {
         constrained: bool,
     ) -> Self {
         let s = method.stages();
+        // Largest change of h ẏ at the end per change of the increments.
+        let slope: f64 = (0..s).map(|j| method.a_inverse(s - 1, j).abs()).sum();
         Self {
             z: vec![0.0; s * n],
             residuals: vec![0.0; s * n],
@@ -87,10 +111,14 @@ impl NewtonSolver {
             system: StageSystem::new(method, n),
             correction: vec![0.0; n],
             tolerance,
+            relative: RELATIVE / slope,
             limit,
             constrained,
             first_factor: 1.0,
             contraction: 0.0,
+            tried: false,
+            allowed: 0.0,
+            size: 0.0,
         }
     }
 
@@ -100,6 +128,10 @@ impl NewtonSolver {
     /// Δz is about θ/(1 − θ) ‖Δz‖; the iterations end when it is below the tolerance, or when θ
     /// says that it will not be within the iterations allowed (Hairer & Wanner IV.8). The own errors
     /// of variables that count less for the others get the iterations that are left while they fall.
+    ///
+    /// New matrices are tried by two corrections at least: one whose entries are far too large makes any
+    /// first correction small. And the error is bounded by a part of the increments too: F may depend on
+    /// ẏ in any way, and a tolerance for y alone leaves ẏ an error of tolerance/h.
     ///
     /// Two corrections do not show that the iterations diverge. In index 3 the first one, from a
     /// start at rest, moves positions by h v; what is quadratic in it, h² v², comes back as
@@ -121,6 +153,11 @@ impl NewtonSolver {
         } else {
             self.first_factor
         };
+        let of_y = norm(
+            step.y.iter().zip(step.weights).map(|(y, w)| y * w),
+            step.y.len(),
+        );
+        let mut first_norm = 0.0;
         let mut last_norm = 0.0;
         let mut last_ratio = 0.0;
         let mut last_own = f64::INFINITY;
@@ -131,9 +168,16 @@ impl NewtonSolver {
                 self.drive(problem, memory, step)?;
             }
             self.evaluate_residuals(problem, memory.as_deref(), step, counters)?;
-            let norm = self.correct(problem, matrices, step, counters)?;
+            let [norm, size] = self.correct(problem, matrices, step, counters)?;
+            let tolerance = (self.tolerance).min((self.relative * size).max(ROUNDING * of_y));
+            self.allowed = if self.tried { tolerance } else { 0.0 };
+            self.size = size;
             if !norm.is_finite() {
                 return Ok(Newton::Failed { step_factor: 0.5 });
+            }
+            if iteration > 1 && !self.tried {
+                self.tried = norm <= TRIED * first_norm;
+                solved_after = solved_after.filter(|_| self.tried);
             }
             if iteration > 1 && solved_after.is_none() {
                 let ratio = norm / last_norm;
@@ -153,27 +197,40 @@ impl NewtonSolver {
                 let left = (self.limit - iteration) as i32;
                 let at_limit = error_factor * norm * contraction.powi(left);
                 // The step that would do with the iterations left, by RADAU5's rule.
-                if iteration > 2 && at_limit > self.tolerance {
-                    let excess = (at_limit / self.tolerance).min(20.0);
+                if iteration > 2 && at_limit > tolerance {
+                    let excess = (at_limit / tolerance).min(20.0);
                     let exponent = -1.0 / f64::from(left + 4);
                     return Ok(Newton::Failed {
                         step_factor: 0.8 * excess.powf(exponent),
                     });
                 }
             }
-            if solved_after.is_none() && error_factor * norm <= self.tolerance {
+            if solved_after.is_none() && error_factor * norm <= tolerance {
                 solved_after = Some(iteration);
             }
             let own = weights.largest_own(|i| self.correction[i]);
             let own_solved = error_factor * own <= self.tolerance || own > STALLED * last_own;
-            if let Some(iterations) = solved_after.filter(|_| own_solved || iteration == self.limit)
-            {
+            let enough = self.tried && own_solved || iteration == self.limit;
+            if let Some(iterations) = solved_after.filter(|_| enough) {
                 return Ok(Newton::Converged { iterations });
+            }
+            if iteration == 1 {
+                first_norm = norm;
             }
             last_own = own;
             last_norm = norm.max(f64::EPSILON);
         }
         Ok(Newton::Failed { step_factor: 0.5 })
+    }
+
+    /// Whether corrections by the matrices in use have been seen to contract.
+    pub(crate) fn has_tried_matrices(&self) -> bool {
+        self.tried
+    }
+
+    /// Sets whether corrections by the matrices in use have been seen to contract.
+    pub(crate) fn set_tried(&mut self, tried: bool) {
+        self.tried = tried;
     }
 
     /// What is kept between steps.
@@ -191,9 +248,24 @@ impl NewtonSolver {
         self.tolerance = tolerance;
     }
 
-    /// Below this norm the error of the solution counts as none.
-    pub(crate) fn tolerance(&self) -> f64 {
-        self.tolerance
+    /// The norm that the last correction may have beyond rounding: 0 by matrices that have not been tried.
+    pub(crate) fn allowed(&self) -> f64 {
+        self.allowed
+    }
+
+    /// Whether ẏ has changed by more than itself from `y_dot` to the end of a step in which y has changed by
+    /// a part of its tolerance only.
+    pub(crate) fn leaps(&mut self, step: &Step<'_>, y_dot: &[f64]) -> bool {
+        if self.size > RESOLVED {
+            return false;
+        }
+        let n = step.y.len();
+        let last = step.method.stages() - 1;
+        let slope = |_, j| step.method.a_inverse(last, j) / step.h;
+        write_combined(&mut self.stage_dot, n, slope, &self.z);
+        let changes = self.stage_dot.iter().zip(y_dot).zip(step.weights);
+        let change = norm(changes.map(|((new, old), w)| (new - old) * w), n);
+        change > norm(y_dot.iter().zip(step.weights).map(|(v, w)| v * w), n)
     }
 
     /// The last correction of the solution.
@@ -246,30 +318,31 @@ impl NewtonSolver {
         Ok(())
     }
 
-    /// Solves for the correction, adds it to `z`, and returns its norm.
+    /// Solves for the correction, adds it to `z`, and returns the norms of both.
     fn correct<P, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
         matrices: &mut M,
         step: &Step<'_>,
         counters: &mut Counters,
-    ) -> Result<f64, Failure> {
+    ) -> Result<[f64; 2], Failure> {
         let corrections = &mut self.residuals;
         corrections.iter_mut().for_each(|g| *g = -*g);
         self.system
             .solve(problem, matrices, step.method, corrections, counters)
             .map_err(Operation::LinearSolve.failed())?;
         let n = step.y.len();
-        let mut square = 0.0;
+        let mut squares = [0.0, 0.0];
         for (z, correction) in self.z.chunks_exact_mut(n).zip(corrections.chunks_exact(n)) {
             for ((z, correction), w) in z.iter_mut().zip(correction).zip(step.weights) {
                 *z += correction;
-                square += (correction * w).powi(2);
+                squares[0] += (correction * w).powi(2);
+                squares[1] += (*z * w).powi(2);
             }
         }
         let last = corrections.len() - n;
         self.correction.copy_from_slice(&corrections[last..]);
-        Ok((square / self.z.len() as f64).sqrt())
+        Ok(squares.map(|square| (square / self.z.len() as f64).sqrt()))
     }
 }
 

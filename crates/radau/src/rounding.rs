@@ -59,7 +59,7 @@ impl Sampling {
     };
 
     /// What does not miss the rounding of a constraint.
-    const THOROUGH: Self = Self {
+    pub(crate) const THOROUGH: Self = Self {
         units: 4.0,
         samples: 8,
         with_start: true,

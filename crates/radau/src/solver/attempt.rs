@@ -3,28 +3,66 @@
 use myovib_dae::{LinearSolver, Linearization, Problem, StepError, StopReason};
 
 use super::state::{Jacobian, RadauSolver, step_of};
-use crate::failure::{Failure, Operation, Rejection};
+use crate::failure::{Failure, Failures, Operation, Rejection};
 use crate::memory::Memory;
 use crate::newton::{Newton, norm};
 use crate::options::StepSize;
+use crate::rounding::Sampling;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// One attempt at a step of size h; the step proposed to follow it. Nothing but Newton's memory
     /// and the Jacobian changes.
-    pub(super) fn attempt(&mut self, h: f64, repeated: bool) -> Result<f64, Failure> {
+    pub(super) fn attempt(&mut self, h: f64, failures: Failures) -> Result<f64, Failure> {
         if let Some(memory) = &mut self.memory {
             memory.begin(&mut self.problem, (&self.method, h), self.t, &self.y)?;
         }
-        let iterations = self.solve_stages(h)?;
+        let iterations = self.solve_stages(h, failures)?;
+        let step = step_of!(self, h);
+        if failures.unsolved() && self.newton.leaps(&step, &self.y_dot) {
+            // Another root of F, too far away in ẏ for the error test of y to see.
+            return Err(Failure::Rejected(Rejection {
+                reason: StopReason::ConvergenceFailures,
+                message: format!("ẏ changes abruptly while y barely changes at h = {h:e}"),
+                step_factor: 0.5,
+            }));
+        }
+        if failures.refused() && self.multipliers.any() {
+            self.expect_small_rounding(h)?;
+        }
         let proposal = match self.options.step_size {
             StepSize::Fixed(proposal) => {
                 self.measure_multipliers(h)?;
                 proposal
             }
-            StepSize::Adaptive => self.test_error(h, repeated, iterations)?,
+            StepSize::Adaptive => self.test_error(h, failures, iterations)?,
         };
         self.evaluate_quadratures(h)?;
         Ok(proposal)
+    }
+
+    /// Refuses a step so short that its rounding exceeds the tolerances, and all shorter ones with it.
+    fn expect_small_rounding(&mut self, h: f64) -> Result<(), Failure> {
+        let step = step_of!(self, h);
+        let (problem, matrices) = (&mut self.problem, &mut self.matrices);
+        let (rounding, counters) = (&mut self.rounding, &mut self.counters);
+        let at_start = (&self.y_dot[..], None);
+        rounding.sample(
+            problem,
+            matrices,
+            &step,
+            at_start,
+            Sampling::THOROUGH,
+            counters,
+        )?;
+        let n = step.y.len();
+        if norm((0..n).map(|i| rounding.of(i) * step.weights[i]), n) < 1.0 {
+            return Ok(());
+        }
+        Err(Failure::Rejected(Rejection {
+            reason: StopReason::ErrorTestFailures,
+            message: format!("rounding exceeds the tolerances at h = {h:e}"),
+            step_factor: 0.0,
+        }))
     }
 
     /// Evaluates the integrands at the stages, less the errors of multipliers that are removed.
@@ -42,10 +80,15 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     }
 
     /// Tests the estimated error of the step solved for; the proposal if it passes.
-    fn test_error(&mut self, h: f64, repeated: bool, iterations: usize) -> Result<f64, Failure> {
+    fn test_error(
+        &mut self,
+        h: f64,
+        failures: Failures,
+        iterations: usize,
+    ) -> Result<f64, Failure> {
         let step = step_of!(self, h);
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
-        let (z, filter_twice) = (&self.newton.z, self.fresh || repeated);
+        let (z, filter_twice) = (&self.newton.z, self.fresh || failures.any());
         let (memory, counters) = (self.memory.as_mut(), &mut self.counters);
         let test = &mut self.error_test;
         let mut error = test.estimate(
@@ -64,7 +107,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let control = &self.control;
         let shortens = control.propose(h, error, iterations) < h || control.judge(h, error) >= 1.0;
         let questioned = error >= 1.0 || (self.multipliers.any() && shortens);
-        if error.is_finite() && questioned {
+        if error.is_finite() && questioned && !failures.refused() {
             let (rounding, n, errors) = (&mut self.rounding, step.y.len(), &self.error_test);
             let last = (counters.statistics.steps > 0).then_some(self.collocation.h);
             for &sampling in rounding.samplings() {
@@ -157,12 +200,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
 
     /// Solves the stage equations, with a new Jacobian if the one at hand fails; the number of
     /// iterations.
-    fn solve_stages(&mut self, h: f64) -> Result<usize, Failure> {
+    fn solve_stages(&mut self, h: f64, failures: Failures) -> Result<usize, Failure> {
         self.weights.scale(h);
         loop {
             self.evaluate_jacobian(h)?;
             self.set_up(h)?;
-            let failure = match self.iterate(h) {
+            let failure = match self.iterate(h, failures) {
                 Ok(iterations) => return Ok(iterations),
                 Err(failure) => failure,
             };
@@ -180,7 +223,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     }
 
     /// Newton's iterations with the matrices that are set up; the number of them.
-    fn iterate(&mut self, h: f64) -> Result<usize, Failure> {
+    fn iterate(&mut self, h: f64, failures: Failures) -> Result<usize, Failure> {
         let z = &mut self.newton.z;
         let (method, last) = (&self.method, &self.collocation);
         self.predictor.start(method, last, (self.t, h), &self.y, z);
@@ -199,11 +242,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             Newton::Failed { step_factor } => {
                 let (rounding, newton) = (&mut self.rounding, &self.newton);
                 let (corrections, n) = (newton.correction(), step.y.len());
-                for &sampling in rounding.samplings() {
+                let samplings = rounding.samplings().iter();
+                for &sampling in samplings.filter(|_| !failures.refused()) {
                     let at_start = (&self.y_dot[..], None);
                     rounding.sample(problem, matrices, &step, at_start, sampling, counters)?;
                     let left = (0..n).map(|i| rounding.beyond(i, corrections[i]) * step.weights[i]);
-                    if norm(left, n) <= newton.tolerance() {
+                    if norm(left, n) <= newton.allowed() {
                         return Ok(self.options.newton_limit());
                     }
                 }
@@ -244,6 +288,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             return Ok(());
         }
         self.set_up_for = None;
+        self.newton.set_tried(false);
         self.counters.statistics.linear_setups += 1;
         self.counters.work.real_factorizations += 1;
         self.counters.work.complex_factorizations += self.shifts.len() as u64;

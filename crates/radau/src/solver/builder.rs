@@ -247,6 +247,7 @@ impl<P: Problem> RadauBuilder<P> {
             start: Ok(()),
             fresh: true,
             began_afresh: false,
+            refused: None,
             next_limit: None,
             problem,
             matrices,

@@ -62,7 +62,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.newton = NewtonSolver::new(&self.method, n, tolerance, limit, self.multipliers.any());
         self.control = self.options.control(self.multipliers.any());
         self.multipliers.restart(y0);
-        (self.fresh, self.next_limit) = (true, None);
+        (self.fresh, self.refused, self.next_limit) = (true, None, None);
         self.jacobian = Jacobian::Due;
         self.set_up_for = None;
         self.pause = None;
@@ -114,7 +114,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             self.weigh();
         }
         self.start_afresh();
-        self.h = None;
+        (self.h, self.refused) = (None, None);
     }
 
     /// Lets the memory begin at (t, y) with the states it has; what cannot be evaluated there fails the

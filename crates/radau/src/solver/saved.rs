@@ -28,6 +28,8 @@ pub struct RadauState {
     y_dot: Vec<f64>,
     h: Option<f64>,
     fresh: bool,
+    #[serde(default)]
+    refused: Option<String>,
     next_limit: Option<f64>,
     stop_time: Option<f64>,
     last: Collocation,
@@ -35,6 +37,9 @@ pub struct RadauState {
     continues: bool,
     /// Newton's memory of its contraction.
     newton: [f64; 2],
+    /// Whether the current matrices have been seen to contract Newton's corrections.
+    #[serde(default)]
+    tried_matrices: bool,
     control: Memory,
     multipliers: Vec<Known>,
     /// Where the Jacobian was evaluated that may serve on, and the step it is set up for.
@@ -91,11 +96,13 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             y_dot: self.y_dot.clone(),
             h: self.h,
             fresh: self.fresh,
+            refused: self.refused.clone(),
             next_limit: self.next_limit,
             stop_time: self.options.stop_time,
             last: self.collocation.clone(),
             continues: self.predictor.continues(),
             newton: self.newton.memory(),
+            tried_matrices: self.newton.has_tried_matrices(),
             control: self.control.memory(),
             multipliers: self.multipliers.known(),
             jacobian: serves.then(|| (self.linearized.clone(), self.set_up_for)),
@@ -147,11 +154,13 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         (self.t, self.h, self.start) = (state.t, state.h, Ok(()));
         self.y.copy_from_slice(&state.y);
         self.y_dot.copy_from_slice(&state.y_dot);
-        (self.fresh, self.next_limit) = (state.fresh, state.next_limit);
+        (self.fresh, self.refused, self.next_limit) =
+            (state.fresh, state.refused.clone(), state.next_limit);
         self.options.stop_time = state.stop_time;
         self.collocation = state.last.clone();
         self.predictor.restore(state.continues);
         self.newton.restore(state.newton);
+        self.newton.set_tried(state.tried_matrices);
         self.control.restore(state.control);
         self.multipliers.restore(&state.multipliers);
         if let (Some(roots), Some((t, low))) = (&mut self.roots, &state.roots) {

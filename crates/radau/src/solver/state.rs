@@ -50,6 +50,8 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     pub(super) fresh: bool,
     /// Whether nothing was before the last accepted step.
     pub(super) began_afresh: bool,
+    /// The reason why the problem has refused steps longer than the next one, if it has.
+    pub(super) refused: Option<String>,
     /// What the next step may be at most.
     pub(super) next_limit: Option<f64>,
     /// The last accepted step's polynomial.

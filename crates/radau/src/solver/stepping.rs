@@ -89,7 +89,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.start?;
         self.bounds = [t_out, limit];
         let mut wanted = self.h.unwrap_or_else(|| self.initial_step(t_out));
-        let mut failures = Failures::default();
+        let mut failures = Failures::after(self.refused.is_some());
+        let mut refused = self.refused.take();
         let mut cause = String::new();
         loop {
             self.h = Some(wanted);
@@ -106,12 +107,13 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 reason,
                 message,
                 step_factor,
-            } = match self.attempt(h, failures.any()) {
+            } = match self.attempt(h, failures) {
                 Ok(proposal) => {
                     let next = match failures.any() {
                         true => proposal.min(h),
                         false => proposal,
                     };
+                    self.refused = refused.filter(|_| next <= h);
                     return Ok(self.taken(h, wanted, limit, next));
                 }
                 Err(Failure::Fatal(fatal)) => return Err(fatal.in_step(self.t, h)),
@@ -125,6 +127,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 }
             }
             failures.count(reason, &mut self.counters.statistics);
+            if Failures::is_refusal(reason) {
+                refused = Some(message.clone());
+            }
             let too_many = failures.too_many(&self.options);
             if matches!(self.options.step_size, StepSize::Fixed(_)) || (too_many && self.fresh) {
                 return Ok(self.stop(reason, message));
@@ -132,10 +137,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             if too_many {
                 // What the steps before say may mislead: there may be a break in the input.
                 self.start_afresh();
-                failures = Failures::default();
+                failures.forget_counts();
             }
             wanted = h * failures.factor(step_factor, self.fresh);
-            cause = format!(", after: {message}");
+            cause = format!(", after: {}", refused.as_ref().unwrap_or(&message));
         }
     }
 

@@ -11,6 +11,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 
 use crate::common::stopped;
+use myovib_dae::samples::{MechanicalForm, Pendulum, Sample};
 
 /// ẏ = 1 − 2 y² (so y = tanh(√2 t)/√2), with a residual that misbehaves on demand.
 struct Touchy {
@@ -456,6 +457,59 @@ fn steps_stay_below_the_largest() {
             // A last step may be longer by the sliver it spares, a part in 1e8.
             assert!(stats.last_step <= 0.01 * (1.0 + 1e-8), "{stats:?}");
             assert!(stats.current_step <= 0.01, "{stats:?}");
+        }
+    }
+}
+
+/// A pendulum whose residual cannot be evaluated after some time.
+struct Wall(Pendulum, f64);
+
+impl Problem for Wall {
+    fn n_unknowns(&self) -> usize {
+        self.0.n_unknowns()
+    }
+
+    fn residual(&mut self, t: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        match t > self.1 {
+            true => Err(StepError::Recoverable("a wall".to_owned())),
+            false => self.0.residual(t, y, v, r),
+        }
+    }
+
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        self.0.kinds()
+    }
+
+    fn indices(&self) -> Option<Vec<u8>> {
+        self.0.indices()
+    }
+}
+
+/// Short steps before a wall magnify the rounding of a constraint: none is accepted in which that exceeds
+/// the tolerance.
+#[test]
+fn the_state_before_a_wall_is_as_accurate_as_any_other() {
+    for form in [MechanicalForm::Index3, MechanicalForm::Index2] {
+        for (stages, tolerance) in [(3, 1e-4), (3, 1e-6), (5, 1e-6), (7, 1e-6), (5, 1e-8)] {
+            let pendulum = Pendulum::new(form);
+            let start = pendulum.start();
+            let options = RadauOptions {
+                stages,
+                tolerances: Tolerances::scalar(tolerance, tolerance),
+                ..RadauOptions::default()
+            };
+            let builder = RadauSolver::builder(Wall(pendulum, 0.5)).options(options);
+            let mut solver = builder.build(0.0, &start.y, &start.y_dot).unwrap();
+            let stop = stopped(solver.integrate_to(1.0).unwrap());
+            assert!(stop.t > 0.5 - 1e-4 && stop.t <= 0.5, "{stop}");
+            let exact = pendulum.exact(stop.t).unwrap();
+            let errors = (0..4).map(|i| (solver.y()[i] - exact[i]).abs());
+            let error = errors.fold(0.0, f64::max);
+            // The promise of a success: two digits.
+            assert!(
+                error < 100.0 * tolerance,
+                "{form:?}, {stages} stages: {error:e}"
+            );
         }
     }
 }

@@ -7,6 +7,7 @@ mod conformance;
 mod control;
 mod events;
 mod failures;
+mod implicit;
 mod memory;
 mod misuse;
 mod orders;

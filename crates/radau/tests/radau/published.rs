@@ -51,7 +51,7 @@ fn akzo() {
     let exact = numbers(&reference("s1_akzo")["ref"]);
     for (tol, expected) in TOLERANCES
         .into_iter()
-        .zip([(19.0, 4.69), (26.0, 6.3), (46.0, 7.13)])
+        .zip([(19.0, 3.88), (26.0, 6.3), (46.0, 7.13)])
     {
         let solver = run(Akzo, 180.0, tolerance(tol));
         assert_run(
@@ -67,7 +67,7 @@ fn akzo() {
 #[test]
 fn akzo_without_its_jacobian() {
     let exact = numbers(&reference("s1_akzo")["ref"]);
-    for (stages, expected) in [(3, (15.0, 3.98)), (5, (13.0, 2.82)), (7, (15.0, 3.89))] {
+    for (stages, expected) in [(3, (16.0, 4.47)), (5, (16.0, 4.16)), (7, (15.0, 3.89))] {
         let options = RadauOptions {
             stages,
             ..tolerance(1e-4)
