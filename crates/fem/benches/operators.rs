@@ -1,7 +1,7 @@
-//! Times of the operators on the paper's mesh: `cargo bench -p myovib-fem`.
+//! Benchmarks of the operators on the mesh of the paper: `cargo bench -p myovib-fem`.
 //!
-//! Each line is the fastest of many runs, in microseconds, and its ratio to the residual pass.
-#![allow(clippy::unwrap_used, reason = "a bench is a test")]
+//! Each line shows the fastest of many runs, in microseconds, and the ratio to the residual pass.
+#![allow(clippy::unwrap_used, reason = "benchmarks may panic")]
 
 use std::hint::black_box;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use myovib_fem::quadrature::Rule;
 use myovib_fem::solid::{Fields, Pressure, Solid, Tangents, Vectors};
 use myovib_fem::{DofMap, Law, Mesh, Space};
 
-/// The fastest of `REPEATS` runs, in microseconds.
+/// Returns the time of the fastest of `REPEATS` runs, in microseconds.
 fn fastest(mut run: impl FnMut()) -> f64 {
     const REPEATS: usize = 2000;
     let mut best = f64::INFINITY;

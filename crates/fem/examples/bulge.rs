@@ -1,8 +1,8 @@
-//! A bulge imposed on the muscle: energy, change of volume, stress.
+//! Prescribed bulge of the muscle: energy, volume change, stress.
 //!
-//! Meshes the spindle, sets u_y = a cos²(π x / 0.2) (zero and flat at both ends) for a few
-//! amplitudes a, and prints what the operators say. Run with
-//! `cargo run -p myovib-fem --example bulge`.
+//! Meshes the spindle, prescribes u_y = a cos²(π x / 0.2) (zero and flat at both ends) for several
+//! amplitudes a, and prints the results of the operators. Run with `cargo run -p myovib-fem
+//! --example bulge`.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -10,8 +10,8 @@ use std::sync::Arc;
 use myovib_fem::solid::{Fields, Pressure, Solid, Vectors};
 use myovib_fem::{DofMap, Law, Space, generate};
 
-/// Energy, total defect of volume and von Mises stress at (0.05, 0) for amplitude `a`.
-fn answer(solid: &Solid, a: f64) -> Result<[f64; 3], Box<dyn std::error::Error>> {
+/// Returns energy, total volume residual and von Mises stress at (0.05, 0) for amplitude `a`.
+fn results(solid: &Solid, a: f64) -> Result<[f64; 3], Box<dyn std::error::Error>> {
     let bulge = |&[x, _]: &[f64; 2]| [0.0, a * (PI * x / 0.2).cos().powi(2)];
     let u: Vec<f64> = solid.space().node_points().iter().flat_map(bulge).collect();
     let fields = Fields::new(&u, Pressure::Penalty { kappa: 1e5 });
@@ -44,12 +44,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     );
     println!("amplitude/m  energy/(J/m)  volume change/m²  von Mises at (0.05, 0)/Pa");
     for a in [1e-3, 2e-3, 4e-3] {
-        let [energy, change, mises] = answer(&solid, a)?;
+        let [energy, change, mises] = results(&solid, a)?;
         println!("{a:<11}  {energy:<12.5e}  {change:<16.5e}  {mises:.5e}");
     }
-    // A shear along y keeps the volume: u_y depends on x alone.
-    let [small, change, _] = answer(&solid, 1e-3)?;
-    let [large, ..] = answer(&solid, 2e-3)?;
+    // A shear along y preserves the volume: u_y depends on x alone.
+    let [small, change, _] = results(&solid, 1e-3)?;
+    let [large, ..] = results(&solid, 2e-3)?;
     assert!(change.abs() < 1e-15 && (large / small - 4.0).abs() < 1e-2);
     Ok(())
 }

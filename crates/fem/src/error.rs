@@ -315,7 +315,7 @@ pub enum MshProblem {
         /// Text found.
         found: String,
     },
-    /// Tag that is defined twice.
+    /// Duplicate tag.
     #[error("{what} {tag} is defined twice")]
     Duplicate {
         /// Name of the defined items, for example "node".
@@ -335,7 +335,7 @@ pub enum MshProblem {
          (`Mesh.ElementOrder = 1`, no recombination into quadrangles)"
     )]
     ElementType(u64),
-    /// Triangle in a tetrahedral mesh that is not a face of any tetrahedron.
+    /// Triangle in a tetrahedral mesh, but not a face of any tetrahedron.
     #[error("triangle {tag} is not a face of any tetrahedron: 2D and 3D elements cannot be mixed")]
     MixedDimensions {
         /// Tag of the element.

@@ -19,7 +19,7 @@ pub struct VolumeRatios {
     pub largest: f64,
 }
 
-/// Data that determine the stress besides displacement, pressure and their rates.
+/// Additional data of the stress, apart from displacement, pressure and their rates.
 #[derive(Debug, Clone, Copy)]
 pub struct StressContext<'a> {
     /// Tension of each element, in Pa; unused without added stresses.

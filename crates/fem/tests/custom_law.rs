@@ -1,4 +1,4 @@
-//! Laws written outside the crate, with what it makes public.
+//! User-defined laws, built on the public interface.
 
 use myovib_fem::Law;
 use myovib_fem::material::three::{
@@ -6,7 +6,8 @@ use myovib_fem::material::three::{
 };
 use myovib_fem::material::{Guccione, MooneyRivlin, Real, SmallStrain, StVenantKirchhoff};
 
-/// Gent's law of rubber that locks: W = −μ J_m/2 ln(1 − (Ī1 − 3)/J_m). Its energy is all of it.
+/// Gent's law of rubber with limited extensibility, W = −μ J_m/2 ln(1 − (Ī1 − 3)/J_m), given by its
+/// energy alone.
 struct Gent {
     shear_modulus: f64,
     limit: f64,
@@ -21,7 +22,7 @@ impl Isotropic for Gent {
     }
 }
 
-/// The standard reinforcing law: neo-Hooke's with k/2 E_ff².
+/// Standard reinforcing law: neo-Hookean with k/2 E_ff².
 struct Reinforced {
     matrix: MooneyRivlin,
     k: f64,
@@ -54,7 +55,7 @@ impl Law3 for Reinforced {
 
 const H: [[f64; 3]; 3] = [[0.1, 0.25, -0.1], [-0.15, -0.05, 0.2], [0.05, -0.3, 0.12]];
 
-/// The tangent is the derivative of the stress, and that of the energy.
+/// Compares stress and tangent with central differences of energy and stress.
 fn check<W: Law3>(law: &W, scale: f64) {
     let at = |h| Strain3::new(law, h, Axes::cartesian(0.0));
     let shifted = |k: usize, l: usize, step: f64| {
@@ -63,7 +64,7 @@ fn check<W: Law3>(law: &W, scale: f64) {
         at(h)
     };
     let (stress, tangent) = (law.stress(&at(H)), law.tangent(&at(H)));
-    // ε^(1/3): differences are exact to about 1e-10 of the modulus.
+    // Step ε^(1/3): differences are accurate to about 1e-10 of the modulus.
     let step = 6e-6;
     for (k, row) in stress.iter().enumerate() {
         for (l, stress) in row.iter().enumerate() {
@@ -82,7 +83,7 @@ fn check<W: Law3>(law: &W, scale: f64) {
 }
 
 #[test]
-fn a_law_may_be_its_energy_alone() {
+fn law_can_be_given_by_its_energy_alone() {
     let law = Gent {
         shear_modulus: 2e4,
         limit: 5.0,
@@ -97,7 +98,7 @@ fn a_law_may_be_its_energy_alone() {
 }
 
 #[test]
-fn a_law_may_have_fibres() {
+fn law_can_have_fibers() {
     let matrix = MooneyRivlin { c10: 1e4, c01: 0.0 };
     check(&Reinforced { matrix, k: 4e4 }, 1e5);
 }
@@ -115,16 +116,16 @@ static HEART: Guccione = Guccione {
     b_fs: 4.0,
 };
 
-/// A law by reference is the same numbers as one of the list.
+/// A custom law gives bitwise the same results as the built-in law.
 #[test]
-fn a_law_by_reference_is_that_of_the_list_bit_by_bit() {
+fn custom_law_is_bitwise_equal_to_the_built_in_law() {
     let axes = Axes {
         fibre: [2.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0],
         sheet: [-2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0],
     };
     let v = [[0.3, -0.8, 0.4], [0.5, 0.9, -0.2], [-0.6, 0.1, -0.7]];
     let Guccione { c, b_f, b_t, b_fs } = HEART;
-    for (law, own) in [
+    for (law, custom) in [
         (
             Law::MooneyRivlin { c10: 1e4, c01: 2e2 },
             Law::custom("mooney", &MOONEY),
@@ -145,15 +146,18 @@ fn a_law_by_reference_is_that_of_the_list_bit_by_bit() {
             Law::custom("heart", &HEART),
         ),
     ] {
-        assert_eq!(law.energy3(H, axes), own.energy3(H, axes));
-        assert_eq!(law.stress3(H, 700.0, axes), own.stress3(H, 700.0, axes));
-        assert_eq!(law.tangent3(H, 700.0, axes), own.tangent3(H, 700.0, axes));
-        let rates = [law, own].map(|law| law.stress_rate3(H, v, [700.0, 30.0], axes));
+        assert_eq!(law.energy3(H, axes), custom.energy3(H, axes));
+        assert_eq!(law.stress3(H, 700.0, axes), custom.stress3(H, 700.0, axes));
+        assert_eq!(
+            law.tangent3(H, 700.0, axes),
+            custom.tangent3(H, 700.0, axes)
+        );
+        let rates = [law, custom].map(|law| law.stress_rate3(H, v, [700.0, 30.0], axes));
         assert_eq!(rates[0], rates[1]);
-        let rates = [law, own].map(|law| law.tangent_rate3(H, v, [700.0, 30.0], axes));
+        let rates = [law, custom].map(|law| law.tangent_rate3(H, v, [700.0, 30.0], axes));
         assert_eq!(rates[0], rates[1]);
-        assert_eq!(law.volume_change3(H), own.volume_change3(H));
-        assert_eq!(law.volume_gradient3(H), own.volume_gradient3(H));
+        assert_eq!(law.volume_change3(H), custom.volume_change3(H));
+        assert_eq!(law.volume_gradient3(H), custom.volume_gradient3(H));
         let traits = |law: Law| {
             (
                 law.is_linear(),
@@ -161,10 +165,12 @@ fn a_law_by_reference_is_that_of_the_list_bit_by_bit() {
                 law.description().complete,
             )
         };
-        assert_eq!(traits(law), traits(own));
-        // One factor on the stress, the other in the constants: a rounding or two apart.
-        let [twice, own_twice] = [law, own].map(|law| law.scaled(1.7).stress3(H, 0.0, axes));
-        for (a, b) in twice.iter().flatten().zip(own_twice.iter().flatten()) {
+        assert_eq!(traits(law), traits(custom));
+        // The factor scales the stress in one case and the constants in the other: a rounding or
+        // two.
+        let [scaled, custom_scaled] =
+            [law, custom].map(|law| law.scaled(1.7).stress3(H, 0.0, axes));
+        for (a, b) in scaled.iter().flatten().zip(custom_scaled.iter().flatten()) {
             assert!((a - b).abs() < 1e-14 * 1e5);
         }
     }

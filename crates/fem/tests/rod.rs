@@ -1,8 +1,9 @@
-//! The rod: identities, Jacobian, closed forms, and case S8 of the references.
+//! Rod: identities, Jacobian, closed forms, and reference case S8.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use std::f64::consts::{PI, TAU};
 
+use myovib_fem::FemError;
 use myovib_fem::rod::analytic::{discrete_natural_frequency, harmonic_response, natural_frequency};
 use myovib_fem::rod::{EndLoad, Rod, RodData};
 use nalgebra::{Complex, DMatrix, DVector};
@@ -18,7 +19,7 @@ fn references() -> Value {
     .unwrap()
 }
 
-/// Numbers without pattern in (−1, 1).
+/// Returns scattered numbers in (−1, 1).
 fn scattered(seed: f64, n: usize) -> Vec<f64> {
     (1..=n)
         .map(|k| (seed + 12.9898 * k as f64 * k as f64).sin())
@@ -31,6 +32,14 @@ fn rod(n_elements: usize) -> Rod {
         ..RodData::default()
     })
     .unwrap()
+}
+
+/// Returns name and value of the invalid parameter.
+fn parameter<T: std::fmt::Debug>(result: Result<T, FemError>) -> (&'static str, f64) {
+    match result {
+        Err(FemError::Parameter { name, value, .. }) => (name, value),
+        other => panic!("{other:?} instead of an invalid parameter"),
+    }
 }
 
 fn residual(rod: &Rod, s: &[f64], s_dot: &[f64], end_force: f64) -> Vec<f64> {
@@ -48,20 +57,20 @@ fn jacobian(rod: &Rod, a: f64, b: f64) -> DMatrix<f64> {
 }
 
 #[test]
-fn the_matrices_hold_mass_and_rigid_motion() {
+fn matrices_are_exact_for_linear_displacements() {
     for n in [1, 2, 10] {
         let rod = rod(n);
         let (mass, stiffness) = (DMatrix::from(rod.mass()), DMatrix::from(rod.stiffness()));
         assert_eq!(mass, mass.transpose());
         assert_eq!(stiffness, stiffness.transpose());
-        // ∫ ρ u² for the linear u = x, which the elements represent: ρ L³/3.
+        // ∫ ρ u² for the linear u = x, which the elements represent exactly: ρ L³/3.
         let x = DVector::from_fn(n, |j, _| 0.1 * (j + 1) as f64 / n as f64);
         let second_moment = (x.transpose() * &mass * &x)[0];
         assert!(
             (second_moment - 1e3 * 1e-3 / 3.0).abs() < 1e-14,
             "{n}: {second_moment}"
         );
-        // ∫ EA u_x² for the same u: EA L; nothing but rounding of EA/h.
+        // ∫ EA u_x² for the same u: EA L, up to rounding of EA/h.
         let energy = (x.transpose() * &stiffness * &x)[0];
         assert!(
             (energy - 1e5).abs() < 1e-15 * 1e5 * 8.0 * n as f64,
@@ -71,13 +80,14 @@ fn the_matrices_hold_mass_and_rigid_motion() {
 }
 
 #[test]
-fn the_jacobian_is_the_derivative_of_the_residual() {
+fn jacobian_matches_differences_of_the_residual() {
     for (n, a, b) in [(1, 0.7, 31.0), (2, -1.3, 0.4), (10, 1.0, 2500.0)] {
         let rod = rod(n);
         let jacobian = jacobian(&rod, a, b);
         let (s, s_dot) = (scattered(0.3, 2 * n), scattered(1.7, 2 * n));
         let base = residual(&rod, &s, &s_dot, 5.0);
-        // The residual is affine: a full step is exact up to rounding of its largest terms, 2 EA/h.
+        // The residual is affine, so a full step is exact up to rounding of its largest terms, 2
+        // EA/h.
         let rounding = 32.0 * f64::EPSILON * (2e6 / 0.1 * n as f64) * (1.0 + a.abs());
         for column in 0..2 * n {
             let (mut s, mut s_dot) = (s.clone(), s_dot.clone());
@@ -96,7 +106,7 @@ fn the_jacobian_is_the_derivative_of_the_residual() {
 }
 
 #[test]
-fn power_in_is_energy_gained_and_lost() {
+fn power_balances_energy_rate_and_dissipation() {
     let rod = rod(10);
     let (s, end_force) = (scattered(0.1, 20), 3e4);
     let (q, v) = s.split_at(10);
@@ -111,12 +121,12 @@ fn power_in_is_energy_gained_and_lost() {
         rod.energy(&[moved(q, v), moved(v, &v_dot)].concat())
     };
     let gained = (energy(1.0) - energy(-1.0)) / 2.0;
-    // vᵀ (α M + β A) v from the energy itself: ½ vᵀMv at (0, v), ½ vᵀAv at (v, 0).
+    // vᵀ (α M + β A) v from the energy: ½ vᵀMv at (0, v), ½ vᵀAv at (v, 0).
     let zero = [0.0; 10];
     let lost = 2.0 * (0.25 * rod.energy(&[&zero, v].concat()))
         + 2.0 * (1e-3 * rod.energy(&[v, &zero].concat()));
     let power = end_force * v[9];
-    // Rounding of energies of order EA/h · n.
+    // Rounding of energies of order n EA/h.
     assert!((imbalance - (gained + lost - power)).abs() < 1e9 * 64.0 * f64::EPSILON);
 }
 
@@ -143,14 +153,11 @@ fn interpolation_is_linear_and_exact_at_nodes() {
     for outside in [-1e-9, 0.1000001, f64::NAN] {
         assert!(rod.displacement_at(outside).is_err(), "{outside}");
     }
-    assert_eq!(
-        rod.displacement_at(0.2).unwrap_err().to_string(),
-        "x = 0.2 must be on the rod, 0 ≤ x ≤ L"
-    );
+    assert_eq!(parameter(rod.displacement_at(0.2)), ("x", 0.2));
 }
 
 #[test]
-fn the_discrete_modes_are_the_closed_form() {
+fn discrete_modes_satisfy_the_closed_form() {
     for n in [1, 2, 10] {
         let rod = rod(n);
         let (mass, stiffness) = (DMatrix::from(rod.mass()), DMatrix::from(rod.stiffness()));
@@ -158,29 +165,29 @@ fn the_discrete_modes_are_the_closed_form() {
             let phi = (k as f64 - 0.5) * PI / n as f64;
             let mode = DVector::from_fn(n, |j, _| ((j + 1) as f64 * phi).sin());
             let squared = (TAU * discrete_natural_frequency(rod.data(), k)).powi(2);
-            let defect = &stiffness * &mode - squared * (&mass * &mode);
+            let residual = &stiffness * &mode - squared * (&mass * &mode);
             // Rounding of the terms of A, 4 EA/h.
             assert!(
-                defect.amax() < 16.0 * f64::EPSILON * 4e7 * n as f64,
-                "{n} {k}: {defect}"
+                residual.amax() < 16.0 * f64::EPSILON * 4e7 * n as f64,
+                "{n} {k}: {residual}"
             );
         }
     }
 }
 
 #[test]
-fn the_natural_frequencies_are_the_published_ones() {
+fn natural_frequencies_match_the_published_values() {
     let data = RodData::default();
     let published = references()["eigenfrequencies_rad_s_exact"].clone();
     for (k, omega) in published.as_array().unwrap().iter().enumerate() {
         let omega = omega.as_f64().unwrap();
-        let ours = TAU * natural_frequency(&data, k + 1);
+        let found = TAU * natural_frequency(&data, k + 1);
         assert!(
-            (ours - omega).abs() < 8.0 * f64::EPSILON * omega,
-            "{k}: {ours} {omega}"
+            (found - omega).abs() < 8.0 * f64::EPSILON * omega,
+            "{k}: {found} {omega}"
         );
     }
-    // To the digits printed.
+    // To the published digits.
     assert!((natural_frequency(&data, 1) - 79.06).abs() < 0.005);
     assert!((discrete_natural_frequency(&data, 1) - 79.14).abs() < 0.005);
     // Linear elements overestimate by φ²/24 in each mode, to leading order.
@@ -188,7 +195,7 @@ fn the_natural_frequencies_are_the_published_ones() {
         let fine = RodData { n_elements, ..data };
         let excess = discrete_natural_frequency(&fine, 1) / natural_frequency(&data, 1) - 1.0;
         let leading = (PI / 2.0 / n_elements as f64).powi(2) / 24.0;
-        // The next term is of relative size φ² < 1e-3.
+        // The next term is smaller by a factor φ² < 1e-3.
         assert!(
             (excess / leading - 1.0).abs() < 1e-3,
             "{excess:e} {leading:e}"
@@ -196,12 +203,12 @@ fn the_natural_frequencies_are_the_published_ones() {
     }
 }
 
-/// The steady states (Q, V) under τ = e^{iωt}, from the residual and Jacobian blocks alone:
-/// (∂F/∂s + iω ∂F/∂ṡ) S = −F(0, 0) with the complex force.
+/// Returns the steady states (Q, V) under τ = e^{iωt}, from residual and Jacobian alone: (∂F/∂s +
+/// iω ∂F/∂ṡ) S = −F(0, 0) with the complex force.
 fn steady_states(rod: &Rod, load: EndLoad, frequency: f64) -> DVector<Complex64> {
     let omega = TAU * frequency;
-    let (by_s, by_s_dot) = (jacobian(rod, 1.0, 0.0), jacobian(rod, 0.0, 1.0));
-    let system = by_s.zip_map(&by_s_dot, |s, s_dot| Complex64::new(s, omega * s_dot));
+    let (df_ds, df_ds_dot) = (jacobian(rod, 1.0, 0.0), jacobian(rod, 0.0, 1.0));
+    let system = df_ds.zip_map(&df_ds_dot, |s, s_dot| Complex64::new(s, omega * s_dot));
     let rest = vec![0.0; rod.n_states()];
     // e^{iωt} at t = 0: τ = 1, τ̇ = iω.
     let part = |tau, tau_dot| residual(rod, &rest, &rest, rod.end_force(load, tau, tau_dot));
@@ -213,7 +220,7 @@ fn steady_states(rod: &Rod, load: EndLoad, frequency: f64) -> DVector<Complex64>
 }
 
 #[test]
-fn the_closed_response_is_the_published_one() {
+fn closed_form_response_matches_the_published_value() {
     for (key, load) in [
         ("strain_form", EndLoad::Strain),
         ("traction_form", EndLoad::Traction),
@@ -223,17 +230,17 @@ fn the_closed_response_is_the_published_one() {
             published[0].as_f64().unwrap(),
             published[1].as_f64().unwrap(),
         );
-        let ours = harmonic_response(&RodData::default(), load, 8.0, 0.05);
-        // The references give 15 digits.
+        let found = harmonic_response(&RodData::default(), load, 8.0, 0.05);
+        // The references have 15 digits.
         assert!(
-            (ours - Complex64::new(re, im)).norm() < 1e-15 * 0.0506 * 2.0,
-            "{key}: {ours}"
+            (found - Complex64::new(re, im)).norm() < 1e-15 * 0.0506 * 2.0,
+            "{key}: {found}"
         );
     }
 }
 
 #[test]
-fn ten_elements_are_near_the_closed_response() {
+fn ten_elements_approximate_the_closed_form_response() {
     for load in [EndLoad::Strain, EndLoad::Traction] {
         let distance = |n_elements: usize| {
             let rod = rod(n_elements);
@@ -244,9 +251,9 @@ fn ten_elements_are_near_the_closed_response() {
             (u - exact).norm() / exact.norm()
         };
         let (ten, twenty) = (distance(10), distance(20));
-        // The published relative distance, to its two digits.
+        // The published relative error, to its two digits.
         assert!((ten - 2.5e-7).abs() < 0.05e-7, "{load:?}: {ten:e}");
-        // Second order at a node; the next term is O(h²) smaller.
+        // Second order at a node; the next term is smaller by O(h²).
         assert!(
             (ten / twenty - 4.0).abs() < 0.01,
             "{load:?}: {}",
@@ -256,16 +263,16 @@ fn ten_elements_are_near_the_closed_response() {
 }
 
 #[test]
-fn the_two_readings_differ_as_published() {
+fn load_interpretations_differ_as_published() {
     let [strain, traction] = [EndLoad::Strain, EndLoad::Traction]
         .map(|load| harmonic_response(&RodData::default(), load, 8.0, 0.05));
-    // "0.1 % in amplitude and 0.050 rad in phase", to the digits printed.
+    // Published: 0.1 % in amplitude and 0.050 rad in phase.
     assert!((strain.norm() / traction.norm() - 1.001).abs() < 5e-4);
     assert!((strain.arg() - traction.arg() - 0.050).abs() < 5e-4);
 }
 
 #[test]
-fn bad_data_are_refused_with_their_numbers() {
+fn invalid_data_are_rejected() {
     let refused = |data| Rod::new(data).unwrap_err().to_string();
     let data = RodData::default();
     assert_eq!(

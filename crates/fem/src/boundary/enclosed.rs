@@ -152,7 +152,7 @@ fn rims(space: &Space, faces: &[Vec<usize>]) -> Vec<Vec<Vec<usize>>> {
     rims
 }
 
-/// Groups members into pieces that are connected through vertices.
+/// Groups members into pieces connected through vertices.
 fn connected_pieces(mut remaining: Vec<Vec<usize>>) -> Vec<Vec<Vec<usize>>> {
     let mut pieces = Vec::new();
     while let Some(first) = remaining.pop() {

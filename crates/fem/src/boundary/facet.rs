@@ -17,8 +17,8 @@ pub(crate) struct FacetPoint {
     pub(crate) barycentric: Vec<f64>,
     /// Values of the shape functions of the facet nodes.
     pub(crate) values: Vec<f64>,
-    /// Derivatives of the shape functions along the first edges from the first vertex: one for an
-    /// edge, two for a face.
+    /// Derivatives of the shape functions along the first edges from the first vertex. An edge has
+    /// a single derivative, a face has two.
     pub(crate) slopes: Vec<Vec<f64>>,
 }
 

@@ -48,7 +48,7 @@ pub fn traction_field<const D: usize>(
 }
 
 /// Returns the load ∫_group τ · φ ds of a traction given as a function of the facet vertices, the
-/// barycentric coordinates on the facet, and the position; exact for cubic τ, hence for nodal data.
+/// barycentric coordinates on the facet, and the position; exact for cubic τ and therefore for nodal data.
 ///
 /// # Errors
 /// The errors of [`traction`].

@@ -1,32 +1,32 @@
-//! Tension as an unknown of its own: Bestel's model of activation.
+//! Bestel's activation model: active tension as an additional unknown.
 
 use crate::error::FemError;
 
-/// `Ṫ = −|a(t)| T + σ0 max(a(t), 0)`, `a = a_max f + a_min (1 − f)`,
-/// `f = ¼ (1 + tanh((t − t_sys)/γ)) (1 − tanh((t − t_dias)/γ))`.
+/// Activation model `Ṫ = −|a(t)| T + σ0 max(a(t), 0)`, `a = a_max f + a_min (1 − f)`, `f = ¼ (1 +
+/// tanh((t − t_sys)/γ)) (1 − tanh((t − t_dias)/γ))`.
 ///
-/// Source: Bestel, Clément, Sorine 2001; constants by Aróstica et al. 2025.
+/// Source: Bestel, Clément, Sorine (2001); constants of Aróstica et al. (2025).
 ///
 /// # Units
 /// σ0 and T in Pa, a in 1/s, times in s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bestel {
-    /// σ0.
+    /// Contractility σ0.
     pub tension: f64,
-    /// a_max.
+    /// Rate of rise a_max; positive.
     pub rise: f64,
-    /// a_min, negative.
+    /// Rate of decay a_min; negative.
     pub decay: f64,
-    /// t_sys.
+    /// Start of systole t_sys.
     pub systole: f64,
-    /// t_dias.
+    /// Start of diastole t_dias.
     pub diastole: f64,
-    /// γ.
+    /// Duration of the switches γ.
     pub width: f64,
 }
 
 impl Bestel {
-    /// The constants of Aróstica et al. for a tension σ0.
+    /// Returns the constants of Aróstica et al. for a contractility σ0.
     pub fn ventricle(tension: f64) -> Self {
         Self {
             tension,
@@ -38,10 +38,10 @@ impl Bestel {
         }
     }
 
-    /// Checks the constants.
+    /// Checks the ranges of the constants.
     ///
     /// # Errors
-    /// [`FemError::Parameter`].
+    /// [`FemError::Parameter`] for a constant out of range.
     pub fn check(&self) -> Result<(), FemError> {
         let positive = |name, value: f64| (name, value, value > 0.0, "positive and finite");
         for (name, value, fits, condition) in [
@@ -77,7 +77,7 @@ impl Bestel {
         Ok(())
     }
 
-    /// a(t).
+    /// Returns a(t).
     pub fn activation(&self, t: f64) -> f64 {
         let up = 1.0 + ((t - self.systole) / self.width).tanh();
         let down = 1.0 - ((t - self.diastole) / self.width).tanh();
@@ -85,24 +85,25 @@ impl Bestel {
         self.rise * f + self.decay * (1.0 - f)
     }
 
-    /// Ṫ.
+    /// Returns Ṫ.
     pub fn rate(&self, t: f64, tension: f64) -> f64 {
         let a = self.activation(t);
         self.tension * a.max(0.0) - a.abs() * tension
     }
 
-    /// ∂Ṫ/∂T.
+    /// Returns ∂Ṫ/∂T.
     pub fn rate_slope(&self, t: f64) -> f64 {
         -self.activation(t).abs()
     }
 
-    /// Times at which a step should end, in order: the two switches, and the sign changes of a
-    /// between them, where |a| has kinks; none if the activation never gets positive.
+    /// Returns the times at which a step should end, in ascending order: the two switches and the
+    /// sign changes of a between them, where |a| has kinks. Sign changes only occur if the
+    /// activation becomes positive.
     pub fn breakpoints(&self) -> Vec<f64> {
         let middle = 0.5 * (self.systole + self.diastole);
         let mut times = vec![self.systole, self.diastole];
         if self.activation(middle) > 0.0 {
-            // Far from the middle a has come down to a_min, to rounding.
+            // Far from the middle a equals a_min up to rounding.
             let far = middle - self.systole + 20.0 * self.width;
             times.push(self.sign_change(middle, middle - far));
             times.push(self.sign_change(middle, middle + far));
@@ -111,8 +112,8 @@ impl Bestel {
         times
     }
 
-    /// Where a changes sign between a time at which it is positive and one at which it is not, by
-    /// bisection to the last bit.
+    /// Returns the sign change of a between a time with positive a and a time with non-positive a,
+    /// by bisection to the last bit.
     fn sign_change(&self, mut positive: f64, mut negative: f64) -> f64 {
         loop {
             let middle = 0.5 * (positive + negative);
@@ -130,13 +131,13 @@ impl Bestel {
 
 #[cfg(test)]
 mod tests {
-    use super::Bestel;
+    use super::{Bestel, FemError};
 
     #[test]
-    fn breakpoints_are_the_switches_and_the_changes_of_sign() {
+    fn breakpoints_are_switches_and_sign_changes() {
         let model = Bestel::ventricle(1.5e5);
         let times = model.breakpoints();
-        // The switches act alone here: f* = 6/7, tanh x = 5/7.
+        // The switches are far apart, so each acts alone: f* = 6/7, tanh x = 5/7.
         let shift = 0.005 * (5.0_f64 / 7.0).atanh();
         let expected = [0.16, 0.16 + shift, 0.484 - shift, 0.484];
         assert_eq!(times.len(), 4);
@@ -145,17 +146,16 @@ mod tests {
             assert!((time - expected).abs() < 1e-15 * 100.0, "{time} {expected}");
         }
         assert!((times[1] - 0.16448).abs() < 5e-6 && (times[2] - 0.47952).abs() < 5e-6);
-        let asleep = Bestel {
+        let inactive = Bestel {
             width: 1e3,
             ..model
         };
-        assert_eq!(asleep.breakpoints(), [0.16, 0.484]);
+        assert_eq!(inactive.breakpoints(), [0.16, 0.484]);
     }
 
     #[test]
-    fn tension_rises_to_what_the_equation_gives() {
-        // Runge–Kutta's steps of fourth order; the exact tension for a constant a is
-        // σ0 (1 − e^{−a t}).
+    fn largest_tension_matches_the_reference() {
+        // Classical Runge–Kutta method. For constant a the tension would be σ0 (1 − e^{−a t}).
         let model = Bestel::ventricle(1.5e5);
         let (mut t, mut tension, h) = (0.0, 0.0, 1e-5);
         while t < 0.48 {
@@ -166,24 +166,27 @@ mod tests {
             tension += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
             t += h;
         }
-        // `cases/s11`: the largest tension is 118.10 kPa, just before 0.48 s.
+        // Reference `cases/s11`: the largest tension is 118.10 kPa, just before 0.48 s.
         let slope = (model.rate(0.3, 1e3 + 1.0) - model.rate(0.3, 1e3)) - model.rate_slope(0.3);
         assert!(slope.abs() < 1e-9);
         assert!((118.0e3..118.11e3).contains(&tension), "{tension}");
     }
 
     #[test]
-    fn wrong_constants_are_refused() {
-        let wrong = Bestel::ventricle(-1.0).check().unwrap_err();
-        assert_eq!(
-            wrong.to_string(),
-            "activation tension = -1 must be zero or positive, and finite"
-        );
-        let never = Bestel {
+    fn invalid_constants_are_rejected() {
+        assert!(matches!(
+            Bestel::ventricle(-1.0).check(),
+            Err(FemError::Parameter {
+                name: "activation tension",
+                value: -1.0,
+                ..
+            })
+        ));
+        let reversed = Bestel {
             diastole: 0.1,
             ..Bestel::ventricle(1.0)
         };
-        assert!(never.check().is_err());
+        assert!(reversed.check().is_err());
         assert!(Bestel::ventricle(1.5e5).check().is_ok());
     }
 }

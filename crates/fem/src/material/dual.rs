@@ -1,10 +1,10 @@
-//! Numbers with a derivative: rates and tangents from what is written once.
+//! Dual numbers: rates and tangents by automatic differentiation.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::Real;
 
-/// A number and its derivative along something: `f(x + ε ẋ) = f(x) + ε f'(x) ẋ`, ε² = 0.
+/// Number with a directional derivative: `f(x + ε ẋ) = f(x) + ε f'(x) ẋ`, ε² = 0.
 ///
 /// # Examples
 /// ```
@@ -15,21 +15,21 @@ use super::Real;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dual<R> {
-    /// The number.
+    /// Value.
     pub value: R,
-    /// Its derivative.
+    /// Derivative.
     pub rate: R,
 }
 
 impl<R: Real> Dual<R> {
-    /// A number that does not change.
+    /// Creates a number with zero derivative.
     #[inline(always)]
     pub fn constant(value: R) -> Self {
         let rate = value.like(0.0);
         Self { value, rate }
     }
 
-    /// f(x) from its value and the slope f'(x).
+    /// Returns f(x) from its value and its slope f'(x).
     #[inline(always)]
     fn chain(self, value: R, slope: R) -> Self {
         let rate = slope * self.rate;
@@ -118,10 +118,10 @@ impl<R: Real> Real for Dual<R> {
 
     #[inline(always)]
     fn mul_add(self, a: Self, b: Self) -> Self {
-        let along = self.rate.mul_add(a.value, b.rate);
+        let rate = self.rate.mul_add(a.value, b.rate);
         Self {
             value: self.value.mul_add(a.value, b.value),
-            rate: self.value.mul_add(a.rate, along),
+            rate: self.value.mul_add(a.rate, rate),
         }
     }
 
@@ -169,7 +169,7 @@ mod tests {
     use super::Dual;
     use crate::material::Real;
 
-    /// Every operation once, at a point where none is singular.
+    /// Evaluates every operation at a point where all are regular.
     fn all<R: Real>(x: R, y: R) -> [R; 12] {
         [
             x + y,
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn rates_are_derivatives() {
+    fn rates_match_central_differences() {
         let (x, y, x_rate, y_rate) = (0.8, 1.3, 0.7, -0.4);
         let step = 6e-6;
         let at = |s: f64| all(x + s * x_rate, y + s * y_rate);
@@ -205,7 +205,7 @@ mod tests {
         );
         for (k, dual) in duals.iter().enumerate() {
             let difference = (plus[k] - minus[k]) / (2.0 * step);
-            // ε^(2/3) of rounding and truncation, for functions of size one.
+            // Rounding and truncation errors of order ε^(2/3) for functions of order one.
             assert!((dual.rate - difference).abs() < 1e-9, "operation {k}");
             assert_eq!(dual.value, all(x, y)[k], "operation {k}");
         }

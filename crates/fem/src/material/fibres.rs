@@ -1,4 +1,4 @@
-//! Where fibres and sheets of a body run.
+//! Fiber and sheet directions of a body.
 
 use crate::element::quadrature::Rule;
 use crate::error::FemError;
@@ -8,9 +8,9 @@ use crate::material::three::Axes;
 use crate::mesh::Mesh;
 use crate::space::ElementPoint;
 
-/// Fibre and sheet at the vertices of each element, interpolated between them as signed vectors.
+/// Fiber and sheet directions at the vertices of each element, interpolated as signed vectors.
 ///
-/// Where nothing is said fibres run along x and sheets along y.
+/// By default fibers are along x and sheets along y.
 ///
 /// # Examples
 /// ```
@@ -26,7 +26,7 @@ pub struct Fibres {
     elements: Vec<AtVertices>,
 }
 
-/// The directions at the vertices of an element.
+/// Directions at the vertices of an element.
 #[derive(Debug, Clone, Copy)]
 struct AtVertices {
     fibre: [[f64; 3]; 4],
@@ -34,7 +34,7 @@ struct AtVertices {
 }
 
 impl Fibres {
-    /// Fibres along x in all elements.
+    /// Creates a field with fibers along x in all elements.
     pub fn new(mesh: &Mesh) -> Self {
         let along = AtVertices {
             fibre: [[1.0, 0.0, 0.0]; 4],
@@ -45,10 +45,11 @@ impl Fibres {
         }
     }
 
-    /// Gives elements one direction of fibres, and one of sheets or any across.
+    /// Sets one fiber direction in the given elements, and one sheet direction or any direction
+    /// across.
     ///
     /// # Errors
-    /// [`FemError::Direction`] for a vector that is zero, not finite or not in a plane mesh's plane.
+    /// [`FemError::Direction`] for a vector equal to zero, not finite, or (in 2D) not in the plane.
     pub fn set_constant(
         &mut self,
         mesh: &Mesh,
@@ -69,12 +70,12 @@ impl Fibres {
         Ok(())
     }
 
-    /// Gives elements the directions of nodal fields of the mesh, by name.
+    /// Sets the directions of the given elements from nodal fields of the mesh.
     ///
     /// # Errors
-    /// [`FemError::UnknownField`]; [`FemError::Count`] for a field that has not three components;
-    /// [`FemError::Direction`] for a vector that is missing at a vertex, zero, not finite or not in
-    /// a plane mesh's plane.
+    /// [`FemError::UnknownField`]; [`FemError::Count`] unless a field has three components;
+    /// [`FemError::Direction`] for a vector missing at a vertex, equal to zero, not finite, or (in
+    /// 2D) not in the plane.
     pub fn set_nodal(
         &mut self,
         mesh: &Mesh,
@@ -93,7 +94,7 @@ impl Fibres {
         Ok(())
     }
 
-    /// The axes at a place of an element.
+    /// Returns the axes at a point of an element.
     pub fn axes(&self, element: usize, lambda: &[f64]) -> Axes<f64> {
         self.directed(element, lambda).axes
     }
@@ -104,8 +105,8 @@ impl Fibres {
         axes_at(&fibre[..n], sheet.as_ref().map(|sheet| &sheet[..n]), lambda)
     }
 
-    /// How many elements have two vertices between whose fibres lie more than 120°: how they turn from one to the
-    /// other is not resolved.
+    /// Returns the number of elements with two vertices whose fibers differ by more than 120°. The
+    /// mesh does not resolve the fiber field there.
     pub fn unresolved(&self, mesh: &Mesh) -> usize {
         let n = mesh.shape().n_vertices();
         let far = |a: &[f64; 3], b: &[f64; 3]| {
@@ -119,8 +120,8 @@ impl Fibres {
         self.elements.iter().filter(is_unresolved).count()
     }
 
-    /// The quadrature points where the vertices' vectors oppose each other, so that the nearest
-    /// vertex's is taken.
+    /// Returns the quadrature points where the interpolated vector almost vanishes, so the
+    /// direction of the nearest vertex is used.
     pub fn opposed(&self, mesh: &Mesh, rule: Rule) -> Vec<ElementPoint> {
         let points = rule.points(mesh.shape());
         let places = (0..self.elements.len()).flat_map(|element| {
@@ -134,7 +135,7 @@ impl Fibres {
     }
 }
 
-/// The vectors of a nodal field at the vertices of an element.
+/// Returns the vectors of a nodal field at the vertices of an element.
 fn at_vertices(mesh: &Mesh, element: usize, name: &str) -> Result<[[f64; 3]; 4], FemError> {
     let field = mesh.field(name)?;
     if field.components != 3 {

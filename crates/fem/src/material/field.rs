@@ -1,28 +1,30 @@
-//! Directions of fibres at points of an element, from vectors at its vertices.
+//! Fiber and sheet directions at points of an element, interpolated from its vertices.
 
 use super::three::Axes;
 use crate::error::FemError;
 
-/// Length of an interpolated vector below which vectors oppose each other.
+/// Length of an interpolated vector below which the vertex vectors are treated as opposed.
 const OPPOSED: f64 = 1e-6;
 
-/// The axes at one point, and whether the vertices' vectors opposed each other there.
+/// Axes at a point, and whether the vertex vectors are opposed there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Directed {
-    /// f0 and s0.
+    /// Fiber and sheet direction.
     pub axes: Axes<f64>,
-    /// Whether a vector is the nearest vertex's, as the interpolated one was too short.
+    /// Whether the direction of the nearest vertex is used because the interpolated vector is too
+    /// short.
     pub nearest: bool,
 }
 
-/// The axes at the point with barycentric coordinates `weights`: fibres and sheets of the vertices
-/// interpolated as signed vectors, normalised, s0 made orthogonal to f0.
+/// Returns the axes at the point with barycentric coordinates `weights`: fibers and sheets of the
+/// vertices are interpolated as signed vectors and normalized, and s0 is made orthogonal to f0.
 ///
-/// Where an interpolated vector is shorter than 1e-6, the nearest vertex's is taken. Without
-/// sheets, or where a sheet is along the fibre at its vertex too, s0 is any direction across f0.
+/// If an interpolated vector is too short, the direction of the nearest vertex is used. Without
+/// sheets, or if the sheet of the nearest vertex is parallel to the fiber, s0 is an arbitrary
+/// direction orthogonal to f0.
 ///
 /// # Shapes
-/// As many fibres, sheets and weights as vertices.
+/// `fibres`, `sheets` and `weights` have one entry per vertex.
 pub fn axes_at(fibres: &[[f64; 3]], sheets: Option<&[[f64; 3]]>, weights: &[f64]) -> Directed {
     let nearest = (0..weights.len()).max_by(|&a, &b| weights[a].total_cmp(&weights[b]));
     let nearest = nearest.unwrap_or(0);
@@ -47,10 +49,10 @@ pub fn axes_at(fibres: &[[f64; 3]], sheets: Option<&[[f64; 3]]>, weights: &[f64]
     }
 }
 
-/// Checks that a vector given at a node of a mesh is a direction.
+/// Checks that a vector of a mesh node is a valid direction.
 ///
 /// # Errors
-/// [`FemError::Direction`] for one that is zero or not finite, or leaves the plane of a plane mesh.
+/// [`FemError::Direction`] for a vector that vanishes, is not finite, or (in 2D) leaves the plane.
 pub fn check_direction(
     field: &str,
     node: u64,
@@ -84,7 +86,7 @@ fn interpolated(vectors: &[[f64; 3]], weights: &[f64]) -> [f64; 3] {
     sum
 }
 
-/// The unit vector, unless the length is below the bound.
+/// Returns the unit vector, or `None` for a short vector.
 fn normalized(vector: [f64; 3]) -> Option<[f64; 3]> {
     let length = dot(vector, vector).sqrt();
     (length >= OPPOSED).then(|| vector.map(|x| x / length))
@@ -95,7 +97,7 @@ fn less_along(vector: [f64; 3], unit: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|i| vector[i] - along * unit[i])
 }
 
-/// The coordinate direction that is least along the unit vector, made orthogonal to it.
+/// Returns a unit vector orthogonal to `unit`: the least parallel coordinate direction, projected.
 fn any_across(unit: [f64; 3]) -> [f64; 3] {
     let least = (0..3).min_by(|&a, &b| unit[a].abs().total_cmp(&unit[b].abs()));
     let mut coordinate = [0.0; 3];
@@ -111,7 +113,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{axes_at, check_direction, dot};
+    use super::{FemError, axes_at, check_direction, dot};
 
     const ALONG: [[f64; 3]; 4] = [
         [1.0, 0.0, 0.0],
@@ -127,7 +129,7 @@ mod tests {
     ];
 
     #[test]
-    fn axes_are_orthogonal_unit_vectors_along_the_interpolated_ones() {
+    fn axes_are_orthonormal_and_follow_the_interpolated_vectors() {
         let weights = [0.1, 0.4, 0.3, 0.2];
         let point = axes_at(&ALONG, Some(&ACROSS), &weights);
         let (f, s) = (point.axes.fibre, point.axes.sheet);
@@ -135,7 +137,7 @@ mod tests {
         for (a, b, expected) in [(f, f, 1.0), (s, s, 1.0), (f, s, 0.0)] {
             assert!((dot(a, b) - expected).abs() < 4.0 * f64::EPSILON);
         }
-        // 0.1 + 0.32 + 0.2, 0.24 + 0.18, 0.24
+        // Weighted sums 0.1 + 0.32 + 0.2, 0.24 + 0.18, 0.24.
         let direction = [0.62, 0.42, 0.24];
         let length = dot(direction, direction).sqrt();
         for (found, expected) in f.iter().zip(direction) {
@@ -144,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn where_vectors_oppose_each_other_the_nearest_vertex_counts() {
+    fn nearest_vertex_is_used_for_opposed_vectors() {
         let fibres = [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.6, 0.8]];
         let point = axes_at(&fibres, None, &[0.5, 0.5, 0.0]);
         assert!(point.nearest);
@@ -156,17 +158,19 @@ mod tests {
     }
 
     #[test]
-    fn a_vector_that_is_no_direction_names_its_node() {
-        let message = |vector, dimension| {
-            let error = check_direction("f0", 17, vector, dimension).unwrap_err();
-            error.to_string()
+    fn invalid_directions_are_rejected() {
+        let problem = |vector, dimension| match check_direction("f0", 17, vector, dimension) {
+            Err(FemError::Direction {
+                field,
+                node: 17,
+                problem,
+                ..
+            }) if field == "f0" => problem,
+            other => panic!("{other:?} instead of an invalid direction"),
         };
-        assert_eq!(
-            message([0.0; 3], 3),
-            "the field \"f0\" is zero at node 17: (0, 0, 0)"
-        );
-        assert!(message([f64::NAN, 0.0, 0.0], 3).contains("not finite at node 17"));
-        assert!(message([1.0, 0.0, 0.5], 2).contains("not in the plane of the mesh"));
+        assert_eq!(problem([0.0; 3], 3), "zero");
+        assert_eq!(problem([f64::NAN, 0.0, 0.0], 3), "not finite");
+        assert_eq!(problem([1.0, 0.0, 0.5], 2), "not in the plane of the mesh");
         assert!(check_direction("f0", 17, [1.0, 0.0, 0.5], 3).is_ok());
     }
 }

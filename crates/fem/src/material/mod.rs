@@ -1,17 +1,18 @@
-//! Material laws in plane strain: energy, stress, tangent and their rates from H = ∇u.
+//! Material laws: energy, stress, tangent and their rates as functions of H = ∇u.
 //!
-//! Every isotropic law of the plane is a function of two invariants that vanish at rest,
+//! In plane strain an isotropic law is a function of two invariants that vanish at rest,
 //!
 //! ```text
 //! d = J − 1 = tr H + det H,        e = (H00 − H11)² + (H01 + H10)² = |F|² − 2 J,
 //! ```
 //!
-//! so a law is one `Potential`: W(e, d) and its partial derivatives. All tensors follow from
-//! `∂e/∂F = 2 D`, `∂d/∂F = N` with `D = H − cof H` and `N = cof F`, both linear in H. Nothing is
-//! formed by subtracting numbers near one: see note 0001. For small strains `d = tr H`, `N = I`.
+//! and is given by a `Potential`: W(e, d) and its partial derivatives. All tensors follow from
+//! `∂e/∂F = 2 D` and `∂d/∂F = N` with `D = H − cof H` and `N = cof F`, which are linear in H. No
+//! small number is formed as a difference of numbers near one; see note 0001. For small strains `d
+//! = tr H` and `N = I`.
 //!
-//! Note 0001 derives the invariant form; the guide's page on the model has the laws. A law is a
-//! file in `laws`, and its line in `laws.rs`.
+//! Note 0001 derives the invariant form; the model page of the guide lists the laws. Each law is a
+//! file in `laws` and a line in `laws/mod.rs`. The module [`three`] has the laws in 3D.
 
 mod activation;
 mod active;
@@ -40,24 +41,25 @@ pub(crate) use potential::Potential;
 pub use potential::{PlaneCurvature, PlaneSlope};
 pub use prony::{Prony, PronyTerm};
 pub use real::Real;
-pub use viscous::{Spread, Viscous, ViscousSlopes};
+pub use viscous::{GradientProducts, Viscous, ViscousTangents};
 
 use tensor::{Strain, Volumetric};
 use three::{Axes, CustomLaw, Law3, Tangent3, Tensor3};
 
-/// A 2 × 2 tensor: ∇u, a stress, a velocity gradient.
+/// 2 × 2 tensor: ∇u, a stress or a velocity gradient.
 pub type Tensor = [[f64; 2]; 2];
 
-/// A derivative of a tensor by a tensor; rows and columns in the order 00, 01, 10, 11.
+/// Derivative of a tensor with respect to a tensor; rows and columns in the order 00, 01, 10, 11.
 pub type Tangent = [[f64; 4]; 4];
 
-/// The law in plane strain: the part in the plane of what is in three dimensions at F33 = 1.
+/// Point evaluation in plane strain: the in-plane components of the 3D law at F33 = 1.
 ///
-/// Laws with fibres have them along x here; in three dimensions the axes are given.
+/// For laws with fibers, the fibers are along x; in 3D the axes are arguments.
 impl Law {
-    /// A law written outside the crate, for bodies: in the plane, too, it is evaluated in space.
+    /// Creates a law from a user-defined type. In 2D it is evaluated by its 3D functions.
     ///
-    /// It computes the numbers of a law of the crate, somewhat slower. `name` is for messages.
+    /// Results equal a built-in law bitwise in 3D; the evaluation is somewhat slower. Messages call
+    /// the law `name`.
     ///
     /// # Examples
     /// ```
@@ -72,11 +74,11 @@ impl Law {
         Law::Custom(CustomLaw::new(name, law))
     }
 
-    /// The law with its energy multiplied by `factor`: all its constants in Pa.
+    /// Returns the law with its energy multiplied by `factor`: all constants in Pa are scaled.
     #[must_use]
     pub fn scaled(self, factor: f64) -> Self {
-        if let Law::Custom(own) = self {
-            return Law::Custom(own.scaled(factor));
+        if let Law::Custom(custom) = self {
+            return Law::Custom(custom.scaled(factor));
         }
         let Description {
             name, parameters, ..
@@ -90,7 +92,7 @@ impl Law {
         Law::from_values(name, &values)
     }
 
-    /// W at `h` = ∇u, without the pressure's part.
+    /// Returns W at `h` = ∇u without the pressure term.
     pub fn energy(self, h: Tensor) -> f64 {
         with_potential!(
             self,
@@ -99,7 +101,7 @@ impl Law {
         )
     }
 
-    /// First Piola–Kirchhoff stress P = ∂W/∂F − p cof F.
+    /// Returns the first Piola–Kirchhoff stress P = ∂W/∂F − p cof F.
     pub fn stress(self, h: Tensor, p: f64) -> Tensor {
         let volumetric = Volumetric::pressure(p);
         with_potential!(
@@ -109,7 +111,7 @@ impl Law {
         )
     }
 
-    /// Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ, with `v` = ∇v.
+    /// Returns Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ with `v` = ∇v.
     pub fn stress_rate(self, h: Tensor, v: Tensor, p: f64, p_rate: f64) -> Tensor {
         let volumetric = Volumetric {
             p,
@@ -123,7 +125,7 @@ impl Law {
         )
     }
 
-    /// ∂P/∂F at fixed p.
+    /// Returns ∂P/∂F at fixed p.
     pub fn tangent(self, h: Tensor, p: f64) -> Tangent {
         let volumetric = Volumetric::pressure(p);
         with_potential!(
@@ -133,7 +135,7 @@ impl Law {
         )
     }
 
-    /// ∂Ṗ/∂F at fixed ∇v, p, ṗ: the rate of the tangent along `v` = ∇v.
+    /// Returns ∂Ṗ/∂F at fixed ∇v, p and ṗ: the rate of the tangent along `v` = ∇v.
     pub fn tangent_rate(self, h: Tensor, v: Tensor, p_rate: f64) -> Tangent {
         let volumetric = Volumetric {
             p: 0.0,
@@ -143,38 +145,38 @@ impl Law {
         with_potential!(
             self,
             w => Strain::new(&w, h).tangent_rate(&w, v, volumetric).full(),
-            // In the plane the cofactor is linear: p itself does not enter.
+            // In 2D the cofactor is linear in F, so the result does not depend on p.
             else => in_plane_tangent(&self.tangent_rate3(embed(h), embed(v), [0.0, p_rate], along_x()))
         )
     }
 
-    /// J − 1, or div u for small strains.
+    /// Returns J − 1, or div u for small strains.
     pub fn volume_change(self, h: Tensor) -> f64 {
         self.volume_change3(embed(h))
     }
 
-    /// ∂(J − 1)/∂F = cof F, or I for small strains.
+    /// Returns ∂(J − 1)/∂F = cof F, or I for small strains.
     pub fn volume_gradient(self, h: Tensor) -> Tensor {
         in_plane(self.volume_gradient3(embed(h)))
     }
 
-    /// The stress P33 that keeps F33 = 1.
+    /// Returns the out-of-plane stress P33 that maintains F33 = 1.
     pub fn stress_33(self, h: Tensor, p: f64) -> f64 {
         self.stress3(embed(h), p, along_x())[2][2]
     }
 
-    /// Whether the law depends on the axes of fibres.
+    /// Returns whether the law depends on the fiber axes.
     #[inline(always)]
     pub fn has_fibres(self) -> bool {
         #[inline(always)]
         fn has_fibres<W: Law3>(_: &W) -> bool {
             W::FIBRES
         }
-        with_law!(self, w => has_fibres(&w), own => own.has_fibres())
+        with_law!(self, w => has_fibres(&w), custom => custom.has_fibres())
     }
 
-    /// κ of the penalty energy κ/2 (J − 1)² in place of a pressure: zero for a law whose energy
-    /// holds the volume's part.
+    /// Returns κ of the penalty energy κ/2 (J − 1)²; zero for a law whose energy includes the
+    /// volumetric part.
     pub(crate) fn penalty(self, kappa: f64) -> f64 {
         if self.description().complete {
             0.0
@@ -183,28 +185,28 @@ impl Law {
         }
     }
 
-    /// Whether the force is linear in displacement and pressure.
+    /// Returns whether the force is linear in displacement and pressure.
     pub fn is_linear(self) -> bool {
         fn is_small<W: Law3>(_: &W) -> bool {
             !W::FINITE
         }
-        with_law!(self, w => is_small(&w), own => !own.is_finite())
+        with_law!(self, w => is_small(&w), custom => !custom.is_finite())
     }
 }
 
-/// ∇u of a plane motion in three dimensions.
+/// Embeds a 2D displacement gradient in 3D.
 fn embed([[a, b], [c, d]]: Tensor) -> Tensor3 {
     [[a, b, 0.0], [c, d, 0.0], [0.0; 3]]
 }
 
-/// The part in the plane.
+/// Returns the in-plane components.
 fn in_plane([[a, b, _], [c, d, _], _]: Tensor3) -> Tensor {
     [[a, b], [c, d]]
 }
 
 fn in_plane_tangent(a: &Tangent3) -> Tangent {
-    const PLACES: [usize; 4] = [0, 1, 3, 4];
-    PLACES.map(|row| PLACES.map(|column| a[row][column]))
+    const INDICES: [usize; 4] = [0, 1, 3, 4];
+    INDICES.map(|row| INDICES.map(|column| a[row][column]))
 }
 
 fn along_x() -> Axes<f64> {

@@ -1,25 +1,25 @@
-//! What a law says about itself: name, constants with unit and range, where it holds.
+//! Description of laws: name, constants with unit and range.
 
 use super::Law;
 use crate::error::FemError;
 
-/// Which values a constant may have.
+/// Range of allowed values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Range {
-    /// Above zero, finite.
+    /// Positive and finite.
     Positive,
-    /// Zero or above, finite.
+    /// Zero or positive, and finite.
     NotNegative,
-    /// Above zero; infinity is a value of its own.
+    /// Positive or infinite.
     PositiveOrInfinite,
     /// Any finite number.
     Finite,
-    /// One or above, finite.
+    /// At least one, and finite.
     AtLeastOne,
 }
 
 impl Range {
-    /// Whether a value is allowed; a value that is not a number never is.
+    /// Returns whether a value is allowed; NaN never is.
     pub fn contains(self, value: f64) -> bool {
         match self {
             Range::Positive => value > 0.0 && value.is_finite(),
@@ -30,7 +30,7 @@ impl Range {
         }
     }
 
-    /// The range in words, to follow "must be".
+    /// Returns a description of the range that follows "must be".
     pub fn in_words(self) -> &'static str {
         match self {
             Range::Positive => "positive and finite",
@@ -41,10 +41,10 @@ impl Range {
         }
     }
 
-    /// Checks a value that has this name.
+    /// Checks the value of the named parameter.
     ///
     /// # Errors
-    /// [`FemError::Parameter`].
+    /// [`FemError::Parameter`] for a value out of range.
     pub(crate) fn check(self, name: &'static str, value: f64) -> Result<(), FemError> {
         if self.contains(value) {
             return Ok(());
@@ -57,23 +57,23 @@ impl Range {
     }
 }
 
-/// A constant of a law.
+/// Constant of a law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter {
-    /// The name in code and in scenes.
+    /// Name in code and scenes.
     pub name: &'static str,
-    /// The unit; empty for a pure number.
+    /// Unit; empty for a dimensionless constant.
     pub unit: &'static str,
-    /// One sentence.
+    /// Meaning, in one sentence.
     pub about: &'static str,
     /// Allowed values.
     pub range: Range,
-    /// The value where none is given.
+    /// Default value, if the constant is optional.
     pub default: Option<f64>,
 }
 
 impl Parameter {
-    /// A constant that has to be given.
+    /// Creates a required constant.
     pub const fn new(
         name: &'static str,
         unit: &'static str,
@@ -89,7 +89,7 @@ impl Parameter {
         }
     }
 
-    /// With a value where none is given.
+    /// Makes the constant optional with a default value.
     pub const fn or(self, default: f64) -> Self {
         Self {
             default: Some(default),
@@ -98,35 +98,35 @@ impl Parameter {
     }
 }
 
-/// What a law says about itself.
+/// Description of a law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Description {
-    /// The name in scenes.
+    /// Name in scenes.
     pub name: &'static str,
-    /// The energy, without the pressure's part.
+    /// Energy without the pressure term.
     pub energy: &'static str,
-    /// One sentence.
+    /// Summary, in one sentence.
     pub about: &'static str,
-    /// The constants, in their order.
+    /// Constants, in order.
     pub parameters: &'static [Parameter],
-    /// Whether it depends on the axes of fibres.
+    /// Whether the law depends on the fiber axes.
     pub fibres: bool,
-    /// Whether its energy holds the volume's part too, so that neither pressure nor κ is added:
-    /// such a law goes with the formulation `displacement` only.
+    /// Whether the energy includes the volumetric part, so neither pressure nor κ is added. Such a
+    /// law is compatible with the formulation `displacement` only.
     pub complete: bool,
 }
 
-/// A law with a description; its constants are its fields.
+/// Law with a description; its constants are its fields.
 pub trait Described {
-    /// The description.
+    /// Description of the law.
     const DESCRIPTION: Description;
 }
 
 impl Law {
-    /// The law of a name with its constants; those not given have their default.
+    /// Returns the named law with the given constants and defaults for the others.
     ///
     /// # Errors
-    /// [`FemError::UnknownLaw`], [`FemError::UnknownConstant`], [`FemError::MissingConstant`],
+    /// [`FemError::UnknownLaw`], [`FemError::UnknownConstant`], [`FemError::MissingConstant`], or
     /// [`FemError::Parameter`] for a value out of range.
     ///
     /// # Examples
@@ -139,10 +139,10 @@ impl Law {
     /// # Ok::<(), myovib_fem::FemError>(())
     /// ```
     pub fn named(name: &str, constants: &[(&str, f64)]) -> Result<Self, FemError> {
-        let Some(description) = Law::CATALOGUE.iter().find(|law| law.name == name) else {
+        let Some(description) = Law::CATALOG.iter().find(|law| law.name == name) else {
             return Err(FemError::UnknownLaw {
                 name: name.to_owned(),
-                known: Law::CATALOGUE.iter().map(|law| law.name).collect(),
+                known: Law::CATALOG.iter().map(|law| law.name).collect(),
             });
         };
         let parameters = description.parameters;
@@ -169,10 +169,10 @@ impl Law {
         Ok(Law::from_values(description.name, &values))
     }
 
-    /// Checks that every constant is in its range.
+    /// Checks the ranges of all constants.
     ///
     /// # Errors
-    /// [`FemError::Parameter`].
+    /// [`FemError::Parameter`] for a value out of range.
     pub fn check(self) -> Result<(), FemError> {
         let parameters = self.description().parameters.iter();
         parameters

@@ -1,9 +1,9 @@
-//! What a law must give in plane strain: its energy as a function of e and d, with derivatives.
+//! Isotropic laws in plane strain: energy as a function of e and d, with derivatives.
 
 use super::Real;
 use super::three::{Invariants, Isotropic};
 
-/// ∂W/∂e and ∂W/∂d.
+/// First partial derivatives of W(e, d).
 #[derive(Debug, Clone, Copy)]
 pub struct PlaneSlope<R> {
     /// ∂W/∂e.
@@ -12,7 +12,7 @@ pub struct PlaneSlope<R> {
     pub d: R,
 }
 
-/// The second partial derivatives of W(e, d).
+/// Second partial derivatives of W(e, d).
 #[derive(Debug, Clone, Copy)]
 pub struct PlaneCurvature<R> {
     /// ∂²W/∂e².
@@ -23,14 +23,15 @@ pub struct PlaneCurvature<R> {
     pub dd: R,
 }
 
-/// An energy W(e, d); see the [module above](super) for e and d.
+/// Energy W(e, d); the [parent module](super) defines e and d.
 ///
-/// The functions are called on batches: they must not branch on values, and are inlined.
+/// The functions are evaluated on vector registers, so they must be inlined and must not branch on
+/// values.
 pub(crate) trait Potential {
     /// Whether strains are finite (d = J − 1) or small (d = div u).
     const FINITE: bool;
 
-    /// Whether W holds the volume's part too, so that no κ is added.
+    /// Whether W includes the volumetric part, so no κ is added.
     const COMPLETE: bool = false;
 
     fn energy(&self, e: f64, d: f64) -> f64;
@@ -38,7 +39,7 @@ pub(crate) trait Potential {
     fn second<R: Real>(&self, e: R, d: R) -> PlaneCurvature<R>;
 }
 
-/// In plane strain a = e and b = e + d².
+/// Returns the invariants in plane strain: a = e and b = e + d².
 #[inline(always)]
 pub(crate) fn plane_invariants<R: Real>(e: R, d: R) -> Invariants<R> {
     let b = d.mul_add(d, e);

@@ -1,23 +1,25 @@
-//! Viscoelasticity by Prony terms, eliminated point by point.
+//! Viscoelasticity by Prony series, with pointwise elimination of the internal stresses.
 //!
-//! The passive stress S without the pressure's part is replaced by S + Σ H_k with
-//! `Ḣ_k + H_k/τ_k = g_k Ṡ`, H_k = 0 at first. With Q_k = g_k S − H_k this needs no rate of S:
+//! The passive second Piola–Kirchhoff stress S (without the pressure term) is replaced by S + Σ H_k
+//! with `Ḣ_k + H_k/τ_k = g_k Ṡ`, H_k = 0 initially. The variables Q_k = g_k S − H_k avoid the rate
+//! of S:
 //!
 //! ```text
 //! Q̇_k = (g_k S − Q_k)/τ_k,    stress: (1 + Σ g_k) S − Σ Q_k
 //! ```
 //!
-//! The states Q_k are one symmetric tensor a term and quadrature point. In the Newton equations of
-//! an implicit integrator with shift γ (ẏ → γ δy; real for BDF, real and complex for Radau IIA),
-//! with r_k the residual of Q̇_k + Q_k/τ_k − g_k S/τ_k,
+//! Each term has one symmetric tensor Q_k per quadrature point. In the Newton equations of an
+//! implicit integrator with shift γ (ẏ → γ δy; real for BDF, real and complex for Radau IIA), with
+//! r_k the residual of Q̇_k + Q_k/τ_k − g_k S/τ_k,
 //!
 //! ```text
 //! δQ_k = (g_k δS − τ_k r_k)/(1 + γ τ_k)
 //! δ(stress) = φ(γ) δS + Σ τ_k r_k/(1 + γ τ_k),    φ = 1 + Σ g_k γ τ_k/(1 + γ τ_k)
 //! ```
 //!
-//! so that the material part of the tangent, ∂P/∂F less its geometric part δ_ik S_JL, is multiplied
-//! by φ(γ), and the geometric part has the whole stress. Source: FEBio, uncoupled viscoelasticity.
+//! The material part of the tangent (∂P/∂F without its geometric part δ_ik S_JL) is therefore
+//! multiplied by φ(γ), and the geometric part contains the total stress. Source: FEBio, uncoupled
+//! viscoelasticity.
 
 use std::ops::Mul;
 
@@ -26,26 +28,26 @@ use num_complex::ComplexFloat;
 use super::{Range, Real};
 use crate::error::FemError;
 
-/// A term: g and τ.
+/// Term of a Prony series.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PronyTerm {
-    /// g, the stress that relaxes by the long-term one.
+    /// Weight g: relaxing stress relative to the long-term stress.
     pub weight: f64,
-    /// τ, s.
+    /// Relaxation time τ, in s.
     pub time: f64,
 }
 
-/// The terms of a material; none for an elastic one.
+/// Prony series of a material; empty for an elastic material.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Prony {
     terms: Vec<PronyTerm>,
 }
 
 impl Prony {
-    /// The series of these terms.
+    /// Creates a series.
     ///
     /// # Errors
-    /// [`FemError::Parameter`] for a weight below zero or a time that is not positive.
+    /// [`FemError::Parameter`] for a negative weight or a non-positive time.
     pub fn new(terms: Vec<PronyTerm>) -> Result<Self, FemError> {
         for term in &terms {
             Range::NotNegative.check("Prony weight", term.weight)?;
@@ -54,17 +56,17 @@ impl Prony {
         Ok(Self { terms })
     }
 
-    /// The terms.
+    /// Returns the terms.
     pub fn terms(&self) -> &[PronyTerm] {
         &self.terms
     }
 
-    /// 1 + Σ g, what S is multiplied by at once.
+    /// Returns 1 + Σ g, the factor of S in the instantaneous response.
     pub fn instantaneous(&self) -> f64 {
         1.0 + self.terms.iter().map(|term| term.weight).sum::<f64>()
     }
 
-    /// φ(γ), what the material part of the tangent is multiplied by under the shift γ.
+    /// Returns φ(γ), the factor of the material tangent for the shift γ.
     pub fn tangent_factor<T>(&self, shift: T) -> T
     where
         T: ComplexFloat + Mul<f64, Output = T>,
@@ -77,13 +79,13 @@ impl Prony {
 }
 
 impl PronyTerm {
-    /// Q̇ = (g S − Q)/τ of one component.
+    /// Returns Q̇ = (g S − Q)/τ of one component.
     #[inline(always)]
     pub fn rate<R: Real>(&self, stress: R, state: R) -> R {
         (stress * self.weight - state) * (1.0 / self.time)
     }
 
-    /// δQ of one component from δS and the residual of Q̇ − (g S − Q)/τ under the shift γ.
+    /// Returns δQ of one component from δS and the residual of Q̇ − (g S − Q)/τ for the shift γ.
     #[inline(always)]
     pub fn update<T>(&self, shift: T, stress: T, residual: T) -> T
     where
@@ -92,9 +94,10 @@ impl PronyTerm {
         (stress * self.weight - residual * self.time) / (T::one() + shift * self.time)
     }
 
-    /// What the residual of a state adds to the stress of the Newton equations: τ r/(1 + γ τ).
+    /// Returns the contribution τ r/(1 + γ τ) of the residual of Q to the stress in the Newton
+    /// equations.
     #[inline(always)]
-    pub fn lagging<T>(&self, shift: T, residual: T) -> T
+    pub fn residual_stress<T>(&self, shift: T, residual: T) -> T
     where
         T: ComplexFloat + Mul<f64, Output = T>,
     {
@@ -106,7 +109,7 @@ impl PronyTerm {
 mod tests {
     use num_complex::Complex64;
 
-    use super::{Prony, PronyTerm};
+    use super::{FemError, Prony, PronyTerm};
 
     fn series() -> Prony {
         let term = |weight, time| PronyTerm { weight, time };
@@ -114,8 +117,8 @@ mod tests {
     }
 
     #[test]
-    fn stress_relaxes_from_the_instantaneous_to_the_long_term() {
-        // S jumps to 1 at t = 0, where Q = 0: the stress is 1 + Σ g e^{−t/τ}. Heun's steps.
+    fn step_response_is_a_sum_of_exponentials() {
+        // S jumps to 1 at t = 0, where Q = 0: the stress is 1 + Σ g e^{−t/τ}. Heun's method.
         let prony = series();
         let (steps, end) = (20_000, 1.0);
         let h = end / f64::from(steps);
@@ -133,7 +136,7 @@ mod tests {
             .iter()
             .map(|t| t.weight * (-end / t.time).exp())
             .sum();
-        // Heun: (h/τ)²/6 of 0.5.
+        // Error of Heun's method: 0.5 (h/τ)²/6.
         assert!((found - 1.0 - exact).abs() < 1e-8, "{found}");
     }
 
@@ -151,14 +154,14 @@ mod tests {
                 let left = shift * state + (state - stress * term.weight) / term.time;
                 assert!((left + residual).norm() < 1e-13);
                 total -= state;
-                eliminated += term.lagging(shift, residual);
+                eliminated += term.residual_stress(shift, residual);
             }
             assert!((total - eliminated).norm() < 1e-13);
         }
     }
 
     #[test]
-    fn fast_and_slow_changes_have_the_stiffness_of_the_ends() {
+    fn tangent_factor_has_the_limits_of_slow_and_fast_changes() {
         let prony = series();
         assert_eq!(prony.tangent_factor(0.0), 1.0);
         assert!((prony.tangent_factor(1e12) - prony.instantaneous()).abs() < 1e-10);
@@ -166,15 +169,13 @@ mod tests {
     }
 
     #[test]
-    fn negative_constants_are_refused() {
-        let one = |weight, time| Prony::new(vec![PronyTerm { weight, time }]).unwrap_err();
-        assert_eq!(
-            one(0.5, -2.0).to_string(),
-            "Prony time = -2 must be positive and finite"
-        );
-        assert_eq!(
-            one(f64::NAN, 1.0).to_string(),
-            "Prony weight = NaN must be zero or positive, and finite"
-        );
+    fn invalid_constants_are_rejected() {
+        let invalid = |weight, time| match Prony::new(vec![PronyTerm { weight, time }]) {
+            Err(FemError::Parameter { name, .. }) => name,
+            other => panic!("{other:?} instead of an invalid parameter"),
+        };
+        assert_eq!(invalid(0.5, -2.0), "Prony time");
+        assert_eq!(invalid(f64::NAN, 1.0), "Prony weight");
+        assert_eq!(invalid(-0.1, 1.0), "Prony weight");
     }
 }

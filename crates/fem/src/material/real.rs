@@ -1,13 +1,13 @@
-//! The numbers a law is evaluated on: one `f64`, one for each element of a batch, or either with a
-//! derivative.
+//! Number types on which laws are evaluated: `f64`, vector registers, or dual numbers of either.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// `f64`, a register with one number for each of some elements, or a [`Dual`](super::Dual) of these.
+/// Number type: `f64`, a vector register with one number per element, or a [`Dual`](super::Dual) of
+/// these.
 ///
-/// A law is written once for all of them. What it calls is inlined, so that on registers every
-/// operation is one vector instruction; therefore a law does not branch on values:
-/// [`choose`](Real::choose) takes the place of `if`.
+/// A law is written once for all number types. Its functions must be `#[inline(always)]`, so that
+/// every operation is one vector instruction, and must not branch on values: use
+/// [`choose`](Real::choose) instead of `if`.
 pub trait Real:
     Copy
     + Add<Output = Self>
@@ -17,32 +17,33 @@ pub trait Real:
     + Mul<f64, Output = Self>
     + Neg<Output = Self>
 {
-    /// A constant of the same kind as `self`.
+    /// Returns a constant of the same type as `self`.
     fn like(self, value: f64) -> Self;
 
-    /// `self` · a + b, rounded once.
+    /// Returns `self` · a + b, rounded once.
     fn mul_add(self, a: Self, b: Self) -> Self;
 
-    /// √x.
+    /// Returns √x.
     fn sqrt(self) -> Self;
 
-    /// x^(−1/3) for normal x > 0.
+    /// Returns x^(−1/3) for normal x > 0.
     fn inverse_cube_root(self) -> Self;
 
-    /// eˣ to two units in the last place; ∞ above 709.4.
+    /// Returns eˣ with an error of at most two units in the last place; ∞ above 709.4.
     fn exp(self) -> Self;
 
-    /// eˣ − 1 without cancellation near zero; slower than [`exp`](Real::exp), for energies.
+    /// Returns eˣ − 1 without cancellation near zero; slower than [`exp`](Real::exp), intended for
+    /// energies.
     fn exp_m1(self) -> Self;
 
-    /// ln(1 + x) without cancellation near zero; slow, for energies.
+    /// Returns ln(1 + x) without cancellation near zero; slow, intended for energies.
     fn ln_1p(self) -> Self;
 
-    /// `then` where `self` ≥ 0, `otherwise` elsewhere and where `self` is not a number.
+    /// Returns `then` if `self` ≥ 0, and `otherwise` if `self` is negative or NaN.
     fn choose(self, then: Self, otherwise: Self) -> Self;
 }
 
-/// Numbers without derivative: what functions of single bits may be applied to.
+/// Number type without derivative, on whose bits functions may operate.
 pub(crate) trait Plain: Real {
     /// Applies `f` to each `f64`.
     fn map(self, f: impl Fn(f64) -> f64) -> Self;

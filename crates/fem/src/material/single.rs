@@ -1,4 +1,4 @@
-//! A law on one number.
+//! Evaluation on `f64`.
 
 use super::elementary;
 use super::real::{Plain, Real};

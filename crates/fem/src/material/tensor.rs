@@ -1,24 +1,24 @@
-//! From a potential W(e, d) to tensors, on one `f64` or on lanes.
+//! Stress and tangent of a potential W(e, d), on `f64` or vector registers.
 //!
-//! With D = H − cof H, N = cof F, d and e as in the [module above](super), W_e for ∂W/∂e and so on:
+//! With D = H − cof H, N = cof F, d and e as in the [parent module](super), and W_e = ∂W/∂e etc.:
 //!
 //! ```text
 //! P = 2 W_e D + (W_d − p) N
 //! A = ∂P/∂F = 2 W_e 𝔻 + 4 W_ee D⊗D + 2 W_ed (D⊗N + N⊗D) + W_dd N⊗N + (W_d − p) ℂ
 //! ```
 //!
-//! where 𝔻 and ℂ are the constant maps G → G − cof G and G → cof G. Rates are derivatives along V.
+//! Here 𝔻 and ℂ are the constant maps G → G − cof G and G → cof G. Rates are derivatives along V.
 //!
-//! [`Strain`] holds what all of these share at a point; what two of them compute from it is the
-//! same expression, so the compiler computes it once.
+//! [`Strain`] holds the common quantities at a point. Common subexpressions of several results are
+//! written identically, so the compiler evaluates them once.
 
 use super::potential::Potential;
 use super::{Dual, PlaneCurvature, PlaneSlope, Real, Tangent};
 
-/// A 2 × 2 tensor of some kind of number.
+/// 2 × 2 tensor.
 pub(crate) type TensorOf<R> = [[R; 2]; 2];
 
-/// What acts on the volume besides W: a pressure, or the penalty energy κ/2 d² in its place.
+/// Volumetric terms added to W: a pressure, or the penalty energy κ/2 d².
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Volumetric<R> {
     pub(crate) p: R,
@@ -27,7 +27,7 @@ pub(crate) struct Volumetric<R> {
 }
 
 impl<R: Real> Volumetric<R> {
-    /// A pressure that does not change.
+    /// Creates a constant pressure.
     #[inline(always)]
     pub(crate) fn pressure(p: R) -> Self {
         Self {
@@ -37,7 +37,7 @@ impl<R: Real> Volumetric<R> {
         }
     }
 
-    /// With the rate of p as a derivative.
+    /// Returns the terms as dual numbers with the rate of p as derivative.
     #[inline(always)]
     pub(crate) fn moving(self) -> Volumetric<Dual<R>> {
         Volumetric {
@@ -51,21 +51,22 @@ impl<R: Real> Volumetric<R> {
     }
 }
 
-/// A symmetric derivative of a tensor by a tensor: the upper triangle of [`Tangent`] by rows.
+/// Symmetric derivative of a tensor with respect to a tensor: the upper triangle of [`Tangent`] by
+/// rows.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Symmetric<R>(pub(crate) [R; 10]);
 
-/// Place of (row, column), row ≤ column, in [`Symmetric`].
+/// Index of (row, column) in [`Symmetric`].
 pub(crate) const UPPER: [[usize; 4]; 4] = [[0, 1, 2, 3], [1, 4, 5, 6], [2, 5, 7, 8], [3, 6, 8, 9]];
 
 impl Symmetric<f64> {
     pub(crate) fn full(self) -> Tangent {
-        UPPER.map(|row| row.map(|place| self.0[place]))
+        UPPER.map(|row| row.map(|index| self.0[index]))
     }
 }
 
 impl<R: Real> Symmetric<R> {
-    /// a 𝔻 + c ℂ.
+    /// Returns a 𝔻 + c ℂ.
     #[inline(always)]
     fn constant_maps(a: R, c: R) -> Self {
         let zero = a.like(0.0);
@@ -85,7 +86,7 @@ impl<R: Real> Symmetric<R> {
     }
 }
 
-/// m ℂ: the derivative of m N for constant m.
+/// Returns m ℂ, the derivative of m N for constant m.
 #[inline(always)]
 pub(crate) fn volume_tangent<W: Potential, R: Real>(_: &W, m: R) -> Symmetric<R> {
     let zero = m.like(0.0);
@@ -97,14 +98,14 @@ fn in_plane<R: Real>(t: TensorOf<R>) -> [R; 4] {
     [t[0][0], t[0][1], t[1][0], t[1][1]]
 }
 
-/// x : y.
+/// Returns x : y.
 #[inline(always)]
 pub(crate) fn contract<R: Real>(x: TensorOf<R>, y: TensorOf<R>) -> R {
     let first = x[0][0].mul_add(y[0][0], x[0][1] * y[0][1]);
     x[1][0].mul_add(y[1][0], x[1][1].mul_add(y[1][1], first))
 }
 
-/// a x + b y.
+/// Returns a x + b y.
 #[inline(always)]
 fn combine<R: Real>(a: R, x: TensorOf<R>, b: R, y: TensorOf<R>) -> TensorOf<R> {
     let mut out = scaled(b, y);
@@ -116,7 +117,7 @@ fn combine<R: Real>(a: R, x: TensorOf<R>, b: R, y: TensorOf<R>) -> TensorOf<R> {
     out
 }
 
-/// a x.
+/// Returns a x.
 #[inline(always)]
 pub(crate) fn scaled<R: Real>(a: R, x: TensorOf<R>) -> TensorOf<R> {
     [[a * x[0][0], a * x[0][1]], [a * x[1][0], a * x[1][1]]]
@@ -130,14 +131,14 @@ fn sum<R: Real>(x: TensorOf<R>, y: TensorOf<R>) -> TensorOf<R> {
     ]
 }
 
-/// G − cof G: for H half of ∂e/∂F, symmetric and traceless.
+/// Returns G − cof G; for H this is half of ∂e/∂F, symmetric and traceless.
 #[inline(always)]
 fn distortion<R: Real>(g: TensorOf<R>) -> TensorOf<R> {
     let (stretch, shear) = (g[0][0] - g[1][1], g[0][1] + g[1][0]);
     [[stretch, shear], [shear, -stretch]]
 }
 
-/// Ṅ = cof V or 0.
+/// Returns Ṅ: cof V, or 0 for small strains.
 #[inline(always)]
 pub(crate) fn volume_gradient_rate<W: Potential, R: Real>(_: &W, v: TensorOf<R>) -> TensorOf<R> {
     if W::FINITE {
@@ -147,18 +148,18 @@ pub(crate) fn volume_gradient_rate<W: Potential, R: Real>(_: &W, v: TensorOf<R>)
     }
 }
 
-/// The deformation at a point.
+/// Deformation at a point.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Strain<R> {
-    /// e = |F|² − 2 J.
+    /// Invariant e = |F|² − 2 J.
     pub(crate) e: R,
-    /// d = J − 1 (finite) or div u (small strains).
+    /// Invariant d = J − 1 (finite strains) or div u (small strains).
     pub(crate) d: R,
-    /// D = H − cof H.
+    /// Tensor D = H − cof H.
     distortion: TensorOf<R>,
-    /// N = ∂d/∂F: cof F or I.
+    /// Tensor N = ∂d/∂F: cof F, or I for small strains.
     pub(crate) cofactor: TensorOf<R>,
-    /// The factor of W, if it is not one.
+    /// Factor of W; `None` means one.
     pub(crate) factor: Option<R>,
 }
 
@@ -186,7 +187,7 @@ impl<R: Real> Strain<R> {
         }
     }
 
-    /// A derivative of W, times the factor.
+    /// Multiplies a derivative of W by the factor.
     #[inline(always)]
     fn scaled_matrices(&self, derivative: R) -> R {
         match self.factor {
@@ -195,7 +196,7 @@ impl<R: Real> Strain<R> {
         }
     }
 
-    /// W_e and W_d with the volumetric part: κ d − p is added to the latter.
+    /// Returns W_e and W_d, including the volumetric term κ d − p in the latter.
     #[inline(always)]
     fn first<W: Potential>(&self, w: &W, volumetric: Volumetric<R>) -> PlaneSlope<R> {
         let slope = w.first(self.e, self.d);
@@ -223,7 +224,7 @@ impl<R: Real> Strain<R> {
         }
     }
 
-    /// The second derivatives of W as they change along ė and ḋ, times the factor.
+    /// Returns the second derivatives of W times the factor, with their rates along ė and ḋ.
     #[inline(always)]
     fn moving_second<W: Potential>(&self, w: &W, e_rate: R, d_rate: R) -> PlaneCurvature<Dual<R>> {
         let moving = |value, rate| Dual { value, rate };
@@ -239,7 +240,7 @@ impl<R: Real> Strain<R> {
         }
     }
 
-    /// ė and ḋ.
+    /// Returns ė and ḋ.
     #[inline(always)]
     fn rates(&self, v: TensorOf<R>) -> (R, R) {
         (
@@ -248,14 +249,14 @@ impl<R: Real> Strain<R> {
         )
     }
 
-    /// P = 2 W_e D + (W_d − p) N.
+    /// Returns P = 2 W_e D + (W_d − p) N.
     #[inline(always)]
     pub(crate) fn stress<W: Potential>(&self, w: &W, volumetric: Volumetric<R>) -> TensorOf<R> {
         let slope = self.first(w, volumetric);
         combine(slope.e * 2.0, self.distortion, slope.d, self.cofactor)
     }
 
-    /// Ṗ = 2 (W_e)˙ D + 2 W_e Ḋ + ((W_d)˙ − ṗ) N + (W_d − p) Ṅ.
+    /// Returns Ṗ = 2 (W_e)˙ D + 2 W_e Ḋ + ((W_d)˙ − ṗ) N + (W_d − p) Ṅ.
     #[inline(always)]
     pub(crate) fn stress_rate<W: Potential>(
         &self,
@@ -284,13 +285,13 @@ impl<R: Real> Strain<R> {
         )
     }
 
-    /// ḋ = N : V.
+    /// Returns ḋ = N : V.
     #[inline(always)]
     pub(crate) fn dilation_rate(&self, v: TensorOf<R>) -> R {
         contract(self.cofactor, v)
     }
 
-    /// A = ∂P/∂F.
+    /// Returns A = ∂P/∂F.
     #[inline(always)]
     pub(crate) fn tangent<W: Potential>(&self, w: &W, volumetric: Volumetric<R>) -> Symmetric<R> {
         let slope = self.first(w, volumetric);
@@ -303,7 +304,8 @@ impl<R: Real> Strain<R> {
                 slope.d.like(0.0)
             },
         );
-        // With M = 2 W_ee D + 2 W_ed N: D⊗M + M⊗D holds both terms in D; likewise for N.
+        // With M = 2 W_ee D + 2 W_ed N, D⊗M + M⊗D contains both terms in D; the next pair contains
+        // the terms in N.
         let m = combine(
             curve.ee * 2.0,
             self.distortion,
@@ -315,7 +317,7 @@ impl<R: Real> Strain<R> {
         a
     }
 
-    /// Ȧ, the derivative of A along V; equals ∂Ṗ/∂F.
+    /// Returns Ȧ, the derivative of A along V, which equals ∂Ṗ/∂F.
     #[inline(always)]
     pub(crate) fn tangent_rate<W: Potential>(
         &self,
@@ -339,7 +341,7 @@ impl<R: Real> Strain<R> {
                 e_rate.like(0.0)
             },
         );
-        // The rate of D⊗M + M⊗D with M = 2 W_ee D + 2 W_ed N, terms collected by D and N.
+        // Rate of D⊗M + M⊗D with M = 2 W_ee D + 2 W_ed N, terms grouped by D and N.
         let m_rate = sum(
             combine(ee_rate * 2.0, self.distortion, curve.ee * 4.0, distortion_v),
             combine(ed_rate * 2.0, self.cofactor, curve.ed * 2.0, cofactor_rate),
@@ -355,7 +357,7 @@ impl<R: Real> Strain<R> {
 }
 
 impl Strain<f64> {
-    /// W.
+    /// Returns W.
     pub(crate) fn energy<W: Potential>(&self, w: &W) -> f64 {
         w.energy(self.e, self.d)
     }

@@ -1,8 +1,9 @@
-//! Identities and central differences for every law.
+//! Identities and central differences for every law in plane strain.
 
 pub(crate) use super::{Law, Tangent, Tensor};
 
-/// Step of central differences: ε^(1/3) balances truncation and rounding at about 1e-10 relative.
+/// Step of central differences: ε^(1/3) balances truncation and rounding at a relative error of
+/// about 1e-10.
 pub(crate) const STEP: f64 = 6e-6;
 pub(crate) const DIFFERENCE: f64 = 1e-8;
 
@@ -33,7 +34,7 @@ pub(crate) fn close(found: f64, expected: f64, scale: f64) {
     );
 }
 
-/// Compares columns of a tangent with central differences of a stress.
+/// Compares the columns of a tangent with central differences of the stress.
 pub(crate) fn check_tangent(
     tangent: Tangent,
     stress: impl Fn(Tensor) -> Tensor,
@@ -54,14 +55,14 @@ macro_rules! law_tests {
         mod $name {
             use super::*;
 
-            /// The size of the tangent, by which differences are measured.
+            /// Largest entry of the tangent, the scale of difference errors.
             fn scale(h: Tensor) -> f64 {
                 let entries = $law.tangent(h, PRESSURE);
                 entries.iter().flatten().fold(0.0, |m: f64, a| m.max(a.abs()))
             }
 
             #[test]
-            fn rest_is_free_of_stress_and_energy() {
+            fn undeformed_state_has_no_stress_and_energy() {
                 let rest = [[0.0; 2]; 2];
                 assert_eq!($law.stress(rest, 0.0), rest);
                 assert_eq!($law.energy(rest), 0.0);
@@ -70,16 +71,16 @@ macro_rules! law_tests {
             }
 
             #[test]
-            fn a_scaled_law_has_the_scaled_energy() {
+            fn scaled_law_has_scaled_energy() {
                 for h in STATES {
                     let (scaled, once) = ($law.scaled(3.0).energy(h), $law.energy(h));
-                    // A few roundings in each of the energy's terms.
+                    // A few roundings in each term of the energy.
                     assert!((scaled - 3.0 * once).abs() <= 16.0 * f64::EPSILON * scaled);
                 }
             }
 
             #[test]
-            fn it_is_linear_if_the_tangent_is_constant() {
+            fn is_linear_matches_a_constant_tangent() {
                 let tangents = STATES.map(|h| $law.tangent(h, PRESSURE));
                 assert_eq!($law.is_linear(), tangents.iter().all(|a| *a == tangents[0]));
             }
@@ -135,7 +136,7 @@ macro_rules! law_tests {
                 for h in STATES {
                     let rate = |h| $law.stress_rate(h, VELOCITY, PRESSURE, PRESSURE_RATE);
                     let tangent = $law.tangent_rate(h, VELOCITY, PRESSURE_RATE);
-                    // Third derivatives of W are some ten times the second ones here.
+                    // Third derivatives of W are about ten times the second derivatives here.
                     check_tangent(tangent, rate, h, 10.0 * scale(h));
                 }
             }
@@ -146,7 +147,7 @@ macro_rules! law_tests {
 pub(crate) use law_tests;
 
 #[test]
-fn rotations_are_free_of_stress_to_rounding() {
+fn rotations_have_no_stress_up_to_rounding() {
     let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
     for angle in [1e-9_f64, 0.3, 2.0, 3.1] {
         let (s, c) = angle.sin_cos();
@@ -162,7 +163,7 @@ fn rotations_are_free_of_stress_to_rounding() {
 }
 
 #[test]
-fn small_strains_are_the_linearisation_of_the_finite_laws() {
+fn small_strain_law_is_the_linearization_of_finite_laws() {
     let (c10, c01) = (1e4, 2e2);
     let shear_modulus = 2.0 * (c10 + c01);
     let small = Law::SmallStrain { shear_modulus };
@@ -179,7 +180,7 @@ fn small_strains_are_the_linearisation_of_the_finite_laws() {
 }
 
 #[test]
-fn deviatoric_st_venant_kirchhoff_is_the_formula_with_greens_strain() {
+fn deviatoric_st_venant_kirchhoff_matches_its_formula() {
     let shear_modulus = 2.04e4;
     let law = Law::DeviatoricStVenantKirchhoff { shear_modulus };
     for h in STATES {
@@ -189,18 +190,18 @@ fn deviatoric_st_venant_kirchhoff_is_the_formula_with_greens_strain() {
         let trace = exx + eyy;
         let squares = exx * exx + eyy * eyy + 2.0 * exy * exy;
         let energy = shear_modulus * (squares - trace * trace / 3.0);
-        // Rounding of terms of size ζ.
+        // Rounding of terms of order ζ.
         assert!((law.energy(h) - energy).abs() < 1e-11 * shear_modulus);
         let p33 = -2.0 / 3.0 * shear_modulus * trace;
         assert!((law.stress_33(h, 0.0) - p33).abs() < 1e-11 * shear_modulus);
         // The pressure acts on the deformed area: −p J.
-        let pressed = p33 - PRESSURE * (f[0][0] * f[1][1] - f[0][1] * f[1][0]);
-        assert!((law.stress_33(h, PRESSURE) - pressed).abs() < 1e-11 * shear_modulus);
+        let with_pressure = p33 - PRESSURE * (f[0][0] * f[1][1] - f[0][1] * f[1][0]);
+        assert!((law.stress_33(h, PRESSURE) - with_pressure).abs() < 1e-11 * shear_modulus);
     }
 }
 
 #[test]
-fn tiny_strains_keep_their_digits() {
+fn tiny_strains_have_full_relative_accuracy() {
     let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
     let small = Law::SmallStrain {
         shear_modulus: 2.04e4,
@@ -210,7 +211,7 @@ fn tiny_strains_keep_their_digits() {
         .iter()
         .zip(in_plane(small.stress(h, 0.0)))
     {
-        // The laws differ by the strain itself, relatively.
+        // The relative difference of the laws is of the order of the strain.
         assert!((a / b - 1.0).abs() < 1e-10, "{a} {b}");
     }
     assert!((law.energy(h) / small.energy(h) - 1.0).abs() < 1e-10);

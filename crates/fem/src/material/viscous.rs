@@ -1,25 +1,25 @@
 //! Kelvin–Voigt damping: `S_v = η Ė`, `P = F S_v`, dissipation η Ė:Ė.
 //!
-//! The functions hold in the plane and in space: in plane strain F33 = 1 adds nothing.
+//! The functions apply in 2D and 3D; in plane strain F33 = 1 contributes nothing.
 
 use super::Real;
 use super::active::{apply, dot};
 
-/// F and V = ∇v at a point with viscosity η.
+/// Viscous stress at a point with F, V = ∇v and viscosity η.
 #[derive(Debug, Clone, Copy)]
 pub struct Viscous<R, const D: usize> {
     f: [[R; D]; D],
     v: [[R; D]; D],
-    /// S_v.
+    /// Second Piola–Kirchhoff stress S_v.
     stress: [[R; D]; D],
     eta: R,
 }
 
 impl<R: Real, const D: usize> Viscous<R, D> {
-    /// The damping at `f` = F, `v` = ∇v.
+    /// Creates the viscous stress at `f` = F and `v` = ∇v.
     ///
     /// # Units
-    /// η in Pa·s.
+    /// `eta` in Pa·s.
     #[inline(always)]
     pub fn new(f: [[R; D]; D], v: [[R; D]; D], eta: R) -> Self {
         let mut stress = f;
@@ -37,7 +37,7 @@ impl<R: Real, const D: usize> Viscous<R, D> {
         Self { f, v, stress, eta }
     }
 
-    /// P = F S_v.
+    /// Returns P = F S_v.
     #[inline(always)]
     pub fn stress(&self) -> [[R; D]; D] {
         let mut out = self.f;
@@ -53,11 +53,11 @@ impl<R: Real, const D: usize> Viscous<R, D> {
         out
     }
 
-    /// The derivatives of P.
+    /// Returns the derivatives of P.
     #[inline(always)]
-    pub fn slopes(&self) -> ViscousSlopes<R, D> {
+    pub fn tangents(&self) -> ViscousTangents<R, D> {
         let half = self.eta * 0.5;
-        let mut slopes = ViscousSlopes {
+        let mut tangents = ViscousTangents {
             f: self.f,
             v: self.v,
             stress: self.stress,
@@ -67,14 +67,14 @@ impl<R: Real, const D: usize> Viscous<R, D> {
         };
         for i in 0..D {
             for k in 0..D {
-                slopes.f_f[i][k] = half * dot(self.f[i], self.f[k]);
-                slopes.f_v[i][k] = half * dot(self.f[i], self.v[k]);
+                tangents.f_f[i][k] = half * dot(self.f[i], self.f[k]);
+                tangents.f_v[i][k] = half * dot(self.f[i], self.v[k]);
             }
         }
-        slopes
+        tangents
     }
 
-    /// η Ė:Ė, the dissipation per reference volume.
+    /// Returns the dissipation η Ė:Ė per reference volume.
     #[inline(always)]
     pub fn dissipation(&self) -> R {
         let mut sum = self.eta.like(0.0);
@@ -87,7 +87,7 @@ impl<R: Real, const D: usize> Viscous<R, D> {
     }
 }
 
-/// The derivatives of P between two vectors, gradients of shape functions: with a, b and in the
+/// Derivatives of P contracted with two vectors a and b (gradients of shape functions); with
 /// components (i, k)
 ///
 /// ```text
@@ -95,82 +95,90 @@ impl<R: Real, const D: usize> Viscous<R, D> {
 /// ∂P/∂V = η/2 (F_iL F_kJ + (F Fᵀ)_ik δ_JL)
 /// ```
 #[derive(Debug, Clone, Copy)]
-pub struct ViscousSlopes<R, const D: usize> {
+pub struct ViscousTangents<R, const D: usize> {
     f: [[R; D]; D],
     v: [[R; D]; D],
     stress: [[R; D]; D],
-    /// η/2.
+    /// Half viscosity η/2.
     half: R,
-    /// η/2 F Fᵀ.
+    /// Tensor η/2 F Fᵀ.
     f_f: [[R; D]; D],
-    /// η/2 F Vᵀ.
+    /// Tensor η/2 F Vᵀ.
     f_v: [[R; D]; D],
 }
 
-impl<R: Real, const D: usize> ViscousSlopes<R, D> {
-    /// What the derivatives ask of a vector.
+impl<R: Real, const D: usize> ViscousTangents<R, D> {
+    /// Returns the products of a vector that the derivatives need.
     #[inline(always)]
-    pub fn spread(&self, a: [R; D]) -> Spread<R, D> {
+    pub fn products(&self, a: [R; D]) -> GradientProducts<R, D> {
         let mut half = a;
         for a in &mut half {
             *a = *a * self.half;
         }
-        Spread {
-            itself: a,
-            by_f: apply(&self.f, half),
+        GradientProducts {
+            vector: a,
+            f_half: apply(&self.f, half),
             by_v: apply(&self.v, a),
             unscaled: apply(&self.f, a),
             by_stress: apply(&self.stress, a),
         }
     }
 
-    /// a·∂P/∂F·b.
+    /// Returns a·∂P/∂F·b.
     #[inline(always)]
-    pub fn by_displacement(&self, a: &Spread<R, D>, b: &Spread<R, D>) -> [[R; D]; D] {
+    pub fn by_displacement(
+        &self,
+        a: &GradientProducts<R, D>,
+        b: &GradientProducts<R, D>,
+    ) -> [[R; D]; D] {
         let mut out = pairing(&self.f_v, a.by_v, a, b);
-        let geometric = dot(a.itself, b.by_stress);
+        let geometric = dot(a.vector, b.by_stress);
         for (i, row) in out.iter_mut().enumerate() {
             row[i] = row[i] + geometric;
         }
         out
     }
 
-    /// a·∂P/∂V·b.
+    /// Returns a·∂P/∂V·b.
     #[inline(always)]
-    pub fn by_velocity(&self, a: &Spread<R, D>, b: &Spread<R, D>) -> [[R; D]; D] {
+    pub fn by_velocity(
+        &self,
+        a: &GradientProducts<R, D>,
+        b: &GradientProducts<R, D>,
+    ) -> [[R; D]; D] {
         pairing(&self.f_f, a.unscaled, a, b)
     }
 }
 
-/// η/2 (F b)_i (X a)_k + (η/2 F Xᵀ)_ik a·b.
+/// Returns η/2 (F b)_i (X a)_k + (η/2 F Xᵀ)_ik a·b.
 #[inline(always)]
 fn pairing<R: Real, const D: usize>(
     f_x: &[[R; D]; D],
     x_a: [R; D],
-    a: &Spread<R, D>,
-    b: &Spread<R, D>,
+    a: &GradientProducts<R, D>,
+    b: &GradientProducts<R, D>,
 ) -> [[R; D]; D] {
-    let along = dot(a.itself, b.itself);
+    let product = dot(a.vector, b.vector);
     let mut out = *f_x;
-    for (row, f_b) in out.iter_mut().zip(b.by_f) {
+    for (row, f_b) in out.iter_mut().zip(b.f_half) {
         for (entry, x_a) in row.iter_mut().zip(x_a) {
-            *entry = along.mul_add(*entry, f_b * x_a);
+            *entry = product.mul_add(*entry, f_b * x_a);
         }
     }
     out
 }
 
-/// A vector a with its products.
+/// Vector a with its products.
 #[derive(Debug, Clone, Copy)]
-pub struct Spread<R, const D: usize> {
-    itself: [R; D],
-    /// η/2 F a.
-    by_f: [R; D],
-    /// V a.
+pub struct GradientProducts<R, const D: usize> {
+    vector: [R; D],
+    /// Product η/2 F a.
+    f_half: [R; D],
+    /// Product V a.
     by_v: [R; D],
-    /// F a.
+    /// Product F a.
     unscaled: [R; D],
-    /// S_v a.
+    /// Product S_v a.
     by_stress: [R; D],
 }
 
@@ -183,13 +191,13 @@ mod tests {
     const ETA: f64 = 100.0;
 
     #[test]
-    fn derivatives_are_those_of_the_stress() {
+    fn derivatives_match_central_differences() {
         let point = Viscous::new(F, V, ETA);
-        let slopes = point.slopes();
+        let tangents = point.tangents();
         let axes = [0, 1, 2].map(|j| {
             let mut axis = [0.0; 3];
             axis[j] = 1.0;
-            slopes.spread(axis)
+            tangents.products(axis)
         });
         let step = 1e-3;
         for k in 0..3 {
@@ -204,12 +212,13 @@ mod tests {
                 let faster = Viscous::new(F, shift(V, step), ETA).stress();
                 let slower = Viscous::new(F, shift(V, -step), ETA).stress();
                 for j in 0..3 {
-                    let by_u = slopes.by_displacement(&axes[j], &axes[l]);
-                    let by_v = slopes.by_velocity(&axes[j], &axes[l]);
+                    let by_u = tangents.by_displacement(&axes[j], &axes[l]);
+                    let by_v = tangents.by_velocity(&axes[j], &axes[l]);
                     for i in 0..3 {
-                        // A quadratic in F and V: central differences are exact but for rounding.
-                        let by_f = (plus[i][j] - minus[i][j]) / (2.0 * step);
-                        assert!((by_u[i][k] - by_f).abs() < 1e-11 * ETA / step);
+                        // P is quadratic in F and V, so central differences are exact up to
+                        // rounding.
+                        let f_half = (plus[i][j] - minus[i][j]) / (2.0 * step);
+                        assert!((by_u[i][k] - f_half).abs() < 1e-11 * ETA / step);
                         let by_rate = (faster[i][j] - slower[i][j]) / (2.0 * step);
                         assert!((by_v[i][k] - by_rate).abs() < 1e-11 * ETA / step);
                     }
@@ -219,12 +228,30 @@ mod tests {
     }
 
     #[test]
-    fn the_power_of_the_stress_is_the_dissipation() {
+    fn stress_matches_closed_forms_of_stretch_and_shear() {
+        // Stretch: P_11 = η λ² λ̇.
+        let diagonal = |x: f64, y: f64| [[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, y]];
+        let (stretch, rate) = (1.3_f64, 0.7);
+        let f = diagonal(stretch, stretch.powf(-0.5));
+        let v = diagonal(rate, -0.5 * stretch.powf(-1.5) * rate);
+        let found = Viscous::new(f, v, ETA).stress()[0][0];
+        assert!((found - ETA * stretch * stretch * rate).abs() < 1e-12 * ETA);
+        // Simple shear: Ė_12 = γ̇/2, Ė_22 = γ γ̇, so P_12 = η γ̇ (1/2 + γ²), P_11 = η γ γ̇/2.
+        let gamma = 0.4;
+        let shear = [[1.0, gamma, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let shear_rate = [[0.0, rate, 0.0], [0.0; 3], [0.0; 3]];
+        let found = Viscous::new(shear, shear_rate, ETA).stress();
+        assert!((found[0][1] - ETA * rate * (0.5 + gamma * gamma)).abs() < 1e-12 * ETA);
+        assert!((found[0][0] - ETA * rate * 0.5 * gamma).abs() < 1e-12 * ETA);
+    }
+
+    #[test]
+    fn power_equals_dissipation() {
         let point = Viscous::new(F, V, ETA);
         let stress = point.stress();
         let power: f64 = (0..9).map(|r| stress[r / 3][r % 3] * V[r / 3][r % 3]).sum();
         assert!((power - point.dissipation()).abs() < 1e-12 * power);
-        // A spin does no work: V = Ω F with a skew Ω.
+        // A spin V = Ω F with skew Ω does no work.
         let omega = [[0.0, 0.4, -0.3], [-0.4, 0.0, 0.2], [0.3, -0.2, 0.0]];
         let spin =
             [0, 1, 2].map(|i| [0, 1, 2].map(|j| (0..3).map(|k| omega[i][k] * F[k][j]).sum()));
@@ -232,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn the_plane_is_the_part_of_space_with_no_strain_across() {
+    fn plane_stress_components_match_3d_without_out_of_plane_strain() {
         let (f, v) = ([[1.1, 0.2], [-0.1, 0.95]], [[0.3, -0.8], [0.5, 0.9]]);
         let embed = |[[a, b], [c, d]]: [[f64; 2]; 2], e| [[a, b, 0.0], [c, d, 0.0], [0.0, 0.0, e]];
         let plane = Viscous::new(f, v, ETA).stress();

@@ -14,7 +14,7 @@ const STRAIGHT: f64 = 1e-7;
 pub struct NodalField {
     /// Number of values per vertex.
     pub components: usize,
-    /// Values, vertex by vertex; NaN where the file has no value.
+    /// Values, vertex by vertex; NaN for values missing in the file.
     pub values: Vec<f64>,
 }
 

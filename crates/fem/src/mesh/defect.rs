@@ -20,7 +20,7 @@ impl fmt::Display for ElementName {
     }
 }
 
-/// Elements that do not conform, or a curved element that is inverted.
+/// Nonconforming elements, or an inverted curved element.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{}, near ({}), {}", names(elements), coordinates(near), self.reason())]
 pub struct MeshDefect {
@@ -62,7 +62,7 @@ impl MeshDefect {
             _ => ("face", "a face"),
         };
         match self.kind {
-            DefectKind::Duplicate => "have the same vertices: delete one of them".to_owned(),
+            DefectKind::Duplicate => "have the same vertices: delete all but the first".to_owned(),
             DefectKind::NonManifold => {
                 format!("share one {facet}: at most two elements can share {a_facet}")
             }

@@ -2,7 +2,7 @@
 
 use super::simplices::Simplices;
 
-/// Facet as seen from one of its elements.
+/// Facet as seen from an adjacent element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Facet {
     /// Vertices in ascending order; in 2D the last entry is `usize::MAX`.

@@ -29,7 +29,7 @@ pub enum MeshNote {
     },
     /// The mesh file has an unnamed physical group, which scenes cannot refer to.
     Unnamed(UnnamedGroup),
-    /// A nodal field has values at nodes that are not vertices; only the vertex values are used.
+    /// A nodal field has values at non-vertex nodes; only the vertex values are used.
     OffVertexValues {
         /// Name of the field.
         field: String,

@@ -58,8 +58,8 @@ pub struct AddedMotion<'a> {
 pub struct AddedTangents<'a> {
     /// Derivative with respect to the displacement.
     pub by_displacement: Option<&'a mut [f64]>,
-    /// Derivative with respect to the velocity; zero for stresses that are not
-    /// [viscous](AddedStress::is_viscous).
+    /// Derivative with respect to the velocity; zero unless a stress [is
+    /// viscous](AddedStress::is_viscous).
     pub by_velocity: Option<&'a mut [f64]>,
 }
 
@@ -333,22 +333,22 @@ impl<T: Simd, const D: usize, const N: usize, const P: usize> WithSimd for Add<'
             }
         }
         if let Some(viscous) = &at.viscous {
-            let slopes = viscous.slopes();
-            let mut spread = [slopes.spread(gradients[0]); N];
-            for (spread, gradient) in spread.iter_mut().zip(&gradients) {
-                *spread = slopes.spread(*gradient);
+            let tangents = viscous.tangents();
+            let mut products = [tangents.products(gradients[0]); N];
+            for (products, gradient) in products.iter_mut().zip(&gradients) {
+                *products = tangents.products(*gradient);
             }
             if let Some(matrix) = &mut by_u {
-                for (row, a) in matrix.iter_mut().zip(&spread) {
-                    for (entries, b) in row.iter_mut().zip(&spread) {
-                        add_scaled(entries, weights, &slopes.by_displacement(a, b));
+                for (row, a) in matrix.iter_mut().zip(&products) {
+                    for (entries, b) in row.iter_mut().zip(&products) {
+                        add_scaled(entries, weights, &tangents.by_displacement(a, b));
                     }
                 }
             }
             if let Some(matrix) = &mut by_v {
-                for (row, a) in matrix.iter_mut().zip(&spread) {
-                    for (entries, b) in row.iter_mut().zip(&spread) {
-                        add_scaled(entries, weights, &slopes.by_velocity(a, b));
+                for (row, a) in matrix.iter_mut().zip(&products) {
+                    for (entries, b) in row.iter_mut().zip(&products) {
+                        add_scaled(entries, weights, &tangents.by_velocity(a, b));
                     }
                 }
             }
@@ -374,5 +374,23 @@ fn scatter<S: Simd, const D: usize, const N: usize, const P: usize>(
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{AddedStress, AtPoint};
+
+    #[test]
+    fn viscous_stress_of_a_stretch_is_eta_times_its_rate() {
+        let stress = AddedStress {
+            viscosity: 40.0,
+            ..AddedStress::default()
+        };
+        let (stretch, rate) = (1.25, 0.5);
+        let motion = [[[stretch - 1.0, 0.0], [0.0; 2]], [[rate, 0.0], [0.0; 2]]];
+        let point = AtPoint::new(&stress, None, [1.0, 0.0], motion);
+        // P_11 = η λ² λ̇, exact in binary arithmetic.
+        assert_eq!(point.stress(0.0)[0][0], 40.0 * stretch * stretch * rate);
     }
 }

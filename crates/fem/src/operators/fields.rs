@@ -2,7 +2,7 @@
 
 use crate::element::Barycentric;
 
-/// Volumetric stress besides the material law.
+/// Volumetric stress added to the material law.
 #[derive(Debug, Clone, Copy)]
 pub enum Pressure<'a> {
     /// Pressure field by its vertex values: `P = P_iso − p cof F`. Paper, eq. (20).
@@ -189,7 +189,7 @@ pub struct Change<'a> {
     pub volume_residual: Option<&'a mut [f64]>,
 }
 
-/// Inverted element: det F ≤ 0 or NaN at a quadrature point, where the stress is undefined.
+/// Inverted element: det F ≤ 0 or NaN at a quadrature point. The stress is undefined there.
 ///
 /// An integrator can recover with a smaller step.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

@@ -1,10 +1,10 @@
 //! Damped rod: a one-dimensional substitute for the muscle in long runs.
 //!
 //! The module provides the residual and the Jacobian of the semi-discrete rod. The equation is
-//! linear, so the matrices are assembled once. Time integration is left to other crates.
+//! linear, so the matrices are assembled once. Other crates integrate in time.
 //!
 //! # Types
-//! - [`RodData`]: parameters; the default values are those of the paper.
+//! - [`RodData`]: parameters, with default values from the paper.
 //! - [`Rod`]: assembled operators.
 //! - [`EndLoad`]: the two interpretations of the load at the free end.
 //! - [`PointValue`]: displacement at a point as a linear functional of the unknowns.
@@ -119,7 +119,7 @@ impl Rod {
     ///
     /// # Errors
     /// [`FemError::Parameter`] if EA, ρ or L is not positive, a damping coefficient is negative, a
-    /// value is not finite or there are no elements.
+    /// value is not finite or `n_elements` is zero.
     pub fn new(data: RodData) -> Result<Self, FemError> {
         check(&data)?;
         let h = data.length / data.n_elements as f64;

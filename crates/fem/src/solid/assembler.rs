@@ -30,10 +30,10 @@ pub trait ParallelAssembler: Debug + Send + Sync {
     /// Starts a pass on the other partitions. The next call is [`end`](Self::end).
     fn begin(&self, pass: &Pass<'_>);
 
-    /// Adds the results of the other partitions to `results`, which holds those of the own
-    /// partition in the order of their declaration.
+    /// Adds the results of the other partitions to `results`, which initially holds the results of
+    /// the local partition in the order of their declaration.
     ///
     /// # Errors
-    /// The error of the own partition, `own`, or of another partition.
+    /// The error of the local partition, `own`, or of another partition.
     fn end(&self, results: &mut [&mut [f64]], own: Result<(), Inverted>) -> Result<(), Inverted>;
 }

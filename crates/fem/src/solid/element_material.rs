@@ -3,7 +3,7 @@
 use crate::error::FemError;
 use crate::material::{Law, Range};
 
-/// Bulk modulus and damping of an element relative to those of the body.
+/// Bulk modulus and damping of an element, relative to the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ElementScale {
     /// Ratio of κ; positive.

@@ -18,7 +18,7 @@ pub(super) struct ScaledMatrices {
 }
 
 impl Solid {
-    /// Returns the solid with κ, α and β of each element, relative to those of the body.
+    /// Returns the solid with κ, α and β of each element, relative to the body.
     ///
     /// # Errors
     /// [`FemError::Count`] unless there is one scale per element; [`FemError::Parameter`] for
@@ -57,7 +57,7 @@ impl Solid {
         Ok(self.with_rebuilt_batches())
     }
 
-    /// Returns κ, α and β of an element relative to those of the body.
+    /// Returns κ, α and β of an element, relative to the body.
     pub fn element_scale(&self, element: usize) -> ElementScale {
         self.materials[element].scale
     }

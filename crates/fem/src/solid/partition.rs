@@ -9,8 +9,8 @@ use crate::solid::assembler::{ParallelAssembler, Pass};
 use super::{Elements, MappedBatches, Solid, with_elements};
 
 impl<const D: usize, const N: usize, const P: usize> MappedBatches<D, N, P> {
-    /// Keeps one of `count` partitions, each with an equal number of batches of each law and added
-    /// stress.
+    /// Keeps partition `number` of `count`; each has an equal number of batches of each law and
+    /// added stress.
     fn keep_share(&mut self, number: usize, count: usize) {
         let mut kept = Vec::new();
         let batches = &self.batches.batches;
@@ -80,7 +80,7 @@ impl Solid {
     }
 
     /// Computes a pass over the local partition and writes the results in the order of their
-    /// declaration; results that are not requested become empty.
+    /// declaration; results not requested become empty.
     ///
     /// # Errors
     /// The errors of [`evaluate`](Self::evaluate).

@@ -2,7 +2,7 @@
 //!
 //! Threads compute element vectors and matrices batch by batch into separate buffers. One thread
 //! adds them to the global arrays in the order of the batches while the others compute the next
-//! ones. The sums are therefore bitwise equal to those of one thread. The speedup is limited by the
+//! ones. The sums are therefore bitwise equal to sequential sums. The speedup is limited by the
 //! additions, about a quarter of a pass.
 
 use std::array::from_fn;
@@ -25,8 +25,8 @@ use super::{MappedBatches, Solid};
 /// distributing the work costs as much as a few batches.
 const BATCHES_FROM: usize = 64;
 
-/// Batches per thread that are computed before they are added: enough to keep threads busy, few
-/// enough to stay in the cache.
+/// Batches per thread computed before an addition: enough to keep threads busy, few enough to stay
+/// in the cache.
 const AT_A_TIME: usize = 8;
 
 /// Kind of the element results of a pass.
@@ -50,8 +50,9 @@ pub(super) const TANGENTS: [Entries; 6] = [Matrix, Matrix, Matrix, Divergence, D
 pub(super) const ADDED_TANGENTS: [Entries; 2] = [Matrix; 2];
 
 impl Solid {
-    /// Returns the solid with threads for its passes. They are used for large 3D bodies that are
-    /// not partitioned among processes. Results are bitwise independent of the number of threads.
+    /// Returns the solid with threads for its passes. They are used for large 3D bodies, unless the
+    /// elements are partitioned among processes. Results are bitwise independent of the number of
+    /// threads.
     #[must_use]
     pub fn in_threads(mut self, threads: Option<Arc<ThreadPool>>) -> Self {
         self.threads = threads.filter(|_| self.partition.is_none());

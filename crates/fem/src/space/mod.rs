@@ -5,8 +5,8 @@
 //! y1, … in 2D) over *all* nodes, including constrained ones. Pressure-like arrays have one entry
 //! per pressure.
 //!
-//! Functions with a parameter `D` panic for a space of another dimension, like those of the
-//! [mesh](crate::mesh).
+//! As in [mesh](crate::mesh), functions with a parameter `D` panic for a space of another
+//! dimension.
 
 pub mod dofs;
 pub(crate) mod sparsity;
@@ -71,8 +71,8 @@ impl Space {
         Self::new(mesh, Degree::One)
     }
 
-    /// Returns the space with pressures that are discontinuous across regions: a vertex between
-    /// regions has one pressure per region. `regions` holds the region of each element.
+    /// Returns the space with discontinuous pressures across regions: a vertex between regions has
+    /// one pressure per region. `regions` holds the region of each element.
     ///
     /// The pressure jumps where the bulk modulus or the law changes; a continuous approximation
     /// would lose its order of convergence there.
@@ -283,7 +283,8 @@ impl Space {
     /// its edges.
     ///
     /// # Panics
-    /// Panics for an edge or face that is not in the mesh. Edges and faces of groups always are.
+    /// Panics for an edge or face outside the mesh. Edges and faces of groups are always in the
+    /// mesh.
     pub fn facet_nodes(&self, facet: &[usize]) -> Vec<usize> {
         let mut nodes = facet.to_vec();
         if self.degree == Degree::Two {

@@ -1,4 +1,4 @@
-//! Active and viscous stress and Robin's operator in homogeneous states, and tangents by differences.
+//! Active and viscous stress and Robin matrices in homogeneous states, and tangents by differences.
 
 use std::sync::Arc;
 
@@ -32,7 +32,7 @@ fn mesh(dimension: usize) -> Mesh {
     }
 }
 
-/// A free block of the muscle's law, whose elements with even numbers have the stress.
+/// Returns a free block of muscle in which every second element has the added stress.
 fn block(dimension: usize) -> Solid {
     let mesh = mesh(dimension);
     let space = Arc::new(Space::taylor_hood(&mesh));
@@ -51,7 +51,7 @@ fn block(dimension: usize) -> Solid {
 const H: [[f64; 3]; 3] = [[0.1, 0.2, 0.0], [-0.1, -0.05, 0.0], [0.0; 3]];
 const V: [[f64; 3]; 3] = [[0.3, -0.8, 0.0], [0.5, 0.9, 0.0], [0.0; 3]];
 
-/// The field with this gradient.
+/// Returns the linear field with the given gradient.
 fn linear(space: &Space, gradient: [[f64; 3]; 3]) -> Vec<f64> {
     let d = space.dimension();
     let nodes = space.coordinates().chunks(d);
@@ -63,7 +63,7 @@ fn linear(space: &Space, gradient: [[f64; 3]; 3]) -> Vec<f64> {
 }
 
 #[test]
-fn the_power_of_a_homogeneous_motion_is_stress_times_rate_times_volume() {
+fn power_of_a_homogeneous_motion_is_stress_times_rate_times_volume() {
     let mut f = H;
     for (i, row) in f.iter_mut().enumerate() {
         row[i] += 1.0;
@@ -84,10 +84,10 @@ fn the_power_of_a_homogeneous_motion_is_stress_times_rate_times_volume() {
             },
             &mut force,
         );
-        // Half of the elements, all of the same size.
+        // Half of the elements, all of equal size.
         let volume = 0.5 * solid.volume();
         let expected = volume * (active + viscous);
-        // Rounding of some hundred terms.
+        // Rounding of a few hundred terms.
         assert!(
             (power(&force) / expected - 1.0).abs() < 1e-12,
             "{dimension}"
@@ -103,7 +103,7 @@ fn the_power_of_a_homogeneous_motion_is_stress_times_rate_times_volume() {
 }
 
 #[test]
-fn tangents_are_those_of_the_force() {
+fn tangents_match_central_differences() {
     let step = 1e-6;
     for dimension in [2, 3] {
         let solid = block(dimension);
@@ -155,12 +155,12 @@ fn tangents_are_those_of_the_force() {
 }
 
 #[test]
-fn robins_operator_measures_what_it_holds() {
+fn robin_matrix_integrates_supported_components() {
     for (dimension, area) in [(2, 0.8), (3, 0.48)] {
         let mesh = mesh(dimension);
         let space = Space::taylor_hood(&mesh);
         let [all, normal] = [SupportDirection::All, SupportDirection::Normal]
-            .map(|along| RobinMatrix::new(&space, "right", along).unwrap());
+            .map(|direction| RobinMatrix::new(&space, "right", direction).unwrap());
         let constant = |axis: usize| -> Vec<f64> {
             (0..space.n_components())
                 .map(|i| if i % dimension == axis { 2.0 } else { 0.0 })
@@ -180,21 +180,21 @@ fn robins_operator_measures_what_it_holds() {
 }
 
 #[test]
-fn a_turn_is_held_where_it_moves_along_the_normal() {
+fn normal_support_of_a_rotation() {
     let mesh = generate::rectangle([-1.0, 0.0], [1.0, 1.0], [4, 2]).unwrap();
     let space = Space::taylor_hood(&mesh);
     let normal = RobinMatrix::new(&space, "bottom", SupportDirection::Normal).unwrap();
-    // u = ω × x: along y = 0 it is ω x in y, whose square is ∫x² = 2/3.
-    let turn: Vec<f64> = space
+    // u = ω × x: on y = 0 it is ω x in y, whose square integrates to ∫x² = 2/3.
+    let rotation: Vec<f64> = space
         .node_points::<2>()
         .iter()
         .flat_map(|[x, y]| [-y, *x])
         .collect();
-    assert!((normal.square(&turn) - 2.0 / 3.0).abs() < 1e-13);
+    assert!((normal.square(&rotation) - 2.0 / 3.0).abs() < 1e-13);
 }
 
 #[test]
-fn small_strains_take_no_such_stress() {
+fn small_strain_laws_reject_added_stress() {
     let mesh = mesh(2);
     let space = Arc::new(Space::taylor_hood(&mesh));
     let dofs = DofMap::new(&space, &[]).unwrap();
@@ -206,9 +206,9 @@ fn small_strains_take_no_such_stress() {
     ));
 }
 
-/// What a user reads as stress is that of the law and what is added.
+/// The output stress is the sum of elastic and added stress.
 #[test]
-fn the_stress_at_a_point_is_that_of_all_its_parts() {
+fn stress_at_a_point_is_the_sum_of_its_parts() {
     let mut f = H;
     for (i, row) in f.iter_mut().enumerate() {
         row[i] += 1.0;
@@ -229,7 +229,7 @@ fn the_stress_at_a_point_is_that_of_all_its_parts() {
         };
         let n_vertices = dimension + 1;
         let barycentric = Barycentric::new(&vec![1.0 / n_vertices as f64; n_vertices]);
-        for (element, has_more) in [(0, 1.0), (1, 0.0)] {
+        for (element, has_added) in [(0, 1.0), (1, 0.0)] {
             let at = ElementPoint {
                 element,
                 barycentric,
@@ -238,7 +238,7 @@ fn the_stress_at_a_point_is_that_of_all_its_parts() {
             let all = solid.dynamic_state_at(&fields, &context, &at);
             for i in 0..3 {
                 for j in 0..3 {
-                    let piola = law.piola[i][j] + has_more * (active[i][j] + viscous[i][j]);
+                    let piola = law.piola[i][j] + has_added * (active[i][j] + viscous[i][j]);
                     // P Fᵀ/J.
                     let cauchy: f64 = (0..3).map(|k| all.piola[i][k] * f[j][k]).sum();
                     // Rounding of stresses of 1e3 Pa.

@@ -1,4 +1,5 @@
-//! What the tests share: meshes, random fields, equilibrium by Newton's method and KLU, norms.
+//! Shared helpers: meshes, random fields, equilibria by Newton's method with a sparse solver,
+//! norms.
 
 use std::sync::Arc;
 
@@ -28,25 +29,25 @@ pub(crate) fn muscle_mesh() -> Mesh {
     .unwrap()
 }
 
-/// A solid of one law, clamped on a group.
+/// Returns a solid with one law, clamped on a group.
 pub(crate) fn clamped(space: Space, group: &str, law: Law) -> Solid {
     let dofs = DofMap::clamped(&space, &space.nodes_of(group).unwrap()).unwrap();
     Solid::uniform(Arc::new(space), dofs, law, DENSITY).unwrap()
 }
 
-/// Uniform random numbers in ±size, the same each time.
+/// Returns reproducible uniform random numbers in ±size.
 pub(crate) fn random(n: usize, size: f64, seed: u64) -> Vec<f64> {
     let mut rng = StdRng::seed_from_u64(seed);
     (0..n).map(|_| rng.random_range(-size..size)).collect()
 }
 
-/// A file of `data/references`.
+/// Reads a file of `data/references`.
 pub(crate) fn reference(name: &str) -> serde_json::Value {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/references");
     serde_json::from_str(&std::fs::read_to_string(format!("{folder}/{name}")).unwrap()).unwrap()
 }
 
-/// The entries (row, column, value) of a block.
+/// Returns the entries (row, column, value) of a sparse block.
 fn entries<'a>(
     pattern: &'a SparsityPattern,
     values: &'a [f64],
@@ -65,15 +66,15 @@ pub(crate) fn dense(pattern: &SparsityPattern, values: &[f64]) -> DMatrix<f64> {
     matrix
 }
 
-/// Displacement over all nodes and pressure over the vertices.
+/// Displacement at all nodes and pressures.
 pub(crate) struct Equilibrium {
     pub(crate) u: Vec<f64>,
     pub(crate) p: Vec<f64>,
 }
 
-/// Solves force(u, p) = load, p/κ + (J − 1) = 0 by Newton's method from the given state, whose
-/// constrained entries it keeps. `inv_kappa` = 0 is the incompressible case. Where the whole
-/// boundary is held, `zero_mean` fixes the pressure's constant.
+/// Solves force(u, p) = load, p/κ + (J − 1) = 0 by Newton's method from the given state and keeps
+/// its constrained entries. `inv_kappa` = 0 is the incompressible case. If the whole boundary is
+/// fixed, `zero_mean` removes the constant pressure mode.
 pub(crate) fn equilibrium(
     solid: &Solid,
     load: &[f64],
@@ -145,7 +146,7 @@ pub(crate) fn equilibrium(
             *p -= step;
         }
         let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        // Newton converges quadratically: the next step would be far below rounding.
+        // Convergence is quadratic: the next step would be far below rounding.
         if largest(&step[..n]) <= 1e-9 * largest(&state.u) {
             return state;
         }
@@ -153,15 +154,15 @@ pub(crate) fn equilibrium(
     panic!("Newton's method does not converge");
 }
 
-/// An exact solution to measure errors against.
+/// Exact solution for error norms.
 pub(crate) trait Exact {
     fn u(&self, x: [f64; 2]) -> [f64; 2];
     fn gradient(&self, x: [f64; 2]) -> [[f64; 2]; 2];
     fn p(&self, x: [f64; 2]) -> f64;
 }
 
-/// The rule of degree 6 on each of sixteen parts of a triangle, for errors that are polynomials of
-/// higher degree: pairs of barycentric coordinates and weight.
+/// Returns the rule of degree 6 on each of sixteen parts of a triangle, for errors of higher
+/// polynomial degree: pairs of barycentric coordinates and weight.
 fn fine_rule() -> Vec<([f64; 3], f64)> {
     let mut parts = vec![[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]];
     for _ in 0..2 {
@@ -174,8 +175,8 @@ fn fine_rule() -> Vec<([f64; 3], f64)> {
             })
             .collect();
     }
-    let share = 1.0 / parts.len() as f64;
-    let place = |part: &[[f64; 3]; 3], l: [f64; 3]| {
+    let fraction = 1.0 / parts.len() as f64;
+    let point_in = |part: &[[f64; 3]; 3], l: [f64; 3]| {
         [0, 1, 2].map(|i| (0..3).map(|k| l[k] * part[k][i]).sum())
     };
     let points = Rule::Degree6.points(&TRIANGLE);
@@ -184,15 +185,15 @@ fn fine_rule() -> Vec<([f64; 3], f64)> {
         .flat_map(|part| {
             points.iter().map(move |q| {
                 (
-                    place(part, (*q.barycentric).try_into().unwrap()),
-                    share * q.weight,
+                    point_in(part, (*q.barycentric).try_into().unwrap()),
+                    fraction * q.weight,
                 )
             })
         })
         .collect()
 }
 
-/// Errors in L2 of u, H1 seminorm of u, L2 of p.
+/// Returns the errors of u in L2, of u in the H1 seminorm and of p in L2.
 pub(crate) fn errors(solid: &Solid, state: &Equilibrium, exact: &impl Exact) -> [f64; 3] {
     let space = solid.space();
     let rule = fine_rule();
@@ -222,19 +223,20 @@ pub(crate) fn errors(solid: &Solid, state: &Equilibrium, exact: &impl Exact) -> 
     squares.map(f64::sqrt)
 }
 
-/// Asserts the orders 3, 2, 2 between the last two of errors on meshes of halved size.
+/// Asserts the convergence orders 3, 2, 2 between the last two meshes, each with half the element
+/// size.
 ///
 /// # Panics
-/// If an order is below by more than 0.1, the margin of scikit-fem's tests of the same kind.
+/// Panics if an order is too small by more than 0.1, the margin of similar tests in scikit-fem.
 pub(crate) fn assert_orders(errors: &[[f64; 3]]) {
     let [.., coarse, fine] = errors else {
-        panic!("two meshes at least")
+        panic!("at least two meshes are required")
     };
     for (k, expected) in [3.0, 2.0, 2.0].into_iter().enumerate() {
         let order = (coarse[k] / fine[k]).log2();
         assert!(
             order > expected - 0.1,
-            "norm {k}: order {order:.3} for {expected} in {errors:?}"
+            "norm {k}: order {order:.3} instead of {expected} in {errors:?}"
         );
     }
 }

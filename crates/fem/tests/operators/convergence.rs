@@ -1,5 +1,5 @@
-//! Orders of convergence on manufactured solutions: the clamped square of the literature (linear,
-//! incompressible), and a sheared block of Mooney–Rivlin material (finite strains, incompressible).
+//! Convergence orders for manufactured solutions: the clamped square of the literature (linear,
+//! incompressible) and a sheared Mooney–Rivlin block (finite strains, incompressible).
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -10,8 +10,8 @@ use crate::common::{
     Equilibrium, Exact, MUSCLE_LAW, assert_orders, clamped, equilibrium, errors, reference,
 };
 
-/// All nodes on the boundary of a rectangle's mesh are clamped.
-fn held_rectangle(lower: [f64; 2], upper: [f64; 2], n: usize, law: Law) -> Solid {
+/// Returns a rectangle with all boundary nodes clamped.
+fn clamped_rectangle(lower: [f64; 2], upper: [f64; 2], n: usize, law: Law) -> Solid {
     let mesh = generate::rectangle(lower, upper, [n, n]).unwrap();
     let space = Space::taylor_hood(&mesh);
     let sides = ["left", "right", "bottom", "top"];
@@ -23,7 +23,8 @@ fn held_rectangle(lower: [f64; 2], upper: [f64; 2], n: usize, law: Law) -> Solid
     Solid::uniform(Arc::new(space), dofs, law, 1.0).unwrap()
 }
 
-/// Auricchio, Beirão da Veiga, Lovadina, Reali (2005); the pressure is −π there.
+/// Solution of Auricchio, Beirão da Veiga, Lovadina, Reali (2005), whose pressure π has the
+/// opposite sign.
 struct ClampedSquare;
 
 const MU: f64 = 40.0;
@@ -64,7 +65,7 @@ fn clamped_square_converges_with_the_published_errors() {
     let law = Law::SmallStrain { shear_modulus: MU };
     let found: Vec<[f64; 3]> = [4, 8, 16, 32]
         .map(|n| {
-            let solid = held_rectangle([-1.0; 2], [1.0; 2], n, law);
+            let solid = clamped_rectangle([-1.0; 2], [1.0; 2], n, law);
             let load = load::body_force(solid.space(), ClampedSquare::load);
             let rest = Equilibrium {
                 u: vec![0.0; load.len()],
@@ -90,17 +91,17 @@ fn clamped_square_converges_with_the_published_errors() {
     }
 }
 
-/// u = (s(y), 0), so that J = 1 exactly: s = sin(π y)/5, strains up to 0.63; p = 2000 cos(π x) y.
+/// Shear u = (s(y), 0) with J = 1 exactly: s = sin(π y)/5, strains up to 0.63; p = 2000 cos(π x) y.
 struct ShearedBlock;
 
 impl ShearedBlock {
-    /// s′ and s″.
+    /// Returns s′ and s″.
     fn shear(y: f64) -> (f64, f64) {
         (0.2 * PI * (PI * y).cos(), -0.2 * PI * PI * (PI * y).sin())
     }
 
-    /// −div P with P = [[m − p, 2 c s′], [2 c s′ − (m − p) s′, m − p]], c = c10 + c01,
-    /// m = −(2/3) (c10 + 2 c01) s′²: the law's stress at F = [[1, s′], [0, 1]].
+    /// Returns −div P with P = [[m − p, 2 c s′], [2 c s′ − (m − p) s′, m − p]], c = c10 + c01, m =
+    /// −(2/3) (c10 + 2 c01) s′², the stress at F = [[1, s′], [0, 1]].
     fn load([x, y]: [f64; 2]) -> [f64; 2] {
         let Law::MooneyRivlin { c10, c01 } = MUSCLE_LAW else {
             unreachable!()
@@ -130,7 +131,7 @@ impl Exact for ShearedBlock {
 fn sheared_block_converges_at_finite_strains() {
     let found: Vec<[f64; 3]> = [4, 8, 16, 32]
         .map(|n| {
-            let solid = held_rectangle([0.0; 2], [1.0; 2], n, MUSCLE_LAW);
+            let solid = clamped_rectangle([0.0; 2], [1.0; 2], n, MUSCLE_LAW);
             let load = load::body_force(solid.space(), ShearedBlock::load);
             let start = Equilibrium {
                 u: solid
@@ -149,16 +150,16 @@ fn sheared_block_converges_at_finite_strains() {
         })
         .to_vec();
     assert_orders(&found);
-    // Absolute caps, a third above what was found when the test was written.
+    // Upper limits, a third above the errors found when the test was written.
     for (found, cap) in found[3].iter().zip([1.0e-6, 2.1e-4, 0.54]) {
         assert!(*found < cap, "{found:e} {cap:e}");
     }
 }
 
 #[test]
-fn muscle_statics_converge_under_refinement() {
-    // The response at the origin on the mesh refined once and twice: the error is below a percent,
-    // and falls by more than 2, the rate that corners of clamped and free sides leave.
+fn static_response_of_the_muscle_converges() {
+    // The response at the origin on the mesh refined once and twice: the error is below one percent
+    // and decreases by more than a factor of 2, the rate at corners of clamped and free sides.
     let mut mesh = crate::common::muscle_mesh();
     let mut response = Vec::new();
     for _ in 0..3 {

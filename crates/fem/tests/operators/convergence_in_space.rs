@@ -1,4 +1,4 @@
-//! A body in space with an exact solution: orders of convergence.
+//! Convergence orders of a three-dimensional body with an exact solution.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use myovib_fem::{DofMap, ElementPoint, Mesh, Space, generate, load};
 use crate::common::{Equilibrium, MUSCLE_LAW, assert_orders, equilibrium};
 use crate::spatial::SIDES;
 
-/// A block sheared along x by γ(y, z): det F = 1 everywhere.
+/// Block sheared along x by γ(y, z): det F = 1 everywhere.
 struct Sheared;
 
 impl Sheared {
@@ -34,10 +34,10 @@ impl Sheared {
         MUSCLE_LAW.stress3(Self::gradient(x), Self::p(x), Axes::cartesian(0.0))
     }
 
-    /// −div P, by differences of sixth order: their error is 1e-9 of the force.
+    /// Returns −div P by sixth-order differences, with an error of 1e-9 of the force.
     fn load(x: [f64; 3]) -> [f64; 3] {
         const H: f64 = 0.01;
-        let along = |j: usize, s: f64| {
+        let stress_at = |j: usize, s: f64| {
             let mut at = x;
             at[j] += s * H;
             Self::stress(at)
@@ -45,7 +45,7 @@ impl Sheared {
         let mut force = [0.0; 3];
         for j in 0..3 {
             for (s, weight) in [(1.0, 45.0), (2.0, -9.0), (3.0, 1.0)] {
-                let (plus, minus) = (along(j, s), along(j, -s));
+                let (plus, minus) = (stress_at(j, s), stress_at(j, -s));
                 for i in 0..3 {
                     force[i] -= weight * (plus[i][j] - minus[i][j]) / (60.0 * H);
                 }
@@ -55,7 +55,7 @@ impl Sheared {
     }
 }
 
-/// Errors in L2 of u, H1 seminorm of u, L2 of p against a solution, by the rule of degree 6.
+/// Returns the errors of u in L2, of u in the H1 seminorm and of p in L2, by the rule of degree 6.
 pub(crate) fn errors_at_points<const D: usize>(
     solid: &Solid,
     state: &Equilibrium,
@@ -79,14 +79,14 @@ pub(crate) fn errors_at_points<const D: usize>(
     squares.map(f64::sqrt)
 }
 
-/// The incompressible block held on its whole boundary where the exact solution puts it.
+/// Returns the errors of the incompressible block with exact displacements on the whole boundary.
 fn sheared(mesh: &Mesh) -> [f64; 3] {
     let space = Arc::new(Space::taylor_hood(mesh));
-    let held: Vec<usize> = SIDES
+    let fixed: Vec<usize> = SIDES
         .iter()
         .flat_map(|s| space.nodes_of(s).unwrap())
         .collect();
-    let dofs = DofMap::clamped(&space, &held).unwrap();
+    let dofs = DofMap::clamped(&space, &fixed).unwrap();
     let solid = Solid::uniform(space.clone(), dofs, MUSCLE_LAW, 1.0).unwrap();
     let load = load::body_force(&space, Sheared::load);
     let start = Equilibrium {
@@ -100,10 +100,10 @@ fn sheared(mesh: &Mesh) -> [f64; 3] {
     let mut state = equilibrium(&solid, &load, 0.0, true, start);
     // The pressure is determined up to a constant.
     let body = space.quadrature("body").unwrap();
-    let apart = |(at, weight): &(ElementPoint, f64)| {
+    let difference = |(at, weight): &(ElementPoint, f64)| {
         weight * (Sheared::p(space.position(at)) - space.pressure_at(&state.p, at))
     };
-    let shift = body.iter().map(apart).sum::<f64>() / space.measure();
+    let shift = body.iter().map(difference).sum::<f64>() / space.measure();
     state.p.iter_mut().for_each(|p| *p += shift);
     errors_at_points(&solid, &state, |x| {
         (Sheared::u(x), Sheared::gradient(x), Sheared::p(x))
@@ -111,7 +111,7 @@ fn sheared(mesh: &Mesh) -> [f64; 3] {
 }
 
 #[test]
-fn a_sheared_block_converges_with_the_orders_of_the_elements() {
-    let of = |n: usize| sheared(&generate::block([0.0; 3], [1.0; 3], [n; 3]).unwrap());
-    assert_orders(&[of(2), of(4)]);
+fn sheared_block_converges_with_the_expected_orders() {
+    let errors = |n: usize| sheared(&generate::block([0.0; 3], [1.0; 3], [n; 3]).unwrap());
+    assert_orders(&[errors(2), errors(4)]);
 }

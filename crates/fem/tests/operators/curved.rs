@@ -1,5 +1,5 @@
-//! Bodies with curved edges and exact solutions, in the plane and in space: pieces of rings and of shells under a
-//! pressure inside.
+//! Curved bodies with exact solutions in 2D and 3D: sectors of rings and shells under internal
+//! pressure.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,23 +14,23 @@ fn length<const D: usize>(x: [f64; D]) -> f64 {
     x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// A piece of the ring 1 < r < 2 between two lines through the centre.
+/// Returns a sector of the ring 1 < r < 2 between two lines through the center.
 fn ring(n: usize) -> Mesh {
     let square = generate::rectangle([0.0; 2], [1.0; 2], [n; 2]).unwrap();
-    let place = |&[s, a]: &[f64; 2]| [1.0, a].map(|x| (1.0 + s) * x / length([1.0, a]));
-    let points: Vec<[f64; 2]> = square.points::<2>().iter().map(place).collect();
+    let map = |&[s, a]: &[f64; 2]| [1.0, a].map(|x| (1.0 + s) * x / length([1.0, a]));
+    let points: Vec<[f64; 2]> = square.points::<2>().iter().map(map).collect();
     let triangles = square.connectivity::<3>().to_vec();
     Mesh::new(points, triangles, square.groups().clone()).unwrap()
 }
 
-/// A piece of the shell 1 < r < 2 between four planes through the centre.
+/// Returns a sector of the shell 1 < r < 2 between four planes through the center.
 fn shell(n: usize) -> Mesh {
-    let place = |[s, a, b]: [f64; 3]| [1.0, a, b].map(|x| (1.0 + s) * x / length([1.0, a, b]));
-    generate::spatial([n; 3], place).unwrap()
+    let map = |[s, a, b]: [f64; 3]| [1.0, a, b].map(|x| (1.0 + s) * x / length([1.0, a, b]));
+    generate::spatial([n; 3], map).unwrap()
 }
 
-/// The same with each edge on a circle, or sphere, around the centre as curved.
-fn bent<const D: usize>(mesh: Mesh) -> Mesh {
+/// Returns the mesh with each edge between vertices of equal radius curved around the center.
+fn curved<const D: usize>(mesh: Mesh) -> Mesh {
     let points = mesh.points::<D>();
     let mut midpoints = BTreeMap::new();
     for element in mesh.elements() {
@@ -47,13 +47,13 @@ fn bent<const D: usize>(mesh: Mesh) -> Mesh {
     mesh.with_midside_nodes(midpoints).unwrap()
 }
 
-/// The incompressible body under a pressure inside, with small strains, in the plane in plane strain: u = A x/r^D from
-/// equilibrium, as σ_rr = −p − 2 (D − 1) ζ A/r^D with a constant p is −P inside and 0 outside. The sides through
-/// the centre are held where this puts them.
-fn inflated<const D: usize>(mesh: &Mesh, through_the_centre: &[&str]) -> [f64; 3] {
+/// Returns the errors of the incompressible body under internal pressure with small strains (in 2D
+/// plane strain). Equilibrium gives u = A x/r^D; σ_rr = −p − 2 (D − 1) ζ A/r^D with constant p is
+/// −P inside and 0 outside. The sides through the center have exact displacements.
+fn inflated<const D: usize>(mesh: &Mesh, through_the_center: &[&str]) -> [f64; 3] {
     const A: f64 = 0.01;
     let Law::SmallStrain { shear_modulus } = SMALL_LAW else {
-        unreachable!("the law of small strains")
+        unreachable!("SMALL_LAW is a small-strain law")
     };
     let (power, dimension) = (D as i32, D as f64);
     let radial = |r: f64| -2.0 * (dimension - 1.0) * shear_modulus * A / r.powi(power);
@@ -68,11 +68,11 @@ fn inflated<const D: usize>(mesh: &Mesh, through_the_centre: &[&str]) -> [f64; 3
         std::array::from_fn(|i| std::array::from_fn(|j| A * entry(i, j)))
     };
     let space = Arc::new(Space::taylor_hood(mesh));
-    let held: Vec<usize> = through_the_centre
+    let fixed: Vec<usize> = through_the_center
         .iter()
         .flat_map(|side| space.nodes_of(side).unwrap())
         .collect();
-    let dofs = DofMap::clamped(&space, &held).unwrap();
+    let dofs = DofMap::clamped(&space, &fixed).unwrap();
     let solid = Solid::uniform(space.clone(), dofs, SMALL_LAW, DENSITY).unwrap();
     let load = follower(&solid, inside, &vec![0.0; space.n_components()], &["left"]);
     let start = Equilibrium {
@@ -83,12 +83,12 @@ fn inflated<const D: usize>(mesh: &Mesh, through_the_centre: &[&str]) -> [f64; 3
     errors_at_points(&solid, &state, |x| (u(x), gradient(x), p))
 }
 
-/// Elements as curved as the body have their orders; straight ones lose them, as they fill another
-/// body, which is nearer by no more than the square of their size.
-fn assert_only_curved_elements_converge(curved: [[f64; 3]; 2], straight: [[f64; 3]; 2]) {
+/// Curved elements have the expected orders. Straight elements lose them because their body differs
+/// from the exact body by the square of the element size.
+fn assert_only_curved_elements_have_full_order(curved: [[f64; 3]; 2], straight: [[f64; 3]; 2]) {
     assert_orders(&curved);
-    let lost = (straight[0][0] / straight[1][0]).log2();
-    assert!(lost < 2.5, "{straight:?}");
+    let order = (straight[0][0] / straight[1][0]).log2();
+    assert!(order < 2.5, "{straight:?}");
     assert!(
         straight[1][0] > 3.0 * curved[1][0],
         "{straight:?} {curved:?}"
@@ -96,19 +96,19 @@ fn assert_only_curved_elements_converge(curved: [[f64; 3]; 2], straight: [[f64; 
 }
 
 #[test]
-fn a_ring_converges_with_the_orders_of_the_elements_only_if_they_are_curved() {
-    let of = |mesh: Mesh| inflated::<2>(&mesh, &["bottom", "top"]);
-    assert_only_curved_elements_converge(
-        [4, 8].map(|n| of(bent::<2>(ring(n)))),
-        [4, 8].map(|n| of(ring(n))),
+fn ring_needs_curved_elements_for_full_order() {
+    let errors = |mesh: Mesh| inflated::<2>(&mesh, &["bottom", "top"]);
+    assert_only_curved_elements_have_full_order(
+        [4, 8].map(|n| errors(curved::<2>(ring(n)))),
+        [4, 8].map(|n| errors(ring(n))),
     );
 }
 
 #[test]
-fn a_curved_shell_converges_with_the_orders_of_the_elements_only_if_they_are_curved() {
-    let of = |mesh: Mesh| inflated::<3>(&mesh, &SIDES[2..]);
-    assert_only_curved_elements_converge(
-        [2, 4].map(|n| of(bent::<3>(shell(n)))),
-        [2, 4].map(|n| of(shell(n))),
+fn shell_needs_curved_elements_for_full_order() {
+    let errors = |mesh: Mesh| inflated::<3>(&mesh, &SIDES[2..]);
+    assert_only_curved_elements_have_full_order(
+        [2, 4].map(|n| errors(curved::<3>(shell(n)))),
+        [2, 4].map(|n| errors(shell(n))),
     );
 }

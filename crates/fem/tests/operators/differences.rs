@@ -1,4 +1,4 @@
-//! Every tangent block of the solid against central differences of its vectors.
+//! Comparison of every tangent block of the solid with central differences of its vectors.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use myovib_fem::solid::{Change, Fields, Linearized, Pressure, Solid, Tangents, V
 use myovib_fem::{Fibres, Space, generate};
 use nalgebra::{DMatrix, DVector};
 
-/// Displacements are some 1 % of the element size; ε^(1/3) of that.
+/// Displacements are about 1 % of the element size; step ε^(1/3) of that.
 const STEP: f64 = 1e-7;
 
 const GUCCIONE: Law = Law::Guccione {
@@ -28,7 +28,7 @@ const ST_VENANT_KIRCHHOFF: Law = Law::StVenantKirchhoff {
     shear_modulus: 2e4,
 };
 const DEVIATORIC: Law = Law::DeviatoricStVenantKirchhoff { shear_modulus: 2e4 };
-/// The constants of Aróstica et al. 2025.
+/// Constants of Aróstica et al. (2025).
 const HEART: Law = Law::HolzapfelOgden {
     a: 59.0,
     b: 8.023,
@@ -40,7 +40,7 @@ const HEART: Law = Law::HolzapfelOgden {
     b_fs: 11.436,
     k: 100.0,
 };
-/// Fibres straighten at 2 %: the strains of these tests reach all three parts of the law.
+/// Fibers straighten at 2 %: the strains of these tests cover all three branches of the law.
 const TENDON: Law = Law::TransverseMooneyRivlin {
     c10: 1e4,
     c01: 2e2,
@@ -60,7 +60,7 @@ struct State {
     kappa: Option<f64>,
 }
 
-/// Force, force rate, Bᵀμ (free components), defect, defect rate.
+/// Force, force rate, Bᵀμ (free components), volume residual, volume residual rate.
 type All = [Vec<f64>; 5];
 
 impl State {
@@ -111,7 +111,7 @@ impl State {
     }
 }
 
-/// Differences of all vectors along one entry of the field that `entry` picks.
+/// Returns central differences of all vectors with respect to the field entry selected by `entry`.
 fn slopes(
     solid: &Solid,
     state: &mut State,
@@ -135,7 +135,7 @@ fn slopes(
 
 fn check(what: &str, found: impl Iterator<Item = f64>, slope: &[f64], scale: f64) {
     for (a, b) in found.zip(slope) {
-        // Differences lose two thirds of the digits; 1e-8 leaves a factor for the conditioning.
+        // Differences lose two thirds of the digits; 1e-7 leaves a margin for the conditioning.
         assert!(
             (a - b).abs() <= 1e-7 * scale,
             "{what}: {a} {b} (scale {scale})"
@@ -143,7 +143,7 @@ fn check(what: &str, found: impl Iterator<Item = f64>, slope: &[f64], scale: f64
     }
 }
 
-/// Products along two directions at once against those with the matrices.
+/// Compares products along two directions at once with products of the matrices.
 fn check_products(
     solid: &Solid,
     state: &State,
@@ -162,7 +162,7 @@ fn check_products(
                 full
             };
             let [u, v] = [nodal(seed), nodal(seed + 1)];
-            // Pressures of such a size that all terms count.
+            // Pressures are scaled so that all terms are of similar size.
             let [p, p_rate] = [2, 3].map(|k| random(m, 1e3, seed + k));
             (u, v, p, p_rate)
         });
@@ -200,15 +200,15 @@ fn check_products(
             let expected = k * &u + beta * (k_rate * &u + k * &v)
                 - b.tr_mul(&p)
                 - beta * (b_rate.tr_mul(&p) + b.tr_mul(&p_rate));
-            let of_constraint = match constraint_rate {
+            let constraint = match constraint_rate {
                 true => b * &v + b_rate * &u,
                 false => b * &u,
             };
             for (found, expected) in [
                 (&free(force), &expected),
-                (&DVector::from_column_slice(volume_residual), &of_constraint),
+                (&DVector::from_column_slice(volume_residual), &constraint),
             ] {
-                // Sums of some hundred products, which cancel by two or three digits.
+                // Sums of a few hundred products that cancel by two or three digits.
                 let error = (found - expected).amax();
                 let scale = expected.amax();
                 assert!(error <= 1e-11 * scale, "{at:?}: {error:e} of {scale:e}");
@@ -218,17 +218,17 @@ fn check_products(
 }
 
 fn check_all(law: Law, space: Space, kappa: Option<f64>) {
-    check_graded(law, space, kappa, None);
+    check_with_factors(law, space, kappa, None);
 }
 
-fn check_graded(law: Law, space: Space, kappa: Option<f64>, factors: Option<Vec<f64>>) {
+fn check_with_factors(law: Law, space: Space, kappa: Option<f64>, factors: Option<Vec<f64>>) {
     let (n, m) = (space.n_components(), space.n_pressures());
     let mut solid = clamped(space, "left", law);
     if law.has_fibres() {
         let mesh = solid.space().mesh();
         let mut fibres = Fibres::new(mesh);
         let all: Vec<usize> = (0..mesh.n_elements()).collect();
-        // Along no coordinate; the sheets are any across in the plane.
+        // Not aligned with coordinates; in 2D the sheet direction is arbitrary.
         let (fibre, sheet) = match mesh.dimension() {
             2 => ([0.8, 0.6, 0.0], None),
             _ => ([2.0, 2.0, 1.0], Some([-2.0, 1.0, 2.0])),
@@ -350,7 +350,7 @@ macro_rules! difference_tests {
     ($($name:ident: $law:expr, $space:expr, $kappa:expr;)*) => {$(
         #[test]
         fn $name() {
-            // Nine elements would do; eighteen leave a last batch that is not full.
+            // Eighteen elements: the last batch is not full.
             let mesh = generate::rectangle([0.0, 0.0], [1.5, 1.0], [3, 3]).unwrap();
             check_all($law, $space(&mesh), $kappa);
         }
@@ -375,12 +375,12 @@ difference_tests! {
     transverse_mooney_rivlin_penalty: TENDON, Space::taylor_hood, Some(1e5);
 }
 
-/// In space the cofactor is quadratic: what is constant in the plane depends on the state here.
+/// In 3D the cofactor is quadratic, so quantities that are constant in 2D depend on the state.
 macro_rules! spatial_difference_tests {
     ($($name:ident: $law:expr, $space:expr, $kappa:expr;)*) => {$(
         #[test]
         fn $name() {
-            // Twelve elements: a last batch that is not full.
+            // Twelve elements: the last batch is not full.
             let mesh = generate::block([0.0; 3], [1.5, 1.0, 0.8], [2, 1, 1]).unwrap();
             check_all($law, $space(&mesh), $kappa);
         }
@@ -404,22 +404,22 @@ spatial_difference_tests! {
     spatial_transverse_mooney_rivlin_penalty: TENDON, Space::taylor_hood, Some(1e5);
 }
 
-/// The same in curved elements, whose map differs from point to point.
+/// Curved elements have a different map at each point.
 #[test]
 fn curved_tetrahedra_and_triangles() {
     let mesh = generate::block([0.0; 3], [1.5, 1.0, 0.8], [1, 1, 1]).unwrap();
-    let middle = [0.78, 0.53, -0.05];
-    let bent = mesh
-        .with_midside_nodes(BTreeMap::from([([0, 3], middle)]))
+    let midside = [0.78, 0.53, -0.05];
+    let curved = mesh
+        .with_midside_nodes(BTreeMap::from([([0, 3], midside)]))
         .unwrap();
-    let space = Space::taylor_hood(&bent);
+    let space = Space::taylor_hood(&curved);
     assert_eq!((0..6).filter(|&e| space.is_curved(e)).count(), 2);
     check_all(MUSCLE_LAW, space, None);
     let mesh = generate::rectangle([0.0; 2], [1.5, 1.0], [1, 1]).unwrap();
-    let bent = mesh
+    let curved = mesh
         .with_midside_nodes(BTreeMap::from([([0, 1], [0.8, -0.1])]))
         .unwrap();
-    check_all(MUSCLE_LAW, Space::taylor_hood(&bent), None);
+    check_all(MUSCLE_LAW, Space::taylor_hood(&curved), None);
 }
 
 #[test]
@@ -428,11 +428,11 @@ fn factors_of_the_law() {
     let factors = random(3 * mesh.n_elements(), 0.4, 9);
     let factors = factors.iter().map(|change| 1.0 + change);
     let space = Space::taylor_hood(&mesh);
-    check_graded(MUSCLE_LAW, space, None, Some(factors.collect()));
+    check_with_factors(MUSCLE_LAW, space, None, Some(factors.collect()));
 }
 
 #[test]
-fn a_factor_everywhere_is_a_stiffer_law() {
+fn uniform_factor_equals_a_scaled_law() {
     let mesh = generate::rectangle([0.0, 0.0], [0.02, 0.02], [2, 2]).unwrap();
     let solid = |law| clamped(Space::taylor_hood(&mesh), "left", law);
     let (soft, stiff) = (solid(MUSCLE_LAW), solid(MUSCLE_LAW.scaled(1.7)));
@@ -446,11 +446,11 @@ fn a_factor_everywhere_is_a_stiffer_law() {
         factors: Some(vec![1.7; 3 * soft.space().n_elements()]),
         kappa: None,
     };
-    let graded = state.evaluate(&soft);
+    let scaled = state.evaluate(&soft);
     let energy = soft.strain_energy(&state.fields());
     state.factors = None;
-    // Two orders of the same few dozen operations.
-    for (a, b) in graded.iter().zip(state.evaluate(&stiff)) {
+    // The same few dozen operations in two different orders.
+    for (a, b) in scaled.iter().zip(state.evaluate(&stiff)) {
         let largest = b.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         assert!(
             a.iter()

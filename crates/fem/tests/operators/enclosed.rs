@@ -1,4 +1,4 @@
-//! The volume that a group encloses.
+//! Volume enclosed by a boundary group.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use myovib_fem::{
 
 use crate::common::{DENSITY, MUSCLE_LAW, random};
 
-/// A free body of the mesh with a group `some` of the facets of these groups.
+/// Returns a free body with a group `some` that contains the facets of the given groups.
 fn solid(mesh: &Mesh, groups: &[&str]) -> Solid {
     let facets = groups.iter().flat_map(|name| mesh.facets(name).unwrap());
     let some = match mesh.dimension() {
@@ -24,7 +24,7 @@ fn solid(mesh: &Mesh, groups: &[&str]) -> Solid {
     Solid::uniform(space, dofs, MUSCLE_LAW, DENSITY).unwrap()
 }
 
-/// ∫ det F over the body at `u`.
+/// Returns ∫ det F over the body at `u`.
 fn volume_of_body(solid: &Solid, u: &[f64]) -> f64 {
     let mut volume_residual = vec![0.0; solid.pressure_weights().len()];
     let fields = Fields::new(u, Pressure::Penalty { kappa: 1.0 });
@@ -40,7 +40,7 @@ fn at(solid: &Solid, u: &[f64]) -> f64 {
     EnclosedVolume::new(solid, "some").unwrap().at(u)
 }
 
-/// Displacements that leave the lower and the upper side in their planes.
+/// Returns random displacements that keep the lower and upper sides in their planes.
 fn between_planes(solid: &Solid) -> Vec<f64> {
     let d = solid.space().dimension();
     let mut u = random(solid.dofs().n_full(), 0.05, 3);
@@ -53,9 +53,10 @@ fn between_planes(solid: &Solid) -> Vec<f64> {
     u
 }
 
-/// All sides go around the body. A side that stays flat may be left out: the lid is the same.
+/// All sides together enclose the body. A side that stays flat may be omitted: the lid is the same
+/// surface.
 #[test]
-fn sides_of_a_body_enclose_what_it_fills() {
+fn sides_of_a_body_enclose_its_volume() {
     let plane = generate::rectangle([0.0; 2], [2.0, 1.0], [3, 2]).unwrap();
     let space = generate::block([0.0; 3], [2.0, 1.0, 1.0], [2, 2, 1]).unwrap();
     let around = ["left", "right", "front", "back"];
@@ -70,17 +71,17 @@ fn sides_of_a_body_enclose_what_it_fills() {
         let solid = solid(mesh, groups);
         let u = between_planes(&solid);
         let expected = volume_of_body(&solid, &u);
-        assert!((expected - 2.0).abs() > 1e-3, "it has to change");
-        // All integrands are polynomials within the degree of the rules: rounding of some hundred
+        assert!((expected - 2.0).abs() > 1e-3, "the volume must change");
+        // All integrands are polynomials within the degree of the rules: rounding of a few hundred
         // terms below 1.
         let error = at(&solid, &u) + expected;
         assert!(error.abs() < 1e-13, "{groups:?}: {error:e}");
     }
 }
 
-/// Rigid motions leave it as it is, a cavity's volume grows by det F.
+/// Rigid motions preserve the volume; homogeneous deformations scale it by det F.
 #[test]
-fn it_follows_homogeneous_deformations() {
+fn enclosed_volume_scales_with_homogeneous_deformations() {
     let mesh = generate::block([0.0; 3], [2.0, 1.0, 1.0], [2, 2, 1]).unwrap();
     let solid = solid(&mesh, &["left", "right", "front", "back"]);
     let f = [[0.9, 0.3, 0.1], [-0.2, 1.2, 0.0], [0.1, 0.4, 1.1]];
@@ -88,21 +89,26 @@ fn it_follows_homogeneous_deformations() {
     let coordinates = solid.space().coordinates().chunks(3);
     let u: Vec<f64> = coordinates
         .flat_map(|x| {
-            let place = |i: usize| f[i].iter().zip(x).map(|(f, x)| f * x).sum::<f64>() + moved[i];
-            [0, 1, 2].map(|i| place(i) - x[i])
+            let position =
+                |i: usize| f[i].iter().zip(x).map(|(f, x)| f * x).sum::<f64>() + moved[i];
+            [0, 1, 2].map(|i| position(i) - x[i])
         })
         .collect();
     let determinant = 0.9 * 1.2 * 1.1 - 0.3 * (-0.2 * 1.1) + 0.1 * (-0.2 * 0.4 - 1.2 * 0.1);
-    // Rounding of terms of size 5 · 5, some hundred.
+    // Rounding of a few hundred terms of order 5 · 5.
     assert!((at(&solid, &u) + 2.0 * determinant).abs() < 1e-12);
 }
 
-/// A square with a square hole.
+/// Returns a square with a square hole.
 fn frame() -> Mesh {
     let square = generate::rectangle([0.0; 2], [3.0; 2], [3, 3]).unwrap();
     let points = square.points::<2>().to_vec();
-    let in_hole = |places: &[usize]| {
-        let within = |i: usize| places.iter().all(|&k| (1.0..=2.0).contains(&points[k][i]));
+    let in_hole = |vertices: &[usize]| {
+        let within = |i: usize| {
+            vertices
+                .iter()
+                .all(|&k| (1.0..=2.0).contains(&points[k][i]))
+        };
         within(0) && within(1)
     };
     let triangles = square.connectivity::<3>().iter();
@@ -117,14 +123,15 @@ fn frame() -> Mesh {
     Mesh::new(points, triangles, groups).unwrap()
 }
 
-/// Opposite walls enclose what is between them, or nothing each; a hole and the outer side, the body.
+/// The volume of disconnected groups is ambiguous: two opposite walls, or a hole and the outer
+/// boundary.
 #[test]
-fn a_group_is_one_piece() {
+fn disconnected_groups_are_rejected() {
     let plane = generate::rectangle([0.0; 2], [2.0, 1.0], [3, 2]).unwrap();
     let space = generate::block([0.0; 3], [2.0, 1.0, 1.0], [2, 2, 1]).unwrap();
     let frame = frame();
     let hole = solid(&frame, &["hole"]);
-    // Rounding of some products of numbers up to 2.
+    // Rounding of a few products of numbers up to 2.
     assert!((at(&hole, &vec![0.0; hole.dofs().n_full()]) - 1.0).abs() < 1e-14);
     let outer = ["left", "right", "bottom", "top"];
     let cases: [(&Mesh, &[&str]); 4] = [
@@ -135,7 +142,7 @@ fn a_group_is_one_piece() {
     ];
     for (mesh, groups) in cases {
         let error = EnclosedVolume::new(&solid(mesh, groups), "some").unwrap_err();
-        let is_told = matches!(error, FemError::DisconnectedBoundary { found: 2, .. });
-        assert!(is_told, "{groups:?}: {error}");
+        let is_expected = matches!(error, FemError::DisconnectedBoundary { found: 2, .. });
+        assert!(is_expected, "{groups:?}: {error}");
     }
 }

@@ -1,4 +1,4 @@
-//! Pressure on the deformed boundary: exact identities.
+//! Follower pressure: exact identities.
 
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ fn force(solid: &Solid, groups: &[&str], pressure: f64, u: &[f64]) -> Vec<f64> {
 }
 
 #[test]
-fn on_a_closed_boundary_it_has_neither_resultant_nor_moment() {
+fn closed_boundary_has_zero_resultant_and_moment() {
     let solid = free_block();
     let points = solid.space().node_points::<2>();
     let u = random(2 * points.len(), 0.1, 3);
@@ -33,21 +33,22 @@ fn on_a_closed_boundary_it_has_neither_resultant_nor_moment() {
     let (mut resultant, mut moment, mut size) = ([0.0; 2], 0.0, 0.0);
     for (node, x) in points.iter().enumerate() {
         let f = [force[2 * node], force[2 * node + 1]];
-        let now = [x[0] + u[2 * node], x[1] + u[2 * node + 1]];
+        let position = [x[0] + u[2 * node], x[1] + u[2 * node + 1]];
         resultant = [resultant[0] + f[0], resultant[1] + f[1]];
-        moment += now[0] * f[1] - now[1] * f[0];
+        moment += position[0] * f[1] - position[1] * f[0];
         size += f[0].hypot(f[1]);
     }
-    // Rounding of some sixty forces, 2 m from the origin at most; one side alone has 7 N/m or more.
+    // Rounding of about sixty forces, at most 2 m from the origin; one side alone has at least 7
+    // N/m.
     assert!(size > 28.0, "{size}");
     let allowed = 64.0 * f64::EPSILON * size;
     assert!(resultant[0].hypot(resultant[1]) < allowed, "{resultant:?}");
     assert!(moment.abs() < 2.0 * allowed, "{moment:e}");
 }
 
-/// For x = F X the load is that of the dead traction -p cof F N.
+/// For x = F X the load equals the dead traction −p cof F N.
 #[test]
-fn under_a_homogeneous_deformation_it_is_a_dead_traction() {
+fn homogeneous_deformation_gives_a_dead_traction() {
     let solid = free_block();
     let f = [[1.2, 0.3], [-0.1, 0.9]];
     let points = solid.space().node_points::<2>().iter();
@@ -61,7 +62,7 @@ fn under_a_homogeneous_deformation_it_is_a_dead_traction() {
         let expected = load::traction(solid.space(), group, traction).unwrap();
         let force = force(&solid, &[group], 5.0, &u);
         for (force, expected) in force.iter().zip(&expected) {
-            // A few roundings of numbers of size 5.
+            // A few roundings of numbers of order 5.
             assert!(
                 (force - expected).abs() < 1e-14,
                 "{group}: {force} {expected}"
@@ -71,7 +72,7 @@ fn under_a_homogeneous_deformation_it_is_a_dead_traction() {
 }
 
 #[test]
-fn its_stiffness_is_the_derivative() {
+fn stiffness_is_the_derivative_of_the_load() {
     let solid = free_block();
     let n = solid.dofs().n_full();
     let (u, d) = (random(n, 0.1, 5), random(n, 0.1, 6));
@@ -88,13 +89,13 @@ fn its_stiffness_is_the_derivative() {
     let matrix = dense(solid.displacement_pattern(), &values);
     for (row, (before, after)) in before.iter().zip(&after).enumerate() {
         let product: f64 = (0..n).map(|j| matrix[(row, j)] * d[j]).sum();
-        // The load is linear in u: rounding of forces below 3.
+        // The load is linear in u in 2D: rounding of forces below 3.
         assert!((after - before - product).abs() < 1e-14, "row {row}");
     }
 }
 
 #[test]
-fn it_needs_edges_of_the_boundary() {
+fn interior_edges_are_rejected() {
     let points = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let diagonal = Group::Edges(vec![[0, 2]]);
     let groups = [("diagonal".to_owned(), diagonal)].into();

@@ -6,13 +6,13 @@ use myovib_fem::{ElementScale, Space};
 use crate::common::{MUSCLE_LAW, clamped, muscle_mesh, random};
 
 #[test]
-fn a_ratio_of_beta_multiplies_rates_and_their_tangents_alone() {
+fn scale_of_beta_multiplies_only_rates_and_their_tangents() {
     let halved = ElementScale {
         beta: 0.5,
         ..ElementScale::ONE
     };
     let plain = clamped(Space::taylor_hood(&muscle_mesh()), "fixed", MUSCLE_LAW);
-    let ratios = vec![halved; plain.space().n_elements()];
+    let scales = vec![halved; plain.space().n_elements()];
     let (n, m) = (plain.space().n_components(), plain.space().n_pressures());
     let [u, v] = [(1e-4, 1), (1e-2, 2)].map(|(size, seed)| random(n, size, seed));
     let [p, p_rate, mu] = [3, 4, 5].map(|seed| random(m, 1e2, seed));
@@ -29,24 +29,24 @@ fn a_ratio_of_beta_multiplies_rates_and_their_tangents_alone() {
             ..Vectors::default()
         };
         solid.evaluate(&fields, &mut out).unwrap();
-        let [mut k, mut damped, mut k_rate, mut of_mu] =
+        let [mut k, mut damped, mut k_rate, mut k_mu] =
             [(); 4].map(|()| vec![0.0; solid.displacement_pattern().nnz()]);
         let mut out = Tangents {
             stiffness: Some(&mut k),
             damped_stiffness: Some(&mut damped),
             rate_stiffness: Some(&mut k_rate),
-            multiplier_stiffness: Some(&mut of_mu),
+            multiplier_stiffness: Some(&mut k_mu),
             ..Tangents::default()
         };
         solid.tangents(&fields, &mut out).unwrap();
-        ([k, of_mu], [rate, damped, k_rate])
+        ([k, k_mu], [rate, damped, k_rate])
     };
     let (same, rates) = operators(&plain);
-    // To the bit: with a power of two the product of a sum is the sum of the products.
+    // Bitwise equal: multiplication by a power of two commutes with rounding.
     let half = rates.map(|values| values.into_iter().map(|x| 0.5 * x).collect::<Vec<_>>());
     assert!(half.iter().all(|values| values.iter().any(|x| *x != 0.0)));
     assert_eq!(
-        operators(&plain.with_element_scales(&ratios).unwrap()),
+        operators(&plain.with_element_scales(&scales).unwrap()),
         (same, half)
     );
 }

@@ -1,4 +1,4 @@
-//! What must hold on any mesh: rigid motions, masses, loads, energies, patterns of equal meaning.
+//! Identities on any mesh: rigid motions, masses, loads, energies, equivalent evaluations.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ fn muscle() -> Solid {
     clamped(Space::taylor_hood(&muscle_mesh()), "fixed", MUSCLE_LAW)
 }
 
-/// The displacement of a map of the plane.
+/// Returns the displacement of a map of the plane.
 fn displacement(solid: &Solid, map: impl Fn([f64; 2]) -> [f64; 2]) -> Vec<f64> {
     let displaced = |&x: &[f64; 2]| [map(x)[0] - x[0], map(x)[1] - x[1]];
     solid
@@ -42,7 +42,7 @@ fn largest(x: &[f64]) -> f64 {
 }
 
 #[test]
-fn rigid_motions_leave_no_force_and_no_defect() {
+fn rigid_motions_have_no_force_and_volume_residual() {
     let solid = muscle();
     let p = vec![0.0; solid.space().n_pressures()];
     let (s, c) = 0.7_f64.sin_cos();
@@ -60,7 +60,7 @@ fn rigid_motions_leave_no_force_and_no_defect() {
 }
 
 #[test]
-fn defect_of_an_affine_map_is_its_volume_change() {
+fn volume_residual_of_an_affine_map_is_its_volume_change() {
     let solid = muscle();
     let u = displacement(&solid, |[x, y]| [1.1 * x + 0.2 * y, 0.3 * x + 0.9 * y]);
     let (_, volume_residual) =
@@ -73,7 +73,7 @@ fn defect_of_an_affine_map_is_its_volume_change() {
 }
 
 #[test]
-fn masses_add_up() {
+fn mass_matrices_sum_to_the_mass() {
     let solid = muscle();
     let n = solid.space().n_components();
     let ones: Vec<f64> = (0..n).map(|i| f64::from(i % 2 == 0)).collect();
@@ -85,8 +85,8 @@ fn masses_add_up() {
     assert!((solid.kinetic_energy(&ones) / (0.5 * mass) - 1.0).abs() < 1e-13);
     assert!((solid.pressure_weights().iter().sum::<f64>() / solid.volume() - 1.0).abs() < 1e-13);
 
-    // A rigid rotation's kinetic energy has the polar moment, a quadratic the mass matrix gets
-    // exactly: ∫ ρ |x|² / 2 by the edge midpoints' rule of degree 2.
+    // The kinetic energy of a rigid rotation is ∫ ρ |x|² / 2, a quadratic integrand for which the
+    // mass matrix and the edge midpoint rule of degree 2 are exact.
     let v = displacement(&solid, |[x, y]| [x - y, y + x]);
     let mesh = solid.space().mesh();
     let moment: f64 = (0..mesh.n_elements())
@@ -103,7 +103,7 @@ fn masses_add_up() {
 }
 
 #[test]
-fn matrices_and_products_agree() {
+fn matrices_match_matrix_free_products() {
     let solid = muscle();
     let (n, m) = (solid.space().n_components(), solid.space().n_pressures());
     let mut full = vec![0.0; n];
@@ -113,24 +113,24 @@ fn matrices_and_products_agree() {
     solid.apply_mass(&full, &mut product);
     solid.dofs().restrict(&product, &mut restricted);
     let matrix = dense(solid.displacement_pattern(), &solid.mass_values());
-    let by_matrix = &matrix * nalgebra::DVector::from_vec(free);
-    let scale = by_matrix.amax();
-    for (a, b) in restricted.iter().zip(&by_matrix) {
-        assert!((a - b).abs() < 1e-14 * scale); // sums of some twenty terms in another order
+    let expected = &matrix * nalgebra::DVector::from_vec(free);
+    let scale = expected.amax();
+    for (a, b) in restricted.iter().zip(&expected) {
+        assert!((a - b).abs() < 1e-14 * scale); // sums of about twenty terms in another order
     }
     let p = random(m, 1.0, 4);
     let mut product = vec![0.0; m];
     solid.apply_pressure_mass(&p, &mut product);
     let matrix = dense(solid.pressure_pattern(), solid.pressure_mass_values());
-    let by_matrix = &matrix * nalgebra::DVector::from_vec(p);
-    let scale = by_matrix.amax();
-    for (a, b) in product.iter().zip(&by_matrix) {
+    let expected = &matrix * nalgebra::DVector::from_vec(p);
+    let scale = expected.amax();
+    for (a, b) in product.iter().zip(&expected) {
         assert!((a - b).abs() < 1e-14 * scale);
     }
 }
 
 #[test]
-fn traction_and_body_force_have_the_right_resultant_and_moment() {
+fn loads_have_the_exact_resultant_and_moments() {
     let space = Space::taylor_hood(&generate::rectangle([0.0; 2], [2.0, 1.0], [3, 2]).unwrap());
     let sum = |load: &[f64], weight: &dyn Fn([f64; 2]) -> f64, component: usize| -> f64 {
         let nodes = space.node_points().iter().enumerate();
@@ -139,7 +139,7 @@ fn traction_and_body_force_have_the_right_resultant_and_moment() {
             .sum()
     };
     let traction = load::traction(&space, "top", [3.0, -5.0]).unwrap();
-    // Nodal sums of quadratics are exact: ∫_0^2 τ, ∫_0^2 x² τ.
+    // Nodal sums are exact for quadratics: ∫_0^2 τ, ∫_0^2 x² τ.
     assert!((sum(&traction, &|_| 1.0, 0) - 6.0).abs() < 1e-13);
     assert!((sum(&traction, &|[x, _]| x * x, 1) + 5.0 * 8.0 / 3.0).abs() < 1e-13);
     let weight = load::body_force(&space, |[x, y]| [x * y, -2.0]);
@@ -165,25 +165,25 @@ fn force_is_the_derivative_of_the_strain_energy() {
     ] {
         let mesh = generate::spindle([10, 2]).unwrap();
         let solid = clamped(Space::taylor_hood(&mesh), "fixed", law);
-        // A step of the size 1e-4 is 5 % strain.
+        // A motion of size 1e-4 has 5 % strain.
         check_energy(&solid, kappa, None, [2e-4, 1e-4]);
     }
 }
 
-/// Curved elements beside straight ones, three laws, one of them with fibres and one from outside the
-/// crate, a bulk modulus that is not the body's, and a factor that differs between elements.
+/// Curved and straight elements, three laws (one with fibers, one user-defined), scaled bulk
+/// modulus, and factors that differ between elements.
 #[test]
-fn force_is_the_derivative_of_the_strain_energy_in_space() {
+fn force_is_the_derivative_of_the_strain_energy_in_3d() {
     const HEART: Law = Law::Guccione {
         c: 2e3,
         b_f: 8.0,
         b_t: 2.0,
         b_fs: 4.0,
     };
-    static OWN: MooneyRivlin = MooneyRivlin { c10: 1e4, c01: 2e2 };
+    static CUSTOM: MooneyRivlin = MooneyRivlin { c10: 1e4, c01: 2e2 };
     let mesh = generate::block([0.0; 3], [1.5, 1.0, 0.8], [2, 1, 1]).unwrap();
-    let bent = mesh.with_midside_nodes(BTreeMap::from([([0, 4], [0.41, 0.53, -0.05])]));
-    let mesh = bent.unwrap();
+    let curved = mesh.with_midside_nodes(BTreeMap::from([([0, 4], [0.41, 0.53, -0.05])]));
+    let mesh = curved.unwrap();
     let n = mesh.n_elements();
     let mut fibres = Fibres::new(&mesh);
     let all: Vec<usize> = (0..n).collect();
@@ -193,14 +193,14 @@ fn force_is_the_derivative_of_the_strain_energy_in_space() {
     let space = Arc::new(Space::taylor_hood(&mesh));
     assert!((0..n).any(|e| space.is_curved(e)) && !(0..n).all(|e| space.is_curved(e)));
     let dofs = DofMap::clamped(&space, &space.nodes_of("left").unwrap()).unwrap();
-    let laws = [HEART, SMALL_LAW, Law::custom("own", &OWN)];
+    let laws = [HEART, SMALL_LAW, Law::custom("custom", &CUSTOM)];
     let laws: Vec<Law> = (0..n).map(|e| laws[e % 3]).collect();
-    let ratio = ElementScale {
+    let scale = ElementScale {
         kappa: 2.0,
         ..ElementScale::ONE
     };
     let solid = Solid::new(space, dofs, laws, 1e3).unwrap();
-    let solid = solid.with_element_scales(&vec![ratio; n]).unwrap();
+    let solid = solid.with_element_scales(&vec![scale; n]).unwrap();
     let solid = solid.with_fibres(fibres);
     let factors = random(4 * n, 0.4, 9);
     let factors: Vec<f64> = factors.iter().map(|change| 1.0 + change).collect();
@@ -211,8 +211,8 @@ fn force_is_the_derivative_of_the_strain_energy_in_space() {
     }
 }
 
-/// The power of the force along a motion, by central differences of the energy; `sizes` of the
-/// displacement and of the motion, m.
+/// Compares the power of the force along a motion with central differences of the energy; `sizes`
+/// of the displacement and the motion in m.
 fn check_energy(solid: &Solid, kappa: Option<f64>, factors: Option<&[f64]>, sizes: [f64; 2]) {
     let n = solid.space().n_components();
     let p = random(solid.space().n_pressures(), 3e3, 1);
@@ -231,14 +231,15 @@ fn check_energy(solid: &Solid, kappa: Option<f64>, factors: Option<&[f64]>, size
         let u: Vec<f64> = u.iter().zip(&direction).map(|(u, d)| u + s * d).collect();
         solid.strain_energy(&Fields { u: &u, ..fields })
     };
-    // The square of the step 1e-4 times the change of slopes over a motion that is some per cent strain.
+    // Error: the square of the step 1e-4 times the change of slopes over a motion of a few percent
+    // strain.
     let slope = (energy(1e-4) - energy(-1e-4)) / 2e-4;
     assert!((slope / power - 1.0).abs() < 1e-6, "{slope} {power}");
 }
 
 #[test]
-fn penalty_equals_its_own_pressure_for_affine_maps() {
-    // (20) with (19) is (16): where J is constant the pressure −κ (J − 1) is in the P1 space.
+fn penalty_equals_a_constant_pressure_for_affine_maps() {
+    // Eq. (20) with (19) is (16): for constant J the pressure −κ (J − 1) is in the P1 space.
     let solid = muscle();
     let kappa = 1e5;
     let u = displacement(&solid, |[x, y]| [1.02 * x + 0.1 * y, 1.01 * y]);
@@ -258,7 +259,7 @@ fn penalty_equals_its_own_pressure_for_affine_maps() {
 }
 
 #[test]
-fn inverted_elements_and_nan_are_reported_with_their_place() {
+fn inverted_elements_and_nan_are_located() {
     let solid = muscle();
     let p = vec![0.0; solid.space().n_pressures()];
     let mut force = vec![0.0; solid.space().n_components()];
@@ -291,7 +292,7 @@ fn inverted_elements_and_nan_are_reported_with_their_place() {
 }
 
 #[test]
-fn all_vectors_at_once_equal_each_alone() {
+fn vectors_together_equal_each_alone() {
     let solid = muscle();
     let (n, m) = (solid.space().n_components(), solid.space().n_pressures());
     let (u, v, p) = (random(n, 1e-4, 1), random(n, 1e-2, 2), random(m, 10.0, 3));
@@ -351,7 +352,7 @@ fn all_vectors_at_once_equal_each_alone() {
 }
 
 #[test]
-fn all_tangents_at_once_equal_each_alone() {
+fn tangents_together_equal_each_alone() {
     let solid = muscle();
     let (n, m) = (solid.space().n_components(), solid.space().n_pressures());
     let (u, v, p) = (random(n, 1e-4, 1), random(n, 1e-2, 2), random(m, 10.0, 3));
@@ -400,7 +401,7 @@ fn all_tangents_at_once_equal_each_alone() {
 }
 
 #[test]
-fn laws_may_differ_between_triangles() {
+fn laws_can_differ_between_triangles() {
     use std::sync::Arc;
     let space = Arc::new(Space::taylor_hood(&muscle_mesh()));
     let dofs = DofMap::clamped(&space, &space.nodes_of("fixed").unwrap()).unwrap();

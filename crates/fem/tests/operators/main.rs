@@ -1,4 +1,5 @@
-//! Tests of the operators through the public interface, from differences to published numbers.
+//! Tests of the operators through the public interface: differences, identities, convergence,
+//! published values.
 #![allow(clippy::unwrap_used, reason = "tests are exempt")]
 
 mod added;

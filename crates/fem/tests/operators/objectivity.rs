@@ -1,7 +1,7 @@
-//! Frame indifference of what is beside the laws: active, viscous and relaxing stress.
+//! Frame indifference of active, viscous and viscoelastic stress.
 //!
-//! Under a rigid motion upon another, x* = Q(t) x + c(t), forces turn with Q, and what is referred to the
-//! body at rest stays: S, internal stresses, their rates, and powers.
+//! Under a superposed rigid motion x* = Q(t) x + c(t), forces rotate with Q; quantities in the
+//! reference configuration (S, internal stresses, their rates) and powers are invariant.
 
 use std::sync::Arc;
 
@@ -23,12 +23,13 @@ const HEART: Law = Law::Guccione {
 };
 const TENSION: f64 = 3e3;
 const VISCOSITY: f64 = 70.0;
-/// Sums of some hundred products of numbers that a turn has rounded, of elements half as large as u*.
+/// Sums of a few hundred products of rounded rotated numbers, with elements half as large as u*.
 const ROUNDING: f64 = 1e-12;
 
-/// A free body. Elements have in turn: plain tension; nominal tension by a parabola and by Hill's curve;
-/// second Piola–Kirchhoff tension by a bell and by Hill's curve, and viscosity; viscosity alone. Two laws,
-/// one with fibres; stress that relaxes by one term or two, and in some elements by none.
+/// Returns a free body. Added stresses alternate between elements: plain tension; nominal tension
+/// with a parabola and Hill's curve; second Piola–Kirchhoff tension with a Gaussian, Hill's curve
+/// and viscosity; viscosity alone. There are two laws, one with fibers. Elements have Prony series
+/// with two, one or no terms.
 fn body(dimension: usize, active: bool) -> Solid {
     let mesh = match dimension {
         2 => generate::rectangle([0.0; 2], [1.0, 0.8], [3, 2]).unwrap(),
@@ -37,8 +38,8 @@ fn body(dimension: usize, active: bool) -> Solid {
     let n = mesh.n_elements();
     let all: Vec<usize> = (0..n).collect();
     let mut fibres = Fibres::new(&mesh);
-    let along = [0.6, 0.8, 0.0];
-    fibres.set_constant(&mesh, &all, along, None).unwrap();
+    let fiber = [0.6, 0.8, 0.0];
+    fibres.set_constant(&mesh, &all, fiber, None).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
     let dofs = DofMap::new(&space, &[]).unwrap();
     let laws = (0..n).map(|e| [MUSCLE_LAW, HEART][e % 2]).collect();
@@ -49,7 +50,7 @@ fn body(dimension: usize, active: bool) -> Solid {
         force_length: ForceLength::Parabola { optimal: 1.1 },
         force_velocity: hill,
     };
-    let bell = ActiveStress {
+    let gaussian = ActiveStress {
         tension: Tension::SecondPiolaKirchhoff,
         force_length: ForceLength::Gaussian {
             optimal: 1.1,
@@ -57,9 +58,14 @@ fn body(dimension: usize, active: bool) -> Solid {
         },
         force_velocity: hill,
     };
-    let contracting = [Some(ActiveStress::PLAIN), Some(parabola), Some(bell), None];
+    let contracting = [
+        Some(ActiveStress::PLAIN),
+        Some(parabola),
+        Some(gaussian),
+        None,
+    ];
     let viscosities = [0.0, 0.0, VISCOSITY, VISCOSITY];
-    let every = |k: usize, of: usize| (k..n).step_by(of).collect();
+    let every = |k: usize, step: usize| (k..n).step_by(step).collect();
     let added = [0, 1, 2, 3].map(|k| {
         let stress = AddedStress {
             active: contracting[k].filter(|_| active),
@@ -70,51 +76,53 @@ fn body(dimension: usize, active: bool) -> Solid {
 
     let term = |weight, time| PronyTerm { weight, time };
     let series = [vec![term(0.5, 0.1), term(0.3, 0.2)], vec![term(0.7, 0.1)]];
-    let relaxing = [0, 1].map(|k| (every(k, 3), Prony::new(series[k].clone()).unwrap()));
+    let viscoelastic = [0, 1].map(|k| (every(k, 3), Prony::new(series[k].clone()).unwrap()));
     Solid::new(space, dofs, laws, DENSITY)
         .unwrap()
         .with_fibres(fibres)
         .with_added_stresses(&added)
         .unwrap()
-        .with_relaxation(&relaxing)
+        .with_relaxation(&viscoelastic)
         .unwrap()
 }
 
-/// A rigid motion at one time.
+/// Rigid motion at one time.
 struct Rigid {
-    /// Q.
-    turn: Tensor3,
-    /// Q̇.
+    /// Rotation Q.
+    rotation: Tensor3,
+    /// Rotation rate Q̇.
     rate: Tensor3,
-    /// c and ċ.
+    /// Translation c and its rate ċ.
     shift: [[f64; 3]; 2],
 }
 
 impl Rigid {
-    /// More than a right angle, about all axes that the dimension has, faster than the body deforms.
+    /// Creates a rotation by more than a right angle about all axes of the dimension, faster than
+    /// the deformation.
     fn new(dimension: usize) -> Self {
         let ((s, c), (a, b)) = (2.1_f64.sin_cos(), 0.7_f64.sin_cos());
         let about_z = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]];
         let about_x = [[1.0, 0.0, 0.0], [0.0, b, -a], [0.0, a, b]];
-        let (turn, [x, y, z]) = match dimension {
+        let (rotation, [x, y, z]) = match dimension {
             2 => (about_z, [0.0, 0.0, 7.0]),
             _ => (product3(&about_x, &about_z), [4.0, -5.0, 7.0]),
         };
         let spin = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]];
         Self {
-            turn,
-            rate: product3(&spin, &turn),
+            rotation,
+            rate: product3(&spin, &rotation),
             shift: [[0.3, -0.2, 0.1], [1.5, -0.8, 0.6]],
         }
     }
 
-    /// u* and v* of the motion u, v.
-    fn upon(&self, space: &Space, [u, v]: [&[f64]; 2]) -> [Vec<f64>; 2] {
+    /// Returns u* and v* of the motion u, v.
+    fn superpose(&self, space: &Space, [u, v]: [&[f64]; 2]) -> [Vec<f64>; 2] {
         let d = space.dimension();
         let rest = space.coordinates();
-        let now: Vec<f64> = rest.iter().zip(u).map(|(x, u)| x + u).collect();
-        let [mut moved, carried] = [&self.turn, &self.rate].map(|tensor| turned(tensor, &now, d));
-        let mut rate = turned(&self.turn, v, d);
+        let position: Vec<f64> = rest.iter().zip(u).map(|(x, u)| x + u).collect();
+        let [mut moved, carried] =
+            [&self.rotation, &self.rate].map(|tensor| rotated(tensor, &position, d));
+        let mut rate = rotated(&self.rotation, v, d);
         for i in 0..moved.len() {
             moved[i] += self.shift[0][i % d] - rest[i];
             rate[i] += carried[i] + self.shift[1][i % d];
@@ -123,11 +131,11 @@ impl Rigid {
     }
 }
 
-/// A contracting body in a motion u, v, and the same with a rigid one upon it.
+/// Contracting body in a motion u, v, without and with a superposed rigid motion.
 struct Motions {
     solid: Solid,
     plain: [Vec<f64>; 2],
-    upon: [Vec<f64>; 2],
+    rotated: [Vec<f64>; 2],
 }
 
 impl Motions {
@@ -136,15 +144,15 @@ impl Motions {
         let n = solid.space().n_components();
         let (u, v) = (random(n, 0.02, 1), random(n, 1.0, 2));
         Self {
-            upon: rigid.upon(solid.space(), [&u, &v]),
+            rotated: rigid.superpose(solid.space(), [&u, &v]),
             plain: [u, v],
             solid,
         }
     }
 }
 
-/// T x of the vector x of each node.
-fn turned(tensor: &Tensor3, field: &[f64], dimension: usize) -> Vec<f64> {
+/// Returns T x of the nodal vectors x.
+fn rotated(tensor: &Tensor3, field: &[f64], dimension: usize) -> Vec<f64> {
     let of_node = |x: &[f64]| {
         let row = |i: usize| (0..x.len()).map(|j| tensor[i][j] * x[j]).sum::<f64>();
         (0..x.len()).map(row).collect::<Vec<f64>>()
@@ -173,7 +181,7 @@ fn power(force: &[f64], v: &[f64]) -> f64 {
     force.iter().zip(v).map(|(f, v)| f * v).sum()
 }
 
-/// The force of active and viscous stress.
+/// Returns the force of active and viscous stress.
 fn added_force(solid: &Solid, [u, v]: [&[f64]; 2]) -> Vec<f64> {
     let tensions = &vec![TENSION; solid.n_tensions()][..];
     let mut force = vec![0.0; u.len()];
@@ -181,14 +189,14 @@ fn added_force(solid: &Solid, [u, v]: [&[f64]; 2]) -> Vec<f64> {
     force
 }
 
-/// The force of relaxing stress over that of the long term, and the rates of internal stresses.
+/// Returns the force of the overstress and the rates of the internal stresses.
 fn relaxation_force(solid: &Solid, u: &[f64], internal: &[f64]) -> [Vec<f64>; 2] {
     let [mut force, mut rates] = [u.len(), internal.len()].map(|n| vec![0.0; n]);
     solid.relaxation_force(u, internal, Some(&mut force), &mut rates);
     [force, rates]
 }
 
-/// The stresses that drive the internal ones, and their rates by the law.
+/// Returns the stresses that drive the internal stresses, and their rates.
 fn driving(solid: &Solid, [u, v]: [&[f64]; 2]) -> [Vec<f64>; 2] {
     let mut stresses = vec![0.0; solid.n_slots()];
     solid.driving_stresses(u, &mut stresses);
@@ -199,56 +207,56 @@ fn driving(solid: &Solid, [u, v]: [&[f64]; 2]) -> [Vec<f64>; 2] {
 }
 
 #[test]
-fn forces_of_active_and_viscous_stress_turn_with_the_body() {
+fn active_and_viscous_forces_rotate_with_the_body() {
     for dimension in [2, 3] {
         let rigid = Rigid::new(dimension);
         let Motions {
             solid,
             plain: [u, v],
-            upon: [u_turned, v_turned],
+            rotated: [u_rotated, v_rotated],
         } = Motions::new(dimension, &rigid);
         let force = added_force(&solid, [&u, &v]);
-        let found = added_force(&solid, [&u_turned, &v_turned]);
-        let expected = turned(&rigid.turn, &force, dimension);
+        let found = added_force(&solid, [&u_rotated, &v_rotated]);
+        let expected = rotated(&rigid.rotation, &force, dimension);
         assert_same(&found, &expected, &format!("force, {dimension}"));
-        let [found, expected] = [power(&found, &v_turned), power(&force, &v)];
+        let [found, expected] = [power(&found, &v_rotated), power(&force, &v)];
         // The rigid part of v* is ten times v, and its power is zero.
         assert!(
             (found / expected - 1.0).abs() < 10.0 * ROUNDING,
             "power, {dimension}"
         );
-        // Velocity counts: the force is not that of the body held still.
-        let still = added_force(&solid, [&u, &vec![0.0; u.len()]]);
-        let change: Vec<f64> = force.iter().zip(&still).map(|(a, b)| a - b).collect();
+        // The velocity matters: without it the force differs.
+        let stationary = added_force(&solid, [&u, &vec![0.0; u.len()]]);
+        let change: Vec<f64> = force.iter().zip(&stationary).map(|(a, b)| a - b).collect();
         assert!(largest(&change) > 0.1 * largest(&force), "{dimension}");
     }
 }
 
 #[test]
-fn relaxing_stress_turns_with_the_body_and_its_states_stay() {
+fn overstress_rotates_with_the_body_and_internal_stresses_are_invariant() {
     for dimension in [2, 3] {
         let rigid = Rigid::new(dimension);
         let Motions {
             solid,
             plain: [u, v],
-            upon: [u_turned, v_turned],
+            rotated: [u_rotated, v_rotated],
         } = Motions::new(dimension, &rigid);
-        // Some that are not those of the displacement, as after another motion.
+        // Arbitrary internal stresses, as after another motion.
         let internal = random(solid.n_internal(), 1e3, 3);
         let [force, rates] = relaxation_force(&solid, &u, &internal);
-        let [found, same_rates] = relaxation_force(&solid, &u_turned, &internal);
-        let expected = turned(&rigid.turn, &force, dimension);
+        let [found, same_rates] = relaxation_force(&solid, &u_rotated, &internal);
+        let expected = rotated(&rigid.rotation, &force, dimension);
         assert_same(&found, &expected, &format!("force, {dimension}"));
         assert_same(&same_rates, &rates, &format!("rates, {dimension}"));
         let driven = driving(&solid, [&u, &v]);
-        let found = driving(&solid, [&u_turned, &v_turned]);
+        let found = driving(&solid, [&u_rotated, &v_rotated]);
         for (found, expected) in found.iter().zip(&driven) {
             assert_same(found, expected, &format!("S and its rate, {dimension}"));
         }
     }
 }
 
-/// S = F⁻¹ P, symmetric.
+/// Returns S = F⁻¹ P, which is symmetric.
 fn second_piola_kirchhoff(state: &PointState) -> Tensor3 {
     let f = |i: usize, j: usize| f64::from(i == j) + state.gradient[i][j];
     let mut adjugate = [[0.0; 3]; 3];
@@ -261,20 +269,20 @@ fn second_piola_kirchhoff(state: &PointState) -> Tensor3 {
     product3(&adjugate, &state.piola)
 }
 
-/// All stress of a body in motion at points, as a user reads it: S stays, and Cauchy's turns.
+/// Output stresses of a moving body: S is invariant and the Cauchy stress rotates.
 #[test]
-fn stresses_that_are_read_at_points_turn_with_the_body() {
+fn output_stresses_rotate_with_the_body() {
     for dimension in [2, 3] {
         let rigid = Rigid::new(dimension);
         let Motions {
             solid,
             plain: [u, v],
-            upon: [u_turned, v_turned],
+            rotated: [u_rotated, v_rotated],
         } = Motions::new(dimension, &rigid);
         let internal = random(solid.n_internal(), 1e3, 3);
         let context = StressContext {
             tensions: &vec![TENSION; solid.n_tensions()],
-            // Ṗ of damping in proportion to the stiffness does not turn; it is no part of this.
+            // Stiffness-proportional damping is not frame-indifferent and is excluded.
             beta: 0.0,
             internal: &internal,
         };
@@ -285,7 +293,7 @@ fn stresses_that_are_read_at_points_turn_with_the_body() {
                 element,
                 barycentric,
             };
-            let [rest, state] = [(&u, &v), (&u_turned, &v_turned)].map(|(u, v)| {
+            let [rest, state] = [(&u, &v), (&u_rotated, &v_rotated)].map(|(u, v)| {
                 let fields = Fields {
                     v: Some(v),
                     ..Fields::new(u, Pressure::Penalty { kappa: 1e4 })
@@ -297,23 +305,23 @@ fn stresses_that_are_read_at_points_turn_with_the_body() {
             assert_same(found.as_flattened(), expected.as_flattened(), &what);
             let symmetric = transposed(&expected);
             assert_same(symmetric.as_flattened(), expected.as_flattened(), &what);
-            let cauchy = product3(&rigid.turn, &rest.cauchy);
-            let cauchy = product3(&cauchy, &transposed(&rigid.turn));
+            let cauchy = product3(&rigid.rotation, &rest.cauchy);
+            let cauchy = product3(&cauchy, &transposed(&rigid.rotation));
             assert_same(state.cauchy.as_flattened(), cauchy.as_flattened(), &what);
         }
     }
 }
 
-/// A body that turns as one, at a finite rate: nothing viscous, nothing that relaxes, and fibres pull as they
-/// do at rest, whatever depends on how fast they shorten.
+/// A rigid rotation at a finite rate causes no viscous and viscoelastic stress, and the active
+/// force equals the force of the stationary body.
 #[test]
-fn a_rigid_turn_makes_no_viscous_force() {
+fn rigid_rotation_causes_no_viscous_force() {
     for dimension in [2, 3] {
         let rigid = Rigid::new(dimension);
         let [passive, active] = [false, true].map(|active| body(dimension, active));
         let rest = vec![0.0; passive.space().n_components()];
-        let [u, v] = rigid.upon(passive.space(), [&rest, &rest]);
-        // That of a motion that deforms as fast as this one turns.
+        let [u, v] = rigid.superpose(passive.space(), [&rest, &rest]);
+        // Force of a motion that deforms as fast as this one rotates.
         let size = largest(&added_force(
             &passive,
             [&rest, &random(rest.len(), largest(&v), 1)],
@@ -324,7 +332,7 @@ fn a_rigid_turn_makes_no_viscous_force() {
             "{dimension}: {force:e} of {size:e}"
         );
         let [stresses, rates] = driving(&passive, [&u, &v]);
-        // A tenth of the moduli 4e4 Pa at a strain of 0.1; the turn is 8/s.
+        // Scale: a tenth of the moduli 4e4 Pa at a strain of 0.1; the rotation rate is 8/s.
         assert!(
             largest(&stresses) < ROUNDING * 4e3,
             "{:e}",
@@ -341,7 +349,7 @@ fn a_rigid_turn_makes_no_viscous_force() {
 
         let found = added_force(&active, [&u, &v]);
         let at_rest = added_force(&active, [&rest, &rest]);
-        let expected = turned(&rigid.turn, &at_rest, dimension);
+        let expected = rotated(&rigid.rotation, &at_rest, dimension);
         assert_same(&found, &expected, &format!("tension, {dimension}"));
     }
 }

@@ -1,11 +1,11 @@
-//! The Mooney–Rivlin law at points, against 30-digit numbers of an independent program.
+//! Mooney–Rivlin law at points, compared with 30-digit values of an independent program.
 
 use myovib_fem::{Law, Space, generate};
 use serde_json::Value;
 
 use crate::common::{Equilibrium, clamped, equilibrium, reference};
 
-/// Rounding in some twenty operations on numbers of the size of the modulus, 1e4.
+/// Rounding in about twenty operations on numbers of the order of the modulus, 1e4.
 const ROUNDING: f64 = 1e-10;
 
 fn number(value: &Value) -> f64 {
@@ -26,7 +26,7 @@ fn close(found: f64, expected: f64) {
 }
 
 #[test]
-fn stress_and_energy_agree_with_thirty_digits() {
+fn stress_and_energy_match_30_digit_values() {
     let table = reference("s7_mooney_rivlin_point.json");
     let law = law(&table);
     let points = table["points"].as_array().unwrap();
@@ -55,7 +55,7 @@ fn incompressible_uniaxial_stretch() {
     for (stretch, expected) in table["incompressible_uniaxial_P11"].as_object().unwrap() {
         let l: f64 = stretch.parse().unwrap();
         let h = [[l - 1.0, 0.0], [0.0, 1.0 / l - 1.0]];
-        // The pressure that leaves the lateral faces free: P22 − p cof F_22 = 0.
+        // The pressure that makes the lateral faces stress-free: P22 − p cof F_22 = 0.
         let p = law.stress(h, 0.0)[1][1] / l;
         close(law.stress(h, p)[0][0], number(expected));
     }
@@ -65,14 +65,14 @@ fn incompressible_uniaxial_stretch() {
 fn simple_shear_stress_does_not_depend_on_the_pressure() {
     let law = law(&reference("s7_mooney_rivlin_point.json"));
     for p in [0.0, 1e3, -7e4] {
-        // Rounding of p itself.
+        // Rounding of p.
         let error = law.stress([[0.0, 0.3], [0.0, 0.0]], p)[0][1] - 2.0 * 10_200.0 * 0.3;
         assert!(error.abs() < ROUNDING);
     }
 }
 
-/// A patch of triangles of all shapes under uniaxial stretch with free lateral faces: the exact
-/// solution is affine, so the mesh must not matter.
+/// A patch of irregular triangles under uniaxial stretch with free lateral faces. The exact
+/// solution is affine, so it does not depend on the mesh.
 #[test]
 fn patch_test_of_uniaxial_stretch() {
     use myovib_fem::{DofMap, Mesh, Solid, Space};
@@ -81,7 +81,7 @@ fn patch_test_of_uniaxial_stretch() {
     let table = reference("s7_mooney_rivlin_point.json");
     let case = &table["uniaxial_kappa_1e5"][0];
     let (stretch, lateral) = (number(&case["l"]), number(&case["lateral"]));
-    // Interior vertices moved at will; the boundary of the unit square kept.
+    // Interior vertices are moved randomly; the boundary of the unit square is kept.
     let regular = generate::rectangle([0.0; 2], [1.0; 2], [4, 4]).unwrap();
     let inside = |x: f64| x > 0.0 && x < 1.0;
     let points = regular
@@ -114,11 +114,11 @@ fn patch_test_of_uniaxial_stretch() {
             .into_iter()
             .map(move |node| (node, component))
     };
-    let held: Vec<_> = side("left", 0)
+    let fixed: Vec<_> = side("left", 0)
         .chain(side("right", 0))
         .chain(side("bottom", 1))
         .collect();
-    let dofs = DofMap::new(&space, &held).unwrap();
+    let dofs = DofMap::new(&space, &fixed).unwrap();
     let solid = Solid::uniform(space.clone(), dofs, law(&table), 1.0).unwrap();
     let mut start = Equilibrium {
         u: vec![0.0; space.n_components()],
@@ -130,7 +130,7 @@ fn patch_test_of_uniaxial_stretch() {
     let load = vec![0.0; start.u.len()];
     let state = equilibrium(&solid, &load, 1e-5, false, start);
     for (node, point) in space.node_points::<2>().iter().enumerate() {
-        // Newton's last step is below 1e-9 of the displacement, and convergence is quadratic.
+        // The last Newton step is below 1e-9 of the displacement, and convergence is quadratic.
         assert!((state.u[2 * node] - (stretch - 1.0) * point[0]).abs() < 1e-12);
         assert!((state.u[2 * node + 1] - (lateral - 1.0) * point[1]).abs() < 1e-12);
     }
@@ -142,20 +142,21 @@ fn patch_test_of_uniaxial_stretch() {
     assert!((point.jacobian / number(&case["J"]) - 1.0).abs() < 1e-11);
     assert!((point.piola[0][0] / number(&case["P11"]) - 1.0).abs() < 1e-10);
     assert!((point.cauchy[2][2] * point.jacobian / number(&case["P33"]) - 1.0).abs() < 1e-10);
-    // Lateral faces free, no shear: von Mises from the two stresses that are left.
+    // Free lateral faces without shear: the von Mises stress follows from the two remaining
+    // stresses.
     let (s1, s3) = (point.cauchy[0][0], point.cauchy[2][2]);
     let mises = (s1 * s1 - s1 * s3 + s3 * s3).sqrt();
     assert!((point.von_mises() / mises - 1.0).abs() < 1e-9);
 }
 
 #[test]
-fn the_volume_ratios_are_found_where_they_are() {
+fn extreme_volume_ratios_are_located() {
     let mesh = generate::rectangle([0.0; 2], [1.0, 1.0], [4, 3]).unwrap();
     let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
     let solid = clamped(Space::taylor_hood(&mesh), "left", law);
     let space = solid.space();
-    // u = (-0.4 x², 0): J = 1 - 0.8 x, least in the quadrature point furthest to the right, largest in that
-    // furthest to the left.
+    // u = (-0.4 x², 0) has J = 1 - 0.8 x: minimum at the rightmost quadrature point, maximum at the
+    // leftmost.
     let points = space.node_points().iter();
     let u: Vec<f64> = points.flat_map(|[x, _]| [-0.4 * x * x, 0.0]).collect();
     let ratios = solid.volume_ratios(&u);
@@ -173,9 +174,9 @@ fn the_volume_ratios_are_found_where_they_are() {
     close(ratios.largest, 1.0 - 0.8 * 0.25 * least);
 }
 
-/// J = 1 - 1.004 x is above 0 in all quadrature points, and below it at the vertices on the right.
+/// J = 1 - 1.004 x is positive at all quadrature points and negative at the vertices on the right.
 #[test]
-fn a_vertex_turned_inside_out_between_quadrature_points_is_found() {
+fn inverted_vertices_outside_quadrature_points_are_found() {
     let mesh = generate::rectangle([0.0; 2], [1.0, 1.0], [4, 3]).unwrap();
     let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
     let solid = clamped(Space::taylor_hood(&mesh), "left", law);

@@ -1,4 +1,4 @@
-//! The power of each element against the forces of that element and against differences of its energy.
+//! Power of each element, compared with its forces and with differences of its energy.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,10 +16,10 @@ const HEART: Law = Law::Guccione {
     b_fs: 4.0,
 };
 
-/// A curved element beside straight ones, three laws, one of them with fibres, and a damping that is not
-/// the body's.
+/// Returns a body with curved and straight elements, three laws (one with fibers) and scaled
+/// damping.
 fn body(dimension: usize) -> Solid {
-    let (mesh, edge, middle) = match dimension {
+    let (mesh, edge, midside) = match dimension {
         2 => {
             let mesh = generate::rectangle([0.0; 2], [1.5, 1.0], [2, 2]).unwrap();
             (mesh, [0, 1], vec![0.41, -0.05])
@@ -29,7 +29,7 @@ fn body(dimension: usize) -> Solid {
             (mesh, [0, 4], vec![0.41, 0.53, -0.05])
         }
     };
-    let mesh = match *middle {
+    let mesh = match *midside {
         [x, y] => mesh.with_midside_nodes(BTreeMap::from([(edge, [x, y])])),
         [x, y, z] => mesh.with_midside_nodes(BTreeMap::from([(edge, [x, y, z])])),
         _ => unreachable!(),
@@ -46,17 +46,17 @@ fn body(dimension: usize) -> Solid {
     let dofs = DofMap::new(&space, &[(0, 0), (0, 1)]).unwrap();
     let laws = [HEART, SMALL_LAW, MUSCLE_LAW];
     let laws = (0..n).map(|e| laws[e % 3]).collect();
-    let ratio = ElementScale {
+    let scale = ElementScale {
         beta: 3.0,
         ..ElementScale::ONE
     };
     let solid = Solid::new(space, dofs, laws, DENSITY).unwrap();
-    let solid = solid.with_element_scales(&vec![ratio; n]).unwrap();
+    let solid = solid.with_element_scales(&vec![scale; n]).unwrap();
     solid.with_fibres(fibres)
 }
 
 #[test]
-fn powers_are_those_of_the_forces_and_of_the_energy_of_each_element() {
+fn element_powers_match_forces_and_energy_differences() {
     for dimension in [2, 3] {
         let solid = body(dimension);
         let (n, n_elements) = (solid.space().n_components(), solid.space().n_elements());
@@ -71,15 +71,15 @@ fn powers_are_those_of_the_forces_and_of_the_energy_of_each_element() {
             solid.add_powers(&fields, beta, &w, &mut powers).unwrap();
             powers.iter().map(|sum| sum - 2.0).collect::<Vec<f64>>()
         };
-        let own = powers(0.0, Pressure::Nodal(&none));
+        let elastic = powers(0.0, Pressure::Nodal(&none));
         let damped = powers(0.3, Pressure::Nodal(&none));
-        // Neither the penalty nor pressures take part.
+        // Neither the penalty nor the pressure contributes.
         assert_eq!(damped, powers(0.3, Pressure::Penalty { kappa: 1e5 }));
         let pressures = vec![1e3; none.len()];
         assert_eq!(damped, powers(0.3, Pressure::Nodal(&pressures)));
-        let largest = |of: &[f64]| of.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let largest = |values: &[f64]| values.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         for element in 0..n_elements {
-            // The law of this element alone.
+            // The law acts in this element only.
             let n_corners = dimension + 1;
             let mut factors = vec![0.0; n_corners * n_elements];
             factors[n_corners * element..][..n_corners].fill(1.0);
@@ -95,27 +95,29 @@ fn powers_are_those_of_the_forces_and_of_the_energy_of_each_element() {
                 ..Fields::new(&u, Pressure::Nodal(&none))
             };
             solid.evaluate(&fields, &mut out).unwrap();
-            let along = |force: &[f64]| force.iter().zip(&w).map(|(f, w)| f * w).sum::<f64>();
-            let of_forces = [along(&force), along(&force) + 0.3 * along(&rate)];
-            for (powers, of_forces) in [&own, &damped].into_iter().zip(of_forces) {
-                // Two orders of some thousand sums, of an element that may have a hundredth of the power.
-                let error = (powers[element] - of_forces).abs();
+            let power_of = |force: &[f64]| force.iter().zip(&w).map(|(f, w)| f * w).sum::<f64>();
+            let expected = [power_of(&force), power_of(&force) + 0.3 * power_of(&rate)];
+            for (powers, expected) in [&elastic, &damped].into_iter().zip(expected) {
+                // About a thousand sums in two different orders; an element may have a hundredth of
+                // the largest power.
+                let error = (powers[element] - expected).abs();
                 assert!(error < 1e-12 * largest(powers), "{element}: {error:e}");
             }
             let energy = |s: f64| {
                 let u: Vec<f64> = u.iter().zip(&w).map(|(u, w)| u + s * w).collect();
                 solid.strain_energy(&Fields { u: &u, ..fields })
             };
-            // The square of the step times the change of slopes over a motion of some per cent strain.
+            // Error: the square of the step times the change of slopes over a motion of a few
+            // percent strain.
             let slope = (energy(1e-4) - energy(-1e-4)) / 2e-4;
-            let error = (own[element] - slope).abs();
-            assert!(error < 1e-6 * largest(&own), "{element}: {error:e}");
+            let error = (elastic[element] - slope).abs();
+            assert!(error < 1e-6 * largest(&elastic), "{element}: {error:e}");
         }
     }
 }
 
 #[test]
-fn inverted_elements_have_no_power() {
+fn inverted_elements_are_errors() {
     for dimension in [2, 3] {
         let solid = body(dimension);
         // F = diag(−1, 1, …).
@@ -125,8 +127,8 @@ fn inverted_elements_have_no_power() {
             .collect();
         let fields = Fields::new(&u, Pressure::Penalty { kappa: 0.0 });
         let mut powers = vec![0.0; solid.space().n_elements()];
-        let refused = solid.add_powers(&fields, 0.0, &u, &mut powers).unwrap_err();
+        let inverted = solid.add_powers(&fields, 0.0, &u, &mut powers).unwrap_err();
         // Sums of a dozen products.
-        assert!((refused.jacobian + 1.0).abs() < 1e-13, "{refused}");
+        assert!((inverted.jacobian + 1.0).abs() < 1e-13, "{inverted}");
     }
 }

@@ -1,4 +1,4 @@
-//! Internal stresses of Prony terms as they are read at points.
+//! Viscoelastic overstress at points, and batched evaluations.
 
 use std::slice;
 use std::sync::Arc;
@@ -8,10 +8,10 @@ use myovib_fem::{DofMap, ElementPoint, Fields, Pressure, Solid, Space, generate}
 
 use crate::common::{DENSITY, MUSCLE_LAW, random};
 
-/// The size of the strains, so small that the stress is linear in them but for this fraction.
+/// Size of the strains, for which the stress is linear up to this relative error.
 const SIZE: f64 = 1e-5;
 
-/// The displacement at a point: all strains are linear in space, and none of their slopes is zero.
+/// Returns a quadratic displacement, whose strains are linear in space with nonzero slopes.
 fn displacement(x: &[f64]) -> Vec<f64> {
     let z = x.get(2).copied().unwrap_or(0.3);
     let all = [
@@ -23,7 +23,7 @@ fn displacement(x: &[f64]) -> Vec<f64> {
 }
 
 #[test]
-fn overstress_is_zero_where_stress_has_settled_and_that_of_the_law_at_first() {
+fn overstress_has_the_limits_of_equilibrium_and_instantaneous_response() {
     for dimension in [2, 3] {
         let mesh = match dimension {
             2 => generate::rectangle([0.0; 2], [1.0, 0.8], [3, 2]).unwrap(),
@@ -44,14 +44,14 @@ fn overstress_is_zero_where_stress_has_settled_and_that_of_the_law_at_first() {
         };
         let dofs = DofMap::new(&space, &[]).unwrap();
         let term = |weight, time| PronyTerm { weight, time };
-        // Every third element has two terms, the next one, and the last none.
+        // Elements have in turn two terms, one term and none.
         let series = [vec![term(0.5, 0.1), term(0.3, 0.2)], vec![term(0.7, 0.1)]];
         let every = |first| (first..mesh.n_elements()).step_by(3).collect();
         let regions = [0, 1].map(|k| (every(k), Prony::new(series[k].clone()).unwrap()));
         let solid = Solid::uniform(space, dofs, MUSCLE_LAW, DENSITY).unwrap();
         let solid = solid.with_relaxation(&regions).unwrap();
         let internal = solid.equilibrium_overstress(&u);
-        // Without pressure and at strains so small P is S.
+        // Without pressure and for small strains P = S.
         let fields = Fields::new(&u, Pressure::Penalty { kappa: 0.0 });
         let scale = internal.iter().fold(0.0, |max: f64, q| max.max(q.abs()));
         for element in 0..mesh.n_elements() {
@@ -65,15 +65,15 @@ fn overstress_is_zero_where_stress_has_settled_and_that_of_the_law_at_first() {
                     assert!(read(&internal).is_none(), "{element}");
                     continue;
                 };
-                for settled in read(&internal).unwrap().iter().flatten() {
-                    // Rounding of sums over some fifteen points.
-                    assert!(settled.abs() < 1e-13 * scale, "{element}: {settled:e}");
+                for entry in read(&internal).unwrap().iter().flatten() {
+                    // Rounding of sums over about fifteen points.
+                    assert!(entry.abs() < 1e-13 * scale, "{element}: {entry:e}");
                 }
-                let at_first = read(&vec![0.0; internal.len()]).unwrap();
+                let instantaneous = read(&vec![0.0; internal.len()]).unwrap();
                 let law = solid.state_at(&fields, &at).piola;
-                let entries = at_first.iter().flatten().zip(law.iter().flatten());
+                let entries = instantaneous.iter().flatten().zip(law.iter().flatten());
                 for (found, law) in entries {
-                    // What is not linear in the strains, some of which are three times `SIZE`.
+                    // Nonlinear terms of strains up to three times `SIZE`.
                     let error = (found - weight * law).abs();
                     assert!(
                         error < 20.0 * SIZE * scale,
@@ -85,10 +85,10 @@ fn overstress_is_zero_where_stress_has_settled_and_that_of_the_law_at_first() {
     }
 }
 
-/// Along more velocities than there are strains, rates come from the moduli of the law; along few, from
-/// the law itself, one by one. Forces are the same either way.
+/// For many velocities, rates are computed from the moduli of the law; for few, separately. Forces
+/// are computed in a single way.
 #[test]
-fn many_at_a_time_are_what_each_is_alone() {
+fn batched_rates_and_forces_equal_single_ones() {
     for dimension in [2, 3] {
         let mesh = match dimension {
             2 => generate::rectangle([0.0; 2], [1.0, 0.8], [3, 2]).unwrap(),
@@ -105,7 +105,7 @@ fn many_at_a_time_are_what_each_is_alone() {
         let every = (0..mesh.n_elements()).collect();
         let solid = Solid::uniform(space, dofs, law, DENSITY).unwrap();
         let solid = solid.with_relaxation(&[(every, prony)]).unwrap();
-        // Large enough for F, which is far from I, to count.
+        // Large enough that F differs significantly from I.
         let u = random(n, 0.02, 1);
         let all: Vec<_> = (2..10).map(|seed| random(n, 1.0, seed)).collect();
         let empty = |length: usize| vec![vec![0.0; length]; all.len()];
@@ -116,9 +116,9 @@ fn many_at_a_time_are_what_each_is_alone() {
             let mut alone = [vec![0.0; solid.n_slots()]];
             solid.driving_stress_rates(&u, slice::from_ref(v), &mut alone);
             let size = alone[0].iter().fold(0.0, |max: f64, s| max.max(s.abs()));
-            for (many, alone) in rates[k].iter().zip(&alone[0]) {
-                // Some roundings of sums of six terms, each at most of this size.
-                let error = (many - alone).abs();
+            for (batched, alone) in rates[k].iter().zip(&alone[0]) {
+                // A few roundings of sums of six terms, each at most of this size.
+                let error = (batched - alone).abs();
                 assert!(
                     error <= 64.0 * f64::EPSILON * size,
                     "{dimension} {k}: {error:e}"

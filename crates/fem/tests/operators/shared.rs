@@ -1,4 +1,4 @@
-//! Passes whose elements are shared out, among processes or threads, against those of the whole solid.
+//! Passes distributed among processes or threads, compared with the whole solid.
 
 use std::sync::{Arc, Mutex};
 
@@ -14,7 +14,7 @@ use crate::common::{DENSITY, MUSCLE_LAW, SMALL_LAW, random};
 
 const RANKS: usize = 3;
 
-/// Two laws, one of them with a stress that is added.
+/// Returns a solid with two laws and added stress for the second.
 fn solid(cells: [usize; 3]) -> Solid {
     let mesh = generate::block([0.0; 3], [1.0, 0.8, 0.6], cells).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
@@ -34,10 +34,10 @@ fn solid(cells: [usize; 3]) -> Solid {
         .unwrap()
 }
 
-/// The other shares, in this process; they compute when they are told to begin.
+/// Other partitions in this process, computed when a pass begins.
 #[derive(Debug)]
 struct Others {
-    shares: Vec<Solid>,
+    partitions: Vec<Solid>,
     computed: Mutex<Vec<Computed>>,
 }
 
@@ -51,7 +51,7 @@ impl ParallelAssembler for Others {
             results.retain(|vector| !vector.is_empty());
             (results, ended)
         };
-        *self.computed.lock().unwrap() = self.shares.iter().map(compute).collect();
+        *self.computed.lock().unwrap() = self.partitions.iter().map(compute).collect();
     }
 
     fn end(&self, results: &mut [&mut [f64]], own: Result<(), Inverted>) -> Result<(), Inverted> {
@@ -68,10 +68,10 @@ impl ParallelAssembler for Others {
     }
 }
 
-fn shared(whole: &Solid) -> Solid {
-    let share = |number| whole.clone().share(number, RANKS);
+fn distributed(whole: &Solid) -> Solid {
+    let partition = |number| whole.clone().share(number, RANKS);
     let others = Others {
-        shares: (1..RANKS).map(share).collect(),
+        partitions: (1..RANKS).map(partition).collect(),
         computed: Mutex::default(),
     };
     whole.clone().with_assembler(Arc::new(others), RANKS)
@@ -80,14 +80,14 @@ fn shared(whole: &Solid) -> Solid {
 /// Sums of a hundred terms in another order: ε for each.
 fn assert_same(a: &[f64], b: &[f64]) {
     let largest = a.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    assert!(largest > 0.0, "a result that is there");
+    assert!(largest > 0.0, "the result must not vanish");
     for (a, b) in a.iter().zip(b) {
         assert!((a - b).abs() <= 100.0 * f64::EPSILON * largest, "{a} {b}");
     }
 }
 
-/// Every result of every pass at a state drawn at random.
-fn everything(solid: &Solid) -> Vec<Vec<f64>> {
+/// Returns every result of every pass at a random state.
+fn all_results(solid: &Solid) -> Vec<Vec<f64>> {
     let (n, m) = (solid.space().n_components(), solid.space().n_pressures());
     let (u, v) = (random(n, 0.01, 1), random(n, 0.3, 2));
     let (p, p_rate, mu) = (random(m, 1e3, 3), random(m, 1e3, 4), random(m, 1.0, 5));
@@ -142,22 +142,22 @@ fn everything(solid: &Solid) -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn threads_change_no_bit() {
-    // 960 elements: 120 batches, more than are computed before they are added.
+fn results_are_bitwise_independent_of_threads() {
+    // 960 elements form 120 batches, more than are computed before they are added.
     let alone = solid([10, 4, 4]);
     assert_eq!(alone.space().n_elements(), 960);
-    let expected = everything(&alone);
+    let expected = all_results(&alone);
     for threads in [1, 2, 3] {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build();
         let together = alone.clone().in_threads(Some(Arc::new(pool.unwrap())));
-        for (number, (a, b)) in expected.iter().zip(everything(&together)).enumerate() {
+        for (number, (a, b)) in expected.iter().zip(all_results(&together)).enumerate() {
             let same = a.iter().zip(&b).all(|(a, b)| a.to_bits() == b.to_bits());
             assert!(same, "result {number} with {threads} threads");
         }
-        // Of many elements turned inside out, the first is named.
+        // If many elements are inverted, the first is reported.
         let u = random(alone.space().n_components(), 1.0, 6);
         let p = vec![0.0; alone.space().n_pressures()];
-        let [first, named] = [&alone, &together].map(|solid| {
+        let [first, reported] = [&alone, &together].map(|solid| {
             let mut force = vec![0.0; u.len()];
             let mut out = Vectors {
                 force: Some(&mut force),
@@ -167,22 +167,22 @@ fn threads_change_no_bit() {
                 .evaluate(&Fields::new(&u, Pressure::Nodal(&p)), &mut out)
                 .unwrap_err()
         });
-        assert_eq!(first, named);
+        assert_eq!(first, reported);
     }
 }
 
 #[test]
-fn shares_sum_to_the_passes_of_the_whole() {
+fn partitions_sum_to_the_whole() {
     let whole = solid([3, 2, 2]);
-    let together = shared(&whole);
+    let together = distributed(&whole);
     let (n, m) = (whole.space().n_components(), whole.space().n_pressures());
     let u = random(n, 0.01, 1);
-    for (a, b) in everything(&whole).iter().zip(everything(&together)) {
+    for (a, b) in all_results(&whole).iter().zip(all_results(&together)) {
         assert_same(a, &b);
     }
-    // What is not wanted is neither computed nor summed.
-    let mut defects = [vec![0.0; m], vec![0.0; m]];
-    for (solid, volume_residual) in [&whole, &together].into_iter().zip(&mut defects) {
+    // Results that are not requested are neither computed nor summed.
+    let mut residuals = [vec![0.0; m], vec![0.0; m]];
+    for (solid, volume_residual) in [&whole, &together].into_iter().zip(&mut residuals) {
         let mut out = Vectors {
             volume_residual: Some(volume_residual),
             ..Vectors::default()
@@ -191,11 +191,11 @@ fn shares_sum_to_the_passes_of_the_whole() {
             .evaluate(&Fields::new(&u, Pressure::Penalty { kappa: 1e5 }), &mut out)
             .unwrap();
     }
-    assert_same(&defects[0], &defects[1]);
+    assert_same(&residuals[0], &residuals[1]);
 }
 
 #[test]
-fn no_element_is_in_two_shares_or_in_none() {
+fn every_element_is_in_exactly_one_partition() {
     let whole = solid([3, 2, 2]);
     let weight = |solid: &Solid| {
         let mut force = vec![0.0; whole.space().n_components()];
@@ -218,24 +218,24 @@ fn no_element_is_in_two_shares_or_in_none() {
     };
     let all = weight(&whole);
     for ranks in [1, 2, 5, 100] {
-        let shares: Vec<f64> = (0..ranks)
+        let partitions: Vec<f64> = (0..ranks)
             .map(|k| weight(&whole.clone().share(k, ranks)))
             .collect();
-        let sum: f64 = shares.iter().sum();
+        let sum: f64 = partitions.iter().sum();
         assert!(
             (sum - all).abs() <= 1e3 * f64::EPSILON * all.abs(),
             "{ranks}: {sum} {all}"
         );
-        let most = shares.iter().fold(0.0_f64, |m, x| m.max(*x));
+        let most = partitions.iter().fold(0.0_f64, |m, x| m.max(*x));
         assert!(ranks == 1 || most < 0.75 * all, "{ranks}: {most} of {all}");
     }
 }
 
 #[test]
-fn an_element_turned_inside_out_in_another_share_is_told() {
+fn inverted_elements_in_other_partitions_are_reported() {
     let whole = solid([3, 2, 2]);
-    let together = shared(&whole);
-    // The last corner, pushed through the body, is in elements of the last share.
+    let together = distributed(&whole);
+    // The last corner, moved through the body, belongs to elements of the last partition.
     let mut u = vec![0.0; whole.space().n_components()];
     let d = whole.space().dimension();
     let far = |x: &[f64]| x.iter().sum::<f64>();
@@ -252,7 +252,7 @@ fn an_element_turned_inside_out_in_another_share_is_told() {
     }
     let p = vec![0.0; whole.space().n_pressures()];
     let fields = Fields::new(&u, Pressure::Nodal(&p));
-    let of = |solid: &Solid| {
+    let error_of = |solid: &Solid| {
         let mut force = vec![0.0; u.len()];
         let mut out = Vectors {
             force: Some(&mut force),
@@ -260,8 +260,8 @@ fn an_element_turned_inside_out_in_another_share_is_told() {
         };
         solid.evaluate(&fields, &mut out).unwrap_err()
     };
-    let (alone, shared) = (of(&whole), of(&together));
-    assert!(of(&whole.clone().share(RANKS - 1, RANKS)) == shared);
+    let (alone, shared) = (error_of(&whole), error_of(&together));
+    assert!(error_of(&whole.clone().share(RANKS - 1, RANKS)) == shared);
     assert_eq!(
         (alone.element, alone.barycentric),
         (shared.element, shared.barycentric)

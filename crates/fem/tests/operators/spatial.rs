@@ -1,4 +1,4 @@
-//! Bodies in space: identities, following pressures, and numbers of independent programs.
+//! Three-dimensional bodies: identities, follower pressures, and values of independent programs.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ fn block(cells: [usize; 3]) -> Mesh {
     generate::block([0.0; 3], [2.0, 1.0, 0.5], cells).unwrap()
 }
 
-/// The displacement x ↦ map(x) − x.
+/// Returns the displacement x ↦ map(x) − x.
 fn displacement(space: &Space, map: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f64> {
     let moved = |&x: &[f64; 3]| {
         let y = map(x);
@@ -47,18 +47,18 @@ fn largest(x: &[f64]) -> f64 {
 }
 
 #[test]
-fn rigid_motions_leave_no_force_and_no_defect() {
+fn rigid_motions_have_no_force_and_volume_residual() {
     let solid = clamped(Space::taylor_hood(&block([3, 2, 1])), "left", MUSCLE_LAW);
     let p = vec![0.0; solid.space().n_pressures()];
-    // Two turns, about z and about x.
+    // Rotations about z and x.
     let ((s, c), (a, b)) = (0.7_f64.sin_cos(), 0.4_f64.sin_cos());
-    let turn = affine([[c, -s, 0.0], [b * s, b * c, -a], [a * s, a * c, b]]);
+    let rotation = affine([[c, -s, 0.0], [b * s, b * c, -a], [a * s, a * c, b]]);
     let u = displacement(solid.space(), |x| {
-        let y = turn(x);
+        let y = rotation(x);
         [y[0] + 0.3, y[1] - 0.2, y[2] + 0.1]
     });
     let [force, volume_residual] = force_and_volume_residual(&solid, &u, &p);
-    // Rounding of u (1) divided by the element size (0.5), times the modulus (4e4 Pa) and faces.
+    // Rounding of u (1) divided by the element size (0.5), times modulus (4e4 Pa) and face area.
     assert!(largest(&force) < 1e-10, "{:e}", largest(&force));
     assert!(
         largest(&volume_residual) < 1e-15,
@@ -69,10 +69,10 @@ fn rigid_motions_leave_no_force_and_no_defect() {
     assert_eq!((largest(&force), largest(&volume_residual)), (0.0, 0.0));
 }
 
-/// A patch: any affine map has its law's stress everywhere, so that forces inside cancel and those
-/// on the boundary are that stress's traction.
+/// Patch test: an affine map has a constant stress, so inner forces cancel and boundary forces
+/// equal the traction of this stress.
 #[test]
-fn affine_maps_have_the_traction_of_their_stress() {
+fn forces_of_affine_maps_equal_boundary_tractions() {
     let solid = clamped(Space::taylor_hood(&block([2, 2, 2])), "left", MUSCLE_LAW);
     let space = solid.space();
     let f = [[1.1, 0.2, -0.1], [0.05, 0.9, 0.15], [-0.12, 0.07, 1.05]];
@@ -90,39 +90,43 @@ fn affine_maps_have_the_traction_of_their_stress() {
             *sum += load;
         }
     }
-    // Rounding of sums of some hundred terms.
+    // Rounding of sums of a few hundred terms.
     let allowed = 1e-11 * largest(&expected);
     for (force, expected) in force.iter().zip(&expected) {
         assert!((force - expected).abs() < allowed);
     }
 }
 
-/// One layer of cells, no motion across it: the forces of a column of nodes are those of the plane.
+/// One layer of cells without motion across it has the energy of the plane body.
 #[test]
-fn a_sheet_in_plane_strain_has_the_forces_of_the_plane() {
+fn layer_in_plane_strain_has_the_energy_of_the_2d_body() {
     let thickness = 0.3;
     let plane = generate::rectangle([0.0; 2], [2.0, 1.0], [3, 2]).unwrap();
     let plane = clamped(Space::equal_order(&plane), "left", MUSCLE_LAW);
     let mesh = generate::block([0.0; 3], [2.0, 1.0, thickness], [3, 2, 1]).unwrap();
     let sheet = clamped(Space::equal_order(&mesh), "left", MUSCLE_LAW);
-    // Linear elements in both: the gradient of each tetrahedron is that of its triangle where its
-    // four vertices stand over three places.
+    // With linear elements, the gradient in each tetrahedron equals that in the triangle below it.
     let motion = |[x, y]: [f64; 2]| [0.05 * x * y + 0.1 * x, 0.04 * x * x - 0.06 * y];
-    let flat: Vec<f64> = plane
+    let plane_u: Vec<f64> = plane
         .space()
         .node_points()
         .iter()
         .flat_map(|&x| motion(x))
         .collect();
-    let over = |&[x, y, _]: &[f64; 3]| {
+    let extruded = |&[x, y, _]: &[f64; 3]| {
         let [u, v] = motion([x, y]);
         [u, v, 0.0]
     };
-    let thick: Vec<f64> = sheet.space().node_points().iter().flat_map(over).collect();
+    let sheet_u: Vec<f64> = sheet
+        .space()
+        .node_points()
+        .iter()
+        .flat_map(extruded)
+        .collect();
     let fields = |u| Fields::new(u, Pressure::Penalty { kappa: 1e5 });
     let energies = [
-        plane.strain_energy(&fields(&flat)),
-        sheet.strain_energy(&fields(&thick)) / thickness,
+        plane.strain_energy(&fields(&plane_u)),
+        sheet.strain_energy(&fields(&sheet_u)) / thickness,
     ];
     assert!(
         (energies[1] / energies[0] - 1.0).abs() < 1e-13,
@@ -131,7 +135,7 @@ fn a_sheet_in_plane_strain_has_the_forces_of_the_plane() {
 }
 
 #[test]
-fn refinement_keeps_volume_groups_and_fields() {
+fn refinement_preserves_volume_groups_and_fields() {
     let coarse = block([2, 1, 1]);
     let heights = coarse
         .points::<3>()
@@ -147,7 +151,7 @@ fn refinement_keeps_volume_groups_and_fields() {
         .unwrap();
     let fine = coarse.refined().unwrap();
     assert_eq!(fine.n_elements(), 8 * coarse.n_elements());
-    // Rounding of a sum of 96 volumes, which is 1.
+    // Rounding of a sum of 96 volumes with total 1.
     assert!((fine.measure() - coarse.measure()).abs() < 96.0 * f64::EPSILON);
     assert!(fine.notes().is_empty());
     for (vertex, x) in fine.points::<3>().iter().enumerate() {
@@ -168,9 +172,9 @@ fn refinement_keeps_volume_groups_and_fields() {
 }
 
 #[test]
-fn places_are_found_and_fields_evaluated() {
+fn located_points_interpolate_quadratics_exactly() {
     let space = Space::taylor_hood(&block([2, 2, 1]));
-    // A quadratic, which the elements hold exactly.
+    // A quadratic field is represented exactly.
     let f = |[x, y, z]: [f64; 3]| [x * x - y * z, y + x * z, z * z];
     let u: Vec<f64> = space.node_points().iter().flat_map(|&x| f(x)).collect();
     for point in [[0.3, 0.2, 0.1], [1.9, 0.95, 0.45], [1.0, 0.5, 0.25]] {
@@ -199,7 +203,7 @@ pub(crate) fn follower(solid: &Solid, pressure: f64, u: &[f64], groups: &[&str])
 }
 
 #[test]
-fn a_following_pressure_on_a_closed_boundary_has_neither_resultant_nor_moment() {
+fn follower_pressure_on_a_closed_boundary_has_zero_resultant_and_moment() {
     let solid = free_block();
     let points = solid.space().node_points::<3>();
     let u = random(solid.space().n_components(), 0.05, 3);
@@ -207,17 +211,17 @@ fn a_following_pressure_on_a_closed_boundary_has_neither_resultant_nor_moment() 
     let (mut resultant, mut moment, mut size) = ([0.0; 3], [0.0; 3], 0.0);
     for (node, x) in points.iter().enumerate() {
         let f = [0, 1, 2].map(|i| force[3 * node + i]);
-        let now = [0, 1, 2].map(|i| x[i] + u[3 * node + i]);
+        let position = [0, 1, 2].map(|i| x[i] + u[3 * node + i]);
         for i in 0..3 {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
             resultant[i] += f[i];
-            moment[i] += now[j] * f[k] - now[k] * f[j];
+            moment[i] += position[j] * f[k] - position[k] * f[j];
             size += f[i].abs();
         }
     }
-    // Two sides of 2 m² and more under 7 Pa.
+    // Two sides of at least 2 m² under 7 Pa.
     assert!(size > 14.0, "{size}");
-    // Rounding of some hundred forces, 2 m from the origin at most.
+    // Rounding of a few hundred forces, at most 2 m from the origin.
     assert!(
         largest(&resultant) < 128.0 * f64::EPSILON * size,
         "{resultant:?}"
@@ -226,7 +230,7 @@ fn a_following_pressure_on_a_closed_boundary_has_neither_resultant_nor_moment() 
 }
 
 #[test]
-fn a_following_pressure_under_an_affine_map_is_a_dead_traction() {
+fn follower_pressure_under_an_affine_map_is_a_dead_traction() {
     let solid = free_block();
     let f = [[1.2, 0.3, 0.1], [-0.1, 0.9, 0.2], [0.05, -0.15, 1.1]];
     let u = displacement(solid.space(), affine(f));
@@ -237,7 +241,7 @@ fn a_following_pressure_under_an_affine_map_is_a_dead_traction() {
         let traction = cofactor.map(|row| -5.0 * outward * row[number / 2]);
         let expected = load::traction(solid.space(), side, traction).unwrap();
         for (found, expected) in follower(&solid, 5.0, &u, &[side]).iter().zip(&expected) {
-            // Some dozen roundings of numbers of size 5.
+            // A dozen roundings of numbers of order 5.
             assert!(
                 (found - expected).abs() < 1e-13,
                 "{side}: {found} {expected}"
@@ -247,7 +251,7 @@ fn a_following_pressure_under_an_affine_map_is_a_dead_traction() {
 }
 
 #[test]
-fn a_following_pressure_has_its_stiffness() {
+fn follower_stiffness_is_the_derivative_of_the_load() {
     let solid = free_block();
     let n = solid.dofs().n_full();
     let (u, d) = (random(n, 0.05, 5), random(n, 0.05, 6));
@@ -269,7 +273,7 @@ fn a_following_pressure_has_its_stiffness() {
     }
 }
 
-/// The spindle at rest under a dead traction: u_z and p at the origin.
+/// Returns u_z and p at the origin of the spindle in equilibrium under a dead traction.
 fn spindle(rule: Rule, inv_kappa: f64) -> [f64; 2] {
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),
@@ -293,10 +297,10 @@ fn spindle(rule: Rule, inv_kappa: f64) -> [f64; 2] {
     [u_z, space.pressure_at(&state.p, &origin)]
 }
 
-/// Values of scikit-fem and of a second code, with quadrature of degree 8; those with degree 4
-/// differ from them by 4e-10 in u and 1e-8 in p.
+/// Reference values of scikit-fem and a second code with quadrature of degree 8. Values with degree
+/// 4 differ by 4e-10 in u and 1e-8 in p.
 #[test]
-fn a_spindle_in_equilibrium_agrees_with_other_programs() {
+fn equilibrium_of_the_spindle_matches_other_programs() {
     let cases = [
         (1e-5, [1.494_787_223_758e-3, -13.396_633_622_04]),
         (0.0, [1.385_248_874_192e-3, -13.441_581_831_33]),
@@ -313,9 +317,9 @@ fn a_spindle_in_equilibrium_agrees_with_other_programs() {
     assert!((p / exact_p - 1.0).abs() < 1e-10, "{p}");
 }
 
-/// Two materials on top of each other: the pressure jumps where they meet, and is constant in each.
+/// Two stacked materials: the pressure is constant in each and jumps at the interface.
 #[test]
-fn the_pressure_jumps_between_materials() {
+fn pressure_jumps_between_materials() {
     let mesh = generate::block([0.0; 3], [1.0; 3], [2, 2, 2]).unwrap();
     let above = |element: usize| {
         let corners = mesh.corners::<3, 4>(element);
@@ -323,16 +327,16 @@ fn the_pressure_jumps_between_materials() {
     };
     let regions: Vec<usize> = (0..mesh.n_elements()).map(above).collect();
     let space = Space::taylor_hood(&mesh).with_regions(&regions).unwrap();
-    // Three layers of nine vertices, the middle one twice.
+    // Three layers of nine vertices; the middle layer has two pressures per vertex.
     assert_eq!((space.n_pressures(), mesh.n_points()), (36, 27));
     let space = Arc::new(space);
-    // Held between plates in x and y, stretched in z: uniaxial strain in both.
-    let mut held = Vec::new();
+    // Confined by plates in x and y and stretched in z: uniaxial strain in both materials.
+    let mut fixed = Vec::new();
     for (number, side) in SIDES.into_iter().enumerate() {
         let nodes = space.nodes_of(side).unwrap();
-        held.extend(nodes.into_iter().map(|node| (node, number / 2)));
+        fixed.extend(nodes.into_iter().map(|node| (node, number / 2)));
     }
-    let dofs = DofMap::new(&space, &held).unwrap();
+    let dofs = DofMap::new(&space, &fixed).unwrap();
     let (soft, stiff) = (SMALL_LAW, SMALL_LAW.scaled(3.0));
     let laws = regions
         .iter()
@@ -346,7 +350,7 @@ fn the_pressure_jumps_between_materials() {
     };
     let load = vec![0.0; start.u.len()];
     let state = equilibrium(&solid, &load, 1.0 / kappa, false, start);
-    // The same stress κ e + 4/3 ζ e in both, e1 + e2 = 0.002 over heights of one half.
+    // Both have the stress κ e + 4/3 ζ e, with e1 + e2 = 0.002 for heights of one half.
     let moduli = [2.04e4, 3.0 * 2.04e4].map(|zeta| kappa + 4.0 / 3.0 * zeta);
     let stress = 0.002 / (1.0 / moduli[0] + 1.0 / moduli[1]);
     for (element, &region) in regions.iter().enumerate() {

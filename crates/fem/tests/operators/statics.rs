@@ -1,9 +1,9 @@
-//! The muscle under a constant traction, against numbers of an independent program.
+//! Static response of the muscle to a constant traction, compared with an independent program.
 
 use crate::common::{Equilibrium, MUSCLE_LAW, clamped, equilibrium, muscle_mesh};
 use myovib_fem::{Space, load};
 
-/// u_y and p at the origin under τ = (0, 100) on `load`.
+/// Returns u_y and p at the origin under τ = (0, 100) on `load`.
 fn response(inv_kappa: f64) -> (f64, f64) {
     let space = Space::taylor_hood(&muscle_mesh());
     let load = load::traction(&space, "load", [0.0, 100.0]).unwrap();
@@ -20,13 +20,13 @@ fn response(inv_kappa: f64) -> (f64, f64) {
     )
 }
 
-/// Both numbers were given with five digits by those who set this crate's task; they are not its own.
+/// Compares with reference values of five digits from an independent program.
 fn agrees(found: f64, stated: f64) {
     assert!((found / stated - 1.0).abs() < 5e-5, "{found} {stated}");
 }
 
 #[test]
-fn muscle_has_the_papers_number_of_unknowns() {
+fn muscle_mesh_has_the_published_number_of_unknowns() {
     let mesh = muscle_mesh();
     let space = Space::taylor_hood(&mesh);
     assert_eq!((mesh.n_points(), mesh.n_elements()), (185, 311));

@@ -142,7 +142,7 @@ impl Relaxation {
         for part in solid.relaxation_regions() {
             let terms = own[part.states.start * n_columns..].chunks(part.slots.len() * n_columns);
             for (term, b) in part.prony.terms().iter().zip(terms) {
-                let scale = term.lagging(c, T::one());
+                let scale = term.residual_stress(c, T::one());
                 let first = part.slots.clone().step_by(BLOCK);
                 for (first, b) in first.zip(b.chunks(BLOCK * n_columns)) {
                     for (j, slots) in slots.chunks_mut(T::COUNT).enumerate() {
@@ -194,13 +194,13 @@ impl Relaxation {
             let terms =
                 own[part.states.start * n_columns..].chunks_mut(part.slots.len() * n_columns);
             for (term, states) in part.prony.terms().iter().zip(terms) {
-                let lagging = term.lagging(c, T::one());
+                let residual_stress = term.residual_stress(c, T::one());
                 let driven = term.update(c, T::one(), T::zero());
                 let first = part.slots.clone().step_by(BLOCK);
                 for (first, states) in first.zip(states.chunks_mut(BLOCK * n_columns)) {
                     for (j, slots) in slots.chunks(T::COUNT).enumerate() {
                         let renew = |(slot, state): (usize, &mut T)| {
-                            *state = lagging * *state + driven * T::of_parts(slots, slot);
+                            *state = residual_stress * *state + driven * T::of_parts(slots, slot);
                         };
                         let slots = first..;
                         match n_columns {

@@ -1,6 +1,6 @@
 //! The materials of a scene: a law of the library by its name, and the directions of its fibres.
 //!
-//! The laws and their constants are those of [`myovib_fem::Law::CATALOGUE`]: a law that is added
+//! The laws and their constants are those of [`myovib_fem::Law::CATALOG`]: a law that is added
 //! there is one of scenes, with its ranges and its words in the schema.
 
 use std::collections::BTreeMap;
@@ -164,7 +164,7 @@ impl JsonSchema for Law {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let laws = myovib_fem::Law::CATALOGUE.iter().map(alternative);
+        let laws = myovib_fem::Law::CATALOG.iter().map(alternative);
         let neo_hooke = alternative(&Description {
             name: NEO_HOOKE,
             energy: "ζ/2 (Ī1 - 3)",
@@ -236,7 +236,7 @@ mod tests {
             fibre: [1.0, 0.0, 0.0],
             sheet: [0.0, 1.0, 0.0],
         };
-        for law in myovib_fem::Law::CATALOGUE {
+        for law in myovib_fem::Law::CATALOG {
             let constants: Map<String, Value> = law
                 .parameters
                 .iter()

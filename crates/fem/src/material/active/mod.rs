@@ -1,4 +1,4 @@
-//! Stress that a muscle produces along its fibres.
+//! Active stress along muscle fibers.
 //!
 //! ```text
 //! P = τ (F f0)⊗f0,    τ = T g(λ) h(λ̇), divided by λ where T is nominal
@@ -6,47 +6,47 @@
 //! ```
 //!
 //! with f = F f0, ḟ = V f0, λ² = 1 + 2 E, E = f0·E f0, Ė = f·ḟ = λ λ̇. Without a force–velocity
-//! factor K is symmetric. The functions hold in the plane, where the fibres lie in it, and in space.
+//! factor K is symmetric. The functions apply in 2D (with in-plane fibers) and 3D.
 
 use super::{Dual, Range, Real};
 use crate::error::FemError;
 
-/// The stress that T is.
+/// Stress measure of the tension T.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tension {
-    /// Second Piola–Kirchhoff: S = T g f0⊗f0, nominal stress λ T g along the fibre.
+    /// Second Piola–Kirchhoff stress: S = T g f0⊗f0, nominal stress λ T g along the fiber.
     SecondPiolaKirchhoff,
-    /// Nominal: S = T g/λ f0⊗f0, nominal stress T g along the fibre.
+    /// Nominal stress: S = T g/λ f0⊗f0, nominal stress T g along the fiber.
     Nominal,
 }
 
-/// How tension depends on the fibre's stretch: the factor g(λ).
+/// Force–length relation: the factor g(λ) of the tension.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ForceLength {
-    /// g = 1.
+    /// Constant g = 1.
     Constant,
-    /// `g = max(0, −25/4 r² + 25/2 r − 5.25)`, r = λ/λ_opt. Source: openDiHu.
+    /// Parabola `g = max(0, −25/4 r² + 25/2 r − 5.25)`, r = λ/λ_opt. Source: openDiHu.
     Parabola {
-        /// λ_opt.
+        /// Optimal stretch λ_opt.
         optimal: f64,
     },
-    /// `g = exp(−|(λ/λ_opt − 1)/w|⁴)`.
+    /// Generalized Gaussian `g = exp(−|(λ/λ_opt − 1)/w|⁴)`.
     Gaussian {
-        /// λ_opt.
+        /// Optimal stretch λ_opt.
         optimal: f64,
-        /// w.
+        /// Width w.
         width: f64,
     },
 }
 
 impl ForceLength {
-    /// g.
+    /// Returns g.
     #[inline(always)]
     fn factor<R: Real>(self, stretch: R) -> R {
         match self {
             ForceLength::Constant => stretch.like(1.0),
             ForceLength::Parabola { optimal } => {
-                // 1 at r = 1, zero at r = 0.6 and 1.4.
+                // 1 at r = 1; zero at r = 0.6 and 1.4.
                 let from_optimal = stretch * (1.0 / optimal) - stretch.like(1.0);
                 let g = stretch.like(1.0) - from_optimal * from_optimal * 6.25;
                 g.choose(g, stretch.like(0.0))
@@ -60,22 +60,22 @@ impl ForceLength {
     }
 }
 
-/// How tension depends on the rate of the fibre's stretch: Hill's factor h(λ̇/v_max).
+/// Force–velocity relation: Hill's factor h(λ̇/v_max) of the tension.
 ///
-/// Shortening, s = λ̇/v_max in [−1, 0]: `(1 + s)/(1 − s/a)`, zero below. Lengthening:
-/// `1 + (N − 1) s/(s + c)`, with c such that the slopes at 0 are equal.
+/// For shortening, s = λ̇/v_max in [−1, 0], h = `(1 + s)/(1 − s/a)`, and zero below. For
+/// lengthening, h = `1 + (N − 1) s/(s + c)` with c such that the slopes at 0 are equal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceVelocity {
-    /// v_max, 1/s.
+    /// Maximum shortening rate v_max, in 1/s.
     pub v_max: f64,
-    /// a.
+    /// Curvature parameter a.
     pub a: f64,
-    /// N, the factor that fast lengthening tends to.
+    /// Plateau N for fast lengthening.
     pub plateau: f64,
 }
 
 impl ForceVelocity {
-    /// Hill's factor with a = 0.25 and a plateau of 1.4.
+    /// Returns Hill's factor with a = 0.25 and N = 1.4.
     pub fn hill(v_max: f64) -> Self {
         Self {
             v_max,
@@ -84,13 +84,13 @@ impl ForceVelocity {
         }
     }
 
-    /// h.
+    /// Returns h.
     #[inline(always)]
     fn factor<R: Real>(self, stretch_rate: R) -> R {
         let s = stretch_rate * (1.0 / self.v_max);
         let (one, zero) = (s.like(1.0), s.like(0.0));
         let slow = (one + s).choose(one + s, zero);
-        // Both branches stay finite where the other one counts.
+        // Both branches are finite for all s, although only one is selected.
         let (down, up) = (s.choose(zero, s), s.choose(s, zero));
         let shortening = slow / (one - down * (1.0 / self.a));
         let beyond = self.plateau - 1.0;
@@ -100,49 +100,49 @@ impl ForceVelocity {
     }
 }
 
-/// Active stress along the fibres, for a tension T that is given at each point.
+/// Active stress along the fibers for a given tension T at each point.
 ///
 /// # Units
 /// T in Pa.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ActiveStress {
-    /// The stress that T is.
+    /// Stress measure of the tension T.
     pub tension: Tension,
-    /// g.
+    /// Returns g.
     pub force_length: ForceLength,
-    /// h; 1 if there is none.
+    /// Force–velocity factor h; `None` means 1.
     pub force_velocity: Option<ForceVelocity>,
 }
 
-/// τ at a point with its derivatives, and the fibre as it is deformed.
+/// Tension τ at a point with its derivatives, and the deformed fiber.
 #[derive(Debug, Clone, Copy)]
 pub struct ActiveFibre<R, const D: usize> {
-    /// f0.
+    /// Undeformed fiber f0.
     reference: [R; D],
-    /// f = F f0.
+    /// Deformed fiber f = F f0.
     fibre: [R; D],
-    /// ḟ = V f0.
+    /// Fiber rate ḟ = V f0.
     rate: [R; D],
-    /// τ.
+    /// Tension τ.
     tau: R,
-    /// ∂τ/∂E.
+    /// Derivative ∂τ/∂E.
     by_strain: R,
-    /// ∂τ/∂Ė.
+    /// Derivative ∂τ/∂Ė.
     by_strain_rate: R,
 }
 
 impl ActiveStress {
-    /// T itself along the fibre.
+    /// Second Piola–Kirchhoff stress T without force–length and force–velocity factors.
     pub const PLAIN: Self = Self {
         tension: Tension::SecondPiolaKirchhoff,
         force_length: ForceLength::Constant,
         force_velocity: None,
     };
 
-    /// Checks the constants.
+    /// Checks the ranges of the constants.
     ///
     /// # Errors
-    /// [`FemError::Parameter`].
+    /// [`FemError::Parameter`] for a constant out of range.
     pub fn check(&self) -> Result<(), FemError> {
         let mut constants = Vec::new();
         match self.force_length {
@@ -160,7 +160,7 @@ impl ActiveStress {
             .try_for_each(|(name, value)| Range::Positive.check(name, value))
     }
 
-    /// τ from T, E and Ė.
+    /// Returns τ from T, E and Ė.
     #[inline(always)]
     pub fn tau<R: Real>(&self, tension: R, strain: R, strain_rate: R) -> R {
         let stretch = (strain * 2.0 + strain.like(1.0)).sqrt();
@@ -174,8 +174,8 @@ impl ActiveStress {
         }
     }
 
-    /// The fibre along `reference` = f0 at a point with `h` = ∇u that moves with `v` = ∇v, under the
-    /// tension T.
+    /// Returns the active fiber at a point with the undeformed direction `reference` = f0, `h` = ∇u
+    /// and `v` = ∇v, for the tension T.
     #[inline(always)]
     pub fn at<R: Real, const D: usize>(
         &self,
@@ -189,7 +189,7 @@ impl ActiveStress {
         for (fibre, change) in fibre.iter_mut().zip(change) {
             *fibre = *fibre + change;
         }
-        // f0·E f0 as a sum of small terms near rest.
+        // f0·E f0 as a sum of small terms, without cancellation near rest.
         let e = dot(reference, change) + dot(change, change) * 0.5;
         let e_rate = dot(fibre, rate);
         let (one, zero) = (e.like(1.0), e.like(0.0));
@@ -212,7 +212,7 @@ impl ActiveStress {
 }
 
 impl<R: Real, const D: usize> ActiveFibre<R, D> {
-    /// P.
+    /// Returns P.
     #[inline(always)]
     pub fn stress(&self) -> [[R; D]; D] {
         let mut out = [self.reference; D];
@@ -224,29 +224,29 @@ impl<R: Real, const D: usize> ActiveFibre<R, D> {
         out
     }
 
-    /// f0, the direction J and L of the derivatives.
+    /// Returns f0, the directions J and L of the derivatives.
     #[inline(always)]
     pub fn direction(&self) -> [R; D] {
         self.reference
     }
 
-    /// K of ∂P/∂F: not symmetric if the tension depends on the rate.
+    /// Returns K of ∂P/∂F, which is not symmetric if the tension depends on the rate.
     #[inline(always)]
     pub fn by_displacement(&self) -> [[R; D]; D] {
         let mut out = [self.fibre; D];
         for (i, row) in out.iter_mut().enumerate() {
             for (k, entry) in row.iter_mut().enumerate() {
-                let along = self
+                let change = self
                     .by_strain
                     .mul_add(*entry, self.by_strain_rate * self.rate[k]);
-                *entry = self.fibre[i] * along;
+                *entry = self.fibre[i] * change;
             }
             row[i] = row[i] + self.tau;
         }
         out
     }
 
-    /// K of ∂P/∂V.
+    /// Returns K of ∂P/∂V.
     #[inline(always)]
     pub fn by_velocity(&self) -> [[R; D]; D] {
         let mut out = [self.fibre; D];
@@ -258,14 +258,14 @@ impl<R: Real, const D: usize> ActiveFibre<R, D> {
         out
     }
 
-    /// P : V, the power of the fibres per reference volume: τ Ė.
+    /// Returns the power P : V = τ Ė per reference volume.
     #[inline(always)]
     pub fn power(&self) -> R {
         self.tau * dot(self.fibre, self.rate)
     }
 }
 
-/// a·b.
+/// Returns a·b.
 #[inline(always)]
 pub(super) fn dot<R: Real, const D: usize>(a: [R; D], b: [R; D]) -> R {
     let mut sum = a[0] * b[0];
@@ -275,7 +275,7 @@ pub(super) fn dot<R: Real, const D: usize>(a: [R; D], b: [R; D]) -> R {
     sum
 }
 
-/// M x.
+/// Returns M x.
 #[inline(always)]
 pub(super) fn apply<R: Real, const D: usize>(matrix: &[[R; D]; D], x: [R; D]) -> [R; D] {
     let mut out = x;

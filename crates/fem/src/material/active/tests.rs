@@ -1,4 +1,4 @@
-//! Derivatives, powers, curves.
+//! Tests of derivatives, power and factors of active stress.
 
 use super::*;
 
@@ -34,9 +34,9 @@ fn materials() -> Vec<ActiveStress> {
 }
 
 #[test]
-fn derivatives_are_those_of_the_stress() {
+fn derivatives_match_central_differences() {
     let step = 6e-6;
-    // Lengthening and shortening fibres.
+    // Lengthening and shortening fibers.
     for sign in [1.0, -1.0] {
         let v = V.map(|row| row.map(|v| sign * v));
         for active in materials() {
@@ -58,7 +58,7 @@ fn derivatives_are_those_of_the_stress() {
                             let dyad = FIBRE[j] * FIBRE[l];
                             let by_h = (plus[i][j] - minus[i][j]) / (2.0 * step);
                             let by_rate = (faster[i][j] - slower[i][j]) / (2.0 * step);
-                            // ε^(2/3) of the tension.
+                            // Difference errors of order ε^(2/3) times the tension.
                             assert!((by_u[i][k] * dyad - by_h).abs() < 1e-8 * 7e4);
                             assert!((by_v[i][k] * dyad - by_rate).abs() < 1e-8 * 7e4);
                         }
@@ -80,7 +80,7 @@ fn power_is_stress_times_velocity_gradient() {
 }
 
 #[test]
-fn stress_along_the_fibre_is_what_its_name_says() {
+fn stress_measures_give_their_nominal_stress() {
     let (stretched, still) = ([[0.2, 0.0], [0.0; 2]], [[0.0; 2]; 2]);
     let along =
         |active: ActiveStress| active.at([1.0, 0.0], &stretched, &still, 100.0).stress()[0][0];
@@ -93,13 +93,13 @@ fn stress_along_the_fibre_is_what_its_name_says() {
 }
 
 #[test]
-fn curves_have_the_values_of_their_formulas() {
+fn factors_match_their_formulas() {
     let parabola = ForceLength::Parabola { optimal: 1.2 };
     for ratio in [0.5, 0.7, 1.0, 1.3, 1.5] {
         let formula: f64 = -6.25 * ratio * ratio + 12.5 * ratio - 5.25;
         assert!((parabola.factor(1.2 * ratio) - formula.max(0.0)).abs() < 1e-14);
     }
-    // (0.375/0.5 − 1)/0.5 = −1/2, to the power of four: at the width itself each power is 1.
+    // The exponent is −(1/2)⁴, since (0.375/0.5 − 1)/0.5 = −1/2.
     let gaussian = ForceLength::Gaussian {
         optimal: 0.5,
         width: 0.5,
@@ -118,7 +118,7 @@ fn curves_have_the_values_of_their_formulas() {
         };
         hill.factor(dual).rate
     };
-    // 1 + 1/a on both sides.
+    // Slope 1 + 1/a on both sides.
     assert!((slope(0.0) - 5.0).abs() < 1e-14);
     assert!((slope(-1e-12) - 5.0).abs() < 1e-9);
 }

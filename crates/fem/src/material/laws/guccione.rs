@@ -1,4 +1,5 @@
-//! Guccione's law: an exponential of Green's strain along fibre, sheet and normal, whole or isochoric.
+//! Guccione's law: exponential of the Green strain along fiber, sheet and normal, in full and
+//! isochoric form.
 
 use crate::material::Real;
 use crate::material::parameters::{Described, Description, Parameter, Range};
@@ -6,19 +7,21 @@ use crate::material::three::{
     FibreStrains, Law3, Strain3, Symmetric3, Tensor3Of, add_scaled3, scaled3,
 };
 
-/// `W = C/2 (e^Q − 1)`, `Q = b_f E_ff² + b_t (E_ss² + E_nn² + 2 E_sn²) + b_fs (2 E_fs² + 2 E_fn²)`.
+/// Guccione's law `W = C/2 (e^Q − 1)`, `Q = b_f E_ff² + b_t (E_ss² + E_nn² + 2 E_sn²) + b_fs (2
+/// E_fs² + 2 E_fn²)`.
 ///
-/// Green's strain is not split: J = 1 is the constraint's matter, p is not the mean stress, nor κ
-/// the bulk modulus of the whole. Source: Land et al. 2015, Proc. R. Soc. A 471.
+/// The Green strain is not split into isochoric and volumetric parts; the constraint enforces J =
+/// 1. Therefore p is not the mean stress and κ is not the bulk modulus. Source: Land et al. (2015),
+/// Proc. R. Soc. A 471.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Guccione {
-    /// C, Pa.
+    /// Stress scale C, in Pa.
     pub c: f64,
-    /// b_f.
+    /// Weight b_f of fiber strain.
     pub b_f: f64,
-    /// b_t.
+    /// Weight b_t of transverse strain.
     pub b_t: f64,
-    /// b_fs.
+    /// Weight b_fs of fiber shear.
     pub b_fs: f64,
 }
 
@@ -27,35 +30,35 @@ impl Described for Guccione {
         name: "guccione",
         energy: "C/2 (exp Q - 1), Q = b_f E_ff² + b_t (E_ss² + E_nn² + 2 E_sn²) + \
                  2 b_fs (E_fs² + E_fn²)",
-        about: "Heart muscle at rest, in the axes of fibre and sheet.",
+        about: "Passive myocardium, with axes along fiber and sheet.",
         parameters: CONSTANTS,
         fibres: true,
         complete: false,
     };
 }
 
-/// The constants of both.
+/// Constants of both laws.
 const CONSTANTS: &[Parameter] = &[
     Parameter::new("c", "Pa", Range::Positive, "Stiffness C"),
-    Parameter::new("b_f", "", Range::NotNegative, "Weight along the fibre"),
-    Parameter::new("b_t", "", Range::NotNegative, "Weight across the fibre"),
+    Parameter::new("b_f", "", Range::NotNegative, "Weight of strain along the fiber"),
+    Parameter::new("b_t", "", Range::NotNegative, "Weight of strain across the fiber"),
     Parameter::new(
         "b_fs",
         "",
         Range::NotNegative,
-        "Weight of shear along the fibre",
+        "Weight of shear along the fiber",
     ),
 ];
 
 impl Guccione {
-    /// Weights of the strains ff, ss, nn, sn, fn, fs in Q.
+    /// Returns the weights of the strains ff, ss, nn, sn, fn, fs in Q.
     #[inline(always)]
     fn weights(&self) -> [f64; 6] {
         let Self { b_f, b_t, b_fs, .. } = *self;
         [b_f, b_t, b_t, 2.0 * b_t, 2.0 * b_fs, 2.0 * b_fs]
     }
 
-    /// Q and its derivatives by the strains.
+    /// Returns Q and its derivatives with respect to the strains.
     #[inline(always)]
     fn exponent<R: Real>(&self, strains: &[R; 6]) -> (R, [R; 6]) {
         let mut sum = strains[0].like(0.0);
@@ -103,43 +106,45 @@ impl Law3 for Guccione {
     }
 }
 
-/// Guccione's law of the strain Ē = (C̄ − I)/2 of constant volume, `C̄ = J^(−2/3) C`.
+/// Guccione's law of the isochoric strain Ē = (C̄ − I)/2, `C̄ = J^(−2/3) C`.
 ///
-/// Where J = 1 it is the same material, with another pressure. Discrete pressures hold J = 1 in the mean alone:
-/// thin walls under large strains do not collapse with this one. Source: as [`Guccione`]; FEBio.
+/// For J = 1 it is the same material with a different pressure. Discrete pressures enforce J = 1
+/// only on average; with this law thin walls do not collapse at large strains. Source: as
+/// [`Guccione`]; FEBio.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IsochoricGuccione {
-    /// C, Pa.
+    /// Stress scale C, in Pa.
     pub c: f64,
-    /// b_f.
+    /// Weight b_f of fiber strain.
     pub b_f: f64,
-    /// b_t.
+    /// Weight b_t of transverse strain.
     pub b_t: f64,
-    /// b_fs.
+    /// Weight b_fs of fiber shear.
     pub b_fs: f64,
 }
 
 impl Described for IsochoricGuccione {
     const DESCRIPTION: Description = Description {
         name: "isochoric-guccione",
-        energy: "that of guccione in Ē = (J^(-2/3) C - I)/2",
-        about: "The law guccione where J = 1, but for the pressure; stable under larger strains.",
+        energy: "energy of guccione with Ē = (J^(-2/3) C - I)/2",
+        about: "Same as guccione for J = 1, except for the pressure; more stable at large strains.",
         parameters: CONSTANTS,
         fibres: true,
         complete: false,
     };
 }
 
-/// Ē, and what its derivatives need: with x = J^(−1/3), N = cof F and c = 2 E + I in the axes,
+/// Ē and the quantities of its derivatives: with x = J^(−1/3), N = cof F and c = 2 E + I in the
+/// axes,
 /// ```text
 /// Ē = x² E + (x² − 1)/2 I,    ∂Ē = x² ∂E − x⁵/3 c N
 /// ∂²Ē = x² ∂²E − 2 x⁵/3 (∂E⊗N + N⊗∂E) + c (5 x⁸/9 N⊗N − x⁵/3 ∂N)
 /// ```
 struct Isochoric<R> {
     strains: FibreStrains<R>,
-    /// Ē: ff, ss, nn, sn, fn, fs.
+    /// Components of Ē: ff, ss, nn, sn, fn, fs.
     values: [R; 6],
-    /// c.
+    /// Components of c.
     stretched: [R; 6],
     x: R,
 }
@@ -151,7 +156,7 @@ impl<R: Real> Isochoric<R> {
         let (d, one) = (strain.d, strain.d.like(1.0));
         let x = (d + one).inverse_cube_root();
         let x2 = x * x;
-        // (x² − 1)/2 without cancellation at rest.
+        // (x² − 1)/2 without cancellation near rest.
         let shrunk = d * x2 * x * (one + x) / (one + x + x2) * -0.5;
         let (mut values, mut stretched) = (strains.values, strains.values);
         for i in 0..6 {
@@ -170,7 +175,7 @@ impl<R: Real> Isochoric<R> {
         }
     }
 
-    /// Σ a c.
+    /// Returns Σ a c.
     #[inline(always)]
     fn dot(&self, a: &[R; 6]) -> R {
         let mut sum = self.x.like(0.0);
@@ -180,14 +185,14 @@ impl<R: Real> Isochoric<R> {
         sum
     }
 
-    /// x⁵/3.
+    /// Returns x⁵/3.
     #[inline(always)]
     fn third(&self) -> R {
         let x2 = self.x * self.x;
         x2 * x2 * self.x * (1.0 / 3.0)
     }
 
-    /// Σ slope ∂Ē.
+    /// Returns Σ slope ∂Ē.
     #[inline(always)]
     fn combine(&self, slopes: &[R; 6], cofactor: &Tensor3Of<R>) -> Tensor3Of<R> {
         let mut out = scaled3(self.x * self.x, &self.strains.combine(slopes));
@@ -197,9 +202,9 @@ impl<R: Real> Isochoric<R> {
 }
 
 impl IsochoricGuccione {
-    /// The law of all of E.
+    /// Returns the law of the full strain E.
     #[inline(always)]
-    fn whole(&self) -> Guccione {
+    fn full(&self) -> Guccione {
         let Self { c, b_f, b_t, b_fs } = *self;
         Guccione { c, b_f, b_t, b_fs }
     }
@@ -210,14 +215,14 @@ impl Law3 for IsochoricGuccione {
 
     #[inline(always)]
     fn energy<R: Real>(&self, strain: &Strain3<R>) -> R {
-        let (q, _) = self.whole().exponent(&Isochoric::new(strain).values);
+        let (q, _) = self.full().exponent(&Isochoric::new(strain).values);
         q.exp_m1() * (0.5 * self.c)
     }
 
     #[inline(always)]
     fn stress<R: Real>(&self, strain: &Strain3<R>) -> Tensor3Of<R> {
         let isochoric = Isochoric::new(strain);
-        let (q, slopes) = self.whole().exponent(&isochoric.values);
+        let (q, slopes) = self.full().exponent(&isochoric.values);
         let gradient = isochoric.combine(&slopes, &strain.cofactor);
         scaled3(q.exp() * (0.5 * self.c), &gradient)
     }
@@ -225,13 +230,13 @@ impl Law3 for IsochoricGuccione {
     #[inline(always)]
     fn tangent<R: Real>(&self, strain: &Strain3<R>) -> Symmetric3<R> {
         let isochoric = Isochoric::new(strain);
-        let (q, mut slopes) = self.whole().exponent(&isochoric.values);
+        let (q, mut slopes) = self.full().exponent(&isochoric.values);
         let scale = q.exp() * (0.5 * self.c);
         let mut out = Symmetric3::zero(q);
         out.add_square(scale, &isochoric.combine(&slopes, &strain.cofactor));
         let (x2, third) = (isochoric.x * isochoric.x, isochoric.third());
         let (mut curvatures, mut pairs, mut squares) = (slopes, slopes, slopes);
-        for (i, weight) in self.whole().weights().into_iter().enumerate() {
+        for (i, weight) in self.full().weights().into_iter().enumerate() {
             let curvature = scale * (2.0 * weight);
             let stretched = curvature * isochoric.stretched[i];
             slopes[i] = scale * slopes[i];
@@ -243,8 +248,8 @@ impl Law3 for IsochoricGuccione {
         strains.add_curvatures(&mut out, &curvatures);
         out.add_pair(&strains.combine(&pairs), &strain.cofactor);
         let sum = isochoric.dot(&slopes);
-        let of_squares = third * x2 * isochoric.x * sum * (5.0 / 3.0);
-        out.add_square(isochoric.dot(&squares) + of_squares, &strain.cofactor);
+        let second_order = third * x2 * isochoric.x * sum * (5.0 / 3.0);
+        out.add_square(isochoric.dot(&squares) + second_order, &strain.cofactor);
         out.add_cofactor_slope(-(third * sum), &strain.f);
         for slope in &mut slopes {
             *slope = x2 * *slope;

@@ -1,4 +1,4 @@
-//! Holzapfel and Ogden's law: a matrix, fibres and sheets that resist tension, and their shear.
+//! Holzapfel–Ogden law: isotropic matrix, fibers and sheets under tension, and fiber–sheet shear.
 
 use super::mooney_rivlin;
 use crate::material::parameters::{Described, Description, Parameter, Range};
@@ -7,31 +7,33 @@ use crate::material::three::{
 };
 use crate::material::{Dual, Real};
 
-/// `W = a/2b (e^{b(Ī1−3)} − 1) + Σ_f,s a_i/2b_i H(I4i) (e^{b_i (I4i−1)²} − 1) + a_fs/2b_fs (e^{b_fs I8²} − 1)`.
+/// Holzapfel–Ogden law `W = a/2b (e^{b(Ī1−3)} − 1) + Σ_f,s a_i/2b_i H(I4i) (e^{b_i (I4i−1)²} − 1) +
+/// a_fs/2b_fs (e^{b_fs I8²} − 1)`.
 ///
-/// `H(x) = 1/(1 + e^{−k(x−1)})` switches fibres on in tension; it is part of the energy, and leaves
-/// a hump below I4 = 1. With k = ∞ it is a step: the tangent then has a kink at I4 = 1, where the
-/// tension side counts. I4 and I8 are of the full C. Source: Holzapfel and Ogden 2009, Phil. Trans.
-/// R. Soc. A 367, in the form of Aróstica et al. 2025.
+/// The switch `H(x) = 1/(1 + e^{−k(x−1)})` activates fibers in tension. It is part of the energy
+/// and makes it non-convex just below I4 = 1. With k = ∞ it is a step: the tangent has a jump at I4
+/// = 1, where the value of the tension side is used. I4 and I8 are invariants of the full C.
+/// Source: Holzapfel and Ogden (2009), Phil. Trans. R. Soc. A 367, in the form of Aróstica et al.
+/// (2025).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HolzapfelOgden {
-    /// a, Pa.
+    /// Matrix stiffness a, in Pa.
     pub a: f64,
-    /// b.
+    /// Matrix exponent b.
     pub b: f64,
-    /// a_f, Pa.
+    /// Fiber stiffness a_f, in Pa.
     pub a_f: f64,
-    /// b_f.
+    /// Fiber exponent b_f.
     pub b_f: f64,
-    /// a_s, Pa.
+    /// Sheet stiffness a_s, in Pa.
     pub a_s: f64,
-    /// b_s.
+    /// Sheet exponent b_s.
     pub b_s: f64,
-    /// a_fs, Pa.
+    /// Shear stiffness a_fs, in Pa.
     pub a_fs: f64,
-    /// b_fs.
+    /// Shear exponent b_fs.
     pub b_fs: f64,
-    /// k; ∞ for a step.
+    /// Steepness k of the switch; ∞ for a step.
     pub k: f64,
 }
 
@@ -40,21 +42,21 @@ impl Described for HolzapfelOgden {
         name: "holzapfel-ogden",
         energy: "a/2b (exp b(Ī1-3) - 1) + Σ_f,s a_i/2b_i H(I4i) (exp b_i(I4i-1)² - 1) + \
                  a_fs/2b_fs (exp b_fs I8² - 1), H(x) = 1/(1 + exp -k(x-1))",
-        about: "Heart muscle at rest: fibres and sheets in an isotropic matrix.",
+        about: "Passive myocardium: fibers and sheets in an isotropic matrix.",
         parameters: &[
             Parameter::new("a", "Pa", Range::Positive, "Stiffness of the matrix"),
             Parameter::new("b", "", Range::Positive, "Exponent of the matrix"),
-            Parameter::new("a_f", "Pa", Range::NotNegative, "Stiffness of the fibres"),
-            Parameter::new("b_f", "", Range::Positive, "Exponent of the fibres"),
+            Parameter::new("a_f", "Pa", Range::NotNegative, "Stiffness of the fibers"),
+            Parameter::new("b_f", "", Range::Positive, "Exponent of the fibers"),
             Parameter::new("a_s", "Pa", Range::NotNegative, "Stiffness of the sheets"),
             Parameter::new("b_s", "", Range::Positive, "Exponent of the sheets"),
-            Parameter::new("a_fs", "Pa", Range::NotNegative, "Stiffness of their shear"),
-            Parameter::new("b_fs", "", Range::Positive, "Exponent of their shear"),
+            Parameter::new("a_fs", "Pa", Range::NotNegative, "Stiffness of fiber–sheet shear"),
+            Parameter::new("b_fs", "", Range::Positive, "Exponent of fiber–sheet shear"),
             Parameter::new(
                 "k",
                 "",
                 Range::PositiveOrInfinite,
-                "Steepness of the switch; `inf`: a step",
+                "Steepness of the switch; `inf` gives a step",
             )
             .or(100.0),
         ],
@@ -72,7 +74,7 @@ impl HolzapfelOgden {
         }
     }
 
-    /// The three terms of fibres: strain, family.
+    /// Returns the strain and the fiber family of the three anisotropic terms.
     #[inline(always)]
     fn terms<R: Real>(&self, strain: &Strain3<R>) -> [(FibreStrain<R>, Family); 3] {
         let (f, s) = (strain.axes.fibre, strain.axes.sheet);
@@ -94,29 +96,29 @@ impl HolzapfelOgden {
     }
 }
 
-/// `w(E) = a/2b H (e^{b y²} − 1)`, y = 2 E: I4 − 1, or I8.
+/// Fiber family `w(E) = a/2b H (e^{b y²} − 1)` with y = 2 E: I4 − 1, or I8.
 #[derive(Debug, Clone, Copy)]
 struct Family {
     a: f64,
     b: f64,
-    /// Steepness of the switch; none without switch.
+    /// Steepness of the switch; `None` without switch.
     k: Option<f64>,
 }
 
 impl Family {
-    /// Multiplies by the switch: a value g, or with its derivative g' the derivative of H g.
+    /// Multiplies by the switch: returns H g, or its derivative if the derivative g' is given.
     #[inline(always)]
     fn switched<R: Real>(&self, y: R, value: R, derivative: Option<R>) -> R {
-        let own = derivative.unwrap_or(value);
+        let term = derivative.unwrap_or(value);
         match self.k {
-            None => own,
-            Some(k) if k.is_infinite() => y.choose(own, y.like(0.0)),
+            None => term,
+            Some(k) if k.is_infinite() => y.choose(term, y.like(0.0)),
             Some(k) => {
                 let one = y.like(1.0);
                 let h = one / (one + (y * -k).exp());
                 match derivative {
-                    None => h * own,
-                    Some(own) => h * (own + (one - h) * value * k),
+                    None => h * term,
+                    Some(slope) => h * (slope + (one - h) * value * k),
                 }
             }
         }
@@ -129,7 +131,7 @@ impl Family {
         self.switched(y, g, None)
     }
 
-    /// w'.
+    /// Returns w'.
     #[inline(always)]
     fn slope<R: Real>(&self, e: R) -> R {
         let y = e * 2.0;
@@ -139,7 +141,7 @@ impl Family {
         self.switched(y, g, Some(slope)) * 2.0
     }
 
-    /// w''.
+    /// Returns w''.
     #[inline(always)]
     fn curvature<R: Real>(&self, e: R) -> R {
         let rate = e.like(1.0);
@@ -147,7 +149,7 @@ impl Family {
     }
 }
 
-/// The isotropic matrix: a/2b (e^{b(Ī1−3)} − 1).
+/// Isotropic matrix: a/2b (e^{b(Ī1−3)} − 1).
 #[derive(Debug, Clone, Copy)]
 struct Exponential {
     a: f64,

@@ -1,11 +1,10 @@
-//! The list of laws: a line for each file, which holds all else.
+//! List of laws: one line per file, which holds everything else.
 
 use super::three::CustomLaw;
 use super::{Described, Description};
 
-/// Makes modules of the files, [`Law`], and what goes through all laws. Isotropic laws have a
-/// potential of two invariants in plane strain; the others are evaluated in three dimensions there
-/// too.
+/// Declares the modules, [`Law`] and the functions over all laws. Isotropic laws have a potential
+/// of two invariants in plane strain; other laws are evaluated in 3D there too.
 macro_rules! laws {
     (
         isotropic { $($plane_file:ident { $($plane:ident { $($plane_field:ident),* })* })* }
@@ -15,11 +14,12 @@ macro_rules! laws {
         $(mod $plane_file; $(pub use $plane_file::$plane;)*)*
         $(mod $other_file; $(pub use $other_file::$other;)*)*
 
-        /// A material law: the part of the energy that does not hold the pressure.
+        /// Material law: the energy without the pressure term.
         ///
         /// The pressure adds `−p (J − 1)` to the energy and `−p cof F` to the stress (for small
-        /// strains `−p div u` and `−p I`). Paper: eqs. (20), (26); the exponent in Ī1 is a misprint
-        /// there. Each variant has the constants of the type of its name.
+        /// strains `−p div u` and `−p I`). Paper, eqs. (20) and (26); the exponent of Ī1 in the
+        /// paper is a misprint. The fields of each variant are the constants of the type with the
+        /// same name.
         ///
         /// # Units
         /// Moduli, energies and stresses in Pa.
@@ -39,27 +39,27 @@ macro_rules! laws {
             $plane { $($plane_field: f64),* },)*)*
             $($(#[doc = concat!("See [`", stringify!($other), "`].")]
             $other { $($other_field: f64),* },)*)*
-            /// A law written outside the crate: see [`Law::custom`].
+            /// User-defined law: see [`Law::custom`].
             Custom(CustomLaw),
         }
 
         impl Law {
-            /// The descriptions of all laws but those of one's [custom laws](Law::custom).
-            pub const CATALOGUE: &[Description] = &[
+            /// Descriptions of all built-in laws.
+            pub const CATALOG: &[Description] = &[
                 $($($plane::DESCRIPTION,)*)*
                 $($($other::DESCRIPTION,)*)*
             ];
 
-            /// The description of the law.
+            /// Returns the description of the law.
             pub fn description(self) -> Description {
                 match self {
                     $($(Law::$plane { .. } => $plane::DESCRIPTION,)*)*
                     $($(Law::$other { .. } => $other::DESCRIPTION,)*)*
-                    Law::Custom(own) => own.description(),
+                    Law::Custom(custom) => custom.description(),
                 }
             }
 
-            /// The constants, in the order of the description.
+            /// Returns the constants in the order of the description.
             pub fn values(self) -> Vec<f64> {
                 match self {
                     $($(Law::$plane { $($plane_field),* } => vec![$($plane_field),*],)*)*
@@ -68,7 +68,7 @@ macro_rules! laws {
                 }
             }
 
-            /// The law of that name; the values are as many as its constants.
+            /// Returns the named law; `values` has one entry per constant.
             pub(super) fn from_values(name: &str, values: &[f64]) -> Self {
                 let mut values = values.iter().copied();
                 let mut next = || values.next().expect("a value for each constant");
@@ -82,10 +82,11 @@ macro_rules! laws {
             }
         }
 
-        /// Evaluates an expression with `$w` bound to the law, a [`Law3`](super::three::Law3), or
-        /// another one with `$own` bound to the [`CustomLaw`](super::three::CustomLaw).
+        /// Evaluates an expression with `$w` bound to a built-in law, a
+        /// [`Law3`](super::three::Law3), or another expression with `$own` bound to a
+        /// [`CustomLaw`](super::three::CustomLaw).
         macro_rules! with_law {
-            ($d law:expr, $d w:ident => $d body:expr, $d own:ident => $d other:expr) => {
+            ($d law:expr, $d w:ident => $d body:expr, $d custom:ident => $d other:expr) => {
                 match $d law {
                     $($($crate::material::Law::$plane { $($plane_field),* } => {
                         let $d w = $crate::material::$plane { $($plane_field),* };
@@ -95,13 +96,13 @@ macro_rules! laws {
                         let $d w = $crate::material::$other { $($other_field),* };
                         $d body
                     })*)*
-                    $crate::material::Law::Custom($d own) => $d other,
+                    $crate::material::Law::Custom($d custom) => $d other,
                 }
             };
         }
 
-        /// Evaluates an expression with `$w` bound to the law's [`Potential`](super::Potential), or
-        /// another one where it has none.
+        /// Evaluates an expression with `$w` bound to the [`Potential`](super::Potential) of the
+        /// law, or another expression if it has none.
         macro_rules! with_potential {
             ($d law:expr, $d w:ident => $d body:expr, else => $d other:expr) => {
                 match $d law {

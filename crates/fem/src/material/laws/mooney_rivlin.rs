@@ -1,23 +1,23 @@
-//! Mooney–Rivlin. With x = J^(−1/3):
+//! Mooney–Rivlin law. With x = J^(−1/3):
 //!
 //! ```text
 //! W = c10 (x² a + k1) + c01 (x⁴ b + k2),  k1 = x² (3 + 2 d) − 3,  k2 = x⁴ (3 + 4 d) − 3,
 //! ```
 //!
-//! both written without the terms that cancel; in plane strain note 0001 has W = g(J) e + k(J).
+//! both written without terms that cancel; in plane strain W = g(J) e + k(J), see note 0001.
 
 use crate::material::parameters::{Described, Description, Parameter, Range};
 use crate::material::three::{Curvature, Invariants, Isotropic, Slope};
 use crate::material::{PlaneCurvature, PlaneSlope, Real};
 
-/// `W = c10 (I1 J^(−2/3) − 3) + c01 (I2 J^(−4/3) − 3)`; neo-Hooke's law for c01 = 0.
+/// Mooney–Rivlin law `W = c10 (I1 J^(−2/3) − 3) + c01 (I2 J^(−4/3) − 3)`; neo-Hookean for c01 = 0.
 ///
-/// Valid for J > 0. Paper: eq. (20).
+/// Valid for J > 0. Paper, eq. (20).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MooneyRivlin {
-    /// Coefficient of the first invariant, Pa.
+    /// Coefficient of the first invariant, in Pa.
     pub c10: f64,
-    /// Coefficient of the second invariant, Pa.
+    /// Coefficient of the second invariant, in Pa.
     pub c01: f64,
 }
 
@@ -25,7 +25,7 @@ impl Described for MooneyRivlin {
     const DESCRIPTION: Description = Description {
         name: "mooney-rivlin",
         energy: "c10 (Ī1-3) + c01 (Ī2-3)",
-        about: "The paper's (20); neo-Hooke's law for c01 = 0.",
+        about: "Eq. (20) of the paper; neo-Hookean for c01 = 0.",
         parameters: &[
             Parameter::new(
                 "c10",
@@ -46,7 +46,7 @@ impl Described for MooneyRivlin {
     };
 }
 
-/// Ī1 − 3 = x² a + k1, and its derivatives.
+/// Returns Ī1 − 3 = x² a + k1 and its derivatives.
 #[inline(always)]
 pub(super) fn first_invariant<R: Real>(at: Invariants<R>) -> (R, Slope<R>) {
     let one = at.d.like(1.0);
@@ -63,7 +63,7 @@ pub(super) fn first_invariant<R: Real>(at: Invariants<R>) -> (R, Slope<R>) {
 }
 
 impl MooneyRivlin {
-    /// g and k' / (2 d / 3) have the form a x^m + b x^n: `c10 a + c01 b`, x = J^(−1/3).
+    /// Returns `c10 a + c01 b`; g and k' / (2 d / 3) have the form a x^m + b x^n with x = J^(−1/3).
     #[inline(always)]
     fn mix<R: Real>(&self, a: R, b: R) -> R {
         a.mul_add(a.like(self.c10), b * self.c01)

@@ -5,13 +5,13 @@ use crate::material::parameters::{Described, Description, Parameter, Range};
 use crate::material::potential::{PlaneCurvature, PlaneSlope, Potential};
 use crate::material::three::{Law3, Strain3, Symmetric3, Tensor3Of, contract3, scaled3, trace3};
 
-/// `W = ζ |dev ε|²`, the deviator taken in three dimensions.
+/// Linear law `W = ζ |dev ε|²` with the deviator taken in 3D.
 ///
-/// Valid for any ∇u, meant for small ones. Paper: eqs. (7), (26); the linearisation of
-/// Mooney–Rivlin has ζ = 2 (c10 + c01).
+/// Intended for small ∇u. Paper, eqs. (7) and (26). The linearization of Mooney–Rivlin has ζ = 2
+/// (c10 + c01).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SmallStrain {
-    /// ζ, Pa.
+    /// Shear modulus ζ, in Pa.
     pub shear_modulus: f64,
 }
 
@@ -19,7 +19,7 @@ impl Described for SmallStrain {
     const DESCRIPTION: Description = Description {
         name: "small-strain",
         energy: "ζ |dev ε|²",
-        about: "The paper's (26): linear, for small displacements only.",
+        about: "Eq. (26) of the paper: linear, for small displacements only.",
         parameters: &[Parameter::new(
             "shear_modulus",
             "Pa",
@@ -79,13 +79,13 @@ impl Law3 for SmallStrain {
     fn tangent<R: Real>(&self, strain: &Strain3<R>) -> Symmetric3<R> {
         let mut out = Symmetric3::zero(strain.d);
         out.add_symmetrizer(strain.d.like(2.0 * self.shear_modulus));
-        // F is I.
+        // F = I for small strains.
         out.add_square(strain.d.like(-2.0 / 3.0 * self.shear_modulus), &strain.f);
         out
     }
 }
 
-/// The tensor without its trace.
+/// Returns the deviator of a tensor.
 #[inline(always)]
 fn deviator<R: Real>(mut t: Tensor3Of<R>) -> Tensor3Of<R> {
     let third = trace3(&t) * (1.0 / 3.0);

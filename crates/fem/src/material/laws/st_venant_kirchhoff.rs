@@ -1,21 +1,21 @@
-//! St. Venant–Kirchhoff: W = λ/2 (tr E)² + μ E:E with Green's strain, the textbook's, and with its
-//! deviator in place of E.
+//! St. Venant–Kirchhoff laws: W = λ/2 (tr E)² + μ E:E with the Green strain, and the same with its
+//! deviator.
 //!
-//! With s = 2 tr E = a + 2 d and 4 E:E = s² + 4 a − 2 b: W = (λ + 2 μ) s²/8 + μ (a − b/2).
+//! With s = 2 tr E = a + 2 d and 4 E:E = s² + 4 a − 2 b, W = (λ + 2 μ) s²/8 + μ (a − b/2).
 
 use crate::material::Real;
 use crate::material::parameters::{Described, Description, Parameter, Range};
 use crate::material::three::{Curvature, Invariants, Isotropic, Slope};
 
-/// `W = λ/2 (tr E)² + μ E:E` with Green's strain E = (FᵀF − I)/2.
+/// St. Venant–Kirchhoff law `W = λ/2 (tr E)² + μ E:E` with the Green strain E = (FᵀF − I)/2.
 ///
-/// The energy holds the volume's part: no pressure and no κ are added. Valid for J > 0, meant for
-/// moderate strains: it softens in compression.
+/// The energy includes the volumetric part: no pressure and no κ are added. Valid for J > 0,
+/// intended for moderate strains: it softens in compression.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StVenantKirchhoff {
-    /// λ, Pa.
+    /// First Lamé constant λ, in Pa.
     pub lambda: f64,
-    /// μ, Pa.
+    /// Shear modulus μ, in Pa.
     pub shear_modulus: f64,
 }
 
@@ -23,14 +23,14 @@ impl Described for StVenantKirchhoff {
     const DESCRIPTION: Description = Description {
         name: "st-venant-kirchhoff",
         energy: "λ/2 (tr E)² + μ E:E",
-        about: "The textbook's law, with its own volume part: for `displacement` only, and for \
+        about: "Standard law including the volumetric part: for `displacement` only, and for \
                 moderate strains, as it softens in compression.",
         parameters: &[
             Parameter::new(
                 "lambda",
                 "Pa",
                 Range::NotNegative,
-                "Lamé's first constant λ",
+                "First Lamé constant λ",
             ),
             SHEAR_MODULUS,
         ],
@@ -39,12 +39,12 @@ impl Described for StVenantKirchhoff {
     };
 }
 
-/// `W = ζ |dev E|²` with Green's strain E, the deviator taken in three dimensions.
+/// Deviatoric law `W = ζ |dev E|²` with the Green strain E; the deviator is taken in 3D.
 ///
-/// Valid for J > 0, meant for moderate strains: it softens in compression.
+/// Valid for J > 0, intended for moderate strains: it softens in compression.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeviatoricStVenantKirchhoff {
-    /// ζ, Pa.
+    /// Shear modulus ζ, in Pa.
     pub shear_modulus: f64,
 }
 
@@ -52,7 +52,7 @@ impl Described for DeviatoricStVenantKirchhoff {
     const DESCRIPTION: Description = Description {
         name: "deviatoric-st-venant-kirchhoff",
         energy: "ζ |dev E|²",
-        about: "Of Green's strain without its trace; for moderate strains, as it softens in \
+        about: "Based on the deviator of the Green strain; for moderate strains, as it softens in \
                 compression.",
         parameters: &[SHEAR_MODULUS],
         fibres: false,
@@ -64,7 +64,7 @@ const SHEAR_MODULUS: Parameter = Parameter::new(
     "shear_modulus",
     "Pa",
     Range::Positive,
-    "Shear modulus at rest",
+    "Shear modulus of the undeformed material",
 );
 
 impl Isotropic for StVenantKirchhoff {
@@ -79,11 +79,11 @@ impl Isotropic for StVenantKirchhoff {
 
     #[inline(always)]
     fn slope<R: Real>(&self, Invariants { a, d, .. }: Invariants<R>) -> Slope<R> {
-        let along = (a + d * 2.0) * (0.25 * self.lambda + 0.5 * self.shear_modulus);
+        let slope = (a + d * 2.0) * (0.25 * self.lambda + 0.5 * self.shear_modulus);
         Slope {
-            a: along + d.like(self.shear_modulus),
+            a: slope + d.like(self.shear_modulus),
             b: d.like(-0.5 * self.shear_modulus),
-            d: along * 2.0,
+            d: slope * 2.0,
         }
     }
 
@@ -103,7 +103,7 @@ impl Isotropic for StVenantKirchhoff {
 }
 
 impl DeviatoricStVenantKirchhoff {
-    /// |dev E|² = E:E − (tr E)²/3.
+    /// Returns the law with |dev E|² = E:E − (tr E)²/3.
     #[inline(always)]
     fn with_trace(self) -> StVenantKirchhoff {
         StVenantKirchhoff {

@@ -1,4 +1,4 @@
-//! Mooney–Rivlin with fibres that uncrimp and stretch.
+//! Transversely isotropic Mooney–Rivlin law with fibers that uncrimp and stretch.
 
 use crate::material::parameters::{Described, Description, Parameter, Range};
 use crate::material::three::{
@@ -6,25 +6,26 @@ use crate::material::three::{
 };
 use crate::material::{Dual, MooneyRivlin, Real};
 
-/// Mooney–Rivlin and F2(λ) of the fibre's stretch: `T = λ F2'` is given,
-/// `T = 0` (λ < 1), `c3 (e^{c4 (λ−1)} − 1)` (λ < λ_m), `c5 λ + c6` beyond, c6 by continuity.
+/// Mooney–Rivlin with a fiber energy F2(λ) given by its tension T = λ F2': `T = 0` (λ < 1), `c3
+/// (e^{c4 (λ−1)} − 1)` (λ < λ_m), `c5 λ + c6` beyond, with c6 by continuity.
 ///
-/// λ is of the isochoric C̄. F2 itself has an exponential integral and is found by quadrature, for
-/// energies only. The tangent has kinks at λ = 1 and λ_m, where the side of larger stretch counts.
-/// Source: Weiss, Maker, Govindjee 1996, Comput. Methods Appl. Mech. Engrg. 135; FEBio.
+/// λ is the isochoric fiber stretch. F2 contains an exponential integral and is evaluated by
+/// quadrature, for energies only. The tangent jumps at λ = 1 and λ_m, where the value of the side
+/// of larger stretch is used. Source: Weiss, Maker, Govindjee (1996), Comput. Methods Appl. Mech.
+/// Engrg. 135; FEBio.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TransverseMooneyRivlin {
-    /// Coefficient of the first invariant, Pa.
+    /// Coefficient of the first invariant, in Pa.
     pub c10: f64,
-    /// Coefficient of the second invariant, Pa.
+    /// Coefficient of the second invariant, in Pa.
     pub c01: f64,
-    /// Scale of the exponential, Pa.
+    /// Scale of the exponential, in Pa.
     pub c3: f64,
     /// Rate of uncrimping.
     pub c4: f64,
-    /// Modulus of straightened fibres, Pa.
+    /// Modulus of straightened fibers, in Pa.
     pub c5: f64,
-    /// λ_m, the stretch at which fibres are straight.
+    /// Stretch λ_m at which fibers are straight.
     pub stretch_max: f64,
 }
 
@@ -33,7 +34,7 @@ impl Described for TransverseMooneyRivlin {
         name: "transverse-mooney-rivlin",
         energy: "c10 (Ī1-3) + c01 (Ī2-3) + F2(λ), λ F2' = 0 for λ < 1, \
                  c3 (exp c4(λ-1) - 1) to stretch_max, c5 λ + c6 beyond",
-        about: "Tendon and muscle at rest: fibres that uncrimp, in a Mooney–Rivlin matrix.",
+        about: "Tendon and passive muscle: fibers that uncrimp in a Mooney–Rivlin matrix.",
         parameters: &[
             Parameter::new(
                 "c10",
@@ -54,7 +55,7 @@ impl Described for TransverseMooneyRivlin {
                 "c5",
                 "Pa",
                 Range::NotNegative,
-                "Modulus of straightened fibres",
+                "Modulus of straightened fibers",
             ),
             Parameter::new(
                 "stretch_max",
@@ -75,12 +76,12 @@ impl TransverseMooneyRivlin {
         MooneyRivlin { c10, c01 }
     }
 
-    /// c6.
+    /// Returns c6.
     fn offset(&self) -> f64 {
         self.c3 * (self.c4 * (self.stretch_max - 1.0)).exp_m1() - self.c5 * self.stretch_max
     }
 
-    /// T = λ F2' from λ − 1.
+    /// Returns T = λ F2' as a function of λ − 1.
     #[inline(always)]
     fn tension<R: Real>(&self, beyond: R) -> R {
         let one = beyond.like(1.0);
@@ -90,7 +91,8 @@ impl TransverseMooneyRivlin {
         beyond.choose(tension, beyond.like(0.0))
     }
 
-    /// F2(λ) from λ − 1: Gauss' rule of three points on equal intervals up to λ_m, exact beyond.
+    /// Returns F2 as a function of λ − 1: three-point Gauss rule on equal intervals up to λ_m,
+    /// exact beyond.
     #[inline(always)]
     fn fibre_energy<R: Real>(&self, beyond: R) -> R {
         const INTERVALS: usize = 64;
@@ -109,8 +111,8 @@ impl TransverseMooneyRivlin {
         beyond.choose(sum, beyond.like(0.0))
     }
 
-    /// λ − 1 of C̄: λ² − 1 = x² (I4 − 1) + x² − 1 with x = J^(−1/3), x² − 1 = −d x³ (1 + x)/s and
-    /// s = 1 + x + x².
+    /// Returns λ − 1 of C̄: λ² − 1 = x² (I4 − 1) + x² − 1 with x = J^(−1/3), x² − 1 = −d x³ (1 +
+    /// x)/s and s = 1 + x + x².
     #[inline(always)]
     fn extension<R: Real>(e: R, d: R) -> R {
         let one = d.like(1.0);
@@ -120,7 +122,7 @@ impl TransverseMooneyRivlin {
         square / ((square + one).sqrt() + one)
     }
 
-    /// The derivatives of F2 by E_ff and d: T / I4 and −T / 3J.
+    /// Returns the derivatives of F2 with respect to E_ff and d: T / I4 and −T / 3J.
     #[inline(always)]
     fn slopes<R: Real>(&self, e: R, d: R) -> [R; 2] {
         let one = d.like(1.0);

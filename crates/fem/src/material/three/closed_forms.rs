@@ -1,9 +1,10 @@
-//! Closed forms of incompressible bodies in homogeneous states, the pressure from free sides.
+//! Closed-form stresses of incompressible bodies in homogeneous states; the pressure follows from a
+//! free side.
 
 use super::{Axes, Tensor3};
 use crate::material::{ActiveStress, Law};
 
-/// P of a stretch along x, y and z; the pressure leaves the sides normal to z free.
+/// Returns P of a stretch along x, y and z; the pressure makes the side normal to z stress-free.
 fn free_side(law: Law, stretches: [f64; 3], extra: Tensor3) -> [f64; 3] {
     let mut h = [[0.0; 3]; 3];
     for (i, stretch) in stretches.into_iter().enumerate() {
@@ -18,7 +19,7 @@ fn free_side(law: Law, stretches: [f64; 3], extra: Tensor3) -> [f64; 3] {
 
 const NONE: Tensor3 = [[0.0; 3]; 3];
 
-/// Along x, the sides free.
+/// Returns the uniaxial nominal stress along x with free sides.
 fn uniaxial(law: Law, stretch: f64) -> f64 {
     let across = stretch.powf(-0.5);
     let [along, side, _] = free_side(law, [stretch, across, across], NONE);
@@ -27,7 +28,7 @@ fn uniaxial(law: Law, stretch: f64) -> f64 {
 }
 
 #[test]
-fn uniaxial_and_equibiaxial_mooney_rivlin() {
+fn mooney_rivlin_under_uniaxial_and_equibiaxial_stretch() {
     let (c10, c01) = (2.5, 2.5);
     let law = Law::MooneyRivlin { c10, c01 };
     assert!((uniaxial(law, 2.0) - 13.125).abs() < 1e-13 * 13.125 * 4.0);
@@ -43,7 +44,7 @@ fn uniaxial_and_equibiaxial_mooney_rivlin() {
 }
 
 #[test]
-fn simple_shear_of_mooney_rivlin_for_any_pressure() {
+fn mooney_rivlin_in_simple_shear_for_any_pressure() {
     let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
     for p in [0.0, -4e3] {
         let h = [[0.0, 0.3, 0.0], [0.0; 3], [0.0; 3]];
@@ -53,7 +54,7 @@ fn simple_shear_of_mooney_rivlin_for_any_pressure() {
 }
 
 #[test]
-fn transverse_law_along_its_fibres() {
+fn transverse_law_along_its_fibers() {
     let (c10, c01, c3, c4, c5, stretch_max) = (1e4, 2e2, 500.0, 8.0, 1.2e4, 1.1);
     let law = Law::TransverseMooneyRivlin {
         c10,
@@ -65,7 +66,7 @@ fn transverse_law_along_its_fibres() {
     };
     let crimped = |l: f64| c3 * ((c4 * (l - 1.0)).exp() - 1.0);
     for l in [0.8, 1.0, 1.05, 1.1, 1.3] {
-        // λ F2' adds to the Cauchy stress.
+        // λ F2' is added to the Cauchy stress.
         let tension = if l < 1.0 {
             0.0
         } else if l < stretch_max {
@@ -78,53 +79,154 @@ fn transverse_law_along_its_fibres() {
     }
 }
 
-#[test]
-fn holzapfel_ogden_along_its_fibres() {
-    let (a, b, a_f, b_f) = (59.0, 8.023, 18_472.0, 16.026);
-    let law = Law::HolzapfelOgden {
+/// Isochoric stretches along fiber, sheet and normal: pure shear, equibiaxial, general.
+fn stretches() -> [[f64; 3]; 5] {
+    [
+        [1.15, 1.0],
+        [1.0, 1.15],
+        [1.1, 1.1],
+        [0.9, 1.2],
+        [1.2, 0.85],
+    ]
+    .map(|[f, s]| [f, s, 1.0 / (f * s)])
+}
+
+/// Returns P_i of the isochoric stretches λ_i from the second Piola–Kirchhoff stresses S_i
+/// without pressure; the pressure makes the side normal to z stress-free.
+fn expected_stress(stretches: [f64; 3], second: [f64; 3]) -> [f64; 3] {
+    let p = stretches[2].powi(2) * second[2];
+    [0, 1, 2].map(|i| stretches[i] * second[i] - p / stretches[i])
+}
+
+/// Checks the stresses of a law under [`stretches`]; `second` returns the S_i without pressure.
+fn check_stretches(law: Law, second: impl Fn([f64; 3]) -> [f64; 3]) {
+    for stretches in stretches() {
+        let found = free_side(law, stretches, NONE);
+        let expected = expected_stress(stretches, second(stretches));
+        let scale = expected.iter().fold(0.0, |m: f64, p| m.max(p.abs()));
+        for (found, expected) in found.iter().zip(expected) {
+            // Rounding of strains near 0.1 times exponents of about ten.
+            let error = (found - expected).abs();
+            assert!(error < 1e-12 * scale, "{stretches:?}: {found} {expected}");
+        }
+    }
+}
+
+/// Checks P_ij of simple shear F = I + γ e_i⊗e_j in all planes of fiber (0), sheet (1) and
+/// normal (2). It equals dW/dγ = `slope(i, j, γ)` for any pressure because (cof F)_ij = 0.
+fn check_simple_shear(law: Law, slope: impl Fn(usize, usize, f64) -> f64) {
+    for (i, j) in [(0, 1), (1, 0), (0, 2), (2, 0), (1, 2), (2, 1)] {
+        for gamma in [0.1, -0.4] {
+            let mut h = NONE;
+            h[i][j] = gamma;
+            let found = law.stress3(h, -3e3, Axes::cartesian(0.0))[i][j];
+            let expected = slope(i, j, gamma);
+            // Rounding, with exponents of about ten.
+            let error = (found - expected).abs();
+            assert!(
+                error < 1e-12 * expected.abs(),
+                "{i} {j}: {found} {expected}"
+            );
+        }
+    }
+}
+
+/// Constants of the Holzapfel–Ogden law with a step switch: a, b, a_f, b_f, a_s, b_s, a_fs, b_fs.
+const HEART: [f64; 8] = [59.0, 8.023, 18_472.0, 16.026, 2481.0, 11.12, 216.0, 11.436];
+
+fn holzapfel_ogden() -> Law {
+    let [a, b, a_f, b_f, a_s, b_s, a_fs, b_fs] = HEART;
+    Law::HolzapfelOgden {
         a,
         b,
         a_f,
         b_f,
-        a_s: 2481.0,
-        b_s: 11.12,
-        a_fs: 216.0,
-        b_fs: 11.436,
+        a_s,
+        b_s,
+        a_fs,
+        b_fs,
         k: f64::INFINITY,
-    };
-    for l in [1.05_f64, 1.15] {
-        // Sheets are shortened: a step leaves them out. S_ff = 2 ∂W/∂I4f.
-        let (i1, i4) = (l * l + 2.0 / l, l * l);
-        let matrix = a * (b * (i1 - 3.0)).exp() * (l - l.powi(-2));
-        let fibre = 2.0 * a_f * (i4 - 1.0) * (b_f * (i4 - 1.0).powi(2)).exp() * l;
-        let exact = matrix + fibre;
-        assert!((uniaxial(law, l) - exact).abs() < 1e-12 * exact, "{l}");
     }
 }
 
 #[test]
-fn guccione_along_its_fibres() {
-    let (c, b_f, b_t) = (2e3, 8.0, 2.0);
-    let law = Law::Guccione {
-        c,
-        b_f,
-        b_t,
-        b_fs: 4.0,
-    };
-    for l in [0.9_f64, 1.2] {
-        let (e, side) = (0.5 * (l * l - 1.0), 0.5 * (1.0 / l - 1.0));
-        let scale = c * (b_f * e * e + 2.0 * b_t * side * side).exp();
-        // S = C e^Q b E; the free side sets p = S_ss / l.
-        let exact = scale * (l * b_f * e - b_t * side / (l * l));
-        assert!(
-            (uniaxial(law, l) - exact).abs() < 1e-12 * exact.abs(),
-            "{l}"
-        );
+fn holzapfel_ogden_under_stretches_of_fiber_and_sheet() {
+    let [a, b, a_f, b_f, a_s, b_s, ..] = HEART;
+    check_stretches(holzapfel_ogden(), |stretches| {
+        let squares = stretches.map(|l| l * l);
+        let matrix = a * (b * (squares.iter().sum::<f64>() - 3.0)).exp();
+        // S = 2 ∂W/∂I4, zero in compression.
+        let family = |a: f64, b: f64, i4: f64| {
+            let y = (i4 - 1.0).max(0.0);
+            2.0 * a * y * (b * y * y).exp()
+        };
+        [
+            matrix + family(a_f, b_f, squares[0]),
+            matrix + family(a_s, b_s, squares[1]),
+            matrix,
+        ]
+    });
+}
+
+#[test]
+fn holzapfel_ogden_in_simple_shear_of_all_planes() {
+    let [a, b, a_f, b_f, a_s, b_s, a_fs, b_fs] = HEART;
+    // I1 = 3 + γ²; I4 of direction j is 1 + γ²; I8 = γ in the fiber–sheet plane.
+    check_simple_shear(holzapfel_ogden(), |i, j, gamma| {
+        let square = gamma * gamma;
+        let family = |a: f64, b: f64| 2.0 * a * square * (b * square * square).exp();
+        let stretched = [family(a_f, b_f), family(a_s, b_s), 0.0][j];
+        let shear = if i + j == 1 {
+            a_fs * (b_fs * square).exp()
+        } else {
+            0.0
+        };
+        gamma * (a * (b * square).exp() + stretched + shear)
+    });
+}
+
+const GUCCIONE: [f64; 4] = [2e3, 8.0, 2.0, 4.0];
+
+fn guccione_laws() -> [Law; 2] {
+    let [c, b_f, b_t, b_fs] = GUCCIONE;
+    [
+        Law::Guccione { c, b_f, b_t, b_fs },
+        Law::IsochoricGuccione { c, b_f, b_t, b_fs },
+    ]
+}
+
+#[test]
+fn guccione_under_stretches_of_fiber_and_sheet() {
+    let [c, b_f, b_t, _] = GUCCIONE;
+    // For J = 1 the isochoric law differs by the pressure only.
+    for law in guccione_laws() {
+        check_stretches(law, |stretches| {
+            let strains = stretches.map(|l| 0.5 * (l * l - 1.0));
+            let weights = [b_f, b_t, b_t];
+            let q: f64 = (0..3).map(|i| weights[i] * strains[i] * strains[i]).sum();
+            // S = C e^Q b E.
+            [0, 1, 2].map(|i| c * q.exp() * weights[i] * strains[i])
+        });
     }
 }
 
 #[test]
-fn contraction_isometric_and_isotonic() {
+fn guccione_in_simple_shear_of_all_planes() {
+    let [c, b_f, b_t, b_fs] = GUCCIONE;
+    for law in guccione_laws() {
+        // E_ij = γ/2 and E_jj = γ²/2, so Q = b_jj γ⁴/4 + b_ij γ²/2 with b_ij = b_fs in planes
+        // with the fiber and b_t in the plane across; dW/dγ = C/2 e^Q dQ/dγ.
+        check_simple_shear(law, |i, j, gamma| {
+            let (axial, shear) = ([b_f, b_t, b_t][j], if i * j == 0 { b_fs } else { b_t });
+            let square = gamma * gamma;
+            let q = 0.25 * axial * square * square + 0.5 * shear * square;
+            0.5 * c * q.exp() * (axial * square + shear) * gamma
+        });
+    }
+}
+
+#[test]
+fn isometric_and_isotonic_contraction() {
     let (c10, tension) = (1e4, 3e4);
     let law = Law::MooneyRivlin { c10, c01: 0.0 };
     let active = |stretch: f64| {
@@ -137,9 +239,9 @@ fn contraction_isometric_and_isotonic() {
         let stress = ActiveStress::PLAIN.at(along, &h, &NONE, tension).stress();
         free_side(law, [stretch, across, across], stress)[0]
     };
-    // Held at its length, the muscle pulls with T.
+    // At fixed length the muscle pulls with T.
     assert!((active(1.0) - tension).abs() < 1e-12 * tension);
-    // Without load: 2 c10 (λ − λ⁻²) + λ T = 0.
+    // Without load, 2 c10 (λ − λ⁻²) + λ T = 0.
     let short = (2.0 * c10 / (2.0 * c10 + tension)).cbrt();
     assert!(active(short).abs() < 1e-12 * tension);
 }

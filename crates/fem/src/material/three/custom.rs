@@ -1,9 +1,10 @@
-//! Laws that are not of the crate's list, in a body.
+//! User-defined laws.
 //!
-//! A [`Law3`] is generic over its numbers, and functions that are generic cannot be called by
-//! reference. Over blocks of points they can: every law is [`Blockwise`], takes what it is asked at as
-//! arrays, and computes with the vector instructions of the processor. The numbers are those of a law
-//! of the list in space, to the last bit. It costs a call and the way through the arrays.
+//! A [`Law3`] is generic over its number type, and generic functions cannot be called through a
+//! trait object. Therefore every law implements the object-safe trait [`DynLaw`], whose functions
+//! evaluate blocks of points passed as arrays, with the vector instructions of the processor.
+//! Results are bitwise equal to those of a built-in law in 3D. The overhead is one call and the
+//! conversion to arrays.
 
 use std::fmt;
 
@@ -17,12 +18,12 @@ use super::strain::{Axes, Strain3};
 use super::tensor::{Symmetric3, Tensor3Of};
 use crate::simd::lanes::{Array, Lanes};
 
-/// A law written outside the crate, by reference; made by [`Law::custom`](crate::Law::custom).
+/// Reference to a user-defined law, created by [`Law::custom`](crate::Law::custom).
 #[derive(Clone, Copy)]
 pub struct CustomLaw {
     name: &'static str,
-    law: &'static dyn Blockwise,
-    /// Of the energy.
+    law: &'static dyn DynLaw,
+    /// Factor of the energy.
     factor: f64,
 }
 
@@ -32,7 +33,7 @@ impl CustomLaw {
         Self { name, law, factor }
     }
 
-    /// The law with its energy multiplied by `factor`.
+    /// Returns the law with its energy multiplied by `factor`.
     pub(crate) fn scaled(self, factor: f64) -> Self {
         Self {
             factor: self.factor * factor,
@@ -40,7 +41,7 @@ impl CustomLaw {
         }
     }
 
-    /// A description without constants, which the law keeps to itself.
+    /// Returns a description without constants, which are private to the law.
     pub(crate) fn description(self) -> Description {
         Description {
             name: self.name,
@@ -60,64 +61,68 @@ impl CustomLaw {
         self.law.is_finite()
     }
 
-    /// W, times the factor.
+    /// Returns W times the factor.
     #[inline(never)]
-    pub(crate) fn energy<R: Few>(self, strain: &Strain3<R>) -> R {
+    pub(crate) fn energy<R: SimdReal>(self, strain: &Strain3<R>) -> R {
         let none = Volumetric::pressure(strain.d.like(0.0));
         let found = self.law.energy(&self.block(strain, &none, None));
-        strain.d.first_of(&found)
+        strain.d.from_array(&found)
     }
 
-    /// P, or Ṗ `along` a motion.
+    /// Returns P, or Ṗ along a velocity gradient.
     #[inline(never)]
-    pub(crate) fn stress<R: Few>(
+    pub(crate) fn stress<R: SimdReal>(
         self,
         strain: &Strain3<R>,
         volumetric: &Volumetric<R>,
-        along: Option<&Tensor3Of<R>>,
+        velocity_gradient: Option<&Tensor3Of<R>>,
     ) -> Tensor3Of<R> {
-        let found = self.law.stress(&self.block(strain, volumetric, along));
-        found.map(|row| row.map(|entry| strain.d.first_of(&entry)))
+        let found = self
+            .law
+            .stress(&self.block(strain, volumetric, velocity_gradient));
+        found.map(|row| row.map(|entry| strain.d.from_array(&entry)))
     }
 
-    /// A, or Ȧ `along` a motion.
+    /// Returns A, or Ȧ along a velocity gradient.
     #[inline(never)]
-    pub(crate) fn tangent<R: Few>(
+    pub(crate) fn tangent<R: SimdReal>(
         self,
         strain: &Strain3<R>,
         volumetric: &Volumetric<R>,
-        along: Option<&Tensor3Of<R>>,
+        velocity_gradient: Option<&Tensor3Of<R>>,
     ) -> Symmetric3<R> {
-        let found = self.law.tangent(&self.block(strain, volumetric, along));
-        Symmetric3(found.0.map(|entry| strain.d.first_of(&entry)))
+        let found = self
+            .law
+            .tangent(&self.block(strain, volumetric, velocity_gradient));
+        Symmetric3(found.0.map(|entry| strain.d.from_array(&entry)))
     }
 
-    fn block<R: Few>(
+    fn block<R: SimdReal>(
         self,
         strain: &Strain3<R>,
         volumetric: &Volumetric<R>,
-        along: Option<&Tensor3Of<R>>,
-    ) -> Block {
-        let tensor = |t: &Tensor3Of<R>| t.map(|row| row.map(Few::spread));
+        velocity_gradient: Option<&Tensor3Of<R>>,
+    ) -> PointBlock {
+        let tensor = |t: &Tensor3Of<R>| t.map(|row| row.map(SimdReal::to_array));
         let factor = match (strain.factor, self.factor) {
             (factor, 1.0) => factor,
             (None, factor) => Some(strain.d.like(factor)),
-            (Some(of_strain), factor) => Some(of_strain * factor),
+            (Some(strain_factor), factor) => Some(strain_factor * factor),
         };
-        Block {
+        PointBlock {
             count: R::COUNT,
             h: tensor(&strain.h),
             axes: Axes {
-                fibre: strain.axes.fibre.map(Few::spread),
-                sheet: strain.axes.sheet.map(Few::spread),
+                fibre: strain.axes.fibre.map(SimdReal::to_array),
+                sheet: strain.axes.sheet.map(SimdReal::to_array),
             },
-            factor: factor.map(Few::spread),
+            factor: factor.map(SimdReal::to_array),
             volumetric: Volumetric {
-                p: volumetric.p.spread(),
-                p_rate: volumetric.p_rate.spread(),
+                p: volumetric.p.to_array(),
+                p_rate: volumetric.p_rate.to_array(),
                 kappa: volumetric.kappa,
             },
-            along: along.map(tensor),
+            velocity_gradient: velocity_gradient.map(tensor),
         }
     }
 }
@@ -128,7 +133,7 @@ impl fmt::Debug for CustomLaw {
     }
 }
 
-/// The same law at the same place. One that is taken for two costs a batch of elements, no more.
+/// Compares addresses and factors. A false negative only splits a batch of elements.
 impl PartialEq for CustomLaw {
     #[allow(ambiguous_wide_pointer_comparisons)]
     fn eq(&self, other: &Self) -> bool {
@@ -136,69 +141,69 @@ impl PartialEq for CustomLaw {
     }
 }
 
-/// Numbers of a block.
-pub(crate) trait Few: Real {
-    /// How many there are.
+/// Number type that can be stored in a block.
+pub(crate) trait SimdReal: Real {
+    /// Number of values.
     const COUNT: usize;
 
-    /// An array that begins with them.
-    fn spread(self) -> Array;
+    /// Returns an array that starts with these values.
+    fn to_array(self) -> Array;
 
-    /// The numbers that an array begins with, in the kind of `self`.
-    fn first_of(self, array: &Array) -> Self;
+    /// Returns the first values of an array, in the type of `self`.
+    fn from_array(self, array: &Array) -> Self;
 }
 
-impl Few for f64 {
+impl SimdReal for f64 {
     const COUNT: usize = 1;
 
-    fn spread(self) -> Array {
+    fn to_array(self) -> Array {
         let mut array = Array::ZERO;
         array.0[0] = self;
         array
     }
 
-    fn first_of(self, array: &Array) -> Self {
+    fn from_array(self, array: &Array) -> Self {
         array.0[0]
     }
 }
 
-impl<S: Simd> Few for Lanes<S> {
+impl<S: Simd> SimdReal for Lanes<S> {
     const COUNT: usize = S::F64_LANES;
 
-    fn spread(self) -> Array {
+    fn to_array(self) -> Array {
         let mut array = Array::ZERO;
         self.store(&mut array, 0);
         array
     }
 
-    fn first_of(self, array: &Array) -> Self {
+    fn from_array(self, array: &Array) -> Self {
         Lanes::load(self.simd(), array, 0)
     }
 }
 
-/// Some points: what a law is asked at, each number for all of them in an array.
-struct Block {
-    /// How many points.
+/// Block of points with the arguments of a law in arrays.
+struct PointBlock {
+    /// Number of points.
     count: usize,
     h: Tensor3Of<Array>,
     axes: Axes<Array>,
     factor: Option<Array>,
     volumetric: Volumetric<Array>,
-    /// ∇v, where the rate is wanted.
-    along: Option<Tensor3Of<Array>>,
+    /// Velocity gradient ∇v if the rate is requested.
+    velocity_gradient: Option<Tensor3Of<Array>>,
 }
 
-/// A law, as functions that an object can have.
-trait Blockwise: Send + Sync {
+/// Object-safe interface of a law.
+trait DynLaw: Send + Sync {
     fn is_finite(&self) -> bool;
     fn is_complete(&self) -> bool;
     fn has_fibres(&self) -> bool;
-    fn energy(&self, block: &Block) -> Array;
-    fn stress(&self, block: &Block) -> Tensor3Of<Array>;
-    fn tangent(&self, block: &Block) -> Symmetric3<Array>;
+    fn energy(&self, block: &PointBlock) -> Array;
+    fn stress(&self, block: &PointBlock) -> Tensor3Of<Array>;
+    fn tangent(&self, block: &PointBlock) -> Symmetric3<Array>;
 }
 
-impl<W: Law3 + Send + Sync> Blockwise for W {
+impl<W: Law3 + Send + Sync> DynLaw for W {
     fn is_finite(&self) -> bool {
         W::FINITE
     }
@@ -211,27 +216,27 @@ impl<W: Law3 + Send + Sync> Blockwise for W {
         W::FIBRES
     }
 
-    fn energy(&self, block: &Block) -> Array {
+    fn energy(&self, block: &PointBlock) -> Array {
         Arch::new().dispatch(Energy { law: self, block })
     }
 
-    fn stress(&self, block: &Block) -> Tensor3Of<Array> {
+    fn stress(&self, block: &PointBlock) -> Tensor3Of<Array> {
         Arch::new().dispatch(Stress { law: self, block })
     }
 
-    fn tangent(&self, block: &Block) -> Symmetric3<Array> {
+    fn tangent(&self, block: &PointBlock) -> Symmetric3<Array> {
         Arch::new().dispatch(Tangent { law: self, block })
     }
 }
 
-/// Part of the points of a block, as many as a register holds.
+/// Points of a block that fit in a register.
 struct Part<S: Simd> {
     strain: Strain3<Lanes<S>>,
     volumetric: Volumetric<Lanes<S>>,
-    along: Option<Tensor3Of<Lanes<S>>>,
+    velocity_gradient: Option<Tensor3Of<Lanes<S>>>,
 }
 
-impl Block {
+impl PointBlock {
     #[inline(always)]
     fn n_parts<S: Simd>(&self, _: S) -> usize {
         self.count.div_ceil(S::F64_LANES)
@@ -248,9 +253,9 @@ impl Block {
         if let Some(factor) = &self.factor {
             strain.factor = Some(Lanes::load(simd, factor, part));
         }
-        #[allow(clippy::manual_map)] // a closure is compiled without the instructions it calls
-        let along = match &self.along {
-            Some(along) => Some(loaded(simd, along, part)),
+        #[allow(clippy::manual_map)] // closures would be compiled without vector instructions
+        let velocity_gradient = match &self.velocity_gradient {
+            Some(velocity_gradient) => Some(loaded(simd, velocity_gradient, part)),
             None => None,
         };
         Part {
@@ -260,7 +265,7 @@ impl Block {
                 p_rate: Lanes::load(simd, &self.volumetric.p_rate, part),
                 kappa: self.volumetric.kappa,
             },
-            along,
+            velocity_gradient,
         }
     }
 }
@@ -276,10 +281,10 @@ fn loaded<S: Simd>(simd: S, arrays: &Tensor3Of<Array>, part: usize) -> Tensor3Of
     out
 }
 
-/// W of a block.
+/// Evaluates W for a block.
 struct Energy<'a, W> {
     law: &'a W,
-    block: &'a Block,
+    block: &'a PointBlock,
 }
 
 impl<W: Law3> WithSimd for Energy<'_, W> {
@@ -297,10 +302,10 @@ impl<W: Law3> WithSimd for Energy<'_, W> {
     }
 }
 
-/// P or Ṗ of a block.
+/// Evaluates P or Ṗ for a block.
 struct Stress<'a, W> {
     law: &'a W,
-    block: &'a Block,
+    block: &'a PointBlock,
 }
 
 impl<W: Law3> WithSimd for Stress<'_, W> {
@@ -312,7 +317,7 @@ impl<W: Law3> WithSimd for Stress<'_, W> {
         let mut out = [[Array::ZERO; 3]; 3];
         for number in 0..block.n_parts(simd) {
             let part = block.part(simd, law, number);
-            let stress = match &part.along {
+            let stress = match &part.velocity_gradient {
                 None => part.strain.stress(law, part.volumetric),
                 Some(v) => part.strain.stress_rate(law, v, part.volumetric),
             };
@@ -324,10 +329,10 @@ impl<W: Law3> WithSimd for Stress<'_, W> {
     }
 }
 
-/// A or Ȧ of a block.
+/// Evaluates A or Ȧ for a block.
 struct Tangent<'a, W> {
     law: &'a W,
-    block: &'a Block,
+    block: &'a PointBlock,
 }
 
 impl<W: Law3> WithSimd for Tangent<'_, W> {
@@ -339,7 +344,7 @@ impl<W: Law3> WithSimd for Tangent<'_, W> {
         let mut out = Symmetric3([Array::ZERO; 45]);
         for number in 0..block.n_parts(simd) {
             let part = block.part(simd, law, number);
-            let tangent = match &part.along {
+            let tangent = match &part.velocity_gradient {
                 None => part.strain.tangent(law, part.volumetric),
                 Some(v) => part.strain.tangent_rate(law, v, part.volumetric),
             };

@@ -1,4 +1,4 @@
-//! Green's strain in the axes of the fibres, and its derivatives by F.
+//! Green strain in the fiber axes, and its derivatives with respect to F.
 //!
 //! ```text
 //! E_xy = x·E y,    ∂E_xy/∂F = (F x⊗y + F y⊗x)/2,    ∂²E_xy/∂F² : (i, J), (k, L) → δ_ik (x_J y_L + y_J x_L)/2
@@ -8,22 +8,22 @@ use super::super::Real;
 use super::strain::Strain3;
 use super::tensor::{Symmetric3, Tensor3Of};
 
-/// Which axes the six strains belong to: ff, ss, nn, sn, fn, fs.
+/// Axes of the six strains ff, ss, nn, sn, fn, fs.
 const PAIRS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [1, 2], [0, 2], [0, 1]];
 
-/// E_xy of two unit vectors at a point, with what its derivatives need.
+/// Green strain E_xy of two unit vectors, with the quantities of its derivatives.
 #[derive(Debug, Clone, Copy)]
 pub struct FibreStrain<R> {
-    /// E_xy.
+    /// Strain E_xy.
     pub value: R,
-    /// ∂E_xy/∂F.
+    /// Derivative ∂E_xy/∂F.
     pub gradient: Tensor3Of<R>,
-    /// (x⊗y + y⊗x)/2.
+    /// Dyad (x⊗y + y⊗x)/2.
     dyad: Tensor3Of<R>,
 }
 
 impl<R: Real> FibreStrain<R> {
-    /// The strain along `x` and `y`.
+    /// Creates the strain of the unit vectors `x` and `y`.
     #[inline(always)]
     pub fn new(strain: &Strain3<R>, x: [R; 3], y: [R; 3]) -> Self {
         Self {
@@ -46,21 +46,21 @@ impl<R: Real> FibreStrain<R> {
     }
 }
 
-/// The six strains in the axes of the fibres: ff, ss, nn, sn, fn, fs.
+/// Six Green strains in the fiber axes: ff, ss, nn, sn, fn, fs.
 #[derive(Debug, Clone, Copy)]
 pub struct FibreStrains<R> {
-    /// The strains.
+    /// Values of the strains.
     pub values: [R; 6],
     axes: [[R; 3]; 3],
-    /// F f0, F s0, F n0.
+    /// Deformed axes F f0, F s0, F n0.
     times_deformation: [[R; 3]; 3],
 }
 
 impl<R: Real> FibreStrains<R> {
-    /// The strains at a point.
+    /// Creates the strains at a point.
     #[inline(always)]
     pub fn new(strain: &Strain3<R>) -> Self {
-        let axes = [strain.axes.fibre, strain.axes.sheet, strain.axes.cofactor()];
+        let axes = [strain.axes.fibre, strain.axes.sheet, strain.axes.normal()];
         let mut values = [strain.d; 6];
         for (value, [x, y]) in values.iter_mut().zip(PAIRS) {
             *value = strain.green_along(axes[x], axes[y]);
@@ -77,7 +77,7 @@ impl<R: Real> FibreStrains<R> {
         }
     }
 
-    /// The gradient ∂E_xy/∂F of one of them.
+    /// Returns the derivative ∂E_xy/∂F of one strain.
     #[inline(always)]
     fn gradient(&self, [x, y]: [usize; 2]) -> Tensor3Of<R> {
         symmetric_dyad(
@@ -88,7 +88,7 @@ impl<R: Real> FibreStrains<R> {
         )
     }
 
-    /// Σ slope ∂E_xy/∂F = F S with the symmetric S = Σ slope (x⊗y + y⊗x)/2.
+    /// Returns Σ slope ∂E_xy/∂F = F S with the symmetric S = Σ slope (x⊗y + y⊗x)/2.
     #[inline(always)]
     pub fn combine(&self, slopes: &[R; 6]) -> Tensor3Of<R> {
         self.sum(&self.times_deformation, slopes)
@@ -108,7 +108,7 @@ impl<R: Real> FibreStrains<R> {
         }
     }
 
-    /// Σ slope (l_x⊗y + l_y⊗x)/2.
+    /// Returns Σ slope (l_x⊗y + l_y⊗x)/2.
     #[inline(always)]
     fn sum(&self, left: &[[R; 3]; 3], slopes: &[R; 6]) -> Tensor3Of<R> {
         let [ff, ss, nn, sn, fn_, fs] = *slopes;
@@ -133,7 +133,7 @@ impl<R: Real> FibreStrains<R> {
     }
 }
 
-/// (a⊗b + c⊗d)/2.
+/// Returns (a⊗b + c⊗d)/2.
 #[inline(always)]
 fn symmetric_dyad<R: Real>(a: [R; 3], b: [R; 3], c: [R; 3], d: [R; 3]) -> Tensor3Of<R> {
     let mut out = [a, a, a];

@@ -16,7 +16,7 @@ use super::tensor::{
     Symmetric3, Tensor3Of, UPPER3, add_scaled3, cofactor3, product3, scaled3, trace3,
 };
 
-/// The invariants of an isotropic law, all zero at rest.
+/// Invariants of an isotropic law, all zero at rest.
 #[derive(Debug, Clone, Copy)]
 pub struct Invariants<R> {
     /// I1 − 3 − 2 d, of second order at rest.
@@ -27,7 +27,7 @@ pub struct Invariants<R> {
     pub d: R,
 }
 
-/// The first partial derivatives of W(a, b, d).
+/// First partial derivatives of W(a, b, d).
 #[derive(Debug, Clone, Copy)]
 pub struct Slope<R> {
     /// ∂W/∂a.
@@ -38,7 +38,7 @@ pub struct Slope<R> {
     pub d: R,
 }
 
-/// The second partial derivatives of W(a, b, d).
+/// Second partial derivatives of W(a, b, d).
 #[derive(Debug, Clone, Copy)]
 pub struct Curvature<R> {
     /// ∂²W/∂a².
@@ -55,17 +55,18 @@ pub struct Curvature<R> {
     pub dd: R,
 }
 
-/// An isotropic law of finite strains: W(a, b, d).
+/// Isotropic law of finite strains, given by W(a, b, d).
 ///
-/// A law is its energy; the derivatives may be written by hand where they are faster.
+/// Only the energy is required; derivatives may be written by hand for speed. All functions must be
+/// `#[inline(always)]`.
 pub trait Isotropic {
-    /// Whether W holds the volume's part too, so that no κ is added.
+    /// Whether W includes the volumetric part, so no κ is added.
     const COMPLETE: bool = false;
 
-    /// W.
+    /// Returns W.
     fn energy<R: Real>(&self, at: Invariants<R>) -> R;
 
-    /// The first derivatives.
+    /// Returns the first derivatives.
     #[inline(always)]
     fn slope<R: Real>(&self, at: Invariants<R>) -> Slope<R> {
         let [a, b, d] = directions(at);
@@ -76,7 +77,7 @@ pub trait Isotropic {
         }
     }
 
-    /// The second derivatives.
+    /// Returns the second derivatives.
     #[inline(always)]
     fn curvature<R: Real>(&self, at: Invariants<R>) -> Curvature<R> {
         let [a, b, d] = directions(at);
@@ -91,7 +92,8 @@ pub trait Isotropic {
         }
     }
 
-    /// The first derivatives in plane strain, where b = a + d²: of W by e = a and d.
+    /// Returns the first derivatives of W with respect to e = a and d in plane strain, where b = a
+    /// + d².
     #[inline(always)]
     fn plane_slope<R: Real>(&self, e: R, d: R) -> PlaneSlope<R> {
         let slope = self.slope(plane_invariants(e, d));
@@ -101,30 +103,30 @@ pub trait Isotropic {
         }
     }
 
-    /// The second derivatives in plane strain.
+    /// Returns the second derivatives in plane strain.
     #[inline(always)]
     fn plane_curvature<R: Real>(&self, e: R, d: R) -> PlaneCurvature<R> {
         let at = plane_invariants(e, d);
         let (slope, curve) = (self.slope(at), self.curvature(at));
-        let by_b = d * 2.0;
+        let b_slope = d * 2.0;
         PlaneCurvature {
             ee: curve.aa + curve.ab * 2.0 + curve.bb,
-            ed: curve.ad + curve.bd + by_b * (curve.ab + curve.bb),
-            dd: curve.dd + by_b * (curve.bd * 2.0 + by_b * curve.bb) + slope.b * 2.0,
+            ed: curve.ad + curve.bd + b_slope * (curve.ab + curve.bb),
+            dd: curve.dd + b_slope * (curve.bd * 2.0 + b_slope * curve.bb) + slope.b * 2.0,
         }
     }
 }
 
-/// The invariants, each changing at unit rate in turn.
+/// Returns the invariants as dual numbers, each with unit rate in turn.
 #[inline(always)]
 fn directions<R: Real>(at: Invariants<R>) -> [Invariants<Dual<R>>; 3] {
     let one = at.d.like(1.0);
-    let still = Invariants {
+    let constant = Invariants {
         a: Dual::constant(at.a),
         b: Dual::constant(at.b),
         d: Dual::constant(at.d),
     };
-    let mut all = [still; 3];
+    let mut all = [constant; 3];
     all[0].a.rate = one;
     all[1].b.rate = one;
     all[2].d.rate = one;
@@ -132,7 +134,7 @@ fn directions<R: Real>(at: Invariants<R>) -> [Invariants<Dual<R>>; 3] {
 }
 
 impl<R: Real> Strain3<R> {
-    /// a, b and d.
+    /// Returns a, b and d.
     #[inline(always)]
     pub fn invariants(&self) -> Invariants<R> {
         Invariants {
@@ -142,7 +144,7 @@ impl<R: Real> Strain3<R> {
         }
     }
 
-    /// B, half the derivative of b.
+    /// Returns B, half the derivative of b.
     #[inline(always)]
     fn second_distortion(&self, distortion: &Tensor3Of<R>) -> Tensor3Of<R> {
         let trace = trace3(&self.green);
@@ -182,7 +184,7 @@ impl<W: Isotropic> Law3 for W {
         let first = strain.distortion();
         let second = strain.second_distortion(&first);
         let mut out = Symmetric3::zero(at.d);
-        // 2 W_a ∂D/∂F + 2 W_b ∂B/∂F + W_d ∂N/∂F, by kinds of terms.
+        // 2 W_a ∂D/∂F + 2 W_b ∂B/∂F + W_d ∂N/∂F, grouped by type of term.
         let trace = trace3(&strain.green);
         let mut inner = scaled3(slope.b * -4.0, &strain.green);
         let diagonal = slope.a * 2.0 + slope.b * (trace + trace.like(1.0)) * 4.0;
@@ -192,7 +194,7 @@ impl<W: Isotropic> Law3 for W {
         out.add_geometric(&inner);
         out.add_second_invariant(slope.b * 2.0, &strain.f);
         out.add_cofactor_slope(slope.d - slope.a * 2.0 - slope.b * 4.0, &strain.f);
-        // Half of Σ W_ij G_i⊗G_j + its transpose, with G = 2 D, 2 B, N.
+        // Half of Σ W_ij G_i⊗G_j plus its transpose, with G = 2 D, 2 B, N.
         let mut with_first = scaled3(curve.aa * 2.0, &first);
         add_scaled3(&mut with_first, curve.ab * 4.0, &second);
         out.add_pair(&first, &with_first);
@@ -206,8 +208,8 @@ impl<W: Isotropic> Law3 for W {
 }
 
 impl<R: Real> Symmetric3<R> {
-    /// Adds m (2 F_iJ F_kL − F_iL F_kJ − (F Fᵀ)_ik δ_JL): the part of m ∂B/∂F that is neither
-    /// geometric nor of the cofactor.
+    /// Adds m (2 F_iJ F_kL − F_iL F_kJ − (F Fᵀ)_ik δ_JL): m ∂B/∂F without its geometric and
+    /// cofactor terms.
     #[inline(always)]
     fn add_second_invariant(&mut self, m: R, f: &Tensor3Of<R>) {
         let mf = scaled3(m, f);

@@ -1,4 +1,4 @@
-//! What a law gives at a strain, with the volume's part and the factor: P, A and their rates.
+//! Response of a law at a strain, including volumetric terms and factor: P, A and their rates.
 
 use super::super::tensor::Volumetric;
 use super::super::{Dual, Real};
@@ -7,13 +7,13 @@ use super::strain::{Axes, Strain3};
 use super::tensor::{Symmetric3, Tensor3Of, add_scaled3, scaled3};
 
 impl<R: Real> Strain3<R> {
-    /// The strain at `h` = ∇u as the law `w` sees it.
+    /// Creates the strain at `h` = ∇u, finite or small as required by the law.
     #[inline(always)]
     pub fn new<W: Law3>(_: &W, h: Tensor3Of<R>, axes: Axes<R>) -> Self {
         Self::at(h, axes, W::FINITE)
     }
 
-    /// The strain that changes with `v` = ∇v.
+    /// Returns the strain as dual numbers with the rate `v` = ∇v.
     #[inline(always)]
     pub(crate) fn moving<W: Law3>(&self, w: &W, v: &Tensor3Of<R>) -> Strain3<Dual<R>> {
         let zero = Dual::constant(self.d.like(0.0));
@@ -33,7 +33,7 @@ impl<R: Real> Strain3<R> {
         moving
     }
 
-    /// W, times the factor, without the pressure's part.
+    /// Returns W times the factor, without the pressure term.
     #[inline(always)]
     pub(crate) fn energy<W: Law3>(&self, w: &W) -> R {
         match self.factor {
@@ -42,7 +42,7 @@ impl<R: Real> Strain3<R> {
         }
     }
 
-    /// P = ∂W/∂F + (κ d − p) N.
+    /// Returns P = ∂W/∂F + (κ d − p) N.
     #[inline(always)]
     pub(crate) fn stress<W: Law3>(&self, w: &W, volumetric: Volumetric<R>) -> Tensor3Of<R> {
         let mut stress = w.stress(self);
@@ -57,7 +57,7 @@ impl<R: Real> Strain3<R> {
         stress
     }
 
-    /// A = ∂P/∂F.
+    /// Returns A = ∂P/∂F.
     #[inline(always)]
     pub(crate) fn tangent<W: Law3>(&self, w: &W, volumetric: Volumetric<R>) -> Symmetric3<R> {
         let mut a = w.tangent(self);
@@ -73,7 +73,7 @@ impl<R: Real> Strain3<R> {
         a
     }
 
-    /// κ d − p.
+    /// Returns κ d − p.
     #[inline(always)]
     fn volume_slope<W: Law3>(&self, _: &W, volumetric: Volumetric<R>) -> R {
         if W::COMPLETE {
@@ -83,7 +83,7 @@ impl<R: Real> Strain3<R> {
         }
     }
 
-    /// Ṗ along `v` = ∇v and ṗ.
+    /// Returns Ṗ along `v` = ∇v and ṗ.
     #[inline(always)]
     pub(crate) fn stress_rate<W: Law3>(
         &self,
@@ -101,7 +101,7 @@ impl<R: Real> Strain3<R> {
         out
     }
 
-    /// Ȧ, the derivative of A along `v` = ∇v and ṗ; equals ∂Ṗ/∂F.
+    /// Returns Ȧ, the derivative of A along `v` = ∇v and ṗ, which equals ∂Ṗ/∂F.
     #[inline(always)]
     pub(crate) fn tangent_rate<W: Law3>(
         &self,
@@ -117,7 +117,7 @@ impl<R: Real> Strain3<R> {
         out
     }
 
-    /// Ṅ: the derivative of N along `v` = ∇v, symmetric in H and V; zero for small strains.
+    /// Returns Ṅ, the derivative of N along `v` = ∇v; symmetric in H and V, zero for small strains.
     #[inline(always)]
     pub(crate) fn volume_gradient_rate<W: Law3>(&self, w: &W, v: &Tensor3Of<R>) -> Tensor3Of<R> {
         let moving = self.moving(w, v).cofactor;
@@ -130,7 +130,7 @@ impl<R: Real> Strain3<R> {
         out
     }
 
-    /// m ∂N/∂F: the derivative of m N for constant m; zero for small strains.
+    /// Returns m ∂N/∂F, the derivative of m N for constant m; zero for small strains.
     #[inline(always)]
     pub(crate) fn volume_tangent<W: Law3>(&self, _: &W, m: R) -> Symmetric3<R> {
         let mut a = Symmetric3::zero(m);

@@ -1,26 +1,27 @@
-//! The deformation at a point of a body of three dimensions, and what of it every law shares.
+//! Deformation at a point in 3D, and quantities that all laws share.
 //!
 //! ```text
 //! d = J − 1 = tr H + tr cof H + det H,    N = ∂d/∂F = cof F,    E = sym H + Hᵀ H / 2
 //! ```
 //!
-//! with H = ∇u: sums of small terms near rest. For small strains `F = I`, `d = tr H`, `N = I`,
-//! `E = sym H`, so that formulas in F, E, d and N hold for both.
+//! with H = ∇u are sums of small terms near rest. For small strains `F = I`, `d = tr H`, `N = I`
+//! and `E = sym H`, so formulas in F, E, d and N apply to both.
 
 use super::super::{Dual, Real};
 use super::tensor::{Tensor3Of, cofactor3, contract3, gram3, trace3};
 
-/// Fibre and sheet of the reference: orthogonal unit vectors. The third axis is their product.
+/// Undeformed fiber and sheet directions: orthogonal unit vectors. The third axis is their cross
+/// product.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axes<R> {
-    /// f0.
+    /// Fiber direction f0.
     pub fibre: [R; 3],
-    /// s0.
+    /// Sheet direction s0.
     pub sheet: [R; 3],
 }
 
 impl<R: Real> Axes<R> {
-    /// Along the first two coordinates, in numbers of the kind of `like`.
+    /// Returns axes along the first two coordinates, in the number type of `like`.
     #[inline(always)]
     pub fn cartesian(like: R) -> Self {
         let (one, zero) = (like.like(1.0), like.like(0.0));
@@ -30,9 +31,9 @@ impl<R: Real> Axes<R> {
         }
     }
 
-    /// n0 = f0 × s0.
+    /// Returns the sheet normal n0 = f0 × s0.
     #[inline(always)]
-    pub fn cofactor(&self) -> [R; 3] {
+    pub fn normal(&self) -> [R; 3] {
         let (f, s) = (self.fibre, self.sheet);
         [
             f[1].mul_add(s[2], -(f[2] * s[1])),
@@ -41,7 +42,7 @@ impl<R: Real> Axes<R> {
         ]
     }
 
-    /// The same axes as numbers that do not change.
+    /// Returns the axes as dual numbers with zero derivative.
     #[inline(always)]
     pub(crate) fn constant(&self) -> Axes<Dual<R>> {
         let [f, s] = [self.fibre, self.sheet];
@@ -60,37 +61,37 @@ impl<R: Real> Axes<R> {
     }
 }
 
-/// The deformation at a point.
+/// Deformation at a point.
 #[derive(Debug, Clone, Copy)]
 pub struct Strain3<R> {
     pub(super) h: Tensor3Of<R>,
-    /// F, or I for small strains.
+    /// Deformation gradient F, or I for small strains.
     pub f: Tensor3Of<R>,
-    /// Green's strain E, or sym ∇u for small strains.
+    /// Green strain E, or sym ∇u for small strains.
     pub green: Tensor3Of<R>,
-    /// d = J − 1, or div u for small strains.
+    /// Volume change d = J − 1, or div u for small strains.
     pub d: R,
-    /// N = ∂d/∂F: cof F, or I for small strains.
+    /// Cofactor N = ∂d/∂F: cof F, or I for small strains.
     pub cofactor: Tensor3Of<R>,
-    /// N − I.
-    pub(super) normal_change: Tensor3Of<R>,
-    /// I1 − 3 − 2 d; zero for small strains, which do not ask for it.
+    /// Difference N − I.
+    pub(super) cofactor_change: Tensor3Of<R>,
+    /// Invariant I1 − 3 − 2 d; zero and unused for small strains.
     pub(super) a: R,
-    /// Fibre and sheet.
+    /// Fiber and sheet directions.
     pub axes: Axes<R>,
-    /// The factor of W, if it is not one.
+    /// Factor of W; `None` means one.
     pub(crate) factor: Option<R>,
 }
 
 impl<R: Real> Strain3<R> {
-    /// The strain at `h` = ∇u, finite or small.
+    /// Creates the finite or small strain at `h` = ∇u.
     #[inline(always)]
     pub(super) fn at(h: Tensor3Of<R>, axes: Axes<R>, is_finite: bool) -> Self {
         let trace = trace3(&h);
         let (zero, one) = (trace.like(0.0), trace.like(1.0));
         let mut f = [[zero; 3]; 3];
         let mut green = f;
-        let mut normal_change = f;
+        let mut cofactor_change = f;
         let (mut a, mut d) = (zero, trace);
         if is_finite {
             let (gram, cofactor) = (gram3(&h), cofactor3(&h));
@@ -105,9 +106,9 @@ impl<R: Real> Strain3<R> {
                 for j in 0..3 {
                     f[i][j] = h[i][j];
                     green[i][j] = (h[i][j] + h[j][i] + gram[i][j]) * 0.5;
-                    normal_change[i][j] = cofactor[i][j] - h[j][i];
+                    cofactor_change[i][j] = cofactor[i][j] - h[j][i];
                 }
-                normal_change[i][i] = normal_change[i][i] + trace;
+                cofactor_change[i][i] = cofactor_change[i][i] + trace;
             }
         } else {
             for i in 0..3 {
@@ -116,7 +117,7 @@ impl<R: Real> Strain3<R> {
                 }
             }
         }
-        let mut cofactor = normal_change;
+        let mut cofactor = cofactor_change;
         for i in 0..3 {
             f[i][i] = f[i][i] + one;
             cofactor[i][i] = cofactor[i][i] + one;
@@ -127,18 +128,18 @@ impl<R: Real> Strain3<R> {
             green,
             d,
             cofactor,
-            normal_change,
+            cofactor_change,
             a,
             axes,
             factor: None,
         }
     }
 
-    /// D = F − cof F: half the derivative of |F|² − 3 − 2 d, which vanishes at rest.
+    /// Returns D = F − cof F, half the derivative of |F|² − 3 − 2 d, which vanishes at rest.
     #[inline(always)]
     pub(super) fn distortion(&self) -> Tensor3Of<R> {
         let mut out = self.h;
-        for (row, change) in out.iter_mut().zip(&self.normal_change) {
+        for (row, change) in out.iter_mut().zip(&self.cofactor_change) {
             for (entry, change) in row.iter_mut().zip(change) {
                 *entry = *entry - *change;
             }
@@ -146,7 +147,7 @@ impl<R: Real> Strain3<R> {
         out
     }
 
-    /// F x.
+    /// Returns F x.
     #[inline(always)]
     pub fn push(&self, x: [R; 3]) -> [R; 3] {
         let mut out = x;
@@ -156,7 +157,7 @@ impl<R: Real> Strain3<R> {
         out
     }
 
-    /// x·E y.
+    /// Returns x·E y.
     #[inline(always)]
     pub fn green_along(&self, x: [R; 3], y: [R; 3]) -> R {
         let mut sum = x[0].like(0.0);
@@ -167,7 +168,7 @@ impl<R: Real> Strain3<R> {
         sum
     }
 
-    /// ḋ = N : V.
+    /// Returns ḋ = N : V.
     #[inline(always)]
     pub(crate) fn dilation_rate(&self, v: &Tensor3Of<R>) -> R {
         contract3(&self.cofactor, v)

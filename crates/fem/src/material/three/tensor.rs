@@ -1,25 +1,25 @@
-//! Tensors of three dimensions on any kind of number.
+//! Three-dimensional tensors of any number type.
 
 use super::super::Real;
 
-/// A 3 × 3 tensor of some kind of number.
+/// 3 × 3 tensor.
 pub type Tensor3Of<R> = [[R; 3]; 3];
 
-/// A symmetric derivative of a 3 × 3 tensor by a 3 × 3 tensor: the upper triangle by rows, where
-/// entry (i, J) of a tensor has row and column 3 i + J.
+/// Symmetric derivative of a 3 × 3 tensor with respect to a 3 × 3 tensor: the upper triangle by
+/// rows, where entry (i, J) of a tensor has row and column 3 i + J.
 #[derive(Debug, Clone, Copy)]
 pub struct Symmetric3<R>(pub(crate) [R; 45]);
 
-/// Place of (row, column) in [`Symmetric3`].
+/// Index of (row, column) in [`Symmetric3`].
 pub(crate) const UPPER3: [[usize; 9]; 9] = {
     let mut table = [[0; 9]; 9];
-    let (mut row, mut place) = (0, 0);
+    let (mut row, mut index) = (0, 0);
     while row < 9 {
         let mut column = row;
         while column < 9 {
-            table[row][column] = place;
-            table[column][row] = place;
-            place += 1;
+            table[row][column] = index;
+            table[column][row] = index;
+            index += 1;
             column += 1;
         }
         row += 1;
@@ -27,7 +27,7 @@ pub(crate) const UPPER3: [[usize; 9]; 9] = {
     table
 };
 
-/// The even and odd permutations of three indices, with sign.
+/// Even and odd permutations of three indices with their signs.
 const PERMUTATIONS: [(usize, usize, usize, f64); 6] = [
     (0, 1, 2, 1.0),
     (1, 2, 0, 1.0),
@@ -38,13 +38,13 @@ const PERMUTATIONS: [(usize, usize, usize, f64); 6] = [
 ];
 
 impl<R: Real> Symmetric3<R> {
-    /// Zero, in numbers of the kind of `like`.
+    /// Returns zero in the number type of `like`.
     #[inline(always)]
     pub fn zero(like: R) -> Self {
         Self([like.like(0.0); 45])
     }
 
-    /// The entry of (i, J) and (k, L).
+    /// Returns the derivative of entry (i, J) with respect to entry (k, L).
     #[inline(always)]
     pub fn entry(&self, i: usize, j: usize, k: usize, l: usize) -> R {
         self.0[UPPER3[3 * i + j][3 * k + l]]
@@ -122,7 +122,7 @@ impl<R: Real> Symmetric3<R> {
         }
     }
 
-    /// Multiplies by a.
+    /// Multiplies all entries by a.
     #[inline(always)]
     pub fn scale(&mut self, a: R) {
         for entry in &mut self.0 {
@@ -130,7 +130,7 @@ impl<R: Real> Symmetric3<R> {
         }
     }
 
-    /// Adds another one.
+    /// Adds another tangent.
     #[inline(always)]
     pub fn add(&mut self, other: &Self) {
         for (entry, other) in self.0.iter_mut().zip(&other.0) {
@@ -139,14 +139,14 @@ impl<R: Real> Symmetric3<R> {
     }
 }
 
-/// The entries by rows.
+/// Returns the entries by rows.
 #[inline(always)]
 fn in_plane<R: Real>(t: &Tensor3Of<R>) -> [R; 9] {
     let [[a, b, c], [d, e, f], [g, h, i]] = *t;
     [a, b, c, d, e, f, g, h, i]
 }
 
-/// x : y.
+/// Returns x : y.
 #[inline(always)]
 pub fn contract3<R: Real>(x: &Tensor3Of<R>, y: &Tensor3Of<R>) -> R {
     let (x, y) = (in_plane(x), in_plane(y));
@@ -157,7 +157,7 @@ pub fn contract3<R: Real>(x: &Tensor3Of<R>, y: &Tensor3Of<R>) -> R {
     sum
 }
 
-/// a x.
+/// Returns a x.
 #[inline(always)]
 pub fn scaled3<R: Real>(a: R, x: &Tensor3Of<R>) -> Tensor3Of<R> {
     let mut out = *x;
@@ -169,7 +169,7 @@ pub fn scaled3<R: Real>(a: R, x: &Tensor3Of<R>) -> Tensor3Of<R> {
     out
 }
 
-/// Adds a x.
+/// Adds a x to `out`.
 #[inline(always)]
 pub fn add_scaled3<R: Real>(out: &mut Tensor3Of<R>, a: R, x: &Tensor3Of<R>) {
     for (row, x) in out.iter_mut().zip(x) {
@@ -179,7 +179,7 @@ pub fn add_scaled3<R: Real>(out: &mut Tensor3Of<R>, a: R, x: &Tensor3Of<R>) {
     }
 }
 
-/// a b.
+/// Returns the product a b.
 #[inline(always)]
 pub fn product3<R: Real>(a: &Tensor3Of<R>, b: &Tensor3Of<R>) -> Tensor3Of<R> {
     let mut out = *a;
@@ -191,7 +191,7 @@ pub fn product3<R: Real>(a: &Tensor3Of<R>, b: &Tensor3Of<R>) -> Tensor3Of<R> {
     out
 }
 
-/// The symmetric tensor aᵀ a.
+/// Returns the symmetric tensor aᵀ a.
 #[inline(always)]
 pub(crate) fn gram3<R: Real>(a: &Tensor3Of<R>) -> Tensor3Of<R> {
     let mut out = *a;
@@ -205,7 +205,7 @@ pub(crate) fn gram3<R: Real>(a: &Tensor3Of<R>) -> Tensor3Of<R> {
     out
 }
 
-/// cof a.
+/// Returns cof a.
 #[inline(always)]
 pub(crate) fn cofactor3<R: Real>(a: &Tensor3Of<R>) -> Tensor3Of<R> {
     let mut out = *a;
@@ -219,7 +219,7 @@ pub(crate) fn cofactor3<R: Real>(a: &Tensor3Of<R>) -> Tensor3Of<R> {
     out
 }
 
-/// The sum of the diagonal.
+/// Returns the trace.
 #[inline(always)]
 pub fn trace3<R: Real>(a: &Tensor3Of<R>) -> R {
     a[0][0] + a[1][1] + a[2][2]

@@ -1,10 +1,11 @@
-//! Identities and central differences for every law in three dimensions.
+//! Identities and central differences for every law in 3D.
 
 pub(crate) use super::super::{Law, Tensor};
 pub(crate) use super::{Axes, Tangent3, Tensor3};
 
-/// Step of central differences: ε^(1/3) balances truncation and rounding at about 1e-10 relative;
-/// somewhat below it, as a steep switch has derivatives that grow by a hundred.
+/// Step of central differences: ε^(1/3) balances truncation and rounding at a relative error of
+/// about 1e-10. It is slightly smaller because derivatives of a steep switch grow by a factor of a
+/// hundred.
 pub(crate) const STEP: f64 = 1e-6;
 pub(crate) const DIFFERENCE: f64 = 1e-8;
 
@@ -18,7 +19,7 @@ pub(crate) const STATES: [Tensor3; 4] = [
 ];
 pub(crate) const VELOCITY: Tensor3 = [[0.3, -0.8, 0.4], [0.5, 0.9, -0.2], [-0.6, 0.1, -0.7]];
 
-/// Orthonormal, along no coordinate.
+/// Returns orthonormal axes oblique to all coordinates.
 pub(crate) fn axes() -> Axes<f64> {
     Axes {
         fibre: [2.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0],
@@ -71,14 +72,14 @@ macro_rules! law_tests {
         mod $name {
             use super::*;
 
-            /// The size of the tangent, by which differences are measured.
+            /// Largest entry of the tangent, the scale of difference errors.
             fn scale(h: Tensor3) -> f64 {
                 let entries = $law.tangent3(h, PRESSURE, axes());
                 entries.iter().flatten().fold(0.0, |m: f64, a| m.max(a.abs()))
             }
 
             #[test]
-            fn rest_is_free_of_stress_and_energy() {
+            fn undeformed_state_has_no_stress_and_energy() {
                 let rest = [[0.0; 3]; 3];
                 assert_eq!($law.stress3(rest, 0.0, axes()), rest);
                 assert_eq!($law.energy3(rest, axes()), 0.0);
@@ -133,22 +134,24 @@ macro_rules! law_tests {
                     }
                     let rate = |h| $law.stress_rate3(h, VELOCITY, pressures, axes());
                     let tangent = $law.tangent_rate3(h, VELOCITY, pressures, axes());
-                    // Third derivatives of W are up to a hundred times the second ones here: k.
+                    // Third derivatives of W are up to a hundred times (k) the second derivatives
+                    // here.
                     check_tangent(tangent, rate, h, 100.0 * scale(h));
                 }
             }
 
             #[test]
-            fn tiny_strains_keep_their_digits() {
+            fn tiny_strains_have_full_relative_accuracy() {
                 let (size, rest) = (1e-11, [[0.0; 3]; 3]);
-                // Fibres and sheets lengthen along this motion: the side of a kink that counts.
+                // Fibers and sheets lengthen along this motion, so the tension side of a kink
+                // applies.
                 let h = along(rest, size, VELOCITY);
                 let tangent = $law.tangent3(rest, 0.0, axes());
                 let found = in_plane($law.stress3(h, 0.0, axes()));
                 for (row, found) in tangent.iter().zip(found) {
                     let linear: f64 = row.iter().zip(in_plane(h)).map(|(a, h)| a * h).sum();
-                    // What is beyond first order is 1e-11 times exponents of about a hundred; an
-                    // invariant formed near one would be wrong by 1e-5.
+                    // Higher-order terms are 1e-11 times exponents of about a hundred. Invariants
+                    // formed as differences near one would be wrong by 1e-5.
                     assert!((found - linear).abs() < 1e-8 * size * scale(rest), "{found} {linear}");
                 }
                 let work: f64 = found.iter().zip(in_plane(h)).map(|(p, h)| 0.5 * p * h).sum();
@@ -157,7 +160,7 @@ macro_rules! law_tests {
             }
 
             #[test]
-            fn rotations_turn_the_stress() {
+            fn stress_rotates_with_the_body() {
                 if $law.is_linear() {
                     return;
                 }
@@ -165,19 +168,19 @@ macro_rules! law_tests {
                 for h in STATES {
                     let mut f = h;
                     (0..3).for_each(|i| f[i][i] += 1.0);
-                    let mut turned = product(rotation, f);
-                    (0..3).for_each(|i| turned[i][i] -= 1.0);
-                    let found = $law.stress3(turned, PRESSURE, axes());
+                    let mut rotated = product(rotation, f);
+                    (0..3).for_each(|i| rotated[i][i] -= 1.0);
+                    let found = $law.stress3(rotated, PRESSURE, axes());
                     let expected = product(rotation, $law.stress3(h, PRESSURE, axes()));
                     for (a, b) in in_plane(found).iter().zip(in_plane(expected)) {
-                        // Rounding of F, times the tangent; twice that where the switch jumps not.
+                        // Rounding of F times the tangent.
                         assert!((a - b).abs() < 1e-13 * scale(h), "{a} {b}");
                     }
                 }
             }
 
             #[test]
-            fn plane_strain_is_that_of_two_dimensions() {
+            fn plane_strain_matches_the_2d_law() {
                 for h in STATES {
                     let plane: Tensor = [[h[0][0], h[0][1]], [h[1][0], h[1][1]]];
                     let embed = [[h[0][0], h[0][1], 0.0], [h[1][0], h[1][1], 0.0], [0.0; 3]];
@@ -213,7 +216,7 @@ macro_rules! law_tests {
 
 pub(crate) use law_tests;
 
-/// The constants of Aróstica et al. 2025.
+/// Returns the law with the constants of Aróstica et al. (2025).
 pub(crate) fn holzapfel_ogden(k: f64) -> Law {
     Law::HolzapfelOgden {
         a: 59.0,
@@ -237,7 +240,7 @@ pub(crate) const TRANSVERSE: Law = Law::TransverseMooneyRivlin {
     stretch_max: 1.1,
 };
 
-/// Strains for exponents above ten.
+/// Moderate strains for laws with exponents above ten.
 pub(crate) const MODERATE: [Tensor3; 4] = [
     [[0.0; 3]; 3],
     [[0.1, 0.15, -0.1], [-0.05, -0.05, 0.1], [0.05, -0.1, 0.12]],
@@ -249,7 +252,7 @@ pub(crate) fn along_coordinates() -> Axes<f64> {
     Axes::cartesian(0.0)
 }
 
-/// About two axes by angles that mean nothing.
+/// Returns a rotation about two axes by arbitrary angles.
 pub(crate) fn rotation() -> Tensor3 {
     let (s, c) = 0.7_f64.sin_cos();
     let (t, k) = 1.9_f64.sin_cos();
@@ -260,8 +263,8 @@ pub(crate) fn rotation() -> Tensor3 {
 }
 
 #[test]
-fn at_a_kink_the_tension_side_counts() {
-    // Along this motion fibres and sheets lengthen.
+fn tangent_at_a_kink_is_that_of_the_tension_side() {
+    // Fibers and sheets lengthen along this motion.
     let rest = [[0.0; 3]; 3];
     for law in [holzapfel_ogden(f64::INFINITY), TRANSVERSE] {
         let tangent = law.tangent3(rest, 0.0, axes());
@@ -274,7 +277,7 @@ fn at_a_kink_the_tension_side_counts() {
         let mut jump = 0.0_f64;
         for ((row, stress), other) in tangent.iter().zip(stress).zip(other) {
             let linear: f64 = row.iter().zip(in_plane(VELOCITY)).map(|(a, v)| a * v).sum();
-            // One-sided: an error of first order in the step, with constants of about ten.
+            // One-sided difference: first-order error with constants of about ten.
             assert!(
                 (stress / 1e-8 - linear).abs() < 1e-6 * scale,
                 "{stress} {linear}"
@@ -286,8 +289,8 @@ fn at_a_kink_the_tension_side_counts() {
 }
 
 #[test]
-fn a_smooth_switch_leaves_a_hump_below_rest() {
-    // Second Piola–Kirchhoff stress of Aróstica's fibres where they are shortened.
+fn smooth_switch_makes_the_energy_nonconvex_in_compression() {
+    // Second Piola–Kirchhoff stress of the fibers of Aróstica et al. in compression.
     let law = holzapfel_ogden(100.0);
     let without = Law::HolzapfelOgden {
         a: 59.0,

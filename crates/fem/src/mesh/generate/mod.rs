@@ -189,8 +189,8 @@ pub fn spatial(cells: [usize; 3], map: impl Fn([f64; 3]) -> [f64; 3]) -> Result<
                         corner[axis] += 1;
                         path[step + 1] = vertex(corner);
                     }
-                    // The first three vertices share the coordinate of the last step, the last
-                    // three that of the first step.
+                    // The first three vertices share the coordinate of the last step; the last
+                    // three share the coordinate of the first step.
                     let [first, _, last] = axes;
                     if [i, j, k][last] == 0 {
                         sides[2 * last].push([path[0], path[1], path[2]]);

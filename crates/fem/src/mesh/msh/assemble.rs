@@ -200,7 +200,7 @@ impl MshFile {
         self.data.iter().map(field).collect()
     }
 
-    /// Returns a note on each field with values at nodes that are not vertices.
+    /// Returns a note on each field with values at non-vertex nodes.
     fn off_vertex_notes<const D: usize, const V: usize>(
         &self,
         parts: &Parts<D, V>,

@@ -55,7 +55,7 @@ impl Law {
     /// Returns the first Piola–Kirchhoff stress P = ∂W/∂F − p cof F.
     pub fn stress3(self, h: Tensor3, p: f64, axes: Axes<f64>) -> Tensor3 {
         let law = Spatial(self);
-        let stress = law.stress_along(&strain(law, h, axes), volumetric(p, 0.0), None);
+        let stress = law.stress_or_rate(&strain(law, h, axes), volumetric(p, 0.0), None);
         stress.map(|row| row.map(value))
     }
 
@@ -68,14 +68,14 @@ impl Law {
         axes: Axes<f64>,
     ) -> Tensor3 {
         let (law, v) = (Spatial(self), tensor(v));
-        let rate = law.stress_along(&strain(law, h, axes), volumetric(p, p_rate), Some(&v));
+        let rate = law.stress_or_rate(&strain(law, h, axes), volumetric(p, p_rate), Some(&v));
         rate.map(|row| row.map(value))
     }
 
     /// Returns ∂P/∂F at fixed p.
     pub fn tangent3(self, h: Tensor3, p: f64, axes: Axes<f64>) -> Tangent3 {
         let law = Spatial(self);
-        full(&law.slope_along(&strain(law, h, axes), volumetric(p, 0.0), None))
+        full(&law.tangent_or_rate(&strain(law, h, axes), volumetric(p, 0.0), None))
     }
 
     /// Returns ∂Ṗ/∂F at fixed ∇v, p and ṗ: the rate of the tangent along `v` = ∇v.
@@ -87,7 +87,7 @@ impl Law {
         axes: Axes<f64>,
     ) -> Tangent3 {
         let (law, v) = (Spatial(self), tensor(v));
-        full(&law.slope_along(&strain(law, h, axes), volumetric(p, p_rate), Some(&v)))
+        full(&law.tangent_or_rate(&strain(law, h, axes), volumetric(p, p_rate), Some(&v)))
     }
 
     /// Returns J − 1, or div u for small strains.

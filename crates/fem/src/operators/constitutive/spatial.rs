@@ -48,7 +48,7 @@ struct At<'a, S: Simd, W> {
     strain: &'a Strain3<Lanes<S>>,
     volumetric: &'a Volumetric<Lanes<S>>,
     /// Velocity gradient ∇v if the rate is requested.
-    along: Option<&'a Tensor<Lanes<S>, 3>>,
+    velocity_gradient: Option<&'a Tensor<Lanes<S>, 3>>,
 }
 
 /// Evaluates P or Ṗ.
@@ -63,9 +63,9 @@ impl<T: Simd, W: Law3> WithSimd for Stress<'_, T, W> {
             law,
             strain,
             volumetric,
-            along,
+            velocity_gradient,
         } = self.0;
-        match along {
+        match velocity_gradient {
             None => strain.stress(&law, *volumetric),
             Some(v) => strain.stress_rate(&law, v, *volumetric),
         }
@@ -84,9 +84,9 @@ impl<T: Simd, W: Law3> WithSimd for Slope<'_, T, W> {
             law,
             strain,
             volumetric,
-            along,
+            velocity_gradient,
         } = self.0;
-        match along {
+        match velocity_gradient {
             None => strain.tangent(&law, *volumetric),
             Some(v) => strain.tangent_rate(&law, v, *volumetric),
         }
@@ -115,42 +115,42 @@ impl Spatial {
         with_law!(
             self.0,
             law => outlined(strain.d.simd(), Energy { law, strain }),
-            own => own.energy(strain)
+            custom => custom.energy(strain)
         )
     }
 
     /// Returns P, or Ṗ if a velocity gradient is given.
     #[inline(always)]
-    pub(super) fn stress_along<S: Simd>(
+    pub(super) fn stress_or_rate<S: Simd>(
         &self,
         strain: &Strain3<Lanes<S>>,
         volumetric: Volumetric<Lanes<S>>,
-        along: Option<&Tensor<Lanes<S>, 3>>,
+        velocity_gradient: Option<&Tensor<Lanes<S>, 3>>,
     ) -> Tensor<Lanes<S>, 3> {
         let volumetric = &volumetric;
         with_law!(self.0, law => outlined(strain.d.simd(), Stress(At {
             law,
             strain,
             volumetric,
-            along,
-        })), own => own.stress(strain, volumetric, along))
+            velocity_gradient,
+        })), custom => custom.stress(strain, volumetric, velocity_gradient))
     }
 
     /// Returns A, or Ȧ if a velocity gradient is given.
     #[inline(always)]
-    pub(super) fn slope_along<S: Simd>(
+    pub(super) fn tangent_or_rate<S: Simd>(
         &self,
         strain: &Strain3<Lanes<S>>,
         volumetric: Volumetric<Lanes<S>>,
-        along: Option<&Tensor<Lanes<S>, 3>>,
+        velocity_gradient: Option<&Tensor<Lanes<S>, 3>>,
     ) -> Symmetric3<Lanes<S>> {
         let volumetric = &volumetric;
         with_law!(self.0, law => outlined(strain.d.simd(), Slope(At {
             law,
             strain,
             volumetric,
-            along,
-        })), own => own.tangent(strain, volumetric, along))
+            velocity_gradient,
+        })), custom => custom.tangent(strain, volumetric, velocity_gradient))
     }
 }
 
@@ -164,7 +164,7 @@ impl Constitutive<3> for Spatial {
 
     #[inline(always)]
     fn is_finite(&self) -> bool {
-        with_law!(self.0, w => is_finite(&w), own => own.is_finite())
+        with_law!(self.0, w => is_finite(&w), custom => custom.is_finite())
     }
 
     #[inline(always)]
@@ -219,7 +219,7 @@ impl Constitutive<3> for Spatial {
         strain: &Strain3<Lanes<S>>,
         volumetric: Volumetric<Lanes<S>>,
     ) -> Tensor<Lanes<S>, 3> {
-        self.stress_along(strain, volumetric, None)
+        self.stress_or_rate(strain, volumetric, None)
     }
 
     #[inline(always)]
@@ -229,7 +229,7 @@ impl Constitutive<3> for Spatial {
         v: Tensor<Lanes<S>, 3>,
         volumetric: Volumetric<Lanes<S>>,
     ) -> Tensor<Lanes<S>, 3> {
-        self.stress_along(strain, volumetric, Some(&v))
+        self.stress_or_rate(strain, volumetric, Some(&v))
     }
 
     #[inline(always)]
@@ -238,7 +238,7 @@ impl Constitutive<3> for Spatial {
         strain: &Strain3<Lanes<S>>,
         volumetric: Volumetric<Lanes<S>>,
     ) -> Tangent<Lanes<S>, 3> {
-        unfold(&self.slope_along(strain, volumetric, None))
+        unfold(&self.tangent_or_rate(strain, volumetric, None))
     }
 
     #[inline(always)]
@@ -248,7 +248,7 @@ impl Constitutive<3> for Spatial {
         v: Tensor<Lanes<S>, 3>,
         volumetric: Volumetric<Lanes<S>>,
     ) -> Tangent<Lanes<S>, 3> {
-        unfold(&self.slope_along(strain, volumetric, Some(&v)))
+        unfold(&self.tangent_or_rate(strain, volumetric, Some(&v)))
     }
 
     #[inline(always)]

@@ -32,7 +32,7 @@ impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
         self.count.div_ceil(S::F64_LANES)
     }
 
-    /// Returns one of the parts.
+    /// Returns a part.
     #[inline(always)]
     pub(crate) fn part<S: Simd>(&self, simd: S, part: usize) -> Part<'_, S, D, N, P> {
         let (inverse, measure) = self.geometry[0].load(simd, part);
