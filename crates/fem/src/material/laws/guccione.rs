@@ -7,11 +7,11 @@ use crate::material::three::{
     FibreStrains, Law3, Strain3, Symmetric3, Tensor3Of, add_scaled3, scaled3,
 };
 
-/// Guccione's law `W = C/2 (e^Q − 1)`, `Q = b_f E_ff² + b_t (E_ss² + E_nn² + 2 E_sn²) + b_fs (2
-/// E_fs² + 2 E_fn²)`.
+/// Guccione's law `W = C/2 (e^Q − 1)` with
+/// `Q = b_f E_ff² + b_t (E_ss² + E_nn² + 2 E_sn²) + b_fs (2 E_fs² + 2 E_fn²)`.
 ///
-/// The Green strain is not split into isochoric and volumetric parts; the constraint enforces J =
-/// 1. Therefore p is not the mean stress and κ is not the bulk modulus. Source: Land et al. (2015),
+/// The Green strain is not split into isochoric and volumetric parts; the constraint enforces J = 1.
+/// Therefore p is not the mean stress and κ is not the bulk modulus. Source: Land et al. (2015),
 /// Proc. R. Soc. A 471.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Guccione {

@@ -66,7 +66,7 @@ impl CustomLaw {
     pub(crate) fn energy<R: SimdReal>(self, strain: &Strain3<R>) -> R {
         let none = Volumetric::pressure(strain.d.like(0.0));
         let found = self.law.energy(&self.block(strain, &none, None));
-        strain.d.from_array(&found)
+        strain.d.first_lanes(&found)
     }
 
     /// Returns P, or Ṗ along a velocity gradient.
@@ -80,7 +80,7 @@ impl CustomLaw {
         let found = self
             .law
             .stress(&self.block(strain, volumetric, velocity_gradient));
-        found.map(|row| row.map(|entry| strain.d.from_array(&entry)))
+        found.map(|row| row.map(|entry| strain.d.first_lanes(&entry)))
     }
 
     /// Returns A, or Ȧ along a velocity gradient.
@@ -94,7 +94,7 @@ impl CustomLaw {
         let found = self
             .law
             .tangent(&self.block(strain, volumetric, velocity_gradient));
-        Symmetric3(found.0.map(|entry| strain.d.from_array(&entry)))
+        Symmetric3(found.0.map(|entry| strain.d.first_lanes(&entry)))
     }
 
     fn block<R: SimdReal>(
@@ -150,7 +150,7 @@ pub(crate) trait SimdReal: Real {
     fn to_array(self) -> Array;
 
     /// Returns the first values of an array, in the type of `self`.
-    fn from_array(self, array: &Array) -> Self;
+    fn first_lanes(self, array: &Array) -> Self;
 }
 
 impl SimdReal for f64 {
@@ -162,7 +162,7 @@ impl SimdReal for f64 {
         array
     }
 
-    fn from_array(self, array: &Array) -> Self {
+    fn first_lanes(self, array: &Array) -> Self {
         array.0[0]
     }
 }
@@ -176,7 +176,7 @@ impl<S: Simd> SimdReal for Lanes<S> {
         array
     }
 
-    fn from_array(self, array: &Array) -> Self {
+    fn first_lanes(self, array: &Array) -> Self {
         Lanes::load(self.simd(), array, 0)
     }
 }
