@@ -61,7 +61,7 @@ impl Described for TransverseMooneyRivlin {
                 "stretch_max",
                 "",
                 Range::AtLeastOne,
-                "BatchRange of straightened fibres",
+                "Stretch at which fibers are straight",
             ),
         ],
         fibres: true,
