@@ -6,10 +6,11 @@ use myovib_model::{Integrator, MuscleDae};
 use serde_json::{Value, json};
 
 use super::curves::{Output, Readings, outputs, sample, settings};
-use super::parameters::{body, expect_smooth_motion};
+use super::parameters::body;
 use super::sample_times;
+use super::unsupported::unsupported_in_map;
 use crate::run::start::initial;
-use crate::scene::{Body, Scene, Start};
+use crate::scene::Scene;
 use crate::vtu::CellField;
 use crate::watch::Watcher;
 use crate::{Error, InputError};
@@ -52,9 +53,10 @@ impl StiffnessMap {
     /// # Errors
     /// A scene without such derivatives, a body that cannot start, an integration that stops before the end.
     pub fn of(scene: &Scene, watcher: Watcher<'_>) -> Result<Self, Error> {
-        expect_smooth_motion(scene)?;
+        if let Some((feature, path)) = unsupported_in_map(scene) {
+            return Err(feature.at(scene, &path).into());
+        }
         let body = body(scene)?;
-        expect_known_start(scene, body)?;
         let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
         let all = outputs(scene)?;
         let functionals = Readings::new(scene, &all)?.functionals(&dae);
@@ -138,22 +140,6 @@ impl StiffnessMap {
             "steps": self.steps,
             "solves": self.solves,
         })
-    }
-}
-
-/// Refuses Prony terms and starts that depend on the stiffness.
-fn expect_known_start(scene: &Scene, body: &Body) -> Result<(), InputError> {
-    if body.muscle.solid.n_internal() > 0 {
-        let error = InputError::new("stiffness maps do not support Prony terms");
-        return Err(scene.wrong("material", error.next("remove `prony`")));
-    }
-    match body.start {
-        Start::Equilibrium => {
-            let error = InputError::new("stiffness maps do not support a start from equilibrium");
-            let next = "start from rest, or from the folder of another run";
-            Err(scene.wrong("start", error.next(next)))
-        }
-        Start::Rest | Start::State(_) => Ok(()),
     }
 }
 

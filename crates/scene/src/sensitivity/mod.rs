@@ -10,11 +10,13 @@ mod influence;
 mod map;
 mod parameters;
 mod start;
+mod unsupported;
 
 pub use curves::{Cost, Output, Precision, Sample, follow, outputs, settings};
 pub use influence::Known;
 pub use map::{OutputMap, StiffnessMap};
 pub use parameters::Parametrised;
+pub use unsupported::{Unsupported, unsupported, unsupported_in_map};
 
 use myovib_model::SampleTimes;
 use serde_json::{Value, json};

@@ -6,11 +6,9 @@ use myovib_dae as dae;
 use myovib_model::Parameters;
 use myovib_model::sensitivity::{Dependence, Dependences, Stencil};
 
-use super::influence::{Influence, Known, first_jump};
+use super::influence::{Influence, Known};
+use super::unsupported::unsupported;
 use crate::scene::{Body, Scene};
-use crate::scene_file::Analysis;
-use crate::scene_file::active::Tension;
-use crate::scene_file::material::Material;
 use crate::{Error, InputError};
 
 /// A scene with parameters, which can be evaluated at other values.
@@ -42,7 +40,9 @@ impl Parametrised {
             scene,
             parameters,
         };
-        expect_smooth_motion(&it.scene)?;
+        if let Some((feature, path)) = unsupported(&it.scene) {
+            return Err(feature.at(&it.scene, &path));
+        }
         if it.parameters.is_empty() {
             let error = InputError::new("the scene names no parameter");
             let next = "add [[parameter]] with key = \"material[0].c10\", for one";
@@ -167,51 +167,6 @@ impl Parametrised {
             _ => dependence,
         })
     }
-}
-
-/// Refuses a scene whose motion has no sensitivities.
-///
-/// # Errors
-/// The unsupported feature and its key.
-pub(super) fn expect_smooth_motion(scene: &Scene) -> Result<(), InputError> {
-    let file = &scene.file;
-    let refuse = |path: &str, message: &str, next: &str| {
-        Err(scene.wrong(path, InputError::new(message).next(next)))
-    };
-    if file.analysis != Analysis::Dynamic {
-        return refuse(
-            "analysis",
-            "sensitivities require a motion",
-            "analysis = \"dynamic\"",
-        );
-    }
-    if scene.body.is_none() {
-        let message = "sensitivities require a body";
-        return refuse("", message, "add a [mesh] with [solid]");
-    }
-    let acts_back = "sensitivities do not support chains that act on the body";
-    if !file.feedback.is_empty() {
-        return refuse("feedback", acts_back, "remove [[feedback]]");
-    }
-    let is_by_chain = |material: &Material| {
-        let active = material.active.as_ref();
-        active.is_some_and(|active| matches!(active.tension, Tension::Coherence { .. }))
-    };
-    if let Some(i) = file.material.iter().position(is_by_chain) {
-        let next = "give the tension another type: given, bestel";
-        return refuse(&format!("material[{i}].active"), acts_back, next);
-    }
-    if !file.stop.is_empty() {
-        let message =
-            "sensitivities do not support stop conditions, whose time depends on the parameters";
-        return refuse("stop", message, "remove [[stop]]");
-    }
-    let values = serde_json::to_value(file).map_err(InputError::new)?;
-    if let Some(jump) = first_jump(&values, "", scene.t_end) {
-        let message = "sensitivities do not support loads that jump";
-        return refuse(&jump, message, "give the step a `rise` above 0");
-    }
-    Ok(())
 }
 
 /// Evaluates `of` at the points of a central stencil with steps of `delta`, or of a forward stencil if a point below the

@@ -1,10 +1,12 @@
 //! One clear message for each mistake, before anything is computed.
 
-use myovib_scene::Error;
 use myovib_scene::fit::{FitOptions, Loss, compute};
 use myovib_scene::run::Existing;
-use myovib_scene::sensitivity::{Parametrised, Precision, compute as follow};
+use myovib_scene::sensitivity::{
+    Parametrised, Precision, Unsupported, compute as follow, unsupported,
+};
 use myovib_scene::watch::Watcher;
+use myovib_scene::{Error, Scene};
 
 use crate::{scene, set};
 
@@ -59,26 +61,9 @@ fn keys_that_are_no_parameters_are_told_with_their_place() {
             "duplicate parameter `material[0].c10`",
         ),
         (
-            &["material[0].c10"],
-            "[[stop]]\ntype = \"volume\"\nbelow = 0.1",
-            "do not support stop conditions",
-        ),
-        (
             &["chain[0].seed"],
             "[[chain]]\n",
             "`chain[0].seed` cannot be differentiated",
-        ),
-        (
-            &["chain[0].gain"],
-            "[[chain]]\nat = [0.0, 0.0]\n[[feedback]]\nchain = \"chain\"\nunsynchronised = 0.9\n",
-            "chains that act on the body",
-        ),
-        (
-            &["chain[0].gain"],
-            "[[chain]]\nat = [0.0, 0.0]\n[[region]]\nname = \"r\"\ncentre = [0, 0]\nradii = [0.02, 0.02]\n\
-             [[material]]\ngroup = \"r\"\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 2e4\nfibre = [1, 0]\n\
-             active = { type = \"coherence\", chain = \"chain\", coherent = 1e3 }\n",
-            "chains that act on the body",
         ),
         (
             &["displacement.0.x.value"],
@@ -182,26 +167,36 @@ fn parameters_that_end_the_rest_at_the_start_are_refused() {
     assert!(it.dependences(&it.values()).is_ok());
 }
 
-/// Issue 15, A1: a run goes over a jump, its sensitivities do not.
+/// Features without sensitivities, with their places.
 #[test]
-fn sensitivities_across_a_jump_are_refused_with_what_to_do() {
-    let jumping = |start: &str| {
-        let step = format!(
+fn features_without_sensitivities_are_refused() {
+    let jump = |start: &str| {
+        format!(
             "[[traction]]\ngroup = \"load\"\n\
              y = {{ type = \"product\", of = [2.0, {{ type = \"step\", value = 1.0, start = {start}, rise = 0 }}] }}"
-        );
-        of_scene(&["material[0].c10"], &step)
+        )
     };
-    let message = jumping("0.01");
-    for part in [
-        "do not support loads that jump",
-        "line ",
-        "give the step a `rise`",
+    let feedback =
+        "[[chain]]\nat = [0.0, 0.0]\n[[feedback]]\nchain = \"chain\"\nunsynchronised = 0.9\n";
+    let tension = "[[chain]]\nat = [0.0, 0.0]\n[[region]]\nname = \"r\"\ncentre = [0, 0]\nradii = [0.02, 0.02]\n\
+                   [[material]]\ngroup = \"r\"\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 2e4\n\
+                   fibre = [1, 0]\n\
+                   active = { type = \"coherence\", chain = \"chain\", coherent = 1e3 }\n";
+    let stop = "[[stop]]\ntype = \"volume\"\nbelow = 0.1";
+    for (more, feature, place) in [
+        (stop, Unsupported::Stop, "stop"),
+        (feedback, Unsupported::Feedback, "feedback"),
+        (tension, Unsupported::Feedback, "material[1].active"),
+        (&jump("0.01"), Unsupported::Jump, "traction[1].y.of[1]"),
     ] {
-        assert!(message.contains(part), "{message}");
+        let folder = tempfile::tempdir().unwrap();
+        let path = scene(folder.path(), &["material[0].c10"], more);
+        let found = unsupported(&Scene::load(&path, &[]).unwrap());
+        assert_eq!(found, Some((feature, place.to_owned())));
+        assert!(Parametrised::load(&path, &[]).is_err(), "{place}");
     }
-    // Beyond the end of the run.
-    assert_eq!(jumping("99.0"), "accepted");
+    // A jump after the end of the run has no effect.
+    assert_eq!(of_scene(&["material[0].c10"], &jump("99.0")), "accepted");
 }
 
 /// The error of a fit of `material[0].c10` and `solid.alpha`, which must have written nothing.

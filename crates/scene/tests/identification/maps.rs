@@ -1,8 +1,10 @@
 //! Maps of where outputs see the stiffness of the body, against forward sensitivities.
 
-use myovib_scene::Scene;
-use myovib_scene::sensitivity::{Parametrised, Precision, StiffnessMap, follow, outputs};
+use myovib_scene::sensitivity::{
+    Parametrised, Precision, StiffnessMap, Unsupported, follow, outputs, unsupported_in_map,
+};
 use myovib_scene::watch::Watcher;
+use myovib_scene::{Error, Scene};
 
 use crate::derivatives::{CASES, case};
 use crate::{scene, set};
@@ -114,34 +116,33 @@ fn chains_that_listen_change_no_map() {
     assert_eq!(with.left_out[0], "order.Psi_abs");
 }
 
-/// What the map needs is asked for in one message.
+/// Scenes without a map, by the first unsupported feature.
 #[test]
-fn scenes_without_a_map_are_told_why() {
+fn features_without_a_map_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = scene(folder.path(), &[], "");
-    for (overrides, told) in [
+    for (overrides, feature) in [
         (
-            &["probe[0].quantities=[\"p\"]"][..],
-            "no output is a displacement or a velocity",
+            "material[0].prony=[{ g = 0.5, tau = 0.02 }]",
+            Unsupported::Prony,
         ),
+        ("start={ type = \"equilibrium\" }", Unsupported::Equilibrium),
+        ("analysis=static", Unsupported::Analysis),
         (
-            &["material[0].prony=[{ g = 0.5, tau = 0.02 }]"],
-            "do not support Prony terms",
-        ),
-        (
-            &["start={ type = \"equilibrium\" }"],
-            "do not support a start from equilibrium",
-        ),
-        (&["analysis=static"], "sensitivities require a motion"),
-        (
-            &["traction[0].y={ type = \"step\", value = 1.0, start = 0.1, rise = 0 }"],
-            "do not support loads that jump",
+            "traction[0].y={ type = \"step\", value = 1.0, start = 0.1, rise = 0 }",
+            Unsupported::Jump,
         ),
     ] {
-        let scene = Scene::load(&path, &[case(CASES[5]), set(overrides)].concat()).unwrap();
+        let scene = Scene::load(&path, &[case(CASES[5]), set(&[overrides])].concat()).unwrap();
+        let found = unsupported_in_map(&scene).map(|(found, _)| found);
+        assert_eq!(found, Some(feature), "{overrides}");
         let error = StiffnessMap::of(&scene, Watcher::NOBODY).unwrap_err();
-        assert!(error.to_string().contains(told), "{overrides:?}: {error}");
+        assert!(matches!(error, Error::Input(_)), "{error:?}");
     }
+    let pressures = set(&["probe[0].quantities=[\"p\"]"]);
+    let scene = Scene::load(&path, &[case(CASES[5]), pressures].concat()).unwrap();
+    let error = StiffnessMap::of(&scene, Watcher::NOBODY).unwrap_err();
+    assert!(matches!(error, Error::Input(_)), "{error:?}");
 }
 
 /// An output that stays zero has no relative change.

@@ -1,0 +1,105 @@
+//! Features of scenes that have no sensitivities.
+
+use std::fmt;
+
+use super::influence::first_jump;
+use crate::InputError;
+use crate::scene::{Scene, Start};
+use crate::scene_file::Analysis;
+use crate::scene_file::active::Tension;
+use crate::scene_file::material::Material;
+
+/// A feature without sensitivities.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unsupported {
+    /// Another analysis than a motion.
+    Analysis,
+    /// A scene without a body.
+    NoBody,
+    /// Chains that act on the body.
+    Feedback,
+    /// Stop conditions, whose time depends on the parameters.
+    Stop,
+    /// Loads that jump.
+    Jump,
+    /// Prony terms, in stiffness maps.
+    Prony,
+    /// A start from equilibrium, in stiffness maps.
+    Equilibrium,
+}
+
+impl fmt::Display for Unsupported {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Analysis => "sensitivities require a motion",
+            Self::NoBody => "sensitivities require a body",
+            Self::Feedback => "sensitivities do not support chains that act on the body",
+            Self::Stop => {
+                "sensitivities do not support stop conditions, whose time depends on the parameters"
+            }
+            Self::Jump => "sensitivities do not support loads that jump",
+            Self::Prony => "stiffness maps do not support Prony terms",
+            Self::Equilibrium => "stiffness maps do not support a start from equilibrium",
+        })
+    }
+}
+
+impl Unsupported {
+    fn remedy(self) -> &'static str {
+        match self {
+            Self::Analysis => "set analysis = \"dynamic\"",
+            Self::NoBody => "add a [mesh] with [solid]",
+            Self::Feedback => "remove [[feedback]] and tensions of the type coherence",
+            Self::Stop => "remove [[stop]]",
+            Self::Jump => "give the step a `rise` above 0",
+            Self::Prony => "remove `prony`",
+            Self::Equilibrium => "start from rest, or from the folder of another run",
+        }
+    }
+
+    /// Describes it with its place in the scene.
+    pub(super) fn at(self, scene: &Scene, path: &str) -> InputError {
+        scene.wrong(path, InputError::new(self).next(self.remedy()))
+    }
+}
+
+/// Returns the first feature of a scene without sensitivities, and its key.
+pub fn unsupported(scene: &Scene) -> Option<(Unsupported, String)> {
+    let file = &scene.file;
+    let is_by_chain = |material: &Material| {
+        let active = material.active.as_ref();
+        active.is_some_and(|active| matches!(active.tension, Tension::Coherence { .. }))
+    };
+    let found = |feature, path: &str| Some((feature, path.to_owned()));
+    if file.analysis != Analysis::Dynamic {
+        return found(Unsupported::Analysis, "analysis");
+    }
+    if scene.body.is_none() {
+        return found(Unsupported::NoBody, "");
+    }
+    if !file.feedback.is_empty() {
+        return found(Unsupported::Feedback, "feedback");
+    }
+    if let Some(i) = file.material.iter().position(is_by_chain) {
+        return found(Unsupported::Feedback, &format!("material[{i}].active"));
+    }
+    if !file.stop.is_empty() {
+        return found(Unsupported::Stop, "stop");
+    }
+    let values = serde_json::to_value(file).unwrap_or_default();
+    let jump = first_jump(&values, "", scene.t_end)?;
+    found(Unsupported::Jump, &jump)
+}
+
+/// Returns the first feature of a scene without a stiffness map, and its key.
+pub fn unsupported_in_map(scene: &Scene) -> Option<(Unsupported, String)> {
+    unsupported(scene).or_else(|| {
+        let body = scene.body.as_ref()?;
+        let (feature, path) = match body.start {
+            _ if body.muscle.solid.n_internal() > 0 => (Unsupported::Prony, "material"),
+            Start::Equilibrium => (Unsupported::Equilibrium, "start"),
+            Start::Rest | Start::State(_) => return None,
+        };
+        Some((feature, path.to_owned()))
+    })
+}
