@@ -1,4 +1,4 @@
-//! One clear message for each mistake, before anything is computed.
+//! Invalid parameters, measurements and bounds are refused before anything is computed.
 
 use myovib_scene::fit::{FitOptions, Loss, compute};
 use myovib_scene::run::Existing;
@@ -29,7 +29,7 @@ const NEO_HOOKE: &str = "[[region]]\nname = \"r\"\ncentre = [0, 0]\nradii = [0.0
                          group = \"r\"\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 2e4";
 
 #[test]
-fn keys_that_are_no_parameters_are_told_with_their_place() {
+fn invalid_keys_of_parameters_are_refused_with_their_place() {
     for (keys, more, told) in [
         (
             &["material[0].c20"][..],
@@ -127,7 +127,7 @@ fn keys_that_are_no_parameters_are_told_with_their_place() {
     }
 }
 
-/// For every finite κ the velocity starts as it is given, for κ = inf without a change of volume.
+/// For finite κ the initial velocity is unchanged; for κ = inf it is projected to be free of volume changes.
 #[test]
 fn starts_without_a_derivative_are_refused_with_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
@@ -146,7 +146,7 @@ fn starts_without_a_derivative_are_refused_with_what_to_do() {
     assert!(it.dependences(&[1e-7]).is_ok());
 }
 
-/// Other phases of a sine load the body at t = 0: at rest, no run would start.
+/// Other phases of a sine load the body at t = 0, at which a run from rest cannot start.
 #[test]
 fn parameters_that_end_the_rest_at_the_start_are_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! What chains depend on: ∂F/∂p of all their numbers, and order parameters against differences of runs.
+//! Derivatives of chains: ∂F/∂p for all their numbers, and order parameters against differences of runs.
 
 use myovib_scene::sensitivity::{Parametrised, Precision, compute};
 use myovib_scene::watch::Watcher;
@@ -11,7 +11,7 @@ const CHAIN: &str = "[[chain]]\nname = \"tissue\"\noscillators = 6\nhalf_width =
                      at = [0.03, 0.005]\ncomponent = [1.0, 2.0]\ninitial = 0.2\n\
                      [[probe]]\nname = \"order\"\ntype = \"coherence\"\nchain = \"tissue\"\nevery = 0.05\n";
 
-/// Constants of the body act on a chain by the motion that drives it, those of a chain on nothing else.
+/// Constants of the body affect a chain through the driving motion. Constants of a chain affect nothing else.
 #[test]
 fn order_parameters_have_the_derivatives_of_differences_of_runs() {
     let keys = [
@@ -33,8 +33,7 @@ fn order_parameters_have_the_derivatives_of_differences_of_runs() {
     expect_sharp(&keys, outputs_agree(&keys, CHAIN, &tight));
 }
 
-/// Tensions that are unknowns, for whose tangents there are matrices, stress that relaxes, and a motion that starts at a
-/// velocity.
+/// Tensions and relaxing stresses are unknowns; the motion starts with a velocity.
 #[test]
 fn chains_beside_tensions_and_stress_that_relaxes_have_their_derivatives() {
     let keys = ["material[0].c10", "chain[0].gain"];
@@ -56,7 +55,7 @@ fn chains_beside_tensions_and_stress_that_relaxes_have_their_derivatives() {
     }
 }
 
-/// Each key moves something by far more than what is allowed.
+/// The effect of each key is far above the tolerance.
 fn expect_sharp(keys: &[&str], sharpness: Vec<f64>) {
     for (key, times) in keys.iter().zip(sharpness) {
         assert!(times > 50.0, "{key}: {times}");
@@ -71,7 +70,7 @@ fn a_key_may_be_written_with_dots() {
     assert_eq!(it.parameters[0].key, "chain[0].gain");
 }
 
-/// Of several chains each parameter finds its own, at many places of a body that is incompressible.
+/// Each parameter affects only its chain, at many places of an incompressible body.
 #[test]
 fn each_chain_has_parameters_of_its_own() {
     let keys = ["chain[1].coupling", "chain[0].initial", "chain[1].gain"];

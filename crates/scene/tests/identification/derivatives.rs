@@ -78,7 +78,7 @@ fn residuals_have_the_derivatives_of_their_differences() {
         let case = format!("{formulation}, κ = {kappa}, β = {beta}");
         let sizes = residuals_agree(&it, |j, value| moved(&it, j, value), &case);
         for (key, size) in KEYS.iter().zip(sizes) {
-            // A derivative that is nothing would pass.
+            // A zero derivative would pass the comparison.
             assert!(size > 0.0, "{formulation}, {key}");
         }
     }
@@ -119,8 +119,8 @@ fn residuals_agree(
         let span = value + delta - below;
         let size = ours.iter().fold(0.0_f64, |size, f| size.max(f.abs()));
         let forces = high.iter().fold(0.0_f64, |size, f| size.max(f.abs()));
-        // Truncation of the frequency's difference, (2π t δ)²/6 with δ = 8e-4, is 6e-7; that of
-        // the others is less. Rounding is ε of all forces over δ.
+        // Truncation of the frequency's difference, (2π t δ)²/6 with δ = 8e-4, is 6e-7; the others
+        // are smaller. Rounding is ε of all forces over δ.
         let allowed = 2e-6 * size + 4.0 * f64::EPSILON * forces / span;
         for i in 0..n {
             let difference = (high[i] - low[i]) / span;
@@ -169,8 +169,7 @@ fn relaxation_stiffness_and_breaks_have_their_derivatives_in_all_formulations() 
     }
 }
 
-/// What materials have of their own, beds, and tensions: bodies whose constants differ between
-/// elements.
+/// Constants of materials, foundations and tensions, in bodies whose constants differ between elements.
 #[test]
 fn constants_of_materials_beds_and_tensions_have_their_derivatives() {
     let folder = tempfile::tempdir().unwrap();
@@ -261,8 +260,8 @@ fn outputs_of_stress_that_relaxes_have_the_derivatives_of_differences_of_runs() 
     );
 }
 
-/// Sensitivities of outputs at the start and the end against differences of plain runs at a tolerance that
-/// leaves 1e-8; for each key how many times larger the largest is than what it may be off.
+/// Compares sensitivities of outputs at the start and the end with differences of plain runs, at a tolerance of 1e-8.
+/// Returns for each key the ratio of the largest derivative to the allowed error.
 pub(crate) fn outputs_agree(keys: &[&str], more: &str, overrides: &[&str]) -> Vec<f64> {
     let folder = tempfile::tempdir().unwrap();
     let probe = "[[probe]]\nname = \"stress\"\ntype = \"point\"\nat = [0.01, 0.0]\n\
@@ -337,8 +336,8 @@ pub(crate) fn outputs_agree(keys: &[&str], more: &str, overrides: &[&str]) -> Ve
     keys.iter().enumerate().map(of_key).collect()
 }
 
-/// The steps, factors and outputs are bit by bit those of the run without sensitivities. Most of the steps
-/// go on with an old Jacobian and some of these with a new h, which needs the matrices as they were.
+/// Steps, factors and outputs are bitwise equal to a run without sensitivities. Most steps reuse an old Jacobian, some of
+/// them with a new h, which needs the unchanged matrices.
 #[test]
 fn runs_with_sensitivities_take_the_steps_of_the_plain_run() {
     let folder = tempfile::tempdir().unwrap();
@@ -466,8 +465,8 @@ fn ten_tolerances_are_met(load: &[&str], methods: &[&str], tolerances: &[f64]) {
     }
 }
 
-/// A load that begins and rises over many steps excites no wave that the steps leave out. The run that they
-/// are compared with errs by about 1e-8 in c10, a tenth of what is allowed at 1e-8.
+/// A load that rises over many steps excites no waves below the resolution of the steps. The reference run has an error of
+/// about 1e-8 in c10, a tenth of the allowed error at 1e-8.
 #[test]
 fn sensitivities_of_a_muscle_of_index_3_err_by_ten_tolerances_down_to_1e_8() {
     let load = ["traction[0].y.steepness=144", "traction[0].y.shift=36"];
@@ -475,11 +474,11 @@ fn sensitivities_of_a_muscle_of_index_3_err_by_ten_tolerances_down_to_1e_8() {
     ten_tolerances_are_met(&load, &methods, &[1e-4, 1e-6, 1e-8]);
 }
 
-/// A load with a kink at the start excites undamped waves of all frequencies. Steps leave out those that are
-/// smaller than the tolerance; the error of u is some tenths of it. The derivative by the stiffness errs by
-/// about ωt/2 times as much, since it grows with ωt/2 times the wave: no step sees that come. Linear
-/// equations solved to a hundred-thousandth of the tolerance change none of these digits. Without control orders 5,
-/// 9 and 13 err by 31, 8 and 8 tolerances at 1e-7, by 156, 42 and 14 at 1e-8, where u errs by one at most.
+/// A load with a kink at the start excites undamped waves of all frequencies. Steps do not resolve waves below the
+/// tolerance; the error of u is a few tenths of it. The error of the derivative by the stiffness is about ωt/2 times as
+/// large, as the derivative of a wave grows with ωt/2. More accurate linear solves do not change these digits. Without
+/// control, the errors of orders 5, 9 and 13 are 31, 8 and 8 tolerances at 1e-7, and 156, 42 and 14 at 1e-8, where the
+/// error of u is at most one.
 #[test]
 fn undamped_waves_from_a_kink_leave_ten_tolerances_down_to_1e_6() {
     let load = ["traction[0].y.steepness=40"];

@@ -1,4 +1,4 @@
-//! What a fit tells of what it does not know.
+//! Reports of undetermined parameters.
 
 use std::path::Path;
 use std::sync::Mutex;
@@ -9,7 +9,7 @@ use myovib_scene::watch::Tell;
 use crate::fits::{fitted, measure};
 use crate::{SMALL, scene};
 
-/// Keeps the lines that are told in any case.
+/// Keeps the lines of progress that are always reported.
 #[derive(Default)]
 struct Kept(Mutex<Vec<String>>);
 
@@ -21,8 +21,8 @@ impl Tell for Kept {
     }
 }
 
-/// The fit of the cantilever's parameters and its profiles, to measurements with `noise` times the noise that
-/// is told; and the lines of progress.
+/// Returns a fit with profiles of the cantilever's parameters, to measurements with `noise` times the given noise, and the
+/// lines of progress.
 fn profiled(folder: &Path, keys: &[&str], more: &str, noise: f64) -> (FitResult, Vec<String>) {
     let path = scene(folder, keys, more);
     let data = folder.join("measured.csv");
@@ -42,14 +42,14 @@ const LATE: &str = "[[traction]]\ngroup = \"load\"\n\
                     [[parameter]]\nkey = \"traction[1].y.value\"\nlow = 0.0\n";
 
 #[test]
-fn a_parameter_that_no_measurement_depends_on_is_told_from_those_that_are_known() {
+fn a_parameter_without_effect_is_marked() {
     let folder = tempfile::tempdir().unwrap();
     let (result, told) = profiled(folder.path(), &["material[0].c10"], LATE, 1.0);
     assert!(result.fit.is_converged(), "{}", result.ending());
     assert_eq!([0, 1].map(|j| result.fit.acts(j)), [true, false]);
     assert!(result.unknown().is_empty());
-    // Of one parameter the standard error is that of the residuals over the length of their derivatives; both
-    // are sums of the same 40 squares, each with a rounding.
+    // The standard error of a single parameter is the deviation of the residuals over the norm of their derivatives, within
+    // the rounding of sums of 40 squares.
     let exact = result.deviation() / result.fit.jacobian.column(0).norm();
     let error = result.uncertainty.standard_errors[0];
     assert!((error / exact - 1.0).abs() < 1e-13, "{error:e} {exact:e}");

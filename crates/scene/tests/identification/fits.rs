@@ -1,4 +1,4 @@
-//! Fits to measurements of which the truth is known.
+//! Fits to measurements with known true values.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -46,7 +46,7 @@ fn table(curves: &Curves, noise: f64, seed: u64) -> String {
     let mut text = String::from("observableId,time,measurement,noiseParameters\n");
     for sample in &curves.samples[1..] {
         for (k, name) in curves.outputs.iter().enumerate() {
-            // Twelve uniform numbers make one that is normal enough, of variance 1.
+            // The sum of twelve uniform numbers is nearly normal, of variance 1.
             let normal: f64 = (0..12).map(|_| rng.random_range(-0.5..0.5)).sum();
             let deviation = 0.01 * sizes[k];
             let value = sample.values[k] + noise * deviation * normal;
@@ -97,10 +97,10 @@ pub(crate) fn fitted<'a>(
     }))
 }
 
-/// A fit that ends too early and is resumed comes to what the fit in one piece does, within the hundredth of
-/// the uncertainty at which a fit ends; it goes on with the history.
+/// A fit that ended early and is resumed agrees with an uninterrupted fit within a hundredth of the uncertainty, at which
+/// fits end. It continues the history.
 #[test]
-fn a_fit_goes_on_from_its_history() {
+fn a_fit_is_resumed_from_its_history() {
     let folder = tempfile::tempdir().unwrap();
     let path = scene(folder.path(), &["material[0].c10", "solid.alpha"], "");
     let data = folder.path().join("measured.csv");
@@ -119,7 +119,7 @@ fn a_fit_goes_on_from_its_history() {
     std::fs::create_dir(&header).unwrap();
     let is_input = |result: Result<FitResult, Error>| matches!(result, Err(Error::Input(_)));
     assert!(is_input(run(Existing::Resume, 30)), "no history");
-    // A history without iterations is no fit.
+    // A history without iterations does not count as a fit.
     std::fs::write(header.join("history.csv"), "iteration,runs,part,cost\n").unwrap();
     let whole = run(Existing::Refuse, 30).unwrap();
     assert!(whole.fit.is_converged(), "{}", whole.ending());
@@ -139,7 +139,7 @@ fn a_fit_goes_on_from_its_history() {
         }
     });
     assert!(is_input(own), "a fitted parameter is set");
-    // An overwritten fit stays until there is another: one that cannot start leaves it.
+    // An earlier fit is kept until the first iteration of the new one.
     let names = || -> BTreeSet<_> {
         let files = std::fs::read_dir(&header).unwrap();
         files.map(|file| file.unwrap().file_name()).collect()
@@ -209,11 +209,10 @@ impl Tell for Patience {
     }
 }
 
-/// Wherever a fit from two starts is interrupted, what it gives is of as many measurements as the best that it
-/// came to, and its residuals are those of its points; profiles that were computed are kept. The beginning is
-/// fitted to half of them first.
+/// A fit from two starts is interrupted after each iteration. Its result uses the measurements of the latest phase, its
+/// residuals agree with its points, and computed profiles are kept. The first phase uses half of the time.
 #[test]
-fn an_interrupted_fit_keeps_what_it_has() {
+fn an_interrupted_fit_keeps_its_results() {
     let folder = tempfile::tempdir().unwrap();
     let path = scene(folder.path(), &["material[0].c10", "solid.alpha"], "");
     let data = folder.path().join("measured.csv");
@@ -247,7 +246,7 @@ fn an_interrupted_fit_keeps_what_it_has() {
         let residuals = result.points.iter().map(|point| point.residual);
         assert!(residuals.eq(result.fit.residuals.iter().copied()));
         let half: f64 = result.fit.residuals.iter().map(|r| 0.5 * r * r).sum();
-        // The sum of the same squares, but for rounding.
+        // The sum of the same squares, except for rounding.
         assert!((half - result.fit.cost).abs() < 1e-12 * half);
         if result.fit.is_converged() {
             break;
@@ -294,7 +293,7 @@ fn three_parameters_are_found_in_noise_within_their_intervals() {
         result.deviation()
     );
     assert!(result.unknown().is_empty());
-    // The issue asks for the time of 20 plain runs for six parameters.
+    // The target for six parameters is the time of 20 plain runs.
     assert!(result.runs[0] + result.runs[1] < 30, "{:?}", result.runs);
     let history = std::fs::read_to_string(folder.path().join("fit/history.csv")).unwrap();
     assert_eq!(history.lines().count(), result.fit.history.len() + 1);
@@ -410,7 +409,7 @@ fn a_fit_interrupted_in_its_first_run_is_interrupted() {
 
 /// At small strains c10 and c01 act by their sum alone.
 #[test]
-fn what_the_data_cannot_tell_is_said() {
+fn undetermined_combinations_are_returned() {
     let folder = tempfile::tempdir().unwrap();
     let path = scene(folder.path(), &["material[0].c10", "material[0].c01"], "");
     let data = folder.path().join("measured.csv");
@@ -520,7 +519,7 @@ fn six(folder: &Path, off: [f64; 6]) -> PathBuf {
     scene(folder, &[], &more)
 }
 
-/// What the slow tests have in common: the true values in the scene itself.
+/// Overrides of the slow tests: the scene has the true values.
 fn of_six(t_end: f64) -> Vec<String> {
     let values = SIX.iter().map(|(key, value)| format!("{key}={value:e}"));
     let probes = (0..3).map(|k| format!("probe[{k}].quantities=[\"u\", \"p\"]"));
@@ -528,7 +527,7 @@ fn of_six(t_end: f64) -> Vec<String> {
     values.chain(probes).chain([t_end]).collect()
 }
 
-/// The issue asks for the time of at most 20 plain runs.
+/// The target is the time of at most 20 plain runs.
 #[test]
 #[ignore = "slow"]
 fn six_parameters_are_found_from_starts_half_off() {
@@ -583,7 +582,7 @@ fn six_parameters_are_found_from_starts_half_off() {
 }
 
 /// Of 200 twins each parameter's 95 % interval covers in 89 to 99 %: 0.95 ± 4 standard deviations of a
-/// count of 200, cut off at 0.99: more would be intervals that are too wide.
+/// count of 200, cut off at 0.99, above which intervals are too wide.
 #[test]
 #[ignore = "slow"]
 fn intervals_of_two_hundred_twins_cover_as_often_as_they_say() {

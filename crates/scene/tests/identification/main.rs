@@ -1,4 +1,4 @@
-//! Parameters of scenes: what the equations and the outputs depend on, and fits to measurements.
+//! Parameters of scenes: derivatives of equations and outputs, and fits to measurements.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod bad_input;
@@ -12,10 +12,10 @@ mod starts;
 
 use std::path::{Path, PathBuf};
 
-/// A short motion of the built-in muscle with these parameters, in a folder of its own.
+/// Writes a short motion of the built-in muscle with these parameters to `folder`.
 fn scene(folder: &Path, parameters: &[&str], more: &str) -> PathBuf {
     let text = include_str!("../../../../data/scenes/init.toml");
-    // Fields are none of ours; the loads are over sooner.
+    // Fields are not needed.
     let (text, _) = text.split_once("# Fields for ParaView").unwrap();
     let keys = parameters
         .iter()
@@ -26,7 +26,7 @@ fn scene(folder: &Path, parameters: &[&str], more: &str) -> PathBuf {
     path
 }
 
-/// A cantilever of few elements in the place of the muscle, to be observed in its middle.
+/// Overrides for a coarse cantilever instead of the muscle, observed at its center.
 const SMALL: [&str; 3] = [
     "mesh={ type = \"beam\", length = 0.1, height = 0.03, cells = [5, 2] }",
     "material[0].group=body",

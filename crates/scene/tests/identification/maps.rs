@@ -1,4 +1,4 @@
-//! Maps of where outputs see the stiffness of the body, against forward sensitivities.
+//! Stiffness maps against forward sensitivities.
 
 use myovib_scene::sensitivity::{
     Parametrised, Precision, StiffnessMap, Unsupported, follow, outputs, unsupported_in_map,
@@ -10,11 +10,11 @@ use crate::derivatives::{CASES, case};
 use crate::{scene, set};
 
 /// Readings of forward sensitivities are central differences with a step of ε^(1/3), which leaves ε^(2/3) = 4e-11 of
-/// values of size 1, and some ten times that where the derivative is ten times smaller than what it is made of.
+/// values of size 1, and about ten times that if the derivative is ten times smaller than its terms.
 const ROUNDING: f64 = 1e-9;
 
-/// For each output the relative change of its root mean square by each parameter, a factor of stress, with forward
-/// sensitivities that are solved for to rounding.
+/// Returns the relative change of each output's RMS by each parameter, a factor of stress, from forward sensitivities solved
+/// to rounding.
 fn by_forward(it: &Parametrised) -> Vec<Vec<f64>> {
     let wanted = outputs(&it.scene).unwrap();
     let (every, t_end) = (it.scene.file.probe[0].every, it.scene.t_end);
@@ -96,9 +96,9 @@ fn elements_of_a_material_add_up_to_its_stiffness() {
     expect_sums(&it, "two materials");
 }
 
-/// Nor do chains that listen change it, whose coherence is no output of it.
+/// Driven chains do not change the map; their coherence is not among its outputs.
 #[test]
-fn chains_that_listen_change_no_map() {
+fn driven_chains_do_not_change_the_map() {
     let folder = tempfile::tempdir().unwrap();
     let path = scene(folder.path(), &[], "");
     let short = set(&["time.end=0.1"]);

@@ -39,9 +39,9 @@ fn derivatives_in_the_error_test_are_within_its_tolerance() {
     assert!(n_tested > n_plain, "{n_tested} {n_plain}");
 }
 
-/// The last one too, where the end is a multiple of the distance but for rounding; and those of probes that are looked at.
+/// Samples have the interval of the finest observed probe, and include the end of the run in spite of rounding.
 #[test]
-fn samples_are_those_of_the_probes() {
+fn samples_have_the_interval_of_the_probes() {
     let folder = tempfile::tempdir().unwrap();
     let finer = "[[probe]]\nname = \"finer\"\ntype = \"point\"\nat = [0.05, 0.0]\nevery = 0.01\n\
                  [[output]]\nname = \"tip\"\nprobe = \"origin\"\ncolumn = \"u_y\"\n";

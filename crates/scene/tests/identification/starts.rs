@@ -8,7 +8,7 @@ use myovib_scene::watch::Watcher;
 use crate::derivatives::{CASES, case, outputs_agree};
 use crate::{SMALL, scene, set};
 
-/// A weight, a force that is there at the start and has a rate then, and an equilibrium with them.
+/// A force with a value and a rate at the start, and an equilibrium with it.
 const LOADED: [&str; 2] = [
     "traction[0].y={ type = \"sum\", of = [20.0, { type = \"sine\", amplitude = 10.0, frequency = 3.0 }] }",
     "start={ type = \"equilibrium\" }",
@@ -17,8 +17,8 @@ const WEIGHT: &str = "[[body_force]]\ny = -9.81\n";
 const RELAXING: &str = "material[0].prony=[{ g = 0.5, tau = 0.02 }]";
 const MOVING: &str = "start={ type = \"velocity\", value = [0.2, 0.1] }";
 
-/// Compares ∂y_0/∂p, block by block, with central differences of starts computed anew; returns the largest
-/// entry for each parameter.
+/// Compares ∂y_0/∂p, block by block, with central differences of recomputed starts; returns the largest entry for each
+/// parameter.
 fn starts_agree(it: &Parametrised, case: &str) -> Vec<f64> {
     let values = it.values();
     let body = it.scene.body.as_ref().unwrap();
@@ -50,10 +50,9 @@ fn starts_agree(it: &Parametrised, case: &str) -> Vec<f64> {
                 ours[i] - difference.sum::<f64>()
             });
             let off = largest(&off.collect::<Vec<_>>());
-            // Truncation of the difference is (δ/p)⁴ = 2e-11 of the derivative with factors to 5!. Rounding is
-            // that of the block: 1e-13 where equations are solved; κ times the 1e-15 of J − 1; where damping leaves the sum of λ and
-            // β λ̇ alone, the 1e-11 of λ at which the iteration for them ends, and as much of its
-            // differences in time. It is amplified by the weights, 1.5 in sum, over δ here and δ/2 in ours.
+            // Truncation of the difference is (δ/p)⁴ = 2e-11 of the derivative with factors to 5!. Rounding depends on the
+            // block: 1e-13 for solved equations; κ times the 1e-15 of J − 1; if damping determines only the sum of λ and
+            // β λ̇, the 1e-11 of λ at which their iteration ends, and as much of its differences in time. It is amplified by the weights, 1.5 in sum, over δ here and δ/2 in ours.
             let size = |field| {
                 dae.layout()
                     .range(field)
