@@ -11,7 +11,7 @@
 //! - [`Drive`]: the forcing c(u) = γ u and the oscillators it acts on.
 //! - [`Detuning`]: frequencies ω_n = ω + ξ_n drawn by a named, seeded [`Generator`].
 //! - [`Coherence`], [`Settled`], [`SmoothCoherence`]: Ψ and χ of eq. (23) at one time, statistics over a trailing
-//! window, and a differentiable coherence.
+//!   window, and a differentiable coherence.
 //! - [`Neighborhood`]: the coherence of nearby places.
 //! - [`samples`]: systems with a known solution.
 //!

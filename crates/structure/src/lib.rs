@@ -4,9 +4,9 @@
 //! from:
 //!
 //! - [`Pencil`]: the linearization E ẋ + A x = f, from two matrices or from any [`Problem`](myovib_dae::Problem) at a
-//! state;
+//!   state;
 //! - [`PencilStructure`]: its index, or the result that the pencil is singular, with all rank decisions
-//! ([`RankDecision`]) and the perturbation index of every variable;
+//!   ([`RankDecision`]) and the perturbation index of every variable;
 //! - [`Vibration`]: small free vibrations with or without a constraint, and their lowest [`modes`];
 //! - [`RigidBodies`]: the rigid-body motions that supports leave free;
 //! - [`InfSup`]: inf–sup constants of a mixed method, and the number of uncontrolled multipliers.
