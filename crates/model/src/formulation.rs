@@ -42,7 +42,7 @@ struct Case {
 /// Defines [`Formulation`] and its table of properties from the list of formulations.
 macro_rules! formulations {
     ($($(#[$about:meta])* $formulation:ident $description:tt)*) => {
-        /// The formulations, by the paper's equation.
+        /// Form of the equations of motion, with the number of the paper's equation.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
         #[serde(rename_all = "kebab-case")]
         #[schemars(rename = "FormulationName")]
@@ -65,7 +65,7 @@ macro_rules! formulations {
 }
 
 formulations! {
-    /// (18): no pressure; finite κ.
+    /// Displacements only, without a pressure (18); finite kappa.
     Displacement {
         name: "displacement",
         equation: "18",
@@ -74,7 +74,7 @@ formulations! {
         algebraic: |_| &[],
         objection: |case| case.incompressible.then_some("requires finite kappa"),
     }
-    /// (28): β = 0.
+    /// Pressure and volume constraint (28); beta = 0.
     Position {
         name: "position",
         equation: "28",
@@ -87,7 +87,7 @@ formulations! {
         algebraic: |_| &[Field::Pressure],
         objection: undamped,
     }
-    /// (29): β > 0; the pressure's rate is an unknown.
+    /// Pressure rate as an additional unknown (29); beta > 0.
     Rate {
         name: "rate",
         equation: "29",
@@ -101,7 +101,7 @@ formulations! {
         algebraic: |_| &[Field::PressureRate],
         objection: damped,
     }
-    /// (31): β = 0; the constraint differentiated once.
+    /// Volume constraint differentiated once (31); beta = 0.
     Velocity {
         name: "velocity",
         equation: "31",
@@ -114,7 +114,7 @@ formulations! {
         algebraic: |case| if case.incompressible { &[Field::Pressure] } else { &[] },
         objection: undamped,
     }
-    /// (33), Gear–Gupta–Leimkuhler: β = 0, κ = inf.
+    /// Both constraints, by Gear, Gupta and Leimkuhler (33); beta = 0, kappa = inf.
     Stabilized {
         name: "stabilized",
         equation: "33",
@@ -130,7 +130,7 @@ formulations! {
             "requires beta = 0 and kappa = inf; otherwise use `position` or `implicit-rate`"
         ),
     }
-    /// (26): β > 0; the pressure's rate is taken from the integrator.
+    /// Pressure rate taken from the integrator (26); beta > 0.
     ImplicitRate {
         name: "implicit-rate",
         equation: "26", // for the linear law; ours for the nonlinear

@@ -72,7 +72,7 @@ quantities! {
         components: Components::Vector,
         reading: Reading::Fields(|body, place| body.vector_at(body.velocity, place)),
     }
-    /// Pressure, Pa; of `st-venant-kirchhoff`, which has none, -tr σ/3 of the law's stress.
+    /// Pressure, Pa, positive in compression; -tr σ/3 for `st-venant-kirchhoff`.
     Pressure "p" {
         names: ["pressure", "p"],
         components: Components::Scalar,
@@ -88,7 +88,7 @@ quantities! {
         components: Components::Scalar,
         reading: Reading::State(|state| vec![state.jacobian]),
     }
-    /// Green's strain: components as for `stress`.
+    /// Green's strain; components as for `stress`.
     Strain "strain" {
         names: ["strain", "strain"],
         components: Components::Symmetric,
@@ -100,7 +100,7 @@ quantities! {
         components: Components::Principal,
         reading: Reading::State(|state| principal(green(state.gradient))),
     }
-    /// Cauchy stress with all its parts, Pa: xx, yy, xy, zz; in space xx, yy, zz, xy, yz, xz.
+    /// Total Cauchy stress, Pa: xx, yy, xy, zz; in space xx, yy, zz, xy, yz, xz.
     Stress "stress" {
         names: ["stress", "stress"],
         components: Components::Symmetric,

@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 use super::kind::{Kind, Objection, Reading, Systems, Wrong, at};
 use super::places::{Places, displacement_and_pressure};
 
-/// Averages over a group, by its length, area or volume at rest.
+/// Averages over a group, weighted by undeformed length, area or volume.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Average {
-    /// Group of the boundary, or of elements.
+    /// Group of boundary facets or of elements.
     pub group: String,
-    /// The quantities.
+    /// Quantities to write.
     #[serde(default = "displacement_and_pressure")]
     #[schemars(length(min = 1), extend("uniqueItems" = true))]
     pub quantities: Vec<Quantity>,

@@ -9,7 +9,7 @@ use super::kind::{Kind, Parts, Reading, Systems, Wrong};
 use crate::InputError;
 use crate::run::system::{System, network_of};
 
-/// Order parameters of a chain: |Ψ|, arg Ψ, |χ|.
+/// Order parameters |Ψ|, arg Ψ and |χ| of a chain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Coherence {

@@ -8,7 +8,8 @@ use super::balance::EnergyBalance;
 use super::kind::{Kind, Reading, Systems};
 use crate::run::system::System;
 
-/// Kinetic and elastic energy, work of the loads, dissipation: J, in the plane J/m of depth.
+/// Kinetic energy, elastic energy, work of the loads and dissipation, J; in the plane J per m of
+/// depth.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Energy {}

@@ -8,7 +8,7 @@ use super::kind::{Kind, Parts, Reading, Systems, Wrong};
 use crate::InputError;
 use crate::run::system::System;
 
-/// The factor of the stiffness by each feedback.
+/// Stiffness factor of each feedback.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Feedback {}

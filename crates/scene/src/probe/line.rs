@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::kind::{Kind, Objection, Reading, Systems, Wrong, at};
 use super::places::{Places, displacement_and_pressure};
 
-/// Values at equidistant points; columns are numbered from 0.
+/// Values at equidistant points of a line. Columns are numbered from 0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Line {
@@ -21,7 +21,7 @@ pub struct Line {
     /// Number of points.
     #[schemars(range(min = 2, max = 1000))]
     pub points: usize,
-    /// The quantities.
+    /// Quantities to write.
     #[serde(default = "displacement_and_pressure")]
     #[schemars(length(min = 1), extend("uniqueItems" = true))]
     pub quantities: Vec<Quantity>,

@@ -8,7 +8,7 @@ use super::kind::{Kind, Parts, Reading, Systems, Wrong};
 use crate::InputError;
 use crate::run::system::{System, network_of};
 
-/// Positions and velocities of a chain's oscillators.
+/// Positions and velocities of the oscillators of a chain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Oscillators {

@@ -15,7 +15,7 @@ pub struct Point {
     /// The point, m.
     #[schemars(length(min = 2, max = 3))]
     pub at: Vec<f64>,
-    /// The quantities.
+    /// Quantities to write.
     #[serde(default = "displacement_and_pressure")]
     #[schemars(length(min = 1), extend("uniqueItems" = true))]
     pub quantities: Vec<Quantity>,

@@ -9,11 +9,11 @@ use super::kind::{Kind, Objection, Reading, Systems, Wrong, at};
 use crate::InputError;
 use crate::run::system::{System, muscle_of};
 
-/// The force of the supports on the body at a fixed group: N, in the plane N/m of depth.
+/// Total force of a support on the body, N; in the plane N per m of depth.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Reaction {
-    /// The fixed group.
+    /// Fixed or moved group.
     pub group: String,
 }
 

@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 use super::kind::{Kind, Objection, Reading, Systems, Wrong, at};
 use crate::run::system::{System, muscle_of};
 
-/// The volume that a group of the boundary encloses, never negative: m³, in the plane m². Openings are
-/// closed by a cone from the middle of their rim, which is flat where the rim is. The group is one piece.
+/// Volume enclosed by a connected group of the boundary, m³; in the plane m². An opening is closed by
+/// a cone with its apex at the center of the rim.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Volume {
-    /// Group of the boundary.
+    /// Group of boundary facets.
     pub group: String,
 }
 

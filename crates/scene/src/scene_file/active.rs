@@ -1,4 +1,4 @@
-//! Contraction: the stress that a material produces along its fibres.
+//! Contraction: active stress along the fibers of a material.
 
 use myovib_fem::material::{self, Bestel};
 use schemars::JsonSchema;
@@ -7,70 +7,71 @@ use serde::{Deserialize, Serialize};
 use super::feedback::radius;
 use super::function::Function;
 
-/// Active stress along the fibres, beside that of the law: `S = T g(λ) h(λ̇) f0⊗f0`, λ the fibre's
-/// stretch.
+/// Active stress along the fibers, added to the stress of the law: `S = T g(λ) h(λ̇) f0⊗f0` with the
+/// tension T and the fiber stretch λ.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Active {
-    /// Where the tension T is from, one for all of the material.
+    /// Source of the tension T.
     #[serde(flatten)]
     pub tension: Tension,
-    /// What T is.
+    /// Stress measure of T.
     #[serde(default)]
     pub stress: Stress,
-    /// g(λ) [default: 1].
+    /// Force–length factor g(λ) [default: 1].
     pub force_length: Option<ForceLength>,
-    /// h(λ̇) [default: 1].
+    /// Force–velocity factor h(λ̇) [default: 1].
     pub force_velocity: Option<ForceVelocity>,
 }
 
-/// Where tensions are from.
+/// Source of the tension.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum Tension {
-    /// A function of time.
+    /// Prescribed function of time.
     Given {
-        /// T, Pa; never negative, and 0 where a motion starts at rest.
+        /// Tension T, Pa; never negative, and 0 at t = 0 if the motion starts at rest.
         tension: Function,
     },
-    /// By a chain: `T = unsynchronised + (coherent - unsynchronised) S`, with S = |χ|², made smooth
-    /// at rest. A chain at a point sets the tension of the whole material, chains in elements that
-    /// of their elements.
+    /// Coherence of a chain: `T = unsynchronised + (coherent - unsynchronised) S`. S is |χ|², smoothed
+    /// near rest. A chain at a point sets the tension of the material; chains in elements set the
+    /// tension of their elements.
     Coherence {
         /// Name of the chain.
         chain: String,
-        /// T without coherence, or at rest, Pa; other than 0 only for motions from equilibrium.
+        /// Tension without coherence or at rest, Pa; nonzero only if the motion starts in equilibrium.
         #[serde(default)]
         #[schemars(range(min = 0))]
         unsynchronised: f64,
-        /// T at full coherence, Pa.
+        /// Tension at full coherence, Pa.
         #[schemars(range(min = 0))]
         coherent: f64,
-        /// Amplitude of an oscillator below which it counts as at rest.
+        /// Amplitude below which an oscillator counts as at rest.
         #[serde(default = "radius")]
         #[schemars(extend("exclusiveMinimum" = 0))]
         radius: f64,
     },
-    /// Bestel's equation `Ṫ = -|a| T + σ0 max(a, 0)` from T = 0, with `a = a_max f + a_min (1 - f)`,
+    /// Heartbeat by Bestel's equation `Ṫ = -|a| T + σ0 max(a, 0)`, T(0) = 0, with
+    /// `a = a_max f + a_min (1 - f)`,
     /// `f = ¼ (1 + tanh((t - t_sys)/γ)) (1 - tanh((t - t_dias)/γ))`.
     Bestel {
         /// Contractility σ0, Pa.
         #[schemars(range(min = 0))]
         contractility: f64,
-        /// a_max, 1/s.
+        /// Rate of activation a_max, 1/s.
         #[serde(default = "rise")]
         #[schemars(extend("exclusiveMinimum" = 0))]
         rise: f64,
-        /// a_min, 1/s; negative.
+        /// Rate of relaxation a_min, 1/s.
         #[serde(default = "decay")]
         #[schemars(extend("exclusiveMaximum" = 0))]
         decay: f64,
         /// Start of the contraction t_sys, s.
         #[serde(default = "systole")]
         systole: f64,
-        /// Its end t_dias, s.
+        /// End of the contraction t_dias, s.
         #[serde(default = "diastole")]
         diastole: f64,
-        /// Duration of the switches γ, s.
+        /// Duration γ of both transitions, s.
         #[serde(default = "width")]
         #[schemars(extend("exclusiveMinimum" = 0))]
         width: f64,
@@ -97,14 +98,14 @@ fn width() -> f64 {
     Bestel::ventricle(0.0).width
 }
 
-/// The stress that a tension is.
+/// Stress measure of a tension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stress {
-    /// Second Piola–Kirchhoff: the force per undeformed area along the fibre is λ T.
+    /// Second Piola–Kirchhoff stress; the force per undeformed area is λ T.
     #[default]
     SecondPiolaKirchhoff,
-    /// Nominal: that force is T; S is divided by λ.
+    /// Nominal stress; the force per undeformed area is T.
     Nominal,
 }
 
@@ -117,7 +118,7 @@ impl From<Stress> for material::Tension {
     }
 }
 
-/// Factors g of the fibre's stretch λ.
+/// Force–length factor g of the fiber stretch λ.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum ForceLength {
@@ -153,17 +154,18 @@ impl From<&ForceLength> for material::ForceLength {
     }
 }
 
-/// Hill's factor h: `(1 + s)/(1 - s/a)` for s = λ̇/v_max in [-1, 0], towards the plateau beyond.
+/// Force–velocity factor h of Hill: `(1 + s)/(1 - s/a)` with s = λ̇/v_max for shortening (-1 ≤ s ≤ 0);
+/// it tends to the plateau for lengthening.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ForceVelocity {
-    /// Rate of shortening without force, 1/s.
+    /// Maximum rate of shortening, without force, 1/s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub v_max: f64,
     /// Curvature a.
     #[serde(default = "curvature")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub a: f64,
-    /// Factor of fast lengthening.
+    /// Factor for fast lengthening.
     #[serde(default = "plateau")]
     #[schemars(extend("exclusiveMinimum" = 1))]
     pub plateau: f64,

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::function::{Function, Shape};
 
-/// The damped elastic rod of the paper's section 3.1, dimensionless.
+/// The damped elastic rod of the paper's section 3.1. Quantities are dimensionless.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Rod {
@@ -29,19 +29,19 @@ pub struct Rod {
     /// Number of linear elements.
     #[schemars(range(min = 1, max = 1_000_000))]
     pub elements: usize,
-    /// What τ is.
+    /// Meaning of the load.
     pub reading: RodReading,
-    /// τ(t), at the right end.
+    /// Load τ(t) at the right end.
     pub load: Function,
 }
 
-/// What the load τ of a rod is.
+/// Meaning of the load τ of a rod.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum RodReading {
-    /// The strain u_x(L, t); the end force is EA (τ + β τ̇).
+    /// Strain u_x(L, t); the end force is EA (τ + β τ̇).
     Strain,
-    /// The traction; the end force is EA τ.
+    /// Traction; the end force is EA τ.
     Traction,
 }
 
@@ -66,22 +66,22 @@ impl Default for Rod {
     }
 }
 
-/// A chain of van der Pol oscillators, (22) and (24).
+/// A chain of van der Pol oscillators (22), (24), driven by the displacement of the body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Chain {
-    /// Name in output and for feedback.
+    /// Name of the chain in output and feedback.
     pub name: String,
     /// Number of oscillators N.
     #[schemars(range(min = 1, max = 1_000_000))]
     pub oscillators: usize,
-    /// Centre of the natural frequencies, Hz.
+    /// Center of the natural frequencies, Hz.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub frequency: f64,
-    /// Half width of the interval of the natural frequencies, rad/s.
+    /// Half width of the interval of natural angular frequencies, rad/s.
     #[schemars(range(min = 0))]
     pub half_width: f64,
-    /// Generator of the random frequencies.
+    /// Random number generator of the frequencies.
     pub generator: GeneratorName,
     /// Seed of the generator.
     pub seed: u32,
@@ -89,25 +89,25 @@ pub struct Chain {
     pub van_der_pol: f64,
     /// Duffing coefficient a, 1/s².
     pub duffing: f64,
-    /// Neighbour coupling D, 1/s.
+    /// Coupling of neighbors D, 1/s.
     pub coupling: f64,
-    /// Ring or open chain.
+    /// Connection of the ends.
     pub ends: EndsName,
-    /// The oscillators that are driven.
+    /// Driven oscillators.
     pub reach: ReachName,
     /// Gain γ of the forcing γ d·u, 1/s² per m.
     pub gain: f64,
-    /// Where the displacement drives the chain: a point, m, or a position of the rod. A list of
-    /// points, a grid, or the elements or vertices of a group make a chain at each [default: not
+    /// Location whose displacement drives the chain: a point in m, or a position on the rod. A list of
+    /// points, a grid, or the elements or vertices of a group create one chain each [default: not
     /// driven].
     pub at: Option<Place>,
-    /// The displacement that drives the chain, d·u.
+    /// Direction d of the displacement d·u that drives the chain.
     pub component: Component,
-    /// For each place of the chain, |χ| of all oscillators within this distance, m, becomes a
-    /// field.
+    /// Radius, m; if given, the coherence |χ| of all oscillators within this distance of each location
+    /// is written as a field.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub neighbourhood: Option<f64>,
-    /// Initial position of all oscillators; they start without velocity.
+    /// Initial position of all oscillators; the initial velocity is 0.
     pub initial: f64,
 }
 
@@ -135,7 +135,7 @@ impl Default for Chain {
     }
 }
 
-/// A place in the body or on the rod, or many places in the body.
+/// Location of one or many chains.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Place {
@@ -169,7 +169,7 @@ pub enum Place {
     Position(f64),
 }
 
-/// The direction d: a name, or a vector of any length.
+/// Direction: a name, or a vector of any length.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Component {
@@ -179,37 +179,37 @@ pub enum Component {
     Along(#[schemars(length(min = 2, max = 3))] Vec<f64>),
 }
 
-/// Directions with a name.
+/// Named directions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ComponentName {
-    /// Along the muscle.
+    /// First coordinate.
     X,
-    /// Across.
+    /// Second coordinate.
     Y,
-    /// The third one, in space.
+    /// Third coordinate, in space.
     Z,
-    /// Along the fibre at the place.
+    /// Local fiber direction.
     Fibre,
 }
 
-/// Generators of random numbers.
+/// Random number generator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum GeneratorName {
-    /// MT19937 with 53-bit doubles, as MATLAB's `rand`.
+    /// MT19937 with 53-bit doubles, as in MATLAB's `rand`.
     Matlab,
     /// ChaCha with 8 rounds.
     ChaCha8,
 }
 
-/// Ends of a chain.
+/// Connection of the ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum EndsName {
     /// A ring.
     Periodic,
-    /// First and last have one neighbour.
+    /// First and last oscillator have one neighbor.
     Open,
 }
 
@@ -222,13 +222,13 @@ impl From<EndsName> for Ends {
     }
 }
 
-/// The oscillators that are driven.
+/// Driven oscillators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ReachName {
-    /// All.
+    /// All oscillators.
     All,
-    /// The first and the last.
+    /// First and last oscillator.
     Boundary,
 }
 

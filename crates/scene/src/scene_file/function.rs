@@ -6,24 +6,24 @@ use myovib_model::formula::Formula;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
-/// A function of time: a number (constant), or a table with a `type`. Its unit is that of what it
-/// drives.
+/// A function of time: a number (constant in time) or a table with a `type`. Its values have the
+/// unit of the key that it is given for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Function {
     /// The same value at all times.
     Constant(f64),
-    /// A value that changes.
+    /// A value that varies in time.
     Shape(Shape),
 }
 
-/// The kinds of functions of time.
+/// Types of functions of time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Shape {
     /// Given by a formula.
     Formula(Formula),
-    /// Made of a file or of other functions.
+    /// Composed of a file or of other functions.
     Composed(Composed),
 }
 
@@ -41,35 +41,36 @@ impl JsonSchema for Shape {
             .iter()
             .filter_map(|kind| kind.get("oneOf")?.as_array());
         json_schema!({
-            "description": "The kinds of functions of time.",
+            "description": "Types of functions of time.",
             "oneOf": alternatives.flatten().collect::<Vec<_>>(),
         })
     }
 }
 
-/// Functions of time made of a file or of other functions.
+/// Functions of time composed of a file or of other functions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum Composed {
-    /// Values at times from a CSV file, joined by a natural cubic spline; they must cover the run.
+    /// Measured values from a CSV file, interpolated by a natural cubic spline. The times must cover
+    /// the run.
     Table {
-        /// The file, relative to the scene: a header, then rows of numbers.
+        /// CSV file with a header, relative to the scene.
         file: PathBuf,
-        /// Name of the column of times, s, ascending.
+        /// Name of the column of times, s; the times must increase.
         #[serde(default = "time_column")]
         time: String,
         /// Name of the column of values.
         column: String,
     },
-    /// The sum of its terms.
+    /// Sum of functions.
     Sum {
-        /// The terms.
+        /// Terms.
         #[schemars(length(min = 1))]
         of: Vec<Function>,
     },
-    /// The product of its factors.
+    /// Product of functions.
     Product {
-        /// The factors.
+        /// Factors.
         #[schemars(length(min = 1))]
         of: Vec<Function>,
     },

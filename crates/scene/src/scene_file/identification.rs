@@ -1,18 +1,18 @@
-//! Which numbers of a scene are asked about, and what is compared with measurements.
+//! Parameters and outputs of sensitivities and fits.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A number of the scene that sensitivities (`myovib sensitivity`) or fits (`myovib fit`) are of.
+/// A scene value to differentiate with respect to (`myovib sensitivity`) or to fit (`myovib fit`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Parameter {
-    /// The number, as `--set` names it: `material[0].c10`. `solid.kappa` stands for 1/κ in 1/Pa, so
-    /// that `inf` is 0.
+    /// Key of the value, for example `material[0].c10`. The parameter of `solid.kappa` is 1/κ in
+    /// 1/Pa, so that `inf` is 0.
     #[schemars(length(min = 1))]
     pub key: String,
-    /// Where a fit starts [default: the value in the scene].
+    /// Starting value of a fit [default: the value in the scene].
     pub start: Option<f64>,
-    /// Its typical size [default: that of its value]; needed where the value is 0.
+    /// Typical size [default: the size of the value]; required if the value is 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub scale: Option<f64>,
     /// Lower bound of a fit.
@@ -21,17 +21,17 @@ pub struct Parameter {
     pub high: Option<f64>,
 }
 
-/// A column of a probe under the name it has in the data [default: all columns, as `PROBE.COLUMN`].
+/// A measured column of a probe. Without outputs, all columns are used as `PROBE.COLUMN`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Output {
-    /// Its name in the data, or its `observableId`.
+    /// Column name in the data, or `observableId`.
     #[schemars(length(min = 1))]
     pub name: String,
     /// Name of the probe.
     pub probe: String,
-    /// Its column, as in its CSV file: `u_y`.
+    /// Column of the probe's CSV file, for example `u_y`.
     pub column: String,
-    /// Standard deviation of a measurement, in the column's unit; data may give their own.
+    /// Standard deviation of a measurement, in the unit of the column; the data may override it.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub noise: Option<f64>,
 }

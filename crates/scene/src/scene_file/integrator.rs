@@ -1,56 +1,57 @@
-//! The integrator's settings in a scene.
+//! Integrator settings of a scene.
 
 use myovib_model::IntegratorKind;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// The time integration; the defaults give three digits of displacements and pressures.
+/// Method and tolerances of the time integration. The defaults give three correct digits of
+/// displacements and pressures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Integrator {
-    /// The method.
+    /// Integration method.
     pub method: Method,
     /// Relative tolerance.
     // Below 1e-14 the rounding of sums (2e-16 each) is the larger error.
     #[schemars(extend("minimum" = 1e-14), extend("exclusiveMaximum" = 1))]
     pub rtol: f64,
-    /// Absolute tolerances.
+    /// Absolute tolerances of the body.
     pub atol: Atol,
     /// Tolerances of rod and chain.
     pub oscillators: OscillatorTolerances,
-    /// Blocks left out of the error test [default: none with Radau IIA; with BDF `pressure` and
-    /// `multiplier`].
+    /// Blocks of unknowns excluded from the error test [default: none with Radau IIA; `pressure` and
+    /// `multiplier` with BDF].
     pub suppress: Option<Vec<Block>>,
-    /// How the error test weighs multipliers that are in it (BDF, body without chains).
+    /// Weights of multipliers in the error test (BDF, body without chains).
     pub multiplier_weights: MultiplierWeightsName,
-    /// Highest order of BDF; undamped modes need 2 [default: 2 with a body, else 5].
+    /// Highest order of BDF; use 2 for undamped modes [default: 2 with a body, otherwise 5].
     pub max_order: Option<MaxOrder>,
-    /// First step, s [default: an estimate, at most 0.08 of the shortest period or rise of loads
-    /// and oscillators].
+    /// First step, s [default: an estimate, at most 0.08 of the shortest period or rise time of loads and
+    /// oscillators].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub initial_step: Option<f64>,
     /// Largest step, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_step: Option<f64>,
-    /// Time between projections onto the constraint, s: for `velocity`, which drifts (BDF, body
-    /// without chains). The integrator starts again after each.
+    /// Time between projections onto the volume constraint, s; they remove the drift of `velocity` (BDF,
+    /// body without chains).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub project_every: Option<f64>,
-    /// Steps after which the run stops.
+    /// Maximum number of steps.
     #[schemars(range(min = 1))]
     pub max_steps: Option<u64>,
-    /// CPU time after which the run stops, s.
+    /// Maximum CPU time, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_cpu: Option<f64>,
-    /// Column ordering of the factorisation [default: by formulation].
+    /// Column ordering of the full matrix [default: depends on the formulation].
     pub ordering: Option<OrderingName>,
-    /// KLU permutes to block triangular form, which ruins the pivots of these systems.
+    /// Use KLU's block triangular form. Not recommended: pivots degrade.
     pub btf: bool,
 }
 
 impl Default for Integrator {
-    /// What gives three digits over many periods: BDF errs by a factor of ten to a thousand more than
-    /// its tolerance on undamped vibration, Radau IIA by about its tolerance.
+    /// Settings for three digits over many periods. On undamped vibration the error of Radau IIA is
+    /// about its tolerance; the error of BDF is 10 to 1000 times its tolerance.
     fn default() -> Self {
         Self {
             method: Method::Radau9,
@@ -71,7 +72,7 @@ impl Default for Integrator {
     }
 }
 
-/// The time integration methods.
+/// Integration method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
@@ -97,12 +98,12 @@ impl Method {
     }
 }
 
-/// The highest order of BDF: a number, or `auto`.
+/// Highest order of BDF: a number, or `auto`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MaxOrder {
-    /// This one.
+    /// The given order.
     Fixed(u8),
-    /// The highest whose sector of stability holds the modes that the steps do not resolve.
+    /// The highest order that is stable for the modes that the steps do not resolve.
     Auto,
 }
 
@@ -152,38 +153,38 @@ impl JsonSchema for MaxOrder {
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
         json_schema!({
-            "description": "The highest order of BDF: a number, or `auto`.",
+            "description": "Highest order of BDF: a number, or `auto`.",
             "anyOf": [
                 { "type": "integer", "minimum": 1, "maximum": 5, "description": "This order." },
                 {
                     "const": "auto",
-                    "description": "The highest whose sector of stability holds the modes that the \
-                                    steps do not resolve (muscle).",
+                    "description": "The highest order that is stable for the modes that the steps \
+                                    do not resolve (body).",
                 },
             ],
         })
     }
 }
 
-/// Absolute tolerances by block of unknowns.
+/// Absolute tolerances of the blocks of unknowns. By default they are proportional to `rtol`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Atol {
-    /// Displacement q, m [default: 1e-2 rtol].
+    /// Displacement, m [default: 1e-2 rtol].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub displacement: Option<f64>,
-    /// Velocity v, m/s [default: 1e-2 rtol].
+    /// Velocity, m/s [default: 1e-2 rtol].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub velocity: Option<f64>,
-    /// Pressure λ, Pa [default: 1e2 rtol].
+    /// Pressure, Pa [default: 1e2 rtol].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub pressure: Option<f64>,
-    /// Pressure rate μ of (29), Pa/s, or the multiplier of (33) [default: 5e3 rtol].
+    /// Pressure rate of `rate`, Pa/s, or second multiplier of `stabilized` [default: 5e3 rtol].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub multiplier: Option<f64>,
 }
 
-/// Tolerances of rod and chain, whose response begins near 2e-5.
+/// Tolerances of rod and oscillators. They are tight because the response starts near 2e-5.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct OscillatorTolerances {
@@ -194,7 +195,7 @@ pub struct OscillatorTolerances {
     /// Absolute tolerance.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub atol: f64,
-    /// Whether the chain takes part in the error test.
+    /// Include the oscillators in the error test.
     pub in_error_test: bool,
 }
 
@@ -212,28 +213,28 @@ impl Default for OscillatorTolerances {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Block {
-    /// q.
+    /// Displacement of the nodes.
     Displacement,
-    /// v.
+    /// Velocity of the nodes.
     Velocity,
-    /// λ.
+    /// Pressure.
     Pressure,
-    /// μ of (29) or (33).
+    /// Pressure rate of `rate`, or second multiplier of `stabilized`.
     Multiplier,
 }
 
-/// How the error test weighs multipliers.
+/// Weights of multipliers in the error test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MultiplierWeightsName {
-    /// By their tolerances alone.
+    /// The tolerances.
     Plain,
-    /// A multiplier of index i by its tolerances over (Ωh)^(i−1), Ω the angular frequency of the
-    /// drive, h the step: for index 2 and 3 in the error test.
+    /// The tolerances divided by (Ωh)^(i−1), with the index i of the multiplier, the angular frequency Ω
+    /// of the load and the step h. Use it to keep multipliers of index 2 and 3 in the error test.
     StepScaled,
 }
 
-/// Column orderings.
+/// Column ordering.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum OrderingName {
@@ -241,6 +242,6 @@ pub enum OrderingName {
     Amd,
     /// Column approximate minimum degree.
     Colamd,
-    /// As numbered.
+    /// Given numbering.
     Natural,
 }

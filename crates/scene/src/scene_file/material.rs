@@ -25,7 +25,7 @@ const NEO_HOOKE_CONSTANTS: &[Parameter] = &[Parameter::new(
     "Shear modulus ζ",
 )];
 
-/// A law, its constants, and what goes with it, on a group of elements.
+/// A material law and its constants on a group of elements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Material {
     /// Group of elements [default: all].
@@ -33,30 +33,31 @@ pub struct Material {
     /// Mass density ρ, kg/m³.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub density: f64,
-    /// Factor of the law's stress, beside its constants.
+    /// Factor of the stress of the law.
     #[serde(default = "one")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub stiffness: f64,
-    /// Direction of the fibres.
+    /// Direction of the fibers.
     pub fibre: Option<Direction>,
-    /// Direction of the sheets; its part across the fibres counts [default: any, for laws to which
-    /// all are the same].
+    /// Direction of the sheets; only the component normal to the fibers is used. Required by laws with
+    /// sheets.
     pub sheet: Option<Direction>,
-    /// Stress that contracts the fibres.
+    /// Active tension along the fibers.
     pub active: Option<Active>,
-    /// Kelvin–Voigt viscosity η, Pa·s: adds the stress `S = η Ė`.
+    /// Kelvin–Voigt viscosity η, Pa·s; adds the second Piola–Kirchhoff stress `η Ė`.
     #[schemars(range(min = 0))]
     pub eta: Option<f64>,
-    /// Relaxation of the law's stress S without the pressure: terms H with `Ḣ + H/τ = g Ṡ` are
-    /// added to S; the law's constants are those of the long term.
+    /// Prony series of stress relaxation. The constants of the law describe the long-term response.
+    /// Each term adds a stress H with `Ḣ + H/τ = g Ṡ`, where S is the stress of the law without the
+    /// pressure.
     pub prony: Option<Vec<PronyTerm>>,
-    /// Bulk modulus κ [default: that of `solid`]; `inf` in all materials or in none.
+    /// Bulk modulus κ, Pa [default: `solid.kappa`]; `inf` in one material requires `inf` in all.
     pub kappa: Option<Kappa>,
-    /// Mass-proportional damping α, 1/s [default: that of `solid`].
+    /// Mass-proportional damping α, 1/s [default: `solid.alpha`].
     #[schemars(range(min = 0))]
     pub alpha: Option<f64>,
-    /// Stiffness-proportional damping β, s [default: that of `solid`]; 0 in all materials or in
-    /// none.
+    /// Stiffness-proportional damping β, s [default: `solid.beta`]; 0 in one material requires 0 in
+    /// all.
     #[schemars(range(min = 0))]
     pub beta: Option<f64>,
     /// The material law.
@@ -69,7 +70,7 @@ fn one() -> f64 {
 }
 
 impl Material {
-    /// The law with its stress multiplied by `stiffness`: it is linear in the constants in Pa.
+    /// Returns the law with its stress multiplied by `stiffness`. Stresses are linear in constants in Pa.
     ///
     /// # Errors
     /// A constant that is no longer finite.
@@ -90,7 +91,7 @@ impl Material {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PronyTerm {
-    /// Weight g: relaxing stress by that of the long term.
+    /// Weight g: ratio of the relaxing stress to the long-term stress.
     #[schemars(range(min = 0))]
     pub g: f64,
     /// Relaxation time τ, s.
@@ -107,7 +108,8 @@ impl From<&PronyTerm> for myovib_fem::material::PronyTerm {
     }
 }
 
-/// One vector, or the name of a nodal field of the mesh file (`$NodeData` with three components).
+/// A direction: one vector for all elements, or the name of a nodal field of the mesh file
+/// (`$NodeData` with three components).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Direction {
@@ -168,7 +170,7 @@ impl JsonSchema for Law {
         let neo_hooke = alternative(&Description {
             name: NEO_HOOKE,
             energy: "ζ/2 (Ī1 - 3)",
-            about: "The law mooney-rivlin with c10 = ζ/2, c01 = 0.",
+            about: "Isotropic matrix with one constant: `mooney-rivlin` with c10 = ζ/2, c01 = 0.",
             parameters: NEO_HOOKE_CONSTANTS,
             fibres: false,
             complete: false,

@@ -1,42 +1,43 @@
-//! The mesh of a scene: a file or a generator.
+//! Mesh of a scene: a file or a generator.
 
 use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The mesh. Coordinates in m.
+/// Mesh of the body. Coordinates are in m. Triangles make a body in plane strain, tetrahedra a body
+/// in space.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Mesh {
-    /// Where the elements come from: triangles make a body in plane strain, tetrahedra one in space.
+    /// Origin of the elements.
     #[serde(flatten)]
     pub source: MeshSource,
-    /// How many times each triangle is cut into four, each tetrahedron into eight.
+    /// Number of uniform refinements; each divides a triangle into four or a tetrahedron into eight.
     #[serde(default)]
     #[schemars(range(max = 6))]
     pub refine: u32,
 }
 
-/// Where the elements come from.
+/// Origin of the elements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum MeshSource {
-    /// A Gmsh file (MSH 4.1, ASCII) with physical groups and, for fibres, nodal data.
+    /// A Gmsh file (MSH 4.1, ASCII) with physical groups and optional nodal data.
     File {
-        /// The file, relative to the scene.
+        /// File name, relative to the scene.
         path: PathBuf,
     },
-    /// The muscle of the reproduction: a spindle of 0.2 m with 311 triangles and the groups
-    /// `fixed` (both ends), `load` (middle of the top), `muscle`, `origin`.
+    /// Built-in plane muscle: a spindle of length 0.2 m with 311 triangles. Groups: `fixed` (both
+    /// ends), `load` (middle of the top), `muscle`, `origin`.
     Muscle,
-    /// The same spindle and groups, from a structured grid.
+    /// The plane muscle with a structured grid; same groups.
     Spindle {
-        /// Cells along (a multiple of 10) and across (an even number), two triangles each.
+        /// Cells along (a multiple of 10) and across (an even number); each has two triangles.
         #[serde(default = "spindle_cells")]
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 2],
     },
-    /// A rectangle, one corner at (0, 0); groups `left`, `right`, `bottom`, `top`, `body`.
+    /// A rectangle with one corner at (0, 0). Groups: `left`, `right`, `bottom`, `top`, `body`.
     Rectangle {
         /// Width, m.
         #[schemars(extend("exclusiveMinimum" = 0))]
@@ -44,12 +45,12 @@ pub enum MeshSource {
         /// Height, m.
         #[schemars(extend("exclusiveMinimum" = 0))]
         height: f64,
-        /// Cells along and across, two triangles each.
+        /// Cells along and across; each has two triangles.
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 2],
     },
-    /// A slender rectangle around the axis y = 0; groups `fixed` (left end), `load` (right end),
-    /// `tip` (its upper corner), `body`.
+    /// A slender rectangle around the axis y = 0. Groups: `fixed` (left end), `load` (right end),
+    /// `tip` (upper right corner), `body`.
     Beam {
         /// Length, m.
         #[schemars(extend("exclusiveMinimum" = 0))]
@@ -57,49 +58,49 @@ pub enum MeshSource {
         /// Height, m.
         #[schemars(extend("exclusiveMinimum" = 0))]
         height: f64,
-        /// Cells along and across, two triangles each.
+        /// Cells along and across; each has two triangles.
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 2],
     },
-    /// Cook's membrane: (0,0), (48,44), (48,60), (0,44); groups as `beam`.
+    /// Cook's membrane with corners (0,0), (48,44), (48,60), (0,44) m. Groups as for `beam`.
     Cook {
-        /// Cells along and across, two triangles each.
+        /// Cells along and across; each has two triangles.
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 2],
     },
-    /// A box in space, one corner at (0, 0, 0); groups `left`, `right` (along x), `front`, `back`
-    /// (y), `bottom`, `top` (z), `body`.
+    /// A box with one corner at (0, 0, 0). Groups: `left`, `right` (x), `front`, `back` (y),
+    /// `bottom`, `top` (z), `body`.
     Box {
         /// Lengths along x, y and z, m.
         size: [f64; 3],
-        /// Cells along x, y and z, six tetrahedra each.
+        /// Cells along x, y and z; each has six tetrahedra.
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 3],
     },
-    /// A muscle in space: a spindle of 0.2 m with tendons and the nodal field `fibre`; groups
-    /// `fixed` (both ends), `left`, `right`, `surface`, `load` (middle of the top), `muscle`,
-    /// `tendon`, `origin`.
+    /// A muscle in space: a spindle of length 0.2 m with tendons and the nodal field `fibre`.
+    /// Groups: `fixed` (both ends), `left`, `right`, `surface`, `load` (middle of the top),
+    /// `muscle`, `tendon`, `origin`.
     Muscle3d {
-        /// Cells along (a multiple of 10) and across (even numbers), six tetrahedra each.
+        /// Cells along (a multiple of 10) and across (even numbers); each has six tetrahedra.
         #[serde(default = "muscle_cells")]
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 3],
     },
-    /// The left ventricle of the benchmark of Aróstica et al. (2025), with the nodal fields `f0`
-    /// (fibres) and `s0` (sheets); groups `endo`, `epi`, `base`, `myocardium`.
+    /// Left ventricle of the benchmark of Aróstica et al. (2025) with the nodal fields `f0` (fibers)
+    /// and `s0` (sheets). Groups: `endo`, `epi`, `base`, `myocardium`.
     Ventricle {
-        /// Which of its two meshes.
+        /// Resolution.
         resolution: Resolution,
     },
 }
 
-/// The meshes of the ventricle.
+/// Resolution of the ventricle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Resolution {
-    /// 745 vertices, 2.6 thousand tetrahedra.
+    /// 745 vertices, 2600 tetrahedra.
     Coarse,
-    /// 4576 vertices, 17.7 thousand tetrahedra: that of the benchmark.
+    /// 4576 vertices, 17 700 tetrahedra, as in the benchmark.
     Fine,
 }
 
@@ -111,17 +112,17 @@ fn muscle_cells() -> [usize; 3] {
     [20, 4, 4]
 }
 
-/// An ellipse (in space: an ellipsoid). The elements whose centroid lies in it leave their group
-/// and become a new one.
+/// An ellipse, or an ellipsoid in space. Elements whose centroid is inside move from their group to
+/// a new one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Region {
     /// Name of the new group.
     #[schemars(length(min = 1))]
     pub name: String,
-    /// Centre, m.
+    /// Center, m.
     #[schemars(length(min = 2, max = 3))]
     pub centre: Vec<f64>,
-    /// Half axes, m.
+    /// Semi-axes, m.
     #[schemars(length(min = 2, max = 3))]
     pub radii: Vec<f64>,
 }

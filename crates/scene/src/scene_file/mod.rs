@@ -1,13 +1,12 @@
-//! Scenes as text: what a user writes in TOML, read with the place of every error.
+//! Scene files: TOML text, its schema, and errors with the location of the mistake.
 //!
-//! [`read`] takes a file through four steps: TOML to a tree that remembers where each value
-//! stands (`source`), `--set` overrides, a check against the JSON Schema that the types
-//! themselves give (`check`, [`schema`]), and only then the typed [`SceneFile`]. What needs a
-//! mesh to be judged is checked later, in `scene`, and finds its place through the same
-//! [`Source`].
+//! [`read`] takes a file through four steps: TOML to a tree that records the location of each
+//! value (`source`), `--set` overrides, validation against the JSON Schema derived from the types
+//! (`check`, [`schema`]), and deserialization into [`SceneFile`]. Checks that need the mesh follow
+//! later, in `scene`; they report locations through the same [`Source`].
 //!
-//! Cast of types: [`SceneFile`] (the root), its parts in [`function`], [`mesh`], [`solid`],
-//! [`material`], [`chain`], [`integrator`], [`output`]; [`Source`] (text and places).
+//! The root type is [`SceneFile`]; its parts are in [`function`], [`mesh`], [`solid`],
+//! [`material`], [`chain`], [`integrator`] and [`output`]. [`Source`] holds text and locations.
 
 pub mod active;
 pub mod chain;
@@ -47,92 +46,92 @@ use output::{Fields, Probe, Stop};
 use solid::{Bed, BodyForce, Displacement, Fixed, Pressure, Solid, Traction};
 use start::Start;
 
-/// A scene: everything a run depends on.
+/// A scene: all input of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SceneFile {
-    /// What the scene shows, in one line.
+    /// Title of the scene, one line, printed in reports.
     #[serde(default)]
     pub title: String,
-    /// What to compute.
+    /// Type of analysis.
     #[serde(default)]
     pub analysis: Analysis,
-    /// The time interval; a dynamic scene needs it.
+    /// Time interval; required for motions.
     pub time: Option<Time>,
-    /// Where the motion of a body starts [default: at rest, without load].
+    /// Initial state of a motion [default: at rest, without load].
     pub start: Option<Start>,
-    /// The mesh; a scene with a rod or chains alone needs none.
+    /// Mesh of the body; not needed for a rod or chains alone.
     pub mesh: Option<Mesh>,
-    /// Regions cut out of groups of elements.
+    /// Elliptical regions that become element groups.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub region: Vec<Region>,
-    /// Compressibility, damping and formulation of the body; goes with `mesh`.
+    /// Compressibility, damping and formulation of the body; required with `mesh`.
     pub solid: Option<Solid>,
-    /// Materials; together they cover each element once.
+    /// Materials. Each element must have exactly one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub material: Vec<Material>,
-    /// Groups that do not move.
+    /// Groups whose nodes do not move.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fixed: Vec<Fixed>,
-    /// Groups that move as prescribed.
+    /// Groups with a prescribed motion.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub displacement: Vec<Displacement>,
-    /// Elastic and viscous supports of the boundary.
+    /// Elastic foundations: springs and dampers on the boundary.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bed: Vec<Bed>,
-    /// Boundary forces of fixed direction.
+    /// Boundary forces with a fixed direction.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub traction: Vec<Traction>,
-    /// Boundary pressures that follow the deformed body.
+    /// Pressures normal to the deformed boundary.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pressure: Vec<Pressure>,
-    /// Forces per mass.
+    /// Forces per mass, such as gravity.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub body_force: Vec<BodyForce>,
-    /// The elastic rod, instead of a mesh.
+    /// Elastic rod, instead of a mesh.
     pub rod: Option<Rod>,
     /// Chains of oscillators.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub chain: Vec<Chain>,
-    /// How the coherence of chains changes the stiffness of the body.
+    /// Effect of the coherence of chains on the stiffness of the body.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub feedback: Vec<Feedback>,
-    /// The time integration.
+    /// Method and tolerances of the time integration.
     #[serde(default)]
     pub integrator: Integrator,
-    /// Values written as the run goes.
+    /// Values written to CSV files during the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub probe: Vec<Probe>,
-    /// Numbers that sensitivities and fits are of.
+    /// Parameters of sensitivities and fits.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parameter: Vec<Parameter>,
-    /// Columns that measurements are of.
+    /// Measured quantities of sensitivities and fits.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub output: Vec<Output>,
-    /// Fields for ParaView.
+    /// Fields of the whole body for ParaView.
     pub fields: Option<Fields>,
     /// Conditions that end the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stop: Vec<Stop>,
-    /// Checkpoints, from which a killed run goes on.
+    /// Interval of checkpoints, from which a killed run resumes.
     pub checkpoint: Option<Checkpoint>,
-    /// The eigenmodes to report.
+    /// Number and preload of eigenmodes.
     pub modes: Option<Modes>,
 }
 
-/// The analyses.
+/// Type of analysis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Analysis {
-    /// The equilibrium under the loads at `time.end` (or at 0).
+    /// Equilibrium under the loads at `time.end` (at 0 without `[time]`).
     Static,
-    /// The motion.
+    /// Motion from t = 0 to `time.end`.
     #[default]
     Dynamic,
-    /// The lowest modes, in `modes.csv`; probes and fields are not written.
+    /// Lowest eigenmodes, written to `modes.csv` without probes and fields.
     Modes,
 }
 
-/// The time interval, from 0.
+/// Time interval; it starts at 0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Time {
     /// End time, s.
@@ -140,22 +139,23 @@ pub struct Time {
     pub end: f64,
 }
 
-/// When checkpoints are written.
+/// Interval of checkpoints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Checkpoint {
-    /// Simulated seconds between them.
+    /// Simulated time between checkpoints, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub every: f64,
 }
 
-/// The eigenmodes to report.
+/// Number and preload of eigenmodes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Modes {
     /// Number of modes, lowest first.
     #[serde(default = "count")]
     #[schemars(range(min = 1))]
     pub count: usize,
-    /// The modes are about the equilibrium under the loads at this time, s [default: about rest, without loads].
+    /// Time, s, whose loads define the equilibrium about which modes are computed [default: rest,
+    /// without loads].
     #[schemars(range(min = 0))]
     pub loads_at: Option<f64>,
 }
@@ -164,17 +164,17 @@ fn count() -> usize {
     DEFAULT_COUNT
 }
 
-/// A scene with the text it came from.
+/// A scene and its source text.
 #[derive(Debug, Clone)]
 pub struct Read {
     /// The scene.
     pub scene: SceneFile,
-    /// Its text, for messages about what only later proves wrong.
+    /// The text, for the locations of later errors.
     pub source: Source,
 }
 
-/// Reads the text of a scene; `name` stands for the file in messages, `overrides` are
-/// `key=value` as given to `--set`.
+/// Reads a scene. `name` is the file name in messages; `overrides` are `key=value` pairs as given
+/// to `--set`.
 ///
 /// # Errors
 /// [`InputError`] with file, line, column, a snippet, and what was expected.

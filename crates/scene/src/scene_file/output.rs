@@ -1,4 +1,4 @@
-//! What a scene asks to see, and when it stops early.
+//! Output of a scene and conditions that end a run.
 
 use myovib_model::Quantity;
 use schemars::JsonSchema;
@@ -6,17 +6,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::probe::ProbeKind;
 
-/// Values written to a CSV file at fixed times.
+/// Values written to the CSV file `NAME.csv` at fixed times.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Probe {
-    /// Name of the probe; its file is `NAME.csv`.
+    /// Name of the probe and its file.
     #[schemars(length(min = 1), regex(pattern = r"^[A-Za-z0-9_-]+$"))]
     pub name: String,
-    /// Seconds between rows.
+    /// Time between rows, s.
     #[serde(default = "probe_interval")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub every: f64,
-    /// What is measured.
+    /// Measured values.
     #[serde(flatten)]
     pub kind: ProbeKind,
 }
@@ -25,13 +25,13 @@ fn probe_interval() -> f64 {
     0.01
 }
 
-/// Fields for ParaView (VTU files and a PVD collection).
+/// Fields of the whole body: VTU files and a PVD collection for ParaView.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Fields {
-    /// Seconds between them.
+    /// Time between fields, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub every: f64,
-    /// The quantities.
+    /// Quantities to write.
     #[serde(default = "all_fields")]
     #[schemars(length(min = 1), extend("uniqueItems" = true))]
     pub quantities: Vec<Quantity>,
@@ -51,18 +51,18 @@ fn all_fields() -> Vec<Quantity> {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum Stop {
-    /// |u| at a point exceeds a bound.
+    /// The displacement |u| of a point exceeds a bound.
     Displacement {
         /// The point, m.
         #[schemars(length(min = 2, max = 3))]
         at: Vec<f64>,
-        /// The bound, m.
+        /// Upper bound, m.
         #[schemars(extend("exclusiveMinimum" = 0))]
         above: f64,
     },
-    /// det F falls below a bound somewhere.
+    /// The volume ratio det F falls below a bound anywhere in the body.
     Volume {
-        /// The bound; at 0 the model ends.
+        /// Lower bound.
         #[schemars(range(min = 0), extend("exclusiveMaximum" = 1))]
         below: f64,
     },

@@ -1,4 +1,4 @@
-//! The elastic body of a scene: compressibility, supports, loads.
+//! Elastic body of a scene: compressibility, supports, loads.
 
 use myovib_model::Formulation;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 use super::function::Function;
 use super::number::Number;
 
-/// Compressibility, damping, and form of the equations.
+/// Compressibility, damping and formulation, common to all materials.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Solid {
-    /// Bulk modulus κ, Pa; `inf` for the incompressible body.
+    /// Bulk modulus κ, Pa; `inf` for an incompressible body.
     pub kappa: Kappa,
     /// Mass-proportional damping α, 1/s.
     #[serde(default)]
@@ -20,8 +20,8 @@ pub struct Solid {
     #[serde(default)]
     #[schemars(range(min = 0))]
     pub beta: f64,
-    /// The equations [default: position for β = 0 (velocity where κ = inf too), implicit-rate for β
-    /// > 0].
+    /// Form of the equations of motion [default: `implicit-rate` if beta > 0; otherwise `position`, or
+    /// `velocity` if kappa = inf].
     pub formulation: Option<Formulation>,
 }
 
@@ -62,57 +62,57 @@ impl JsonSchema for Kappa {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Axis {
-    /// Along the muscle.
+    /// First coordinate.
     X,
-    /// Across.
+    /// Second coordinate.
     Y,
-    /// The third one, in space.
+    /// Third coordinate, in space.
     Z,
 }
 
-/// A group that does not move.
+/// A group whose nodes do not move.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Fixed {
     /// Group of points, of the boundary, or of elements.
     pub group: String,
-    /// What is held [default: all].
+    /// Fixed components [default: all].
     #[schemars(length(min = 1))]
     pub components: Option<Vec<Axis>>,
 }
 
-/// A group that moves as prescribed; a component not given is free. Displacements of the same group
-/// add up. Groups that share nodes must move them alike.
+/// A prescribed displacement of a group. Other components are free. Several
+/// displacements of one group add up. Groups that share nodes must prescribe equal values there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Displacement {
     /// Group of points, of the boundary, or of elements.
     pub group: String,
     /// Displacement along x, m.
     pub x: Option<Function>,
-    /// Along y, m.
+    /// Displacement along y, m.
     pub y: Option<Function>,
-    /// Along z, m; in space.
+    /// Displacement along z, m; in space.
     pub z: Option<Function>,
-    /// A factor of the components along the group, taken at its nodes [default: 1].
+    /// Spatial factor of the components, evaluated at the nodes [default: 1].
     pub distribution: Option<Distribution>,
 }
 
-/// A force of fixed direction (dead load) per undeformed length (in space: area) of a boundary.
+/// A force with a fixed direction (dead load) per undeformed area of a boundary.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Traction {
     /// Group of edges, in space of faces.
     pub group: String,
     /// Component along x, Pa.
     pub x: Option<Function>,
-    /// Along y, Pa.
+    /// Component along y, Pa.
     pub y: Option<Function>,
-    /// Along z, Pa; in space.
+    /// Component along z, Pa; in space.
     pub z: Option<Function>,
-    /// A factor of the components along the group, integrated exactly up to degree 3 [default: 1].
+    /// Spatial factor of the components, integrated exactly up to degree 3 [default: 1].
     pub distribution: Option<Distribution>,
 }
 
-/// An expression of the undeformed coordinates `x`, `y`, `z` in m, as `"1 - (y/0.02)^2"`, or nodal
-/// data of the mesh file.
+/// Spatial factor: an expression of the undeformed coordinates `x`, `y`, `z` in m, for example
+/// `"1 - (y/0.02)^2"`, or nodal data of the mesh file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Distribution {
@@ -122,26 +122,26 @@ pub enum Distribution {
     Nodal(NodalFactor),
 }
 
-/// Nodal data of the mesh file, linear between the vertices.
+/// Nodal data of the mesh file, interpolated linearly between vertices.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NodalFactor {
-    /// Name of the field (`$NodeData`): at each node one value for all components, or one for each.
-    /// With components of 1 it is the traction in Pa, the acceleration, or the displacement.
+    /// Name of the field (`$NodeData`), with one value per node or one value per component. If all
+    /// components are 1, the field itself is the load in its unit.
     pub field: String,
 }
 
-/// A pressure that stays normal to the deforming boundary (follower load), per deformed length (in
-/// space: area).
+/// A pressure normal to the deformed boundary (follower load), per deformed area.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Pressure {
     /// Group of edges, in space of faces.
     pub group: String,
-    /// The pressure, Pa; positive towards the body.
+    /// Pressure, Pa; positive values push against the body.
     pub value: Function,
 }
 
-/// An elastic and viscous support of a boundary: `P N + k u + c u̇ = 0` (Robin's condition).
+/// An elastic foundation of a boundary with springs and dampers (Robin condition):
+/// `P N + k u + c u̇ = 0`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Bed {
     /// Group of edges, in space of faces.
@@ -150,37 +150,37 @@ pub struct Bed {
     #[serde(default)]
     #[schemars(range(min = 0))]
     pub stiffness: f64,
-    /// Damping c, Pa·s/m.
+    /// Damping c per undeformed area, Pa·s/m.
     #[serde(default)]
     #[schemars(range(min = 0))]
     pub damping: f64,
-    /// Its directions.
+    /// Directions in which the foundation acts.
     #[serde(default)]
     pub along: Direction,
 }
 
-/// The directions in which a bed acts.
+/// Directions in which a foundation acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Direction {
-    /// All.
+    /// All directions.
     #[default]
     All,
-    /// Along the undeformed boundary's normal: the body slides freely.
+    /// Along the normal of the undeformed boundary; the body can slide.
     Normal,
 }
 
-/// A force per mass, such as gravity.
+/// A force per mass, such as gravity. Gravity is -9.81 m/s² along the upward axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BodyForce {
     /// Group of elements [default: all].
     pub group: Option<String>,
     /// Acceleration along x, m/s².
     pub x: Option<Function>,
-    /// Along y, m/s²; gravity is -9.81 along the axis that points up.
+    /// Acceleration along y, m/s².
     pub y: Option<Function>,
-    /// Along z, m/s²; in space.
+    /// Acceleration along z, m/s²; in space.
     pub z: Option<Function>,
-    /// A factor of the components in the group, integrated exactly up to degree 4 [default: 1].
+    /// Spatial factor of the components, integrated exactly up to degree 4 [default: 1].
     pub distribution: Option<Distribution>,
 }

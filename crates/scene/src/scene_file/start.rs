@@ -1,25 +1,25 @@
-//! Where a motion starts.
+//! Initial state of a motion.
 
 use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Where the motion of a body starts. What the equations ask for beyond that is computed.
+/// Initial state of a motion. Consistent pressures and rates are computed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Start {
     /// At rest, in equilibrium under the loads at t = 0.
     Equilibrium,
-    /// Undeformed; all that is free moves at one velocity.
+    /// Undeformed, with one velocity of all free nodes.
     Velocity {
-        /// The velocity, m/s.
+        /// Velocity, m/s.
         #[schemars(length(min = 2, max = 3))]
         value: Vec<f64>,
     },
-    /// As another run on the same mesh ended, a motion or an equilibrium.
+    /// Final state of another run, a motion or an equilibrium, with the same mesh.
     Run {
-        /// Folder of that run, relative to the scene.
+        /// Folder of the other run, relative to the scene.
         folder: PathBuf,
     },
 }

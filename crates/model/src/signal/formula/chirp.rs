@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use crate::signal::timing::{Break, first, shortest};
 use crate::signal::{Jet, Objection, TimeFunction};
 
-/// A sweep of frequencies: `amplitude · sin(2π (f t + (end_frequency − f) t²/(2 duration)) + phase)` with
-/// `frequency` f at t = 0, until it is `end_frequency` at t = `duration`, where it stays.
+/// Frequency sweep: `amplitude · sin(2π (f t + (end_frequency − f) t²/(2 duration)) + phase)` with
+/// f = `frequency`. From t = `duration` on, the frequency stays at `end_frequency`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Chirp {
@@ -21,7 +21,7 @@ pub struct Chirp {
     /// Frequency at t = `duration`, Hz.
     #[schemars(extend("minimum" = 0))]
     pub end_frequency: f64,
-    /// Time from one to the other, s.
+    /// Duration of the sweep, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub duration: f64,
     /// Phase, rad.

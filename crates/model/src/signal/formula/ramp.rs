@@ -6,16 +6,16 @@ use serde::{Deserialize, Serialize};
 use crate::signal::timing::{Break, between, first, shortest};
 use crate::signal::{Jet, Objection, TimeFunction};
 
-/// Linear from 0 at `start` to `value` at `end`; not for displacements, as its slope jumps.
+/// Linear from 0 at `start` to `value` at `end`. Displacements reject it because its slope jumps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Ramp {
     /// Value at and after `end`.
     pub value: f64,
-    /// When it begins, s.
+    /// Start time, s.
     #[serde(default)]
     pub start: f64,
-    /// When it has reached `value`, s.
+    /// End time, s.
     pub end: f64,
 }
 

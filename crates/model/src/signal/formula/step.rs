@@ -6,18 +6,18 @@ use serde::{Deserialize, Serialize};
 use crate::signal::timing::{Break, between, first, just_after, shortest};
 use crate::signal::{Jet, TimeFunction};
 
-/// From 0 at `start` to `value`, over `rise` seconds, with two continuous derivatives
-/// (`s³ (6 s² - 15 s + 10)`). With `rise = 0` it jumps, which displacements may not; at `start`
-/// itself it is still 0.
+/// Smooth step from 0 at `start` to `value` within `rise` seconds: `s³ (6 s² - 15 s + 10)` with two
+/// continuous derivatives. `rise = 0` is a jump, which displacements reject; the value at `start`
+/// is still 0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Step {
     /// Value after the step.
     pub value: f64,
-    /// When it begins, s.
+    /// Start time, s.
     #[serde(default)]
     pub start: f64,
-    /// Seconds to `value`; 0 for a jump.
+    /// Rise time, s; 0 for a jump.
     #[schemars(extend("minimum" = 0))]
     pub rise: f64,
 }
