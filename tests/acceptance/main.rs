@@ -9,6 +9,7 @@ mod fields;
 mod figures;
 mod files;
 mod fitting;
+mod guide;
 mod harness;
 mod large;
 mod radau;

@@ -1,0 +1,187 @@
+//! The guide: console blocks print what the pages show, and scenes in pages are valid.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use myovib_scene::scene_file;
+
+use crate::harness::myovib_in;
+
+/// A value in the last row of a probe's table.
+fn last(folder: &Path, probe: &str, column: &str) -> f64 {
+    let text = fs::read_to_string(folder.join(format!("out/{probe}.csv"))).expect("a table");
+    let mut lines = text.lines();
+    let header = lines.next().expect("a header");
+    let index = header.split(',').position(|name| name == column);
+    let row = lines.next_back().expect("a row");
+    let cell = row.split(',').nth(index.expect("a column"));
+    cell.and_then(|cell| cell.parse().ok()).expect("a number")
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// Returns the pages of the guide, the README and the gallery with their texts.
+fn pages() -> Vec<(PathBuf, String)> {
+    let mut paths = vec![root().join("README.md")];
+    for folder in ["docs/src", "examples"] {
+        let entries = fs::read_dir(root().join(folder)).into_iter().flatten();
+        paths.extend(entries.map(|entry| entry.expect("an entry").path()));
+    }
+    paths.retain(|path| path.extension().is_some_and(|extension| extension == "md"));
+    paths.sort();
+    let read = |path: PathBuf| {
+        let text = fs::read_to_string(&path).expect("a page");
+        (path, text)
+    };
+    paths.into_iter().map(read).collect()
+}
+
+/// Returns the fenced blocks of a language.
+fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
+    let fence = format!("\n```{language}\n");
+    let after = page.split(&*fence).skip(1);
+    after
+        .map(|rest| rest.split("\n```").next().unwrap_or(rest))
+        .collect()
+}
+
+/// Splits a command line at spaces, except within double or single quotes.
+fn words(line: &str) -> Vec<String> {
+    let (mut words, mut quote, mut open) = (vec![String::new()], None, false);
+    for c in line.chars() {
+        match (quote, c) {
+            (None, '"' | '\'') => (quote, open) = (Some(c), true),
+            (Some(q), c) if c == q => quote = None,
+            (None, '#') if words.last().is_some_and(String::is_empty) => break,
+            (None, ' ') => {
+                if open || words.last().is_some_and(|word| !word.is_empty()) {
+                    words.push(String::new());
+                }
+                open = false;
+            }
+            (_, c) => words.last_mut().expect("a word").push(c),
+        }
+    }
+    words.retain(|word| !word.is_empty());
+    words
+}
+
+/// Returns whether lines match a pattern in which `...` stands for any number of lines.
+fn matches(pattern: &[&str], lines: &[&str]) -> bool {
+    match pattern.split_first() {
+        None => lines.is_empty(),
+        Some((&"...", rest)) => (0..=lines.len()).any(|n| matches(rest, &lines[n..])),
+        Some((first, rest)) => lines
+            .split_first()
+            .is_some_and(|(line, others)| line.trim_end() == *first && matches(rest, others)),
+    }
+}
+
+/// Copies the scenes of the gallery, on which its commands work.
+fn copy_examples(folder: &Path) {
+    for entry in fs::read_dir(root().join("examples")).expect("the gallery") {
+        let path = entry.expect("an entry").path();
+        if path
+            .extension()
+            .is_some_and(|extension| extension == "toml")
+        {
+            fs::copy(&path, folder.join(path.file_name().expect("a name"))).expect("a copy");
+        }
+    }
+}
+
+#[test]
+fn console_blocks_print_what_the_pages_show() {
+    let mut commands = 0;
+    for (path, page) in pages() {
+        let folder = tempfile::tempdir().expect("a folder");
+        copy_examples(folder.path());
+        for block in blocks(&page, "console") {
+            for step in block.strip_prefix("$ ").expect("a prompt").split("\n$ ") {
+                let mut lines = step.lines();
+                let arguments = words(lines.next().unwrap_or_default());
+                let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+                let (program, arguments) = arguments.split_first().expect("a command");
+                assert_eq!(*program, "myovib", "{}", path.display());
+                let run = myovib_in(folder.path(), arguments);
+                let wanted: Vec<&str> = lines.collect();
+                let printed: Vec<&str> = run.stdout.lines().collect();
+                let place = format!("{}: {arguments:?}", path.display());
+                assert_eq!(run.code, 0, "{place}\n{}", run.stderr);
+                assert!(
+                    wanted.is_empty() || matches(&wanted, &printed),
+                    "{place}\n{}",
+                    run.stdout
+                );
+                commands += 1;
+            }
+        }
+    }
+    assert!(commands >= 6, "{commands} commands");
+}
+
+#[test]
+fn scenes_in_pages_match_the_schema() {
+    let mut scenes = 0;
+    for (path, page) in pages() {
+        for block in blocks(&page, "toml") {
+            if let Err(error) = scene_file::read(&path.display().to_string(), block, &[]) {
+                panic!("{error}\n{block}");
+            }
+            scenes += 1;
+        }
+    }
+    assert!(scenes >= 20, "{scenes} scenes");
+}
+
+#[test]
+fn examples_give_the_numbers_of_the_gallery() {
+    let (shear, width) = (1e4, 0.02);
+    // Force per depth of an incompressible neo-Hookean strip in plane strain.
+    let force = |stretch: f64| shear * (stretch - stretch.powi(-3)) * width;
+    let relaxed = 1.0 + 0.5 * f64::exp(-(3.0 - 0.025) / 0.4);
+    let cases = [
+        // Homogeneous strain: the discrete solution is exact, Newton's method leaves 1e-10.
+        ("compression", "plate", "R_y", force(0.8), 1e-9),
+        ("contraction", "force", "R_x", 400.0, 1e-9),
+        // The default tolerance of 1e-4, and the mean time of the stretch in `relaxed`.
+        ("relaxation", "force", "R_x", force(1.01) * relaxed, 3e-4),
+    ];
+    for (name, probe, column, exact, tolerance) in cases {
+        let folder = tempfile::tempdir().expect("a folder");
+        copy_examples(folder.path());
+        let run = myovib_in(folder.path(), &["run", &format!("{name}.toml"), "--quiet"]);
+        assert_eq!(run.code, 0, "{name}: {}", run.stderr);
+        let found = last(folder.path(), probe, column);
+        assert!(
+            (found - exact).abs() < tolerance * exact.abs(),
+            "{name}: {found} instead of {exact}"
+        );
+    }
+}
+
+/// After the release of a pull, the strip settles at the equilibrium under its weight alone.
+#[test]
+fn the_preloaded_strip_settles_in_equilibrium() {
+    let folder = tempfile::tempdir().expect("a folder");
+    copy_examples(folder.path());
+    let settled = |sets: &[&str]| {
+        let sets = sets.iter().flat_map(|set| ["--set", set]);
+        let arguments: Vec<&str> = ["run", "preload.toml", "--quiet", "--overwrite"]
+            .into_iter()
+            .chain(sets)
+            .collect();
+        let run = myovib_in(folder.path(), &arguments);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        last(folder.path(), "end", "u_y")
+    };
+    let (moved, rests) = (settled(&[]), settled(&["analysis=static", "start="]));
+    // The motion is integrated at the default tolerance of 1e-4 and has decayed to 1e-5.
+    assert!(
+        (moved - rests).abs() < 3e-4 * rests.abs(),
+        "{moved} {rests}"
+    );
+    assert!(rests < -5e-4, "{rests}");
+}
