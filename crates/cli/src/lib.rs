@@ -8,11 +8,11 @@
 // `println!` panics when the reader has gone; what cannot be written is an error of the command.
 #![deny(clippy::print_stdout)]
 
-/// The Rust of the README and of the guide, as tests.
+/// The Rust of the guide, as tests.
 #[cfg(doctest)]
 mod pages {
-    #[doc = include_str!("../../../README.md")]
-    mod readme {}
+    #[doc = include_str!("../../../docs/src/rust.md")]
+    mod rust {}
     #[doc = include_str!("../../../docs/src/extending.md")]
     mod extending {}
 }
