@@ -1,6 +1,6 @@
 //! Arithmetic expressions of numbers and variables.
 
-use exmex::{ExResult, Express, FlatEx, FloatOpsFactory, MatchLiteral};
+use exmex::{Express, FlatEx, FloatOpsFactory, MakeOperators, MatchLiteral};
 
 /// Number literals such as `1.5` and `1e-3`.
 #[derive(Clone, Eq, PartialEq, Ord, PartialOrd, Debug, Default)]
@@ -28,49 +28,105 @@ impl MatchLiteral for Number {
 /// A parsed expression.
 pub(crate) type Expression = FlatEx<f64, FloatOpsFactory<f64>, Number>;
 
+/// Why a text is not an expression.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum ExpressionError {
+    /// Something is missing at the end.
+    #[error("an operand or a bracket is missing at the end")]
+    Incomplete,
+    /// Something else was expected here.
+    #[error("`{0}` is not expected here")]
+    Unexpected(String),
+    /// A function that does not exist.
+    #[error("`{0}` is not a function")]
+    UnknownFunction(String),
+    /// Longer, or nested more deeply, than anybody means.
+    #[error("it is too long or nested too deeply: at most {LENGTH} characters, {DEPTH} levels")]
+    TooLarge,
+}
+
+/// The longest expression.
+const LENGTH: usize = 10_000;
+/// The deepest nesting of brackets, signs and powers.
+const DEPTH: usize = 100;
+
+/// Refuses texts that would take too much of the stack.
+pub(crate) fn expect_moderate(text: &str) -> Result<(), ExpressionError> {
+    let mut depth = 0_usize;
+    for c in text.chars() {
+        match c {
+            '(' | '[' | '{' => depth += 1,
+            ')' | ']' | '}' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        if depth > DEPTH {
+            return Err(ExpressionError::TooLarge);
+        }
+    }
+    match text.len() > LENGTH {
+        true => Err(ExpressionError::TooLarge),
+        false => Ok(()),
+    }
+}
+
 /// Parses an expression with the usual mathematical precedence.
-pub(crate) fn parse(text: &str) -> ExResult<Expression> {
-    Expression::parse(&bracketed(text))
+pub(crate) fn parse(text: &str) -> Result<Expression, ExpressionError> {
+    expect_moderate(text)?;
+    let bracketed = bracketed(text)?;
+    Expression::parse(&bracketed).map_err(|_| ExpressionError::Unexpected(text.trim().to_owned()))
 }
 
 /// Adds brackets around powers in `text`, so that they bind tighter than a preceding sign and
-/// associate to the right. The parsing library treats both differently. Unrecognized parts are
-/// copied for the library to report.
-fn bracketed(text: &str) -> String {
+/// associate to the right. The parsing library treats both differently.
+fn bracketed(text: &str) -> Result<String, ExpressionError> {
     let mut brackets = Brackets {
         rest: text.trim(),
         out: String::new(),
+        depth: 0,
     };
-    match brackets.sum() {
-        Some(()) if brackets.rest.is_empty() => brackets.out,
-        _ => text.to_owned(),
+    brackets.sum()?;
+    match brackets.rest {
+        "" => Ok(brackets.out),
+        _ => Err(brackets.unexpected()),
     }
 }
 
 struct Brackets<'a> {
     rest: &'a str,
     out: String,
+    /// Of the recursion.
+    depth: usize,
 }
 
 impl Brackets<'_> {
     /// Copies powers between other operators, or the arguments of a function.
-    fn sum(&mut self) -> Option<()> {
+    fn sum(&mut self) -> Result<(), ExpressionError> {
         loop {
             self.power()?;
             match self.next() {
                 Some('+' | '-' | '*' | '/' | ',') => self.take(1),
-                _ => return Some(()),
+                _ => return Ok(()),
             }
         }
     }
 
-    fn power(&mut self) -> Option<()> {
-        if matches!(self.next()?, '+' | '-') {
+    fn power(&mut self) -> Result<(), ExpressionError> {
+        self.depth += 1;
+        if self.depth > DEPTH {
+            return Err(ExpressionError::TooLarge);
+        }
+        let power = self.signed_power();
+        self.depth -= 1;
+        power
+    }
+
+    fn signed_power(&mut self) -> Result<(), ExpressionError> {
+        if matches!(self.next(), Some('+' | '-')) {
             self.out.push('(');
             self.take(1);
             self.power()?;
             self.out.push(')');
-            return Some(());
+            return Ok(());
         }
         let start = self.out.len();
         self.operand()?;
@@ -81,26 +137,46 @@ impl Brackets<'_> {
             self.power()?;
             self.out.push_str("))");
         }
-        Some(())
+        Ok(())
     }
 
     /// Copies a number, a name, a function call, or an expression in brackets.
-    fn operand(&mut self) -> Option<()> {
+    fn operand(&mut self) -> Result<(), ExpressionError> {
+        self.next();
         if let Some(number) = Number::is_literal(self.rest) {
             self.take(number.len());
-            return Some(());
+            return Ok(());
         }
         let is_of_name = |c: char| c.is_alphanumeric() || c == '_';
         let end = self.rest.find(|c| !is_of_name(c));
-        let name = end.unwrap_or(self.rest.len());
-        self.take(name);
+        let length = end.unwrap_or(self.rest.len());
+        let name = &self.rest[..length];
+        self.take(length);
         match self.next() {
             Some('(') => {
+                if !name.is_empty() && !is_function(name) {
+                    return Err(ExpressionError::UnknownFunction(name.to_owned()));
+                }
                 self.take(1);
                 self.sum()?;
-                (self.next()? == ')').then(|| self.take(1))
+                match self.next() {
+                    Some(')') => {
+                        self.take(1);
+                        Ok(())
+                    }
+                    _ => Err(self.unexpected()),
+                }
             }
-            _ => (name > 0).then_some(()),
+            _ if name.is_empty() => Err(self.unexpected()),
+            _ => Ok(()),
+        }
+    }
+
+    /// The rest is not expected.
+    fn unexpected(&self) -> ExpressionError {
+        match self.rest.trim() {
+            "" => ExpressionError::Incomplete,
+            rest => ExpressionError::Unexpected(rest.chars().take(20).collect()),
         }
     }
 
@@ -116,6 +192,12 @@ impl Brackets<'_> {
         self.out.push_str(taken);
         self.rest = rest;
     }
+}
+
+/// Whether the parser has a function of this name.
+fn is_function(name: &str) -> bool {
+    let known = FloatOpsFactory::<f64>::make();
+    known.iter().any(|operator| operator.repr() == name)
 }
 
 #[cfg(test)]
@@ -151,9 +233,36 @@ mod tests {
                 "{text}: {found}"
             );
         }
-        for text in ["x^", "(x", "x)", "x^^2", "", "2 x", "*x"] {
-            assert_eq!(bracketed(text), text);
-            assert!(parse(text).is_err(), "{text}");
+        use ExpressionError::{Incomplete, TooLarge, Unexpected, UnknownFunction};
+        let unexpected = |rest: &str| Unexpected(rest.to_owned());
+        for (text, error) in [
+            ("x^", Incomplete),
+            ("(x", Incomplete),
+            ("", Incomplete),
+            ("x)", unexpected(")")),
+            ("x^^2", unexpected("^2")),
+            ("2x", unexpected("x")),
+            ("2 x", unexpected("x")),
+            ("*x", unexpected("*x")),
+            ("foo(x)", UnknownFunction("foo".to_owned())),
+        ] {
+            assert_eq!(parse(text).unwrap_err(), error, "{text}");
         }
+        // Regression: brackets in brackets took the whole stack.
+        for (one, n) in [
+            ("(", 20_000),
+            ("-", 20_000),
+            ("2^", 20_000),
+            ("x+", 20_000),
+            ("sin(", 101),
+        ] {
+            assert_eq!(
+                parse(&(one.repeat(n) + "x")).unwrap_err(),
+                TooLarge,
+                "{one}"
+            );
+        }
+        let nested = |n: usize| "(".repeat(n) + "x" + &")".repeat(n);
+        assert!(parse(&nested(40)).is_ok());
     }
 }

@@ -137,7 +137,7 @@ impl Builder<'_> {
             )
         };
         let expression = expression::parse(text)
-            .map_err(|error| wrong(format!("the distribution is no expression: {error}")))?;
+            .map_err(|error| wrong(format!("the distribution is not an expression: {error}")))?;
         let axis = |name: &String| NAMES[..D].iter().position(|known| known == name);
         let variables = expression.var_names().iter();
         let axes = variables

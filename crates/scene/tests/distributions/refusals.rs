@@ -15,8 +15,8 @@ const TABLES: [&str; 3] = [
 fn what_is_no_distribution_is_refused_with_its_key() {
     for table in TABLES {
         for (mesh, distribution, message) in [
-            (BLOCK, "\"100*\"", "the distribution is no expression"),
-            (BLOCK, "\"\"", "the distribution is no expression"),
+            (BLOCK, "\"100*\"", "the distribution is not an expression"),
+            (BLOCK, "\"\"", "the distribution is not an expression"),
             (BLOCK, "\"2*r\"", "`r` is no coordinate"),
             (SHEET, "\"2*z\"", "`z` is no coordinate"),
             (BLOCK, "\"1/(x - x)\"", "has no finite value at ["),
