@@ -1,14 +1,24 @@
 //! Escaping of names and messages from scenes.
 
-/// The text with its control characters spelled out, but for line breaks: what a file quotes must
-/// not command a terminal.
+/// The text with its control and invisible characters escaped, except for line breaks and tabs: what a
+/// file quotes must not command a terminal, nor look like something else.
 pub fn plain(text: &str) -> String {
     let spelled = |c: char| match c {
-        '\n' => vec![c],
-        c if c.is_control() => c.escape_default().collect(),
+        '\n' | '\t' => vec![c],
+        c if c.is_control() || is_invisible(c) => c.escape_unicode().collect(),
         c => vec![c],
     };
     text.chars().flat_map(spelled).collect()
+}
+
+/// Whether a character changes the direction of text or takes no space. The joiners U+200C and U+200D
+/// are not among them: several scripts need them.
+fn is_invisible(c: char) -> bool {
+    matches!(
+        c,
+        '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}'
+            | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}'
+    )
 }
 
 /// Escapes the reserved characters of XML and HTML and control characters.
@@ -18,4 +28,27 @@ pub fn escape(text: &str) -> String {
         .replace('<', "&lt;")
         .replace('>', "&gt;")
         .replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Regression: U+202E of a name turned the rest of a message around.
+    #[test]
+    fn characters_that_command_or_hide_are_escaped() {
+        for (c, escaped) in [
+            ('\u{1b}', "\\u{1b}"),
+            ('\u{9b}', "\\u{9b}"),
+            ('\u{202e}', "\\u{202e}"),
+            ('\u{2066}', "\\u{2066}"),
+            ('\u{200b}', "\\u{200b}"),
+            ('\u{feff}', "\\u{feff}"),
+            ('\u{e0041}', "\\u{e0041}"),
+        ] {
+            assert_eq!(plain(&format!("a{c}b")), format!("a{escaped}b"));
+            assert_eq!(escape(&format!("{c}<")), format!("{escaped}&lt;"));
+        }
+        assert_eq!(plain("µ é 水 a\n\tb"), "µ é 水 a\n\tb");
+    }
 }
