@@ -42,6 +42,7 @@ pub use oscillators::DrivenChain;
 use crate::InputError;
 use crate::inputs::{Input, Inputs};
 use crate::probe::{Reading, Systems};
+use crate::scene_file::check::{nearest, suggest};
 use crate::scene_file::output::Probe;
 use crate::scene_file::{self, Analysis, SceneFile, Source};
 use builder::Builder;
@@ -100,16 +101,20 @@ const MOST_BYTES: u64 = 1 << 26;
 
 /// The text of a scene's file, which may be a pipe.
 fn text_of(path: &Path) -> io::Result<String> {
-    let mut text = String::new();
+    let mut bytes = Vec::new();
     let read = File::open(path)?
         .take(MOST_BYTES + 1)
-        .read_to_string(&mut text)?;
-    match read as u64 > MOST_BYTES {
-        true => Err(io::Error::other(format!(
-            "it has more than {MOST_BYTES} bytes"
-        ))),
-        false => Ok(text),
+        .read_to_end(&mut bytes)?;
+    if read as u64 > MOST_BYTES {
+        let message = format!("it has more than {MOST_BYTES} bytes");
+        return Err(io::Error::other(message));
     }
+    String::from_utf8(bytes).map_err(|error| {
+        let before = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
+        let message = format!("line {line} is not UTF-8: save the file in this encoding");
+        io::Error::new(io::ErrorKind::InvalidData, message)
+    })
 }
 
 impl Scene {
@@ -126,11 +131,16 @@ impl Scene {
             }
             (Err(_), Some(text)) => Self::build(&name, text, overrides, Path::new("")),
             (Err(error), None) => {
-                let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
+                let is_missing = error.kind() == io::ErrorKind::NotFound;
                 let error = InputError::new(format!("cannot read the scene `{name}`: {error}"));
-                Err(error
-                    .allowed(format!("a file, or a built-in scene: {}", names.join(", ")))
-                    .next("`myovib init` writes a scene to start from"))
+                if !is_missing {
+                    return Err(error);
+                }
+                let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
+                let error =
+                    error.allowed(format!("a file, or a built-in scene: {}", names.join(", ")));
+                let error = suggest(error, nearest(&name, &names));
+                Err(error.next("`myovib init` writes a scene to start from"))
             }
         }
     }

@@ -152,7 +152,12 @@ impl<'s> Checker<'s> {
                 if let (true, Some(choice)) = (value.is_string(), choice) {
                     return self.value(value, choice, path);
                 }
-                let kinds: Vec<_> = alternatives.iter().map(|one| self.kind_name(one)).collect();
+                let mut kinds: Vec<String> = Vec::new();
+                for kind in alternatives.iter().map(|one| self.kind_name(one)) {
+                    if !kinds.contains(&kind) {
+                        kinds.push(kind);
+                    }
+                }
                 Err(self.wrong_kind(value, &kinds.join(" or "), base, path))
             }
         }
@@ -216,7 +221,11 @@ impl<'s> Checker<'s> {
             return Err(self.wrong_kind(value, &self.kind_name(schema), schema, path));
         }
         match value {
-            Value::Number(number) => in_range(number.as_f64().unwrap_or(f64::NAN), schema, path),
+            Value::Number(number) => {
+                let x = number.as_f64().unwrap_or(f64::NAN);
+                in_range(x, schema, path)?;
+                expect_moderate(x, path)
+            }
             Value::Array(entries) => self.list(entries, schema, path),
             Value::Object(object) => self.object(object, schemas, path),
             _ => Ok(()),
@@ -378,6 +387,21 @@ pub(crate) fn suggest(error: InputError, name: Option<&str>) -> InputError {
         Some(name) => error.next(format!("did you mean `{name}`?")),
         None => error,
     }
+}
+
+/// Refuses numbers that no model has: products of them overflow in matrices, far from their key.
+fn expect_moderate(x: f64, path: &str) -> Result<(), Problem> {
+    const SMALLEST: f64 = 1e-30;
+    const LARGEST: f64 = 1e20;
+    if x == 0.0 || (SMALLEST..=LARGEST).contains(&x.abs()) {
+        return Ok(());
+    }
+    let error = InputError::new(format!("`{path}` has a value that cannot be meant"))
+        .found(written(x))
+        .allowed(format!(
+            "0, or a magnitude from {SMALLEST:e} to {LARGEST:e}"
+        ));
+    Err(Problem::new(path, error))
 }
 
 fn in_range(x: f64, schema: &Value, path: &str) -> Result<(), Problem> {

@@ -154,14 +154,19 @@ impl Source {
         let line_start = self.text[..start].rfind('\n').map_or(0, |i| i + 1);
         let line = self.text[line_start..].lines().next().unwrap_or_default();
         let number = self.text[..line_start].matches('\n').count() + 1;
-        let before = self.text[line_start..start].chars().count();
+        let before = &self.text[line_start..start];
+        // The line is shown with its tabs, and so is what stands before the marks.
+        let indent: String = before
+            .chars()
+            .map(|c| if c == '\t' { c } else { ' ' })
+            .collect();
         let end = range.end.clamp(start, line_start + line.len());
         let marks = self.text[start..end].chars().count().max(1);
         format!(
             "{}, line {number}, column {}\n{number:>4} | {line}\n     | {}{}",
             self.name,
-            before + 1,
-            " ".repeat(before),
+            before.chars().count() + 1,
+            indent,
             "^".repeat(marks)
         )
     }
