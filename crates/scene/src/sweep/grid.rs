@@ -38,13 +38,12 @@ impl Axis {
             return Err(wrong("a key is missing"));
         }
         let values = match range(values) {
-            None => values
-                .split(',')
-                .map(|value| value.trim().to_owned())
-                .collect(),
+            None => split(values),
             Some((low, high, n)) => {
                 let finite = |number: &f64| number.is_finite();
                 let number = |word: &str| word.trim().parse::<f64>().ok().filter(finite);
+                let is_whole = |word: &str| word.trim().parse::<i64>().is_ok();
+                let ends_are_whole = is_whole(low) && is_whole(high);
                 let (Some(low), Some(high)) = (number(low), number(high)) else {
                     return Err(wrong("a range is made of finite numbers"));
                 };
@@ -70,7 +69,13 @@ impl Axis {
                         true => low * (high / low).powf(s),
                         false => (1.0 - s) * low + s * high,
                     };
-                    format!("{value:e}")
+                    // Keys that take whole numbers take no 1e0.
+                    let rounded = value.round();
+                    let is_whole = (value - rounded).abs() <= 4.0 * f64::EPSILON * rounded.abs();
+                    match ends_are_whole && is_whole {
+                        true => format!("{rounded:.0}"),
+                        false => format!("{value:e}"),
+                    }
                 };
                 (0..n).map(value).collect()
             }
@@ -80,6 +85,28 @@ impl Axis {
             values,
         })
     }
+}
+
+/// The values between commas; those within brackets or quotes are part of a value.
+fn split(values: &str) -> Vec<String> {
+    let (mut parts, mut depth, mut quote) = (vec![String::new()], 0_usize, None);
+    for c in values.chars() {
+        match c {
+            ',' if depth == 0 && quote.is_none() => {
+                parts.push(String::new());
+                continue;
+            }
+            '"' | '\'' if quote.is_none() => quote = Some(c),
+            c if quote == Some(c) => quote = None,
+            '[' | '{' if quote.is_none() => depth += 1,
+            ']' | '}' if quote.is_none() => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        if let Some(part) = parts.last_mut() {
+            part.push(c);
+        }
+    }
+    parts.iter().map(|part| part.trim().to_owned()).collect()
 }
 
 /// The parts of `lo..hi:n`, if the values are meant as a range: paths hold `..` too.
@@ -162,8 +189,8 @@ mod tests {
         let axes = ["a.b=1,inf", "c=0..1:3"].map(|text| Axis::parse(text).unwrap());
         let cases = cases(&axes).unwrap();
         let sets: Vec<String> = cases.iter().map(|case| case.set.join(" ")).collect();
-        assert_eq!(sets[..3], ["a.b=1 c=0e0", "a.b=1 c=5e-1", "a.b=1 c=1e0"]);
-        assert_eq!((sets.len(), sets[5].as_str()), (6, "a.b=inf c=1e0"));
+        assert_eq!(sets[..3], ["a.b=1 c=0", "a.b=1 c=5e-1", "a.b=1 c=1"]);
+        assert_eq!((sets.len(), sets[5].as_str()), (6, "a.b=inf c=1"));
         assert_eq!(case_numbers("6/6", 6).unwrap(), 5..6);
         assert_eq!(case_numbers("2-4/6", 6).unwrap(), 1..4);
         for wrong in ["7/6", "1/5", "4-2/6", "0/6", "2-7/6", "x/6"] {
@@ -174,6 +201,26 @@ mod tests {
             decades.values[..],
             ["1e-5", "1e-4", "1e-3"].map(str::to_owned)
         );
+    }
+
+    /// Regression: ranges gave 1e0 for keys that take whole numbers, and lists were cut at every comma.
+    #[test]
+    fn whole_numbers_stay_whole_and_lists_stay_together() {
+        for (text, expected) in [
+            ("mesh.refine=0..2:3", &["0", "1", "2"][..]),
+            ("a=5..15:3", &["5", "10", "15"]),
+            ("a=1..4:4", &["1", "2", "3", "4"]),
+            ("a=1..100:3:log", &["1", "10", "100"]),
+            ("a=1.0..3.0:3", &["1e0", "2e0", "3e0"]),
+            (
+                "chain[0].at=[0.0,0.0],[0.03, 0.01]",
+                &["[0.0,0.0]", "[0.03, 0.01]"],
+            ),
+            ("t={a=[1,2],b=3},4", &["{a=[1,2],b=3}", "4"]),
+            ("title=\"a,b\",'c,]',d", &["\"a,b\"", "'c,]'", "d"]),
+        ] {
+            assert_eq!(Axis::parse(text).unwrap().values, expected, "{text}");
+        }
     }
 
     #[test]
