@@ -57,7 +57,7 @@ impl Axis {
                 n_ticks,
             ),
             Scale::Logarithmic => {
-                let positive = values.filter(|&value| value > 0.0);
+                let positive = values.filter(|&value| value > SMALLEST);
                 logarithmic(self.limits.unwrap_or_else(|| range(positive)), n_ticks)
             }
         }
@@ -103,10 +103,23 @@ impl Division {
     }
 }
 
+/// The smallest magnitude that is told from zero.
+const SMALLEST: f64 = 1e-290;
+/// The largest magnitude.
+const LARGEST: f64 = 1e290;
+
 fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let none = [f64::INFINITY, f64::NEG_INFINITY];
     let [low, high] = values
         .filter(|value| value.is_finite())
+        // Beyond these, steps and their inverses are not finite.
+        .map(|value| {
+            if value.abs() < SMALLEST {
+                0.0
+            } else {
+                value.clamp(-LARGEST, LARGEST)
+            }
+        })
         .fold(none, |[low, high], value| [low.min(value), high.max(value)]);
     if low <= high { [low, high] } else { [1.0, 1.0] }
 }
