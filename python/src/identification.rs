@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use myovib_cli::commands;
 use myovib_scene::Scene;
 use myovib_scene::fit::{FitOptions, Loss, compute as compute_fit};
+use myovib_scene::result_folder::Existing;
 use myovib_scene::sensitivity::{Parametrised, Precision, StiffnessMap, compute};
 use pyo3::prelude::*;
 
@@ -27,8 +28,11 @@ pub(crate) fn sensitivity(
         false => Precision::OfMotion,
     };
     let computed = interruptible(py, progress, |_, watcher| -> anyhow::Result<_> {
-        let curves = compute(&Parametrised::load(&scene, &set)?, precision, watcher)?;
-        let (_, document) = commands::sensitivity::write(&out, &curves)?;
+        let scene = Parametrised::load(&scene, &set)?;
+        let request = commands::sensitivity::request(&out, Existing::Refuse, &scene.scene)?;
+        request.check()?;
+        let curves = compute(&scene, precision, watcher)?;
+        let (_, document) = commands::sensitivity::write(&request.open()?, &curves)?;
         Ok(document.to_string())
     })?;
     computed.map_err(of_command)
@@ -44,8 +48,11 @@ pub(crate) fn stiffness_map(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<String> {
     let computed = interruptible(py, progress, |_, watcher| -> anyhow::Result<_> {
-        let map = StiffnessMap::of(&Scene::load(&scene, &set)?, watcher)?;
-        let (_, document) = myovib_report::stiffness_map::write(&out, &map)?;
+        let scene = Scene::load(&scene, &set)?;
+        let request = commands::sensitivity::request_of_map(&out, Existing::Refuse, &scene)?;
+        request.check()?;
+        let map = StiffnessMap::of(&scene, watcher)?;
+        let (_, document) = myovib_report::stiffness_map::write(&request.open()?, &map)?;
         Ok(document.to_string())
     })?;
     computed.map_err(of_command)

@@ -38,8 +38,15 @@ def test_the_bits_are_those_of_the_program(result, tmp_path):
     assert done.returncode == 0, done.stderr
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert names == {path.name for path in result.folder.iterdir()}
-    for name in names - {"run.json", "report.html", "checkpoint.json", "scene.json"}:
+    for name in names - {"run.json", "report.html", "checkpoint.json", "manifest.jsonl"}:
         assert (tmp_path / "out" / name).read_bytes() == (result.folder / name).read_bytes(), name
+
+
+def test_a_run_that_its_condition_ended_is_a_success():
+    stop = [{"type": "displacement", "at": [0.0, 0.0], "above": 1e-9}]
+    result = Scene.builtin("init").set("time.end", 0.05).set("stop", stop).run()
+    assert (result.outcome, result.document["reason"]) == ("stopped", "event")
+    assert result.success
 
 
 def test_a_large_body_in_threads_has_the_same_bits():
@@ -105,7 +112,7 @@ def test_what_is_wrong_is_told_with_its_place(tmp_path):
         Scene.read(tmp_path / "none.toml")
     scene = Scene.builtin("init").set("time.end", 0.02)
     scene.run(tmp_path / "out")
-    with pytest.raises(myovib.SceneError, match="holds a run already"):
+    with pytest.raises(myovib.SceneError, match="holds the results of"):
         scene.run(tmp_path / "out")
     assert scene.run(tmp_path / "out", existing="overwrite").success
 

@@ -74,10 +74,16 @@ fn figure_3_gives_what_it_shows_in_numbers() {
     assert_eq!(statistics["rtol"]["chain"], 1e-7);
 
     assert_eq!(
-        names(&folder.path().join("out")),
-        ["figure3.csv", "figure3.png", "figure3.svg"]
+        names(&folder.path().join("figures")),
+        [
+            ".lock",
+            "figure3.csv",
+            "figure3.png",
+            "figure3.svg",
+            "manifest.jsonl"
+        ]
     );
-    let (header, rows) = table(&folder.path().join("out/figure3.csv"));
+    let (header, rows) = table(&folder.path().join("figures/figure3.csv"));
     assert_eq!(
         (header.len(), header[0].as_str(), header[26].as_str()),
         (27, "t", "r_20")
@@ -112,7 +118,7 @@ fn figure_7_runs_muscle_and_chain_as_one_system() {
         (&json["max_order"], &json["integrator"]),
         (&5.into(), &"ida".into())
     );
-    let (header, rows) = table(&folder.path().join("out/figure7.csv"));
+    let (header, rows) = table(&folder.path().join("figures/figure7.csv"));
     let chi = header
         .iter()
         .position(|name| name == "chi_abs")
@@ -167,8 +173,13 @@ fn synchronization_judges_every_combination() {
     }
     assert_eq!(cases[0]["settled"]["window"], 2.0);
     assert_eq!(
-        names(&folder.path().join("out")),
-        ["synchronization.csv", "synchronization.svg"]
+        names(&folder.path().join("synchronization")),
+        [
+            ".lock",
+            "manifest.jsonl",
+            "synchronization.csv",
+            "synchronization.svg"
+        ]
     );
 }
 

@@ -59,10 +59,7 @@ fn wrong_usage_is_code_2_with_one_message_on_standard_error() {
 #[test]
 fn a_file_that_cannot_be_written_is_code_2_and_named() {
     let folder = tempfile::tempdir().expect("a folder");
-    let run = myovib_in(
-        folder.path(),
-        &["doctor", "--json", "no/such/folder/d.json"],
-    );
+    let run = myovib_in(folder.path(), &["doctor", "--json=no/such/folder/d.json"]);
     assert_eq!(run.code, 2);
     assert!(run.stderr.starts_with("error: "), "{}", run.stderr);
     assert!(
@@ -92,7 +89,8 @@ fn every_command_sees_at_once_that_its_document_cannot_be_written() {
         "table2",
     ] {
         for target in ["no/such.json", "."] {
-            let words = command.split(' ').chain(["--json", target]);
+            let json = format!("--json={target}");
+            let words = command.split(' ').chain([json.as_str()]);
             let run = myovib_in(folder.path(), &words.collect::<Vec<_>>());
             assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{command}");
             let message = format!("invalid value '{target}' for '--json");
@@ -129,7 +127,7 @@ fn json_goes_to_standard_output_alone_or_to_a_file_beside_the_text() {
     document(&on_stdout.stdout, "doctor");
     assert!(on_stdout.stdout.starts_with("{\n  \"schema\": "));
 
-    let beside = myovib_in(folder.path(), &["doctor", "--json", "d.json"]);
+    let beside = myovib_in(folder.path(), &["doctor", "--json=d.json"]);
     assert!(beside.stdout.contains("SUNDIALS"));
     let text = fs::read_to_string(folder.path().join("d.json")).expect("the document");
     assert_eq!(text, on_stdout.stdout);

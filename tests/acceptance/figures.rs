@@ -30,7 +30,7 @@ fn figure_4_shows_the_papers_mesh_from_any_folder() {
     let folder = tempfile::tempdir().expect("a folder");
     let run = myovib_in(
         folder.path(),
-        &["figure", "4", "--out", "f", "--json", "f4.json"],
+        &["figure", "4", "--out", "f", "--json=f4.json"],
     );
     assert_eq!(run.code, 0, "{}", run.stderr);
     let found = document(&read(folder.path(), "f4.json"), "figure");
@@ -56,10 +56,10 @@ fn figures_5_and_6_show_one_run() {
     let folder = tempfile::tempdir().expect("a folder");
     let run = myovib_in(
         folder.path(),
-        &["figures", "--t-end", "1", "--json", "f.json", "--quiet"],
+        &["figures", "--t-end", "1", "--json=f.json", "--quiet"],
     );
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
-    let csv = read(folder.path(), "out/figure6.csv");
+    let csv = read(folder.path(), "figures/figure6.csv");
     let t = column(&csv, "t");
     // 50 samples per period of 1/8 s, both ends included.
     assert_eq!((t.len(), t[0], t[t.len() - 1]), (401, 0.0, 1.0));
@@ -93,11 +93,11 @@ fn figures_5_and_6_show_one_run() {
 #[test]
 fn an_interrupted_run_is_code_130_and_drawn_as_far_as_it_got() {
     let folder = tempfile::tempdir().expect("a folder");
-    let arguments = ["figures", "--quiet", "--json", "f.json"];
+    let arguments = ["figures", "--quiet", "--json=f.json"];
     assert_eq!(code_of_interrupted(folder.path(), &arguments), Some(130));
     let found = document(&read(folder.path(), "f.json"), "figures");
     assert_eq!(found["figures"][4]["reason"], "interrupted");
-    assert!(column(&read(folder.path(), "out/figure6.csv"), "t").len() > 1);
+    assert!(column(&read(folder.path(), "figures/figure6.csv"), "t").len() > 1);
 }
 
 /// Nothing can be shown yet, and the input is not to blame.

@@ -109,7 +109,7 @@ fn a_table_that_is_removed_while_the_run_goes_on_is_code_4_and_named() {
     assert_eq!(end.status.code(), Some(4), "{stderr}");
     assert!(stderr.contains("out/origin.csv"), "{stderr}");
     assert!(
-        folder.path().join("out/scene.json").exists(),
+        folder.path().join("out/manifest.jsonl").exists(),
         "the output is kept"
     );
 }
@@ -127,13 +127,13 @@ fn what_never_ends_is_not_read() {
     for (arguments, said) in [
         (
             "run init --set mesh.type=file --set mesh.path=/dev/zero",
-            "no regular file",
+            "not a regular file",
         ),
         (
             "run init --set mesh.type=file --set mesh.path=pipe",
-            "no regular file",
+            "not a regular file",
         ),
-        ("modes --mesh /dev/zero", "no regular file"),
+        ("modes --mesh /dev/zero", "not a regular file"),
         ("check /dev/zero", "has more than"),
     ] {
         // A limit on memory, and one on time: what reads on meets one of them.

@@ -22,7 +22,7 @@ fn spindle(command: &str, more: &[&str]) -> Left {
 
 fn left(command: &str, scene: &str, more: &[&str]) -> Left {
     let folder = tempfile::tempdir().unwrap();
-    let start = [command, scene, "--quiet", "--json", "d.json"];
+    let start = [command, scene, "--quiet", "--json=d.json"];
     let steps = ["--set", "integrator.max_steps=2"];
     let run = myovib_in(folder.path(), &[&start[..], &steps, more].concat());
     let text = |name| fs::read_to_string(folder.path().join(name)).unwrap_or("null".into());

@@ -22,3 +22,4 @@ mod structure;
 mod sweeps;
 mod table2;
 mod trials;
+mod writes;

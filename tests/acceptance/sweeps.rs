@@ -127,7 +127,7 @@ fn a_sweep_sees_changed_files_and_retries_what_failed_by_chance() {
         assert_eq!(run.code, 0, "{}", run.stderr);
         serde_json::from_str(&run.stdout).unwrap()
     };
-    let case = folder.path().join("sweep/case-0001/case.json");
+    let case = folder.path().join("sweep/case-0001.json");
     let written = || fs::metadata(&case).unwrap().modified().unwrap();
     let first = sweep(&[]);
     assert_eq!(first["rows"][0]["outcome"], "finished", "{first}");
@@ -160,7 +160,7 @@ fn sweep(folder: &Path, more: &[&str]) -> Run {
         "--vary",
         "solid.beta=1e-4,2e-4",
     ];
-    myovib_in(folder, &[&common[..], more, &["--json", "-"]].concat())
+    myovib_in(folder, &[&common[..], more, &["--json"]].concat())
 }
 
 /// The table of such a sweep.
@@ -186,7 +186,7 @@ fn a_sweep_sees_a_changed_mesh() {
     let folder = tempfile::tempdir().unwrap();
     write_scene(folder.path());
     let result = ["--result", "top=max(origin.u_y)"];
-    let case = folder.path().join("sweep/case-0001/case.json");
+    let case = folder.path().join("sweep/case-0001.json");
     let written = || fs::metadata(&case).unwrap().modified().unwrap();
     let first = swept(folder.path(), &result);
     assert_eq!(first["rows"][0]["outcome"], "finished", "{first}");
@@ -230,7 +230,7 @@ fn a_sweep_sees_another_program() {
     let folder = tempfile::tempdir().unwrap();
     write_scene(folder.path());
     let first = swept(folder.path(), &[]);
-    let case = folder.path().join("sweep/case-0001/case.json");
+    let case = folder.path().join("sweep/case-0001.json");
     let text = fs::read_to_string(&case).unwrap();
     let mut record: Value = serde_json::from_str(&text).unwrap();
     record["program"] = "0.0.9 of last year".into();
@@ -358,7 +358,6 @@ fn a_sweep_of_modes_has_columns_of_frequencies() {
         "--result",
         "second=min(modes.frequency, 2)",
         "--json",
-        "-",
     ];
     let run = myovib_in(folder.path(), &[&sweep[..], &set].concat());
     assert_eq!(run.code, 0, "{}", run.stderr);
@@ -398,5 +397,68 @@ fn columns_of_a_sweep_are_told_apart_and_known() {
         assert_eq!(run.code, 2, "{more:?}: {}", run.stderr);
         assert!(run.stderr.contains(said), "{more:?}: {}", run.stderr);
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "{more:?}");
+    }
+}
+
+/// Regression: a run that its own condition ended counted as failed, and its results were empty.
+#[test]
+fn a_condition_that_ends_a_case_is_not_a_failure() {
+    let folder = tempfile::tempdir().unwrap();
+    write_scene(folder.path());
+    let stop = "stop=[{ type = \"displacement\", at = [0.0, 0.0], above = 1e-9 }]";
+    let run = sweep(
+        folder.path(),
+        &["--set", stop, "--result", "top=max(origin.u_y)"],
+    );
+    assert_eq!((run.code, run.stderr.as_str()), (0, ""));
+    let table: Value = serde_json::from_str(&run.stdout).unwrap();
+    for row in table["rows"].as_array().unwrap() {
+        assert_eq!(row["outcome"], "stopped", "{row}");
+        assert_eq!(row["reason"], "event", "{row}");
+        assert!(row["top"].as_f64().is_some(), "{row}");
+        assert!(row["t_reached"].as_f64().unwrap() < 0.02, "{row}");
+    }
+}
+
+/// Regression: a table that was deleted left an empty cell.
+#[test]
+fn a_case_whose_table_is_gone_is_computed_again() {
+    let folder = tempfile::tempdir().unwrap();
+    write_scene(folder.path());
+    let result = ["--result", "top=max(origin.u_y)"];
+    let first = swept(folder.path(), &result);
+    fs::remove_file(folder.path().join("sweep/case-0001/origin.csv")).unwrap();
+    assert_eq!(
+        swept(folder.path(), &result)["rows"][0]["top"],
+        first["rows"][0]["top"]
+    );
+    assert!(first["rows"][0]["top"].as_f64().is_some());
+}
+
+/// Regression: the second of two processes recorded a failed case.
+#[test]
+fn two_processes_that_compute_one_sweep_wait_for_each_other() {
+    let folder = tempfile::tempdir().unwrap();
+    write_scene(folder.path());
+    let start = || {
+        Command::new(crate::harness::PROGRAM)
+            .args([
+                "sweep",
+                "scene.toml",
+                "--quiet",
+                "--vary",
+                "solid.beta=1e-4,2e-4",
+            ])
+            .current_dir(folder.path())
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .unwrap()
+    };
+    for mut process in [start(), start()] {
+        assert!(process.wait().unwrap().success());
+    }
+    let table = swept(folder.path(), &["--collect"]);
+    for row in table["rows"].as_array().unwrap() {
+        assert_eq!(row["outcome"], "finished", "{row}");
     }
 }

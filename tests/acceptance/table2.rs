@@ -283,7 +283,12 @@ fn a_mesh_that_will_not_do_is_one_message_and_code_2() {
         let run = myovib_in(
             folder.path(),
             &[
-                "table2", "--mesh", mesh, "--json", "t2.json", "--csv", "t2.csv",
+                "table2",
+                "--mesh",
+                mesh,
+                "--json=t2.json",
+                "--csv",
+                "t2.csv",
             ],
         );
         assert_eq!(run.code, 2, "{mesh}: {}", run.stderr);
@@ -323,7 +328,7 @@ fn options_that_will_not_do_are_one_message_and_code_2() {
             &["--probe", "--rows"],
         ),
         (&["--probe", "origin"], &["--csv"]),
-        (&["--json", "no/such/folder/t2.json"], &["no/such/folder"]),
+        (&["--json=no/such/folder/t2.json"], &["no/such/folder"]),
         (&["--csv", "no/such/folder/t2.csv"], &["no/such/folder"]),
     ] {
         let run = myovib(&[&["table2"][..], arguments].concat());

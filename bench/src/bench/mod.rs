@@ -22,7 +22,7 @@ use myovib_scene::mesh_file;
 #[command(
     allow_negative_numbers = true,
     after_help = "Examples:\n  \
-    myovib-bench bench rows --repeats 3 --json rows.json\n  \
+    myovib-bench bench rows --repeats 3 --json=rows.json\n  \
     myovib-bench bench features\n  \
     myovib-bench bench large --cases spindle-bdf,growth\n\n\
     CPU times are those of one thread; compare them only within one call. After Ctrl-C, the current run finishes, and \

@@ -88,8 +88,7 @@ fn an_interrupted_bench_exits_with_130_and_prints_its_results() {
         "--repeats",
         "1000",
         "--quiet",
-        "--json",
-        "rows.json",
+        "--json=rows.json",
     ];
     assert_eq!(code_of_interrupted(folder.path(), &arguments), Some(130));
     let text = fs::read_to_string(folder.path().join("rows.json")).unwrap();

@@ -1,6 +1,5 @@
 //! The options every command has.
 
-use std::io::{self, Write};
 use std::num::NonZeroUsize;
 
 use clap::Args;
@@ -9,14 +8,15 @@ use serde::Serialize;
 
 use crate::json::{self, JsonTarget};
 use crate::machine;
+use crate::output;
 use crate::values;
 
 /// Options of every command.
 #[derive(Debug, Clone, Args)]
 pub struct CommonArgs {
-    /// Write the results as JSON to FILE; without FILE, or with `-`, to standard output, in place
-    /// of the text. Put it last, or before another option.
-    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "-")]
+    /// Print the results as JSON instead of text; with `=FILE`, write them to FILE. An existing file
+    /// that the program did not make is not replaced.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
     pub json: Option<JsonTarget>,
 
     /// No progress on standard error; warnings and errors stay.
@@ -24,7 +24,7 @@ pub struct CommonArgs {
     pub quiet: bool,
 
     /// Threads to use [default: all cores].
-    #[arg(long, value_name = "N", value_parser = values::one_or_more)]
+    #[arg(long, value_name = "N", value_parser = values::threads)]
     pub threads: Option<NonZeroUsize>,
 
     /// Memory to take at most, as in 8GiB or 500MiB [default: what is free]. Factors that will not
@@ -39,12 +39,15 @@ impl CommonArgs {
         self.threads.unwrap_or_else(machine::n_cores)
     }
 
-    /// Lets the factorisations of one large body have the threads and the memory that are asked for.
+    /// Sets the limits of memory and threads for the whole process. `side_by_side`: whether the command
+    /// itself computes several runs at a time, each of which then has one thread.
     ///
     /// # Errors
     /// Threads that the system does not start.
-    pub fn grant_resources(&self) -> anyhow::Result<()> {
-        resources::use_threads(self.n_threads().get())?;
+    pub fn grant_resources(&self, side_by_side: bool) -> anyhow::Result<()> {
+        if !side_by_side {
+            resources::use_threads(self.n_threads().get())?;
+        }
         self.memory.into_iter().for_each(resources::limit_memory);
         Ok(())
     }
@@ -59,7 +62,7 @@ impl CommonArgs {
             json::write(target, command, document)?;
         }
         if self.json != Some(JsonTarget::Stdout) {
-            io::stdout().write_all(text.as_bytes())?;
+            output::print(text)?;
         }
         Ok(())
     }

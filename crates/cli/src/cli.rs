@@ -2,6 +2,7 @@
 
 use clap::{CommandFactory, Parser, Subcommand};
 
+use crate::args::CommonArgs;
 use crate::commands::check::CheckArgs;
 use crate::commands::completions::CompletionsArgs;
 use crate::commands::doctor::DoctorArgs;
@@ -86,11 +87,43 @@ pub enum Command {
 }
 
 impl Command {
+    /// The options that every command has which computes.
+    fn common(&self) -> Option<&CommonArgs> {
+        Some(match self {
+            Self::Doctor(args) => &args.common,
+            Self::Check(args) => &args.common,
+            Self::Infsup(args) => &args.common,
+            Self::Modes(args) => &args.common,
+            Self::Table1(args) => &args.common,
+            Self::Table2(args) => &args.common,
+            Self::Figure(args) => &args.options.common,
+            Self::Figures(args) => &args.options.common,
+            Self::Run(args) => &args.common,
+            Self::Movie(args) => &args.common,
+            Self::Synchronization(args) => &args.common,
+            Self::Sweep(args) => &args.common,
+            Self::Sensitivity(args) => &args.common,
+            Self::Fit(args) => &args.common,
+            Self::Init(_) | Self::Completions(_) | Self::Man(_) | Self::Schema(_) => return None,
+        })
+    }
+
+    /// Whether the threads are for several runs at a time.
+    fn runs_side_by_side(&self) -> bool {
+        matches!(
+            self,
+            Self::Sweep(_) | Self::Table2(_) | Self::Synchronization(_)
+        )
+    }
+
     /// Runs the command.
     ///
     /// # Errors
     /// When the input is wrong or an output cannot be written.
     pub fn run(&self) -> anyhow::Result<Exit> {
+        if let Some(common) = self.common() {
+            common.grant_resources(self.runs_side_by_side())?;
+        }
         match self {
             Self::Doctor(args) => doctor::run(args),
             Self::Check(args) => check::run(args),
@@ -131,16 +164,13 @@ mod tests {
                 &["myovib", "doctor", "--json"][..],
                 Some(JsonTarget::Stdout),
             ),
-            (
-                &["myovib", "doctor", "--json", "-"],
-                Some(JsonTarget::Stdout),
-            ),
+            (&["myovib", "doctor", "--json=-"], Some(JsonTarget::Stdout)),
             (
                 &["myovib", "doctor", "--json", "--quiet"],
                 Some(JsonTarget::Stdout),
             ),
             (
-                &["myovib", "doctor", "--json", "d.json"],
+                &["myovib", "doctor", "--json=d.json"],
                 Some(JsonTarget::File("d.json".into())),
             ),
             (&["myovib", "doctor"], None),

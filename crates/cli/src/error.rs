@@ -1,7 +1,5 @@
 //! How a failure is printed.
 
-use std::io;
-
 use myovib_scene::plain;
 
 /// The failure as it is printed: `error: …`, then its causes, one a line, but for those that the
@@ -22,15 +20,10 @@ pub fn render(failure: &anyhow::Error) -> String {
     text
 }
 
-/// Whether the reader of our standard output has gone, as `myovib … | head` does: no failure.
-pub fn is_broken_pipe(failure: &anyhow::Error) -> bool {
-    failure
-        .downcast_ref::<io::Error>()
-        .is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
-}
-
 #[cfg(test)]
 mod tests {
+    use std::io;
+
     use anyhow::Context;
 
     use super::*;
@@ -55,12 +48,5 @@ mod tests {
             render(&failure),
             "error: cannot write `a.csv`: disk on fire\n"
         );
-    }
-
-    #[test]
-    fn only_a_broken_pipe_is_silent() {
-        let broken = anyhow::Error::from(io::Error::from(io::ErrorKind::BrokenPipe));
-        let denied = anyhow::Error::from(io::Error::from(io::ErrorKind::PermissionDenied));
-        assert!(is_broken_pipe(&broken) && !is_broken_pipe(&denied));
     }
 }

@@ -48,7 +48,7 @@ impl Exit {
             }
             let scene = cause.downcast_ref::<Error>();
             let model = cause.downcast_ref::<ModelError>();
-            scene.is_some_and(|error| !matches!(error, Error::Input(_)))
+            scene.is_some_and(|error| !matches!(error, Error::Input(_) | Error::Busy(_)))
                 || matches!(
                     model,
                     Some(

@@ -12,6 +12,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag::{register, register_conditional_shutdown};
 
 use crate::exit::Exit;
+use crate::output;
 
 /// The signals that ask for the end.
 const ENDING: &[c_int] = &[
@@ -40,7 +41,7 @@ pub fn at_once() {
 pub fn flag() -> &'static AtomicBool {
     INSTALLED.call_once(|| {
         if let Err(error) = ENDING.iter().try_for_each(|&signal| end_by(signal)) {
-            eprintln!("warning: signals will lose the output of runs: {error}");
+            output::warn(&format!("signals will lose the output of runs: {error}"));
         }
     });
     &INTERRUPTED
@@ -61,6 +62,8 @@ fn end_by(signal: c_int) -> io::Result<()> {
 pub fn outlive_large_files() {
     #[cfg(unix)]
     if let Err(error) = register(signal_hook::consts::SIGXFSZ, Arc::default()) {
-        eprintln!("warning: a limit of files' sizes will end the program: {error}");
+        output::warn(&format!(
+            "a limit of files' sizes will end the program: {error}"
+        ));
     }
 }

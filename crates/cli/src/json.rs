@@ -1,13 +1,12 @@
 //! Where JSON documents go.
 
-use std::io::{self, Write};
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use myovib_scene::atomic_file;
 use myovib_scene::json::document;
 use serde::Serialize;
 
+use crate::output;
 use crate::values::output_file;
 
 /// Where a JSON document goes.
@@ -37,8 +36,8 @@ impl FromStr for JsonTarget {
 pub fn write(target: &JsonTarget, command: &str, body: &impl Serialize) -> anyhow::Result<()> {
     let text = document(command, body)?;
     match target {
-        JsonTarget::Stdout => io::stdout().write_all(text.as_bytes())?,
-        JsonTarget::File(path) => atomic_file::save(path, text)?,
+        JsonTarget::Stdout => output::print(text)?,
+        JsonTarget::File(path) => output::save(path, text)?,
     }
     Ok(())
 }

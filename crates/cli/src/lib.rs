@@ -5,8 +5,8 @@
 //! are the ways out; [`versions`] and [`machine`] are what a reader of results must know.
 //! [`ranks`] is a run by several processes. [`chains`] runs what is behind figures of chains. Only this crate prints.
 #![forbid(unsafe_code)]
-// `println!` panics when the reader has gone; what cannot be written is an error of the command.
-#![deny(clippy::print_stdout)]
+// `println!` and `eprintln!` panic when the reader has gone: `output` prints instead.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
 
 /// The Rust of the guide, as tests.
 #[cfg(doctest)]
@@ -26,6 +26,7 @@ pub mod exit;
 pub mod interrupt;
 pub mod json;
 pub mod machine;
+pub mod output;
 mod overrides;
 pub mod progress;
 pub mod ranks;
@@ -37,7 +38,7 @@ mod watched;
 use std::process::ExitCode;
 
 use clap::Parser;
-use myovib_scene::Scene;
+use myovib_scene::{Scene, plain};
 
 use crate::cli::{Cli, Command};
 use crate::exit::Exit;
@@ -53,7 +54,10 @@ fn command() -> ExitCode {
         Ok(cli) => ended(cli.command.run()).into(),
         Err(error) => {
             // What cannot be printed has no reader; the code is clap's, 2, or 0 for help.
-            let _ = error.print();
+            match error.use_stderr() && plain(&error.to_string()) != error.to_string() {
+                true => output::print_error(&plain(&error.to_string())),
+                false => drop(error.print()),
+            }
             ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
         }
     }
@@ -68,17 +72,14 @@ fn scene() -> Option<Scene> {
         return None;
     };
     Scene::load(&args.scene, &args.set)
-        .map_err(|failure| eprint!("{}", error::render(&failure.into())))
+        .map_err(|failure| output::print_error(&error::render(&failure.into())))
         .ok()
 }
 
 /// Reports the failure of a command, and tells how it ended.
 pub fn ended(result: anyhow::Result<Exit>) -> Exit {
     result.unwrap_or_else(|failure| {
-        if error::is_broken_pipe(&failure) {
-            return Exit::Done;
-        }
-        eprint!("{}", error::render(&failure));
+        output::print_error(&error::render(&failure));
         // What needs the end of a run that was interrupted fails, and not by its input.
         if interrupt::has_come() {
             Exit::Interrupted

@@ -1,11 +1,13 @@
 //! How far a computation is, on standard error.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use myovib_scene::plain;
 use myovib_scene::watch::Tell;
+
+use crate::output;
 
 /// Between two refreshes of the line on a terminal, and between two lines elsewhere.
 const ON_TERMINAL: Duration = Duration::from_millis(100);
@@ -55,11 +57,9 @@ impl Progress {
         }
         if self.on_terminal {
             // Back to the line's start, and clear what is left of the text before.
-            eprint!("\r{}\x1b[K", plain(&line()));
-            // A progress line that cannot be shown is no reason to stop.
-            let _ = io::stderr().flush();
+            output::print_error(&format!("\r{}\x1b[K", plain(&line())));
         } else {
-            eprintln!("{}", plain(&line()));
+            output::line(&line());
         }
     }
 }
@@ -78,7 +78,7 @@ impl Drop for Progress {
     /// Takes the line off the terminal.
     fn drop(&mut self) {
         if self.on_terminal && !self.quiet {
-            eprint!("\r\x1b[K");
+            output::print_error("\r\x1b[K");
         }
     }
 }

@@ -14,6 +14,7 @@ mod alone {
     use myovib_scene::Scene;
 
     use crate::exit::Exit;
+    use crate::output;
 
     /// Where launchers say how many processes they have started: Open MPI, and those that speak PMI.
     const SIZES: [&str; 2] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
@@ -22,9 +23,9 @@ mod alone {
     pub fn main(command: impl FnOnce() -> ExitCode, _: impl Fn() -> Option<Scene>) -> ExitCode {
         let several = |name: &&str| env::var(name).is_ok_and(|size| size != "1");
         if SIZES.iter().any(several) {
-            eprintln!(
+            output::line(
                 "error: several processes were started, but this program was built for one: build it \
-                 with `--features mpi`, or start one"
+                 with `--features mpi`, or start one",
             );
             return Exit::Usage.into();
         }
@@ -50,6 +51,7 @@ mod together {
     use myovib_scene::Scene;
 
     use crate::interrupt;
+    use crate::output;
 
     /// What launchers tell each process they start: Open MPI, and those that speak PMIx or PMI.
     const LAUNCHERS: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE"];
@@ -86,7 +88,7 @@ mod together {
         };
         let solid = sharing.share(body.muscle.solid.clone());
         body.muscle.solid = solid.map_err(anyhow::Error::msg)?;
-        eprintln!("note: {}", sharing.description());
+        output::note(&sharing.description().to_string());
         Ok(())
     }
 }

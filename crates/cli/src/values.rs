@@ -1,25 +1,27 @@
 //! The values of options: text to what it stands for, or what is wrong with it.
 
-use std::fs;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use myovib_model::IntegratorKind;
 
+use crate::output::not_replaceable;
+
 /// The file an output goes to: what cannot be written is told before a long
 /// computation, not after it.
 ///
 /// # Errors
-/// A folder that is not there, or a path that is a folder.
+/// A folder that does not exist, or a path that must not be replaced.
 pub fn output_file(path: &str) -> Result<PathBuf, String> {
     let file = PathBuf::from(path);
+    if path.is_empty() {
+        return Err("give the file a name".to_owned());
+    }
+    if let Some(reason) = not_replaceable(&file) {
+        return Err(reason);
+    }
     let folder = file.parent().filter(|folder| *folder != Path::new(""));
     match folder {
-        _ if file.is_dir() => Err("it is a folder".to_owned()),
-        // A link or a pipe is not followed, nor a device replaced.
-        _ if fs::symlink_metadata(&file).is_ok_and(|there| !there.is_file()) => {
-            Err("it is no regular file".to_owned())
-        }
         Some(folder) if !folder.is_dir() => {
             let folder = folder.display();
             Err(format!("there is no folder `{folder}`: mkdir -p {folder}"))
@@ -59,13 +61,21 @@ pub fn memory(text: &str) -> Result<usize, String> {
     }
 }
 
-/// How many of something, one at least.
+/// A number of threads.
 ///
 /// # Errors
-/// Another number, or none.
-pub fn one_or_more(text: &str) -> Result<NonZeroUsize, String> {
-    text.parse()
-        .map_err(|_| "not a whole number of 1 or more".to_owned())
+/// Another number than 1 to 1024.
+pub fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    up_to::<1024>(text)
+}
+
+/// A number of things, from 1 to `MAX`.
+///
+/// # Errors
+/// Another number.
+pub fn up_to<const MAX: usize>(text: &str) -> Result<NonZeroUsize, String> {
+    let number = text.parse().ok().filter(|n: &NonZeroUsize| n.get() <= MAX);
+    number.ok_or_else(|| format!("not a whole number from 1 to {MAX}"))
 }
 
 /// A finite number above 0.
@@ -117,7 +127,7 @@ pub fn by_name<T: Copy>(
 
 #[cfg(test)]
 mod tests {
-    use super::{memory, output_folder};
+    use super::{memory, output_folder, threads};
 
     #[test]
     fn a_folder_has_a_name() {
@@ -130,6 +140,9 @@ mod tests {
         assert_eq!(memory("2GiB"), Ok(2 << 30));
         assert_eq!(memory("1.5 G"), Ok(3 << 29));
         assert_eq!(memory("500M"), Ok(500 << 20));
+        for wrong in ["0", "-1", "1025", "1e12", "99999999999999999999", ""] {
+            assert!(threads(wrong).is_err(), "{wrong}");
+        }
         for wrong in [
             "", "8", "GiB", "-1GiB", "NaNM", "infG", "0M", "1e30G", "2kB",
         ] {

@@ -1,44 +1,58 @@
 //! A figure's files: the picture, and the numbers behind it.
 
-use std::path::Path;
-
-use anyhow::Context;
+use myovib_scene::csv::CsvWriter;
+use myovib_scene::result_folder::ResultFolder;
 
 use crate::plot::{Figure, raster};
-use myovib_scene::atomic_file;
-use myovib_scene::csv::CsvWriter;
 
 /// Pixels in a row of a PNG: 85 mm at 600 dpi.
 const PNG_WIDTH: u32 = 2000;
 
-/// Writes `name.svg`, `name.csv` and, if asked, `name.png` to `folder`, which is made if there is
-/// none, and gives their paths.
+/// Names of the files of the figure `name`, with or without a PNG.
+pub fn names(name: &str, png: bool) -> Vec<String> {
+    let png = if png { &["png"][..] } else { &[] };
+    let extensions = png.iter().chain(&["svg", "csv"]);
+    extensions
+        .map(|extension| format!("{name}.{extension}"))
+        .collect()
+}
+
+/// Writes `name.svg`, `name.csv` and, if requested, `name.png`; returns their paths.
 ///
 /// # Errors
 /// When a file cannot be written.
 pub fn write(
-    folder: &Path,
+    folder: &ResultFolder,
+    name: &str,
+    figure: &Figure,
+    table: (&[String], &[Vec<f64>]),
+    png: bool,
+) -> anyhow::Result<Vec<String>> {
+    let files = files(name, figure, table, png)?;
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    files
+        .into_iter()
+        .map(|(name, bytes)| {
+            folder.write(&name, bytes)?;
+            Ok(path(&name))
+        })
+        .collect()
+}
+
+/// Names and contents of the files.
+fn files(
     name: &str,
     figure: &Figure,
     (columns, rows): (&[String], &[Vec<f64>]),
     png: bool,
-) -> anyhow::Result<Vec<String>> {
-    std::fs::create_dir_all(folder)
-        .with_context(|| format!("cannot make the folder `{}`", folder.display()))?;
-    let mut files = Vec::new();
+) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
+    let mut contents = Vec::new();
     if png {
-        files.push(("png", raster::png(&figure.outlined(), PNG_WIDTH)?));
+        contents.push(raster::png(&figure.outlined(), PNG_WIDTH)?);
     }
-    files.push(("svg", figure.render().into_bytes()));
-    files.push(("csv", table(columns, rows)?));
-    files
-        .into_iter()
-        .map(|(extension, bytes)| {
-            let path = folder.join(format!("{name}.{extension}"));
-            atomic_file::save(&path, bytes)?;
-            Ok(path.display().to_string())
-        })
-        .collect()
+    contents.push(figure.render().into_bytes());
+    contents.push(self::table(columns, rows)?);
+    Ok(names(name, png).into_iter().zip(contents).collect())
 }
 
 fn table(columns: &[String], rows: &[Vec<f64>]) -> anyhow::Result<Vec<u8>> {

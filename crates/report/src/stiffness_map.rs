@@ -1,12 +1,11 @@
 //! Where in the body outputs see its stiffness: a table, pictures, a file for ParaView.
 
-use std::path::Path;
-
 use anyhow::Context;
 use myovib_fem::Space;
+use myovib_scene::json;
+use myovib_scene::result_folder::ResultFolder;
 use myovib_scene::sensitivity::StiffnessMap;
 use myovib_scene::vtu::{self, CellField, Grid};
-use myovib_scene::{atomic_file, json};
 use serde_json::Value;
 
 use crate::outline::outline;
@@ -42,14 +41,15 @@ pub fn text(map: &StiffnessMap) -> String {
     text
 }
 
-/// Writes `stiffness.vtu`, `stiffness.json`, and `stiffness.svg` where there is something to be seen, to a folder, which is
-/// made if there is none; gives the names of the first and the last, and the body of the second.
+/// The files that [`write`] writes.
+pub const FILES: [&str; 3] = ["stiffness.vtu", "stiffness.svg", "stiffness.json"];
+
+/// Writes `stiffness.vtu`, `stiffness.json` and, unless the map is zero, `stiffness.svg`; returns the
+/// paths of the first and the last, and the body of the second.
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn write(out: &Path, map: &StiffnessMap) -> anyhow::Result<(Vec<String>, Value)> {
-    std::fs::create_dir_all(out)
-        .with_context(|| format!("cannot make the folder `{}`", out.display()))?;
+pub fn write(folder: &ResultFolder, map: &StiffnessMap) -> anyhow::Result<(Vec<String>, Value)> {
     let body = map.scene.body.as_ref().context("the scene has no body")?;
     let space = body.muscle.solid.space();
     let densities = map.densities()?;
@@ -65,13 +65,12 @@ pub fn write(out: &Path, map: &StiffnessMap) -> anyhow::Result<(Vec<String>, Val
     }
     let mut files = Vec::new();
     for (name, text) in texts {
-        let path = out.join(name);
-        atomic_file::save(&path, text)?;
-        files.push(path.display().to_string());
+        folder.write(name, text)?;
+        files.push(folder.path().join(name).display().to_string());
     }
     let document = map.document();
     let text = json::document(SCHEMA, &document)?;
-    atomic_file::save(&out.join("stiffness.json"), text)?;
+    folder.write("stiffness.json", text)?;
     Ok((files, document))
 }
 
@@ -117,6 +116,10 @@ mod tests {
     use myovib_scene::Scene;
     use myovib_scene::watch::Watcher;
 
+    use std::path::Path;
+
+    use myovib_scene::result_folder::FolderRequest;
+
     use super::*;
 
     /// A probe on a support that is moved sees nothing, in the plane and in space.
@@ -143,7 +146,8 @@ mod tests {
             let map = StiffnessMap::of(&scene, Watcher::NOBODY).unwrap();
             assert!(map.outputs[0].elements.iter().all(|e| *e == 0.0), "{map:?}");
             let folder = tempfile::tempdir().unwrap();
-            let (files, _) = write(folder.path(), &map).unwrap();
+            let request = FolderRequest::to_add(folder.path(), "sensitivity", Vec::new());
+            let (files, _) = write(&request.open().unwrap(), &map).unwrap();
             assert_eq!(files.len(), 1, "{files:?}");
         }
     }

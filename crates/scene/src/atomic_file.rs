@@ -1,7 +1,11 @@
-//! Files that are either whole or not there: written under a temporary name, then renamed.
+//! All changes of result files: files that are written whole under a temporary name and then
+//! renamed, files that grow line by line, and removals.
+
+#[cfg(test)]
+pub(crate) mod faults;
 
 use std::cell::Cell;
-use std::fs::{File, Permissions};
+use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
@@ -9,8 +13,29 @@ use tempfile::Builder;
 
 use crate::Error;
 
-/// What the name of a file under way begins and ends with.
-const UNDER_WAY: (&str, &str) = (".myovib-", ".part");
+/// Prefix and suffix of temporary files.
+const TEMPORARY: (&str, &str) = (".myovib-", ".part");
+
+/// A change of a file, at which the tests let the disk fail.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Change {
+    Create,
+    Write,
+    Sync,
+    Rename,
+    Remove,
+}
+
+/// Fails where a test wants it.
+#[cfg(test)]
+fn allow(change: Change) -> io::Result<()> {
+    faults::allow(change)
+}
+
+#[cfg(not(test))]
+fn allow(_: Change) -> io::Result<()> {
+    Ok(())
+}
 
 thread_local! {
     static PASSING: Cell<bool> = const { Cell::new(false) };
@@ -31,6 +56,7 @@ pub fn passing<T>(compute: impl FnOnce() -> T) -> T {
 
 /// Waits until a file is on the disk, unless within [`passing`].
 pub(crate) fn sync(file: &File) -> io::Result<()> {
+    allow(Change::Sync)?;
     match PASSING.get() {
         true => Ok(()),
         false => file.sync_all(),
@@ -58,22 +84,90 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -
         _ => Path::new("."),
     };
     let mut builder = Builder::new();
-    builder.prefix(UNDER_WAY.0).suffix(UNDER_WAY.1);
+    builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
     if let Some(permissions) = permissions() {
         builder.permissions(permissions);
     }
+    allow(Change::Create)?;
     let mut temporary = builder.tempfile_in(folder)?;
-    let mut file = BufWriter::new(temporary.as_file_mut());
-    fill(&mut file)?;
-    sync(file.into_inner().map_err(io::IntoInnerError::into_error)?)?;
+    // Held while the file is written: one without a lock was left by a killed program.
+    let _ = temporary.as_file().try_lock();
+    let written = fill_temporary(temporary.as_file_mut(), fill);
+    #[cfg(test)]
+    faults::keep_if_stopped(&mut temporary);
+    written?;
     temporary.persist(path).map_err(|error| error.error)?;
     sync_folder(folder);
     Ok(())
 }
 
-/// Whether a file of this name was left by a program killed while it wrote.
-pub fn is_under_way(name: &str) -> bool {
-    name.starts_with(UNDER_WAY.0) && name.ends_with(UNDER_WAY.1)
+/// Everything up to the rename.
+fn fill_temporary(
+    file: &mut File,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut file = BufWriter::new(Growing(file));
+    fill(&mut file)?;
+    let Growing(file) = file.into_inner().map_err(io::IntoInnerError::into_error)?;
+    sync(file)?;
+    allow(Change::Rename)
+}
+
+/// A file that is written piece by piece.
+#[derive(Debug)]
+pub(crate) struct Growing<F>(pub(crate) F);
+
+impl<F: Write> Write for Growing<F> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        #[cfg(test)]
+        faults::tear(&mut self.0, bytes)?;
+        allow(Change::Write)?;
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
+/// Creates a file that grows. A file that is there already is an error.
+pub(crate) fn create(path: &Path) -> io::Result<Growing<File>> {
+    allow(Change::Create)?;
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true).open(path).map(Growing)
+}
+
+/// Opens a file to add to its end.
+pub(crate) fn append(path: &Path) -> io::Result<Growing<File>> {
+    OpenOptions::new().append(true).open(path).map(Growing)
+}
+
+/// Removes a file.
+pub(crate) fn remove(path: &Path) -> io::Result<()> {
+    allow(Change::Remove)?;
+    fs::remove_file(path)
+}
+
+/// Shortens a file.
+pub(crate) fn truncate(file: &File, bytes: u64) -> io::Result<()> {
+    allow(Change::Write)?;
+    file.set_len(bytes)
+}
+
+/// Whether a file of this name is temporary.
+pub(crate) fn is_temporary(name: &str) -> bool {
+    name.starts_with(TEMPORARY.0) && name.ends_with(TEMPORARY.1)
+}
+
+/// Removes a temporary file that no running program is writing.
+pub(crate) fn remove_orphan(path: &Path) -> io::Result<()> {
+    if !fs::symlink_metadata(path)?.is_file() {
+        return Ok(());
+    }
+    match File::open(path)?.try_lock() {
+        Ok(()) => remove(path),
+        Err(_) => Ok(()),
+    }
 }
 
 /// Writes `contents` to `path`, whole or not at all.

@@ -2,12 +2,16 @@
 
 use myovib_model::Energies;
 
+use crate::probe::nan_of_null;
+
 /// Work and dissipation since the start, J (in 2D per meter of depth).
 #[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 pub struct Exchanged {
     /// Work of loads, moving supports and active stresses.
+    #[serde(deserialize_with = "nan_of_null")]
     pub work: f64,
     /// Energy dissipated by damping.
+    #[serde(deserialize_with = "nan_of_null")]
     pub dissipated: f64,
 }
 

@@ -27,6 +27,12 @@ pub enum Error {
         /// The error of the operating system.
         source: io::Error,
     },
+    /// Another process has the lock of the folder.
+    #[error(
+        "another process writes to `{}`\n    next: wait for it, or give another folder",
+        plain(&.0.display().to_string())
+    )]
+    Busy(PathBuf),
     /// An error of the model or the integrator.
     #[error(transparent)]
     Model(#[from] ModelError),
@@ -59,9 +65,13 @@ impl Error {
         let mut causes = std::iter::successors(std::error::Error::source(&self), |e| e.source());
         let lacks_memory = causes.any(|e| e.downcast_ref::<SparseError>().is_some_and(memory));
         match self {
-            Self::Input(_) | Self::Model(ModelError::Factorization(SparseError::Memory { .. })) => {
-                self
-            }
+            Self::Input(_)
+            | Self::Busy(_)
+            | Self::Model(
+                ModelError::NoEquilibrium { .. }
+                | ModelError::Factorization(SparseError::Memory { .. }),
+            ) => self,
+            Self::File { ref source, .. } if is_out_of_space(source) => self,
             _ if lacks_memory => self,
             other => {
                 let message = other.to_string();
@@ -72,6 +82,12 @@ impl Error {
             }
         }
     }
+}
+
+/// Whether the file system has no room for a file: the input is not wrong.
+fn is_out_of_space(error: &io::Error) -> bool {
+    use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+    [FileTooLarge, QuotaExceeded, StorageFull].contains(&error.kind())
 }
 
 /// An error in the user's input.

@@ -71,7 +71,7 @@ pub(crate) fn content(path: &Path) -> io::Result<Vec<u8>> {
     match fs::metadata(path)? {
         there if there.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
         there if there.is_file() => fs::read(path),
-        _ => Err(io::Error::other("it is no regular file")),
+        _ => Err(io::Error::other("it is not a regular file")),
     }
 }
 

@@ -32,6 +32,7 @@ pub mod mesh_file;
 pub mod modes;
 pub mod parallel;
 pub mod probe;
+pub mod result_folder;
 pub mod run;
 mod scene;
 pub mod scene_file;

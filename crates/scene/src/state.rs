@@ -25,6 +25,9 @@ pub(crate) struct State {
     /// The part of the loads that it is the equilibrium of; none of a motion.
     #[serde(default)]
     pub(crate) load_reached: Option<f64>,
+    /// The end of the run, s, if the run stopped before it.
+    #[serde(default)]
+    pub(crate) stopped_before: Option<f64>,
 }
 
 impl State {
@@ -49,6 +52,7 @@ impl State {
             tensions,
             internal_stresses,
             load_reached: None,
+            stopped_before: None,
         }
     }
 
@@ -62,6 +66,7 @@ impl State {
             tensions: Vec::new(),
             internal_stresses: Vec::new(),
             load_reached: None,
+            stopped_before: None,
         }
     }
 
@@ -103,6 +108,12 @@ impl State {
     /// What a motion of `muscle` that starts from it does not take from it as it is.
     pub(crate) fn notes(&self, muscle: &Muscle) -> Vec<String> {
         let mut notes = Vec::new();
+        if let Some(end) = self.stopped_before {
+            notes.push(format!(
+                "start.folder: that run stopped at t = {} s, before its end at {end} s; this motion starts from there",
+                self.t
+            ));
+        }
         if let Some(part) = self.load_reached.filter(|part| *part < 1.0) {
             notes.push(format!(
                 "start.folder: the body starts in equilibrium with {:.1} % of the loads of that run, which were not reached; \

@@ -18,7 +18,6 @@ pub use cloud::Cloud;
 use data::{floats, integers};
 pub use grid::Grid;
 use listing::Listing;
-pub use listing::is_of_a_series;
 
 /// Returns the VTK type of the elements, whose nodes have the same order as here.
 fn cell_type(space: &Space) -> usize {
@@ -113,6 +112,11 @@ impl Series {
     /// Returns the times of the files written so far, s.
     pub fn times(&self) -> impl Iterator<Item = f64> + '_ {
         self.listing.times()
+    }
+
+    /// Names of the files that the next [`write`](Self::write) writes.
+    pub(crate) fn next_files(&self) -> Vec<String> {
+        self.listing.next_files()
     }
 
     /// Returns whether a stress is among the fields.

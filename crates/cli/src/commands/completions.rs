@@ -1,11 +1,10 @@
 //! `myovib completions`: what makes a shell complete commands and options.
 
-use std::io::{self, Write};
-
 use clap::Args;
 use clap_complete::Shell;
 
 use crate::exit::Exit;
+use crate::output;
 
 /// Options of `myovib completions`.
 #[derive(Debug, Args)]
@@ -23,6 +22,6 @@ pub struct CompletionsArgs {
 pub fn run(args: &CompletionsArgs, mut program: clap::Command) -> anyhow::Result<Exit> {
     let mut text = Vec::new();
     clap_complete::generate(args.shell, &mut program, "myovib", &mut text);
-    io::stdout().write_all(&text)?;
+    output::print(&text)?;
     Ok(Exit::Done)
 }

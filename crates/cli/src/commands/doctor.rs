@@ -14,7 +14,7 @@ use sundials_wrap::Versions;
 /// Options of `myovib doctor`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  myovib doctor\n  myovib doctor --json doctor.json\n\n\
+    after_help = "Examples:\n  myovib doctor\n  myovib doctor --json=doctor.json\n\n\
                         Exit code 1 when something is missing."
 )]
 pub struct DoctorArgs {

@@ -61,7 +61,7 @@ pub struct FitArgs {
 
     /// Number of starting points. The first is the scene's; the others are drawn at random within the bounds (or between
     /// 0.5× and 2× the start). The best fit is kept.
-    #[arg(long, value_name = "N", default_value = "1", value_parser = values::one_or_more)]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = values::up_to::<10_000>)]
     pub starts: NonZeroUsize,
 
     /// Seed of the random starting points.

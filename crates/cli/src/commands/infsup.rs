@@ -12,10 +12,10 @@ use serde::Serialize;
 use super::table1::{ReportJson, report_json};
 use crate::args::CommonArgs;
 use crate::exit::Exit;
+use crate::output;
 use crate::values;
 use myovib_report::plot::{Axis, Figure, LinePlot, Series};
 use myovib_report::table::{Align, Table, coloured_stdout};
-use myovib_scene::atomic_file;
 use myovib_scene::mesh_file;
 use myovib_scene::{InputError, Scene, builtin_text};
 
@@ -73,7 +73,7 @@ pub fn run(args: &InfsupArgs) -> anyhow::Result<Exit> {
         .with_context(|| format!("the mesh `{}`", subject.name))?;
     if let Some(path) = &args.plot {
         let drawing = figure(&families).render();
-        atomic_file::save(path, drawing)?;
+        output::save(path, drawing)?;
     }
     let elements = subject.mesh.shape().plural;
     let document = Document {
@@ -157,7 +157,10 @@ fn measure(pair: Pair, subject: &Subject, args: &InfsupArgs) -> anyhow::Result<F
     let tell = |level: usize, mesh: &Mesh| {
         if !args.common.quiet {
             let (n, plural) = (mesh.n_elements(), mesh.shape().plural);
-            eprintln!("{pair}, level {level} of {}: {n} {plural}", args.levels);
+            output::line(&format!(
+                "{pair}, level {level} of {}: {n} {plural}",
+                args.levels
+            ));
         }
     };
     let n_levels = usize::from(args.levels);

@@ -8,6 +8,7 @@ use anyhow::Context;
 use clap::Args;
 
 use crate::exit::Exit;
+use crate::output;
 use myovib_scene::{InputError, builtin_text};
 
 /// The scene that is written; it works as it is.
@@ -30,7 +31,7 @@ pub struct InitArgs {
 /// When the file exists or cannot be written.
 pub fn run(args: &InitArgs) -> anyhow::Result<Exit> {
     if args.file.as_os_str() == "-" {
-        io::stdout().write_all(scene().as_bytes())?;
+        output::print(scene())?;
         return Ok(Exit::Done);
     }
     let name = args.file.display();
@@ -49,10 +50,9 @@ pub fn run(args: &InitArgs) -> anyhow::Result<Exit> {
         })?;
     file.write_all(scene().as_bytes())
         .with_context(|| format!("cannot write {name}"))?;
-    writeln!(
-        io::stdout(),
-        "{name} written. Next:\n  myovib check {name}\n  myovib run {name} --out out"
-    )?;
+    output::print(format!(
+        "{name} written. Next:\n  myovib check {name}\n  myovib run {name} --out out\n"
+    ))?;
     Ok(Exit::Done)
 }
 

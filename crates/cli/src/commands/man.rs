@@ -1,10 +1,9 @@
 //! `myovib man`: manual pages in roff.
 
-use std::io::{self, Write};
-
 use clap::Args;
 
 use crate::exit::Exit;
+use crate::output;
 use myovib_scene::InputError;
 
 /// Options of `myovib man`.
@@ -34,6 +33,6 @@ pub fn run(args: &ManArgs, program: clap::Command) -> anyhow::Result<Exit> {
     };
     let mut text = Vec::new();
     clap_mangen::Man::new(command).render(&mut text)?;
-    io::stdout().write_all(&text)?;
+    output::print(&text)?;
     Ok(Exit::Done)
 }

@@ -9,11 +9,12 @@ use myovib_model::{Formulation, Muscle, Signal, paper, statics};
 use myovib_report::modes;
 use myovib_scene::modes::{BodyModes, DEFAULT_COUNT, Modes};
 use myovib_scene::watch::Watcher;
-use myovib_scene::{Error, InputError, Scene, atomic_file, mesh_file, plain};
+use myovib_scene::{Error, InputError, Scene, mesh_file};
 use serde::Serialize;
 
 use crate::args::CommonArgs;
 use crate::exit::Exit;
+use crate::output;
 use crate::progress::Progress;
 use crate::values;
 
@@ -74,12 +75,11 @@ pub struct ModesArgs {
 /// # Errors
 /// Wrong options, mesh or scene, no equilibrium, or an output that cannot be written.
 pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
-    args.common.grant_resources()?;
     let findings = match &args.scene {
         Some(scene) => {
             let loaded = Scene::load(scene, &args.set)?;
             for note in loaded.notes() {
-                eprintln!("note: {}", plain(&note));
+                output::note(&note);
             }
             let name = scene.display().to_string();
             let progress = Progress::new(args.common.quiet);
@@ -96,10 +96,10 @@ pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
         findings.modes.muscles.last(),
         findings.muscles.last(),
     ) {
-        atomic_file::save(path, modes::figure(muscle, body).render())?;
+        output::save(path, modes::figure(muscle, body).render())?;
     }
     for note in findings.modes.muscles.iter().flat_map(|body| &body.notes) {
-        eprintln!("note: {}", plain(note));
+        output::note(note);
     }
     let text = modes::text(&findings.modes);
     args.common.give("modes", &text, &findings)?;

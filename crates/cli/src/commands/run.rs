@@ -16,6 +16,7 @@ use serde_json::{Map, Value};
 use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::interrupt;
+use crate::output;
 use crate::progress::Progress;
 use crate::ranks;
 use crate::values;
@@ -72,14 +73,13 @@ pub struct RunArgs {
 /// # Errors
 /// A wrong scene (before anything is written), or an output that cannot be written.
 pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
-    args.common.grant_resources()?;
     let mut scene = Scene::load(&args.scene, &args.set)?;
     Known::all(&scene)?;
     for note in scene.notes() {
-        eprintln!("note: {}", plain(&note));
+        output::note(&note);
     }
     for finding in warnings(&scene) {
-        eprintln!("warning: {}", plain(&finding.to_string()));
+        output::warn(&finding.to_string());
     }
     if scene.file.analysis == Analysis::Modes {
         interrupt::at_once();
@@ -98,7 +98,7 @@ pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     )?;
     drop(progress);
     for note in &result.notes {
-        eprintln!("note: {}", plain(note));
+        output::note(note);
     }
     page::write(&args.out, &scene, &result)?;
     let text = match &result.modes {

@@ -1,10 +1,9 @@
 //! `myovib schema`: the JSON Schema of scenes.
 
-use std::io::{self, Write};
-
 use clap::Args;
 
 use crate::exit::Exit;
+use crate::output;
 use myovib_scene::scene_file;
 
 /// Options of `myovib schema`.
@@ -30,6 +29,6 @@ pub fn run(args: &SchemaArgs) -> anyhow::Result<Exit> {
     } else {
         serde_json::to_string_pretty(&scene_file::schema())? + "\n"
     };
-    io::stdout().write_all(text.as_bytes())?;
+    output::print(text)?;
     Ok(Exit::Done)
 }

@@ -6,9 +6,10 @@ use clap::Args;
 use myovib_report::plot::{Axis, Figure, LinePlot, Panel, Series};
 use myovib_report::table::{Align, Table, coloured_stdout};
 use myovib_report::{picture, stiffness_map};
+use myovib_scene::result_folder::{Existing, FolderRequest, ResultFolder};
 use myovib_scene::sensitivity::{Curves, Parametrised, Precision, StiffnessMap, compute};
 use myovib_scene::watch::Watcher;
-use myovib_scene::{Scene, atomic_file, json};
+use myovib_scene::{Error, Scene, json};
 use serde_json::Value;
 
 use crate::args::CommonArgs;
@@ -16,6 +17,10 @@ use crate::exit::Exit;
 use crate::interrupt;
 use crate::progress::Progress;
 use crate::values;
+
+/// The name of the command and of its files.
+const NAME: &str = "sensitivity";
+const DOCUMENT: &str = "sensitivity.json";
 
 /// Options of `myovib sensitivity`.
 #[derive(Debug, Args)]
@@ -44,9 +49,13 @@ pub struct SensitivityArgs {
     #[arg(long, conflicts_with = "map")]
     pub in_error_test: bool,
 
-    /// Folder for the results.
+    /// Folder for the results; it is made, and must not hold results already.
     #[arg(long, value_name = "DIR", default_value = "sensitivity", value_parser = values::output_folder)]
     pub out: PathBuf,
+
+    /// Replace the results that the folder holds.
+    #[arg(long)]
+    pub overwrite: bool,
 
     /// Options of every command.
     #[command(flatten)]
@@ -58,26 +67,30 @@ pub struct SensitivityArgs {
 /// # Errors
 /// A wrong scene (before anything is written), a run that stops, an output that cannot be written.
 pub fn run(args: &SensitivityArgs) -> anyhow::Result<Exit> {
-    args.common.grant_resources()?;
     let progress = Progress::new(args.common.quiet);
     let watcher = Watcher {
         interrupt: Some(interrupt::flag()),
         progress: &progress,
     };
+    let existing = Existing::of(false, args.overwrite);
     let (schema, table, (files, document)) = if args.map {
         let scene = Scene::load(&args.scene, &args.set)?;
+        let request = request_of_map(&args.out, existing, &scene)?;
+        request.check()?;
         let map = StiffnessMap::of(&scene, watcher)?;
-        let written = stiffness_map::write(&args.out, &map)?;
+        let written = stiffness_map::write(&request.open()?, &map)?;
         (stiffness_map::SCHEMA, stiffness_map::text(&map), written)
     } else {
         let scene = Parametrised::load(&args.scene, &args.set)?;
+        let request = request(&args.out, existing, &scene.scene)?;
+        request.check()?;
         let precision = match args.in_error_test {
             true => Precision::Tested,
             false => Precision::OfMotion,
         };
         let curves = compute(&scene, precision, watcher)?;
-        let written = write(&args.out, &curves)?;
-        ("sensitivity", table(&curves), written)
+        let written = write(&request.open()?, &curves)?;
+        (NAME, table(&curves), written)
     };
     drop(progress);
     let text = format!("{table}{}\n", files.join(", "));
@@ -85,18 +98,44 @@ pub fn run(args: &SensitivityArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// Writes `sensitivity.csv`, its figure and `sensitivity.json`; gives the names of the first two and
+/// The command's request for its folder.
+///
+/// # Errors
+/// A scene that JSON does not have.
+pub fn request<'a>(
+    out: &'a Path,
+    existing: Existing,
+    scene: &'a Scene,
+) -> Result<FolderRequest<'a>, Error> {
+    let mut files = picture::names(NAME, false);
+    files.push(DOCUMENT.to_owned());
+    FolderRequest::of_scene(out, NAME, existing, scene, files)
+}
+
+/// The same for a stiffness map.
+///
+/// # Errors
+/// A scene that JSON does not have.
+pub fn request_of_map<'a>(
+    out: &'a Path,
+    existing: Existing,
+    scene: &'a Scene,
+) -> Result<FolderRequest<'a>, Error> {
+    let files = stiffness_map::FILES.map(str::to_owned).to_vec();
+    FolderRequest::of_scene(out, NAME, existing, scene, files)
+}
+
+/// Writes `sensitivity.csv`, its figure and `sensitivity.json`; returns the paths of the first two and
 /// the body of the last.
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn write(out: &Path, curves: &Curves) -> anyhow::Result<(Vec<String>, Value)> {
+pub fn write(folder: &ResultFolder, curves: &Curves) -> anyhow::Result<(Vec<String>, Value)> {
     let (columns, rows) = (curves.columns(), curves.rows());
     let table = (&columns[..], &rows[..]);
-    let files = picture::write(out, "sensitivity", &figure(curves), table, false)?;
+    let files = picture::write(folder, NAME, &figure(curves), table, false)?;
     let document = curves.document();
-    let text = json::document("sensitivity", &document)?;
-    atomic_file::save(&out.join("sensitivity.json"), text)?;
+    folder.write(DOCUMENT, json::document(NAME, &document)?)?;
     Ok((files, document))
 }
 

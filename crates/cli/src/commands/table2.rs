@@ -8,13 +8,15 @@ use anyhow::Context;
 use clap::Args;
 use myovib_model::IntegratorKind;
 use myovib_report::table2::{self, ROWS, Row, RowRun, Verdict};
+use myovib_scene::result_folder::FolderRequest;
 use myovib_scene::run::{Existing, RunOptions, compute};
-use myovib_scene::{InputError, Scene, atomic_file, parallel};
+use myovib_scene::{InputError, Scene, parallel};
 use serde_json::json;
 
 use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::interrupt;
+use crate::output;
 use crate::overrides::{self, change};
 use crate::progress::Progress;
 use crate::values;
@@ -25,7 +27,7 @@ use crate::values;
     allow_negative_numbers = true,
     after_help = "Examples:\n  \
     myovib table2\n  \
-    myovib table2 --rows 1,2m,3m,31 --json t2.json\n  \
+    myovib table2 --rows 1,2m,3m,31 --json=t2.json\n  \
     myovib table2 --rows 4 --max-order 2\n  \
     myovib table2 --integrator radau9 --rtol 1e-6\n  \
     myovib table2 --rows 1 --probe origin --every 0.01 --csv origin.csv\n\n\
@@ -242,6 +244,8 @@ pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
     };
     let temporary = tempfile::tempdir().context("cannot make a folder for the runs")?;
     let folder = args.out.as_deref().unwrap_or(temporary.path());
+    let folders = rows.iter().map(|row| row.scene()).collect();
+    let _open = FolderRequest::to_add(folder, "table2", folders).open()?;
     let runs = compute_all(args, &rows, &scenes, folder)?;
 
     let is_modified = !set.is_empty();
@@ -254,7 +258,7 @@ pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
             }
             None => table2::csv(&runs),
         };
-        atomic_file::save(path, text)?;
+        output::save(path, text)?;
     }
     let mesh = args.mesh.as_ref();
     let mesh = mesh.map_or("muscle.msh (built in)".to_owned(), |m| {

@@ -77,6 +77,14 @@ fn drive<P>(
                 integrator: &mut *integrator,
             };
             if let ControlFlow::Break(outcome) = observer.accepted(&mut step)? {
+                // A limit that is met with the last step cuts nothing off.
+                let is_limit = matches!(
+                    outcome.reason(),
+                    Some(StopReason::Interrupted | StopReason::WorkCap)
+                );
+                if is_limit && advance == Advance::Finished {
+                    continue;
+                }
                 return Ok((step.to, outcome));
             }
         }

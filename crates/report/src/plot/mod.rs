@@ -34,3 +34,4 @@ pub use heat_map::HeatMap;
 pub use line_plot::{LinePlot, Series};
 pub use mesh_plot::{EdgeGroup, Field, MeshPlot, Region};
 pub use surface_plot::SurfacePlot;
+pub use svg::is_own_svg;

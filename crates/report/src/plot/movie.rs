@@ -3,13 +3,22 @@
 use std::io::Write;
 
 use anyhow::{Context, ensure};
-use gif::{Encoder, Frame, Repeat};
+use gif::{Encoder, Extension, Frame, Repeat};
 
 use super::figure::Figure;
 use super::raster;
 
 /// Quality of the reduction to 256 colours where a frame has more: 1 is best, 30 fastest.
 const SPEED: i32 = 10;
+
+/// The comment by which the program recognizes its own files.
+const COMMENT: &[u8] = b"Made by myovib";
+
+/// Whether a file begins as those of this program do.
+pub fn is_own_gif(start: &[u8]) -> bool {
+    let mut parts = start.windows(COMMENT.len()).take(100);
+    start.starts_with(b"GIF89a") && parts.any(|part| part == COMMENT)
+}
 
 /// Writes figures of equal size as an endless animation, `width` pixels wide, each shown for
 /// `hundredths` of a second.
@@ -30,6 +39,7 @@ pub fn write<W: Write>(
         .context("a movie needs at least one frame")??;
     let first = frame(&first, width, hundredths)?;
     let mut encoder = Encoder::new(sink, first.width, first.height, &[])?;
+    encoder.write_raw_extension(Extension::Comment.into(), &[COMMENT])?;
     encoder.set_repeat(Repeat::Infinite)?;
     encoder.write_frame(&first)?;
     for figure in figures {

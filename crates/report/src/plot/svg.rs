@@ -6,6 +6,19 @@ use super::colour::Colour;
 use super::place::{Point, Rect};
 use super::{font, text};
 
+/// The beginning of a page.
+const START: &str = r#"<svg xmlns="http://www.w3.org/2000/svg" width=""#;
+
+/// Whether a document begins as those of this program do.
+pub fn is_own_svg(text: &str) -> bool {
+    let family = format!(r#" font-family="{}" role="img">"#, font::FAMILY);
+    let mut lines = text.lines();
+    let head = lines
+        .next()
+        .is_some_and(|line| line.starts_with(START) && line.ends_with(&family));
+    head && lines.next().is_some_and(|line| line.starts_with("<title>"))
+}
+
 /// How a line is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stroke {
@@ -142,7 +155,7 @@ impl Svg {
             ..
         } = self;
         format!(
-            r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width:.2}pt" height="{height:.2}pt" viewBox="0 0 {width:.2} {height:.2}" font-family="{}" role="img">
+            r#"{START}{width:.2}pt" height="{height:.2}pt" viewBox="0 0 {width:.2} {height:.2}" font-family="{}" role="img">
 <title>{}</title>
 {body}</svg>
 "#,

@@ -1,7 +1,7 @@
 //! Energy balance of a run.
 
 use myovib_model::{Energies, Integrator, ModelError};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::energy::Exchanged;
 use crate::run::system::{System, muscle_of};
@@ -14,12 +14,55 @@ use crate::run::system::{System, muscle_of};
 pub(crate) struct EnergyBalance {
     t: f64,
     /// Kinetic and elastic energy at the start, J.
+    #[serde(deserialize_with = "nan_of_null")]
     initial: f64,
+    #[serde(with = "with_nan")]
     last: Option<Energies>,
     exchanged: Exchanged,
     /// Workspace for y and ẏ.
     #[serde(skip)]
     state: [Vec<f64>; 2],
+}
+
+/// JSON has `null` for numbers that are not finite, which energies of a torn body may be.
+pub(crate) fn nan_of_null<'de, D: Deserializer<'de>>(json: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(json)?.unwrap_or(f64::NAN))
+}
+
+/// The same for [`Energies`], as a list.
+mod with_nan {
+    use super::{Deserialize, Deserializer, Energies, Serialize, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(
+        energies: &Option<Energies>,
+        json: S,
+    ) -> Result<S::Ok, S::Error> {
+        let list = energies.map(|e| {
+            let stored = [e.kinetic, e.elastic];
+            (stored, [e.load, e.support, e.active, e.dissipation])
+        });
+        list.serialize(json)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        json: D,
+    ) -> Result<Option<Energies>, D::Error> {
+        type List = ([Option<f64>; 2], [Option<f64>; 4]);
+        let list = Option::<List>::deserialize(json)?;
+        Ok(list.map(|(stored, powers)| {
+            let [kinetic, elastic] = stored.map(|value| value.unwrap_or(f64::NAN));
+            let [load, support, active, dissipation] =
+                powers.map(|value| value.unwrap_or(f64::NAN));
+            Energies {
+                kinetic,
+                elastic,
+                load,
+                support,
+                active,
+                dissipation,
+            }
+        }))
+    }
 }
 
 impl EnergyBalance {
@@ -81,5 +124,30 @@ impl EnergyBalance {
         let Exchanged { work, dissipated } = self.exchanged;
         let imbalance = self.exchanged.imbalance(&now) - self.initial;
         [now.kinetic, now.elastic, work, dissipated, imbalance]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Regression: a checkpoint with NaN could not be read.
+    #[test]
+    fn energies_that_are_not_finite_come_back_as_nan() {
+        let balance = EnergyBalance {
+            initial: f64::NAN,
+            last: Some(Energies {
+                kinetic: 1.5,
+                elastic: f64::INFINITY,
+                ..Energies::default()
+            }),
+            ..EnergyBalance::default()
+        };
+        let text = serde_json::to_string(&balance).unwrap();
+        let back: EnergyBalance = serde_json::from_str(&text).unwrap();
+        assert!(back.initial.is_nan());
+        let last = back.last.unwrap();
+        assert_eq!((last.kinetic, last.load), (1.5, 0.0));
+        assert!(last.elastic.is_nan());
     }
 }

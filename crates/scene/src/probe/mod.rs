@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub(crate) use balance::EnergyBalance;
+pub(crate) use balance::{EnergyBalance, nan_of_null};
 pub(crate) use kind::{Kind, Objection, Parts, Reading, Systems};
 
 /// Returns the difference of two angles, wrapped to half a turn.

@@ -4,20 +4,22 @@
 //! restore its history of past steps, so a run with BDF starts anew from the state and its
 //! derivative, at order 1.
 
-use std::fs;
+use std::path::Path;
 
-use myovib_model::{Continuation, Counts};
+use myovib_model::{Continuation, Counts, StopReason};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
-use super::folder::Folder;
+use super::folder;
 use super::indicator::Indicator;
 use super::volume::Volumes;
 use crate::csv::Written;
-use crate::probe::EnergyBalance;
+use crate::inputs::{self, sha256};
+use crate::probe::{EnergyBalance, Reading};
+use crate::result_folder::ResultFolder;
+use crate::state::State;
 use crate::vtu::NotFinite;
-use crate::{Error, InputError};
-
-const NAME: &str = "checkpoint.json";
+use crate::{Error, InputError, Scene};
 
 /// The state of a run, and what of its output was on the disk by then.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -93,33 +95,41 @@ impl Totals {
 }
 
 impl Checkpoint {
-    /// Writes it in place of the one before.
-    pub(super) fn write(&self, folder: &Folder) -> Result<(), Error> {
-        folder.write(NAME, &serde_json::to_string(self)?)
+    /// Writes it in place of the one before. A state with NaN is not written: the run could not
+    /// continue from it.
+    pub(super) fn write(&self, folder: &ResultFolder, run: &Value) -> Result<(), Error> {
+        if !self.is_finite() {
+            return Ok(());
+        }
+        let body = serde_json::to_string(self)?;
+        let head = serde_json::to_string(&Head::of(run, &body))?;
+        let head = head.trim_end_matches('}');
+        folder.write(folder::CHECKPOINT, format!("{head}{SEPARATOR}{body}}}\n"))
     }
 
-    /// Reads the checkpoint in `folder`, whose run no event has ended, and which lies before `t_end`.
-    pub(super) fn read(folder: &Folder, t_end: f64) -> Result<Self, InputError> {
-        let path = folder.path().join(NAME);
-        let text = fs::read_to_string(&path).map_err(|error| {
-            InputError::new(format!("there is no checkpoint to go on from: {error}"))
+    /// Reads the checkpoint in `folder` of the run of a scene, whose origin is `run`. All of it is
+    /// checked before any of it is used.
+    pub(super) fn read(
+        folder: &ResultFolder,
+        scene: &Scene,
+        readings: &[Box<dyn Reading>],
+        run: &Value,
+    ) -> Result<Self, InputError> {
+        let path = folder.path().join(folder::CHECKPOINT);
+        let wrong = |message: String| {
+            InputError::new(message)
                 .at(path.display())
                 .next("--overwrite computes the run from its start")
-        })?;
-        let checkpoint: Self = serde_json::from_str(&text).map_err(|error| {
-            InputError::new(format!("this is no checkpoint of this version: {error}"))
-                .at(path.display())
-                .next("--overwrite computes the run from its start")
-        })?;
-        if let Some(t) = ended(folder) {
-            return Err(InputError::new(
-                "a [[stop]] ended the run: there is nothing to go on with",
-            )
-            .at(folder.path().display())
-            .found(format!("t = {t} s"))
-            .next("--overwrite computes it again, with another bound or none"));
-        }
-        if checkpoint.t >= t_end {
+        };
+        let bytes = inputs::content(&path)
+            .map_err(|error| wrong(format!("there is no checkpoint to go on from: {error}")))?;
+        let checkpoint = Self::parse(&bytes, run)
+            .and_then(|checkpoint| match checkpoint.mismatch(readings) {
+                None => Ok(checkpoint),
+                Some(what) => Err(Damage::Other(what)),
+            })
+            .map_err(|damage| wrong(damage.to_string()))?;
+        if checkpoint.t > scene.t_end {
             let t = checkpoint.t;
             return Err(
                 InputError::new("the run is finished: there is nothing to go on with")
@@ -131,12 +141,132 @@ impl Checkpoint {
         }
         Ok(checkpoint)
     }
+
+    fn parse(bytes: &[u8], run: &Value) -> Result<Self, Damage> {
+        let text = std::str::from_utf8(bytes).map_err(|_| Damage::NoCheckpoint)?;
+        let (head, body) = text.split_once(SEPARATOR).ok_or(Damage::NoCheckpoint)?;
+        let body = body.strip_suffix("}\n").ok_or(Damage::NoCheckpoint)?;
+        let found: Head =
+            serde_json::from_str(&format!("{head}}}")).map_err(|_| Damage::NoCheckpoint)?;
+        let expected = Head::of(run, body);
+        if (&found.schema, &found.version) != (&expected.schema, &expected.version) {
+            return Err(Damage::Version(found.version));
+        }
+        if found.sha256 != expected.sha256 {
+            return Err(Damage::Checksum);
+        }
+        if found.run != expected.run {
+            return Err(Damage::Run);
+        }
+        serde_json::from_str(body).map_err(|error| Damage::Other(error.to_string()))
+    }
+
+    fn is_finite(&self) -> bool {
+        let times = [self.t, self.step, self.drift.0, self.drift.1];
+        let all = times.iter().chain(&self.y).chain(&self.y_dot);
+        all.chain(&self.field_times)
+            .all(|number| number.is_finite())
+    }
+
+    /// What in it does not fit a run with these probes.
+    fn mismatch(&self, readings: &[Box<dyn Reading>]) -> Option<String> {
+        let n_energies = readings
+            .iter()
+            .filter(|what| what.balance().is_some())
+            .count();
+        let counts = [
+            ("derivatives", self.y.len(), self.y_dot.len()),
+            ("tables", readings.len(), self.tables.len()),
+            ("energies", n_energies, self.energies.len()),
+        ];
+        let wrong = counts
+            .into_iter()
+            .find(|(_, expected, found)| expected != found);
+        if let Some((what, expected, found)) = wrong {
+            return Some(format!("it has {found} {what} instead of {expected}"));
+        }
+        let is_in_order = self.field_times.windows(2).all(|pair| pair[0] < pair[1]);
+        let is_possible = self.is_finite() && self.t >= 0.0 && self.step >= 0.0 && is_in_order;
+        (!is_possible).then(|| "it has numbers that no run has".to_owned())
+    }
 }
 
-/// When an event ended the run in the folder, s, if one did.
-fn ended(folder: &Folder) -> Option<f64> {
-    let text = fs::read_to_string(folder.path().join("run.json")).ok()?;
-    let document: serde_json::Value = serde_json::from_str(&text).ok()?;
-    let ended = document["reason"] == "event";
-    ended.then(|| document["t_reached"].as_f64().unwrap_or_default())
+/// Between the head and the state.
+const SEPARATOR: &str = ",\"checkpoint\":";
+
+const SCHEMA: &str = "myovib/checkpoint/1";
+
+/// What a checkpoint file begins with.
+#[derive(Serialize, Deserialize)]
+struct Head {
+    schema: String,
+    version: String,
+    /// Hash of the scene, without its end, and of the files it reads.
+    run: String,
+    /// Hash of the state.
+    sha256: String,
+}
+
+impl Head {
+    fn of(run: &Value, body: &str) -> Self {
+        let run = folder::without_end(run).to_string();
+        Self {
+            schema: SCHEMA.to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            run: sha256(run.as_bytes()),
+            sha256: sha256(body.as_bytes()),
+        }
+    }
+}
+
+/// Why a file is not used as a checkpoint.
+#[derive(Debug, PartialEq, thiserror::Error)]
+enum Damage {
+    #[error("the file is not a checkpoint")]
+    NoCheckpoint,
+    #[error("the checkpoint was written by version {0} of the program")]
+    Version(String),
+    #[error("the checkpoint was changed after it was written: its checksum differs")]
+    Checksum,
+    #[error("the checkpoint is of another scene, method or setting")]
+    Run,
+    #[error("the checkpoint cannot be used: {0}")]
+    Other(String),
+}
+
+/// Whether the folder holds all that a run to `t_end` with these options leaves.
+pub(super) fn is_complete(folder: &Path, scene: &Scene, verify: bool) -> bool {
+    let read = |name: &str| {
+        let bytes = inputs::content(&folder.join(name)).ok()?;
+        serde_json::from_slice::<Value>(&bytes).ok()
+    };
+    let Some(document) = read(folder::DOCUMENT) else {
+        return false;
+    };
+    let is_finished = document["outcome"] == "finished"
+        && document["t_reached"]
+            .as_f64()
+            .is_some_and(|t| t >= scene.t_end);
+    let is_verified = !verify || !document["error_estimate"].is_null();
+    let has_state = scene.body.is_none() || read(State::NAME).is_some();
+    let has_page = folder.join(folder::PAGE).is_file();
+    let ended = is_finished && is_verified || document["reason"] == StopReason::Event.name();
+    ended && has_state && has_page
+}
+
+/// Refuses to continue a run that has ended and left all that it leaves.
+pub(super) fn expect_incomplete(
+    folder: &Path,
+    scene: &Scene,
+    verify: bool,
+) -> Result<(), InputError> {
+    if !is_complete(folder, scene, verify) {
+        return Ok(());
+    }
+    Err(
+        InputError::new("the run is finished: there is nothing to go on with")
+            .at(folder.display())
+            .next("a later end goes on with it: --resume --set time.end=…")
+            .next("--overwrite computes it again"),
+    )
 }

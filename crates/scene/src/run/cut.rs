@@ -4,6 +4,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
+use crate::atomic_file::truncate;
 use crate::csv::Written;
 use crate::{Error, InputError};
 
@@ -52,7 +53,7 @@ pub(super) fn cut(path: &Path, written: &Written) -> Result<(File, Option<String
             path.display()
         )
     });
-    file.set_len(written.bytes).map_err(fail)?;
+    truncate(&file, written.bytes).map_err(fail)?;
     file.seek(SeekFrom::End(0)).map_err(fail)?;
     Ok((file, note))
 }

@@ -6,11 +6,12 @@ use myovib_sparse::resources;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::folder::Folder;
+use super::folder;
 use super::outputs::Outputs;
 use super::system::System;
 use crate::Error;
 use crate::json;
+use crate::result_folder::ResultFolder;
 use crate::scene_file::integrator::MaxOrder;
 use crate::statistics::{CountsJson, MethodJson, StatisticsJson};
 use crate::{Body, Scene};
@@ -205,6 +206,6 @@ pub(super) fn mesh(muscle: &Muscle) -> Value {
 }
 
 /// Writes `run.json`.
-pub(super) fn write(folder: &Folder, document: &Value) -> Result<(), Error> {
-    folder.write("run.json", &json::document("run", document)?)
+pub(super) fn write(folder: &ResultFolder, document: &Value) -> Result<(), Error> {
+    folder.write(folder::DOCUMENT, json::document("run", document)?)
 }

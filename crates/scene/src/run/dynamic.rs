@@ -4,15 +4,16 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use myovib_model::{
-    Integrator, Limits, ModelError, Observer, Outcome, SampleTimes, Step, StopReason, run,
+    Counts, Integrator, Limits, ModelError, Observer, Outcome, SampleTimes, Statistics, Step,
+    StopReason, run,
 };
 
-use super::checkpoint::{Checkpoint, OutputWork, Totals};
+use super::checkpoint::{Checkpoint, OutputWork, Totals, expect_incomplete};
 use super::document::{self, Timing};
-use super::folder::{Folder, Record};
+use super::folder::{AT_THE_END, expect_same_run, request};
 use super::indicator::Indicator;
 use super::oscillations::Oscillations;
-use super::outputs::Outputs;
+use super::outputs::{CHECKPOINT_AFTER, Outputs};
 use super::recorder::Recorder;
 use super::start::{Driver, start};
 use super::stop::Condition;
@@ -20,6 +21,7 @@ use super::system::System;
 use super::volume::Volumes;
 use super::{Existing, RunOptions, RunResult};
 use crate::probe::Reading;
+use crate::result_folder::{FolderRequest, ResultFolder};
 use crate::scene::Scene;
 use crate::statistics::DRIFT_SAMPLES;
 use crate::vtu::{Grid, Series};
@@ -31,7 +33,7 @@ use serde_json::Value;
 const CHECKPOINTS: f64 = 10.0;
 
 /// What tells how far off the probes of a run that is finished are.
-pub(super) type Verify = fn(&Scene, &RunOptions<'_>) -> Result<Value, Error>;
+pub(super) type Verify = fn(&Scene, &RunOptions<'_>) -> Result<Option<Value>, Error>;
 
 /// Computes the motion of a scene, and `verify`s it in the end where that is wanted.
 pub(super) fn compute(
@@ -43,15 +45,22 @@ pub(super) fn compute(
     // What could be wrong with the outputs is seen before the folder is touched.
     let readings = scene.readings()?;
     let conditions = conditions(scene)?;
-    let record = Record::of(scene)?;
-    Folder::expect_free(options, &record)?;
+    let request = request(scene, options)?;
+    request.check()?;
     // A run that goes on has its folder already; a new one is started before its folder is made.
     let folder = match options.existing {
-        Existing::Resume => Some(Folder::open(options, &record)?),
+        Existing::Resume => {
+            expect_same_run(&request)?;
+            expect_incomplete(&options.out, scene, options.verify)?;
+            Some(request.clone().open()?)
+        }
         _ => None,
     };
     let checkpoint = match &folder {
-        Some(folder) => Some(Checkpoint::read(folder, scene.t_end)?),
+        Some(folder) => {
+            let origin = &request.origin;
+            Some(Checkpoint::read(folder, scene, &readings, origin)?)
+        }
         None => None,
     };
     let from = checkpoint.as_ref();
@@ -59,7 +68,7 @@ pub(super) fn compute(
         scene,
         options,
         verify,
-        record,
+        request,
         folder,
         checkpoint: from,
         readings,
@@ -74,8 +83,8 @@ struct Motion<'a> {
     scene: &'a Scene,
     options: &'a RunOptions<'a>,
     verify: Option<Verify>,
-    record: Record,
-    folder: Option<Folder>,
+    request: FolderRequest<'a>,
+    folder: Option<ResultFolder>,
     checkpoint: Option<&'a Checkpoint>,
     readings: Vec<Box<dyn Reading>>,
     conditions: Vec<Condition>,
@@ -97,18 +106,28 @@ impl Driver for Motion<'_> {
             restored.map_err(|error| Error::before_any_output(error.into()))?;
         }
         // Everything that could be wrong has been seen: from here on files are written.
+        let origin = self.request.origin.clone();
         let folder = match self.folder {
             Some(folder) => folder,
-            None => Folder::open(options, &self.record).map_err(Error::before_any_output)?,
+            None => self.request.open().map_err(Error::before_any_output)?,
         };
         let (recorders, mut notes) = open(scene, self.readings, &folder, checkpoint)?;
+        let fields = fields(scene, &folder, checkpoint)?;
+        if checkpoint.is_some() {
+            for name in AT_THE_END {
+                folder.remove(name)?; // they are of the earlier end
+            }
+        }
         let n = integrator.problem().n_unknowns();
         let mut outputs = Outputs {
             recorders,
-            fields: fields(scene, &folder, checkpoint)?,
+            fields,
+            origin,
             conditions: self.conditions,
             checkpoints: checkpoint_times(scene, checkpoint),
             checkpointed: None,
+            last_checkpoint: Instant::now(),
+            checkpoint_after: CHECKPOINT_AFTER,
             drift_times: times(scene.t_end / DRIFT_SAMPLES, scene.t_end, checkpoint),
             drift: checkpoint.map_or((0.0, 0.0), |c| c.drift),
             volumes: checkpoint.map_or(Volumes::default(), |c| c.volumes.clone()),
@@ -130,32 +149,67 @@ impl Driver for Motion<'_> {
         };
         let mut observers: Vec<&mut dyn Observer<P>> =
             vec![&mut outputs, &mut watch, &mut steps, &mut limits];
-        let statistics = run(&mut *integrator, &mut observers)?;
+        // A run that was killed between its last checkpoint and its end has nothing left to compute.
+        let at_the_end = checkpoint.filter(|c| c.t >= scene.t_end);
+        let statistics = match at_the_end {
+            Some(checkpoint) => ended_at(checkpoint.t, integrator.counts()),
+            None => run(&mut *integrator, &mut observers)?,
+        };
         let ended = statistics.outcome == Outcome::Finished; // and may be gone on with to a later end
         let interrupted = statistics.outcome.reason() == Some(StopReason::Interrupted);
-        if interrupted || (ended && outputs.checkpointed != Some(integrator.time())) {
+        let is_written = outputs.checkpointed == Some(integrator.time()) || at_the_end.is_some();
+        if interrupted || (ended && !is_written) {
             outputs.checkpoint(&mut *integrator)?;
         }
-        outputs.state(&mut *integrator, statistics.t_reached)?;
+        let state = at_the_end.map(|c| &c.y[..]);
+        let is_whole = ended || statistics.outcome.reason() == Some(StopReason::Event);
+        let stopped_before = (!is_whole).then_some(scene.t_end);
+        outputs.state(
+            &mut *integrator,
+            statistics.t_reached,
+            state,
+            stopped_before,
+        )?;
         let timing = Timing {
             setup: setup.as_secs_f64(),
-            integration: statistics.wall_seconds - outputs.seconds.as_secs_f64(),
+            integration: (statistics.wall_seconds - outputs.seconds.as_secs_f64()).max(0.0),
             output: outputs.seconds.as_secs_f64(),
         };
         let mut document = document::dynamic(scene, &*integrator, &statistics, &outputs, &timing)?;
         document::write(&folder, &document)?;
+        let mut outcome = statistics.outcome;
         if let Some(verify) = self.verify.filter(|_| ended) {
-            document["error_estimate"] = verify(scene, options)?;
-            document::write(&folder, &document)?;
+            match verify(scene, options)? {
+                Some(estimate) => {
+                    document["error_estimate"] = estimate;
+                    document::write(&folder, &document)?;
+                }
+                None => {
+                    let message = "--verify was interrupted and measured no error; --resume --verify measures it";
+                    notes.push(message.to_owned());
+                    outcome = Outcome::ended(StopReason::Interrupted, message.to_owned());
+                }
+            }
         }
         notes.extend(outputs.volumes.inversion().map(|seen| seen.note(true)));
         notes.extend(outputs.not_finite().map(|seen| seen.note()));
         Ok(RunResult {
             document,
-            outcome: statistics.outcome,
+            outcome,
             notes,
             modes: None,
         })
+    }
+}
+
+/// The statistics of a run that reached its end before it was continued.
+fn ended_at(t: f64, counts: Counts) -> Statistics {
+    Statistics {
+        counts,
+        t_reached: t,
+        outcome: Outcome::Finished,
+        cpu_seconds: 0.0,
+        wall_seconds: 0.0,
     }
 }
 
@@ -171,13 +225,13 @@ pub(super) fn conditions(scene: &Scene) -> Result<Vec<Condition>, InputError> {
 fn open(
     scene: &Scene,
     readings: Vec<Box<dyn Reading>>,
-    folder: &Folder,
+    folder: &ResultFolder,
     checkpoint: Option<&Checkpoint>,
 ) -> Result<(Vec<Recorder>, Vec<String>), Error> {
     let (path, t_end) = (folder.path(), scene.t_end);
     let probes = scene.file.probe.iter().zip(readings);
     let Some(checkpoint) = checkpoint else {
-        let recorders = probes.map(|(probe, what)| Recorder::new(probe, what, t_end, path));
+        let recorders = probes.map(|(probe, what)| Recorder::new(probe, what, t_end, folder));
         return Ok((recorders.collect::<Result<_, _>>()?, Vec::new()));
     };
     let (mut recorders, mut notes) = (Vec::new(), Vec::new());
@@ -195,7 +249,7 @@ fn open(
 
 fn fields(
     scene: &Scene,
-    folder: &Folder,
+    folder: &ResultFolder,
     checkpoint: Option<&Checkpoint>,
 ) -> Result<Option<(Series, Oscillations, SampleTimes)>, Error> {
     let (Some(fields), Some(body)) = (scene.file.fields.as_ref(), scene.body.as_ref()) else {

@@ -37,7 +37,8 @@ impl Sum {
         // A system starts from rest, or from where it is at rest: there the probe reads about zero.
         (self.least, self.most) = (self.least.min(value), self.most.max(value));
         let amplitude = 0.5 * (self.most - self.least);
-        if estimate > 0.0 && amplitude > 0.0 {
+        let is_finite = estimate.is_finite() && amplitude.is_finite();
+        if is_finite && estimate > 0.0 && amplitude > 0.0 {
             let [at_end, within] = integrator.errors_per_estimate(estimate / amplitude);
             self.at_ends += at_end * estimate;
             self.within = self.within.max(within * estimate);

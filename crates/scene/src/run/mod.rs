@@ -8,6 +8,8 @@ mod checkpoint;
 mod cut;
 mod document;
 mod dynamic;
+#[cfg(test)]
+mod faults;
 mod folder;
 mod indicator;
 mod modes;
@@ -30,34 +32,11 @@ use myovib_model::Outcome;
 pub use start::{initial, muscle_alone, replayed, rod_with_chains, with_chains};
 pub use trial::{Trial, TrialEnd, try_out};
 
-use folder::Folder;
-
 use crate::modes::Modes;
+pub use crate::result_folder::Existing;
 use crate::scene_file::Analysis;
 use crate::watch::{Tell, Watcher};
 use crate::{Error, InputError, Scene};
-
-/// What is done with a run that the folder holds already.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Existing {
-    /// It stays, and the new run is refused.
-    Refuse,
-    /// The new run replaces it.
-    Overwrite,
-    /// It goes on from its last checkpoint.
-    Resume,
-}
-
-impl Existing {
-    /// As the options `--resume` and `--overwrite` ask for, of which there is at most one.
-    pub fn of(resume: bool, overwrite: bool) -> Self {
-        match (resume, overwrite) {
-            (true, _) => Self::Resume,
-            (_, true) => Self::Overwrite,
-            _ => Self::Refuse,
-        }
-    }
-}
 
 /// Where a run goes, and who hears of it.
 #[derive(Clone)]
@@ -113,7 +92,6 @@ pub struct RunResult {
 /// # Errors
 /// A wrong scene (before anything is written), or an output that cannot be written.
 pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
-    Folder::expect_not_read(options, scene)?;
     match scene.file.analysis {
         Analysis::Dynamic => {
             let verify: dynamic::Verify = verify::error_estimate;

@@ -6,7 +6,7 @@ use myovib_model::{CpuClock, Outcome};
 use serde_json::json;
 
 use super::document;
-use super::folder::{Folder, MODES, Record, table_of};
+use super::folder::{MODES, request, table_of};
 use super::{RunOptions, RunResult};
 use crate::csv::CsvWriter;
 use crate::modes::{self, Modes};
@@ -19,12 +19,12 @@ pub(super) const COLUMNS: [&str; 4] = ["mode", "omega_squared", "frequency", "da
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let (started, cpu) = (Instant::now(), CpuClock::start());
     let muscle = &modes::body_of(scene)?.muscle;
-    let record = Record::of(scene)?;
-    Folder::expect_free(options, &record)?;
+    let request = request(scene, options)?;
+    request.check()?;
     let found =
         Modes::of_scene(scene, None, options.watcher()).map_err(Error::before_any_output)?;
-    let folder = Folder::open(options, &record).map_err(Error::before_any_output)?;
-    folder.write(&table_of(MODES), &table(&found))?;
+    let folder = request.open().map_err(Error::before_any_output)?;
+    folder.write(&table_of(MODES), table(&found))?;
     let mut document = json!({
         "scene": scene.file,
         "analysis": "modes",

@@ -99,6 +99,11 @@ impl Oscillations {
         self.cloud.as_ref().and_then(Cloud::missing)
     }
 
+    /// Names of the files that the next [`write`](Self::write) writes.
+    pub(super) fn next_files(&self) -> Vec<String> {
+        self.cloud.as_ref().map_or(Vec::new(), Cloud::next_files)
+    }
+
     /// What the oscillators do in state `y`, by chains.
     pub(super) fn measure<P: System>(
         &self,

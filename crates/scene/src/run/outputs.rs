@@ -8,17 +8,24 @@ use myovib_model::{
 };
 
 use super::checkpoint::{Checkpoint, OutputWork, Totals};
-use super::folder::Folder;
 use super::indicator::Indicator;
 use super::oscillations::Oscillations;
 use super::recorder::{Recorder, cannot_write};
 use super::stop::Condition;
 use super::system::{System, muscle_of, stress_needs_rates};
 use super::volume::Volumes;
+use serde_json::Value;
+
 use crate::Error;
 use crate::probe::EnergyBalance;
+use crate::result_folder::ResultFolder;
 use crate::state::State;
 use crate::vtu::{self, NotFinite, Series};
+
+/// A checkpoint is written after this wall-clock time at the latest…
+pub(super) const CHECKPOINT_AFTER: Duration = Duration::from_secs(5);
+/// …or after so many times what writing the last one took: at most 2 % of a run.
+const CHECKPOINT_COST: u32 = 50;
 
 /// All outputs of a run.
 pub(super) struct Outputs<'a> {
@@ -28,6 +35,10 @@ pub(super) struct Outputs<'a> {
     pub(super) checkpoints: SampleTimes,
     /// When the last one was written in this part of the run, s.
     pub(super) checkpointed: Option<f64>,
+    /// When the last one was written, or the run began.
+    pub(super) last_checkpoint: Instant,
+    /// The longest time between two.
+    pub(super) checkpoint_after: Duration,
     /// Samples of the constraint drift.
     pub(super) drift_times: SampleTimes,
     /// The largest drift seen, and when.
@@ -36,7 +47,9 @@ pub(super) struct Outputs<'a> {
     pub(super) volumes: Volumes,
     /// What the integrator's own estimates add up to at the probes.
     pub(super) indicator: Indicator,
-    pub(super) folder: &'a Folder,
+    pub(super) folder: &'a ResultFolder,
+    /// Scene and input files of the run.
+    pub(super) origin: Value,
     /// Statistics of the parts before a resume.
     pub(super) before: Totals,
     pub(super) work: OutputWork,
@@ -81,7 +94,7 @@ impl Outputs<'_> {
         if let Some((_, stopped)) = stopped {
             return Ok(ControlFlow::Break(stopped));
         }
-        let mut due = false;
+        let mut due = self.last_checkpoint.elapsed() >= self.checkpoint_after;
         while self.checkpoints.due(to).is_some() {
             due = true;
         }
@@ -141,6 +154,13 @@ impl Outputs<'_> {
             let (dae, range) = muscle_of(integrator.problem_mut(), &self.y)?;
             let snapshot = dae.snapshot(t, &self.y[range.clone()], &self.y_dot[range]);
             self.volumes.see(t, &snapshot);
+            for name in series
+                .next_files()
+                .into_iter()
+                .chain(oscillations.next_files())
+            {
+                self.folder.claim(&name).map_err(failed_output)?;
+            }
             self.work.stress_evaluations += series
                 .write(t, &snapshot, &oscillations.cell_fields(&measured))
                 .map_err(|error| cannot_write(&self.folder.path().join(vtu::LIST), error))?;
@@ -190,7 +210,7 @@ impl Outputs<'_> {
         &mut self,
         integrator: &mut dyn Integrator<P>,
     ) -> Result<(), ModelError> {
-        let t = integrator.time();
+        let (t, started) = (integrator.time(), Instant::now());
         integrator.dense_output(t, 0, &mut self.y)?;
         integrator.dense_output(t, 1, &mut self.y_dot)?;
         self.work.checkpoints += 1;
@@ -223,24 +243,33 @@ impl Outputs<'_> {
             indicator: self.indicator.clone(),
             work: self.work,
         };
-        checkpoint.write(self.folder).map_err(|error| match error {
-            Error::File { path, source, .. } => cannot_write(&path, source),
-            error => ModelError::Output(std::io::Error::other(error)),
-        })
+        checkpoint
+            .write(self.folder, &self.origin)
+            .map_err(failed_output)?;
+        self.last_checkpoint = Instant::now();
+        self.checkpoint_after = CHECKPOINT_AFTER.max(CHECKPOINT_COST * started.elapsed());
+        Ok(())
     }
 
-    /// Writes the motion at time `t`, with which the run ends, for another to start from.
+    /// Writes the motion at time `t`, with which the run ends, for another to start from. `known`: the
+    /// state then, if it is known already. `stopped_before`: the end that the run should have reached.
     pub(super) fn state<P: System>(
         &mut self,
         integrator: &mut dyn Integrator<P>,
         t: f64,
+        known: Option<&[f64]>,
+        stopped_before: Option<f64>,
     ) -> Result<(), Error> {
-        integrator.dense_output(t, 0, &mut self.y)?;
+        match known {
+            Some(y) => self.y.copy_from_slice(y),
+            None => integrator.dense_output(t, 0, &mut self.y)?,
+        }
         match integrator.problem_mut().muscle_at(&self.y) {
             Some((dae, range)) => {
-                let state = State::of(dae, t, &self.y[range]);
+                let mut state = State::of(dae, t, &self.y[range]);
+                state.stopped_before = stopped_before;
                 self.folder
-                    .write(State::NAME, &serde_json::to_string(&state)?)
+                    .write(State::NAME, serde_json::to_string(&state)?)
             }
             None => Ok(()),
         }
@@ -259,5 +288,13 @@ impl<P: System> Observer<P> for Outputs<'_> {
         let flow = self.observe(step);
         self.seconds += started.elapsed();
         flow
+    }
+}
+
+/// The same as an error of an observer.
+fn failed_output(error: Error) -> ModelError {
+    match error {
+        Error::File { path, source, .. } => cannot_write(&path, source),
+        error => ModelError::Output(std::io::Error::other(error)),
     }
 }

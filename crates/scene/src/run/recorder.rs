@@ -1,6 +1,6 @@
 //! A probe of the scene, and the CSV file it fills.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -9,9 +9,10 @@ use myovib_model::{ModelError, SampleTimes};
 use super::cut::cut;
 use super::folder::table_of;
 use crate::Error;
-use crate::atomic_file;
+use crate::atomic_file::{self, Growing};
 use crate::csv::{CsvWriter, Written};
 use crate::probe::Reading;
+use crate::result_folder::ResultFolder;
 use crate::scene_file::output::Probe;
 
 /// A probe with its file and its times.
@@ -19,27 +20,23 @@ pub(super) struct Recorder {
     pub(super) times: SampleTimes,
     pub(super) what: Box<dyn Reading>,
     path: PathBuf,
-    csv: CsvWriter<File>,
+    csv: CsvWriter<Growing<File>>,
 }
 
 impl Recorder {
-    /// Begins the probe's file, of which there is none.
+    /// Creates the probe's file.
     pub(super) fn new(
         probe: &Probe,
         what: Box<dyn Reading>,
         t_end: f64,
-        folder: &Path,
+        folder: &ResultFolder,
     ) -> Result<Self, Error> {
-        let path = folder.join(table_of(&probe.name));
+        let name = table_of(&probe.name);
+        let path = folder.path().join(&name);
         let names = what.columns();
         let header: Vec<&str> = names.iter().map(String::as_str).collect();
-        // What lies there was removed; what has come since, a link for one, is not followed.
-        let csv = OpenOptions::new()
-            .write(true)
-            .create_new(true)
-            .open(&path)
-            .and_then(|file| CsvWriter::new(file, &header))
-            .map_err(Error::file("write", &path))?;
+        let csv =
+            CsvWriter::new(folder.create(&name)?, &header).map_err(Error::file("write", &path))?;
         Ok(Self {
             times: SampleTimes::new(probe.every, t_end),
             what,
@@ -65,7 +62,7 @@ impl Recorder {
             times,
             what,
             path,
-            csv: CsvWriter::continued(file, n_columns, written.clone()),
+            csv: CsvWriter::continued(Growing(file), n_columns, written.clone()),
         };
         Ok((recorder, note))
     }
@@ -87,7 +84,7 @@ impl Recorder {
         // A file that was removed takes rows as long as it is open, and they are lost.
         let checked = fs::symlink_metadata(&self.path).and_then(|there| {
             match there.len() == self.written().bytes {
-                true => atomic_file::sync(self.csv.sink()),
+                true => atomic_file::sync(&self.csv.sink().0),
                 false => Err(io::Error::other("it was changed while the run went on")),
             }
         });

@@ -10,7 +10,7 @@ use myovib_model::{
 use serde_json::json;
 
 use super::document;
-use super::folder::{Folder, Record};
+use super::folder::request;
 use super::recorder::Recorder;
 use super::volume::Volumes;
 use super::{RunOptions, RunResult};
@@ -28,8 +28,8 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         return Err(InputError::new("a static scene needs a [mesh] with [solid]").into());
     };
     let readings = scene.readings()?;
-    let record = Record::of(scene)?;
-    Folder::expect_free(options, &record)?;
+    let request = request(scene, options)?;
+    request.check()?;
     let search = &mut search(options.watcher());
     let approach = statics::approach(&body.muscle, body.formulation, scene.t_end, search)?;
     let (equilibrium, outcome) = (&approach.equilibrium, outcome_of(&approach));
@@ -56,7 +56,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         .map(|what| what.values(&mut dae, t, &y, &rest));
     let values: Vec<_> = read.collect::<Result<_, _>>()?;
 
-    let folder = Folder::open(options, &record).map_err(Error::before_any_output)?;
+    let folder = request.open().map_err(Error::before_any_output)?;
     let mut results = serde_json::Map::new();
     for ((probe, what), values) in scene.file.probe.iter().zip(readings).zip(&values) {
         let named = what
@@ -67,7 +67,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
             probe.name.clone(),
             named.collect::<serde_json::Map<_, _>>().into(),
         );
-        Recorder::new(probe, what, t, folder.path())?.write(t, values)?;
+        Recorder::new(probe, what, t, &folder)?.write(t, values)?;
     }
     let mut not_finite = None;
     if let Some(fields) = &scene.file.fields {
@@ -77,6 +77,9 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
             fields.quantities.clone(),
             &[],
         );
+        for name in series.next_files() {
+            folder.claim(&name)?;
+        }
         series
             .write(t, &dae.snapshot(t, &y, &rest), &[])
             .map_err(Error::file("write", &folder.path().join(vtu::LIST)))?;
@@ -84,7 +87,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     }
     let mut state = State::of(&mut dae, t, &y);
     state.load_reached = Some(approach.reached);
-    folder.write(State::NAME, &serde_json::to_string(&state)?)?;
+    folder.write(State::NAME, serde_json::to_string(&state)?)?;
     let document = json!({
         "scene": scene.file,
         "analysis": "static",

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use myovib_model::{ErrorEstimate, LOOSER};
 use serde_json::{Map, Value, json};
@@ -13,16 +14,25 @@ use crate::csv::Table;
 use crate::{Error, Scene};
 
 /// Runs the scene again at [`LOOSER`] times its tolerances, and gives for each column of each probe
-/// its largest magnitude and the largest difference between both runs.
-pub(super) fn error_estimate(scene: &Scene, options: &RunOptions<'_>) -> Result<Value, Error> {
+/// its largest magnitude and the largest difference between both runs. `None` if it was interrupted.
+pub(super) fn error_estimate(
+    scene: &Scene,
+    options: &RunOptions<'_>,
+) -> Result<Option<Value>, Error> {
     let folder = tempfile::tempdir().map_err(Error::file("make a folder in", &options.out))?;
-    let looser = scene.with_looser_tolerances(LOOSER);
+    let mut looser = scene.with_looser_tolerances(LOOSER);
+    looser.file.fields = None; // only the tables are compared
     let again = RunOptions {
         interrupt: options.interrupt,
         progress: options.progress,
         ..RunOptions::into_folder(folder.path())
     };
-    let result = atomic_file::passing(|| dynamic::compute(&looser, &again, None))?;
+    let result = atomic_file::passing(|| dynamic::compute(&looser, &again, None));
+    let is_set = |flag: &AtomicBool| flag.load(Ordering::Relaxed);
+    if options.interrupt.is_some_and(is_set) {
+        return Ok(None);
+    }
+    let result = result?;
     let probes = scene.file.probe.iter().map(|probe| {
         let name = format!("{}.csv", probe.name);
         let tables = [&options.out, folder.path()].map(|folder| read(&folder.join(&name)));
@@ -35,13 +45,13 @@ pub(super) fn error_estimate(scene: &Scene, options: &RunOptions<'_>) -> Result<
         let columns: Map<String, Value> = columns.map(|(n, e)| (n, of_column(&e))).collect();
         Ok((probe.name.clone(), Value::Object(columns)))
     });
-    Ok(json!({
+    Ok(Some(json!({
         "rtol": looser.file.integrator.rtol,
         "outcome": result.document["outcome"],
         "t_reached": result.document["t_reached"],
         "steps": result.document["steps"],
         "probes": probes.collect::<Result<Map<String, Value>, Error>>()?,
-    }))
+    })))
 }
 
 /// Names and rows of a table.

@@ -13,17 +13,19 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread;
+use std::time::Duration;
 
-use myovib_model::StopReason;
+use myovib_model::{ModelError, StopReason};
 use serde::{Deserialize, Serialize};
 use serde_json::{Number, Value, json};
 
 use crate::csv::{self, Table};
-use crate::run::{self, Existing, RunOptions, RunResult};
+use crate::result_folder::{Existing, FolderRequest, ResultFolder, program};
+use crate::run::{self, RunOptions, RunResult};
 use crate::scene::runs_at_once;
-use crate::versions::Versions;
 use crate::watch::Tell;
-use crate::{Error, Input, InputError, Scene, atomic_file, inputs, parallel};
+use crate::{Error, Input, InputError, Scene, inputs, parallel};
 use grid::{Axis, Case, axes, case_numbers, cases};
 use refusal::{caught, expect_right, read, scene_of};
 use results::{COLUMNS, ResultColumn, columns};
@@ -89,6 +91,8 @@ pub struct SweepResult {
     pub csv: String,
     /// Why cases that were asked for, or collected, did not come to their end.
     pub stopped: Vec<String>,
+    /// Whether results of a case could not be written, as on a full disk.
+    pub failed_to_write: bool,
 }
 
 /// Runs the cases.
@@ -118,6 +122,7 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
         scene: scene.text().to_owned(),
         program: program(),
         hashes: Mutex::default(),
+        failed_to_write: AtomicBool::new(false),
     };
     if options.cases == Cases::None && all.iter().all(|case| sweep.record(case).is_none()) {
         let error = InputError::new("no case of this sweep was computed in the folder")
@@ -126,10 +131,15 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
             .next("give the scene, --vary, --set and --out with which the cases were computed");
         return Err(error.into());
     }
+    let request = request(options, &scene, &all);
+    let request = FolderRequest {
+        existing: existing(options, &request)?,
+        ..request
+    };
+    request.check()?;
     sweep.expect_right(wanted)?;
-    fs::create_dir_all(&options.out).map_err(Error::file("make", &options.out))?;
-
-    sweep.compute_all(wanted)?;
+    let folder = request.open_shared()?;
+    sweep.compute_all(wanted, &folder)?;
 
     let rows: Vec<Value> = all.iter().map(|case| sweep.row(&axes, case)).collect();
     let csv = table(&axes, &sweep.results, &rows);
@@ -143,26 +153,68 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
         ("sweep.csv", csv.clone()),
         ("sweep.json", crate::json::document("sweep", &document)?),
     ] {
-        atomic_file::save(&options.out.join(name), text)?;
+        folder.write(name, text)?;
     }
     Ok(SweepResult {
         document,
         csv,
         stopped,
+        failed_to_write: sweep.failed_to_write.into_inner(),
     })
 }
 
-/// The program that computes: its revision, and where that has local changes or none is known, its
-/// content.
-fn program() -> String {
-    let Versions { myovib, git, .. } = Versions::found();
-    let content = || {
-        let bytes = fs::read(std::env::current_exe().ok()?).ok()?;
-        Some(inputs::sha256(&bytes))
-    };
-    let is_known = git != "unknown" && !git.ends_with("-modified");
-    let content = if is_known { None } else { content() };
-    format!("{myovib} {git} {}", content.unwrap_or_default())
+/// The request of a sweep for its folder: a folder for each case, and what came of it beside.
+fn request<'a>(
+    options: &'a SweepOptions<'_>,
+    scene: &'a Scene,
+    cases: &[Case],
+) -> FolderRequest<'a> {
+    let of_cases = cases
+        .iter()
+        .flat_map(|case| [folder_of(case), record_of(case)]);
+    let tables = ["sweep.csv", "sweep.json"].map(str::to_owned);
+    FolderRequest {
+        path: &options.out,
+        command: "sweep",
+        existing: Existing::Add,
+        can_resume: false,
+        files: of_cases.chain(tables).collect(),
+        origin: json!({
+            "scene": options.scene.file_name().map(|name| name.to_string_lossy()),
+            "vary": options.vary,
+            "set": options.set,
+        }),
+        reads: &scene.paths,
+    }
+}
+
+/// What to do with what the folder holds: the same sweep continues, another one is replaced if that
+/// is wanted.
+fn existing(
+    options: &SweepOptions<'_>,
+    request: &FolderRequest<'_>,
+) -> Result<Existing, InputError> {
+    match request.earlier_origin()? {
+        Some(other) if other != request.origin && options.overwrite => Ok(Existing::Overwrite),
+        Some(other) if other != request.origin => Err(InputError::new(format!(
+            "{} holds another sweep",
+            options.out.display()
+        ))
+        .at("--out")
+        .found(other)
+        .next("give another folder, or --overwrite")),
+        _ => Ok(Existing::Add),
+    }
+}
+
+/// The name of the folder of a case.
+fn folder_of(case: &Case) -> String {
+    format!("case-{:04}", case.number + 1)
+}
+
+/// The name of the file that records what came of a case.
+fn record_of(case: &Case) -> String {
+    format!("case-{:04}.json", case.number + 1)
 }
 
 /// What all cases share.
@@ -177,6 +229,8 @@ struct Sweep<'a> {
     program: String,
     /// Hashes of files that cases read, each taken once; none of a file that cannot be read.
     hashes: Mutex<HashMap<PathBuf, Option<String>>>,
+    /// Whether results of a case could not be written.
+    failed_to_write: AtomicBool,
 }
 
 /// What came of a case, and of what: it stands as long as all of that is the same.
@@ -199,9 +253,7 @@ impl Sweep<'_> {
     }
 
     fn folder(&self, case: &Case) -> PathBuf {
-        self.options
-            .out
-            .join(format!("case-{:04}", case.number + 1))
+        self.options.out.join(folder_of(case))
     }
 
     /// Refuses cases that are to be computed and whose scene is wrong.
@@ -215,17 +267,35 @@ impl Sweep<'_> {
 
     /// Whether a case has no result yet, or another one is wanted.
     fn is_due(&self, case: &Case) -> bool {
-        self.options.overwrite || !self.record(case).is_some_and(|record| record.done)
+        self.options.overwrite || !self.is_done(case)
     }
 
-    fn compute_all(&self, cases: &[Case]) -> Result<(), Error> {
+    /// Whether a case has its result and its tables.
+    fn is_done(&self, case: &Case) -> bool {
+        let folder = self.folder(case);
+        let record = self.record(case).filter(|record| record.done);
+        record.is_some_and(|record| {
+            let result = &record.result;
+            let probes = result["scene"]["probe"].as_array().into_iter().flatten();
+            let names = probes.filter_map(|probe| probe["name"].as_str());
+            result["analysis"] == "modes"
+                || names
+                    .map(|name| folder.join(format!("{name}.csv")))
+                    .all(|table| table.is_file())
+        })
+    }
+
+    fn compute_all(&self, cases: &[Case], folder: &ResultFolder) -> Result<(), Error> {
         let done = AtomicUsize::new(0);
         let outcomes = parallel::map(cases, self.n_threads, |case| {
             if self.is_interrupted() {
                 return Ok(());
             }
             if self.is_due(case) {
-                self.compute(case)?;
+                match self.compute(case, folder) {
+                    Err(Error::Busy(_)) => self.wait_for(case, folder)?,
+                    computed => computed?,
+                }
             }
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             let progress = self.options.progress;
@@ -235,9 +305,20 @@ impl Sweep<'_> {
         outcomes.into_iter().collect()
     }
 
+    /// Waits until the process that computes a case has done so; computes it if that process fails.
+    fn wait_for(&self, case: &Case, folder: &ResultFolder) -> Result<(), Error> {
+        while !self.is_interrupted() && !self.is_done(case) {
+            match self.compute(case, folder) {
+                Err(Error::Busy(_)) => thread::sleep(Duration::from_millis(200)),
+                computed => return computed,
+            }
+        }
+        Ok(())
+    }
+
     /// The record of a case, if it is of the same scene, overrides, files and program.
     fn record(&self, case: &Case) -> Option<Record> {
-        let text = fs::read_to_string(self.folder(case).join("case.json")).ok()?;
+        let text = fs::read_to_string(self.options.out.join(record_of(case))).ok()?;
         let record: Record = serde_json::from_str(&text).ok()?;
         let same = record.program == self.program
             && record.scene == self.scene
@@ -259,7 +340,10 @@ impl Sweep<'_> {
 
     /// Computes a case and records what came of it. What fails is a result too, but one that is
     /// tried again.
-    fn compute(&self, case: &Case) -> Result<(), Error> {
+    ///
+    /// # Errors
+    /// A case that another process computes; a record that cannot be written.
+    fn compute(&self, case: &Case, folder: &ResultFolder) -> Result<(), Error> {
         let options = self.options;
         let mut inputs = Vec::new();
         let (done, result) = match caught(|| self.run(case, &mut inputs)) {
@@ -272,7 +356,13 @@ impl Sweep<'_> {
                     result.document,
                 )
             }
+            Err(error @ Error::Busy(_)) => return Err(error),
             Err(error) => {
+                let is_output = matches!(
+                    error,
+                    Error::File { .. } | Error::Model(ModelError::Output(_))
+                );
+                self.failed_to_write.fetch_or(is_output, Ordering::Relaxed);
                 let cause = std::error::Error::source(&error);
                 let cause = cause.map_or(String::new(), |cause| format!(": {cause}"));
                 let message = format!("{error}{cause}");
@@ -288,9 +378,7 @@ impl Sweep<'_> {
             done,
             result,
         };
-        let folder = self.folder(case);
-        fs::create_dir_all(&folder).map_err(Error::file("make", &folder))?;
-        atomic_file::save(&folder.join("case.json"), serde_json::to_string(&record)?)
+        folder.write(&record_of(case), serde_json::to_string(&record)?)
     }
 
     fn run(&self, case: &Case, inputs: &mut Vec<Input>) -> Result<RunResult, Error> {
@@ -322,8 +410,7 @@ impl Sweep<'_> {
         // Tables of another scene, mesh or program may lie in the folder: a result names its scene.
         let is_of_this = !result["scene"].is_null();
         // What a run tells that stopped before its end is not the case's.
-        let is_whole = ["finished", "event"].map(|how| result["outcome"] == how);
-        let is_whole = is_whole.contains(&true);
+        let is_whole = is_complete(&result);
         for column in COLUMNS {
             row.insert(column.to_owned(), result[column].clone());
         }
@@ -340,8 +427,16 @@ impl Sweep<'_> {
     }
 }
 
+/// Whether a run reached its end, or a condition of the scene that ends it.
+fn is_complete(result: &Value) -> bool {
+    result["outcome"] == "finished" || result["reason"] == StopReason::Event.name()
+}
+
 /// Why a case did not come to its end, if it was tried.
 fn stopped(row: &Value) -> Option<String> {
+    if is_complete(row) {
+        return None;
+    }
     let is_stopped = ["stopped", "failed"]
         .iter()
         .any(|how| row["outcome"] == *how);

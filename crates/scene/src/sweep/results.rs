@@ -7,12 +7,13 @@ use exmex::Express;
 
 use super::grid::Axis;
 use crate::csv::Table;
-use crate::expression::{Expression, parse};
+use crate::expression::{Expression, ExpressionError, expect_moderate, parse};
 use crate::{InputError, Scene, run};
 
 /// The results that a row of the table shows.
-pub(super) const COLUMNS: [&str; 9] = [
+pub(super) const COLUMNS: [&str; 10] = [
     "outcome",
+    "reason",
     "index",
     "steps",
     "error_test_failures",
@@ -99,6 +100,9 @@ impl ResultColumn {
         let (name, formula) = text
             .split_once('=')
             .ok_or_else(|| wrong("an expression is missing".to_owned()))?;
+        let not_an_expression =
+            |error: ExpressionError| wrong(format!("not an expression: {error}"));
+        expect_moderate(formula).map_err(not_an_expression)?;
         let mut reduced = Vec::new();
         let mut flat = String::new();
         let mut rest = formula;
@@ -129,8 +133,7 @@ impl ResultColumn {
             rest = after;
         }
         flat.push_str(rest);
-        let expression =
-            parse(&flat).map_err(|error| wrong(format!("not an expression: {error}")))?;
+        let expression = parse(&flat).map_err(not_an_expression)?;
         let variables: Vec<String> = (0..reduced.len()).map(variable).collect();
         if let Some(unknown) = expression
             .var_names()
@@ -178,7 +181,7 @@ pub(super) fn columns(
             || columns.iter().any(|other| other.name == column.name);
         if is_taken || column.name.is_empty() {
             return Err(wrong(format!(
-                "the name `{}` is taken, or none",
+                "the name `{}` is empty or already used",
                 column.name
             )));
         }

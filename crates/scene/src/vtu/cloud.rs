@@ -31,6 +31,11 @@ impl Cloud {
         self.listing.missing()
     }
 
+    /// Names of the files that the next [`write`](Self::write) writes.
+    pub(crate) fn next_files(&self) -> Vec<String> {
+        self.listing.next_files()
+    }
+
     /// Writes the displacement and further named fields of all places at time `t`.
     ///
     /// # Errors

@@ -5,8 +5,6 @@ use std::path::{Path, PathBuf};
 
 use crate::atomic_file;
 
-/// File name stems of all series.
-pub(super) const STEMS: [&str; 2] = [FIELDS, PLACES];
 /// Fields on the mesh.
 pub(super) const FIELDS: &str = "fields";
 /// Values at the places of chains.
@@ -44,6 +42,15 @@ impl Listing {
         files.into_iter().find(|file| !is_there(file))
     }
 
+    /// Names of the files that the next [`add`](Self::add) writes.
+    pub(super) fn next_files(&self) -> Vec<String> {
+        vec![name(self.stem, self.entries.len()), self.list()]
+    }
+
+    fn list(&self) -> String {
+        format!("{}.pvd", self.stem)
+    }
+
     /// Writes the file of a time, then the list of all files.
     ///
     /// # Errors
@@ -55,23 +62,13 @@ impl Listing {
         })?;
         self.entries.push((t, name));
         let text = pvd(&self.entries);
-        let path = self.folder.join(format!("{}.pvd", self.stem));
+        let path = self.folder.join(self.list());
         atomic_file::write(&path, |file| file.write_all(text.as_bytes()))
     }
 }
 
 fn name(stem: &str, i: usize) -> String {
     format!("{stem}_{i:05}.vtu")
-}
-
-/// Returns whether a file of this name belongs to a series.
-pub fn is_of_a_series(name: &str) -> bool {
-    let number = |stem: &&str| {
-        let rest = name.strip_prefix(*stem)?.strip_prefix('_')?;
-        rest.strip_suffix(".vtu")
-    };
-    let mut numbers = STEMS.iter().filter_map(number);
-    numbers.any(|number| number.len() >= 5 && number.bytes().all(|b| b.is_ascii_digit()))
 }
 
 fn pvd(entries: &[(f64, String)]) -> String {

@@ -18,6 +18,7 @@ use self::cost::Cost;
 use self::document::{Document, ModesJson, document};
 use crate::args::CommonArgs;
 use crate::exit::Exit;
+use crate::output;
 use myovib_report::table::{Align, Table, Tone, coloured_stdout, counted, exponent, kappa, paint};
 use myovib_scene::run::{initial, rehearse, try_out};
 use myovib_scene::scene_file::active::Tension;
@@ -59,10 +60,9 @@ pub struct CheckArgs {
 /// # Errors
 /// A wrong scene, or an output that cannot be written.
 pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
-    args.common.grant_resources()?;
     let scene = Scene::load(&args.scene, &args.set)?;
     for note in scene.notes() {
-        eprintln!("note: {}", myovib_scene::plain(&note));
+        output::note(&note);
     }
     let (text, document) = examine(&args.scene.display().to_string(), &scene)?;
     args.common.give("check", &text, &document)?;

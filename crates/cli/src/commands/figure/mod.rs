@@ -18,6 +18,8 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 use myovib_model::IntegratorKind;
+use myovib_report::picture;
+use myovib_scene::result_folder::FolderRequest;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -42,7 +44,7 @@ use myovib_scene::{InputError, Scene};
     myovib figure 3 --json\n  \
     myovib figure 3 --set chain[0].gain=4000 --set chain[0].half_width=0.2 --set chain[0].seed=7\n  \
     myovib figure 7 --set 'chain[0].at=[0.03, 0.01]' --png\n  \
-    myovib figure 6 --out figures --json figure6.json\n\n\
+    myovib figure 6 --out figures --json=figure6.json\n\n\
     The figure shows a run of the built-in scene `figureN`. Writes figureN.svg, and figureN.csv\n\
     with the numbers behind it.")]
 pub struct FigureArgs {
@@ -73,8 +75,8 @@ pub struct FiguresArgs {
 /// Options of one figure and of all.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Folder to write to; made if there is none.
-    #[arg(long, value_name = "DIR", default_value = "out", value_parser = values::output_folder)]
+    /// Folder for the figures; it is made if it does not exist.
+    #[arg(long, value_name = "DIR", default_value = "figures", value_parser = values::output_folder)]
     pub out: PathBuf,
 
     /// Mesh (Gmsh 4.1 ASCII) with the groups `fixed` and `load` [default: the built-in spindle].
@@ -223,6 +225,10 @@ fn draw(numbers: &[u8], set: &[String], options: &Options, command: &str) -> any
             .allowed("a finite number, 1 at least (s)")
             .into());
     }
+    let names = numbers.iter().map(|&number| product::name(number));
+    let files = names.flat_map(|name| picture::names(&name, options.png));
+    let request = FolderRequest::to_add(&options.out, "figure", files.collect());
+    request.check()?;
     let runs = Runs::compute(numbers, set, options)?;
     let products = numbers
         .iter()
@@ -236,12 +242,13 @@ fn draw(numbers: &[u8], set: &[String], options: &Options, command: &str) -> any
         })
         .collect::<anyhow::Result<Vec<_>>>()?;
 
+    let folder = request.open()?;
     let mut text = String::new();
     let mut document = Document {
         figures: Vec::new(),
     };
     for product in &products {
-        let files = product.write(&options.out, options.png)?;
+        let files = product.write(&folder, options.png)?;
         text += &product.summary(&files);
         document.figures.push(Entry {
             number: product.number,

@@ -1,12 +1,11 @@
 //! What a figure's computation leaves: picture, numbers behind it, findings.
 
-use std::path::Path;
-
 use serde_json::{Map, Value};
 
 use crate::exit::Exit;
 use myovib_report::picture;
 use myovib_report::plot::Figure;
+use myovib_scene::result_folder::ResultFolder;
 
 /// A figure, ready to be written.
 pub(super) struct Product {
@@ -25,8 +24,8 @@ pub(super) struct Product {
 
 impl Product {
     /// Writes `figureN.svg` and `figureN.csv` (`.png` if asked), and gives their paths.
-    pub(super) fn write(&self, folder: &Path, png: bool) -> anyhow::Result<Vec<String>> {
-        let name = format!("figure{}", self.number);
+    pub(super) fn write(&self, folder: &ResultFolder, png: bool) -> anyhow::Result<Vec<String>> {
+        let name = name(self.number);
         picture::write(
             folder,
             &name,
@@ -44,6 +43,11 @@ impl Product {
         }
         text + &format!("  {}\n", files.join(", "))
     }
+}
+
+/// The name of a figure's files.
+pub(super) fn name(number: u8) -> String {
+    format!("figure{number}")
 }
 
 /// A finding on a line of its own; numbers that belong together share a line.

@@ -13,11 +13,12 @@ use super::figure::{MuscleRun, complex_plane, frames, largest_radius};
 use crate::args::CommonArgs;
 use crate::chains::{EVERY, on_its_body};
 use crate::exit::Exit;
+use crate::output;
 use crate::overrides;
 use crate::progress::Progress;
 use crate::values;
 use myovib_report::plot::{Figure, movie};
-use myovib_scene::{InputError, Scene, atomic_file};
+use myovib_scene::{InputError, Scene};
 
 /// Time between frames as shown, in hundredths of a second: 25 frames per second.
 const DELAY: u16 = 4;
@@ -147,6 +148,9 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
             Subject::Muscle3d => "muscle3d.gif",
         })
     });
+    // A path that was given was looked at before; the default is here.
+    values::output_file(&path.display().to_string())
+        .map_err(|reason| InputError::new(reason).at(path.display()))?;
     let movie = match args.subject {
         Subject::Chain => chain(args, from, to)?,
         Subject::Muscle => deformation(args, to)?,
@@ -154,7 +158,7 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
         Subject::Muscle3d => muscle3d::film(args)?,
     };
     if movie.frames.is_empty() && movie.exit != Exit::Done {
-        eprintln!("no film: the run ended before the first moment to be shown");
+        output::line("no film: the run ended before the first moment to be shown");
         return Ok(movie.exit);
     }
     let mut bytes = Vec::new();
@@ -164,7 +168,7 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
         args.width_pixels,
         DELAY,
     )?;
-    atomic_file::save(&path, bytes)?;
+    output::save(&path, bytes)?;
     let document = Document {
         file: path.display().to_string(),
         frames: movie.n_frames,

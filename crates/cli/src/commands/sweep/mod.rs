@@ -7,12 +7,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use myovib_report::page;
-use myovib_scene::plain;
 use myovib_scene::sweep::{Cases, SweepOptions, compute};
 
 use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::interrupt;
+use crate::output;
 use crate::progress::Progress;
 use crate::values;
 
@@ -54,7 +54,7 @@ pub struct SweepArgs {
     #[arg(long, value_name = "DIR", default_value = "sweep", value_parser = values::output_folder)]
     pub out: PathBuf,
 
-    /// Compute all cases again, also those that were computed.
+    /// Compute all cases again, also those that were computed; replace another sweep in the folder.
     #[arg(long)]
     pub overwrite: bool,
 
@@ -67,11 +67,11 @@ pub struct SweepArgs {
     pub collect: bool,
 
     /// Compute nothing: write a job script for Slurm that computes the cases as an array.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["case", "collect", "overwrite"])]
+    #[arg(long, value_name = "FILE", value_parser = values::output_file, conflicts_with_all = ["case", "collect", "overwrite"])]
     pub slurm: Option<PathBuf>,
 
     /// Cases that a task of the job script computes, one after the other.
-    #[arg(long, value_name = "N", default_value = "1", requires = "slurm", value_parser = values::one_or_more)]
+    #[arg(long, value_name = "N", default_value = "1", requires = "slurm", value_parser = values::up_to::<100_000>)]
     pub per_task: NonZeroUsize,
 
     /// Options of every command.
@@ -112,6 +112,8 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
     args.common.give("sweep", &result.csv, &result.document)?;
     Ok(if interrupt::has_come() {
         Exit::Interrupted
+    } else if result.failed_to_write {
+        Exit::Failed
     } else {
         Exit::Done
     })
@@ -123,10 +125,12 @@ const TOLD: usize = 10;
 /// Says why cases did not come to their end.
 fn tell_stopped(cases: &[String]) {
     for case in cases.iter().take(TOLD) {
-        eprintln!("note: {}", plain(case));
+        output::note(case);
     }
     if cases.len() > TOLD {
         let more = cases.len() - TOLD;
-        eprintln!("note: {more} more; `message` in sweep.json says why");
+        output::note(&format!(
+            "{more} more; `message` in sweep.json gives the reason"
+        ));
     }
 }

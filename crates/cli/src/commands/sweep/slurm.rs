@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use myovib_scene::atomic_file;
 use myovib_scene::sweep::rehearse;
 use serde::Serialize;
 
 use super::SweepArgs;
+use crate::output::{self, JOB_SCRIPT};
 
 /// What was written.
 #[derive(Debug, Serialize)]
@@ -40,25 +40,24 @@ pub(super) fn write(args: &SweepArgs, file: &Path) -> anyhow::Result<Jobs> {
     let sweep = command(args, &program.display().to_string());
     let out = quoted(&args.out.display().to_string());
     let script = format!(
-        "#!/bin/bash\n\
-         # {n} cases, {per_task} a task. Submit it:  sbatch {name}\n\
+        "{JOB_SCRIPT}\
+         # {n} cases, {per_task} a task. Submit it with sbatch.\n\
          # Submit it again when tasks were killed or failed: what is done is not computed again.\n\
-         # When all have ended, the table:\n\
-         #   {sweep} --collect\n\
+         # When all have ended, run this script with --collect: it writes the table.\n\
          #SBATCH --job-name=myovib\n\
          #SBATCH --array=1-{n_tasks}\n\
          #SBATCH --cpus-per-task=1\n\
          #SBATCH --output=%x-%A_%a.txt\n\
          set -eu\n\
-         mkdir -p {out}\n\
+         if [ \"${{1-}}\" = --collect ]; then exec {sweep} --collect; fi\n\
+         mkdir -p -- {out}\n\
          first=$(( (SLURM_ARRAY_TASK_ID - 1) * {per_task} + 1 ))\n\
          last=$(( first + {per_task} - 1 ))\n\
          if (( last > {n} )); then last={n}; fi\n\
          exec {sweep} --threads 1 --quiet --case \"$first-$last/{n}\"\n",
-        name = file.display(),
         n_tasks = n.div_ceil(per_task),
     );
-    atomic_file::save(file, script)?;
+    output::save(file, script)?;
     Ok(Jobs {
         script: file.to_owned(),
         cases: n,

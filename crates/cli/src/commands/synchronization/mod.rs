@@ -13,6 +13,8 @@ use std::sync::Arc;
 use clap::{Args, ValueEnum};
 use myovib_model::IntegratorKind;
 use myovib_model::coupling::{LockCriterion, Recording, Settling, Synchrony};
+use myovib_report::picture;
+use myovib_scene::result_folder::FolderRequest;
 use myovib_scene::{InputError, Scene, parallel};
 
 use crate::args::CommonArgs;
@@ -94,8 +96,8 @@ pub struct SynchronizationArgs {
           value_parser = values::positive)]
     pub coherence: f64,
 
-    /// Folder for picture and table; made if it is not there.
-    #[arg(long, value_name = "DIR", default_value = "out", value_parser = values::output_folder)]
+    /// Folder for picture and table; it is made if it does not exist.
+    #[arg(long, value_name = "DIR", default_value = "synchronization", value_parser = values::output_folder)]
     pub out: PathBuf,
 
     /// Write the picture as PNG too.
@@ -225,6 +227,9 @@ impl SynchronizationArgs {
 pub fn run(args: &SynchronizationArgs) -> anyhow::Result<Exit> {
     args.check()?;
     let (drives, cases) = (args.drives()?, args.cases()?);
+    let files = picture::names(report::NAME, args.png);
+    let request = FolderRequest::to_add(&args.out, report::NAME, files);
+    request.check()?;
     let progress = Progress::new(args.common.quiet);
     let threads = args.common.n_threads();
     let recordings = parallel::map(&drives, threads, |scene| record(scene, &progress));
@@ -254,6 +259,6 @@ pub fn run(args: &SynchronizationArgs) -> anyhow::Result<Exit> {
             run,
         });
     }
-    report::give(args, &results)?;
+    report::give(args, &results, &request.open()?)?;
     Ok(exit)
 }

@@ -12,6 +12,7 @@ use myovib_report::picture;
 use myovib_report::plot::heat_map::Cell as MapCell;
 use myovib_report::plot::{Axis, Colour, Figure, HeatMap, LinePlot, Panel, Series};
 use myovib_report::table::{Align, Cell, Table, Tone, coloured_stdout};
+use myovib_scene::result_folder::ResultFolder;
 use myovib_scene::scene_file::chain::{Chain, GeneratorName, Place};
 
 /// All states, with their colours, the dearest last.
@@ -51,8 +52,15 @@ struct CriterionJson {
     coherence: f64,
 }
 
-/// Writes the files and gives out the table.
-pub(super) fn give(args: &SynchronizationArgs, results: &[Outcome]) -> anyhow::Result<()> {
+/// The name of the files.
+pub(super) const NAME: &str = "synchronization";
+
+/// Writes the files and prints the table.
+pub(super) fn give(
+    args: &SynchronizationArgs,
+    results: &[Outcome],
+    folder: &ResultFolder,
+) -> anyhow::Result<()> {
     let document = document(args, results)?;
     let columns = [
         "frequency",
@@ -73,13 +81,7 @@ pub(super) fn give(args: &SynchronizationArgs, results: &[Outcome]) -> anyhow::R
     let columns = columns.map(String::from);
     let rows: Vec<Vec<f64>> = results.iter().map(row).collect();
     let figure = figure(args, results);
-    let files = picture::write(
-        &args.out,
-        "synchronization",
-        &figure,
-        (&columns, &rows),
-        args.png,
-    )?;
+    let files = picture::write(folder, NAME, &figure, (&columns, &rows), args.png)?;
     let mut text = table(results).render(coloured_stdout());
     text.push('\n');
     if let Some(Verdict { settled, .. }) = results.iter().find_map(|result| result.verdict) {
@@ -90,7 +92,7 @@ pub(super) fn give(args: &SynchronizationArgs, results: &[Outcome]) -> anyhow::R
         );
     }
     text += &format!("{}\n", files.join(", "));
-    args.common.give("synchronization", &text, &document)
+    args.common.give(NAME, &text, &document)
 }
 
 fn flag(value: bool) -> f64 {

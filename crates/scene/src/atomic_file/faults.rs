@@ -1,0 +1,53 @@
+//! A disk that stops taking changes, for tests of killed runs and of full disks.
+//!
+//! From the chosen change on, every change of this thread fails and temporary files stay: what is on
+//! the disk is what a program killed at that change leaves.
+
+use std::cell::Cell;
+use std::io::{self, Write};
+
+use tempfile::NamedTempFile;
+
+use super::Change;
+
+thread_local! {
+    static CHANGES: Cell<u64> = const { Cell::new(0) };
+    static LAST: Cell<u64> = const { Cell::new(u64::MAX) };
+    static TORN: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Computes `compute` with a disk that stops after `last` changes; with `torn`, half of the bytes of
+/// the write at which it stops arrive. Gives the number of changes that were tried, too.
+pub(crate) fn with_disk_that_stops_after<T>(
+    last: u64,
+    torn: bool,
+    compute: impl FnOnce() -> T,
+) -> (T, u64) {
+    CHANGES.set(0);
+    LAST.set(last);
+    TORN.set(torn);
+    let result = compute();
+    LAST.set(u64::MAX);
+    (result, CHANGES.get())
+}
+
+pub(super) fn allow(_: Change) -> io::Result<()> {
+    CHANGES.set(CHANGES.get() + 1);
+    match CHANGES.get() > LAST.get() {
+        true => Err(io::ErrorKind::StorageFull.into()),
+        false => Ok(()),
+    }
+}
+
+/// Writes half of the bytes of the first write that fails.
+pub(super) fn tear(file: &mut impl Write, bytes: &[u8]) -> io::Result<()> {
+    if TORN.get() && CHANGES.get() == LAST.get() {
+        file.write_all(&bytes[..bytes.len() / 2])?;
+        file.flush()?;
+    }
+    Ok(())
+}
+
+pub(super) fn keep_if_stopped(file: &mut NamedTempFile) {
+    file.disable_cleanup(CHANGES.get() > LAST.get());
+}

@@ -1,0 +1,153 @@
+//! The list of the files that a command made in a folder.
+//!
+//! JSON Lines: a header, then the name of each file as a JSON string. A name is appended before the
+//! file is created, so a killed program leaves no file that is missing from the list.
+
+use std::collections::HashSet;
+use std::fs;
+use std::io::{self, Write};
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::{Error, InputError, atomic_file, inputs};
+
+/// The name of the list in a folder.
+pub(super) const NAME: &str = "manifest.jsonl";
+
+const SCHEMA: &str = "myovib/manifest/1";
+
+/// The command that made the files, and what it made them from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Header {
+    schema: String,
+    pub(super) command: String,
+    /// Version and revision of the program.
+    program: String,
+    /// Scene, input files and settings of the command; `--resume` compares them.
+    pub(super) origin: Value,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Manifest {
+    pub(super) header: Header,
+    /// In the order in which they were listed.
+    files: Vec<String>,
+    known: HashSet<String>,
+    /// Whether the last line on the disk may be cut.
+    is_torn: bool,
+}
+
+impl Manifest {
+    pub(super) fn new(command: &str, origin: Value, files: &[String]) -> Self {
+        Self {
+            header: Header {
+                schema: SCHEMA.to_owned(),
+                command: command.to_owned(),
+                program: super::program(),
+                origin,
+            },
+            files: files.to_vec(),
+            known: files.iter().cloned().collect(),
+            is_torn: false,
+        }
+    }
+
+    /// Reads the manifest of a folder; `None` if the folder has none.
+    ///
+    /// # Errors
+    /// A file of that name which is not a manifest of this version.
+    pub(super) fn read(folder: &Path) -> Result<Option<Self>, InputError> {
+        let path = folder.join(NAME);
+        let wrong = |found: String| {
+            InputError::new("the list of the files in the folder cannot be read")
+                .at(path.display())
+                .found(found)
+                .next("give another folder")
+        };
+        match fs::symlink_metadata(&path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) if error.kind() == io::ErrorKind::NotADirectory => return Ok(None),
+            Err(error) => return Err(wrong(error.to_string())),
+            Ok(there) if !there.is_file() => return Err(wrong("not a regular file".to_owned())),
+            Ok(_) => {}
+        }
+        let bytes = inputs::content(&path).map_err(|error| wrong(error.to_string()))?;
+        let text = String::from_utf8_lossy(&bytes);
+        // A line without an end was being written when the program was killed.
+        let mut lines = text
+            .split_inclusive('\n')
+            .filter(|line| line.ends_with('\n'));
+        let header = lines.next().map(serde_json::from_str::<Header>);
+        let header = match header {
+            Some(Ok(header)) if header.schema == SCHEMA => header,
+            Some(Ok(header)) => return Err(wrong(header.schema)),
+            Some(Err(error)) => return Err(wrong(error.to_string())),
+            None => return Err(wrong(String::new())),
+        };
+        let names = lines.map(|line| serde_json::from_str::<String>(line).ok());
+        let files = names
+            .map(|name| name.filter(|name| is_plain_name(name)))
+            .collect::<Option<Vec<String>>>()
+            .ok_or_else(|| wrong("a line that is not the name of a file".to_owned()))?;
+        Ok(Some(Self {
+            header,
+            known: files.iter().cloned().collect(),
+            files,
+            is_torn: !text.ends_with('\n'),
+        }))
+    }
+
+    pub(super) fn lists(&self, name: &str) -> bool {
+        self.known.contains(name)
+    }
+
+    pub(super) fn files(&self) -> impl Iterator<Item = &String> {
+        self.files.iter()
+    }
+
+    /// Whether names can be appended to what is on the disk.
+    pub(super) fn is_torn(&self) -> bool {
+        self.is_torn
+    }
+
+    /// Writes the whole manifest.
+    pub(super) fn save(&mut self, folder: &Path) -> Result<(), Error> {
+        let mut text = serde_json::to_string(&self.header)? + "\n";
+        for name in &self.files {
+            text += &line(name)?;
+        }
+        atomic_file::save(&folder.join(NAME), text)?;
+        self.is_torn = false;
+        Ok(())
+    }
+
+    /// Appends a name to the manifest on the disk.
+    pub(super) fn add(&mut self, folder: &Path, name: &str) -> Result<(), Error> {
+        let path = folder.join(NAME);
+        let line = line(name)?;
+        if self.is_torn {
+            self.save(folder)?;
+        }
+        self.is_torn = true;
+        // In one write: other processes may append to the manifest of a sweep.
+        atomic_file::append(&path)
+            .and_then(|mut file| file.write_all(line.as_bytes()))
+            .map_err(Error::file("write", &path))?;
+        self.is_torn = false;
+        self.files.push(name.to_owned());
+        self.known.insert(name.to_owned());
+        Ok(())
+    }
+}
+
+fn line(name: &str) -> Result<String, Error> {
+    Ok(serde_json::to_string(name)? + "\n")
+}
+
+/// Whether a name is of a file in the folder itself: a damaged manifest must not lead elsewhere.
+fn is_plain_name(name: &str) -> bool {
+    let is_special = ["", ".", "..", NAME, super::LOCK].contains(&name);
+    !is_special && !name.contains(['/', '\\', '\0'])
+}

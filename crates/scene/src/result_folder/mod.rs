@@ -1,0 +1,445 @@
+//! The folder that a command writes its results to.
+//!
+//! One policy for all commands: a manifest lists the files that the program made, a lock keeps
+//! other processes out, and a file that the manifest does not list is never replaced or removed.
+
+mod manifest;
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, OnceLock};
+use std::time::Duration;
+
+use serde_json::{Value, json};
+
+use crate::atomic_file::{self, Growing};
+use crate::versions::Versions;
+use crate::{Error, InputError, Scene, inputs};
+use manifest::Manifest;
+
+/// Bytes of a file's name, on all common file systems.
+const LONGEST_NAME: usize = 255;
+
+/// Locked while a command writes.
+const LOCK: &str = ".lock";
+
+/// What to do with results that the folder holds already.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Existing {
+    /// Keep them and refuse to write.
+    Refuse,
+    /// Remove the files that the earlier command made.
+    Overwrite,
+    /// Continue the earlier command.
+    Resume,
+    /// Add to them; files of the same name that the same command made are replaced.
+    Add,
+}
+
+impl Existing {
+    /// The policy of the options `--resume` and `--overwrite`, which exclude each other.
+    pub fn of(resume: bool, overwrite: bool) -> Self {
+        match (resume, overwrite) {
+            (true, _) => Self::Resume,
+            (_, true) => Self::Overwrite,
+            _ => Self::Refuse,
+        }
+    }
+}
+
+/// A command's request for a folder. [`check`](Self::check) it before a long computation, and
+/// [`open`](Self::open) it when there is something to write.
+#[derive(Debug, Clone)]
+pub struct FolderRequest<'a> {
+    /// The folder; it is made if it does not exist.
+    pub path: &'a Path,
+    /// The command; a folder holds results of one command.
+    pub command: &'static str,
+    /// What to do with earlier results.
+    pub existing: Existing,
+    /// Whether the command has `--resume`.
+    pub can_resume: bool,
+    /// Names of the files that the command will write, as far as they are known.
+    pub files: Vec<String>,
+    /// Scene, input files and settings; kept in the manifest.
+    pub origin: Value,
+    /// Files that the command reads, which must not be replaced.
+    pub reads: &'a [PathBuf],
+}
+
+impl<'a> FolderRequest<'a> {
+    /// A request to add `files` to a folder of results that come from no scene of the user.
+    pub fn to_add(path: &'a Path, command: &'static str, files: Vec<String>) -> Self {
+        Self {
+            path,
+            command,
+            existing: Existing::Add,
+            can_resume: false,
+            files,
+            origin: Value::Null,
+            reads: &[],
+        }
+    }
+
+    /// A request to write what was computed from a scene.
+    ///
+    /// # Errors
+    /// A scene that JSON does not have.
+    pub fn of_scene(
+        path: &'a Path,
+        command: &'static str,
+        existing: Existing,
+        scene: &'a Scene,
+        files: Vec<String>,
+    ) -> Result<Self, Error> {
+        Ok(Self {
+            path,
+            command,
+            existing,
+            can_resume: false,
+            files,
+            origin: json!({
+                "scene": serde_json::to_value(&scene.file)?,
+                "inputs": scene.inputs,
+            }),
+            reads: &scene.paths,
+        })
+    }
+
+    /// Reports why the folder cannot be used. Writes nothing.
+    ///
+    /// # Errors
+    /// Earlier results that are to stay, results of another command, files that the program did not
+    /// make under the names that it would write, files that the command itself reads.
+    pub fn check(&self) -> Result<(), InputError> {
+        self.manifest().map(drop)
+    }
+
+    /// The origin of the results that the folder holds, if it holds some.
+    ///
+    /// # Errors
+    /// A manifest that cannot be read, or of another command.
+    pub fn earlier_origin(&self) -> Result<Option<Value>, InputError> {
+        let found = self.own_manifest()?;
+        Ok(found.map(|manifest| manifest.header.origin))
+    }
+
+    /// Prepares the folder: takes its lock, removes what is to be overwritten, writes the manifest.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check); a folder that another process writes to; those of the file system.
+    pub fn open(self) -> Result<ResultFolder, Error> {
+        self.check()?;
+        let path = self.path.to_owned();
+        fs::create_dir_all(&path).map_err(Error::file("make", &path))?;
+        let lock = lock(&path, Lock::Exclusive)?;
+        self.open_locked(lock, Duration::ZERO)
+    }
+
+    /// The same for a folder that several processes may write to at a time, each different files.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_shared(self) -> Result<ResultFolder, Error> {
+        self.check()?;
+        let path = self.path.to_owned();
+        fs::create_dir_all(&path).map_err(Error::file("make", &path))?;
+        match self.existing {
+            Existing::Overwrite => {
+                let alone = lock(&path, Lock::Exclusive)?;
+                let folder = self.open_locked(alone, Duration::ZERO)?;
+                folder.lock.unlock().map_err(Error::file("unlock", &path))?;
+                let lock = lock(&path, Lock::Shared)?;
+                Ok(ResultFolder { lock, ..folder })
+            }
+            _ => {
+                let shared = lock(&path, Lock::Shared)?;
+                // Others may have created theirs just now, and not locked it yet.
+                self.open_locked(shared, Duration::from_secs(60))
+            }
+        }
+    }
+
+    /// Temporary files that are at least `min_age` old are removed.
+    fn open_locked(self, lock: File, min_age: Duration) -> Result<ResultFolder, Error> {
+        let path = self.path.to_owned();
+        // Again: another process may have written before the lock was taken.
+        let found = self.manifest()?;
+        remove_temporary_files(&path, min_age)?;
+        let manifest = match found {
+            Some(mut found) if matches!(self.existing, Existing::Resume | Existing::Add) => {
+                if found.header.origin != self.origin || found.is_torn() {
+                    found.header.origin = self.origin;
+                    found.save(&path)?;
+                }
+                for name in &self.files {
+                    if !found.lists(name) {
+                        found.add(&path, name)?;
+                    }
+                }
+                found
+            }
+            found => {
+                let mut old = found.iter().flat_map(Manifest::files);
+                old.try_for_each(|name| remove(&path.join(name)))?;
+                let mut new = Manifest::new(self.command, self.origin, &self.files);
+                new.save(&path)?;
+                new
+            }
+        };
+        Ok(ResultFolder {
+            path,
+            manifest: Mutex::new(manifest),
+            lock,
+        })
+    }
+
+    /// The manifest in the folder, if it is of the same command.
+    fn own_manifest(&self) -> Result<Option<Manifest>, InputError> {
+        let found = Manifest::read(self.path)?;
+        match &found {
+            Some(other) if other.header.command != self.command => {
+                let command = &other.header.command;
+                let error = self.wrong(format!("holds the results of `myovib {command}`"));
+                Err(error.next("give another folder"))
+            }
+            _ => Ok(found),
+        }
+    }
+
+    /// The manifest in the folder, if the request can have the folder.
+    fn manifest(&self) -> Result<Option<Manifest>, InputError> {
+        let found = self.own_manifest()?;
+        match (&found, self.existing) {
+            (Some(_), Existing::Refuse) => {
+                let resume = match self.can_resume {
+                    true => ", or --resume to continue",
+                    false => "",
+                };
+                let command = self.command;
+                let error = self.wrong(format!("holds the results of `myovib {command}` already"));
+                return Err(error.next(format!("give another folder, or --overwrite{resume}")));
+            }
+            (None, Existing::Resume) => {
+                let error = self.wrong("holds no results to continue".to_owned());
+                return Err(error.next("leave --resume out"));
+            }
+            _ => {}
+        }
+        if let Some(name) = self.files.iter().find(|name| name.len() > LONGEST_NAME) {
+            let error = InputError::new("the name of a file is too long").found(name);
+            return Err(error.allowed(format!("{LONGEST_NAME} bytes")));
+        }
+        let is_listed = |name: &str| found.as_ref().is_some_and(|found| found.lists(name));
+        let foreign = self
+            .files
+            .iter()
+            .find(|name| !is_listed(name) && fs::symlink_metadata(self.path.join(name)).is_ok());
+        if let Some(name) = foreign {
+            return Err(not_ours(&self.path.join(name)));
+        }
+        if let Some(found) = &found {
+            self.expect_removable(found)?;
+        }
+        Ok(found)
+    }
+
+    /// Refuses to remove a file that the command reads, or a folder that took the place of a file.
+    fn expect_removable(&self, found: &Manifest) -> Result<(), InputError> {
+        if self.existing != Existing::Overwrite {
+            return Ok(());
+        }
+        let real = |path: &Path| path.canonicalize().ok();
+        for name in found.files() {
+            let path = self.path.join(name);
+            let there = fs::symlink_metadata(&path);
+            let is_folder = there.is_ok_and(|there| there.is_dir());
+            if is_folder && Manifest::read(&path)?.is_none() && !is_bare(&path) {
+                return Err(not_ours(&path));
+            }
+            let file = real(&path);
+            let read = self
+                .reads
+                .iter()
+                .find(|read| file.is_some() && real(read) == file);
+            if let Some(read) = read {
+                let error = self.wrong("holds a file that the command reads".to_owned());
+                return Err(error.found(read.display()).next("give another folder"));
+            }
+        }
+        Ok(())
+    }
+
+    fn wrong(&self, message: String) -> InputError {
+        InputError::new(format!("{} {message}", self.path.display())).at("--out")
+    }
+}
+
+/// A folder that takes the results of one command. Other processes are kept out while it exists.
+#[derive(Debug)]
+pub struct ResultFolder {
+    path: PathBuf,
+    manifest: Mutex<Manifest>,
+    lock: File,
+}
+
+impl ResultFolder {
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Lists a file in the manifest before it is made; gives its path.
+    ///
+    /// # Errors
+    /// A file of that name which the program did not make; those of the file system.
+    pub fn claim(&self, name: &str) -> Result<PathBuf, Error> {
+        let path = self.path.join(name);
+        let mut manifest = match self.manifest.lock() {
+            Ok(manifest) => manifest,
+            Err(poisoned) => poisoned.into_inner(),
+        };
+        if !manifest.lists(name) {
+            if fs::symlink_metadata(&path).is_ok() {
+                let error = io::Error::other("the file exists and was not made by this program");
+                return Err(Error::file("write", &path)(error));
+            }
+            manifest.add(&self.path, name)?;
+        }
+        Ok(path)
+    }
+
+    /// Writes a file whole.
+    ///
+    /// # Errors
+    /// As [`claim`](Self::claim).
+    pub fn write(&self, name: &str, contents: impl AsRef<[u8]>) -> Result<(), Error> {
+        atomic_file::save(&self.claim(name)?, contents)
+    }
+
+    /// Creates a file that grows, such as a table.
+    ///
+    /// # Errors
+    /// As [`claim`](Self::claim); a file that is there already.
+    pub(crate) fn create(&self, name: &str) -> Result<Growing<File>, Error> {
+        let path = self.claim(name)?;
+        atomic_file::create(&path).map_err(Error::file("write", &path))
+    }
+
+    /// Removes a file of the folder, if it is there.
+    ///
+    /// # Errors
+    /// As [`claim`](Self::claim).
+    pub fn remove(&self, name: &str) -> Result<(), Error> {
+        remove(&self.claim(name)?)
+    }
+}
+
+/// Version and revision of the program, and the hash of its content where the revision does not
+/// determine it.
+pub(crate) fn program() -> String {
+    static PROGRAM: OnceLock<String> = OnceLock::new();
+    let describe = || {
+        let Versions { myovib, git, .. } = Versions::found();
+        let content = || {
+            let bytes = fs::read(std::env::current_exe().ok()?).ok()?;
+            Some(inputs::sha256(&bytes))
+        };
+        let is_known = git != "unknown" && !git.ends_with("-modified");
+        let content = if is_known { None } else { content() };
+        format!("{myovib} {git} {}", content.unwrap_or_default())
+    };
+    PROGRAM.get_or_init(describe).clone()
+}
+
+/// Whether a folder holds at most the lock and temporary files, as one does in which a program was
+/// killed before it wrote its manifest.
+fn is_bare(folder: &Path) -> bool {
+    let mut entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.all(|entry| {
+        let name = entry.file_name();
+        name == LOCK || name.to_str().is_some_and(atomic_file::is_temporary)
+    })
+}
+
+fn not_ours(path: &Path) -> InputError {
+    InputError::new("the file exists and was not made by this program, which does not replace it")
+        .at(path.display())
+        .next("move it, or give another folder")
+}
+
+/// Removes a file; of a folder with a manifest, the files that it lists, and the folder if nothing
+/// else is in it.
+fn remove(path: &Path) -> Result<(), Error> {
+    let fail = || Error::file("remove", path);
+    let is_folder = match fs::symlink_metadata(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        Err(error) => return Err(fail()(error)),
+        Ok(there) => there.is_dir(),
+    };
+    if !is_folder {
+        return atomic_file::remove(path).map_err(fail());
+    }
+    let held = lock(path, Lock::Exclusive)?;
+    let manifest = Manifest::read(path)?;
+    for name in manifest.iter().flat_map(Manifest::files) {
+        remove(&path.join(name))?;
+    }
+    remove_temporary_files(path, Duration::ZERO)?;
+    remove(&path.join(manifest::NAME))?;
+    drop(held);
+    remove(&path.join(LOCK))?;
+    match fs::remove_dir(path) {
+        Err(error) if error.kind() != io::ErrorKind::DirectoryNotEmpty => Err(fail()(error)),
+        _ => Ok(()),
+    }
+}
+
+/// Removes what killed programs left while they wrote.
+fn remove_temporary_files(folder: &Path, min_age: Duration) -> Result<(), Error> {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let written = entry.metadata().and_then(|there| there.modified());
+        let age = written.ok().and_then(|time| time.elapsed().ok());
+        let is_old = age.unwrap_or_default() >= min_age;
+        if is_old && name.to_str().is_some_and(atomic_file::is_temporary) {
+            atomic_file::remove_orphan(&entry.path())
+                .map_err(Error::file("remove", &entry.path()))?;
+        }
+    }
+    Ok(())
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Lock {
+    Exclusive,
+    Shared,
+}
+
+/// Takes the lock of a folder.
+fn lock(folder: &Path, kind: Lock) -> Result<File, Error> {
+    let path = folder.join(LOCK);
+    let fail = Error::file("lock", &path);
+    if fs::symlink_metadata(&path).is_ok_and(|there| !there.is_file()) {
+        return Err(fail(io::Error::other("it is not a regular file")));
+    }
+    let mut options = OpenOptions::new();
+    let opened = options.read(true).write(true).create(true).truncate(false);
+    let file = match opened.open(&path) {
+        Ok(file) => file,
+        Err(error) => return Err(fail(error)),
+    };
+    let locked = match kind {
+        Lock::Exclusive => file.try_lock(),
+        Lock::Shared => file.try_lock_shared(),
+    };
+    match locked {
+        Err(TryLockError::WouldBlock) => Err(Error::Busy(folder.to_owned())),
+        // Some file systems have no locks.
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(file),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,301 @@
+use std::collections::BTreeSet;
+
+use serde_json::json;
+
+use super::*;
+
+fn request<'a>(path: &'a Path, existing: Existing, files: &[&str]) -> FolderRequest<'a> {
+    FolderRequest {
+        path,
+        command: "run",
+        existing,
+        can_resume: true,
+        files: files.iter().map(|&name| name.to_owned()).collect(),
+        origin: json!({ "scene": 1 }),
+        reads: &[],
+    }
+}
+
+/// A folder with a file `old` that the program made and a file `mine` that it did not.
+fn used() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let open = request(folder.path(), Existing::Refuse, &["old"]).open();
+    open.unwrap().write("old", "1").unwrap();
+    fs::write(folder.path().join("mine"), "precious").unwrap();
+    folder
+}
+
+/// Names and contents, except the lock and the manifest.
+fn contents(folder: &Path) -> BTreeSet<(String, String)> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
+    entries
+        .map(|entry| entry.file_name().into_string().unwrap())
+        .filter(|name| ![LOCK, manifest::NAME].contains(&name.as_str()))
+        .map(|name| (name.clone(), fs::read_to_string(folder.join(name)).unwrap()))
+        .collect()
+}
+
+fn set(pairs: &[(&str, &str)]) -> BTreeSet<(String, String)> {
+    let pairs = pairs.iter();
+    pairs
+        .map(|(a, b)| ((*a).to_owned(), (*b).to_owned()))
+        .collect()
+}
+
+#[test]
+fn results_are_refused_overwritten_or_continued() {
+    let folder = used();
+    let both = set(&[("old", "1"), ("mine", "precious")]);
+    assert!(
+        request(folder.path(), Existing::Refuse, &["new"])
+            .open()
+            .is_err()
+    );
+    assert_eq!(contents(folder.path()), both);
+    let resumed = request(folder.path(), Existing::Resume, &["old"]).open();
+    assert_eq!(contents(folder.path()), both);
+    resumed.unwrap().write("old", "2").unwrap();
+    let new = request(folder.path(), Existing::Overwrite, &["new"])
+        .open()
+        .unwrap();
+    assert_eq!(contents(folder.path()), set(&[("mine", "precious")]));
+    drop(new);
+    let empty = tempfile::tempdir().unwrap();
+    assert!(
+        request(empty.path(), Existing::Resume, &["old"])
+            .open()
+            .is_err()
+    );
+    assert_eq!(fs::read_dir(empty.path()).unwrap().count(), 0);
+}
+
+/// Regression: `--overwrite` replaced files that no run had made.
+#[test]
+fn a_file_that_the_program_did_not_make_is_neither_replaced_nor_removed() {
+    for existing in [
+        Existing::Refuse,
+        Existing::Overwrite,
+        Existing::Resume,
+        Existing::Add,
+    ] {
+        let folder = used();
+        let refused = request(folder.path(), existing, &["mine"]);
+        assert!(
+            refused.check().is_err() && refused.open().is_err(),
+            "{existing:?}"
+        );
+        assert_eq!(
+            contents(folder.path()),
+            set(&[("old", "1"), ("mine", "precious")])
+        );
+    }
+    let folder = used();
+    let open = request(folder.path(), Existing::Overwrite, &[])
+        .open()
+        .unwrap();
+    assert!(open.write("mine", "").is_err() && open.create("mine").is_err());
+    assert!(open.remove("mine").is_err());
+    assert_eq!(contents(folder.path()), set(&[("mine", "precious")]));
+}
+
+/// Regression: a run settled in the folder of a fit.
+#[test]
+fn a_folder_holds_results_of_one_command() {
+    for existing in [
+        Existing::Refuse,
+        Existing::Overwrite,
+        Existing::Resume,
+        Existing::Add,
+    ] {
+        let folder = used();
+        let other = FolderRequest {
+            command: "fit",
+            ..request(folder.path(), existing, &[])
+        };
+        assert!(
+            other.check().is_err() && other.open().is_err(),
+            "{existing:?}"
+        );
+        assert_eq!(
+            contents(folder.path()),
+            set(&[("old", "1"), ("mine", "precious")])
+        );
+    }
+}
+
+/// Regression: two runs wrote into one folder.
+#[test]
+fn a_folder_takes_one_process_at_a_time() {
+    let folder = used();
+    let first = request(folder.path(), Existing::Resume, &[])
+        .open()
+        .unwrap();
+    for existing in [Existing::Overwrite, Existing::Resume, Existing::Add] {
+        let second = || request(folder.path(), existing, &[]);
+        assert!(second().open().is_err() && second().open_shared().is_err());
+    }
+    drop(first);
+    let shared = [(); 2].map(|()| request(folder.path(), Existing::Add, &[]).open_shared());
+    assert!(shared.iter().all(Result::is_ok));
+    assert!(
+        request(folder.path(), Existing::Resume, &[])
+            .open()
+            .is_err()
+    );
+}
+
+/// Files that a killed program was about to make are its own, and what it wrote them to is removed.
+#[test]
+fn a_killed_program_leaves_nothing_behind_and_nothing_unknown() {
+    let folder = tempfile::tempdir().unwrap();
+    let open = request(folder.path(), Existing::Refuse, &[])
+        .open()
+        .unwrap();
+    let last = 6; // manifest append, create, write, sync, rename; the folder's sync
+    let tried = atomic_file::faults::with_disk_that_stops_after(u64::MAX, false, || {
+        open.write("whole", "1").unwrap();
+    });
+    assert_eq!(tried.1, last);
+    for stop in 0..last {
+        for torn in [false, true] {
+            let name = format!("file-{stop}-{torn}");
+            let write = || open.write(&name, "two");
+            let stopped = atomic_file::faults::with_disk_that_stops_after(stop, torn, write);
+            assert_eq!(stopped.0.is_err(), stop < last - 1, "{stop}");
+        }
+    }
+    let names = || {
+        let entries = fs::read_dir(folder.path()).unwrap();
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap())
+    };
+    assert!(names().any(|name| atomic_file::is_temporary(&name)));
+    drop(open);
+    drop(
+        request(folder.path(), Existing::Overwrite, &[])
+            .open()
+            .unwrap(),
+    );
+    let left: BTreeSet<String> = names().collect();
+    assert_eq!(left, [LOCK, manifest::NAME].map(str::to_owned).into());
+}
+
+/// The manifest of a hostile or damaged folder leads nowhere else.
+#[test]
+fn a_manifest_that_names_files_elsewhere_is_refused() {
+    let folder = used();
+    let path = folder.path().join(manifest::NAME);
+    let good = fs::read_to_string(&path).unwrap();
+    for line in [
+        "\"../mine\"",
+        "\"/etc/passwd\"",
+        "\"..\"",
+        "\"\"",
+        "no JSON",
+        "1",
+    ] {
+        fs::write(&path, format!("{good}{line}\n")).unwrap();
+        assert!(
+            request(folder.path(), Existing::Overwrite, &[])
+                .check()
+                .is_err(),
+            "{line}"
+        );
+    }
+    fs::write(&path, format!("{good}\"torn")).unwrap();
+    assert!(
+        request(folder.path(), Existing::Overwrite, &[])
+            .check()
+            .is_ok()
+    );
+    for text in ["", "{}\n", "{\"schema\":\"myovib/manifest/9\"}\n"] {
+        fs::write(&path, text).unwrap();
+        assert!(
+            request(folder.path(), Existing::Overwrite, &[])
+                .check()
+                .is_err(),
+            "{text}"
+        );
+    }
+}
+
+/// A folder of results within the folder, as sweeps have them, goes with it; files of others stay.
+#[test]
+fn folders_of_cases_are_removed_with_their_own_files() {
+    let folder = tempfile::tempdir().unwrap();
+    drop(
+        request(folder.path(), Existing::Refuse, &["case", "other"])
+            .open()
+            .unwrap(),
+    );
+    for name in ["case", "other"] {
+        let path = folder.path().join(name);
+        let open = request(&path, Existing::Refuse, &["run.json"]).open();
+        open.unwrap().write("run.json", "{}").unwrap();
+    }
+    fs::write(folder.path().join("other/mine"), "precious").unwrap();
+    drop(
+        request(folder.path(), Existing::Overwrite, &[])
+            .open()
+            .unwrap(),
+    );
+    assert!(!folder.path().join("case").exists());
+    let left = fs::read_dir(folder.path().join("other")).unwrap();
+    let left: Vec<_> = left.map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left, ["mine"]);
+    // A folder that took the place of a file stays.
+    let folder = used();
+    fs::remove_file(folder.path().join("old")).unwrap();
+    fs::create_dir(folder.path().join("old")).unwrap();
+    fs::write(folder.path().join("old/mine"), "precious").unwrap();
+    assert!(
+        request(folder.path(), Existing::Overwrite, &[])
+            .check()
+            .is_err()
+    );
+}
+
+/// Regression: a run that starts from another was allowed to replace it.
+#[test]
+fn a_file_that_the_command_reads_is_not_overwritten() {
+    let folder = used();
+    let reads = [folder
+        .path()
+        .join("../")
+        .join(folder.path().file_name().unwrap())
+        .join("old")];
+    let wanted = FolderRequest {
+        reads: &reads,
+        ..request(folder.path(), Existing::Overwrite, &[])
+    };
+    assert!(wanted.check().is_err());
+    assert!(
+        FolderRequest {
+            reads: &[],
+            ..wanted
+        }
+        .check()
+        .is_ok()
+    );
+}
+
+/// A link in the place of a listed file is removed, not followed.
+#[cfg(unix)]
+#[test]
+fn links_are_not_followed() {
+    let folder = used();
+    let [old, mine] = ["old", "mine"].map(|name| folder.path().join(name));
+    fs::remove_file(&old).unwrap();
+    std::os::unix::fs::symlink(&mine, &old).unwrap();
+    drop(
+        request(folder.path(), Existing::Overwrite, &["old"])
+            .open()
+            .unwrap(),
+    );
+    assert_eq!(contents(folder.path()), set(&[("mine", "precious")]));
+    std::os::unix::fs::symlink("nowhere", &old).unwrap();
+    let open = request(folder.path(), Existing::Overwrite, &["old"])
+        .open()
+        .unwrap();
+    open.write("old", "2").unwrap();
+    assert!(!folder.path().join("nowhere").exists());
+}

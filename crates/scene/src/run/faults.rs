@@ -1,0 +1,220 @@
+//! Runs whose disk stops at each of their changes, and that are then resumed: the folder must equal
+//! that of the uninterrupted run, except for times, memory and counts of work.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::{Existing, RunOptions, compute};
+use crate::Scene;
+use crate::atomic_file::faults::with_disk_that_stops_after;
+use crate::atomic_file::passing;
+use crate::result_folder::FolderRequest;
+
+/// A body with an index-1 formulation, a table, an energy balance, fields and two checkpoints.
+const SCENE: &str = r#"
+[time]
+end = 0.02
+[mesh]
+type = "rectangle"
+width = 0.1
+height = 0.02
+cells = [1, 1]
+[solid]
+kappa = 1e5
+[[material]]
+law = "neo-hooke"
+density = 1.1e3
+shear_modulus = 1e4
+[[fixed]]
+group = "left"
+[[traction]]
+group = "top"
+y = { type = "step", value = 20.0, rise = 0.05 }
+[integrator]
+method = "radau"
+[checkpoint]
+every = 0.008
+[fields]
+every = 0.01
+[[probe]]
+name = "tip"
+type = "point"
+at = [0.1, 0.01]
+every = 0.005
+[[probe]]
+name = "energy"
+type = "energy"
+every = 0.01
+"#;
+
+fn scene() -> Scene {
+    Scene::build("scene.toml", SCENE, &[], Path::new("")).unwrap()
+}
+
+fn options(out: &Path, existing: Existing, verify: bool) -> RunOptions<'static> {
+    RunOptions {
+        existing,
+        verify,
+        ..RunOptions::into_folder(out)
+    }
+}
+
+/// The files of a folder; times, memory and counts of work are taken out of `run.json`.
+fn files(folder: &Path) -> BTreeMap<String, String> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
+    let mut files: BTreeMap<String, String> = entries
+        .map(|entry| {
+            let text = fs::read_to_string(entry.path()).unwrap();
+            (entry.file_name().into_string().unwrap(), text)
+        })
+        .collect();
+    if let Some(text) = files.get_mut("run.json") {
+        let mut document: Value = serde_json::from_str(text).unwrap();
+        let keys = [
+            "cpu_seconds",
+            "wall_seconds",
+            "wall_seconds_by_part",
+            "peak_memory_bytes",
+            "resumed",
+            "work",
+        ];
+        for key in keys {
+            assert!(
+                document.as_object_mut().unwrap().remove(key).is_some(),
+                "{key}"
+            );
+        }
+        *text = document.to_string();
+    }
+    // It counts how often the run was resumed.
+    files.remove("checkpoint.json");
+    files
+}
+
+/// Kills a run at its change number `last` and completes it.
+fn killed_and_completed(out: &Path, last: u64, torn: bool, verify: bool) {
+    let scene = scene();
+    let run = |existing| passing(|| compute(&scene, &options(out, existing, verify)));
+    let (killed, _) = with_disk_that_stops_after(last, torn, || run(Existing::Refuse));
+    let place = format!("change {last}, torn: {torn}, verify: {verify}");
+    // A fault in the last sync of a folder is none of the run.
+    let resumed = run(Existing::Resume);
+    match (killed, resumed) {
+        (_, Ok(_)) => {}
+        // Killed before its first checkpoint: there is nothing to continue.
+        (Err(_), Err(_)) => {
+            assert!(!out.join("checkpoint.json").exists(), "{place}");
+            let again = match out.join("manifest.jsonl").exists() {
+                true => Existing::Overwrite,
+                false => Existing::Refuse,
+            };
+            run(again).unwrap();
+        }
+        (Ok(_), Err(error)) => panic!("{place}: {error}"),
+    }
+}
+
+fn assert_killed_runs_are_completed(verify: bool, stride: usize) {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = folder.path().join("whole");
+    let scene = scene();
+    let uninterrupted = || compute(&scene, &options(&whole, Existing::Refuse, verify)).unwrap();
+    let (_, changes) = with_disk_that_stops_after(u64::MAX, false, uninterrupted);
+    assert!(changes > 60, "{changes}");
+    let expected = files(&whole);
+    for last in (0..changes).step_by(stride) {
+        for torn in [false, true] {
+            let out = folder.path().join(format!("{last}-{torn}"));
+            killed_and_completed(&out, last, torn, verify);
+            let found = files(&out);
+            assert!(
+                found.keys().eq(expected.keys()),
+                "{last}: {:?}",
+                found.keys()
+            );
+            for (name, text) in &expected {
+                assert!(
+                    found[name] == *text,
+                    "{name} after change {last}, torn: {torn}"
+                );
+            }
+        }
+    }
+}
+
+/// Regression: a run that was killed after its last checkpoint could not be completed.
+#[test]
+fn a_run_that_is_killed_at_any_change_of_a_file_is_completed() {
+    assert_killed_runs_are_completed(false, 1);
+}
+
+#[test]
+fn a_verified_run_that_is_killed_at_any_change_of_a_file_is_completed() {
+    assert_killed_runs_are_completed(true, 7);
+}
+
+/// Regression: a checkpoint of another method was used, and damaged ones panicked.
+#[test]
+fn a_damaged_or_foreign_checkpoint_is_refused_before_anything_is_used() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let scene = scene();
+    compute(&scene, &options(&out, Existing::Refuse, false)).unwrap();
+    let path = out.join("checkpoint.json");
+    let good = fs::read_to_string(&path).unwrap();
+    let tables = || fs::read_to_string(out.join("tip.csv")).unwrap();
+    let rows = tables();
+    let refused = |text: &str, place: &str| {
+        fs::write(&path, text).unwrap();
+        let resumed = compute(&scene, &options(&out, Existing::Resume, false));
+        let error = resumed.map(drop).unwrap_err();
+        assert!(matches!(error, crate::Error::Input(_)), "{place}: {error}");
+        assert_eq!(tables(), rows, "{place}");
+    };
+    for cut in [0, 1, 50, good.len() / 2, good.len() - 2] {
+        refused(&good[..cut], &format!("cut after {cut}"));
+    }
+    // One changed digit anywhere.
+    for start in (0..good.len()).step_by(good.len() / 40) {
+        let digit = good[start..].find(|c: char| c.is_ascii_digit());
+        let Some(at) = digit.map(|at| start + at) else {
+            continue;
+        };
+        let other = if good[at..].starts_with('7') {
+            "3"
+        } else {
+            "7"
+        };
+        let changed = format!("{}{other}{}", &good[..at], &good[at + 1..]);
+        refused(&changed, &format!("changed at {at}"));
+    }
+    // That of another method, of the same body and times.
+    let other = SCENE.replace("\"radau\"", "\"radau9\"");
+    let other = Scene::build("scene.toml", &other, &[], Path::new("")).unwrap();
+    let foreign = folder.path().join("foreign");
+    compute(&other, &options(&foreign, Existing::Refuse, false)).unwrap();
+    refused(
+        &fs::read_to_string(foreign.join("checkpoint.json")).unwrap(),
+        "foreign",
+    );
+    fs::write(&path, &good).unwrap();
+    compute(&scene, &options(&out, Existing::Resume, false)).unwrap();
+}
+
+/// The request of a run names its files before it makes them.
+#[test]
+fn a_run_lists_all_its_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    compute(&scene(), &options(&out, Existing::Refuse, false)).unwrap();
+    let own = [".lock", "manifest.jsonl"];
+    let made = files(&out).into_keys();
+    let made: Vec<String> = made.filter(|name| !own.contains(&name.as_str())).collect();
+    FolderRequest::to_add(&out, "run", made.clone())
+        .check()
+        .unwrap();
+    assert!(made.len() > 6, "{made:?}");
+}

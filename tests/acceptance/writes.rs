@@ -1,0 +1,408 @@
+//! What commands write, where: no command destroys a file that it did not make, and the loss of standard
+//! output or standard error ends none.
+#![cfg(unix)]
+#![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use clap::CommandFactory;
+use myovib_cli::cli::Cli;
+
+use crate::harness::{PROGRAM, myovib_in};
+
+/// A motion of two elements, over in a moment.
+const SCENE: &str = r#"
+[time]
+end = 0.02
+[mesh]
+type = "rectangle"
+width = 0.1
+height = 0.02
+cells = [1, 1]
+[solid]
+kappa = 1e5
+[[material]]
+law = "neo-hooke"
+density = 1.1e3
+shear_modulus = 1e4
+[[fixed]]
+group = "left"
+[[traction]]
+group = "top"
+y = { type = "step", value = 20.0, rise = 0.05 }
+[integrator]
+method = "radau"
+[[probe]]
+name = "tip"
+type = "point"
+at = [0.1, 0.01]
+every = 0.01
+[[parameter]]
+key = "solid.kappa"
+"#;
+
+/// For each command that computes a line that is over soon.
+const COMMANDS: [&str; 14] = [
+    "check scene.toml",
+    "doctor",
+    "figure 4",
+    "figures --t-end 1",
+    "fit scene.toml --data data.csv",
+    "infsup --levels 1",
+    "modes scene.toml --count 1",
+    "movie chain --from 0 --to 1",
+    "run scene.toml",
+    "sensitivity scene.toml",
+    "sweep scene.toml --vary solid.kappa=1e5,2e5",
+    "synchronization --t-end 1 --gamma 10",
+    "table1",
+    "table2 --rows 1 --t-end 0.02",
+];
+
+/// Options that name a file to write, by command; `--json` is every command's.
+const FILES: [(&str, &str); 5] = [
+    ("infsup", "plot"),
+    ("modes", "svg"),
+    ("movie", "out"),
+    ("sweep", "slurm"),
+    ("table2", "csv"),
+];
+
+/// Options that name a folder to write to, by command, and a file or folder that would be written there.
+const FOLDERS: [(&str, &str); 8] = [
+    ("figure", "figure4.svg"),
+    ("figures", "figure7.csv"),
+    ("fit", "fit.json"),
+    ("run", "report.html"),
+    ("sensitivity", "sensitivity.svg"),
+    ("sweep", "case-0002"),
+    ("synchronization", "synchronization.svg"),
+    ("table2", "table2-1"),
+];
+
+/// Arguments that name what is read.
+const READ: [&str; 4] = ["scene", "mesh", "data", "file"];
+
+fn line_of(command: &str) -> &'static str {
+    let is_of = |line: &&&str| line.split(' ').next() == Some(command);
+    COMMANDS.iter().find(is_of).unwrap()
+}
+
+/// A folder with a scene, data, and what must stay as it is.
+fn place() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    fs::write(path.join("scene.toml"), SCENE).unwrap();
+    let rows = (0..5).map(|i| format!("{}\n", f64::from(i) * 0.005).replace('\n', ",0\n"));
+    fs::write(
+        path.join("data.csv"),
+        "t,tip.u_y\n".to_owned() + &rows.collect::<String>(),
+    )
+    .unwrap();
+    fs::write(path.join("mine.txt"), "precious").unwrap();
+    fs::write(path.join("mine.json"), "{\n  \"schema\": \"mine\"\n}\n").unwrap();
+    symlink("mine.txt", path.join("link")).unwrap();
+    fs::create_dir(path.join("folder")).unwrap();
+    fs::write(path.join("folder/mine"), "precious").unwrap();
+    let made = Command::new("mkfifo").arg(path.join("pipe")).status();
+    assert!(made.unwrap().success());
+    folder
+}
+
+/// All files below a folder with their contents; links, pipes and folders by their kind.
+fn tree(folder: &Path) -> BTreeMap<PathBuf, String> {
+    let mut all = BTreeMap::new();
+    for entry in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap()) {
+        let (path, kind) = (entry.path(), entry.file_type().unwrap());
+        if kind.is_dir() {
+            all.extend(tree(&path));
+            all.insert(path, "folder".to_owned());
+        } else if kind.is_file() {
+            let bytes = fs::read(&path).unwrap();
+            all.insert(path, String::from_utf8_lossy(&bytes).into_owned());
+        } else {
+            all.insert(path, format!("{kind:?}"));
+        }
+    }
+    all
+}
+
+fn words<'a>(line: &'a str, more: &'a [&'a str]) -> Vec<&'a str> {
+    line.split(' ').chain(more.iter().copied()).collect()
+}
+
+/// Runs a command that must refuse, and change nothing.
+fn assert_refused(folder: &Path, arguments: &[&str]) {
+    let before = tree(folder);
+    let run = myovib_in(folder, arguments);
+    assert_eq!(run.code, 2, "{arguments:?}: {}", run.stderr);
+    assert_eq!(tree(folder), before, "{arguments:?}: {}", run.stderr);
+}
+
+/// A new option or command has to be put into the tables above.
+#[test]
+fn the_tables_have_every_command_and_every_option_that_names_a_path() {
+    for command in Cli::command().get_subcommands() {
+        let name = command.get_name();
+        let has_json = command.get_arguments().any(|arg| arg.get_id() == "json");
+        let is_listed = COMMANDS
+            .iter()
+            .any(|line| line.split(' ').next() == Some(name));
+        assert_eq!(has_json, is_listed, "{name}");
+        for argument in command.get_arguments() {
+            let id = argument.get_id().as_str();
+            let values = argument.get_value_names().unwrap_or_default();
+            let is = |kind: &str| values.iter().any(|value| value.starts_with(kind));
+            let is_folder = FOLDERS.iter().any(|(command, _)| *command == name) && id == "out";
+            let is_file = id == "json" || FILES.contains(&(name, id)) || READ.contains(&id);
+            assert_eq!(is("DIR"), is_folder, "{name} {id}");
+            assert!(!is("FILE") || is_file, "{name} {id}");
+        }
+    }
+}
+
+/// Regression: `modes --json mine.toml` replaced the scene, and `--slurm` and others whatever they named.
+#[test]
+fn a_file_that_an_option_names_is_not_replaced_unless_the_program_made_it() {
+    let folder = place();
+    let json = COMMANDS.map(|line| (line, "--json".to_owned()));
+    let others = FILES.map(|(command, option)| (line_of(command), format!("--{option}")));
+    for (line, option) in json.iter().chain(&others) {
+        for target in [
+            "mine.txt",
+            "mine.json",
+            "scene.toml",
+            "data.csv",
+            "link",
+            "folder",
+            "pipe",
+        ] {
+            let given = format!("{option}={target}");
+            assert_refused(folder.path(), &words(line, &[&given]));
+        }
+    }
+    // The positional argument after it is none of its own.
+    let before = fs::read_to_string(folder.path().join("scene.toml")).unwrap();
+    let run = myovib_in(
+        folder.path(),
+        &["modes", "--count", "1", "--json", "scene.toml"],
+    );
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(
+        run.stdout
+            .starts_with("{\n  \"schema\": \"myovib/modes/1\"")
+    );
+    assert_eq!(
+        fs::read_to_string(folder.path().join("scene.toml")).unwrap(),
+        before
+    );
+    // Its own file is replaced.
+    for _ in 0..2 {
+        let run = myovib_in(folder.path(), &["doctor", "--json=own.json"]);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+    }
+}
+
+/// Regression: sweeps and sensitivities settled anywhere, and `--overwrite` took what no run had made.
+#[test]
+fn a_folder_of_somebody_elses_files_or_of_another_command_is_left_as_it_is() {
+    let folder = place();
+    let sweep = myovib_in(
+        folder.path(),
+        &words(line_of("sweep"), &["--out", "a-sweep", "--quiet"]),
+    );
+    assert_eq!(sweep.code, 0, "{}", sweep.stderr);
+    let run = myovib_in(
+        folder.path(),
+        &words(line_of("run"), &["--out", "a-run", "--quiet"]),
+    );
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    for (command, name) in FOLDERS {
+        let own = folder.path().join(format!("of-{command}"));
+        fs::create_dir(&own).unwrap();
+        fs::write(own.join(name), "precious").unwrap();
+        let own = format!("of-{command}");
+        let has_overwrite = ["fit", "run", "sensitivity", "sweep"].contains(&command);
+        let modes = if has_overwrite {
+            &[&[][..], &["--overwrite"]][..]
+        } else {
+            &[&[][..]]
+        };
+        for mode in modes {
+            for target in ["mine.txt", "link", "pipe", &own, "a-run", "a-sweep"] {
+                let of_its_own = target == format!("a-{command}");
+                if of_its_own && (!mode.is_empty() || command == "sweep") {
+                    continue;
+                }
+                let out = [&["--out", target][..], mode].concat();
+                assert_refused(folder.path(), &words(line_of(command), &out));
+            }
+        }
+    }
+    // Another sweep.
+    let other = [
+        "sweep",
+        "scene.toml",
+        "--vary",
+        "solid.beta=1e-4,2e-4",
+        "--quiet",
+        "--out",
+        "a-sweep",
+    ];
+    assert_refused(folder.path(), &other);
+    let replaced = myovib_in(folder.path(), &[&other[..], &["--overwrite"]].concat());
+    assert_eq!(replaced.code, 0, "{}", replaced.stderr);
+}
+
+/// Runs a command whose readers have gone: its exit code.
+fn code_without_readers(folder: &Path, arguments: &[&str]) -> Option<i32> {
+    let mut child = Command::new(PROGRAM)
+        .args(arguments)
+        .current_dir(folder)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop((child.stdout.take(), child.stderr.take()));
+    child.wait().unwrap().code()
+}
+
+/// Regression: the first line on standard error ended a run whose reader had gone, with 101.
+#[test]
+fn commands_end_as_ever_where_nobody_reads() {
+    let folder = place();
+    let path = folder.path();
+    let quick = [
+        "check",
+        "doctor",
+        "figure",
+        "infsup",
+        "modes",
+        "run",
+        "sensitivity",
+        "sweep",
+        "table2",
+    ];
+    for command in quick {
+        assert_eq!(
+            code_without_readers(path, &words(line_of(command), &[])),
+            Some(0),
+            "{command}"
+        );
+    }
+    for line in ["schema", "man", "completions bash", "init -", "--help"] {
+        assert_eq!(
+            code_without_readers(path, &words(line, &[])),
+            Some(0),
+            "{line}"
+        );
+    }
+    for kept in [
+        "out/run.json",
+        "out/report.html",
+        "sweep/sweep.json",
+        "sensitivity/sensitivity.json",
+    ] {
+        assert!(path.join(kept).is_file(), "{kept}");
+    }
+    // What is printed on standard error: mistakes, warnings, notes of cases that failed.
+    for (line, code) in [
+        ("run nosuch.toml", 2),
+        ("run scene.toml --out out", 2),
+        ("run scene.toml --nonsense", 2),
+        (
+            "run scene.toml --out stopped --set integrator.max_steps=2",
+            3,
+        ),
+        (
+            "sweep scene.toml --vary integrator.max_steps=2,3 --out stopped-cases",
+            0,
+        ),
+    ] {
+        assert_eq!(
+            code_without_readers(path, &words(line, &[])),
+            Some(code),
+            "{line}"
+        );
+    }
+    // Closed from the start.
+    for (line, code) in [("run scene.toml --out closed", 0), ("run nosuch.toml", 2)] {
+        let closed = format!("exec \"$0\" {line} >&- 2>&-");
+        let end = Command::new("bash")
+            .args(["-c", &closed, PROGRAM])
+            .current_dir(path)
+            .status();
+        assert_eq!(end.unwrap().code(), Some(code), "{line}");
+    }
+    assert!(path.join("closed/report.html").is_file());
+}
+
+/// What cannot be printed on a full disk is code 4; results in files are kept.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_code_4_and_files_are_kept() {
+    let folder = place();
+    for line in [
+        "doctor",
+        "run scene.toml",
+        "run scene.toml --overwrite --json",
+    ] {
+        let full = format!("exec \"$0\" {line} --quiet >/dev/full");
+        let end = Command::new("bash")
+            .args(["-c", &full, PROGRAM])
+            .current_dir(folder.path())
+            .output();
+        let end = end.unwrap();
+        assert_eq!(
+            end.status.code(),
+            Some(4),
+            "{line}: {}",
+            String::from_utf8_lossy(&end.stderr)
+        );
+    }
+    assert!(folder.path().join("out/report.html").is_file());
+}
+
+/// Regression: a line break in an argument left the comment of the job script and ran as a command.
+#[test]
+fn arguments_with_line_breaks_are_no_commands_of_a_job_script() {
+    let folder = place();
+    let title = "title=\"\"\"a\ntouch broken-out\n'; touch broken-out; '\"\"\"";
+    let out = "o\ntouch broken-out\n";
+    let script = "j\ntouch broken-out.sh";
+    let common = [
+        "sweep",
+        "scene.toml",
+        "--vary",
+        "solid.kappa=1e5,2e5",
+        "--set",
+        title,
+        "--out",
+        out,
+    ];
+    let slurm = format!("--slurm={script}");
+    let run = myovib_in(folder.path(), &[&common[..], &[&slurm]].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let computed = |arguments: &[&str]| {
+        let end = Command::new("bash")
+            .arg(folder.path().join(script))
+            .args(arguments)
+            .env("SLURM_ARRAY_TASK_ID", "1")
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert!(
+            end.status.success(),
+            "{}",
+            String::from_utf8_lossy(&end.stderr)
+        );
+    };
+    computed(&[]);
+    computed(&["--collect"]);
+    assert!(folder.path().join(out).join("case-0001/run.json").is_file());
+    assert!(!folder.path().join("broken-out").exists());
+}
