@@ -185,3 +185,20 @@ fn the_preloaded_strip_settles_in_equilibrium() {
     );
     assert!(rests < -5e-4, "{rests}");
 }
+
+#[test]
+fn pictures_of_pages_are_well_formed() {
+    let mut pictures = 0;
+    for folder in ["docs/src/pictures", "docs/src/stability", "examples"] {
+        for entry in fs::read_dir(root().join(folder)).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.extension().is_some_and(|extension| extension == "svg") {
+                let text = fs::read_to_string(&path).expect("a picture");
+                let parsed = roxmltree::Document::parse(&text);
+                assert!(parsed.is_ok(), "{}: {parsed:?}", path.display());
+                pictures += 1;
+            }
+        }
+    }
+    assert!(pictures >= 8, "{pictures} pictures");
+}
