@@ -4,7 +4,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::differences::Differences;
 use crate::linearization::Linearization;
-use crate::problem::{Problem, StepError, VariableKind};
+use crate::problem::{Problem, StepError};
 
 /// Evaluates the Jacobian of one problem: by [`Problem::jacobian`], or, where the problem has none,
 /// by difference quotients of the residual, coloured over the pattern.
@@ -118,44 +118,6 @@ impl Jacobian {
             .get_or_insert_with(|| Differences::new(pattern));
         differences.evaluate(problem, pattern, at, coefficients, values)
     }
-}
-
-/// How each variable enters F: what the problem says, or else what its Jacobian says at (t, y, ẏ),
-/// where a variable whose column of ∂F/∂ẏ is zero is algebraic.
-///
-/// A derivative that is multiplied by zero at the start and not later is not seen; such a problem
-/// must state its [`kinds`](Problem::kinds).
-///
-/// # Errors
-/// Those of the problem.
-pub fn kinds_at<P: Problem + ?Sized>(
-    problem: &mut P,
-    t: f64,
-    y: &[f64],
-    y_dot: &[f64],
-) -> Result<Vec<VariableKind>, StepError> {
-    if let Some(kinds) = problem.kinds() {
-        return Ok(kinds);
-    }
-    let mut jacobian = Jacobian::of(problem);
-    // Differences over a unit of each variable at least: no coefficient is lost in rounding that
-    // is not lost in the residual itself.
-    let weights = vec![f64::EPSILON.sqrt().recip(); y.len()];
-    let at = Linearization {
-        t,
-        y,
-        y_dot,
-        step: 1.0,
-        weights: &weights,
-    };
-    let mut of_rate = vec![0.0; jacobian.pattern.nnz()];
-    jacobian.combined(problem, &at, (0.0, 1.0), &mut of_rate)?;
-    let offsets = jacobian.pattern.major_offsets();
-    let kind = |column: &[usize]| match of_rate[column[0]..column[1]].iter().all(|&e| e == 0.0) {
-        true => VariableKind::Algebraic,
-        false => VariableKind::Differential,
-    };
-    Ok(offsets.windows(2).map(kind).collect())
 }
 
 #[cfg(test)]

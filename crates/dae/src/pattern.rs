@@ -3,10 +3,10 @@
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::differences::{Way, displacement};
+use crate::draw::draw;
 use crate::jacobian::Jacobian;
 use crate::linearization::Linearization;
 use crate::problem::{Problem, StepError};
-use crate::start::draw;
 
 /// An entry that the pattern of a Jacobian lacks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -114,8 +114,8 @@ pub fn check_pattern<P: Problem + ?Sized>(
     if jacobian.pattern().nnz() == n * n {
         return Ok(());
     }
-    // Derivatives have no tolerance: they move as far as `kinds_at` moves them.
-    let weights = vec![f64::EPSILON.sqrt().recip(); n];
+    // Derivatives have no tolerance: they move by 1 + |ẏ|, so that rounding hides no small coefficient.
+    let weights: Vec<f64> = at.y_dot.iter().map(|v| 1.0 / (1.0 + v.abs())).collect();
     let at_rate = Linearization {
         step: 1.0,
         weights: &weights,

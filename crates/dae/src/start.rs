@@ -1,5 +1,7 @@
 //! Whether initial values fulfil the equations that they must fulfil.
 
+use crate::draw::draw;
+use crate::kinds::RateDependence;
 use crate::problem::{Problem, StepError};
 
 /// An equation that the initial values do not fulfil.
@@ -63,7 +65,7 @@ const ROUNDING: f64 = 1e3 * f64::EPSILON;
 /// and the start is refused where the root of Σ e_i²/n is above 2, as an error test of the variables would
 /// have it.
 ///
-/// Equations that change with ẏ are not looked at: a wrong ẏ spoils no y. Radau IIA chooses its first step by
+/// Equations that change with ẏ, by the rule of [`kinds_at`](crate::kinds_at), are excluded: a wrong ẏ spoils no y. Radau IIA chooses its first step by
 /// it; IDAS begins with short steps, or gives up and says so. An evaluation that fails says nothing: the first
 /// step will tell.
 ///
@@ -78,11 +80,22 @@ pub fn check_start<P: Problem + ?Sized>(
     weights: &[f64],
 ) -> Result<(), InconsistentStart> {
     let weighed = weigh(problem, (t, y, y_dot), weights);
-    let Ok(equations) = weighed else {
+    let Ok(mut equations) = weighed else {
         return Ok(());
     };
-    let squares: f64 = equations.iter().map(|e| e.size().powi(2)).sum();
-    if (squares / y.len() as f64).sqrt() <= FIRST_JUMP {
+    let are_fulfilled = |equations: &[Equation]| {
+        let squares: f64 = equations.iter().map(|e| e.size().powi(2)).sum();
+        (squares / y.len() as f64).sqrt() <= FIRST_JUMP
+    };
+    if are_fulfilled(&equations) {
+        return Ok(());
+    }
+    // `weigh` has moved ẏ once, by 1 + |ẏ|. Only before refusing is the complete rule worth its cost.
+    let Ok(rates) = RateDependence::at(problem, (t, y, y_dot)) else {
+        return Ok(());
+    };
+    equations.retain(|e| e.number >= y.len() || !rates.equations[e.number]);
+    if are_fulfilled(&equations) {
         return Ok(());
     }
     let worst = equations
@@ -155,17 +168,6 @@ fn weigh<P: Problem + ?Sized>(
         }
     }
     Ok(equations)
-}
-
-/// A number between 0.5 and 1, or −1 and −0.5, that looks drawn at random: always the same for a trial and
-/// a place (splitmix64).
-pub(crate) fn draw(trial: u64, place: usize) -> f64 {
-    let mut z = (trial << 40 | place as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^= z >> 31;
-    let size = 0.5 + 0.5 * (z >> 11) as f64 / (1u64 << 53) as f64;
-    if z & 1 == 0 { size } else { -size }
 }
 
 #[cfg(test)]

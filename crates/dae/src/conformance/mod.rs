@@ -13,6 +13,7 @@ mod problems;
 mod quadratures;
 mod starts;
 mod stepping;
+mod units;
 
 pub use accuracy::*;
 pub use constraints::*;
@@ -22,6 +23,7 @@ pub use output::*;
 pub use quadratures::*;
 pub use starts::*;
 pub use stepping::*;
+pub use units::*;
 
 use crate::{
     Direction, Integrator, Outcome, Problem, StepError, Stop, StopReason, Suppressed, Tolerances,
@@ -103,6 +105,8 @@ macro_rules! conformance_tests {
             weighs_a_start_by_the_tolerances,
             refuses_values_off_the_constraints_stated,
             takes_values_found_behind_an_event,
+            tests_differential_variables_in_any_unit,
+            corrects_initial_values_in_any_unit,
             answers_with_times_that_are_its_own,
             refuses_times_behind_and_values_that_are_no_numbers,
             holds_a_stop_time_once,

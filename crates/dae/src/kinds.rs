@@ -1,0 +1,319 @@
+//! Which variables are differential: those whose derivative occurs in F.
+
+use crate::colouring::colour;
+use crate::draw::draw;
+use crate::problem::{Problem, StepError, VariableKind};
+
+/// Draws for each test: in one of them terms may cancel or an even function may return the same value.
+const TRIALS: u64 = 2;
+
+/// Factor between two sizes of perturbations. A term c ẏ_j is lost in the rounding of an equation whose
+/// other terms are 1/ε times as large; the next size finds it where it is at least 1e-14 times as large.
+const GROWTH: f64 = 1e14;
+
+/// Largest perturbation, relative to 1 + |ẏ|.
+const LARGEST: f64 = 1e300;
+
+/// Variables and equations that ẏ occurs in at a state.
+///
+/// This is the one rule for differential variables ([`kinds_at`]) and for equations that contain a
+/// derivative ([`check_start`](crate::check_start)): a nonzero entry of ∂F/∂ẏ where the problem has a
+/// [`jacobian`](Problem::jacobian), evaluated at ẏ and at other derivatives; otherwise any change of F when
+/// ẏ_j moves by 1 + |ẏ_j| or, while F does not change, by larger amounts up to 1e300 (1 + |ẏ_j|). So a
+/// coefficient is found whatever its unit, and only coefficients that are exactly zero are taken for zero.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct RateDependence {
+    pub(crate) variables: Vec<bool>,
+    pub(crate) equations: Vec<bool>,
+}
+
+impl RateDependence {
+    /// Evaluates the rule at (t, y, ẏ).
+    ///
+    /// # Errors
+    /// Errors of the problem at the state itself. An evaluation elsewhere that fails shows nothing.
+    pub(crate) fn at<P: Problem + ?Sized>(
+        problem: &mut P,
+        (t, y, y_dot): (f64, &[f64], &[f64]),
+    ) -> Result<Self, StepError> {
+        let n = y.len();
+        let found = Self {
+            variables: vec![false; n],
+            equations: vec![false; n],
+        };
+        let mut search = Search {
+            problem,
+            t,
+            y,
+            y_dot,
+            found,
+        };
+        match search.by_jacobian() {
+            Err(StepError::NoJacobian) => search.by_differences()?,
+            evaluated => evaluated?,
+        }
+        Ok(search.found)
+    }
+}
+
+struct Search<'a, P: ?Sized> {
+    problem: &'a mut P,
+    t: f64,
+    y: &'a [f64],
+    y_dot: &'a [f64],
+    found: RateDependence,
+}
+
+impl<P: Problem + ?Sized> Search<'_, P> {
+    /// Marks the nonzero entries of ∂F/∂ẏ, also at derivatives near the given ones: at ẏ_j = 0 the
+    /// entry of ẏ_j² is zero.
+    fn by_jacobian(&mut self) -> Result<(), StepError> {
+        let pattern = self.problem.jacobian_pattern();
+        let mut values = vec![0.0; pattern.nnz()];
+        let given = self.y_dot.to_vec();
+        for trial in 0..=TRIALS {
+            let y_dot = match trial {
+                0 => given.clone(),
+                _ => (0..given.len())
+                    .map(|j| self.moved(trial, j, 1.0))
+                    .collect(),
+            };
+            let evaluated = self
+                .problem
+                .jacobian(self.t, self.y, &y_dot, 0.0, 1.0, &mut values);
+            match evaluated {
+                Err(StepError::Recoverable(_)) if trial > 0 => continue,
+                evaluated => evaluated?,
+            }
+            for ((column, row), value) in pattern.entries().zip(&values) {
+                // A NaN or an infinity at the state itself is reported with the first Jacobian.
+                if *value != 0.0 && (trial == 0 || value.is_finite()) {
+                    self.found.variables[column] = true;
+                    self.found.equations[row] = true;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Moves derivatives until F changes: one by one, in groups of columns without common rows, by
+    /// 1 + |ẏ_j|; then those without effect together, and one by one only where F changes.
+    fn by_differences(&mut self) -> Result<(), StepError> {
+        let n = self.y.len();
+        let mut base = vec![0.0; n];
+        self.problem
+            .residual(self.t, self.y, self.y_dot, &mut base)?;
+        let pattern = self.problem.jacobian_pattern();
+        let groups = colour(&pattern);
+        let mut size = 1.0;
+        while size <= LARGEST {
+            for trial in 0..TRIALS {
+                let unaffected: Vec<usize> = (0..n).filter(|&j| !self.found.variables[j]).collect();
+                let is_first = size == 1.0 && trial == 0;
+                if unaffected.is_empty()
+                    || (!is_first && self.changed(&unaffected, (trial, size), &base)?.is_empty())
+                {
+                    continue;
+                }
+                for group in &groups {
+                    let mut group = group.clone();
+                    group.retain(|&j| !self.found.variables[j]);
+                    let rows = match group.is_empty() {
+                        true => continue,
+                        false => self.changed(&group, (trial, size), &base)?,
+                    };
+                    for &j in &group {
+                        let lane = pattern.lane(j);
+                        self.found.variables[j] |=
+                            rows.iter().any(|row| lane.binary_search(row).is_ok());
+                    }
+                    rows.iter()
+                        .for_each(|&row| self.found.equations[row] = true);
+                }
+            }
+            size *= GROWTH;
+        }
+        Ok(())
+    }
+
+    /// Equations that change when the derivatives of these variables move. A change to a value that is
+    /// not finite counts: the product of a finite number and zero is zero.
+    fn changed(
+        &mut self,
+        columns: &[usize],
+        (trial, size): (u64, f64),
+        base: &[f64],
+    ) -> Result<Vec<usize>, StepError> {
+        let mut y_dot = self.y_dot.to_vec();
+        let mut residual = vec![0.0; base.len()];
+        for direction in [1.0, -1.0] {
+            for &j in columns {
+                y_dot[j] = self.moved(trial, j, direction * size);
+            }
+            match self.problem.residual(self.t, self.y, &y_dot, &mut residual) {
+                Ok(()) => {
+                    let pairs = residual.iter().zip(base).enumerate();
+                    let changed = pairs.filter(|(_, (new, base))| new != base && base.is_finite());
+                    return Ok(changed.map(|(row, _)| row).collect());
+                }
+                Err(StepError::Recoverable(_)) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(Vec::new())
+    }
+
+    /// ẏ_j, moved by about `size` (1 + |ẏ_j|).
+    fn moved(&self, trial: u64, j: usize, size: f64) -> f64 {
+        let v = self.y_dot[j];
+        v + (size * (1.0 + v.abs()) * draw(trial, j)).clamp(-f64::MAX, f64::MAX)
+    }
+}
+
+/// Returns how each variable enters F: as the problem states it ([`Problem::kinds`]), or else differential
+/// if ∂F/∂ẏ_j is not zero at (t, y, ẏ), and algebraic otherwise.
+///
+/// Coefficients of any size are found, in any unit: with a [`jacobian`](Problem::jacobian) by its entries,
+/// without one by moving ẏ_j by 1 + |ẏ_j| and, while F does not change, by more.
+///
+/// A derivative that is multiplied by zero at the start and not later is not found; such a problem
+/// must state its [`kinds`](Problem::kinds).
+///
+/// # Errors
+/// Errors of the problem.
+pub fn kinds_at<P: Problem + ?Sized>(
+    problem: &mut P,
+    t: f64,
+    y: &[f64],
+    y_dot: &[f64],
+) -> Result<Vec<VariableKind>, StepError> {
+    if let Some(kinds) = problem.kinds() {
+        return Ok(kinds);
+    }
+    let found = RateDependence::at(problem, (t, y, y_dot))?;
+    let kind = |is_differential| match is_differential {
+        true => VariableKind::Differential,
+        false => VariableKind::Algebraic,
+    };
+    Ok(found.variables.into_iter().map(kind).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use VariableKind::{Algebraic, Differential};
+
+    /// C u̇ + u/R − I = 0 and w − u² = 0.
+    struct Node {
+        c: f64,
+        has_jacobian: bool,
+    }
+
+    impl Problem for Node {
+        fn n_unknowns(&self) -> usize {
+            2
+        }
+
+        fn residual(
+            &mut self,
+            _: f64,
+            y: &[f64],
+            v: &[f64],
+            r: &mut [f64],
+        ) -> Result<(), StepError> {
+            r[0] = self.c * v[0] + y[0] / 1e3 - 5e-3;
+            r[1] = y[1] - y[0] * y[0];
+            Ok(())
+        }
+
+        fn jacobian(
+            &mut self,
+            _: f64,
+            y: &[f64],
+            _: &[f64],
+            a: f64,
+            b: f64,
+            values: &mut [f64],
+        ) -> Result<(), StepError> {
+            if !self.has_jacobian {
+                return Err(StepError::NoJacobian);
+            }
+            values.copy_from_slice(&[b * self.c + a / 1e3, -2.0 * a * y[0], 0.0, a]);
+            Ok(())
+        }
+    }
+
+    /// Regression: below 1e-10 the variable was taken for algebraic, and lost its error test.
+    #[test]
+    fn a_coefficient_of_any_size_makes_a_variable_differential() {
+        for exponent in (-300..=300).step_by(10).chain([-11, -12, -13]) {
+            for has_jacobian in [false, true] {
+                for u in [0.0, 5.0, 1e6] {
+                    let c = 10_f64.powi(exponent);
+                    let mut node = Node { c, has_jacobian };
+                    let kinds = kinds_at(&mut node, 0.0, &[u, u * u], &[0.0, 0.0]).unwrap();
+                    assert_eq!(kinds, [Differential, Algebraic], "{c:e} {has_jacobian} {u}");
+                    let at = (0.0, &[u, u * u][..], &[0.0; 2][..]);
+                    let found = RateDependence::at(&mut node, at).unwrap();
+                    assert_eq!(found.equations, [true, false], "{c:e} {has_jacobian} {u}");
+                }
+            }
+        }
+        for has_jacobian in [false, true] {
+            let mut node = Node {
+                c: 0.0,
+                has_jacobian,
+            };
+            let kinds = kinds_at(&mut node, 0.0, &[5.0, 25.0], &[0.0, 0.0]).unwrap();
+            assert_eq!(kinds, [Algebraic; 2]);
+        }
+    }
+
+    /// One equation in ẏ.
+    struct Of(fn(f64) -> Result<f64, StepError>);
+
+    impl Problem for Of {
+        fn n_unknowns(&self) -> usize {
+            1
+        }
+
+        fn residual(
+            &mut self,
+            _: f64,
+            _: &[f64],
+            v: &[f64],
+            r: &mut [f64],
+        ) -> Result<(), StepError> {
+            r[0] = self.0(v[0])?;
+            Ok(())
+        }
+    }
+
+    /// A nonlinear function may have the same value, a zero derivative, or no value nearby.
+    #[test]
+    fn a_nonlinear_derivative_is_found() {
+        let functions: [(fn(f64) -> Result<f64, StepError>, f64); 5] = [
+            (|v| Ok(v * v), 0.0),
+            (|v| Ok(v * v - 1.0), 1.0),
+            (|v| Ok(v.powi(3) + v), 0.0),
+            (|v| Ok((1e-20 * v).sinh()), 0.0),
+            (|v| Ok(v.sqrt()), 0.0),
+        ];
+        for (function, v) in functions {
+            let kinds = kinds_at(&mut Of(function), 0.0, &[1.0], &[v]).unwrap();
+            assert_eq!(kinds, [Differential]);
+        }
+        let mut one_sided = Of(|v| {
+            if v < 0.0 {
+                return Err(StepError::Recoverable("below zero".into()));
+            }
+            Ok(v)
+        });
+        assert_eq!(
+            kinds_at(&mut one_sided, 0.0, &[1.0], &[0.0]).unwrap(),
+            [Differential]
+        );
+        let mut nowhere = Of(|_| Err(StepError::Recoverable("outside".into())));
+        assert!(kinds_at(&mut nowhere, 0.0, &[1.0], &[0.0]).is_err());
+    }
+}
