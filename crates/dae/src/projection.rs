@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::draw::draw;
 use crate::inconsistent::{Inconsistent, norm};
 use crate::problem::{Problem, StepError, VariableKind};
 
@@ -9,10 +10,13 @@ use crate::problem::{Problem, StepError, VariableKind};
 const ITERATIONS: usize = 30;
 /// Displacements of central differences, relative: the cube root of rounding.
 const DIFFERENCE: f64 = 6e-6;
-/// Singular values below this part of the largest are of constraints that say the same.
+/// Singular values below this fraction of the largest, of matrices with [balanced](Balance) rows and
+/// columns, belong to redundant constraints.
 const RANK: f64 = 1e-9;
-/// What an equation may leave, as a part of its terms; differences are right to some 1e-10.
+/// Accepted residual of an equation relative to its terms; differences have errors of about 1e-10.
 const LEFT: f64 = 1e-6;
+/// Accepted residual relative to its change when y and ẏ change in their last digits.
+const ROUNDING: f64 = 100.0;
 
 /// Moves y onto the constraints that the problem states ([`Problem::constraints`]), as little as the
 /// `weights` allow, and corrects then what follows from it: ẏ of differential and y of algebraic variables,
@@ -128,7 +132,7 @@ impl State<'_> {
                 *self.sought(j) = kept;
                 matrix.set_column(j, &((ahead - behind) / (2.0 * step)));
             }
-            let step = least_squares(matrix.clone(), &residual)?;
+            let step = least_squares_balanced(&matrix, &residual)?;
             for j in 0..n {
                 *self.sought(j) -= step[j];
             }
@@ -149,23 +153,26 @@ impl State<'_> {
         Ok(())
     }
 
-    /// That no equation is left beyond what its terms allow.
+    /// Checks that the residual of each equation is small relative to its terms, in balanced units.
     fn expect_solved<P: Problem>(
         &mut self,
         problem: &mut P,
         matrix: &DMatrix<f64>,
     ) -> Result<(), Inconsistent> {
         let left = self.equations(problem)?;
+        let rows = Balance::of(matrix).rows;
         let terms = |i: usize| -> f64 {
             let row = (0..matrix.ncols()).map(|j| (matrix[(i, j)], self.is_rate(j), j));
             row.map(|(a, rate, j)| (a * if rate { self.y_dot[j] } else { self.y[j] }).abs())
                 .sum()
         };
-        let sizes: Vec<f64> = (0..left.len()).map(terms).collect();
+        let sizes: Vec<f64> = (0..left.len()).map(|i| rows[i] * terms(i)).collect();
         let most = sizes.iter().copied().fold(0.0, f64::max);
-        // At rest there may be no terms, and rounding of y is left.
-        let rounding = 1e-12 * largest(&self.y);
-        let wrong = |i: &usize| left[*i].abs() > LEFT * (sizes[*i] + 1e-3 * most) + rounding;
+        let rounding = self.rounding(problem, &left)?;
+        let wrong = |i: &usize| {
+            let of_terms = LEFT * (sizes[*i] + 1e-3 * most);
+            rows[*i] * left[*i].abs() > of_terms + ROUNDING * rows[*i] * rounding[*i]
+        };
         match (0..left.len()).find(wrong) {
             None => Ok(()),
             Some(equation) => Err(Inconsistent::Contradicted {
@@ -173,6 +180,30 @@ impl State<'_> {
                 left: left[equation],
             }),
         }
+    }
+
+    /// The largest change of each equation when y and ẏ change in their last digits.
+    fn rounding<P: Problem>(
+        &self,
+        problem: &mut P,
+        equations: &DVector<f64>,
+    ) -> Result<DVector<f64>, StepError> {
+        let mut largest = DVector::zeros(equations.len());
+        for trial in 0..2 {
+            let rounded = |values: &[f64], k: usize| -> Vec<f64> {
+                let factor = |j| 1.0 + 4.0 * f64::EPSILON * draw(trial, 2 * j + k);
+                let numbered = values.iter().enumerate();
+                numbered.map(|(j, value)| value * factor(j)).collect()
+            };
+            let state = State {
+                y: rounded(&self.y, 0),
+                y_dot: rounded(&self.y_dot, 1),
+                ..*self
+            };
+            let change = (state.equations(problem)? - equations).abs();
+            largest = largest.sup(&change);
+        }
+        Ok(largest)
     }
 
     fn is_rate(&self, j: usize) -> bool {
@@ -237,6 +268,70 @@ fn central(
     Ok((ahead - behind) / (2.0 * step))
 }
 
+/// Factors for rows and columns of a matrix that bring the magnitudes of its nonzero entries near 1: the
+/// least squares of log(r_i |a_ij| c_j), by alternating means (Curtis, Reid 1972). Products with them do not
+/// depend on the units of equations and unknowns.
+struct Balance {
+    rows: Vec<f64>,
+    columns: Vec<f64>,
+}
+
+impl Balance {
+    /// Sweeps over rows and columns. Each contracts the error of the factors by half or more, except in
+    /// long chains of equations that have one unknown in common.
+    const SWEEPS: usize = 30;
+
+    fn of(matrix: &DMatrix<f64>) -> Self {
+        let entries: Vec<(usize, usize, f64)> = (0..matrix.ncols())
+            .flat_map(|j| (0..matrix.nrows()).map(move |i| (i, j)))
+            .filter(|&at| matrix[at] != 0.0)
+            .map(|(i, j)| (i, j, matrix[(i, j)].abs().log2()))
+            .collect();
+        let (mut rows, mut columns) = (vec![0.0; matrix.nrows()], vec![0.0; matrix.ncols()]);
+        for _ in 0..Self::SWEEPS {
+            average(
+                &mut rows,
+                entries.iter().map(|&(i, j, a)| (i, a + columns[j])),
+            );
+            average(
+                &mut columns,
+                entries.iter().map(|&(i, j, a)| (j, a + rows[i])),
+            );
+        }
+        let factors = |logarithms: Vec<f64>| logarithms.into_iter().map(f64::exp2).collect();
+        Self {
+            rows: factors(rows),
+            columns: factors(columns),
+        }
+    }
+}
+
+/// Sets each logarithm to minus the mean of its values.
+fn average(logarithms: &mut [f64], values: impl Iterator<Item = (usize, f64)>) {
+    let mut sums = vec![(0.0, 0.0); logarithms.len()];
+    for (index, value) in values {
+        sums[index].0 += value;
+        sums[index].1 += 1.0;
+    }
+    for (logarithm, (sum, count)) in logarithms.iter_mut().zip(sums) {
+        *logarithm = if count > 0.0 { -sum / count } else { 0.0 };
+    }
+}
+
+/// The x with least ‖R (A x − b)‖ for which C⁻¹ x is shortest, where R and C [balance](Balance) A.
+fn least_squares_balanced(
+    a: &DMatrix<f64>,
+    b: &DVector<f64>,
+) -> Result<DVector<f64>, Inconsistent> {
+    let Balance { rows, columns } = Balance::of(a);
+    let scaled = DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| {
+        rows[i] * a[(i, j)] * columns[j]
+    });
+    let b = DVector::from_fn(b.len(), |i, _| rows[i] * b[i]);
+    let x = least_squares(scaled, &b)?;
+    Ok(DVector::from_fn(x.len(), |j, _| columns[j] * x[j]))
+}
+
 /// The shortest x with ‖A x − b‖ least.
 fn least_squares(a: DMatrix<f64>, b: &DVector<f64>) -> Result<DVector<f64>, Inconsistent> {
     if !a.iter().chain(b.iter()).all(|x| x.is_finite()) {
@@ -259,3 +354,6 @@ fn scale(x: f64, largest: f64) -> f64 {
         size => size,
     }
 }
+
+#[cfg(test)]
+mod tests;
