@@ -214,6 +214,10 @@ pub struct SparseSystem<T: Scalar> {
     direct: Box<dyn Factorization<T>>,
     /// Factors with pivoting, once the fixed pivots have failed.
     pivoting: Option<Factors<T>>,
+    /// Whether the next matrix is factorized with pivoting.
+    pivots_next: bool,
+    /// Whether the current factors are those with pivoting.
+    is_pivoted: bool,
     check: bool,
     rhs: Vec<T>,
     residual: Vec<T>,
@@ -227,6 +231,8 @@ impl<T: Scalar> SparseSystem<T> {
         Self {
             direct: elimination.factors(),
             pivoting: None,
+            pivots_next: false,
+            is_pivoted: false,
             values: vec![T::zero(); elimination.n_entries],
             check: true,
             rhs: vec![T::zero(); n],
@@ -252,10 +258,11 @@ impl<T: Scalar> SparseSystem<T> {
     /// [`SparseError::Singular`] and other errors of the factorization.
     pub fn renew(&mut self, work: &mut LinearWork) -> Result<(), SparseError> {
         self.check = true;
-        if self.pivoting.is_some() {
+        if self.pivots_next {
             return self.pivot(work).map(drop);
         }
         let Err(failure) = self.direct.renew(&self.values) else {
+            self.is_pivoted = false;
             self.count(work);
             return Ok(());
         };
@@ -275,7 +282,9 @@ impl<T: Scalar> SparseSystem<T> {
         let Some(factors) = &mut self.pivoting else {
             return Ok(false);
         };
+        self.pivots_next = true;
         factors.renew(&self.values)?;
+        self.is_pivoted = true;
         work.pivoted += 1;
         self.count(work);
         Ok(true)
@@ -289,9 +298,9 @@ impl<T: Scalar> SparseSystem<T> {
     /// Returns the [pivots](Factorization::pivots) of the last matrix by unknown; `None` after a factorization with
     /// pivoting.
     pub fn pivots(&self) -> Option<Vec<T>> {
-        match self.pivoting {
-            Some(_) => None,
-            None => self.direct.pivots(),
+        match self.is_pivoted {
+            true => None,
+            false => self.direct.pivots(),
         }
     }
 
@@ -307,19 +316,23 @@ impl<T: Scalar> SparseSystem<T> {
         }
     }
 
-    /// Returns whether pivoting is active and whether the next solution is checked.
+    /// Returns whether the next matrix is factorized with pivoting and whether the next solution is checked.
     pub fn history(&self) -> [bool; 2] {
-        [self.pivoting.is_some(), self.check]
+        [self.pivots_next, self.check]
     }
 
-    /// Goes on with a [`history`](Self::history).
+    /// Continues with a [`history`](Self::history). The current factors stay in use until the next
+    /// [`renew`](Self::renew).
     ///
     /// # Errors
     /// Those of the analysis.
     pub fn set_history(&mut self, [pivoting, check]: [bool; 2]) -> Result<(), SparseError> {
-        self.check = check;
-        if pivoting && self.pivoting.is_none() {
-            self.pivoting = self.elimination.pivoting()?;
+        (self.pivots_next, self.check) = (pivoting, check);
+        match pivoting {
+            true if self.pivoting.is_none() => self.pivoting = self.elimination.pivoting()?,
+            true => {}
+            // Later pivoting must not depend on pivots that the history does not contain.
+            false => self.forget_pivots(),
         }
         Ok(())
     }
@@ -327,8 +340,8 @@ impl<T: Scalar> SparseSystem<T> {
     /// The factors in use.
     fn factors(&mut self) -> &mut dyn Factorization<T> {
         match &mut self.pivoting {
-            Some(factors) => factors,
-            None => &mut *self.direct,
+            Some(factors) if self.is_pivoted => factors,
+            _ => &mut *self.direct,
         }
     }
 
@@ -352,7 +365,7 @@ impl<T: Scalar> SparseSystem<T> {
         }
         self.rhs.copy_from_slice(x);
         let mut error = self.solve_and_refine(x, work)?;
-        if error > REFINEMENT_THRESHOLD && self.pivoting.is_none() && self.pivot(work)? {
+        if error > REFINEMENT_THRESHOLD && !self.is_pivoted && self.pivot(work)? {
             x.copy_from_slice(&self.rhs);
             error = self.solve_and_refine(x, work)?;
         }

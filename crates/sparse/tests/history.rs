@@ -1,0 +1,55 @@
+//! The history of a system decides how later matrices are factorized, and nothing else of the past does.
+#![allow(clippy::unwrap_used)] // a test may panic
+
+use std::sync::Arc;
+
+use myovib_sparse::{Elimination, LinearWork, SparseOptions, SparseSystem, Structure};
+use nalgebra_sparse::pattern::SparsityPattern;
+
+const GOOD: [f64; 9] = [4.0, 1.0, 0.5, 1.0, 3.0, 0.2, 0.5, 0.2, 5.0];
+
+fn system() -> SparseSystem<f64> {
+    let rows = vec![0, 1, 2, 0, 1, 2, 0, 1, 2];
+    let pattern =
+        SparsityPattern::try_from_offsets_and_indices(3, 3, vec![0, 3, 6, 9], rows).unwrap();
+    let elimination = Elimination::new(&pattern, Structure::default(), SparseOptions::default());
+    SparseSystem::new(Arc::new(elimination.unwrap()))
+}
+
+/// Factorizes and solves; returns the solution.
+fn solve(system: &mut SparseSystem<f64>, values: &[f64; 9], work: &mut LinearWork) -> [f64; 3] {
+    system.values_mut().copy_from_slice(values);
+    system.renew(work).unwrap();
+    let mut x = [1.0, 2.0, 3.0];
+    system.solve(&mut x, work).unwrap();
+    x
+}
+
+/// Regression: one matrix with zeros on the diagonal made all later ones exchange pivots, a restored history
+/// of before included.
+#[test]
+fn a_history_of_before_an_exchange_of_pivots_is_restored() {
+    let (mut system, mut work) = (system(), LinearWork::default());
+    let first = solve(&mut system, &GOOD, &mut work);
+    let saved = system.history();
+    assert_eq!((saved, work.pivoted), ([false, false], 0));
+
+    let zeros = [0.0, 1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0];
+    let exchanged = solve(&mut system, &zeros, &mut work);
+    assert_eq!((system.history()[0], work.pivoted), (true, 1));
+
+    system.set_history(saved).unwrap();
+    assert_eq!(system.history(), saved);
+    // The factors at hand stay in use until the next matrix.
+    let mut x = [1.0, 2.0, 3.0];
+    system.solve(&mut x, &mut work).unwrap();
+    assert_eq!(x, exchanged);
+    for _ in 0..3 {
+        assert_eq!(solve(&mut system, &GOOD, &mut work), first);
+    }
+    assert_eq!((system.history(), work.pivoted), (saved, 1));
+
+    system.set_history([true, false]).unwrap();
+    solve(&mut system, &GOOD, &mut work);
+    assert_eq!((system.history()[0], work.pivoted), (true, 2));
+}
