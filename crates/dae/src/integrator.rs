@@ -78,7 +78,7 @@ pub trait Integrator<P: Problem> {
 
     /// Starts afresh at (t0, y0, ẏ0), keeping problem, settings and functions; statistics begin at
     /// zero, and a stop time that is not ahead is forgotten. Quadratures start again from `q0`
-    /// (empty without quadratures).
+    /// (empty without quadratures). Sensitivities of the new values must be given to the integrator again.
     ///
     /// # Errors
     /// Values of the wrong length, or not finite.

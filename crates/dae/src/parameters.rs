@@ -174,16 +174,20 @@ pub trait Parameters<P: ?Sized> {
     }
 }
 
-/// Parameters that a function sets; ∂F/∂p by central differences.
+/// Parameters that functions get and set; ∂F/∂p by central differences about the values that the problem
+/// has when a derivative is evaluated.
 ///
 /// The step is ε^(1/3) times the larger of |p| and the scale: truncation and rounding are then about
 /// ε^(2/3) = 4e-11 of F.
 pub struct Differenced<P> {
     list: Vec<Parameter>,
+    get: Box<Getter<P>>,
     set: Box<Setter<P>>,
     below: Vec<f64>,
 }
 
+/// Returns the value of parameter j.
+type Getter<P> = dyn Fn(&P, usize) -> f64 + Send;
 /// Gives parameter j a value.
 type Setter<P> = dyn FnMut(&mut P, usize, f64) + Send;
 
@@ -196,10 +200,18 @@ impl<P> std::fmt::Debug for Differenced<P> {
 }
 
 impl<P> Differenced<P> {
-    /// The parameters in `list`, which `set` gives a value by their number.
-    pub fn new(list: Vec<Parameter>, set: impl FnMut(&mut P, usize, f64) + Send + 'static) -> Self {
+    /// The parameters in `list`, whose values `get` returns and `set` changes by their number.
+    ///
+    /// The values in `list` are those of the start. A parameter that is changed later, for instance by
+    /// [`Integrator::problem_mut`](crate::Integrator::problem_mut), keeps its new value.
+    pub fn new(
+        list: Vec<Parameter>,
+        get: impl Fn(&P, usize) -> f64 + Send + 'static,
+        set: impl FnMut(&mut P, usize, f64) + Send + 'static,
+    ) -> Self {
         Self {
             list,
+            get: Box::new(get),
             set: Box::new(set),
             below: Vec::new(),
         }
@@ -220,7 +232,9 @@ impl<P: Problem> Parameters<P> for Differenced<P> {
         y_dot: &[f64],
         out: &mut [f64],
     ) -> Result<(), StepError> {
-        let Parameter { value, scale, .. } = self.list[j];
+        let value = (self.get)(problem, j);
+        self.list[j].value = value;
+        let scale = self.list[j].scale;
         let wanted = f64::EPSILON.cbrt() * value.abs().max(scale);
         let (low, high) = (value - wanted, value + wanted);
         self.below.resize(out.len(), 0.0);
@@ -267,11 +281,33 @@ mod tests {
         }
     }
 
+    fn decay(p: f64) -> Differenced<Decay> {
+        let list = vec![Parameter::new("p", p)];
+        Differenced::new(
+            list,
+            |problem: &Decay, _| problem.0,
+            |problem, _, p| {
+                *problem = Decay(p);
+            },
+        )
+    }
+
+    /// Regression: a parameter changed after the list was made was put back to the value of the list.
+    #[test]
+    fn a_parameter_that_was_changed_keeps_its_value() {
+        let mut parameters = decay(0.5);
+        let (mut problem, mut out) = (Decay(1.0), [0.0]);
+        parameters
+            .derivative(&mut problem, 0, 0.0, &[3.0], &[0.0], &mut out)
+            .unwrap();
+        // As below: truncation 1e-11, rounding 9e-11.
+        assert!((out[0] - 3.0 * 1.0_f64.exp()).abs() < 1e-9, "{out:?}");
+        assert_eq!((problem.0, parameters.list()[0].value), (1.0, 1.0));
+    }
+
     #[test]
     fn the_quotient_is_the_derivative_and_the_problem_stays_as_it_was() {
-        let mut parameters = Differenced::new(vec![Parameter::new("p", 0.5)], |problem, _, p| {
-            *problem = Decay(p);
-        });
+        let mut parameters = decay(0.5);
         let (mut problem, mut out) = (Decay(0.5), [0.0]);
         parameters
             .derivative(&mut problem, 0, 0.0, &[3.0], &[0.0], &mut out)
@@ -283,9 +319,7 @@ mod tests {
 
     #[test]
     fn a_failure_is_handed_on_and_the_problem_stays_as_it_was() {
-        let mut parameters = Differenced::new(vec![Parameter::new("p", 2.0)], |problem, _, p| {
-            *problem = Decay(p);
-        });
+        let mut parameters = decay(2.0);
         let mut problem = Decay(2.0);
         let failed = parameters.derivative(&mut problem, 0, 0.0, &[3.0], &[0.0], &mut [0.0]);
         assert!(matches!(failed, Err(StepError::Recoverable(_))));

@@ -35,7 +35,7 @@ impl Gravity {
             .build(0.0, &start, &slope)
             .map_err(failed)?;
         let set = |pendulum: &mut Pendulum, _: usize, g: f64| pendulum.set(1, g);
-        let parameters = Differenced::new(vec![Varied::new("g", g)], set);
+        let parameters = Differenced::new(vec![Varied::new("g", g)], move |_, _| g, set);
         let of_start = vec![vec![0.0, 0.0, 0.0, 0.0, of_g]];
         let mut sensitivities =
             ForwardSensitivities::new(&solver, parameters, of_start).map_err(failed)?;

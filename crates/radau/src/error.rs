@@ -140,6 +140,15 @@ pub enum RadauError {
         /// Steps taken since.
         steps: u64,
     },
+    /// The solver was started again, and the sensitivities at its new values are not known.
+    #[error(
+        "the solver was started again at t = {t} (reinit, restore or correct_initial_values): continue \
+         sensitivities by ForwardSensitivities::reinit; make a new Recording"
+    )]
+    StartedAgain {
+        /// The time reached.
+        t: f64,
+    },
     /// The pattern of the Jacobian cannot be analysed.
     #[error(transparent)]
     Factorization(#[from] myovib_sparse::SparseError),

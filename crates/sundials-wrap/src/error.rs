@@ -85,6 +85,17 @@ pub enum Error {
         /// How many there are.
         of: usize,
     },
+    /// Sensitivities are known at the start only, and the solver was to be started again elsewhere.
+    #[error(
+        "the sensitivities at t = {t} are not known, only those at the start, t = {t_start}: give them \
+         by IdaSolver::reinit_with_sensitivities"
+    )]
+    SensitivitiesDue {
+        /// The time of the new start.
+        t: f64,
+        /// The time of the start that sensitivities were given for.
+        t_start: f64,
+    },
     /// A backward problem needs the solution to be kept.
     #[error("this solver keeps no checkpoints: build it with IdaBuilder::checkpoints")]
     NoCheckpoints,

@@ -95,7 +95,8 @@ pub trait ParametricSample: Sample {
     where
         Self: Sized + 'static,
     {
-        Differenced::new(self.parameters(), Self::set)
+        let get = |sample: &Self, j: usize| sample.parameters()[j].value;
+        Differenced::new(self.parameters(), get, Self::set)
     }
 }
 

@@ -50,8 +50,10 @@ use crate::work::Counters;
 /// ```
 pub struct ForwardSensitivities<Q> {
     parameters: Q,
-    /// Number of solver steps followed.
+    /// Number of solver steps followed since its start.
     followed: u64,
+    /// The solver's [number of starts](RadauSolver::restarts) that they belong to.
+    restarts: u64,
     operator: StageOperator,
     system: StageSystem,
     block: Block,
@@ -86,11 +88,7 @@ impl<Q> ForwardSensitivities<Q> {
     {
         let n = solver.y().len();
         let list = parameters.list();
-        expect_length("starts of sensitivities", list.len(), starts.len())?;
-        for start in &starts {
-            expect_length("start of a sensitivity", n, start.len())?;
-            expect_finite("start of a sensitivity", start)?;
-        }
+        expect_starts(&starts, list.len(), n)?;
         let scales: Vec<f64> = list.iter().map(|parameter| parameter.scale).collect();
         if let Some(scale) = scales.iter().find(|s| !(**s > 0.0 && s.is_finite())) {
             return Err(RadauError::InvalidOption {
@@ -115,11 +113,36 @@ impl<Q> ForwardSensitivities<Q> {
             columns_weights: columns,
             parameters,
             followed: 0,
+            restarts: solver.restarts(),
             counters: Counters::default(),
             work: SensitivityWork::default(),
             tolerance: None,
             is_controlling: false,
         })
+    }
+
+    /// Continues with a solver that was started again, from the ∂y_0/∂p_j at its new values.
+    ///
+    /// Where [`reinit`](RadauSolver::reinit) left y as it was, at a time that does not depend on p, these are
+    /// the values reached ([`of`](Self::of)).
+    ///
+    /// # Shapes
+    /// `starts`: for each parameter the number of unknowns.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new).
+    pub fn reinit<P: Problem, M: LinearSolver<P>>(
+        &mut self,
+        solver: &RadauSolver<P, M>,
+        starts: Vec<Vec<f64>>,
+    ) -> Result<(), RadauError> {
+        expect_starts(&starts, self.n_parameters(), solver.y().len())?;
+        if solver.statistics().steps > 0 {
+            return Err(RadauError::AfterTheStart { t: solver.t() });
+        }
+        self.curves = Curves::new(solver.method(), solver.t(), starts);
+        (self.followed, self.restarts) = (0, solver.restarts());
+        Ok(())
     }
 
     /// Sets the tolerance of the linear systems as a fraction of the integration's tolerance. The
@@ -239,6 +262,7 @@ impl<Q> ForwardSensitivities<Q> {
     /// # Errors
     /// [`RadauError::Sensitivity`] when the linear equations cannot be solved;
     /// [`RadauError::Missed`] when more than one step was taken since the last call;
+    /// [`RadauError::StartedAgain`] after a `reinit` of the solver without [one](Self::reinit) here;
     /// [`RadauError::Fatal`] when the problem fails.
     pub fn follow<P: Problem, M: LinearSolver<P>>(
         &mut self,
@@ -247,6 +271,9 @@ impl<Q> ForwardSensitivities<Q> {
     where
         Q: Parameters<P>,
     {
+        if solver.restarts() != self.restarts {
+            return Err(RadauError::StartedAgain { t: solver.t() });
+        }
         if solver.began_afresh() {
             self.curves.forget();
         }
@@ -428,6 +455,15 @@ impl<Q> ForwardSensitivities<Q> {
         curves.end(method, &collocation, &self.columns_weights, is_first);
         Ok(largest)
     }
+}
+
+fn expect_starts(starts: &[Vec<f64>], n_parameters: usize, n: usize) -> Result<(), RadauError> {
+    expect_length("starts of sensitivities", n_parameters, starts.len())?;
+    for start in starts {
+        expect_length("start of a sensitivity", n, start.len())?;
+        expect_finite("start of a sensitivity", start)?;
+    }
+    Ok(())
 }
 
 /// Writes the weights of n components and repeats them for all stages.

@@ -15,6 +15,8 @@ pub struct Recording {
     kept: Kept,
     /// Request and result of each step.
     steps: Vec<Asked>,
+    /// The solver's [number of starts](RadauSolver::restarts) that they belong to.
+    restarts: u64,
 }
 
 /// A requested step and its size.
@@ -84,6 +86,7 @@ impl Recording {
         Ok(Self {
             kept,
             steps: Vec::new(),
+            restarts: solver.restarts(),
         })
     }
 
@@ -132,11 +135,15 @@ impl Recording {
     /// after each [`RadauSolver::step`].
     ///
     /// # Errors
-    /// [`RadauError::Missed`] when more than one step was taken since the last call.
+    /// [`RadauError::Missed`] when more than one step was taken since the last call,
+    /// [`RadauError::StartedAgain`] when the solver was started again since this recording was made.
     pub fn follow<P: Problem, M: LinearSolver<P>>(
         &mut self,
         solver: &mut RadauSolver<P, M>,
     ) -> Result<(), RadauError> {
+        if solver.restarts() != self.restarts {
+            return Err(RadauError::StartedAgain { t: solver.t() });
+        }
         let (taken, recorded) = (solver.statistics().steps, self.steps.len() as u64);
         if taken == recorded {
             return Ok(());

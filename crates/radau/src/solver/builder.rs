@@ -254,6 +254,7 @@ impl<P: Problem> RadauBuilder<P> {
             method,
             options,
             counters,
+            restarts: 0,
             differences_before: 0,
         };
         solver.weigh();

@@ -74,6 +74,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.began_afresh
     }
 
+    /// Number of starts after the first: each `reinit` and each `restore`.
+    pub(crate) fn restarts(&self) -> u64 {
+        self.restarts
+    }
+
     /// Whether a hidden constraint magnifies what is left of errors.
     pub(crate) fn is_constrained(&self) -> bool {
         self.multipliers.any()

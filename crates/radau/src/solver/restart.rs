@@ -15,6 +15,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// zero, and a stop time that is not ahead is forgotten.
     ///
     /// Quadratures start again from where they are at the time reached.
+    /// [`ForwardSensitivities`](crate::ForwardSensitivities) must be given the sensitivities of the new values,
+    /// and a [`Recording`](crate::Recording) of the steps before cannot be continued.
     ///
     /// # Errors
     /// [`RadauError::WrongLength`], [`RadauError::NotFinite`].
@@ -67,6 +69,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.set_up_for = None;
         self.pause = None;
         self.counters = Counters::default();
+        self.restarts += 1;
         self.differences_before = self.matrices.difference_evaluations();
         self.counters.statistics.t_reached = t0;
         self.options.stop_time = self.options.stop_time.filter(|stop| *stop > t0);

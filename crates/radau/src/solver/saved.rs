@@ -175,6 +175,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 h: state.h.unwrap_or(0.0),
                 source: error.into(),
             })?;
+        self.restarts += 1;
         self.counters = Counters {
             statistics: state.statistics,
             work: state.work,

@@ -93,6 +93,8 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     /// Where the integration pauses within the last step.
     pub(super) pause: Option<Pause>,
     pub(super) counters: Counters,
+    /// Number of starts after the first: each `reinit` and each `restore`.
+    pub(super) restarts: u64,
     /// Residual evaluations for differences before the last start.
     pub(super) differences_before: u64,
 }

@@ -112,7 +112,10 @@ fn forward<S: ParametricSample + Copy + 'static>(
         None => (sample.differenced(), starts(sample)),
         Some(_) => {
             let list = vec![Parameter::new("a start", 1.0)];
-            (Differenced::new(list, |_: &mut S, _, _| {}), vec![start])
+            (
+                Differenced::new(list, |_: &S, _| 1.0, |_: &mut S, _, _| {}),
+                vec![start],
+            )
         }
     };
     let count = starts.len();

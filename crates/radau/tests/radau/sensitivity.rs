@@ -1,12 +1,12 @@
 //! Forward sensitivities against closed forms, and against differences of tightly solved runs.
 
 use myovib_dae::samples::{
-    MechanicalForm, Oscillator, ParametricSample, Pendulum, ScaledJay, ScaledLinear,
+    MechanicalForm, Oscillator, ParametricSample, Pendulum, Sample, ScaledJay, ScaledLinear,
 };
 use myovib_dae::{Differenced, Parameter, Problem, StepError, Tolerances};
 use myovib_radau::{
-    ForwardSensitivities, IndexScaling, RadauError, RadauOptions, RadauSolver, SensitivityWork,
-    StepSize,
+    ForwardSensitivities, IndexScaling, RadauError, RadauOptions, RadauSolver, Recording,
+    SensitivityWork, StepSize,
 };
 
 use crate::common::{solver, tolerance};
@@ -240,7 +240,11 @@ fn sensitivities_choose_steps_on_wish() {
             .build(0.0, &[0.0], &[0.0])
             .unwrap();
         let list = vec![Parameter::new("p", 0.0)];
-        let parameters = Differenced::new(list, |problem: &mut Resting, _, p| problem.0 = p);
+        let parameters = Differenced::new(
+            list,
+            |problem: &Resting, _| problem.0,
+            |problem: &mut Resting, _, p| problem.0 = p,
+        );
         let mut followed = ForwardSensitivities::new(&solver, parameters, vec![vec![0.0]]).unwrap();
         if is_controlling {
             followed = followed.controlling_steps(&solver);
@@ -355,7 +359,11 @@ fn steps_of_a_vibration_start_from_those_before() {
         .build(0.0, &[1.0, 0.0], &[0.0, -0.1])
         .unwrap();
     let list = vec![Parameter::new("p", 0.1)];
-    let parameters = Differenced::new(list, |problem: &mut Duffing, _, p| problem.0 = p);
+    let parameters = Differenced::new(
+        list,
+        |problem: &Duffing, _| problem.0,
+        |problem: &mut Duffing, _, p| problem.0 = p,
+    );
     let mut followed = ForwardSensitivities::new(&solver, parameters, vec![vec![0.0; 2]]).unwrap();
     followed.integrate_to(&mut solver, 200.0).unwrap();
     let SensitivityWork {
@@ -365,4 +373,103 @@ fn steps_of_a_vibration_start_from_those_before() {
     println!("{steps} steps, {corrections:.2} corrections each");
     assert!(steps > 50);
     assert!(corrections < 1.6, "{corrections}");
+}
+
+/// A solver of the oscillator with steps of 0.1, and its sensitivity.
+fn fixed_steps() -> (
+    RadauSolver<Oscillator>,
+    ForwardSensitivities<Differenced<Oscillator>>,
+) {
+    let oscillator = Oscillator { omega: 2.0 };
+    let options = RadauOptions {
+        step_size: StepSize::Fixed(0.1),
+        ..RadauOptions::default()
+    };
+    run(oscillator, 0.0, options)
+}
+
+/// Regression: after a `reinit` the sensitivities went on with steps missing, or failed for ever, by the
+/// number of steps before.
+#[test]
+fn sensitivities_are_continued_over_a_reinit_on_request_only() {
+    for steps in [1, 2, 5] {
+        let (mut solver, mut followed) = fixed_steps();
+        for _ in 0..steps {
+            solver.step(10.0).unwrap();
+            followed.follow(&mut solver).unwrap();
+        }
+        let (t, y, y_dot) = (solver.t(), solver.y().to_vec(), solver.y_dot().to_vec());
+        let reached = vec![followed.of(0).to_vec()];
+        solver.reinit(t, &y, &y_dot).unwrap();
+        solver.step(10.0).unwrap();
+        let refused = followed.follow(&mut solver);
+        assert!(
+            matches!(refused, Err(RadauError::StartedAgain { .. })),
+            "{refused:?}"
+        );
+
+        solver.reinit(t, &y, &y_dot).unwrap();
+        followed.reinit(&solver, reached).unwrap();
+        for _ in 0..3 {
+            solver.step(10.0).unwrap();
+            followed.follow(&mut solver).unwrap();
+        }
+        let exact = Oscillator { omega: 2.0 }.exact_sensitivity(0, solver.t());
+        // The method errs by 1e-6 in a step of this size.
+        for (found, exact) in followed.of(0).iter().zip(exact) {
+            assert!((found - exact).abs() < 1e-5, "{steps}: {found} {exact}");
+        }
+    }
+}
+
+/// A state restored is a new start too, for sensitivities and for recordings.
+#[test]
+fn a_restored_state_ends_what_follows_steps() {
+    let (mut solver, mut followed) = fixed_steps();
+    let mut recordings = [
+        Recording::of_stages(&solver).unwrap(),
+        Recording::of_checkpoints(&solver).unwrap(),
+    ];
+    let state = solver.save();
+    for _ in 0..3 {
+        solver.step(10.0).unwrap();
+        followed.follow(&mut solver).unwrap();
+        for recording in &mut recordings {
+            recording.follow(&mut solver).unwrap();
+        }
+    }
+    solver.restore(&state).unwrap();
+    for _ in 0..3 {
+        solver.step(10.0).unwrap();
+    }
+    let refused = followed.follow(&mut solver);
+    assert!(
+        matches!(refused, Err(RadauError::StartedAgain { .. })),
+        "{refused:?}"
+    );
+    for recording in &mut recordings {
+        let refused = recording.follow(&mut solver);
+        assert!(
+            matches!(refused, Err(RadauError::StartedAgain { .. })),
+            "{refused:?}"
+        );
+    }
+}
+
+/// Regression: a list of parameters of before put them back to its own values.
+#[test]
+fn parameters_changed_before_the_start_keep_their_values() {
+    let (before, after) = (Oscillator { omega: 2.0 }, Oscillator { omega: 3.0 });
+    let mut solver = solver(before, tolerance(1e-8));
+    let start = after.start();
+    solver.problem_mut().omega = 3.0;
+    solver.reinit(0.0, &start.y, &start.y_dot).unwrap();
+    let starts = vec![after.exact_sensitivity(0, 0.0)];
+    let mut followed = ForwardSensitivities::new(&solver, before.differenced(), starts).unwrap();
+    followed.integrate_to(&mut solver, 1.0).unwrap();
+    assert_eq!(solver.problem().omega, 3.0);
+    // 1e-8 a step, some dozens of steps, as for the tests above.
+    assert!((solver.y()[0] - 3_f64.cos()).abs() < 1e-6);
+    let exact = after.exact_sensitivity(0, 1.0);
+    assert!((followed.of(0)[0] - exact[0]).abs() < 1e-6);
 }

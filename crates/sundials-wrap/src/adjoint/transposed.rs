@@ -82,6 +82,8 @@ impl<P: Problem> Adjoint<P> {
         if self.at.as_ref() == Some(at) {
             return Ok(());
         }
+        // The matrices and the gradient are incomplete until all three have been evaluated.
+        self.at = None;
         // No step and no tolerances are known: differences, where the problem has no Jacobian of its own,
         // are taken over a unit of each variable.
         let weights = vec![f64::EPSILON.sqrt().recip(); at.y.len()];

@@ -227,9 +227,9 @@ impl<P: Problem> IdaBuilder<P> {
         let tolerances = (self.options.suppressed).loosened(tolerances, indices.as_deref())?;
 
         let sensitivities = match self.sensitivities {
-            Some((parameters, options, starts)) if !parameters.list().is_empty() => {
-                Some(Linearised::new(&self.problem, parameters, options, starts)?)
-            }
+            Some((parameters, options, starts)) if !parameters.list().is_empty() => Some(
+                Linearised::new(&self.problem, parameters, options, (t0, starts))?,
+            ),
             _ => None,
         };
         let linear = match self.linear_solver {

@@ -64,7 +64,7 @@ pub(super) struct UserFunctions<P> {
     pub(super) n_roots: usize,
     pub(super) roots: Option<Box<Function<P>>>,
     pub(super) weighing: Weighing<P>,
-    /// The weights IDAS uses now.
+    /// The weights of y: those IDAS uses now, or, with sensitivities, those at the last linearization.
     pub(super) weights: Vec<f64>,
     pub(super) quadrature: Option<Box<Function<P>>>,
     pub(super) linear: Linear<P>,
@@ -161,6 +161,17 @@ fn first_not_finite(values: &[f64]) -> Option<(usize, f64)> {
     numbered.find(|(_, value)| !value.is_finite())
 }
 
+impl<P: Problem> UserFunctions<P> {
+    /// Computes the weights of y where it is linearized, if there are sensitivities: IDAS calls the weight
+    /// function for these too, and does not say for which.
+    fn weigh_at(&mut self, y: &[f64]) -> Result<(), StepError> {
+        match self.sensitivities {
+            Some(_) => self.weighing.write(&mut self.problem, y, &mut self.weights),
+            None => Ok(()),
+        }
+    }
+}
+
 impl<P: Problem> Callbacks for UserFunctions<P> {
     fn residual(&mut self, t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) -> Answer {
         self.t_called = t;
@@ -170,6 +181,14 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
 
     fn linear_setup(&mut self, t: f64, y: &[f64], y_dot: &[f64], c_j: f64) -> Answer {
         self.t_called = t;
+        let weighed = self.weigh_at(y);
+        match self
+            .failures
+            .answer("error weight function", t, weighed, &[])
+        {
+            Answer::Success => {}
+            failed => return failed,
+        }
         let at = Linearization {
             t,
             y,
@@ -206,7 +225,9 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
 
     fn error_weights(&mut self, y: &[f64], weights: &mut [f64]) -> Answer {
         let result = self.weighing.write(&mut self.problem, y, weights);
-        self.weights.copy_from_slice(weights);
+        if self.sensitivities.is_none() {
+            self.weights.copy_from_slice(weights);
+        }
         if !self.repeating.has_room() {
             self.failures.fatal = Some(Error::NotRepeated { t: self.t_called });
             return Answer::Fatal;
@@ -224,6 +245,14 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
     }
 
     fn linearise(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Answer {
+        let weighed = self.weigh_at(y);
+        match self
+            .failures
+            .answer("error weight function", t, weighed, &[])
+        {
+            Answer::Success => {}
+            failed => return failed,
+        }
         let Some(linearised) = &mut self.sensitivities else {
             return Answer::Fatal;
         };

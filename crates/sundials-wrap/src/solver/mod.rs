@@ -345,11 +345,12 @@ impl<P: Problem> IdaSolver<P> {
     }
 
     /// Starts afresh at (t0, y0, ẏ0), keeping problem and settings; counters begin at zero.
-    /// Quadratures start again from `q0` (empty without quadratures), sensitivities from where they
-    /// started before.
+    /// Quadratures start again from `q0` (empty without quadratures). Sensitivities start again from S and Ṡ
+    /// at the start, if this is the time of that start; elsewhere they must be given, see
+    /// [`reinit_with_sensitivities`](IdaSolver::reinit_with_sensitivities).
     ///
     /// # Errors
-    /// [`Error::WrongLength`], [`Error::NotFinite`] or [`Error::InvalidOption`] for values that make
+    /// [`Error::SensitivitiesDue`]; [`Error::WrongLength`], [`Error::NotFinite`] or [`Error::InvalidOption`] for values that make
     /// no sense, [`Error::Call`] when IDAS refuses.
     pub fn reinit(&mut self, t0: f64, y0: &[f64], y_dot0: &[f64], q0: &[f64]) -> Result<(), Error> {
         expect_state(self.n, t0, y0, y_dot0)?;
@@ -359,6 +360,12 @@ impl<P: Problem> IdaSolver<P> {
             q0.len(),
         )?;
         expect_finite("initial values of the quadratures", q0)?;
+        if let Some(linearised) = &self.functions().sensitivities
+            && linearised.t_start != t0
+        {
+            let t_start = linearised.t_start;
+            return Err(Error::SensitivitiesDue { t: t0, t_start });
+        }
         let goes_on = self.ida.counter(Counter::Steps) > 0 && t0 == self.t;
         let result = self.ida.reinit(t0, y0, y_dot0, q0);
         self.refused(result)?;

@@ -56,6 +56,8 @@ pub(super) struct Linearised<P> {
     pub(super) parameters: Box<dyn Parameters<P> + Send>,
     pub(super) options: SensitivityOptions,
     pub(super) starts: Vec<[Vec<f64>; 2]>,
+    /// The time that `starts` belong to.
+    pub(super) t_start: f64,
     jacobian: Jacobian,
     /// ∂F/∂y and ∂F/∂ẏ.
     parts: [Vec<f64>; 2],
@@ -66,18 +68,10 @@ impl<P: Problem> Linearised<P> {
         problem: &P,
         parameters: Box<dyn Parameters<P> + Send>,
         options: SensitivityOptions,
-        starts: Vec<[Vec<f64>; 2]>,
+        (t_start, starts): (f64, Vec<[Vec<f64>; 2]>),
     ) -> Result<Self, Error> {
         let n = problem.n_unknowns();
-        expect_length(
-            "starts of sensitivities",
-            parameters.list().len(),
-            starts.len(),
-        )?;
-        for start in starts.iter().flatten() {
-            expect_length("start of a sensitivity", n, start.len())?;
-            expect_finite("start of a sensitivity", start)?;
-        }
+        expect_starts(&starts, parameters.list().len(), n)?;
         for parameter in parameters.list() {
             if !(parameter.scale > 0.0 && parameter.scale.is_finite()) {
                 let (option, expected) = ("scale of a parameter", "positive and finite");
@@ -90,6 +84,7 @@ impl<P: Problem> Linearised<P> {
             parameters,
             options,
             starts,
+            t_start,
             jacobian,
             parts: [vec![0.0; nnz], vec![0.0; nnz]],
         })
@@ -122,6 +117,15 @@ impl<P: Problem> Linearised<P> {
     }
 }
 
+fn expect_starts(starts: &[[Vec<f64>; 2]], n_parameters: usize, n: usize) -> Result<(), Error> {
+    expect_length("starts of sensitivities", n_parameters, starts.len())?;
+    for start in starts.iter().flatten() {
+        expect_length("start of a sensitivity", n, start.len())?;
+        expect_finite("start of a sensitivity", start)?;
+    }
+    Ok(())
+}
+
 fn add_product(pattern: &SparsityPattern, values: &[f64], x: &[f64], out: &mut [f64]) {
     let (offsets, rows) = (pattern.major_offsets(), pattern.minor_indices());
     for (x, column) in x.iter().zip(offsets.windows(2)) {
@@ -133,6 +137,28 @@ fn add_product(pattern: &SparsityPattern, values: &[f64], x: &[f64], out: &mut [
 }
 
 impl<P: Problem> IdaSolver<P> {
+    /// Starts afresh as [`reinit`](IdaSolver::reinit) does, with the S and Ṡ at the new values in `starts`.
+    ///
+    /// Where y stays as it was, at a time that does not depend on the parameters, S is the value reached
+    /// ([`sensitivity`](IdaSolver::sensitivity)).
+    ///
+    /// # Errors
+    /// As for [`reinit`](IdaSolver::reinit), and [`Error::WrongLength`] or [`Error::NotFinite`] for `starts`.
+    pub fn reinit_with_sensitivities(
+        &mut self,
+        t0: f64,
+        y0: &[f64],
+        y_dot0: &[f64],
+        q0: &[f64],
+        starts: Vec<[Vec<f64>; 2]>,
+    ) -> Result<(), Error> {
+        expect_starts(&starts, self.n_parameters(), self.n)?;
+        if let Some(linearised) = &mut self.functions_mut().sensitivities {
+            (linearised.starts, linearised.t_start) = (starts, t0);
+        }
+        self.reinit(t0, y0, y_dot0, q0)
+    }
+
     pub(super) fn attach_sensitivities(&mut self) -> Result<(), Error> {
         let Some(of) = &self.functions().sensitivities else {
             return Ok(());

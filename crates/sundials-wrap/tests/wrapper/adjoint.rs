@@ -217,8 +217,9 @@ fn a_problem_of_index_2_has_its_gradient_with_the_final_values_stated() {
             of_y[1] = 2.0 * at.y[1];
             Ok(())
         });
+        let get = |problem: &Followed, _| problem.p;
         let set = |problem: &mut Followed, _, value| problem.p = value;
-        let adjoint = adjoint.parameters(Differenced::new(vec![Parameter::new("p", p)], set));
+        let adjoint = adjoint.parameters(Differenced::new(vec![Parameter::new("p", p)], get, set));
         let options = BackwardOptions {
             tolerances: Tolerances::scalar(tolerance, tolerance),
             suppress_algebraic: true,
@@ -454,4 +455,48 @@ fn misuse_of_backward_problems_is_told() {
         plain.backward(backward),
         Err(Error::NoBackward { number: 0, of: 0 })
     ));
+}
+
+/// ẏ + y² = 0.
+struct Square;
+
+impl Problem for Square {
+    fn n_unknowns(&self) -> usize {
+        1
+    }
+
+    fn residual(&mut self, _: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        r[0] = v[0] + y[0] * y[0];
+        Ok(())
+    }
+}
+
+/// Regression: after a gradient that failed, the matrices of its state were taken for those of the state
+/// before.
+#[test]
+fn a_failed_gradient_leaves_no_matrices_of_another_state() {
+    let mut calls = 0;
+    let mut adjoint = Adjoint::new(&Square, move |_: &mut Square, _, _: &mut [f64], _| {
+        calls += 1;
+        match calls {
+            2 => Err(StepError::Recoverable("outside of the data".into())),
+            _ => Ok(()),
+        }
+    });
+    let at = |y: f64| ForwardState {
+        t: y,
+        y: vec![y],
+        y_dot: vec![0.0],
+        s: vec![],
+    };
+    let mut residual = |y: f64| {
+        let mut r = [0.0];
+        let evaluated = adjoint.residual(&mut Square, &at(y), &[1.0], &[0.0], &mut r);
+        evaluated.map(|()| r[0])
+    };
+    let first = residual(1.0).unwrap();
+    assert!(residual(5.0).is_err());
+    assert_eq!(residual(1.0).unwrap(), first);
+    // −∂F/∂y λ = −2 y, by differences over 1.
+    assert!((first + 2.0).abs() < 1.1, "{first}");
 }

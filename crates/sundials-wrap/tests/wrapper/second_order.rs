@@ -103,7 +103,7 @@ fn reproduces_the_published_hessian_of_robertson() {
             Ok(())
         })
         .sensitivities(
-            Differenced::new(list, set),
+            Differenced::new(list, |problem: &Kinetics, j| problem.p[j], set),
             sensitivities,
             vec![zero(), zero()],
         )

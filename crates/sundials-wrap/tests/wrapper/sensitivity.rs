@@ -1,12 +1,13 @@
 //! Forward sensitivities against SUNDIALS' own examples and closed forms, and how they fail.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex};
 
 use crate::common::{numbers, reference};
 use myovib_dae::samples::{MechanicalForm, Oscillator, ParametricSample, Pendulum, ScaledLinear};
 use myovib_dae::{
-    ConsistencyMode, Differenced, Parameter, Parameters, Problem, StepError, Suppressed,
-    Tolerances, VariableKind,
+    Complex64, ConsistencyMode, Differenced, LinearSolver, Linearization, Parameter, Parameters,
+    Problem, StepError, Suppressed, Tolerances, VariableKind,
 };
 use sundials_wrap::{Error, IdaOptions, IdaSolver, SensitivityMethod, SensitivityOptions};
 
@@ -66,9 +67,13 @@ impl Problem for Kinetics {
 pub(crate) fn rates(p: [f64; 3]) -> Differenced<Kinetics> {
     let list = ["p1", "p2", "p3"].into_iter().zip(p);
     let list = list.map(|(name, value)| Parameter::new(name, value));
-    Differenced::new(list.collect(), |problem: &mut Kinetics, j, value| {
-        problem.p[j] = value;
-    })
+    Differenced::new(
+        list.collect(),
+        |problem: &Kinetics, j| problem.p[j],
+        |problem: &mut Kinetics, j, value| {
+            problem.p[j] = value;
+        },
+    )
 }
 
 /// The run of SUNDIALS' example idasRoberts_FSA_dns, staggered and under full error control: the
@@ -243,6 +248,7 @@ fn reproduces_the_published_sensitivities_of_the_slider_crank() {
             Parameter::new("stiffness", 1.0),
             Parameter::new("damping", 1.0),
         ];
+        let get = |crank: &Crank, j: usize| [crank.stiffness, crank.damping][j];
         let set = |crank: &mut Crank, j: usize, value: f64| match j {
             0 => crank.stiffness = value,
             _ => crank.damping = value,
@@ -258,7 +264,11 @@ fn reproduces_the_published_sensitivities_of_the_slider_crank() {
                 suppressed: Suppressed::Algebraic,
                 ..IdaOptions::default()
             })
-            .sensitivities(Differenced::new(list, set), options, vec![zero(), zero()])
+            .sensitivities(
+                Differenced::new(list, get, set),
+                options,
+                vec![zero(), zero()],
+            )
             .build(0.0, &y, &y_dot)
             .unwrap();
         let outcome = solver.integrate_to(10.0).unwrap();
@@ -476,5 +486,156 @@ fn reinit_starts_the_sensitivities_again() {
     // What IDAS knows of Newton's convergence it keeps: a part of the tolerance of 1e-4.
     for (first, again) in first.into_iter().zip(again) {
         assert!((first - again).abs() < 1e-6, "{first} {again}");
+    }
+}
+
+/// The oscillator with its sensitivity at rtol 1e-8.
+fn oscillating() -> IdaSolver<Oscillator> {
+    let sample = Oscillator { omega: 2.0 };
+    let starts = vec![[vec![0.0, 0.0], vec![0.0, -4.0]]];
+    let options = IdaOptions {
+        tolerances: Tolerances::scalar(1e-8, 1e-10),
+        max_steps: None,
+        ..IdaOptions::default()
+    };
+    IdaSolver::builder(sample)
+        .options(options)
+        .sensitivities(sample.differenced(), SensitivityOptions::default(), starts)
+        .build(0.0, &[1.0, 0.0], &[0.0, -4.0])
+        .unwrap()
+}
+
+/// Regression: sensitivities began again from those at the first start, wherever the new start was.
+#[test]
+fn sensitivities_are_continued_over_a_reinit_on_request_only() {
+    let mut solver = oscillating();
+    solver.integrate_to(0.5).unwrap();
+    let (y, y_dot) = (solver.y().to_vec(), solver.y_dot().to_vec());
+    let mut s = [vec![0.0; 2], vec![0.0; 2]];
+    for (derivative, s) in s.iter_mut().enumerate() {
+        solver
+            .sensitivity_dense_output(0, 0.5, derivative, s)
+            .unwrap();
+    }
+    let refused = solver.reinit(0.5, &y, &y_dot, &[]);
+    assert!(
+        matches!(refused, Err(Error::SensitivitiesDue { .. })),
+        "{refused:?}"
+    );
+    solver
+        .reinit_with_sensitivities(0.5, &y, &y_dot, &[], vec![s])
+        .unwrap();
+    solver.integrate_to(1.0).unwrap();
+    let mut found = [0.0; 2];
+    solver.sensitivity(0, &mut found).unwrap();
+    let exact = Oscillator { omega: 2.0 }.exact_sensitivity(0, 1.0);
+    // 1e-8 a step, for some hundred steps.
+    assert!((found[0] - exact[0]).abs() < 1e-6, "{found:?} {exact:?}");
+}
+
+/// Regression: parameters changed after the solver was built were put back to their values of before.
+#[test]
+fn a_parameter_that_was_changed_keeps_its_value() {
+    let mut solver = oscillating();
+    solver.integrate_to(1.0).unwrap();
+    solver.problem_mut().omega = 3.0;
+    solver.reinit(0.0, &[1.0, 0.0], &[0.0, -9.0], &[]).unwrap();
+    solver.integrate_to(1.0).unwrap();
+    assert_eq!(solver.problem().omega, 3.0);
+    // As above.
+    assert!((solver.y()[0] - 3_f64.cos()).abs() < 1e-6);
+    let mut found = [0.0; 2];
+    solver.sensitivity(0, &mut found).unwrap();
+    let exact = Oscillator { omega: 3.0 }.exact_sensitivity(0, 1.0);
+    assert!((found[0] - exact[0]).abs() < 1e-6, "{found:?} {exact:?}");
+}
+
+/// ẏ + p y² = 0.
+struct Decay(f64);
+
+impl Problem for Decay {
+    fn n_unknowns(&self) -> usize {
+        1
+    }
+
+    fn residual(&mut self, _: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        r[0] = v[0] + self.0 * y[0] * y[0];
+        Ok(())
+    }
+}
+
+/// A linear solver that notes the weights it is given, relative to those of y.
+struct Noting {
+    jacobian: f64,
+    y: f64,
+    ratios: Arc<Mutex<Vec<f64>>>,
+}
+
+impl LinearSolver<Decay> for Noting {
+    fn evaluate(&mut self, problem: &mut Decay, at: &Linearization<'_>) -> Result<(), StepError> {
+        let of_y = 1.0 / (1e-6 * at.y[0].abs() + 1e-6);
+        self.ratios.lock().unwrap().push(at.weights[0] / of_y);
+        self.y = 2.0 * problem.0 * at.y[0];
+        Ok(())
+    }
+
+    fn set_up(&mut self, _: &mut Decay, c: f64, _: &[Complex64]) -> Result<(), StepError> {
+        self.jacobian = self.y + c;
+        Ok(())
+    }
+
+    fn solve_real(&mut self, _: &mut Decay, rhs: &mut [f64]) -> Result<(), StepError> {
+        rhs[0] /= self.jacobian;
+        Ok(())
+    }
+
+    fn solve_complex(
+        &mut self,
+        _: &mut Decay,
+        _: usize,
+        _: &mut [Complex64],
+    ) -> Result<(), StepError> {
+        unreachable!("BDF has no complex systems");
+    }
+}
+
+/// Regression: IDAS computes weights of the sensitivities by the same function, and the last ones were
+/// given: with a scale of 1e4 they differed by a factor of 1714.
+#[test]
+fn linear_solvers_are_given_the_weights_of_y() {
+    for scale in [1.0, 1e4] {
+        let ratios = Arc::new(Mutex::new(Vec::new()));
+        let linear_solver = Noting {
+            jacobian: 1.0,
+            y: 0.0,
+            ratios: Arc::clone(&ratios),
+        };
+        let parameter = Parameter {
+            scale,
+            ..Parameter::new("p", 1.0)
+        };
+        let parameters = Differenced::new(
+            vec![parameter],
+            |problem: &Decay, _| problem.0,
+            |problem: &mut Decay, _, p| problem.0 = p,
+        );
+        let options = SensitivityOptions {
+            in_error_test: false,
+            ..SensitivityOptions::default()
+        };
+        let mut solver = IdaSolver::builder(Decay(1.0))
+            .options(IdaOptions {
+                tolerances: Tolerances::scalar(1e-6, 1e-6),
+                max_steps: None,
+                ..IdaOptions::default()
+            })
+            .linear_solver(linear_solver)
+            .sensitivities(parameters, options, vec![[vec![0.0], vec![-1.0]]])
+            .build(0.0, &[1.0], &[-1.0])
+            .unwrap();
+        solver.integrate_to(2.0).unwrap();
+        let ratios = ratios.lock().unwrap();
+        assert!(ratios.len() > 5, "{}", ratios.len());
+        assert!(ratios.iter().all(|ratio| *ratio == 1.0), "{ratios:?}");
     }
 }
