@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::error::RadauError;
+use crate::options::{expect, expect_positive};
+
 /// Chooses step sizes from error estimates (Hairer & Wanner IV.8).
 #[derive(Debug, Clone)]
 pub(crate) struct Control {
@@ -23,6 +26,17 @@ pub(crate) struct Memory {
     accepted: Option<(f64, f64)>,
     /// Step and error of the last attempt at this step, if it was rejected.
     rejected: Option<(f64, f64)>,
+}
+
+impl Memory {
+    /// Checks values that come from outside.
+    pub(crate) fn validate(&self) -> Result<(), RadauError> {
+        for (h, error) in [self.accepted, self.rejected].into_iter().flatten() {
+            expect_positive("step of the state", h)?;
+            expect("error of the state", error, error >= 0.0, "at least 0")?;
+        }
+        Ok(())
+    }
 }
 
 /// A step is changed by a factor in this interval, as in RADAU5.

@@ -4,6 +4,7 @@
 use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
+use crate::error::{RadauError, expect_finite, expect_vector};
 use crate::method::Method;
 
 /// The polynomial u of degree s through y_0 at t_0 and y_0 + z_j at t_0 + c_j h.
@@ -30,6 +31,19 @@ pub(crate) struct Collocation {
 }
 
 impl Collocation {
+    /// Checks the lengths and values of a step of `n` components that comes from outside.
+    pub(crate) fn validate(
+        &self,
+        what: &'static str,
+        n: usize,
+        stages: usize,
+    ) -> Result<(), RadauError> {
+        expect_finite(what, &[self.t0, self.h])?;
+        expect_vector(what, n, &self.y0)?;
+        expect_vector(what, n, &self.y_dot0)?;
+        expect_vector(what, stages * n, &self.increments)
+    }
+
     /// The straight line y_0 + (t − t_0) ẏ_0: what is known before the first step.
     pub(crate) fn line(method: &Method, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Self {
         let increments = method

@@ -170,6 +170,16 @@ pub(crate) fn expect_length(
     }
 }
 
+/// Checks the length and the values of a vector.
+pub(crate) fn expect_vector(
+    what: &'static str,
+    expected: usize,
+    values: &[f64],
+) -> Result<(), RadauError> {
+    expect_length(what, expected, values.len())?;
+    expect_finite(what, values)
+}
+
 pub(crate) fn expect_finite(what: &'static str, values: &[f64]) -> Result<(), RadauError> {
     match values.iter().position(|v| !v.is_finite()) {
         Some(index) => Err(RadauError::NotFinite {

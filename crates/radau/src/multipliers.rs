@@ -73,6 +73,12 @@ pub(crate) struct Known {
     noisy: bool,
 }
 
+impl Known {
+    pub(crate) fn numbers(&self) -> [f64; 2] {
+        [self.raw, self.last]
+    }
+}
+
 /// How much what is left may exceed the change of what was removed: between the coefficients of the
 /// next order and those of this one.
 const MARGIN: f64 = 2.0;

@@ -217,6 +217,7 @@ impl RadauOptions {
 
     fn validate_counts(&self) -> Result<(), RadauError> {
         let counts = [
+            ("max_steps", self.max_steps.unwrap_or(1)),
             ("max_error_test_failures", self.max_error_test_failures),
             ("max_convergence_failures", self.max_convergence_failures),
             ("max_newton_iterations", self.newton_limit()),
@@ -339,7 +340,7 @@ impl RadauOptions {
     }
 }
 
-fn expect(
+pub(crate) fn expect(
     option: &'static str,
     value: f64,
     good: bool,

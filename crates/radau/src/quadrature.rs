@@ -7,6 +7,7 @@ use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use crate::dense::{Collocation, add_scaled};
+use crate::error::{RadauError, expect_vector};
 use crate::failure::{Failure, Operation};
 use crate::method::Method;
 use crate::newton::Step;
@@ -165,6 +166,14 @@ impl QuadratureState {
     /// How many quadratures it is of.
     pub(crate) fn len(&self) -> usize {
         self.q.len()
+    }
+
+    /// Checks the lengths and values of one that comes from outside.
+    pub(crate) fn validate(&self, stages: usize) -> Result<(), RadauError> {
+        const WHAT: &str = "quadratures of the state";
+        expect_vector(WHAT, self.len(), &self.q)?;
+        expect_vector(WHAT, self.len(), &self.rate)?;
+        self.last.validate(WHAT, self.len(), stages)
     }
 }
 

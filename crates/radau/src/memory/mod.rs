@@ -9,9 +9,10 @@ use myovib_dae::{Problem, StepError};
 use serde::{Deserialize, Serialize};
 
 use crate::dense::Collocation;
-use crate::error::{RadauError, expect_finite, expect_length};
+use crate::error::{RadauError, expect_finite, expect_length, expect_vector};
 use crate::failure::{Failure, Operation};
 use crate::method::Method;
+use crate::options::{expect, expect_positive};
 use form::{BEGIN, CHANGE, DRIVES, Form, SHIFTED, SHIFTED_CHANGE, TermStep};
 use kernel::Driven;
 
@@ -68,6 +69,38 @@ pub struct FadingMemory {
     pub start: Vec<f64>,
     /// Their absolute tolerance; the relative one is that of the unknowns.
     pub absolute: f64,
+}
+
+impl FadingMemory {
+    /// Checks that the slots follow each other, and that the terms decay.
+    fn validate(&self) -> Result<(), RadauError> {
+        let mut end = 0;
+        for MemoryPart { slots, terms } in &self.parts {
+            let (start, expected) = (slots.start as f64, "the end of the part before, or 0");
+            expect(
+                "first slot of a memory part",
+                start,
+                slots.start == end,
+                expected,
+            )?;
+            let is_range = slots.end >= slots.start;
+            expect(
+                "end of a memory part",
+                slots.end as f64,
+                is_range,
+                "at least its first slot",
+            )?;
+            end = slots.end;
+            for term in terms {
+                expect_positive("time of a memory term", term.time)?;
+                let is_finite = term.weight.is_finite();
+                expect("weight of a memory term", term.weight, is_finite, "finite")?;
+            }
+        }
+        let is_tolerance = self.absolute.is_finite() && self.absolute >= 0.0;
+        let option = "absolute tolerance of the memory";
+        expect(option, self.absolute, is_tolerance, "finite and at least 0")
+    }
 }
 
 /// Initial states, in messages.
@@ -162,6 +195,7 @@ impl<P: Problem> Memory<P> {
     where
         P: Fading,
     {
+        given.validate()?;
         let n_slots = given.parts.last().map_or(0, |part| part.slots.end);
         let of_part = |part: &MemoryPart| part.slots.len() * part.terms.len();
         let n_states = given.parts.iter().map(of_part).sum();
@@ -421,6 +455,25 @@ impl<P: Problem> Memory<P> {
             states: self.states.clone(),
             last: self.last.clone(),
         }
+    }
+
+    /// Checks that the problem has one response for each slot.
+    pub(crate) fn expect_response(&self, problem: &mut P) -> Result<(), RadauError> {
+        let n_response = (self.functions.response)(problem).len();
+        expect_length("response of the memory", self.present.len(), n_response)
+    }
+
+    /// Checks the lengths and values of a state that comes from outside.
+    pub(crate) fn validate(&self, state: &MemoryState) -> Result<(), RadauError> {
+        const WHAT: &str = "memory of the state";
+        expect_vector(WHAT, self.states.len(), &state.states)?;
+        expect_vector(WHAT, self.states.len(), &state.last.states)?;
+        expect_length(WHAT, self.drives.len(), state.last.drives.len())?;
+        let drives = self.drives.iter().zip(&state.last.drives);
+        for (own, drives) in drives {
+            expect_vector(WHAT, own.len(), drives)?;
+        }
+        Ok(())
     }
 
     pub(crate) fn restore(&mut self, state: &MemoryState) {

@@ -207,6 +207,9 @@ impl<P: Problem> RadauBuilder<P> {
         let tolerance = (relative, options.internal_factor(relative));
         let memory = memory.map(|(given, make)| make(given, &method, tolerance));
         let memory = memory.transpose()?;
+        if let Some(memory) = &memory {
+            memory.expect_response(&mut problem)?;
+        }
         let powers = options.index_scaling.powers(&kinds, &indices);
 
         let mut counters = Counters::default();

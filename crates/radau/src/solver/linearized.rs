@@ -3,6 +3,9 @@
 use myovib_dae::Linearization;
 use serde::{Deserialize, Serialize};
 
+use crate::error::{RadauError, expect_finite, expect_vector};
+use crate::options::expect_positive;
+
 /// Where a Jacobian was evaluated.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Linearized {
@@ -29,6 +32,20 @@ impl Linearized {
             kept.clear();
             kept.extend_from_slice(new);
         }
+    }
+
+    /// Checks the lengths and values of one that comes from outside, of `n` unknowns and a response of
+    /// `n_response`.
+    pub(super) fn validate(&self, n: usize, n_response: usize) -> Result<(), RadauError> {
+        const WHAT: &str = "Jacobian of the state";
+        expect_finite(WHAT, &[self.t, self.step])?;
+        for values in [&self.y, &self.y_dot, &self.weights] {
+            expect_vector(WHAT, n, values)?;
+        }
+        for &weight in &self.weights {
+            expect_positive("error weight of the state", weight)?;
+        }
+        expect_vector(WHAT, n_response, &self.response)
     }
 
     pub(super) fn as_linearization(&self) -> Linearization<'_> {

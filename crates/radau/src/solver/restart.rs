@@ -7,6 +7,7 @@ use super::state::{Jacobian, RadauSolver};
 use crate::dense::Collocation;
 use crate::error::{RadauError, expect_finite, expect_length};
 use crate::newton::NewtonSolver;
+use crate::options::expect;
 use crate::predictor::Predictor;
 use crate::work::Counters;
 
@@ -151,6 +152,13 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         t_first: f64,
     ) -> Result<(), RadauError> {
         expect_finite("t_first", &[t_first])?;
+        let is_other = t_first != self.t;
+        expect(
+            "t_first",
+            t_first,
+            is_other,
+            "another time than that of the start",
+        )?;
         if self.counters.statistics.steps > 0 {
             return Err(RadauError::AfterTheStart { t: self.t });
         }

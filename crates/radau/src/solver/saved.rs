@@ -7,9 +7,10 @@ use super::linearized::Linearized;
 use super::state::{Jacobian, Pause, RadauSolver};
 use crate::control::Memory;
 use crate::dense::Collocation;
-use crate::error::{RadauError, expect_length};
+use crate::error::{RadauError, expect_finite, expect_length, expect_vector};
 use crate::memory::MemoryState;
 use crate::multipliers::Known;
+use crate::options::expect_positive;
 use crate::quadrature::QuadratureState;
 use crate::work::Counters;
 
@@ -120,34 +121,14 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Goes on from a `state` that a solver of the same problem, settings and functions was in.
     ///
     /// # Errors
-    /// [`RadauError::WrongLength`] for the state of another problem or method; [`RadauError::Fatal`]
-    /// where the matrices cannot be computed again.
+    /// [`RadauError::WrongLength`] for the state of another problem or method, [`RadauError::NotFinite`] or
+    /// [`RadauError::InvalidOption`] for values that no state has: the solver is then unchanged.
+    /// [`RadauError::Fatal`] where the matrices cannot be computed again.
     pub fn restore(&mut self, state: &RadauState) -> Result<(), RadauError> {
-        let (n, stages) = (self.y.len(), self.method.stages());
-        expect_length("stages of the state", stages, state.stages)?;
-        for (what, expected, got) in [
-            ("unknowns of the state", n, state.y.len()),
-            ("derivatives of the state", n, state.y_dot.len()),
-            (
-                "increments of the state",
-                stages * n,
-                state.last.increments.len(),
-            ),
-            (
-                "multipliers of the state",
-                self.multipliers.known().len(),
-                state.multipliers.len(),
-            ),
-        ] {
-            expect_length(what, expected, got)?;
-        }
-        let of_state = state.quadrature.as_ref().map_or(0, QuadratureState::len);
-        expect_length("quadratures of the state", self.n_quadratures(), of_state)?;
+        self.validate(state)?;
         if let (Some(quadrature), Some(state)) = (&mut self.quadrature, &state.quadrature) {
             quadrature.restore(state);
         }
-        let of_state = state.memory.as_ref().map_or(0, MemoryState::n_states);
-        expect_length("memory of the state", self.n_memory(), of_state)?;
         if let (Some(memory), Some(state)) = (&mut self.memory, &state.memory) {
             memory.restore(state);
         }
@@ -183,6 +164,67 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let evaluations = self.matrices.difference_evaluations();
         self.differences_before = evaluations.wrapping_sub(state.statistics.difference_evaluations);
         Ok(())
+    }
+
+    /// Checks all lengths and values of a state, which may come from a damaged file, before any is used.
+    fn validate(&self, state: &RadauState) -> Result<(), RadauError> {
+        let (n, stages) = (self.y.len(), self.method.stages());
+        expect_length("stages of the state", stages, state.stages)?;
+        expect_vector("unknowns of the state", n, &state.y)?;
+        expect_vector("derivatives of the state", n, &state.y_dot)?;
+        state.last.validate("last step of the state", n, stages)?;
+        let times = [Some(state.t), state.stop_time];
+        let times: Vec<f64> = times.into_iter().flatten().collect();
+        expect_finite("times of the state", &times)?;
+        let steps = [
+            state.h,
+            state.next_limit,
+            state.pivots.as_ref().map(|(_, h)| *h),
+        ];
+        let set_up_for = state.jacobian.as_ref().and_then(|(_, h)| *h);
+        for h in steps.into_iter().flatten().chain(set_up_for) {
+            expect_positive("step of the state", h)?;
+        }
+        expect_finite("convergence of the state", &state.newton)?;
+        state.control.validate()?;
+        let n_multipliers = self.multipliers.known().len();
+        expect_length(
+            "multipliers of the state",
+            n_multipliers,
+            state.multipliers.len(),
+        )?;
+        let of_multipliers: Vec<f64> = (state.multipliers.iter())
+            .flat_map(Known::numbers)
+            .collect();
+        expect_finite("multipliers of the state", &of_multipliers)?;
+        let n_response = self
+            .memory
+            .as_ref()
+            .map_or(0, |memory| memory.present().len());
+        let jacobian = state.jacobian.as_ref().map(|(at, _)| at);
+        let pivots = state.pivots.as_ref().map(|(at, _)| at);
+        for at in [jacobian, pivots].into_iter().flatten() {
+            at.validate(n, n_response)?;
+        }
+        if let Some(pause) = &state.pause {
+            expect_finite("times of the state", &[pause.t])?;
+            expect_vector("unknowns of the state", n, &pause.y)?;
+            expect_vector("derivatives of the state", n, &pause.y_dot)?;
+        }
+        if let Some((t, _)) = &state.roots {
+            expect_finite("times of the state", t.as_slice())?;
+        }
+        let of_state = state.quadrature.as_ref().map_or(0, QuadratureState::len);
+        expect_length("quadratures of the state", self.n_quadratures(), of_state)?;
+        if let Some(quadrature) = &state.quadrature {
+            quadrature.validate(stages)?;
+        }
+        let of_state = state.memory.as_ref().map_or(0, MemoryState::n_states);
+        expect_length("memory of the state", self.n_memory(), of_state)?;
+        match (&self.memory, &state.memory) {
+            (Some(memory), Some(state)) => memory.validate(state),
+            _ => Ok(()),
+        }
     }
 
     /// Chooses pivots and computes factors where the state's were.

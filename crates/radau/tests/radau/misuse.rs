@@ -1,10 +1,17 @@
 //! Settings and problems that make no sense.
 
+use myovib_dae::samples::{MechanicalForm, Pendulum};
 use myovib_dae::{Problem, StepError, Suppressed, Tolerances, VariableKind};
-use myovib_radau::{RadauError, RadauOptions, RadauSolver, SparseDirectSolver, StepSize};
+use myovib_radau::{
+    Fading, FadingMemory, MemoryPart, MemoryTerm, RadauError, RadauOptions, RadauSolver,
+    RadauState, SparseDirectSolver, StepSize,
+};
 use myovib_sparse::SparseOptions;
 use nalgebra_sparse::pattern::SparsityPattern;
 
+use serde_json::Value;
+
+use crate::common::solver;
 use crate::failures::well_behaved;
 
 #[test]
@@ -187,4 +194,167 @@ fn a_problem_that_contradicts_itself_or_has_no_unknowns_is_refused() {
     let of_another = SparseDirectSolver::new(&pattern, SparseOptions::default()).unwrap();
     let built = builder(0, 0, 0).build_with(of_another, 0.0, &[], &[]);
     assert!(matches!(built.map(|_| ()), Err(RadauError::Empty)));
+}
+
+/// ẏ + y + x = 0 with a response x.
+struct Slot {
+    response: Vec<f64>,
+}
+
+impl Problem for Slot {
+    fn n_unknowns(&self) -> usize {
+        1
+    }
+
+    fn residual(&mut self, _: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        r[0] = v[0] + y[0] + self.response[0];
+        Ok(())
+    }
+}
+
+impl Fading for Slot {
+    fn drive(&mut self, _: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError> {
+        out[0] = y[0];
+        Ok(())
+    }
+
+    fn drive_along(&mut self, change: &[f64], out: &mut [f64]) {
+        out[0] = change[0];
+    }
+
+    fn response(&mut self) -> &mut [f64] {
+        &mut self.response
+    }
+}
+
+/// Regression: slots that do not fit and relaxation times without sense ended in a panic, or, for a negative
+/// time, in a solution that grows.
+#[test]
+fn a_memory_without_sense_is_refused() {
+    let build = |slots: &[(usize, usize)], time: f64, weight: f64, absolute: f64| {
+        let part = |&(start, end): &(usize, usize)| MemoryPart {
+            slots: start..end,
+            terms: vec![MemoryTerm { weight, time }],
+        };
+        let memory = FadingMemory {
+            parts: slots.iter().map(part).collect(),
+            start: vec![0.0; slots.iter().map(|(start, end)| end - start).sum()],
+            absolute,
+        };
+        RadauSolver::builder(Slot {
+            response: vec![0.0],
+        })
+        .fading_memory(memory)
+        .build(0.0, &[1.0], &[-1.0])
+        .map(|_| ())
+    };
+    build(&[(0, 1)], 0.1, 0.5, 1e-6).unwrap();
+    for time in [0.0, -0.1, f64::NAN, f64::INFINITY] {
+        let refused = build(&[(0, 1)], time, 0.5, 1e-6);
+        assert!(
+            matches!(refused, Err(RadauError::InvalidOption { .. })),
+            "{time}: {refused:?}"
+        );
+    }
+    for (weight, absolute) in [(f64::NAN, 1e-6), (0.5, f64::NAN), (0.5, -1.0)] {
+        let refused = build(&[(0, 1)], 0.1, weight, absolute);
+        assert!(
+            matches!(refused, Err(RadauError::InvalidOption { .. })),
+            "{refused:?}"
+        );
+    }
+    for slots in [&[(1, 2)][..], &[(0, 1), (2, 3)], &[(0, 1), (0, 1)]] {
+        let refused = build(slots, 0.1, 0.5, 1e-6);
+        assert!(
+            matches!(refused, Err(RadauError::InvalidOption { .. })),
+            "{refused:?}"
+        );
+    }
+    for slots in [&[(0, 2)][..], &[(0, 1), (1, 2)], &[]] {
+        let refused = build(slots, 0.1, 0.5, 1e-6);
+        assert!(
+            matches!(refused, Err(RadauError::WrongLength { .. })),
+            "{refused:?}"
+        );
+    }
+}
+
+/// Damages each array and each number of a value in turn, and calls `check` with its path and the damaged
+/// value.
+fn damaged(value: &Value, check: &mut dyn FnMut(&str, &Value)) {
+    fn paths(value: &Value, at: &str, found: &mut Vec<String>) {
+        match value {
+            Value::Array(all) => {
+                found.push(at.to_owned());
+                for (i, one) in all.iter().enumerate().take(2) {
+                    paths(one, &format!("{at}/{i}"), found);
+                }
+            }
+            Value::Object(all) => {
+                for (name, one) in all {
+                    paths(one, &format!("{at}/{name}"), found);
+                }
+            }
+            Value::Number(number) if number.is_f64() => found.push(at.to_owned()),
+            _ => {}
+        }
+    }
+    let mut found = Vec::new();
+    paths(value, "", &mut found);
+    for path in found {
+        let part = value.pointer(&path).unwrap();
+        let others = match part {
+            Value::Array(all) => {
+                let mut shorter = all.clone();
+                shorter.pop();
+                let mut longer = all.clone();
+                longer.extend(all.last().cloned());
+                vec![Value::Array(shorter), Value::Array(longer)]
+            }
+            _ => [0.0, -1.0, 5e-324, 1.7e308].map(Value::from).to_vec(),
+        };
+        for other in others {
+            let mut damaged = value.clone();
+            *damaged.pointer_mut(&path).unwrap() = other;
+            check(&path, &damaged);
+        }
+    }
+}
+
+/// Regression: vectors of a state one number short ended in a panic or were taken as they are.
+#[test]
+fn a_damaged_state_never_ends_in_a_panic() {
+    let sample = Pendulum::new(MechanicalForm::Index2);
+    let begin = || solver(sample, RadauOptions::default());
+    let mut first = begin();
+    for _ in 0..5 {
+        first.step(1.0).unwrap();
+    }
+    let state = serde_json::to_value(first.save()).unwrap();
+    let (mut checked, mut refused_lengths) = (0, 0);
+    damaged(&state, &mut |path, damaged| {
+        let Ok(state) = serde_json::from_value::<RadauState>(damaged.clone()) else {
+            return;
+        };
+        checked += 1;
+        let mut solver = begin();
+        let before = solver.save();
+        match solver.restore(&state) {
+            Ok(()) => {
+                let mut out = vec![0.0; solver.y().len()];
+                let t = solver.t();
+                let _ = solver.dense_output(t, 0, &mut out);
+                let _ = solver.step(t + 1.0);
+            }
+            Err(RadauError::Fatal { .. }) => {}
+            Err(error) => {
+                if matches!(error, RadauError::WrongLength { .. }) {
+                    refused_lengths += 1;
+                }
+                assert_eq!(solver.save(), before, "{path}: {error}");
+            }
+        }
+    });
+    // y, ẏ, three vectors of the last step, multipliers, and three of each Jacobian, shorter and longer.
+    assert!(refused_lengths >= 2 * 9, "{refused_lengths} of {checked}");
 }
