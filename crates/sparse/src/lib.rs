@@ -10,6 +10,7 @@
 #![deny(unsafe_code)]
 
 mod compiled;
+mod dense;
 pub mod engine;
 mod error;
 mod factorization;
@@ -33,6 +34,7 @@ mod system;
 mod versions;
 mod work;
 
+pub use dense::DenseLu;
 pub use error::SparseError;
 pub use factorization::{Factorization, Kind, Prediction};
 pub use options::{Ordering, Scaling, SparseOptions};

@@ -282,6 +282,10 @@ impl<T: Scalar> SparseSystem<T> {
         let Some(factors) = &mut self.pivoting else {
             return Ok(false);
         };
+        if !self.pivots_next {
+            // Pivots of before a history was set are no part of it.
+            factors.forget_pivots();
+        }
         self.pivots_next = true;
         factors.renew(&self.values)?;
         self.is_pivoted = true;
@@ -328,11 +332,8 @@ impl<T: Scalar> SparseSystem<T> {
     /// Those of the analysis.
     pub fn set_history(&mut self, [pivoting, check]: [bool; 2]) -> Result<(), SparseError> {
         (self.pivots_next, self.check) = (pivoting, check);
-        match pivoting {
-            true if self.pivoting.is_none() => self.pivoting = self.elimination.pivoting()?,
-            true => {}
-            // Later pivoting must not depend on pivots that the history does not contain.
-            false => self.forget_pivots(),
+        if pivoting && self.pivoting.is_none() {
+            self.pivoting = self.elimination.pivoting()?;
         }
         Ok(())
     }

@@ -1,29 +1,32 @@
 //! What solves the linear systems of Newton's method.
 
 use myovib_dae::{Jacobian, LinearSolver, Linearization, Problem, StepError};
-use myovib_sparse::SparseError;
-use myovib_sparse::SparseOptions;
 use myovib_sparse::pivoting::{Factors, Symbolic};
+use myovib_sparse::{DenseLu, SparseError, SparseOptions};
 
 /// The linear solver of a problem `P`.
 pub(super) enum Linear<P> {
     /// LU of the whole matrix.
-    Sparse(Box<SparseLu>),
+    Whole(Box<WholeLu>),
     /// The user's.
     Own(Box<dyn LinearSolver<P> + Send>),
 }
 
 impl<P: Problem> Linear<P> {
     /// Evaluates the matrices at a state, or the one ∂F/∂y + c_j ∂F/∂ẏ where no more is needed: the
-    /// entries of which are returned.
+    /// entries of which are returned. Differences are taken for the sum, or for both matrices apart.
     pub(super) fn evaluate(
         &mut self,
         problem: &mut P,
         at: &Linearization<'_>,
         c_j: f64,
+        in_parts: bool,
     ) -> (Result<(), StepError>, &[f64]) {
         match self {
-            Self::Sparse(lu) => lu.evaluate(problem, at, c_j),
+            Self::Whole(lu) => match in_parts {
+                true => lu.evaluate_parts(problem, at, c_j),
+                false => lu.evaluate(problem, at, c_j),
+            },
             Self::Own(solver) => (solver.evaluate(problem, at), &[]),
         }
     }
@@ -31,7 +34,7 @@ impl<P: Problem> Linear<P> {
     /// Factorises ∂F/∂y + c_j ∂F/∂ẏ at the state of the last evaluation.
     pub(super) fn set_up(&mut self, problem: &mut P, c_j: f64) -> Result<(), StepError> {
         match self {
-            Self::Sparse(lu) => lu.factorise(),
+            Self::Whole(lu) => lu.factorise(),
             Self::Own(solver) => solver.set_up(problem, c_j, &[]),
         }
     }
@@ -39,7 +42,7 @@ impl<P: Problem> Linear<P> {
     /// Solves in place.
     pub(super) fn solve(&mut self, problem: &mut P, rhs: &mut [f64]) -> Result<(), StepError> {
         match self {
-            Self::Sparse(lu) => lu.solve(rhs),
+            Self::Whole(lu) => lu.solve(rhs),
             Self::Own(solver) => solver.solve_real(problem, rhs),
         }
     }
@@ -47,7 +50,7 @@ impl<P: Problem> Linear<P> {
     /// Evaluations of the residual that the matrices took so far.
     pub(super) fn difference_evaluations(&self) -> u64 {
         match self {
-            Self::Sparse(lu) => lu.jacobian.residual_evaluations(),
+            Self::Whole(lu) => lu.jacobian.residual_evaluations(),
             Self::Own(solver) => solver.difference_evaluations(),
         }
     }
@@ -55,34 +58,49 @@ impl<P: Problem> Linear<P> {
     /// The smallest condition estimate since the start.
     pub(super) fn smallest_rcond(&self) -> Option<f64> {
         match self {
-            Self::Sparse(lu) => lu.smallest_rcond,
+            Self::Whole(lu) => lu.smallest_rcond,
             Self::Own(_) => None,
         }
     }
 
     /// Starts the search for the smallest condition estimate afresh.
     pub(super) fn forget_rcond(&mut self) {
-        if let Self::Sparse(lu) = self {
+        if let Self::Whole(lu) = self {
             lu.smallest_rcond = None;
         }
     }
 }
 
 /// The Newton matrix, by differences where the problem has none, and its factors.
-pub(super) struct SparseLu {
+pub(super) struct WholeLu {
     jacobian: Jacobian,
     values: Vec<f64>,
-    factors: Factors<f64>,
+    factors: WholeFactors,
     smallest_rcond: Option<f64>,
 }
 
-impl SparseLu {
+/// Factors of a sparse or a full matrix.
+enum WholeFactors {
+    Sparse(Factors<f64>),
+    Dense(DenseLu),
+}
+
+/// Full matrices of at least this order are factorized in dense blocks: below, sparse LU takes less than a
+/// millisecond.
+const DENSE_FROM: usize = 64;
+
+impl WholeLu {
     /// Room for a matrix with the pattern of the Jacobian.
     pub(super) fn new(jacobian: Jacobian, options: SparseOptions) -> Result<Self, SparseError> {
-        let symbolic = Symbolic::analyze(jacobian.pattern(), options)?;
+        let pattern = jacobian.pattern();
+        let (n, nnz) = (pattern.major_dim(), pattern.nnz());
+        let factors = match n >= DENSE_FROM && nnz == n * n {
+            true => WholeFactors::Dense(DenseLu::new(n)),
+            false => WholeFactors::Sparse(Factors::new(Symbolic::analyze(pattern, options)?)),
+        };
         Ok(Self {
-            values: vec![0.0; symbolic.nnz()],
-            factors: Factors::new(symbolic),
+            values: vec![0.0; nnz],
+            factors,
             smallest_rcond: None,
             jacobian,
         })
@@ -102,14 +120,42 @@ impl SparseLu {
         (evaluated, &self.values)
     }
 
+    /// Evaluates both matrices, and returns the entries of ∂F/∂y + c_j ∂F/∂ẏ.
+    fn evaluate_parts<P: Problem>(
+        &mut self,
+        problem: &mut P,
+        at: &Linearization<'_>,
+        c_j: f64,
+    ) -> (Result<(), StepError>, &[f64]) {
+        let mut of_rate = vec![0.0; self.values.len()];
+        let parts = [&mut self.values[..], &mut of_rate];
+        let evaluated = self.jacobian.parts(problem, at, parts);
+        for (value, of_rate) in self.values.iter_mut().zip(&of_rate) {
+            *value += c_j * of_rate;
+        }
+        (evaluated, &self.values)
+    }
+
     /// Solves in place.
     pub(super) fn solve(&mut self, rhs: &mut [f64]) -> Result<(), StepError> {
-        Ok(self.factors.solve(rhs)?)
+        Ok(match &mut self.factors {
+            WholeFactors::Sparse(factors) => factors.solve(rhs)?,
+            WholeFactors::Dense(factors) => factors.solve(rhs)?,
+        })
     }
 
     pub(super) fn factorise(&mut self) -> Result<(), StepError> {
-        self.factors.renew(&self.values)?;
-        let both = [self.smallest_rcond, self.factors.rcond()];
+        let rcond = match &mut self.factors {
+            WholeFactors::Sparse(factors) => {
+                factors.renew(&self.values)?;
+                factors.rcond()
+            }
+            WholeFactors::Dense(factors) => {
+                factors.renew(&self.values)?;
+                None
+            }
+        };
+        let both = [self.smallest_rcond, rcond];
         self.smallest_rcond = both.into_iter().flatten().reduce(f64::min);
         Ok(())
     }

@@ -1,13 +1,13 @@
 //! What the functions that IDAS calls keep of backward problems.
 
-use super::linear::SparseLu;
+use super::linear::WholeLu;
 use crate::adjoint::{BackwardProblem, ForwardState};
 use myovib_dae::Tolerances;
 
 /// A backward problem with what its evaluation takes.
 pub(super) struct Posed<P> {
     pub(super) problem: Box<dyn BackwardProblem<P> + Send>,
-    pub(super) lu: SparseLu,
+    pub(super) lu: WholeLu,
     pub(super) tolerances: Tolerances,
     pub(super) weights: Vec<f64>,
     pub(super) state: ForwardState,

@@ -4,7 +4,7 @@
 mod evaluation;
 
 use super::builder::validate_quadrature_tolerances;
-use super::linear::SparseLu;
+use super::linear::WholeLu;
 use super::posed::{Posed, Repeating};
 use super::{IdaSolver, call_error, codes};
 use crate::adjoint::{
@@ -149,7 +149,7 @@ impl<P: Problem> IdaSolver<P> {
         }
         let mut posed = Posed {
             problem: Box::new(problem),
-            lu: SparseLu::new(Jacobian::with_pattern(pattern), self.sparse)?,
+            lu: WholeLu::new(Jacobian::with_pattern(pattern), self.sparse)?,
             tolerances: options.tolerances.clone(),
             weights: vec![1.0; n],
             state: at.clone(),
