@@ -1,14 +1,12 @@
 //! Consistent initial values of systems of index 1.
 
-use crate::inconsistent::{Inconsistent, norm};
+use crate::inconsistent::{CONVERGED, Inconsistent, norm};
 use crate::integrator::ConsistencyMode;
 use crate::linear_solver::LinearSolver;
 use crate::linearization::Linearization;
 use crate::problem::{Problem, StepError, VariableKind};
 use crate::projection::project_onto_constraints;
 
-/// Newton is converged below this part of the tolerance, as IDACalcIC is.
-const CONVERGED: f64 = 0.0033;
 /// Newton iterations with one matrix, matrices with one scale, and scales, as IDACalcIC has them.
 const ITERATIONS: usize = 10;
 const MATRICES: usize = 4;
@@ -27,6 +25,9 @@ struct State<'a> {
 
 /// Corrects `y` and `y_dot` so that F(t, y, ẏ) = 0, by Newton with a line search (Brown, Hindmarsh,
 /// Petzold 1998).
+///
+/// Newton stops where the correction is 0.0033 of what the tolerances allow. A correction of ẏ counts over the
+/// time to `t_first`, t_first − t, or, where that fails, over h.
 ///
 /// For [`ConsistencyMode::AlgebraicAndDerivatives`] the matrix is ∂F/∂y + c ∂F/∂ẏ with c = 1/h: a
 /// correction δ moves algebraic y by δ and differential ẏ by c δ. That neglects what differential y
@@ -54,12 +55,23 @@ pub fn correct_initial_values<P: Problem, S: LinearSolver<P>>(
     }
     let given = (y.to_vec(), y_dot.to_vec());
     let motion = norm(y_dot, weights);
-    let mut h = 1e-3 * (t_first - t).abs();
+    let time = (t_first - t).abs();
+    let mut h = 1e-3 * time;
     if motion * h > 0.5 {
         h = 0.5 / motion;
     }
     let mut last = Inconsistent::NotFound { norm: f64::NAN };
-    for scale in 0..SCALES {
+    let searches = match mode {
+        // A correction δ moves ẏ by δ/h, and y within the time to the first output by that times as much.
+        // Difference quotients move ẏ by what the tolerances allow over a time; over the short h that would
+        // be further than F may be linear.
+        ConsistencyMode::AlgebraicAndDerivatives => [1e3, 1.0]
+            .map(|factor| (0, CONVERGED * h / time, factor * time))
+            .to_vec(),
+        _ => Vec::new(),
+    };
+    let usual = (0..SCALES).map(|scale| (scale, CONVERGED, h * 0.1_f64.powi(scale)));
+    for (scale, wanted, time) in searches.into_iter().chain(usual) {
         let step = h * 0.1_f64.powi(scale);
         let c = if mode == ConsistencyMode::AlgebraicAndDerivatives {
             1.0 / step
@@ -67,7 +79,16 @@ pub fn correct_initial_values<P: Problem, S: LinearSolver<P>>(
             0.0
         };
         let mut state = State { t, y, y_dot };
-        match newton(problem, solver, mode, kinds, &mut state, weights, step, c) {
+        let scales = (c, wanted);
+        match newton(
+            problem,
+            solver,
+            mode,
+            kinds,
+            &mut state,
+            weights,
+            (time, scales),
+        ) {
             Ok(()) => return Ok(()),
             Err(failed @ Inconsistent::Failed(StepError::Fatal(_))) => return Err(failed),
             Err(failed) => last = failed,
@@ -89,8 +110,7 @@ fn newton<P: Problem, S: LinearSolver<P>>(
     kinds: &[VariableKind],
     state: &mut State<'_>,
     weights: &[f64],
-    step: f64,
-    c: f64,
+    (time, (c, wanted)): (f64, (f64, f64)),
 ) -> Result<(), Inconsistent> {
     let n = weights.len();
     let (mut correction, mut trial) = (vec![0.0; n], vec![0.0; n]);
@@ -100,14 +120,14 @@ fn newton<P: Problem, S: LinearSolver<P>>(
             t: state.t,
             y: state.y,
             y_dot: state.y_dot,
-            step,
+            step: time,
             weights,
         };
         solver.evaluate(problem, &at)?;
         solver.set_up(problem, c, &[])?;
         size = solve_for(problem, solver, state, weights, &mut correction)?;
         for _ in 0..ITERATIONS {
-            if size <= CONVERGED {
+            if size <= wanted {
                 return Ok(());
             }
             let (mut length, before) = (1.0, size);
@@ -133,7 +153,7 @@ fn newton<P: Problem, S: LinearSolver<P>>(
                 break;
             }
         }
-        if size <= CONVERGED {
+        if size <= wanted {
             return Ok(());
         }
     }

@@ -7,7 +7,10 @@ use crate::problem::StepError;
 #[non_exhaustive]
 pub enum Inconsistent {
     /// Newton's method does not get there.
-    #[error("Newton's method stays at {norm:.2e} times the tolerance")]
+    #[error(
+        "Newton's method does not converge: its last correction is {norm:.2e} of what the tolerances \
+         allow, and {CONVERGED} would be accepted"
+    )]
     NotFound {
         /// The weighted norm of the last correction.
         norm: f64,
@@ -20,8 +23,8 @@ pub enum Inconsistent {
     NoConstraints,
     /// No values satisfy both F and the constraints stated.
     #[error(
-        "the constraints stated do not go with the equations: equation {equation} (constraints \
-         count on after the last) is left at {left:.2e}"
+        "the constraints are incompatible with the equations: residual {left:.2e} in equation \
+         {equation} (constraints are numbered after the last equation)"
     )]
     Contradicted {
         /// The equation, or the number of equations and that of the constraint whose rate it is.
@@ -33,6 +36,9 @@ pub enum Inconsistent {
     #[error(transparent)]
     Failed(#[from] StepError),
 }
+
+/// Newton is converged below this fraction of the tolerance, as IDACalcIC is.
+pub(crate) const CONVERGED: f64 = 0.0033;
 
 /// The weighted root mean square.
 pub(crate) fn norm(x: &[f64], weights: &[f64]) -> f64 {

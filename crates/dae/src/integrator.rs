@@ -31,16 +31,22 @@ pub enum ConsistencyMode {
 /// A *stop time* is never stepped over. It holds once: when it is reached the call answers
 /// [`Outcome::StopTime`], and the next call goes on beyond it.
 ///
+/// # Directions
+/// The `t_out` of the first step gives the direction: [`step`](Integrator::step) refuses a `t_out` equal to
+/// the initial time there. [`integrate_to`](Integrator::integrate_to) the time reached takes no step and
+/// answers [`Outcome::Reached`]. IDAS integrates forward or backward; Radau IIA integrates forward only, and
+/// refuses a time behind `t`.
+///
 /// # Starts
 /// Values to start from, given to a builder or to [`reinit`](Integrator::reinit), are refused by the next
 /// step with an [`InconsistentStart`](crate::InconsistentStart) where y contradicts the equations by more
-/// than the tolerances allow, unless [`correct_initial_values`](Integrator::correct_initial_values) mends
+/// than the tolerances allow, unless [`correct_initial_values`](Integrator::correct_initial_values) corrects
 /// them before: see [`check_start`](crate::check_start). Values to go on from at the time reached are
 /// taken as they are: behind an event they have the error of dense output.
 ///
 /// # Limits
 /// *max_steps* is the number of steps that one call of [`integrate_to`](Integrator::integrate_to)
-/// may take; the next call has as many again. A single [`step`](Integrator::step) is not limited.
+/// may take, at least 1; the next call has as many again. A single [`step`](Integrator::step) is not limited.
 ///
 /// # Failures
 /// After a recoverable error of a function, or a value that is not finite, the step is tried with a
@@ -91,7 +97,7 @@ pub trait Integrator<P: Problem> {
     ) -> Result<(), Self::Error>;
 
     /// Corrects the initial values so that F(t0, y0, ẏ0) = 0; to be called before the first step.
-    /// `t_first` is the first output time, for the scale.
+    /// `t_first` is the first output time, for the scale: another time than that of the start.
     ///
     /// Which components are algebraic is taken from the problem's kinds, whatever is left out of
     /// the error test.

@@ -11,6 +11,9 @@ const TRIALS: u64 = 2;
 /// other terms are 1/ε times as large; the next size finds it where it is at least 1e-14 times as large.
 const GROWTH: f64 = 1e14;
 
+/// Factor of perturbations where larger ones leave the domain of F: √ε.
+const SHORT: f64 = 1.5e-8;
+
 /// Largest perturbation, relative to 1 + |ẏ|.
 const LARGEST: f64 = 1e300;
 
@@ -82,7 +85,7 @@ impl<P: Problem + ?Sized> Search<'_, P> {
                 .problem
                 .jacobian(self.t, self.y, &y_dot, 0.0, 1.0, &mut values);
             match evaluated {
-                Err(StepError::Recoverable(_)) if trial > 0 => continue,
+                Err(_) if trial > 0 => continue,
                 evaluated => evaluated?,
             }
             for ((column, row), value) in pattern.entries().zip(&values) {
@@ -111,7 +114,7 @@ impl<P: Problem + ?Sized> Search<'_, P> {
                 let unaffected: Vec<usize> = (0..n).filter(|&j| !self.found.variables[j]).collect();
                 let is_first = size == 1.0 && trial == 0;
                 if unaffected.is_empty()
-                    || (!is_first && self.changed(&unaffected, (trial, size), &base)?.is_empty())
+                    || (!is_first && self.changed(&unaffected, (trial, size), &base).is_empty())
                 {
                     continue;
                 }
@@ -120,7 +123,7 @@ impl<P: Problem + ?Sized> Search<'_, P> {
                     group.retain(|&j| !self.found.variables[j]);
                     let rows = match group.is_empty() {
                         true => continue,
-                        false => self.changed(&group, (trial, size), &base)?,
+                        false => self.changed(&group, (trial, size), &base),
                     };
                     for &j in &group {
                         let lane = pattern.lane(j);
@@ -136,31 +139,29 @@ impl<P: Problem + ?Sized> Search<'_, P> {
         Ok(())
     }
 
-    /// Equations that change when the derivatives of these variables move. A change to a value that is
-    /// not finite counts: the product of a finite number and zero is zero.
+    /// Returns the equations that change when the derivatives of these variables move: as far as intended,
+    /// or, where F cannot be evaluated there, in the other direction or less far. A change to a value that
+    /// is not finite counts: the product of a finite number and zero is zero.
     fn changed(
         &mut self,
         columns: &[usize],
         (trial, size): (u64, f64),
         base: &[f64],
-    ) -> Result<Vec<usize>, StepError> {
+    ) -> Vec<usize> {
         let mut y_dot = self.y_dot.to_vec();
         let mut residual = vec![0.0; base.len()];
-        for direction in [1.0, -1.0] {
+        for factor in [1.0, -1.0, SHORT, -SHORT] {
             for &j in columns {
-                y_dot[j] = self.moved(trial, j, direction * size);
+                y_dot[j] = self.moved(trial, j, factor * size);
             }
-            match self.problem.residual(self.t, self.y, &y_dot, &mut residual) {
-                Ok(()) => {
-                    let pairs = residual.iter().zip(base).enumerate();
-                    let changed = pairs.filter(|(_, (new, base))| new != base && base.is_finite());
-                    return Ok(changed.map(|(row, _)| row).collect());
-                }
-                Err(StepError::Recoverable(_)) => {}
-                Err(error) => return Err(error),
+            let evaluated = self.problem.residual(self.t, self.y, &y_dot, &mut residual);
+            if evaluated.is_ok() {
+                let pairs = residual.iter().zip(base).enumerate();
+                let changed = pairs.filter(|(_, (new, base))| new != base && base.is_finite());
+                return changed.map(|(row, _)| row).collect();
             }
         }
-        Ok(Vec::new())
+        Vec::new()
     }
 
     /// ẏ_j, moved by about `size` (1 + |ẏ_j|).

@@ -41,6 +41,7 @@ mod start;
 mod statistics;
 mod stop_reason;
 mod tolerances;
+mod wrong_entry;
 
 pub use consistent::correct_initial_values;
 pub use direction::Direction;
@@ -63,3 +64,4 @@ pub use start::{InconsistentStart, check_start};
 pub use statistics::{Statistics, Work};
 pub use stop_reason::StopReason;
 pub use tolerances::{NoIndices, Suppressed, Tolerances, UNTESTED};
+pub use wrong_entry::{WrongEntry, check_jacobian};

@@ -42,19 +42,19 @@ impl std::fmt::Display for MissingEntry {
 /// Difference quotients over √ε of a variable err by about √ε = 1.5e-8, those over a tolerance by
 /// about the tolerance, both in the scale of the row's terms, |J| |d|. A hundredth is far above, and
 /// what is smaller than a hundredth of its row hardly slows Newton's method.
-const UNACCOUNTED: f64 = 1e-2;
+pub(crate) const UNACCOUNTED: f64 = 1e-2;
 
 /// What may be rounding, in changes of the residual when y and ẏ change by rounding.
-const ROUNDING: f64 = 100.0;
+pub(crate) const ROUNDING: f64 = 100.0;
 
 /// Directions that are tried. In one of them a missing entry may look like the one that its colour
 /// ascribes it to, where both happen to move alike: about one time in five for an entry of a tenth of
 /// its row.
-const DIRECTIONS: u64 = 4;
+pub(crate) const DIRECTIONS: u64 = 4;
 
 /// Rows that are looked at further for one direction, the worst first: rows that are strongly curved are
 /// among them, without being short of an entry.
-const ROWS: usize = 8;
+pub(crate) const ROWS: usize = 8;
 
 /// Looks for entries that the [pattern](Problem::jacobian_pattern) of a Jacobian lacks.
 ///
@@ -114,8 +114,8 @@ pub fn check_pattern<P: Problem + ?Sized>(
     if jacobian.pattern().nnz() == n * n {
         return Ok(());
     }
-    // Derivatives have no tolerance: they move by 1 + |ẏ|, so that rounding hides no small coefficient.
-    let weights: Vec<f64> = at.y_dot.iter().map(|v| 1.0 / (1.0 + v.abs())).collect();
+    // Derivatives have no tolerance: they move by √ε.
+    let weights = vec![f64::EPSILON.sqrt().recip(); n];
     let at_rate = Linearization {
         step: 1.0,
         weights: &weights,
@@ -176,18 +176,22 @@ fn find<P: Problem + ?Sized>(
 }
 
 /// Changes of a residual about a state.
-struct Probe<'a, P: ?Sized> {
+pub(crate) struct Probe<'a, P: ?Sized> {
     problem: &'a mut P,
     at: Linearization<'a>,
     /// Whether ẏ is moved, not y.
     of_rate: bool,
     base: Vec<f64>,
     /// How much rounding of y and ẏ changes it.
-    rounding: Vec<f64>,
+    pub(crate) rounding: Vec<f64>,
 }
 
 impl<'a, P: Problem + ?Sized> Probe<'a, P> {
-    fn new(problem: &'a mut P, at: Linearization<'a>, of_rate: bool) -> Result<Self, StepError> {
+    pub(crate) fn new(
+        problem: &'a mut P,
+        at: Linearization<'a>,
+        of_rate: bool,
+    ) -> Result<Self, StepError> {
         let mut base = vec![0.0; at.y.len()];
         problem.residual(at.t, at.y, at.y_dot, &mut base)?;
         let mut probe = Self {
@@ -226,7 +230,7 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
     }
 
     /// The change when some variables, or their derivatives, move by d.
-    fn change_along(
+    pub(crate) fn change_along(
         &mut self,
         columns: impl IntoIterator<Item = usize>,
         d: &[f64],
@@ -241,7 +245,7 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
 
     /// A direction, and the change along it: with signs drawn at random where the domain allows it,
     /// else slightly away from zero.
-    fn in_a_direction(&mut self, trial: u64) -> Result<(Vec<f64>, Vec<f64>), StepError> {
+    pub(crate) fn in_a_direction(&mut self, trial: u64) -> Result<(Vec<f64>, Vec<f64>), StepError> {
         let (at, n) = (self.at, self.base.len());
         let usual = |j| displacement(&at, j, Way::Usual);
         let slight = |j| displacement(&at, j, Way::SlightlyAway);

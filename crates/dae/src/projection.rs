@@ -5,12 +5,13 @@ use nalgebra::{DMatrix, DVector};
 use crate::draw::draw;
 use crate::inconsistent::{Inconsistent, norm};
 use crate::problem::{Problem, StepError, VariableKind};
+use crate::tolerances::UNTESTED;
 
 /// Iterations of each of the two searches.
 const ITERATIONS: usize = 30;
 /// Displacements of central differences, relative: the cube root of rounding.
 const DIFFERENCE: f64 = 6e-6;
-/// Singular values below this fraction of the largest, of matrices with [balanced](Balance) rows and
+/// Singular values below this fraction of the largest, of matrices with [scaled](Scaling) rows and
 /// columns, belong to redundant constraints.
 const RANK: f64 = 1e-9;
 /// Accepted residual of an equation relative to its terms; differences have errors of about 1e-10.
@@ -52,7 +53,7 @@ pub fn project_onto_constraints<P: Problem>(
         y_dot: y_dot.to_vec(),
     };
     state.move_onto_constraints(problem, weights)?;
-    state.follow(problem)?;
+    state.follow(problem, weights)?;
     y.copy_from_slice(&state.y);
     y_dot.copy_from_slice(&state.y_dot);
     Ok(())
@@ -114,16 +115,14 @@ impl State<'_> {
     }
 
     /// Finds ẏ of differential and y of algebraic variables from F = 0 and d/dt c = 0.
-    fn follow<P: Problem>(&mut self, problem: &mut P) -> Result<(), Inconsistent> {
+    fn follow<P: Problem>(&mut self, problem: &mut P, weights: &[f64]) -> Result<(), Inconsistent> {
         let (n, rows) = (self.y.len(), self.y.len() + problem.n_constraints());
         let mut last = f64::INFINITY;
         for iteration in 1..=ITERATIONS {
             let residual = self.equations(problem)?;
             let mut matrix = DMatrix::zeros(rows, n);
-            let sizes = [largest(&self.y), largest(&self.y_dot)];
             for j in 0..n {
-                let own = self.sought(j);
-                let step = DIFFERENCE * scale(*own, sizes[usize::from(self.is_rate(j))]);
+                let step = self.difference(j);
                 let kept = *self.sought(j);
                 *self.sought(j) = kept + step;
                 let ahead = self.equations(problem)?;
@@ -132,7 +131,7 @@ impl State<'_> {
                 *self.sought(j) = kept;
                 matrix.set_column(j, &((ahead - behind) / (2.0 * step)));
             }
-            let step = least_squares_balanced(&matrix, &residual)?;
+            let step = Scaling::of(&matrix, weights).least_squares(&matrix, &residual)?;
             for j in 0..n {
                 *self.sought(j) -= step[j];
             }
@@ -146,21 +145,22 @@ impl State<'_> {
                 return Err(Inconsistent::NotFound { norm: f64::NAN });
             }
             if size == 0.0 || (size < 1e-6 && size > 0.1 * last) || iteration == ITERATIONS {
-                return self.expect_solved(problem, &matrix);
+                return self.expect_solved(problem, &matrix, weights);
             }
             last = size;
         }
         Ok(())
     }
 
-    /// Checks that the residual of each equation is small relative to its terms, in balanced units.
+    /// Checks that the residual of each equation is small relative to its terms, in scaled units.
     fn expect_solved<P: Problem>(
         &mut self,
         problem: &mut P,
         matrix: &DMatrix<f64>,
+        weights: &[f64],
     ) -> Result<(), Inconsistent> {
         let left = self.equations(problem)?;
-        let rows = Balance::of(matrix).rows;
+        let rows = Scaling::of(matrix, weights).rows;
         let terms = |i: usize| -> f64 {
             let row = (0..matrix.ncols()).map(|j| (matrix[(i, j)], self.is_rate(j), j));
             row.map(|(a, rate, j)| (a * if rate { self.y_dot[j] } else { self.y[j] }).abs())
@@ -180,6 +180,16 @@ impl State<'_> {
                 left: left[equation],
             }),
         }
+    }
+
+    /// By how much ẏ_j or y_j, which is sought, is moved for differences.
+    fn difference(&mut self, j: usize) -> f64 {
+        let largest = largest(if self.is_rate(j) {
+            &self.y_dot
+        } else {
+            &self.y
+        });
+        DIFFERENCE * scale(*self.sought(j), largest)
     }
 
     /// The largest change of each equation when y and ẏ change in their last digits.
@@ -268,68 +278,43 @@ fn central(
     Ok((ahead - behind) / (2.0 * step))
 }
 
-/// Factors for rows and columns of a matrix that bring the magnitudes of its nonzero entries near 1: the
-/// least squares of log(r_i |a_ij| c_j), by alternating means (Curtis, Reid 1972). Products with them do not
-/// depend on the units of equations and unknowns.
-struct Balance {
+/// Factors for rows and columns of a matrix: columns are in units of what the tolerances allow, and rows have
+/// length 1 then. So results depend on the units of neither equations nor variables. Where variables are
+/// [untested](UNTESTED), tolerances state no units, and columns stay as they are.
+struct Scaling {
     rows: Vec<f64>,
     columns: Vec<f64>,
 }
 
-impl Balance {
-    /// Sweeps over rows and columns. Each contracts the error of the factors by half or more, except in
-    /// long chains of equations that have one unknown in common.
-    const SWEEPS: usize = 30;
-
-    fn of(matrix: &DMatrix<f64>) -> Self {
-        let entries: Vec<(usize, usize, f64)> = (0..matrix.ncols())
-            .flat_map(|j| (0..matrix.nrows()).map(move |i| (i, j)))
-            .filter(|&at| matrix[at] != 0.0)
-            .map(|(i, j)| (i, j, matrix[(i, j)].abs().log2()))
-            .collect();
-        let (mut rows, mut columns) = (vec![0.0; matrix.nrows()], vec![0.0; matrix.ncols()]);
-        for _ in 0..Self::SWEEPS {
-            average(
-                &mut rows,
-                entries.iter().map(|&(i, j, a)| (i, a + columns[j])),
-            );
-            average(
-                &mut columns,
-                entries.iter().map(|&(i, j, a)| (j, a + rows[i])),
-            );
+impl Scaling {
+    fn of(matrix: &DMatrix<f64>, weights: &[f64]) -> Self {
+        let mut columns: Vec<f64> = weights.iter().map(|w| 1.0 / w).collect();
+        if columns.iter().any(|c| *c >= UNTESTED) {
+            columns.fill(1.0);
         }
-        let factors = |logarithms: Vec<f64>| logarithms.into_iter().map(f64::exp2).collect();
-        Self {
-            rows: factors(rows),
-            columns: factors(columns),
-        }
+        let row = |i: usize| {
+            let entries = (0..columns.len()).map(|j| matrix[(i, j)] * columns[j]);
+            match entries.fold(0.0, f64::hypot) {
+                0.0 => 1.0,
+                length => 1.0 / length,
+            }
+        };
+        let rows = (0..matrix.nrows()).map(row).collect();
+        Self { rows, columns }
     }
-}
 
-/// Sets each logarithm to minus the mean of its values.
-fn average(logarithms: &mut [f64], values: impl Iterator<Item = (usize, f64)>) {
-    let mut sums = vec![(0.0, 0.0); logarithms.len()];
-    for (index, value) in values {
-        sums[index].0 += value;
-        sums[index].1 += 1.0;
+    /// Returns the x with least ‖R (A x − b)‖ for which C⁻¹ x is shortest.
+    fn least_squares(
+        &self,
+        a: &DMatrix<f64>,
+        b: &DVector<f64>,
+    ) -> Result<DVector<f64>, Inconsistent> {
+        let Self { rows, columns } = self;
+        let entry = |i: usize, j: usize| rows[i] * a[(i, j)] * columns[j];
+        let b = DVector::from_fn(b.len(), |i, _| rows[i] * b[i]);
+        let x = least_squares(DMatrix::from_fn(a.nrows(), a.ncols(), entry), &b)?;
+        Ok(DVector::from_fn(x.len(), |j, _| columns[j] * x[j]))
     }
-    for (logarithm, (sum, count)) in logarithms.iter_mut().zip(sums) {
-        *logarithm = if count > 0.0 { -sum / count } else { 0.0 };
-    }
-}
-
-/// The x with least ‖R (A x − b)‖ for which C⁻¹ x is shortest, where R and C [balance](Balance) A.
-fn least_squares_balanced(
-    a: &DMatrix<f64>,
-    b: &DVector<f64>,
-) -> Result<DVector<f64>, Inconsistent> {
-    let Balance { rows, columns } = Balance::of(a);
-    let scaled = DMatrix::from_fn(a.nrows(), a.ncols(), |i, j| {
-        rows[i] * a[(i, j)] * columns[j]
-    });
-    let b = DVector::from_fn(b.len(), |i, _| rows[i] * b[i]);
-    let x = least_squares(scaled, &b)?;
-    Ok(DVector::from_fn(x.len(), |j, _| columns[j] * x[j]))
 }
 
 /// The shortest x with ‖A x − b‖ least.

@@ -159,7 +159,8 @@ impl<P: Problem> Roots<P> {
 
     /// Shortens the interval up to `t` to one with the first crossing of function i at its end, by
     /// regula falsi; halving the value of an end that stays twice keeps it from creeping (the
-    /// Illinois rule).
+    /// Illinois rule). A zero at the end may be the end of an interval of zeros, whose beginning is
+    /// sought by bisection.
     fn narrow(
         &mut self,
         i: usize,
@@ -173,9 +174,15 @@ impl<P: Problem> Roots<P> {
         let (mut from, mut to) = (self.t.unwrap_or(t0), t);
         let (mut at_from, mut at_to) = (self.low[i], self.high[i]);
         let mut end_moved = None;
-        while to - from > tolerance && self.high[i] != 0.0 {
-            let secant = to - at_to * (to - from) / (at_to - at_from);
-            let middle = secant.clamp(from + 0.5 * tolerance, to - 0.5 * tolerance);
+        let mut is_zero_seen = false;
+        while to - from > tolerance {
+            let middle = match (at_to == 0.0, is_zero_seen) {
+                (false, false) => to - at_to * (to - from) / (at_to - at_from),
+                (true, false) => to - 0.5 * tolerance,
+                (_, true) => 0.5 * (from + to),
+            };
+            is_zero_seen |= at_to == 0.0;
+            let middle = middle.clamp(from + 0.5 * tolerance, to - 0.5 * tolerance);
             std::mem::swap(&mut self.high, &mut self.middle);
             self.evaluate(problem, step, middle, counters)?;
             let end = changes(self.low[i], self.high[i]);

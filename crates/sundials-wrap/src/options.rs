@@ -235,6 +235,9 @@ impl IdaOptions {
         within("max_order", self.max_order as f64, 1.0, 5.0, "1 to 5")?;
         if let Some(step) = self.initial_step {
             finite("initial_step", step)?;
+            if step == 0.0 {
+                return invalid("initial_step", step, "finite and not 0");
+            }
         }
         at_least_zero("min_step", self.min_step)?;
         if let Some(step) = self.max_step {

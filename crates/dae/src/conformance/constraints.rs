@@ -91,7 +91,7 @@ pub fn refuses_constraints_that_are_not_there_or_wrong<M: Method>(method: &M) {
     let error = solver.correct_initial_values(mode, 1.0).unwrap_err();
     let said = error.to_string();
     assert!(
-        said.contains("do not go with the equations: equation 1"),
+        said.contains("incompatible with the equations: residual 1.00e0 in equation 1"),
         "{said}"
     );
     assert_eq!(solver.y(), [0.5, 0.0]);

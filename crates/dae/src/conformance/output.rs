@@ -90,6 +90,42 @@ pub fn finds_events_in_their_order<M: Method>(method: &M) {
     assert_eq!(again.y(), unwatched.y());
 }
 
+/// A function that stays at zero has its event where it arrives there, and none where it leaves: cut off at
+/// zero from above and from below, and zero from t = 2 to t = 3 in between.
+pub fn finds_where_an_event_arrives_at_zero<M: Method>(method: &M) {
+    let (y, y_dot) = Circle::start();
+    let between = |t: f64| (t - 2.0).min(0.0) + (t - 3.0).max(0.0);
+    let functions: [(fn(f64) -> f64, f64, i32); 4] = [
+        (|t| (t - 1.0).min(0.0), 1.0, 1),
+        (|t| (1.5 - t).max(0.0), 1.5, -1),
+        (between, 2.0, 1),
+        (|t| -((t - 2.0).min(0.0) - (t - 3.0).max(0.0)).abs(), 2.0, 1),
+    ];
+    for (function, expected, crossing) in functions {
+        let mut solver = method.build(Request {
+            roots: Some((
+                vec![Direction::Both],
+                Box::new(
+                    move |_: &mut Circle, t, _: &[f64], _: &[f64], g: &mut [f64]| {
+                        g[0] = function(t);
+                        Ok(())
+                    },
+                ),
+            )),
+            ..Request::new(Circle::new(), 0.0, &y, &y_dot)
+        });
+        let outcome = solver.integrate_to(5.0).unwrap();
+        let Outcome::Root { t, crossings } = outcome else {
+            panic!("no root: {outcome:?}");
+        };
+        assert_eq!(crossings, [crossing]);
+        // Located to a hundred units of rounding of t and the step.
+        assert!((t - expected).abs() < 1e-12, "{t} {expected}");
+        let outcome = solver.integrate_to(5.0).unwrap();
+        assert_eq!(outcome, Outcome::Reached { t: 5.0 });
+    }
+}
+
 /// Behind an event the state may be another: thrown back at x = 0, x = |sin t| is there again after half a
 /// turn, and the state thrown back at is no event.
 pub fn starts_anew_after_an_event<M: Method>(method: &M) {

@@ -3,7 +3,9 @@
 use super::problems::Circle;
 use super::{Method, Request, stopped};
 use crate::samples::{MechanicalForm, Pendulum};
-use crate::{ConsistencyMode, Direction, Integrator, Outcome, Problem, Suppressed, Tolerances};
+use crate::{
+    ConsistencyMode, Direction, Integrator, Outcome, Problem, StepError, Suppressed, Tolerances,
+};
 
 #[track_caller]
 fn refused<P: Problem>(solver: &mut impl Integrator<P>) -> String {
@@ -79,6 +81,43 @@ pub fn weighs_a_start_by_the_tolerances<M: Method>(method: &M) {
             let said = stopped(outcome).to_string();
             assert!(said.contains("correct_initial_values"), "{said}");
         }
+    }
+}
+
+/// ẏ³ + ẏ = 2y: a derivative whose error is small in y over a first step of a millionth is sought further.
+pub fn corrects_derivatives_over_the_time_to_the_output<M: Method>(method: &M) {
+    struct Cubic;
+    impl Problem for Cubic {
+        fn n_unknowns(&self) -> usize {
+            1
+        }
+
+        fn residual(
+            &mut self,
+            _: f64,
+            y: &[f64],
+            v: &[f64],
+            r: &mut [f64],
+        ) -> Result<(), StepError> {
+            r[0] = v[0].powi(3) + v[0] - 2.0 * y[0];
+            Ok(())
+        }
+    }
+    for tolerance in [1e-3, 1e-6] {
+        let mut solver = method.build(Request {
+            tolerances: Tolerances::scalar(tolerance, tolerance),
+            ..Request::new(Cubic, 0.0, &[1.0], &[0.0])
+        });
+        let mode = ConsistencyMode::AlgebraicAndDerivatives;
+        solver.correct_initial_values(mode, 1e-3).unwrap();
+        assert_eq!(solver.y(), [1.0]);
+        // 0.0033 of the tolerance, 2e-6 at most, over the time to the output, 1e-3.
+        let allowed = 0.0033 * 2.0 * tolerance / 1e-3;
+        assert!(
+            (solver.y_dot()[0] - 1.0).abs() < allowed,
+            "{:?}",
+            solver.y_dot()
+        );
     }
 }
 

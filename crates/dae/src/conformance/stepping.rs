@@ -2,7 +2,7 @@
 
 use super::problems::Circle;
 use super::{Method, Request, stopped};
-use crate::{Integrator, Outcome, StopReason};
+use crate::{ConsistencyMode, Integrator, Outcome, StopReason};
 
 fn request() -> Request<Circle> {
     let (y, y_dot) = Circle::start();
@@ -62,6 +62,22 @@ pub fn refuses_times_behind_and_values_that_are_no_numbers<M: Method>(method: &M
         solver.integrate_to(2.0).unwrap(),
         Outcome::Reached { t: 2.0 }
     );
+}
+
+/// At the time reached there is nothing to integrate; a first step needs a direction, and a search for initial
+/// values a scale.
+pub fn answers_at_the_time_reached<M: Method>(method: &M) {
+    let mut solver = method.build(request());
+    let reached = |t| Outcome::Reached { t };
+    assert_eq!(solver.integrate_to(0.0).unwrap(), reached(0.0));
+    assert!(solver.step(0.0).is_err());
+    let mode = ConsistencyMode::AlgebraicAndDerivatives;
+    assert!(solver.correct_initial_values(mode, 0.0).is_err());
+    assert_eq!((solver.t(), solver.statistics().steps), (0.0, 0));
+    assert_eq!(solver.integrate_to(1.0).unwrap(), reached(1.0));
+    let steps = solver.statistics().steps;
+    assert_eq!(solver.integrate_to(1.0).unwrap(), reached(1.0));
+    assert_eq!(solver.statistics().steps, steps);
 }
 
 /// A stop time is met exactly, once, and then gone.

@@ -27,7 +27,7 @@ impl Problem for Node {
 }
 
 /// Capacitances, F. Steps of about RC must be far from the smallest normal number, 2e-308.
-const CAPACITANCES: [f64; 6] = [1e-6, 1e-11, 1e-13, 1e-30, 1e-100, 1e30];
+const CAPACITANCES: [f64; 6] = [1.0, 1e-6, 1e-11, 1e-13, 1e-30, 1e-100];
 
 /// Regression: the voltage of a small capacitance counted as algebraic, and lost its error test where
 /// algebraic variables are excluded: errors of 0.6 and 1.3 were reported as reached.

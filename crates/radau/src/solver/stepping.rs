@@ -7,7 +7,7 @@ use crate::control::FACTORS;
 use crate::dense::{add_scaled, write_combined};
 use crate::error::RadauError;
 use crate::failure::{Failure, Failures, Rejection};
-use crate::options::StepSize;
+use crate::options::{StepSize, expect};
 
 /// How many of the last steps before a limit share the time that is left.
 const SHARED: f64 = 4.0;
@@ -26,6 +26,15 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// [`RadauError::TimeBehind`] and other misuse; [`RadauError::Fatal`] when the problem or the
     /// linear algebra fails for good.
     pub fn step(&mut self, t_out: f64) -> Result<Outcome, RadauError> {
+        if self.counters.statistics.steps == 0 {
+            let is_other = t_out != self.t;
+            expect(
+                "t_out",
+                t_out,
+                is_other,
+                "another time than t at the first step",
+            )?;
+        }
         let outcome = self.step_within(t_out, self.options.stop_time)?;
         if matches!(outcome, Outcome::StopTime { .. }) {
             self.options.stop_time = None;

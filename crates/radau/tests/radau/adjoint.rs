@@ -373,6 +373,6 @@ fn misuse_is_told() {
     solver.step(1.0).unwrap();
     assert!(matches!(
         recording.follow(&mut solver),
-        Err(RadauError::Missed { steps: 2 })
+        Err(RadauError::StartedAgain { .. })
     ));
 }

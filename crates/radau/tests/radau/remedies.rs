@@ -53,7 +53,7 @@ fn under_a_hidden_constraint_longer_first_steps_are_named() {
     let builder = RadauSolver::builder(pendulum).options(options);
     let mut solver = builder.build(start.t, &start.y, &start.y_dot).unwrap();
     let stop = stopped(solver.integrate_to(2.0).unwrap()).to_string();
-    for remedy in ["initial_step", "velocities and multipliers", "suppressed"] {
+    for remedy in ["initial_step", "velocities and multipliers"] {
         assert!(stop.contains(remedy), "{stop}");
     }
 }

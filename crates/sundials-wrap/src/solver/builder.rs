@@ -18,9 +18,10 @@ use super::IdaSolver;
 use super::callbacks::{
     FailureLog, Function, QuadratureSensitivities, UserFunctions, Weighing, Weights,
 };
-use super::linear::{Linear, SparseLu};
+use super::linear::{Linear, WholeLu};
 use super::posed::Repeating;
 use super::sensitivity::{Linearised, SensitivityOptions};
+use super::zeros::ZeroSides;
 
 /// Gathers a problem, [`IdaOptions`] and the user's functions; see
 /// [`IdaSolver::builder`](crate::IdaSolver::builder).
@@ -234,7 +235,7 @@ impl<P: Problem> IdaBuilder<P> {
         };
         let linear = match self.linear_solver {
             Some(solver) => Linear::Own(solver),
-            None => Linear::Sparse(Box::new(SparseLu::new(jacobian, self.options.sparse)?)),
+            None => Linear::Whole(Box::new(WholeLu::new(jacobian, self.options.sparse)?)),
         };
         let weighing = match self.weights {
             Some(function) => Weighing::Function(function),
@@ -244,6 +245,7 @@ impl<P: Problem> IdaBuilder<P> {
             problem: self.problem,
             n_roots: self.root_directions.len(),
             roots: self.roots,
+            zeros: ZeroSides::default(),
             weighing,
             weights: vec![1.0; n],
             quadrature: self.quadrature_rates,
@@ -252,6 +254,7 @@ impl<P: Problem> IdaBuilder<P> {
             quadrature_sensitivities: self.quadrature_sensitivities,
             backward: Vec::new(),
             repeating: Repeating::default(),
+            search_time: None,
             t_called: t0,
             failures: FailureLog::default(),
         };
@@ -267,6 +270,7 @@ impl<P: Problem> IdaBuilder<P> {
             t: t0,
             n,
             min_step: self.options.min_step,
+            initial_values: self.options.initial_values,
             max_steps: self.options.max_steps,
             mark: (0, t0),
             stop_time: self.options.stop_time,

@@ -8,6 +8,7 @@ use crate::vector_kernels::{is_finite, is_positive};
 use myovib_dae::{Linearization, Problem, StepError, StopReason, Tolerances};
 
 use super::linear::Linear;
+use super::zeros::ZeroSides;
 
 /// g(t, y, ẏ) or a quadrature's integrand, written into the last argument.
 pub(super) type Function<P> =
@@ -63,6 +64,7 @@ pub(super) struct UserFunctions<P> {
     pub(super) problem: P,
     pub(super) n_roots: usize,
     pub(super) roots: Option<Box<Function<P>>>,
+    pub(super) zeros: ZeroSides,
     pub(super) weighing: Weighing<P>,
     /// The weights of y: those IDAS uses now, or, with sensitivities, those at the last linearization.
     pub(super) weights: Vec<f64>,
@@ -73,6 +75,8 @@ pub(super) struct UserFunctions<P> {
     pub(super) quadrature_sensitivities: Option<Box<QuadratureSensitivities<P>>>,
     pub(super) backward: Vec<Posed<P>>,
     pub(super) repeating: Repeating,
+    /// Differences move ẏ by what the tolerances allow over this time, while initial values are searched for.
+    pub(super) search_time: Option<f64>,
     /// Time of the last call that had one, for messages of those that have none.
     pub(super) t_called: f64,
     pub(super) failures: FailureLog,
@@ -193,10 +197,11 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
             t,
             y,
             y_dot,
-            step: 1.0 / c_j,
+            step: self.search_time.unwrap_or(1.0 / c_j),
             weights: &self.weights,
         };
-        let (evaluated, values) = self.linear.evaluate(&mut self.problem, &at, c_j);
+        let in_parts = self.search_time.is_some();
+        let (evaluated, values) = self.linear.evaluate(&mut self.problem, &at, c_j, in_parts);
         match self.failures.answer("Jacobian", t, evaluated, values) {
             Answer::Success => {}
             failed => return failed,
@@ -220,7 +225,11 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
             return Answer::Fatal;
         };
         let result = roots(&mut self.problem, t, y, y_dot, values);
-        self.failures.answer("root function", t, result, values)
+        let answer = self.failures.answer("root function", t, result, values);
+        if matches!(answer, Answer::Success) {
+            self.zeros.resolve(t, values);
+        }
+        answer
     }
 
     fn error_weights(&mut self, y: &[f64], weights: &mut [f64]) -> Answer {

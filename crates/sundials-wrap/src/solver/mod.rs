@@ -10,6 +10,7 @@ mod linear;
 mod posed;
 mod sensitivity;
 mod state;
+mod zeros;
 
 use std::panic::resume_unwind;
 
@@ -18,7 +19,8 @@ use sundials_sys as sys;
 use crate::error::Error;
 use crate::ffi::call::CallFailed;
 use crate::ffi::ida::{Counter, Ida, InitialUnknowns, Task};
-use crate::options::{differential, expect_finite, expect_length, expect_state, finite};
+use crate::options::InitialValueOptions;
+use crate::options::{differential, expect_finite, expect_length, expect_state, finite, invalid};
 use myovib_dae::{
     ConsistencyMode, Inconsistent, InconsistentStart, Outcome, Problem, StepError, Stop,
     StopReason, VariableKind, WorstComponent, check_start, project_onto_constraints,
@@ -29,6 +31,9 @@ use myovib_sparse::SparseOptions;
 pub use builder::IdaBuilder;
 use callbacks::UserFunctions;
 pub use sensitivity::{SensitivityMethod, SensitivityOptions, SensitivityStatistics};
+
+/// A last step shorter than this part of the step before is shared with it.
+const SLIVER: f64 = 0.1;
 
 /// After so many steps it is looked at whether they have moved t.
 const PATIENCE: usize = 500;
@@ -54,6 +59,7 @@ pub struct IdaSolver<P: Problem> {
     t: f64,
     n: usize,
     min_step: f64,
+    initial_values: InitialValueOptions,
     max_steps: Option<usize>,
     /// Steps and time when it was last seen that t moves.
     mark: (u64, f64),
@@ -105,13 +111,30 @@ impl<P: Problem> IdaSolver<P> {
         if (t_out - self.t) * direction < 0.0 {
             return Err(Error::TimeBehind { t_out, t: self.t });
         }
+        if t_out == self.t && self.ida.counter(Counter::Steps) == 0 {
+            // IDAS takes the direction and the scale of the first step from t_out.
+            return match task {
+                Task::Normal => Ok(Outcome::Reached { t: t_out }),
+                Task::OneStep => invalid("t_out", t_out, "another time than t at the first step"),
+            };
+        }
         self.consistent?;
+        let direction = if direction == 0.0 {
+            t_out - self.t
+        } else {
+            direction
+        };
+        self.functions_mut().zeros.direction = direction.signum();
         if self.stop_time_lingers {
             let out_of_reach = f64::MAX.copysign(t_out - self.t);
             let result = self.ida.set_stop_time(out_of_reach);
             self.refused(result)?;
             self.stop_time_lingers = false;
         }
+        let shared = match task {
+            Task::OneStep => self.share_last_steps()?,
+            Task::Normal => None,
+        };
         self.functions_mut().failures = Default::default();
         let mut left = self.max_steps.unwrap_or(usize::MAX);
         let code = loop {
@@ -133,7 +156,12 @@ impl<P: Problem> IdaSolver<P> {
             }
         };
         self.resume_panic();
+        if let Some(stop_time) = shared {
+            let result = self.ida.set_stop_time(stop_time);
+            self.refused(result)?;
+        }
         match code {
+            sys::IDA_TSTOP_RETURN if shared.is_some() => Ok(Outcome::StepTaken { t: self.t }),
             // Where both are the same IDAS answers that the output time is reached, and would say the
             // other with the next call.
             sys::IDA_SUCCESS if task == Task::Normal && self.stop_time == Some(self.t) => {
@@ -150,13 +178,33 @@ impl<P: Problem> IdaSolver<P> {
             }
             sys::IDA_ROOT_RETURN => {
                 let crossings = self.ida.root_info();
-                Ok(Outcome::Root {
-                    t: self.t,
-                    crossings: self.refused(crossings)?,
-                })
+                let mut crossings = self.refused(crossings)?;
+                let t = self.t;
+                self.functions().zeros.keep_arrivals(t, &mut crossings);
+                match crossings.iter().all(|crossing| *crossing == 0) {
+                    true => self.advance(t_out, task),
+                    false => Ok(Outcome::Root { t, crossings }),
+                }
             }
             code => self.gave_up(code),
         }
+    }
+
+    /// Makes the next two steps share the time that is left, if they are the last two before the stop time
+    /// and the last one would be far shorter than the steps before: such a step magnifies what Newton's
+    /// method leaves of multipliers, and fails. Returns the stop time that must be set again then.
+    fn share_last_steps(&mut self) -> Result<Option<f64>, Error> {
+        let (t, h) = (self.ida.internal_time(), self.ida.current_step());
+        let Some(stop_time) = self.stop_time.filter(|_| self.ida.last_step() != 0.0) else {
+            return Ok(None);
+        };
+        let left = stop_time - t;
+        if !(1.0..1.0 + SLIVER).contains(&(left / h)) {
+            return Ok(None);
+        }
+        let result = self.ida.set_stop_time(t + 0.5 * left);
+        self.refused(result)?;
+        Ok(Some(stop_time))
     }
 
     /// Whether the last steps have not moved t: IDAS goes on for ever then.
@@ -172,7 +220,10 @@ impl<P: Problem> IdaSolver<P> {
 
     fn stood_still(&mut self) -> Result<Outcome, Error> {
         let cause = self.functions_mut().failures.take_message();
-        let message = format!("{PATIENCE} steps have not moved t; {cause}");
+        let mut message = format!("{PATIENCE} steps have not moved t");
+        if !cause.is_empty() {
+            message = format!("{message}; {cause}");
+        }
         let worst = self.worst_components(false)?;
         Ok(self.stopped(StopReason::StepTooSmall, message, worst))
     }
@@ -265,6 +316,9 @@ impl<P: Problem> IdaSolver<P> {
         t_first: f64,
     ) -> Result<(), Error> {
         finite("t_first", t_first)?;
+        if t_first == self.t0 {
+            return invalid("t_first", t_first, "another time than that of the start");
+        }
         if self.ida.counter(Counter::Steps) > 0 {
             return Err(Error::AfterTheStart { t: self.t });
         }
@@ -277,7 +331,27 @@ impl<P: Problem> IdaSolver<P> {
         let result = self.ida.set_id(&differential(&self.kinds));
         self.refused(result)?;
         self.functions_mut().failures = Default::default();
-        let result = self.ida.correct_initial_values(unknowns, t_first);
+        let given = self.initial_values;
+        let mut result = match mode {
+            // IDACalcIC ends where the correction of ẏ is small over its step, a thousandth of the time to
+            // the first output. It is to be small over that time. Sensitivities are corrected by the
+            // same controls: with them these stay IDAS' own, as in published runs.
+            ConsistencyMode::AlgebraicAndDerivatives
+                if self.functions().sensitivities.is_none() =>
+            {
+                let finer = InitialValueOptions {
+                    nonlinear_coefficient: 1e-3 * given.nonlinear_coefficient,
+                    ..given
+                };
+                let differences = Some(1e3 * (t_first - self.t0));
+                self.search((finer, differences), unknowns, t_first)?
+            }
+            _ => self.search((given, None), unknowns, t_first)?,
+        };
+        let is_final = self.functions().failures.fatal.is_some();
+        if result.is_err() && !is_final && self.ida.boundary().panic.is_none() {
+            result = self.search((given, None), unknowns, t_first)?;
+        }
         let restored = match &self.suppressed {
             Some(id) => self.ida.set_id(id),
             None => Ok(()),
@@ -294,6 +368,22 @@ impl<P: Problem> IdaSolver<P> {
             return Ok(());
         };
         Err(self.inconsistent(failed, self.t0))
+    }
+
+    /// Searches for initial values with these controls, and this time for differences of ẏ.
+    fn search(
+        &mut self,
+        (controls, differences): (InitialValueOptions, Option<f64>),
+        unknowns: InitialUnknowns,
+        t_first: f64,
+    ) -> Result<Result<(), CallFailed>, Error> {
+        self.functions_mut().failures = Default::default();
+        let set = self.ida.set_initial_values(&controls);
+        self.refused(set)?;
+        self.functions_mut().search_time = differences;
+        let found = self.ida.correct_initial_values(unknowns, t_first);
+        self.functions_mut().search_time = None;
+        Ok(found)
     }
 
     /// What is told when no consistent initial values at `t` were found.
@@ -371,6 +461,7 @@ impl<P: Problem> IdaSolver<P> {
         self.refused(result)?;
         self.forget_backward_runs()?;
         self.functions_mut().linear.forget_rcond();
+        self.functions_mut().zeros.clear();
         let starts = self.functions().sensitivities.as_ref();
         let starts = starts.map_or(Vec::new(), |linearised| linearised.starts.clone());
         let result = self.ida.reinit_sensitivities(&starts);

@@ -1,0 +1,280 @@
+//! Entries of a stated Jacobian that differ from difference quotients.
+
+use nalgebra_sparse::pattern::SparsityPattern;
+
+use crate::linearization::Linearization;
+use crate::pattern::{DIRECTIONS, Probe, ROUNDING, ROWS, UNACCOUNTED};
+use crate::problem::{Problem, StepError};
+
+/// An entry of a problem's own Jacobian that differs from difference quotients of its residual.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WrongEntry {
+    /// The equation.
+    pub row: usize,
+    /// The variable.
+    pub column: usize,
+    /// Whether it is of ∂F/∂ẏ; of ∂F/∂y otherwise.
+    pub of_rate: bool,
+    /// The entry as stated.
+    pub stated: f64,
+    /// The difference quotient.
+    pub quotient: f64,
+}
+
+impl std::error::Error for WrongEntry {}
+
+impl std::fmt::Display for WrongEntry {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { row, column, .. } = self;
+        let matrix = if self.of_rate {
+            "∂F/∂ẏ"
+        } else {
+            "∂F/∂y"
+        };
+        write!(
+            f,
+            "the Jacobian looks wrong: {matrix} has {:.6e} in row {row}, column {column} (counted from 0), \
+             and differences of the residual give {:.6e}",
+            self.stated, self.quotient
+        )
+    }
+}
+
+/// Difference quotients over two distances must agree to this fraction, and a wrong entry differ from them
+/// by more.
+const AGREEMENT: f64 = 0.1;
+
+/// Compares a problem's own [`jacobian`](Problem::jacobian) with differences of its residual.
+///
+/// The change of the residual in four directions, in y and in ẏ, is compared with J d. In rows where they
+/// differ by more than a hundredth of |J| |d| and by more than rounding, the entry is sought by halves and
+/// confirmed by central differences over two distances. Entries that are a small part of their row, or right
+/// at this state only, are not found. A problem without a Jacobian, and evaluations that fail, show nothing.
+///
+/// # Errors
+/// The first wrong entry that is found.
+pub fn check_jacobian<P: Problem + ?Sized>(
+    problem: &mut P,
+    at: &Linearization<'_>,
+) -> Result<(), WrongEntry> {
+    let pattern = problem.jacobian_pattern();
+    let mut parts = [vec![0.0; pattern.nnz()], vec![0.0; pattern.nnz()]];
+    let [of_value, of_rate] = &mut parts;
+    if problem
+        .jacobian_parts(at.t, at.y, at.y_dot, [of_value, of_rate])
+        .is_err()
+    {
+        return Ok(());
+    }
+    // Derivatives have no tolerance: they move by 1 + |ẏ|.
+    let weights: Vec<f64> = at.y_dot.iter().map(|v| 1.0 / (1.0 + v.abs())).collect();
+    let at_rate = Linearization {
+        step: 1.0,
+        weights: &weights,
+        ..*at
+    };
+    for (at, of_rate) in [(at, false), (&at_rate, true)] {
+        let values = &parts[usize::from(of_rate)];
+        let matrix = Stated {
+            pattern: &pattern,
+            values,
+        };
+        if let Ok(Some((row, column, quotient))) = find(problem, matrix, at, of_rate) {
+            return Err(WrongEntry {
+                row,
+                column,
+                of_rate,
+                stated: matrix.entry(row, column),
+                quotient,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// A matrix as stated.
+#[derive(Clone, Copy)]
+struct Stated<'a> {
+    pattern: &'a SparsityPattern,
+    values: &'a [f64],
+}
+
+impl Stated<'_> {
+    fn entry(&self, row: usize, column: usize) -> f64 {
+        let start = self.pattern.major_offsets()[column];
+        match self.pattern.lane(column).binary_search(&row) {
+            Ok(place) => self.values[start + place],
+            Err(_) => 0.0,
+        }
+    }
+
+    /// The product of some columns with d, in one row.
+    fn product(&self, row: usize, columns: &[usize], d: &[f64]) -> f64 {
+        let terms = columns.iter().map(|&j| self.entry(row, j) * d[j]);
+        terms.sum()
+    }
+}
+
+/// Row, column and difference quotient of an entry that is wrong.
+fn find<P: Problem + ?Sized>(
+    problem: &mut P,
+    matrix: Stated<'_>,
+    at: &Linearization<'_>,
+    of_rate: bool,
+) -> Result<Option<(usize, usize, f64)>, StepError> {
+    let n = at.y.len();
+    let mut probe = Probe::new(problem, *at, of_rate)?;
+    let mut cleared = vec![false; n];
+    for trial in 0..DIRECTIONS {
+        let (d, change) = probe.in_a_direction(trial)?;
+        let (mut left, mut scale) = (change.clone(), vec![0.0; n]);
+        for ((column, row), value) in matrix.pattern.entries().zip(matrix.values) {
+            left[row] -= value * d[column];
+            scale[row] += (value * d[column]).abs();
+        }
+        let share = |i: usize| {
+            let of_terms = UNACCOUNTED * change[i].abs().max(scale[i]);
+            left[i].abs() / of_terms.max(ROUNDING * probe.rounding[i])
+        };
+        let mut rows: Vec<usize> = (0..n).filter(|&i| !cleared[i] && share(i) > 1.0).collect();
+        rows.sort_by(|&i, &k| share(k).total_cmp(&share(i)));
+        rows.truncate(ROWS);
+        for row in rows {
+            let all: Vec<usize> = (0..n).collect();
+            let mut columns = &all[..];
+            while columns.len() > 1 {
+                let halves: [&[usize]; 2] = columns.split_at(columns.len() / 2).into();
+                let mut unaccounted = |half: &[usize]| -> Result<f64, StepError> {
+                    let change = probe.change_along(half.iter().copied(), &d)?;
+                    Ok((change[row] - matrix.product(row, half, &d)).abs())
+                };
+                let sizes = [unaccounted(halves[0])?, unaccounted(halves[1])?];
+                columns = halves[usize::from(sizes[1] > sizes[0])];
+            }
+            let column = columns[0];
+            if let Some(quotient) = confirmed(&mut probe, (row, column), matrix, &d)? {
+                return Ok(Some((row, column, quotient)));
+            }
+            cleared[row] = true;
+        }
+    }
+    Ok(None)
+}
+
+/// The difference quotient of an entry, if it is reliable and differs from the entry stated.
+fn confirmed<P: Problem + ?Sized>(
+    probe: &mut Probe<'_, P>,
+    (row, column): (usize, usize),
+    matrix: Stated<'_>,
+    d: &[f64],
+) -> Result<Option<f64>, StepError> {
+    let mut central = |factor: f64| -> Result<f64, StepError> {
+        let scaled = |sign: f64| -> Vec<f64> { d.iter().map(|d| sign * factor * d).collect() };
+        let ahead = probe.change_along([column], &scaled(1.0))?[row];
+        let behind = probe.change_along([column], &scaled(-1.0))?[row];
+        Ok((ahead - behind) / (2.0 * factor * d[column]))
+    };
+    let [long, short] = [central(1.0)?, central(0.25)?];
+    let stated = matrix.entry(row, column);
+    let size = long.abs().max(short.abs());
+    let is_smooth = (long - short).abs() <= 0.1 * AGREEMENT * size.max(stated.abs());
+    let difference = (long - stated).abs();
+    let is_wrong = difference > AGREEMENT * size.max(stated.abs())
+        && difference * d[column].abs() > ROUNDING * probe.rounding[row];
+    Ok((is_smooth && is_wrong).then_some(long))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples::{Akzo, Robertson, Sample, VanDerPol};
+
+    /// A sample with one entry of its Jacobian changed.
+    struct Changed<S> {
+        sample: S,
+        place: usize,
+        factor: f64,
+    }
+
+    impl<S: Problem> Problem for Changed<S> {
+        fn n_unknowns(&self) -> usize {
+            self.sample.n_unknowns()
+        }
+
+        fn residual(
+            &mut self,
+            t: f64,
+            y: &[f64],
+            v: &[f64],
+            r: &mut [f64],
+        ) -> Result<(), StepError> {
+            self.sample.residual(t, y, v, r)
+        }
+
+        fn jacobian_pattern(&self) -> SparsityPattern {
+            self.sample.jacobian_pattern()
+        }
+
+        fn jacobian(
+            &mut self,
+            t: f64,
+            y: &[f64],
+            v: &[f64],
+            a: f64,
+            b: f64,
+            values: &mut [f64],
+        ) -> Result<(), StepError> {
+            self.sample.jacobian(t, y, v, a, b, values)?;
+            values[self.place] *= self.factor;
+            Ok(())
+        }
+    }
+
+    /// Checks a sample at its start moved by 10 %, as it is and with each entry doubled or negated; returns
+    /// how many of the changes were found.
+    fn found<S: Sample + Clone>(sample: &S) -> (usize, usize) {
+        let start = sample.start();
+        let y: Vec<f64> = start.y.iter().map(|y| 1.1 * y + 0.1).collect();
+        let weights = vec![1e4; y.len()];
+        let at = Linearization {
+            t: start.t,
+            y: &y,
+            y_dot: &start.y_dot,
+            step: 1e-3,
+            weights: &weights,
+        };
+        let checked = |place, factor| {
+            let sample = sample.clone();
+            check_jacobian(
+                &mut Changed {
+                    sample,
+                    place,
+                    factor,
+                },
+                &at,
+            )
+        };
+        assert_eq!(checked(0, 1.0), Ok(()));
+        let pattern = sample.jacobian_pattern();
+        let places: Vec<(usize, usize)> = pattern.entries().collect();
+        let mut count = 0;
+        for (place, (column, row)) in places.iter().enumerate() {
+            for factor in [2.0, -1.0] {
+                if let Err(wrong) = checked(place, factor) {
+                    assert_eq!((wrong.row, wrong.column), (*row, *column));
+                    count += 1;
+                }
+            }
+        }
+        (count, 2 * places.len())
+    }
+
+    /// No right Jacobian is blamed, and no right entry of a wrong one.
+    #[test]
+    fn wrong_entries_are_named() {
+        // Of Robertson's full pattern some entries are zero, and doubling these changes nothing.
+        assert!(found(&Robertson).0 >= 12, "{:?}", found(&Robertson));
+        assert!(found(&VanDerPol { vdp_mu: 10.0 }).0 >= 4);
+        assert!(found(&Akzo).0 >= 20, "{:?}", found(&Akzo));
+    }
+}
