@@ -18,6 +18,20 @@ Array = NDArray[np.float64]
 Function = Callable[[float, Array, Array], Any]
 METHODS = ("ida", "radau", "radau9", "radau13")
 
+# The default limit of steps: more than an integration of ordinary length takes, and a minute or so.
+MAX_STEPS = 200_000
+
+# Arguments of `scipy.integrate.solve_ivp` that have another name or form here.
+SCIPY_NAMES = {
+    "fun": "it is `residual` here, F(t, y, y'), not y' = f(t, y)",
+    "jac": "it is `jacobian` here, and returns the pair dF/dy, dF/dy' at (t, y, yp)",
+    "jac_sparsity": "it is `sparsity` here, the pattern of dF/dy and dF/dy' together",
+    "lband": "give the pattern by `sparsity`",
+    "uband": "give the pattern by `sparsity`",
+    "min_step": "there is no smallest step; limit the number of steps by `max_steps`",
+    "vectorized": "the residual is called for one state at a time",
+}
+
 
 @dataclass
 class DenseOutput:
@@ -163,6 +177,7 @@ def solve_dae(
     max_steps: int | None = None,
     initial: Literal["given", "algebraic", "states"] = "given",
     args: Sequence[Any] = (),
+    **unknown: Any,
 ) -> DaeSolution:
     """Integrate F(t, y, y') = 0.
 
@@ -178,14 +193,15 @@ def solve_dae(
         Solution and derivative at the start, consistent unless `initial` asks
         for a correction.
     method : {"ida", "radau", "radau9", "radau13"}
-        BDF of order 1 to 5, for index 0 and 1 (and higher index with the
-        multipliers left out of the error test, see `suppress`), or Radau IIA of
+        BDF of order 1 to 5, for index 0 and 1 (and index 2 with the algebraic
+        components excluded from the error test, see `suppress`), or Radau IIA of
         order 5, 9 or 13, for index 0 to 3.
     jacobian : callable, optional
         ``jacobian(t, y, yp)`` gives the pair dF/dy, dF/dy': matrices, dense or
         of `scipy.sparse`. By default difference quotients are taken. Without
         `sparsity` both are stored as full matrices; of sparse ones with more than
-        200 rows a warning says so.
+        200 rows a warning says so. Compared with differences of the residual at the
+        start; a warning names an entry that looks wrong.
     sparsity : array_like or sparse matrix, shape (n, n), optional
         Nonzero where dF/dy or dF/dy' may be at any time: the pattern of both
         together, with the diagonal where y'_i or y_i is in equation i. Full by
@@ -194,33 +210,36 @@ def solve_dae(
     index : sequence of int, optional
         The index of each variable, 0 to 3, which Radau's error test needs for
         systems of index 2 and 3: in mechanics, 1 (or 0) for positions, 2 for velocities,
-        3 for multipliers of the position constraint. "ida" makes no use of it: what
-        has index 2 or 3 must be left out by `suppress` there.
+        3 for multipliers of the position constraint. "ida" does not use it: there,
+        components of index 2 must be excluded by `suppress`. For index 3 use Radau.
     algebraic : array_like of bool, optional
         Whether y'_i does not occur in F. By default the Jacobian at the start
         tells.
     suppress : bool or array_like of bool, optional
         Components left out of the error test; ``True``: the algebraic ones,
-        which must be named then. For "ida" leave out what has index 2 or 3: in
-        mechanics with position constraints (index 3) the velocities too, which are
-        not algebraic.
+        which must be named then.
     events : callable or list of callables, optional
-        ``event(t, y, yp)`` gives a number whose zeros are sought. Attributes
+        ``event(t, y, yp)`` returns a number whose zeros are sought, or a bool whose
+        changes are: True counts as positive. Where a number stays at zero, the
+        beginning is the event. Attributes
         are those of `solve_ivp`: ``terminal`` (bool, or the number of the
         occurrence that ends the integration) and ``direction`` (its sign). A
         zero at the very start is not told.
     rtol, atol : float; float or array_like, shape (n,)
         A local error of ``rtol |y_i| + atol_i`` is allowed. `rtol` is one number.
     t_eval : array_like, optional
-        Times of the result, in the direction of integration. Every step by default.
+        Times of the result, finite and in the direction of integration; a time may
+        be repeated. Every step by default.
     dense_output : bool
         Whether the result has `sol`.
     first_step, max_step : float, optional
-        The first step; the largest.
+        The first step; the largest. Steps are chosen by the errors at the times
+        where F is evaluated: an input that acts, or oscillates, between these is
+        not seen. Limit the step to a part of its duration or period.
     max_order : int
         The highest order of "ida".
-    max_steps : int, optional
-        Steps after which the integration gives up; unlimited by default.
+    max_steps : int or inf, optional
+        Steps after which the integration gives up; 200 000 by default.
     initial : {"given", "algebraic", "states"}
         What is corrected at the start so that F = 0: nothing; the algebraic
         components and the derivatives of the others (index 1); all of y.
@@ -253,6 +272,9 @@ def solve_dae(
     >>> round(float(s.y[0, -1]), 4)
     0.7158
     """
+    for name in unknown:
+        known = f": {SCIPY_NAMES[name]}" if name in SCIPY_NAMES else ""
+        raise TypeError(f"solve_dae() got an unexpected keyword argument {name!r}{known}")
     if method not in METHODS:
         raise ValueError(f"method = {method!r}: must be one of {', '.join(METHODS)}")
     if initial not in ("given", "algebraic", "states"):
@@ -279,8 +301,7 @@ def solve_dae(
     for name, step in (("first_step", first_step), ("max_step", max_step)):
         if step is not None and not step > 0:
             raise ValueError(f"{name} = {step}: must be above 0")
-    if max_steps is not None and max_steps < 1:
-        raise ValueError(f"max_steps = {max_steps}: must be at least 1")
+    limit = _count("max_steps", MAX_STEPS if max_steps is None else max_steps)
     marks = _marks("algebraic", algebraic, n)
     if suppress is True and marks is None:
         raise ValueError("suppress = True leaves the algebraic components out: name them in `algebraic`")
@@ -290,8 +311,8 @@ def solve_dae(
         raise ValueError(f"index must have {n} entries from 0 to 3")
     if method == "ida" and left_out is None and indices is not None and max(indices) > 1:
         raise ValueError(
-            f'index has a {max(indices)}, which "ida" makes no use of: take a method of Radau, or leave '
-            "components of index 2 and 3 out of the error test by `suppress`"
+            f'index has a {max(indices)}, which "ida" makes no use of: use a Radau method, or, for '
+            "index 2, exclude these components from the error test by `suppress`"
         )
     if not isinstance(args, Sequence) or isinstance(args, str):
         raise ValueError(f"args = {args!r}: must be a tuple, as in args=({args!r},)")
@@ -322,11 +343,15 @@ def solve_dae(
             "first_step": None if first_step is None else float(first_step),
             "max_step": None if max_step is None or np.isinf(max_step) else float(max_step),
             "max_order": int(max_order),
-            "max_steps": max_steps,
+            "max_steps": limit,
+            "has_default_limit": max_steps is None,
             "initial": initial,
             "dense": bool(dense_output),
         }
     )
+    warning = found.pop("warning")
+    if warning is not None:
+        warnings.warn(warning, stacklevel=2)
     return _solution(found, n, len(watched.functions), method)
 
 
@@ -397,11 +422,22 @@ def _output_times(t_eval: ArrayLike | None, t0: float, t_end: float) -> list[flo
         return None
     times = np.asarray(t_eval, dtype=float)
     sign = np.sign(t_end - t0)
-    if times.ndim != 1 or (np.diff(times) * sign <= 0).any():
+    if not np.isfinite(times).all():
+        raise ValueError("t_eval has entries that are not finite")
+    if times.ndim != 1 or (np.diff(times) * sign < 0).any():
         raise ValueError("t_eval must be sorted in the direction of integration")
     if times.size and (sign * (times[0] - t0) < 0 or sign * (times[-1] - t_end) > 0):
         raise ValueError("t_eval must lie in t_span")
     return times.tolist()
+
+
+def _count(name: str, value: Any) -> int | None:
+    """A count; None for infinity."""
+    if value == np.inf:
+        return None
+    if not (np.ndim(value) == 0 and value >= 1 and value == int(value)):
+        raise ValueError(f"{name} = {value}: must be a whole number of at least 1, or inf")
+    return int(value)
 
 
 def _pattern(sparsity: Any, n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -482,4 +518,11 @@ class _Events:
         self.terminal = [int(getattr(f, "terminal", 0) or 0) for f in given]
 
     def values(self, t: float, y: Array, yp: Array) -> list[float]:
-        return [float(function(t, y, yp)) for function in self.functions]
+        return [_number(function(t, y, yp)) for function in self.functions]
+
+
+def _number(value: Any) -> float:
+    """The value of an event; a bool changes its sign."""
+    if isinstance(value, (bool, np.bool_)):
+        return 1.0 if value else -1.0
+    return float(value)

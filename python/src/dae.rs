@@ -4,11 +4,12 @@ use std::sync::{Arc, PoisonError};
 
 use myovib_dae::{
     ConsistencyMode, Direction, Integrator, Linearization, Outcome, Statistics, Suppressed,
-    Tolerances, VariableKind, check_pattern,
+    Tolerances, VariableKind, check_jacobian, check_pattern,
 };
 use myovib_radau::{RadauOptions, RadauSolver};
+use myovib_sparse::resources;
 use nalgebra_sparse::pattern::SparsityPattern;
-use pyo3::exceptions::{PyException, PyRuntimeError};
+use pyo3::exceptions::{PyException, PyMemoryError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sundials_wrap::{IdaOptions, IdaSolver};
@@ -48,6 +49,8 @@ pub(crate) struct Request {
     max_step: Option<f64>,
     max_order: usize,
     max_steps: Option<usize>,
+    /// Whether that is not the caller's.
+    has_default_limit: bool,
     /// `given`, `algebraic` or `states`.
     initial: String,
     /// Whether the steps' polynomials are kept.
@@ -68,6 +71,8 @@ struct Record {
     /// 0 at the end, 1 after an event, −1 when the integrator gave up.
     status: i8,
     message: String,
+    /// An entry of the Jacobian that looks wrong.
+    warning: Option<String>,
     statistics: Statistics,
 }
 
@@ -87,6 +92,8 @@ enum Failure {
     Argument(String),
     /// The integrator's.
     Integrator(String),
+    /// Full matrices do not fit into the memory.
+    Memory(String),
 }
 
 impl Failure {
@@ -101,22 +108,27 @@ fn nodes(degree: usize) -> Vec<f64> {
     (0..=degree).map(|k| -angle(k).cos()).collect()
 }
 
-/// Forgets an exception: one near the start only was no answer to the question whether it is consistent.
-fn forget_raised(problem: &PythonDae) {
-    *problem
-        .raised
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner) = None;
+/// Forgets an exception that was raised near the start only, where functions are tried. Ctrl-C and the like
+/// are not forgotten.
+fn forget_raised(problem: &PythonDae) -> Result<(), Failure> {
+    let raised = problem.raised.lock();
+    match raised.unwrap_or_else(PoisonError::into_inner).take() {
+        Some(error) if !Python::attach(|py| error.is_instance_of::<PyException>(py)) => {
+            Err(Failure::Raised(error))
+        }
+        _ => Ok(()),
+    }
 }
 
-/// Refuses a pattern for difference quotients that lacks entries.
-fn check_sparsity(
+/// Refuses a pattern for difference quotients that lacks entries. Returns a warning if a stated Jacobian
+/// looks wrong.
+fn check_matrices(
     problem: &mut PythonDae,
     request: &Request,
     tolerances: &Tolerances,
-) -> Result<(), Failure> {
-    if problem.pattern.is_none() || problem.jacobian.is_some() {
-        return Ok(());
+) -> Result<Option<String>, Failure> {
+    if problem.pattern.is_none() && problem.jacobian.is_none() {
+        return Ok(None);
     }
     let mut weights = vec![0.0; problem.n];
     tolerances.write_weights(&request.y0, &mut weights);
@@ -128,15 +140,17 @@ fn check_sparsity(
         step: f64::MIN_POSITIVE.copysign(request.t_span.1 - request.t_span.0),
         weights: &weights,
     };
-    let checked = check_pattern(problem, &at);
-    // An exception near the start is no answer; Ctrl-C is one.
-    let raised = problem.raised.lock();
-    if let Some(error) = raised.unwrap_or_else(PoisonError::into_inner).take()
-        && !Python::attach(|py| error.is_instance_of::<PyException>(py))
-    {
-        return Err(Failure::Raised(error));
+    if problem.jacobian.is_some() {
+        let wrong = check_jacobian(problem, &at).err();
+        forget_raised(problem)?;
+        return Ok(wrong.map(|wrong| wrong.to_string()));
     }
-    checked.map_err(|missing| Failure::Argument(format!("sparsity: {missing}")))
+    let checked = check_pattern(problem, &at);
+    forget_raised(problem)?;
+    match checked {
+        Ok(()) => Ok(None),
+        Err(missing) => Err(Failure::Argument(format!("sparsity: {missing}"))),
+    }
 }
 
 /// Corrects the initial values.
@@ -155,7 +169,7 @@ fn correct<I: Integrator<PythonDae>>(
     };
     let mut failed = None;
     for first in guesses {
-        forget_raised(solver.problem());
+        forget_raised(solver.problem())?;
         match solver.correct_initial_values(mode, t0 + first) {
             Ok(()) => return Ok(()),
             Err(error) => failed = failed.or(Some(Failure::of(error))),
@@ -186,7 +200,7 @@ fn integrate<I: Integrator<PythonDae>>(
     if let Some(mode) = mode {
         correct(solver, mode, request)?;
     }
-    forget_raised(solver.problem());
+    forget_raised(solver.problem())?;
     let mut due = request.t_eval.as_deref().unwrap_or(&[]);
     if request.t_eval.is_none() {
         record.push(t0, solver.y(), solver.y_dot());
@@ -201,19 +215,28 @@ fn integrate<I: Integrator<PythonDae>>(
     let nodes = nodes(degree);
     let mut occurrences = vec![0; request.terminal.len()];
     let mut n_steps = 0;
+    let mut t_halfway = t0;
     loop {
         Python::attach(|py| py.check_signals()).map_err(Failure::Raised)?;
-        let outcome = solver.step(t_end).map_err(Failure::of)?;
+        let outcome = match solver.step(t_end) {
+            Ok(outcome) => outcome,
+            // What was found before is not lost.
+            Err(error) if n_steps > 0 && !has_raised(solver.problem()) => {
+                (record.status, record.message) = (-1, in_python(&error.to_string()));
+                record.statistics = solver.statistics();
+                return Ok(record);
+            }
+            Err(error) => return Err(Failure::of(error)),
+        };
         let t = outcome.t();
         let ended = match &outcome {
             Outcome::StepTaken { .. } => {
                 n_steps += 1;
-                (request.max_steps == Some(n_steps)).then(|| {
-                    (
-                        -1,
-                        format!("{n_steps} steps were allowed, and were taken up to t = {t}"),
-                    )
-                })
+                if request.max_steps.is_some_and(|most| n_steps == most / 2) {
+                    t_halfway = t;
+                }
+                (request.max_steps == Some(n_steps))
+                    .then(|| (-1, limit_reached(request, n_steps, [t_halfway, t])))
             }
             Outcome::Root { crossings, .. } => {
                 let crossed = (0..crossings.len()).filter(|&k| crossings[k] != 0);
@@ -268,14 +291,83 @@ fn integrate<I: Integrator<PythonDae>>(
     }
 }
 
+/// Refuses full matrices that do not fit into the memory.
+fn expect_room(n: usize, method: &str) -> Result<(), Failure> {
+    // Numbers of 8 bytes for each entry. BDF: two copies of the pattern while the solver is built, the
+    // matrix, its factors and the user's two parts. Radau IIA: the pattern, its analysis and both parts, and
+    // for each of (s - 1)/2 complex matrices as for the real one entries, factors and workspace, of two
+    // numbers each.
+    let per_entry: f64 = match method {
+        "ida" => 6.0,
+        "radau" => 18.0,
+        "radau9" => 25.0,
+        _ => 32.0,
+    };
+    let needed = per_entry * 8.0 * (n as f64).powi(2);
+    match resources::available() {
+        Some(available) if needed > available as f64 => Err(Failure::Memory(format!(
+            "full matrices of {n} unknowns need about {:.1} GiB, and {:.1} GiB are free: give the \
+             pattern of the Jacobian by `sparsity`",
+            needed / GIB,
+            available as f64 / GIB,
+        ))),
+        _ => Ok(()),
+    }
+}
+
+const GIB: f64 = (1_u64 << 30) as f64;
+
+/// Whether a function has raised an exception, which comes through.
+fn has_raised(problem: &PythonDae) -> bool {
+    let raised = problem.raised.lock();
+    raised.unwrap_or_else(PoisonError::into_inner).is_some()
+}
+
+/// Explains that the limit of steps was reached at `t`, half of them at `t_halfway`.
+fn limit_reached(request: &Request, n_steps: usize, [t_halfway, t]: [f64; 2]) -> String {
+    let (t0, _) = request.t_span;
+    let limit = match request.has_default_limit {
+        true => "the default of max_steps",
+        false => "max_steps",
+    };
+    let mut message = format!("the limit of {n_steps} steps ({limit}) was reached at t = {t}");
+    // Steps that have become far shorter.
+    if n_steps > 1 && (t - t_halfway).abs() < 0.1 * (t_halfway - t0).abs() {
+        message += ": the last half of them covers less than a tenth of the time of the first. F may \
+                    switch back and forth at every step (chattering), for instance as dry friction or a \
+                    relay without hysteresis does: make the switch smooth, or end at an event and start \
+                    again behind it";
+    }
+    message
+}
+
 /// Builds the integrator and integrates. The second number is the degree of a step's polynomial.
 fn compute(request: &Request, mut problem: PythonDae) -> Result<(Record, usize), Failure> {
-    let (t0, y0, y_dot0) = (request.t_span.0, &request.y0, &request.yp0);
     let tolerances = match request.atol[..] {
         [absolute] => Tolerances::scalar(request.rtol, absolute),
         _ => Tolerances::vector(request.rtol, request.atol.clone()),
     };
-    check_sparsity(&mut problem, request, &tolerances)?;
+    if problem.pattern.is_none() {
+        expect_room(problem.n, &request.method)?;
+    }
+    let warning = check_matrices(&mut problem, request, &tolerances)?;
+    let (record, degree) =
+        solve_with(request, problem, tolerances).map_err(|failure| match (failure, &warning) {
+            (Failure::Integrator(message), Some(warning)) => {
+                Failure::Integrator(format!("{message}; {warning}"))
+            }
+            (failure, _) => failure,
+        })?;
+    Ok((Record { warning, ..record }, degree))
+}
+
+/// Integrates with the method requested.
+fn solve_with(
+    request: &Request,
+    problem: PythonDae,
+    tolerances: Tolerances,
+) -> Result<(Record, usize), Failure> {
+    let (t0, y0, y_dot0) = (request.t_span.0, &request.y0, &request.yp0);
     let suppressed = match &request.suppress {
         Some(components) => Suppressed::Components(components.clone()),
         None => Suppressed::Nothing,
@@ -376,6 +468,7 @@ pub(crate) fn solve(py: Python<'_>, request: Request) -> PyResult<Bound<'_, PyDi
         Failure::Raised(exception) => exception,
         Failure::Argument(message) => of_argument(message),
         Failure::Integrator(message) => PyRuntimeError::new_err(message),
+        Failure::Memory(message) => PyMemoryError::new_err(message),
     })?;
     result(py, record, degree)
 }
@@ -392,6 +485,11 @@ fn in_python(message: &str) -> String {
         ("(initial_step)", "(first_step)"),
         ("(suppressed)", "(suppress)"),
         ("Problem::indices", "index="),
+        // Constraints are for problems in Rust.
+        (
+            "; or stating the constraints (Problem::constraints) and correcting the initial values by them",
+            "",
+        ),
     ];
     let rename = |message: String, (ours, python): (&str, &str)| message.replace(ours, python);
     names.into_iter().fold(message.to_owned(), rename)
@@ -405,6 +503,7 @@ fn result(py: Python<'_>, record: Record, degree: usize) -> PyResult<Bound<'_, P
     result.set_item("yp", array(py, &record.y_dot))?;
     result.set_item("segments", array(py, &record.segments))?;
     result.set_item("samples", array(py, &record.samples))?;
+    result.set_item("warning", record.warning)?;
     result.set_item("nodes", array(py, &nodes(degree)))?;
     let crossings = record.events.iter();
     let events: Vec<_> = crossings.map(|(k, t, y)| (*k, *t, array(py, y))).collect();

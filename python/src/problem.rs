@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use myovib_dae::{Problem, StepError, VariableKind};
 use nalgebra_sparse::pattern::SparsityPattern;
+use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyBytes};
 
@@ -36,6 +37,14 @@ impl PythonDae {
         read: impl FnOnce(&Bound<'_, PyAny>) -> PyResult<T>,
     ) -> Result<T, StepError> {
         Python::attach(|py| {
+            let raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner);
+            // After Ctrl-C nothing is called again, even where functions are only tried.
+            if let Some(error) = &*raised
+                && !error.is_instance_of::<PyException>(py)
+            {
+                return Err(StepError::Fatal(error.to_string().into()));
+            }
+            drop(raised);
             let answer = function.bind(py).call1((t, array(py, y), array(py, y_dot)));
             answer.and_then(|answer| read(&answer)).map_err(|error| {
                 if error.is_instance_of::<StepFailure>(py) {

@@ -399,7 +399,9 @@ def test_results_are_pickled_whole():
         (dict(first_step=-1), "first_step = -1: must be above 0"),
         (dict(first_step=0), "first_step = 0: must be above 0"),
         (dict(max_step=0), "max_step = 0: must be above 0"),
-        (dict(max_steps=0), "max_steps = 0: must be at least 1"),
+        (dict(max_steps=0), "max_steps = 0: must be a whole number of at least 1"),
+        (dict(max_steps=1.5), "max_steps = 1.5: must be a whole number of at least 1"),
+        (dict(t_eval=[0.5, np.nan]), "not finite"),
         (dict(args=2.0), r"must be a tuple, as in args=\(2.0,\)"),
     ],
 )
@@ -407,6 +409,105 @@ def test_arguments_that_make_no_sense_are_named(arguments, words):
     good = dict(residual=lambda t, y, yp: yp + y, t_span=(0, 1), y0=[1], yp0=[-1])
     with pytest.raises(ValueError, match=words):
         solve_dae(**(good | arguments))
+
+
+@pytest.mark.parametrize("name", ["jac", "jac_sparsity", "fun"])
+def test_names_of_scipy_are_answered(name):
+    with pytest.raises(TypeError, match=f"{name}'.* here"):
+        solve_dae(lambda t, y, yp: yp + y, (0, 1), [1], [-1], **{name: None})
+
+
+def test_output_times_may_be_repeated_and_limits_may_be_floats():
+    def decay(t, y, yp):
+        return yp + y
+
+    times = [0, 0, 0.5, 0.5, 1]
+    s = solve_dae(decay, (0, 1), [1], [-1], t_eval=times, max_steps=1000.0)
+    assert s.t.tolist() == times and s.y[0, 2] == s.y[0, 3]
+    stopped = solve_dae(decay, (0, 1), [1], [-1], max_steps=3.0, rtol=1e-8)
+    assert stopped.status == -1 and stopped.nsteps == 3
+    assert solve_dae(decay, (0, 1), [1], [-1], max_steps=np.inf).success
+
+
+def test_memory_is_checked_before_full_matrices_are_stored():
+    n = 50_000
+    with pytest.raises(MemoryError, match="sparsity"):
+        solve_dae(lambda t, y, yp: yp + y, (0, 1), np.ones(n), -np.ones(n))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_an_event_that_stays_at_zero_is_where_it_begins(method):
+    def ramp(t, y, yp):
+        return [yp[0] - 1]
+
+    for event in (
+        lambda t, y, yp: min(t - 1, 0.0),
+        lambda t, y, yp: y[0] >= 1,
+        lambda t, y, yp: np.bool_(t >= 1),
+    ):
+        s = solve_dae(ramp, (0, 3), [0], [1], method, events=event)
+        assert s.success and s.t[-1] == 3
+        # y is t but for rounding.
+        assert s.t_events[0] == pytest.approx([1], abs=1e-9)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_derivative_of_a_nonlinear_equation_is_corrected(method):
+    s = solve_dae(
+        lambda t, y, yp: [yp[0] ** 3 + yp[0] - 2 * y[0]], (0, 1), [1.0], [0.0], method,
+        initial="algebraic",
+    )  # fmt: skip
+    # 0.0033 of the tolerance, 1e-4, within a thousandth of the span.
+    assert s.yp[0, 0] == pytest.approx(1, abs=4e-4)
+    # With y' = v: t = 3 (v² - 1)/4 + log(v)/2, y = (v³ + v)/2.
+    assert s.y[0, -1] == pytest.approx(2.2310, abs=2e-3)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_small_coefficients_of_derivatives_are_found(method):
+    def node(t, y, yp):
+        return [1e-12 * yp[0] + y[0] / 1e3 - 5e-3]
+
+    # Charged over its time constant, 1 ns.
+    s = solve_dae(node, (0, 1e-9), [0], [0], method, rtol=1e-6, atol=1e-9, initial="algebraic")
+    assert s.success and s.y[0, 0] == 0
+    assert s.y[0, -1] == pytest.approx(5 * (1 - np.exp(-1)), rel=1e-4)
+
+
+def test_chattering_is_named():
+    def relay(t, y, yp):
+        return [yp[0] + np.sign(y[0])]
+
+    s = solve_dae(relay, (0, 2), [1], [-1], "ida", max_steps=2000)
+    assert s.status == -1
+    assert "max_steps" not in s.message or "chattering" in s.message, s.message
+
+
+def test_a_wrong_jacobian_is_named():
+    def wrong(t, y, yp):
+        of_value, of_rate = robertson_jacobian(t, y, yp)
+        of_value[1, 0] *= -1
+        return of_value, of_rate
+
+    with pytest.warns(UserWarning, match=r"row 1, column 0 .* differences"):
+        solve_dae(robertson, (0, 1), jacobian=wrong, **ROBERTSON)
+
+
+@pytest.mark.parametrize("calls", [1, 4, 50])
+@pytest.mark.parametrize("method", METHODS)
+def test_an_interrupt_in_a_function_comes_through_at_once(method, calls):
+    count = 0
+
+    def interrupted(t, y, yp):
+        nonlocal count
+        count += 1
+        if count >= calls:
+            raise KeyboardInterrupt
+        return robertson(t, y, yp)
+
+    with pytest.raises(KeyboardInterrupt):
+        solve_dae(interrupted, (0, 1e11), method=method, **ROBERTSON)
+    assert count == calls
 
 
 def test_nothing_is_leaked():
