@@ -26,8 +26,8 @@ struct State<'a> {
 /// Corrects `y` and `y_dot` so that F(t, y, ẏ) = 0, by Newton with a line search (Brown, Hindmarsh,
 /// Petzold 1998).
 ///
-/// Newton stops where the correction is 0.0033 of what the tolerances allow. A correction of ẏ counts over the
-/// time to `t_first`, t_first − t, or, where that fails, over h.
+/// Newton stops at a correction of 0.0033 tolerances. A correction of ẏ counts over the time to `t_first`,
+/// t_first − t, or, if that fails, over h.
 ///
 /// For [`ConsistencyMode::AlgebraicAndDerivatives`] the matrix is ∂F/∂y + c ∂F/∂ẏ with c = 1/h: a
 /// correction δ moves algebraic y by δ and differential ẏ by c δ. That neglects what differential y
@@ -63,8 +63,8 @@ pub fn correct_initial_values<P: Problem, S: LinearSolver<P>>(
     let mut last = Inconsistent::NotFound { norm: f64::NAN };
     let searches = match mode {
         // A correction δ moves ẏ by δ/h, and y within the time to the first output by that times as much.
-        // Difference quotients move ẏ by what the tolerances allow over a time; over the short h that would
-        // be further than F may be linear.
+        // Difference quotients move ẏ by the tolerance over a time; over the short h that would be farther than
+        // F may be linear.
         ConsistencyMode::AlgebraicAndDerivatives => [1e3, 1.0]
             .map(|factor| (0, CONVERGED * h / time, factor * time))
             .to_vec(),

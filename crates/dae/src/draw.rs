@@ -1,4 +1,4 @@
-//! Numbers that look drawn at random and are the same in every run.
+//! Reproducible pseudorandom numbers.
 
 /// Returns a number in [0.5, 1] or [−1, −0.5], by splitmix64 of a trial and an index.
 pub(crate) fn draw(trial: u64, index: usize) -> f64 {

@@ -97,7 +97,7 @@ pub trait Integrator<P: Problem> {
     ) -> Result<(), Self::Error>;
 
     /// Corrects the initial values so that F(t0, y0, ẏ0) = 0; to be called before the first step.
-    /// `t_first` is the first output time, for the scale: another time than that of the start.
+    /// `t_first` is the first output time, for the scale: not the initial time.
     ///
     /// Which components are algebraic is taken from the problem's kinds, whatever is left out of
     /// the error test.

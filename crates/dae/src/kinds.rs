@@ -4,7 +4,7 @@ use crate::colouring::colour;
 use crate::draw::draw;
 use crate::problem::{Problem, StepError, VariableKind};
 
-/// Draws for each test: in one of them terms may cancel or an even function may return the same value.
+/// Draws for each test: in a single one, terms may cancel or an even function may return an equal value.
 const TRIALS: u64 = 2;
 
 /// Factor between two sizes of perturbations. A term c ẏ_j is lost in the rounding of an equation whose
@@ -20,10 +20,10 @@ const LARGEST: f64 = 1e300;
 /// Variables and equations that ẏ occurs in at a state.
 ///
 /// This is the one rule for differential variables ([`kinds_at`]) and for equations that contain a
-/// derivative ([`check_start`](crate::check_start)): a nonzero entry of ∂F/∂ẏ where the problem has a
+/// derivative ([`check_start`](crate::check_start)): a nonzero entry of ∂F/∂ẏ if the problem has a
 /// [`jacobian`](Problem::jacobian), evaluated at ẏ and at other derivatives; otherwise any change of F when
 /// ẏ_j moves by 1 + |ẏ_j| or, while F does not change, by larger amounts up to 1e300 (1 + |ẏ_j|). So a
-/// coefficient is found whatever its unit, and only coefficients that are exactly zero are taken for zero.
+/// coefficient is found whatever its unit, and only a coefficient of exactly zero counts as zero.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct RateDependence {
     pub(crate) variables: Vec<bool>,
@@ -99,8 +99,8 @@ impl<P: Problem + ?Sized> Search<'_, P> {
         Ok(())
     }
 
-    /// Moves derivatives until F changes: one by one, in groups of columns without common rows, by
-    /// 1 + |ẏ_j|; then those without effect together, and one by one only where F changes.
+    /// Moves derivatives until F changes: first in groups of columns without common rows, by 1 + |ẏ_j|;
+    /// then all derivatives without effect together, and in groups only if F changes.
     fn by_differences(&mut self) -> Result<(), StepError> {
         let n = self.y.len();
         let mut base = vec![0.0; n];
@@ -177,7 +177,7 @@ impl<P: Problem + ?Sized> Search<'_, P> {
 /// Coefficients of any size are found, in any unit: with a [`jacobian`](Problem::jacobian) by its entries,
 /// without one by moving ẏ_j by 1 + |ẏ_j| and, while F does not change, by more.
 ///
-/// A derivative that is multiplied by zero at the start and not later is not found; such a problem
+/// A derivative multiplied by zero at the start only is not found; such a problem
 /// must state its [`kinds`](Problem::kinds).
 ///
 /// # Errors
@@ -293,7 +293,8 @@ mod tests {
     /// A nonlinear function may have the same value, a zero derivative, or no value nearby.
     #[test]
     fn a_nonlinear_derivative_is_found() {
-        let functions: [(fn(f64) -> Result<f64, StepError>, f64); 5] = [
+        type Function = fn(f64) -> Result<f64, StepError>;
+        let functions: [(Function, f64); 5] = [
             (|v| Ok(v * v), 0.0),
             (|v| Ok(v * v - 1.0), 1.0),
             (|v| Ok(v.powi(3) + v), 0.0),

@@ -202,7 +202,7 @@ impl<P> std::fmt::Debug for Differenced<P> {
 impl<P> Differenced<P> {
     /// The parameters in `list`, whose values `get` returns and `set` changes by their number.
     ///
-    /// The values in `list` are those of the start. A parameter that is changed later, for instance by
+    /// The values in `list` are the initial ones. A parameter changed later, for instance by
     /// [`Integrator::problem_mut`](crate::Integrator::problem_mut), keeps its new value.
     pub fn new(
         list: Vec<Parameter>,

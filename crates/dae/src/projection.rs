@@ -182,7 +182,7 @@ impl State<'_> {
         }
     }
 
-    /// By how much ẏ_j or y_j, which is sought, is moved for differences.
+    /// Increment of the sought ẏ_j or y_j for differences.
     fn difference(&mut self, j: usize) -> f64 {
         let largest = largest(if self.is_rate(j) {
             &self.y_dot
@@ -278,9 +278,9 @@ fn central(
     Ok((ahead - behind) / (2.0 * step))
 }
 
-/// Factors for rows and columns of a matrix: columns are in units of what the tolerances allow, and rows have
-/// length 1 then. So results depend on the units of neither equations nor variables. Where variables are
-/// [untested](UNTESTED), tolerances state no units, and columns stay as they are.
+/// Factors for rows and columns of a matrix: columns are in units of the tolerances, and rows then have
+/// length 1. So results depend on the units of neither equations nor variables. Where variables are
+/// [untested](UNTESTED), tolerances state no units, and columns stay unscaled.
 struct Scaling {
     rows: Vec<f64>,
     columns: Vec<f64>,

@@ -48,11 +48,11 @@ const AGREEMENT: f64 = 0.1;
 ///
 /// The change of the residual in four directions, in y and in ẏ, is compared with J d. In rows where they
 /// differ by more than a hundredth of |J| |d| and by more than rounding, the entry is sought by halves and
-/// confirmed by central differences over two distances. Entries that are a small part of their row, or right
+/// confirmed by central differences over two distances. Entries far smaller than their row, or right
 /// at this state only, are not found. A problem without a Jacobian, and evaluations that fail, show nothing.
 ///
 /// # Errors
-/// The first wrong entry that is found.
+/// The first wrong entry found.
 pub fn check_jacobian<P: Problem + ?Sized>(
     problem: &mut P,
     at: &Linearization<'_>,
@@ -115,7 +115,7 @@ impl Stated<'_> {
     }
 }
 
-/// Row, column and difference quotient of an entry that is wrong.
+/// Row, column and difference quotient of a wrong entry.
 fn find<P: Problem + ?Sized>(
     problem: &mut P,
     matrix: Stated<'_>,
@@ -230,7 +230,7 @@ mod tests {
         }
     }
 
-    /// Checks a sample at its start moved by 10 %, as it is and with each entry doubled or negated; returns
+    /// Checks a sample at its start moved by 10 %, unchanged and with each entry doubled or negated; returns
     /// how many of the changes were found.
     fn found<S: Sample + Clone>(sample: &S) -> (usize, usize) {
         let start = sample.start();

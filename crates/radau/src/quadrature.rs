@@ -168,7 +168,7 @@ impl QuadratureState {
         self.q.len()
     }
 
-    /// Checks the lengths and values of one that comes from outside.
+    /// Checks the lengths and values of a saved state.
     pub(crate) fn validate(&self, stages: usize) -> Result<(), RadauError> {
         const WHAT: &str = "quadratures of the state";
         expect_vector(WHAT, self.len(), &self.q)?;

@@ -283,7 +283,7 @@ impl<T: Scalar> SparseSystem<T> {
             return Ok(false);
         };
         if !self.pivots_next {
-            // Pivots of before a history was set are no part of it.
+            // Pivots chosen before a history was set do not belong to it.
             factors.forget_pivots();
         }
         self.pivots_next = true;

@@ -95,7 +95,8 @@ pub fn finds_events_in_their_order<M: Method>(method: &M) {
 pub fn finds_where_an_event_arrives_at_zero<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let between = |t: f64| (t - 2.0).min(0.0) + (t - 3.0).max(0.0);
-    let functions: [(fn(f64) -> f64, f64, i32); 4] = [
+    type Function = fn(f64) -> f64;
+    let functions: [(Function, f64, i32); 4] = [
         (|t| (t - 1.0).min(0.0), 1.0, 1),
         (|t| (1.5 - t).max(0.0), 1.5, -1),
         (between, 2.0, 1),

@@ -123,7 +123,7 @@ impl<Q> ForwardSensitivities<Q> {
 
     /// Continues with a solver that was started again, from the ∂y_0/∂p_j at its new values.
     ///
-    /// Where [`reinit`](RadauSolver::reinit) left y as it was, at a time that does not depend on p, these are
+    /// Where [`reinit`](RadauSolver::reinit) left y unchanged, at a time that does not depend on p, these are
     /// the values reached ([`of`](Self::of)).
     ///
     /// # Shapes

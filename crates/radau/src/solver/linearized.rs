@@ -34,7 +34,7 @@ impl Linearized {
         }
     }
 
-    /// Checks the lengths and values of one that comes from outside, of `n` unknowns and a response of
+    /// Checks the lengths and values of a saved linearization of `n` unknowns and a response of
     /// `n_response`.
     pub(super) fn validate(&self, n: usize, n_response: usize) -> Result<(), RadauError> {
         const WHAT: &str = "Jacobian of the state";

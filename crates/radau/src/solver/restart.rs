@@ -153,12 +153,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     ) -> Result<(), RadauError> {
         expect_finite("t_first", &[t_first])?;
         let is_other = t_first != self.t;
-        expect(
-            "t_first",
-            t_first,
-            is_other,
-            "another time than that of the start",
-        )?;
+        expect("t_first", t_first, is_other, "not the initial time")?;
         if self.counters.statistics.steps > 0 {
             return Err(RadauError::AfterTheStart { t: self.t });
         }

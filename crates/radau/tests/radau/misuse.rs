@@ -321,7 +321,7 @@ fn damaged(value: &Value, check: &mut dyn FnMut(&str, &Value)) {
     }
 }
 
-/// Regression: vectors of a state one number short ended in a panic or were taken as they are.
+/// Regression: vectors of a state one number short ended in a panic or were accepted.
 #[test]
 fn a_damaged_state_never_ends_in_a_panic() {
     let sample = Pendulum::new(MechanicalForm::Index2);

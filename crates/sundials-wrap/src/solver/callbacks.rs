@@ -75,7 +75,7 @@ pub(super) struct UserFunctions<P> {
     pub(super) quadrature_sensitivities: Option<Box<QuadratureSensitivities<P>>>,
     pub(super) backward: Vec<Posed<P>>,
     pub(super) repeating: Repeating,
-    /// Differences move ẏ by what the tolerances allow over this time, while initial values are searched for.
+    /// Time over which differences move ẏ by the tolerance, during a search for initial values.
     pub(super) search_time: Option<f64>,
     /// Time of the last call that had one, for messages of those that have none.
     pub(super) t_called: f64,

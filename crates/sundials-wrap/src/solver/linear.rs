@@ -138,10 +138,11 @@ impl WholeLu {
 
     /// Solves in place.
     pub(super) fn solve(&mut self, rhs: &mut [f64]) -> Result<(), StepError> {
-        Ok(match &mut self.factors {
+        match &mut self.factors {
             WholeFactors::Sparse(factors) => factors.solve(rhs)?,
             WholeFactors::Dense(factors) => factors.solve(rhs)?,
-        })
+        }
+        Ok(())
     }
 
     pub(super) fn factorise(&mut self) -> Result<(), StepError> {

@@ -190,9 +190,9 @@ impl<P: Problem> IdaSolver<P> {
         }
     }
 
-    /// Makes the next two steps share the time that is left, if they are the last two before the stop time
-    /// and the last one would be far shorter than the steps before: such a step magnifies what Newton's
-    /// method leaves of multipliers, and fails. Returns the stop time that must be set again then.
+    /// Makes the last two steps before the stop time share the remaining time, if the last step would be far
+    /// shorter than the steps before: such a step magnifies Newton's errors of multipliers, and fails.
+    /// Returns the stop time, to be set again after the step.
     fn share_last_steps(&mut self) -> Result<Option<f64>, Error> {
         let (t, h) = (self.ida.internal_time(), self.ida.current_step());
         let Some(stop_time) = self.stop_time.filter(|_| self.ida.last_step() != 0.0) else {
@@ -317,7 +317,7 @@ impl<P: Problem> IdaSolver<P> {
     ) -> Result<(), Error> {
         finite("t_first", t_first)?;
         if t_first == self.t0 {
-            return invalid("t_first", t_first, "another time than that of the start");
+            return invalid("t_first", t_first, "not the initial time");
         }
         if self.ida.counter(Counter::Steps) > 0 {
             return Err(Error::AfterTheStart { t: self.t });

@@ -139,7 +139,7 @@ fn add_product(pattern: &SparsityPattern, values: &[f64], x: &[f64], out: &mut [
 impl<P: Problem> IdaSolver<P> {
     /// Starts afresh as [`reinit`](IdaSolver::reinit) does, with the S and Ṡ at the new values in `starts`.
     ///
-    /// Where y stays as it was, at a time that does not depend on the parameters, S is the value reached
+    /// Where y stays unchanged, at a time that does not depend on the parameters, S is the value reached
     /// ([`sensitivity`](IdaSolver::sensitivity)).
     ///
     /// # Errors

@@ -1,13 +1,13 @@
-//! Root functions that are exactly zero: on which side they count.
+//! The side on which exact zeros of root functions count.
 
-/// Evaluations that are kept: more than one search for a root takes.
+/// Number of evaluations kept: more than a search for a root takes.
 const KEPT: usize = 512;
 
 /// Gives zeros of root functions a side.
 ///
 /// IDAS stops for good where a function stays at zero behind a root. Here a zero counts as the other side
 /// of where the function came from: arriving at zero is a crossing, and staying there is not. Leaving zero
-/// is no crossing of its own, whichever side it leaves to.
+/// is not a crossing, to either side.
 #[derive(Debug, Default)]
 pub(super) struct ZeroSides {
     /// Sign of the direction of integration.

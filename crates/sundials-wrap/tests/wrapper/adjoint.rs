@@ -471,8 +471,7 @@ impl Problem for Square {
     }
 }
 
-/// Regression: after a gradient that failed, the matrices of its state were taken for those of the state
-/// before.
+/// Regression: after a gradient that failed, the matrices of its state were used for the state before.
 #[test]
 fn a_failed_gradient_leaves_no_matrices_of_another_state() {
     let mut calls = 0;

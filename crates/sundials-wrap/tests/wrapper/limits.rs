@@ -61,7 +61,7 @@ fn too_tight_a_tolerance_is_named() {
     assert!(stop.statistics.tolerance_scale_factor > 1.0, "{stop}");
 }
 
-/// Regression: a step cut to a sliver before the stop time magnifies what is left of multipliers, and may
+/// Regression: a step cut to a sliver before the stop time magnifies Newton's errors of multipliers, and may
 /// fail. It shares the time with the step before.
 #[test]
 fn no_sliver_is_left_before_a_stop_time() {
@@ -85,7 +85,7 @@ fn no_sliver_is_left_before_a_stop_time() {
         let outcome = solver.step(9.0).unwrap();
         let middle = outcome.t();
         assert!(matches!(outcome, Outcome::StepTaken { .. }), "{outcome:?}");
-        // Half of what is left, to rounding of t.
+        // Half of the remaining time, to rounding of t.
         let expected = t + 0.5 * (1.0 + part) * h;
         assert!((middle - expected).abs() < 1e-9 * h, "{middle} {expected}");
         assert_eq!(
