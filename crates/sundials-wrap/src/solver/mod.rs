@@ -32,9 +32,6 @@ pub use builder::IdaBuilder;
 use callbacks::UserFunctions;
 pub use sensitivity::{SensitivityMethod, SensitivityOptions, SensitivityStatistics};
 
-/// A last step shorter than this part of the step before is shared with it.
-const SLIVER: f64 = 0.1;
-
 /// After so many steps it is looked at whether they have moved t.
 const PATIENCE: usize = 500;
 
@@ -131,10 +128,6 @@ impl<P: Problem> IdaSolver<P> {
             self.refused(result)?;
             self.stop_time_lingers = false;
         }
-        let shared = match task {
-            Task::OneStep => self.share_last_steps()?,
-            Task::Normal => None,
-        };
         self.functions_mut().failures = Default::default();
         let mut left = self.max_steps.unwrap_or(usize::MAX);
         let code = loop {
@@ -156,12 +149,7 @@ impl<P: Problem> IdaSolver<P> {
             }
         };
         self.resume_panic();
-        if let Some(stop_time) = shared {
-            let result = self.ida.set_stop_time(stop_time);
-            self.refused(result)?;
-        }
         match code {
-            sys::IDA_TSTOP_RETURN if shared.is_some() => Ok(Outcome::StepTaken { t: self.t }),
             // Where both are the same IDAS answers that the output time is reached, and would say the
             // other with the next call.
             sys::IDA_SUCCESS if task == Task::Normal && self.stop_time == Some(self.t) => {
@@ -188,23 +176,6 @@ impl<P: Problem> IdaSolver<P> {
             }
             code => self.gave_up(code),
         }
-    }
-
-    /// Makes the last two steps before the stop time share the remaining time, if the last step would be far
-    /// shorter than the steps before: such a step magnifies Newton's errors of multipliers, and fails.
-    /// Returns the stop time, to be set again after the step.
-    fn share_last_steps(&mut self) -> Result<Option<f64>, Error> {
-        let (t, h) = (self.ida.internal_time(), self.ida.current_step());
-        let Some(stop_time) = self.stop_time.filter(|_| self.ida.last_step() != 0.0) else {
-            return Ok(None);
-        };
-        let left = stop_time - t;
-        if !(1.0..1.0 + SLIVER).contains(&(left / h)) {
-            return Ok(None);
-        }
-        let result = self.ida.set_stop_time(t + 0.5 * left);
-        self.refused(result)?;
-        Ok(Some(stop_time))
     }
 
     /// Whether the last steps have not moved t: IDAS goes on for ever then.

@@ -60,39 +60,3 @@ fn too_tight_a_tolerance_is_named() {
     assert_eq!(stop.reason, StopReason::ToleranceTooTight, "{stop}");
     assert!(stop.statistics.tolerance_scale_factor > 1.0, "{stop}");
 }
-
-/// Regression: a step cut to a sliver before the stop time magnifies Newton's errors of multipliers, and may
-/// fail. It shares the time with the step before.
-#[test]
-fn no_sliver_is_left_before_a_stop_time() {
-    let start = || {
-        IdaSolver::builder(Decay::new())
-            .build(0.0, &[1.0], &[-1.0])
-            .unwrap()
-    };
-    let mut free = start();
-    for _ in 0..40 {
-        free.step(9.0).unwrap();
-    }
-    let (t, h) = (free.t(), free.current_step());
-    for part in [1e-6, 1e-3, 0.05] {
-        let stop_time = t + (1.0 + part) * h;
-        let mut solver = start();
-        for _ in 0..40 {
-            solver.step(9.0).unwrap();
-        }
-        solver.set_stop_time(stop_time).unwrap();
-        let outcome = solver.step(9.0).unwrap();
-        let middle = outcome.t();
-        assert!(matches!(outcome, Outcome::StepTaken { .. }), "{outcome:?}");
-        // Half of the remaining time, to rounding of t.
-        let expected = t + 0.5 * (1.0 + part) * h;
-        assert!((middle - expected).abs() < 1e-9 * h, "{middle} {expected}");
-        assert_eq!(
-            solver.step(9.0).unwrap(),
-            Outcome::StopTime { t: stop_time }
-        );
-        let last = solver.statistics().last_step;
-        assert!(last > 0.4 * h, "{last}");
-    }
-}
