@@ -114,15 +114,15 @@ pub fn check_pattern<P: Problem + ?Sized>(
     if jacobian.pattern().nnz() == n * n {
         return Ok(());
     }
-    // Derivatives have no tolerance: they move by √ε.
-    let weights = vec![f64::EPSILON.sqrt().recip(); n];
-    let at_rate = Linearization {
+    // Derivatives have no tolerance: they move by √ε, of which differences take √ε of 1.
+    let weights = [f64::EPSILON.sqrt().recip(), 1.0].map(|weight| vec![weight; n]);
+    let [at_rate, quotients] = [&weights[0], &weights[1]].map(|weights| Linearization {
         step: 1.0,
-        weights: &weights,
+        weights,
         ..*at
-    };
-    for (at, of_rate) in [(at, false), (&at_rate, true)] {
-        let found = find(problem, &mut jacobian, at, of_rate);
+    });
+    for (at, quotients, of_rate) in [(at, at, false), (&at_rate, &quotients, true)] {
+        let found = find(problem, &mut jacobian, [at, quotients], of_rate);
         if let Ok(Some((row, column))) = found {
             return Err(MissingEntry {
                 row,
@@ -134,16 +134,17 @@ pub fn check_pattern<P: Problem + ?Sized>(
     Ok(())
 }
 
-/// Row and column of an entry that is missing in ∂F/∂y, or ∂F/∂ẏ.
+/// Row and column of an entry that is missing in ∂F/∂y, or ∂F/∂ẏ; at a state with the weights of the moves that
+/// are tried, and those of difference quotients.
 fn find<P: Problem + ?Sized>(
     problem: &mut P,
     jacobian: &mut Jacobian,
-    at: &Linearization<'_>,
+    [at, quotients]: [&Linearization<'_>; 2],
     of_rate: bool,
 ) -> Result<Option<(usize, usize)>, StepError> {
     let mut values = vec![0.0; jacobian.pattern().nnz()];
     let coefficients = if of_rate { (0.0, 1.0) } else { (1.0, 0.0) };
-    jacobian.combined(problem, at, coefficients, &mut values)?;
+    jacobian.combined(problem, quotients, coefficients, &mut values)?;
     let pattern = jacobian.pattern();
     let mut probe = Probe::new(problem, *at, of_rate)?;
     let mut cleared = vec![false; at.y.len()];

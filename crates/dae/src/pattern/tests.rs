@@ -88,26 +88,29 @@ fn judge(sample: &mut dyn Sample) {
         weights: &weights,
     };
     // What each entry makes of its row, over the moves of the check.
-    let unit = vec![f64::EPSILON.sqrt().recip(); n];
-    let at_rate = Linearization {
+    let units = [f64::EPSILON.sqrt().recip(), 1.0].map(|weight| vec![weight; n]);
+    let [at_rate, quotients] = [&units[0], &units[1]].map(|weights| Linearization {
         step: 1.0,
-        weights: &unit,
+        weights,
         ..at
-    };
+    });
     let pattern = pattern_of(n, &vec![true; n * n]);
     let mut full = Sparse { sample, pattern };
-    let mut moves = |at: &Linearization<'_>, coefficients| {
+    let mut moves = |[at, quotients]: [&Linearization<'_>; 2], coefficients| {
         let mut values = vec![0.0; n * n];
         let mut jacobian = Jacobian::of(&full);
         jacobian
-            .combined(&mut full, at, coefficients, &mut values)
+            .combined(&mut full, quotients, coefficients, &mut values)
             .unwrap();
         for (k, value) in values.iter_mut().enumerate() {
             *value = (*value * displacement(at, k / n, Way::Usual)).abs();
         }
         values
     };
-    let moved = [moves(&at, (1.0, 0.0)), moves(&at_rate, (0.0, 1.0))];
+    let moved = [
+        moves([&at, &at], (1.0, 0.0)),
+        moves([&at_rate, &quotients], (0.0, 1.0)),
+    ];
     let mut check = |entries: &[bool]| {
         let pattern = pattern_of(n, entries);
         check_pattern(&mut Sparse { sample, pattern }, &at)
