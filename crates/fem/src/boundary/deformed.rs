@@ -1,6 +1,7 @@
 //! Boundary facets in the deformed configuration.
 
-use crate::boundary::facet::{FacetPoint, cross, facet_points};
+pub(crate) use crate::boundary::facet::area_vector;
+use crate::boundary::facet::{FacetPoint, facet_points};
 use crate::element::Shape;
 use crate::space::Space;
 
@@ -71,15 +72,18 @@ impl DeformedFacets {
         }
         tangents
     }
-}
 
-/// Returns the area vector: in 2D the first tangent rotated by −90°, in 3D the cross product of
-/// both.
-pub(crate) fn area_vector<const D: usize>(s: [f64; D], t: [f64; D]) -> [f64; D] {
-    let mut normal = [0.0; D];
-    match D {
-        2 => normal.copy_from_slice(&[s[1], -s[0]]),
-        _ => normal.copy_from_slice(&cross([s[0], s[1], s[2]], [t[0], t[1], t[2]])),
+    /// Calls `kernel` at each quadrature point with the index of the facet, the point and the
+    /// [`tangents`](Self::tangents) at displacement `u`.
+    pub(crate) fn for_each_point<const D: usize>(
+        &self,
+        u: &[f64],
+        mut kernel: impl FnMut(usize, &FacetPoint, [[f64; D]; 2]),
+    ) {
+        for (facet, nodes) in self.facets.iter().enumerate() {
+            for point in &self.points {
+                kernel(facet, point, self.tangents(nodes, point, u));
+            }
+        }
     }
-    normal
 }

@@ -24,7 +24,7 @@ pub(crate) struct FacetPoint {
 
 impl FacetPoint {
     /// Returns the local measure at this point of a curved facet with the given node positions.
-    pub(crate) fn measure<const D: usize>(&self, positions: &[[f64; D]]) -> f64 {
+    fn measure<const D: usize>(&self, positions: &[[f64; D]]) -> f64 {
         let tangent = |slopes: &Vec<f64>| -> [f64; D] {
             std::array::from_fn(|i| slopes.iter().zip(positions).map(|(s, x)| s * x[i]).sum())
         };
@@ -36,7 +36,7 @@ impl FacetPoint {
 }
 
 /// Returns whether a facet has a node off the midpoint of its edge.
-pub(crate) fn is_curved<const D: usize>(positions: &[[f64; D]]) -> bool {
+fn is_curved<const D: usize>(positions: &[[f64; D]]) -> bool {
     let edges: &[[usize; 2]] = match D {
         2 => &[[0, 1]],
         _ => TRIANGLE.edges,
@@ -45,6 +45,85 @@ pub(crate) fn is_curved<const D: usize>(positions: &[[f64; D]]) -> bool {
         |&[a, b]: &[usize; 2]| std::array::from_fn(|m| 0.5 * (positions[a][m] + positions[b][m]));
     let nodes = positions.iter().skip(D);
     nodes.zip(edges).any(|(node, edge)| *node != midpoint(edge))
+}
+
+/// Quadrature point on a facet of the undeformed boundary.
+pub(crate) struct SurfacePoint<'a, const D: usize> {
+    /// Vertices of the facet.
+    pub(crate) facet: &'a [usize],
+    /// Nodes of the facet.
+    pub(crate) nodes: &'a [usize],
+    /// Positions of the nodes.
+    pub(crate) positions: &'a [[f64; D]],
+    /// Point of the reference facet.
+    pub(crate) point: &'a FacetPoint,
+    /// Quadrature weight, including the local measure.
+    pub(crate) weight: f64,
+    is_curved: bool,
+}
+
+impl<const D: usize> SurfacePoint<'_, D> {
+    /// Returns the position of the point.
+    pub(crate) fn position(&self) -> [f64; D] {
+        let weights = match self.is_curved {
+            true => &self.point.values,
+            false => &self.point.barycentric,
+        };
+        std::array::from_fn(|j| {
+            let terms = weights.iter().zip(self.positions);
+            terms.map(|(weight, x)| weight * x[j]).sum()
+        })
+    }
+
+    /// Returns a unit normal, of either orientation.
+    pub(crate) fn unit_normal(&self) -> [f64; D] {
+        let mut tangents = [[0.0; D]; 2];
+        for (tangent, slopes) in tangents.iter_mut().zip(&self.point.slopes) {
+            for (slope, position) in slopes.iter().zip(self.positions) {
+                for (tangent, x) in tangent.iter_mut().zip(position) {
+                    *tangent += slope * x;
+                }
+            }
+        }
+        let [s, t] = tangents;
+        let normal = area_vector(s, t);
+        let length = normal.iter().map(|n| n * n).sum::<f64>().sqrt();
+        normal.map(|n| n / length)
+    }
+}
+
+/// Calls `kernel` at the quadrature points of all facets of a boundary group.
+///
+/// # Errors
+/// [`FemError::UnknownGroup`], [`FemError::WrongGroup`].
+pub(crate) fn for_each_point<const D: usize>(
+    space: &Space,
+    group: &str,
+    mut kernel: impl FnMut(&SurfacePoint<'_, D>),
+) -> Result<(), FemError> {
+    let points = space.node_points::<D>();
+    let rule = facet_points(space.mesh().shape(), space.degree());
+    for facet in space.mesh().facets(group)? {
+        let nodes = space.facet_nodes(facet);
+        let positions: Vec<[f64; D]> = nodes.iter().map(|&node| points[node]).collect();
+        let is_curved = is_curved(&positions);
+        let straight = facet_measure(&positions[..D]);
+        for point in &rule {
+            let measure = match is_curved {
+                true => point.measure(&positions),
+                false => straight,
+            };
+            kernel(&SurfacePoint {
+                facet,
+                nodes: &nodes,
+                positions: &positions,
+                point,
+                weight: measure * point.weight,
+                is_curved,
+            });
+        }
+    }
+    Ok(())
 }
 
 /// Returns the quadrature points of facets, exact for degree 5 on edges and degree 6 on faces.
@@ -94,20 +173,31 @@ fn edge_slopes(degree: Degree, s: f64) -> [f64; 3] {
 }
 
 /// Returns the length or area of a straight facet.
-pub(crate) fn facet_measure<const D: usize>(corners: &[[f64; D]]) -> f64 {
+fn facet_measure<const D: usize>(corners: &[[f64; D]]) -> f64 {
     match corners {
         [a, b] => distance(*a, *b),
         [a, b, c] => {
-            let along = |to: &[f64; D]| std::array::from_fn::<f64, 3, _>(|i| to[i] - a[i]);
-            let normal = cross(along(b), along(c));
+            let edge_to = |to: &[f64; D]| std::array::from_fn::<f64, 3, _>(|i| to[i] - a[i]);
+            let normal = cross(edge_to(b), edge_to(c));
             0.5 * normal.iter().map(|n| n * n).sum::<f64>().sqrt()
         }
         other => panic!("a facet of {} vertices", other.len()),
     }
 }
 
+/// Returns the area vector: in 2D the first tangent rotated by −90°, in 3D the cross product of
+/// both.
+pub(crate) fn area_vector<const D: usize>(s: [f64; D], t: [f64; D]) -> [f64; D] {
+    let mut normal = [0.0; D];
+    match D {
+        2 => normal.copy_from_slice(&[s[1], -s[0]]),
+        _ => normal.copy_from_slice(&cross([s[0], s[1], s[2]], [t[0], t[1], t[2]])),
+    }
+    normal
+}
+
 /// Returns a × b.
-pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],

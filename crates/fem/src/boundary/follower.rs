@@ -1,7 +1,7 @@
 //! Pressure on the deformed boundary (follower load).
 
-use crate::boundary::deformed::{DeformedFacets, area_vector};
-use crate::boundary::facet::outward_facets;
+use crate::boundary::deformed::DeformedFacets;
+use crate::boundary::facet::{area_vector, outward_facets};
 use crate::error::FemError;
 use crate::solid::Solid;
 use crate::space::dofs::CONSTRAINED;
@@ -71,18 +71,17 @@ impl FollowerPressure {
     }
 
     fn add_force_in<const D: usize>(&self, pressure: f64, u: &[f64], total: &mut [f64]) {
-        for nodes in &self.boundary.facets {
-            for point in &self.boundary.points {
-                let [s, t] = self.boundary.tangents::<D>(nodes, point, u);
-                let normal = area_vector::<D>(s, t);
-                for (&node, value) in nodes.iter().zip(&point.values) {
+        let facets = &self.boundary.facets;
+        self.boundary
+            .for_each_point::<D>(u, |facet, point, [s, t]| {
+                let normal = area_vector(s, t);
+                for (&node, value) in facets[facet].iter().zip(&point.values) {
                     let factor = -pressure * point.weight * value;
                     for (total, normal) in total[D * node..].iter_mut().zip(normal) {
                         *total += factor * normal;
                     }
                 }
-            }
-        }
+            });
     }
 
     /// Adds the derivative of the load with respect to the free components of `u` to `values`.
@@ -100,11 +99,11 @@ impl FollowerPressure {
     }
 
     fn add_stiffness_in<const D: usize>(&self, pressure: f64, u: &[f64], values: &mut [f64]) {
-        for (nodes, indices) in self.boundary.facets.iter().zip(&self.indices) {
-            let n_columns = D * nodes.len();
-            for point in &self.boundary.points {
-                let [s, t] = self.boundary.tangents::<D>(nodes, point, u);
-                for b in 0..nodes.len() {
+        let facets = &self.boundary.facets;
+        self.boundary
+            .for_each_point::<D>(u, |facet, point, [s, t]| {
+                let (n, indices) = (facets[facet].len(), &self.indices[facet]);
+                for b in 0..n {
                     for k in 0..D {
                         // Derivative of the area vector with respect to component k of node b.
                         let mut tangent = [0.0; D];
@@ -117,10 +116,10 @@ impl FollowerPressure {
                                 *change += second;
                             }
                         }
-                        for (a, value) in point.values.iter().take(nodes.len()).enumerate() {
+                        for (a, value) in point.values.iter().take(n).enumerate() {
                             let factor = -pressure * point.weight * value;
                             for (i, change) in change.iter().enumerate() {
-                                let index = indices[(D * a + i) * n_columns + D * b + k];
+                                let index = indices[(D * a + i) * D * n + D * b + k];
                                 if let Some(index) = index {
                                     values[index as usize] += factor * change;
                                 }
@@ -128,7 +127,6 @@ impl FollowerPressure {
                         }
                     }
                 }
-            }
-        }
+            });
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! The parameter `D` is the dimension of the space.
 
-use crate::boundary::facet::{facet_measure, facet_points, is_curved};
+use crate::boundary::facet::for_each_point;
 use crate::element::quadrature::Rule;
 use crate::error::FemError;
 use crate::space::{ElementPoint, Space};
@@ -61,36 +61,14 @@ pub fn facet_traction<const D: usize>(
     traction: impl Fn(&[usize], &[f64], [f64; D]) -> [f64; D],
 ) -> Result<Vec<f64>, FemError> {
     let mut load = vec![0.0; space.n_components()];
-    let points = space.node_points::<D>();
-    let rule = facet_points(space.mesh().shape(), space.degree());
-    for facet in space.mesh().facets(group)? {
-        let nodes = space.facet_nodes(facet);
-        let positions: Vec<[f64; D]> = nodes.iter().map(|&node| points[node]).collect();
-        let curved = is_curved(&positions);
-        let straight = facet_measure(&positions[..D]);
-        for q in &rule {
-            let measure = if curved {
-                q.measure(&positions)
-            } else {
-                straight
-            };
-            let at = std::array::from_fn(|j| match curved {
-                true => q.values.iter().zip(&positions).map(|(n, x)| n * x[j]).sum(),
-                false => q
-                    .barycentric
-                    .iter()
-                    .zip(&positions)
-                    .map(|(l, x)| l * x[j])
-                    .sum(),
-            });
-            let tau = traction(facet, &q.barycentric, at);
-            for (&node, shape) in nodes.iter().zip(&q.values) {
-                for component in 0..D {
-                    load[D * node + component] += measure * q.weight * shape * tau[component];
-                }
+    for_each_point::<D>(space, group, |at| {
+        let tau = traction(at.facet, &at.point.barycentric, at.position());
+        for (&node, shape) in at.nodes.iter().zip(&at.point.values) {
+            for component in 0..D {
+                load[D * node + component] += at.weight * shape * tau[component];
             }
         }
-    }
+    })?;
     Ok(load)
 }
 

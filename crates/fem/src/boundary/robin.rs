@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::boundary::facet::{cross, facet_measure, facet_points, is_curved};
+use crate::boundary::facet::for_each_point;
 use crate::error::FemError;
 use crate::solid::Solid;
 use crate::space::Space;
@@ -49,39 +49,26 @@ impl RobinMatrix {
         group: &str,
         direction: SupportDirection,
     ) -> Result<Self, FemError> {
-        let points = space.node_points::<D>();
-        let rule = facet_points(space.mesh().shape(), space.degree());
         let mut sums: BTreeMap<(usize, usize), f64> = BTreeMap::new();
-        for facet in space.mesh().facets(group)? {
-            let nodes = space.facet_nodes(facet);
-            let positions: Vec<[f64; D]> = nodes.iter().map(|&node| points[node]).collect();
-            let curved = is_curved(&positions);
-            let straight = facet_measure(&positions[..D]);
-            for q in &rule {
-                let measure = if curved {
-                    q.measure(&positions)
-                } else {
-                    straight
-                };
-                let projection = match direction {
-                    SupportDirection::All => identity(),
-                    SupportDirection::Normal => {
-                        let normal = unit_normal(&q.slopes, &positions);
-                        normal.map(|n| normal.map(|m| n * m))
-                    }
-                };
-                for (&a, of_a) in nodes.iter().zip(&q.values) {
-                    for (&b, of_b) in nodes.iter().zip(&q.values) {
-                        let mass = measure * q.weight * of_a * of_b;
-                        for (i, row) in projection.iter().enumerate() {
-                            for (k, entry) in row.iter().enumerate().filter(|(_, e)| **e != 0.0) {
-                                *sums.entry((D * a + i, D * b + k)).or_default() += mass * entry;
-                            }
+        for_each_point::<D>(space, group, |at| {
+            let projection = match direction {
+                SupportDirection::All => identity(),
+                SupportDirection::Normal => {
+                    let normal = at.unit_normal();
+                    normal.map(|n| normal.map(|m| n * m))
+                }
+            };
+            for (&a, shape_a) in at.nodes.iter().zip(&at.point.values) {
+                for (&b, shape_b) in at.nodes.iter().zip(&at.point.values) {
+                    let mass = at.weight * shape_a * shape_b;
+                    for (i, row) in projection.iter().enumerate() {
+                        for (k, entry) in row.iter().enumerate().filter(|(_, e)| **e != 0.0) {
+                            *sums.entry((D * a + i, D * b + k)).or_default() += mass * entry;
                         }
                     }
                 }
             }
-        }
+        })?;
         let entries = sums
             .into_iter()
             .map(|((row, column), value)| (row, column, value));
@@ -138,23 +125,4 @@ impl RobinMatrix {
 
 fn identity<const D: usize>() -> [[f64; D]; D] {
     std::array::from_fn(|i| std::array::from_fn(|k| if i == k { 1.0 } else { 0.0 }))
-}
-
-/// Returns a unit normal of a facet with nodes at `positions`, of either orientation.
-fn unit_normal<const D: usize>(slopes: &[Vec<f64>], positions: &[[f64; D]]) -> [f64; D] {
-    let mut tangents = [[0.0; 3]; 2];
-    for (tangent, slopes) in tangents.iter_mut().zip(slopes) {
-        for (slope, position) in slopes.iter().zip(positions) {
-            for (tangent, x) in tangent.iter_mut().zip(position) {
-                *tangent += slope * x;
-            }
-        }
-    }
-    let [s, t] = tangents;
-    let normal = match D {
-        2 => [s[1], -s[0], 0.0],
-        _ => cross(s, t),
-    };
-    let length = normal.iter().map(|n| n * n).sum::<f64>().sqrt();
-    std::array::from_fn(|i| normal[i] / length)
 }
