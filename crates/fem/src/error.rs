@@ -251,7 +251,7 @@ impl FemError {
 }
 
 /// Returns a hint that unnamed groups need a name before a scene can refer to them.
-fn naming_hint(wanted: &str, unnamed: &[UnnamedGroup]) -> String {
+fn naming_hint(requested: &str, unnamed: &[UnnamedGroup]) -> String {
     let Some(first) = unnamed.first() else {
         return String::new();
     };
@@ -259,7 +259,7 @@ fn naming_hint(wanted: &str, unnamed: &[UnnamedGroup]) -> String {
     format!(
         "; it also has the unnamed groups {}: to use one, name it in Gmsh with {}",
         groups.join(", "),
-        first.named(wanted)
+        first.named(requested)
     )
 }
 

@@ -8,12 +8,9 @@
 //! - [`Rod`]: assembled operators.
 //! - [`EndLoad`]: the two interpretations of the load at the free end.
 //! - [`PointValue`]: displacement at a point as a linear functional of the unknowns.
-//! - [`analytic`]: natural frequencies and harmonic response in closed form.
 //!
 //! # References
 //! B. Simeon, R. Serban, L. Petzold, ESAIM: M2AN 43 (2009) 805–823, section 3.1.
-
-pub mod analytic;
 
 use std::iter::once;
 

@@ -118,8 +118,10 @@ impl Shape {
             Degree::Two => {
                 let vertices = (0..=D).map(|i| slopes::<D>(i).map(|s| (4.0 * lambda[i] - 1.0) * s));
                 let midpoints = self.edges.iter().map(|&[a, b]| {
-                    let (of_a, of_b) = (slopes::<D>(a), slopes::<D>(b));
-                    std::array::from_fn(|m| 4.0 * (lambda[a] * of_b[m] + lambda[b] * of_a[m]))
+                    let (slopes_a, slopes_b) = (slopes::<D>(a), slopes::<D>(b));
+                    std::array::from_fn(|m| {
+                        4.0 * (lambda[a] * slopes_b[m] + lambda[b] * slopes_a[m])
+                    })
                 });
                 vertices.chain(midpoints).collect()
             }

@@ -385,15 +385,6 @@ impl Mesh {
     pub fn measure(&self) -> f64 {
         (0..self.n_elements()).map(|e| self.measure_of(e)).sum()
     }
-
-    /// Returns the length of the longest edge, the mesh size h of convergence orders.
-    pub fn h_max(&self) -> f64 {
-        let longest = |element| match self.dimension() {
-            2 => longest_edge(&self.corners::<2, 3>(element)),
-            _ => longest_edge(&self.corners::<3, 4>(element)),
-        };
-        (0..self.n_elements()).map(longest).fold(0.0, f64::max)
-    }
 }
 
 /// Views flat coordinates as points.

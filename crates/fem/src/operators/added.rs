@@ -65,7 +65,7 @@ pub struct AddedTangents<'a> {
 
 impl AddedTangents<'_> {
     /// Returns which tangents are requested, in the order of their declaration.
-    pub(crate) fn wanted(&self) -> [bool; 2] {
+    pub(crate) fn requested(&self) -> [bool; 2] {
         [&self.by_displacement, &self.by_velocity].map(|values| values.is_some())
     }
 
@@ -250,8 +250,8 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for ForceTangents<
             maps,
             mut out,
         } = self;
-        let wanted = [&mut out.by_displacement, &mut out.by_velocity];
-        for values in wanted.into_iter().flatten() {
+        let requested = [&mut out.by_displacement, &mut out.by_velocity];
+        for values in requested.into_iter().flatten() {
             values.fill(0.0);
         }
         for (batch_index, batch, number) in regions.members() {

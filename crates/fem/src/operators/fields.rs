@@ -57,7 +57,7 @@ macro_rules! slots {
     ($name:ident, $n:literal, $($array:ident),+) => {
         impl $name<'_> {
             /// Returns which results are requested.
-            pub(crate) fn wanted(&self) -> [bool; $n] {
+            pub(crate) fn requested(&self) -> [bool; $n] {
                 [$(self.$array.is_some()),+]
             }
 

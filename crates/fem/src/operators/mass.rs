@@ -158,8 +158,8 @@ mod tests {
     use super::*;
     use crate::mesh::generate::rectangle;
 
-    /// Checks ∫ |∇f|² on the unit square for f = x + 2y (linear and quadratic elements) and f = x²
-    /// + xy.
+    /// Checks ∫ |∇f|² on the unit square for f = x + 2y (linear and quadratic elements) and
+    /// f = x² + xy.
     #[test]
     fn h1_seminorm_of_polynomials_is_exact() {
         let mesh = rectangle([0.0, 0.0], [1.0, 1.0], [3, 2]).unwrap();

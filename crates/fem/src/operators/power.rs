@@ -16,7 +16,7 @@ pub(crate) struct Powers<'a, const D: usize, const N: usize, const P: usize> {
     pub(crate) fields: &'a Fields<'a>,
     /// Coefficient β of P + β Ṗ.
     pub(crate) beta: f64,
-    pub(crate) along: &'a [f64],
+    pub(crate) direction: &'a [f64],
     pub(crate) out: &'a mut [f64],
 }
 
@@ -29,7 +29,8 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for Powers<'_, D, 
         for batch in batches {
             for part in 0..batch.n_parts(simd) {
                 let part = &mut batch.part(simd, part);
-                let powers = element_powers(part, points, (self.fields, self.beta), self.along)?;
+                let powers =
+                    element_powers(part, points, (self.fields, self.beta), self.direction)?;
                 let occupied = part.occupied().len();
                 for (lane, power) in powers.as_slice()[..occupied].iter().enumerate() {
                     self.out[part.element(lane)] += power;
@@ -46,13 +47,13 @@ fn element_powers<S: Simd, const D: usize, const N: usize, const P: usize>(
     part: &mut Part<'_, S, D, N, P>,
     points: &[Point<D, N, P>],
     (fields, beta): (&Fields<'_>, f64),
-    along: &[f64],
+    direction: &[f64],
 ) -> Result<Lanes<S>, Inverted> {
     let law = Spatial(part.law());
     let beta = beta * part.scale().beta;
     let u = part.gather_vector(Some(fields.u));
     let v = part.gather_vector(fields.v.filter(|_| beta > 0.0));
-    let w = part.gather_vector(Some(along));
+    let w = part.gather_vector(Some(direction));
     let zero = part.zero();
     let no_volume = Volumetric {
         p: zero,
@@ -67,8 +68,8 @@ fn element_powers<S: Simd, const D: usize, const N: usize, const P: usize>(
             false => Axes::cartesian(zero),
         };
         let mut gradients = [[[zero; 3]; 3]; 2];
-        let wanted = if beta > 0.0 { 2 } else { 1 };
-        for (gradient, field) in gradients.iter_mut().zip([&u, &v]).take(wanted) {
+        let requested = if beta > 0.0 { 2 } else { 1 };
+        for (gradient, field) in gradients.iter_mut().zip([&u, &v]).take(requested) {
             for (row, slopes) in gradient.iter_mut().zip(part.gradient(field, point)) {
                 for (entry, slope) in row.iter_mut().zip(slopes) {
                     *entry = slope;
@@ -90,9 +91,9 @@ fn element_powers<S: Simd, const D: usize, const N: usize, const P: usize>(
             }
         }
         let mut density = zero;
-        for (row, along) in stress.iter().zip(part.gradient(&w, point)) {
-            for (entry, along) in row.iter().zip(along) {
-                density = entry.mul_add(along, density);
+        for (row, direction) in stress.iter().zip(part.gradient(&w, point)) {
+            for (entry, direction) in row.iter().zip(direction) {
+                density = entry.mul_add(direction, density);
             }
         }
         sum = part.weights(point).mul_add(density, sum);

@@ -20,7 +20,7 @@ struct Moduli<S: Simd, const D: usize> {
     /// Tangent ∂P/∂F.
     tangent: Tangent<Lanes<S>, D>,
     /// Tangent ∂(P + β Ṗ)/∂F.
-    whole: Tangent<Lanes<S>, D>,
+    total: Tangent<Lanes<S>, D>,
     cofactor: Tensor<Lanes<S>, D>,
     cofactor_rate: Tensor<Lanes<S>, D>,
 }
@@ -94,7 +94,7 @@ fn moduli<S: Simd, const D: usize, const N: usize, const P: usize, C: Constituti
         let state = AtPoint::new(law, part, (number, point), &local)?;
         let a = law.tangent(&state.strain, state.volumetric);
         let tangent = pull_back(part, point, &a);
-        let mut whole = tangent;
+        let mut total = tangent;
         if at.beta > 0.0 {
             let a = law.tangent_rate(&state.strain, state.v, state.volumetric);
             let rate = pull_back(part, point, &a);
@@ -102,7 +102,7 @@ fn moduli<S: Simd, const D: usize, const N: usize, const P: usize, C: Constituti
                 for k in i..D {
                     for m in 0..D {
                         for n in 0..D {
-                            whole[i][k][m][n] = beta.mul_add(rate[i][k][m][n], whole[i][k][m][n]);
+                            total[i][k][m][n] = beta.mul_add(rate[i][k][m][n], total[i][k][m][n]);
                         }
                     }
                 }
@@ -114,7 +114,7 @@ fn moduli<S: Simd, const D: usize, const N: usize, const P: usize, C: Constituti
         }
         out.push(Moduli {
             tangent,
-            whole,
+            total,
             cofactor: part.pull_back(point, &law.cofactor(&state.strain)),
             cofactor_rate,
         });
@@ -142,7 +142,7 @@ fn add_change<S: Simd, const D: usize, const N: usize, const P: usize>(
         let by_u = reference_gradient(zero, &u, point);
         let pressure = part.interpolate(&p, point);
         let mut flux = [[zero; D]; D];
-        add_contracted(&mut flux, &moduli.whole, &by_u);
+        add_contracted(&mut flux, &moduli.total, &by_u);
         let mut rate = zero;
         if at.has_rates() {
             let by_v = reference_gradient(zero, &v, point);

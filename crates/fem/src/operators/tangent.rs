@@ -217,8 +217,8 @@ fn scale<S: Simd, const D: usize, const N: usize>(
 
 /// Returns a zero matrix if it is requested.
 #[inline(always)]
-pub(crate) fn zero_if<T: Copy>(wanted: bool, zero: T) -> Option<T> {
-    if wanted { Some(zero) } else { None }
+pub(crate) fn zero_if<T: Copy>(requested: bool, zero: T) -> Option<T> {
+    if requested { Some(zero) } else { None }
 }
 
 #[inline(always)]

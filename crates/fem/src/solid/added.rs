@@ -155,7 +155,7 @@ impl Solid {
         let n = self.displacement_pattern.nnz();
         check_length(n, out.by_displacement.as_deref(), "by_displacement");
         check_length(n, out.by_velocity.as_deref(), "by_velocity");
-        self.begin(&Pass::AddedTangents(*motion, out.wanted()));
+        self.begin(&Pass::AddedTangents(*motion, out.requested()));
         assert_infallible(with_elements!(self.local_elements(), mapped => mapped.pass(
             self.threads.as_ref(),
             threads::ADDED_TANGENTS,

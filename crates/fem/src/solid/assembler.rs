@@ -34,6 +34,6 @@ pub trait ParallelAssembler: Debug + Send + Sync {
     /// the local partition in the order of their declaration.
     ///
     /// # Errors
-    /// The error of the local partition, `own`, or of another partition.
-    fn end(&self, results: &mut [&mut [f64]], own: Result<(), Inverted>) -> Result<(), Inverted>;
+    /// The error of the local partition, `local`, or of another partition.
+    fn end(&self, results: &mut [&mut [f64]], local: Result<(), Inverted>) -> Result<(), Inverted>;
 }

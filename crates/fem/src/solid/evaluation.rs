@@ -32,8 +32,8 @@ impl Solid {
         );
         let rates = out.force_rate.is_some() || out.volume_residual_rate.is_some();
         assert!(fields.v.is_some() || !rates, "rates need a velocity");
-        self.begin(&Pass::Vectors(*fields, out.wanted()));
-        let own = with_elements!(self.local_elements(), mapped => mapped.pass(
+        self.begin(&Pass::Vectors(*fields, out.requested()));
+        let local = with_elements!(self.local_elements(), mapped => mapped.pass(
             self.threads.as_ref(),
             threads::VECTORS,
             out.slots(),
@@ -43,7 +43,7 @@ impl Solid {
                 out: &mut Vectors::from(slots),
             }),
         ));
-        self.end(out.all_mut(), own)
+        self.end(out.all_mut(), local)
     }
 
     /// Evaluates the requested tangents in one pass over the elements.
@@ -70,8 +70,8 @@ impl Solid {
         check_length(m, out.divergence_rate.as_deref(), "divergence_rate");
         let rates = out.rate_stiffness.is_some() || out.divergence_rate.is_some();
         assert!(fields.v.is_some() || !rates, "rates need a velocity");
-        self.begin(&Pass::Tangents(*fields, out.wanted()));
-        let own = with_elements!(self.local_elements(), mapped => mapped.pass(
+        self.begin(&Pass::Tangents(*fields, out.requested()));
+        let local = with_elements!(self.local_elements(), mapped => mapped.pass(
             self.threads.as_ref(),
             threads::TANGENTS,
             out.slots(),
@@ -82,7 +82,7 @@ impl Solid {
                 out: &mut Tangents::from(slots),
             }),
         ));
-        self.end(out.all_mut(), own)
+        self.end(out.all_mut(), local)
     }
 
     /// Computes products of the tangents with several directions in one pass over the elements,
@@ -144,11 +144,11 @@ impl Solid {
         }))
     }
 
-    /// Adds the power ∫ (P + β Ṗ) : ∇w of the stresses of each element along the field w to `out`,
-    /// without the terms of the pressure or the penalty.
+    /// Adds the power ∫ (P + β Ṗ) : ∇w of the stresses of each element along the field w
+    /// (`direction`) to `out`, without the terms of the pressure or the penalty.
     ///
     /// # Shapes
-    /// `along` has the length of the displacement; `out` has one entry per element.
+    /// `direction` has the length of the displacement; `out` has one entry per element.
     ///
     /// # Errors
     /// [`Inverted`] if det F ≤ 0 or NaN at a quadrature point; `out` is then invalid.
@@ -159,18 +159,18 @@ impl Solid {
         &self,
         fields: &Fields<'_>,
         beta: f64,
-        along: &[f64],
+        direction: &[f64],
         out: &mut [f64],
     ) -> Result<(), Inverted> {
         self.check_fields(fields);
-        check_length(self.space.n_components(), Some(along), "along");
+        check_length(self.space.n_components(), Some(direction), "direction");
         check_length(self.space.n_elements(), Some(&*out), "powers");
         assert!(fields.v.is_some() || beta == 0.0, "rates need a velocity");
         with_elements!(&self.elements, mapped => narrow(self.arch, Powers {
             elements: &mapped.batches,
             fields,
             beta,
-            along,
+            direction,
             out,
         }))
     }

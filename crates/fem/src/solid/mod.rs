@@ -442,14 +442,6 @@ impl Solid {
         self.mass.apply_interleaved(self.space.dimension(), a, out);
     }
 
-    /// Writes M_p p to `out`.
-    ///
-    /// # Panics
-    /// Panics unless both lengths are `n_pressures`.
-    pub fn apply_pressure_mass(&self, p: &[f64], out: &mut [f64]) {
-        self.pressure_mass.apply(p, out);
-    }
-
     /// Returns ∫ ψ_k, the weights of projected volume residuals.
     pub fn pressure_weights(&self) -> &[f64] {
         &self.pressure_weights

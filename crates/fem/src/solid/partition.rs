@@ -93,18 +93,18 @@ impl Solid {
         let square = self.displacement_pattern.nnz();
         let wide = self.divergence_pattern.nnz();
         match pass {
-            Pass::Vectors(fields, wanted) => {
+            Pass::Vectors(fields, requested) => {
                 let lengths = [nodal, nodal, scalar, scalar, nodal];
                 self.evaluate(
                     fields,
-                    &mut Vectors::from(resized(results, lengths, *wanted)),
+                    &mut Vectors::from(resized(results, lengths, *requested)),
                 )
             }
-            Pass::Tangents(fields, wanted) => {
+            Pass::Tangents(fields, requested) => {
                 let lengths = [square, square, square, wide, wide, square];
                 self.tangents(
                     fields,
-                    &mut Tangents::from(resized(results, lengths, *wanted)),
+                    &mut Tangents::from(resized(results, lengths, *requested)),
                 )
             }
             Pass::AddedForce(motion) => {
@@ -119,8 +119,8 @@ impl Solid {
                     .for_each(|out| self.active_force(motion, out));
                 Ok(())
             }
-            Pass::AddedTangents(motion, wanted) => {
-                let out = AddedTangents::from(resized(results, [square; 2], *wanted));
+            Pass::AddedTangents(motion, requested) => {
+                let out = AddedTangents::from(resized(results, [square; 2], *requested));
                 self.added_tangents(motion, out);
                 Ok(())
             }
@@ -138,11 +138,11 @@ impl Solid {
     pub(super) fn end<'a>(
         &self,
         results: impl IntoIterator<Item = &'a mut [f64]>,
-        own: Result<(), Inverted>,
+        local: Result<(), Inverted>,
     ) -> Result<(), Inverted> {
         match self.assembler() {
-            None => own,
-            Some(assembler) => assembler.end(&mut results.into_iter().collect::<Vec<_>>(), own),
+            None => local,
+            Some(assembler) => assembler.end(&mut results.into_iter().collect::<Vec<_>>(), local),
         }
     }
 
@@ -161,14 +161,14 @@ pub(super) fn assert_infallible(ended: Result<(), Inverted>) {
 fn resized<const K: usize>(
     results: &mut Vec<Vec<f64>>,
     lengths: [usize; K],
-    wanted: [bool; K],
+    requested: [bool; K],
 ) -> [Option<&mut [f64]>; K] {
     results.resize(K, Vec::new());
-    let mut lengths = lengths.into_iter().zip(wanted);
+    let mut lengths = lengths.into_iter().zip(requested);
     let mut vectors = results.iter_mut().map(|vector| {
-        let (length, wanted) = lengths.next().unwrap_or_default();
-        vector.resize(if wanted { length } else { 0 }, 0.0);
-        wanted.then_some(&mut vector[..])
+        let (length, requested) = lengths.next().unwrap_or_default();
+        vector.resize(if requested { length } else { 0 }, 0.0);
+        requested.then_some(&mut vector[..])
     });
     std::array::from_fn(|_| vectors.next().flatten())
 }

@@ -3,7 +3,9 @@
 use crate::error::FemError;
 use crate::material::Prony;
 use crate::material::three::{Tensor3, add_scaled3, cofactor3, product3};
-use crate::operators::relaxation::{InternalStresses, Overstress, Relax, RelaxationRegion, Wanted};
+use crate::operators::relaxation::{
+    InternalStresses, Overstress, Relax, RelaxationRegion, Requested,
+};
 
 use crate::space::ElementPoint;
 
@@ -117,7 +119,7 @@ impl Solid {
         check_length(self.space.n_components(), force.as_deref(), "force");
         self.relax(
             u,
-            Wanted::Vectors {
+            Requested::Vectors {
                 internal,
                 force,
                 rates,
@@ -148,7 +150,7 @@ impl Solid {
     /// Panics if a length is wrong.
     pub fn driving_stresses(&self, u: &[f64], out: &mut [f64]) {
         check_length(self.n_slots(), Some(out), "stresses");
-        self.relax(u, Wanted::Stresses { out });
+        self.relax(u, Requested::Stresses { out });
     }
 
     /// Adds ∫ F T : ∇φ of each symmetric tensor T of `tensors` to the corresponding entry of
@@ -165,7 +167,7 @@ impl Solid {
             check_length(self.n_slots(), Some(tensors), "tensors");
             check_length(self.space.n_components(), Some(force), "force");
         }
-        self.relax(u, Wanted::ForceOf { tensors, forces });
+        self.relax(u, Requested::ForceOf { tensors, forces });
     }
 
     /// Writes the stress rate Ṡ along each velocity of `v` to the corresponding entry of `out`, in
@@ -182,7 +184,7 @@ impl Solid {
             check_length(self.n_slots(), Some(out), "stress rates");
             check_length(self.space.n_components(), Some(v), "v");
         }
-        self.relax(u, Wanted::StressRates { v, out });
+        self.relax(u, Requested::StressRates { v, out });
     }
 
     /// Writes ∂/∂u ∫ F H : ∇φ at constant H to `geometric` and, for each viscoelastic region, ∂/∂u
@@ -202,8 +204,10 @@ impl Solid {
         material: &mut [Vec<f64>],
     ) {
         match over {
-            Overstress::Internal(own) => check_length(self.n_internal(), Some(own), "internal"),
-            Overstress::Given(own) => check_length(self.n_slots(), Some(own), "overstress"),
+            Overstress::Internal(values) => {
+                check_length(self.n_internal(), Some(values), "internal")
+            }
+            Overstress::Given(values) => check_length(self.n_slots(), Some(values), "overstress"),
         }
         let n = self.displacement_pattern.nnz();
         check_length(n, Some(geometric), "geometric");
@@ -214,7 +218,7 @@ impl Solid {
         }
         self.relax(
             u,
-            Wanted::Tangents {
+            Requested::Tangents {
                 over,
                 geometric,
                 material,
@@ -222,7 +226,7 @@ impl Solid {
         );
     }
 
-    fn relax(&self, u: &[f64], wanted: Wanted<'_>) {
+    fn relax(&self, u: &[f64], requested: Requested<'_>) {
         check_length(self.space.n_components(), Some(u), "u");
         let layout: &InternalStresses = &self.internal;
         with_elements!(&self.elements, mapped => narrow(self.arch, Relax {
@@ -230,7 +234,7 @@ impl Solid {
             maps: &mapped.maps,
             layout,
             u,
-            wanted,
+            requested,
         }));
     }
 }

@@ -62,12 +62,12 @@ impl Solid {
 
 impl<const D: usize, const N: usize, const P: usize> MappedBatches<D, N, P> {
     /// Runs a pass over all elements: `compute` evaluates it for some of the batches, and the
-    /// results are added to `wanted`.
+    /// results are added to `requested`.
     pub(super) fn pass<const K: usize>(
         &self,
         threads: Option<&Arc<ThreadPool>>,
         entries: [Entries; K],
-        mut wanted: [Option<&mut [f64]>; K],
+        mut requested: [Option<&mut [f64]>; K],
         compute: impl Fn(
             BatchRange<'_, D, N, P>,
             &[ScatterMap<D, N, P>],
@@ -76,27 +76,28 @@ impl<const D: usize, const N: usize, const P: usize> MappedBatches<D, N, P> {
         + Sync,
     ) -> Result<(), Inverted> {
         let batches = &self.batches.batches[..];
-        let lengths: [usize; K] = from_fn(|k| match wanted[k] {
-            Some(_) => LANES * entries[k].of_element::<D, N, P>(),
+        let lengths: [usize; K] = from_fn(|k| match requested[k] {
+            Some(_) => LANES * entries[k].per_element::<D, N, P>(),
             None => 0,
         });
         let size = lengths.iter().sum::<usize>();
         let pays = D == 3 && batches.len() >= BATCHES_FROM && size > 0;
         let Some(pool) = threads.filter(|_| pays) else {
-            return compute(self.batches.all(), &self.maps, wanted);
+            return compute(self.batches.all(), &self.maps, requested);
         };
-        for values in wanted.iter_mut().flatten() {
+        for values in requested.iter_mut().flatten() {
             values.fill(0.0);
         }
         let map = ScatterMap::element_by_element();
         let mut add = |computed: Range<usize>, buffer: &[f64]| {
             let batches = batches[computed.clone()].iter().zip(&self.maps[computed]);
             for ((batch, map), mut buffer) in batches.zip(buffer.chunks_exact(size)) {
-                for ((wanted, entries), length) in wanted.iter_mut().zip(entries).zip(lengths) {
-                    if let Some(wanted) = wanted {
+                for ((requested, entries), length) in requested.iter_mut().zip(entries).zip(lengths)
+                {
+                    if let Some(requested) = requested {
                         let (values, rest) = buffer.split_at(length);
                         buffer = rest;
-                        entries.add(batch, map, values, wanted);
+                        entries.add(batch, map, values, requested);
                     }
                 }
             }
@@ -141,7 +142,7 @@ fn parts<const K: usize>(mut buffer: &mut [f64], lengths: [usize; K]) -> [Option
 
 impl Entries {
     /// Returns the number of entries per element.
-    fn of_element<const D: usize, const N: usize, const P: usize>(self) -> usize {
+    fn per_element<const D: usize, const N: usize, const P: usize>(self) -> usize {
         match self {
             Vector => N * D,
             Scalar => P,
@@ -158,8 +159,8 @@ impl Entries {
         values: &[f64],
         all: &mut [f64],
     ) {
-        let of_elements = values.chunks_exact(self.of_element::<D, N, P>());
-        for (l, values) in of_elements.take(batch.count).enumerate() {
+        let element_values = values.chunks_exact(self.per_element::<D, N, P>());
+        for (l, values) in element_values.take(batch.count).enumerate() {
             match self {
                 Vector => {
                     for (nodes, values) in batch.nodes.iter().zip(values.chunks_exact(D)) {

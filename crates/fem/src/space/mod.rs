@@ -88,17 +88,17 @@ impl Space {
             });
         }
         let elements = || self.mesh.elements().zip(regions);
-        let of_element = |(vertices, &region): (&'_ [usize], &usize)| -> Vec<[usize; 2]> {
+        let owners = |(vertices, &region): (&'_ [usize], &usize)| -> Vec<[usize; 2]> {
             vertices.iter().map(|&vertex| [region, vertex]).collect()
         };
         // Pressures are numbered by region, then by vertex.
-        let owned: BTreeSet<[usize; 2]> = elements().flat_map(of_element).collect();
+        let owned: BTreeSet<[usize; 2]> = elements().flat_map(owners).collect();
         let numbers: HashMap<[usize; 2], usize> = owned
             .iter()
             .enumerate()
             .map(|(number, owner)| (*owner, number))
             .collect();
-        let pressures = elements().flat_map(of_element).map(|owner| numbers[&owner]);
+        let pressures = elements().flat_map(owners).map(|owner| numbers[&owner]);
         self.element_pressures = pressures.collect();
         self.pressure_vertices = owned.iter().map(|&[_, vertex]| vertex).collect();
         Ok(self)
@@ -258,14 +258,14 @@ impl Space {
     pub fn measure(&self) -> f64 {
         // The determinant of a quadratic map has degree 3 in 3D.
         let rule = Rule::Degree4.points(self.mesh.shape());
-        let of_curved = |element| {
+        let curved_measure = |element| {
             let parts = rule
                 .iter()
                 .map(|q| q.weight * self.measure_at(element, &q.barycentric));
             parts.sum::<f64>()
         };
         let of = |element| match self.curved[element] {
-            true => of_curved(element),
+            true => curved_measure(element),
             false => self.mesh.measure_of(element),
         };
         (0..self.n_elements()).map(of).sum()

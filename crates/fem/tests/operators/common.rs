@@ -102,7 +102,7 @@ pub(crate) fn equilibrium(
             ..Tangents::default()
         };
         solid.tangents(&fields, &mut { tangents }).unwrap();
-        solid.apply_pressure_mass(&state.p, &mut mass_p);
+        solid.apply_compliance(&state.p, &mut mass_p);
 
         let mut matrix = CooMatrix::new(size, size);
         for (row, column, value) in entries(solid.displacement_pattern(), &stiffness) {

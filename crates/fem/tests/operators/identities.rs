@@ -120,7 +120,7 @@ fn matrices_match_matrix_free_products() {
     }
     let p = random(m, 1.0, 4);
     let mut product = vec![0.0; m];
-    solid.apply_pressure_mass(&p, &mut product);
+    solid.apply_compliance(&p, &mut product);
     let matrix = dense(solid.pressure_pattern(), solid.pressure_mass_values());
     let expected = &matrix * nalgebra::DVector::from_vec(p);
     let scale = expected.amax();

@@ -263,7 +263,11 @@ fn refinement_preserves_area_groups_and_conformity() {
     // One vertex per node of the coarse quadratic space: shared edges are split once.
     assert_eq!(fine.n_points(), 680);
     assert!((fine.measure() / coarse.measure() - 1.0).abs() < 1e-13);
-    assert!((fine.h_max() / coarse.h_max() - 0.5).abs() < 1e-13);
+    for child in 0..fine.n_elements() {
+        let ratio = fine.measure_of(child) / coarse.measure_of(child / 4);
+        // Rounding of coordinates of 0.1 m, relative to elements of 5 mm.
+        assert!((4.0 * ratio - 1.0).abs() < 1e-12, "{child}: {ratio}");
+    }
     for name in ["fixed", "load"] {
         assert_eq!(
             fine.edges(name).unwrap().len(),

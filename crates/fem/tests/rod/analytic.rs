@@ -2,9 +2,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use num_complex::Complex64;
+use myovib_fem::rod::{EndLoad, RodData};
 
-use super::{EndLoad, RodData};
+use crate::Complex64;
 
 /// Returns the `k`-th natural frequency of the undamped rod, k = 1, 2, …
 ///
@@ -12,7 +12,7 @@ use super::{EndLoad, RodData};
 ///
 /// # Units
 /// Hz
-pub fn natural_frequency(data: &RodData, k: usize) -> f64 {
+pub(crate) fn natural_frequency(data: &RodData, k: usize) -> f64 {
     quarter_waves(k) / data.length * wave_speed(data) / TAU
 }
 
@@ -24,7 +24,7 @@ pub fn natural_frequency(data: &RodData, k: usize) -> f64 {
 ///
 /// # Units
 /// Hz
-pub fn discrete_natural_frequency(data: &RodData, k: usize) -> f64 {
+pub(crate) fn discrete_natural_frequency(data: &RodData, k: usize) -> f64 {
     let n = data.n_elements as f64;
     let phi = quarter_waves(k) / n;
     // 1 − cos φ = 2 sin² (φ/2), without cancellation.
@@ -39,15 +39,12 @@ pub fn discrete_natural_frequency(data: &RodData, k: usize) -> f64 {
 ///
 /// # Units
 /// `frequency` = ω/(2π) in Hz.
-///
-/// # Examples
-/// ```
-/// use myovib_fem::rod::{EndLoad, RodData, analytic::harmonic_response};
-/// // Far below the first resonance the response is quasi-static: |U(L/2)| is close to L/2.
-/// let middle = harmonic_response(&RodData::default(), EndLoad::Strain, 8.0, 0.05);
-/// assert!((middle.norm() - 0.0506).abs() < 1e-4);
-/// ```
-pub fn harmonic_response(data: &RodData, load: EndLoad, frequency: f64, x: f64) -> Complex64 {
+pub(crate) fn harmonic_response(
+    data: &RodData,
+    load: EndLoad,
+    frequency: f64,
+    x: f64,
+) -> Complex64 {
     let omega = TAU * frequency;
     let inertia = data.density * Complex64::new(omega.powi(2), -omega * data.mass_damping);
     let loss = Complex64::new(1.0, omega * data.stiffness_damping);

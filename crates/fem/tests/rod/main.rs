@@ -1,20 +1,23 @@
 //! Rod: identities, Jacobian, closed forms, and reference case S8.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+mod analytic;
+
 use std::f64::consts::{PI, TAU};
 
 use myovib_fem::FemError;
-use myovib_fem::rod::analytic::{discrete_natural_frequency, harmonic_response, natural_frequency};
 use myovib_fem::rod::{EndLoad, Rod, RodData};
 use nalgebra::{Complex, DMatrix, DVector};
 use nalgebra_sparse::CscMatrix;
 use serde_json::Value;
 
+use analytic::{discrete_natural_frequency, harmonic_response, natural_frequency};
+
 type Complex64 = Complex<f64>;
 
 fn references() -> Value {
     serde_json::from_str(include_str!(
-        "../../../data/references/s8_rod_harmonic.json"
+        "../../../../data/references/s8_rod_harmonic.json"
     ))
     .unwrap()
 }

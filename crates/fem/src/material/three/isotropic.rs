@@ -92,8 +92,8 @@ pub trait Isotropic {
         }
     }
 
-    /// Returns the first derivatives of W with respect to e = a and d in plane strain, where b = a
-    /// + d².
+    /// Returns the first derivatives of W with respect to e = a and d in plane strain, where
+    /// b = a + d².
     #[inline(always)]
     fn plane_slope<R: Real>(&self, e: R, d: R) -> PlaneSlope<R> {
         let slope = self.slope(plane_invariants(e, d));

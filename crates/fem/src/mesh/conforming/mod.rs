@@ -217,14 +217,14 @@ fn same_corners(f: &BoundaryFacet, g: &BoundaryFacet) -> bool {
 fn overlap(dimension: usize, a: &[Point], b: &[Point]) -> bool {
     let depth = OVERLAPPING * diameter(a).min(diameter(b));
     let separates = |axis: Point| separated(axis, a, b, depth);
-    let of_facets = |corners: &[Point]| {
+    let separated_by_facets = |corners: &[Point]| {
         (0..corners.len()).any(|opposite| {
             let mut facet = corners.to_vec();
             facet.remove(opposite);
             separates(normal(&facet))
         })
     };
-    if of_facets(a) || of_facets(b) {
+    if separated_by_facets(a) || separated_by_facets(b) {
         return false;
     }
     let edges = |corners: &[Point]| {

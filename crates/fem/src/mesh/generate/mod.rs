@@ -30,7 +30,7 @@ impl Structured {
     fn new([columns, rows]: [usize; 2], map: impl Fn([f64; 2]) -> [f64; 2]) -> Self {
         let vertex = |i: usize, j: usize| j * (columns + 1) + i;
         let fraction = |i: usize, n: usize| i as f64 / n.max(1) as f64;
-        let places = (0..=rows).flat_map(|j| (0..=columns).map(move |i| (i, j)));
+        let indices = (0..=rows).flat_map(|j| (0..=columns).map(move |i| (i, j)));
         let cells = (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j)));
         let across = |j: usize| {
             (0..columns)
@@ -43,7 +43,7 @@ impl Structured {
                 .collect()
         };
         Self {
-            points: places
+            points: indices
                 .map(|(i, j)| map([fraction(i, columns), fraction(j, rows)]))
                 .collect(),
             triangles: cells
@@ -339,8 +339,8 @@ mod tests {
             ("top", 6.0),
         ];
         for (side, area) in areas {
-            let places = space.quadrature(side).unwrap();
-            let found: f64 = places.iter().map(|(_, weight)| weight).sum();
+            let indices = space.quadrature(side).unwrap();
+            let found: f64 = indices.iter().map(|(_, weight)| weight).sum();
             assert!((found - area).abs() < ROUNDING, "{side} {found}");
         }
     }

@@ -136,9 +136,9 @@ impl MshFile {
         let mut unnamed = BTreeMap::new();
         let mut n_elements = 0;
         for cell in &self.cells {
-            let of_body = cell.dimension == D as u64;
+            let is_in_body = cell.dimension == D as u64;
             let index = n_elements;
-            n_elements += usize::from(of_body);
+            n_elements += usize::from(is_in_body);
             let physical = self.physical.get(&(cell.dimension, cell.entity));
             for &tag in physical.into_iter().flatten() {
                 let Some(name) = self.names.get(&(cell.dimension, tag)) else {
@@ -152,13 +152,13 @@ impl MshFile {
                 let vertices = cell.vertices.iter().map(vertex);
                 let vertices = vertices.collect::<Result<Vec<usize>, _>>()?;
                 let group = groups.entry(name.clone()).or_insert(match cell.dimension {
-                    _ if of_body => Group::Elements(Vec::new()),
+                    _ if is_in_body => Group::Elements(Vec::new()),
                     0 => Group::Points(Vec::new()),
                     1 => Group::Edges(Vec::new()),
                     _ => Group::Faces(Vec::new()),
                 });
                 match (group, vertices.as_slice()) {
-                    (Group::Elements(elements), _) if of_body => elements.push(index),
+                    (Group::Elements(elements), _) if is_in_body => elements.push(index),
                     (Group::Points(points), &[v]) => points.push(v),
                     (Group::Edges(edges), &[a, b]) => edges.push([a, b]),
                     (Group::Faces(faces), &[a, b, c]) => faces.push([a, b, c]),

@@ -41,7 +41,7 @@ pub enum Overstress<'a> {
 
 /// Requested results of a pass. Nodal vectors and matrices are added to, other buffers are
 /// overwritten.
-pub(crate) enum Wanted<'a> {
+pub(crate) enum Requested<'a> {
     /// Force ∫ F H : ∇φ and rates Q̇.
     Vectors {
         internal: &'a [f64],
@@ -74,7 +74,7 @@ pub(crate) struct Relax<'a, 'b, const D: usize, const N: usize, const P: usize> 
     pub(crate) maps: &'a [ScatterMap<D, N, P>],
     pub(crate) layout: &'a InternalStresses,
     pub(crate) u: &'a [f64],
-    pub(crate) wanted: Wanted<'b>,
+    pub(crate) requested: Requested<'b>,
 }
 
 /// Pass over one batch, compiled as a separate function for each law.
@@ -86,7 +86,7 @@ struct Run<'a, 'b, C, const D: usize, const N: usize, const P: usize> {
     u: &'a [f64],
     series: &'a RelaxationRegion,
     first: usize,
-    wanted: &'a mut Wanted<'b>,
+    requested: &'a mut Requested<'b>,
     number: usize,
 }
 
@@ -113,16 +113,16 @@ where
         let u = part.gather_vector(Some(self.u));
         let mut local_force = [[part.zero(); D]; N];
         columns.clear();
-        match &*self.wanted {
-            Wanted::StressRates { v, .. } => {
+        match &*self.requested {
+            Requested::StressRates { v, .. } => {
                 for v in *v {
                     columns.push(part.gather_vector(Some(v)));
                 }
             }
-            Wanted::ForceOf { forces, .. } => columns.resize(forces.len(), local_force),
+            Requested::ForceOf { forces, .. } => columns.resize(forces.len(), local_force),
             _ => {}
         }
-        let wants_matrices = matches!(self.wanted, Wanted::Tangents { .. });
+        let wants_matrices = matches!(self.requested, Requested::Tangents { .. });
         let zero: Matrix<S, D, N> = [[[[part.zero(); D]; D]; N]; N];
         let mut matrices = crate::operators::tangent::zero_if(wants_matrices, [zero; 2]);
         let width = series.slots.len();
@@ -135,7 +135,7 @@ where
             };
             // Index of the internal stresses of term k at these slots.
             let states = |k: usize| series.states.start + k * width - series.slots.start;
-            if let Wanted::ForceOf { tensors, .. } = &*self.wanted {
+            if let Requested::ForceOf { tensors, .. } = &*self.requested {
                 // These forces do not depend on the law.
                 let h = part.gradient(&u, point);
                 for (local_force, tensors) in columns.iter_mut().zip(*tensors) {
@@ -149,9 +149,9 @@ where
                 continue;
             }
             let at = At::<S, D, C>::new(law, part, (number, point), &u);
-            match self.wanted {
-                Wanted::ForceOf { .. } => {}
-                Wanted::Vectors {
+            match self.requested {
+                Requested::ForceOf { .. } => {}
+                Requested::Vectors {
                     internal,
                     force,
                     rates,
@@ -183,10 +183,10 @@ where
                         );
                     }
                 }
-                Wanted::Stresses { out } => {
+                Requested::Stresses { out } => {
                     slots.store((&at.stress, at.stress_across(full_law)), out);
                 }
-                Wanted::StressRates { out, .. } => {
+                Requested::StressRates { out, .. } => {
                     let across = at.across(full_law);
                     // For many velocities the moduli are evaluated once and contracted with each
                     // velocity.
@@ -203,7 +203,7 @@ where
                         slots.store((&rate.0, rate.1), out);
                     }
                 }
-                Wanted::Tangents { over, .. } => {
+                Requested::Tangents { over, .. } => {
                     let Some([material, geometric]) = &mut matrices else {
                         continue;
                     };
@@ -231,19 +231,19 @@ where
                 }
             }
         }
-        match self.wanted {
-            Wanted::Vectors { force, .. } => {
+        match self.requested {
+            Requested::Vectors { force, .. } => {
                 if let Some(force) = force {
                     part.scatter_vector(&local_force, force);
                 }
             }
-            Wanted::ForceOf { forces, .. } => {
+            Requested::ForceOf { forces, .. } => {
                 for (local_force, force) in columns.iter().zip(forces.iter_mut()) {
                     part.scatter_vector(local_force, force);
                 }
             }
-            Wanted::Stresses { .. } | Wanted::StressRates { .. } => {}
-            Wanted::Tangents {
+            Requested::Stresses { .. } | Requested::StressRates { .. } => {}
+            Requested::Tangents {
                 geometric,
                 material,
                 ..
@@ -333,7 +333,7 @@ macro_rules! pass {
                     maps,
                     layout,
                     u,
-                    ref mut wanted,
+                    ref mut requested,
                 } = self;
                 for (index, batch) in batches.iter().enumerate() {
                     let Some(number) = batch.material.prony else {
@@ -349,7 +349,7 @@ macro_rules! pass {
                             u,
                             series: &layout.parts[number],
                             first: layout.first[index],
-                            wanted,
+                            requested,
                             number,
                         },
                     ));
