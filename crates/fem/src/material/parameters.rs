@@ -134,8 +134,7 @@ impl Law {
     /// use myovib_fem::Law;
     /// let law = Law::named("mooney-rivlin", &[("c10", 1e4), ("c01", 2e2)])?;
     /// assert_eq!(law, Law::MooneyRivlin { c10: 1e4, c01: 2e2 });
-    /// let wrong = Law::named("mooney-rivlin", &[("c10", -1.0)]).unwrap_err();
-    /// assert_eq!(wrong.to_string(), "c10 = -1 must be zero or positive, and finite");
+    /// assert!(Law::named("mooney-rivlin", &[("c10", -1.0)]).is_err());
     /// # Ok::<(), myovib_fem::FemError>(())
     /// ```
     pub fn named(name: &str, constants: &[(&str, f64)]) -> Result<Self, FemError> {

@@ -276,27 +276,21 @@ fn load_interpretations_differ_as_published() {
 
 #[test]
 fn invalid_data_are_rejected() {
-    let refused = |data| Rod::new(data).unwrap_err().to_string();
     let data = RodData::default();
-    assert_eq!(
-        refused(RodData {
-            density: -1.0,
-            ..data
-        }),
-        "density = -1 must be positive and finite"
-    );
-    assert_eq!(
-        refused(RodData {
-            stiffness_damping: f64::NAN,
-            ..data
-        }),
-        "stiffness_damping = NaN must be at least 0 and finite"
-    );
-    assert_eq!(
-        refused(RodData {
-            n_elements: 0,
-            ..data
-        }),
-        "n_elements = 0 must be at least 1"
-    );
+    let density = RodData {
+        density: -1.0,
+        ..data
+    };
+    assert_eq!(parameter(Rod::new(density)), ("density", -1.0));
+    let damping = RodData {
+        stiffness_damping: f64::NAN,
+        ..data
+    };
+    let (name, value) = parameter(Rod::new(damping));
+    assert!(name == "stiffness_damping" && value.is_nan());
+    let empty = RodData {
+        n_elements: 0,
+        ..data
+    };
+    assert_eq!(parameter(Rod::new(empty)), ("n_elements", 0.0));
 }
