@@ -173,10 +173,10 @@ fn invalid_entries_are_reported_with_their_line() {
 fn excessive_counts_are_errors_without_allocation() {
     let huge = "99999999999999999";
     for (from, to, line) in [
-        ("2 1 0 5", format!("2 1 0 {huge}"), 27),
+        ("2 1 0 5", format!("2 1 0 {huge}"), 32),
         ("3 4 1 4", format!("{huge} 4 1 4"), 42),
-        ("1 1 1 0", format!("{huge} 1 1 0"), 12),
-        ("1 0 0 0 1 7", format!("1 0 0 0 {huge} 7"), 11),
+        ("1 1 1 0", format!("{huge} 1 1 0"), 15),
+        ("1 0 0 0 1 7", format!("1 0 0 0 {huge} 7"), 12),
     ] {
         let (found, problem) = changed(from, &to);
         let is_expected = matches!(problem, MshProblem::Expected { .. });
