@@ -92,11 +92,15 @@ fn the_fit_of_the_guide_finds_the_truth_and_shows_it_on_a_page() {
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
     // Nor does it replace the report of a run.
     fs::create_dir(folder.path().join("run")).expect("a folder");
-    fs::write(folder.path().join("run/run.json"), "{}").expect("a file");
+    fs::write(folder.path().join("run/report.html"), "").expect("a file");
     let into = [&words[..], &["--out", "run"]].concat();
     let refused = myovib_in(folder.path(), &into);
     assert_eq!(refused.code, 2, "{}", refused.stderr);
-    assert!(refused.stderr.contains("holds a run"), "{}", refused.stderr);
+    assert!(
+        refused.stderr.contains("was not made by this program"),
+        "{}",
+        refused.stderr
+    );
 
     let found = document(&run.stdout, "fit");
     let read = |name: &str| fs::read_to_string(folder.path().join("fit").join(name));

@@ -1,50 +1,26 @@
 //! The file of a fit's iterations, from which a fit is resumed.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::fs::{self, File};
 
 use myovib_fit::{Iteration, Parameter};
-use serde_json::Value;
 
-use super::RESULTS;
+use crate::atomic_file::{self, Growing};
 use crate::csv::{CsvWriter, Table, Written};
-use crate::{Error, InputError, atomic_file};
+use crate::result_folder::{FolderRequest, ResultFolder};
+use crate::{Error, InputError};
 
-const HISTORY: &str = "history.csv";
-
-/// File with the hashes of the scene and the measurements.
-const ORIGIN: &str = "origin.json";
+/// The file.
+pub(super) const HISTORY: &str = "history.csv";
 
 /// Columns before the parameters. `part` is the first part of the measurements' time that the cost is the sum over.
 const COLUMNS: [&str; 4] = ["iteration", "runs", "part", "cost"];
 
-/// Returns whether the folder holds a fit with at least one iteration.
-pub(super) fn has_begun(folder: &Path) -> bool {
-    text(folder).is_some_and(|text| text.lines().count() > 1)
-}
-
-/// Returns a file in the folder that a new fit would replace although no fit made it.
-pub(super) fn foreign_file(folder: &Path) -> Option<PathBuf> {
-    if text(folder).is_some_and(|text| text.starts_with(&COLUMNS.join(","))) {
-        return None;
-    }
-    let names = RESULTS.into_iter().chain([HISTORY, ORIGIN]);
-    let mut paths = names.map(|name| folder.join(name));
-    paths.find(|path| path.symlink_metadata().is_ok())
-}
-
-fn text(folder: &Path) -> Option<String> {
-    fs::read_to_string(folder.join(HISTORY)).ok()
-}
-
 /// The iterations in a file, each of which is on the disk before the next begins.
-pub(super) struct History {
-    /// Is opened at the first iteration.
-    csv: Option<CsvWriter<File>>,
+pub(super) struct History<'a> {
+    /// Both are opened at the first iteration.
+    file: Option<(ResultFolder, CsvWriter<Growing<File>>)>,
     columns: Vec<String>,
-    folder: PathBuf,
-    origin: Value,
+    request: FolderRequest<'a>,
     /// Iterations and runs of earlier fits in this file.
     before: [usize; 2],
     failed: Option<Error>,
@@ -57,71 +33,51 @@ fn columns(parameters: &[Parameter]) -> Vec<String> {
 }
 
 /// Refuses to resume a fit of another scene or of other measurements: their costs cannot be compared.
-fn expect_origin(folder: &Path, origin: &Value) -> Result<(), InputError> {
-    let path = folder.join(ORIGIN);
-    let known = fs::read_to_string(&path).ok();
-    let known = known.and_then(|text| serde_json::from_str::<Value>(&text).ok());
-    let Some(known) = known else {
-        let error =
-            InputError::new("the scene and the measurements of the earlier fit are unknown");
-        let error = error.at(path.display()).found("no such file, or not JSON");
-        return Err(error.next("use --overwrite to start again"));
+fn expect_origin(request: &FolderRequest<'_>) -> Result<(), InputError> {
+    let Some(known) = request.earlier_origin()? else {
+        return Ok(()); // the request reports that there is no fit
     };
-    let parts = origin.as_object().into_iter().flatten();
+    let parts = request.origin.as_object().into_iter().flatten();
     let other = parts.filter(|(part, value)| known[part.as_str()] != **value);
     let other: Vec<&str> = other.map(|(part, _)| part.as_str()).collect();
     if other.is_empty() {
         return Ok(());
     }
-    let error = InputError::new("the folder holds another fit").at(path.display());
+    let error = InputError::new("the folder holds another fit").at(request.path.display());
     Err(error
         .found(format!("other {}", other.join(", ")))
         .next("repeat the arguments of that fit, or use --overwrite instead of --resume"))
 }
 
-impl History {
-    /// Prepares a new file in `folder` for a fit with this `origin`. The folder, and an earlier fit in it, stay as they
-    /// are until the first iteration.
-    pub(super) fn begin(folder: &Path, parameters: &[Parameter], origin: Value) -> Self {
+impl<'a> History<'a> {
+    /// Prepares a new file. The folder, and an earlier fit in it, stay as they are until the first iteration.
+    pub(super) fn begin(request: FolderRequest<'a>, parameters: &[Parameter]) -> Self {
         Self {
-            csv: None,
+            file: None,
             columns: columns(parameters),
-            folder: folder.to_owned(),
-            origin,
+            request,
             before: [0, 0],
             failed: None,
         }
     }
 
     /// Replaces an earlier fit by an empty history.
-    fn open(&self) -> Result<CsvWriter<File>, Error> {
-        let folder = &self.folder;
-        fs::create_dir_all(folder).map_err(Error::file("make", folder))?;
-        for name in RESULTS {
-            let path = folder.join(name);
-            match fs::remove_file(&path) {
-                Err(error) if error.kind() != ErrorKind::NotFound => {
-                    return Err(Error::file("remove", &path)(error));
-                }
-                _ => {}
-            }
-        }
-        atomic_file::save(&folder.join(ORIGIN), format!("{:#}\n", self.origin))?;
-        let path = folder.join(HISTORY);
+    fn open(&self) -> Result<(ResultFolder, CsvWriter<Growing<File>>), Error> {
+        let folder = self.request.clone().open()?;
         let names: Vec<&str> = self.columns.iter().map(String::as_str).collect();
-        File::create(&path)
-            .and_then(|file| CsvWriter::new(file, &names))
-            .map_err(Error::file("write", &path))
+        let csv = CsvWriter::new(folder.create(HISTORY)?, &names)
+            .map_err(Error::file("write", &folder.path().join(HISTORY)))?;
+        Ok((folder, csv))
     }
 
-    /// Continues the file in `folder`, which must have the same `origin`. The parameters start from the iteration with
-    /// the smallest cost among those over most measurements.
+    /// Continues the file of a fit with the same origin. The parameters start from the iteration with the smallest cost
+    /// among those over most measurements.
     pub(super) fn resume(
-        folder: &Path,
+        request: FolderRequest<'a>,
         parameters: &mut [Parameter],
-        origin: Value,
     ) -> Result<Self, Error> {
-        let path = folder.join(HISTORY);
+        request.check()?;
+        let path = request.path.join(HISTORY);
         let wrong = |what: String| InputError::new(what).at(path.display());
         let text = fs::read_to_string(&path).map_err(|error| {
             wrong(format!(
@@ -129,7 +85,7 @@ impl History {
             ))
             .next("fit without --resume, or name the folder of that fit by --out")
         })?;
-        expect_origin(folder, &origin)?;
+        expect_origin(&request)?;
         let table = Table::parse(&text).map_err(|error| wrong(format!("not a table: {error}")))?;
         let expected = columns(parameters);
         if table.names != expected {
@@ -165,15 +121,13 @@ impl History {
             }
             parameter.start = value;
         }
-        let file = OpenOptions::new()
-            .append(true)
-            .open(&path)
-            .map_err(Error::file("write", &path))?;
+        let folder = request.clone().open()?;
+        let file = atomic_file::append(&path).map_err(Error::file("write", &path))?;
         let csv = CsvWriter::continued(file, expected.len(), Written::default());
         Ok(Self {
-            csv: Some(csv),
+            file: Some((folder, csv)),
             before: [last[0] as usize + 1, last[1] as usize],
-            ..Self::begin(folder, parameters, origin)
+            ..Self::begin(request, parameters)
         })
     }
 
@@ -185,8 +139,8 @@ impl History {
     }
 
     fn write(&mut self, number: usize, part: f64, iteration: &Iteration) -> Result<(), Error> {
-        let mut csv = match self.csv.take() {
-            Some(csv) => csv,
+        let (folder, mut csv) = match self.file.take() {
+            Some(file) => file,
             None => self.open()?,
         };
         let [iterations, runs] = self.before;
@@ -194,13 +148,19 @@ impl History {
         let mut row = counted.map(|count| count as f64).to_vec();
         row.extend([part, iteration.cost]);
         row.extend(&iteration.values);
-        let written = csv.row(&row).and_then(|()| csv.sink().sync_data());
-        self.csv = Some(csv);
-        written.map_err(Error::file("write", &self.folder.join(HISTORY)))
+        let written = csv
+            .row(&row)
+            .and_then(|()| atomic_file::sync(&csv.sink().0));
+        let path = folder.path().join(HISTORY);
+        self.file = Some((folder, csv));
+        written.map_err(Error::file("write", &path))
     }
 
-    /// Reports whether all iterations were written.
-    pub(super) fn end(self) -> Result<(), Error> {
+    /// Reports whether all iterations were written. A fit that `succeeded` without one has its folder, too.
+    pub(super) fn end(self, succeeded: bool) -> Result<(), Error> {
+        if succeeded && self.file.is_none() && self.failed.is_none() {
+            self.open()?;
+        }
         self.failed.map_or(Ok(()), Err)
     }
 }

@@ -23,13 +23,13 @@ use myovib_fit::{
 use serde_json::{Value, json};
 
 use crate::inputs::sha256;
-use crate::run::Existing;
+use crate::result_folder::{Existing, FolderRequest};
 use crate::sensitivity::{Known, Parametrised, outputs};
 use crate::watch::{Tell, Watcher};
 use crate::{Error, InputError};
 use data::read_file;
 pub use data::{DataError, DataProblem, Datum, read};
-use history::History;
+use history::{HISTORY, History};
 use model::{Experiment, SceneModel};
 use phases::fit_in_phases;
 use profiles::profiles;
@@ -170,7 +170,12 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
             .allowed(format!("1 to {MAX_STARTS}"));
         return Err(error.into());
     }
-    expect_free(options)?;
+    let reads: Vec<PathBuf> = options
+        .experiments
+        .iter()
+        .map(|(file, _)| file.clone())
+        .collect();
+    request(options, &reads, Value::Null).check()?;
     let scene = Parametrised::load(&options.scene, &options.set)?;
     let mut parameters = parameters(&scene)?;
     let experiments = experiments(options, &scene)?;
@@ -205,7 +210,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         interrupt: options.interrupt,
         progress: &(),
     };
-    let origin = origin(options, &experiments);
+    let request = request(options, &reads, origin(options, &experiments));
     let mut model = SceneModel::new(experiments, watcher);
     let wanted = Options {
         tolerance: options.tolerance,
@@ -214,8 +219,8 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         loss: options.loss,
     };
     let mut history = match options.existing {
-        Existing::Resume => History::resume(&options.out, &mut parameters, origin)?,
-        _ => History::begin(&options.out, &parameters, origin),
+        Existing::Resume => History::resume(request, &mut parameters)?,
+        _ => History::begin(request, &parameters),
     };
     let mut number = 0;
     let mut observe = |part: f64, iteration: &Iteration| {
@@ -236,7 +241,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     };
     let starts = several_starts(&parameters, options.starts, options.seed);
     let fitted = fit_in_phases(&mut model, &starts, &wanted, &mut observe);
-    history.end()?;
+    history.end(fitted.is_ok())?;
     let fit = fitted.map_err(|error| explain(error, &model))?;
     let profiles = match options.profile && fit.ended == Ended::Converged {
         true => profiles(&mut model, &parameters, &fit, &wanted, options.progress),
@@ -263,23 +268,22 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
 /// Files that a fit writes at its end.
 const RESULTS: [&str; 4] = ["fit.json", "report.html", "residuals.csv", "residuals.svg"];
 
-/// Refuses a folder with a run, with a fit to be kept, or with files of other origin.
-fn expect_free(options: &FitOptions<'_>) -> Result<(), InputError> {
-    let folder = options.out.display();
-    let (what, next) = if options.out.join("run.json").exists() {
-        ("run", "give another folder")
-    } else if options.existing == Existing::Refuse && history::has_begun(&options.out) {
-        let next = "give another folder, --overwrite, or --resume to continue the fit";
-        ("fit", next)
-    } else if let Some(file) = history::foreign_file(&options.out) {
-        let error = InputError::new("the fit would replace a file that no fit made");
-        let error = error.at("--out").found(file.display());
-        return Err(error.next("give another folder"));
-    } else {
-        return Ok(());
-    };
-    let error = InputError::new(format!("{folder} holds a {what} already"));
-    Err(error.at("--out").next(next))
+/// Returns the request of a fit for its folder. The folder is opened at the first iteration.
+fn request<'a>(
+    options: &'a FitOptions<'_>,
+    reads: &'a [PathBuf],
+    origin: Value,
+) -> FolderRequest<'a> {
+    let files = RESULTS.into_iter().chain([HISTORY]);
+    FolderRequest {
+        path: &options.out,
+        command: "fit",
+        existing: options.existing,
+        can_resume: true,
+        files: files.map(str::to_owned).collect(),
+        origin,
+        reads,
+    }
 }
 
 /// Returns the error of the run that failed at the start, which may name a place in the scene.

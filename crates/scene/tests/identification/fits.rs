@@ -119,8 +119,14 @@ fn a_fit_is_resumed_from_its_history() {
     std::fs::create_dir(&header).unwrap();
     let is_input = |result: Result<FitResult, Error>| matches!(result, Err(Error::Input(_)));
     assert!(is_input(run(Existing::Resume, 30)), "no history");
-    // A history without iterations does not count as a fit.
-    std::fs::write(header.join("history.csv"), "iteration,runs,part,cost\n").unwrap();
+    // A file that no fit made is not replaced.
+    let mine = header.join("report.html");
+    std::fs::write(&mine, "precious").unwrap();
+    for existing in [Existing::Refuse, Existing::Overwrite] {
+        assert!(is_input(run(existing, 30)), "a file of another origin");
+    }
+    assert_eq!(std::fs::read_to_string(&mine).unwrap(), "precious");
+    std::fs::remove_file(&mine).unwrap();
     let whole = run(Existing::Refuse, 30).unwrap();
     assert!(whole.fit.is_converged(), "{}", whole.ending());
     assert!(is_input(run(Existing::Refuse, 1)), "a fit is there");
@@ -186,13 +192,6 @@ fn a_fit_is_resumed_from_its_history() {
     assert!(other.contains("found: other scene"), "{other}");
     std::fs::write(&file, "iteration,runs,part,cost,other\n0,1,1,2,3\n").unwrap();
     assert!(is_input(run(Existing::Resume, 30)), "other parameters");
-    // Files that no fit made are not replaced.
-    std::fs::remove_file(&file).unwrap();
-    assert!(
-        is_input(run(Existing::Overwrite, 30)),
-        "a file of another origin"
-    );
-    assert!(header.join("origin.json").exists());
 }
 
 /// Interrupts a fit after some iterations.
