@@ -3,6 +3,7 @@ use std::collections::BTreeSet;
 use serde_json::json;
 
 use super::*;
+use crate::atomic_file::faults::with_disk_that_stops_after;
 
 fn request<'a>(path: &'a Path, existing: Existing, files: &[&str]) -> FolderRequest<'a> {
     FolderRequest {
@@ -148,33 +149,33 @@ fn a_folder_takes_one_process_at_a_time() {
 #[test]
 fn a_killed_program_leaves_nothing_behind_and_nothing_unknown() {
     let folder = tempfile::tempdir().unwrap();
-    let open = request(folder.path(), Existing::Refuse, &[])
-        .open()
-        .unwrap();
-    let last = 6; // manifest append, create, write, sync, rename; the folder's sync
-    let tried = atomic_file::faults::with_disk_that_stops_after(u64::MAX, false, || {
-        open.write("whole", "1").unwrap();
-    });
-    assert_eq!(tried.1, last);
-    for stop in 0..last {
-        for torn in [false, true] {
-            let name = format!("file-{stop}-{torn}");
-            let write = || open.write(&name, "two");
-            let stopped = atomic_file::faults::with_disk_that_stops_after(stop, torn, write);
-            assert_eq!(stopped.0.is_err(), stop < last - 1, "{stop}");
-        }
-    }
+    let open = |existing| request(folder.path(), existing, &[]).open().unwrap();
     let names = || {
         let entries = fs::read_dir(folder.path()).unwrap();
         entries.map(|entry| entry.unwrap().file_name().into_string().unwrap())
     };
-    assert!(names().any(|name| atomic_file::is_temporary(&name)));
-    drop(open);
-    drop(
-        request(folder.path(), Existing::Overwrite, &[])
-            .open()
-            .unwrap(),
-    );
+    let last = 6; // manifest append, create, write, sync, rename; the folder's sync
+    let whole = || open(Existing::Add).write("whole", "1").unwrap();
+    drop(open(Existing::Refuse));
+    let (_, before) = with_disk_that_stops_after(u64::MAX, false, || drop(open(Existing::Add)));
+    let (_, changes) = with_disk_that_stops_after(u64::MAX, false, whole);
+    assert_eq!(changes - before, last);
+    let mut temporary = 0;
+    for stop in 0..last {
+        for torn in [false, true] {
+            let name = format!("file-{stop}-{torn}");
+            let open = open(Existing::Add);
+            let write = || open.write(&name, "two");
+            let (written, _) = with_disk_that_stops_after(stop, torn, write);
+            assert_eq!(written.is_err(), stop < last - 1, "{stop}");
+            temporary += names()
+                .filter(|name| atomic_file::is_temporary(name))
+                .count();
+        }
+    }
+    // Where the write, the sync or the rename failed, torn or not.
+    assert_eq!(temporary, 6);
+    drop(open(Existing::Overwrite));
     let left: BTreeSet<String> = names().collect();
     assert_eq!(left, [LOCK, manifest::NAME].map(str::to_owned).into());
 }
