@@ -107,6 +107,7 @@ fn all_cases_are_read_before_one_is_computed() {
     // Nor is the first, if it is none of them; what is wrong with it is told as of any other.
     let first = |cases: &str| {
         let (wrong, cases) = (["material[0].density=-1,1"], Cases::Some(cases.to_owned()));
+        let out = folder.path().join("other");
         refusal(&out, "cook-static", &wrong, "mesh.cells=[2,2]", cases)
     };
     assert_eq!(first("2/2"), None);
