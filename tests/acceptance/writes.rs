@@ -1,5 +1,5 @@
-//! What commands write, where: no command destroys a file that it did not make, and the loss of standard
-//! output or standard error ends none.
+//! No command destroys a file that it did not make, and the loss of standard output or standard error
+//! does not end a computation.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
 
@@ -45,7 +45,7 @@ every = 0.01
 key = "solid.kappa"
 "#;
 
-/// For each command that computes a line that is over soon.
+/// A quick command line for each command with `--json`.
 const COMMANDS: [&str; 14] = [
     "check scene.toml",
     "doctor",
@@ -84,7 +84,7 @@ const FOLDERS: [(&str, &str); 8] = [
     ("table2", "table2-1"),
 ];
 
-/// Arguments that name what is read.
+/// Arguments that name input files.
 const READ: [&str; 4] = ["scene", "mesh", "data", "file"];
 
 fn line_of(command: &str) -> &'static str {
@@ -92,7 +92,7 @@ fn line_of(command: &str) -> &'static str {
     COMMANDS.iter().find(is_of).unwrap()
 }
 
-/// A folder with a scene, data, and what must stay as it is.
+/// A folder with a scene, data, and files of the user.
 fn place() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
@@ -185,7 +185,7 @@ fn a_file_that_an_option_names_is_not_replaced_unless_the_program_made_it() {
             assert_refused(folder.path(), &words(line, &[&given]));
         }
     }
-    // The positional argument after it is none of its own.
+    // A positional argument after `--json` is not its file.
     let before = fs::read_to_string(folder.path().join("scene.toml")).unwrap();
     let run = myovib_in(
         folder.path(),
@@ -207,7 +207,7 @@ fn a_file_that_an_option_names_is_not_replaced_unless_the_program_made_it() {
     }
 }
 
-/// Regression: sweeps and sensitivities settled anywhere, and `--overwrite` took what no run had made.
+/// Regression: sweeps and sensitivities replaced other results, and `--overwrite` removed files of the user.
 #[test]
 fn a_folder_of_somebody_elses_files_or_of_another_command_is_left_as_it_is() {
     let folder = place();

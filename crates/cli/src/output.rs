@@ -1,4 +1,4 @@
-//! What the program prints, and single files that options name.
+//! Printed output, and single files named by options.
 //!
 //! The loss of standard output or standard error does not end a computation: nothing here panics.
 
@@ -25,7 +25,7 @@ pub fn print(text: impl AsRef<[u8]>) -> Result<(), Error> {
     }
 }
 
-/// Prints to standard error as it is. Text that cannot be shown is lost.
+/// Prints to standard error unchanged. Errors are ignored.
 pub fn print_error(text: &str) {
     let mut stderr = io::stderr();
     let _ = stderr.write_all(text.as_bytes());
@@ -50,7 +50,7 @@ pub fn warn(text: &str) {
 /// Writes a file that an option names, whole or not at all.
 ///
 /// # Errors
-/// A file that this program did not make; those of the file system.
+/// A file made by another program; errors of the file system.
 pub fn save(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
     if let Some(reason) = not_replaceable(path) {
         return Err(InputError::new(reason).at(path.display()).into());
@@ -58,7 +58,7 @@ pub fn save(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
     atomic_file::save(path, contents)
 }
 
-/// Second line of job scripts, by which the program recognizes its own.
+/// First lines of job scripts, by which the program recognizes its own.
 pub const JOB_SCRIPT: &str = "#!/bin/bash\n# Made by myovib sweep.\n";
 
 /// Why a file must not be replaced, if so.

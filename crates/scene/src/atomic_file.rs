@@ -1,5 +1,5 @@
-//! All changes of result files: files that are written whole under a temporary name and then
-//! renamed, files that grow line by line, and removals.
+//! All changes of result files: whole files, written under a temporary name and then renamed; files
+//! that grow line by line; removals.
 
 #[cfg(test)]
 pub(crate) mod faults;
@@ -90,7 +90,7 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -
     }
     allow(Change::Create)?;
     let mut temporary = builder.tempfile_in(folder)?;
-    // Held while the file is written: one without a lock was left by a killed program.
+    // The lock is held while the file is written. A temporary file without a lock is an orphan.
     let _ = temporary.as_file().try_lock();
     let written = fill_temporary(temporary.as_file_mut(), fill);
     #[cfg(test)]
@@ -113,7 +113,7 @@ fn fill_temporary(
     allow(Change::Rename)
 }
 
-/// A file that is written piece by piece.
+/// A file written piece by piece.
 #[derive(Debug)]
 pub(crate) struct Growing<F>(pub(crate) F);
 
@@ -130,7 +130,7 @@ impl<F: Write> Write for Growing<F> {
     }
 }
 
-/// Creates a file that grows. A file that is there already is an error.
+/// Creates a file that grows. Returns an error if the file exists.
 pub(crate) fn create(path: &Path) -> io::Result<Growing<File>> {
     allow(Change::Create)?;
     let mut options = OpenOptions::new();

@@ -1,7 +1,7 @@
 //! The list of the files that a command made in a folder.
 //!
 //! JSON Lines: a header, then the name of each file as a JSON string. A name is appended before the
-//! file is created, so a killed program leaves no file that is missing from the list.
+//! file is created, so a killed program leaves no unlisted file.
 
 use std::collections::HashSet;
 use std::fs;
@@ -18,7 +18,7 @@ pub(super) const NAME: &str = "manifest.jsonl";
 
 const SCHEMA: &str = "myovib/manifest/1";
 
-/// The command that made the files, and what it made them from.
+/// The command that made the files, and its input.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Header {
     schema: String,
@@ -90,7 +90,7 @@ impl Manifest {
         let files = names
             .map(|name| name.filter(|name| is_plain_name(name)))
             .collect::<Option<Vec<String>>>()
-            .ok_or_else(|| wrong("a line that is not the name of a file".to_owned()))?;
+            .ok_or_else(|| wrong("a line without the name of a file".to_owned()))?;
         Ok(Some(Self {
             header,
             known: files.iter().cloned().collect(),
@@ -107,7 +107,7 @@ impl Manifest {
         self.files.iter()
     }
 
-    /// Whether names can be appended to what is on the disk.
+    /// Returns whether the file on the disk ends with an incomplete line.
     pub(super) fn is_torn(&self) -> bool {
         self.is_torn
     }
@@ -146,7 +146,7 @@ fn line(name: &str) -> Result<String, Error> {
     Ok(serde_json::to_string(name)? + "\n")
 }
 
-/// Whether a name is of a file in the folder itself: a damaged manifest must not lead elsewhere.
+/// Returns whether a name stays within the folder: a damaged manifest must not lead elsewhere.
 fn is_plain_name(name: &str) -> bool {
     let is_special = ["", ".", "..", NAME, super::LOCK].contains(&name);
     !is_special && !name.contains(['/', '\\', '\0'])

@@ -60,7 +60,7 @@ pub struct FolderRequest<'a> {
     pub existing: Existing,
     /// Whether the command has `--resume`.
     pub can_resume: bool,
-    /// Names of the files that the command will write, as far as they are known.
+    /// Names of all files known before the command starts.
     pub files: Vec<String>,
     /// Scene, input files and settings; kept in the manifest.
     pub origin: Value,
@@ -69,7 +69,7 @@ pub struct FolderRequest<'a> {
 }
 
 impl<'a> FolderRequest<'a> {
-    /// A request to add `files` to a folder of results that come from no scene of the user.
+    /// Returns a request to add `files` to a folder, for commands without a scene of the user.
     pub fn to_add(path: &'a Path, command: &'static str, files: Vec<String>) -> Self {
         Self {
             path,
@@ -82,7 +82,7 @@ impl<'a> FolderRequest<'a> {
         }
     }
 
-    /// A request to write what was computed from a scene.
+    /// Returns a request for results computed from a scene.
     ///
     /// # Errors
     /// A scene that JSON does not have.
@@ -110,7 +110,7 @@ impl<'a> FolderRequest<'a> {
     /// Reports why the folder cannot be used. Writes nothing.
     ///
     /// # Errors
-    /// Earlier results that are to stay, results of another command, files that the program did not
+    /// Earlier results to be kept, results of another command, files that the program did not
     /// make under the names that it would write, files that the command itself reads.
     pub fn check(&self) -> Result<(), InputError> {
         self.manifest().map(drop)
@@ -125,10 +125,10 @@ impl<'a> FolderRequest<'a> {
         Ok(found.map(|manifest| manifest.header.origin))
     }
 
-    /// Prepares the folder: takes its lock, removes what is to be overwritten, writes the manifest.
+    /// Prepares the folder: takes its lock, removes overwritten results, writes the manifest.
     ///
     /// # Errors
-    /// As [`check`](Self::check); a folder that another process writes to; those of the file system.
+    /// As [`check`](Self::check); a folder locked by another process; errors of the file system.
     pub fn open(self) -> Result<ResultFolder, Error> {
         self.check()?;
         let path = self.path.to_owned();
@@ -161,7 +161,7 @@ impl<'a> FolderRequest<'a> {
         }
     }
 
-    /// Temporary files that are at least `min_age` old are removed.
+    /// Removes temporary files older than `min_age`.
     fn open_locked(self, lock: File, min_age: Duration) -> Result<ResultFolder, Error> {
         let path = self.path.to_owned();
         // Again: another process may have written before the lock was taken.
@@ -195,7 +195,7 @@ impl<'a> FolderRequest<'a> {
         })
     }
 
-    /// The manifest in the folder, if it is of the same command.
+    /// Returns the manifest in the folder. Another command's manifest is an error.
     fn own_manifest(&self) -> Result<Option<Manifest>, InputError> {
         let found = Manifest::read(self.path)?;
         match &found {
@@ -293,7 +293,7 @@ impl ResultFolder {
     /// Lists a file in the manifest before it is made; gives its path.
     ///
     /// # Errors
-    /// A file of that name which the program did not make; those of the file system.
+    /// An unlisted file of that name; errors of the file system.
     pub fn claim(&self, name: &str) -> Result<PathBuf, Error> {
         let path = self.path.join(name);
         let mut manifest = match self.manifest.lock() {
@@ -321,7 +321,7 @@ impl ResultFolder {
     /// Creates a file that grows, such as a table.
     ///
     /// # Errors
-    /// As [`claim`](Self::claim); a file that is there already.
+    /// As [`claim`](Self::claim); an existing file.
     pub(crate) fn create(&self, name: &str) -> Result<Growing<File>, Error> {
         let path = self.claim(name)?;
         atomic_file::create(&path).map_err(Error::file("write", &path))
@@ -336,7 +336,7 @@ impl ResultFolder {
     }
 }
 
-/// Version and revision of the program, and the hash of its content where the revision does not
+/// Returns version and revision of the program, and the hash of its content if the revision does not
 /// determine it.
 pub(crate) fn program() -> String {
     static PROGRAM: OnceLock<String> = OnceLock::new();

@@ -145,7 +145,7 @@ fn a_folder_takes_one_process_at_a_time() {
     );
 }
 
-/// Files that a killed program was about to make are its own, and what it wrote them to is removed.
+/// Files of a killed program are listed before they exist, and its temporary files are removed.
 #[test]
 fn a_killed_program_leaves_nothing_behind_and_nothing_unknown() {
     let folder = tempfile::tempdir().unwrap();
@@ -219,7 +219,7 @@ fn a_manifest_that_names_files_elsewhere_is_refused() {
     }
 }
 
-/// A folder of results within the folder, as sweeps have them, goes with it; files of others stay.
+/// Overwriting a sweep removes the folders of its cases, except for files of others.
 #[test]
 fn folders_of_cases_are_removed_with_their_own_files() {
     let folder = tempfile::tempdir().unwrap();
@@ -279,7 +279,7 @@ fn a_file_that_the_command_reads_is_not_overwritten() {
     );
 }
 
-/// A link in the place of a listed file is removed, not followed.
+/// A link instead of a listed file is removed, not followed.
 #[cfg(unix)]
 #[test]
 fn links_are_not_followed() {

@@ -122,7 +122,7 @@ impl Checkpoint {
                 .next("--overwrite computes the run from its start")
         };
         let bytes = inputs::content(&path)
-            .map_err(|error| wrong(format!("there is no checkpoint to go on from: {error}")))?;
+            .map_err(|error| wrong(format!("cannot read the checkpoint: {error}")))?;
         let checkpoint = Self::parse(&bytes, run)
             .and_then(|checkpoint| match checkpoint.mismatch(readings) {
                 None => Ok(checkpoint),
@@ -196,7 +196,7 @@ const SEPARATOR: &str = ",\"checkpoint\":";
 
 const SCHEMA: &str = "myovib/checkpoint/1";
 
-/// What a checkpoint file begins with.
+/// The beginning of a checkpoint file.
 #[derive(Serialize, Deserialize)]
 struct Head {
     schema: String,

@@ -149,7 +149,7 @@ impl Driver for Motion<'_> {
         };
         let mut observers: Vec<&mut dyn Observer<P>> =
             vec![&mut outputs, &mut watch, &mut steps, &mut limits];
-        // A run that was killed between its last checkpoint and its end has nothing left to compute.
+        // A run killed after its last checkpoint only lacks the files written at the end.
         let at_the_end = checkpoint.filter(|c| c.t >= scene.t_end);
         let statistics = match at_the_end {
             Some(checkpoint) => ended_at(checkpoint.t, integrator.counts()),

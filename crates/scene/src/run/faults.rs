@@ -1,5 +1,5 @@
-//! Runs whose disk stops at each of their changes, and that are then resumed: the folder must equal
-//! that of the uninterrupted run, except for times, memory and counts of work.
+//! Runs killed at each change of a file and then resumed. The folder must equal the folder of an
+//! uninterrupted run, except for times, memory and counts of work.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -100,7 +100,6 @@ fn killed_and_completed(out: &Path, last: u64, torn: bool, verify: bool) {
     let run = |existing| passing(|| compute(&scene, &options(out, existing, verify)));
     let (killed, _) = with_disk_that_stops_after(last, torn, || run(Existing::Refuse));
     let place = format!("change {last}, torn: {torn}, verify: {verify}");
-    // A fault in the last sync of a folder is none of the run.
     let resumed = run(Existing::Resume);
     match (killed, resumed) {
         (_, Ok(_)) => {}

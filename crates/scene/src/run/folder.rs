@@ -15,7 +15,7 @@ pub(super) const CHECKPOINT: &str = "checkpoint.json";
 /// The page that the report crate writes.
 pub(super) const PAGE: &str = "report.html";
 
-/// The files that are written when a run has ended.
+/// Files written at the end of a run.
 pub(super) const AT_THE_END: [&str; 3] = [DOCUMENT, State::NAME, PAGE];
 
 /// The request of a run for its folder.

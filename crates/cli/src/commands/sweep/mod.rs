@@ -54,7 +54,7 @@ pub struct SweepArgs {
     #[arg(long, value_name = "DIR", default_value = "sweep", value_parser = values::output_folder)]
     pub out: PathBuf,
 
-    /// Compute all cases again, also those that were computed; replace another sweep in the folder.
+    /// Compute all cases again, and replace another sweep in the folder.
     #[arg(long)]
     pub overwrite: bool,
 
