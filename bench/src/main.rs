@@ -1,6 +1,7 @@
 //! `myovib-bench`: measurements for maintainers. Measures the cost of features and of large bodies (`bench`) and fills
 //! the tables of the guide (`pages`).
 #![forbid(unsafe_code)]
+#![allow(missing_docs, reason = "not published as a library")]
 
 mod bench;
 mod pages;

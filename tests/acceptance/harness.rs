@@ -21,7 +21,7 @@ pub(crate) struct Run {
     pub(crate) stderr: String,
 }
 
-/// Runs `myovib` with these arguments, in `folder`, without colours.
+/// Runs `myovib` with these arguments, in `folder`, without colors.
 pub(crate) fn myovib_in(folder: &Path, arguments: &[&str]) -> Run {
     let Output {
         status,

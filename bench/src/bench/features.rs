@@ -10,7 +10,7 @@ use super::{BenchArgs, fastest, fastest_call, give, goes_on};
 use myovib_cli::exit::Exit;
 use myovib_cli::machine::Machine;
 use myovib_dae::Problem;
-use myovib_report::table::{Align, Cell, Table, coloured_stdout};
+use myovib_report::table::{Align, Cell, Table, colored_stdout};
 
 /// A scene with one more feature than the previous one.
 struct Scene {
@@ -166,5 +166,5 @@ fn text(rows: &[Row]) -> String {
             .map(Cell::from),
         );
     }
-    table.render(coloured_stdout())
+    table.render(colored_stdout())
 }

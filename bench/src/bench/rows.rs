@@ -13,7 +13,7 @@ use super::{BenchArgs, fastest, give, goes_on};
 use myovib_cli::exit::Exit;
 use myovib_cli::machine::Machine;
 use myovib_cli::progress::Progress;
-use myovib_report::table::{Align, Cell, Table, coloured_stdout};
+use myovib_report::table::{Align, Cell, Table, colored_stdout};
 use myovib_scene::{Body, Scene};
 
 /// Rows that finish, with multipliers excluded from the error test.
@@ -174,7 +174,7 @@ fn text(runs: &[RunJson], sums: &[(&str, f64)]) -> String {
         ];
         table.row(cells.map(Cell::from));
     }
-    let mut text = table.render(coloured_stdout());
+    let mut text = table.render(colored_stdout());
     text.push('\n');
     for (name, sum) in sums {
         text.push_str(&format!("{name}: {sum:.2} s in total\n"));

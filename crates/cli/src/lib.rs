@@ -5,6 +5,7 @@
 //! are the ways out; [`versions`] and [`machine`] are what a reader of results must know.
 //! [`ranks`] is a run by several processes. [`chains`] runs what is behind figures of chains. Only this crate prints.
 #![forbid(unsafe_code)]
+#![allow(missing_docs, reason = "not published as a library")]
 // `println!` and `eprintln!` panic when the reader has gone: `output` prints instead.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 

@@ -1,4 +1,4 @@
-//! One picture of every kind that `plot` draws, from made-up numbers, to look at after a change.
+//! A gallery of all figure types with artificial data, for visual inspection.
 //!
 //! `cargo run -p myovib --example plot_gallery -- out/gallery` writes SVG and PNG files there.
 
@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use myovib_report::plot::heat_map::Cell;
 use myovib_report::plot::{
-    Axis, Colour, ComplexPlane, EdgeGroup, Field, Figure, HeatMap, LinePlot, MeshPlot, Panel,
+    Axis, Color, ComplexPlane, EdgeGroup, Field, Figure, HeatMap, LinePlot, MeshPlot, Panel,
     Series, movie, raster,
 };
 
@@ -127,7 +127,7 @@ fn complex_planes() -> Figure {
     }
 }
 
-/// A strip of 12 × 4 squares, each of two quadratic triangles, thick in the middle.
+/// Returns a strip of 12 × 4 squares of two quadratic triangles each, thick in the middle.
 fn mesh(load: f64, with_field: bool) -> MeshPlot {
     const NX: usize = 24;
     const NY: usize = 8;
@@ -171,13 +171,13 @@ fn mesh(load: f64, with_field: bool) -> MeshPlot {
             EdgeGroup {
                 name: "fixed".into(),
                 edges: end(0).chain(end(NX)).collect(),
-                colour: Colour::BLUE,
+                color: Color::BLUE,
                 arrows: None,
             },
             EdgeGroup {
                 name: "load τ(*t*)".into(),
                 edges: top.collect(),
-                colour: Colour::VERMILION,
+                color: Color::VERMILION,
                 arrows: Some([0.0, 1.0]),
             },
         ],
@@ -208,12 +208,12 @@ fn heat_map() -> Figure {
         rows: ["0", "10⁻⁶", "10⁻⁴"].map(String::from).to_vec(),
         cells: (0..15).map(cell).collect(),
         categories: [
-            ("index 0", Colour::SKY),
-            ("index 1", Colour::GREEN),
-            ("index 2", Colour::YELLOW),
-            ("index 3", Colour::VERMILION),
+            ("index 0", Color::SKY),
+            ("index 1", Color::GREEN),
+            ("index 2", Color::YELLOW),
+            ("index 3", Color::VERMILION),
         ]
-        .map(|(name, colour)| (name.to_owned(), colour))
+        .map(|(name, color)| (name.to_owned(), color))
         .to_vec(),
     };
     Figure::of("Index by κ and β", map)

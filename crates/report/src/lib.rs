@@ -1,10 +1,10 @@
-//! What people look at: figures, tables, films, and the report of a run.
+//! Output for people: figures, tables, movies, and the report of a run.
 //!
-//! Cast: [`plot`] draws; [`picture`] writes a drawing with the numbers behind it; [`table`] lays
-//! out text; [`page`] is the page of a run, [`fit`] shows fits, [`modes`] eigenmodes, [`stiffness_map`] where
-//! stiffness matters, [`table2`] the paper's table;
-//! [`spatial`] draws bodies in space. It knows folders of runs, not integration.
+//! [`plot`] draws figures; [`picture`] writes a figure together with its data; [`table`] formats text tables; [`page`]
+//! is the HTML report of a run; [`fit`] shows fits, [`modes`] eigenmodes, [`stiffness_map`] stiffness sensitivities,
+//! [`table2`] the paper's table; [`spatial`] draws bodies in 3D. The crate reads run folders and does not integrate.
 #![forbid(unsafe_code)]
+#![allow(missing_docs, reason = "not published as a library")]
 
 pub mod fit;
 pub mod modes;

@@ -1,4 +1,4 @@
-//! Eigenfrequencies and modes of bodies: a table, and drawings.
+//! Eigenfrequencies and modes of bodies: table and drawings.
 
 use myovib_model::Muscle;
 use myovib_scene::modes::{BodyModes, Mode, Modes};
@@ -6,18 +6,17 @@ use myovib_scene::modes::{BodyModes, Mode, Modes};
 use crate::outline::outline;
 use crate::plot::{Axis, Figure, MeshPlot, Panel, SurfacePlot};
 use crate::spatial;
-use crate::table::{Align, Table, coloured_stdout, kappa};
+use crate::table::{Align, Table, colored_stdout, kappa};
 
-/// Largest displacement in a drawing as a fraction of the body's length.
+/// Largest displacement in a drawing, as a fraction of the body's length.
 const DRAWN: f64 = 0.06;
 
-/// A frequency in Hz; the rate of an instability is said to be one.
+/// Formats a frequency in Hz; for an instability, formats its growth rate.
 pub(crate) fn frequency(mode: &Mode) -> String {
     mode.frequency
         .map_or("unstable".into(), |f| format!("{f:.3}"))
 }
 
-/// Headings of a body's columns.
 fn headings(modes: &Modes, body: &BodyModes) -> [String; 3] {
     let drive = modes.drive.map_or("load".into(), |f| format!("{f} Hz"));
     [
@@ -27,7 +26,7 @@ fn headings(modes: &Modes, body: &BodyModes) -> [String; 3] {
     ]
 }
 
-/// A body's columns for mode `n`; empty where it has fewer.
+/// Returns a body's columns for mode `n`, empty if it has fewer modes.
 fn columns(modes: &Modes, body: &BodyModes, n: usize) -> [String; 3] {
     let Some(mode) = body.modes.get(n) else {
         return Default::default();
@@ -42,7 +41,7 @@ fn columns(modes: &Modes, body: &BodyModes, n: usize) -> [String; 3] {
     ]
 }
 
-/// The state that modes are about, by the time of its loads.
+/// Describes the state that the modes are computed for.
 pub(crate) fn about(loads_at: Option<f64>) -> String {
     match loads_at {
         None => "about the unloaded state".to_owned(),
@@ -50,7 +49,7 @@ pub(crate) fn about(loads_at: Option<f64>) -> String {
     }
 }
 
-/// The modes of the bodies beside each other.
+/// Returns the table of modes, the bodies side by side.
 pub fn text(modes: &Modes) -> String {
     let bodies = &modes.muscles;
     let own = bodies.iter().flat_map(|body| headings(modes, body));
@@ -68,13 +67,13 @@ pub fn text(modes: &Modes) -> String {
     }
     let loaded = modes.loads_at.map(|t| format!("{}\n", about(Some(t))));
     format!(
-        "{}\n{}damping ratio: by α, β, viscosity and beds, not by Prony terms; 1 is critical.\n",
-        table.render(coloured_stdout()),
+        "{}\n{}damping ratio: by α, β, viscosity and foundations, without Prony terms; 1 is critical.\n",
+        table.render(colored_stdout()),
         loaded.unwrap_or_default(),
     )
 }
 
-/// The modes of a body drawn two beside each other.
+/// Draws the modes of a body in two columns.
 pub fn figure(muscle: &Muscle, body: &BodyModes) -> Figure {
     let modes = body.modes.iter().enumerate();
     let panels = modes.map(|(n, mode)| panel(muscle, n, mode)).collect();
@@ -105,7 +104,7 @@ fn panel(muscle: &Muscle, n: usize, mode: &Mode) -> Box<dyn Panel> {
         });
         high - low
     };
-    // A mode has no size of its own: moved nodes, not a displacement with a scale to print.
+    // The amplitude of a mode is arbitrary, so the nodes are moved without a printed scale.
     let scale = DRAWN * (0..dimension).map(across).fold(0.0, f64::max) / largest;
     shape.iter_mut().for_each(|u| *u *= scale);
     let title = format!("mode {}: {} Hz", n + 1, frequency(mode));
@@ -113,7 +112,7 @@ fn panel(muscle: &Muscle, n: usize, mode: &Mode) -> Box<dyn Panel> {
         let shape = shape.as_chunks::<3>().0;
         return Box::new(SurfacePlot {
             title,
-            field: Some(Axis::new("motion, of any size", "")),
+            field: Some(Axis::new("motion (arbitrary scale)", "")),
             ..spatial::displacement_plot(space, shape)
         });
     }

@@ -1,11 +1,11 @@
-//! Drawings of a body in the plane.
+//! Drawings of a body in 2D.
 
 use myovib_fem::Space;
 
 use crate::plot::{Axis, Field, MeshPlot};
 use crate::spatial::length;
 
-/// The mesh alone, at rest.
+/// Returns the mesh at rest.
 pub fn outline(space: &Space) -> MeshPlot {
     let nodes = |element| -> [usize; 6] {
         let nodes = space.element_nodes(element);
@@ -20,7 +20,7 @@ pub fn outline(space: &Space) -> MeshPlot {
     }
 }
 
-/// The deformed body over its outline at rest, in the colours of the length of its displacement.
+/// Returns the deformed body over its outline at rest, colored by the magnitude of its displacement.
 pub fn displacement_plot(space: &Space, displacement: &[[f64; 3]]) -> MeshPlot {
     MeshPlot {
         displacement: displacement.iter().map(|&[x, y, _]| [x, y]).collect(),

@@ -1,11 +1,11 @@
-//! A figure's files: the picture, and the numbers behind it.
+//! Files of a figure: the picture and its data.
 
 use myovib_scene::csv::CsvWriter;
 use myovib_scene::result_folder::ResultFolder;
 
 use crate::plot::{Figure, raster};
 
-/// Pixels in a row of a PNG: 85 mm at 600 dpi.
+/// Width of a PNG in pixels: 85 mm at 600 dpi.
 const PNG_WIDTH: u32 = 2000;
 
 /// Names of the files of the figure `name`, with or without a PNG.
@@ -20,7 +20,7 @@ pub fn names(name: &str, png: bool) -> Vec<String> {
 /// Writes `name.svg`, `name.csv` and, if requested, `name.png`; returns their paths.
 ///
 /// # Errors
-/// When a file cannot be written.
+/// If a file cannot be written.
 pub fn write(
     folder: &ResultFolder,
     name: &str,

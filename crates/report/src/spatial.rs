@@ -1,18 +1,18 @@
-//! Pictures of a body in space: its surface, and a section through its middle.
+//! Pictures of a 3D body: its surface, and a section through its middle.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use myovib_fem::{Barycentric, ElementPoint, Group, Space};
 
 use crate::plot::surface_plot::{Face, Paint, Place, faces_the_eye};
-use crate::plot::{Axis, Colour, Field, MeshPlot, SurfacePlot};
+use crate::plot::{Axis, Color, Field, MeshPlot, SurfacePlot};
 
-/// Surfaces of more faces than this are drawn with one triangle for each, else with four.
+/// Surfaces with more faces are drawn with one triangle per face, otherwise with four.
 const FINE: usize = 3000;
-/// Where a section is, of two extents this near to each other the first axis counts as shorter.
+/// Relative tolerance for equal extents in the choice of a section; the first axis is preferred.
 const ALIKE: f64 = 0.05;
 
-/// The boundary's faces by their six nodes: corners counter-clockwise from outside, then edges.
+/// Returns the boundary faces by their six nodes: corners counterclockwise from outside, then edges.
 pub fn boundary(space: &Space) -> Vec<[usize; 6]> {
     let mesh = space.mesh();
     let mut alone: BTreeMap<[usize; 3], Option<[usize; 3]>> = BTreeMap::new();
@@ -30,31 +30,30 @@ pub fn boundary(space: &Space) -> Vec<[usize; 6]> {
     alone.into_values().flatten().filter_map(nodes).collect()
 }
 
-/// The body at rest; groups of its boundary in colours of their own. The legend says which of them lie
-/// on the far side only.
-pub fn groups_plot(space: &Space, groups: &[(&str, Colour)]) -> SurfacePlot {
+/// Draws the undeformed body with colored boundary groups. The legend marks groups that are only on the back.
+pub fn groups_plot(space: &Space, groups: &[(&str, Color)]) -> SurfacePlot {
     let points = space.node_points::<3>();
     let boundary = boundary(space).into_iter();
     let faces: Vec<[usize; 3]> = boundary.map(|[a, b, c, ..]| [a, b, c]).collect();
     let places = |nodes: [usize; 3]| nodes.map(|node| points[node]);
     let in_sight = faces.iter().filter(|nodes| faces_the_eye(&places(**nodes)));
     let in_sight: BTreeSet<[usize; 3]> = in_sight.copied().map(sorted).collect();
-    let mut colours: BTreeMap<[usize; 3], Colour> = BTreeMap::new();
+    let mut colors: BTreeMap<[usize; 3], Color> = BTreeMap::new();
     let mut named = Vec::new();
-    for (name, colour) in groups {
+    for (name, color) in groups {
         if let Ok(Group::Faces(faces)) = space.mesh().group(name) {
             let keys = || faces.iter().copied().map(sorted);
-            colours.extend(keys().map(|key| (key, *colour)));
+            colors.extend(keys().map(|key| (key, *color)));
             let name = match keys().any(|key| in_sight.contains(&key)) {
                 true => (*name).to_owned(),
-                false => format!("{name} (not in sight)"),
+                false => format!("{name} (hidden)"),
             };
-            named.push((name, *colour));
+            named.push((name, *color));
         }
     }
     let face = |nodes: [usize; 3]| Face {
         corners: places(nodes),
-        paint: Paint::Plain(*colours.get(&sorted(nodes)).unwrap_or(&Colour::PALE)),
+        paint: Paint::Plain(*colors.get(&sorted(nodes)).unwrap_or(&Color::PALE)),
     };
     SurfacePlot {
         faces: faces.into_iter().map(face).collect(),
@@ -64,13 +63,13 @@ pub fn groups_plot(space: &Space, groups: &[(&str, Colour)]) -> SurfacePlot {
     }
 }
 
-/// A face's corners as a key, whatever their order.
+/// Returns the corners of a face as a sorted key.
 fn sorted(mut corners: [usize; 3]) -> [usize; 3] {
     corners.sort_unstable();
     corners
 }
 
-/// The deformed body, in the colours of the length of its displacement.
+/// Draws the deformed body, colored by the magnitude of its displacement.
 pub fn displacement_plot(space: &Space, displacement: &[Place]) -> SurfacePlot {
     let both = space.node_points::<3>().iter().zip(displacement);
     let moved: Vec<Place> = both.map(|(x, u)| [0, 1, 2].map(|i| x[i] + u[i])).collect();
@@ -82,7 +81,7 @@ pub fn displacement_plot(space: &Space, displacement: &[Place]) -> SurfacePlot {
     field_plot(space, &moved, &field)
 }
 
-/// The body with its nodes at these points, in the colours of a field.
+/// Draws the body with its nodes at these points, colored by a field.
 pub fn field_plot(space: &Space, points: &[Place], field: &Field) -> SurfacePlot {
     let faces = boundary(space);
     let parts: &[[usize; 3]] = match faces.len() {
@@ -106,8 +105,8 @@ pub fn field_plot(space: &Space, points: &[Place], field: &Field) -> SurfacePlot
     }
 }
 
-/// The corners of a box that the body does not leave in any of these states, and the largest
-/// displacement in them: what the frames of a film have in common.
+/// Returns the corners of a box that contains the body in all these states, and the maximum displacement, which the
+/// frames of a movie share.
 pub fn surroundings<'a>(
     space: &Space,
     states: impl Iterator<Item = &'a [Place]>,
@@ -128,8 +127,8 @@ pub fn surroundings<'a>(
     (corners.collect(), largest)
 }
 
-/// A plane section of the body at rest, through the middle of its shortest extent, in the colours
-/// of the length of the displacement.
+/// Draws a section of the undeformed body through the middle of its shortest extent, colored by the magnitude of the
+/// displacement.
 pub fn section_plot(space: &Space, displacement: &[Place]) -> MeshPlot {
     let (normal, level) = plane(space);
     let across: Vec<usize> = (0..3).filter(|axis| *axis != normal).collect();
@@ -168,7 +167,7 @@ pub fn section_plot(space: &Space, displacement: &[Place]) -> MeshPlot {
 
 const NAMES: [&str; 3] = ["*x*", "*y*", "*z*"];
 
-/// The plane across the shortest extent of the body, through its middle: axis and coordinate.
+/// Returns the plane through the middle of the shortest extent: its axis and coordinate.
 fn plane(space: &Space) -> (usize, f64) {
     let limits = [0, 1, 2].map(|axis| {
         let along = space.node_points::<3>().iter().map(|point| point[axis]);
@@ -185,8 +184,8 @@ fn plane(space: &Space) -> (usize, f64) {
     (axis, 0.5 * (limits[axis][0] + limits[axis][1]))
 }
 
-/// The section of a tetrahedron with the plane on which a linear function is zero, as one or two
-/// triangles in barycentric coordinates; `heights`: the function's values at the vertices.
+/// Returns the section of a tetrahedron with the zero plane of a linear function, as one or two triangles in
+/// barycentric coordinates. `heights` are the values of the function at the vertices.
 fn cut(heights: &[f64; 4]) -> Vec<[[f64; 4]; 3]> {
     let (above, below): (Vec<usize>, Vec<usize>) = (0..4).partition(|&i| heights[i] >= 0.0);
     let point = |i: usize, j: usize| {
@@ -211,7 +210,6 @@ fn mean(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
     std::array::from_fn(|i| 0.5 * (a[i] + b[i]))
 }
 
-/// The length of a displacement.
 pub(crate) fn length(vector: Place) -> f64 {
     vector.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
@@ -227,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn the_boundary_of_a_block_is_its_six_sides() {
+    fn the_boundary_of_a_block_has_six_sides() {
         let space = block();
         let points = space.node_points::<3>();
         let (mut area, mut volume) = (0.0, 0.0);
@@ -240,26 +238,26 @@ mod tests {
                 u[0] * v[1] - u[1] * v[0],
             ];
             area += 0.5 * length(cross);
-            // The divergence theorem: outward normals only give the volume.
+            // Divergence theorem: outward normals give the volume.
             volume += (0..3).map(|i| a[i] * cross[i]).sum::<f64>() / 6.0;
         }
-        // Sums of some fifty terms of size one.
+        // Sums of about fifty terms of magnitude one.
         assert!((area - 22.0).abs() < 1e-13, "{area}");
         assert!((volume - 6.0).abs() < 1e-13, "{volume}");
     }
 
-    /// From the front, the right and above, x = 0 lies on the far side, x = 3 does not.
+    /// From the front, the right and above, x = 0 is hidden and x = 3 is visible.
     #[test]
-    fn the_legend_says_which_groups_are_not_in_sight() {
-        let groups = [("left", Colour::BLACK), ("right", Colour::GREY)];
+    fn the_legend_marks_hidden_groups() {
+        let groups = [("left", Color::BLACK), ("right", Color::GREY)];
         let plot = groups_plot(&block(), &groups);
         let names: Vec<&str> = plot.groups.iter().map(|(name, _)| &**name).collect();
-        assert_eq!(names, ["left (not in sight)", "right"]);
+        assert_eq!(names, ["left (hidden)", "right"]);
     }
 
-    /// Through the middle of y: a rectangle of 3 by 2, with the displacement at its place.
+    /// Through the middle of y: a rectangle of 3 by 2, with the interpolated displacement.
     #[test]
-    fn the_section_is_the_plane_s_part_of_the_body() {
+    fn the_section_matches_the_body() {
         let space = block();
         let points = space.node_points::<3>();
         let displacement: Vec<Place> = points.iter().map(|[x, _, _]| [x * x, 0.0, 0.0]).collect();
@@ -272,7 +270,7 @@ mod tests {
             area += 0.5 * twice.abs();
             for &node in nodes {
                 let [x, _] = plot.nodes[node];
-                // x² is quadratic: exact but for rounding.
+                // x² is quadratic, so only rounding errors remain.
                 assert!((values[node] - x * x).abs() < 1e-13);
             }
         }

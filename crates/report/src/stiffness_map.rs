@@ -1,4 +1,4 @@
-//! Where in the body outputs see its stiffness: a table, pictures, a file for ParaView.
+//! Stiffness sensitivity maps: a table, pictures, and a file for ParaView.
 
 use anyhow::Context;
 use myovib_fem::Space;
@@ -11,56 +11,56 @@ use serde_json::Value;
 use crate::outline::outline;
 use crate::plot::{Axis, Field, Figure, MeshPlot, Panel, SurfacePlot};
 use crate::spatial;
-use crate::table::{Align, Table, coloured_stdout};
+use crate::table::{Align, Table, colored_stdout};
 
-/// The kind of its JSON document.
+/// Schema of its JSON document.
 pub const SCHEMA: &str = "stiffness-map";
 
-/// For each output its change by the stiffness of the whole body, and what is said beside.
+/// Returns the sensitivity of each output to the stiffness of the whole body, and notes.
 pub fn text(map: &StiffnessMap) -> String {
     let mut table = Table::new(&[
         ("output", Align::Left),
-        ("change of its rms by stiffness, relative", Align::Right),
+        ("relative change of its rms by stiffness", Align::Right),
     ]);
     for output in &map.outputs {
         let total = output.total();
         let shown = match total.is_finite() {
-            // No sign of a zero.
+            // Avoids a negative zero.
             true => format!("{:.3e}", total + 0.0),
-            false => "– (it stays zero)".to_owned(),
+            false => "– (always zero)".to_owned(),
         };
         table.row([output.name.clone(), shown].map(Into::into));
     }
-    let mut text = table.render(coloured_stdout());
+    let mut text = table.render(colored_stdout());
     if !map.left_out.is_empty() {
         text += &format!(
-            "left out, as they are no displacements or velocities: {}\n",
+            "excluded, since they are not displacements or velocities: {}\n",
             map.left_out.join(", ")
         );
     }
     text
 }
 
-/// The files that [`write`] writes.
+/// Files written by [`write`].
 pub const FILES: [&str; 3] = ["stiffness.vtu", "stiffness.svg", "stiffness.json"];
 
-/// Writes `stiffness.vtu`, `stiffness.json` and, unless the map is zero, `stiffness.svg`; returns the
-/// paths of the first and the last, and the body of the second.
+/// Writes `stiffness.vtu`, `stiffness.json` and, unless all maps are zero, `stiffness.svg`. Returns the paths of the files
+/// except the JSON file, and the JSON body.
 ///
 /// # Errors
-/// A file that cannot be written.
+/// If a file cannot be written.
 pub fn write(folder: &ResultFolder, map: &StiffnessMap) -> anyhow::Result<(Vec<String>, Value)> {
     let body = map.scene.body.as_ref().context("the scene has no body")?;
     let space = body.muscle.solid.space();
     let densities = map.densities()?;
     let of_elements = vtu::of_elements(space, &Grid::of_body(body), &densities);
-    // A map of zeros or of nothing is no picture.
+    // Maps of zeros are not drawn.
     let seen = |own: &&CellField| own.values.iter().any(|(_, value)| value.abs() > 0.0);
     let panels = densities.iter().filter(seen);
     let panels: Vec<_> = panels.map(|density| panel(space, density)).collect();
     let mut texts = vec![("stiffness.vtu", of_elements)];
     if !panels.is_empty() {
-        let figure = Figure::column("Where outputs see the stiffness", panels);
+        let figure = Figure::column("Sensitivity of the outputs to the stiffness", panels);
         texts.push(("stiffness.svg", figure.render()));
     }
     let mut files = Vec::new();
@@ -77,7 +77,7 @@ pub fn write(folder: &ResultFolder, map: &StiffnessMap) -> anyhow::Result<(Vec<S
 fn panel(space: &Space, density: &CellField) -> Box<dyn Panel> {
     let title = format!("{}: change by stiffness", density.name);
     let values = at_nodes(space, density);
-    // Zero, where nothing is seen, is in the middle of the colours.
+    // Zero is in the middle of the color scale.
     let largest = values
         .iter()
         .fold(0.0_f64, |max, value| max.max(value.abs()));
@@ -98,7 +98,7 @@ fn panel(space: &Space, density: &CellField) -> Box<dyn Panel> {
     })
 }
 
-/// The means over the elements at each node, by their measure.
+/// Returns the means over the adjacent elements at each node, weighted by their measure.
 fn at_nodes(space: &Space, density: &CellField) -> Vec<f64> {
     let mut sums = vec![[0.0; 2]; space.n_nodes()];
     for &(element, value) in &density.values {
@@ -122,7 +122,7 @@ mod tests {
 
     use super::*;
 
-    /// A probe on a support that is moved sees nothing, in the plane and in space.
+    /// A probe on a prescribed support is insensitive to the stiffness, in 2D and 3D.
     #[test]
     fn a_map_of_zeros_has_no_picture() {
         for (mesh, at) in [
@@ -152,9 +152,9 @@ mod tests {
         }
     }
 
-    /// Two halves of a square with values 1 and 4: the diagonal has their mean, the other corners their own.
+    /// Two halves of a square with the values 1 and 4: the diagonal has their mean, the other corners their own values.
     #[test]
-    fn nodes_have_the_mean_of_their_elements() {
+    fn nodes_have_the_mean_of_adjacent_elements() {
         let mesh = myovib_fem::generate::rectangle([0.0; 2], [1.0, 1.0], [1, 1]).unwrap();
         let space = Space::taylor_hood(&mesh);
         let density = CellField {

@@ -1,20 +1,19 @@
-//! Text tables for people: aligned columns, colour only where a terminal wants it.
+//! Text tables with aligned columns, colored on terminals that support it.
 
 use std::env;
 use std::io::{self, IsTerminal};
 
 use myovib_scene::{escape, plain};
 
-/// How a cell looks on a terminal with colours.
+/// Color of a cell on a terminal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tone {
-    /// As it is.
     Plain,
-    /// Headings.
+    /// For headings.
     Strong,
-    /// As expected.
+    /// For expected results.
     Good,
-    /// Not as expected.
+    /// For unexpected results.
     Bad,
 }
 
@@ -29,7 +28,6 @@ impl Tone {
     }
 }
 
-/// One cell of a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Cell {
     text: String,
@@ -37,7 +35,7 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// A cell in a tone; control characters are spelled out.
+    /// Creates a cell; control characters are escaped.
     pub fn new(text: impl Into<String>, tone: Tone) -> Self {
         Self {
             text: plain(&text.into()),
@@ -52,16 +50,15 @@ impl<T: Into<String>> From<T> for Cell {
     }
 }
 
-/// On which side of its column a text stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Align {
-    /// Words.
+    /// For words.
     Left,
-    /// Numbers.
+    /// For numbers.
     Right,
 }
 
-/// A table of text with a heading.
+/// A text table with headings.
 ///
 /// # Examples
 /// ```
@@ -77,7 +74,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// A table without rows.
+    /// Creates a table without rows.
     pub fn new(columns: &[(&str, Align)]) -> Self {
         let columns = columns
             .iter()
@@ -92,15 +89,15 @@ impl Table {
     /// Adds a row.
     ///
     /// # Panics
-    /// When the row has not one cell per column.
+    /// If the number of cells differs from the number of columns.
     pub fn row(&mut self, cells: impl IntoIterator<Item = Cell>) {
         let cells: Vec<Cell> = cells.into_iter().collect();
         assert_eq!(cells.len(), self.columns.len(), "one cell per column");
         self.rows.push(cells);
     }
 
-    /// The table as text, ending with a line break; with terminal colours if `coloured`.
-    pub fn render(&self, coloured: bool) -> String {
+    /// Renders the table as text, with terminal colors if `colored`.
+    pub fn render(&self, colored: bool) -> String {
         let widths: Vec<usize> = self
             .columns
             .iter()
@@ -115,15 +112,15 @@ impl Table {
             .iter()
             .map(|(name, _)| Cell::new(name.clone(), Tone::Strong));
         let rule = widths.iter().map(|&w| Cell::from("─".repeat(w)));
-        let mut text = self.line(&heading.collect::<Vec<_>>(), &widths, coloured);
-        text += &self.line(&rule.collect::<Vec<_>>(), &widths, coloured);
+        let mut text = self.line(&heading.collect::<Vec<_>>(), &widths, colored);
+        text += &self.line(&rule.collect::<Vec<_>>(), &widths, colored);
         for row in &self.rows {
-            text += &self.line(row, &widths, coloured);
+            text += &self.line(row, &widths, colored);
         }
         text
     }
 
-    /// The table for a page.
+    /// Renders the table as HTML.
     pub fn html(&self) -> String {
         let class = |align: Align| match align {
             Align::Left => "",
@@ -144,14 +141,14 @@ impl Table {
         format!("<table>\n{heading}{}</table>\n", rows.collect::<String>())
     }
 
-    fn line(&self, cells: &[Cell], widths: &[usize], coloured: bool) -> String {
+    fn line(&self, cells: &[Cell], widths: &[usize], colored: bool) -> String {
         let padded = cells
             .iter()
             .zip(widths)
             .zip(&self.columns)
             .map(|((cell, &w), (_, align))| {
                 let space = " ".repeat(w - width(&cell.text));
-                let text = paint(&cell.text, cell.tone, coloured);
+                let text = paint(&cell.text, cell.tone, colored);
                 match align {
                     Align::Left => text + &space,
                     Align::Right => space + &text,
@@ -162,18 +159,18 @@ impl Table {
     }
 }
 
-/// The text in a tone, if `coloured`.
-pub fn paint(text: &str, tone: Tone, coloured: bool) -> String {
-    if coloured && tone != Tone::Plain {
+/// Colors the text by a tone if `colored`.
+pub fn paint(text: &str, tone: Tone, colored: bool) -> String {
+    if colored && tone != Tone::Plain {
         format!("{}{text}\x1b[0m", tone.escape())
     } else {
         text.to_owned()
     }
 }
 
-/// A published count, ours, and their quotient: three cells of a comparison.
+/// Returns three cells: a published count, our count, and their ratio.
 ///
-/// The quotient is `–` where the paper has no number or a zero.
+/// The ratio is `–` if the paper has no value or zero.
 pub fn compared(paper: Option<u64>, ours: u64) -> [Cell; 3] {
     let dash = || "–".to_owned();
     let ratio = match paper {
@@ -187,7 +184,7 @@ pub fn compared(paper: Option<u64>, ours: u64) -> [Cell; 3] {
     ]
 }
 
-/// A bulk modulus as people write it.
+/// Formats a bulk modulus.
 pub fn kappa(value: f64) -> String {
     if value.is_infinite() {
         "∞".into()
@@ -196,7 +193,7 @@ pub fn kappa(value: f64) -> String {
     }
 }
 
-/// A parameter in powers of ten, and 0 as it is.
+/// Formats a parameter in scientific notation, and zero as 0.
 pub fn exponent(value: f64) -> String {
     if value == 0.0 {
         "0".into()
@@ -205,17 +202,17 @@ pub fn exponent(value: f64) -> String {
     }
 }
 
-/// Whether standard output wants colours: a terminal, and `NO_COLOR` unset or empty.
-pub fn coloured_stdout() -> bool {
+/// Returns whether standard output supports colors: a terminal, and `NO_COLOR` unset or empty.
+pub fn colored_stdout() -> bool {
     io::stdout().is_terminal() && env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
 
-/// Columns a text takes: our texts have no combining or wide characters.
+/// Returns the number of terminal columns of a text, which must not contain combining or wide characters.
 fn width(text: &str) -> usize {
     text.chars().count()
 }
 
-/// `1 run`, `2 runs`.
+/// Formats a number with a singular or plural noun: `1 run`, `2 runs`.
 pub fn counted(number: impl std::fmt::Display, what: &str) -> String {
     match number.to_string().as_str() {
         "1" => format!("1 {what}"),
@@ -236,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_no_tags_on_a_page() {
+    fn names_are_escaped_in_html() {
         let mut table = Table::new(&[("a<b", Align::Left), ("n", Align::Right)]);
         table.row(["<i>".into(), "1".into()]);
         let rows = "<tr><th>a&lt;b</th><th class=\"n\">n</th></tr>\n<tr><td>&lt;i&gt;</td><td class=\"n\">1</td></tr>\n";
@@ -244,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_do_not_count_as_width() {
+    fn colors_do_not_count_as_width() {
         let mut table = Table::new(&[("outcome", Align::Right)]);
         table.row([Cell::new("ok", Tone::Good)]);
         assert!(table.render(true).ends_with("     \x1b[32mok\x1b[0m\n"));
@@ -252,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn ratios_need_a_positive_count() {
+    fn ratios_require_a_positive_count() {
         let texts = |cells: [Cell; 3]| cells.map(|cell| cell.text);
         assert_eq!(texts(compared(Some(400), 500)), ["400", "500", "1.25"]);
         assert_eq!(texts(compared(Some(0), 3)), ["0", "3", "–"]);
@@ -260,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn one_is_no_plural() {
+    fn counts_have_singular_and_plural() {
         assert_eq!([counted(1, "run"), counted(0, "run")], ["1 run", "0 runs"]);
     }
 }

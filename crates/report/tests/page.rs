@@ -1,4 +1,4 @@
-//! The page of a run as a browser draws it, and what names may not do in it.
+//! The report page as rendered by a browser, and escaping of names.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use std::fs;
@@ -8,7 +8,7 @@ use myovib_report::plot::raster::pixels;
 use myovib_scene::Scene;
 use myovib_scene::run::{RunOptions, compute};
 
-/// The report of a built-in scene.
+/// Returns the report of a built-in scene.
 fn report(scene: &str, set: &[&str]) -> String {
     let folder = tempfile::tempdir().unwrap();
     let set: Vec<String> = set.iter().map(|&one| one.to_owned()).collect();
@@ -18,7 +18,7 @@ fn report(scene: &str, set: &[&str]) -> String {
     fs::read_to_string(folder.path().join("report.html")).unwrap()
 }
 
-/// The figures of a page; an SVG within a figure has no name space of its own.
+/// Returns the figures of a page; a nested SVG has no name space declaration.
 fn figures(html: &str) -> Vec<&str> {
     let starts = html.match_indices("<svg xmlns=");
     let figure = |(start, _)| {
@@ -29,10 +29,10 @@ fn figures(html: &str) -> Vec<&str> {
     starts.map(figure).collect()
 }
 
-/// Side of the square in which a figure is drawn, px.
+/// Side length in pixels of the square for one figure.
 const SIDE: u32 = 700;
 
-/// Which figures look otherwise in one document with the others than alone at the same place.
+/// Returns the figures that look different in a common document than alone.
 fn spoiled(figures: &[&str]) -> Vec<usize> {
     let document = |shown: &dyn Fn(usize) -> bool| {
         let placed = figures.iter().enumerate().filter(|(i, _)| shown(*i));
@@ -64,9 +64,9 @@ fn spoiled(figures: &[&str]) -> Vec<usize> {
     (0..figures.len()).filter(differs).collect()
 }
 
-/// Issue 15, A7: each probe's first panel was cut by another figure's rectangle.
+/// Regression: the first panel of each probe was clipped by the rectangle of another figure.
 #[test]
-fn figures_of_a_report_look_as_each_of_them_alone() {
+fn figures_of_a_report_are_independent() {
     let motion = report(
         "init",
         &[
@@ -84,9 +84,9 @@ fn figures_of_a_report_look_as_each_of_them_alone() {
     assert_eq!(spoiled(&found), [0_usize; 0]);
 }
 
-/// In the plane: the body as it is at the end, over its outline at rest.
+/// 2D: the final body over its outline at rest.
 #[test]
-fn a_report_of_a_body_in_the_plane_shows_it_deformed() {
+fn a_report_of_a_2d_body_shows_its_deformation() {
     let small = ["time.end=0.05", "integrator.method=radau"];
     let html = report("init", &[&small[..], &["fields.every=0.05"]].concat());
     assert!(html.contains("Deformed body at t = 0.05 s"), "{html}");
@@ -99,9 +99,9 @@ fn a_report_of_a_body_in_the_plane_shows_it_deformed() {
     assert!(!without.contains("Deformed"), "no fields, no picture");
 }
 
-/// In space: the body with its groups, its deformed surface, and a section, which need the fields.
+/// 3D: the body with its groups, and its deformed surface and a section if fields are written.
 #[test]
-fn a_report_of_a_body_in_space_shows_surface_and_section() {
+fn a_report_of_a_3d_body_shows_surface_and_section() {
     let small = [
         "time.end=0.05",
         "mesh.cells=[10,2,2]",
@@ -132,9 +132,9 @@ fn a_report_of_a_body_in_space_shows_surface_and_section() {
     assert!(!without.contains("Deformed surface"));
 }
 
-/// The comparison sees what it is for: rectangles that share a name.
+/// The comparison detects clip rectangles with equal ids.
 #[test]
-fn figures_that_share_a_name_are_seen() {
+fn figures_with_equal_ids_are_detected() {
     let figure = |x: u32| {
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"200\" height=\"200\">\
@@ -147,7 +147,7 @@ fn figures_that_share_a_name_are_seen() {
     assert_eq!(spoiled(&[&left, &left]).len(), 0);
 }
 
-/// Issue 15, D5: names from a scene do not command what shows the report.
+/// Control characters in names of a scene must not reach the report.
 #[test]
 fn a_report_has_no_control_characters_from_names() {
     let name = r#""r\u001b]0;x\u0007\"<b>""#;
@@ -177,7 +177,7 @@ fn a_report_has_no_control_characters_from_names() {
     assert!(!html.contains("<script>") && !html.contains("\"<b>"));
 }
 
-/// Regression: columns beyond the sixth of a probe were left out without a word.
+/// Regression: columns of a probe beyond the sixth were silently omitted.
 #[test]
 fn columns_that_are_not_shown_are_counted() {
     let quantities = "probe[0].quantities=[\"u\",\"v\",\"p\",\"stress\"]"; // 2 + 2 + 1 + 4 columns
@@ -188,15 +188,15 @@ fn columns_that_are_not_shown_are_counted() {
     );
 }
 
-/// A figure that holds another was inverted twice in the dark, and its curves were pale.
+/// Regression: a nested figure was inverted twice in dark mode.
 #[test]
-fn the_dark_inverts_a_figure_once() {
+fn dark_mode_inverts_a_figure_once() {
     let html = report("init", &["time.end=0.05"]);
     assert!(html.contains("figure>svg,.swatch{filter:invert"), "{html}");
     assert!(!html.contains("figure svg{"), "{html}");
 }
 
-/// An equilibrium has no times, and one value of each column.
+/// An equilibrium has no times and a single value per column.
 #[test]
 fn a_report_of_an_equilibrium_has_no_times() {
     let html = report("land1", &["mesh.cells=[8,1,1]"]);

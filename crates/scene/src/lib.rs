@@ -19,6 +19,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![forbid(unsafe_code)]
+#![allow(missing_docs, reason = "not published as a library")]
 
 pub mod atomic_file;
 pub mod csv;

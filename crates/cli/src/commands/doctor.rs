@@ -7,7 +7,7 @@ use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::machine::Machine;
 use crate::requirements;
-use myovib_report::table::{Align, Cell, Table, Tone, coloured_stdout, paint};
+use myovib_report::table::{Align, Cell, Table, Tone, colored_stdout, paint};
 use myovib_scene::versions;
 use sundials_wrap::Versions;
 
@@ -134,7 +134,7 @@ fn is_supported(sundials: &str) -> bool {
 }
 
 fn text(findings: &Findings) -> String {
-    let coloured = coloured_stdout();
+    let colored = colored_stdout();
     let versions = versions::Versions::found();
     let machine = &findings.machine;
     let unknown = || "unknown".to_owned();
@@ -187,7 +187,7 @@ fn text(findings: &Findings) -> String {
     }
 
     let verdict = if findings.remedies.is_empty() {
-        paint("Nothing is missing.", Tone::Good, coloured)
+        paint("Nothing is missing.", Tone::Good, colored)
     } else {
         let lines: Vec<String> = findings
             .remedies
@@ -196,14 +196,14 @@ fn text(findings: &Findings) -> String {
             .collect();
         format!(
             "{}\n{}",
-            paint("To mend it:", Tone::Bad, coloured),
+            paint("To mend it:", Tone::Bad, colored),
             lines.join("\n")
         )
     };
     format!(
         "{}\n{}\n{verdict}\n",
-        facts.render(coloured),
-        build.render(coloured)
+        facts.render(colored),
+        build.render(colored)
     )
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use myovib_report::fit::{describe, write};
-use myovib_report::table::coloured_stdout;
+use myovib_report::table::colored_stdout;
 use myovib_scene::fit::{FitOptions, Loss, Outcome, compute};
 use myovib_scene::run::Existing;
 
@@ -137,7 +137,7 @@ pub fn run(args: &FitArgs) -> anyhow::Result<Exit> {
     })?;
     drop(progress);
     let document = write(&args.out, &result)?;
-    let text = describe(&result, coloured_stdout());
+    let text = describe(&result, colored_stdout());
     args.common.give("fit", &text, &document)?;
     Ok(match result.outcome() {
         _ if interrupt::has_come() => Exit::Interrupted,

@@ -15,7 +15,7 @@ use crate::exit::Exit;
 use crate::output;
 use crate::values;
 use myovib_report::plot::{Axis, Figure, LinePlot, Series};
-use myovib_report::table::{Align, Table, coloured_stdout};
+use myovib_report::table::{Align, Table, colored_stdout};
 use myovib_scene::mesh_file;
 use myovib_scene::{InputError, Scene, builtin_text};
 
@@ -205,7 +205,7 @@ fn text(families: &[Family], elements: &'static str) -> String {
             ]);
         }
     }
-    let mut text = table.render(coloured_stdout());
+    let mut text = table.render(colored_stdout());
     text.push_str(
         "\ninf–sup: the smallest non-zero constant of (27), pressures in the L2 norm, displacements \
          in the H1 seminorm; bounded\nbelow for stable spaces. σ_min(B), the smallest non-zero \

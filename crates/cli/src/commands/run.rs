@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use myovib_model::advice::Finding;
 use myovib_model::check;
-use myovib_report::table::{Align, Table, coloured_stdout};
+use myovib_report::table::{Align, Table, colored_stdout};
 use myovib_report::{modes, page};
 use myovib_scene::run::{Existing, RunOptions, compute};
 use myovib_scene::scene_file::Analysis;
@@ -200,7 +200,7 @@ fn errors(estimate: &Value) -> String {
     format!(
         "\nErrors in time, by a second run at rtol = {:.0e}; that of the mesh is not in them.{cut}\n{}",
         estimate["rtol"].as_f64().unwrap_or(f64::NAN),
-        table.render(coloured_stdout())
+        table.render(colored_stdout())
     )
 }
 
@@ -260,7 +260,7 @@ fn text(document: &Value) -> String {
             value => table.row([label.into(), shown(value).into()]),
         }
     }
-    let mut text = table.render(coloured_stdout());
+    let mut text = table.render(colored_stdout());
     text += &match &document["error_estimate"] {
         Value::Null => indicator(&document["error_indicator"]),
         estimate => errors(estimate),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use myovib_report::plot::{Axis, Figure, LinePlot, Panel, Series};
-use myovib_report::table::{Align, Table, coloured_stdout};
+use myovib_report::table::{Align, Table, colored_stdout};
 use myovib_report::{picture, stiffness_map};
 use myovib_scene::result_folder::{Existing, FolderRequest, ResultFolder};
 use myovib_scene::sensitivity::{Curves, Parametrised, Precision, StiffnessMap, compute};
@@ -155,7 +155,7 @@ fn table(curves: &Curves) -> String {
         let cells = std::iter::once(output.clone()).chain(shown);
         table.row(cells.map(Into::into));
     }
-    table.render(coloured_stdout())
+    table.render(colored_stdout())
 }
 
 /// A panel for each output with p̄ ∂u/∂p for each parameter.

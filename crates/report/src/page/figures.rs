@@ -1,9 +1,9 @@
-//! Key figures of a run, and all of them.
+//! Key figures of a run, and its statistics.
 
 use myovib_scene::escape;
 use serde_json::Value;
 
-/// The figures one looks for first.
+/// Returns the most important figures.
 pub(super) fn cards(document: &Value) -> String {
     let number = |key: &str| document[key].as_f64();
     let finished = document["outcome"] == "finished";
@@ -40,16 +40,16 @@ pub(super) fn cards(document: &Value) -> String {
     );
     add(
         number("constraint_drift").map(|d| format!("{d:.1e}")),
-        "volume constraint missed by at most",
+        "maximum error of the volume constraint",
     );
     add(
         worst_error(document).map(|e| format!("{:.2} %", 100.0 * e)),
-        "error in time of u, estimated, of the largest value",
+        "estimated time error of u, relative to its maximum",
     );
     format!("<div class=\"cards\">\n{}</div>\n", cards.concat())
 }
 
-/// A time as it is, or in five digits where it has more.
+/// Formats a time with at most five digits.
 fn short(t: f64) -> String {
     match t.to_string() {
         long if long.len() > 6 && t < 1e-3 => format!("{t:.4e}"),
@@ -62,7 +62,7 @@ fn card(class: &str, value: &str, what: &str) -> String {
     format!("<div class=\"card {class}\"><b>{value}</b><span>{what}</span></div>\n")
 }
 
-/// The largest relative error of displacements that was estimated.
+/// Returns the largest estimated relative error of displacements.
 fn worst_error(document: &Value) -> Option<f64> {
     let probes = document["error_estimate"]["probes"].as_object()?;
     let columns = probes.values().filter_map(Value::as_object).flatten();
@@ -71,7 +71,7 @@ fn worst_error(document: &Value) -> Option<f64> {
     errors.reduce(f64::max)
 }
 
-/// Why a run stopped.
+/// Returns the reason why a run stopped.
 pub(super) fn outcome(document: &Value) -> String {
     match document["message"].as_str() {
         Some(message) => format!("<p class=\"bad\">{}</p>\n", escape(message)),
@@ -79,7 +79,7 @@ pub(super) fn outcome(document: &Value) -> String {
     }
 }
 
-/// All plain entries of the document.
+/// Returns all scalar entries of the document.
 pub(super) fn statistics(document: &Value) -> String {
     let Some(object) = document.as_object() else {
         return String::new();
@@ -106,9 +106,9 @@ pub(super) fn statistics(document: &Value) -> String {
 mod tests {
     use super::short;
 
-    /// Regression: 17 digits ran out of their card.
+    /// Regression: 17 digits did not fit into the card.
     #[test]
-    fn times_fit_their_card() {
+    fn long_times_are_shortened() {
         let times = [2.0, 0.01, 1.1049304527731967, 6.249496353913669e-7].map(short);
         assert_eq!(times, ["2", "0.01", "1.1049", "6.2495e-7"]);
     }

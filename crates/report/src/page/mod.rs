@@ -1,14 +1,15 @@
-//! `report.html`: the run at a glance, in one file that needs no network.
+//! `report.html`: an overview of a run in one file without external resources.
 //!
-//! From above to below: what was asked (`asked`), key figures (`figures`), the body
-//! (`pictures`), the probes (`probes`) or the modes (`modes`), what the numbers mean (`words`), and folded away all statistics and the scene.
+//! The page consists of a description of the scene (`overview`), key figures (`figures`), the body (`pictures`), the
+//! probes (`probes`) or the modes (`modes`), an explanation of the results (`interpretation`), and, collapsed, all
+//! statistics and the scene.
 
-mod asked;
 mod figures;
+mod interpretation;
 mod modes;
+mod overview;
 mod pictures;
 pub(crate) mod probes;
-mod words;
 
 use std::path::Path;
 
@@ -19,7 +20,7 @@ use myovib_scene::run::RunResult;
 use myovib_scene::versions::Versions;
 use myovib_scene::{Error, Scene, escape};
 
-/// The name of the page in a run's folder.
+/// Name of the page in a run folder.
 pub const NAME: &str = "report.html";
 
 const STYLE: &str = include_str!("style.css");
@@ -27,7 +28,7 @@ const STYLE: &str = include_str!("style.css");
 /// Writes the report of a run into its folder.
 ///
 /// # Errors
-/// When a table of the folder cannot be read, or the report not be written.
+/// If a table of the folder cannot be read or the report cannot be written.
 pub fn write(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Error> {
     let title = match scene.file.title.as_str() {
         "" => "A run without a title",
@@ -41,18 +42,18 @@ pub fn write(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Err
         Some(found) => modes::section(scene, found),
         None => probes::section(folder, scene, document)?,
     };
-    html += "<h2>What the run means</h2>\n";
-    html += &words::meaning(document);
+    html += "<h2>Interpretation</h2>\n";
+    html += &interpretation::meaning(document);
     html += &folded("All statistics", &figures::statistics(document));
     let text = format!("<pre>{}</pre>\n", escape(scene.text()));
     html += &folded("The scene", &text);
-    let page = framed(title, &asked::sentence(scene, document), &html);
+    let page = framed(title, &overview::sentence(scene, document), &html);
     atomic_file::save(&folder.join(NAME), page)
 }
 
-/// A page with a title, what was `asked`, a `body` of HTML, and the versions below.
-pub(crate) fn framed(title: &str, asked: &str, body: &str) -> String {
-    let (title, asked) = (escape(title), escape(asked));
+/// Returns a page with a title, a description, a `body` of HTML, and version numbers.
+pub(crate) fn framed(title: &str, description: &str, body: &str) -> String {
+    let (title, description) = (escape(title), escape(description));
     let versions = Versions::found();
     let klu = versions.klu_text();
     let Versions {
@@ -65,17 +66,17 @@ pub(crate) fn framed(title: &str, asked: &str, body: &str) -> String {
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width\">\
          <title>{title}</title><style>\n{STYLE}</style></head><body>\n<h1>{title}</h1>\n\
-         <p class=\"asked\">{asked}</p>\n{body}\
+         <p class=\"description\">{description}</p>\n{body}\
          <footer>myovib {myovib} ({git}), SUNDIALS {sundials}, KLU {klu}</footer>\n</body></html>\n"
     )
 }
 
-/// Whether the run's body is in space: forces and energies of one in the plane are per metre of depth.
+/// Returns whether the run's body is 3D; forces and energies of a 2D body are per meter of depth.
 fn is_in_space(document: &Value) -> bool {
     document["mesh"]["dimension"] == 3
 }
 
-/// A part that is seen after a click.
+/// Returns a collapsed section.
 fn folded(title: &str, content: &str) -> String {
     format!("<details><summary>{title}</summary>\n{content}</details>\n")
 }

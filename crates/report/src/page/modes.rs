@@ -1,11 +1,10 @@
-//! The lowest eigenfrequencies and modes: a table, and drawings.
+//! Table and drawings of the lowest eigenfrequencies and modes.
 
 use myovib_scene::Scene;
 use myovib_scene::modes::Modes;
 
 use crate::modes::{figure, frequency};
 
-/// The modes of the scene's body.
 pub(super) fn section(scene: &Scene, found: &Modes) -> String {
     let bodies = scene.body.iter().zip(&found.muscles);
     let sections = bodies.map(|(body, modes)| {

@@ -8,14 +8,14 @@ use myovib_scene::{Body, Error, Scene, escape, vtu};
 use serde_json::Value;
 
 use crate::outline::{self, outline};
-use crate::plot::{Colour, EdgeGroup, Figure, MeshPlot, Region};
+use crate::plot::{Color, EdgeGroup, Figure, MeshPlot, Region};
 use crate::spatial;
 
-/// The picture of the body beside its materials, and what the last fields in the folder show of it;
-/// nothing for a scene without one.
+/// Returns pictures of the body and its materials, and of the last fields in the folder; empty for a scene without a
+/// body.
 ///
 /// # Errors
-/// Fields that cannot be read.
+/// If the fields cannot be read.
 pub(super) fn body(folder: &Path, scene: &Scene) -> Result<String, Error> {
     let Some(body) = &scene.body else {
         return Ok(String::new());
@@ -26,7 +26,7 @@ pub(super) fn body(folder: &Path, scene: &Scene) -> Result<String, Error> {
     };
     let deformed = displacement(folder, scene, body)?;
     let picture = figure("Mesh, supports and loads", &picture);
-    // Beside one picture, below several.
+    // Beside a single picture, below several ones.
     let place = if deformed.is_empty() {
         "wide"
     } else {
@@ -42,7 +42,7 @@ fn figure(caption: &str, svg: &str) -> String {
     format!("<figure><figcaption>{caption}</figcaption>\n{svg}</figure>\n")
 }
 
-/// The groups that are held, moved, loaded or pressed; loads with the components that are given.
+/// Returns the fixed, moved, loaded and pressurized groups; for loads with the given components.
 fn groups(scene: &Scene) -> Vec<(&str, Option<[f64; 2]>)> {
     let file = &scene.file;
     let held = file.fixed.iter().map(|fixed| (&*fixed.group, None));
@@ -65,18 +65,18 @@ fn groups(scene: &Scene) -> Vec<(&str, Option<[f64; 2]>)> {
     once
 }
 
-/// The surface of a body in space, with the groups in colours.
+/// Draws the surface of a 3D body with colored groups.
 fn surface(scene: &Scene, body: &Body) -> String {
     let named = groups(scene).into_iter().enumerate();
     let groups: Vec<_> = named
-        .map(|(i, (name, _))| (name, Colour::of_series(i)))
+        .map(|(i, (name, _))| (name, Color::of_series(i)))
         .collect();
     let plot = spatial::groups_plot(body.muscle.solid.space(), &groups);
     Figure::of("Surface, supports and loads", plot).render()
 }
 
-/// The deformed body at the last time of its fields, in space its surface and a section, if the run has
-/// fields with the displacement.
+/// Draws the deformed body at the last time of its fields, in 3D its surface and a section, if the fields contain the
+/// displacement.
 fn displacement(folder: &Path, scene: &Scene, body: &Body) -> Result<String, Error> {
     let space = body.muscle.solid.space();
     let last = vtu::last_displacement(folder, &vtu::Grid::of_body(body));
@@ -120,7 +120,7 @@ fn plane(scene: &Scene, body: &Body) -> String {
         Some(EdgeGroup {
             name: name.to_owned(),
             edges,
-            colour: Colour::of_series(i),
+            color: Color::of_series(i),
             arrows,
         })
     });
@@ -130,7 +130,7 @@ fn plane(scene: &Scene, body: &Body) -> String {
         match space.mesh().group(name) {
             Ok(Group::Elements(members)) => Some(Region {
                 triangles: members.clone(),
-                colour: shade(i),
+                color: shade(i),
             }),
             _ => None,
         }
@@ -143,12 +143,12 @@ fn plane(scene: &Scene, body: &Body) -> String {
     Figure::of("Mesh, supports and loads", plot).render()
 }
 
-/// The colour of a material: pale, so that the mesh is seen on it.
-fn shade(i: usize) -> Colour {
-    Colour::of_series(i).paler()
+/// Returns the pale color of a material, on which the mesh is visible.
+fn shade(i: usize) -> Color {
+    Color::of_series(i).paler()
 }
 
-/// A value as a scene has it, for people.
+/// Formats a value of the scene.
 fn written(value: &Value) -> String {
     match value {
         Value::Object(members) => {
@@ -161,7 +161,7 @@ fn written(value: &Value) -> String {
             let entries: Vec<String> = entries.iter().map(written).collect();
             format!("[{}]", entries.join(", "))
         }
-        // A number as people write it: 200 for 200.0.
+        // Prints 200 for 200.0.
         Value::Number(number) => number
             .as_f64()
             .map_or(number.to_string(), |x| x.to_string()),
@@ -169,7 +169,7 @@ fn written(value: &Value) -> String {
     }
 }
 
-/// The materials and their constants, in a box of this class.
+/// Returns the table of materials and their constants, in a box of this class.
 fn materials(scene: &Scene, class: &str) -> String {
     let rows: String = scene
         .file

@@ -1,4 +1,4 @@
-//! The probes: their extremes, and their curves over time.
+//! Minima, maxima and curves of the probes.
 
 use std::fs;
 use std::path::Path;
@@ -10,19 +10,19 @@ use serde_json::Value;
 use super::is_in_space;
 use crate::plot::{Axis, Figure, LinePlot, Series};
 
-/// Most columns of a probe that are shown; more than fit a screen are left to the CSV file.
+/// Maximum number of columns shown for a probe; the CSV file contains the others.
 const MOST_PANELS: usize = 6;
 
-/// What a probe recorded.
+/// The recorded data of a probe.
 pub(super) struct Record {
     name: String,
-    /// Names of the columns; the first is the time.
+    /// Names of the columns; the first one is the time.
     columns: Vec<String>,
     rows: Vec<Vec<f64>>,
 }
 
 impl Record {
-    /// The table of the probe `name`.
+    /// Reads the table of the probe `name`.
     pub(super) fn read(folder: &Path, name: &str) -> Result<Self, Error> {
         let path = folder.join(format!("{name}.csv"));
         let text = fs::read_to_string(&path).map_err(Error::file("read", &path))?;
@@ -39,7 +39,7 @@ impl Record {
         self.rows.iter().map(|row| row[j]).collect()
     }
 
-    /// Least and largest value of a column with their times.
+    /// Returns the minimum and maximum of a column with their times.
     fn extremes(&self, j: usize) -> Option<[[f64; 2]; 2]> {
         let points = || self.rows.iter().map(|row| [row[0], row[j]]);
         let finite = || points().filter(|[_, value]| value.is_finite());
@@ -48,7 +48,7 @@ impl Record {
         Some([least, largest])
     }
 
-    /// A figure for each column; none for a single row.
+    /// Returns a figure for each column; empty for a single row.
     fn figures(&self, in_space: bool) -> String {
         if self.rows.len() < 2 {
             return String::new();
@@ -72,7 +72,7 @@ impl Record {
         figures.collect()
     }
 
-    /// Rows of the table of extremes, with the errors of each probe's columns.
+    /// Returns the rows of the table of extrema, with the errors of each column.
     fn summary(&self, errors: &Value, in_space: bool) -> String {
         let columns = self.columns.iter().enumerate().skip(1).take(MOST_PANELS);
         let rows = columns.filter_map(|(j, name)| {
@@ -104,7 +104,7 @@ impl Record {
         rows.chain(self.left_out()).collect()
     }
 
-    /// A row of the table that says how many columns are not shown, if there are any.
+    /// Returns a table row with the number of columns that are not shown, if any.
     fn left_out(&self) -> Option<String> {
         let number = self.columns.len().saturating_sub(1 + MOST_PANELS);
         (number > 0).then(|| {
@@ -117,19 +117,19 @@ impl Record {
     }
 }
 
-/// Heads of the columns of extremes, and of what an equilibrium has in their place.
-const EXTREMES: &str = "<th class=\"n\">least</th><th class=\"n\">at</th><th class=\"n\">largest</th>\
-     <th class=\"n\">at</th><th class=\"n\">error, about</th>";
+/// Headings of the columns of extrema, and of the column for an equilibrium.
+const EXTREMES: &str = "<th class=\"n\">minimum</th><th class=\"n\">at</th><th class=\"n\">maximum</th>\
+     <th class=\"n\">at</th><th class=\"n\">error (estimate)</th>";
 const VALUE: &str = "<th class=\"n\">value</th>";
 
-/// What is said of errors that were not measured.
+/// Explanation of estimated errors.
 const BY_STEPS: &str = "<p>Errors in time are what the estimates of the steps add up to, which is no bound; \
      <code>myovib run … --verify</code> measures them.</p>\n";
 
-/// Extremes of all probes, then their curves side by side; nothing without probes.
+/// Returns the extrema of all probes and their curves; empty without probes.
 ///
 /// # Errors
-/// A table that cannot be read.
+/// If a table cannot be read.
 pub(super) fn section(folder: &Path, scene: &Scene, document: &Value) -> Result<String, Error> {
     let probes = scene.file.probe.iter();
     let records = probes.map(|probe| Record::read(folder, &probe.name));
@@ -159,7 +159,7 @@ pub(super) fn section(folder: &Path, scene: &Scene, document: &Value) -> Result<
     ))
 }
 
-/// The unit of a column by its name.
+/// Returns the unit of a column, determined by its name.
 pub(crate) fn unit(name: &str, in_space: bool) -> &'static str {
     match name.split('_').next().unwrap_or_default() {
         "t" => "s",
@@ -177,7 +177,7 @@ pub(crate) fn unit(name: &str, in_space: bool) -> &'static str {
     }
 }
 
-/// A column's name as the label of an axis: the component of a letter lowered.
+/// Converts a column name to an axis label, with the component of a letter as a subscript.
 pub(crate) fn label(name: &str) -> String {
     match name.split_once('_') {
         Some((letter, component)) if letter.chars().count() == 1 => {
@@ -193,7 +193,7 @@ mod tests {
     use super::label;
 
     #[test]
-    fn labels_lower_the_component_of_a_letter() {
+    fn labels_show_components_as_subscripts() {
         let labels = ["u_y", "p", "stress_xx", "J"].map(label);
         assert_eq!(labels, ["*u*_{y}", "*p*", "stress xx", "*J*"]);
     }

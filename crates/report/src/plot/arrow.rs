@@ -3,10 +3,10 @@
 use super::place::Point;
 use super::svg::{self, Stroke, Svg};
 
-/// Length of the head, in line widths; on a short arrow, half of it.
+/// Length of the head in line widths; at most half of a short arrow.
 const HEAD: f64 = 4.5;
 
-/// Draws an arrow; nothing where both ends are the same.
+/// Draws an arrow, or nothing if both ends coincide.
 pub(super) fn draw(svg: &mut Svg, from: Point, to: Point, stroke: Stroke) {
     let length = (to[0] - from[0]).hypot(to[1] - from[1]);
     if length <= 0.0 {
@@ -22,6 +22,6 @@ pub(super) fn draw(svg: &mut Svg, from: Point, to: Point, stroke: Stroke) {
     svg.line(&[from, neck], stroke);
     svg.fill(
         &format!("{}Z", svg::path(&[to, side(1.0), side(-1.0)])),
-        stroke.colour,
+        stroke.color,
     );
 }

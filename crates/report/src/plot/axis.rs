@@ -1,30 +1,27 @@
-//! Axes: what they show, between which limits, with which ticks.
+//! Axes with limits and ticks.
 
-/// How values are laid along an axis.
+/// Scale of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scale {
-    /// Equal differences take equal lengths.
     #[default]
     Linear,
-    /// Equal ratios take equal lengths; values that are not positive are not shown.
+    /// Logarithmic; values that are not positive are not shown.
     Logarithmic,
 }
 
-/// One axis of a plot.
 #[derive(Debug, Clone, Default)]
 pub struct Axis {
-    /// What it shows: `*u*_{*y*}(0, 0)`.
+    /// Label: `*u*_{*y*}(0, 0)`.
     pub quantity: String,
-    /// In which unit; empty for none.
+    /// Unit; may be empty.
     pub unit: String,
-    /// How it is divided.
     pub scale: Scale,
-    /// Its limits; those of the data if `None`.
+    /// Limits; `None` for the limits of the data.
     pub limits: Option<[f64; 2]>,
 }
 
 impl Axis {
-    /// A linear axis with the limits of the data.
+    /// Creates a linear axis with the limits of the data.
     pub fn new(quantity: impl Into<String>, unit: impl Into<String>) -> Self {
         Self {
             quantity: quantity.into(),
@@ -33,7 +30,7 @@ impl Axis {
         }
     }
 
-    /// The same axis, logarithmic.
+    /// Makes the axis logarithmic.
     pub fn logarithmic(self) -> Self {
         Self {
             scale: Scale::Logarithmic,
@@ -41,7 +38,7 @@ impl Axis {
         }
     }
 
-    /// The same axis, between these limits.
+    /// Sets the limits.
     pub fn between(self, low: f64, high: f64) -> Self {
         Self {
             limits: Some([low, high]),
@@ -49,7 +46,7 @@ impl Axis {
         }
     }
 
-    /// Limits and ticks for these values, about `n_ticks` of them.
+    /// Computes limits and about `n_ticks` ticks for these values.
     pub(super) fn divide(&self, values: impl Iterator<Item = f64>, n_ticks: usize) -> Division {
         match self.scale {
             Scale::Linear => linear(
@@ -63,7 +60,7 @@ impl Axis {
         }
     }
 
-    /// The label beside the axis: quantity, unit, and the power of ten the tick labels leave out.
+    /// Returns the label of the axis: quantity, unit, and the power of ten omitted from the tick labels.
     pub(super) fn label(&self, exponent: i32) -> String {
         let power = if exponent == 0 {
             String::new()
@@ -79,21 +76,20 @@ impl Axis {
     }
 }
 
-/// An axis with its limits and ticks fixed.
+/// An axis with fixed limits and ticks.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Division {
     pub(super) scale: Scale,
     pub(super) limits: [f64; 2],
     /// Values with their labels.
     pub(super) ticks: Vec<(f64, String)>,
-    /// Values of unlabelled ticks.
     pub(super) minor: Vec<f64>,
-    /// The power of ten that tick labels leave out.
+    /// Power of ten omitted from the tick labels.
     pub(super) exponent: i32,
 }
 
 impl Division {
-    /// Where a value lies between the limits, as a fraction; NaN where it cannot be shown.
+    /// Returns the position of a value between the limits as a fraction; NaN if it cannot be shown.
     pub(super) fn fraction(&self, value: f64) -> f64 {
         let [low, high] = self.limits;
         match self.scale {
@@ -124,31 +120,31 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     if low <= high { [low, high] } else { [1.0, 1.0] }
 }
 
-/// A little air around the data; around constant data, enough to see that they are constant.
+/// Adds a margin around the data. The range of constant data is enlarged so that they appear constant.
 fn padded([low, high]: [f64; 2]) -> [f64; 2] {
     let extent = high - low;
     let air = match low.abs() {
         _ if extent > 0.0 => 0.04 * extent,
-        // No power of ten beside the axis for a curve that is zero.
+        // A curve of zeros needs no power of ten.
         0.0 => 1.0,
         constant => (0.1 * constant).max(1e-300),
     };
     [low - air, high + air]
 }
 
-/// A step of 1, 2, 2.5 or 5 times a power of ten that divides the limits into at most `n` parts.
+/// Returns a step of 1, 2, 2.5 or 5 times a power of ten that divides the limits into at most `n` parts.
 fn round_step([low, high]: [f64; 2], n: usize) -> f64 {
     let rough = (high - low) / n as f64;
     let power = 10_f64.powf(rough.log10().floor());
     let steps = [1.0, 2.0, 2.5, 5.0].map(|multiple| multiple * power);
-    // 1e-9: a rough step that is a round one but for rounding is that one.
+    // 1e-9 compensates for rounding of a step that is already round.
     steps
         .into_iter()
         .find(|step| *step >= rough * (1.0 - 1e-9))
         .unwrap_or(10.0 * power)
 }
 
-/// Round values that enclose the limits, or the range of the values, in about `n` steps.
+/// Returns round values that enclose the limits, or the range of the values, in about `n` steps.
 pub(super) fn steps(limits: Option<[f64; 2]>, values: &[f64], n: usize) -> Vec<f64> {
     let data = range(values.iter().copied());
     let [low, high] = limits.unwrap_or(if data[0] < data[1] {
@@ -161,15 +157,13 @@ pub(super) fn steps(limits: Option<[f64; 2]>, values: &[f64], n: usize) -> Vec<f
     (first..=last).map(|i| i as f64 * step).collect()
 }
 
-/// Ticks at round steps.
 fn linear(limits: [f64; 2], n_ticks: usize) -> Division {
     let [low, high] = limits;
     let step = round_step(limits, n_ticks);
     let exponent = common_exponent(low.abs().max(high.abs()));
     let unit = 10_f64.powi(exponent);
     let n_decimals = decimals(step / unit);
-    // The sum carries rounding of a few units in the last place; a tick at a limit must not fall
-    // out for that.
+    // The sum has a rounding error of a few units in the last place, which must not exclude a tick at a limit.
     let slack = 1e-9 * step;
     let (first, last) = (
         ((low - slack) / step).ceil() as i64,
@@ -188,7 +182,7 @@ fn linear(limits: [f64; 2], n_ticks: usize) -> Division {
     }
 }
 
-/// Zero where numbers are printed as they are, else the power of ten taken out of them.
+/// Returns zero if numbers are printed unchanged, otherwise the power of ten to factor out.
 fn common_exponent(largest: f64) -> i32 {
     let exponent = largest.log10().floor();
     if !exponent.is_finite() || (-2.0..4.0).contains(&exponent) {
@@ -198,7 +192,7 @@ fn common_exponent(largest: f64) -> i32 {
     }
 }
 
-/// Decimals that a multiple of `step` needs.
+/// Returns the number of decimals of multiples of `step`.
 fn decimals(step: f64) -> usize {
     let is_whole = |x: f64| (x - x.round()).abs() < 1e-6 * x.abs();
     (0..12)
@@ -206,9 +200,9 @@ fn decimals(step: f64) -> usize {
         .unwrap_or(12)
 }
 
-/// Whole decades around the data, every one labelled if `n_ticks` allows.
+/// Returns whole decades around the data, all labeled if `n_ticks` allows.
 fn logarithmic([low, high]: [f64; 2], n_ticks: usize) -> Division {
-    // 1e-9: a limit that is a power of ten but for rounding counts as one.
+    // 1e-9 compensates for rounding of a limit that is a power of ten.
     let first = (low.log10() + 1e-9).floor() as i32;
     let last = ((high.log10() - 1e-9).ceil() as i32).max(first + 1);
     let stride = (last - first)
@@ -239,7 +233,7 @@ fn signed(exponent: i32) -> String {
     minus(exponent.to_string())
 }
 
-/// A minus sign in place of the hyphen.
+/// Replaces the hyphen by a minus sign.
 fn minus(number: String) -> String {
     number.replace('-', "−")
 }
@@ -257,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn linear_ticks_are_round_and_inside() {
+    fn linear_ticks_are_round_and_within_limits() {
         let division = Axis::default().between(-0.7, 1.3).divide([].into_iter(), 5);
         assert_eq!(labels(&division), ["−0.5", "0.0", "0.5", "1.0"]);
         let division = Axis::default().between(0.0, 10.0).divide([].into_iter(), 5);
@@ -284,12 +278,12 @@ mod tests {
             ["10^{−4}", "10^{−3}", "10^{−2}", "10^{−1}"]
         );
         assert!((division.fraction(1e-3) - 1.0 / 3.0).abs() < 1e-12);
-        // Exact decades are not widened.
+        // Exact decades are not enlarged.
         assert_eq!(axis.divide([1e-3, 1e3].into_iter(), 10).limits, [1e-3, 1e3]);
     }
 
     #[test]
-    fn no_data_and_constant_data_still_make_an_axis() {
+    fn empty_and_constant_data_have_an_axis() {
         for values in [vec![], vec![0.0], vec![5.0, 5.0], vec![f64::NAN]] {
             for axis in [Axis::default(), Axis::default().logarithmic()] {
                 let [low, high] = axis.divide(values.iter().copied(), 5).limits;

@@ -1,11 +1,11 @@
-//! Filled contours of a function that is linear on triangles.
+//! Filled contours of a piecewise linear function on triangles.
 
 use super::place::Point;
 
-/// A polygon whose corners carry a value.
+/// A polygon with a value at each corner.
 type Valued = Vec<(Point, f64)>;
 
-/// The part of the triangle where `low <= value <= high`; empty when there is none.
+/// Returns the part of the triangle with `low <= value <= high`, possibly empty.
 ///
 /// # Examples
 /// ```
@@ -20,7 +20,7 @@ pub fn band(triangle: &[(Point, f64); 3], low: f64, high: f64) -> Vec<Point> {
     between.into_iter().map(|(point, _)| point).collect()
 }
 
-/// Keeps the part of a convex polygon where `excess` of the value is not negative.
+/// Clips a convex polygon to the part with a non-negative `excess` of the value.
 fn cut(polygon: Valued, excess: impl Fn(f64) -> f64) -> Valued {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (i, &(point, value)) in polygon.iter().enumerate() {

@@ -1,7 +1,7 @@
-//! A field's colours: bands, and the bar beside a plot that says what they mean.
+//! Colors of a field: bands and color bar.
 
 use super::axis::{Axis, steps};
-use super::colour::Colour;
+use super::color::Color;
 use super::figure::{LABEL_SIZE, TICK_SIZE};
 use super::place::Rect;
 use super::svg::{Anchor, Stroke, Svg, Type};
@@ -12,15 +12,15 @@ const GAP: f64 = 5.0;
 const N_BANDS: usize = 12;
 const N_TICKS: usize = 5;
 
-/// Bands of colour between limits.
+/// Color bands between limits.
 pub(super) struct Bar<'a> {
     axis: &'a Axis,
-    /// The ends of the bands.
+    /// Limits of the bands.
     pub(super) levels: Vec<f64>,
 }
 
 impl<'a> Bar<'a> {
-    /// Bands for the axis' limits, or for values.
+    /// Creates bands for the axis limits or for the range of values.
     pub(super) fn new(axis: &'a Axis, values: &[f64]) -> Self {
         Self {
             levels: steps(axis.limits, values, N_BANDS),
@@ -28,18 +28,17 @@ impl<'a> Bar<'a> {
         }
     }
 
-    /// The colour of band `k`.
-    pub(super) fn colour(&self, k: usize) -> Colour {
-        Colour::of_fraction((k as f64 + 0.5) / (self.levels.len() - 1) as f64)
+    pub(super) fn color(&self, k: usize) -> Color {
+        Color::of_fraction((k as f64 + 0.5) / (self.levels.len() - 1) as f64)
     }
 
-    /// The colour of a value; one beyond the limits has that of the limit.
-    pub(super) fn colour_of(&self, value: f64) -> Colour {
+    /// Returns the color of a value, clamped to the limits.
+    pub(super) fn color_of(&self, value: f64) -> Color {
         let above = self.levels.partition_point(|level| *level <= value);
-        self.colour(above.clamp(1, self.levels.len() - 1) - 1)
+        self.color(above.clamp(1, self.levels.len() - 1) - 1)
     }
 
-    /// About `n` values with their labels, and the power of ten that these leave out.
+    /// Returns about `n` values with their labels, and the power of ten omitted from the labels.
     fn labels(&self, n: usize) -> (Vec<(f64, String)>, i32) {
         let (first, last) = (self.levels[0], self.levels[self.levels.len() - 1]);
         let division = Axis::default()
@@ -48,7 +47,7 @@ impl<'a> Bar<'a> {
         (division.ticks, division.exponent)
     }
 
-    /// The room that the bar takes to the right of a plot.
+    /// Returns the width of the bar to the right of a plot.
     pub(super) fn margin(&self) -> f64 {
         let (ticks, exponent) = self.labels(N_TICKS);
         let widths = ticks.iter().map(|(_, label)| text::width(label, TICK_SIZE));
@@ -60,7 +59,6 @@ impl<'a> Bar<'a> {
         GAP + WIDTH + 3.0 + widths.fold(0.0, f64::max) + label
     }
 
-    /// Draws the bar to the right of an area.
     pub(super) fn draw(&self, svg: &mut Svg, area: Rect) {
         let x = area.right() + GAP;
         let (low, high) = (self.levels[0], self.levels[self.levels.len() - 1]);
@@ -73,9 +71,9 @@ impl<'a> Bar<'a> {
                 width: WIDTH,
                 height: bottom - top,
             };
-            svg.rect(cell, Some(self.colour(k)), None);
+            svg.rect(cell, Some(self.color(k)), None);
         }
-        let outline = Stroke::solid(Colour::BLACK, 0.4);
+        let outline = Stroke::solid(Color::BLACK, 0.4);
         svg.rect(
             Rect {
                 x,
@@ -85,7 +83,7 @@ impl<'a> Bar<'a> {
             None,
             Some(outline),
         );
-        // Labels of a low bar keep a line's distance.
+        // Labels of a low bar keep a distance of one line.
         let fitting = (area.height / (2.0 * TICK_SIZE)) as usize;
         let (ticks, exponent) = self.labels(fitting.clamp(2, N_TICKS));
         let mut widest: f64 = 0.0;

@@ -1,34 +1,32 @@
-//! Oscillators as points of the complex plane, with their mean.
+//! Oscillators as points in the complex plane, with their mean.
 
 use super::arrow;
 use super::axis::Axis;
-use super::colour::Colour;
+use super::color::Color;
 use super::figure::{Margins, Panel, TICK_SIZE};
 use super::frame::Frame;
 use super::legend::{self, Entry, Key};
 use super::place::{Point, Rect};
 use super::svg::{Stroke, Svg, Type};
 
-/// Radius of a point.
 const POINT: f64 = 1.9;
-const ARROW: Stroke = Stroke::solid(Colour::VERMILION, 1.1);
+const ARROW: Stroke = Stroke::solid(Color::VERMILION, 1.1);
 
-/// Points in the square [-r, r]² with equal units on both axes.
+/// Points in the square [−r, r]² with equal scales on both axes.
 #[derive(Debug, Clone)]
 pub struct ComplexPlane {
-    /// In the upper left corner, which the points on their circle leave free; none if empty.
+    /// Title in the upper left corner, outside the circle of points; may be empty.
     pub title: String,
     /// Labels of the real and the imaginary axis.
     pub labels: [String; 2],
-    /// The points and their name in the legend; no legend if empty.
     pub points: Vec<Point>,
-    /// See `points`.
+    /// Name of the points in the legend; no legend if empty.
     pub points_name: String,
-    /// An arrow from 0 to here.
+    /// End of the arrow from 0.
     pub centroid: Point,
-    /// Its name in the legend; no legend if empty.
+    /// Name of the arrow in the legend; no legend if empty.
     pub centroid_name: String,
-    /// Half the side of the square, r.
+    /// Half the side length of the square, r.
     pub radius: f64,
 }
 
@@ -43,7 +41,7 @@ impl ComplexPlane {
         vec![
             Entry {
                 name: &self.points_name,
-                key: Key::Disc(Colour::BLUE, POINT),
+                key: Key::Disc(Color::BLUE, POINT),
             },
             Entry {
                 name: &self.centroid_name,
@@ -74,7 +72,7 @@ impl Panel for ComplexPlane {
         );
         frame.draw_grid(svg, area);
         let origin = frame.place(area, [0.0, 0.0]);
-        let stroke = Stroke::solid(Colour::GREY, 0.5);
+        let stroke = Stroke::solid(Color::GREY, 0.5);
         svg.line(&[[area.x, origin[1]], [area.right(), origin[1]]], stroke);
         svg.line(&[[origin[0], area.y], [origin[0], area.bottom()]], stroke);
         let corner = [area.x + 3.0, area.y + 3.0 + 0.72 * TICK_SIZE];
@@ -82,7 +80,7 @@ impl Panel for ComplexPlane {
         svg.clipped(area, |svg| {
             arrow::draw(svg, origin, frame.place(area, self.centroid), ARROW);
             for &point in &self.points {
-                svg.translucent_disc(frame.place(area, point), POINT, Colour::BLUE);
+                svg.translucent_disc(frame.place(area, point), POINT, Color::BLUE);
             }
         });
         frame.draw(svg, area);

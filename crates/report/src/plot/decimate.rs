@@ -1,12 +1,12 @@
-//! Long series thinned to what a page can show.
+//! Reduction of long series to the resolution of a page.
 
 use super::place::Point;
 
-/// Columns per point of the page: finer than any printer.
+/// Columns per point, finer than any printer.
 const COLUMNS_PER_POINT: f64 = 8.0;
 
-/// The same line with at most four points in each column: where it enters, its least and its
-/// greatest height, where it leaves. Lines that turn back are left as they are.
+/// Reduces a line to at most four points per column: its first, lowest, highest and last point. Lines with decreasing
+/// abscissas are not changed.
 pub(super) fn decimate(points: Vec<Point>) -> Vec<Point> {
     let (Some(first), Some(last)) = (points.first(), points.last()) else {
         return points;
@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn short_and_turning_lines_stay() {
+    fn short_and_turning_lines_are_not_changed() {
         let circle: Vec<Point> = (0..5000)
             .map(|i| f64::from(i) * 1e-2)
             .map(|s| [s.cos(), s.sin()])

@@ -3,25 +3,21 @@
 use super::place::Rect;
 use super::svg::{Lettering, Svg};
 
-/// Points per millimetre.
+/// Points per millimeter.
 const PER_MM: f64 = 72.0 / 25.4;
-/// Between neighbouring panels.
+/// Distance between neighboring panels.
 const GAP: f64 = 4.0;
 
 /// Font sizes of axis labels and titles, and of tick labels and legends.
 pub(super) const LABEL_SIZE: f64 = 7.5;
 pub(super) const TICK_SIZE: f64 = 6.5;
 
-/// Room around a drawing area for labels, ticks, legends.
+/// Space around a drawing area for labels, ticks and legends.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Margins {
-    /// To the left.
     pub left: f64,
-    /// To the right.
     pub right: f64,
-    /// Above.
     pub top: f64,
-    /// Below.
     pub bottom: f64,
 }
 
@@ -36,41 +32,38 @@ impl Margins {
     }
 }
 
-/// One plot of a figure.
 pub trait Panel {
-    /// The room needed around a drawing area of this width and height.
+    /// Returns the space required around a drawing area of this width and height.
     fn margins(&self, width: f64, height: f64) -> Margins;
 
     /// Draws into the area, and labels around it.
     fn draw(&self, svg: &mut Svg, area: Rect);
 
-    /// Height over width of the drawing area, where it is not free.
+    /// Returns height / width of the drawing area if it is fixed.
     fn aspect(&self) -> Option<f64> {
         None
     }
 }
 
-/// Panels on a grid, row by row, their drawing areas aligned.
+/// Panels on a grid in row order, with aligned drawing areas.
 pub struct Figure {
-    /// For those who cannot see it.
+    /// Title for accessibility.
     pub title: String,
-    /// Width of the page in millimetres; 85 is a column of a journal.
+    /// Page width in millimeters; 85 is a journal column.
     pub width_mm: f64,
-    /// Panels beside each other.
     pub n_columns: usize,
-    /// Height of the drawing area of panels whose aspect is free, in millimetres.
+    /// Height in millimeters of the drawing area of panels without a fixed aspect ratio.
     pub panel_height_mm: f64,
-    /// The panels.
     pub panels: Vec<Box<dyn Panel>>,
 }
 
 impl Figure {
-    /// One panel at column width.
+    /// Creates a figure with one panel at column width.
     pub fn of(title: impl Into<String>, panel: impl Panel + 'static) -> Self {
         Self::column(title, vec![Box::new(panel)])
     }
 
-    /// Panels below each other at column width.
+    /// Creates a figure with a column of panels at column width.
     pub fn column(title: impl Into<String>, panels: Vec<Box<dyn Panel>>) -> Self {
         Self {
             title: title.into(),
@@ -81,20 +74,20 @@ impl Figure {
         }
     }
 
-    /// The figure as an SVG document.
+    /// Renders the figure as an SVG document.
     pub fn render(&self) -> String {
         self.lettered(Lettering::Text)
     }
 
-    /// The figure as an SVG document without text, its labels outlines: for
+    /// Renders the figure as an SVG document without text, with labels as outlines, as required by
     /// [`pixels`](super::raster::pixels).
     pub fn outlined(&self) -> String {
         self.lettered(Lettering::Outlines)
     }
 
     fn lettered(&self, lettering: Lettering) -> String {
-        // Margins depend on the size of the drawing area (legends wrap, ticks thin out), and that
-        // on the margins: the second pass settles it.
+        // Margins depend on the size of the drawing area (wrapped legends, number of ticks) and vice versa; a second
+        // pass resolves this.
         let rough = self.layout(&vec![Margins::default(); self.panels.len()]);
         let layout = self.layout(&self.margins(&rough.areas));
         let layout = self.layout(&self.margins(&layout.areas));

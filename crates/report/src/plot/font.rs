@@ -1,4 +1,4 @@
-//! The typeface of the figures, embedded so that they look the same on every machine.
+//! The embedded fonts, so that figures look the same on every machine.
 
 use std::fmt::Write;
 use std::sync::LazyLock;
@@ -7,26 +7,25 @@ use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
 use super::place::Point;
 
-/// Noto Sans, subset to Latin and Greek, and the signs of mathematics it lacks from Noto Sans Math
-/// (licence beside the files).
+/// Noto Sans, subset to Latin and Greek, and additional mathematical symbols from Noto Sans Math (license beside the
+/// files).
 const FILES: [&[u8]; 3] = [
     include_bytes!("../../fonts/NotoSans-Regular.ttf"),
     include_bytes!("../../fonts/NotoSans-Italic.ttf"),
     include_bytes!("../../fonts/NotoSansMath-Regular.ttf"),
 ];
 
-/// Its name, and what to take where it is not installed.
+/// Font name with fallbacks.
 pub(super) const FAMILY: &str = "Noto Sans, Helvetica, Arial, sans-serif";
 
-/// Advance of a character that no font here has: a reader's font draws it, about this wide.
+/// Advance of a character that is not in the embedded fonts and is drawn by the reader's font.
 const UNKNOWN: f64 = 0.5;
 
 static FACES: LazyLock<[Face<'static>; 3]> = LazyLock::new(|| {
-    FILES
-        .map(|file| Face::parse(file, 0).expect("an embedded font is well formed, as a test shows"))
+    FILES.map(|file| Face::parse(file, 0).expect("the embedded fonts are valid, as tested"))
 });
 
-/// A character in the first font that has it: the upright or the slanted one, then that of signs.
+/// Returns the glyph of a character in the upright or italic font, or in the font of symbols.
 fn glyph(c: char, italic: bool) -> Option<(&'static Face<'static>, GlyphId)> {
     let [upright, slanted, signs] = &*FACES;
     let face = if italic { slanted } else { upright };
@@ -35,7 +34,7 @@ fn glyph(c: char, italic: bool) -> Option<(&'static Face<'static>, GlyphId)> {
         .find_map(|face| Some((face, face.glyph_index(c)?)))
 }
 
-/// Advance of a character at font size 1.
+/// Returns the advance of a character at font size 1.
 fn advance(c: char, italic: bool) -> f64 {
     glyph(c, italic)
         .and_then(|(face, id)| {
@@ -45,13 +44,13 @@ fn advance(c: char, italic: bool) -> f64 {
         .unwrap_or(UNKNOWN)
 }
 
-/// Width of a text at font size 1.
+/// Returns the width of a text at font size 1.
 pub(super) fn width(text: &str) -> f64 {
     text.chars().map(|c| advance(c, false)).sum()
 }
 
-/// Appends the outlines of a text to a path in SVG's notation; `pen`, its place on the line, moves
-/// to its end.
+/// Appends the outlines of a text to an SVG path. `pen` is the position on the baseline and moves to the end of the
+/// text.
 pub(super) fn outline(text: &str, italic: bool, size: f64, pen: &mut Point, path: &mut String) {
     for c in text.chars() {
         if let Some((face, id)) = glyph(c, italic) {
@@ -63,7 +62,7 @@ pub(super) fn outline(text: &str, italic: bool, size: f64, pen: &mut Point, path
     }
 }
 
-/// A glyph's outline, on its way into a path: a font's y points upwards.
+/// Converts a glyph outline to a path; the y axis of a font points upwards.
 struct Outline<'a> {
     at: Point,
     scale: f64,
@@ -108,7 +107,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_character_of_our_labels_is_in_the_fonts() {
+    fn the_fonts_contain_all_label_characters() {
         let characters = "0123456789 ABCXYZabcxyz αβγδεζηθκλμνξπρστφχψωΔΨΩ ẏẋ−–×·±∞≤≥≈≠→∂∇√′°²³⁻¹⁰₀₁₂ |[](){}=+/%…µé";
         for italic in [false, true] {
             let has = |c: &char| glyph(*c, italic).is_some();
@@ -124,11 +123,11 @@ mod tests {
     }
 
     #[test]
-    fn outlines_follow_each_other_and_end_where_the_text_ends() {
+    fn outlines_are_placed_one_after_the_other() {
         let (mut pen, mut path) = ([5.0, 20.0], String::new());
         outline("l l", false, 10.0, &mut pen, &mut path);
         assert!((pen[0] - 5.0 - 10.0 * width("l l")).abs() < 1e-12 && pen[1] == 20.0);
-        // An l is one closed outline that stands on the line.
+        // An l is one closed outline on the baseline.
         assert_eq!(path.matches('Z').count(), 2);
         assert!(path.contains(" 20.000"), "{path}");
     }

@@ -1,7 +1,7 @@
-//! The frame of a plot: ticks, grid, labels, and where values lie in it.
+//! The frame of a plot: ticks, grid, labels, and the mapping of values to positions.
 
 use super::axis::{Axis, Division};
-use super::colour::Colour;
+use super::color::Color;
 use super::figure::{LABEL_SIZE, Margins, TICK_SIZE};
 use super::place::{Point, Rect};
 use super::svg::{Anchor, Stroke, Svg, Type};
@@ -10,11 +10,11 @@ use super::text;
 const TICK: f64 = 2.5;
 const MINOR_TICK: f64 = 1.5;
 const GAP: f64 = 2.5;
-/// Length along an axis that one tick should have for itself.
+/// Minimum distance of ticks along the horizontal axis.
 const PER_X_TICK: f64 = 34.0;
 const PER_Y_TICK: f64 = 15.0;
 
-/// Two divided axes.
+/// Two axes with ticks.
 pub(super) struct Frame<'a> {
     axes: [&'a Axis; 2],
     x: Division,
@@ -22,7 +22,7 @@ pub(super) struct Frame<'a> {
 }
 
 impl<'a> Frame<'a> {
-    /// Divides the axes for these data, in an area of this width and height.
+    /// Computes ticks for these data in an area of this width and height.
     pub(super) fn new(
         (x, xs): (&'a Axis, impl Iterator<Item = f64>),
         (y, ys): (&'a Axis, impl Iterator<Item = f64>),
@@ -38,7 +38,7 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// The room that ticks and labels take.
+    /// Returns the space for ticks and labels.
     pub(super) fn margins(&self) -> Margins {
         let widths = self
             .y
@@ -59,7 +59,7 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Where a pair of values lies on the page.
+    /// Returns the position of a pair of values on the page.
     pub(super) fn place(&self, area: Rect, [x, y]: Point) -> Point {
         [
             area.x + area.width * self.x.fraction(x),
@@ -67,9 +67,9 @@ impl<'a> Frame<'a> {
         ]
     }
 
-    /// The grid, to be drawn below the data.
+    /// Draws the grid, below the data.
     pub(super) fn draw_grid(&self, svg: &mut Svg, area: Rect) {
-        let stroke = Stroke::solid(Colour::PALE, 0.4);
+        let stroke = Stroke::solid(Color::PALE, 0.4);
         for (value, _) in &self.x.ticks {
             let x = area.x + area.width * self.x.fraction(*value);
             svg.line(&[[x, area.y], [x, area.bottom()]], stroke);
@@ -80,9 +80,9 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Box, ticks and labels, to be drawn above the data.
+    /// Draws box, ticks and labels, above the data.
     pub(super) fn draw(&self, svg: &mut Svg, area: Rect) {
-        let stroke = Stroke::solid(Colour::BLACK, 0.5);
+        let stroke = Stroke::solid(Color::BLACK, 0.5);
         svg.rect(area, None, Some(stroke));
         self.draw_x(svg, area, stroke);
         self.draw_y(svg, area, stroke);
@@ -134,8 +134,8 @@ impl<'a> Frame<'a> {
             upwards: true,
             ..Type::of(LABEL_SIZE).anchored(Anchor::Middle)
         };
-        // The widest tick label decides; panels of a column share the largest margin, so labels of
-        // a column may stand at different distances, each beside its own ticks.
+        // The position depends on the widest tick label. Panels of a column share the largest margin, so the labels of
+        // a column may have different distances from the axis.
         let x = area.x - self.margins().left + LABEL_SIZE;
         svg.text([x, area.y + area.height / 2.0], &label, style);
     }

@@ -1,38 +1,34 @@
-//! Grids of cells, each of one category and with a text of its own.
+//! Grids of cells with a category and a text.
 
-use super::colour::Colour;
+use super::color::Color;
 use super::figure::{LABEL_SIZE, Margins, Panel, TICK_SIZE};
 use super::legend::{self, Entry, Key};
 use super::place::Rect;
 use super::svg::{Anchor, Stroke, Svg, Type};
 use super::text;
 
-/// What one cell says.
 #[derive(Debug, Clone, Default)]
 pub struct Cell {
-    /// Index into the categories; an empty cell if `None`.
+    /// Index into the categories; `None` for an empty cell.
     pub category: Option<usize>,
-    /// Written in it, where it fits.
+    /// Text, shown if it fits.
     pub text: String,
 }
 
-/// A grid of cells with named rows and columns.
 #[derive(Debug, Clone, Default)]
 pub struct HeatMap {
-    /// Above the plot; none if empty.
+    /// Title above the plot; may be empty.
     pub title: String,
-    /// What the columns vary, below the grid.
+    /// Label of the columns.
     pub column_label: String,
-    /// One name per column.
     pub columns: Vec<String>,
-    /// What the rows vary, beside the grid.
+    /// Label of the rows.
     pub row_label: String,
-    /// One name per row, from the top.
+    /// Names of the rows from the top.
     pub rows: Vec<String>,
-    /// The cells, row by row.
+    /// Cells in row order.
     pub cells: Vec<Cell>,
-    /// Names and colours of the categories.
-    pub categories: Vec<(String, Colour)>,
+    pub categories: Vec<(String, Color)>,
 }
 
 const GAP: f64 = 3.0;
@@ -41,9 +37,9 @@ impl HeatMap {
     fn entries(&self) -> Vec<Entry<'_>> {
         let categories = self.categories.iter();
         categories
-            .map(|(name, colour)| Entry {
+            .map(|(name, color)| Entry {
                 name,
-                key: Key::Square(*colour),
+                key: Key::Square(*color),
             })
             .collect()
     }
@@ -56,14 +52,14 @@ impl HeatMap {
     }
 
     fn draw_cell(&self, svg: &mut Svg, rect: Rect, cell: &Cell) {
-        let colour = cell.category.map(|category| self.categories[category].1);
-        svg.rect(rect, Some(colour.unwrap_or(Colour::PALE)), None);
-        svg.rect(rect, None, Some(Stroke::solid(Colour::WHITE, 0.6)));
+        let color = cell.category.map(|category| self.categories[category].1);
+        svg.rect(rect, Some(color.unwrap_or(Color::PALE)), None);
+        svg.rect(rect, None, Some(Stroke::solid(Color::WHITE, 0.6)));
         let fits = text::width(&cell.text, TICK_SIZE) < rect.width && TICK_SIZE < rect.height;
         if fits && !cell.text.is_empty() {
-            let ink = colour.map_or(Colour::BLACK, Colour::text_on);
+            let ink = color.map_or(Color::BLACK, Color::text_on);
             let style = Type {
-                colour: ink,
+                color: ink,
                 ..Type::of(TICK_SIZE).anchored(Anchor::Middle)
             };
             let middle = [rect.x + rect.width / 2.0, rect.y + rect.height / 2.0];
@@ -130,7 +126,7 @@ impl Panel for HeatMap {
     }
 }
 
-/// Every k-th column, so that names do not touch.
+/// Selects every k-th column, so that names do not overlap.
 fn visible_names(names: &[String], width: f64) -> impl Iterator<Item = usize> {
     let widest = names
         .iter()

@@ -1,14 +1,12 @@
-//! What stands above a plot: its title, and its legend in as many rows as it takes.
-//!
-//! Above, not inside: so it never covers data.
+//! Title and legend, placed above a plot so that they do not cover data.
 
-use super::colour::Colour;
+use super::color::Color;
 use super::figure::{LABEL_SIZE, TICK_SIZE};
 use super::place::{Point, Rect};
 use super::svg::{Stroke, Svg, Type};
 use super::{arrow, text};
 
-/// Width of keys that are lines, and of those that are not.
+/// Widths of line symbols and of other symbols.
 const LINE_KEY: f64 = 14.0;
 const DOT_KEY: f64 = 6.0;
 const KEY_GAP: f64 = 3.0;
@@ -17,19 +15,16 @@ const ROW: f64 = 1.45 * TICK_SIZE;
 const TITLE: f64 = 1.6 * LABEL_SIZE;
 const GAP: f64 = 3.0;
 
-/// How an entry of the legend looks.
+/// Symbol of a legend entry.
 #[derive(Clone, Copy)]
 pub(super) enum Key {
-    /// A piece of a curve.
     Line(Stroke),
-    /// A marked point, of this radius.
-    Disc(Colour, f64),
-    /// A marked point on a piece of its curve.
+    /// A marked point of this radius.
+    Disc(Color, f64),
+    /// A marked point on a line.
     DiscOnLine(Stroke, f64),
-    /// An arrow.
     Arrow(Stroke),
-    /// A filled square.
-    Square(Colour),
+    Square(Color),
 }
 
 impl Key {
@@ -40,32 +35,32 @@ impl Key {
         }
     }
 
-    /// Draws it around the point.
+    /// Draws the symbol at this position.
     fn draw(self, svg: &mut Svg, [x, y]: Point) {
         let half = self.width() / 2.0;
         let ends = [[x - half, y], [x + half, y]];
         match self {
             Self::Line(stroke) => svg.line(&ends, stroke),
-            Self::Disc(colour, radius) => svg.disc([x, y], radius, colour),
+            Self::Disc(color, radius) => svg.disc([x, y], radius, color),
             Self::DiscOnLine(stroke, radius) => {
                 svg.line(&ends, stroke);
-                svg.disc([x, y], radius, stroke.colour);
+                svg.disc([x, y], radius, stroke.color);
             }
             Self::Arrow(stroke) => arrow::draw(svg, ends[0], ends[1], stroke),
-            Self::Square(colour) => {
+            Self::Square(color) => {
                 let square = Rect {
                     x: x - half,
                     y: y - half,
                     width: 2.0 * half,
                     height: 2.0 * half,
                 };
-                svg.rect(square, Some(colour), None);
+                svg.rect(square, Some(color), None);
             }
         }
     }
 }
 
-/// A name and its key; without a name, no entry.
+/// A name and its symbol; entries without a name are not shown.
 pub(super) struct Entry<'a> {
     pub(super) name: &'a str,
     pub(super) key: Key,
@@ -77,7 +72,7 @@ impl Entry<'_> {
     }
 }
 
-/// The height that title and legend take above an area of this width.
+/// Returns the height of title and legend above an area of this width.
 pub(super) fn height(title: &str, entries: &[Entry], width: f64) -> f64 {
     let rows = rows(entries, width).len() as f64 * ROW;
     let title = if title.is_empty() { 0.0 } else { TITLE };

@@ -1,7 +1,7 @@
-//! Curves and points over two axes, linear or logarithmic.
+//! Curves and points over two linear or logarithmic axes.
 
 use super::axis::Axis;
-use super::colour::Colour;
+use super::color::Color;
 use super::decimate::decimate;
 use super::figure::{Margins, Panel};
 use super::frame::Frame;
@@ -9,45 +9,42 @@ use super::legend::{self, Entry, Key};
 use super::place::{Point, Rect};
 use super::svg::{Stroke, Svg};
 
-/// Dashes by series, so that curves stay apart in grey print.
+/// Dash patterns by series, so that curves are distinguishable in grayscale.
 const DASHES: [&[f64]; 4] = [&[], &[4.0, 1.5], &[1.2, 1.2], &[6.0, 1.5, 1.2, 1.5]];
 
-/// Radius of a marked point.
 const MARKER: f64 = 1.7;
 
-/// One curve.
 #[derive(Debug, Clone)]
 pub struct Series {
-    /// Its name in the legend; none if empty.
+    /// Name in the legend; may be empty.
     pub name: String,
-    /// Its points; a coordinate that is not finite interrupts the curve.
+    /// Points; a non-finite coordinate interrupts the curve.
     pub points: Vec<Point>,
-    /// Its colour; by its place in the plot if `None`.
-    pub colour: Option<Colour>,
-    /// Whether the points are joined.
+    /// Color; by default the color of its index in the plot.
+    pub color: Option<Color>,
+    /// Whether the points are connected.
     pub joined: bool,
-    /// Whether the points are marked.
     pub marked: bool,
 }
 
 impl Series {
-    /// A curve through the points.
+    /// Creates a curve through the points.
     ///
     /// # Panics
-    /// When the two have different lengths.
+    /// If the lengths differ.
     pub fn curve(name: impl Into<String>, x: &[f64], y: &[f64]) -> Self {
-        assert_eq!(x.len(), y.len(), "as many abscissas as ordinates");
+        assert_eq!(x.len(), y.len(), "x and y have equal lengths");
         let points = x.iter().zip(y).map(|(&x, &y)| [x, y]).collect();
         Self {
             name: name.into(),
             points,
-            colour: None,
+            color: None,
             joined: true,
             marked: false,
         }
     }
 
-    /// The same, with its points marked.
+    /// Marks the points.
     pub fn marked(self) -> Self {
         Self {
             marked: true,
@@ -55,7 +52,7 @@ impl Series {
         }
     }
 
-    /// The same, with points only.
+    /// Shows only the points.
     pub fn unjoined(self) -> Self {
         Self {
             joined: false,
@@ -64,25 +61,22 @@ impl Series {
         }
     }
 
-    /// The same, in this colour and solid.
-    pub fn coloured(self, colour: Colour) -> Self {
+    /// Sets the color and draws solid lines.
+    pub fn colored(self, color: Color) -> Self {
         Self {
-            colour: Some(colour),
+            color: Some(color),
             ..self
         }
     }
 }
 
-/// Curves over two axes.
 #[derive(Debug, Clone, Default)]
 pub struct LinePlot {
-    /// Above the plot; none if empty.
+    /// Title above the plot; may be empty.
     pub title: String,
-    /// The horizontal axis.
     pub x: Axis,
-    /// The vertical axis.
     pub y: Axis,
-    /// The curves, drawn in this order.
+    /// Curves in the order of drawing.
     pub series: Vec<Series>,
 }
 
@@ -100,7 +94,7 @@ impl LinePlot {
         let key = |(i, series): (usize, &Series)| match (series.joined, series.marked) {
             (true, true) => Key::DiscOnLine(pen(i, series), MARKER),
             (true, false) => Key::Line(pen(i, series)),
-            (false, _) => Key::Disc(pen(i, series).colour, MARKER),
+            (false, _) => Key::Disc(pen(i, series).color, MARKER),
         };
         let series = self.series.iter().enumerate();
         series
@@ -141,7 +135,7 @@ impl Panel for LinePlot {
             .enumerate()
             .filter(|(_, series)| series.marked)
         {
-            draw_markers(svg, area, &frame, series, pen(i, series).colour);
+            draw_markers(svg, area, &frame, series, pen(i, series).color);
         }
         frame.draw(svg, area);
         legend::draw(svg, area, &self.title, &self.entries());
@@ -149,15 +143,15 @@ impl Panel for LinePlot {
 }
 
 fn pen(i: usize, series: &Series) -> Stroke {
-    let dashes = match (series.colour, series.marked) {
+    let dashes = match (series.color, series.marked) {
         (Some(_), _) => 0,
-        // Markers take the place of dashes, until colours come again.
-        (None, true) => i / Colour::N_SERIES,
+        // Markers replace dashes until the colors repeat.
+        (None, true) => i / Color::N_SERIES,
         (None, false) => i,
     };
-    let colour = series.colour.unwrap_or_else(|| Colour::of_series(i));
+    let color = series.color.unwrap_or_else(|| Color::of_series(i));
     Stroke {
-        colour,
+        color,
         width: 0.9,
         dashes: DASHES[dashes % DASHES.len()],
     }
@@ -174,10 +168,10 @@ fn draw_curve(svg: &mut Svg, area: Rect, frame: &Frame, series: &Series, pen: St
     }
 }
 
-/// Markers within the area; those at its edge are not cut.
-fn draw_markers(svg: &mut Svg, area: Rect, frame: &Frame, series: &Series, colour: Colour) {
+/// Draws the markers within the area; markers at its edge are not clipped.
+fn draw_markers(svg: &mut Svg, area: Rect, frame: &Frame, series: &Series, color: Color) {
     let placed = series.points.iter().map(|&p| frame.place(area, p));
     for point in placed.filter(|&point| area.contains(point)) {
-        svg.disc(point, MARKER, colour);
+        svg.disc(point, MARKER, color);
     }
 }

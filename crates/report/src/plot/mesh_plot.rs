@@ -1,79 +1,70 @@
-//! Meshes of quadratic triangles: edges, named parts of the boundary, deformation, a field.
+//! Meshes of quadratic triangles with edges, named boundary parts, deformation and a field.
 
 use super::arrow;
 use super::axis::Axis;
 use super::bands::band;
 use super::bar::Bar;
-use super::colour::Colour;
+use super::color::Color;
 use super::figure::{Margins, Panel, TICK_SIZE};
 use super::frame::Frame;
 use super::legend::{self, Entry, Key};
 use super::place::{Point, Rect};
 use super::svg::{self, Stroke, Svg, Type};
 
-/// Named edges: a part of the boundary, or between two materials.
+/// Named edges: a part of the boundary, or an interface between two materials.
 #[derive(Debug, Clone)]
 pub struct EdgeGroup {
-    /// Its name in the legend.
+    /// Name in the legend.
     pub name: String,
-    /// Its edges: both ends, then the node between.
+    /// Edges: both ends, then the midside node.
     pub edges: Vec<[usize; 3]>,
-    /// Its colour.
-    pub colour: Colour,
-    /// Direction of the arrows on it, for loads.
+    pub color: Color,
+    /// Direction of arrows on the edges, for loads.
     pub arrows: Option<Point>,
 }
 
-/// Triangles of one material.
 #[derive(Debug, Clone)]
 pub struct Region {
-    /// Numbers of its triangles.
+    /// Indices of its triangles.
     pub triangles: Vec<usize>,
-    /// Its colour.
-    pub colour: Colour,
+    pub color: Color,
 }
 
-/// Values on the nodes, shown as bands of colour.
+/// Values at the nodes, shown as color bands.
 #[derive(Debug, Clone)]
 pub struct Field {
-    /// What it is, in which unit, between which limits.
+    /// Label, unit and limits.
     pub axis: Axis,
-    /// One value per node.
     pub values: Vec<f64>,
 }
 
-/// A mesh of triangles with nodes at corners and on edges, with equal units on both axes.
+/// A mesh of triangles with corner and midside nodes, with equal scales on both axes.
 #[derive(Debug, Clone, Default)]
 pub struct MeshPlot {
-    /// Above the plot; none if empty.
+    /// Title above the plot; may be empty.
     pub title: String,
-    /// The horizontal axis.
     pub x: Axis,
-    /// The vertical axis.
     pub y: Axis,
-    /// Positions of all nodes before the deformation.
+    /// Undeformed positions of all nodes.
     pub nodes: Vec<Point>,
     /// Corners a, b, c and the nodes on ab, bc, ca of each triangle.
     pub triangles: Vec<[usize; 6]>,
-    /// Displacement of each node; empty for none.
+    /// Displacement of each node; may be empty.
     pub displacement: Vec<Point>,
-    /// What the displacement is multiplied with; printed behind the title when there is one.
+    /// Scale factor of the displacement, printed after the title if there is a displacement.
     pub scale: f64,
-    /// Coloured triangles.
     pub regions: Vec<Region>,
-    /// Highlighted edges.
     pub groups: Vec<EdgeGroup>,
     /// Marked nodes with their labels.
     pub marks: Vec<(usize, String)>,
-    /// The field, if any.
     pub field: Option<Field>,
 }
 
 const ARROW: f64 = 11.0;
 const GROUP_WIDTH: f64 = 2.0;
-/// The boundary before the deformation.
+/// The undeformed boundary.
 const AT_REST: Stroke = Stroke {
-    colour: Colour::BLACK,
+    color: Color::BLACK,
     width: 0.6,
     dashes: &[3.0, 1.5],
 };
@@ -93,7 +84,7 @@ impl MeshPlot {
             .collect()
     }
 
-    /// The title, with the scale of the deformation.
+    /// Returns the title with the scale of the deformation.
     fn header(&self) -> String {
         let scale = if self.displacement.is_empty() {
             String::new()
@@ -108,7 +99,7 @@ impl MeshPlot {
             .join(", ")
     }
 
-    /// The axes with limits that enclose the mesh.
+    /// Returns axes whose limits enclose the mesh.
     fn axes(&self) -> [Axis; 2] {
         let positions = self.positions();
         let enclose = |axis: &Axis, c: usize, air: f64| {
@@ -121,7 +112,7 @@ impl MeshPlot {
             });
             axis.clone().between(low, high)
         };
-        // Loads need room above the mesh for their arrows.
+        // Load arrows need space above the mesh.
         let air = if self.groups.iter().any(|group| group.arrows.is_some()) {
             0.3
         } else {
@@ -131,7 +122,7 @@ impl MeshPlot {
     }
 
     fn entries(&self) -> Vec<Entry<'_>> {
-        let key = |group: &EdgeGroup| Key::Line(Stroke::solid(group.colour, GROUP_WIDTH));
+        let key = |group: &EdgeGroup| Key::Line(Stroke::solid(group.color, GROUP_WIDTH));
         let groups = self.groups.iter().map(|group| Entry {
             name: &group.name,
             key: key(group),
@@ -196,7 +187,7 @@ impl Panel for MeshPlot {
                 draw_group(svg, &placed, group);
             }
             for (node, label) in &self.marks {
-                svg.disc(placed[*node], 1.9, Colour::BLACK);
+                svg.disc(placed[*node], 1.9, Color::BLACK);
                 let at = [placed[*node][0] + 3.0, placed[*node][1] - 3.0];
                 svg.text(at, label, Type::of(TICK_SIZE).haloed());
             }
@@ -214,10 +205,10 @@ impl MeshPlot {
         let mut edges = sides(&self.triangles);
         edges.dedup();
         let path: String = edges.iter().map(|edge| curve(placed, edge)).collect();
-        svg.path(&path, Stroke::solid(Colour::GREY, 0.3));
+        svg.path(&path, Stroke::solid(Color::GREY, 0.3));
     }
 
-    /// The boundary, of the mesh at rest.
+    /// Draws the boundary of the undeformed mesh.
     fn draw_at_rest(&self, svg: &mut Svg, placed: &[Point]) {
         let boundary = boundary(&self.triangles);
         let path: String = boundary.iter().map(|edge| curve(placed, edge)).collect();
@@ -228,12 +219,12 @@ impl MeshPlot {
         let triangles = region.triangles.iter().map(|&t| &self.triangles[t]);
         let corners = triangles.map(|t| [placed[t[0]], placed[t[1]], placed[t[2]]]);
         let path: String = corners.map(|corners| svg::path(&corners) + "Z").collect();
-        svg.fill(&path, region.colour);
+        svg.fill(&path, region.color);
     }
 
     fn draw_field(&self, svg: &mut Svg, placed: &[Point], field: &Field, bar: &Bar<'_>) {
         let levels = &bar.levels;
-        // Values beyond given limits take the colour of the limit.
+        // Values outside the given limits have the color of the limit.
         let (low, high) = (levels[0], levels[levels.len() - 1]);
         let valued = |i: usize| (placed[i], field.values[i].clamp(low, high));
         for (k, level) in levels.windows(2).enumerate() {
@@ -248,19 +239,19 @@ impl MeshPlot {
                     }
                 }
             }
-            svg.fill(&path, bar.colour(k));
+            svg.fill(&path, bar.color(k));
         }
     }
 }
 
-/// The edges that belong to one of the triangles only: both ends, then the node between.
+/// Returns the edges of exactly one triangle: both ends, then the midside node.
 pub fn boundary(triangles: &[[usize; 6]]) -> Vec<[usize; 3]> {
     let sides = sides(triangles);
     let alone = sides.chunk_by(|a, b| a == b).filter(|side| side.len() == 1);
     alone.map(|side| side[0]).collect()
 }
 
-/// The sides of all triangles, sorted: those between two of them twice.
+/// Returns the sides of all triangles, sorted; interior sides occur twice.
 fn sides(triangles: &[[usize; 6]]) -> Vec<[usize; 3]> {
     let sides = |t: &[usize; 6]| [[t[0], t[1], t[3]], [t[1], t[2], t[4]], [t[2], t[0], t[5]]];
     let mut edges: Vec<[usize; 3]> = triangles.iter().flat_map(sides).collect();
@@ -271,8 +262,7 @@ fn sides(triangles: &[[usize; 6]]) -> Vec<[usize; 3]> {
     edges
 }
 
-/// The parabola through the ends of an edge and the node between, which the quadratic element
-/// makes of it: a Bézier curve, its control point being what makes it pass through the node.
+/// Returns the parabola through the three nodes of an edge, the shape of the quadratic element, as a Bézier curve.
 fn curve(placed: &[Point], [a, b, middle]: &[usize; 3]) -> String {
     let ([ax, ay], [bx, by], [mx, my]) = (placed[*a], placed[*b], placed[*middle]);
     let control = [2.0 * mx - (ax + bx) / 2.0, 2.0 * my - (ay + by) / 2.0];
@@ -284,15 +274,15 @@ fn curve(placed: &[Point], [a, b, middle]: &[usize; 3]) -> String {
 
 fn draw_group(svg: &mut Svg, placed: &[Point], group: &EdgeGroup) {
     let path: String = group.edges.iter().map(|edge| curve(placed, edge)).collect();
-    svg.path(&path, Stroke::solid(group.colour, GROUP_WIDTH));
+    svg.path(&path, Stroke::solid(group.color, GROUP_WIDTH));
     let Some([dx, dy]) = group.arrows else { return };
     let length = dx.hypot(dy);
     for &[a, b, _] in &group.edges {
         for node in [a, b] {
             let [x, y] = placed[node];
-            // The page's second axis points down.
+            // The vertical axis of the page points down.
             let to = [x + ARROW * dx / length, y - ARROW * dy / length];
-            arrow::draw(svg, [x, y], to, Stroke::solid(group.colour, 0.7));
+            arrow::draw(svg, [x, y], to, Stroke::solid(group.color, 0.7));
         }
     }
 }

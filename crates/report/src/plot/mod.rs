@@ -1,15 +1,15 @@
-//! Figures fit for print: SVG in points at column width, pixels and animations from the same SVG.
+//! Figures for print: SVG in points at column width, and pixels and animations from the same SVG.
 //!
-//! Cast: a [`Figure`] lays [`Panel`]s out on a grid; panels are a [`LinePlot`] (linear or
-//! logarithmic), a [`ComplexPlane`], a [`MeshPlot`], a [`SurfacePlot`] and a [`HeatMap`]; [`raster`] turns a figure
-//! into pixels, [`movie`] a sequence of them into an animated GIF. Panels hold plain numbers and
-//! know no physics. Labels may use `_{…}`, `^{…}` and `*…*` (italic), see [`text`].
+//! A [`Figure`] arranges [`Panel`]s on a grid. Panels are a [`LinePlot`] (linear or logarithmic), a [`ComplexPlane`], a
+//! [`MeshPlot`], a [`SurfacePlot`] and a [`HeatMap`]. [`raster`] converts a figure to pixels, [`movie`] a sequence of
+//! figures to an animated GIF. Panels contain plain numbers and no physics. Labels may use `_{…}`, `^{…}` and `*…*`
+//! (italic); see [`text`].
 
 mod arrow;
 pub mod axis;
 pub mod bands;
 mod bar;
-pub mod colour;
+pub mod color;
 pub mod complex_plane;
 mod decimate;
 pub mod figure;
@@ -27,7 +27,7 @@ pub mod svg;
 pub mod text;
 
 pub use axis::{Axis, Scale};
-pub use colour::Colour;
+pub use color::Color;
 pub use complex_plane::ComplexPlane;
 pub use figure::{Figure, Panel};
 pub use heat_map::HeatMap;

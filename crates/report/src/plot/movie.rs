@@ -8,25 +8,24 @@ use gif::{Encoder, Extension, Frame, Repeat};
 use super::figure::Figure;
 use super::raster;
 
-/// Quality of the reduction to 256 colours where a frame has more: 1 is best, 30 fastest.
+/// Quality of the reduction to 256 colors for frames with more colors: 1 is best, 30 is fastest.
 const SPEED: i32 = 10;
 
 /// The comment by which the program recognizes its own files.
 const COMMENT: &[u8] = b"Made by myovib";
 
-/// Whether a file begins as those of this program do.
+/// Returns whether a file starts like the movies of this program.
 pub fn is_own_gif(start: &[u8]) -> bool {
     let mut parts = start.windows(COMMENT.len()).take(100);
     start.starts_with(b"GIF89a") && parts.any(|part| part == COMMENT)
 }
 
-/// Writes figures of equal size as an endless animation, `width` pixels wide, each shown for
-/// `hundredths` of a second.
+/// Writes figures of equal size as an endless animation, `width` pixels wide, each shown for `hundredths` of a second.
 ///
-/// Figures are drawn one at a time as the iterator gives them.
+/// The iterator is evaluated one figure at a time.
 ///
 /// # Errors
-/// When a figure cannot be drawn or differs in size from the first, or the sink cannot be written.
+/// If a figure cannot be drawn or differs in size from the first one, or the sink cannot be written.
 pub fn write<W: Write>(
     sink: W,
     figures: impl IntoIterator<Item = anyhow::Result<Figure>>,
@@ -36,7 +35,7 @@ pub fn write<W: Write>(
     let mut figures = figures.into_iter();
     let first = figures
         .next()
-        .context("a movie needs at least one frame")??;
+        .context("a movie requires at least one frame")??;
     let first = frame(&first, width, hundredths)?;
     let mut encoder = Encoder::new(sink, first.width, first.height, &[])?;
     encoder.write_raw_extension(Extension::Comment.into(), &[COMMENT])?;
@@ -46,7 +45,7 @@ pub fn write<W: Write>(
         let next = frame(&figure?, width, hundredths)?;
         ensure!(
             next.height == first.height,
-            "frames of a movie must have one size"
+            "the frames of a movie must have equal sizes"
         );
         encoder.write_frame(&next)?;
     }
@@ -56,7 +55,7 @@ pub fn write<W: Write>(
 fn frame(figure: &Figure, width: u16, hundredths: u16) -> anyhow::Result<Frame<'static>> {
     let pixmap = raster::pixels(&figure.outlined(), width.into())?;
     let height = u16::try_from(pixmap.height()).context("the figure is too high for a movie")?;
-    // Pages are opaque, so premultiplied colours are plain ones.
+    // Pages are opaque, so premultiplied colors equal plain colors.
     let mut rgba = pixmap.take();
     let mut frame = Frame::from_rgba_speed(width, height, &mut rgba, SPEED);
     frame.delay = hundredths;
@@ -98,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_movie_without_frames_is_refused() {
+    fn a_movie_without_frames_is_an_error() {
         assert!(write(Vec::new(), [], 200, 4).is_err());
     }
 }

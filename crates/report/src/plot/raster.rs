@@ -1,20 +1,20 @@
-//! Figures as pixels: the same on every machine.
+//! Reproducible conversion of figures to pixels.
 
 use anyhow::Context;
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
 
-/// An SVG document as pixels, `width` of them in a row. Text is left out: see
+/// Renders an SVG document `width` pixels wide. Text is not rendered: see
 /// [`Figure::outlined`](super::Figure::outlined).
 ///
 /// # Errors
-/// When the document is not valid or too large.
+/// If the document is invalid or too large.
 pub fn pixels(svg: &str, width: u32) -> anyhow::Result<Pixmap> {
     let tree = Tree::from_str(svg, &Options::default()).context("the figure is not valid SVG")?;
     let scale = width as f32 / tree.size().width();
     let height = (tree.size().height() * scale).round() as u32;
     let mut pixmap = Pixmap::new(width, height).context("the figure has no pixels")?;
-    // The page need not fill the last row.
+    // The page may not cover the last row completely.
     pixmap.fill(Color::WHITE);
     resvg::render(
         &tree,
@@ -24,10 +24,10 @@ pub fn pixels(svg: &str, width: u32) -> anyhow::Result<Pixmap> {
     Ok(pixmap)
 }
 
-/// An SVG document as a PNG file, `width` pixels in a row.
+/// Renders an SVG document as a PNG file, `width` pixels wide.
 ///
 /// # Errors
-/// When the document is not valid or too large.
+/// If the document is invalid or too large.
 pub fn png(svg: &str, width: u32) -> anyhow::Result<Vec<u8>> {
     pixels(svg, width)?
         .encode_png()
@@ -37,7 +37,7 @@ pub fn png(svg: &str, width: u32) -> anyhow::Result<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plot::Colour;
+    use crate::plot::Color;
     use crate::plot::place::Rect;
     use crate::plot::svg::{Lettering, Stroke, Svg, Type};
 
@@ -58,9 +58,9 @@ mod tests {
         assert!(ink("ΨΨ") > ink("Ψ") && ink("*Ψ*") > 20);
     }
 
-    /// Issue 15, A7: a figure must not be cut by the rectangle of another one of the same document.
+    /// Regression: a figure was clipped by the rectangle of another figure in the same document.
     #[test]
-    fn figures_of_one_document_are_cut_as_each_of_them_alone() {
+    fn figures_of_one_document_are_clipped_independently() {
         let figure = |x: f64| {
             let mut page = Svg::new(40.0, 40.0, Lettering::Outlines);
             let area = Rect {
@@ -69,7 +69,7 @@ mod tests {
                 width: 15.0,
                 height: 20.0,
             };
-            let stroke = Stroke::solid(Colour::BLACK, 4.0);
+            let stroke = Stroke::solid(Color::BLACK, 4.0);
             page.clipped(area, |page| page.line(&[[0.0, 15.0], [40.0, 15.0]], stroke));
             page.finish("")
         };

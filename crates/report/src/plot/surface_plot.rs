@@ -1,66 +1,63 @@
-//! The surface of a body in space, shaded, from the far triangles to the near ones.
+//! The shaded surface of a 3D body, drawn from back to front.
 
 use super::arrow;
 use super::axis::Axis;
 use super::bar::Bar;
-use super::colour::Colour;
+use super::color::Color;
 use super::figure::{Margins, Panel, TICK_SIZE};
 use super::legend::{self, Entry, Key};
 use super::place::{Point, Rect};
 use super::svg::{self, Stroke, Svg, Type};
 
-/// A place in space.
+/// A point in 3D.
 pub type Place = [f64; 3];
 
-/// What a triangle is painted with.
+/// Paint of a triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Paint {
-    /// The colour of a value of the field.
+    /// The color of a field value.
     Value(f64),
-    /// A colour of its own.
-    Plain(Colour),
+    /// A fixed color.
+    Plain(Color),
 }
 
 /// A triangle of the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Face {
-    /// Its corners, counter-clockwise seen from outside.
+    /// Corners, counterclockwise seen from outside.
     pub corners: [Place; 3],
-    /// What it is painted with, before the light.
+    /// Paint before shading.
     pub paint: Paint,
 }
 
-/// A closed surface seen from the front (−y), a little from the right and from above (z), without
-/// perspective.
+/// A closed surface seen from the front (−y), slightly from the right and from above (z), in parallel projection.
 #[derive(Debug, Clone, Default)]
 pub struct SurfacePlot {
-    /// Above the plot; none if empty.
+    /// Title above the plot; may be empty.
     pub title: String,
-    /// The triangles.
     pub faces: Vec<Face>,
-    /// What the values mean, in which unit, between which limits.
+    /// Label, unit and limits of the field.
     pub field: Option<Axis>,
-    /// Names in the legend and their colours.
-    pub groups: Vec<(String, Colour)>,
-    /// Whether the triangles have an outline.
+    /// Names in the legend and their colors.
+    pub groups: Vec<(String, Color)>,
     pub edges: bool,
-    /// Places beside the faces that the picture has room for, as the other frames of a film ask.
+    /// Additional points that the picture must contain, for equal frames of a movie.
     pub around: Vec<Place>,
 }
 
-/// How far to the right and above the eye stands, rad.
+/// Direction of view: angles to the right and above, in rad.
 const AZIMUTH: f64 = 0.5;
 const ELEVATION: f64 = 0.42;
-/// Where the light comes from, in the axes of the page (right, up, towards the eye).
+/// Direction of the light in the axes of the page (right, up, towards the viewer).
 const LIGHT: Place = [-0.35, 0.6, 0.72];
-/// The brightness of what the light does not reach.
+/// Brightness of surfaces in the shadow.
 const SHADOW: f64 = 0.5;
-/// Triangles grow by this much, in points, over the seams between them.
+/// Enlargement of triangles in points, which hides the seams between them.
 const SEAM: f64 = 0.2;
 const ARROW: f64 = 13.0;
 const BELOW: f64 = 2.0 * ARROW;
 
-/// A place on the page: right, up, and towards the eye.
+/// Transforms a point to the axes of the page: right, up, and towards the viewer.
 fn seen([x, y, z]: Place) -> Place {
     let ((s, c), (se, ce)) = (AZIMUTH.sin_cos(), ELEVATION.sin_cos());
     [
@@ -70,7 +67,7 @@ fn seen([x, y, z]: Place) -> Place {
     ]
 }
 
-/// The unit normal of a triangle; zero for one without area.
+/// Returns the unit normal of a triangle, or zero if it has no area.
 fn normal([a, b, c]: &[Place; 3]) -> Place {
     let [u, v] = [b, c].map(|p| [0, 1, 2].map(|i| p[i] - a[i]));
     let cross = [
@@ -86,13 +83,13 @@ fn dot(a: Place, b: Place) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Whether a triangle, counter-clockwise seen from outside, is on the side that is seen.
+/// Returns whether a triangle, counterclockwise seen from outside, faces the viewer.
 pub fn faces_the_eye(corners: &[Place; 3]) -> bool {
     normal(&corners.map(seen))[2] > 0.0
 }
 
 impl SurfacePlot {
-    /// The extent of the body on the page: lowest and highest along both axes.
+    /// Returns the minimum and maximum of the body along both axes of the page.
     fn limits(&self) -> [[f64; 2]; 2] {
         let mut limits = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
         let corners = self.faces.iter().flat_map(|face| face.corners);
@@ -114,14 +111,14 @@ impl SurfacePlot {
     }
 
     fn entries<'a>(&'a self) -> Vec<Entry<'a>> {
-        let entry = |(name, colour): &'a (String, Colour)| Entry {
+        let entry = |(name, color): &'a (String, Color)| Entry {
             name,
-            key: Key::Square(*colour),
+            key: Key::Square(*color),
         };
         self.groups.iter().map(entry).collect()
     }
 
-    /// The triangles that face the eye, the far ones first, in the axes of the page.
+    /// Returns the visible triangles from back to front, in the axes of the page.
     fn visible(&self) -> Vec<([Place; 3], Paint)> {
         let seen_faces = self.faces.iter().filter(|f| faces_the_eye(&f.corners));
         let mut visible: Vec<_> = seen_faces
@@ -145,7 +142,7 @@ impl Panel for SurfacePlot {
 
     fn aspect(&self) -> Option<f64> {
         let [x, y] = self.limits().map(|[low, high]| high - low);
-        // A bar needs some height to be read, whatever the body.
+        // A color bar needs a minimum height.
         Some((y / x).max(0.4))
     }
 
@@ -161,17 +158,17 @@ impl Panel for SurfacePlot {
         };
         let bar = self.bar();
         for (corners, paint) in self.visible() {
-            let colour = match (paint, &bar) {
-                (Paint::Plain(colour), _) => colour,
-                (Paint::Value(value), Some(bar)) => bar.colour_of(value),
-                (Paint::Value(_), None) => Colour::GREY,
+            let color = match (paint, &bar) {
+                (Paint::Plain(color), _) => color,
+                (Paint::Value(value), Some(bar)) => bar.color_of(value),
+                (Paint::Value(_), None) => Color::GREY,
             };
             let light = dot(normal(&corners), LIGHT).max(0.0);
-            let shaded = colour.darker(SHADOW + (1.0 - SHADOW) * light);
+            let shaded = color.darker(SHADOW + (1.0 - SHADOW) * light);
             let placed = corners.map(place);
             svg.fill(&format!("{}Z", svg::path(&grown(placed))), shaded);
             if self.edges {
-                let outline = Stroke::solid(Colour::GREY, 0.2);
+                let outline = Stroke::solid(Color::GREY, 0.2);
                 svg.path(&format!("{}Z", svg::path(&placed)), outline);
             }
         }
@@ -183,24 +180,24 @@ impl Panel for SurfacePlot {
     }
 }
 
-/// The triangle a little larger, about its centre.
+/// Enlarges a triangle about its center.
 fn grown(corners: [Point; 3]) -> [Point; 3] {
-    let centre = [0, 1].map(|i| corners.iter().map(|corner| corner[i]).sum::<f64>() / 3.0);
+    let center = [0, 1].map(|i| corners.iter().map(|corner| corner[i]).sum::<f64>() / 3.0);
     corners.map(|corner| {
-        let out = [corner[0] - centre[0], corner[1] - centre[1]];
+        let out = [corner[0] - center[0], corner[1] - center[1]];
         let length = out[0].hypot(out[1]).max(SEAM);
         [0, 1].map(|i| corner[i] + SEAM * out[i] / length)
     })
 }
 
-/// The directions of the axes, from a point of the page.
+/// Draws the directions of the axes at a point of the page.
 fn draw_axes(svg: &mut Svg, [x, y]: Point) {
     for (axis, name) in ["*x*", "*y*", "*z*"].into_iter().enumerate() {
         let mut along = [0.0; 3];
         along[axis] = 1.0;
         let [right, up, _] = seen(along);
         let to = [x + ARROW * right, y - ARROW * up];
-        arrow::draw(svg, [x, y], to, Stroke::solid(Colour::BLACK, 0.7));
+        arrow::draw(svg, [x, y], to, Stroke::solid(Color::BLACK, 0.7));
         let label = [
             x + 1.3 * ARROW * right - 0.25 * TICK_SIZE,
             y - 1.3 * ARROW * up + 0.3 * TICK_SIZE,
@@ -213,7 +210,7 @@ fn draw_axes(svg: &mut Svg, [x, y]: Point) {
 mod tests {
     use super::*;
 
-    /// A unit cube's six sides, two triangles each, with the number of the side as value.
+    /// Returns the six sides of a unit cube, two triangles each, with the index of the side as value.
     fn cube() -> Vec<Face> {
         let corner = |i: usize| [i & 1, (i >> 1) & 1, (i >> 2) & 1].map(|b| b as f64);
         let sides = [
@@ -233,9 +230,9 @@ mod tests {
         faces.collect()
     }
 
-    /// From the front, the right and above, the sides x = 1, y = 0 and z = 1 are seen.
+    /// The sides x = 1, y = 0 and z = 1 are visible from the front, the right and above.
     #[test]
-    fn three_sides_of_a_cube_are_seen() {
+    fn three_sides_of_a_cube_are_visible() {
         let plot = SurfacePlot {
             faces: cube(),
             ..SurfacePlot::default()
@@ -252,7 +249,7 @@ mod tests {
         assert_eq!(seen, [1.0, 1.0, 2.0, 2.0, 5.0, 5.0]);
     }
 
-    /// Turned to the page lengths stay: x² + y² + z² of any place.
+    /// The transformation preserves lengths: x² + y² + z² of any point.
     #[test]
     fn the_view_is_a_rotation() {
         for place in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.3, -0.7, 2.0]] {
@@ -261,18 +258,18 @@ mod tests {
         }
     }
 
-    /// A near triangle covers a far one: it is drawn after it.
+    /// A near triangle covers a far one, so it is drawn later.
     #[test]
     fn near_triangles_are_drawn_last() {
-        let small = |y: f64, colour| Face {
+        let small = |y: f64, color| Face {
             corners: [[0.0, y, 0.0], [1.0, y, 0.0], [0.0, y, 1.0]],
-            paint: Paint::Plain(colour),
+            paint: Paint::Plain(color),
         };
         let plot = SurfacePlot {
-            faces: vec![small(0.0, Colour::BLUE), small(5.0, Colour::GREEN)],
+            faces: vec![small(0.0, Color::BLUE), small(5.0, Color::GREEN)],
             ..SurfacePlot::default()
         };
         let drawn: Vec<Paint> = plot.visible().into_iter().map(|(_, paint)| paint).collect();
-        assert_eq!(drawn, [Colour::GREEN, Colour::BLUE].map(Paint::Plain));
+        assert_eq!(drawn, [Color::GREEN, Color::BLUE].map(Paint::Plain));
     }
 }

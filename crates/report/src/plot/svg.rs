@@ -1,15 +1,15 @@
-//! A page of SVG, in points (1/72 inch).
+//! An SVG page in points (1/72 inch).
 
 use std::fmt::Write;
 
-use super::colour::Colour;
+use super::color::Color;
 use super::place::{Point, Rect};
 use super::{font, text};
 
-/// The beginning of a page.
+/// Start of every document.
 const START: &str = r#"<svg xmlns="http://www.w3.org/2000/svg" width=""#;
 
-/// Whether a document begins as those of this program do.
+/// Returns whether a document starts like the documents of this program.
 pub fn is_own_svg(text: &str) -> bool {
     let family = format!(r#" font-family="{}" role="img">"#, font::FAMILY);
     let mut lines = text.lines();
@@ -19,22 +19,19 @@ pub fn is_own_svg(text: &str) -> bool {
     head && lines.next().is_some_and(|line| line.starts_with("<title>"))
 }
 
-/// How a line is drawn.
+/// Style of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stroke {
-    /// Its colour.
-    pub colour: Colour,
-    /// Its width.
+    pub color: Color,
     pub width: f64,
     /// Lengths of dashes and gaps; empty for a solid line.
     pub dashes: &'static [f64],
 }
 
 impl Stroke {
-    /// A solid line.
-    pub const fn solid(colour: Colour, width: f64) -> Self {
+    pub const fn solid(color: Color, width: f64) -> Self {
         Self {
-            colour,
+            color,
             width,
             dashes: &[],
         }
@@ -43,7 +40,7 @@ impl Stroke {
     fn attributes(&self) -> String {
         let mut text = format!(
             r#"fill="none" stroke="{}" stroke-width="{}" stroke-linejoin="round""#,
-            self.colour, self.width
+            self.color, self.width
         );
         if !self.dashes.is_empty() {
             let lengths: Vec<String> = self.dashes.iter().map(f64::to_string).collect();
@@ -53,46 +50,40 @@ impl Stroke {
     }
 }
 
-/// Which part of a text stands at its point.
+/// Alignment of a text at its point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
-    /// The beginning.
     Start,
-    /// The middle.
     Middle,
-    /// The end.
     End,
 }
 
-/// How a text is drawn.
+/// Style of a text.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Type {
-    /// Font size.
     pub size: f64,
-    /// Which part stands at the point.
     pub anchor: Anchor,
-    /// Colour.
-    pub colour: Colour,
-    /// Whether it runs upwards instead of to the right.
+    pub color: Color,
+    /// Whether the text is vertical.
     pub upwards: bool,
-    /// Whether a white rim keeps it apart from what is below.
+    /// Whether a white outline separates it from the background.
     pub haloed: bool,
 }
 
 impl Type {
-    /// Black text to the right of its point.
+    /// Creates black text to the right of its point.
     pub fn of(size: f64) -> Self {
-        let colour = Colour::BLACK;
+        let color = Color::BLACK;
         Self {
             size,
             anchor: Anchor::Start,
-            colour,
+            color,
             upwards: false,
             haloed: false,
         }
     }
 
-    /// The same, with a white rim.
+    /// Adds a white outline.
     pub fn haloed(self) -> Self {
         Self {
             haloed: true,
@@ -100,22 +91,21 @@ impl Type {
         }
     }
 
-    /// The same, anchored elsewhere.
+    /// Sets the alignment.
     pub fn anchored(self, anchor: Anchor) -> Self {
         Self { anchor, ..self }
     }
 }
 
-/// How labels are written.
+/// Representation of labels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lettering {
-    /// As text, that a reader can search, in a font of theirs.
+    /// Searchable text in the reader's font.
     Text,
-    /// As the outlines of the embedded fonts: what is turned into pixels.
+    /// Outlines of the embedded fonts, required for conversion to pixels.
     Outlines,
 }
 
-/// A page being drawn.
 #[derive(Debug)]
 pub struct Svg {
     width: f64,
@@ -125,7 +115,7 @@ pub struct Svg {
 }
 
 impl Svg {
-    /// An empty white page.
+    /// Creates an empty white page.
     pub fn new(width: f64, height: f64, lettering: Lettering) -> Self {
         let mut page = Self {
             width,
@@ -140,13 +130,13 @@ impl Svg {
                 width,
                 height,
             },
-            Some(Colour::WHITE),
+            Some(Color::WHITE),
             None,
         );
         page
     }
 
-    /// The finished document, with its real size and a title for those who cannot see it.
+    /// Returns the document with its physical size and a title for accessibility.
     pub fn finish(self, title: &str) -> String {
         let Self {
             width,
@@ -164,12 +154,12 @@ impl Svg {
         )
     }
 
-    /// A line through the points.
+    /// Draws a line through the points.
     pub fn line(&mut self, points: &[Point], stroke: Stroke) {
         self.path(&path(points), stroke);
     }
 
-    /// The outline of a path in SVG's notation.
+    /// Draws the outline of an SVG path.
     pub fn path(&mut self, path: &str, stroke: Stroke) {
         if !path.is_empty() {
             self.add(format_args!(
@@ -179,18 +169,17 @@ impl Svg {
         }
     }
 
-    /// The inside of a path in SVG's notation, with an edge of the same colour that closes the
-    /// hairline gaps between neighbours.
-    pub fn fill(&mut self, path: &str, colour: Colour) {
+    /// Fills an SVG path. An edge of the same color closes hairline gaps between neighbors.
+    pub fn fill(&mut self, path: &str, color: Color) {
         if !path.is_empty() {
             self.add(format_args!(
-                r#"<path d="{path}" fill="{colour}" stroke="{colour}" stroke-width="0.15"/>"#
+                r#"<path d="{path}" fill="{color}" stroke="{color}" stroke-width="0.15"/>"#
             ));
         }
     }
 
-    /// A rectangle, filled or outlined or both.
-    pub fn rect(&mut self, rect: Rect, fill: Option<Colour>, stroke: Option<Stroke>) {
+    /// Draws a filled or outlined rectangle.
+    pub fn rect(&mut self, rect: Rect, fill: Option<Color>, stroke: Option<Stroke>) {
         let Rect {
             x,
             y,
@@ -198,33 +187,33 @@ impl Svg {
             height,
         } = rect;
         let place = format!(r#"x="{x:.2}" y="{y:.2}" width="{width:.2}" height="{height:.2}""#);
-        if let Some(colour) = fill {
-            self.add(format_args!(r#"<rect {place} fill="{colour}"/>"#));
+        if let Some(color) = fill {
+            self.add(format_args!(r#"<rect {place} fill="{color}"/>"#));
         }
         if let Some(stroke) = stroke {
             self.add(format_args!(r#"<rect {place} {}/>"#, stroke.attributes()));
         }
     }
 
-    /// A disc with a thin white rim, so that discs on top of each other stay apart.
-    pub fn disc(&mut self, [x, y]: Point, radius: f64, colour: Colour) {
+    /// Draws a disc with a thin white outline, which separates overlapping discs.
+    pub fn disc(&mut self, [x, y]: Point, radius: f64, color: Color) {
         self.add(format_args!(
-            r#"<circle cx="{x:.2}" cy="{y:.2}" r="{radius}" fill="{colour}" stroke="white" stroke-width="0.3"/>"#
+            r#"<circle cx="{x:.2}" cy="{y:.2}" r="{radius}" fill="{color}" stroke="white" stroke-width="0.3"/>"#
         ));
     }
 
-    /// A disc one can see through, so that a crowd of them looks darker.
-    pub fn translucent_disc(&mut self, [x, y]: Point, radius: f64, colour: Colour) {
+    /// Draws a translucent disc, so that overlapping discs look darker.
+    pub fn translucent_disc(&mut self, [x, y]: Point, radius: f64, color: Color) {
         self.add(format_args!(
-            r#"<circle cx="{x:.2}" cy="{y:.2}" r="{radius}" fill="{colour}" fill-opacity="0.5" stroke="{colour}" stroke-width="0.3"/>"#
+            r#"<circle cx="{x:.2}" cy="{y:.2}" r="{radius}" fill="{color}" fill-opacity="0.5" stroke="{color}" stroke-width="0.3"/>"#
         ));
     }
 
-    /// A label, see [`text`].
+    /// Draws a label; see [`text`].
     pub fn text(&mut self, [x, y]: Point, label: &str, style: Type) {
         let mut attributes = String::new();
-        if style.colour != Colour::BLACK {
-            attributes += &format!(r#" fill="{}""#, style.colour);
+        if style.color != Color::BLACK {
+            attributes += &format!(r#" fill="{}""#, style.color);
         }
         if style.haloed {
             attributes += r#" paint-order="stroke" stroke="white" stroke-width="2""#;
@@ -253,9 +242,9 @@ impl Svg {
         }
     }
 
-    /// What `draw` draws, cut off outside the rectangle.
+    /// Draws with a clip rectangle.
     ///
-    /// An SVG inside clips without an id, so that several figures may stand in one document.
+    /// A nested SVG element clips without an id, so several figures can share a document.
     pub fn clipped(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
         let Rect {
             x,
@@ -275,7 +264,7 @@ impl Svg {
     }
 }
 
-/// The straight path through the points, in SVG's notation; empty for fewer than two.
+/// Returns the polyline through the points as an SVG path; empty for fewer than two points.
 pub fn path(points: &[Point]) -> String {
     if points.len() < 2 {
         return String::new();

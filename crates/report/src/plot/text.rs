@@ -1,15 +1,15 @@
 //! Labels with subscripts, superscripts and italics.
 //!
-//! `_{…}` lowers, `^{…}` raises, `*…*` slants: `*u*_{y} (10^{−4} m)`.
+//! `_{…}` is a subscript, `^{…}` a superscript, `*…*` italic: `*u*_{y} (10^{−4} m)`.
 
 use myovib_scene::escape;
 
 use super::font;
 use super::place::Point;
 
-/// Size of raised and lowered text, relative to the text around it.
+/// Size of subscripts and superscripts relative to the surrounding text.
 const SCRIPT: f64 = 0.72;
-/// How far raised and lowered text is shifted, in parts of the size of the text around it.
+/// Vertical shift of subscripts and superscripts relative to the size of the surrounding text.
 const RAISE: f64 = 0.38;
 const LOWER: f64 = 0.2;
 
@@ -27,7 +27,7 @@ struct Run<'a> {
     italic: bool,
 }
 
-/// Width of a label in its font size.
+/// Returns the width of a label at a font size.
 pub fn width(label: &str, size: f64) -> f64 {
     let of_run = |run: &Run| {
         font::width(run.text)
@@ -41,7 +41,7 @@ pub fn width(label: &str, size: f64) -> f64 {
     runs(label).iter().map(of_run).sum()
 }
 
-/// A label's outlines as a path in SVG's notation; it begins at `at`.
+/// Returns the outlines of a label as an SVG path starting at `at`.
 pub(super) fn outline(label: &str, size: f64, at: Point) -> String {
     let (mut pen, mut path) = (at, String::new());
     for run in runs(label) {
@@ -56,10 +56,10 @@ pub(super) fn outline(label: &str, size: f64, at: Point) -> String {
     path
 }
 
-/// The content of an SVG `text` element.
+/// Returns the content of an SVG `text` element.
 pub(super) fn spans(label: &str, size: f64) -> String {
     let mut spans = String::new();
-    // SVG shifts add up along a text, so each run undoes the shift before it.
+    // SVG accumulates shifts along a text, so each run reverses the previous shift.
     let mut shifted = 0.0;
     for run in runs(label) {
         let shift = match run.level {
@@ -78,7 +78,7 @@ pub(super) fn spans(label: &str, size: f64) -> String {
         if run.italic {
             attributes += " font-style=\"italic\"";
         }
-        // Some readers drop ordinary spaces at the ends of a span.
+        // Some viewers drop ordinary spaces at the ends of a span.
         let text = escape(run.text).replace(' ', "\u{a0}");
         if attributes.is_empty() {
             spans += &text;
@@ -116,7 +116,7 @@ fn runs(label: &str) -> Vec<Run<'_>> {
     runs
 }
 
-/// Splits at the first mark that means something here: braces close only what they opened.
+/// Splits at the first markup character; a brace only closes what it opened.
 fn split_at_mark(text: &str, level: Level) -> Option<(&str, &str, &str)> {
     let marks: &[&str] = if level == Level::Base {
         &["_{", "^{", "*"]
@@ -162,12 +162,12 @@ mod tests {
     }
 
     #[test]
-    fn what_commands_a_terminal_is_spelled_out() {
+    fn control_characters_are_escaped() {
         assert!(!escape("a\u{1b}[31mb").contains('\u{1b}'));
     }
 
     #[test]
-    fn shifts_are_undone_and_signs_escaped() {
+    fn shifts_are_reversed_and_characters_escaped() {
         assert_eq!(
             spans("a_{b}<", 10.0),
             "a<tspan dy=\"2.00\" font-size=\"7.20\">b</tspan><tspan dy=\"-2.00\">&lt;</tspan>"
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn marks_take_no_width() {
+    fn markup_has_no_width() {
         assert_eq!(width("*u*", 7.0), width("u", 7.0));
         assert!(width("u_{y}", 7.0) < width("uy", 7.0));
     }

@@ -1,4 +1,4 @@
-//! The paper's Table 2 from the documents of its runs: [`text()`], CSV and JSON, beside the paper's counts.
+//! The paper's Table 2 from the results of its runs: [`text()`], CSV and JSON, compared with the paper's counts.
 
 mod text;
 
@@ -11,27 +11,27 @@ use serde_json::{Map, Value, json};
 
 pub use text::text;
 
-/// A row: its scene is `table2-KEY`.
+/// A row with the scene `table2-KEY`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Row {
-    /// The row's name on the command line and in JSON.
+    /// Name of the row on the command line and in JSON.
     pub key: &'static str,
-    /// The paper's row it stands beside.
+    /// Corresponding row of the paper.
     paper_key: &'static str,
-    /// The conventions of the error test it stands for. `paper` is the paper's words, "the algebraic
-    /// variables are excluded": λ in (28) and (31), only μ in (29); `multipliers` is λ and μ
-    /// everywhere. None: a variant beside the paper's rows.
+    /// Conventions of the error test that the row belongs to. `paper` means, in the paper's words, "the algebraic
+    /// variables are excluded": λ in (28) and (31), only μ in (29). `multipliers` means λ and μ in all equations. Empty
+    /// for a variant that is not in the paper.
     conventions: &'static [&'static str],
 }
 
 impl Row {
-    /// The name of its scene.
+    /// Name of the scene.
     pub fn scene(&self) -> String {
         format!("table2-{}", self.key)
     }
 
-    /// Whether the row is a problem of its own: the others differ from one of these in what BDF
-    /// leaves out of the error test, or in its order.
+    /// Returns whether the row is a separate problem. The other rows differ from such a row only in the variables that
+    /// BDF excludes from the error test, or in its order.
     pub fn is_of_its_own(&self) -> bool {
         self.conventions.contains(&"paper")
     }
@@ -62,7 +62,7 @@ pub const ROWS: [Row; 9] = [
     row("31", "31", &["paper", "multipliers"]),
 ];
 
-/// What the paper printed.
+/// A row as printed in the paper.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct PaperRow {
     steps: u64,
@@ -78,15 +78,14 @@ struct PaperTable {
 
 static PAPER: LazyLock<PaperTable> = LazyLock::new(|| {
     serde_json::from_str(include_str!("../../data/paper/table2.json"))
-        .expect("the paper's table is part of the program, and tested")
+        .expect("the built-in table is valid, as tested")
 });
 
 /// A row with the document of its run.
 #[derive(Debug, Clone)]
 pub struct RowRun {
-    /// The row.
     pub row: Row,
-    /// The body of its `run.json`.
+    /// Body of its `run.json`.
     pub document: Value,
 }
 
@@ -107,7 +106,7 @@ impl RowRun {
         self.document[name].as_str().unwrap_or_default()
     }
 
-    /// Whether the run reached its end.
+    /// Returns whether the run reached its end.
     fn is_finished(&self) -> bool {
         self.word("outcome") == "finished"
     }
@@ -116,7 +115,7 @@ impl RowRun {
         self.document["stages"].is_u64()
     }
 
-    /// The conventions of the error test; Radau IIA follows none.
+    /// Conventions of the error test; empty for Radau IIA.
     fn conventions(&self) -> &'static [&'static str] {
         if self.is_radau() {
             &[]
@@ -133,7 +132,8 @@ impl RowRun {
         }
     }
 
-    /// Whether the run ended as the paper's did. Variants and Radau IIA have no counterpart there.
+    /// Returns whether the run ended like the paper's, or `None` for variants and Radau IIA, which the paper does not
+    /// contain.
     fn agrees(&self) -> Option<bool> {
         let has_counterpart = !self.conventions().is_empty();
         has_counterpart.then(|| self.paper().outcome == self.word("outcome"))
@@ -145,7 +145,7 @@ impl RowRun {
         (kappa, solid["beta"].as_f64().unwrap_or_default())
     }
 
-    /// What the error test leaves out.
+    /// Names of the blocks excluded from the error test.
     fn suppressed(&self) -> Vec<&str> {
         let fields = self.document["suppressed"].as_array();
         fields
@@ -155,7 +155,7 @@ impl RowRun {
             .collect()
     }
 
-    /// The highest order BDF was allowed, or that of Radau IIA.
+    /// Maximum order of BDF, or the order of Radau IIA.
     fn order(&self) -> u64 {
         self.count(if self.is_radau() {
             "order"
@@ -172,21 +172,19 @@ impl RowRun {
     }
 }
 
-/// How the table ends as a whole.
+/// Overall result of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// As was to be shown.
+    /// As expected.
     Done,
-    /// A run ended otherwise than the paper's.
+    /// The outcome of a run differs from the paper's.
     Differs,
-    /// With other settings than the table's, a run stopped that the paper finished, or one of Radau
-    /// IIA.
+    /// With modified settings or Radau IIA, a run stopped.
     Stopped,
-    /// A run was interrupted.
     Interrupted,
 }
 
-/// What the runs come to; `is_modified` where settings of the table are overridden.
+/// Returns the overall result; `is_modified` if settings of the table are overridden.
 pub fn verdict(runs: &[RowRun], is_modified: bool) -> Verdict {
     let differs = |run: &RowRun| run.agrees() == Some(false);
     let stopped = |run: &RowRun| !run.is_finished() && (differs(run) || run.is_radau());
@@ -201,7 +199,7 @@ pub fn verdict(runs: &[RowRun], is_modified: bool) -> Verdict {
     }
 }
 
-/// The body of the JSON document.
+/// Returns the body of the JSON document.
 pub fn document(runs: &[RowRun], mesh_name: &str, is_modified: bool) -> Value {
     let mesh = runs.first().map(|run| &run.document["mesh"]);
     json!({
@@ -215,7 +213,7 @@ pub fn document(runs: &[RowRun], mesh_name: &str, is_modified: bool) -> Value {
     })
 }
 
-/// What the row is, then the statistics and settings of its run.
+/// Describes the row, followed by the statistics and settings of its run.
 fn row_json(run: &RowRun) -> Value {
     let solid = &run.document["scene"]["solid"];
     let mut row = Map::from_iter([
@@ -241,7 +239,7 @@ fn row_json(run: &RowRun) -> Value {
     Value::Object(row)
 }
 
-/// The table as comma-separated values.
+/// Returns the table as comma-separated values.
 pub fn csv(runs: &[RowRun]) -> String {
     let names = [
         "key",
@@ -315,9 +313,9 @@ mod tests {
         })
     }
 
-    /// Regression: `--rows 4 --max-order 2` said that row 4 stops at order 5, whatever ran.
+    /// Regression: `--rows 4 --max-order 2` reported that row 4 stops at order 5.
     #[test]
-    fn nothing_is_said_of_runs_that_were_not_made() {
+    fn notes_describe_only_computed_runs() {
         let alone = notes(&[ran("4", finished(2, &[]))], true);
         assert!(
             !alone.contains("order 5") && !alone.contains("stop"),
@@ -328,15 +326,10 @@ mod tests {
             ran("4-order2", finished(2, &[])),
             ran("4-suppressed", finished(2, &["lambda"])),
         ];
-        let said = notes(&all, false);
-        assert!(
-            said.contains("these stop: 4 (order 5, nothing left out"),
-            "{said}"
-        );
-        assert!(
-            said.contains("4-suppressed (order 2, lambda left out"),
-            "{said}"
-        );
+        // Both lists name the runs with their actual orders.
+        let notes = notes(&all, false);
+        assert!(notes.contains(": 4 (order 5, "), "{notes}");
+        assert!(notes.contains("4-suppressed (order 2, lambda "), "{notes}");
     }
 
     #[test]

@@ -1,15 +1,15 @@
-//! Table 2 for people.
+//! Table 2 as text.
 
 use super::RowRun;
-use crate::table::{Align, Cell, Table, Tone, coloured_stdout, compared, exponent, kappa};
+use crate::table::{Align, Cell, Table, Tone, colored_stdout, compared, exponent, kappa};
 
-/// The table for people: counts beside the paper's, then what stands behind them.
+/// Returns the table with the paper's counts, followed by notes.
 pub fn text(runs: &[RowRun], is_modified: bool) -> String {
-    let coloured = coloured_stdout();
+    let colored = colored_stdout();
     format!(
         "{}\n{}\n{}",
-        comparison(runs).render(coloured),
-        settings_and_work(runs).render(coloured),
+        comparison(runs).render(colored),
+        settings_and_work(runs).render(colored),
         notes(runs, is_modified)
     )
 }
@@ -72,13 +72,13 @@ fn settings_and_work(runs: &[RowRun]) -> Table {
     use Align::{Left, Right};
     let mut table = Table::new(&[
         ("row", Left),
-        ("left out", Left),
+        ("excluded", Left),
         ("max order", Right),
         ("unknowns", Right),
         ("residuals", Right),
         ("Newton it.", Right),
         ("Newton fail.", Right),
-        ("factorisations", Right),
+        ("factorizations", Right),
         ("drift", Right),
     ]);
     for run in runs {
@@ -105,15 +105,15 @@ fn settings_and_work(runs: &[RowRun]) -> Table {
     table
 }
 
-/// What the runs at hand show, and nothing of those that were not made.
+/// Returns notes about the computed runs.
 pub(super) fn notes(runs: &[RowRun], is_modified: bool) -> String {
     let mut notes = String::new();
     for (name, meaning) in [
         (
             "paper",
-            "the algebraic variables are left out of the error test, λ in (28) and (31), only μ in (29)",
+            "the algebraic variables are excluded from the error test: λ in (28) and (31), only μ in (29)",
         ),
-        ("multipliers", "λ and μ are left out everywhere"),
+        ("multipliers", "λ and μ are excluded in all equations"),
     ] {
         let of_it = runs.iter().filter(|run| run.conventions().contains(&name));
         let ratios: Vec<String> = of_it
@@ -124,17 +124,19 @@ pub(super) fn notes(runs: &[RowRun], is_modified: bool) -> String {
             .collect();
         if !ratios.is_empty() {
             let ratios = ratios.join(", ");
-            notes += &format!("convention `{name}`: {meaning}. Steps, ours : paper: {ratios}\n");
+            notes += &format!(
+                "convention `{name}`: {meaning}. Ratio of our steps to the paper's: {ratios}\n"
+            );
         }
     }
     if let Some(run) = runs.iter().find(|run| run.is_radau()) {
         notes += &format!(
-            "Radau IIA of order {}: the error test has all variables but those under `left out`.\n",
+            "Radau IIA of order {}: the error test includes all variables except those listed as `excluded`.\n",
             run.order()
         );
     }
     if is_modified {
-        notes += "Settings differ from those of the table: the outcomes are not judged.\n";
+        notes += "The settings differ from the table, so the outcomes are not compared.\n";
     }
     for run in runs.iter().filter(|run| !run.is_finished()) {
         let (key, index) = (run.row.key, run.count("index"));
@@ -146,15 +148,15 @@ pub(super) fn notes(runs: &[RowRun], is_modified: bool) -> String {
     notes + &row_4(runs)
 }
 
-/// Which variants of row 4 run through where it stops.
+/// Describes which variants of row 4 finish and which stop.
 fn row_4(runs: &[RowRun]) -> String {
     let of_4 = |run: &&RowRun| run.row.paper_key == "4" && !run.is_radau();
     let described = |run: &RowRun| {
-        let left_out = match &run.suppressed()[..] {
-            [] => "nothing left out of the error test".to_owned(),
-            symbols => format!("{} left out of the error test", symbols.join(",")),
+        let excluded = match &run.suppressed()[..] {
+            [] => "nothing excluded from the error test".to_owned(),
+            symbols => format!("{} excluded from the error test", symbols.join(",")),
         };
-        format!("{} (order {}, {left_out})", run.row.key, run.order())
+        format!("{} (order {}, {excluded})", run.row.key, run.order())
     };
     let (finished, stopped): (Vec<_>, Vec<_>) =
         runs.iter().filter(of_4).partition(|run| run.is_finished());
@@ -164,7 +166,7 @@ fn row_4(runs: &[RowRun]) -> String {
     };
     match (&finished[..], &stopped[..]) {
         (finished @ [_, ..], stopped @ [_, ..]) => format!(
-            "Of the incompressible muscle in (28) these stop: {}; these run through: {}.\n",
+            "Incompressible muscle in (28): these runs stop: {}; these runs finish: {}.\n",
             list(stopped),
             list(finished)
         ),

@@ -19,7 +19,7 @@ use self::document::{Document, ModesJson, document};
 use crate::args::CommonArgs;
 use crate::exit::Exit;
 use crate::output;
-use myovib_report::table::{Align, Table, Tone, coloured_stdout, counted, exponent, kappa, paint};
+use myovib_report::table::{Align, Table, Tone, colored_stdout, counted, exponent, kappa, paint};
 use myovib_scene::run::{initial, rehearse, try_out};
 use myovib_scene::scene_file::active::Tension;
 use myovib_scene::scene_file::material::PronyTerm;
@@ -171,7 +171,7 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
         kappa(parameters.kappa()),
         bound(body, |ratios| ratios.beta),
         exponent(parameters.beta),
-        table.render(coloured_stdout())
+        table.render(colored_stdout())
     );
     for line in [size_of(body)]
         .into_iter()
@@ -411,7 +411,7 @@ fn warnings(findings: &[Finding]) -> String {
     if findings.is_empty() {
         return "No objections.\n".into();
     }
-    let warning = paint("warning", Tone::Bad, coloured_stdout());
+    let warning = paint("warning", Tone::Bad, colored_stdout());
     findings
         .iter()
         .map(|finding| format!("{warning}: {finding}\n"))

@@ -43,7 +43,7 @@ impl<'a> Drawing<'a> {
         }
     }
 
-    /// The body at time `t`, coloured by a field.
+    /// The body at time `t`, colored by a field.
     pub(in crate::commands) fn panel(&self, t: f64, u: &[[f64; 2]], field: Field) -> MeshPlot {
         let reach = self.scale * self.largest + AIR * height(self.space);
         let bottom = extent(self.space, 1, f64::min) - reach;

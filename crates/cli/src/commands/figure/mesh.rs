@@ -8,7 +8,7 @@ use serde_json::{Map, json};
 use super::product::Product;
 use crate::exit::Exit;
 use myovib_report::outline::outline;
-use myovib_report::plot::{Colour, EdgeGroup, Figure, MeshPlot};
+use myovib_report::plot::{Color, EdgeGroup, Figure, MeshPlot};
 use myovib_scene::Scene;
 
 pub(super) fn draw(scene: &Scene) -> anyhow::Result<Product> {
@@ -46,7 +46,7 @@ pub(in crate::commands) fn fixed(space: &Space) -> anyhow::Result<EdgeGroup> {
     Ok(EdgeGroup {
         name: "fixed".into(),
         edges: edges(space, FIXED_GROUP)?,
-        colour: Colour::BLUE,
+        color: Color::BLUE,
         arrows: None,
     })
 }
@@ -56,7 +56,7 @@ pub(super) fn loaded(space: &Space) -> anyhow::Result<EdgeGroup> {
     Ok(EdgeGroup {
         name: "load τ_{*y*}(*t*)".into(),
         edges: edges(space, LOAD_GROUP)?,
-        colour: Colour::VERMILION,
+        color: Color::VERMILION,
         arrows: Some([0.0, 1.0]),
     })
 }

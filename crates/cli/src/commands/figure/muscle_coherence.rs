@@ -3,15 +3,15 @@
 use super::chain_plots::{COLUMNS, chain_rows, defined_coherence};
 use super::product::Product;
 use crate::chains::{ChainRun, chain_document};
-use myovib_report::plot::{Axis, Colour, Figure, LinePlot, Series};
+use myovib_report::plot::{Axis, Color, Figure, LinePlot, Series};
 
 pub(super) fn draw(run: &ChainRun) -> anyhow::Result<Product> {
     let history = &run.history;
-    let plot = |axis: Axis, values: &[f64], colour| {
+    let plot = |axis: Axis, values: &[f64], color| {
         Box::new(LinePlot {
             x: Axis::new("*t*", "s").between(0.0, run.scene.t_end),
             y: axis,
-            series: vec![Series::curve("", &history.t, values).coloured(colour)],
+            series: vec![Series::curve("", &history.t, values).colored(color)],
             ..LinePlot::default()
         })
     };
@@ -19,8 +19,8 @@ pub(super) fn draw(run: &ChainRun) -> anyhow::Result<Product> {
     let figure = Figure::column(
         "Coherence of the chain in the muscle",
         vec![
-            plot(phase, &defined_coherence(history), Colour::BLUE),
-            plot(Axis::new("|Ψ|", ""), &history.strength(), Colour::VERMILION),
+            plot(phase, &defined_coherence(history), Color::BLUE),
+            plot(Axis::new("|Ψ|", ""), &history.strength(), Color::VERMILION),
         ],
     );
     Ok(Product {

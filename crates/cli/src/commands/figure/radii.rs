@@ -3,7 +3,7 @@
 use super::chain_plots::{COLUMNS, chain_rows, defined_coherence};
 use super::product::Product;
 use crate::chains::{ChainRun, chain_document};
-use myovib_report::plot::{Axis, Colour, Figure, LinePlot, Series};
+use myovib_report::plot::{Axis, Color, Figure, LinePlot, Series};
 
 pub(super) fn draw(run: &ChainRun) -> anyhow::Result<Product> {
     let (history, n) = (&run.history, run.n_oscillators());
@@ -11,7 +11,7 @@ pub(super) fn draw(run: &ChainRun) -> anyhow::Result<Product> {
     // One entry in the legend for all radii.
     let radii = (0..n).map(|n| {
         let name = if n == 0 { "radii *r*_{*n*}" } else { "" };
-        Series::curve(name, &history.t, &radius(n)).coloured(Colour::SKY)
+        Series::curve(name, &history.t, &radius(n)).colored(Color::SKY)
     });
     let strength = Series::curve("|Ψ|", &history.t, &history.strength());
     let coherence = Series::curve("|χ|", &history.t, &defined_coherence(history));
@@ -20,8 +20,8 @@ pub(super) fn draw(run: &ChainRun) -> anyhow::Result<Product> {
         y: Axis::new("*r*_{*n*}, |Ψ|, |χ|", ""),
         series: radii
             .chain([
-                strength.coloured(Colour::VERMILION),
-                coherence.coloured(Colour::BLACK),
+                strength.colored(Color::VERMILION),
+                coherence.colored(Color::BLACK),
             ])
             .collect(),
         ..LinePlot::default()

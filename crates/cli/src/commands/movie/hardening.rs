@@ -1,4 +1,4 @@
-//! Waves at a stiff inclusion: the scene `hardening`, coloured by the stress, which the inclusion
+//! Waves at a stiff inclusion: the scene `hardening`, colored by the stress, which the inclusion
 //! draws to itself.
 
 use anyhow::Context;
@@ -13,7 +13,7 @@ use crate::progress::Progress;
 use crate::watched::run_watched;
 use myovib_report::outline::outline;
 use myovib_report::plot::mesh_plot::boundary;
-use myovib_report::plot::{Axis, Colour, EdgeGroup, Field, Figure};
+use myovib_report::plot::{Axis, Color, EdgeGroup, Field, Figure};
 use myovib_scene::vtu::Grid;
 use myovib_scene::{Scene, run};
 
@@ -38,7 +38,7 @@ pub(super) fn film(args: &MovieArgs) -> anyhow::Result<Movie> {
     let inclusion = inclusion(space)?;
 
     let (shots, exit) = compute(&scene, &Progress::new(args.common.quiet))?;
-    // The colours end at the inclusion's stress; only the supports' corners have more.
+    // The colors end at the inclusion's stress; only the supports' corners have more.
     let inside = |shot: &Shot| {
         let values = inclusion.iter().flatten().map(|&node| shot.stress[node]);
         values.fold(0.0, f64::max)
@@ -48,7 +48,7 @@ pub(super) fn film(args: &MovieArgs) -> anyhow::Result<Movie> {
     let outline = EdgeGroup {
         name: "stiffer inclusion".into(),
         edges: boundary(&inclusion),
-        colour: Colour::VERMILION,
+        color: Color::VERMILION,
         arrows: None,
     };
     let displacements = shots.iter().map(|shot| &shot.displacement[..]);

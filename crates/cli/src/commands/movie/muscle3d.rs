@@ -1,4 +1,4 @@
-//! A muscle in space that contracts under a vibration: the scene `muscle3d`, in the colours of its
+//! A muscle in space that contracts under a vibration: the scene `muscle3d`, in the colors of its
 //! displacement, and the oscillators in it, which do not act on it, in the complex plane.
 
 use anyhow::Context;

@@ -10,17 +10,17 @@ use super::{Outcome, SynchronizationArgs, Verdict};
 use crate::chains::{SettledJson, chain_document};
 use myovib_report::picture;
 use myovib_report::plot::heat_map::Cell as MapCell;
-use myovib_report::plot::{Axis, Colour, Figure, HeatMap, LinePlot, Panel, Series};
-use myovib_report::table::{Align, Cell, Table, Tone, coloured_stdout};
+use myovib_report::plot::{Axis, Color, Figure, HeatMap, LinePlot, Panel, Series};
+use myovib_report::table::{Align, Cell, Table, Tone, colored_stdout};
 use myovib_scene::result_folder::ResultFolder;
 use myovib_scene::scene_file::chain::{Chain, GeneratorName, Place};
 
-/// All states, with their colours, the dearest last.
-const STATES: [(&str, Colour); 4] = [
-    ("none", Colour::PALE),
-    ("coherent", Colour::SKY),
-    ("follows", Colour::ORANGE),
-    ("locked", Colour::GREEN),
+/// All states, with their colors, the dearest last.
+const STATES: [(&str, Color); 4] = [
+    ("none", Color::PALE),
+    ("coherent", Color::SKY),
+    ("follows", Color::ORANGE),
+    ("locked", Color::GREEN),
 ];
 
 #[derive(Serialize)]
@@ -82,7 +82,7 @@ pub(super) fn give(
     let rows: Vec<Vec<f64>> = results.iter().map(row).collect();
     let figure = figure(args, results);
     let files = picture::write(folder, NAME, &figure, (&columns, &rows), args.png)?;
-    let mut text = table(results).render(coloured_stdout());
+    let mut text = table(results).render(colored_stdout());
     text.push('\n');
     if let Some(Verdict { settled, .. }) = results.iter().find_map(|result| result.verdict) {
         text += &format!(
@@ -241,12 +241,12 @@ fn figure(args: &SynchronizationArgs, results: &[Outcome]) -> Figure {
             if several_curves {
                 series.push(curve(curve_name(args, &chunk[0]), |s| s.mean).marked());
             } else {
-                let range = |name: &str, part| curve(name.into(), part).coloured(Colour::SKY);
+                let range = |name: &str, part| curve(name.into(), part).colored(Color::SKY);
                 series.push(range("least and largest in the window", |s| s.min));
                 series.push(range("", |s| s.max));
                 series.push(
                     curve("mean".into(), |s| s.mean)
-                        .coloured(Colour::BLUE)
+                        .colored(Color::BLUE)
                         .marked(),
                 );
             }

@@ -7,12 +7,12 @@ use myovib_model::index::IndexReport;
 use myovib_model::table1::Case;
 
 use super::{RowResult, law_name};
-use myovib_report::table::{Align, Cell, Table, Tone, coloured_stdout, exponent, kappa};
+use myovib_report::table::{Align, Cell, Table, Tone, colored_stdout, exponent, kappa};
 
 /// The table beside the paper's, and the limit of (29).
 pub(super) fn table(rows: &[RowResult], limit: &[(Case, IndexReport)]) -> String {
     use Align::{Left, Right};
-    let coloured = coloured_stdout();
+    let colored = colored_stdout();
     let mut table = Table::new(&[
         ("eq.", Left),
         ("formulation", Left),
@@ -55,7 +55,7 @@ pub(super) fn table(rows: &[RowResult], limit: &[(Case, IndexReport)]) -> String
             row.samples.len().to_string().into(),
         ]);
     }
-    let mut text = table.render(coloured);
+    let mut text = table.render(colored);
     text.push_str(&notes(rows));
     if limit.is_empty() {
         return text;
@@ -75,7 +75,7 @@ pub(super) fn table(rows: &[RowResult], limit: &[(Case, IndexReport)]) -> String
             format!("{:.1}", report.gap).into(),
         ]);
     }
-    text.push_str(&way.render(coloured));
+    text.push_str(&way.render(colored));
     text
 }
 
@@ -156,7 +156,7 @@ pub(super) fn counterexample(matching: &Solution, richer: &Solution) -> String {
     format!(
         "\nThe paper's counterexample: the extra multiplier of (33) in a richer space than the \
          pressure, on a cantilever\nunder 8 Hz for 0.5 s. M (v - q̇) = B̃ᵀμ should be zero:\n{}",
-        table.render(coloured_stdout())
+        table.render(colored_stdout())
     )
 }
 

@@ -1,11 +1,11 @@
-//! What the numbers of a run mean, in words.
+//! Explanation of the results of a run.
 
 use serde_json::Value;
 
 use super::is_in_space;
 use crate::table::counted;
 
-/// What the volume constraint does not see.
+/// Describes the volume ratios at vertices, which the volume constraint does not control.
 fn volumes(document: &Value) -> String {
     let [smallest, largest] = [0, 1].map(|i| document["volume_ratios"][i].as_f64());
     match (smallest, largest) {
@@ -16,7 +16,7 @@ fn volumes(document: &Value) -> String {
     }
 }
 
-/// Index, drift and energy in words, with the numbers of this run.
+/// Explains index, drift and energy with the numbers of this run.
 pub(super) fn meaning(document: &Value) -> String {
     if document["analysis"] == "static" {
         let part = document["load_reached"].as_f64().filter(|part| *part < 1.0);
@@ -46,7 +46,7 @@ pub(super) fn meaning(document: &Value) -> String {
              (projected on the pressure's functions)."
         );
         if document["formulation"] == "velocity" {
-            text += " This formulation imposes its derivative, so that errors add up over time.";
+            text += " This formulation enforces its derivative, so errors accumulate over time.";
         }
         text += &format!("{}</p>\n", volumes(document));
     }
@@ -54,7 +54,7 @@ pub(super) fn meaning(document: &Value) -> String {
     let left_out: Vec<&str> = left_out.filter_map(Value::as_str).collect();
     if !left_out.is_empty() {
         let names = left_out.join(", ");
-        text += &format!("<p>Left out of the error test: {names}.</p>\n");
+        text += &format!("<p>Excluded from the error test: {names}.</p>\n");
     }
     if let Some([kinetic, elastic, work, dissipated, imbalance]) = energies(document) {
         text += &format!(
@@ -64,14 +64,14 @@ pub(super) fn meaning(document: &Value) -> String {
              loses or gains.</p>\n",
             match is_in_space(document) {
                 true => "",
-                false => " per metre of depth",
+                false => " per meter of depth",
             }
         );
     }
     text
 }
 
-/// What an index means for the integrator at hand: IDAS' BDF, or Radau IIA.
+/// Explains the consequences of the index for the integrator.
 fn meaning_of_index(index: u64, is_bdf: bool) -> &'static str {
     match (index, is_bdf) {
         (0, _) => "an ordinary differential equation; all variables are controlled alike",
@@ -96,7 +96,7 @@ fn meaning_of_index(index: u64, is_bdf: bool) -> &'static str {
     }
 }
 
-/// The last row of an energy probe.
+/// Returns the last row of an energy probe.
 fn energies(document: &Value) -> Option<[f64; 5]> {
     let row = document["energy"].as_array()?;
     let numbers: Vec<f64> = row.iter().filter_map(Value::as_f64).collect();

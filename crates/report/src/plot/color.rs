@@ -1,19 +1,17 @@
-//! Colours that people with any colour vision tell apart, on paper and on screens.
+//! Colors that are distinguishable with any color vision, in print and on screens.
 
 use std::fmt;
 
 /// Red, green and blue, 0 to 255.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Colour(pub u8, pub u8, pub u8);
+pub struct Color(pub u8, pub u8, pub u8);
 
-impl Colour {
-    /// Ink.
+impl Color {
     pub const BLACK: Self = Self(0, 0, 0);
-    /// Paper.
     pub const WHITE: Self = Self(255, 255, 255);
-    /// What should stay in the background: mesh edges, reference lines.
+    /// Color of background elements: mesh edges, reference lines.
     pub const GREY: Self = Self(140, 140, 140);
-    /// Grid lines.
+    /// Color of grid lines.
     pub const PALE: Self = Self(228, 228, 228);
     /// Okabe–Ito blue.
     pub const BLUE: Self = Self(0, 114, 178);
@@ -27,10 +25,10 @@ impl Colour {
     pub const ORANGE: Self = Self(230, 159, 0);
     /// Okabe–Ito sky blue.
     pub const SKY: Self = Self(86, 180, 233);
-    /// Okabe–Ito yellow; too light for lines on paper.
+    /// Okabe–Ito yellow, too light for lines on white.
     pub const YELLOW: Self = Self(240, 228, 66);
 
-    /// Series of different colours.
+    /// Number of distinct series colors.
     pub const N_SERIES: usize = Self::ORDER.len();
 
     const ORDER: [Self; 7] = [
@@ -43,16 +41,15 @@ impl Colour {
         Self::BLACK,
     ];
 
-    /// The colour of the `i`-th series, the palette of M. Okabe and K. Ito (2008) without its
-    /// yellow, repeated.
+    /// Returns the color of the `i`-th series: the palette of M. Okabe and K. Ito (2008) without yellow, repeated.
     pub fn of_series(i: usize) -> Self {
         Self::ORDER[i % Self::N_SERIES]
     }
 
-    /// A colour between dark blue (0) and yellow (1), growing in lightness all the way, so that
-    /// order survives grey print.
+    /// Returns a color between dark blue (0) and yellow (1) with monotonically increasing lightness, so that the order
+    /// is visible in grayscale.
     pub fn of_fraction(fraction: f64) -> Self {
-        // Anchors at equal distances along the viridis map of matplotlib (public domain).
+        // Equidistant samples of matplotlib's viridis map (public domain).
         const ANCHORS: [[f64; 3]; 9] = [
             [68.0, 1.0, 84.0],
             [71.0, 44.0, 122.0],
@@ -73,13 +70,13 @@ impl Colour {
         Self(channel(0), channel(1), channel(2))
     }
 
-    /// The same hue, pale enough for lines to be seen on it.
+    /// Returns a pale color of the same hue, on which lines are visible.
     pub fn paler(self) -> Self {
         let paler = |channel: u8| 255 - (255 - channel) / 4;
         Self(paler(self.0), paler(self.1), paler(self.2))
     }
 
-    /// The colour in less light: 1 leaves it, 0 makes it black.
+    /// Scales the brightness: 1 returns the same color, 0 black.
     #[must_use]
     pub fn darker(self, light: f64) -> Self {
         let Self(red, green, blue) = self;
@@ -87,7 +84,7 @@ impl Colour {
         Self(channel(red), channel(green), channel(blue))
     }
 
-    /// Black or white, whichever is read better on this colour.
+    /// Returns black or white, whichever has the higher contrast on this color.
     pub fn text_on(self) -> Self {
         if self.luminance() > 0.5 {
             Self::BLACK
@@ -96,14 +93,14 @@ impl Colour {
         }
     }
 
-    /// Perceived brightness between 0 and 1 (weights of ITU-R BT.601).
+    /// Returns the perceived brightness between 0 and 1 (weights of ITU-R BT.601).
     fn luminance(self) -> f64 {
         let Self(red, green, blue) = self;
         (0.299 * f64::from(red) + 0.587 * f64::from(green) + 0.114 * f64::from(blue)) / 255.0
     }
 }
 
-impl fmt::Display for Colour {
+impl fmt::Display for Color {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "#{:02x}{:02x}{:02x}", self.0, self.1, self.2)
     }
@@ -116,7 +113,7 @@ mod tests {
     #[test]
     fn fractions_grow_in_lightness() {
         let lightness: Vec<f64> = (0..=50)
-            .map(|i| Colour::of_fraction(f64::from(i) / 50.0).luminance())
+            .map(|i| Color::of_fraction(f64::from(i) / 50.0).luminance())
             .collect();
         assert!(
             lightness.windows(2).all(|pair| pair[0] < pair[1]),
@@ -125,8 +122,8 @@ mod tests {
     }
 
     #[test]
-    fn text_on_a_colour_is_readable() {
-        assert_eq!(Colour::YELLOW.text_on(), Colour::BLACK);
-        assert_eq!(Colour::BLUE.text_on(), Colour::WHITE);
+    fn text_on_a_color_is_readable() {
+        assert_eq!(Color::YELLOW.text_on(), Color::BLACK);
+        assert_eq!(Color::BLUE.text_on(), Color::WHITE);
     }
 }

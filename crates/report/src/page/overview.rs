@@ -1,4 +1,4 @@
-//! What was asked, in a sentence or two.
+//! A short description of the scene.
 
 use myovib_model::IntegratorKind;
 use myovib_scene::Scene;
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::modes;
 
-/// Body, equations, method and time interval.
+/// Describes the body, the equations, the method and the time interval.
 pub(super) fn sentence(scene: &Scene, document: &Value) -> String {
     let mut parts = Vec::new();
     if let Some(body) = &scene.body {
@@ -17,7 +17,7 @@ pub(super) fn sentence(scene: &Scene, document: &Value) -> String {
         };
         parts.push(format!("{} {cells}", space.n_elements()));
         let parameters = &body.muscle.parameters;
-        // Where materials differ, these are the largest.
+        // If materials differ, these values are the maxima.
         let is = if body.muscle.solid.has_element_scales() {
             "≤"
         } else {
