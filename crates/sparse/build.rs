@@ -1,5 +1,4 @@
-//! Binds the system's KLU where the feature `klu` asks for it and `vendored` does not forbid it; the
-//! code then sees `cfg(klu)`.
+//! Generates bindings to the system's KLU and sets `cfg(klu)` if the feature `klu` is on and `vendored` is off.
 
 fn main() {
     println!("cargo::rustc-check-cfg=cfg(klu)");
@@ -13,7 +12,7 @@ mod klu {
     use std::fs;
     use std::path::{Path, PathBuf};
 
-    /// Where distributions put SuiteSparse's headers.
+    /// Common locations of SuiteSparse's headers.
     const FOLDERS: [&str; 6] = [
         "/usr/include/suitesparse",
         "/usr/local/include/suitesparse",
@@ -23,7 +22,7 @@ mod klu {
         "/opt/homebrew/include",
     ];
 
-    /// Bindings to the header that is found, and the libraries to link.
+    /// Generates the bindings and selects the libraries to link.
     pub(super) fn bind() {
         println!("cargo::rerun-if-changed=build.rs");
         for variable in ["SUITESPARSE_INCLUDE_DIR", "SUITESPARSE_LIBRARY_DIR"] {
@@ -32,8 +31,8 @@ mod klu {
         let Some(folder) = folder() else {
             println!(
                 "cargo::error=klu.h was not found: install SuiteSparse (Debian: \
-                 libsuitesparse-dev), name its folder in SUITESPARSE_INCLUDE_DIR, or build with \
-                 `--features vendored`, without KLU"
+                 libsuitesparse-dev), set SUITESPARSE_INCLUDE_DIR, or build without KLU by \
+                 `--features vendored`"
             );
             return;
         };
@@ -44,11 +43,11 @@ mod klu {
             .layout_tests(false)
             .generate_comments(false)
             .generate()
-            .unwrap_or_else(|error| panic!("klu.h cannot be bound: {error}"))
+            .unwrap_or_else(|error| panic!("cannot generate bindings to klu.h: {error}"))
             .to_string()
             .replace("\nextern \"C\" {", "\nunsafe extern \"C\" {"); // edition 2024
         fs::write(out.join("klu.rs"), bindings)
-            .unwrap_or_else(|error| panic!("the bindings cannot be written: {error}"));
+            .unwrap_or_else(|error| panic!("cannot write the bindings: {error}"));
         if let Ok(folder) = env::var("SUITESPARSE_LIBRARY_DIR") {
             println!("cargo::rustc-link-search=native={folder}");
         } else if folder.starts_with("/opt/homebrew") {

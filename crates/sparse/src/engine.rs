@@ -8,7 +8,7 @@ use num_complex::Complex64;
 
 use crate::{Factorization, Kind};
 
-/// A factorization library outside this crate that replaces its dense blocks, for example one that runs in several
+/// A factorization library outside this crate that replaces its dense blocks, for example a library that runs in several
 /// processes.
 ///
 /// The engine exchanges pivots if necessary.

@@ -65,7 +65,7 @@ pub fn peak() -> Option<usize> {
 }
 
 /// Returns the memory available to this process in bytes: the minimum of the free memory of the machine, of its control
-/// group (a container or a cluster job) and of its own limit. `None` if no value is known.
+/// group (a container or a cluster job) and of its limit. `None` if no value is known.
 pub fn available() -> Option<usize> {
     let own = LIMIT
         .get()

@@ -70,7 +70,7 @@ enum Backend {
 /// Dense blocks with fixed pivots, and pivoting if they fail.
 #[derive(Debug)]
 struct Blocks {
-    /// The pattern for the pivoting solver; `None` for a matrix that is too large for it.
+    /// The pattern for the pivoting solver; `None` if the matrix is too large for it.
     pattern: Option<SparsityPattern>,
     options: SparseOptions,
     analysis: Arc<Analysis>,
@@ -78,7 +78,7 @@ struct Blocks {
 }
 
 impl Elimination {
-    /// Analyzes the compressed-column `pattern`, or delegates it to the [`engine`] if one is installed. `options` apply
+    /// Analyzes the compressed-column `pattern`, or delegates it to an installed [`engine`]. `options` apply
     /// to factorizations with pivoting.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 
 use std::mem::MaybeUninit;
 
-/// Requests large pages for memory that is not used yet, if the system supports them.
+/// Requests large pages for unused memory, if the system supports them.
 ///
 /// Each solve reads the factors from end to end. Small pages cost an address translation every 4 KiB, and processors do
 /// not prefetch across page boundaries.

@@ -1,4 +1,4 @@
-//! KLU, a sparse direct solver for unsymmetric systems that are nearly block triangular.
+//! KLU, a sparse direct solver for unsymmetric, nearly block triangular systems.
 //!
 //! A pattern is analyzed once ([`Symbolic`]: ordering and block triangular form). Matrices with that pattern are then
 //! factorized ([`Numeric::factor`]), refactorized with the same pivots ([`Numeric::refactor`], several times cheaper)

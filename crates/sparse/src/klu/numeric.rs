@@ -100,16 +100,6 @@ impl<T: Scalar> Numeric<T> {
         self.checked(self.raw.rcond())
     }
 
-    /// Estimate of the condition number in the 1-norm (Hager, Higham): a few solves.
-    ///
-    /// # Errors
-    /// [`SparseError::WrongLength`] for the `values` of another pattern, [`SparseError::NoFactors`].
-    pub fn condest(&self, values: &[T]) -> Result<f64, SparseError> {
-        check_values(&self.symbolic, values)?;
-        self.usable()?;
-        self.checked(self.raw.condest(values))
-    }
-
     /// Returns the reciprocal pivot growth, min over the columns j of max |a_ij| / max |u_ij|. It is near 1 after a
     /// stable elimination and very small after an unstable one.
     ///
@@ -124,20 +114,6 @@ impl<T: Scalar> Numeric<T> {
     /// Returns the number of entries of L and of U, including both diagonals but not the off-diagonal blocks.
     pub fn nnz_factors(&self) -> (usize, usize) {
         self.raw.nnz_factors()
-    }
-
-    /// Floating-point operations of one factorization.
-    ///
-    /// # Errors
-    /// [`SparseError::NoFactors`] after a failed refactorization.
-    pub fn flops(&self) -> Result<f64, SparseError> {
-        self.usable()?;
-        self.checked(self.raw.flops())
-    }
-
-    /// Returns the analysis of these factors.
-    pub fn symbolic(&self) -> &Symbolic {
-        &self.symbolic
     }
 
     fn usable(&self) -> Result<(), SparseError> {

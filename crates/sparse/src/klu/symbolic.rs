@@ -41,18 +41,6 @@ impl Symbolic {
     pub fn nnz(&self) -> usize {
         self.raw.nnz()
     }
-
-    /// The columns in the order of elimination.
-    pub fn column_order(&self) -> Vec<usize> {
-        self.raw.column_order()
-    }
-
-    /// The largest rank a matrix with this pattern can have; `None` when it was not looked for:
-    /// without block triangular form, and with
-    /// [`Ordering::Natural`](crate::Ordering::Natural).
-    pub fn structural_rank(&self) -> Option<usize> {
-        usize::try_from(self.raw.structural_rank()).ok()
-    }
 }
 
 impl std::fmt::Debug for Symbolic {

@@ -2,7 +2,7 @@
 
 use super::adjacency::AdjacencyList;
 
-/// Nodes of unknowns that are eliminated together, and their adjacency.
+/// Nodes of unknowns to be eliminated together, and their adjacency.
 #[derive(Debug, Clone)]
 pub(crate) struct Graph {
     /// The unknowns of each node.
@@ -42,6 +42,7 @@ impl Graph {
     }
 
     /// Creates a graph with one node for each unknown and no constraints.
+    #[cfg(test)]
     pub(crate) fn uncompressed(neighbors: AdjacencyList) -> Self {
         let n = neighbors.len();
         Self {
@@ -61,7 +62,7 @@ impl Graph {
         self.members.lane(node).len()
     }
 
-    /// Returns the neighbors of `node` that are not constraints.
+    /// Returns the neighbors of `node` except constraints.
     pub(crate) fn constrained(&self, node: usize) -> impl Iterator<Item = usize> + '_ {
         let lane = self
             .neighbors

@@ -2,7 +2,7 @@
 //!
 //! Unknowns with the same neighbors form [one node](Graph). Nested dissection (METIS, feature `metis`) and minimum
 //! degree order the nodes; the order with the lower predicted work is used. A constraint (a pressure) is ordered
-//! directly after one of the nodes it acts on. Its pivot is then −b S⁻¹ bᵀ with S positive definite, even if its own
+//! directly after a node it acts on. Its pivot is then −b S⁻¹ bᵀ with S positive definite, even if its own
 //! diagonal entry is small. The constraint is delayed until at least [`MIN_ELIMINATED`] of the unknowns it acts on
 //! are eliminated.
 
@@ -152,7 +152,7 @@ impl ConstraintMerge {
 }
 
 /// Returns the node that `node` is merged into. For a constraint, this is the node that acts on the same nodes (its own
-/// vertex) or, if there is no such node, its neighbor with the fewest neighbors.
+/// vertex) or, if no such node exists, its neighbor with the fewest neighbors.
 fn representative(graph: &Graph, node: usize) -> usize {
     if !graph.constrains[node] {
         return node;

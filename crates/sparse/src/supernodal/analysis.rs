@@ -8,7 +8,7 @@ use super::update::Layout;
 use crate::ordering::{AdjacencyList, Graph, Tree, least_work};
 use crate::{Kind, SparseError};
 
-/// A supernode: columns that are eliminated together.
+/// A supernode: columns to be eliminated together.
 #[derive(Debug, Clone)]
 pub(super) struct Supernode {
     /// Columns, and rows below them.
@@ -104,7 +104,8 @@ impl Analysis {
     ///
     /// # Panics
     /// If `order` is not a permutation.
-    pub fn in_order(
+    #[cfg(test)]
+    pub(crate) fn with_order(
         pattern: &SparsityPattern,
         kind: Kind,
         order: &[usize],

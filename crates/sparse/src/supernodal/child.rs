@@ -13,15 +13,15 @@ pub(super) struct Child {
     pub(super) node: u32,
     /// Positions in the parent, ascending.
     places: Vec<u32>,
-    /// Number of positions that are columns of the parent.
+    /// Number of positions among the columns of the parent.
     n_columns: usize,
-    /// Positions that are columns of the parent, as runs of consecutive ones.
+    /// Positions among the columns of the parent, as runs of consecutive positions.
     column_runs: Vec<Run>,
-    /// Positions that are rows of the parent, as runs, counted from the parent's first row.
+    /// Positions among the rows of the parent, as runs, counted from the parent's first row.
     row_runs: Vec<Run>,
 }
 
-/// Consecutive rows of a child that are consecutive in its parent.
+/// Rows of a child that are consecutive both in the child and in its parent.
 #[derive(Debug, Clone, Copy)]
 struct Run {
     /// First index in the child.

@@ -18,15 +18,15 @@ use super::update::{CHUNK, Layout, chunk_width};
 use crate::Kind;
 use crate::Scalar;
 
-/// Width of panels that are eliminated column by column.
+/// Maximum width of panels for elimination column by column.
 const NARROW: usize = 32;
-/// Rows of a narrow panel that are eliminated together; they stay in the nearest cache.
+/// Rows of a narrow panel to be eliminated together; they stay in the nearest cache.
 const SHORT: usize = 128;
 /// Maximum number of rows of a product computed by one thread.
 const LONG: usize = 512;
 /// Rows of a part are a multiple of this number.
 const STRIPE: usize = 48;
-/// Terms of a product that are summed at once. More terms do not stay in the cache during use.
+/// Terms of a product summed at once. More terms do not stay in the cache during use.
 const DEEP: usize = 64;
 
 /// Sizes of a front, and options for its elimination.
@@ -34,7 +34,7 @@ const DEEP: usize = 64;
 pub(super) struct Front {
     /// Rows.
     pub(super) m: usize,
-    /// Number of columns that are eliminated.
+    /// Number of columns to be eliminated.
     pub(super) k: usize,
     pub(super) kind: Kind,
     /// Whether to share the work among the threads of the pool.

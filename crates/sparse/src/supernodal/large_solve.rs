@@ -169,7 +169,7 @@ mod tests {
     const M: usize = 611;
     const K: usize = 157;
 
-    /// Returns a front that is diagonally dominant, and right-hand sides.
+    /// Returns a diagonally dominant front, and right-hand sides.
     fn front() -> (Vec<f64>, Vec<f64>) {
         let mut state = 1_u64;
         let mut draw = || {

@@ -1,6 +1,6 @@
 //! LU factors of matrices with a symmetric pattern, in dense blocks and with fixed pivots.
 //!
-//! The Newton matrices of a solid consist of blocks: the components of a node, and of all nodes that are eliminated
+//! The Newton matrices of a solid consist of blocks: the components of a node, and of all nodes eliminated
 //! together, have the same rows. Columns with the same rows form a *supernode*. Its elimination is dense arithmetic on
 //! a *front*, which the vector unit executes several times faster than KLU's indexed scalar loops. The factors store
 //! one index per row of a supernode instead of one per entry, so solves move half the memory.
@@ -28,6 +28,8 @@ mod partition;
 mod schedule;
 mod small;
 mod solve;
+#[cfg(test)]
+mod tests;
 mod update;
 mod workspace;
 

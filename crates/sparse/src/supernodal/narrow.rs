@@ -1,6 +1,6 @@
 //! Solves with fronts of two columns, the displacements of one node: most fronts of a plane body. Their few rows are
 //! loaded from the right-hand side into registers and stored back directly. Wider fronts gather their rows in memory
-//! first, and the processor must wait when it reads a vector whose elements have just been written one by one.
+//! first, and the processor must wait when it reads a vector whose elements have just been written individually.
 
 use super::analysis::Supernode;
 use super::small::{LANES, sum_lanes, take_columns};

@@ -19,7 +19,7 @@ pub(super) struct Place {
     pub(super) offset: usize,
 }
 
-/// Supernodes that one thread eliminates; the last one is the root of the subtree.
+/// Supernodes eliminated by one thread; the last supernode is the root of the subtree.
 #[derive(Debug, Clone)]
 pub(super) struct Subtree {
     pub(super) nodes: Range<usize>,
@@ -32,14 +32,14 @@ pub(super) struct Subtree {
 pub(super) struct StackSizes {
     /// Heights of the stacks for even and odd depth.
     pub(super) heights: [usize; 2],
-    /// Maximum number of entries of rows of U that are not stored with the factors.
+    /// Maximum number of entries of rows of U stored separately from the factors.
     pub(super) upper: usize,
 }
 
 /// The order of work for a given number of threads. The computed values do not depend on it.
 #[derive(Debug, Clone)]
 pub(super) struct Schedule {
-    /// Subtrees that are eliminated concurrently.
+    /// Subtrees to be eliminated concurrently.
     pub(super) subtrees: Vec<Subtree>,
     /// All other supernodes, eliminated one after the other when the subtrees are complete.
     pub(super) rest: Vec<u32>,
@@ -108,7 +108,7 @@ impl Schedule {
     }
 }
 
-/// Returns the largest subtrees that are small enough for an even distribution.
+/// Returns the largest subtrees small enough for an even distribution.
 fn subtrees(analysis: &Analysis, n_threads: usize) -> Vec<Subtree> {
     let supernodes = &analysis.supernodes;
     let mut first: Vec<usize> = (0..supernodes.len()).collect();

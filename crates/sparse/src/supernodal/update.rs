@@ -6,7 +6,7 @@ use crate::Kind;
 /// the diagonal of a symmetric front.
 pub(super) const CHUNK: usize = 128;
 
-/// Number of columns that are computed together and shared among threads. It is larger for unsymmetric matrices: they
+/// Number of columns computed together and shared among threads. It is larger for unsymmetric matrices: they
 /// waste no storage, and the rows of L are read less often.
 pub(super) fn chunk_width(kind: Kind) -> usize {
     match kind {

@@ -3,10 +3,9 @@
 use num_complex::Complex64;
 
 use super::bindings::{
-    klu_l_common, klu_l_condest, klu_l_factor, klu_l_flops, klu_l_free_numeric, klu_l_numeric,
-    klu_l_rcond, klu_l_refactor, klu_l_rgrowth, klu_l_solve, klu_l_symbolic, klu_l_tsolve,
-    klu_zl_condest, klu_zl_factor, klu_zl_flops, klu_zl_free_numeric, klu_zl_rcond,
-    klu_zl_refactor, klu_zl_rgrowth, klu_zl_solve, klu_zl_tsolve,
+    klu_l_common, klu_l_factor, klu_l_free_numeric, klu_l_numeric, klu_l_rcond, klu_l_refactor,
+    klu_l_rgrowth, klu_l_solve, klu_l_symbolic, klu_l_tsolve, klu_zl_factor, klu_zl_free_numeric,
+    klu_zl_rcond, klu_zl_refactor, klu_zl_rgrowth, klu_zl_solve, klu_zl_tsolve,
 };
 
 pub(super) type Factor = unsafe extern "C" fn(
@@ -35,14 +34,6 @@ pub(super) type Solve = unsafe extern "C" fn(
 pub(super) type Free = unsafe extern "C" fn(*mut *mut klu_l_numeric, *mut klu_l_common) -> i64;
 pub(super) type Diagnose =
     unsafe extern "C" fn(*mut klu_l_symbolic, *mut klu_l_numeric, *mut klu_l_common) -> i64;
-pub(super) type Condest = unsafe extern "C" fn(
-    *mut i64,
-    *mut f64,
-    *mut klu_l_symbolic,
-    *mut klu_l_numeric,
-    *mut klu_l_common,
-) -> i64;
-
 /// The KLU functions for one scalar type.
 #[derive(Clone, Copy)]
 pub struct Functions {
@@ -52,8 +43,6 @@ pub struct Functions {
     pub(super) solve_transposed: Solve,
     pub(super) free: Free,
     pub(super) rcond: Diagnose,
-    pub(super) flops: Diagnose,
-    pub(super) condest: Condest,
     pub(super) rgrowth: Refactor,
 }
 
@@ -91,8 +80,6 @@ unsafe impl Entry for f64 {
         solve_transposed: klu_l_tsolve,
         free: klu_l_free_numeric,
         rcond: klu_l_rcond,
-        flops: klu_l_flops,
-        condest: klu_l_condest,
         rgrowth: klu_l_rgrowth,
     };
 }
@@ -106,8 +93,6 @@ unsafe impl Entry for Complex64 {
         solve_transposed: complex_tsolve,
         free: klu_zl_free_numeric,
         rcond: klu_zl_rcond,
-        flops: klu_zl_flops,
-        condest: klu_zl_condest,
         rgrowth: klu_zl_rgrowth,
     };
 }

@@ -87,39 +87,10 @@ impl<T: Entry> RawNumeric<T> {
         Ok(self.common().rgrowth)
     }
 
-    /// Estimate of the 1-norm condition number of the matrix with these values.
-    ///
-    /// # Panics
-    /// If `values` has not one entry per entry of the pattern.
-    pub(crate) fn condest(&self, values: &[T]) -> Result<f64, Failure> {
-        let doubles = as_doubles(&self.symbolic, values);
-        // SAFETY: pattern and values match and the handles belong together. KLU reads matrix and
-        // analysis, and writes to the workspace inside the numeric object, which is ours alone
-        // since self is not Sync, and to the control block, which is not borrowed elsewhere
-        // (`common` copies it out).
-        let ok = unsafe {
-            (T::FUNCTIONS.condest)(
-                self.symbolic.ap(),
-                doubles,
-                self.symbolic.handle.as_ptr(),
-                self.handle.as_ptr(),
-                self.common.get(),
-            )
-        };
-        self.check(ok)?;
-        Ok(self.common().condest)
-    }
-
     /// Returns a cheap estimate of the reciprocal condition number: min |u_kk| / max |u_kk|.
     pub(crate) fn rcond(&self) -> Result<f64, Failure> {
         self.diagnose(T::FUNCTIONS.rcond)?;
         Ok(self.common().rcond)
-    }
-
-    /// Floating-point operations of a factorization.
-    pub(crate) fn flops(&self) -> Result<f64, Failure> {
-        self.diagnose(T::FUNCTIONS.flops)?;
-        Ok(self.common().flops)
     }
 
     /// Returns the number of entries of L and of U, including both diagonals.
@@ -182,7 +153,7 @@ impl<T: Entry> RawNumeric<T> {
     }
 
     fn common(&self) -> klu_l_common {
-        // SAFETY: KLU initialized the block; self is not Sync, so there is no concurrent write.
+        // SAFETY: KLU initialized the block; self is not Sync, so nothing writes concurrently.
         unsafe { ptr::read(self.common.get()) }
     }
 

@@ -15,9 +15,8 @@ pub(crate) struct RawSymbolic {
     column_pointers: Box<[i64]>,
     row_indices: Box<[i64]>,
     pub(super) options: RawOptions,
-    structural_rank: i64,
     /// Held during klu_l_factor, which writes revised size estimates into the symbolic object. All other functions read
-    /// only parts that are never written.
+    /// only constant parts.
     factor_lock: Mutex<()>,
 }
 
@@ -55,7 +54,6 @@ impl RawSymbolic {
             column_pointers,
             row_indices,
             options,
-            structural_rank: common.structural_rank,
             factor_lock: Mutex::new(()),
         })
     }
@@ -66,21 +64,6 @@ impl RawSymbolic {
 
     pub(crate) fn nnz(&self) -> usize {
         self.row_indices.len()
-    }
-
-    /// Structural rank, −1 when BTF was off and it is not known.
-    pub(crate) fn structural_rank(&self) -> i64 {
-        self.structural_rank
-    }
-
-    /// The columns in the order of elimination.
-    pub(crate) fn column_order(&self) -> Vec<usize> {
-        // SAFETY: the analysis is ours and alive. After klu_l_analyze only klu_l_factor writes, and
-        // only to what `Lnz` points to: neither to the structure borrowed here nor to Q.
-        let order = unsafe { self.handle.as_ref() }.Q;
-        // SAFETY: Q has one entry per column, written by klu_l_analyze, and lives with the handle.
-        let order = unsafe { std::slice::from_raw_parts(order, self.n()) };
-        order.iter().map(|&column| column as usize).collect()
     }
 
     pub(super) fn ap(&self) -> *mut i64 {

@@ -1,17 +1,17 @@
-//! The supernodal factors against the matrices they are made of.
-#![allow(clippy::unwrap_used)] // a test may panic
-
+//! Solutions with supernodal factors, checked by their residuals.
 use std::sync::Arc;
 
-use myovib_sparse::SparseOptions;
-use myovib_sparse::supernodal::{Analysis, Supernodal};
-use myovib_sparse::{Elimination, Kind, LinearWork, Scalar, SparseError, SparseSystem, Structure};
 use nalgebra_sparse::pattern::SparsityPattern;
 use num_complex::Complex64;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 
-/// A pattern from (column, row) pairs.
+use crate::supernodal::{Analysis, Supernodal};
+use crate::{
+    Elimination, Kind, LinearWork, Scalar, SparseError, SparseOptions, SparseSystem, Structure,
+};
+
+/// Returns the pattern of the (column, row) pairs for which `holds` is true.
 fn pattern(n: usize, holds: impl Fn(usize, usize) -> bool) -> SparsityPattern {
     let (mut offsets, mut rows) = (vec![0], Vec::new());
     for column in 0..n {
@@ -27,10 +27,10 @@ fn system(p: &SparsityPattern, options: SparseOptions) -> SparseSystem<f64> {
 }
 
 fn in_order(p: &SparsityPattern, kind: Kind, order: &[usize]) -> Arc<Analysis> {
-    Arc::new(Analysis::in_order(p, kind, order).unwrap())
+    Arc::new(Analysis::with_order(p, kind, order).unwrap())
 }
 
-/// The nine-point stencil on a square of `side` points: an unsymmetric, diagonally dominant matrix.
+/// Returns the pattern of the nine-point stencil on a square with `side` points per side.
 fn stencil(side: usize) -> SparsityPattern {
     let near = |a: usize, b: usize| a.abs_diff(b) <= 1;
     pattern(side * side, |c, r| {
@@ -71,8 +71,8 @@ fn dominant<T: Scalar>(p: &SparsityPattern, mut draw: impl FnMut() -> T) -> Vec<
         .collect()
 }
 
-/// Rows of nine entries of size 1 beside a diagonal of 12: solutions of size 1, rounded a few
-/// times for each of some hundred operations on the way through the fronts.
+/// Rows of nine entries of magnitude 1 and a diagonal of 12: solutions of magnitude 1, with a few rounding errors for each
+/// of about a hundred operations.
 const ROUNDING: f64 = 1e3 * f64::EPSILON;
 
 #[test]
@@ -118,7 +118,7 @@ fn factors_solve_real_and_complex_systems_in_any_order() {
 
 /// [2 1; 1 ·]: the second unknown has no diagonal entry.
 #[test]
-fn an_unknown_without_a_diagonal_waits_for_a_neighbor() {
+fn an_unknown_without_a_diagonal_is_eliminated_after_a_neighbor() {
     let p = pattern(2, |c, r| c + r < 2);
     let values = [2.0, 1.0, 1.0];
     let mut factors = Supernodal::new(Arc::new(Analysis::new(&p, Kind::General, 0..0).unwrap()));
@@ -129,8 +129,8 @@ fn an_unknown_without_a_diagonal_waits_for_a_neighbor() {
 }
 
 #[test]
-fn a_zero_pivot_is_said_and_exchanged() {
-    // [0 1; 1 0] with the diagonal in the pattern: only an exchange helps.
+fn a_zero_pivot_is_an_error_and_leads_to_pivoting() {
+    // [0 1; 1 0] with the diagonal in the pattern requires pivoting.
     let p = pattern(2, |_, _| true);
     let values = [0.0, 1.0, 1.0, 0.0];
     let mut factors = Supernodal::new(in_order(&p, Kind::General, &[0, 1]));
@@ -146,8 +146,8 @@ fn a_zero_pivot_is_said_and_exchanged() {
 }
 
 #[test]
-fn a_poor_pivot_is_found_on_the_solution_and_exchanged() {
-    // [ε' 1; 1 1] without exchange loses all digits of the first unknown for ε' far below ε.
+fn a_poor_pivot_is_detected_by_the_solution_and_leads_to_pivoting() {
+    // [ε' 1; 1 1] without pivoting loses all digits of the first unknown for ε' far below ε.
     let p = pattern(2, |_, _| true);
     let mut work = LinearWork::default();
     let options = SparseOptions {
@@ -164,8 +164,8 @@ fn a_poor_pivot_is_found_on_the_solution_and_exchanged() {
     assert!(work.largest_backward_error < 1e-12);
 }
 
-/// A saddle-point matrix as a body's: [K + c² M, -Bᵀ; -B, -δ I] on a grid of `side`³ points with three
-/// displacements each and a pressure on every other point, all coupled to the points next to them.
+/// A saddle-point matrix similar to a body's: [K + c² M, −Bᵀ; −B, −δ I] on a grid of `side`³ points with three displacements
+/// each and a pressure on every other point, coupled to the neighboring points.
 struct Saddle {
     pattern: SparsityPattern,
     values: Vec<f64>,
@@ -218,7 +218,7 @@ impl Saddle {
     }
 }
 
-/// The solution of A x = b by fixed pivots only, and its backward error.
+/// Solves A x = b with fixed pivots only; returns the solution and its backward error.
 fn solve<T: Scalar>(elimination: Elimination, values: &[T], b: &[T]) -> (Vec<T>, f64) {
     let mut work = LinearWork::default();
     let mut system = SparseSystem::new(Arc::new(elimination));
@@ -231,7 +231,7 @@ fn solve<T: Scalar>(elimination: Elimination, values: &[T], b: &[T]) -> (Vec<T>,
     (x, work.largest_backward_error)
 }
 
-/// Solves for 15 right-hand sides, 8 + 4 + 2 + 1 of them at a time, and one by one.
+/// Compares a solve for 15 right-hand sides, in blocks of 8 + 4 + 2 + 1, with separate solves.
 fn expect_columns_match<T: Scalar>(system: &mut SparseSystem<T>, b: &[T]) {
     let (n, n_columns) = (b.len(), 15);
     let mut work = LinearWork::default();
@@ -248,20 +248,20 @@ fn expect_columns_match<T: Scalar>(system: &mut SparseSystem<T>, b: &[T]) {
         system.solve(&mut x, &mut work).unwrap();
         let size = x.iter().fold(0.0, |max: f64, x| max.max(x.abs()));
         for (row, x) in x.iter().enumerate() {
-            // The same operations, but for what a compiler makes of complex products.
+            // The operations are identical, except for the evaluation of complex products.
             let differ = (*x - all[row * n_columns + column]).abs();
             assert!(differ < 1e-12 * size, "{column}: {differ:e}");
         }
     }
 }
 
-/// Componentwise, of the solutions below: a few roundings for each of some hundred operations.
+/// Maximum componentwise backward error of the solutions below: a few roundings for each of about a hundred operations.
 const BACKWARD: f64 = 1e-13;
 
 #[test]
-fn half_the_work_gives_the_solution_of_all_of_it_real_and_complex() {
+fn ldlt_and_lu_agree_for_symmetric_matrices() {
     let mut rng = StdRng::seed_from_u64(18);
-    // The last one has fronts beyond those dealt with in one piece.
+    // The fronts of the last size are processed in blocks.
     for side in [2, 3, 8] {
         for delta in [None, Some(1e-5)] {
             let saddle = saddle(side, delta, &mut rng);
@@ -278,7 +278,7 @@ fn half_the_work_gives_the_solution_of_all_of_it_real_and_complex() {
             let (x, error) = solve(half, &saddle.values, &b);
             let (y, other) = solve(all, &saddle.values, &b);
             assert!(error.max(other) < BACKWARD, "{side}: {error:e} {other:e}");
-            // The same pivots in the same order: equal but for rounding.
+            // Identical pivots in identical order: equal except for rounding.
             let largest = y.iter().fold(0.0, |max: f64, y| max.max(y.abs()));
             let differ = x.iter().zip(&y).map(|(x, y)| (x - y).abs());
             assert!(differ.fold(0.0, f64::max) < 1e-9 * largest);
@@ -295,12 +295,12 @@ fn half_the_work_gives_the_solution_of_all_of_it_real_and_complex() {
     }
 }
 
-/// Fronts of two columns have a way of their own for one real right-hand side; several side by side, and complex
-/// ones, go the way of all others.
+/// Fronts of two columns have a special kernel for one real right-hand side; several right-hand sides and complex ones use
+/// the general kernels.
 #[test]
-fn two_unknowns_of_a_node_are_solved_for_alike_alone_and_beside_others() {
+fn narrow_fronts_agree_with_the_general_kernels() {
     let mut rng = StdRng::seed_from_u64(21);
-    // Of the grid's points, 6 by 6, each with two unknowns.
+    // 6 × 6 grid points with two unknowns each.
     let points = stencil(6);
     let is_entry = |a: usize, b: usize| points.lane(a / 2).contains(&(b / 2));
     let p = pattern(2 * points.major_dim(), is_entry);
@@ -313,7 +313,7 @@ fn two_unknowns_of_a_node_are_solved_for_alike_alone_and_beside_others() {
     let values: Vec<f64> = p.entries().map(|(c, r)| drawn[c * n + r]).collect();
     let b: Vec<f64> = (0..n).map(|_| rng.random_range(-1.0..1.0)).collect();
     for kind in [Kind::Symmetric, Kind::General] {
-        // In the order of the points, whatever orders this build knows.
+        // In the order of the points, independent of the orderings in this build.
         let analysis = in_order(&p, kind, &(0..n).collect::<Vec<_>>());
         let is_pair = |&(columns, rows): &(usize, usize)| columns == 2 && rows > 8;
         assert!(analysis.supernodes().filter(is_pair).count() > 1);
@@ -334,9 +334,9 @@ fn two_unknowns_of_a_node_are_solved_for_alike_alone_and_beside_others() {
 }
 
 #[test]
-fn the_number_of_threads_does_not_change_a_bit() {
+fn results_are_bitwise_independent_of_the_number_of_threads() {
     let mut rng = StdRng::seed_from_u64(2);
-    // The largest front has 1247 rows: more than one piece of each kind.
+    // The largest front has 1247 rows, so it is split into several parts of each type.
     let saddle = saddle(14, None, &mut rng);
     let b: Vec<f64> = saddle.pattern.major_offsets()[1..]
         .iter()
@@ -360,9 +360,8 @@ fn the_number_of_threads_does_not_change_a_bit() {
     }
 }
 
-/// Regression: pressures used to be eliminated wherever they have an entry on the diagonal, however
-/// small it is. The matrix is quasi-definite, so there are pivots in any order, but for δ = 1e-12
-/// first in the order they lose all digits.
+/// Regression: pressures were eliminated first if they have a diagonal entry, however small. The matrix is quasi-definite, so
+/// pivots exist for any order, but with δ = 1e-12 pressures lose all digits if eliminated first.
 #[test]
 fn pressures_of_a_nearly_incompressible_body_are_eliminated_after_displacements() {
     let mut rng = StdRng::seed_from_u64(12);
@@ -390,9 +389,9 @@ fn pressures_of_a_nearly_incompressible_body_are_eliminated_after_displacements(
     assert!(first > 1e-8, "{first:e}");
 }
 
-/// Regression: such a right-hand side has no error, so the next was not checked either.
+/// Regression: a zero right-hand side has no error, and the next solution was not checked.
 #[test]
-fn a_right_hand_side_of_zeros_leaves_the_check_to_the_next() {
+fn a_zero_right_hand_side_defers_the_check() {
     let p = pattern(2, |_, _| true);
     let mut work = LinearWork::default();
     let mut system = system(&p, SparseOptions::default());
@@ -406,9 +405,9 @@ fn a_right_hand_side_of_zeros_leaves_the_check_to_the_next() {
     assert_eq!(x, [1.0, 1.0]);
 }
 
-/// Regression: a solution without a digit was returned after exchange of pivots did not help.
+/// Regression: a solution without correct digits was returned when pivoting did not help.
 #[test]
-fn a_solution_that_nothing_helps_is_refused() {
+fn an_inaccurate_solution_is_an_error() {
     // Overflow: x = (1e200, 1e200) up to rounding for b = 1, but no x for b = 1e300.
     let p = pattern(2, |_, _| true);
     let mut work = LinearWork::default();
@@ -430,7 +429,7 @@ fn a_solution_that_nothing_helps_is_refused() {
 }
 
 #[test]
-fn an_unknown_in_no_equation_is_named() {
+fn an_unknown_in_no_equation_is_an_error_with_its_index() {
     let p = pattern(3, |c, r| c != 1 && r != 1);
     let refused = Elimination::new(&p, Structure::default(), SparseOptions::default());
     assert_eq!(refused.unwrap_err(), SparseError::EmptyColumn { column: 1 });
