@@ -1,4 +1,4 @@
-//! Compiles the calls of MUMPS where they are asked for.
+//! Compiles the calls to MUMPS if the feature `mumps` is enabled.
 
 fn main() {
     #[cfg(feature = "mumps")]

@@ -1,4 +1,4 @@
-//! Any bytes are a mesh, or refused with their place.
+//! Any input is a mesh or an error with its location.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,4 +1,4 @@
-//! Any bytes are a scene, or refused with their place.
+//! Any input is a scene or an error with its location.
 #![no_main]
 
 use std::path::Path;

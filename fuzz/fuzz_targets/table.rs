@@ -1,4 +1,4 @@
-//! Any bytes are the table of a force, or refused with the place in the scene that names it.
+//! Any input is the table of a force or an error with the location in the scene that refers to it.
 #![no_main]
 
 use std::sync::LazyLock;

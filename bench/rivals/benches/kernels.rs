@@ -1,5 +1,5 @@
-//! Residual, tangents, factorisation and solve on the paper's mesh, and one second of each row of
-//! Table 2: `cargo bench`.
+//! Residual, tangents, factorization and solve on the paper's mesh, and one second of each row of Table 2: `cargo
+//! bench`.
 #![allow(clippy::unwrap_used, reason = "a bench is a test")]
 
 use std::hint::black_box;
@@ -12,7 +12,7 @@ use myovib_model::linear::{Condensation, Condensed, LinearWork};
 use myovib_model::{Field, Formulation, MuscleDae, Settings, ida, paper, run, start_at_rest};
 use myovib_sparse::supernodal::Supernodal;
 
-/// Rows 1, 2m, 3m and (31): κ, β and what the error test leaves out.
+/// Rows 1, 2m, 3m and (31): formulation, κ, β and the blocks excluded from the error test.
 const ROWS: [(&str, Formulation, f64, f64, &[Field]); 4] = [
     ("1", Formulation::Position, 1e5, 0.0, &[Field::Pressure]),
     (
@@ -47,7 +47,7 @@ fn dae(formulation: Formulation, kappa: f64, beta: f64) -> MuscleDae {
     MuscleDae::new(paper::muscle(&mesh, kappa, beta).unwrap(), formulation).unwrap()
 }
 
-/// A state at small strain without meaning: what is computed does not depend on it.
+/// Returns an arbitrary state with small strain; the cost does not depend on it.
 fn state(n: usize, size: f64) -> Vec<f64> {
     (0..n).map(|i| size * (i as f64).sin()).collect()
 }
@@ -66,7 +66,9 @@ fn kernels(criterion: &mut Criterion) {
         });
         let settings = Settings::paper(formulation);
         let plan = Arc::new(Condensation::new(&dae));
-        let elimination = plan.elimination(ida::options(&dae, &settings).sparse).unwrap();
+        let elimination = plan
+            .elimination(ida::options(&dae, &settings).sparse)
+            .unwrap();
         let analysis = Arc::clone(elimination.analysis().expect("no engine is installed"));
         let mut matrix = Condensed::<f64>::new(plan, Arc::new(elimination));
         let mut work = LinearWork::default();

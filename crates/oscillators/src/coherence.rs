@@ -9,7 +9,7 @@ use num_complex::Complex64;
 
 /// Returns the phasors of the oscillators, `r_n e^{iθ_n} = y_n + i ẏ_n/ω_n`.
 ///
-/// Paper: after eq. (23). A free oscillator moves clockwise, that is, θ_n decreases. The radius r_n is the modulus and
+/// Paper: after eq. (23). A free oscillator moves clockwise: θ_n decreases. The radius r_n is the modulus and
 /// the phase θ_n the argument of the n-th phasor.
 ///
 /// # Shapes
@@ -52,7 +52,7 @@ impl Coherence {
     /// Computes Ψ and χ for frequencies `omega`, positions `y` and velocities `w`.
     ///
     /// # Panics
-    /// If there is no oscillator or the lengths differ.
+    /// If the slices are empty or their lengths differ.
     pub fn new(omega: &[f64], y: &[f64], w: &[f64]) -> Self {
         Self {
             centroid: mean(phasors(omega, y, w)),
@@ -90,7 +90,7 @@ pub fn coherence_at(places: usize, omega: &[f64], y: &[f64], w: &[f64]) -> Vec<C
 /// Hz; `omega` in rad/s.
 ///
 /// # Panics
-/// If there is no oscillator or the lengths differ.
+/// If the slices are empty or their lengths differ.
 pub fn centroid_frequency(omega: &[f64], y: &[f64], w: &[f64], w_dot: &[f64]) -> Option<f64> {
     let centroid = mean(phasors(omega, y, w));
     let rate = mean(phasors(omega, w, w_dot));
@@ -99,7 +99,7 @@ pub fn centroid_frequency(omega: &[f64], y: &[f64], w: &[f64], w_dot: &[f64]) ->
 }
 
 /// # Panics
-/// If there are no values.
+/// If the iterator is empty.
 pub(crate) fn mean(numbers: impl Iterator<Item = Complex64>) -> Complex64 {
     let (sum, count) = numbers.fold((Complex64::ZERO, 0), |(sum, count), z| (sum + z, count + 1));
     assert!(count > 0, "the mean needs at least one oscillator");

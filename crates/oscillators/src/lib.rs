@@ -2,7 +2,7 @@
 //!
 //! This crate contains the microscale of the paper (section 1.2): residual and Jacobian blocks of the oscillators,
 //! their natural frequencies, and the coherence measures. It contains no time integrator. A model combines the blocks
-//! with those of a rod or a muscle, or passes them to an integrator alone.
+//! with the blocks of a rod or a muscle, or passes them to an integrator alone.
 //!
 //! # Types
 //! - [`Coefficients`]: μ, a and D of eq. (22), with the paper's values as default.

@@ -363,7 +363,7 @@ mod tests {
         );
     }
 
-    /// A supported body carries another one at a single point; the latter can swing.
+    /// A supported body carries another body at a single point; the latter can swing.
     #[test]
     fn a_joint_is_a_hinge() {
         let mut bodies = RigidBodies::new(2, &[vec![0.0, 0.0], vec![2.0, 0.0]], 2.0);

@@ -19,7 +19,7 @@ pub enum Index {
     Undecided(Option<usize>),
     /// The pencil is singular and has no index.
     Singular {
-        /// Number of constraints that are linear combinations of others.
+        /// Number of constraints that depend linearly on others.
         nullity: usize,
     },
 }
@@ -43,7 +43,7 @@ impl fmt::Display for Index {
 /// The perturbation index of one variable, or the maximum over a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct VariableIndex {
-    /// 0 for a variable that depends only on integrals of a perturbation δ, k + 1 for one that contains its k-th
+    /// 0 for a variable that depends only on integrals of a perturbation δ, k + 1 for a variable with its k-th
     /// derivative.
     pub index: u8,
     /// Whether all underlying decisions are decisive.

@@ -223,7 +223,7 @@ fn an_index_close_to_rounding_is_undecided() {
 }
 
 /// Soft tissue in SI units on a grid: masses of 1e-3 kg, stiffnesses of 1e4 Pa, volumes of 1e-3 m², bulk modulus κ. The
-/// result is correct even for a bulk modulus a million times that of muscle.
+/// result is correct even for a bulk modulus a million times the value of muscle.
 #[test]
 fn physical_magnitudes() {
     let m = 6;

@@ -1,6 +1,6 @@
-//! Evaluates one residual or one Jacobian many times, for `scripts/instructions` to count.
+//! Evaluates a residual or Jacobian repeatedly; `scripts/instructions` counts the instructions.
 //!
-//! `instructions SCENE residual|jacobian REPEATS`; without arguments the scenes are listed.
+//! `instructions SCENE residual|jacobian REPEATS`; lists the scenes without arguments.
 
 use std::env;
 
@@ -10,7 +10,7 @@ use myovib_fem::{Law, Mesh};
 use myovib_model::paper::{BETA, KAPPA, LAW, SMALL_STRAIN};
 use myovib_model::{Formulation, MuscleDae, Signal, paper};
 
-/// Each has one feature more than one before it.
+/// Each scene has one more feature than the previous one.
 const SCENES: [(&str, Formulation, Law, f64, f64); 6] = [
     (
         "small-strain",

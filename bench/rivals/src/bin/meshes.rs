@@ -1,5 +1,5 @@
-//! The error of the mesh: u_y and p at the origin on the paper's mesh and on refined ones, with the
-//! error of time far below.
+//! Spatial discretization error: u_y and p at the origin on the paper's mesh and on refined meshes, with a negligible
+//! time error.
 
 use anyhow::Context as _;
 use myovib_dae::Problem;
@@ -12,9 +12,9 @@ use myovib_model::{
 const FORMULATION: Formulation = Formulation::Position;
 const LEVELS: usize = 3;
 const RTOL: f64 = 1e-6;
-/// End of the runs, s.
+/// End of the runs in s.
 const T_END: f64 = 1.0;
-/// Time between two samples, s: twenty to a period of the load.
+/// Sampling interval in s: twenty samples per period of the load.
 const EVERY: f64 = 1.0 / 160.0;
 
 /// u_y and p at the origin over time.
@@ -46,7 +46,7 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The motion of the undamped muscle on this mesh; what it took is printed.
+/// Integrates the undamped muscle on this mesh and prints the cost.
 fn integrate(mesh: &Mesh, kappa: f64) -> anyhow::Result<Motion> {
     let muscle = paper::muscle(mesh, kappa, 0.0)?;
     let unknowns = muscle.n_unknowns_paper();
@@ -79,7 +79,7 @@ fn integrate(mesh: &Mesh, kappa: f64) -> anyhow::Result<Motion> {
     Ok([u_y, p])
 }
 
-/// max |a − b| / max |b|.
+/// Returns max |a − b| / max |b|.
 fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     let max = |values: &mut dyn Iterator<Item = f64>| values.map(f64::abs).fold(0.0, f64::max);
     max(&mut a.iter().zip(b).map(|(a, b)| a - b)) / max(&mut b.iter().copied())

@@ -1,9 +1,9 @@
-//! When IDAS sets up Newton's matrix anew: rows of Table 2 for several windows of c_j.
+//! Frequency of IDAS' matrix setups: rows of Table 2 for several windows of c_j.
 
 use myovib_fem::Mesh;
 use myovib_model::{Field, Formulation, MuscleDae, Settings, paper, run, start_at_rest};
 
-/// IDAS sets up when c_j leaves [(1 − δ)/(1 + δ), (1 + δ)/(1 − δ)] times that of the last set-up.
+/// IDAS repeats the setup when c_j leaves [(1 − δ)/(1 + δ), (1 + δ)/(1 − δ)] times its value at the last setup.
 const WINDOWS: [f64; 5] = [0.1, 0.25, 0.4, 0.6, 0.8];
 const REPEATS: usize = 3;
 
@@ -20,7 +20,7 @@ fn main() -> anyhow::Result<()> {
         include_str!("../../../../data/meshes/muscle.msh"),
         "muscle.msh",
     )?;
-    println!("| row | δ | CPU s | steps | Newton it. | Newton fail. | set-ups |");
+    println!("| row | δ | CPU s | steps | Newton it. | Newton fail. | setups |");
     println!("|---|---|---|---|---|---|---|");
     for (row, formulation, kappa, beta, suppressed) in rows {
         for delta_cj in WINDOWS {

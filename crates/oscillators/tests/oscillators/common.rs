@@ -58,7 +58,7 @@ pub(crate) fn integrate(network: &Network, s: &[f64], t_end: f64, n_steps: usize
 
 /// Performs one step from `s` at time `t` under the forcing `c(t)`, equal in all directions.
 ///
-/// The method extrapolates the modified midpoint rule to order 12. There is no error control: each test states why its
+/// The method extrapolates the modified midpoint rule to order 12. Without error control, each test states why its
 /// step is small enough.
 pub(crate) fn step(
     network: &Network,

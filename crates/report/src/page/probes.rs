@@ -16,7 +16,7 @@ const MOST_PANELS: usize = 6;
 /// The recorded data of a probe.
 pub(super) struct Record {
     name: String,
-    /// Names of the columns; the first one is the time.
+    /// Names of the columns; the first is the time.
     columns: Vec<String>,
     rows: Vec<Vec<f64>>,
 }
@@ -104,7 +104,7 @@ impl Record {
         rows.chain(self.left_out()).collect()
     }
 
-    /// Returns a table row with the number of columns that are not shown, if any.
+    /// Returns a table row with the number of hidden columns, if any.
     fn left_out(&self) -> Option<String> {
         let number = self.columns.len().saturating_sub(1 + MOST_PANELS);
         (number > 0).then(|| {

@@ -5,7 +5,7 @@
 pub enum Scale {
     #[default]
     Linear,
-    /// Logarithmic; values that are not positive are not shown.
+    /// Logarithmic; only positive values are shown.
     Logarithmic,
 }
 
@@ -137,7 +137,7 @@ fn round_step([low, high]: [f64; 2], n: usize) -> f64 {
     let rough = (high - low) / n as f64;
     let power = 10_f64.powf(rough.log10().floor());
     let steps = [1.0, 2.0, 2.5, 5.0].map(|multiple| multiple * power);
-    // 1e-9 compensates for rounding of a step that is already round.
+    // 1e-9 compensates for rounding of a round step.
     steps
         .into_iter()
         .find(|step| *step >= rough * (1.0 - 1e-9))
@@ -202,7 +202,7 @@ fn decimals(step: f64) -> usize {
 
 /// Returns whole decades around the data, all labeled if `n_ticks` allows.
 fn logarithmic([low, high]: [f64; 2], n_ticks: usize) -> Division {
-    // 1e-9 compensates for rounding of a limit that is a power of ten.
+    // 1e-9 compensates for rounding of a power of ten.
     let first = (low.log10() + 1e-9).floor() as i32;
     let last = ((high.log10() - 1e-9).ceil() as i32).max(first + 1);
     let stride = (last - first)

@@ -1,4 +1,4 @@
-//! Colors that are distinguishable with any color vision, in print and on screens.
+//! Colors distinguishable with any color vision, in print and on screens.
 
 use std::fmt;
 

@@ -18,7 +18,7 @@ const FILES: [&[u8]; 3] = [
 /// Font name with fallbacks.
 pub(super) const FAMILY: &str = "Noto Sans, Helvetica, Arial, sans-serif";
 
-/// Advance of a character that is not in the embedded fonts and is drawn by the reader's font.
+/// Advance of a character missing from the embedded fonts, which the reader's font draws.
 const UNKNOWN: f64 = 0.5;
 
 static FACES: LazyLock<[Face<'static>; 3]> = LazyLock::new(|| {

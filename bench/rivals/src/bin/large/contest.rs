@@ -1,4 +1,4 @@
-//! One matrix, factorised by each solver in turn.
+//! Comparison of solvers for one matrix.
 
 use std::fmt;
 use std::time::Instant;
@@ -16,10 +16,10 @@ use crate::solver::{Ours, Solver};
 #[cfg(not(feature = "mumps"))]
 use myovib_sparse::Scalar as Rival;
 
-/// Solves for each factorisation: as many as a step of Radau IIA may take.
+/// Number of solves per factorization, typical for a step of Radau IIA.
 const SOLVES: usize = 5;
 
-/// A matrix that is to be factorised.
+/// A matrix to be factorized.
 pub struct Contest<'a> {
     pub name: &'static str,
     pub solid: &'a Solid,
@@ -27,7 +27,7 @@ pub struct Contest<'a> {
     pub repeats: usize,
 }
 
-/// What was measured of one matrix.
+/// Measurements for one matrix.
 #[derive(Serialize)]
 pub struct Outcome {
     case: &'static str,
@@ -35,24 +35,24 @@ pub struct Outcome {
     matrix: &'static str,
     ours: Cost,
     ours_in_two_threads: Cost,
-    /// Wall-clock time of one thread by that of two.
+    /// Ratio of the wall-clock times of one and two threads.
     speed_up: f64,
     mumps: Option<Cost>,
-    /// Ours by MUMPS'.
+    /// Our cost relative to MUMPS.
     ratio: Option<Ratio>,
 }
 
-/// Of one solver; times are the least of several, s.
+/// Cost of one solver; times are the minimum of several runs, in s.
 #[derive(Serialize)]
 struct Cost {
     factor: Time,
     solve: Time,
-    /// Of the process, from before the analysis to after a solve, beside the matrix given, B.
+    /// Peak memory of the process from before the analysis to after a solve, without the given matrix, in bytes.
     peak_bytes: usize,
     peak_megabytes: f64,
-    /// By its own account, B.
+    /// Memory in bytes as reported by the solver.
     own_bytes: usize,
-    /// Of the factors.
+    /// Number of entries of the factors.
     entries: usize,
     backward_error: f64,
 }
@@ -76,7 +76,7 @@ impl Time {
         wall: f64::INFINITY,
     };
 
-    /// Keeps the least.
+    /// Runs `work` and keeps the minimum times.
     fn least(&mut self, work: impl FnOnce() -> Result<()>) -> Result<()> {
         let (wall, cpu) = (Instant::now(), ProcessTime::now());
         work()?;
@@ -86,14 +86,14 @@ impl Time {
     }
 }
 
-/// A solver that takes part.
+/// A compared solver.
 struct Entrant<'a, T> {
     solver: Box<dyn Solver<T> + 'a>,
     cost: Cost,
 }
 
 impl<'a, T: Scalar> Entrant<'a, T> {
-    /// Counts the memory of a first factorisation and solve, and sees how good the solution is.
+    /// Measures the memory of a first factorization and solve, and checks the solution.
     fn new<S: Solver<T> + 'a>(
         solid: &Solid,
         values: &[T],
@@ -130,7 +130,7 @@ impl<'a, T: Scalar> Entrant<'a, T> {
 }
 
 impl Contest<'_> {
-    /// Measures c² M + K.
+    /// Measures the solvers for c² M + K.
     pub fn run<T: Rival>(&self, c: T) -> Result<Outcome> {
         let Self { solid, kind, .. } = *self;
         let values = &solid.values(c)[..];
@@ -181,13 +181,13 @@ impl Contest<'_> {
     }
 }
 
-/// Of size 1 in the units of each equation.
+/// Returns a right-hand side of magnitude 1 in the units of each equation.
 fn rhs<T: Scalar>(solid: &Solid) -> Vec<T> {
     let n = solid.pattern.major_dim();
     (0..n).map(|i| T::one() * (i as f64).sin()).collect()
 }
 
-/// max_i |b - A x|_i / (|A||x| + |b|)_i.
+/// Returns max_i |b − A x|_i / (|A||x| + |b|)_i.
 fn backward_error<T: Scalar>(solid: &Solid, values: &[T], b: &[T], x: &[T]) -> f64 {
     let mut residual = b.to_vec();
     let mut scale: Vec<f64> = b.iter().map(|b| b.abs()).collect();
@@ -205,7 +205,7 @@ fn backward_error<T: Scalar>(solid: &Solid, values: &[T], b: &[T], x: &[T]) -> f
     })
 }
 
-/// Of the lines that outcomes are printed as.
+/// Heading of the printed results.
 pub const HEAD: &str = "case  matrix              who      factor CPU s   wall s  solve CPU s   peak MB    own MB  10⁶ entries  backward error";
 
 impl fmt::Display for Outcome {

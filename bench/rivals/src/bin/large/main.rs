@@ -1,9 +1,8 @@
-//! Large bodies: our factorisations of 3D Newton matrices next to MUMPS, in turn in one process, so that
-//! what else the machine does slows both.
+//! Factorizations of 3D Newton matrices compared with MUMPS. The solvers alternate in one process, so that other load
+//! on the machine affects both.
 //!
-//! `large [--json FILE] [--repeats N] [CASE…]`, a case being a name of [`CASES`], then optionally
-//! `:complex`, `:general` or both. Without cases those of [`RECORD`]. Without the feature `mumps` ours
-//! alone.
+//! `large [--json FILE] [--repeats N] [CASE…]`, where a case is a name of [`CASES`], optionally followed by `:complex`,
+//! `:general` or both. The default is [`RECORD`]. Without the feature `mumps`, only our solver runs.
 
 mod contest;
 #[cfg(feature = "mumps")]
@@ -19,7 +18,7 @@ use num_complex::Complex64;
 use serde_json::json;
 use solid::Solid;
 
-/// Cubes; b: compact, s: a shell of two layers; thousands of unknowns.
+/// Numbers of cubes; b: a compact block, s: a shell of two layers; the number gives thousands of unknowns.
 const CASES: [(&str, [usize; 3]); 7] = [
     ("b10", [5, 5, 13]),
     ("b30", [8, 8, 17]),
@@ -30,7 +29,7 @@ const CASES: [(&str, [usize; 3]); 7] = [
     ("b1", [2, 2, 6]),
 ];
 
-/// LDLᵀ for BDF and for Radau IIA, and LU, which damping asks for.
+/// LDLᵀ for BDF and for Radau IIA, and LU, which is required with damping.
 const RECORD: [&str; 20] = [
     "b10",
     "b10:complex",
@@ -54,7 +53,7 @@ const RECORD: [&str; 20] = [
     "b100:general:complex",
 ];
 
-/// 1.5/ms.
+/// Factor c in 1/s for steps of about one millisecond: 1.5/ms.
 const C: f64 = 1.5e3;
 
 fn main() -> Result<()> {
@@ -95,11 +94,11 @@ fn one(case: &str, repeats: usize) -> Result<contest::Outcome> {
         match part {
             "general" => kind = Kind::General,
             "complex" => is_complex = true,
-            _ => bail!("no matrices of the kind {part}"),
+            _ => bail!("unknown kind of matrix: {part}"),
         }
     }
     let known = CASES.iter().find(|(known, _)| *known == name);
-    let (name, cubes) = known.context("no such case")?;
+    let (name, cubes) = known.context("unknown case")?;
     let solid = &Solid::block(*cubes);
     let contest = Contest {
         name,

@@ -1,27 +1,27 @@
-//! The memory of this process as Linux counts it: the same account for all solvers.
+//! Memory of this process as reported by Linux, for a uniform comparison of the solvers.
 
 use std::fs;
 
 use anyhow::{Context, Result};
 
-/// What was in use when counting began.
+/// Memory in use at the start of the measurement.
 pub struct Count(usize);
 
 impl Count {
-    /// Forgets the peak so far.
+    /// Resets the peak.
     pub fn begin() -> Result<Self> {
         give_back();
         fs::write("/proc/self/clear_refs", "5").context("/proc/self/clear_refs")?;
         Ok(Self(status("VmRSS:")?))
     }
 
-    /// The most that was in use since then beside what was, B.
+    /// Returns the peak memory since then, in addition to the memory at the start, in bytes.
     pub fn peak(&self) -> Result<usize> {
         Ok(status("VmHWM:")?.saturating_sub(self.0))
     }
 }
 
-/// Gives what was freed back to the system, or the next to allocate would get it unseen.
+/// Returns freed memory to the operating system; otherwise later allocations would reuse it unnoticed.
 fn give_back() {
     #[cfg(feature = "mumps")]
     crate::ffi::trim();

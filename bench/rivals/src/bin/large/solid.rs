@@ -6,13 +6,13 @@
 use myovib_sparse::Scalar;
 use nalgebra_sparse::pattern::SparsityPattern;
 
-/// Of the paper's muscle, in SI units.
+/// Shear modulus of the paper's muscle in SI units.
 const MU: f64 = 2.04e4;
 const RHO: f64 = 1.06e3;
-/// Edge of a cube.
+/// Edge length of a cube in m.
 const H: f64 = 2e-3;
 
-/// The six tetrahedra of a cube around its diagonal: the order in which the axes are gone along.
+/// The six tetrahedra of a cube around its diagonal, by the order of the axes on their paths.
 const PATHS: [[usize; 3]; 6] = [
     [0, 1, 2],
     [0, 2, 1],
@@ -21,12 +21,12 @@ const PATHS: [[usize; 3]; 6] = [
     [2, 0, 1],
     [2, 1, 0],
 ];
-/// The edges of a tetrahedron, whose midpoints are nodes.
+/// The edges of a tetrahedron; their midpoints are nodes.
 const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
-/// Degree 2 in barycentric coordinates.
+/// Quadrature points of degree 2 in barycentric coordinates.
 const POINT: [f64; 2] = [0.585_410_196_624_968_5, 0.138_196_601_125_010_5];
 
-/// The parts of a matrix with one pattern.
+/// The parts of a matrix with a common pattern.
 pub struct Solid {
     pub pattern: SparsityPattern,
     pub mass: Vec<f64>,
@@ -35,7 +35,7 @@ pub struct Solid {
 }
 
 impl Solid {
-    /// A block of this many cubes.
+    /// Creates a block of cubes.
     pub fn block(cubes: [usize; 3]) -> Self {
         let nodes = cubes.map(|n| 2 * n + 1);
         let vertices = cubes.map(|n| n + 1);
@@ -124,14 +124,14 @@ impl Solid {
         }
     }
 
-    /// c² M + K with its border.
+    /// Returns the values of c² M + K with its border.
     pub fn values<T: Scalar>(&self, c: T) -> Vec<T> {
         let parts = self.mass.iter().zip(&self.stiffness);
         parts.map(|(&m, &k)| c * c * m + T::one() * k).collect()
     }
 }
 
-/// The integrals over one tetrahedron.
+/// Integrals over one tetrahedron.
 struct Local {
     volume: f64,
     /// ∇φ_i at the four points.

@@ -1,4 +1,4 @@
-//! Who factorises and solves.
+//! The compared solvers.
 
 use std::sync::Arc;
 
@@ -8,17 +8,17 @@ use myovib_sparse::{Elimination, Kind, LinearWork, Scalar, SparseSystem, Structu
 
 use crate::solid::Solid;
 
-/// One matrix and a way to solve with it.
+/// A factorized matrix.
 pub trait Solver<T> {
     fn factor(&mut self) -> Result<()>;
     fn solve(&mut self, x: &mut [T]) -> Result<()>;
-    /// Bytes by its own account.
+    /// Returns the memory in bytes as reported by the solver.
     fn n_bytes(&mut self) -> usize;
-    /// Entries of the factors.
+    /// Returns the number of entries of the factors.
     fn n_entries(&mut self) -> usize;
 }
 
-/// This project's.
+/// The solver of this project.
 pub struct Ours<T: Scalar> {
     system: SparseSystem<T>,
     work: LinearWork,
@@ -26,7 +26,7 @@ pub struct Ours<T: Scalar> {
 }
 
 impl<T: Scalar> Ours<T> {
-    /// Analyses; factors are computed in so many `threads`.
+    /// Analyzes the pattern; factors are computed by `threads` threads.
     pub fn new(solid: &Solid, values: &[T], kind: Kind, threads: usize) -> Result<Self> {
         let structure = Structure {
             kind,

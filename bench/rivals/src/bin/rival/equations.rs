@@ -1,4 +1,4 @@
-//! The muscle as diffsol's `OdeEquations`.
+//! The muscle as an implementation of diffsol's `OdeEquations`.
 
 use std::cell::RefCell;
 
@@ -24,7 +24,7 @@ pub struct Equations {
 }
 
 impl Equations {
-    /// Takes a DAE whose ∂F/∂ẏ is constant.
+    /// Creates the equations from a DAE with constant ∂F/∂ẏ.
     pub fn new(mut dae: MuscleDae) -> anyhow::Result<Self> {
         let n = dae.n_unknowns();
         let zero = vec![0.0; n];
@@ -52,7 +52,7 @@ impl Equations {
     }
 }
 
-/// A part of the equations, as diffsol wants each.
+/// A part of the equations, as required by diffsol.
 pub struct Part<'a>(&'a Equations);
 
 macro_rules! square {
@@ -108,7 +108,7 @@ impl NonLinearOp for Part<'_> {
         y.for_each_batch_host([x], |out, [y], _| {
             match dae.borrow_mut().residual(t, y, zero, out) {
                 Ok(()) => out.iter_mut().for_each(|value| *value = -*value),
-                // diffsol has no errors here; a number that is none makes it take a smaller step.
+                // diffsol has no error return here; a NaN reduces its step.
                 Err(_) => out.fill(f64::NAN),
             }
         });
@@ -184,7 +184,7 @@ impl OdeEquations for Equations {
 }
 
 impl Equations {
-    /// Residuals evaluated so far.
+    /// Number of residual evaluations.
     pub fn residual_evaluations(&self) -> u64 {
         self.dae.borrow().counters().residual_passes
     }

@@ -1,15 +1,13 @@
-//! The undamped muscle of the paper, (28) with κ = 1e5, by diffsol's integrators and by ours.
+//! The undamped muscle of the paper, (28) with κ = 1e5, integrated by diffsol and by this project.
 //!
-//! diffsol integrates M ẏ = f(t, y). (28) is of this form: M = ∂F/∂ẏ is constant, f = −F(t, y, 0).
-//! Both sides have the same residual and Jacobian, the same tolerances, all components in the error
-//! test, and are compared with the stored reference; diffsol factorises the whole matrix with faer's
-//! sparse LU, ours is condensed.
+//! diffsol integrates M ẏ = f(t, y). (28) has this form: M = ∂F/∂ẏ is constant, f = −F(t, y, 0). Both programs use the
+//! same residual, Jacobian and tolerances, include all components in the error test, and are compared with the stored
+//! reference. diffsol factorizes the full matrix with faer's sparse LU, this project the condensed matrix.
 //!
-//! `cargo run --release --bin rival -- [FILE]` prints a table and writes diffsol's points as JSON for
-//! `myovib bench work --rival FILE`.
+//! `cargo run --release --bin rival -- [FILE]` prints a table and writes diffsol's results as JSON.
 
 mod equations;
-mod ways;
+mod integrators;
 
 use std::{env, fs};
 
@@ -18,9 +16,9 @@ use myovib_fem::Mesh;
 use myovib_model::{Formulation, MuscleDae, paper};
 use serde::{Deserialize, Serialize};
 
-use ways::{TOLERANCES, WAYS};
+use integrators::{TOLERANCES, INTEGRATORS};
 
-/// What is read of a reference.
+/// The columns of a reference file.
 #[derive(Deserialize)]
 struct Reference {
     times: Vec<f64>,
@@ -28,7 +26,7 @@ struct Reference {
     p: Vec<f64>,
 }
 
-/// u_y and p at the origin at the reference's times, and what they took.
+/// u_y and p at the origin at the reference's times, and the cost.
 #[derive(Default)]
 struct Run {
     u_y: Vec<f64>,
@@ -39,14 +37,14 @@ struct Run {
     linear_setups: u64,
 }
 
-/// One point of the diagram of work and precision.
+/// Error and cost of one run.
 #[derive(Serialize)]
 struct Point {
     case: &'static str,
     formulation: &'static str,
-    way: &'static str,
+    integrator: &'static str,
     rtol: f64,
-    /// Why there are no errors, if there are none.
+    /// Reason why the run stopped without result.
     stopped: Option<String>,
     u_y: Option<f64>,
     p: Option<f64>,
@@ -68,12 +66,12 @@ fn main() -> anyhow::Result<()> {
 
     println!(
         "{:<20}{:>8}{:>11}{:>11}{:>9}{:>8}{:>11}{:>9}",
-        "way", "rtol", "error u_y", "p", "CPU s", "steps", "residuals", "set-ups"
+        "way", "rtol", "error u_y", "p", "CPU s", "steps", "residuals", "setups"
     );
     let mut points = Vec::new();
-    for way in WAYS {
+    for integrator in INTEGRATORS {
         for rtol in TOLERANCES {
-            let result = way.run(dae()?, rtol, &reference.times);
+            let result = integrator.run(dae()?, rtol, &reference.times);
             let (run, stopped) = match result {
                 Ok(run) => (run, None),
                 Err(error) => (Run::default(), Some(error.to_string())),
@@ -81,7 +79,7 @@ fn main() -> anyhow::Result<()> {
             let point = Point {
                 case: "undamped",
                 formulation: "position",
-                way: way.name(),
+                integrator: integrator.name(),
                 rtol,
                 u_y: largest_difference(&run.u_y, &reference.u_y),
                 p: largest_difference(&run.p, &reference.p),
@@ -92,8 +90,8 @@ fn main() -> anyhow::Result<()> {
                 linear_setups: run.linear_setups,
             };
             print(&point);
-            // Ours are in the diagram already.
-            if way.is_rival() {
+            // The file contains only the results of diffsol.
+            if integrator.is_rival() {
                 points.push(point);
             }
         }
@@ -105,7 +103,7 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// max |a − b| / max |b|; none if a is not complete.
+/// Returns max |a − b| / max |b|, or `None` if a is incomplete.
 fn largest_difference(a: &[f64], b: &[f64]) -> Option<f64> {
     let max = |values: &mut dyn Iterator<Item = f64>| values.map(f64::abs).fold(0.0, f64::max);
     let difference = max(&mut a.iter().zip(b).map(|(a, b)| a - b));
@@ -116,7 +114,7 @@ fn print(point: &Point) {
     let number = |x: Option<f64>| x.map_or("–".to_owned(), |x| format!("{x:.1e}"));
     println!(
         "{:<20}{:>8.0e}{:>11}{:>11}{:>9.2}{:>8}{:>11}{:>9} {}",
-        point.way,
+        point.integrator,
         point.rtol,
         number(point.u_y),
         number(point.p),

@@ -1,4 +1,4 @@
-//! MUMPS next to ours. The boundary is in this folder; measurements only, the program has none of it.
+//! The boundary to MUMPS, used only for comparison.
 
 use std::ffi::c_int;
 
@@ -14,13 +14,13 @@ unsafe extern "C" {
     fn give_back();
 }
 
-/// Gives what was freed back to the system.
+/// Returns freed memory to the operating system.
 pub fn trim() {
-    // SAFETY: the function takes nothing and may be called at any time.
+    // SAFETY: the function has no arguments and may be called at any time.
     unsafe { give_back() };
 }
 
-/// The functions of `mumps.c` for one kind of number.
+/// The functions of `mumps.c` for one scalar type.
 pub struct Functions<T> {
     size: unsafe extern "C" fn() -> usize,
     begin:
@@ -86,23 +86,23 @@ functions!(
     zmumps_run_end
 );
 
-/// A number MUMPS factorises with.
+/// A scalar type of MUMPS.
 pub trait Rival: Scalar {
     const MUMPS: Functions<Self>;
 }
 
-/// One matrix in MUMPS.
+/// A matrix in MUMPS.
 pub struct Mumps<T: Rival> {
     run: Vec<u64>,
     n: usize,
-    // MUMPS keeps pointers to these.
+    // MUMPS keeps pointers to these arrays.
     _rows: Vec<c_int>,
     _columns: Vec<c_int>,
     _values: Vec<T>,
 }
 
 impl<T: Rival> Mumps<T> {
-    /// Analyses.
+    /// Analyzes the pattern.
     pub fn new(pattern: &SparsityPattern, values: &[T], kind: Kind) -> Self {
         let lower = |&((c, r), _): &((usize, usize), &T)| kind == Kind::General || r >= c;
         let entries = pattern.entries().zip(values).filter(lower);
@@ -112,13 +112,12 @@ impl<T: Rival> Mumps<T> {
             columns.push(c as c_int + 1);
             own.push(value);
         }
-        // SAFETY: the function takes nothing and returns a size.
+        // SAFETY: the function has no arguments and returns a size.
         let size = unsafe { (T::MUMPS.size)() };
         let mut run = vec![0u64; size.div_ceil(8)];
         let symmetric = if kind == Kind::Symmetric { 2 } else { 0 };
         let n = pattern.major_dim();
-        // SAFETY: `run` has the size of the structure; the arrays have nnz entries and live as
-        // long as it.
+        // SAFETY: `run` has the size of the structure; the arrays have nnz entries and live as long as the structure.
         let status = unsafe {
             (T::MUMPS.begin)(
                 run.as_mut_ptr(),
@@ -143,27 +142,27 @@ impl<T: Rival> Mumps<T> {
 
 impl<T: Rival> Solver<T> for Mumps<T> {
     fn factor(&mut self) -> Result<()> {
-        // SAFETY: the run was begun.
+        // SAFETY: the structure is initialized.
         let status = unsafe { (T::MUMPS.factor)(self.run.as_mut_ptr()) };
-        ensure!(status == 0, "MUMPS does not factorise: {status}");
+        ensure!(status == 0, "MUMPS cannot factorize: {status}");
         Ok(())
     }
 
     fn solve(&mut self, x: &mut [T]) -> Result<()> {
         assert_eq!(x.len(), self.n);
-        // SAFETY: the run has factors, and the vector their order.
+        // SAFETY: the structure has factors, and the vector has their order.
         let status = unsafe { (T::MUMPS.solve)(self.run.as_mut_ptr(), x.as_mut_ptr()) };
-        ensure!(status == 0, "MUMPS does not solve: {status}");
+        ensure!(status == 0, "MUMPS cannot solve: {status}");
         Ok(())
     }
 
     fn n_bytes(&mut self) -> usize {
-        // SAFETY: the run has factors.
+        // SAFETY: the structure has factors.
         unsafe { (T::MUMPS.memory)(self.run.as_mut_ptr()) as usize * 1_000_000 }
     }
 
     fn n_entries(&mut self) -> usize {
-        // SAFETY: the run has factors.
+        // SAFETY: the structure has factors.
         match unsafe { (T::MUMPS.entries)(self.run.as_mut_ptr()) } {
             count @ 0.. => count as usize,
             millions => millions.unsigned_abs() as usize * 1_000_000,
@@ -173,7 +172,7 @@ impl<T: Rival> Solver<T> for Mumps<T> {
 
 impl<T: Rival> Drop for Mumps<T> {
     fn drop(&mut self) {
-        // SAFETY: the run was begun and ends once.
+        // SAFETY: the structure is initialized and destroyed once.
         unsafe { (T::MUMPS.end)(self.run.as_mut_ptr()) };
     }
 }

@@ -8,7 +8,7 @@ void openblas_set_num_threads(int);
 
 void give_back(void) { malloc_trim(0); }
 
-/* job: -1 begin, 1 analyse, 2 factorise, 3 solve, -2 end. */
+/* job: -1 begin, 1 analyze, 2 factorize, 3 solve, -2 end. */
 #define DEFINE(PREFIX, STRUCT, NUMBER)                                                        \
     struct PREFIX##_run { STRUCT id; };                                                       \
     unsigned long PREFIX##_run_size(void) { return sizeof(struct PREFIX##_run); }             \

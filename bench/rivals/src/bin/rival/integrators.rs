@@ -1,4 +1,4 @@
-//! Ways to integrate: diffsol's and ours.
+//! Integrators of diffsol and of this project.
 
 use cpu_time::ThreadTime;
 use diffsol::{
@@ -13,32 +13,32 @@ use myovib_model::{
 use crate::Run;
 use crate::equations::Equations;
 
-/// Relative tolerances; the absolute ones follow in the paper's proportion.
+/// Relative tolerances; the absolute tolerances are in the paper's proportion.
 pub const TOLERANCES: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 
-/// CPU seconds after which a run of diffsol is given up.
+/// Limit of the CPU time of a diffsol run in s.
 const CAP: f64 = 60.0;
 
-/// A way to integrate.
+/// An integrator with its options.
 #[derive(Clone, Copy)]
-pub enum Way {
+pub enum Integrator {
     DiffsolBdf,
     DiffsolTrBdf2,
     DiffsolEsdirk34,
-    /// Ours: an integrator and the largest order.
+    /// An integrator of this project and its maximum order.
     Ours(IntegratorKind, u8),
 }
 
-pub const WAYS: [Way; 6] = [
-    Way::DiffsolBdf,
-    Way::DiffsolTrBdf2,
-    Way::DiffsolEsdirk34,
-    Way::Ours(IntegratorKind::Ida, 2),
-    Way::Ours(IntegratorKind::Ida, 5),
-    Way::Ours(IntegratorKind::Radau9, 9),
+pub const INTEGRATORS: [Integrator; 6] = [
+    Integrator::DiffsolBdf,
+    Integrator::DiffsolTrBdf2,
+    Integrator::DiffsolEsdirk34,
+    Integrator::Ours(IntegratorKind::Ida, 2),
+    Integrator::Ours(IntegratorKind::Ida, 5),
+    Integrator::Ours(IntegratorKind::Radau9, 9),
 ];
 
-impl Way {
+impl Integrator {
     pub fn name(self) -> &'static str {
         match self {
             Self::DiffsolBdf => "diffsol BDF",
@@ -50,7 +50,7 @@ impl Way {
         }
     }
 
-    /// Whether it is diffsol's.
+    /// Returns whether it belongs to diffsol.
     pub fn is_rival(self) -> bool {
         !matches!(self, Self::Ours(..))
     }
@@ -87,7 +87,7 @@ impl Way {
     }
 }
 
-/// Ours with all components in the error test.
+/// Returns our settings, with all components in the error test.
 fn settings(rtol: f64, t_end: f64) -> Settings {
     Settings {
         t_end,
@@ -96,13 +96,13 @@ fn settings(rtol: f64, t_end: f64) -> Settings {
     }
 }
 
-/// u_y and p at a point of `dae` with the unknowns `y`.
+/// Returns u_y and p at a point for the unknowns `y`.
 fn read(dae: &mut MuscleDae, point: &Probe, t: f64, y: &[f64]) -> (f64, f64) {
     let value = dae.read(point, t, y);
     (value.displacement[1], value.pressure)
 }
 
-/// Steps to the end and samples on the way.
+/// Steps to the end and samples at `times`.
 fn follow<'a, S>(mut solver: S, times: &[f64], origin: &Probe) -> anyhow::Result<Run>
 where
     S: OdeSolverMethod<'a, Equations>,
