@@ -54,7 +54,7 @@ pub(crate) struct BenchArgs {
 pub(crate) enum What {
     /// Rows of Table 2 with the condensed, the full and SUNDIALS' default linear solver
     Rows,
-    /// Time of a residual and of a run while features are enabled one by one
+    /// Time of a residual and of a run while features are enabled step by step
     Features,
     /// Twenty steps of bodies with 100 000 unknowns, and costs from 10 000 to 200 000
     Large,

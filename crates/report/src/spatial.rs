@@ -30,7 +30,7 @@ pub fn boundary(space: &Space) -> Vec<[usize; 6]> {
     alone.into_values().flatten().filter_map(nodes).collect()
 }
 
-/// Draws the undeformed body with colored boundary groups. The legend marks groups that are only on the back.
+/// Draws the undeformed body with colored boundary groups. The legend marks groups on the hidden side.
 pub fn groups_plot(space: &Space, groups: &[(&str, Color)]) -> SurfacePlot {
     let points = space.node_points::<3>();
     let boundary = boundary(space).into_iter();

@@ -75,7 +75,7 @@ impl Outline<'_> {
         for [x, y] in points {
             let x = self.at[0] + self.scale * f64::from(*x);
             let y = self.at[1] - self.scale * f64::from(*y);
-            write!(self.path, "{x:.3} {y:.3} ").expect("a String takes all that is written");
+            write!(self.path, "{x:.3} {y:.3} ").expect("writing to a String cannot fail");
         }
     }
 }

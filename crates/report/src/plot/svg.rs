@@ -260,7 +260,7 @@ impl Svg {
     }
 
     fn add(&mut self, element: std::fmt::Arguments<'_>) {
-        writeln!(self.body, "{element}").expect("a String takes all that is written");
+        writeln!(self.body, "{element}").expect("writing to a String cannot fail");
     }
 }
 
