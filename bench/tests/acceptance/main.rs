@@ -102,7 +102,8 @@ fn an_interrupted_bench_exits_with_130_and_prints_its_results() {
 fn an_output_that_cannot_be_written_is_rejected_first() {
     let folder = tempfile::tempdir().expect("a folder");
     for target in ["no/such.json", "."] {
-        let run = myovib_in(folder.path(), &["bench", "--json", target]);
+        let json = format!("--json={target}");
+        let run = myovib_in(folder.path(), &["bench", &json]);
         assert_eq!((run.code, run.stdout.as_str()), (2, ""));
         assert!(run.stderr.contains("--json"), "{}", run.stderr);
     }
