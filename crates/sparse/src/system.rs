@@ -329,7 +329,7 @@ impl<T: Scalar> SparseSystem<T> {
     /// [`renew`](Self::renew).
     ///
     /// # Errors
-    /// Those of the analysis.
+    /// Errors of the analysis.
     pub fn set_history(&mut self, [pivoting, check]: [bool; 2]) -> Result<(), SparseError> {
         (self.pivots_next, self.check) = (pivoting, check);
         if pivoting && self.pivoting.is_none() {

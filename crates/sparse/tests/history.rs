@@ -1,4 +1,4 @@
-//! The history of a system decides how later matrices are factorized, and nothing else of the past does.
+//! Only the history of a system determines how later matrices are factorized.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use std::sync::Arc;
@@ -25,10 +25,10 @@ fn solve(system: &mut SparseSystem<f64>, values: &[f64; 9], work: &mut LinearWor
     x
 }
 
-/// Regression: one matrix with zeros on the diagonal made all later ones exchange pivots, a restored history
-/// of before included.
+/// Regression: after one matrix with zeros on the diagonal, all later matrices were factorized with pivoting, even with an
+/// earlier history restored.
 #[test]
-fn a_history_of_before_an_exchange_of_pivots_is_restored() {
+fn a_history_without_pivoting_is_restored() {
     let (mut system, mut work) = (system(), LinearWork::default());
     let first = solve(&mut system, &GOOD, &mut work);
     let saved = system.history();
@@ -40,7 +40,7 @@ fn a_history_of_before_an_exchange_of_pivots_is_restored() {
 
     system.set_history(saved).unwrap();
     assert_eq!(system.history(), saved);
-    // The factors at hand stay in use until the next matrix.
+    // The current factors stay in use until the next matrix.
     let mut x = [1.0, 2.0, 3.0];
     system.solve(&mut x, &mut work).unwrap();
     assert_eq!(x, exchanged);
