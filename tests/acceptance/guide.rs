@@ -178,7 +178,7 @@ fn the_preloaded_strip_settles_in_equilibrium() {
         last(folder.path(), "end", "u_y")
     };
     let (moved, rests) = (settled(&[]), settled(&["analysis=static", "start="]));
-    // The motion is integrated at the default tolerance of 1e-4 and has decayed to 1e-5.
+    // The motion is integrated at a tolerance of 1e-4 and has decayed to 1e-5.
     assert!(
         (moved - rests).abs() < 3e-4 * rests.abs(),
         "{moved} {rests}"
