@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use myovib_scene::escape;
 use myovib_scene::vtu::field_of;
 
 use crate::harness::{document, myovib_in};
@@ -33,8 +34,44 @@ const DOUBTFUL: &str = "[[parameter]]\nkey = \"solid.alpha\"\nlow = 0.0\n\
                         [[traction]]\ngroup = \"load\"\n\
                         y = { type = \"step\", value = 1.0, start = 9.0, rise = 0.1 }\n";
 
+/// Measurements and options that cannot be used end with the code of wrong input, and write nothing.
 #[test]
-fn a_fit_says_what_is_not_to_be_trusted() {
+fn unusable_measurements_are_wrong_input() {
+    let folder = tempfile::tempdir().expect("a folder");
+    beginning(folder.path(), "[[parameter]]\nkey = \"solid.alpha\"\n");
+    let data = folder.path().join("my data");
+    fs::create_dir(&data).expect("a folder");
+    let scaled = "observableId,time,measurement,observableParameters\ntip,0.1,1,1000;0\n";
+    fs::write(data.join("scaled 1.csv"), scaled).expect("data");
+    fs::write(data.join("bad 1.csv"), "t,nothing\n0.1,1\n").expect("data");
+    let mut cases = vec![
+        (
+            vec!["my data/scaled 1.csv"],
+            "my data/scaled 1.csv, line 2, column observableParameters",
+        ),
+        (
+            vec!["my data/bad 1.csv solid.beta=1e-4"],
+            "my data/bad 1.csv, column nothing",
+        ),
+        (
+            vec!["measured.csv", "--starts", "1000000000000"],
+            "--starts",
+        ),
+    ];
+    if cfg!(unix) {
+        cases.push((vec!["/dev/zero"], "/dev/zero"));
+    }
+    for (arguments, place) in cases {
+        let words = [&["fit", "scene.toml", "--data"], &arguments[..]].concat();
+        let run = myovib_in(folder.path(), &words);
+        assert_eq!(run.code, 2, "{arguments:?}: {}", run.stderr);
+        assert!(run.stderr.contains(place), "{place}: {}", run.stderr);
+        assert!(!folder.path().join("fit").exists());
+    }
+}
+
+#[test]
+fn a_fit_reports_doubtful_results() {
     let folder = tempfile::tempdir().expect("a folder");
     beginning(folder.path(), DOUBTFUL);
     let words = [
@@ -59,14 +96,25 @@ fn a_fit_says_what_is_not_to_be_trusted() {
     assert!(run.stderr.contains(profile), "{}", run.stderr);
     let read = |name: &str| fs::read_to_string(folder.path().join("fit").join(name));
     let page = read("report.html").expect("the page");
-    for said in [
-        "the model does not fit the measurements, and the intervals are invalid",
-        "no measurement depends on traction[1].y.value: ",
-        "* the linear interval exceeds a bound of solid.alpha: use the interval by profile",
-        "profile of traction[1].y.value: not computed: no measurement depends on it",
-    ] {
-        assert!(run.stdout.contains(said), "{said}: {}", run.stdout);
-        assert!(page.contains(said), "{said}");
+    let found = document(&read("fit.json").expect("fit.json"), "fit");
+    assert_eq!(found["outcome"], "does_not_fit");
+    let [damping, load] = [0, 1].map(|j| &found["parameters"][j]);
+    assert_eq!(
+        (&damping["acts"], &damping["passes_bound"]),
+        (&true.into(), &true.into())
+    );
+    assert!(damping["profile_interval"].is_array(), "{damping}");
+    assert_eq!(load["acts"], false);
+    assert!(load["profile_interval"].is_null(), "{load}");
+    // Each finding is in the text and on the page.
+    let findings: Vec<&str> = run
+        .stdout
+        .lines()
+        .skip_while(|line| !line.starts_with("residuals:"))
+        .collect();
+    assert!(findings.len() >= 5, "{findings:?}");
+    for line in findings {
+        assert!(page.contains(&escape(line)), "{line}");
     }
     let row = |name: &str| run.stdout.lines().find(|line| line.starts_with(name));
     let damping = row("solid.alpha").expect("a row");
@@ -75,8 +123,7 @@ fn a_fit_says_what_is_not_to_be_trusted() {
     let cells: Vec<&str> = load.split_whitespace().skip(1).collect();
     let unknown = "1.000000e0 – – … – not computed";
     assert_eq!(cells.join(" "), unknown);
-    let document = read("fit.json").expect("fit.json");
-    for text in [run.stdout, page, document] {
+    for text in [run.stdout, page, found.to_string()] {
         assert!(!text.contains("NaN"), "{text}");
     }
 }
