@@ -1,4 +1,4 @@
-//! Static equilibrium: Newton's method with line search and load steps.
+//! Static equilibrium by continuation in the load, with Newton's method at each load step.
 
 mod newton;
 mod prospect;
@@ -14,11 +14,13 @@ use crate::field::Field;
 use crate::formulation::Formulation;
 use crate::muscle::Muscle;
 use crate::operators;
-use newton::Newton;
+use newton::{Newton, is_singular};
 pub(crate) use prospect::Prospect;
 
-/// After so few iterations the next load step is twice as long.
-const QUICK: usize = 6;
+/// A load step may be twice as long as one that took at most this number of iterations.
+const QUICK: usize = 4;
+/// Largest displacement gradient that a load step may add, by the prediction.
+const GRADIENT_STEP: f64 = 0.2;
 /// Smallest load increment, as a fraction of the whole load.
 const SMALLEST_LOAD_STEP: f64 = 1.0 / 1024.0;
 
@@ -31,7 +33,7 @@ pub struct Equilibrium {
     pub pressure: Vec<f64>,
     /// The time of the loads, s; none for a body without loads.
     pub loads_at: Option<f64>,
-    /// Newton iterations over all load steps.
+    /// Newton iterations over all load steps, without their predictions.
     pub newton_iterations: usize,
     /// Load steps taken.
     pub load_steps: usize,
@@ -112,10 +114,11 @@ pub struct Search {
 /// Solves ∫P:∇φ = f(t), ∫ψ(p/κ + J - 1) = 0 for the loads as they stand at time `t`, or, for a
 /// `formulation` without pressure, ∫P:∇φ = f(t) with the energy κ/2 (J - 1)² in P.
 ///
-/// The whole load is tried first; where Newton's method fails, it is applied in steps, which shrink
-/// where it fails and grow where it does not. Prescribed displacements and the tensions of active
-/// stresses are part of the load; a tension that follows a model of activation is that of its start,
-/// zero.
+/// The path of equilibria is followed from the unloaded body. Each load step is predicted by the equations linearized at
+/// its start, is so short that the prediction changes no displacement gradient by more than 0.2, and is repeated with
+/// half the load where Newton's method fails or moves the body by more than the prediction did. Prescribed displacements
+/// and the tensions of active stresses are part of the load; a tension that follows a model of activation is that of its
+/// start, zero.
 ///
 /// # Errors
 /// [`ModelError::NotHeld`] for a body that can move without strain; [`ModelError::NoEquilibrium`]
@@ -164,18 +167,34 @@ pub fn approach(
         formulation.check(&muscle.parameters)?;
     }
     let mut newton = Newton::new(muscle, formulation, t)?;
+    let n_free = muscle.solid.dofs().n_free();
     let mut x = vec![0.0; newton.layout.n_unknowns()];
-    let mut before: Option<(f64, Vec<f64>)> = None;
     let (mut reached, mut increment) = (0.0, 1.0_f64);
     let mut load_steps = 0;
     let mut shortfall = None;
+    let mut direction = None;
     while reached < 1.0 && shortfall.is_none() {
-        let target = (reached + increment).min(1.0);
-        let continued = before.as_ref().map(|(load, y)| {
-            let ratio = (target - reached) / (reached - load);
-            let both = x.iter().zip(y);
-            both.map(|(x, y)| x + ratio * (x - y)).collect()
-        });
+        let slope = match direction.take() {
+            Some(slope) => slope,
+            None => match newton.direction(&x, reached) {
+                Ok(slope) => slope,
+                Err(ModelError::Factorization(error)) if reached > 0.0 && is_singular(&error) => {
+                    shortfall = Some(not_converged(&newton, muscle, formulation));
+                    break;
+                }
+                Err(error) => return Err(error),
+            },
+        };
+        let gradient = newton.gradient(&slope[..n_free], 1.0);
+        let step = increment
+            .min((GRADIENT_STEP / gradient).max(SMALLEST_LOAD_STEP))
+            .min(1.0 - reached);
+        let target = if step < 1.0 - reached {
+            reached + step
+        } else {
+            1.0
+        };
+        let predicted: Vec<f64> = x.iter().zip(&slope).map(|(x, d)| x + step * d).collect();
         let before_step = newton.iterations;
         let mut interrupted = false;
         let told = |[iteration, iterations]: [usize; 2]| {
@@ -189,24 +208,24 @@ pub fn approach(
             interrupted |= flow.is_break();
             flow
         };
-        if let Some(solution) = newton.solve(&x, continued, target, told)? {
-            before = Some((reached, std::mem::replace(&mut x, solution)));
+        if let Some(solution) = newton.solve(&x, &predicted, target, told)? {
+            x = solution;
             reached = target;
             load_steps += 1;
-            if newton.iterations - before_step <= QUICK {
-                increment *= 2.0;
-            }
+            increment = match newton.iterations - before_step {
+                ..=QUICK => 2.0 * step,
+                _ => step,
+            };
         } else if interrupted {
             shortfall = Some(Shortfall::Interrupted);
         } else {
-            increment = 0.5 * (target - reached);
-            shortfall = (increment < SMALLEST_LOAD_STEP).then(|| Shortfall::NotConverged {
-                inverted: newton.inverted,
-                remedy: remedy(muscle, formulation),
-            });
+            increment = 0.5 * step;
+            direction = Some(slope);
+            shortfall = (increment < SMALLEST_LOAD_STEP)
+                .then(|| not_converged(&newton, muscle, formulation));
         }
     }
-    let (displacement, pressure) = x.split_at(muscle.solid.dofs().n_free());
+    let (displacement, pressure) = x.split_at(n_free);
     Ok(Approach {
         equilibrium: Equilibrium {
             displacement: displacement.to_vec(),
@@ -230,6 +249,13 @@ pub(crate) const COLLAPSE: &str = "elements with the law `guccione` and pressure
      `isochoric-guccione`, the same material where the volume stays";
 /// What to do at a limit load.
 const LIMIT_LOAD: &str = "if that is a limit load, a damped motion gets past it";
+
+fn not_converged(newton: &Newton, muscle: &Muscle, formulation: Formulation) -> Shortfall {
+    Shortfall::NotConverged {
+        inverted: newton.inverted,
+        remedy: remedy(muscle, formulation),
+    }
+}
 
 /// What may help where Newton's method fails.
 fn remedy(muscle: &Muscle, formulation: Formulation) -> String {

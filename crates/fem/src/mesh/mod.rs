@@ -292,10 +292,7 @@ impl Mesh {
     }
 
     /// Returns the edges of an element as sorted pairs, in the order of the midpoint nodes.
-    pub(crate) fn edges_of<'a>(
-        &self,
-        element: &'a [usize],
-    ) -> impl Iterator<Item = [usize; 2]> + use<'a> {
+    pub fn edges_of<'a>(&self, element: &'a [usize]) -> impl Iterator<Item = [usize; 2]> + use<'a> {
         let edges = self.shape.edges.iter();
         edges.map(|edge| sorted(edge.map(|i| element[i])))
     }

@@ -1,11 +1,11 @@
-//! Newton's method with line search at one load.
+//! Equations of an equilibrium, and Newton's method at one load.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use myovib_fem::{AddedMotion, Fields, Inverted, Vectors};
 use myovib_sparse::{
-    Elimination, Kind, LinearWork, Prediction, SparseSystem, Structure, resources,
+    Elimination, Kind, LinearWork, Prediction, SparseError, SparseSystem, Structure, resources,
 };
 use myovib_sparse::{Ordering, SparseOptions};
 
@@ -24,11 +24,15 @@ const RELATIVE_INCREMENT: f64 = 1e-9;
 /// or pressure that is zero in equilibrium has no size for increments to be small beside. Some hundred roundings.
 const BALANCED: f64 = 1e-13;
 const MAX_ITERATIONS: usize = 16;
-/// A step may multiply the square of the residual by this, beyond it is halved: where a slender body
-/// turns, a full step stretches it, and the next one takes that back. A residual that must fall at
-/// each step needs a hundred times the iterations there.
-const GROWTH: f64 = 1e8;
-const MAX_HALVINGS: usize = 8;
+/// Greatest ratio of the distance that Newton's iteration moves from the predicted displacement to the length of the
+/// prediction. Beyond it the prediction carries no information, and the iteration may end on another branch.
+const CORRECTION: f64 = 0.25;
+/// Displacement gradient that a correction may have in any case: at a kink of a law, as where fibers go slack, it is as long
+/// as the prediction in however small a step.
+const SMALL_GRADIENT: f64 = 1e-3;
+/// Displacement gradient by which supports move for the derivative of the forces with the load: the square of its size
+/// and its rounding are both below 1e-9 of the derivative.
+const PROBING_GRADIENT: f64 = 1e-5;
 
 /// The equations of an equilibrium, and the factors of their matrix.
 pub(super) struct Newton<'a> {
@@ -49,10 +53,8 @@ pub(super) struct Newton<'a> {
     load: Vec<f64>,
     /// The tension of each element.
     tensions: Vec<f64>,
-    /// The square of all loads, on the undeformed body.
-    load_square: f64,
-    /// The square of the forces that the present load step starts with, or of the loads if that is
-    /// more: what forces are measured by. A body that is only pulled by its supports has no loads.
+    /// Square of the forces that forces are measured by: all loads on the undeformed body, or the forces of the supports'
+    /// motion, whichever is larger.
     force_square: f64,
     /// The prescribed components and their values, m.
     prescribed: Vec<(usize, f64)>,
@@ -156,8 +158,7 @@ impl<'a> Newton<'a> {
             t,
             needs: elimination.prediction::<f64>(),
             in_use,
-            load_square: square(&whole),
-            force_square: 0.0,
+            force_square: square(&whole).max(f64::MIN_POSITIVE),
             system: SparseSystem::new(Arc::new(elimination)),
             work: LinearWork::default(),
             muscle,
@@ -253,64 +254,102 @@ impl<'a> Newton<'a> {
         Ok(())
     }
 
-    /// Newton's iteration from `start`, the equilibrium of the load step before, or from `continued`
-    /// if forces are nearer to equilibrium there; None if it does not converge, or `watch` ends it. That hears of the
-    /// iterations before they begin: the number of the iteration in this load step and in all.
+    /// Derivative of the equilibrium with the load factor at the equilibrium `x` under `factor` times the load, by the
+    /// equations linearized there.
+    ///
+    /// Supports move by a small part of their displacement only, so that no element inverts however far they go.
+    pub(super) fn direction(&mut self, x: &[f64], factor: f64) -> Result<Vec<f64>, ModelError> {
+        let n_free = self.muscle.solid.dofs().n_free();
+        let gradient = self.gradient(&vec![0.0; n_free], 1.0);
+        let step = (PROBING_GRADIENT / gradient).min(0.5);
+        let (mut change, mut before) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        self.residual(x, factor + step, &mut change)?;
+        self.residual(x, factor - step, &mut before)?;
+        for (change, before) in change.iter_mut().zip(before) {
+            *change = (before - *change) / (2.0 * step);
+        }
+        self.force_square = self.force_square.max(square(&change[..n_free]));
+        self.tangent(x, factor)?;
+        self.system.renew(&mut self.work)?;
+        self.system.solve(&mut change, &mut self.work)?;
+        Ok(change)
+    }
+
+    /// Largest difference of the displacements of two vertices of an element by their distance, for the free components
+    /// `q` and `factor` times the prescribed ones: the size of the displacement gradient.
+    pub(super) fn gradient(&mut self, q: &[f64], factor: f64) -> f64 {
+        self.deform(q, factor);
+        let space = self.muscle.solid.space();
+        let (mesh, u) = (space.mesh(), &self.displacement);
+        let dimension = space.dimension();
+        let distance = |values: &[f64], [a, b]: [usize; 2]| {
+            let of = |node: usize| &values[dimension * node..][..dimension];
+            let squares = of(a).iter().zip(of(b)).map(|(a, b)| (a - b).powi(2));
+            squares.sum::<f64>().sqrt()
+        };
+        let edges = mesh.elements().flat_map(|element| mesh.edges_of(element));
+        edges
+            .map(|edge| distance(u, edge) / distance(space.coordinates(), edge))
+            .fold(0.0, f64::max)
+    }
+
+    /// Newton's iteration from the `predicted` equilibrium under `factor` times the load. `None` if `watch` ends it, if
+    /// an element inverts, if the matrix is singular, if an increment is longer than the one before, or if the
+    /// displacement moves by more than `CORRECTION` times the length of the prediction from `start`.
+    ///
+    /// `watch` receives the number of each iteration, in this load step and in total, before it begins.
     pub(super) fn solve(
         &mut self,
         start: &[f64],
-        continued: Option<Vec<f64>>,
+        predicted: &[f64],
         factor: f64,
         mut watch: impl FnMut([usize; 2]) -> ControlFlow<()>,
     ) -> Result<Option<Vec<f64>>, ModelError> {
-        let n = start.len();
+        let n_free = self.muscle.solid.dofs().n_free();
+        let length = |a: &[f64], b: &[f64]| {
+            let squares = a[..n_free].iter().zip(b).map(|(a, b)| (a - b).powi(2));
+            squares.sum::<f64>().sqrt()
+        };
         self.inverted = None;
-        let (mut x, mut trial) = (start.to_vec(), vec![0.0; n]);
-        let (mut r, mut r_trial) = (vec![0.0; n], vec![0.0; n]);
-        if self.residual(&x, factor, &mut r).is_err() {
-            return Ok(None);
-        }
-        let momentum = &r[..self.muscle.solid.dofs().n_free()];
-        self.force_square = square(momentum)
-            .max(self.load_square)
-            .max(f64::MIN_POSITIVE);
-        if let Some(continued) = continued
-            && self.residual(&continued, factor, &mut r_trial).is_ok()
-            && self.size(&r_trial) < self.size(&r)
-        {
-            x = continued;
-            std::mem::swap(&mut r, &mut r_trial);
-        }
+        let mut x = predicted.to_vec();
+        let mut r = vec![0.0; x.len()];
+        let longest = CORRECTION * length(predicted, start);
+        let mut last = f64::INFINITY;
         for iteration in 1..=MAX_ITERATIONS {
-            if watch([iteration, self.iterations + 1]).is_break() {
-                return Ok(None);
-            }
-            if self.tangent(&x, factor).is_err() {
+            if self.residual(&x, factor, &mut r).is_err()
+                || watch([iteration, self.iterations + 1]).is_break()
+                || self.tangent(&x, factor).is_err()
+            {
                 return Ok(None);
             }
             self.iterations += 1;
             let mut increment = r.clone();
-            self.system.renew(&mut self.work)?;
-            self.system.solve(&mut increment, &mut self.work)?;
-            let small = self.is_small(&increment, &x) || self.size(&r) <= BALANCED * BALANCED;
-            let mut length = 1.0;
-            let accepted = (0..=MAX_HALVINGS).any(|_| {
-                for ((trial, x), d) in trial.iter_mut().zip(&x).zip(&increment) {
-                    *trial = x - length * d;
-                }
-                length *= 0.5;
-                // A full step of a converged iteration is at rounding level, not decreasing.
-                self.residual(&trial, factor, &mut r_trial).is_ok()
-                    && (small || self.size(&r_trial) < GROWTH * self.size(&r))
-            });
-            if !accepted {
+            let solved = self
+                .system
+                .renew(&mut self.work)
+                .and_then(|()| self.system.solve(&mut increment, &mut self.work));
+            match solved {
+                Ok(()) => {}
+                Err(error) if is_singular(&error) => return Ok(None),
+                Err(error) => return Err(error.into()),
+            }
+            let is_small = self.is_small(&increment, &x) || self.size(&r) <= BALANCED * BALANCED;
+            x.iter_mut().zip(&increment).for_each(|(x, d)| *x -= d);
+            if is_small {
+                return Ok(self.residual(&x, factor, &mut r).is_ok().then_some(x));
+            }
+            let moved = square(&increment[..n_free]).sqrt();
+            if moved > last && self.gradient(&increment[..n_free], 0.0) > SMALL_GRADIENT {
                 return Ok(None);
             }
-            std::mem::swap(&mut x, &mut trial);
-            std::mem::swap(&mut r, &mut r_trial);
-            if small {
-                return Ok(Some(x));
+            if length(&x, predicted) > longest {
+                let correction = x[..n_free].iter().zip(predicted).map(|(x, p)| x - p);
+                let correction: Vec<f64> = correction.collect();
+                if self.gradient(&correction, 0.0) > SMALL_GRADIENT {
+                    return Ok(None);
+                }
             }
+            last = moved;
         }
         Ok(None)
     }
@@ -371,6 +410,18 @@ impl<'a> Newton<'a> {
         let volume = self.muscle.solid.volume();
         square(momentum) / self.force_square + square(constraint) / (volume * volume)
     }
+}
+
+/// Whether another state may have a matrix that can be factorized.
+pub(super) fn is_singular(error: &SparseError) -> bool {
+    matches!(
+        error,
+        SparseError::Singular { .. }
+            | SparseError::ZeroPivot
+            | SparseError::TooLargeToPivot { .. }
+            | SparseError::Inaccurate { .. }
+            | SparseError::NotFinite { .. }
+    )
 }
 
 fn at_rest<'m>(u: &'m [f64], v: &'m [f64], tensions: &'m [f64]) -> AddedMotion<'m> {

@@ -9,9 +9,6 @@ use crate::field::Layout;
 use crate::formulation::Formulation;
 use crate::muscle::Muscle;
 
-/// The part of the load under which a body answers as by linear elasticity, to as many digits.
-const SMALL_LOAD: f64 = 1e-6;
-
 /// A search that has not begun.
 pub(crate) struct Prospect<'a> {
     newton: Newton<'a>,
@@ -77,13 +74,8 @@ impl<'a> Prospect<'a> {
         let newton = &mut self.newton;
         let clock = CpuClock::start();
         let rest = vec![0.0; newton.layout.n_unknowns()];
-        let mut answer = rest.clone();
-        newton.residual(&rest, SMALL_LOAD, &mut answer)?;
-        newton.tangent(&rest, 0.0)?;
-        newton.system.renew(&mut newton.work)?;
-        newton.system.solve(&mut answer, &mut newton.work)?;
+        let answer = newton.direction(&rest, 0.0)?;
         let seconds = clock.elapsed().as_secs_f64();
-        answer.iter_mut().for_each(|x| *x /= -SMALL_LOAD);
         Ok(LinearResponse {
             displacement: newton.largest_displacement(&answer),
             seconds,

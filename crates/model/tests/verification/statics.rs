@@ -120,8 +120,5 @@ fn the_linear_response_is_that_of_a_small_load() {
     assert!(found.iteration_time.unwrap() > 0.0);
     assert!(found.findings.is_empty(), "{:?}", found.findings);
     let wrong = report(1e3 * strong).findings;
-    assert!(
-        wrong.len() == 1 && wrong[0].to_string().contains("by linear elasticity"),
-        "{wrong:?}"
-    );
+    assert!(wrong.len() == 1, "{wrong:?}");
 }
