@@ -2,9 +2,8 @@
 
 use crate::element::quadrature::Rule;
 use crate::error::FemError;
-use crate::material::axes_at;
-use crate::material::check_direction;
 use crate::material::three::Axes;
+use crate::material::{axes_at, check_direction, unit_vector};
 use crate::mesh::Mesh;
 use crate::space::ElementPoint;
 
@@ -26,7 +25,7 @@ pub struct Fibres {
     elements: Vec<AtVertices>,
 }
 
-/// Directions at the vertices of an element.
+/// Unit vectors at the vertices of an element.
 #[derive(Debug, Clone, Copy)]
 struct AtVertices {
     fibre: [[f64; 3]; 4],
@@ -63,8 +62,8 @@ impl Fibres {
         }
         for &element in elements {
             self.elements[element] = AtVertices {
-                fibre: [fibre; 4],
-                sheet: sheet.map(|sheet| [sheet; 4]),
+                fibre: [unit_vector(fibre); 4],
+                sheet: sheet.map(|sheet| [unit_vector(sheet); 4]),
             };
         }
         Ok(())
@@ -149,6 +148,38 @@ fn at_vertices(mesh: &Mesh, element: usize, name: &str) -> Result<[[f64; 3]; 4],
     for (vector, &vertex) in vectors.iter_mut().zip(mesh.element(element)) {
         vector.copy_from_slice(field.at(vertex));
         check_direction(name, vertex as u64, *vector, mesh.dimension())?;
+        *vector = unit_vector(*vector);
     }
     Ok(vectors)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Fibres;
+    use crate::generate;
+
+    /// Regression: directions shorter than 1e-6 became the x axis.
+    #[test]
+    fn a_direction_may_have_any_length() {
+        let mesh = generate::block([0.0; 3], [1.0; 3], [1, 1, 1]).unwrap();
+        let axes = |length: f64| {
+            let mut fibres = Fibres::new(&mesh);
+            let scaled = |v: [f64; 3]| v.map(|x| length * x);
+            let sheet = Some(scaled([1.0, 0.0, 1.0]));
+            let set = fibres.set_constant(&mesh, &[0], scaled([0.0, 3.0, 4.0]), sheet);
+            set.unwrap();
+            fibres.axes(0, &[0.25; 4])
+        };
+        let unit = axes(1.0);
+        for length in [1e-200, 1e-9, 1.1e-6, 1e200] {
+            let found = axes(length);
+            let pairs = [(found.fibre, unit.fibre), (found.sheet, unit.sheet)];
+            for (found, expected) in pairs {
+                for (a, b) in found.iter().zip(expected) {
+                    // A few roundings of the scaled components.
+                    assert!((a - b).abs() < 8.0 * f64::EPSILON, "{length:e}");
+                }
+            }
+        }
+    }
 }

@@ -3,8 +3,11 @@
 use super::three::Axes;
 use crate::error::FemError;
 
-/// Length of an interpolated vector below which the vertex vectors are treated as opposed.
+/// Length of an vector interpolated between unit vectors below which the vertex vectors are treated as opposed.
 const OPPOSED: f64 = 1e-6;
+
+/// Largest out-of-plane component of a unit vector in a plane mesh: rounding.
+const IN_PLANE: f64 = 1e-10;
 
 /// Axes at a point, and whether the vertex vectors are opposed there.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,6 +22,7 @@ pub struct Directed {
 /// Returns the axes at the point with barycentric coordinates `weights`: fibers and sheets of the
 /// vertices are interpolated as signed vectors and normalized, and s0 is made orthogonal to f0.
 ///
+/// The vectors at the vertices have [unit length](unit_vector).
 /// If an interpolated vector is too short, the direction of the nearest vertex is used. Without
 /// sheets, or if the sheet of the nearest vertex is parallel to the fiber, s0 is an arbitrary
 /// direction orthogonal to f0.
@@ -49,6 +53,15 @@ pub fn axes_at(fibres: &[[f64; 3]], sheets: Option<&[[f64; 3]]>, weights: &[f64]
     }
 }
 
+/// Returns the unit vector along a vector of any length but zero.
+pub fn unit_vector(vector: [f64; 3]) -> [f64; 3] {
+    // Scaled first: the squares of components of 1e-200 are zero.
+    let largest = vector.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let scaled = vector.map(|x| x / largest);
+    let length = dot(scaled, scaled).sqrt();
+    scaled.map(|x| x / length)
+}
+
 /// Checks that a vector of a mesh node is a valid direction.
 ///
 /// # Errors
@@ -63,7 +76,7 @@ pub fn check_direction(
         "not finite"
     } else if vector == [0.0; 3] {
         "zero"
-    } else if dimension == 2 && vector[2] != 0.0 {
+    } else if dimension == 2 && unit_vector(vector)[2].abs() > IN_PLANE {
         "not in the plane of the mesh"
     } else {
         return Ok(());

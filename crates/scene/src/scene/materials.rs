@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use myovib_fem::material::three::Axes;
+use myovib_fem::material::unit_vector;
 use myovib_fem::mesh::NodalField;
 use myovib_fem::{FemError, Fibres, Group, Law, Mesh};
 
@@ -224,7 +225,7 @@ impl Builder<'_> {
         if vector == [0.0; 3] {
             return wrong("a direction cannot be zero".to_owned());
         }
-        if mesh.dimension() == 2 && vector[2] != 0.0 {
+        if mesh.dimension() == 2 && unit_vector(vector)[2].abs() > 1e-10 {
             return wrong("directions of a plane body lie in its plane: z must be 0".to_owned());
         }
         Ok(vector)
@@ -282,14 +283,15 @@ fn runs_along(mesh: &Mesh, element: usize, fibre: &str, sheet: &str) -> Option<u
 }
 
 fn are_parallel(a: [f64; 3], b: [f64; 3]) -> bool {
+    let (a, b) = (unit_vector(a), unit_vector(b));
     let across = [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
         a[0] * b[1] - a[1] * b[0],
     ];
     let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    // What interpolation takes for parallel, too: a millionth.
-    length(across) <= 1e-6 * length(a) * length(b)
+    // Interpolation takes the same vectors for parallel.
+    length(across) <= 1e-6
 }
 
 /// Whether a law tells directions across its fibres from each other: whether turning the sheets

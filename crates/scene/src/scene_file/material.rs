@@ -219,7 +219,10 @@ fn constant(parameter: &Parameter) -> Value {
         _ => number,
     };
     if let Some(value) = parameter.default {
-        schema["default"] = json!(value);
+        schema["default"] = match value.is_infinite() {
+            true => json!("inf"),
+            false => json!(value),
+        };
     }
     schema
 }

@@ -56,9 +56,10 @@ impl Described for HolzapfelOgden {
                 "k",
                 "",
                 Range::PositiveOrInfinite,
-                "Steepness of the switch; `inf` gives a step",
+                "Steepness of the switch; `inf` gives a step. With a finite k the energy has a hump below \
+                 I4 = 1, and a body may have several equilibria",
             )
-            .or(100.0),
+            .or(f64::INFINITY),
         ],
         fibres: true,
         complete: false,
