@@ -160,6 +160,15 @@ pub enum FemError {
         /// Vertices.
         vertices: Vec<usize>,
     },
+    /// An axis across which a model has no plane of symmetry, or several.
+    #[error(
+        "no single plane across {} at the rim of the group has all its nodes held along that axis",
+        ["x", "y", "z"][*axis]
+    )]
+    NoSymmetryPlane {
+        /// The axis.
+        axis: usize,
+    },
     /// Boundary of an enclosed volume that has several disconnected pieces.
     #[error(
         "group \"{group}\" has {found} disconnected pieces, so the enclosed volume is ambiguous: use \

@@ -46,7 +46,7 @@ pub use solid::assembler::{ParallelAssembler, Pass};
 pub use solid::element_material::ElementScale;
 pub use solid::{Change, Fields, Inverted, Linearized, Pressure, Solid, Tangents, Vectors};
 pub use space::dofs::{self, DofMap};
-pub use space::{ElementPoint, Space};
+pub use space::{ElementPoint, HeldPressures, Near, Space};
 
 /// Design notes.
 pub mod notes {

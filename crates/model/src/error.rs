@@ -70,10 +70,12 @@ pub enum ModelError {
         objection: &'static str,
     },
     /// A point outside all elements.
-    #[error("the point {} is outside the mesh", coordinates(point))]
+    #[error("the point {} is outside the mesh{}", coordinates(point), how_far(nearest.as_ref()))]
     OutsideMesh {
         /// Coordinates, m.
         point: Vec<f64>,
+        /// A point of the mesh near it, and their distance, m.
+        nearest: Option<(Vec<f64>, f64)>,
     },
     /// A point with the wrong number of coordinates for the body.
     #[error("a point of the body has {needed} coordinates, not {found}")]
@@ -182,6 +184,12 @@ pub enum ModelError {
     /// A recorder failed to write.
     #[error("cannot write the recorded output")]
     Output(#[from] std::io::Error),
+}
+
+fn how_far(nearest: Option<&(Vec<f64>, f64)>) -> String {
+    nearest.map_or(String::new(), |(point, distance)| {
+        format!(": {distance:.3e} m from its point {}", coordinates(point))
+    })
 }
 
 /// Formats the coordinates of a point.

@@ -23,6 +23,10 @@ use crate::space::Space;
 /// The group must be connected through its vertices. The volume enclosed by several pieces would be
 /// ambiguous: one cavity each, or one cavity between them as for two opposite walls.
 ///
+/// A model of a part of a symmetric body has openings at its planes of symmetry. With
+/// [`with_symmetry`](Self::with_symmetry) positions are measured from a point of all these planes, so that they add
+/// nothing, and what is left of a rim is closed by a cone from its mean vertex moved onto the planes that it ends at.
+///
 /// # Units
 /// m³; in 2D m².
 #[derive(Debug, Clone)]
@@ -33,7 +37,14 @@ pub struct EnclosedVolume {
     rims: Vec<Vec<Vec<usize>>>,
     /// Weight, shape functions and their derivatives at the quadrature points of an edge.
     points: Vec<(f64, Vec<f64>, Vec<f64>)>,
+    /// Planes of symmetry: normal axis, and a node.
+    planes: Vec<(usize, usize)>,
 }
+
+/// Distance of a rim's vertices from its plane, as a fraction of the rim's size, up to which it is flat.
+const FLAT: f64 = 1e-2;
+/// Distance of nodes from a plane of symmetry, as a fraction of the size of the rims.
+const ON_PLANE: f64 = 1e-6;
 
 impl EnclosedVolume {
     /// Creates the operator for a boundary group.
@@ -64,7 +75,111 @@ impl EnclosedVolume {
             points: edges
                 .map(|q| (q.weight, q.values, q.slopes[0].clone()))
                 .collect(),
+            planes: Vec::new(),
         })
+    }
+
+    /// The volume of the part of a cavity that a model with planes of symmetry has: those across `axes`, on which the
+    /// nodes of a rim are held along the axis.
+    ///
+    /// # Errors
+    /// [`FemError::NoSymmetryPlane`] where no side of a rim is in a plane across an axis with all its nodes held along it,
+    /// or sides in several of them are.
+    pub fn with_symmetry(mut self, solid: &Solid, axes: &[usize]) -> Result<Self, FemError> {
+        let (dimension, dofs) = (self.walls.dimension, solid.dofs());
+        let size = self.rim_size();
+        for &axis in axes {
+            let place = |node: usize| self.walls.coordinates[dimension * node + axis];
+            let is_held = |node: usize| {
+                dofs.free_to_full()
+                    .binary_search(&(dimension * node + axis))
+                    .is_err()
+            };
+            // In the plane a rim is two points, each of which may be on an axis.
+            let sides = self.rims.iter().flatten().flat_map(|side| match dimension {
+                2 => side.chunks(1).collect::<Vec<_>>(),
+                _ => vec![&side[..]],
+            });
+            let on_plane = sides.filter(|side| {
+                let flat = side
+                    .iter()
+                    .all(|&node| (place(node) - place(side[0])).abs() <= ON_PLANE * size);
+                flat && side.iter().all(|&node| is_held(node))
+            });
+            let nodes: Vec<usize> = on_plane.map(|side| side[0]).collect();
+            let different =
+                |&&node: &&usize| (place(node) - place(nodes[0])).abs() > ON_PLANE * size;
+            match nodes.first() {
+                Some(&node) if !nodes.iter().any(|node| different(&node)) => {
+                    self.planes.push((axis, node))
+                }
+                _ => return Err(FemError::NoSymmetryPlane { axis }),
+            }
+        }
+        let rims = std::mem::take(&mut self.rims);
+        let on_plane = |nodes: &[usize]| {
+            self.planes.iter().any(|&(axis, node)| {
+                let place = |node: usize| self.walls.coordinates[dimension * node + axis];
+                nodes
+                    .iter()
+                    .all(|&other| (place(other) - place(node)).abs() <= ON_PLANE * size)
+            })
+        };
+        let left = rims.into_iter().flatten().filter(|side| match dimension {
+            2 => !side.iter().all(|&node| on_plane(&[node])),
+            _ => !on_plane(side),
+        });
+        self.rims = connected_pieces(left.collect());
+        Ok(self)
+    }
+
+    /// Whether nodes of a rim are held along some axes and free along others, as on a plane of symmetry, and the rim is
+    /// not flat, so that its cone cuts off a part of the cavity.
+    pub fn may_end_at_symmetry(&self, solid: &Solid) -> bool {
+        let (dimension, free) = (self.walls.dimension, solid.dofs().free_to_full());
+        let n_held = |node: usize| {
+            let components = dimension * node..dimension * (node + 1);
+            components
+                .filter(|component| free.binary_search(component).is_err())
+                .count()
+        };
+        let mut nodes = self.rims.iter().flatten().flatten();
+        let is_partly_held = nodes.any(|&node| (1..dimension).contains(&n_held(node)));
+        is_partly_held && !self.has_flat_openings()
+    }
+
+    /// Whether each opening in space is flat at rest. The chord over a line in the plane never is the line.
+    fn has_flat_openings(&self) -> bool {
+        if self.walls.dimension == 2 {
+            return self.rims.is_empty();
+        }
+        let (none, size) = (vec![0.0; self.walls.coordinates.len()], self.rim_size());
+        self.rims.iter().all(|rim| {
+            let (center, vector) = self.cone::<3>(rim, &none);
+            let length = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
+            rim.iter().flatten().all(|&node| {
+                let place = &self.walls.coordinates[3 * node..][..3];
+                let terms = place.iter().zip(center).zip(vector);
+                let distance = terms.map(|((x, c), a)| (x - c) * a).sum::<f64>() / length;
+                distance.abs() <= FLAT * size
+            })
+        })
+    }
+
+    /// Largest extent of the rims along an axis, m.
+    fn rim_size(&self) -> f64 {
+        let dimension = self.walls.dimension;
+        let nodes = self.rims.iter().flatten().flatten();
+        let extent = |axis: usize| {
+            let places = nodes
+                .clone()
+                .map(|node| self.walls.coordinates[dimension * node + axis]);
+            let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+                (low.min(x), high.max(x))
+            });
+            high - low
+        };
+        (0..dimension).map(extent).fold(0.0, f64::max)
     }
 
     /// Returns the volume at displacement `u` (`n_components`): positive if the body surrounds it,
@@ -80,44 +195,98 @@ impl EnclosedVolume {
     }
 
     fn at_in<const D: usize>(&self, u: &[f64]) -> f64 {
-        let lids: f64 = self.rims.iter().map(|rim| self.lid::<D>(rim, u)).sum();
-        (lids - self.flux::<D>(u)) / D as f64
+        let origin = self.origin::<D>(u);
+        let lids: f64 = self
+            .rims
+            .iter()
+            .map(|rim| self.lid::<D>(rim, origin, u))
+            .sum();
+        (lids - self.flux::<D>(origin, u)) / D as f64
     }
 
-    /// Returns ∫ n·x ds.
-    fn flux<const D: usize>(&self, u: &[f64]) -> f64 {
+    /// A point of all planes of symmetry, where the displacement `u` puts them.
+    fn origin<const D: usize>(&self, u: &[f64]) -> [f64; D] {
+        let mut origin = [0.0; D];
+        for &(axis, node) in &self.planes {
+            origin[axis] = self.walls.coordinates[D * node + axis] + u[D * node + axis];
+        }
+        origin
+    }
+
+    /// ∫ n·(x − x₀) ds.
+    fn flux<const D: usize>(&self, origin: [f64; D], u: &[f64]) -> f64 {
         let mut flux = 0.0;
         for nodes in &self.walls.facets {
             for point in &self.walls.points {
                 let [s, t] = self.walls.tangents::<D>(nodes, point, u);
-                let position = self.walls.sum::<D>(nodes, &point.values, u);
-                let terms = area_vector(s, t).into_iter().zip(position);
-                flux += point.weight * terms.map(|(n, x)| n * x).sum::<f64>();
+                let place = self.walls.sum::<D>(nodes, &point.values, u);
+                let terms = area_vector(s, t).into_iter().zip(place).zip(origin);
+                flux += point.weight * terms.map(|((n, x), o)| n * (x - o)).sum::<f64>();
             }
         }
         flux
     }
 
-    /// Returns c·A for one opening.
-    fn lid<const D: usize>(&self, rim: &[Vec<usize>], u: &[f64]) -> f64 {
+    /// (c − x₀)·A.
+    fn lid<const D: usize>(&self, rim: &[Vec<usize>], origin: [f64; D], u: &[f64]) -> f64 {
+        let (center, vector) = self.cone::<D>(rim, u);
+        let terms = center.iter().zip(vector).zip(origin);
+        terms.map(|((c, a), o)| (c - o) * a).sum()
+    }
+
+    /// The apex c of the cone over a rim, and its vector A.
+    fn cone<const D: usize>(&self, rim: &[Vec<usize>], u: &[f64]) -> ([f64; D], [f64; D]) {
         let (mut center, mut vector) = ([0.0; D], [0.0; D]);
         for edge in rim {
-            let sum = |factors: &[f64]| self.walls.sum::<D>(edge, factors, u);
-            for (center, midpoint) in center.iter_mut().zip(sum(&[0.5; 2])) {
-                *center += midpoint / rim.len() as f64;
+            let middle = self.walls.sum::<D>(edge, &[0.5; 2], u);
+            for (center, middle) in center.iter_mut().zip(middle) {
+                *center += middle / rim.len() as f64;
             }
+        }
+        if D == 3 {
+            // The ends of a rim that is not closed are on planes of symmetry.
+            let origin = self.origin::<D>(u);
+            for axis in self.planes_of(rim) {
+                center[axis] = origin[axis];
+            }
+        }
+        for edge in rim {
+            let sum = |factors: &[f64]| self.walls.sum::<D>(edge, factors, u);
             if D == 2 {
                 vector = area_vector(sum(&[-1.0, 1.0]), [0.0; D]);
                 continue;
             }
             for (weight, values, slopes) in &self.points {
-                let product = area_vector(sum(values), sum(slopes));
+                let mut place = sum(values);
+                place.iter_mut().zip(center).for_each(|(x, c)| *x -= c);
+                let product = area_vector(place, sum(slopes));
                 for (vector, product) in vector.iter_mut().zip(product) {
                     *vector += 0.5 * weight * product;
                 }
             }
         }
-        center.iter().zip(vector).map(|(c, a)| c * a).sum()
+        (center, vector)
+    }
+
+    /// The axes of the planes of symmetry at which a rim ends.
+    fn planes_of(&self, rim: &[Vec<usize>]) -> Vec<usize> {
+        let dimension = self.walls.dimension;
+        let count = |vertex: usize| {
+            let ends = rim.iter().flat_map(|edge| &edge[..2]);
+            ends.filter(|&&end| end == vertex).count()
+        };
+        let place = |node: usize, axis: usize| self.walls.coordinates[dimension * node + axis];
+        let ends = rim.iter().flat_map(|edge| &edge[..2]);
+        let ends: Vec<usize> = ends.copied().filter(|&vertex| count(vertex) == 1).collect();
+        let size = self.rim_size();
+        let near = |axis: usize, node: usize| {
+            let distances = ends
+                .iter()
+                .map(|&end| (place(end, axis) - place(node, axis)).abs());
+            distances.fold(f64::INFINITY, f64::min) <= ON_PLANE * size
+        };
+        let planes = self.planes.iter().filter(|&&(axis, node)| near(axis, node));
+        planes.map(|&(axis, _)| axis).collect()
     }
 }
 

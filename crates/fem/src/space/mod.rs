@@ -9,10 +9,14 @@
 //! dimension.
 
 pub mod dofs;
+mod nearest;
 pub(crate) mod sparsity;
+mod tied;
 
 use std::collections::{BTreeSet, HashMap};
 
+pub use self::nearest::Near;
+pub use self::tied::HeldPressures;
 pub use crate::element::Degree;
 use crate::element::quadrature::Rule;
 use crate::element::{self, Barycentric, inverse_map};

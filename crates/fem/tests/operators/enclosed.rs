@@ -146,3 +146,82 @@ fn disconnected_groups_are_rejected() {
         assert!(is_expected, "{groups:?}: {error}");
     }
 }
+
+/// A body of the mesh whose group `inner` is the side at the first coordinate, held as on planes of symmetry through the
+/// origin: along each axis where its coordinate is zero.
+fn symmetric(mesh: &Mesh, held: &[usize]) -> Solid {
+    let space = Arc::new(Space::taylor_hood(mesh));
+    let on_plane = |&(node, axis): &(usize, usize)| space.node_point(node)[axis].abs() < 1e-12;
+    let all = (0..space.n_nodes()).flat_map(|node| held.iter().map(move |&axis| (node, axis)));
+    let dofs = DofMap::new(&space, &all.filter(on_plane).collect::<Vec<_>>()).unwrap();
+    Solid::uniform(space, dofs, MUSCLE_LAW, DENSITY).unwrap()
+}
+
+/// Regression: a quarter of a lumen was closed by a chord in the plane, and by a cone in space.
+#[test]
+fn planes_of_symmetry_close_a_quarter_of_a_tube() {
+    const N: usize = 3;
+    let turned = |[r, angle]: [f64; 2]| {
+        let (sin, cos) = (0.5 * std::f64::consts::PI * angle).sin_cos();
+        // Exact zeros on the planes.
+        let cos = if angle == 1.0 { 0.0 } else { cos };
+        [(2.0 + r) * cos, (2.0 + r) * sin]
+    };
+    // Triangles between the origin and the sides of the inner polygon.
+    let angle = 0.5 * std::f64::consts::PI / N as f64;
+    let area = N as f64 * 0.5 * 4.0 * angle.sin();
+    let square = generate::rectangle([0.0; 2], [1.0, 1.0], [1, N]).unwrap();
+    let points = square.points::<2>().iter().map(|&point| turned(point));
+    let ring = Mesh::new::<2, 3>(
+        points.collect(),
+        square.connectivity::<3>().to_vec(),
+        square.groups().clone(),
+    );
+    let tube = generate::spatial([1, N, 2], |[r, angle, z]| {
+        let [x, y] = turned([r, angle]);
+        [x, y, 3.0 * z]
+    })
+    .unwrap();
+    for (mesh, axes, expected) in [
+        (ring.unwrap(), vec![0, 1], area),
+        (tube.clone(), vec![0, 1], 3.0 * area),
+        (tube, vec![0, 1, 2], 3.0 * area),
+    ] {
+        let solid = symmetric(&mesh, &axes);
+        let u = vec![0.0; solid.dofs().n_full()];
+        let open = EnclosedVolume::new(&solid, "left").unwrap();
+        assert!(open.may_end_at_symmetry(&solid));
+        assert!((open.at(&u).abs() / expected - 1.0).abs() > 0.1);
+        let closed = open.with_symmetry(&solid, &axes).unwrap();
+        // Rounding of some tens of terms.
+        assert!(
+            (closed.at(&u) / expected - 1.0).abs() < 1e-13,
+            "{}",
+            closed.at(&u)
+        );
+        // Twice as wide in all directions.
+        let twice = closed.at(solid.space().coordinates());
+        let d = mesh.dimension() as i32;
+        assert!((twice / (2f64.powi(d) * expected) - 1.0).abs() < 1e-13);
+    }
+}
+
+#[test]
+fn an_axis_without_a_plane_of_symmetry_is_rejected() {
+    let tube = generate::spatial([1, 2, 2], |[r, angle, z]| {
+        let (sin, cos) = (0.5 * std::f64::consts::PI * angle).sin_cos();
+        [(2.0 + r) * cos, (2.0 + r) * sin, 3.0 * z]
+    })
+    .unwrap();
+    let solid = symmetric(&tube, &[1]);
+    let error = EnclosedVolume::new(&solid, "left")
+        .unwrap()
+        .with_symmetry(&solid, &[0]);
+    assert!(matches!(error, Err(FemError::NoSymmetryPlane { axis: 0 })));
+    let whole = symmetric(&tube, &[]);
+    assert!(
+        !EnclosedVolume::new(&whole, "left")
+            .unwrap()
+            .may_end_at_symmetry(&whole)
+    );
+}

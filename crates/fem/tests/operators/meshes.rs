@@ -133,10 +133,10 @@ fn invalid_entries_are_reported_with_their_line() {
         ),
         ("9 9 0", "9 9", 29, expected("a coordinate", "end of line")),
         (
-            "9 9 0",
-            "9 9 1",
-            29,
-            MshProblem::NotPlane { tag: 30, z: 1.0 },
+            "1 1 0\n0 1 0",
+            "1 1 1\n0 1 0",
+            30,
+            MshProblem::NotPlane { tag: 40, z: 1.0 },
         ),
         ("20\n30", "20\n20", 29, duplicate("node", "20")),
         ("1 10\n", "1 30\n", 36, MshProblem::UnusedNode(30)),
@@ -166,6 +166,16 @@ fn invalid_entries_are_reported_with_their_line() {
         ),
     ] {
         assert_eq!(changed(from, to), (line, problem));
+    }
+}
+
+/// Regression: rounding in z, and nodes of no element, made a mesh "not plane".
+#[test]
+fn a_plane_mesh_may_have_rounded_and_unused_nodes_off_its_plane() {
+    let plane = Mesh::parse_msh(SQUARE, "square.msh").unwrap();
+    for (from, to) in [("9 9 0", "9 9 1"), ("1 1 0\n0 1 0", "1 1 -1e-17\n0 1 0")] {
+        let mesh = Mesh::parse_msh(&SQUARE.replacen(from, to, 1), "square.msh").unwrap();
+        assert_eq!(mesh.points::<2>(), plane.points::<2>());
     }
 }
 

@@ -4,7 +4,7 @@
 
 use myovib_fem::{ElementPoint, Space};
 
-use super::locate;
+use super::locate_near;
 use super::quantity::Quantity;
 use super::snapshot::Snapshot;
 use crate::error::ModelError;
@@ -19,7 +19,7 @@ pub struct Measurement {
 }
 
 impl Measurement {
-    /// Measures quantities at a point.
+    /// Measures quantities at a point, or next to one outside the mesh as [`Probe::near`](crate::Probe::near) does.
     ///
     /// # Errors
     /// [`ModelError::Coordinates`], [`ModelError::OutsideMesh`].
@@ -29,7 +29,7 @@ impl Measurement {
         quantities: &[Quantity],
     ) -> Result<Self, ModelError> {
         Ok(Self {
-            places: vec![(locate(space, point.as_ref())?, 1.0)],
+            places: vec![(locate_near(space, point.as_ref())?.0, 1.0)],
             quantities: quantities.to_vec(),
             dimension: space.dimension(),
         })

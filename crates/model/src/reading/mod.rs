@@ -7,11 +7,15 @@ pub(crate) mod probe;
 pub(crate) mod quantity;
 pub(crate) mod snapshot;
 
-use myovib_fem::{ElementPoint, Space};
+use myovib_fem::{ElementPoint, Near, Space};
 
 use crate::error::ModelError;
 
-/// Locates a point in the mesh.
+/// Distance of a point outside the mesh up to which a place of the mesh is read instead, as a fraction of the size of
+/// the element there. A chord of a curved surface is as far off.
+const NEAR: f64 = 0.05;
+
+/// The place of a point in the mesh, whatever its dimension.
 ///
 /// # Errors
 /// [`ModelError::Coordinates`], [`ModelError::OutsideMesh`].
@@ -26,5 +30,36 @@ fn locate(space: &Space, point: &[f64]) -> Result<ElementPoint, ModelError> {
     };
     place.ok_or_else(|| ModelError::OutsideMesh {
         point: point.to_vec(),
+        nearest: near(space, point).map(|near| (place_of(space, &near.at), near.distance)),
     })
+}
+
+/// The place of a point of the mesh, or a place of it next to a point outside, with their distance, m.
+///
+/// # Errors
+/// [`ModelError::Coordinates`]; [`ModelError::OutsideMesh`] for a point farther off than a twentieth of the element.
+fn locate_near(space: &Space, point: &[f64]) -> Result<(ElementPoint, f64), ModelError> {
+    let error = match locate(space, point) {
+        Ok(located) => return Ok((located, 0.0)),
+        Err(error) => error,
+    };
+    match near(space, point) {
+        Some(near) if near.relative <= NEAR => Ok((near.at, near.distance)),
+        _ => Err(error),
+    }
+}
+
+fn near(space: &Space, point: &[f64]) -> Option<Near> {
+    match *point {
+        [x, y] if space.dimension() == 2 => space.near([x, y]),
+        [x, y, z] if space.dimension() == 3 => space.near([x, y, z]),
+        _ => None,
+    }
+}
+
+fn place_of(space: &Space, at: &ElementPoint) -> Vec<f64> {
+    match space.dimension() {
+        2 => space.position::<2>(at).to_vec(),
+        _ => space.position::<3>(at).to_vec(),
+    }
 }

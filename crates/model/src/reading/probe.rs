@@ -2,7 +2,7 @@
 
 use myovib_fem::{Barycentric, ElementPoint, Space};
 
-use super::locate;
+use super::{locate, locate_near, place_of};
 use crate::error::ModelError;
 
 /// A point located in its element.
@@ -33,16 +33,23 @@ impl Probe {
         Ok(Self::new(space, locate(space, point)?, point.to_vec()))
     }
 
-    /// Creates a probe at a location that is already known.
+    /// Locates a point, or for one outside the mesh by at most a twentieth of an element a place of the mesh next to it.
+    /// Returns the distance of the two, m.
+    ///
+    /// # Errors
+    /// [`ModelError::Coordinates`], [`ModelError::OutsideMesh`].
+    pub fn near(space: &Space, point: impl AsRef<[f64]>) -> Result<(Self, f64), ModelError> {
+        let point = point.as_ref();
+        let (located, distance) = locate_near(space, point)?;
+        Ok((Self::new(space, located, point.to_vec()), distance))
+    }
+
+    /// A place that is known in its element.
     ///
     /// # Panics
     /// If there is no such element.
     pub fn located_at(space: &Space, at: ElementPoint) -> Self {
-        let point = match space.dimension() {
-            2 => space.position::<2>(&at).to_vec(),
-            _ => space.position::<3>(&at).to_vec(),
-        };
-        Self::new(space, at, point)
+        Self::new(space, at, place_of(space, &at))
     }
 
     /// Creates a probe at the centroid of an element.

@@ -11,6 +11,7 @@ pub mod formula;
 pub(crate) mod jet;
 pub(crate) mod schedule;
 pub(crate) mod spline;
+pub(crate) mod table;
 pub(crate) mod timing;
 
 use std::fmt::Debug;
@@ -162,7 +163,10 @@ impl Signal {
     pub fn unfit_for_motion(&self) -> Option<&'static str> {
         match self.lowest_jump() {
             0 => Some("it jumps: give the step a rise"),
-            1 => Some("its slope jumps: take a `step`, whose rise is smooth, in place of a `ramp`"),
+            1 => Some(
+                "its slope jumps: take a `step`, whose rise is smooth, instead of a `ramp`, and `interpolation = \"pchip\"` \
+                 for a table",
+            ),
             _ => None,
         }
     }

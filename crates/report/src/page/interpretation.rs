@@ -60,15 +60,25 @@ pub(super) fn meaning(document: &Value) -> String {
         text += &format!(
             "<p>Energy{} at the end: {kinetic:.3e} J kinetic and {elastic:.3e} J \
              elastic; the loads did {work:.3e} J of work, damping took {dissipated:.3e} J. The \
-             balance is missed by {imbalance:.1e} J, what time integration with this tolerance \
-             loses or gains.</p>\n",
+             balance is missed by {imbalance:.1e} J: {}.</p>\n",
             match is_in_space(document) {
                 true => "",
                 false => " per meter of depth",
+            },
+            match has_feedback(document) {
+                true =>
+                    "the energy that the feedback of chains adds, and the error of time integration",
+                false => "the error of time integration with this tolerance",
             }
         );
     }
     text
+}
+
+/// Returns whether chains of oscillators act back on the body.
+fn has_feedback(document: &Value) -> bool {
+    let feedbacks = document["scene"]["feedback"].as_array();
+    feedbacks.is_some_and(|feedbacks| !feedbacks.is_empty())
 }
 
 /// Explains the consequences of the index for the integrator.

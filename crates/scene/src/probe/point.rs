@@ -23,7 +23,7 @@ pub struct Point {
 
 impl Kind for Point {
     fn check_place(&self, solid: &Solid) -> Result<(), Wrong<Objection>> {
-        at(".at", Probe::at(solid.space(), &self.at)).map(drop)
+        at(".at", Probe::near(solid.space(), &self.at)).map(drop)
     }
 
     fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {

@@ -1,12 +1,15 @@
 //! The volume of a cavity.
 
-use myovib_fem::{EnclosedVolume, Solid};
+use myovib_fem::{EnclosedVolume, FemError, Solid};
 use myovib_model::ModelError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::kind::{Kind, Objection, Reading, Systems, Wrong, at};
+use crate::InputError;
 use crate::run::system::{System, muscle_of};
+use crate::scene::axis_index as index;
+use crate::scene_file::solid::Axis;
 
 /// Volume enclosed by a connected group of the boundary, m³; in the plane m². An opening is closed by
 /// a cone with its apex at the center of the rim.
@@ -15,15 +18,40 @@ use crate::run::system::{System, muscle_of};
 pub struct Volume {
     /// Group of boundary facets.
     pub group: String,
+    /// Axes across which the model ends at a plane of symmetry, where nodes of the rim are held along that axis. The
+    /// volume is that of the modeled part: times 4 for a quarter. An empty list closes openings as if there were none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub symmetry: Option<Vec<Axis>>,
+}
+
+impl Volume {
+    fn enclosed(&self, solid: &Solid) -> Result<EnclosedVolume, FemError> {
+        let axes: Vec<usize> = self.symmetry.iter().flatten().map(|&axis| index(axis)).collect();
+        EnclosedVolume::new(solid, &self.group)?.with_symmetry(solid, &axes)
+    }
 }
 
 impl Kind for Volume {
     fn check_place(&self, solid: &Solid) -> Result<(), Wrong<Objection>> {
-        at(".group", EnclosedVolume::new(solid, &self.group)).map(drop)
+        at(".group", EnclosedVolume::new(solid, &self.group))?;
+        let enclosed = at(".symmetry", self.enclosed(solid))?;
+        if self.symmetry.is_none() && enclosed.may_end_at_symmetry(solid) {
+            let error = InputError::new(format!(
+                "the group `{}` ends at nodes that are held along some axes, and its rim is not flat: a cone over it would cut \
+                 off a part of the volume",
+                self.group
+            ));
+            let error = error.next(
+                "state the planes of symmetry, as symmetry = [\"x\", \"y\"] for planes across x and y, or symmetry = [] if \
+                 the cone is meant",
+            );
+            return Err((".group", Objection::Input(error)));
+        }
+        Ok(())
     }
 
     fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
-        Ok(Box::new(EnclosedVolume::new(of.solid()?, &self.group)?))
+        Ok(Box::new(self.enclosed(of.solid()?)?))
     }
 }
 

@@ -36,7 +36,7 @@ impl Builder<'_> {
         let own = |region: &usize| parameters[*region];
         let own: Vec<Parameters> = regions.iter().map(own).collect();
         let space = space(&mesh, &regions);
-        let space = Arc::new(self.at("material", space)?);
+        let space = self.at("material", space)?;
         let constrained = self.supports(file, &space)?;
         let components: Vec<(usize, usize)> = constrained.keys().copied().collect();
         let dofs = self.at("fixed", DofMap::new(&space, &components))?;
@@ -46,6 +46,10 @@ impl Builder<'_> {
                     .next("hold or move fewer groups, or take a finite kappa");
             return Err(self.wrong("fixed", error));
         }
+        let space = Arc::new(match parameters[0].is_incompressible() {
+            true => self.with_pressures_held(space, &dofs)?,
+            false => space,
+        });
         let dimension = space.dimension();
         let loads = self.loads(file, &space, &densities)?;
         let (stresses, activations) = self.added(file, &regions)?;
@@ -102,6 +106,36 @@ impl Builder<'_> {
             opposed_fibres,
             unresolved_fibres,
         })
+    }
+
+    /// Ties the pressures that no displacement answers to their neighbors, with a note.
+    fn with_pressures_held(&self, space: Space, dofs: &DofMap) -> Result<Space, InputError> {
+        let (space, held) = space.with_held_pressures_tied(dofs);
+        let place = |vertex: usize| {
+            let place = space.node_point(vertex).iter().map(|x| format!("{x:.6}"));
+            place.collect::<Vec<_>>().join(", ")
+        };
+        if let Some(&vertex) = held.undetermined.first() {
+            let error = InputError::new(format!(
+                "kappa = inf, but all nodes of the part around the vertex {vertex} at ({}) are held: no equation has its \
+                 pressure",
+                place(vertex)
+            ))
+            .next("leave that part out of the mesh, hold fewer groups, or take a finite kappa");
+            return Err(self.wrong("fixed", error));
+        }
+        if let Some(&vertex) = held.tied.first() {
+            let more = match held.tied.len() {
+                1 => String::new(),
+                n => format!(", and at {} more vertices", n - 1),
+            };
+            self.notes.borrow_mut().push(format!(
+                "all nodes of the elements at the vertex {vertex} at ({}){more} are held: for kappa = inf the pressure there \
+                 is that of another vertex of the element",
+                place(vertex)
+            ));
+        }
+        Ok(space)
     }
 
     /// κ, α and β of each material (of the body, if there is none): κ is infinite in all or in none,

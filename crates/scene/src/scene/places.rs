@@ -5,7 +5,7 @@ use myovib_model::Probe;
 use super::Body;
 use super::builder::{Builder, Explain};
 use crate::error::InputError;
-use crate::probe::Objection;
+use crate::probe::{Objection, ProbeKind};
 use crate::scene_file::SceneFile;
 use crate::scene_file::output::Stop;
 
@@ -23,14 +23,69 @@ impl Builder<'_> {
                 self.wrong(&format!("probe[{i}]{key}"), error)
             })?;
         }
+        self.notes.borrow_mut().extend(near_points(file, body));
+        self.notes.borrow_mut().extend(shared_reactions(file, body));
         let space = body.muscle.solid.space();
         for (i, stop) in file.stop.iter().enumerate() {
             if let Stop::Displacement { at, .. } = stop {
-                self.at(&format!("stop[{i}].at"), Probe::at(space, at))?;
+                self.at(&format!("stop[{i}].at"), Probe::near(space, at))?;
             }
         }
         Ok(())
     }
+}
+
+/// Notes on probes of points outside the mesh, which read a place next to them.
+fn near_points(file: &SceneFile, body: &Body) -> Vec<String> {
+    let space = body.muscle.solid.space();
+    let probes = file.probe.iter().enumerate();
+    let notes = probes.filter_map(|(i, probe)| match &probe.kind {
+        ProbeKind::Point(point) => {
+            let (_, distance) = Probe::near(space, &point.at).ok()?;
+            (distance > 0.0).then(|| {
+                format!("probe[{i}].at is {distance:.3e} m outside the mesh: the place of the mesh next to it is read")
+            })
+        }
+        _ => None,
+    });
+    notes.collect()
+}
+
+/// Notes on reactions of groups with nodes in common: both have the forces there.
+fn shared_reactions(file: &SceneFile, body: &Body) -> Vec<String> {
+    let solid = &body.muscle.solid;
+    let (dimension, free) = (solid.space().dimension(), solid.dofs().free_to_full());
+    let held = |group: &str| -> Vec<usize> {
+        let nodes = solid.space().nodes_of(group).unwrap_or_default();
+        let components = nodes
+            .into_iter()
+            .flat_map(|n| dimension * n..dimension * (n + 1));
+        components
+            .filter(|component| free.binary_search(component).is_err())
+            .collect()
+    };
+    let reactions = file.probe.iter().filter_map(|probe| match &probe.kind {
+        ProbeKind::Reaction(reaction) => Some((&reaction.group, held(&reaction.group))),
+        _ => None,
+    });
+    let reactions: Vec<_> = reactions.collect();
+    let mut notes = Vec::new();
+    for (i, (group, own)) in reactions.iter().enumerate() {
+        for (other, components) in &reactions[..i] {
+            let shared = own
+                .iter()
+                .filter(|component| components.binary_search(component).is_ok());
+            match shared.count() {
+                0 => {}
+                _ if group == other => {}
+                n => notes.push(format!(
+                    "the reactions of `{other}` and `{group}` have {n} held components of shared nodes in common: a sum of \
+                     both counts the forces there twice"
+                )),
+            }
+        }
+    }
+    notes
 }
 
 #[cfg(test)]

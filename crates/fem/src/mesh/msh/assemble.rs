@@ -13,6 +13,9 @@ use crate::mesh::{
     Group, Mesh, MeshNote, NodalField, UnnamedGroup, is_degenerate, measure, sorted,
 };
 
+/// Largest |z| of the vertices of a plane mesh, as a fraction of the largest coordinate: rounding.
+const OFF_PLANE: f64 = 1e-10;
+
 /// Line number and the problem found there.
 type ProblemAt = (usize, MshProblem);
 
@@ -60,13 +63,16 @@ impl MshFile {
         for &node in body().flat_map(|cell| &cell.vertices) {
             vertices[node] = Some(0);
         }
+        let size = self.nodes.iter().fold(0.0_f64, |size, node| {
+            size.max(node.position[0].abs()).max(node.position[1].abs())
+        });
         let mut points = Vec::new();
         for (vertex, node) in vertices.iter_mut().zip(&self.nodes) {
             let [x, y, z] = node.position;
-            if D == 2 && z != 0.0 {
-                return Err((node.line, MshProblem::NotPlane { tag: node.tag, z }));
-            }
             if vertex.is_some() {
+                if D == 2 && z.abs() > OFF_PLANE * size {
+                    return Err((node.line, MshProblem::NotPlane { tag: node.tag, z }));
+                }
                 *vertex = Some(points.len());
                 points.push(std::array::from_fn(|m| [x, y, z][m]));
             }

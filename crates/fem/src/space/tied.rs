@@ -1,0 +1,134 @@
+//! Pressures that no displacement answers, in bodies of constant volume.
+
+use super::Space;
+use super::dofs::DofMap;
+
+/// Pressures without a free displacement in any of their elements.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct HeldPressures {
+    /// Vertices whose pressure equals that of another vertex of their element.
+    pub tied: Vec<usize>,
+    /// Vertices of parts in which nothing is free: their pressure is undetermined.
+    pub undetermined: Vec<usize>,
+}
+
+impl Space {
+    /// The space with one unknown less for each vertex of which all elements are held in all nodes, as at a corner of a
+    /// clamped surface.
+    ///
+    /// For κ = ∞ such a pressure is in no equation. It takes the value of another pressure of its element, whose
+    /// equation then holds the volume of both.
+    #[must_use]
+    pub fn with_held_pressures_tied(mut self, dofs: &DofMap) -> (Self, HeldPressures) {
+        let (n, dimension) = (self.n_pressures(), self.dimension());
+        let is_free = |node: usize| {
+            let mut components = dimension * node..dimension * (node + 1);
+            components.any(|component| dofs.full_to_free()[component] != super::dofs::CONSTRAINED)
+        };
+        let mut equal_to: Vec<Option<usize>> = vec![None; n];
+        for element in 0..self.n_elements() {
+            if self
+                .element_nodes(element)
+                .iter()
+                .any(|&node| is_free(node))
+            {
+                for &pressure in self.element_pressures(element) {
+                    equal_to[pressure] = Some(pressure);
+                }
+            }
+        }
+        // Each pass ties the neighbors of those that are determined.
+        loop {
+            let mut ties = Vec::new();
+            for element in 0..self.n_elements() {
+                let own = self.element_pressures(element);
+                let known = own.iter().find_map(|&pressure| equal_to[pressure]);
+                let open = own.iter().filter(|&&pressure| equal_to[pressure].is_none());
+                ties.extend(open.filter_map(|&pressure| Some((pressure, known?))));
+            }
+            if ties.is_empty() {
+                break;
+            }
+            for (pressure, known) in ties {
+                equal_to[pressure].get_or_insert(known);
+            }
+        }
+        let vertices = |wanted: &dyn Fn(usize) -> bool| -> Vec<usize> {
+            let pressures = (0..n).filter(|&pressure| wanted(pressure));
+            pressures
+                .map(|pressure| self.pressure_vertices[pressure])
+                .collect()
+        };
+        let held = HeldPressures {
+            tied: vertices(&|p| equal_to[p].is_some_and(|other| other != p)),
+            undetermined: vertices(&|p| equal_to[p].is_none()),
+        };
+        if held.tied.is_empty() {
+            return (self, held);
+        }
+        let remains = |pressure: usize| equal_to[pressure].is_none_or(|other| other == pressure);
+        let mut numbers = vec![0; n];
+        let mut vertices = Vec::new();
+        for pressure in (0..n).filter(|&pressure| remains(pressure)) {
+            numbers[pressure] = vertices.len();
+            vertices.push(self.pressure_vertices[pressure]);
+        }
+        for pressure in &mut self.element_pressures {
+            *pressure = numbers[equal_to[*pressure].unwrap_or(*pressure)];
+        }
+        self.pressure_vertices = vertices;
+        (self, held)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::mesh::Mesh;
+
+    /// A cube of five tetrahedra: one in the middle, four with a corner of the cube.
+    fn cube() -> Mesh {
+        let points: Vec<[f64; 3]> = (0..8_u8)
+            .map(|i| [i & 1, i >> 1 & 1, i >> 2].map(f64::from))
+            .collect();
+        let elements = vec![
+            [0, 1, 2, 4],
+            [3, 2, 1, 7],
+            [5, 1, 4, 7],
+            [6, 4, 2, 7],
+            [1, 2, 4, 7],
+        ];
+        Mesh::new(points, elements, BTreeMap::new()).unwrap()
+    }
+
+    #[test]
+    fn a_corner_that_is_held_in_all_nodes_gets_a_neighbors_pressure() {
+        let space = Space::taylor_hood(&cube());
+        let on_side = |point: &[f64]| point.contains(&0.0);
+        let nodes: Vec<usize> = (0..space.n_nodes())
+            .filter(|&node| on_side(space.node_point(node)))
+            .collect();
+        let dofs = DofMap::clamped(&space, &nodes).unwrap();
+        let (tied, held) = space.clone().with_held_pressures_tied(&dofs);
+        assert_eq!((held.tied, held.undetermined), (vec![0], vec![]));
+        assert_eq!(tied.n_pressures(), 7);
+        assert!(!tied.pressure_vertices().contains(&0));
+        // A linear pressure of the other vertices, read in the element of the corner.
+        let p: Vec<f64> = tied.pressure_vertices().iter().map(|&v| v as f64).collect();
+        let mut own: Vec<f64> = tied.element_pressures(0).iter().map(|&k| p[k]).collect();
+        let corner = own.remove(0);
+        own.sort_by(f64::total_cmp);
+        assert_eq!(own, [1.0, 2.0, 4.0]);
+        assert!(own.contains(&corner));
+
+        let all: Vec<usize> = (0..space.n_nodes()).collect();
+        let dofs = DofMap::clamped(&space, &all).unwrap();
+        let (_, held) = space.clone().with_held_pressures_tied(&dofs);
+        assert_eq!((held.tied.len(), held.undetermined.len()), (0, 8));
+        let dofs = DofMap::clamped(&space, &[]).unwrap();
+        let (_, held) = space.with_held_pressures_tied(&dofs);
+        assert_eq!(held, HeldPressures::default());
+    }
+}
