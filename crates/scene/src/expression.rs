@@ -151,6 +151,7 @@ impl Brackets<'_> {
         let end = self.rest.find(|c| !is_of_name(c));
         let length = end.unwrap_or(self.rest.len());
         let name = &self.rest[..length];
+        let start = self.out.len();
         self.take(length);
         match self.next() {
             Some('(') => {
@@ -168,7 +169,13 @@ impl Brackets<'_> {
                 }
             }
             _ if name.is_empty() => Err(self.unexpected()),
-            _ => Ok(()),
+            _ => {
+                // The parser knows this constant by its capitals.
+                if &self.out[start..] == "pi" {
+                    self.out.replace_range(start.., "PI");
+                }
+                Ok(())
+            }
         }
     }
 
@@ -202,6 +209,8 @@ fn is_function(name: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
 
     /// Regression: -x^2 was evaluated as (-x)^2, and 2^3^2 as 64.
@@ -222,7 +231,8 @@ mod tests {
             ("sin(-x)^2 - -x^2", x.sin().powi(2) + 9.0),
             ("- - x^2", 9.0),
             ("-x*x", -9.0),
-            ("PI^2", std::f64::consts::PI.powi(2)),
+            ("PI^2", PI.powi(2)),
+            ("2*pi*x - pi^2", 6.0 * PI - PI.powi(2)),
         ] {
             let expression = parse(text).unwrap();
             let values = vec![x; expression.var_names().len()];

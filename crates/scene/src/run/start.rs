@@ -15,7 +15,7 @@ use myovib_model::{
 
 use super::checkpoint::Checkpoint;
 use super::system::{Body as CoupledBody, System};
-use crate::scene::{Body, DrivenChain, DrivenPlace, Scene, Start};
+use crate::scene::{Body, DrivenChain, DrivenPlace, NAMES, Scene, Start};
 use crate::scene_file::chain::Place;
 use crate::scene_file::integrator::MaxOrder;
 use crate::state::State;
@@ -25,6 +25,11 @@ use crate::{Error, InputError};
 /// By how much supports may be elsewhere than a state to start from has them, relative to its largest
 /// displacement: rounding, of a signal at another time.
 const SUPPORTS_AGREE: f64 = 1e-9;
+/// Loads and supports' motions are zero at t = 0 below this fraction of their size during the run: rounding, and the slope
+/// of a spline through rows of zeros.
+const ZERO_AT_START: f64 = 1e-9;
+/// Number of intervals between the times at which loads and motions are evaluated for their size.
+const SIZE_TIMES: u32 = 61;
 
 /// What is done with the integrator of a scene, whatever its system is.
 pub(super) trait Driver {
@@ -360,7 +365,8 @@ pub fn initial(
     if let Some(start) = body.initial_values(dae, watcher)? {
         return Ok(start);
     }
-    refuse_sudden_loads(dae)?;
+    expect_supports_at_rest(body, body.settings.t_end, false)?;
+    refuse_sudden_loads(dae, body.settings.t_end)?;
     let zero = vec![0.0; dae.n_unknowns()];
     Ok([zero.clone(), zero])
 }
@@ -378,7 +384,10 @@ impl Body {
     ) -> Result<Option<[Vec<f64>; 2]>, Error> {
         let start = match &self.start {
             Start::Rest => return Ok(None),
-            Start::Equilibrium => Consistent::equilibrium(dae, 0.0, &mut search(watcher))?,
+            Start::Equilibrium => {
+                expect_supports_at_rest(self, self.settings.t_end, true)?;
+                Consistent::equilibrium(dae, 0.0, &mut search(watcher))?
+            }
             Start::State(state) => {
                 let y = state.unknowns(dae);
                 expect_supports(state, dae, &y)?;
@@ -395,8 +404,11 @@ impl Body {
 /// Loads on a body at rest; supports that are elsewhere than the state to start from.
 pub(super) fn expect_start(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
     match &body.start {
-        Start::Rest => refuse_sudden_loads(dae),
-        Start::Equilibrium => Ok(()),
+        Start::Rest => {
+            expect_supports_at_rest(body, body.settings.t_end, false)?;
+            refuse_sudden_loads(dae, body.settings.t_end)
+        }
+        Start::Equilibrium => Ok(expect_supports_at_rest(body, body.settings.t_end, true)?),
         Start::State(state) => {
             let y = state.unknowns(dae);
             Ok(expect_supports(state, dae, &y)?)
@@ -417,15 +429,21 @@ fn expect_supports(state: &State, dae: &mut MuscleDae, y: &[f64]) -> Result<(), 
     Ok(())
 }
 
-/// A run starts from rest without load, so that all values and derivatives are zero.
-fn refuse_sudden_loads(dae: &mut MuscleDae) -> Result<(), Error> {
+/// Rejects supports and loads that are not zero at t = 0 for a body that starts at rest without load.
+fn refuse_sudden_loads(dae: &mut MuscleDae, t_end: f64) -> Result<(), Error> {
     let rest = vec![0.0; dae.n_unknowns()];
-    let force = dae
-        .unbalanced_force(0.0, &rest, &rest)
-        .map_err(ModelError::from)?;
-    let free = dae.muscle().solid.dofs().free_to_full();
-    let largest = free.iter().map(|&i| force[i].abs()).fold(0.0, f64::max);
-    if largest > 0.0 {
+    let mut largest_force = |t: f64| -> Result<f64, ModelError> {
+        let force = dae.unbalanced_force(t, &rest, &rest)?;
+        let free = dae.muscle().solid.dofs().free_to_full();
+        Ok(free.iter().map(|&i| force[i].abs()).fold(0.0, f64::max))
+    };
+    let largest = largest_force(0.0)?;
+    if largest == 0.0 {
+        return Ok(());
+    }
+    // Supports that move far by themselves may invert elements of a body at rest: such times count as no load.
+    let later = times(t_end).map(|t| largest_force(t).unwrap_or(0.0));
+    if largest > ZERO_AT_START * later.fold(0.0, f64::max) {
         return Err(InputError::new(
             "the loads do not start from zero, but the body starts at rest (tensions are loads)",
         )
@@ -439,6 +457,51 @@ fn refuse_sudden_loads(dae: &mut MuscleDae) -> Result<(), Error> {
         .into());
     }
     Ok(())
+}
+
+/// Rejects a support that is displaced or moves at t = 0, unless `displaced` supports are part of the start.
+fn expect_supports_at_rest(body: &Body, t_end: f64, displaced: bool) -> Result<(), InputError> {
+    let muscle = &body.muscle;
+    let space = muscle.solid.space();
+    for prescribed in &muscle.prescribed {
+        let now = prescribed.signal.at(0.0);
+        let sizes = times(t_end).map(|t| prescribed.signal.at(t));
+        let [u, v] = sizes.fold([0.0_f64; 2], |[u, v], size| {
+            [u.max(size.value.abs()), v.max(size.d1.abs())]
+        });
+        let found = match () {
+            () if !displaced && now.value.abs() > ZERO_AT_START * u => {
+                format!("{:.3e} m", now.value)
+            }
+            () if now.d1.abs() > ZERO_AT_START * v => format!("{:.3e} m/s", now.d1),
+            () => continue,
+        };
+        let (node, axis) = (
+            prescribed.component / space.dimension(),
+            prescribed.component % space.dimension(),
+        );
+        let place: Vec<String> = space
+            .node_point(node)
+            .iter()
+            .map(|x| format!("{x:.4}"))
+            .collect();
+        let error = InputError::new(format!(
+            "a support moves at t = 0, but the body starts at rest: the {} component at ({})",
+            NAMES[axis],
+            place.join(", ")
+        ));
+        return Err(error.found(found).next(
+            "let the motion of its [[displacement]] rise: multiply it by a step, \
+             x = { type = \"product\", of = [{ type = \"step\", value = 1, rise = 0.1 }, ...] }",
+        ));
+    }
+    Ok(())
+}
+
+/// Equally spaced times of the run after t = 0, for the size of loads and motions. Their number is prime, since loads with
+/// a round number of periods would be 0 at all of a round number of times.
+fn times(t_end: f64) -> impl Iterator<Item = f64> {
+    (0..=SIZE_TIMES).map(move |i| t_end * f64::from(i) / f64::from(SIZE_TIMES))
 }
 
 /// N, in the plane N per m of depth.

@@ -23,7 +23,7 @@ impl Condition {
         let space = body.muscle.solid.space();
         Ok(match stop {
             Stop::Displacement { at, above } => Self::Displacement {
-                probe: Probe::at(space, at)?,
+                probe: Probe::near(space, at)?.0,
                 above: *above,
             },
             Stop::Volume { below } => Self::Volume { below: *below },

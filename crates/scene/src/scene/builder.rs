@@ -1,5 +1,6 @@
 //! What all parts of a scene's making need: the text for messages, the folder for files.
 
+use std::cell::RefCell;
 use std::fmt::Display;
 use std::path::Path;
 
@@ -17,6 +18,8 @@ pub(super) struct Builder<'a> {
     /// The files that the scene names.
     pub(super) inputs: &'a Inputs<'a>,
     pub(super) t_end: f64,
+    /// Notes on values that are allowed but may not be meant.
+    pub(super) notes: RefCell<Vec<String>>,
 }
 
 impl<'a> Builder<'a> {
@@ -25,6 +28,7 @@ impl<'a> Builder<'a> {
             source,
             inputs,
             t_end,
+            notes: RefCell::default(),
         }
     }
 

@@ -2,12 +2,16 @@
 
 use std::path::Path;
 
-use myovib_model::{Signal, Spline};
+use myovib_model::check::readable;
+use myovib_model::{Pchip, Points, Polyline, Signal, Spline};
 
 use super::builder::Builder;
 use crate::InputError;
 use crate::csv::Table;
-use crate::scene_file::function::{Composed, Function, Shape};
+use crate::scene_file::function::{Composed, Function, Interpolation, Shape};
+
+/// Fraction of the range of its values by which a spline may overshoot its rows without a note.
+const OVERSHOOT: f64 = 0.02;
 
 impl Builder<'_> {
     /// The function of time at `path`.
@@ -32,13 +36,39 @@ impl Builder<'_> {
                 signal
             }
             Function::Shape(Shape::Composed(composed)) => match composed {
-                Composed::Table { file, time, column } => {
-                    self.table(file, time, column, path)?.into()
+                Composed::Table {
+                    file,
+                    time,
+                    column,
+                    interpolation,
+                } => {
+                    let points = self.table(file, time, column, path)?;
+                    match interpolation {
+                        Interpolation::Linear => Polyline(points).into(),
+                        Interpolation::Pchip => Pchip::from(points).into(),
+                        Interpolation::Spline => self.spline(points, path).into(),
+                    }
                 }
                 Composed::Sum { of } => Signal::sum(parts(of)?),
                 Composed::Product { of } => Signal::product(parts(of)?),
             },
         })
+    }
+
+    /// The spline through the points, with a note where it overshoots them.
+    fn spline(&self, points: Points, path: &str) -> Spline {
+        let spline = Spline::from(points);
+        let overshoot = spline.overshoot();
+        if let Some(found) = overshoot.filter(|found| found.excess > OVERSHOOT) {
+            let [from, to] = found.between;
+            self.notes.borrow_mut().push(format!(
+                "{path}: between the rows at {from} s and {to} s the spline reaches {}, beyond both rows by {:.0} % of the \
+                 range of the table: take `interpolation = \"pchip\"` or \"linear\" if the data do not do that",
+                readable(found.value),
+                100.0 * found.excess
+            ));
+        }
+        spline
     }
 
     fn table(
@@ -47,7 +77,7 @@ impl Builder<'_> {
         time: &str,
         column: &str,
         path: &str,
-    ) -> Result<Spline, InputError> {
+    ) -> Result<Points, InputError> {
         let place = format!("{path}.file");
         let (text, name) = self.read(file, &place)?;
         let table = Table::parse(&text)
@@ -80,8 +110,8 @@ impl Builder<'_> {
             times.push(t);
             values.push(value);
         }
-        let spline = self.at(&place, Spline::new(times, values))?;
-        let (start, end) = spline.range();
+        let points = self.at(&place, Points::new(times, values))?;
+        let (start, end) = points.range();
         // A table that ends at the run's end up to the rounding of its decimals is long enough.
         if start > 0.0 || end < self.t_end * (1.0 - 1e-12) {
             let error = InputError::new("the table does not cover the run's time interval")
@@ -89,6 +119,6 @@ impl Builder<'_> {
                 .allowed(format!("0 s to {} s or beyond", self.t_end));
             return Err(self.wrong(&place, error));
         }
-        Ok(spline)
+        Ok(points)
     }
 }

@@ -47,6 +47,7 @@ use crate::scene_file::output::Probe;
 use crate::scene_file::{self, Analysis, SceneFile, Source};
 use builder::Builder;
 pub(crate) use start::Start;
+pub(crate) use supports::{NAMES, index as axis_index};
 
 /// A scene that can be computed.
 #[derive(Debug, Clone)]
@@ -68,6 +69,8 @@ pub struct Scene {
     pub inputs: Vec<Input>,
     /// Where they lie.
     pub(crate) paths: Vec<PathBuf>,
+    /// Notes from reading its values.
+    reading_notes: Vec<String>,
 }
 
 /// An elastic body and how it is to be computed.
@@ -182,11 +185,12 @@ impl Scene {
     /// What was put right in the mesh, or left aside, points of grids too, settings, loads and materials
     /// without effect, and where fibres have no clear direction.
     pub fn notes(&self) -> Vec<String> {
+        let mut notes = self.reading_notes.clone();
         let Some(body) = &self.body else {
-            return Vec::new();
+            return notes;
         };
         let mesh = body.muscle.solid.space().mesh();
-        let mut notes: Vec<String> = mesh.notes().iter().map(ToString::to_string).collect();
+        notes.extend(mesh.notes().iter().map(ToString::to_string));
         notes.extend(self.chains.iter().filter_map(DrivenChain::note));
         notes.extend(settings::missing(&self.file.integrator, body.formulation));
         notes.extend(settings::without_effect(
@@ -339,6 +343,7 @@ impl Scene {
             chains,
             feedbacks,
             paths: inputs.paths(),
+            reading_notes: builder.notes.take(),
             inputs: inputs.into_read(),
             file,
             source,

@@ -12,7 +12,11 @@ use crate::scene_file::function::Function;
 use crate::scene_file::solid::{Axis, Displacement};
 
 /// The names of the components.
-pub(super) const NAMES: [&str; 3] = ["x", "y", "z"];
+pub(crate) const NAMES: [&str; 3] = ["x", "y", "z"];
+
+/// Factors of a distribution are equal, and one is zero, within this fraction of the largest factor of the group: nodes
+/// of a mesh file and expressions of them are rounded.
+const EQUAL_FACTORS: f64 = 1e-10;
 
 /// The constrained components (node, axis); those that move have their function of time.
 pub(super) type Supports = BTreeMap<(usize, usize), Option<Signal>>;
@@ -27,6 +31,8 @@ struct Move<'f> {
     path: String,
     function: &'f Function,
     signal: Signal,
+    /// Largest |factor| at the nodes of the group.
+    largest_factor: f64,
 }
 
 impl Builder<'_> {
@@ -59,9 +65,11 @@ impl Builder<'_> {
                     2 => self.factors::<2>(moving, space, &nodes, axis, &entry),
                     _ => self.factors::<3>(moving, space, &nodes, axis, &entry),
                 }?;
+                let largest_factor = factors.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
                 for (&node, factor) in nodes.iter().zip(factors) {
                     let groups = said.entry((node, axis)).or_default();
-                    let term = (factor != 0.0).then_some((moves.len(), factor));
+                    let moves_here = factor.abs() > EQUAL_FACTORS * largest_factor;
+                    let term = moves_here.then_some((moves.len(), factor));
                     let group = Some(&*moving.group);
                     match groups.iter_mut().find(|(other, _)| *other == group) {
                         Some((_, terms)) => terms.extend(term),
@@ -73,6 +81,7 @@ impl Builder<'_> {
                     path,
                     function,
                     signal,
+                    largest_factor,
                 });
             }
         }
@@ -177,11 +186,16 @@ impl Builder<'_> {
 /// Whether two groups move a component alike; what moves by 0 is held.
 fn alike(moves: &[Move<'_>], terms: &Terms, other: &Terms) -> bool {
     let moving = |terms: &Terms| {
-        let terms = terms.iter().map(|&(i, factor)| (moves[i].function, factor));
-        let moving = terms.filter(|(function, _)| **function != Function::Constant(0.0));
+        let terms = terms.iter().map(|&(i, factor)| (&moves[i], factor));
+        let moving = terms.filter(|(own, _)| *own.function != Function::Constant(0.0));
         moving.collect::<Vec<_>>()
     };
-    moving(terms) == moving(other)
+    let (terms, other) = (moving(terms), moving(other));
+    let same = |((a, f), (b, g)): (&(&Move<'_>, f64), &(&Move<'_>, f64))| {
+        let largest = a.largest_factor.max(b.largest_factor);
+        a.function == b.function && (f - g).abs() <= EQUAL_FACTORS * largest
+    };
+    terms.len() == other.len() && terms.iter().zip(&other).all(same)
 }
 
 /// The sum of moves times their factors; none where nothing moves.
@@ -201,7 +215,7 @@ fn signal(moves: &[Move<'_>], terms: &Terms) -> Option<Signal> {
 }
 
 /// The number of a component.
-pub(super) fn index(axis: Axis) -> usize {
+pub(crate) fn index(axis: Axis) -> usize {
     match axis {
         Axis::X => 0,
         Axis::Y => 1,

@@ -51,8 +51,7 @@ impl JsonSchema for Shape {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum Composed {
-    /// Measured values from a CSV file, interpolated by a natural cubic spline. The times must cover
-    /// the run.
+    /// Measured values from a CSV file, interpolated. The times must cover the run.
     Table {
         /// CSV file with a header, relative to the scene.
         file: PathBuf,
@@ -61,6 +60,9 @@ pub enum Composed {
         time: String,
         /// Name of the column of values.
         column: String,
+        /// Interpolation between the rows.
+        #[serde(default)]
+        interpolation: Interpolation,
     },
     /// Sum of functions.
     Sum {
@@ -74,6 +76,19 @@ pub enum Composed {
         #[schemars(length(min = 1))]
         of: Vec<Function>,
     },
+}
+
+/// Interpolation between the rows of a table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Interpolation {
+    /// Straight lines. Time steps end at each kink; not for displacements, whose slope must not jump.
+    #[default]
+    Linear,
+    /// Monotone cubic (PCHIP): a continuous slope, and no value beyond the rows.
+    Pchip,
+    /// Natural cubic spline, the most accurate for smooth and closely sampled data; it may overshoot the rows.
+    Spline,
 }
 
 fn time_column() -> String {

@@ -242,10 +242,11 @@ fn a_measured_motion_starts_smoothly() {
         let set = ["body_force=[]", &moved];
         build(BLOCK, &set, folder.path()).unwrap()
     };
-    let measured = "{ type = \"table\", file = \"measured.csv\", column = \"y\" }";
+    let measured =
+        "{ type = \"table\", file = \"measured.csv\", column = \"y\", interpolation = \"spline\" }";
     let sudden = RunOptions::into_folder(folder.path().join("sudden"));
     let message = compute(&scene(measured), &sudden).unwrap_err().to_string();
-    assert!(message.contains("multiply them by one"), "{message}");
+    assert!(message.contains("the y component at"), "{message}");
     let rise = "{ type = \"step\", value = 1.0, rise = 0.05 }";
     let smooth = format!("{{ type = \"product\", of = [{rise}, {measured}] }}");
     let out = folder.path().join("smooth");

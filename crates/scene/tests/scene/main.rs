@@ -7,6 +7,7 @@ mod chains;
 mod equilibria;
 mod interfaces;
 mod muscle3d;
+mod paths;
 mod random;
 mod sweep;
 mod ventricle;

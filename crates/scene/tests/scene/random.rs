@@ -277,7 +277,9 @@ fn part(rng: &mut ChaCha8Rng, tables: &mut Vec<String>) -> String {
         _ => {
             let file = table_name(tables.len());
             tables.push(table(rng, value, start));
-            format!("{{ type = \"table\", file = \"{file}\", column = \"value\" }}")
+            format!(
+                "{{ type = \"table\", file = \"{file}\", column = \"value\", interpolation = \"spline\" }}"
+            )
         }
     }
 }

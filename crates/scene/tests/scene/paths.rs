@@ -1,0 +1,232 @@
+//! Loading paths of equilibria, load curves of tables, and supports of any size and motion.
+
+use std::fs;
+use std::path::Path;
+
+use myovib_scene::Scene;
+use myovib_scene::csv::Table;
+use myovib_scene::run::{RunOptions, RunResult, compute};
+
+fn build(text: &str, folder: &Path) -> Scene {
+    Scene::build("scene.toml", text, &[], folder).unwrap()
+}
+
+fn run(text: &str) -> RunResult {
+    let out = tempfile::tempdir().unwrap();
+    compute(
+        &build(text, Path::new("")),
+        &RunOptions::into_folder(out.path()),
+    )
+    .unwrap()
+}
+
+/// The value of the probe `corner` at the end.
+fn at_corner(text: &str, folder: &Path, column: &str) -> f64 {
+    let out = tempfile::tempdir().unwrap();
+    compute(&build(text, folder), &RunOptions::into_folder(out.path())).unwrap();
+    let table = Table::parse(&fs::read_to_string(out.path().join("corner.csv")).unwrap()).unwrap();
+    let position = table.names.iter().position(|name| name == column).unwrap();
+    table.numbers(table.rows.last().unwrap()).unwrap()[position]
+}
+
+fn result(run: &RunResult, probe: &str, column: &str) -> f64 {
+    run.document["results"][probe][column].as_f64().unwrap()
+}
+
+/// A cube of heart muscle on three symmetry planes, pulled along its fibers by a multiple of 10.4 kPa.
+fn heart(head: &str, k: &str, formulation: &str, traction: &str, probe: &str) -> String {
+    let planes: String = [("left", "x"), ("front", "y"), ("bottom", "z")]
+        .iter()
+        .map(|(group, axis)| format!("[[fixed]]\ngroup = \"{group}\"\ncomponents = [\"{axis}\"]\n"))
+        .collect();
+    format!(
+        "{head}formulation = \"{formulation}\"\n[mesh]\ntype = \"box\"\nsize = [0.01, 0.01, 0.01]\n\
+         cells = [1, 1, 1]\n[[material]]\nlaw = \"holzapfel-ogden\"\ndensity = 1e3\na = 59\nb = 8.023\n\
+         a_f = 18472\nb_f = 16.026\na_s = 2481\nb_s = 11.12\na_fs = 216\nb_fs = 11.436\n{k}fibre = [1, 0, 0]\n\
+         sheet = [0, 1, 0]\n{planes}[[traction]]\ngroup = \"right\"\nx = {traction}\n\
+         [[probe]]\nname = \"corner\"\ntype = \"point\"\nat = [0.01, 0.01, 0.01]\n{probe}"
+    )
+}
+
+/// Regression: the whole load was tried first, and Newton's method ended at another equilibrium with 14 times the
+/// displacement.
+#[test]
+fn an_equilibrium_is_on_the_path_that_a_slow_motion_takes() {
+    let hump = "k = 100\n";
+    for (k, parts) in [(hump, &[0.5, 0.8, 0.95][..]), ("", &[0.5, 0.8, 1.0, 1.2])] {
+        for part in parts {
+            let load = part * 10_359.0;
+            let slow = format!("{{ type = \"step\", value = {load}, rise = 1.0 }}");
+            let head = "[time]\nend = 1.5\n[solid]\nkappa = 1e5\nalpha = 50\n";
+            let motion = heart(head, k, "displacement", &slow, "every = 0.5\n");
+            let expected = at_corner(&motion, Path::new(""), "u_y");
+            for formulation in ["displacement", "position"] {
+                let head = "analysis = \"static\"\n[solid]\nkappa = 1e5\n";
+                let still = heart(head, k, formulation, &load.to_string(), "");
+                let found = at_corner(&still, Path::new(""), "u_y");
+                // The motion ends within its tolerance of 1e-4 and what is left of its vibration.
+                assert!(
+                    (found / expected - 1.0).abs() < 0.01,
+                    "{k}{part} {formulation}: {found:e} instead of {expected:e}"
+                );
+            }
+        }
+    }
+}
+
+/// With a hump of the energy the path has a limit point at 0.976 of the load, from which a motion snaps to another
+/// branch: neither formulation finishes.
+#[test]
+fn a_path_ends_at_its_limit_point() {
+    for formulation in ["displacement", "position"] {
+        let head = "analysis = \"static\"\n[solid]\nkappa = 1e5\n";
+        let text = heart(head, "k = 100\n", formulation, "10359.0", "");
+        let reached = run(&text).document["load_reached"].as_f64().unwrap();
+        assert!((0.97..0.98).contains(&reached), "{formulation}: {reached}");
+    }
+}
+
+/// Regression: supports moved while the body stayed, which inverted elements; a translation by 20 lengths failed at 0 %
+/// of the load.
+#[test]
+fn a_body_follows_its_supports_over_any_distance() {
+    for distance in [1.0, 20.0] {
+        let moved = |group: &str| {
+            format!("[[displacement]]\ngroup = \"{group}\"\nx = {distance}\ny = 0.0\nz = 0.0\n")
+        };
+        let bar = format!(
+            "analysis = \"static\"\n[mesh]\ntype = \"box\"\nsize = [1.0, 0.1, 0.1]\ncells = [20, 1, 1]\n[solid]\n\
+             kappa = 1e8\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e6\n{}{}\
+             [[probe]]\nname = \"middle\"\ntype = \"point\"\nat = [0.5, 0.05, 0.05]\n",
+            moved("left"),
+            moved("right")
+        );
+        let found = run(&bar);
+        // A few roundings of the distance.
+        assert!((result(&found, "middle", "u_x") - distance).abs() < 1e-13 * distance);
+        assert!(found.document["load_steps"].as_u64().unwrap() <= 2);
+        assert!(found.document["newton_iterations"].as_u64().unwrap() <= 4);
+    }
+}
+
+/// A square held on its left and moved or loaded otherwise.
+fn square(rest: &str) -> String {
+    format!(
+        "[time]\nend = 10.0\n[mesh]\ntype = \"rectangle\"\nwidth = 0.1\nheight = 0.3\ncells = [2, 6]\n[solid]\n\
+         kappa = 1e6\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e5\n{rest}"
+    )
+}
+
+/// Regression: a factor of 1e-17 was a motion, and `pi` was unknown.
+#[test]
+fn factors_are_zero_and_equal_up_to_rounding() {
+    let held = "[[fixed]]\ngroup = \"bottom\"\n[[fixed]]\ngroup = \"top\"\n";
+    let moved = |factor: &str| {
+        format!(
+            "{held}[[displacement]]\ngroup = \"left\"\nx = 0.01\ny = 0.0\ndistribution = \"{factor}\"\n"
+        )
+    };
+    let scene = build(&square(&moved("sin(pi*y/0.3)")), Path::new(""));
+    let muscle = &scene.body.as_ref().unwrap().muscle;
+    let largest = muscle.prescribed.iter().map(|own| own.signal.at(0.0).value);
+    assert!((largest.fold(0.0, f64::max) - 0.01).abs() < 1e-15);
+    let text = square(&moved("cos(pi*y/0.3)"));
+    assert!(Scene::build("scene.toml", &text, &[], Path::new("")).is_err());
+}
+
+/// Regression: a ramp to 1000 with a hold gave 2556 at 5 s, by a natural spline.
+#[test]
+fn tables_are_linear_unless_they_say_otherwise() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(
+        folder.path().join("load.csv"),
+        "t,p\n0,0\n1,1000\n10,1000\n",
+    )
+    .unwrap();
+    let load = |interpolation: &str| {
+        let load = format!(
+            "[[fixed]]\ngroup = \"bottom\"\n[[traction]]\ngroup = \"top\"\nx = {{ type = \"table\", file = \"load.csv\", \
+             column = \"p\"{interpolation} }}\n"
+        );
+        let scene = build(&square(&load), folder.path());
+        let value = scene.body.as_ref().unwrap().muscle.loads[0]
+            .signal()
+            .at(5.0)
+            .value;
+        (value, scene.notes().len())
+    };
+    assert_eq!(load(""), (1000.0, 0));
+    assert_eq!(load(", interpolation = \"linear\""), (1000.0, 0));
+    assert_eq!(load(", interpolation = \"pchip\""), (1000.0, 0));
+    let (overshot, notes) = load(", interpolation = \"spline\"");
+    // The natural spline: 1000 + 300/6 (5/9 - (5/9)³) 81.
+    let expected = 1000.0 + 50.0 * 81.0 * (5.0 / 9.0 - (5.0_f64 / 9.0).powi(3));
+    assert!((overshot - expected).abs() < 1e-9 && notes == 1);
+}
+
+/// Regression: a support that moves at t = 0 was accepted without damping, and rejected with it for its "load".
+#[test]
+fn a_support_that_moves_at_the_start_is_rejected() {
+    let rehearsed = |alpha: f64, eta: f64, motion: &str, folder: &Path| {
+        let text = square(&format!(
+            "eta = {eta}\n[[fixed]]\ngroup = \"bottom\"\n[[displacement]]\ngroup = \"top\"\nx = {motion}\ny = 0.0\n"
+        ));
+        let text = text
+            .replace("kappa = 1e6", &format!("kappa = 1e6\nalpha = {alpha}"))
+            .replace("end = 10.0", "end = 0.02");
+        let out = tempfile::tempdir().unwrap();
+        compute(&build(&text, folder), &RunOptions::into_folder(out.path()))
+            .map(|_| ())
+            .map_err(|error| error.to_string())
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let moving = "{ type = \"sine\", amplitude = 1e-3, frequency = 1.0 }";
+    for alpha in [0.0, 1.0] {
+        let message = rehearsed(alpha, 0.0, moving, folder.path()).unwrap_err();
+        assert!(message.contains("the x component at"), "{message}");
+    }
+    // The spline's slope at t = 0 is not exactly zero.
+    let row = |i: i32| {
+        let late = f64::from((i - 20).max(0));
+        format!("{},{}\n", 1e-3 * f64::from(i), 1e-6 * late * late)
+    };
+    let rows: String = (0..=40).map(row).collect();
+    fs::write(folder.path().join("m.csv"), format!("t,x\n{rows}")).unwrap();
+    let measured =
+        "{ type = \"table\", file = \"m.csv\", column = \"x\", interpolation = \"spline\" }";
+    rehearsed(1.0, 10.0, measured, folder.path()).unwrap();
+}
+
+/// A cube of five tetrahedra; at three sides it is held, so that its first corner has a tetrahedron of held nodes.
+const CUBE: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n2 1 \"wall\"\n3 2 \"gel\"\n\
+    $EndPhysicalNames\n$Entities\n0 0 1 1\n1 0 0 0 1 1 1 1 1 0\n1 0 0 0 1 1 1 1 2 0\n$EndEntities\n$Nodes\n1 8 1 8\n\
+    3 1 0 8\n1\n2\n3\n4\n5\n6\n7\n8\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 0 1\n1 0 1\n0 1 1\n1 1 1\n$EndNodes\n$Elements\n\
+    2 11 1 11\n2 1 2 6\n1 1 3 2\n2 4 2 3\n3 1 2 5\n4 6 5 2\n5 1 5 3\n6 7 3 5\n3 1 4 5\n7 1 2 3 5\n8 4 3 2 8\n\
+    9 6 2 5 8\n10 7 5 3 8\n11 2 3 5 8\n$EndElements\n";
+
+/// Regression: "column 84 of the pattern is empty" for kappa = inf.
+#[test]
+fn a_corner_held_in_all_nodes_has_its_neighbors_pressure() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("gel.msh"), CUBE).unwrap();
+    let text = |head: &str, load: &str| {
+        format!(
+            "{head}\n[mesh]\ntype = \"file\"\npath = \"gel.msh\"\n[solid]\nkappa = inf\n[[material]]\nlaw = \"neo-hooke\"\n\
+             density = 1e3\nshear_modulus = 1e4\n[[body_force]]\nx = {load}\n[[fixed]]\ngroup = \"wall\"\n\
+             [[probe]]\nname = \"corner\"\ntype = \"point\"\nat = [0, 0, 0]\n"
+        )
+    };
+    let (still, moving) = (
+        text("analysis = \"static\"", "1.0"),
+        text(
+            "[time]\nend = 0.01",
+            "{ type = \"step\", value = 1.0, rise = 0.01 }",
+        )
+        .replace("at = [0, 0, 0]", "at = [0, 0, 0]\nevery = 0.01"),
+    );
+    for text in [still, moving] {
+        let scene = build(&text, folder.path());
+        assert_eq!(scene.notes().len(), 1, "{:?}", scene.notes());
+        assert!(at_corner(&text, folder.path(), "p").is_finite());
+    }
+}
