@@ -1,14 +1,15 @@
 //! Reads measurements from tables.
 
+mod error;
+
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
-use std::fmt;
 use std::path::Path;
 
-use crate::InputError;
 use crate::csv::Table;
 use crate::inputs::content;
 use crate::sensitivity::Output;
+pub use error::{DataError, DataProblem};
 
 /// One measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,147 +40,6 @@ const NEUTRAL: [(&str, &str); 2] = [
     ("noiseDistribution", "normal"),
 ];
 
-/// Reason why measurements are rejected.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum DataProblem {
-    /// The file cannot be read, or is not a regular file.
-    Unreadable,
-    /// The text is not UTF-8.
-    NotUtf8,
-    /// The text is not a table of separated values.
-    NotATable,
-    /// The file has no measurement.
-    Empty,
-    /// A required column is missing.
-    MissingColumn,
-    /// Two columns have the same name.
-    DuplicateColumn,
-    /// A column would change the meaning of the measurements.
-    UnsupportedColumn,
-    /// A file has measurements under several conditions.
-    SeveralConditions,
-    /// An output that the scene does not have.
-    UnknownOutput,
-    /// A row with fewer cells than the header.
-    ShortRow,
-    /// A row with more cells than the header.
-    LongRow,
-    /// A cell without a finite number.
-    NotANumber,
-    /// A measurement without a time.
-    MissingTime,
-    /// A time before 0 or after the end of the run.
-    OutsideRun,
-    /// A standard deviation of zero or less.
-    NonpositiveNoise,
-    /// Some measurements have a standard deviation, others do not.
-    PartialNoise,
-}
-
-impl fmt::Display for DataProblem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Unreadable => "cannot read the measurements",
-            Self::NotUtf8 => "the measurements are not UTF-8 text",
-            Self::NotATable => "the measurements are not a table",
-            Self::Empty => "the file has no measurement",
-            Self::MissingColumn => "a column is missing",
-            Self::DuplicateColumn => "duplicate column name",
-            Self::UnsupportedColumn => {
-                "this column changes the meaning of the measurements and is not supported"
-            }
-            Self::SeveralConditions => "the file has measurements under several conditions",
-            Self::UnknownOutput => "the scene has no such output",
-            Self::ShortRow => "the row has fewer cells than the header",
-            Self::LongRow => "the row has more cells than the header",
-            Self::NotANumber => {
-                "times, measurements and standard deviations must be finite numbers"
-            }
-            Self::MissingTime => "a measurement needs a time",
-            Self::OutsideRun => "the time is outside the run",
-            Self::NonpositiveNoise => "a standard deviation must be positive",
-            Self::PartialNoise => "some measurements have a standard deviation, others do not",
-        })
-    }
-}
-
-impl DataProblem {
-    /// Returns the remedy, or an empty text.
-    fn remedy(self) -> &'static str {
-        match self {
-            Self::NotUtf8 => "save the file with the encoding UTF-8",
-            Self::UnsupportedColumn => {
-                "convert the measurements to the output's unit and meaning, then remove the column"
-            }
-            Self::SeveralConditions => {
-                "write one file per condition, and give each its own --data with KEY=VALUE after the file name"
-            }
-            Self::UnknownOutput => "name it in an [[output]] with its probe and column",
-            Self::ShortRow => "leave a cell empty where nothing was measured",
-            Self::LongRow => {
-                "use decimal points, not commas, and write nothing after the last cell"
-            }
-            Self::PartialNoise => "give `noise` to every [[output]], or to none",
-            _ => "",
-        }
-    }
-}
-
-/// Rejected measurements, with the place in the file.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct DataError {
-    /// The reason.
-    pub problem: DataProblem,
-    file: String,
-    /// Line of the file, from 1.
-    pub line: Option<u64>,
-    /// Name of the column.
-    pub column: Option<String>,
-    found: Option<String>,
-    allowed: Option<String>,
-}
-
-impl DataError {
-    fn found(mut self, found: impl fmt::Display) -> Self {
-        self.found = Some(found.to_string());
-        self
-    }
-
-    fn allowed(mut self, allowed: impl fmt::Display) -> Self {
-        self.allowed = Some(allowed.to_string());
-        self
-    }
-
-    fn in_column(mut self, name: &str) -> Self {
-        self.column = Some(name.to_owned());
-        self
-    }
-}
-
-impl DataError {
-    /// Describes it with its place.
-    pub(super) fn into_input_error(self) -> InputError {
-        let mut place = self.file;
-        if let Some(line) = self.line {
-            place += &format!(", line {line}");
-        }
-        if let Some(column) = self.column {
-            place += &format!(", column {column}");
-        }
-        let mut input = InputError::new(self.problem).at(place);
-        if let Some(found) = self.found {
-            input = input.found(found);
-        }
-        if let Some(allowed) = self.allowed {
-            input = input.allowed(allowed);
-        }
-        match self.problem.remedy() {
-            "" => input,
-            remedy => input.next(remedy),
-        }
-    }
-}
-
 /// Reads the measurements in `file`; see [`read`].
 ///
 /// # Errors
@@ -195,10 +55,7 @@ pub(super) fn read_file(
     let text = String::from_utf8(bytes).map_err(|error| {
         let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = 1 + valid.iter().filter(|&&byte| byte == b'\n').count();
-        DataError {
-            line: Some(line as u64),
-            ..reader.error(DataProblem::NotUtf8)
-        }
+        reader.error(DataProblem::NotUtf8).at_line(line as u64)
     })?;
     reader.read(text.strip_prefix('\u{feff}').unwrap_or(&text))
 }
@@ -264,14 +121,7 @@ impl<'a> Reader<'a> {
     }
 
     fn error(&self, problem: DataProblem) -> DataError {
-        DataError {
-            problem,
-            file: self.file.clone(),
-            line: None,
-            column: None,
-            found: None,
-            allowed: None,
-        }
+        DataError::new(problem, &self.file)
     }
 
     /// Returns an error in a cell, or in a whole row.
@@ -282,11 +132,10 @@ impl<'a> Reader<'a> {
         row: usize,
         column: Option<usize>,
     ) -> DataError {
-        let name = column.and_then(|column| table.names.get(column));
-        DataError {
-            line: Some(table.lines[row]),
-            column: name.cloned(),
-            ..self.error(problem)
+        let error = self.error(problem).at_line(table.lines[row]);
+        match column.and_then(|column| table.names.get(column)) {
+            Some(name) => error.in_column(name),
+            None => error,
         }
     }
 
@@ -478,137 +327,4 @@ impl<'a> Reader<'a> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use DataProblem::*;
-
-    fn outputs() -> Vec<Output> {
-        [("tip", Some(0.1)), ("root", Some(0.2))]
-            .map(|(name, noise)| Output::of_test(name, noise))
-            .into()
-    }
-
-    fn read_text(text: &str) -> Result<Vec<Datum>, DataError> {
-        read(Path::new("m.csv"), text, &outputs(), 2.0)
-    }
-
-    /// Plain tables and PEtab's tables, separated by commas or tabs, with the columns that do not change
-    /// anything.
-    #[test]
-    fn equal_tables_of_both_forms_give_equal_measurements() {
-        let plain = read_text("t,tip,root,tip.noise\n1,3,4,0.5\n0,1,,\n").unwrap();
-        let long = read_text(
-            "observableId,time,measurement,noiseParameters\ntip,0,1,\ntip,1,3,0.5\nroot,1,4,\n",
-        )
-        .unwrap();
-        assert_eq!(plain, long);
-        let tabs = "observableId\ttime\tmeasurement\tnoiseParameters\treplicateId\tobservableParameters\t\
-                    simulationConditionId\tnoiseDistribution\n\
-                    tip\t0\t1\t\tr1\t\tc\tnormal\ntip\t1\t3\t0.5\tr1\t\tc\t\nroot\t1\t4\t\tr2\t\tc\tnormal\n";
-        assert_eq!(plain, read_text(tabs).unwrap());
-        let noises: Vec<Option<f64>> = plain.iter().map(|datum| datum.noise).collect();
-        assert_eq!(noises, [Some(0.1), Some(0.5), Some(0.2)]);
-    }
-
-    /// Each rejection names its line and column, also after blank lines.
-    #[test]
-    fn rejected_tables_name_the_line_and_the_column() {
-        let long = |column: &str, entries: [&str; 2]| {
-            format!(
-                "observableId,time,measurement,{column}\ntip,0,1,{}\ntip,1,2,{}\n",
-                entries[0], entries[1]
-            )
-        };
-        let scaled = long("observableParameters", ["", "1000;0"]);
-        let preequilibrated = long("preequilibrationConditionId", ["rest", "rest"]);
-        let logarithmic = long("observableTransformation", ["lin", "log10"]);
-        let laplace = long("noiseDistribution", ["laplace", "normal"]);
-        let unit = long("unit", ["mm", "mm"]);
-        let conditions = long("simulationConditionId", ["a", "b"]);
-        for (text, problem, line, column) in [
-            ("t,tip\n0,nan\n", NotANumber, Some(2), Some("tip")),
-            ("t,tip\n0,1\n\n\n0.5,x\n", NotANumber, Some(5), Some("tip")),
-            ("t,tip\n3,1\n", OutsideRun, Some(2), Some("t")),
-            ("t,tip\n-1,1\n", OutsideRun, Some(2), Some("t")),
-            ("t,tip\n,1\n", MissingTime, Some(2), Some("t")),
-            ("t,tap\n0,1\n", UnknownOutput, None, Some("tap")),
-            ("t,tip,unit\n0,1,mm\n", UnknownOutput, None, Some("unit")),
-            (
-                "t,tip,root.noise\n0,1,1\n",
-                UnknownOutput,
-                None,
-                Some("root.noise"),
-            ),
-            ("x,tip\n0,1\n", MissingColumn, None, Some("t or time")),
-            ("t,tip\n", Empty, None, None),
-            ("\n", Empty, None, None),
-            ("t,tip,tip\n0,1,1\n", DuplicateColumn, None, Some("tip")),
-            ("t,tip\n0,1\n1\n", ShortRow, Some(3), None),
-            ("t,tip\n0,1,5e-3\n", LongRow, Some(2), None),
-            (
-                "t,tip,tip.noise\n0,1,0\n",
-                NonpositiveNoise,
-                Some(2),
-                Some("tip.noise"),
-            ),
-            (
-                "observableId,time\ntip,1\n",
-                MissingColumn,
-                None,
-                Some("measurement"),
-            ),
-            (
-                &scaled,
-                UnsupportedColumn,
-                Some(3),
-                Some("observableParameters"),
-            ),
-            (
-                &preequilibrated,
-                UnsupportedColumn,
-                Some(2),
-                Some("preequilibrationConditionId"),
-            ),
-            (
-                &logarithmic,
-                UnsupportedColumn,
-                Some(3),
-                Some("observableTransformation"),
-            ),
-            (
-                &laplace,
-                UnsupportedColumn,
-                Some(2),
-                Some("noiseDistribution"),
-            ),
-            (&unit, UnsupportedColumn, Some(2), Some("unit")),
-            (
-                &conditions,
-                SeveralConditions,
-                None,
-                Some("simulationConditionId"),
-            ),
-        ] {
-            let error = read_text(text).unwrap_err();
-            let found = (error.problem, error.line, error.column.as_deref());
-            assert_eq!(found, (problem, line, column), "{text:?}");
-        }
-    }
-
-    #[test]
-    fn files_that_are_not_text_are_rejected() {
-        let folder = tempfile::tempdir().unwrap();
-        let latin = folder.path().join("latin.csv");
-        std::fs::write(&latin, b"t,tip\n0,1\n1,\xe9\n").unwrap();
-        let problem = |file: &Path| {
-            let error = read_file(file, &outputs(), 2.0).unwrap_err();
-            (error.problem, error.line)
-        };
-        assert_eq!(problem(&latin), (NotUtf8, Some(3)));
-        // Devices and pipes never end.
-        for device in ["/dev/zero", "/dev/null"] {
-            assert_eq!(problem(Path::new(device)), (Unreadable, None));
-        }
-        assert_eq!(problem(folder.path()), (Unreadable, None));
-    }
-}
+mod tests;
