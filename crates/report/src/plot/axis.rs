@@ -282,6 +282,25 @@ mod tests {
         assert_eq!(axis.divide([1e-3, 1e3].into_iter(), 10).limits, [1e-3, 1e3]);
     }
 
+    /// Regression: 5e-324 gave an infinite number of ticks, and limits of ±1e308 an infinite step.
+    #[test]
+    fn tiny_and_huge_values_have_few_ticks() {
+        for values in [
+            [0.0, 5e-324],
+            [5e-324, 5e-324],
+            [-1e308, 1e308],
+            [5e-324, 1e308],
+        ] {
+            for axis in [Axis::default(), Axis::default().logarithmic()] {
+                let division = axis.divide(values.into_iter(), 5);
+                let [low, high] = division.limits;
+                assert!(low < high && high - low < f64::INFINITY, "{values:?}");
+                assert!(division.ticks.len() < 1000, "{values:?}");
+                assert!(division.ticks.iter().all(|(tick, _)| tick.is_finite()));
+            }
+        }
+    }
+
     #[test]
     fn empty_and_constant_data_have_an_axis() {
         for values in [vec![], vec![0.0], vec![5.0, 5.0], vec![f64::NAN]] {
