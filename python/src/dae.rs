@@ -409,6 +409,7 @@ fn solve_with(
     let options = RadauOptions {
         stages,
         tolerances,
+        dense_output: request.dense || request.t_eval.is_some() || !directions.is_empty(),
         suppressed,
         initial_step: request.first_step,
         max_step: request.max_step,

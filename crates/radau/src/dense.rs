@@ -75,9 +75,13 @@ impl Collocation {
 
     /// Takes the slope of u at t_0 for that of these `components`: û is u there. For a first step,
     /// where nothing is known of the derivative of algebraic variables.
-    pub(crate) fn free_start(&mut self, method: &Method, components: &[usize]) {
+    pub(crate) fn free_start(
+        &mut self,
+        method: &Method,
+        components: impl IntoIterator<Item = usize>,
+    ) {
         let n = self.y0.len();
-        for &i in components {
+        for i in components {
             let z_i = self.increments[i..].iter().step_by(n).enumerate();
             let slope: f64 = z_i.map(|(j, z)| method.basis_derivative(j, 0.0) * z).sum();
             self.y_dot0[i] = slope / self.h;

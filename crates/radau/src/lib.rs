@@ -52,6 +52,7 @@ mod error;
 mod error_test;
 mod failure;
 mod integrator;
+mod interpolation;
 mod matrices;
 mod memory;
 mod method;

@@ -147,11 +147,7 @@ impl Method {
         let s = self.stages();
         let a = self.estimate_of_vibration();
         let b = factorial(s) * factorial(s - 1) / (factorial(2 * s - 1) * factorial(2 * s));
-        let integral = |x: f64| {
-            let terms = self.start_basis[0].iter().enumerate();
-            let terms = terms.map(|(k, c)| c * x.powi(k as i32 + 2) / (k as f64 + 2.0));
-            terms.sum::<f64>().abs()
-        };
+        let integral = |x: f64| self.second_ramp(x).abs();
         // ℓ_0 changes sign at the nodes, so the integral has its extrema there.
         let largest = self.nodes.iter().copied().map(integral).fold(0.0, f64::max);
         let d = self.real.lambda / (s as f64 + 1.0) * largest;
@@ -196,6 +192,13 @@ impl Method {
     /// satisfies r(1) = 0 for s > 1. For s = 1 such a polynomial does not exist, and r = 0.
     pub(crate) fn ramp(&self, theta: f64) -> f64 {
         theta * self.ramp.iter().rev().fold(0.0, |sum, a| sum * theta + a)
+    }
+
+    /// Returns ∫_0^θ τ ℓ_0(τ) dτ, which has two zeros at 0 and whose derivative is zero at the nodes.
+    pub(crate) fn second_ramp(&self, theta: f64) -> f64 {
+        let terms = self.start_basis[0].iter().enumerate().rev();
+        let sum = terms.fold(0.0, |sum, (k, c)| sum * theta + c / (k as f64 + 2.0));
+        theta * theta * sum
     }
 
     /// Returns r'(θ); see [`ramp`](Method::ramp).

@@ -36,6 +36,7 @@ use crate::work::Counters;
 #[derive(Debug)]
 pub(crate) struct Multipliers {
     list: Vec<Multiplier>,
+    indices: Vec<u8>,
     /// What was added to the multipliers of the last step: for each stage, one after the other.
     removed: Vec<f64>,
     /// The differential variables of index 1.
@@ -114,12 +115,23 @@ impl Multipliers {
                 .filter(|&i| !algebraic(i) && indices[i] <= 1)
                 .collect(),
             list,
+            indices: indices.to_vec(),
             removed: Vec::new(),
             y: room.clone(),
             y_dot: room.clone(),
             plain: room.clone(),
             defect: room,
         }
+    }
+
+    /// Returns the largest index of all variables.
+    pub(crate) fn largest_index(&self) -> u8 {
+        self.indices.iter().copied().max().unwrap_or(0)
+    }
+
+    /// Returns the index of variable i.
+    pub(crate) fn index(&self, i: usize) -> u8 {
+        self.indices[i]
     }
 
     /// Whether there are any: then a hidden constraint magnifies errors by powers of 1/h.
@@ -259,6 +271,22 @@ impl Multipliers {
             .map_err(Operation::LinearSolve.failed())
     }
 
+    /// Returns the variables of index 2 with what is left of their errors at the end of the step that
+    /// follows `before`.
+    pub(crate) fn left<'a>(
+        &'a self,
+        step: &'a Step<'_>,
+        before: &'a Collocation,
+    ) -> impl Iterator<Item = (usize, f64)> + 'a {
+        let growth = step.h / before.h;
+        let of_index_2 = self.list.iter().filter(|multiplier| multiplier.index == 2);
+        of_index_2.map(move |multiplier| {
+            let [of_missed, _] = profile(step.method, multiplier.index, 1.0);
+            let (margin, error) = multiplier.left(step.method.stages(), growth);
+            (multiplier.variable, margin * (of_missed * error).abs())
+        })
+    }
+
     /// The largest error that is left at the end of the step, in units of tolerances, as far as it is
     /// beyond `rounding` in e: of velocities what has been measured, of multipliers the change of that
     /// since the step `before`. Where rounding is all that is seen, the next step may grow by the factor
@@ -275,13 +303,7 @@ impl Multipliers {
         let left = self.list.iter().map(|multiplier| {
             let (i, index) = (multiplier.variable, multiplier.index);
             let growth = before.map_or(0.0, |before| step.h / before.h);
-            let (margin, error) = match multiplier.removable {
-                true => {
-                    let last = multiplier.known.last * growth.powi(multiplier.power(stages));
-                    (MARGIN, multiplier.missed - last)
-                }
-                false => (1.0, multiplier.missed),
-            };
+            let (margin, error) = multiplier.left(stages, growth);
             let beyond = error.abs() - rounding(i);
             if multiplier.known.noisy || beyond < 0.0 {
                 let order = multiplier.power(stages) + i32::from(multiplier.removable);
@@ -342,6 +364,17 @@ impl Multiplier {
         let [of_missed, of_jump] = profile(method, self.index, theta);
         let missed = if self.known.noisy { 0.0 } else { self.missed };
         of_missed * missed + of_jump * self.jump
+    }
+
+    /// What is left of e(ε) in a step `growth` times the size of the last, and the margin for it.
+    fn left(&self, stages: usize, growth: f64) -> (f64, f64) {
+        match self.removable {
+            true => {
+                let last = self.known.last * growth.powi(self.power(stages));
+                (MARGIN, self.missed - last)
+            }
+            false => (1.0, self.missed),
+        }
     }
 
     /// The power of h that e(ε) goes with.

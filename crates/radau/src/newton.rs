@@ -86,6 +86,9 @@ const RELATIVE: f64 = 0.01;
 /// A step in which y changes by a smaller part of the tolerance of the error test is not resolved by it.
 const RESOLVED: f64 = 0.1;
 
+/// The slope at the end of a step that its increments explain is at most this times their mean slope.
+const STEEP: f64 = 10.0;
+
 /// New matrices are trusted once a correction is this part of the first.
 const TRIED: f64 = 0.1;
 
@@ -256,16 +259,15 @@ impl NewtonSolver {
     /// Whether ẏ has changed by more than itself from `y_dot` to the end of a step in which y has changed by
     /// a part of its tolerance only.
     pub(crate) fn leaps(&mut self, step: &Step<'_>, y_dot: &[f64]) -> bool {
-        if self.size > RESOLVED {
-            return false;
-        }
         let n = step.y.len();
         let last = step.method.stages() - 1;
         let slope = |_, j| step.method.a_inverse(last, j) / step.h;
         write_combined(&mut self.stage_dot, n, slope, &self.z);
         let changes = self.stage_dot.iter().zip(y_dot).zip(step.weights);
         let change = norm(changes.map(|((new, old), w)| (new - old) * w), n);
-        change > norm(y_dot.iter().zip(step.weights).map(|(v, w)| v * w), n)
+        let before = norm(y_dot.iter().zip(step.weights).map(|(v, w)| v * w), n);
+        let unresolved = self.size <= RESOLVED && change > before;
+        unresolved || change > STEEP * before.max(self.size / step.h)
     }
 
     /// The last correction of the solution.

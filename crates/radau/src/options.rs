@@ -89,6 +89,9 @@ pub struct RadauOptions {
     pub index_scaling: IndexScaling,
     /// Components left out of the error test (they count in Newton's); none by default.
     pub suppressed: Suppressed,
+    /// Whether the error of dense output limits the step size; true by default. It does not limit the steps of
+    /// [`integrate_to`](crate::RadauSolver::integrate_to) without root functions, which end at the output time.
+    pub dense_output: bool,
     /// Step size control; [`StepSize::Adaptive`] by default.
     pub step_size: StepSize,
     /// First step; by default the smaller of (t_out − t_0)/1000 and 1/(2 τ^(1/4) ‖ẏ_0‖), with τ the
@@ -136,6 +139,7 @@ impl Default for RadauOptions {
             tolerances_for_solution: true,
             index_scaling: IndexScaling::default(),
             suppressed: Suppressed::Nothing,
+            dense_output: true,
             step_size: StepSize::Adaptive,
             initial_step: None,
             min_step: 0.0,
@@ -247,6 +251,13 @@ impl RadauOptions {
             true => 0.1 * relative.powf((s + 1.0) / (2.0 * s) - 1.0),
             false => 1.0,
         }
+    }
+
+    /// Returns the tolerance for the estimate over the one for the solution, and
+    /// [`own_weight`](Self::own_weight).
+    pub(crate) fn weight_factors(&self, relative: f64) -> [f64; 2] {
+        let loosened = self.internal_factor(relative).max(1.0);
+        [loosened, self.own_weight(relative)]
     }
 
     /// The weight of the own error of a variable whose errors count h^(k−1) times for the others,

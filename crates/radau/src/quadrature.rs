@@ -125,7 +125,7 @@ impl<P: Problem> Quadrature<P> {
             }
         }
         if fresh {
-            last.free_start(method, &(0..m).collect::<Vec<_>>());
+            last.free_start(method, 0..m);
         }
         let end = method.stages() - 1;
         add_scaled(q, 1.0, &last.increments[end * m..]);

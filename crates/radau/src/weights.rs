@@ -18,6 +18,8 @@ pub(crate) struct Weights<P> {
     powers: Vec<i32>,
     /// Product of both.
     scaled: Vec<f64>,
+    /// Tolerance for the estimate over the one for the solution.
+    loosened: f64,
     /// Factor of the unscaled weights of components of higher index, used to test their local
     /// errors separately.
     own: f64,
@@ -33,9 +35,11 @@ impl<P> std::fmt::Debug for Weights<P> {
 }
 
 impl<P: Problem> Weights<P> {
-    pub(crate) fn new(user: Option<UserWeights<P>>, powers: Vec<i32>, own: f64) -> Self {
+    pub(crate) fn new(user: Option<UserWeights<P>>, powers: Vec<i32>, factors: [f64; 2]) -> Self {
+        let [loosened, own] = factors;
         Self {
             user,
+            loosened,
             own,
             plain: vec![0.0; powers.len()],
             scaled: vec![0.0; powers.len()],
@@ -118,9 +122,9 @@ impl<P> Weights<P> {
         self.user.is_some()
     }
 
-    /// Sets the factor of the unscaled weights of components of higher index.
-    pub(crate) fn set_own(&mut self, own: f64) {
-        self.own = own;
+    /// Sets the tolerance for the estimate over the one for the solution, and the factor of the unscaled weights of components of higher index.
+    pub(crate) fn set_factors(&mut self, [loosened, own]: [f64; 2]) {
+        (self.loosened, self.own) = (loosened, own);
     }
 
     /// Scales the weights for a step of size `h`.
@@ -132,6 +136,11 @@ impl<P> Weights<P> {
                 _ => w * h.powi(power),
             };
         }
+    }
+
+    /// Returns the tolerance for the solution of component i.
+    pub(crate) fn solution_tolerance(&self, i: usize) -> f64 {
+        1.0 / (self.plain[i] * self.loosened)
     }
 
     /// Returns the unscaled error tolerance of component i of higher index.

@@ -156,6 +156,8 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
 fn builder<P: Problem>(problem: P, options: RadauOptions, t_end: f64) -> RadauBuilder<P> {
     RadauSolver::builder(problem).options(RadauOptions {
         stop_time: Some(t_end),
+        // Runs read samples from dense output, but their steps are not limited by its error yet.
+        dense_output: false,
         ..options
     })
 }

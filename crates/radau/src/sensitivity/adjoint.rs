@@ -210,13 +210,15 @@ impl<Q> Adjoint<Q> {
             start_slope: &mut carried.y_dot,
             stages: &mut self.residual,
         })?;
-        if is_first {
-            // The derivative of the polynomial at its start does not depend on the initial ẏ, since
-            // ∂ẏ_0/∂p is unknown.
-            let stages = self.residual.chunks_exact_mut(n).enumerate();
-            stages.for_each(|(j, out)| {
-                add_scaled(out, method.basis_derivative(j, 0.0) / h, &carried.y_dot);
-            });
+        // The derivative of the polynomial at its start does not depend on the initial ẏ in the first step,
+        // since ∂ẏ_0/∂p is unknown; in algebraic variables it never depends on ẏ of the step before.
+        let all = is_first.then_some(0..n).into_iter().flatten();
+        let algebraic = step.algebraic.iter().copied().filter(|_| !is_first);
+        for i in all.chain(algebraic) {
+            let slope = std::mem::take(&mut carried.y_dot[i]);
+            for (j, out) in self.residual.chunks_exact_mut(n).enumerate() {
+                out[i] += method.basis_derivative(j, 0.0) / h * slope;
+            }
         }
         if self.residual.iter().all(|z| *z == 0.0) {
             return Ok(());

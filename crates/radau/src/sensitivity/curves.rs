@@ -116,14 +116,18 @@ impl Curves {
         method: &Method,
         state: &Collocation,
         weights: &[f64],
-        is_first: bool,
+        (is_first, algebraic): (bool, &[usize]),
     ) {
         let (length, h) = (self.s.len(), self.step.h);
         self.predictor.learn(&self.step.increments, weights);
         if is_first {
             // Ṡ is unknown at the start.
-            let all: Vec<usize> = (0..length).collect();
-            self.step.free_start(method, &all);
+            self.step.free_start(method, 0..length);
+        } else {
+            let rows = algebraic
+                .iter()
+                .map(|i| i * self.n_columns..(i + 1) * self.n_columns);
+            self.step.free_start(method, rows.flatten());
         }
         self.history.push(&self.step, state);
         let z = &self.step.increments;

@@ -340,6 +340,7 @@ impl<Q> ForwardSensitivities<Q> {
             options,
             weights,
             mask,
+            algebraic,
             collocation,
             number,
         } = step;
@@ -452,7 +453,12 @@ impl<Q> ForwardSensitivities<Q> {
                 largest = largest.max(norm((0..n).map(error), n));
             }
         }
-        curves.end(method, &collocation, &self.columns_weights, is_first);
+        curves.end(
+            method,
+            &collocation,
+            &self.columns_weights,
+            (is_first, algebraic),
+        );
         Ok(largest)
     }
 }

@@ -22,7 +22,7 @@ pub struct Recording {
 /// A requested step and its size.
 #[derive(Debug, Clone, Copy)]
 struct Asked {
-    bounds: [f64; 2],
+    bounds: ([f64; 2], bool),
     h: f64,
     /// Its end time.
     end: f64,

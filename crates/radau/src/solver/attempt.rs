@@ -3,16 +3,73 @@
 use myovib_dae::{LinearSolver, Linearization, Problem, StepError, StopReason};
 
 use super::state::{Jacobian, RadauSolver, step_of};
+use crate::dense::add_scaled;
 use crate::failure::{Failure, Failures, Operation, Rejection};
 use crate::memory::Memory;
 use crate::newton::{Newton, norm};
 use crate::options::StepSize;
 use crate::rounding::Sampling;
 
+/// How often a first step is halved at most.
+const MOST_HALVINGS: usize = 20;
+
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// One attempt at a step of size h; the step proposed to follow it. Nothing but Newton's memory
-    /// and the Jacobian changes.
-    pub(super) fn attempt(&mut self, h: f64, failures: Failures) -> Result<f64, Failure> {
+    /// Attempts a step of size `h`, and returns the size proposed for the next one. Nothing but Newton's
+    /// memory and the Jacobian changes.
+    ///
+    /// If no step precedes it, its size is halved until its polynomial agrees, at its middle, with the end of a
+    /// step of half the size: the error estimate does not see the error of algebraic variables, and high orders
+    /// allow first steps that are longer than the changes of the input.
+    pub(super) fn attempt(&mut self, h: &mut f64, failures: Failures) -> Result<f64, Failure> {
+        if !self.fresh || self.options.step_size != StepSize::Adaptive {
+            return self.attempt_once(*h, failures);
+        }
+        let mut last = f64::INFINITY;
+        for _ in 0..MOST_HALVINGS {
+            self.attempt_once(0.5 * *h, failures)?;
+            let middle = self.newton.z[self.newton.z.len() - self.y.len()..].to_vec();
+            self.control.forget();
+            let proposal = self.attempt_once(*h, failures)?;
+            let [error, of_index_2] = self.differences(&middle);
+            // A difference that does not decrease is caused by rounding.
+            if error < 1.0 && (of_index_2 < 1.0 || of_index_2 > 0.5 * last) {
+                return Ok(proposal);
+            }
+            last = of_index_2;
+            self.control.forget();
+            *h *= 0.5;
+        }
+        self.attempt_once(*h, failures)
+    }
+
+    /// Returns the largest differences in units of the tolerances between increments `at_middle` and the
+    /// polynomial of the step just solved at its middle, of the variables of index 1 and 2.
+    fn differences(&self, at_middle: &[f64]) -> [f64; 2] {
+        let n = self.y.len();
+        let mut differences: Vec<f64> = at_middle.iter().map(|z| -z).collect();
+        for (j, z) in self.newton.z.chunks_exact(n).enumerate() {
+            add_scaled(&mut differences, self.method.basis(j, 0.5), z);
+        }
+        let mask = self.error_test.mask();
+        let mut largest = [0.0_f64; 2];
+        for i in 0..n {
+            let difference = mask[i] * differences[i].abs();
+            match self.multipliers.index(i) {
+                0 | 1 => {
+                    let tolerance = match self.interpolation.active {
+                        true => self.weights.solution_tolerance(i),
+                        false => 1.0 / self.weights.plain()[i],
+                    };
+                    largest[0] = largest[0].max(difference / tolerance);
+                }
+                2 => largest[1] = largest[1].max(difference / self.weights.own_tolerance(i)),
+                _ => {}
+            }
+        }
+        largest
+    }
+
+    fn attempt_once(&mut self, h: f64, failures: Failures) -> Result<f64, Failure> {
         if let Some(memory) = &mut self.memory {
             memory.begin(&mut self.problem, (&self.method, h), self.t, &self.y)?;
         }
@@ -123,9 +180,21 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
         let judged = self.control.judge(h, error);
         if judged < 1.0 {
+            let between = self.interpolation_error(h);
+            let for_output = self.control.propose(h, between, iterations);
+            if between >= 1.0 {
+                return Err(Failure::Rejected(Rejection {
+                    reason: StopReason::ErrorTestFailures,
+                    message: format!(
+                        "error of dense output {between:.2e} times the tolerance at h = {h:e}"
+                    ),
+                    step_factor: for_output / h,
+                }));
+            }
             let for_multipliers = self.measure_multipliers(h)?;
+            let for_multipliers = for_multipliers.min(self.limit_for_index_2(h)?);
             let proposal = self.control.accept(h, error, iterations);
-            return Ok(proposal.min(for_multipliers));
+            return Ok(proposal.min(for_multipliers).min(for_output));
         }
         Err(Failure::Rejected(if error.is_finite() {
             self.control.reject(h, error);
@@ -145,6 +214,69 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 step_factor: 0.5,
             }
         }))
+    }
+
+    /// Returns the largest estimated error of dense output in the step, in units of the tolerances for the
+    /// solution; 0 if no dense output is used, and in a first step.
+    fn interpolation_error(&mut self, h: f64) -> f64 {
+        if !self.interpolation.active || self.fresh {
+            return 0.0;
+        }
+        let step = step_of!(self, h);
+        let (z, last) = (&self.newton.z, &self.collocation);
+        let at_start = (&self.y_dot[..], &self.algebraic[..]);
+        self.interpolation.measure(&step, z, at_start, last);
+        let mask = self.error_test.mask();
+        let mut errors: f64 = 0.0;
+        for i in (0..step.y.len()).filter(|&i| self.multipliers.index(i) < 2) {
+            let error = mask[i] * self.interpolation.of(i) / self.weights.solution_tolerance(i);
+            errors = errors.max(error);
+        }
+        errors
+    }
+
+    /// Returns the largest next step for the error of dense output in variables of index 2, beyond what is left
+    /// of their errors at the end of the step and beyond rounding. In systems of index 3 rounding decides.
+    fn limit_for_index_2(&mut self, h: f64) -> Result<f64, Failure> {
+        let order = self.multipliers.order(self.method.stages());
+        let Some(order) = order.filter(|_| self.multipliers.largest_index() == 2) else {
+            return Ok(f64::INFINITY);
+        };
+        if !self.interpolation.active || self.fresh {
+            return Ok(f64::INFINITY);
+        }
+        let step = step_of!(self, h);
+        let (last, multipliers) = (&self.collocation, &self.multipliers);
+        let corrected = &mut self.corrected;
+        corrected.copy_from_slice(&self.newton.z);
+        multipliers.remove_from_copy(&step, corrected);
+        let at_start = (&self.y_dot[..], &self.algebraic[..]);
+        self.interpolation.measure(&step, corrected, at_start, last);
+        let (interpolation, mask) = (&self.interpolation, self.error_test.mask());
+        let weights = &self.weights;
+        let largest = |rounding: &dyn Fn(usize) -> f64| {
+            let errors = multipliers.left(&step, last).map(|(i, left)| {
+                let allowed = weights.solution_tolerance(i) + left + rounding(i);
+                mask[i] * interpolation.of(i) / allowed
+            });
+            errors.fold(0.0, f64::max)
+        };
+        let mut error = largest(&|_| 0.0);
+        if error >= 1.0 {
+            let (problem, matrices) = (&mut self.problem, &mut self.matrices);
+            let (rounding, counters) = (&mut self.rounding, &mut self.counters);
+            let at_start = (&self.y_dot[..], Some(last.h));
+            rounding.sample(
+                problem,
+                matrices,
+                &step,
+                at_start,
+                Sampling::THOROUGH,
+                counters,
+            )?;
+            error = largest(&|i| rounding.of(i));
+        }
+        Ok(self.control.propose_for_multipliers(h, error, order))
     }
 
     /// Measures the leading error of multipliers; the largest next step for what its removal leaves.

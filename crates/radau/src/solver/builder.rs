@@ -7,6 +7,7 @@ use super::state::{Jacobian, RadauSolver};
 use crate::dense::Collocation;
 use crate::error::{RadauError, expect_finite, expect_length};
 use crate::error_test::ErrorTest;
+use crate::interpolation::Interpolation;
 use crate::matrices::SparseDirectSolver;
 use crate::memory::{Fading, FadingMemory, Memory};
 use crate::method::Method;
@@ -85,7 +86,8 @@ impl<P: Problem> RadauBuilder<P> {
     }
 
     /// Watches functions g(t, y, ẏ), as many as `directions`, as IDAS does; the integration pauses
-    /// where one crosses zero in its direction. This does not change the steps.
+    /// where one crosses zero in its direction. Steps are short enough
+    /// for accurate dense output, unless [`RadauOptions::dense_output`] is false.
     ///
     /// Crossings are located on the dense output. Two of one function between successive nodes of a
     /// step are not seen.
@@ -223,6 +225,15 @@ impl<P: Problem> RadauBuilder<P> {
             newton: NewtonSolver::new(&method, n, tolerance, limit, multipliers.any()),
             error_test: ErrorTest::new(mask),
             rounding: Rounding::new(&indices, &powers),
+            interpolation: Interpolation::new(options.dense_output, n),
+            corrected: vec![
+                0.0;
+                if multipliers.any() {
+                    method.stages() * n
+                } else {
+                    0
+                }
+            ],
             control: options.control(multipliers.any()),
             multipliers,
             jacobian: Jacobian::Due,
@@ -236,7 +247,7 @@ impl<P: Problem> RadauBuilder<P> {
                 .filter(|&i| kinds[i] == VariableKind::Algebraic)
                 .collect(),
             kinds,
-            weights: Weights::new(weights, powers, options.own_weight(relative)),
+            weights: Weights::new(weights, powers, options.weight_factors(relative)),
             weighed: Ok(()),
             quadrature,
             memory,

@@ -21,6 +21,8 @@ pub(crate) struct AcceptedStep<'a, P, M> {
     pub(crate) weights: &'a mut Weights<P>,
     /// 1 for components in the error test, 0 for others.
     pub(crate) mask: &'a [f64],
+    /// The algebraic variables.
+    pub(crate) algebraic: &'a [usize],
     /// The stages, as the step's equations were solved for them.
     pub(crate) collocation: Collocation,
     /// Its number, from 1.
@@ -51,6 +53,7 @@ impl<P, M> RadauSolver<P, M> {
             options: &self.options,
             weights: &mut self.weights,
             mask: self.error_test.mask(),
+            algebraic: &self.algebraic,
             collocation,
             number,
         }
@@ -109,14 +112,18 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         &self.y
     }
 
-    /// The bounds of the last accepted step, with which it can be [repeated](Self::repeat).
-    pub(crate) fn bounds(&self) -> [f64; 2] {
-        self.bounds
+    /// The bounds of the last accepted step and whether dense output limits its size, with which it can be [repeated](Self::repeat).
+    pub(crate) fn bounds(&self) -> ([f64; 2], bool) {
+        (self.bounds, self.interpolation.active)
     }
 
     /// Takes a step once more, within the bounds it had, in the state the solver was in: bit by bit the same.
     /// Roots are not looked for, which changes no step.
-    pub(crate) fn repeat(&mut self, [t_out, limit]: [f64; 2]) -> Result<Outcome, RadauError> {
+    pub(crate) fn repeat(
+        &mut self,
+        ([t_out, limit], dense_output): ([f64; 2], bool),
+    ) -> Result<Outcome, RadauError> {
+        self.interpolation.active = dense_output;
         self.pause = None;
         self.accepted_step(t_out, limit)
     }

@@ -14,8 +14,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     ///
     /// The polynomial of degree s + 1 through the stages, with the derivative of the step before at
     /// its beginning. Its error is O(h^(s+2)), that of its derivative O(h^(s+1)). In the first step
-    /// that takes the right ẏ_0; of algebraic variables, whose ẏ_0 is not used, it is the
-    /// polynomial of degree s, and one order less. Variables of index 2 and 3 have that of the
+    /// that takes the right ẏ_0. In algebraic variables it is the polynomial of degree s, and one
+    /// order less. [`RadauOptions::dense_output`](crate::RadauOptions::dense_output) limits its error. Variables of index 2 and 3 have that of the
     /// ends, O(h^s) and O(h^(s−1)).
     ///
     /// # Shapes

@@ -9,6 +9,7 @@ use crate::control::Control;
 use crate::dense::Collocation;
 use crate::error_test::ErrorTest;
 use crate::failure::Failure;
+use crate::interpolation::Interpolation;
 use crate::matrices::SparseDirectSolver;
 use crate::memory::Memory;
 use crate::method::Method;
@@ -61,6 +62,9 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     pub(super) error_test: ErrorTest,
     pub(super) rounding: Rounding,
     pub(super) multipliers: Multipliers,
+    pub(super) interpolation: Interpolation,
+    /// The increments of a step without the errors of multipliers.
+    pub(super) corrected: Vec<f64>,
     pub(super) control: Control,
     pub(super) jacobian: Jacobian,
     /// The step the Newton matrices are set up for.

@@ -26,6 +26,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// [`RadauError::TimeBehind`] and other misuse; [`RadauError::Fatal`] when the problem or the
     /// linear algebra fails for good.
     pub fn step(&mut self, t_out: f64) -> Result<Outcome, RadauError> {
+        self.interpolation.active = self.options.dense_output;
         if self.counters.statistics.steps == 0 {
             let is_other = t_out != self.t;
             expect(
@@ -59,6 +60,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         t_out: f64,
         accepted: &mut dyn FnMut(&mut Self) -> Result<(), RadauError>,
     ) -> Result<Outcome, RadauError> {
+        self.interpolation.active = self.options.dense_output && self.roots.is_some();
         let stop_time = self.options.stop_time.unwrap_or(f64::INFINITY);
         let most = self.options.max_steps.map_or(u64::MAX, |most| most as u64);
         let before = self.counters.statistics.steps;
@@ -111,12 +113,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 return Ok(self.stop(StopReason::StepTooSmall, message));
             }
             let allowed = wanted.min(self.next_limit.unwrap_or(f64::INFINITY));
-            let h = self.fit(allowed, limit - self.t);
+            let mut h = self.fit(allowed, limit - self.t);
             let Rejection {
                 reason,
                 message,
                 step_factor,
-            } = match self.attempt(h, failures) {
+            } = match self.attempt(&mut h, failures) {
                 Ok(proposal) => {
                     let next = match failures.any() {
                         true => proposal.min(h),
@@ -192,9 +194,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let step = step_of!(self, h);
         self.multipliers
             .remove(&step, &mut self.collocation.increments);
-        if self.fresh {
-            self.collocation.free_start(&self.method, &self.algebraic);
-        }
+        // û has the values of u at the nodes then, which satisfy the algebraic equations.
+        let algebraic = self.algebraic.iter().copied();
+        self.collocation.free_start(&self.method, algebraic);
         if let Some(quadrature) = &mut self.quadrature {
             quadrature.accept(&self.method, self.t, h, self.fresh);
         }
@@ -241,7 +243,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             let relative = options.relative_for(internal);
             self.newton
                 .set_tolerance(options.newton_tolerance(relative, self.multipliers.any()));
-            self.weights.set_own(options.own_weight(relative));
+            self.weights.set_factors(options.weight_factors(relative));
             self.control.set_loosened(options.internal_factor(relative));
         }
     }

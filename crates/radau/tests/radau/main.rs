@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod adjoint;
+mod between;
 mod common;
 mod conformance;
 mod control;

@@ -193,7 +193,8 @@ fn dense_output_joins_steps_with_a_continuous_derivative() {
         let before = solver.y_dot().to_vec();
         solver.step(1.0).unwrap();
         solver.dense_output(solver.t() - 0.05, 1, end).unwrap();
-        for (a, b) in end.iter().zip(&before) {
+        // Of the differential variables.
+        for (a, b) in end.iter().zip(&before).take(2) {
             // Rounding, divided by h and magnified by the derivatives of the basis.
             assert!((a - b).abs() < 1e-12 * (1.0 + b.abs()), "{a} {b}");
         }

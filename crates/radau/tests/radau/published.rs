@@ -126,7 +126,7 @@ fn pendulum_of_index_3_at_high_order() {
     let exact = sample.exact(2.0).unwrap();
     for (stages, expected) in [
         (5, [(30.0, 5.7), (47.0, 8.6), (96.0, 9.4)]),
-        (7, [(32.0, 5.3), (34.0, 7.4), (46.0, 9.4)]),
+        (7, [(32.0, 5.3), (39.0, 8.1), (46.0, 9.4)]),
     ] {
         for (tol, expected) in TOLERANCES.into_iter().zip(expected) {
             let options = RadauOptions {

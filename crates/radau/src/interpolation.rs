@@ -1,0 +1,82 @@
+//! The error of dense output within a step.
+
+use crate::dense::{Collocation, add_scaled};
+use crate::newton::Step;
+
+/// Estimates the error of dense output between the ends of a step.
+///
+/// The error estimate of a step measures the differential variables only: in an algebraic variable that no
+/// other depends on it is zero, however far the polynomial between the nodes may be from the solution. So
+/// the polynomial û of a step is continued backward to the beginning t_{n−1} of the last step, where y is
+/// known. To leading order its error at t_n + θ h is C ψ(θ) in algebraic variables, with ψ = θ ℓ_0, C q(θ) in
+/// differential ones, with q = ∫ θ ℓ_0, and C (ψ − r)(θ) with the ramp r in those that constraints determine. The
+/// difference at t_{n−1} determines C. The estimate costs no evaluation of F. A bend of the solution within either
+/// step is seen too.
+#[derive(Debug)]
+pub(crate) struct Interpolation {
+    /// Whether dense output is used, so that steps are chosen for it.
+    pub(crate) active: bool,
+    /// The difference between û and y at t_{n−1}.
+    difference: Vec<f64>,
+}
+
+/// Factor for terms beyond the leading one, and for a derivative that grows within the step.
+const MARGIN: f64 = 3.0;
+
+/// Points of the unit interval at which the profiles of the error are compared.
+const POINTS: usize = 32;
+
+impl Interpolation {
+    pub(crate) fn new(active: bool, n: usize) -> Self {
+        Self {
+            active,
+            difference: vec![0.0; n],
+        }
+    }
+
+    /// Measures the error of the step with increments `z` that follows `last` with the derivative `y_dot`:
+    /// [`of`](Self::of) returns it.
+    pub(crate) fn measure(
+        &mut self,
+        step: &Step<'_>,
+        z: &[f64],
+        (y_dot, algebraic): (&[f64], &[usize]),
+        last: &Collocation,
+    ) {
+        let Step { method, h, y, .. } = *step;
+        let tau = (last.t0 - step.t) / h;
+        let ramp = method.ramp(tau);
+        let difference = &mut self.difference;
+        difference.copy_from_slice(y);
+        add_scaled(difference, -1.0, &last.y0);
+        add_scaled(difference, h * ramp, y_dot);
+        for (j, z) in z.chunks_exact(y.len()).enumerate() {
+            let basis = method.basis(j, tau) - ramp * method.basis_derivative(j, 0.0);
+            add_scaled(difference, basis, z);
+        }
+        let profiles = |theta: f64| {
+            let psi = theta * method.start_basis(0, theta);
+            [psi, psi - method.ramp(theta), method.second_ramp(theta)]
+        };
+        let mut largest = [0.0_f64; 3];
+        for k in 1..POINTS {
+            let values = profiles(k as f64 / POINTS as f64);
+            (0..3).for_each(|i| largest[i] = largest[i].max(values[i].abs()));
+        }
+        let at_tau = profiles(tau);
+        let [of_u, of_values, of_slopes] = std::array::from_fn(|i| (largest[i] / at_tau[i]).abs());
+        for &i in algebraic {
+            let z_i = z[i..].iter().step_by(y.len()).enumerate();
+            let slope: f64 = z_i.map(|(j, z)| method.basis_derivative(j, 0.0) * z).sum();
+            difference[i] -= ramp * (h * y_dot[i] - slope);
+            difference[i] *= of_u / of_values.max(of_slopes);
+        }
+        let scale = of_values.max(of_slopes);
+        difference.iter_mut().for_each(|d| *d *= scale);
+    }
+
+    /// The largest error within the step of variable i.
+    pub(crate) fn of(&self, i: usize) -> f64 {
+        MARGIN * self.difference[i].abs()
+    }
+}
