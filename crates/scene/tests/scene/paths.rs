@@ -58,7 +58,13 @@ fn an_equilibrium_is_on_the_path_that_a_slow_motion_takes() {
             let load = part * 10_359.0;
             let slow = format!("{{ type = \"step\", value = {load}, rise = 1.0 }}");
             let head = "[time]\nend = 1.5\n[solid]\nkappa = 1e5\nalpha = 50\n";
-            let motion = heart(head, k, "displacement", &slow, "every = 0.5\n");
+            let motion = heart(
+                head,
+                k,
+                "displacement",
+                &slow,
+                "every = 0.5\n[integrator]\nmethod = \"bdf\"\n",
+            );
             let expected = at_corner(&motion, Path::new(""), "u_y");
             for formulation in ["displacement", "position"] {
                 let head = "analysis = \"static\"\n[solid]\nkappa = 1e5\n";
