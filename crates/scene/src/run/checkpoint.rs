@@ -234,38 +234,35 @@ enum Damage {
     Other(String),
 }
 
-/// Whether the folder holds all that a run to `t_end` with these options leaves.
-pub(super) fn is_complete(folder: &Path, scene: &Scene, verify: bool) -> bool {
+/// Returns the time at which the run in the folder ended, if all of its files are there.
+fn completed(folder: &Path, scene: &Scene, verify: bool) -> Option<f64> {
     let read = |name: &str| {
         let bytes = inputs::content(&folder.join(name)).ok()?;
         serde_json::from_slice::<Value>(&bytes).ok()
     };
-    let Some(document) = read(folder::DOCUMENT) else {
-        return false;
-    };
-    let is_finished = document["outcome"] == "finished"
-        && document["t_reached"]
-            .as_f64()
-            .is_some_and(|t| t >= scene.t_end);
+    let document = read(folder::DOCUMENT)?;
+    let t = document["t_reached"].as_f64()?;
+    let is_finished = document["outcome"] == "finished" && t >= scene.t_end;
     let is_verified = !verify || !document["error_estimate"].is_null();
     let has_state = scene.body.is_none() || read(State::NAME).is_some();
     let has_page = folder.join(folder::PAGE).is_file();
     let ended = is_finished && is_verified || document["reason"] == StopReason::Event.name();
-    ended && has_state && has_page
+    (ended && has_state && has_page).then_some(t)
 }
 
-/// Refuses to continue a run that has ended and left all that it leaves.
+/// Refuses to continue a run that has ended and has all of its files.
 pub(super) fn expect_incomplete(
     folder: &Path,
     scene: &Scene,
     verify: bool,
 ) -> Result<(), InputError> {
-    if !is_complete(folder, scene, verify) {
+    let Some(t) = completed(folder, scene, verify) else {
         return Ok(());
-    }
+    };
     Err(
         InputError::new("the run is finished: there is nothing to go on with")
             .at(folder.display())
+            .found(format!("t = {t} s"))
             .next("a later end goes on with it: --resume --set time.end=…")
             .next("--overwrite computes it again"),
     )
