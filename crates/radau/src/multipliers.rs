@@ -271,7 +271,7 @@ impl Multipliers {
             .map_err(Operation::LinearSolve.failed())
     }
 
-    /// Returns the variables of index 2 with what is left of their errors at the end of the step that
+    /// Returns the variables of index 2 with their remaining errors at the end of the step that
     /// follows `before`.
     pub(crate) fn left<'a>(
         &'a self,
@@ -366,7 +366,7 @@ impl Multiplier {
         of_missed * missed + of_jump * self.jump
     }
 
-    /// What is left of e(ε) in a step `growth` times the size of the last, and the margin for it.
+    /// Returns the margin and the remaining part of e(ε) in a step `growth` times the size of the last.
     fn left(&self, stages: usize, growth: f64) -> (f64, f64) {
         match self.removable {
             true => {

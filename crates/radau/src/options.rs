@@ -253,7 +253,7 @@ impl RadauOptions {
         }
     }
 
-    /// Returns the tolerance for the estimate over the one for the solution, and
+    /// Returns the tolerance for the estimate over the tolerance for the solution, and
     /// [`own_weight`](Self::own_weight).
     pub(crate) fn weight_factors(&self, relative: f64) -> [f64; 2] {
         let loosened = self.internal_factor(relative).max(1.0);

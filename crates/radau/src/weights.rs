@@ -18,7 +18,7 @@ pub(crate) struct Weights<P> {
     powers: Vec<i32>,
     /// Product of both.
     scaled: Vec<f64>,
-    /// Tolerance for the estimate over the one for the solution.
+    /// Tolerance for the estimate over the tolerance for the solution.
     loosened: f64,
     /// Factor of the unscaled weights of components of higher index, used to test their local
     /// errors separately.
