@@ -60,6 +60,9 @@ pub(crate) struct NewtonSolver {
     first_factor: f64,
     /// The last estimate of the contraction θ; 0 where one iteration was enough.
     pub(crate) contraction: f64,
+    /// Whether the matrices come from difference quotients. At a wrong ẏ these may be wrong by orders of
+    /// magnitude; Jacobians by formulas are trusted.
+    by_differences: bool,
     /// Whether corrections by the matrices in use have been seen to contract.
     tried: bool,
     /// Largest norm of the last correction beyond rounding.
@@ -119,6 +122,7 @@ impl NewtonSolver {
             constrained,
             first_factor: 1.0,
             contraction: 0.0,
+            by_differences: false,
             tried: false,
             allowed: 0.0,
             size: 0.0,
@@ -132,8 +136,8 @@ impl NewtonSolver {
     /// says that it will not be within the iterations allowed (Hairer & Wanner IV.8). The own errors
     /// of variables that count less for the others get the iterations that are left while they fall.
     ///
-    /// New matrices are tried by two corrections at least: one whose entries are far too large makes any
-    /// first correction small. And the error is bounded by a part of the increments too: F may depend on
+    /// New matrices by difference quotients are tested with two corrections at least, since entries that
+    /// are far too large make any first correction small. And the error is bounded by a part of the increments too: F may depend on
     /// ẏ in any way, and a tolerance for y alone leaves ẏ an error of tolerance/h.
     ///
     /// Two corrections do not show that the iterations diverge. In index 3 the first one, from a
@@ -172,7 +176,10 @@ impl NewtonSolver {
             }
             self.evaluate_residuals(problem, memory.as_deref(), step, counters)?;
             let [norm, size] = self.correct(problem, matrices, step, counters)?;
-            let tolerance = (self.tolerance).min((self.relative * size).max(ROUNDING * of_y));
+            let tolerance = match self.by_differences {
+                true => (self.tolerance).min((self.relative * size).max(ROUNDING * of_y)),
+                false => self.tolerance,
+            };
             self.allowed = if self.tried { tolerance } else { 0.0 };
             self.size = size;
             if !norm.is_finite() {
@@ -231,6 +238,12 @@ impl NewtonSolver {
         self.tried
     }
 
+    /// Takes note of new matrices, which come from difference quotients or from formulas.
+    pub(crate) fn renew_matrices(&mut self, by_differences: bool) {
+        self.by_differences = by_differences;
+        self.tried = !by_differences;
+    }
+
     /// Sets whether corrections by the matrices in use have been seen to contract.
     pub(crate) fn set_tried(&mut self, tried: bool) {
         self.tried = tried;
@@ -256,18 +269,23 @@ impl NewtonSolver {
         self.allowed
     }
 
-    /// Whether ẏ has changed by more than itself from `y_dot` to the end of a step in which y has changed by
-    /// a part of its tolerance only.
+    /// Returns whether ẏ changes abruptly over the step, by more than rounding of y explains: by more
+    /// than its size where y changes by a fraction of its tolerance only, or far more steeply than y.
     pub(crate) fn leaps(&mut self, step: &Step<'_>, y_dot: &[f64]) -> bool {
+        if !self.by_differences {
+            return false;
+        }
         let n = step.y.len();
         let last = step.method.stages() - 1;
         let slope = |_, j| step.method.a_inverse(last, j) / step.h;
         write_combined(&mut self.stage_dot, n, slope, &self.z);
         let changes = self.stage_dot.iter().zip(y_dot).zip(step.weights);
         let change = norm(changes.map(|((new, old), w)| (new - old) * w), n);
-        let before = norm(y_dot.iter().zip(step.weights).map(|(v, w)| v * w), n);
+        let weighted = |x: &[f64]| norm(x.iter().zip(step.weights).map(|(x, w)| x * w), n);
+        let before = weighted(y_dot);
         let unresolved = self.size <= RESOLVED && change > before;
-        unresolved || change > STEEP * before.max(self.size / step.h)
+        let steep = change > STEEP * before.max(self.size / step.h);
+        (unresolved || steep) && change > ROUNDING * weighted(step.y) / step.h.abs()
     }
 
     /// The last correction of the solution.
