@@ -17,7 +17,7 @@ use crate::operators;
 use newton::{Newton, is_singular};
 pub(crate) use prospect::Prospect;
 
-/// A load step may be twice as long as one that took at most this number of iterations.
+/// Maximum number of iterations of a load step after which the next step may be twice as long.
 const QUICK: usize = 4;
 /// Largest displacement gradient that a load step may add, by the prediction.
 const GRADIENT_STEP: f64 = 0.2;
@@ -83,7 +83,7 @@ pub enum Shortfall {
 }
 
 impl Approach {
-    /// Why there is no equilibrium under the whole load.
+    /// Returns the reason why no equilibrium under the full load was found.
     pub fn error(&self) -> Option<ModelError> {
         Some(match self.shortfall.clone()? {
             Shortfall::Interrupted => ModelError::Interrupted,
@@ -99,9 +99,9 @@ impl Approach {
 /// How far the search for an equilibrium is, before an iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
-    /// The load step, from 1; one that failed and is tried again with less load counts once.
+    /// Number of the load step, from 1; a failed step and its repetition with less load count once.
     pub load_step: usize,
-    /// The part of the load that is in equilibrium.
+    /// Fraction of the load that is in equilibrium.
     pub reached: f64,
     /// The part that this load step is to reach.
     pub target: f64,
@@ -111,20 +111,20 @@ pub struct Search {
     pub iterations: usize,
 }
 
-/// Solves ∫P:∇φ = f(t), ∫ψ(p/κ + J - 1) = 0 for the loads as they stand at time `t`, or, for a
-/// `formulation` without pressure, ∫P:∇φ = f(t) with the energy κ/2 (J - 1)² in P.
+/// Solves ∫P:∇φ = f(t), ∫ψ(p/κ + J - 1) = 0 for the loads at time `t`, or, for a `formulation`
+/// without pressure, ∫P:∇φ = f(t) with the energy κ/2 (J - 1)² in P.
 ///
-/// The path of equilibria is followed from the unloaded body. Each load step is predicted by the equations linearized at
-/// its start, is so short that the prediction changes no displacement gradient by more than 0.2, and is repeated with
-/// half the load where Newton's method fails or moves the body by more than the prediction did. Prescribed displacements
-/// and the tensions of active stresses are part of the load; a tension that follows a model of activation is that of its
-/// start, zero.
+/// The path of equilibria is followed from the unloaded body. Each load step is predicted by the
+/// equations linearized at its start. Its size is limited so that the prediction changes no
+/// displacement gradient by more than 0.2. It is repeated with half the load if Newton's method
+/// fails or moves the body by more than the prediction. Prescribed displacements and the tensions
+/// of active stresses are part of the load. A tension that follows a model of activation has its
+/// initial value, zero.
 ///
 /// # Errors
 /// [`ModelError::NotHeld`] for a body that can move without strain; [`ModelError::NoEquilibrium`]
-/// with the part of the load that could be reached, and the element
-/// that was turned inside out, if one was; [`ModelError::NotAllowed`] for `displacement` with κ = ∞;
-/// those of [`Muscle::check`].
+/// with the fraction of the load that was reached, and the inverted element, if any;
+/// [`ModelError::NotAllowed`] for `displacement` with κ = ∞; errors of [`Muscle::check`].
 pub fn equilibrium(
     muscle: &Muscle,
     formulation: Formulation,
@@ -150,11 +150,11 @@ pub fn equilibrium_watched(
     }
 }
 
-/// Goes as far as it can: the last equilibrium of the load steps is kept, where there is none under the whole load
-/// or `watch` ends the search.
+/// Computes the equilibrium under the largest reachable load. If there is no equilibrium under the
+/// full load, or `watch` ends the search, the last equilibrium of the load steps is returned.
 ///
 /// # Errors
-/// Those of [`equilibrium`] but [`ModelError::NoEquilibrium`].
+/// Errors of [`equilibrium`] except for [`ModelError::NoEquilibrium`].
 pub fn approach(
     muscle: &Muscle,
     formulation: Formulation,
@@ -233,7 +233,7 @@ pub fn approach(
             loads_at: Some(t),
             newton_iterations: newton.iterations,
             load_steps,
-            // The factors of a search that fell short are those of its last trial.
+            // The factors of an incomplete search belong to its last trial.
             instabilities: match shortfall {
                 None => newton.instabilities(),
                 Some(_) => None,

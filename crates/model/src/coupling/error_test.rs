@@ -148,8 +148,8 @@ impl ErrorTest {
     }
 }
 
-/// Returns √(N/n) for the n internal stresses among N unknowns of a muscle, and the same for the
-/// others.
+/// Returns √(N/n) for the n internal stresses among N unknowns of a muscle, and for the other
+/// unknowns.
 fn importance(layout: &Layout) -> Vec<f64> {
     let n_internal = layout
         .range(Field::InternalStress)

@@ -85,7 +85,7 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
         Ok(Self::of(solver, t_end))
     }
 
-    /// Does the same with error weights that are a function of y.
+    /// Creates the integrator with error weights that are a function of y.
     ///
     /// # Errors
     /// [`ModelError::Radau`] for invalid options of Radau IIA.

@@ -77,7 +77,7 @@ fn drive<P>(
                 integrator: &mut *integrator,
             };
             if let ControlFlow::Break(outcome) = observer.accepted(&mut step)? {
-                // A limit that is met with the last step cuts nothing off.
+                // A limit that is reached with the last step does not truncate the run.
                 let is_limit = matches!(
                     outcome.reason(),
                     Some(StopReason::Interrupted | StopReason::WorkCap)

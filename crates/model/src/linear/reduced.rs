@@ -21,7 +21,7 @@ use crate::muscle_dae::MuscleDae;
 #[derive(Debug, Clone)]
 pub struct Reduction {
     body: ReductionOfBody,
-    /// Tensions that are unknowns.
+    /// Block of the unknown tensions.
     tensions: Option<Arc<TensionBlock>>,
 }
 

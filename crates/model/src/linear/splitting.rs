@@ -83,7 +83,7 @@ pub struct Splitting {
     pub(super) series: Series,
     /// Symmetry of both matrices.
     kinds: [Kind; 2],
-    /// q, v, λ, μ in the full system; each equation has the rows of its own unknowns.
+    /// q, v, λ, μ in the full system; each equation has the rows of its unknowns.
     pub(super) ranges: Ranges,
 }
 

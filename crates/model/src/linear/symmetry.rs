@@ -43,8 +43,7 @@ fn transposed(matrix: Matrix) -> Option<Matrix> {
 }
 
 /// Returns the signs, by the first row of each block, that make the matrix of these `entries`
-/// symmetric for every c, with a positive sign for the first block; `None` if there are no such
-/// signs.
+/// symmetric for every c, with a positive sign for the first block; `None` if no signs do.
 pub(super) fn symmetric_signs(entries: &[Entry<Quadratic>]) -> Option<HashMap<usize, f64>> {
     signs_of(&sums(entries), transposed)
 }

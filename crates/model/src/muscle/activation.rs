@@ -5,20 +5,21 @@ use myovib_fem::material::Bestel;
 use crate::signal::Signal;
 use crate::signal::timing::{Break, FRACTION, Timed, shortest};
 
-/// The tension T of an active stress, one for all of its region.
+/// Tension T of an active stress, uniform over its region.
 #[derive(Debug, Clone)]
 pub enum Activation {
-    /// A function of time, Pa, that is not negative.
+    /// Nonnegative function of time, Pa.
     Given(Signal),
-    /// An unknown of its own, zero at the start of a run, that follows Bestel's equation.
+    /// Unknown that follows Bestel's equation and is zero at the start of a run.
     Bestel(Bestel),
-    /// It follows the coherence of oscillators, by a
-    /// [`Feedback`](crate::coupling::Feedback): here what it is while these are out of step, or at rest.
+    /// Tension that follows the coherence of oscillators, by a
+    /// [`Feedback`](crate::coupling::Feedback). This value applies while the oscillators are out of
+    /// step or at rest.
     Coherence {
         /// T0, Pa.
         unsynchronised: f64,
     },
-    /// A straight line in time: what a model gives near a state, for derivatives there.
+    /// Linear function of time: linearization of a model at a state, for derivatives there.
     Line {
         /// Where it touches, s.
         t: f64,
@@ -43,7 +44,7 @@ impl Activation {
         matches!(self, Self::Coherence { .. })
     }
 
-    /// The tension at time `t`; `unknown` is that of a model.
+    /// Returns the tension at time `t`; `unknown` is the tension of a model.
     pub fn at(&self, t: f64, unknown: f64) -> f64 {
         match self {
             Self::Given(signal) => signal.at(t).value,
@@ -74,7 +75,7 @@ impl Activation {
         }
     }
 
-    /// The model's line at time `t` and `tension`; what follows no model stays as it is.
+    /// Returns the model's tangent at time `t` and `tension`; other tensions are unchanged.
     pub(crate) fn tangent_at(&self, t: f64, tension: f64) -> Self {
         match self {
             Self::Bestel(model) => Self::Line {

@@ -13,14 +13,14 @@ pub struct Bed {
 }
 
 impl Bed {
-    /// The bed of a group with stiffness k and damping c.
+    /// Creates the elastic foundation of a group with stiffness k and damping c.
     ///
     /// # Units
     /// k in Pa/m, c in Pa·s/m.
     ///
     /// # Errors
-    /// [`ModelError::Fem`] for a group that is no boundary; [`ModelError::OutOfRange`] for k or c
-    /// below zero or not finite.
+    /// [`ModelError::Fem`] for a group that is not a boundary; [`ModelError::OutOfRange`] if k or c
+    /// is negative or not finite.
     pub fn new(
         solid: &Solid,
         group: &str,
@@ -68,12 +68,12 @@ impl Bed {
         }
     }
 
-    /// What it stores, J.
+    /// Returns the stored energy, J.
     pub(crate) fn energy(&self, u: &[f64]) -> f64 {
         0.5 * self.stiffness * self.operator.square(u)
     }
 
-    /// What it takes away, W.
+    /// Returns the dissipated power, W.
     pub(crate) fn dissipation(&self, v: &[f64]) -> f64 {
         self.damping * self.operator.square(v)
     }

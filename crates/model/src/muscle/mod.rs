@@ -1,4 +1,4 @@
-//! The muscle: elastic body, damping, loads. What is true of it whatever the formulation.
+//! The muscle: elastic body, damping and loads, independent of the formulation.
 
 pub(crate) mod activation;
 pub(crate) mod bed;
@@ -49,14 +49,14 @@ impl Muscle {
         }
     }
 
-    /// A body whose elements have κ, α and β of their own, on which nothing acts.
+    /// Creates a body without loads whose elements have separate κ, α and β.
     ///
-    /// [`parameters`](Self::parameters) are then the largest of each; κ is infinite in all elements or
-    /// in none, and so is β zero.
+    /// [`parameters`](Self::parameters) then returns the maximum of each. Either all elements have
+    /// infinite κ or all have finite κ; either all have β = 0 or all have β > 0.
     ///
     /// # Errors
-    /// [`ModelError::MixedParameters`] for κ = ∞ beside κ < ∞, or β = 0 beside β > 0: the index would
-    /// differ between the elements; those of [`Solid::with_element_scales`].
+    /// [`ModelError::MixedParameters`] if κ = ∞ and κ < ∞, or β = 0 and β > 0, are mixed: the index
+    /// would differ between the elements; errors of [`Solid::with_element_scales`].
     pub fn graded(solid: Solid, elements: &[Parameters]) -> Result<Self, ModelError> {
         let mixed = |what, which: fn(&Parameters) -> bool| {
             let first = elements.iter().position(which);
@@ -92,8 +92,8 @@ impl Muscle {
         Ok(Self::unloaded(solid, body))
     }
 
-    /// Whether what is prescribed can be: constrained components, each once, that move without
-    /// jumps of their velocity; and whether each tension is that of an active stress.
+    /// Checks the prescribed motions and tensions: each prescribed component is constrained, occurs
+    /// once and moves with continuous velocity; each tension belongs to an active stress.
     ///
     /// # Errors
     /// [`ModelError::Prescribed`], [`ModelError::Activation`].
@@ -157,8 +157,8 @@ impl Muscle {
         activations.filter_map(|(number, activation)| Some((*number, activation.model()?)))
     }
 
-    /// The tension of each element at time `t` of a body at rest: of models that of their start, zero, and of chains
-    /// that of oscillators out of step.
+    /// Returns the tension of each element at time `t` of a body at rest: zero, the initial value,
+    /// for models of activation; the value of oscillators out of step for chains.
     pub(crate) fn tensions_at_rest(&self, t: f64) -> Vec<f64> {
         let mut tensions = vec![0.0; self.solid.n_tensions()];
         let at_start = vec![0.0; self.models().count()];
@@ -166,8 +166,8 @@ impl Muscle {
         tensions
     }
 
-    /// The tension of each element at time `t`; `unknowns` are those of the models, `coherent` those
-    /// of the elements that follow a coherence.
+    /// Computes the tension of each element at time `t`. `unknowns` are the tensions of the models,
+    /// `coherent` the tensions of the elements that follow a coherence.
     pub(crate) fn fill_tensions(
         &self,
         t: f64,
@@ -223,8 +223,8 @@ impl Muscle {
         muscle
     }
 
-    /// The body with tensions that are functions of time: each model's by its tangent at time `t`
-    /// and its `tensions` there.
+    /// Returns the body with tensions that are functions of time: each model is replaced by its
+    /// tangent at time `t` and `tensions`.
     pub(crate) fn with_tangents_of_tensions(&self, t: f64, tensions: &[f64]) -> Self {
         let mut muscle = self.clone();
         let modelled = muscle
@@ -242,7 +242,8 @@ impl Muscle {
         self.solid.space().n_components() + self.solid.space().n_pressures()
     }
 
-    /// The highest frequency of the loads and prescribed motions, Hz, if one of them has any.
+    /// Returns the highest frequency of the loads and prescribed motions, Hz, if one of them is
+    /// periodic.
     pub fn drive(&self) -> Option<f64> {
         let frequencies = self.signals().filter_map(Signal::frequency);
         frequencies.reduce(f64::max)

@@ -16,7 +16,7 @@ pub struct Parameters {
     pub beta: f64,
     /// 1/κ, 1/Pa; 0 for the fully incompressible material.
     pub inv_kappa: f64,
-    /// κ as it was given: 1/(1/κ) differs by a rounding.
+    /// κ as specified by the user, because 1/(1/κ) differs by rounding.
     kappa: f64,
 }
 

@@ -168,7 +168,7 @@ impl Dependence {
 pub struct Dependences {
     list: Vec<Parameter>,
     all: Vec<Dependence>,
-    /// Dependence of the chains on the parameters; empty if there are no chains.
+    /// Dependence of the chains on the parameters; empty without chains.
     pub(super) chains: Vec<Option<ChainDependence>>,
     /// A copy of the muscle, so that the matrices of the integrator's muscle remain valid for its
     /// next factorization.
@@ -231,7 +231,7 @@ impl Dependences {
     /// Returns the dependence on parameter j.
     ///
     /// # Panics
-    /// If there is no such parameter.
+    /// If the parameter does not exist.
     pub fn get_mut(&mut self, j: usize) -> &mut Dependence {
         &mut self.all[j]
     }

@@ -134,7 +134,7 @@ where
     /// As for [`read`](Self::read).
     ///
     /// # Panics
-    /// If there is no such parameter.
+    /// If the parameter does not exist.
     pub fn derivative(
         &mut self,
         j: usize,

@@ -67,7 +67,7 @@ impl TimeFunction for Composed {
     fn longest_step(&self, from: f64, to: f64) -> Option<f64> {
         let changes = |part: &&Signal| part.constant_over(from, to).is_none();
         match self.0 {
-            // What goes on may begin with what comes.
+            // The time scale of one factor may begin when another factor changes.
             Operation::Product if self.1.iter().filter(changes).count() > 1 => {
                 Some(FRACTION * self.time_scale(from, to)?)
             }
@@ -79,7 +79,7 @@ impl TimeFunction for Composed {
         let mut values = self.1.iter().map(|part| part.constant_over(from, to));
         match self.0 {
             Operation::Sum => values.try_fold(0.0, |sum, value| Some(sum + value?)),
-            // What is multiplied by zero does not change, whatever it does.
+            // A product with a zero factor is constant.
             Operation::Product if values.clone().any(|value| value == Some(0.0)) => Some(0.0),
             Operation::Product => values.try_fold(1.0, |product, value| Some(product * value?)),
         }

@@ -21,7 +21,7 @@ use composed::{Composed, Operation};
 use jet::Jet;
 use timing::{Break, FRACTION, Timed};
 
-/// What an integration has to know of a function of time; times in s.
+/// Properties of a function of time that an integration needs; times in s.
 ///
 /// # Examples
 /// ```
@@ -46,7 +46,8 @@ pub trait TimeFunction: Debug + Send + Sync {
     /// Value, first and second derivative at time `t`.
     fn at(&self, t: f64) -> Jet;
 
-    /// The shortest time in which it changes by what it changes between two times, where it does.
+    /// Returns the shortest time in which the function makes its change between two times, if it
+    /// changes.
     fn time_scale(&self, from: f64, to: f64) -> Option<f64>;
 
     /// The longest step that cannot pass over a change between two times, where there is one.
@@ -64,7 +65,8 @@ pub trait TimeFunction: Debug + Send + Sync {
         None
     }
 
-    /// The lowest derivative that jumps, 0 being the value itself; 3 stands for no lower one.
+    /// Returns the order of the lowest derivative that jumps: 0 for the value, 3 if no derivative
+    /// below the third jumps.
     fn lowest_jump(&self) -> u8 {
         3
     }
@@ -84,22 +86,22 @@ pub trait TimeFunction: Debug + Send + Sync {
         ALWAYS
     }
 
-    /// What is wrong with its numbers taken together.
+    /// Returns the reason why its parameters are inconsistent, if they are.
     fn objection(&self) -> Option<Objection> {
         None
     }
 }
 
-/// What is wrong with the numbers of a function.
+/// Reason why the parameters of a function are invalid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Objection {
     /// The number's name.
     pub key: &'static str,
-    /// What is wrong.
+    /// Description of the problem.
     pub problem: &'static str,
-    /// What was found.
+    /// Value found.
     pub found: String,
-    /// What is allowed.
+    /// Allowed values.
     pub allowed: &'static str,
     /// What to do.
     pub next: &'static str,
@@ -107,7 +109,7 @@ pub struct Objection {
 
 const ALWAYS: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
-/// A function of time, in the units of what it drives.
+/// Function of time, in the units of the quantity that it drives.
 #[derive(Debug, Clone)]
 pub struct Signal(Arc<dyn TimeFunction>);
 
@@ -154,7 +156,8 @@ impl Signal {
         self.0.at(t)
     }
 
-    /// The lowest derivative that jumps, 0 being the value itself; 3 stands for no lower one.
+    /// Returns the order of the lowest derivative that jumps: 0 for the value, 3 if no derivative
+    /// below the third jumps.
     pub fn lowest_jump(&self) -> u8 {
         self.0.lowest_jump()
     }
@@ -176,7 +179,7 @@ impl Signal {
         self.0.range()
     }
 
-    /// What is wrong with its numbers taken together.
+    /// Returns the reason why its parameters are inconsistent, if they are.
     pub fn objection(&self) -> Option<Objection> {
         self.0.objection()
     }
@@ -285,7 +288,7 @@ mod tests {
         assert_eq!(sum.frequency(), Some(8.0));
     }
 
-    /// What has gone round after a time is the mean frequency times it.
+    /// The phase after a time is the mean frequency times the time.
     #[test]
     fn a_chirp_passes_from_one_frequency_to_another() {
         let chirp = Signal::from(formula::Chirp {

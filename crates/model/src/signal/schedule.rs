@@ -1,9 +1,10 @@
-//! When a run's steps have to end, and how long they may be, so that no load is stepped over.
+//! Times at which the steps of a run must end, and limits of their size, so that no load is missed.
 //!
-//! An error estimate knows of a load only what it does at the points a step looks at. A body at rest
-//! gives no other hint that a pulse is ahead: the steps would grow until they pass over it. So each
-//! step ends at the next break of what drives the system, and is at most a fraction of the time that
-//! takes what comes or goes within the step. A load that is smooth throughout costs no step.
+//! An error estimate depends on a load only at the points that a step evaluates. While a body is at
+//! rest, nothing else indicates a coming pulse, so the steps would grow until they pass over it.
+//! Therefore each step ends at the next break of the signals that drive the system. Its size is
+//! limited to a fraction of the duration of any change within the step. A load that is smooth
+//! throughout costs no extra steps.
 
 use std::sync::Arc;
 
@@ -51,8 +52,8 @@ impl Schedule {
         breaks.reduce(Break::earlier)
     }
 
-    /// From when on a system that has reached the time `t` is driven by what comes after a jump there,
-    /// or within rounding after it; none where nothing jumps.
+    /// Returns the time from which a system that has reached time `t` is driven by the values after
+    /// a jump at `t`, or within rounding after it; `None` if nothing jumps.
     pub fn after_jump(&self, t: f64) -> Option<f64> {
         let first = self.next_break(t.next_down());
         let breaks = std::iter::successors(first, |last| self.next_break(last.t));
@@ -74,8 +75,8 @@ impl Schedule {
         shortest(drives.filter_map(|(drive, _)| drive.time_scale(from, to)))
     }
 
-    /// The t_out that gives the first step at time `t` its scale; the end of the run for a system
-    /// that has no time of its own and is not driven.
+    /// Returns the t_out that gives the scale of the first step at time `t`. It is the end of the
+    /// run for a system that has no time scale and is not driven.
     pub fn look_ahead(&self, t: f64, t_end: f64) -> f64 {
         let times = self.time_scale(t, t_end).into_iter().chain(self.own_time);
         shortest(times).map_or(t_end, |time| t + AHEAD * time)
@@ -99,8 +100,8 @@ impl Schedule {
         h
     }
 
-    /// Where the step that is about to be taken at `t`, of the size `proposed`, has to end at the
-    /// latest: at the next break, at the end of the run, or within reach of the time scales.
+    /// Returns the latest end of a step from `t` of size `proposed`: the next break, the end of the
+    /// run, or a limit by the time scales.
     pub fn limit(&self, t: f64, proposed: f64, t_end: f64) -> f64 {
         let last = t_end - ROUNDING * t_end.abs();
         let next = self.next_break(t + ROUNDING * t.abs());
@@ -110,7 +111,8 @@ impl Schedule {
         let step = self.longest_step(t, proposed.min(left));
         match () {
             () if step < proposed.min(left) => t + step,
-            // Two steps share what is left before a break, so that none is a sliver.
+            // The interval that remains before a break is divided between two steps, so that
+            // neither is tiny.
             () if next < t_end && proposed < left && left < 2.0 * proposed => t + 0.5 * left,
             () => next,
         }
@@ -185,7 +187,7 @@ mod tests {
                 rise: 0.0,
             })
         };
-        // 0.1 + 0.2 is no 0.3: both are passed at once.
+        // 0.1 + 0.2 differs from 0.3 by rounding: both are passed at once.
         let both = Signal::sum(vec![jump(0.3), jump(0.1 + 0.2), jump(0.0), step(1.0)]);
         let driven = schedule(both.clone(), 0);
         for start in [0.0, 0.3] {

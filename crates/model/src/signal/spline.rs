@@ -31,7 +31,7 @@ pub struct Spline {
 pub struct Overshoot {
     /// Times of the two points, s.
     pub between: [f64; 2],
-    /// Value farthest beyond those of the two points.
+    /// Value with the largest excess over the values at the two points.
     pub value: f64,
     /// Distance from their values, as a fraction of the range of all values.
     pub excess: f64,

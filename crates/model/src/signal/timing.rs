@@ -1,9 +1,9 @@
-//! When a function of time changes, and how fast: what the steps of an integration must not pass
-//! over.
+//! Times at which a function of time changes, and its time scales, which the steps of an
+//! integration must resolve.
 //!
-//! A [`Break`] is a time at which a derivative jumps: steps end there. Where nothing jumps, what
-//! comes and goes (a rise, the bends of a table) is seen by steps of a fraction of the time it takes.
-//! A sine that goes on is seen by the first step of the run, and error estimates do the rest.
+//! A [`Break`] is a time at which a derivative jumps: steps end there. If nothing jumps, transient
+//! changes (a rise, the bends of a table) are resolved by steps of a fraction of their duration. A
+//! continuing sine is resolved by the first step of the run, and then by error estimates.
 
 /// A time at which a derivative of a function of time jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,7 +15,7 @@ pub struct Break {
 }
 
 impl Break {
-    /// The earlier of two; of two at the same time the one that jumps in the lower derivative.
+    /// Returns the earlier of two breaks; at equal times, the break with the lower derivative.
     pub fn earlier(self, other: Self) -> Self {
         if (other.t, other.order) < (self.t, self.order) {
             other
@@ -28,7 +28,7 @@ impl Break {
 /// A jump is passed so many units of rounding after its time: the times of stages of steps that end
 /// there are rounded by less, and no integrator takes a step of that length.
 const PASSED: f64 = 16.0 * f64::EPSILON;
-/// What stands for the size of a time that is zero, s.
+/// Replacement for a time scale of zero, s.
 const LEAST_TIME: f64 = 1e-290;
 
 /// The first time after a jump at `t`: up to it a function that jumps has its left value, from it on
@@ -42,8 +42,8 @@ pub trait Timed: Send + Sync {
     /// The first break later than `after`.
     fn next_break(&self, after: f64) -> Option<Break>;
 
-    /// The shortest time, s, in which it changes by what it changes between two times; none where
-    /// it is constant.
+    /// Returns the shortest time, s, in which the function makes its change between two times;
+    /// `None` if it is constant.
     fn time_scale(&self, from: f64, to: f64) -> Option<f64>;
 
     /// The longest step, s, that between two times cannot pass over a change; none where there is
@@ -54,7 +54,7 @@ pub trait Timed: Send + Sync {
 /// A step sees what changes within a time by four steps, and a sine by a quarter of its period.
 pub(crate) const FRACTION: f64 = 0.25;
 
-/// The shortest of these times, if one of them is positive and finite.
+/// Returns the shortest positive and finite time, if any.
 pub(crate) fn shortest(times: impl IntoIterator<Item = f64>) -> Option<f64> {
     let meaningful = |time: &f64| *time > 0.0 && time.is_finite();
     times.into_iter().filter(meaningful).reduce(f64::min)
@@ -66,7 +66,7 @@ pub(super) fn first(times: [f64; 2], after: f64, order: u8) -> Option<Break> {
     Some(Break { t: later, order })
 }
 
-/// The value between two times of what is 0 before it rises and `value` after.
+/// Evaluates between two times a function that is 0 before it rises and `value` afterwards.
 pub(super) fn between([start, end]: [f64; 2], value: f64, from: f64, to: f64) -> Option<f64> {
     match () {
         () if to <= start => Some(0.0),
@@ -114,8 +114,8 @@ mod tests {
         }
     }
 
-    /// What is stated as a break of some order is one in the values: the derivative below it does
-    /// not jump, and that of a kink does.
+    /// A reported break of order k is visible in the values: the derivative of order k − 1 is
+    /// continuous, and at a kink the first derivative jumps.
     #[test]
     fn breaks_are_where_derivatives_jump() {
         let ramp = Signal::from(Ramp {
@@ -129,8 +129,8 @@ mod tests {
         for (t, order) in breaks {
             let (before, after) = (both.at(t - 1e-12), both.at(t + 1e-12));
             assert!((before.value - after.value).abs() < 1e-10);
-            // The slopes are 2/s and at most 1.9/0.02 s; 1e-12 s away from its ends that of the
-            // step is below 1e-9.
+            // The slopes are 2/s and at most 1.9/0.02 s; 1e-12 s from the ends of the step its
+            // slope is below 1e-9.
             let kinked = (before.d1 - after.d1).abs() > 1.0;
             assert_eq!(kinked, order == 1, "{t}");
         }

@@ -11,8 +11,8 @@ use crate::muscle::Muscle;
 use crate::muscle_dae::MuscleDae;
 use crate::operators::{compliance, element_size, mass};
 
-/// The slow manifold is found by a fixed-point iteration that gains a factor of about β |∇v| each
-/// time; what has not settled after these has no slow manifold worth the name.
+/// Maximum number of fixed-point iterations for the slow manifold. Each reduces the error by a
+/// factor of about β |∇v|; if they do not converge, there is no useful slow manifold.
 const MAX_ITERATIONS: usize = 50;
 /// Change of λ, as a fraction of its size, at which the iteration ends: far below what differences
 /// in time resolve.
@@ -155,7 +155,7 @@ impl<'a> Incompressible<'a> {
         for _ in 0..iterations {
             let (acceleration, missing) = self.acceleration(&pressure)?;
             pressure_rate = self.pressure_rate(&acceleration, &pressure, &pressure_rate)?;
-            // -Bᵀ(λ + β λ̇) is known: what is missing of λ + β λ̇ beyond λ, less β λ̇.
+            // -Bᵀ(λ + β λ̇) is known: subtract λ, then β λ̇.
             let change: Vec<f64> = missing
                 .iter()
                 .zip(&pressure_rate)

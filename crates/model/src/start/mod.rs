@@ -1,7 +1,7 @@
 //! Consistent initial values for every formulation, from displacements and velocities.
 //!
 //! Cast: [`Start`] holds y and ẏ with F(t, y, ẏ) = 0 and, where the DAE has index 2 or 3, the
-//! equations hidden in its derivatives satisfied as well; [`BlockResidual`] says how well.
+//! equations hidden in its derivatives satisfied as well; [`BlockResidual`] measures the error.
 //!
 //! Reference: U. M. Ascher, L. R. Petzold, *Computer Methods for Ordinary Differential Equations
 //! and Differential-Algebraic Equations*, SIAM 1998, section 9.2 (hidden constraints).
@@ -33,18 +33,18 @@ use crate::statics::{self, Search};
 pub struct Start {
     /// y.
     pub y: Vec<f64>,
-    /// ẏ, that of algebraic variables included.
+    /// ẏ, including algebraic variables.
     pub y_dot: Vec<f64>,
-    /// By how much the displacement was moved onto the constraint: largest component, m.
+    /// Largest change of a displacement component by the projection onto the constraint, m.
     pub displacement_moved: f64,
-    /// By how much the velocity was, m/s.
+    /// Largest change of a velocity component by the projection, m/s.
     pub velocity_moved: f64,
     /// Whether λ(0) was free (κ = ∞ with β > 0) and found on the slow manifold; a motion so fast that
     /// β |∇v| is not small has none, and starts with a transient.
     pub on_slow_manifold: bool,
 }
 
-/// A system that knows the consistent state next to one that is nearly so.
+/// A system that can compute a consistent state near a given state.
 pub trait Consistent: Problem {
     /// y and ẏ that satisfy the equations at time `t`, hidden ones included, next to `y`: from its
     /// displacements and velocities, and the other unknowns that the equations let start anywhere.
@@ -56,7 +56,7 @@ pub trait Consistent: Problem {
 
 impl Consistent for MuscleDae {
     fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
-        // λ + β λ̇ balances the momentum: λ itself goes on as it is.
+        // λ + β λ̇ balances the momentum; λ is unchanged.
         let parameters = &self.muscle().parameters;
         let is_free = parameters.is_incompressible() && parameters.is_damped();
         let pressure = self.layout().range(Field::Pressure).filter(|_| is_free);
@@ -73,25 +73,25 @@ struct Motions {
 }
 
 impl Start {
-    /// Consistent values at time `t` for the displacement `q` and velocity `v`; tensions that are
-    /// unknowns start from zero, and stress has relaxed (H = 0).
+    /// Computes consistent values at time `t` for the displacement `q` and velocity `v`. Unknown
+    /// tensions start from zero, and stress is relaxed (H = 0).
     ///
     /// # Method
-    /// For κ = ∞ both are first projected, q onto ∫ψ (J - 1) = 0 in the H1 norm, v onto
-    /// ∫ψ cof F:∇v = 0 in the norm of the kinetic energy. λ and v̇ follow from the balance of
-    /// momentum with the second derivative of the constraint, λ̇ and v̈ from the derivatives of
-    /// these. With β > 0 only λ + β λ̇ is fixed: of all λ(0) the one with λ̈ = 0 is taken, so that
-    /// no e^(-t/β) starts but for terms of order β² λ̈ (the slow manifold to first order in β). For
-    /// κ < ∞ the constraint gives λ and λ̇ themselves, so that p/κ + J - 1 = 0, which `velocity`
-    /// conserves, holds from the start.
+    /// For κ = ∞ both are first projected, q onto ∫ψ (J - 1) = 0 in the H1 norm, v onto ∫ψ cof F:∇v
+    /// = 0 in the norm of the kinetic energy. λ and v̇ follow from the balance of momentum with the
+    /// second derivative of the constraint, λ̇ and v̈ from the derivatives of these equations. With
+    /// β > 0 only λ + β λ̇ is determined. Of all λ(0), the value with λ̈ = 0 is chosen, so that
+    /// e^(-t/β) is excited only by terms of order β² λ̈ (the slow manifold to first order in β).
+    /// For κ < ∞ the constraint gives λ and λ̇, so p/κ + J - 1 = 0, which `velocity` conserves,
+    /// holds from the start.
     ///
     /// # Shapes
     /// `q`, `v`: the free displacement components.
     ///
     /// # Errors
     /// [`ModelError::Inverted`] or [`ModelError::NotIncompressible`] for a displacement that cannot
-    /// be made consistent, [`ModelError::Factorization`] when the pressures are not held (B without full
-    /// rank).
+    /// be made consistent, [`ModelError::Factorization`] if the pressures are undetermined (B
+    /// without full rank).
     ///
     /// # Panics
     /// If a length is wrong.
@@ -100,8 +100,8 @@ impl Start {
         Self::contracting(dae, t, [q, v, &tensions], None, None)
     }
 
-    /// The same with the tensions that are unknowns, with internal stresses, if the body's stress
-    /// has not relaxed, and with λ where it is free and not to be on the slow manifold.
+    /// Does the same with unknown tensions, with internal stresses if the body's stress is not
+    /// relaxed, and with a given λ if it is free and need not be on the slow manifold.
     fn contracting(
         dae: &mut MuscleDae,
         t: f64,
@@ -190,11 +190,11 @@ impl Start {
         Self::contracting(dae, t, [&y[q], &y[v], &y[tensions]], internal, pressure)
     }
 
-    /// Consistent values at time `t` for the body at rest under its loads as they stand then; `watch` hears of the
-    /// search.
+    /// Computes consistent values for the body at rest under its loads at time `t`. `watch`
+    /// observes the search.
     ///
     /// # Errors
-    /// Those of [`statics::equilibrium`] and of [`new`](Self::new).
+    /// Errors of [`statics::equilibrium`] and of [`new`](Self::new).
     pub fn equilibrium(
         dae: &mut MuscleDae,
         t: f64,
@@ -207,8 +207,8 @@ impl Start {
     }
 }
 
-/// Internal stresses and their rates: those that are given, or those of a body whose stress has
-/// relaxed.
+/// Returns internal stresses and their rates: the given values, or the values of a body with
+/// relaxed stress.
 fn internal_stresses(
     muscle: &Muscle,
     t: f64,

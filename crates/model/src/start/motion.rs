@@ -1,4 +1,4 @@
-//! Displacement, velocity and acceleration at all nodes, and what the constraint says of them.
+//! Displacement, velocity and acceleration at all nodes, and the terms of the constraint.
 
 use myovib_fem::{Fields, Inverted, Pressure, Vectors};
 use nalgebra_sparse::CscMatrix;
@@ -6,7 +6,7 @@ use nalgebra_sparse::CscMatrix;
 use crate::muscle::Muscle;
 use crate::operators;
 
-/// Strain by which a motion is shifted to form differences that are exact but for rounding.
+/// Strain of the shift used for differences of a motion, which are exact except for rounding.
 const SMALL_STRAIN: f64 = 1e-3;
 
 /// A motion of the body at one time, prescribed components included.

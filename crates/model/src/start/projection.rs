@@ -1,4 +1,4 @@
-//! Displacements and velocities of an incompressible body from ones that are nearly so.
+//! Projection of displacements and velocities onto the incompressibility constraint.
 
 use myovib_fem::Solid;
 
@@ -42,8 +42,8 @@ pub(super) fn displacement(muscle: &Muscle, t: f64, q: &[f64]) -> Result<Vec<f64
     })
 }
 
-/// The velocity with ∫ψ cof F:∇v = 0 next to `v` in the norm of the kinetic energy: what is left of
-/// it after the pressure's impulse.
+/// Computes the velocity with ∫ψ cof F:∇v = 0 that is nearest to `v` in the norm of the kinetic
+/// energy, by subtracting the pressure's impulse.
 pub(super) fn velocity(
     muscle: &Muscle,
     t: f64,

@@ -17,11 +17,12 @@ use crate::formulation::Formulation;
 use crate::matrices::Matrices;
 use crate::muscle::Muscle;
 
-/// Increments below this fraction of the solution end Newton's iteration. Convergence being
-/// quadratic, the error left is of the order of its square, below rounding.
+/// Newton's iteration ends if the increment is below this fraction of the solution. Convergence is
+/// quadratic, so the remaining error is of the order of its square, below rounding.
 const RELATIVE_INCREMENT: f64 = 1e-9;
-/// So do forces and volumes that are balanced to this part of the loads and of the body's volume: a displacement
-/// or pressure that is zero in equilibrium has no size for increments to be small beside. Some hundred roundings.
+/// Newton's iteration also ends if forces and volumes are balanced to this fraction of the loads
+/// and of the body's volume, because a displacement or pressure that is zero in equilibrium
+/// provides no scale for increments. The value is a few hundred times the unit roundoff.
 const BALANCED: f64 = 1e-13;
 const MAX_ITERATIONS: usize = 16;
 /// Greatest ratio of the distance that Newton's iteration moves from the predicted displacement to the length of the
@@ -38,10 +39,10 @@ const PROBING_GRADIENT: f64 = 1e-5;
 pub(super) struct Newton<'a> {
     muscle: &'a Muscle,
     pub(super) layout: Layout,
-    /// Coefficients: those of ∂F/∂y.
+    /// Coefficients of ∂F/∂y.
     assembly: Assembly<f64>,
     matrices: Matrices,
-    /// What its factors need, where that is known.
+    /// Predicted memory and work of the factorization, if known.
     pub(super) needs: Option<Prediction>,
     /// Memory in use before there are any, B, where the system tells.
     pub(super) in_use: Option<usize>,

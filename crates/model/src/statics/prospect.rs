@@ -14,8 +14,8 @@ pub(crate) struct Prospect<'a> {
     newton: Newton<'a>,
 }
 
-/// What the body does under the whole load by linear elasticity, and what it took to find that: an iteration of
-/// Newton's method.
+/// Response of the body to the full load by linear elasticity, and the cost of computing it: one
+/// iteration of Newton's method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LinearResponse {
     /// The largest |u| of a node, m.
@@ -45,7 +45,7 @@ impl<'a> Prospect<'a> {
         &self.newton.layout
     }
 
-    /// What the factors of Newton's matrix will need, if that is known before there are any.
+    /// Returns the predicted memory and work of factorizing Newton's matrix, if known in advance.
     pub(crate) fn needs(&self) -> Option<Prediction> {
         self.newton.needs
     }
@@ -66,10 +66,10 @@ impl<'a> Prospect<'a> {
         Ok(clock.elapsed().as_secs_f64())
     }
 
-    /// The answer of the body to its loads by linear elasticity.
+    /// Computes the response of the body to its loads by linear elasticity.
     ///
     /// # Errors
-    /// [`ModelError::Factorization`] for a body that is not held.
+    /// [`ModelError::Factorization`] for a body without sufficient supports.
     pub(crate) fn linear_response(&mut self) -> Result<LinearResponse, ModelError> {
         let newton = &mut self.newton;
         let clock = CpuClock::start();
