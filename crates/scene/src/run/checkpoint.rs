@@ -1,8 +1,8 @@
-//! Where a run can go on from.
+//! State from which a run can continue.
 //!
-//! With Radau IIA the steps that follow are those of an uninterrupted run, bit by bit. IDAS cannot
-//! restore its history of past steps, so a run with BDF starts anew from the state and its
-//! derivative, at order 1.
+//! With Radau IIA, a resumed run takes the same steps as an uninterrupted run, bit by bit. IDAS
+//! cannot restore its history of past steps. A resumed BDF run therefore restarts at order 1 from
+//! the state and its derivative.
 
 use std::path::Path;
 
@@ -21,43 +21,43 @@ use crate::state::State;
 use crate::vtu::NotFinite;
 use crate::{Error, InputError, Scene};
 
-/// The state of a run, and what of its output was on the disk by then.
+/// State of a run and the amount of output on the disk at that time.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Checkpoint {
     /// Time, s.
     pub(super) t: f64,
-    /// The unknowns.
+    /// Unknowns.
     pub(super) y: Vec<f64>,
-    /// Their derivatives.
+    /// Time derivatives of the unknowns.
     pub(super) y_dot: Vec<f64>,
     /// The last step, s.
     pub(super) step: f64,
-    /// What else the steps that follow depend on, with Radau IIA.
+    /// Further integrator state, for Radau IIA.
     pub(super) continuation: Option<Continuation>,
-    /// What each probe has written.
+    /// Output written by each probe.
     pub(super) tables: Vec<Written>,
-    /// Each energy probe.
+    /// Energy balance of each energy probe.
     pub(super) energies: Vec<EnergyBalance>,
     /// Times of the fields written, s.
     pub(super) field_times: Vec<f64>,
-    /// The largest constraint drift, and when.
+    /// Largest constraint drift and its time.
     pub(super) drift: (f64, f64),
-    /// Ratios of volumes at the vertices.
+    /// Volume ratios at the vertices.
     #[serde(default)]
     pub(super) volumes: Volumes,
-    /// Values of fields that are not finite.
+    /// Non-finite values in the fields.
     #[serde(default)]
     pub(super) not_finite: Option<NotFinite>,
-    /// What the integrator's own estimates add up to at the probes.
+    /// Accumulated error estimates of the integrator at the probes.
     pub(super) indicator: Indicator,
-    /// What was written or evaluated beside the integration.
+    /// Output work outside the integration.
     pub(super) work: OutputWork,
-    /// The statistics of the starts before this one, which go on with a [`Continuation`] as those of
-    /// one start.
+    /// Statistics of the earlier parts of the run. A [`Continuation`] continues the statistics of
+    /// the first part.
     pub(super) counts: Totals,
 }
 
-/// Counts of what was written or evaluated beside the integration.
+/// Counts of outputs and evaluations outside the integration.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct OutputWork {
     pub(super) probe_rows: u64,
@@ -67,17 +67,17 @@ pub(super) struct OutputWork {
     pub(super) checkpoints: u64,
 }
 
-/// What adds up over the parts of a resumed run.
+/// Totals over the parts of a resumed run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Totals {
     #[serde(flatten)]
     pub(super) counts: Counts,
-    /// How often the run went on from a checkpoint.
+    /// Number of resumes.
     pub(super) resumed: u64,
 }
 
 impl Totals {
-    /// The sum with the counts of the present part.
+    /// Returns the sum with the counts of the current part.
     pub(super) fn plus(&self, counts: Counts) -> Self {
         Self {
             counts: self.counts.followed_by(counts),
@@ -85,7 +85,7 @@ impl Totals {
         }
     }
 
-    /// The same, gone on once more.
+    /// Returns the totals with one more resume.
     pub(super) fn resumed(&self) -> Self {
         Self {
             resumed: self.resumed + 1,
@@ -95,8 +95,8 @@ impl Totals {
 }
 
 impl Checkpoint {
-    /// Writes it in place of the one before. A state with NaN is not written: the run could not
-    /// continue from it.
+    /// Writes the checkpoint and replaces the previous one. A state with NaN is not written because
+    /// the run could not continue from it.
     pub(super) fn write(&self, folder: &ResultFolder, run: &Value) -> Result<(), Error> {
         if !self.is_finite() {
             return Ok(());
@@ -107,8 +107,8 @@ impl Checkpoint {
         folder.write(folder::CHECKPOINT, format!("{head}{SEPARATOR}{body}}}\n"))
     }
 
-    /// Reads the checkpoint in `folder` of the run of a scene, whose origin is `run`. All of it is
-    /// checked before any of it is used.
+    /// Reads the checkpoint in `folder` of the run whose origin is `run`. The whole file is checked
+    /// before any part of it is used.
     pub(super) fn read(
         folder: &ResultFolder,
         scene: &Scene,
@@ -168,7 +168,7 @@ impl Checkpoint {
             .all(|number| number.is_finite())
     }
 
-    /// What in it does not fit a run with these probes.
+    /// Returns the reason why the checkpoint does not fit a run with these probes.
     fn mismatch(&self, readings: &[Box<dyn Reading>]) -> Option<String> {
         let n_energies = readings
             .iter()
@@ -191,17 +191,17 @@ impl Checkpoint {
     }
 }
 
-/// Between the head and the state.
+/// Separator between the head and the state.
 const SEPARATOR: &str = ",\"checkpoint\":";
 
 const SCHEMA: &str = "myovib/checkpoint/1";
 
-/// The beginning of a checkpoint file.
+/// Head of a checkpoint file.
 #[derive(Serialize, Deserialize)]
 struct Head {
     schema: String,
     version: String,
-    /// Hash of the scene, without its end, and of the files it reads.
+    /// Hash of the scene without its end time and of its input files.
     run: String,
     /// Hash of the state.
     sha256: String,
@@ -219,7 +219,7 @@ impl Head {
     }
 }
 
-/// Why a file is not used as a checkpoint.
+/// Reason why a file cannot be used as a checkpoint.
 #[derive(Debug, PartialEq, thiserror::Error)]
 enum Damage {
     #[error("the file is not a checkpoint")]
@@ -234,7 +234,7 @@ enum Damage {
     Other(String),
 }
 
-/// Returns the time at which the run in the folder ended, if all of its files are there.
+/// Returns the time at which the run in the folder ended, if all of its files exist.
 fn completed(folder: &Path, scene: &Scene, verify: bool) -> Option<f64> {
     let read = |name: &str| {
         let bytes = inputs::content(&folder.join(name)).ok()?;
@@ -250,7 +250,7 @@ fn completed(folder: &Path, scene: &Scene, verify: bool) -> Option<f64> {
     (ended && has_state && has_page).then_some(t)
 }
 
-/// Refuses to continue a run that has ended and has all of its files.
+/// Rejects continuing a finished run whose files all exist.
 pub(super) fn expect_incomplete(
     folder: &Path,
     scene: &Scene,

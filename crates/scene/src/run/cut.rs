@@ -1,4 +1,4 @@
-//! A table of an earlier part of the run, as a checkpoint left it.
+//! Truncation of a table to the rows that a checkpoint counts.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom};
@@ -8,7 +8,7 @@ use crate::atomic_file::truncate;
 use crate::csv::Written;
 use crate::{Error, InputError};
 
-/// Cuts a table after what a checkpoint counts on, which must be there as it was written.
+/// Truncates a table after the rows that a checkpoint counts. These rows must be unchanged.
 pub(super) fn cut(path: &Path, written: &Written) -> Result<(File, Option<String>), Error> {
     let missing = |found: String| {
         InputError::new("the table is not as the checkpoint left it: rows would be missing")
@@ -89,7 +89,8 @@ mod tests {
         }
     }
 
-    /// Regression: rows that the checkpoint counted and the table had lost were invented.
+    /// Regression: rows that the checkpoint counted and that were missing from the table were
+    /// invented.
     #[test]
     fn a_table_shorter_than_its_checkpoint_is_refused() {
         let folder = tempfile::tempdir().unwrap();

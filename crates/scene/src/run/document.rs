@@ -1,4 +1,4 @@
-//! `run.json`: what was computed, with what, and how it went.
+//! Contents of `run.json`: input, program, settings and statistics of a run.
 
 use myovib_model::advice::Advice;
 use myovib_model::{Formulation, Integrator, Muscle, Outcome, Statistics};
@@ -24,7 +24,7 @@ pub(super) struct Timing {
     pub(super) output: f64,
 }
 
-/// The document of a motion.
+/// Returns the document of a dynamic run.
 pub(super) fn dynamic<P: System>(
     scene: &Scene,
     integrator: &dyn Integrator<P>,
@@ -62,7 +62,7 @@ pub(super) fn dynamic<P: System>(
         "wall_seconds_by_part": timing,
         "peak_memory_bytes": resources::peak(),
     });
-    // Counts are those of all parts of a resumed run.
+    // Counts are totals over all parts of a resumed run.
     let whole = Statistics {
         counts: total.counts,
         ..statistics.clone()
@@ -90,7 +90,7 @@ pub(super) fn dynamic<P: System>(
     Ok(document)
 }
 
-/// Formulation, drift, statistics and settings of a run with a muscle.
+/// Returns formulation, drift, statistics and settings of a run with a muscle.
 fn of_body(
     scene: &Scene,
     Body {
@@ -122,7 +122,7 @@ fn of_body(
     Ok(document)
 }
 
-/// Statistics and settings of a run of rod and chains.
+/// Returns statistics and settings of a run of a rod and chains.
 fn of_states(scene: &Scene, statistics: &Statistics) -> Result<Value, Error> {
     let wanted = &scene.file.integrator;
     let integrator = wanted.method.kind();
@@ -144,7 +144,7 @@ fn of_states(scene: &Scene, statistics: &Statistics) -> Result<Value, Error> {
     Ok(document)
 }
 
-/// The element turned inside out where a run stopped, if one was.
+/// Returns the inverted element where a run stopped, if any.
 fn stop(outcome: &Outcome) -> Value {
     match outcome {
         Outcome::Stopped {
@@ -158,7 +158,7 @@ fn stop(outcome: &Outcome) -> Value {
     }
 }
 
-/// The seed of each chain.
+/// Returns the seed of each chain.
 fn seed(scene: &Scene) -> Value {
     match &scene.file.chain[..] {
         [] => Value::Null,
@@ -167,7 +167,7 @@ fn seed(scene: &Scene) -> Value {
     }
 }
 
-/// Size, formulation and index of the muscle.
+/// Returns size, formulation and index of the muscle.
 fn body(muscle: &Muscle, formulation: Formulation) -> Value {
     let parameters = &muscle.parameters;
     let indices = formulation.rows().iter().map(|(field, _)| {
@@ -192,7 +192,7 @@ pub(super) fn extend(document: &mut Value, more: Value) {
     }
 }
 
-/// Size of the mesh.
+/// Returns the size of the mesh.
 pub(super) fn mesh(muscle: &Muscle) -> Value {
     let space = muscle.solid.space();
     json!({

@@ -1,4 +1,4 @@
-//! A motion over a time interval.
+//! Dynamic analysis over a time interval.
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -29,25 +29,25 @@ use crate::watch::Watch;
 use crate::{Error, InputError};
 use serde_json::Value;
 
-/// Checkpoints over a run that does not say how many.
+/// Default number of checkpoints of a run.
 const CHECKPOINTS: f64 = 10.0;
 
-/// What tells how far off the probes of a run that is finished are.
+/// Function that estimates the errors of the probes of a finished run.
 pub(super) type Verify = fn(&Scene, &RunOptions<'_>) -> Result<Option<Value>, Error>;
 
-/// Computes the motion of a scene, and `verify`s it in the end where that is wanted.
+/// Computes the motion of a scene. Calls `verify` at the end if requested.
 pub(super) fn compute(
     scene: &Scene,
     options: &RunOptions<'_>,
     verify: Option<Verify>,
 ) -> Result<RunResult, Error> {
     let started = Instant::now();
-    // What could be wrong with the outputs is seen before the folder is touched.
+    // Checks the outputs before the folder is changed.
     let readings = scene.readings()?;
     let conditions = conditions(scene)?;
     let request = request(scene, options)?;
     request.check()?;
-    // A run that goes on has its folder already; a new one is started before its folder is made.
+    // A resumed run already has its folder. A new run is initialized before its folder is created.
     let folder = match options.existing {
         Existing::Resume => {
             expect_same_run(&request)?;
@@ -78,7 +78,7 @@ pub(super) fn compute(
     start(scene, from, options.watcher(), run)
 }
 
-/// A run and what it is to write.
+/// A run and its outputs.
 struct Motion<'a> {
     scene: &'a Scene,
     options: &'a RunOptions<'a>,
@@ -105,7 +105,7 @@ impl Driver for Motion<'_> {
             let restored = integrator.restore(continuation);
             restored.map_err(|error| Error::before_any_output(error.into()))?;
         }
-        // Everything that could be wrong has been seen: from here on files are written.
+        // All input was checked. Files are written from here on.
         let origin = self.request.origin.clone();
         let folder = match self.folder {
             Some(folder) => folder,
@@ -149,7 +149,7 @@ impl Driver for Motion<'_> {
         };
         let mut observers: Vec<&mut dyn Observer<P>> =
             vec![&mut outputs, &mut watch, &mut steps, &mut limits];
-        // A run killed after its last checkpoint only lacks the files written at the end.
+        // A run killed after its last checkpoint lacks only the files written at the end.
         let at_the_end = checkpoint.filter(|c| c.t >= scene.t_end);
         let statistics = match at_the_end {
             Some(checkpoint) => ended_at(checkpoint.t, integrator.counts()),
@@ -202,7 +202,7 @@ impl Driver for Motion<'_> {
     }
 }
 
-/// The statistics of a run that reached its end before it was continued.
+/// Returns the statistics of a run that had reached its end before it was resumed.
 fn ended_at(t: f64, counts: Counts) -> Statistics {
     Statistics {
         counts,
@@ -213,7 +213,7 @@ fn ended_at(t: f64, counts: Counts) -> Statistics {
     }
 }
 
-/// The conditions that end the run.
+/// Returns the conditions that end the run.
 pub(super) fn conditions(scene: &Scene) -> Result<Vec<Condition>, InputError> {
     let stops = scene.file.stop.iter().enumerate();
     stops
@@ -221,7 +221,8 @@ pub(super) fn conditions(scene: &Scene) -> Result<Vec<Condition>, InputError> {
         .collect()
 }
 
-/// The tables of the probes, with notes on what was cut from those of a run that goes on.
+/// Opens the tables of the probes. Returns notes on rows truncated from the tables of a resumed
+/// run.
 fn open(
     scene: &Scene,
     readings: Vec<Box<dyn Reading>>,
@@ -270,7 +271,7 @@ fn fields(
     Ok(Some((series, oscillations, times)))
 }
 
-/// Times `every` apart; those before a checkpoint are over.
+/// Returns sample times with interval `every`, after the checkpoint if there is one.
 fn times(every: f64, t_end: f64, checkpoint: Option<&Checkpoint>) -> SampleTimes {
     let mut times = SampleTimes::new(every, t_end);
     if let Some(checkpoint) = checkpoint {
@@ -279,7 +280,7 @@ fn times(every: f64, t_end: f64, checkpoint: Option<&Checkpoint>) -> SampleTimes
     times
 }
 
-/// Times of checkpoints; the start is none.
+/// Returns the times of checkpoints, which exclude the start.
 fn checkpoint_times(scene: &Scene, checkpoint: Option<&Checkpoint>) -> SampleTimes {
     let every = scene
         .file
@@ -294,7 +295,7 @@ fn checkpoint_times(scene: &Scene, checkpoint: Option<&Checkpoint>) -> SampleTim
     }
 }
 
-/// Ends a run after a number of steps.
+/// Observer that ends a run after a number of steps.
 struct StepLimit {
     most: Option<u64>,
     t_end: f64,

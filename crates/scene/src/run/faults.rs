@@ -1,5 +1,5 @@
 //! Runs killed at each change of a file and then resumed. The folder must equal the folder of an
-//! uninterrupted run, except for times, memory and counts of work.
+//! uninterrupted run, except for times, memory and work counts.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,7 +13,8 @@ use crate::atomic_file::faults::with_disk_that_stops_after;
 use crate::atomic_file::passing;
 use crate::result_folder::FolderRequest;
 
-/// A body with an index-1 formulation, a table, an energy balance, fields and two checkpoints.
+/// Scene of a body with an index-1 formulation, a table, an energy balance, fields and two
+/// checkpoints.
 const SCENE: &str = r#"
 [time]
 end = 0.02
@@ -62,7 +63,7 @@ fn options(out: &Path, existing: Existing, verify: bool) -> RunOptions<'static> 
     }
 }
 
-/// The files of a folder; times, memory and counts of work are taken out of `run.json`.
+/// Returns the files of a folder. Times, memory and work counts are removed from `run.json`.
 fn files(folder: &Path) -> BTreeMap<String, String> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
     let mut files: BTreeMap<String, String> = entries
@@ -89,7 +90,7 @@ fn files(folder: &Path) -> BTreeMap<String, String> {
         }
         *text = document.to_string();
     }
-    // It counts how often the run was resumed.
+    // The checkpoint counts the resumes.
     files.remove("checkpoint.json");
     files
 }
@@ -103,7 +104,7 @@ fn killed_and_completed(out: &Path, last: u64, torn: bool, verify: bool) {
     let resumed = run(Existing::Resume);
     match (killed, resumed) {
         (_, Ok(_)) => {}
-        // Killed before its first checkpoint: there is nothing to continue.
+        // The run was killed before its first checkpoint and cannot be resumed.
         (Err(_), Err(_)) => {
             assert!(!out.join("checkpoint.json").exists(), "{place}");
             let again = match out.join("manifest.jsonl").exists() {
@@ -155,7 +156,7 @@ fn a_verified_run_that_is_killed_at_any_change_of_a_file_is_completed() {
     assert_killed_runs_are_completed(true, 7);
 }
 
-/// Regression: a checkpoint of another method was used, and damaged ones panicked.
+/// Regression: a checkpoint of another method was used, and damaged checkpoints panicked.
 #[test]
 fn a_damaged_or_foreign_checkpoint_is_refused_before_anything_is_used() {
     let folder = tempfile::tempdir().unwrap();
@@ -176,7 +177,7 @@ fn a_damaged_or_foreign_checkpoint_is_refused_before_anything_is_used() {
     for cut in [0, 1, 50, good.len() / 2, good.len() - 2] {
         refused(&good[..cut], &format!("cut after {cut}"));
     }
-    // One changed digit anywhere.
+    // Changes one digit anywhere in the file.
     for start in (0..good.len()).step_by(good.len() / 40) {
         let digit = good[start..].find(|c: char| c.is_ascii_digit());
         let Some(at) = digit.map(|at| start + at) else {
@@ -190,7 +191,7 @@ fn a_damaged_or_foreign_checkpoint_is_refused_before_anything_is_used() {
         let changed = format!("{}{other}{}", &good[..at], &good[at + 1..]);
         refused(&changed, &format!("changed at {at}"));
     }
-    // That of another method, of the same body and times.
+    // Checkpoint of another method for the same body and times.
     let other = SCENE.replace("\"radau\"", "\"radau9\"");
     let other = Scene::build("scene.toml", &other, &[], Path::new("")).unwrap();
     let foreign = folder.path().join("foreign");
@@ -203,7 +204,7 @@ fn a_damaged_or_foreign_checkpoint_is_refused_before_anything_is_used() {
     compute(&scene, &options(&out, Existing::Resume, false)).unwrap();
 }
 
-/// The request of a run names its files before it makes them.
+/// Checks that the request of a run lists its files before the run creates them.
 #[test]
 fn a_run_lists_all_its_files() {
     let folder = tempfile::tempdir().unwrap();

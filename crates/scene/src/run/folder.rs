@@ -1,4 +1,4 @@
-//! The files of a run, and whether a run can continue in a folder.
+//! Files of a run, and checks that a run can continue in a folder.
 
 use serde_json::Value;
 
@@ -8,17 +8,17 @@ use crate::scene_file::{Analysis, SceneFile};
 use crate::state::State;
 use crate::{Error, InputError, Scene};
 
-/// The document of a run.
+/// Name of the document of a run.
 pub(super) const DOCUMENT: &str = "run.json";
-/// The state from which a run continues.
+/// Name of the checkpoint file.
 pub(super) const CHECKPOINT: &str = "checkpoint.json";
-/// The page that the report crate writes.
+/// Name of the page that the report crate writes.
 pub(super) const PAGE: &str = "report.html";
 
-/// Files written at the end of a run.
+/// Names of files written at the end of a run.
 pub(super) const AT_THE_END: [&str; 3] = [DOCUMENT, State::NAME, PAGE];
 
-/// The request of a run for its folder.
+/// Returns the folder request of a run.
 pub(super) fn request<'a>(
     scene: &'a Scene,
     options: &'a RunOptions<'_>,
@@ -36,7 +36,7 @@ pub(super) fn request<'a>(
     })
 }
 
-/// Refuses to continue a run of another scene, or of a scene whose files have changed.
+/// Rejects resuming a run of another scene, or of a scene whose files have changed.
 pub(super) fn expect_same_run(request: &FolderRequest<'_>) -> Result<(), InputError> {
     let Some(before) = request.earlier_origin()? else {
         return Ok(()); // `open` reports that there is no run
@@ -62,7 +62,7 @@ pub(super) fn expect_same_run(request: &FolderRequest<'_>) -> Result<(), InputEr
     }
 }
 
-/// The origin of a run except for its end time, to which it may be extended.
+/// Returns the origin of a run without its end time, because a resumed run may end later.
 pub(super) fn without_end(origin: &Value) -> Value {
     let mut origin = origin.clone();
     if let Some(time) = origin
@@ -74,10 +74,11 @@ pub(super) fn without_end(origin: &Value) -> Value {
     origin
 }
 
-/// The name of the table of modes, which takes the place of a probe's.
+/// Name of the table of modes, which replaces the name of a probe.
 pub(super) const MODES: &str = "modes";
 
-/// Names of the tables that a run of the scene writes: those of its probes, or that of the modes.
+/// Returns the names of the tables that a run of the scene writes: one per probe, or the table of
+/// modes.
 fn tables_of(file: &SceneFile) -> impl Iterator<Item = &str> {
     let of_modes = file.analysis == Analysis::Modes;
     let probes = file.probe.iter().map(|probe| probe.name.as_str());
@@ -85,7 +86,7 @@ fn tables_of(file: &SceneFile) -> impl Iterator<Item = &str> {
     modes.chain(probes.filter(move |_| !of_modes))
 }
 
-/// The name of the file of a table.
+/// Returns the file name of a table.
 pub(super) fn table_of(probe: &str) -> String {
     format!("{probe}.csv")
 }

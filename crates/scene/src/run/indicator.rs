@@ -1,9 +1,10 @@
-//! How far off the probes may be, by the integrator's own estimates: a sign that costs next to nothing.
+//! Error indicator for the probes from the integrator's error estimates, at negligible cost.
 //!
-//! Each step has an estimate of its error in each unknown. A probe sees of that what it reads more with
-//! it than without, and how that compares to what it has read so far tells how much of it the method
-//! leaves. The sum of the magnitudes is what the errors come to if none is forgotten and all add up: the
-//! motion may damp them, and may magnify them. To that comes the largest error of dense output.
+//! Each step estimates its error in each unknown. The resulting change of a probe value is the
+//! error estimate of the probe. Its ratio to the amplitude of the probe determines the fraction of
+//! the estimate that the method leaves. The sum of magnitudes assumes that all errors add up and
+//! none decays. The motion may damp or amplify these errors. The largest error of dense output is
+//! added to the sum.
 
 use myovib_model::{ErrorEstimate, Integrator, ModelError};
 use serde::{Deserialize, Serialize};
@@ -13,10 +14,10 @@ use super::recorder::Recorder;
 use super::system::{System, muscle_of};
 use crate::probe::within_half_a_turn;
 
-/// What has added up so far.
+/// Accumulated errors.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Indicator {
-    /// For each probe, and each column that has an estimate.
+    /// Sums for each probe and each column with an estimate.
     probes: Vec<Vec<Sum>>,
 }
 
@@ -25,16 +26,16 @@ pub(super) struct Indicator {
 struct Sum {
     least: f64,
     most: f64,
-    /// The sum of what the steps add at their ends.
+    /// Sum of the errors at the ends of steps.
     at_ends: f64,
-    /// The largest error between them.
+    /// Largest error between the ends of steps.
     within: f64,
 }
 
 impl Sum {
     /// Adds a step at whose end the probe reads `value`, with an estimated error of `estimate`.
     fn add<P>(&mut self, integrator: &dyn Integrator<P>, value: f64, estimate: f64) {
-        // A system starts from rest, or from where it is at rest: there the probe reads about zero.
+        // A system starts from rest, where the probe reads about zero.
         (self.least, self.most) = (self.least.min(value), self.most.max(value));
         let amplitude = 0.5 * (self.most - self.least);
         let is_finite = estimate.is_finite() && amplitude.is_finite();
@@ -47,8 +48,8 @@ impl Sum {
 }
 
 impl Indicator {
-    /// Adds the step that ends at the time the integrator has reached; `state` and `error` are space.
-    /// Without probes nothing is asked of the integrator.
+    /// Adds the step that ends at the current time of the integrator. `state` and `error` are
+    /// workspaces. Without probes, the integrator is not called.
     pub(super) fn add<P: System>(
         &mut self,
         integrator: &mut dyn Integrator<P>,
@@ -62,7 +63,7 @@ impl Indicator {
         let t = integrator.time();
         integrator.dense_output(t, 0, state)?;
         integrator.local_error(error)?;
-        // The estimates are of the state: what its derivative errs by is left out.
+        // The estimates apply to the state only. Errors of its derivative are neglected.
         let mut rates = Vec::new();
         let stresses = recorders.iter().filter(|recorder| at_places(recorder));
         let system = integrator.problem_mut();
@@ -94,7 +95,7 @@ impl Indicator {
         Ok(())
     }
 
-    /// Probe by probe and column by column, as the estimate by a second run is given.
+    /// Returns the errors by probe and column, in the format of the estimate from a second run.
     pub(super) fn document(&self, recorders: &[Recorder], names: &[&str]) -> Value {
         let mut probes = Map::new();
         for ((sums, recorder), name) in self.probes.iter().zip(recorders).zip(names) {
@@ -116,7 +117,7 @@ impl Indicator {
     }
 }
 
-/// What is told of the error of a column.
+/// Returns the error report of a column.
 pub(super) fn of_column(estimate: &ErrorEstimate) -> Value {
     json!({
         "largest": estimate.size,
@@ -129,8 +130,8 @@ fn at_places(recorder: &Recorder) -> bool {
     !recorder.what.measurements().is_empty()
 }
 
-/// What the probes read that are functions of the state alone; nothing for others, whose reading would
-/// cost a residual or needs the past.
+/// Returns the values of probes that depend on the state alone. Other probes get no values because
+/// they would need a residual or the past motion.
 fn read<P: System>(
     system: &mut P,
     recorders: &[Recorder],
@@ -139,7 +140,7 @@ fn read<P: System>(
 ) -> Result<Vec<Vec<f64>>, ModelError> {
     let mut values = vec![Vec::new(); recorders.len()];
     if recorders.iter().any(at_places) {
-        // One expansion of the state serves all.
+        // One expansion of the state serves all probes.
         let (dae, range) = muscle_of(system, y)?;
         let rates = y_dot.get(range.clone()).unwrap_or_default();
         let snapshot = dae.snapshot(t, &y[range], rates);

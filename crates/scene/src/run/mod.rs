@@ -1,8 +1,7 @@
-//! A scene is computed into a folder.
+//! Runs that compute a scene into a folder.
 //!
-//! Order: the scene is made whole ([`Scene`]), then the folder is prepared, then the integrator
-//! runs with the outputs looking at each accepted step, and at the end `run.json` says what
-//! happened.
+//! The [`Scene`] is built first, then the folder is prepared. The integrator then runs, and the
+//! outputs observe each accepted step. At the end, `run.json` documents the result.
 
 mod checkpoint;
 mod cut;
@@ -41,20 +40,20 @@ use crate::{Error, InputError, Scene};
 /// Where a run goes, and who hears of it.
 #[derive(Clone)]
 pub struct RunOptions<'a> {
-    /// The folder.
+    /// Output folder.
     pub out: PathBuf,
-    /// What is done with a run that the folder holds.
+    /// Policy for a run that already exists in the folder.
     pub existing: Existing,
-    /// A flag that ends the run in good order.
+    /// Flag that requests an orderly end of the run.
     pub interrupt: Option<&'static AtomicBool>,
-    /// Who is told how far the run is.
+    /// Receiver of progress reports.
     pub progress: &'a dyn Tell,
-    /// Whether a second run at looser tolerances says how far off this one is.
+    /// Whether to estimate the error by a second run with looser tolerances.
     pub verify: bool,
 }
 
 impl RunOptions<'_> {
-    /// A run into a folder that holds none, watched by nobody.
+    /// Returns options for a run into an empty folder, without progress reports.
     pub fn into_folder(out: impl Into<PathBuf>) -> Self {
         Self {
             out: out.into(),
@@ -65,7 +64,7 @@ impl RunOptions<'_> {
         }
     }
 
-    /// Who watches.
+    /// Returns the watcher of the run.
     pub(crate) fn watcher(&self) -> Watcher<'_> {
         Watcher {
             interrupt: self.interrupt,
@@ -74,23 +73,23 @@ impl RunOptions<'_> {
     }
 }
 
-/// What a run came to.
+/// Result of a run.
 #[derive(Debug, Clone)]
 pub struct RunResult {
-    /// The body of `run.json`.
+    /// Body of `run.json`.
     pub document: serde_json::Value,
-    /// How it ended.
+    /// Outcome of the run.
     pub outcome: Outcome,
-    /// What was put right on the way.
+    /// Notes on corrections made during the run.
     pub notes: Vec<String>,
-    /// What an analysis of modes found.
+    /// Result of a modal analysis.
     pub modes: Option<Modes>,
 }
 
 /// Computes a scene into its folder.
 ///
 /// # Errors
-/// A wrong scene (before anything is written), or an output that cannot be written.
+/// An invalid scene (before any file is written), or an output that cannot be written.
 pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     match scene.file.analysis {
         Analysis::Dynamic => {
@@ -108,11 +107,11 @@ pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Err
     }
 }
 
-/// Refuses what [`compute`] refuses before it writes anything, but for what the search for a body's start finds: that
-/// is [`initial`]'s.
+/// Rejects all scenes that [`compute`] rejects before it writes a file, except for failures of the
+/// search for a body's start. Call [`initial`] for that search.
 ///
 /// # Errors
-/// Probes and conditions of what is not there; loads on a body at rest; chains that cannot be.
+/// Probes and conditions that refer to missing parts; loads on a body at rest; invalid chains.
 pub fn rehearse(scene: &Scene) -> Result<(), Error> {
     match scene.file.analysis {
         Analysis::Dynamic => rehearsal::motion(scene),
@@ -121,10 +120,10 @@ pub fn rehearse(scene: &Scene) -> Result<(), Error> {
     }
 }
 
-/// The tables that a run of the scene writes, with their columns.
+/// Returns the tables that a run of the scene writes, with their columns.
 ///
 /// # Errors
-/// Probes that measure nothing of the scene.
+/// Probes that measure nothing in the scene.
 pub(crate) fn columns_of(scene: &Scene) -> Result<Vec<(String, Vec<String>)>, InputError> {
     if scene.file.analysis == Analysis::Modes {
         let columns = modes::COLUMNS.map(str::to_owned).to_vec();
@@ -136,7 +135,7 @@ pub(crate) fn columns_of(scene: &Scene) -> Result<Vec<(String, Vec<String>)>, In
         .collect())
 }
 
-/// Refuses what has a meaning for motions alone.
+/// Rejects options that apply to dynamic analyses only.
 fn without_motion(options: &RunOptions<'_>) -> Result<(), InputError> {
     let wrong = |option: &str, message: &str| {
         let error = InputError::new(format!("the scene has no motion: {message}"));
@@ -158,7 +157,7 @@ mod tests {
     use super::rehearse;
     use crate::Scene;
 
-    /// Regression: `check` found right what `run` refused.
+    /// Regression: `check` accepted scenes that `run` rejected.
     #[test]
     fn probes_and_chains_beyond_a_rod_are_refused_before_a_run() {
         let refusal = |probe: f64, chain: f64| {

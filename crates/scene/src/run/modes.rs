@@ -1,4 +1,4 @@
-//! The lowest eigenfrequencies and modes.
+//! Modal analysis: lowest eigenfrequencies and modes.
 
 use std::time::Instant;
 
@@ -15,7 +15,7 @@ use crate::{Error, Scene};
 /// Columns of the table of modes.
 pub(super) const COLUMNS: [&str; 4] = ["mode", "omega_squared", "frequency", "damping_ratio"];
 
-/// Finds the modes of a scene's body.
+/// Computes the modes of a scene's body.
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let (started, cpu) = (Instant::now(), CpuClock::start());
     let muscle = &modes::body_of(scene)?.muscle;
@@ -49,7 +49,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     })
 }
 
-/// A row for each mode; not a number where the state is unstable.
+/// Returns the table with one row per mode. Frequencies of unstable modes are NaN.
 fn table(found: &Modes) -> String {
     let in_memory = "writing to memory does not fail";
     let mut csv = CsvWriter::new(Vec::new(), &COLUMNS).expect(in_memory);

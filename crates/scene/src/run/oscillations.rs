@@ -1,4 +1,4 @@
-//! What chains in many places do, for the field files.
+//! Field output of chains at many places.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -10,18 +10,18 @@ use super::system::System;
 use crate::scene::{DrivenPlace, Scene};
 use crate::vtu::{CellField, Cloud};
 
-/// The chains of a scene that are in many places. What they do is shown where they are: on the
-/// elements that have one each, else at points of their own.
+/// Chains of a scene at many places. Chains in elements are written as cell fields, all others as
+/// separate points.
 #[derive(Default)]
 pub(super) struct Oscillations {
     chains: Vec<Shown>,
-    /// The points of all chains that are not in elements.
+    /// Points of all chains outside elements.
     cloud: Option<Cloud>,
 }
 
-/// A chain in many places.
+/// Chain at many places.
 struct Shown {
-    /// The number of the network.
+    /// Number of the network.
     network: usize,
     name: String,
     in_elements: bool,
@@ -29,21 +29,21 @@ struct Shown {
     neighbourhood: Option<Neighborhood>,
 }
 
-/// What the oscillators of a chain do at a time: numbers of each place.
+/// Order parameters of a chain at a time, one value per place.
 pub(super) struct Measured {
     /// |χ|.
     coherence: Vec<f64>,
     /// |Ψ|.
     amplitude: Vec<f64>,
-    /// |χ| of the neighbourhoods; not numbers where none are wanted.
+    /// χ| of the neighborhoods; NaN if not requested.
     neighbourhood: Vec<f64>,
 }
 
-/// The names of the fields.
+/// Names of the fields.
 const NAMES: [&str; 3] = ["coherence", "amplitude", "neighbourhood"];
 
 impl Measured {
-    /// The numbers in the order of their names.
+    /// Returns the values in the order of `NAMES`.
     fn fields(&self) -> [&[f64]; 3] {
         [&self.coherence, &self.amplitude, &self.neighbourhood]
     }
@@ -68,7 +68,7 @@ impl Shown {
 }
 
 impl Oscillations {
-    /// Those of a scene with fields; `done` are the times in the folder.
+    /// Returns the chains of a scene with field output. `done` contains the times already written.
     pub(super) fn new(scene: &Scene, folder: &Path, done: &[f64]) -> Self {
         let Some(body) = &scene.body else {
             return Self::default();
@@ -94,17 +94,17 @@ impl Oscillations {
         Self { chains, cloud }
     }
 
-    /// A file of those written so far that is no longer there, or empty.
+    /// Returns a file written earlier that is now missing or empty.
     pub(super) fn missing(&self) -> Option<PathBuf> {
         self.cloud.as_ref().and_then(Cloud::missing)
     }
 
-    /// Names of the files that the next [`write`](Self::write) writes.
+    /// Returns the names of the files that the next [`write`](Self::write) writes.
     pub(super) fn next_files(&self) -> Vec<String> {
         self.cloud.as_ref().map_or(Vec::new(), Cloud::next_files)
     }
 
-    /// What the oscillators do in state `y`, by chains.
+    /// Returns the order parameters in state `y`, by chain.
     pub(super) fn measure<P: System>(
         &self,
         system: &P,
@@ -114,7 +114,7 @@ impl Oscillations {
         chains.map(|chain| chain.measure(system, y)).collect()
     }
 
-    /// The fields of the elements that have a chain each.
+    /// Returns the fields of the elements with one chain each.
     pub(super) fn cell_fields(&self, measured: &[Measured]) -> Vec<CellField> {
         let of_chain = |(chain, measured): (&Shown, &Measured)| {
             let wanted = if chain.neighbourhood.is_some() { 3 } else { 2 };
@@ -135,7 +135,7 @@ impl Oscillations {
         in_elements.flat_map(of_chain).collect()
     }
 
-    /// Writes the points of the chains that are not in elements.
+    /// Writes the points of chains outside elements.
     pub(super) fn write(
         &mut self,
         t: f64,

@@ -1,4 +1,5 @@
-//! What a run writes while it goes: looks at each accepted step, and does only what is asked.
+//! Outputs of a run in progress. The observer inspects each accepted step and writes only the
+//! requested outputs.
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -22,9 +23,9 @@ use crate::result_folder::ResultFolder;
 use crate::state::State;
 use crate::vtu::{self, NotFinite, Series};
 
-/// A checkpoint is written after this wall-clock time at the latest…
+/// Maximum wall-clock time between checkpoints…
 pub(super) const CHECKPOINT_AFTER: Duration = Duration::from_secs(5);
-/// …or after so many times what writing the last one took: at most 2 % of a run.
+/// …but at least this multiple of the time to write the last checkpoint: at most 2 % of a run.
 const CHECKPOINT_COST: u32 = 50;
 
 /// All outputs of a run.
@@ -33,19 +34,19 @@ pub(super) struct Outputs<'a> {
     pub(super) fields: Option<(Series, Oscillations, SampleTimes)>,
     pub(super) conditions: Vec<Condition>,
     pub(super) checkpoints: SampleTimes,
-    /// When the last one was written in this part of the run, s.
+    /// Time of the last checkpoint in this part of the run, s.
     pub(super) checkpointed: Option<f64>,
-    /// When the last one was written, or the run began.
+    /// Wall-clock time of the last checkpoint, or of the start of the run.
     pub(super) last_checkpoint: Instant,
-    /// The longest time between two.
+    /// Maximum wall-clock time between two checkpoints.
     pub(super) checkpoint_after: Duration,
-    /// Samples of the constraint drift.
+    /// Sample times of the constraint drift.
     pub(super) drift_times: SampleTimes,
-    /// The largest drift seen, and when.
+    /// Largest observed drift and its time.
     pub(super) drift: (f64, f64),
-    /// Ratios of volumes at the vertices.
+    /// Volume ratios at the vertices.
     pub(super) volumes: Volumes,
-    /// What the integrator's own estimates add up to at the probes.
+    /// Accumulated error estimates of the integrator at the probes.
     pub(super) indicator: Indicator,
     pub(super) folder: &'a ResultFolder,
     /// Scene and input files of the run.
@@ -68,7 +69,7 @@ impl Outputs<'_> {
         self.indicator
             .add(integrator, &self.recorders, &mut self.y, &mut self.y_dot)?;
         let stopped = self.check_conditions(integrator, from, step.to)?;
-        // Rows and fields end where the run does.
+        // Rows and fields end at the end of the run.
         let to = stopped.as_ref().map_or(step.to, |(t, _)| *t);
         step.to = to;
         for k in 0..self.recorders.len() {
@@ -104,7 +105,7 @@ impl Outputs<'_> {
         Ok(ControlFlow::Continue(()))
     }
 
-    /// Writes the rows of recorder `k` that are due.
+    /// Writes the due rows of recorder `k`.
     fn sample<P: System>(
         &mut self,
         k: usize,
@@ -172,7 +173,8 @@ impl Outputs<'_> {
         Ok(())
     }
 
-    /// The first time within the step at which a condition is met, and how the run ends there.
+    /// Returns the first time within the step at which a condition is met, and the resulting
+    /// outcome.
     fn check_conditions<P: System>(
         &mut self,
         integrator: &mut dyn Integrator<P>,
@@ -194,18 +196,19 @@ impl Outputs<'_> {
         Ok(first)
     }
 
-    /// Values of fields that are not finite.
+    /// Returns the non-finite values in the fields.
     pub(super) fn not_finite(&self) -> Option<NotFinite> {
         let (series, ..) = self.fields.as_ref()?;
         series.not_finite()
     }
 
-    /// The last values of the first energy probe: kinetic, elastic, work, dissipated, imbalance.
+    /// Returns the last values of the first energy probe: kinetic, elastic, work, dissipated,
+    /// imbalance.
     pub(super) fn energy(&self) -> Option<[f64; 5]> {
         self.energy_balances().next().map(EnergyBalance::row)
     }
 
-    /// Writes the state reached, from which the run can go on.
+    /// Writes the current state as a checkpoint.
     pub(super) fn checkpoint<P: System>(
         &mut self,
         integrator: &mut dyn Integrator<P>,
@@ -215,7 +218,7 @@ impl Outputs<'_> {
         integrator.dense_output(t, 1, &mut self.y_dot)?;
         self.work.checkpoints += 1;
         self.checkpointed = Some(t);
-        // What the checkpoint counts on must be on the disk before it.
+        // All data that the checkpoint counts must reach the disk before the checkpoint.
         for recorder in &self.recorders {
             recorder.sync()?;
         }
@@ -251,8 +254,8 @@ impl Outputs<'_> {
         Ok(())
     }
 
-    /// Writes the motion at time `t`, with which the run ends, for another to start from. `known`: the
-    /// state then, if it is known already. `stopped_before`: the end that the run should have reached.
+    /// Writes the final motion at time `t` as an initial state for other runs. `known` is the state
+    /// at `t`, if available. `stopped_before` is the end time that the run should have reached.
     pub(super) fn state<P: System>(
         &mut self,
         integrator: &mut dyn Integrator<P>,
@@ -291,7 +294,7 @@ impl<P: System> Observer<P> for Outputs<'_> {
     }
 }
 
-/// The same as an error of an observer.
+/// Converts an output error to an observer error.
 fn failed_output(error: Error) -> ModelError {
     match error {
         Error::File { path, source, .. } => cannot_write(&path, source),

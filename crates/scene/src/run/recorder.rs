@@ -1,4 +1,4 @@
-//! A probe of the scene, and the CSV file it fills.
+//! Recorder of a probe into a CSV file.
 
 use std::fs::{self, File};
 use std::io;
@@ -15,7 +15,7 @@ use crate::probe::Reading;
 use crate::result_folder::ResultFolder;
 use crate::scene_file::output::Probe;
 
-/// A probe with its file and its times.
+/// Probe with its file and its sample times.
 pub(super) struct Recorder {
     pub(super) times: SampleTimes,
     pub(super) what: Box<dyn Reading>,
@@ -45,8 +45,8 @@ impl Recorder {
         })
     }
 
-    /// Goes on with the probe's file after what a checkpoint counts on; the rows beyond are cut.
-    /// Says so when they were not whole.
+    /// Continues the probe's file after the rows that a checkpoint counts. Later rows are
+    /// truncated. Returns a note if they were incomplete.
     pub(super) fn resumed(
         probe: &Probe,
         what: Box<dyn Reading>,
@@ -74,14 +74,14 @@ impl Recorder {
         written.map_err(|error| cannot_write(&self.path, error))
     }
 
-    /// What is in the file.
+    /// Returns the amount of data in the file.
     pub(super) fn written(&self) -> &Written {
         self.csv.written()
     }
 
-    /// Waits until the rows are on the disk, in the file that has the probe's name.
+    /// Waits until the rows are on the disk, in the file with the probe's name.
     pub(super) fn sync(&self) -> Result<(), ModelError> {
-        // A file that was removed takes rows as long as it is open, and they are lost.
+        // A removed file accepts rows while it is open, but these rows are lost.
         let checked = fs::symlink_metadata(&self.path).and_then(|there| {
             match there.len() == self.written().bytes {
                 true => atomic_file::sync(&self.csv.sink().0),
@@ -92,7 +92,7 @@ impl Recorder {
     }
 }
 
-/// What the system said, with the file's name.
+/// Returns the error of the operating system with the name of the file.
 pub(super) fn cannot_write(path: &Path, error: io::Error) -> ModelError {
     let message = format!("cannot write `{}`: {error}", path.display());
     ModelError::Output(io::Error::new(error.kind(), message))

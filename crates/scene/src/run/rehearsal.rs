@@ -1,4 +1,4 @@
-//! A run is rehearsed: all that is read and built for it, without a search for where it starts.
+//! Rehearsal of a run: reads and builds all parts without the search for the start.
 
 use myovib_model::{Integrator, MuscleDae};
 
@@ -8,7 +8,8 @@ use super::system::System;
 use crate::watch::Watcher;
 use crate::{Body, Error, Scene};
 
-/// Refuses what a motion refuses before it writes anything, but for what the search for its start finds.
+/// Rejects all scenes that a dynamic run rejects before it writes a file, except for failures of
+/// the search for the start.
 pub(super) fn motion(scene: &Scene) -> Result<(), Error> {
     scene.readings()?;
     conditions(scene)?;
@@ -25,7 +26,7 @@ fn driving(scene: &Scene, body: &Body) -> Result<(), Error> {
     driven_by(scene, &dae).map(drop)
 }
 
-/// Starts and goes no further.
+/// Driver that takes no steps.
 struct Nothing;
 
 impl Driver for Nothing {

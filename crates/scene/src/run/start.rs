@@ -1,4 +1,4 @@
-//! Integrators for the systems a scene can be, from rest or from a checkpoint.
+//! Integrators for the systems of a scene, from the start or from a checkpoint.
 
 use std::sync::Arc;
 
@@ -22,28 +22,28 @@ use crate::state::State;
 use crate::watch::{Watcher, search};
 use crate::{Error, InputError};
 
-/// By how much supports may be elsewhere than a state to start from has them, relative to its largest
-/// displacement: rounding, of a signal at another time.
+/// Tolerance for supports that do not match the initial state, relative to its largest
+/// displacement. It allows for rounding of a signal at another time.
 const SUPPORTS_AGREE: f64 = 1e-9;
-/// Loads and supports' motions are zero at t = 0 below this fraction of their size during the run: rounding, and the slope
-/// of a spline through rows of zeros.
+/// Loads and support motions below this fraction of their maximum count as zero at t = 0. It allows
+/// for rounding and for the slope of a spline through rows of zeros.
 const ZERO_AT_START: f64 = 1e-9;
-/// Number of intervals between the times at which loads and motions are evaluated for their size.
+/// Number of intervals between the times at which loads and motions are sampled for their maximum.
 const SIZE_TIMES: u32 = 61;
 
-/// What is done with the integrator of a scene, whatever its system is.
+/// Action on the integrator of a scene, independent of the type of its system.
 pub(super) trait Driver {
-    /// What comes of it.
+    /// Result of the action.
     type Result;
 
-    /// Does it.
+    /// Performs the action.
     fn drive<P: System>(self, integrator: Box<dyn Integrator<P>>) -> Result<Self::Result, Error>;
 }
 
-/// Starts the system of a scene, at its start or from a checkpoint, and has it driven.
+/// Starts the system of a scene, at its start or from a checkpoint, and calls the driver.
 ///
 /// # Errors
-/// What cannot start, before any output; those of the driver.
+/// A system that cannot start, before any output; errors of the driver.
 pub(super) fn start<D: Driver>(
     scene: &Scene,
     checkpoint: Option<&Checkpoint>,
@@ -66,10 +66,10 @@ pub(super) fn start<D: Driver>(
     }
 }
 
-/// The muscle of a scene by itself, from its start.
+/// Returns an integrator for the muscle of a scene without chains, from its start.
 ///
 /// # Errors
-/// A scene without a body, or that cannot start; those of the integrator.
+/// A scene without a body, or a body that cannot start; errors of the integrator.
 pub fn muscle_alone(scene: &Scene) -> Result<Box<dyn Integrator<MuscleDae>>, Error> {
     match &scene.body {
         Some(body) => muscle(body, None, Watcher::NOBODY),
@@ -77,10 +77,10 @@ pub fn muscle_alone(scene: &Scene) -> Result<Box<dyn Integrator<MuscleDae>>, Err
     }
 }
 
-/// The rod of a scene and the chains that it drives as one system, from rest.
+/// Returns an integrator for the rod of a scene coupled to its chains, from rest.
 ///
 /// # Errors
-/// A scene without a rod; those of the integrator.
+/// A scene without a rod; errors of the integrator.
 pub fn rod_with_chains(scene: &Scene) -> Result<Box<dyn Integrator<CoupledDae<RodDae>>>, Error> {
     match &scene.rod {
         Some(body) => rod(scene, body, None),
@@ -88,10 +88,10 @@ pub fn rod_with_chains(scene: &Scene) -> Result<Box<dyn Integrator<CoupledDae<Ro
     }
 }
 
-/// The chains of a scene, driven by a motion that was recorded.
+/// Returns an integrator for the chains of a scene, driven by a recorded motion.
 ///
 /// # Errors
-/// Those of the integrator.
+/// Errors of the integrator.
 pub fn replayed(
     scene: &Scene,
     motion: &Arc<Recording>,
@@ -99,7 +99,7 @@ pub fn replayed(
     chains_on(scene, None, || Source::Recorded(Arc::clone(motion)))
 }
 
-/// A muscle by itself.
+/// Starts a muscle without chains.
 fn muscle(
     body: &Body,
     checkpoint: Option<&Checkpoint>,
@@ -120,10 +120,10 @@ fn muscle(
     Ok(start_from(dae, &settings, *t, y, y_dot)?)
 }
 
-/// The muscle of a scene and the chains that it drives as one system, from its start.
+/// Returns an integrator for the muscle of a scene coupled to its chains, from its start.
 ///
 /// # Errors
-/// A scene without a body, or that cannot start; those of the integrator.
+/// A scene without a body, or a body that cannot start; errors of the integrator.
 pub fn with_chains(scene: &Scene) -> Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>, Error> {
     match &scene.body {
         Some(body) => muscle_and_chains(scene, body, None, Watcher::NOBODY),
@@ -131,7 +131,7 @@ pub fn with_chains(scene: &Scene) -> Result<Box<dyn Integrator<CoupledDae<Muscle
     }
 }
 
-/// A muscle with chains.
+/// Starts a muscle with chains.
 fn muscle_and_chains(
     scene: &Scene,
     body: &Body,
@@ -143,7 +143,7 @@ fn muscle_and_chains(
     Ok(advised(integrator, body))
 }
 
-/// A muscle with chains that act back on its stiffness.
+/// Starts a muscle with chains that act back on its stiffness.
 fn muscle_with_feedback(
     scene: &Scene,
     body: &Body,
@@ -172,8 +172,8 @@ fn muscle_with_feedback(
     Ok(advised(integrator, body))
 }
 
-/// A muscle and the chains it drives, with its part of the error test and the options, and the
-/// unknowns of the muscle at the start of a new run.
+/// Returns a muscle and its chains, the muscle's part of the error test, the options, and the
+/// initial unknowns of the muscle for a new run.
 fn one_way(
     scene: &Scene,
     (body, settings): (&Body, &Settings),
@@ -194,10 +194,10 @@ fn one_way(
     Ok((CoupledDae::new(dae, oscillators), test, options, start))
 }
 
-/// The chains of a scene, driven by a muscle.
+/// Returns the chains of a scene driven by a muscle.
 ///
 /// # Errors
-/// Networks that cannot be.
+/// Invalid networks.
 pub(crate) fn driven_by(scene: &Scene, dae: &MuscleDae) -> Result<Vec<Oscillators>, Error> {
     let source = |place: &DrivenPlace| Source::Body(place.displacement(dae));
     oscillators(scene, |chain| match &chain.places[..] {
@@ -206,14 +206,14 @@ pub(crate) fn driven_by(scene: &Scene, dae: &MuscleDae) -> Result<Vec<Oscillator
     })
 }
 
-/// A muscle and the chains that it drives, with its error test, options, and consistent values at t = 0.
+/// Muscle and its chains, with error test, options, and consistent values at t = 0.
 pub(crate) type Driving = (
     CoupledDae<MuscleDae>,
     (ErrorTest, CoupledOptions),
     [Vec<f64>; 2],
 );
 
-/// The muscle of a scene and its chains, to be integrated with these `settings`.
+/// Returns the muscle of a scene and its chains, to be integrated with these `settings`.
 ///
 /// # Errors
 /// A body that cannot start.
@@ -230,7 +230,7 @@ pub(crate) fn driving(
     Ok((dae, (test, options), start))
 }
 
-/// Says when the run stops what the body has to do with it.
+/// Adds advice about the body to the outcome when the run stops.
 fn advised<P: WithMuscle + 'static>(
     integrator: Box<dyn Integrator<P>>,
     body: &Body,
@@ -239,7 +239,7 @@ fn advised<P: WithMuscle + 'static>(
     Box::new(Advised::new(integrator, advice))
 }
 
-/// A rod, with chains or without.
+/// Starts a rod, with or without chains.
 fn rod(
     scene: &Scene,
     rod: &RodDae,
@@ -255,7 +255,7 @@ fn rod(
     coupled(scene, dae, test, options(scene), checkpoint, &[])
 }
 
-/// Chains by themselves.
+/// Starts chains without a body.
 fn chains(
     scene: &Scene,
     checkpoint: Option<&Checkpoint>,
@@ -275,7 +275,7 @@ fn chains_on(
 }
 
 impl DrivenPlace {
-    /// The displacement of the muscle that drives the chain at this place.
+    /// Returns the displacement of the muscle that drives the chain at this place.
     pub fn displacement(&self, dae: &MuscleDae) -> Displacement {
         let probe = Probe::located_at(dae.muscle().solid.space(), self.at);
         dae.displacement_along(&probe, self.direction)
@@ -306,7 +306,8 @@ fn coupled<B: CoupledBody>(
     })
 }
 
-/// The body as it starts (at rest, if `body` is empty), the oscillators where the scene puts them.
+/// Returns the initial state: the body as given (at rest if `body` is empty) and the oscillators at
+/// the positions from the scene.
 fn initial_state<B: CoupledBody>(scene: &Scene, dae: &CoupledDae<B>, body: &[f64]) -> Vec<f64> {
     let mut y = vec![0.0; dae.n_unknowns()];
     y[dae.body_range()][..body.len()].copy_from_slice(body);
@@ -342,7 +343,7 @@ fn tolerances(scene: &Scene) -> StateTolerances {
     }
 }
 
-/// The options for systems without a muscle.
+/// Returns the options for systems without a muscle.
 fn options(scene: &Scene) -> CoupledOptions {
     let wanted = &scene.file.integrator;
     let mut options = CoupledOptions::of_states(wanted.method.kind())
@@ -353,7 +354,8 @@ fn options(scene: &Scene) -> CoupledOptions {
     options
 }
 
-/// y and ẏ with which the motion of a body starts; the `watcher` hears of the search for an equilibrium.
+/// Returns y and ẏ at the start of a body's motion. The `watcher` receives the progress of the
+/// search for an equilibrium.
 ///
 /// # Errors
 /// As for [`Body::initial_values`]; loads on a body at rest.
@@ -372,11 +374,11 @@ pub fn initial(
 }
 
 impl Body {
-    /// Consistent y and ẏ at t = 0 of `dae`, which is of this body, if the scene has it start elsewhere
-    /// than at rest; the `watcher` hears of the search for an equilibrium.
+    /// Returns consistent y and ẏ at t = 0 if the scene does not start at rest. `dae` must belong
+    /// to this body. The `watcher` receives the progress of the search for an equilibrium.
     ///
     /// # Errors
-    /// No equilibrium; supports that are elsewhere than the state to start from.
+    /// No equilibrium; supports that do not match the initial state.
     pub fn initial_values(
         &self,
         dae: &mut MuscleDae,
@@ -398,10 +400,10 @@ impl Body {
     }
 }
 
-/// Refuses a start that the loads or the supports at t = 0 contradict, without a search for it.
+/// Rejects a start that contradicts the loads or the supports at t = 0, without a search for it.
 ///
 /// # Errors
-/// Loads on a body at rest; supports that are elsewhere than the state to start from.
+/// Loads on a body at rest; supports that do not match the initial state.
 pub(super) fn expect_start(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
     match &body.start {
         Start::Rest => {
@@ -416,7 +418,7 @@ pub(super) fn expect_start(body: &Body, dae: &mut MuscleDae) -> Result<(), Error
     }
 }
 
-/// Refuses supports that are elsewhere at t = 0 than in the state to start from, whose unknowns are `y`.
+/// Rejects supports that do not match the initial state at t = 0, whose unknowns are `y`.
 fn expect_supports(state: &State, dae: &mut MuscleDae, y: &[f64]) -> Result<(), InputError> {
     let moved = state.moved_by_supports(dae, y);
     if moved > SUPPORTS_AGREE * state.largest() {
@@ -429,7 +431,7 @@ fn expect_supports(state: &State, dae: &mut MuscleDae, y: &[f64]) -> Result<(), 
     Ok(())
 }
 
-/// Rejects supports and loads that are not zero at t = 0 for a body that starts at rest without load.
+/// Rejects nonzero supports and loads at t = 0 for a body that starts at rest without load.
 fn refuse_sudden_loads(dae: &mut MuscleDae, t_end: f64) -> Result<(), Error> {
     let rest = vec![0.0; dae.n_unknowns()];
     let mut largest_force = |t: f64| -> Result<f64, ModelError> {
@@ -441,7 +443,8 @@ fn refuse_sudden_loads(dae: &mut MuscleDae, t_end: f64) -> Result<(), Error> {
     if largest == 0.0 {
         return Ok(());
     }
-    // Supports that move far by themselves may invert elements of a body at rest: such times count as no load.
+    // Large support motions alone may invert elements of a body at rest. Such times count as
+    // unloaded.
     let later = times(t_end).map(|t| largest_force(t).unwrap_or(0.0));
     if largest > ZERO_AT_START * later.fold(0.0, f64::max) {
         return Err(InputError::new(
@@ -459,7 +462,8 @@ fn refuse_sudden_loads(dae: &mut MuscleDae, t_end: f64) -> Result<(), Error> {
     Ok(())
 }
 
-/// Rejects a support that is displaced or moves at t = 0, unless `displaced` supports are part of the start.
+/// Rejects a support that moves at t = 0, or is displaced unless `displaced` supports are part of
+/// the start.
 fn expect_supports_at_rest(body: &Body, t_end: f64, displaced: bool) -> Result<(), InputError> {
     let muscle = &body.muscle;
     let space = muscle.solid.space();
@@ -498,13 +502,14 @@ fn expect_supports_at_rest(body: &Body, t_end: f64, displaced: bool) -> Result<(
     Ok(())
 }
 
-/// Equally spaced times of the run after t = 0, for the size of loads and motions. Their number is prime, since loads with
-/// a round number of periods would be 0 at all of a round number of times.
+/// Returns equally spaced times after t = 0 for the maximum of loads and motions. Their number is
+/// prime: a load with a round number of periods would vanish at all times of a round number of
+/// samples.
 fn times(t_end: f64) -> impl Iterator<Item = f64> {
     (0..=SIZE_TIMES).map(move |i| t_end * f64::from(i) / f64::from(SIZE_TIMES))
 }
 
-/// N, in the plane N per m of depth.
+/// Returns the unit of force: N, or N per m of depth in the plane.
 fn unit_of_force(dae: &MuscleDae) -> &'static str {
     match dae.muscle().solid.space().dimension() {
         2 => "N/m",

@@ -1,4 +1,4 @@
-//! An equilibrium under constant loads.
+//! Static analysis: equilibrium under constant loads.
 
 use std::time::Instant;
 
@@ -37,7 +37,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         return Err(error.into());
     }
 
-    // What is found is read off under the loads that it is the equilibrium of.
+    // Outputs use the loads for which this state is the equilibrium.
     let muscle = match approach.reached < 1.0 {
         true => &body.muscle.under_part_of_loads(approach.reached),
         false => &body.muscle,
@@ -122,7 +122,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     })
 }
 
-/// How the search ended, and what is kept of it.
+/// Returns the outcome of the search and describes the state that is kept.
 fn outcome_of(approach: &Approach) -> Outcome {
     let Some(error) = approach.error() else {
         return Outcome::Finished;
@@ -138,8 +138,8 @@ fn outcome_of(approach: &Approach) -> Outcome {
     )
 }
 
-/// The muscle at rest as a system (q, v, λ), or (q, v) without pressure, without damping: for
-/// reading off values.
+/// Returns the muscle at rest as an undamped system (q, v, λ), or (q, v) without pressure. It
+/// serves for output only.
 fn at_rest(muscle: &Muscle, formulation: Formulation) -> Result<MuscleDae, ModelError> {
     let mut muscle = muscle.relaxed();
     let kappa = muscle.parameters.kappa();

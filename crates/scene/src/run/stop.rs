@@ -7,14 +7,14 @@ use crate::scene_file::output::Stop;
 
 /// A condition on the body's state.
 pub(super) enum Condition {
-    /// |u| at a point exceeds a bound, m.
+    /// u| at a point exceeds a bound, m.
     Displacement { probe: Probe, above: f64 },
     /// det F falls below a bound at a quadrature point.
     Volume { below: f64 },
 }
 
 impl Condition {
-    /// What `stop` means in this scene.
+    /// Creates the condition from `stop` for this scene.
     pub(super) fn new(stop: &Stop, scene: &Scene) -> Result<Self, ModelError> {
         let body = scene
             .body
@@ -30,7 +30,7 @@ impl Condition {
         })
     }
 
-    /// Positive where the condition is met.
+    /// Returns a positive value if the condition is met.
     pub(super) fn excess(&self, snapshot: &Snapshot<'_>) -> f64 {
         match self {
             Self::Displacement { probe, above } => {
@@ -41,7 +41,7 @@ impl Condition {
         }
     }
 
-    /// The condition in words.
+    /// Describes the condition.
     pub(super) fn describe(&self) -> String {
         match self {
             Self::Displacement { probe, above } => {

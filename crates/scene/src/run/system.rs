@@ -1,4 +1,4 @@
-//! The systems a scene can be: a muscle, or a body (or none) with oscillators.
+//! Systems of a scene: a muscle, or oscillators with or without a body.
 
 use std::ops::Range;
 
@@ -7,31 +7,31 @@ use myovib_model::coupling::{self, CoupledDae, FeedbackDae, NoBody};
 use myovib_model::{ModelError, MuscleDae, RodDae, WorkCounters};
 use myovib_oscillators::Network;
 
-/// What outputs ask of a system.
+/// Interface of a system for outputs.
 pub(crate) trait System: Problem {
-    /// The muscle as it is in state `y`, if there is one, and where its unknowns lie.
+    /// Returns the muscle in state `y`, if there is one, and the range of its unknowns.
     fn muscle_at(&mut self, y: &[f64]) -> Option<(&mut MuscleDae, Range<usize>)>;
 
-    /// The rod, if there is one; its unknowns come first.
+    /// Returns the rod, if there is one. Its unknowns come first.
     fn rod(&self) -> Option<&RodDae> {
         None
     }
 
-    /// Network number `k`, if there is one, and where its states lie.
+    /// Returns network number `k`, if there is one, and the range of its states.
     fn network(&self, _k: usize) -> Option<(&Network, Range<usize>)> {
         None
     }
 
-    /// What each feedback gives in state `y`: the factors of the stiffness, then tensions.
+    /// Returns the factor of each feedback in state `y`: stiffness factors first, then tensions.
     fn factors(&self, _y: &[f64]) -> Vec<f64> {
         Vec::new()
     }
 
-    /// The work done by the body.
+    /// Returns the work counters of the body.
     fn counters(&self) -> WorkCounters;
 }
 
-/// The muscle of a system that is asked for one.
+/// Returns the muscle of a system, or an error if it has no muscle.
 pub(crate) fn muscle_of<'s, P: System + ?Sized>(
     system: &'s mut P,
     y: &[f64],
@@ -41,7 +41,7 @@ pub(crate) fn muscle_of<'s, P: System + ?Sized>(
         .ok_or(ModelError::NoSuchPart { part: "muscle" })
 }
 
-/// A network of a system that is asked for one, and where its states lie.
+/// Returns a network of a system and the range of its states, or an error if it is missing.
 pub(crate) fn network_of(
     system: &dyn System,
     k: usize,
@@ -50,7 +50,7 @@ pub(crate) fn network_of(
     system.network(k).ok_or(ModelError::NoSuchPart { part })
 }
 
-/// Whether the stress of its muscle, if it has one, depends on ẏ.
+/// Returns whether the stress of the muscle, if present, depends on ẏ.
 pub(crate) fn stress_needs_rates<P: System + ?Sized>(system: &mut P, y: &[f64]) -> bool {
     let muscle = system.muscle_at(y);
     muscle.is_some_and(|(dae, _)| dae.stress_needs_rates())
@@ -67,7 +67,7 @@ impl System for MuscleDae {
     }
 }
 
-/// A body that oscillators can be coupled to.
+/// Body that can be coupled to oscillators.
 pub(super) trait Body: coupling::Body {
     fn as_muscle(&mut self) -> Option<&mut MuscleDae> {
         None

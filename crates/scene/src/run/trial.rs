@@ -1,4 +1,4 @@
-//! A run is tried before it.
+//! Trial of a run: its first steps without output.
 
 use std::time::Duration;
 
@@ -9,44 +9,44 @@ use super::system::System;
 use crate::watch::Watcher;
 use crate::{Error, Scene};
 
-/// CPU time after which a trial ends with its step.
+/// CPU time after which a trial ends with its current step.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// The first steps of a run, to its end if it is short: the steps that the run takes itself, as probes and fields
-/// change none.
+/// First steps of a run, or all steps of a short run. They equal the steps of the run itself, since
+/// probes and fields do not change the steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trial {
-    /// Steps.
+    /// Number of steps.
     pub steps: u64,
-    /// The time reached, s.
+    /// Time reached, s.
     pub t: f64,
     /// CPU time, s.
     pub seconds: f64,
-    /// How it ended.
+    /// Reason for the end.
     pub end: TrialEnd,
 }
 
-/// How a [`Trial`] ended.
+/// Reason for the end of a [`Trial`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum TrialEnd {
-    /// It took long enough: the run goes on.
+    /// The CPU time for the trial is used up; the run would continue.
     Patience,
-    /// As the run does: at its last time, or after as many steps as are allowed.
+    /// As in the run: at its last time, or after the maximum number of steps.
     Finished,
-    /// As the run does: the integrator gave up, with these words.
+    /// As in the run: the integrator failed with this message.
     Stopped(String),
 }
 
-/// Tries the motion of a scene, whose conditions to stop are not looked at.
+/// Tries the motion of a scene. Stop conditions are ignored.
 ///
 /// # Errors
-/// What cannot start; fatal errors of the integrator.
+/// A system that cannot start; fatal errors of the integrator.
 pub fn try_out(scene: &Scene) -> Result<Trial, Error> {
     let most = scene.file.integrator.max_steps.unwrap_or(u64::MAX);
     start(scene, None, Watcher::NOBODY, Attempt { most })
 }
 
-/// A trial of so many steps at most.
+/// Trial with a maximum number of steps.
 struct Attempt {
     most: u64,
 }

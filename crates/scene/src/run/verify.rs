@@ -1,4 +1,4 @@
-//! How far off the probes of a run are, by a second run at looser tolerances.
+//! Error estimate for the probes of a run, from a second run with looser tolerances.
 
 use std::fs;
 use std::path::Path;
@@ -13,8 +13,9 @@ use crate::atomic_file;
 use crate::csv::Table;
 use crate::{Error, Scene};
 
-/// Runs the scene again at [`LOOSER`] times its tolerances, and gives for each column of each probe
-/// its largest magnitude and the largest difference between both runs. `None` if it was interrupted.
+/// Runs the scene again at [`LOOSER`] times its tolerances. Returns the largest magnitude of each
+/// column of each probe and the largest difference between both runs. Returns `None` if
+/// interrupted.
 pub(super) fn error_estimate(
     scene: &Scene,
     options: &RunOptions<'_>,
@@ -54,7 +55,7 @@ pub(super) fn error_estimate(
     })))
 }
 
-/// Names and rows of a table.
+/// Reads names and rows of a table.
 fn read(path: &Path) -> Result<(Vec<String>, Vec<Vec<f64>>), Error> {
     let text = fs::read_to_string(path).map_err(Error::file("read", path))?;
     let table = Table::parse(&text).map_err(|error| {

@@ -1,31 +1,33 @@
-//! Volumes where no force is summed: a run goes on with elements turned inside out there, and has to say so.
+//! Volume ratios at the vertices. Forces are not integrated there, so a run continues with inverted
+//! elements and must report them.
 
 use myovib_model::Snapshot;
 use serde::{Deserialize, Serialize};
 
-/// det F at the vertices of all elements, over the times looked at. The equations hold for means over elements,
-/// and with pressure for weighted means over the elements around a vertex: they do not see it.
+/// Range of det F at the vertices of all elements over the observed times. The equations contain
+/// averages over elements, or with pressure weighted averages around a vertex. They do not detect
+/// an inversion at a vertex.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Volumes {
-    /// The smallest and the largest; none before a body was looked at.
+    /// Smallest and largest det F; `None` before the first observation.
     ratios: Option<[f64; 2]>,
     inversion: Option<Inversion>,
 }
 
-/// A vertex of an element with det F ≤ 0.
+/// Vertex of an element with det F ≤ 0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Inversion {
-    /// When it was seen first, s.
+    /// Time of the first observation, s.
     t: f64,
     element: usize,
-    /// det F there.
+    /// det F at the vertex.
     jacobian: f64,
-    /// The vertex at rest, m.
+    /// Vertex at rest, m.
     at: Vec<f64>,
 }
 
 impl Volumes {
-    /// Looks at the body at time `t`.
+    /// Updates the range with the body at time `t`.
     pub(super) fn see(&mut self, t: f64, snapshot: &Snapshot<'_>) {
         let seen = snapshot.solid.vertex_volume_ratios(snapshot.displacement);
         let [smallest, largest] = self.ratios.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
@@ -45,19 +47,19 @@ impl Volumes {
         });
     }
 
-    /// The smallest and the largest det F.
+    /// Returns the smallest and the largest det F.
     pub(super) fn ratios(&self) -> Option<[f64; 2]> {
         self.ratios
     }
 
-    /// Where an element was first seen turned inside out.
+    /// Returns the first observed inversion.
     pub(super) fn inversion(&self) -> Option<&Inversion> {
         self.inversion.as_ref()
     }
 }
 
 impl Inversion {
-    /// What to say of it; `is_motion`: whether its time tells something.
+    /// Returns the note for the user. `is_motion`: whether the time is meaningful.
     pub(super) fn note(&self, is_motion: bool) -> String {
         let place: Vec<String> = self.at.iter().map(|x| format!("{x:.4}")).collect();
         let (element, jacobian, place) = (self.element, self.jacobian, place.join(", "));
@@ -83,7 +85,7 @@ mod tests {
     use super::*;
     use crate::Scene;
 
-    /// Regression: a motion that turned elements inside out ended without a word.
+    /// Regression: a motion that inverted elements ended without a warning.
     #[test]
     fn a_vertex_turned_inside_out_is_told_with_its_place() {
         let text = "[time]\nend = 1.0\n[mesh]\ntype = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [4, 3]\n\
@@ -112,7 +114,7 @@ mod tests {
         let whole = seen(0.49);
         assert_eq!(whole.inversion(), None);
         let [smallest, largest] = whole.ratios().expect("looked at");
-        // Rounding.
+        // The tolerance covers rounding.
         assert!((smallest - 0.02).abs() < 1e-12 && (largest - 1.0).abs() < 1e-12);
         let turned = seen(0.502);
         let found = turned.inversion().expect("the right side");

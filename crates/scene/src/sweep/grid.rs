@@ -1,20 +1,20 @@
-//! The cases of a sweep: all combinations of the values of some keys.
+//! Cases of a sweep: all combinations of the values of some keys.
 
 use std::ops::Range;
 
 use crate::InputError;
 
-/// The most cases of a sweep.
+/// Maximum number of cases of a sweep.
 const MAX_CASES: usize = 100_000;
 
-/// One case: its number from 0, and its overrides.
+/// Case with its number from 0 and its overrides.
 #[derive(Debug, Clone)]
 pub(super) struct Case {
     pub(super) number: usize,
     pub(super) set: Vec<String>,
 }
 
-/// A key and its values, as text.
+/// Key and its values as text.
 #[derive(Debug)]
 pub(super) struct Axis {
     pub(super) key: String,
@@ -63,13 +63,13 @@ impl Axis {
                 let value = |i: usize| {
                     let s = i as f64 / (n - 1) as f64;
                     let value = match is_log {
-                        // The ends are met exactly.
+                        // The ends of the range are exact.
                         _ if i == 0 => low,
                         _ if i == n - 1 => high,
                         true => low * (high / low).powf(s),
                         false => (1.0 - s) * low + s * high,
                     };
-                    // Keys that take whole numbers take no 1e0.
+                    // Integer keys do not accept 1e0.
                     let rounded = value.round();
                     let is_whole = (value - rounded).abs() <= 4.0 * f64::EPSILON * rounded.abs();
                     match ends_are_whole && is_whole {
@@ -87,7 +87,7 @@ impl Axis {
     }
 }
 
-/// The values between commas; those within brackets or quotes are part of a value.
+/// Splits values at commas. Commas inside brackets or quotes are part of a value.
 fn split(values: &str) -> Vec<String> {
     let (mut parts, mut depth, mut quote) = (vec![String::new()], 0_usize, None);
     for c in values.chars() {
@@ -109,7 +109,7 @@ fn split(values: &str) -> Vec<String> {
     parts.iter().map(|part| part.trim().to_owned()).collect()
 }
 
-/// The parts of `lo..hi:n`, if the values are meant as a range: paths hold `..` too.
+/// Returns the parts of `lo..hi:n` if the values form a range. Paths may contain `..` too.
 fn range(values: &str) -> Option<(&str, &str, Option<&str>)> {
     let (low, rest) = values.split_once("..")?;
     let (high, n) = match rest.split_once(':') {
@@ -120,7 +120,8 @@ fn range(values: &str) -> Option<(&str, &str, Option<&str>)> {
     (is_number(low) || is_number(high)).then_some((low, high, n))
 }
 
-/// The keys with their values; each key once, as it names a column of the table.
+/// Parses the keys with their values. Each key may occur once because it names a column of the
+/// table.
 pub(super) fn axes(vary: &[String]) -> Result<Vec<Axis>, InputError> {
     let axes = vary.iter().map(|text| Axis::parse(text));
     let axes = axes.collect::<Result<Vec<Axis>, _>>()?;
@@ -133,7 +134,7 @@ pub(super) fn axes(vary: &[String]) -> Result<Vec<Axis>, InputError> {
     }
 }
 
-/// All combinations; the last axis changes fastest.
+/// Returns all combinations. The last axis changes fastest.
 pub(super) fn cases(axes: &[Axis]) -> Result<Vec<Case>, InputError> {
     let lengths = axes.iter().map(|axis| axis.values.len());
     let count = lengths.fold(1_usize, usize::saturating_mul);
@@ -160,7 +161,7 @@ pub(super) fn cases(axes: &[Axis]) -> Result<Vec<Case>, InputError> {
     Ok(cases)
 }
 
-/// The numbers, from 0, of the cases `text` = K/N or K-L/N of `count`.
+/// Returns the range of case numbers, from 0, for `text` = K/N or K-L/N of `count` cases.
 pub(super) fn case_numbers(text: &str, count: usize) -> Result<Range<usize>, InputError> {
     let number = |word: &str| word.trim().parse::<usize>().ok();
     let numbers = text.split_once('/').and_then(|(cases, n)| {
@@ -203,7 +204,7 @@ mod tests {
         );
     }
 
-    /// Regression: ranges gave 1e0 for keys that take whole numbers, and lists were cut at every comma.
+    /// Regression: ranges produced 1e0 for integer keys, and lists were split at every comma.
     #[test]
     fn whole_numbers_stay_whole_and_lists_stay_together() {
         for (text, expected) in [
@@ -242,7 +243,8 @@ mod tests {
         }
     }
 
-    /// Regression: a range of 10⁹ values took all memory, and a path with `..` was no path.
+    /// Regression: a range of 10⁹ values used all memory, and a path with `..` was rejected as a
+    /// path.
     #[test]
     fn a_range_is_bounded_and_a_path_is_no_range() {
         assert!(Axis::parse("k=1..2:1000000000").is_err());

@@ -1,7 +1,7 @@
-//! A sweep: one scene over a grid of values, a folder for each case.
+//! Sweep of one scene over a grid of values, with one folder per case.
 //!
-//! Cases are numbered by the grid (the last key changes fastest) and depend on nothing but
-//! their number, so that any of them can be computed alone, on any machine, with the same result.
+//! The grid numbers the cases; the last key changes fastest. A case depends only on its number.
+//! Each case can therefore be computed alone, on any machine, with the same result.
 
 mod grid;
 mod refusal;
@@ -30,47 +30,47 @@ use grid::{Axis, Case, axes, case_numbers, cases};
 use refusal::{caught, expect_right, read, scene_of};
 use results::{COLUMNS, ResultColumn, columns};
 
-/// A scene, what varies, and where the cases go.
+/// Scene, varied keys and output folder of a sweep.
 pub struct SweepOptions<'a> {
-    /// The scene: a TOML file, or the name of a built-in scene.
+    /// Scene: a TOML file, or the name of a built-in scene.
     pub scene: PathBuf,
     /// Values of keys: `key=a,b,c`, `key=lo..hi:n` or `key=lo..hi:n:log`.
     pub vary: Vec<String>,
-    /// Columns of the table made of the probes: `name=expression`.
+    /// Table columns computed from the probes: `name=expression`.
     pub results: Vec<String>,
-    /// Overrides of all cases.
+    /// Overrides for all cases.
     pub set: Vec<String>,
     /// Folder for the cases.
     pub out: PathBuf,
-    /// The cases to compute, all if this is none.
+    /// Cases to compute.
     pub cases: Cases,
-    /// Whether cases that were computed are computed again.
+    /// Whether to recompute finished cases.
     pub overwrite: bool,
-    /// Cases at a time.
+    /// Number of concurrent cases.
     pub n_threads: NonZeroUsize,
-    /// A flag that ends the sweep in good order.
+    /// Flag that requests an orderly end of the sweep.
     pub interrupt: Option<&'static AtomicBool>,
-    /// Who is told how far the sweep is.
+    /// Receiver of progress reports.
     pub progress: &'a dyn Tell,
-    /// What is done with a case that was computed, in its folder.
+    /// Callback for each finished case, with its folder.
     pub finished: &'a (dyn Fn(&Path, &Scene, &RunResult) -> Result<(), Error> + Sync),
 }
 
-/// Which cases are computed; the table has all that were, now or before.
+/// Selection of cases to compute. The table contains all cases computed now or earlier.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Cases {
-    /// All.
+    /// All cases.
     All,
     /// Case K/N or cases K-L/N, from 1.
     Some(String),
-    /// None: what was computed before is collected.
+    /// No case; earlier results are collected.
     None,
 }
 
-/// Reads the scene of every case that `vary` asks for: their number.
+/// Reads the scene of every case of `vary` and returns the number of cases.
 ///
 /// # Errors
-/// Values that cannot be read, or too many; a case whose scene is wrong.
+/// Invalid or too many values; a case with an invalid scene.
 pub fn rehearse(
     scene: &Path,
     set: &[String],
@@ -82,24 +82,24 @@ pub fn rehearse(
     Ok(all.len())
 }
 
-/// The table of a sweep.
+/// Table of a sweep.
 #[derive(Debug, Clone)]
 pub struct SweepResult {
-    /// The body of `sweep.json`.
+    /// Body of `sweep.json`.
     pub document: Value,
-    /// `sweep.csv`.
+    /// Contents of `sweep.csv`.
     pub csv: String,
-    /// Why cases that were asked for, or collected, did not come to their end.
+    /// Reasons why requested or collected cases did not finish.
     pub stopped: Vec<String>,
-    /// Whether results of a case could not be written, as on a full disk.
+    /// Whether results of a case could not be written, for example on a full disk.
     pub failed_to_write: bool,
 }
 
 /// Runs the cases.
 ///
 /// # Errors
-/// Wrong options, a case whose scene is wrong, or a folder that cannot be written. A case that fails
-/// when it is run is a row.
+/// Invalid options, a case with an invalid scene, or a folder that cannot be written. A case that
+/// fails during its run becomes a row of the table.
 pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
     let axes = axes(&options.vary)?;
     let all = cases(&axes)?;
@@ -112,7 +112,7 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
         Cases::None => &all[..],
         _ => wanted,
     };
-    // A scene that is wrong as it is would be wrong in every case.
+    // A scene that is invalid without the varied keys would be invalid in every case.
     let scene = read(&options.scene, &options.set, &asked[0])?;
     let results = columns(&options.results, &axes, &scene)?;
     let sweep = Sweep {
@@ -163,7 +163,7 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
     })
 }
 
-/// The request of a sweep for its folder: a folder for each case, and what came of it beside.
+/// Returns the folder request of a sweep: one folder per case and its record next to it.
 fn request<'a>(
     options: &'a SweepOptions<'_>,
     scene: &'a Scene,
@@ -188,8 +188,8 @@ fn request<'a>(
     }
 }
 
-/// What to do with what the folder holds: the same sweep continues, another one is replaced if that
-/// is wanted.
+/// Returns the policy for existing results: the same sweep continues, another sweep is replaced if
+/// requested.
 fn existing(
     options: &SweepOptions<'_>,
     request: &FolderRequest<'_>,
@@ -207,33 +207,33 @@ fn existing(
     }
 }
 
-/// The name of the folder of a case.
+/// Returns the folder name of a case.
 fn folder_of(case: &Case) -> String {
     format!("case-{:04}", case.number + 1)
 }
 
-/// The name of the file that records what came of a case.
+/// Returns the name of the file that records the result of a case.
 fn record_of(case: &Case) -> String {
     format!("case-{:04}.json", case.number + 1)
 }
 
-/// What all cases share.
+/// Data shared by all cases.
 struct Sweep<'a> {
     options: &'a SweepOptions<'a>,
     results: Vec<ResultColumn>,
-    /// Cases at a time: those asked for, or as many as may have their files open.
+    /// Number of concurrent cases: the requested number, limited by the number of open files.
     n_threads: NonZeroUsize,
-    /// The scene's text, without overrides.
+    /// Scene text without overrides.
     scene: String,
-    /// The program that computes.
+    /// Version of the program.
     program: String,
-    /// Hashes of files that cases read, each taken once; none of a file that cannot be read.
+    /// Hashes of the input files of cases, each computed once; `None` for an unreadable file.
     hashes: Mutex<HashMap<PathBuf, Option<String>>>,
     /// Whether results of a case could not be written.
     failed_to_write: AtomicBool,
 }
 
-/// What came of a case, and of what: it stands as long as all of that is the same.
+/// Result of a case with its inputs. It is valid while all inputs are unchanged.
 #[derive(Debug, Serialize, Deserialize)]
 struct Record {
     program: String,
@@ -241,7 +241,7 @@ struct Record {
     common: Vec<String>,
     set: Vec<String>,
     inputs: Vec<Input>,
-    /// Whether the case came to an end of its own, which it would come to again.
+    /// Whether the case ended reproducibly: a repeated run would end in the same way.
     done: bool,
     result: Value,
 }
@@ -256,7 +256,7 @@ impl Sweep<'_> {
         self.options.out.join(folder_of(case))
     }
 
-    /// Refuses cases that are to be computed and whose scene is wrong.
+    /// Rejects invalid scenes among the cases to compute.
     fn expect_right(&self, cases: &[Case]) -> Result<(), Error> {
         let Self {
             options, n_threads, ..
@@ -265,12 +265,12 @@ impl Sweep<'_> {
         expect_right(&options.scene, &options.set, cases, *n_threads, skip)
     }
 
-    /// Whether a case has no result yet, or another one is wanted.
+    /// Returns whether a case must be computed: it has no result, or recomputation is requested.
     fn is_due(&self, case: &Case) -> bool {
         self.options.overwrite || !self.is_done(case)
     }
 
-    /// Whether a case has its result and its tables.
+    /// Returns whether a case has its result and its tables.
     fn is_done(&self, case: &Case) -> bool {
         let folder = self.folder(case);
         let record = self.record(case).filter(|record| record.done);
@@ -305,7 +305,8 @@ impl Sweep<'_> {
         outcomes.into_iter().collect()
     }
 
-    /// Waits until the process that computes a case has done so; computes it if that process fails.
+    /// Waits until another process has computed the case. Computes the case here if that process
+    /// fails.
     fn wait_for(&self, case: &Case, folder: &ResultFolder) -> Result<(), Error> {
         while !self.is_interrupted() && !self.is_done(case) {
             match self.compute(case, folder) {
@@ -316,7 +317,7 @@ impl Sweep<'_> {
         Ok(())
     }
 
-    /// The record of a case, if it is of the same scene, overrides, files and program.
+    /// Returns the record of a case if its scene, overrides, files and program are the same.
     fn record(&self, case: &Case) -> Option<Record> {
         let text = fs::read_to_string(self.options.out.join(record_of(case))).ok()?;
         let record: Record = serde_json::from_str(&text).ok()?;
@@ -338,8 +339,8 @@ impl Sweep<'_> {
         hash.as_ref() == Some(&input.sha256)
     }
 
-    /// Computes a case and records what came of it. What fails is a result too, but one that is
-    /// tried again.
+    /// Computes a case and records its result. A failure is also a result, but the case is tried
+    /// again.
     ///
     /// # Errors
     /// A case that another process computes; a record that cannot be written.
@@ -348,7 +349,7 @@ impl Sweep<'_> {
         let mut inputs = Vec::new();
         let (done, result) = match caught(|| self.run(case, &mut inputs)) {
             Ok(result) => {
-                // The CPU time that a case may take is this machine's.
+                // The CPU time limit of a case depends on the machine.
                 let by_chance = [StopReason::Interrupted, StopReason::WorkCap];
                 let reason = result.outcome.reason();
                 (
@@ -407,9 +408,10 @@ impl Sweep<'_> {
             Some(record) => record.result,
             None => json!({ "outcome": "not computed" }),
         };
-        // Tables of another scene, mesh or program may lie in the folder: a result names its scene.
+        // The folder may contain tables of another scene, mesh or program. A valid result names its
+        // scene.
         let is_of_this = !result["scene"].is_null();
-        // What a run tells that stopped before its end is not the case's.
+        // Values of a run that stopped early do not belong to the case.
         let is_whole = is_complete(&result);
         for column in COLUMNS {
             row.insert(column.to_owned(), result[column].clone());
@@ -427,12 +429,12 @@ impl Sweep<'_> {
     }
 }
 
-/// Whether a run reached its end, or a condition of the scene that ends it.
+/// Returns whether a run reached its end or a stop condition of the scene.
 fn is_complete(result: &Value) -> bool {
     result["outcome"] == "finished" || result["reason"] == StopReason::Event.name()
 }
 
-/// Why a case did not come to its end, if it was tried.
+/// Returns the reason why an attempted case did not finish.
 fn stopped(row: &Value) -> Option<String> {
     if is_complete(row) {
         return None;
@@ -444,7 +446,7 @@ fn stopped(row: &Value) -> Option<String> {
     is_stopped.then(|| format!("case {}: {}", row["case"], why.unwrap_or_default()))
 }
 
-/// A number as TOML has it; none for infinity, for which JSON has no number.
+/// Parses a TOML number. Returns `None` for infinity, which JSON cannot represent.
 fn number(word: &str) -> Option<Number> {
     let table: toml::Table = format!("x={word}").parse().ok()?;
     match table["x"] {
@@ -454,7 +456,7 @@ fn number(word: &str) -> Option<Number> {
     }
 }
 
-/// The row with the values that vary as numbers, where they are some.
+/// Returns the row with numeric varied values converted to numbers.
 fn numbered(axes: &[Axis], mut row: Value) -> Value {
     for axis in axes {
         let word = row[&axis.key].as_str().unwrap_or_default();
@@ -465,7 +467,7 @@ fn numbered(axes: &[Axis], mut row: Value) -> Value {
     row
 }
 
-/// The last row of each probe of the run; none of one that failed.
+/// Returns the last row of each probe of the run; failed probes are excluded.
 fn last_rows(folder: &Path, probes: &Value) -> BTreeMap<String, Vec<f64>> {
     let names = probes.as_array().into_iter().flatten();
     names

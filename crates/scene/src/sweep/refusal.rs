@@ -1,4 +1,4 @@
-//! Cases whose scene is wrong are refused before any case is computed.
+//! Rejects invalid scenes of a sweep before any case is computed.
 
 use std::any::Any;
 use std::num::NonZeroUsize;
@@ -9,19 +9,19 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use super::grid::Case;
 use crate::{Error, InputError, Scene, parallel, run};
 
-/// The scene of a case: `common` overrides are those of all cases.
+/// Returns the scene of a case. `common` contains the overrides for all cases.
 ///
 /// # Errors
-/// What is wrong in it, told of `--vary` where that gave it.
+/// An invalid scene; the error names `--vary` if a varied value caused it.
 pub(super) fn scene_of(path: &Path, common: &[String], case: &Case) -> Result<Scene, InputError> {
     let set = [common, &case.set].concat();
     Scene::load(path, &set).map_err(|error| error.of_vary(&case.set))
 }
 
-/// The same before any case is computed.
+/// Reads the scene of a case before any case is computed.
 ///
 /// # Errors
-/// What is wrong in it, told of its case; a mistake of the program.
+/// An invalid scene, with the number of the case; a panic of the program.
 pub(super) fn read(path: &Path, common: &[String], case: &Case) -> Result<Scene, Error> {
     let scene = caught(|| Ok(scene_of(path, common, case)?));
     scene.map_err(|error| of_case(error, case))
@@ -34,11 +34,11 @@ fn rehearse(path: &Path, common: &[String], case: &Case) -> Result<(), Error> {
     outcome.map_err(|error| of_case(error, case))
 }
 
-/// Rehearses the scenes of `cases`, but for those to skip, up to the first that is wrong. A mistake of the program is
-/// none of the scene: it is met again when the case is run.
+/// Rehearses the scenes of `cases`, except for skipped cases, up to the first invalid scene. A
+/// panic does not make the scene invalid. It occurs again when the case is run.
 ///
 /// # Errors
-/// What is wrong with the first that is.
+/// The error of the first invalid scene.
 pub(super) fn expect_right(
     path: &Path,
     common: &[String],
@@ -46,7 +46,8 @@ pub(super) fn expect_right(
     n_threads: NonZeroUsize,
     skip: impl Fn(&Case) -> bool + Sync,
 ) -> Result<(), Error> {
-    // Those before it are looked at to their end, so that it does not depend on the threads which is the first.
+    // All earlier cases are checked completely, so that the first error does not depend on the
+    // threads.
     let first_wrong = AtomicUsize::new(usize::MAX);
     let outcomes = parallel::map(cases, n_threads, |case| {
         if case.number > first_wrong.load(Ordering::Relaxed) || skip(case) {
@@ -63,12 +64,12 @@ pub(super) fn expect_right(
     outcomes.into_iter().collect()
 }
 
-/// What `f` gives; its panic as an error.
+/// Returns the result of `f`, with a panic converted to an error.
 pub(super) fn caught<T>(f: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
     catch_unwind(AssertUnwindSafe(f)).unwrap_or_else(|panic| Err(Error::Panic(words_of(&*panic))))
 }
 
-/// What a panic said.
+/// Returns the message of a panic.
 fn words_of(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     text.or_else(|| panic.downcast_ref::<&str>().copied())
@@ -76,7 +77,7 @@ fn words_of(panic: &(dyn Any + Send)) -> String {
         .to_owned()
 }
 
-/// The error with the case that it is of.
+/// Adds the case to the error.
 fn of_case(error: Error, case: &Case) -> Error {
     match error {
         Error::Input(error) => {
@@ -92,7 +93,7 @@ mod tests {
     use super::super::grid::{axes, cases};
     use super::*;
 
-    /// Regression: all scenes were read before what was wrong with the first was told.
+    /// Regression: all scenes were read before the error of the first scene was reported.
     #[test]
     fn cases_after_the_first_that_is_wrong_are_not_read() {
         let vary = "material[0].density=1,-1,2,-2".to_owned();
@@ -109,7 +110,7 @@ mod tests {
         assert_eq!(read.into_inner(), 2);
     }
 
-    /// Regression: a panic while a scene was read ended the program.
+    /// Regression: a panic while reading a scene ended the program.
     #[test]
     fn a_panic_is_an_error_of_its_own() {
         let outcome = caught(|| -> Result<(), Error> { panic!("a bound") });

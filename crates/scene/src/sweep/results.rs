@@ -1,4 +1,4 @@
-//! Columns of a sweep's table made of what the probes recorded: `gain=max(tip.u_y)/max(base.u_y)`.
+//! Columns of a sweep's table computed from recorded probes: `gain=max(tip.u_y)/max(base.u_y)`.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +10,7 @@ use crate::csv::Table;
 use crate::expression::{Expression, ExpressionError, expect_moderate, parse};
 use crate::{InputError, Scene, run};
 
-/// The results that a row of the table shows.
+/// Result columns of the table.
 pub(super) const COLUMNS: [&str; 10] = [
     "outcome",
     "reason",
@@ -24,13 +24,13 @@ pub(super) const COLUMNS: [&str; 10] = [
     "cpu_seconds",
 ];
 
-/// What a row has besides these, the values that vary and the columns that are asked for.
+/// Further columns of a row, in addition to the varied values and the requested columns.
 const OTHER_COLUMNS: [&str; 3] = ["case", "message", "probes"];
 
-/// What is made of a column of numbers.
+/// Reduction of a column of numbers to one number.
 type Reduction = fn(&[f64]) -> f64;
 
-/// The reductions by name; each gets the values of a column, which are not none.
+/// Reductions by name. Each receives the values of a nonempty column.
 const REDUCTIONS: [(&str, Reduction); 5] = [
     ("min", |values| least(values)),
     ("max", |values| largest(values)),
@@ -51,7 +51,7 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// `reduction(probe.column)` or `reduction(probe.column, from)`: of the values from a time on.
+/// `reduction(probe.column)` or `reduction(probe.column, from)`, which uses values from a time on.
 #[derive(Debug)]
 struct Reduced {
     reduction: Reduction,
@@ -61,7 +61,7 @@ struct Reduced {
 }
 
 impl Reduced {
-    /// None of a run that recorded no such value.
+    /// Returns the value, or `None` if the run recorded no such value.
     fn value(&self, folder: &Path) -> Option<f64> {
         let text = fs::read_to_string(folder.join(format!("{}.csv", self.probe))).ok()?;
         let table = Table::parse(&text).ok()?;
@@ -75,17 +75,17 @@ impl Reduced {
     }
 }
 
-/// A column of the table: its name, and an expression of reduced columns of probes.
+/// Table column: its name and an expression of reduced probe columns.
 #[derive(Debug)]
 pub(super) struct ResultColumn {
     pub(super) name: String,
     expression: Expression,
-    /// The variables of the expression, in its order.
+    /// Variables of the expression, in order.
     reduced: Vec<Reduced>,
 }
 
 impl ResultColumn {
-    /// Reads `name=expression`.
+    /// Parses `name=expression`.
     pub(super) fn parse(text: &str) -> Result<Self, InputError> {
         let wrong = |message: String| {
             let names: Vec<&str> = REDUCTIONS.iter().map(|(name, _)| *name).collect();
@@ -109,7 +109,7 @@ impl ResultColumn {
         while let Some((before, word, inside, after)) = next_call(rest) {
             let known = REDUCTIONS.iter().find(|(known, _)| *known == word);
             let Some((_, reduction)) = known else {
-                // A function of numbers, as sqrt: left to the expression.
+                // A function of numbers, such as sqrt, is delegated to the expression.
                 let cut = rest.len() - after.len() - inside.len() - 1;
                 flat.push_str(&rest[..cut]);
                 rest = &rest[cut..];
@@ -151,12 +151,12 @@ impl ResultColumn {
         })
     }
 
-    /// Probe and column of each value that is asked for.
+    /// Returns probe and column of each requested value.
     pub(super) fn places(&self) -> impl Iterator<Item = (&str, &str)> {
         self.reduced.iter().map(|r| (&*r.probe, &*r.column))
     }
 
-    /// The value for the run in `folder`; none of one that failed.
+    /// Returns the value for the run in `folder`, or `None` for a failed run.
     pub(super) fn value(&self, folder: &Path) -> Option<f64> {
         let values = self.reduced.iter().map(|reduced| reduced.value(folder));
         let values = values.collect::<Option<Vec<f64>>>()?;
@@ -164,7 +164,7 @@ impl ResultColumn {
     }
 }
 
-/// The columns that are asked for; their probes are those of the scene.
+/// Returns the requested columns. Their probes must be in the scene.
 pub(super) fn columns(
     texts: &[String],
     axes: &[Axis],
@@ -201,19 +201,19 @@ pub(super) fn columns(
     Ok(columns)
 }
 
-/// A name by which variables are sorted as they are numbered.
+/// Returns a variable name whose sort order follows the numbering.
 fn variable(number: usize) -> String {
     format!("reduced_{number:03}")
 }
 
-/// What stands before the next `word(inside)`, its parts, and what comes after; brackets inside are
-/// not looked for.
+/// Splits the text at the next `word(inside)` into the text before, word, inside and the text
+/// after. Nested brackets inside are not considered.
 fn next_call(text: &str) -> Option<(&str, &str, &str, &str)> {
     let open = text.find('(')?;
     let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let start = text[..open].rfind(|c| !is_word(c)).map_or(0, |i| i + 1);
     if start == open {
-        // A bracket of the expression itself: look behind it.
+        // A bracket of the expression itself: continue after it.
         let (before, word, inside, after) = next_call(&text[open + 1..])?;
         return Some((&text[..open + 1 + before.len()], word, inside, after));
     }
@@ -249,7 +249,7 @@ mod tests {
         ] {
             let column = ResultColumn::parse(text).unwrap();
             assert_eq!(column.name, "a");
-            // The operations are few and their operands small whole numbers: exact but for quotients.
+            // The tests use few operations on small integers: exact except for quotients.
             let found = column.value(folder.path()).unwrap();
             assert!(
                 (found - expected).abs() <= 4.0 * f64::EPSILON * expected.abs(),
