@@ -1,4 +1,4 @@
-//! The options every command has.
+//! Options common to all commands.
 
 use std::num::NonZeroUsize;
 
@@ -34,16 +34,16 @@ pub struct CommonArgs {
 }
 
 impl CommonArgs {
-    /// Threads to use: those asked for, or one per core.
+    /// Returns the requested number of threads; the default is one per core.
     pub fn n_threads(&self) -> NonZeroUsize {
         self.threads.unwrap_or_else(machine::n_cores)
     }
 
-    /// Sets the limits of memory and threads for the whole process. `side_by_side`: whether the command
-    /// itself computes several runs at a time, each of which then has one thread.
+    /// Sets the memory and thread limits of the process. `side_by_side`: whether the command runs
+    /// several computations in parallel; each of them then uses one thread.
     ///
     /// # Errors
-    /// Threads that the system does not start.
+    /// Returns an error if the system cannot start the threads.
     pub fn grant_resources(&self, side_by_side: bool) -> anyhow::Result<()> {
         if !side_by_side {
             resources::use_threads(self.n_threads().get())?;
@@ -52,11 +52,11 @@ impl CommonArgs {
         Ok(())
     }
 
-    /// Gives out the results: the text on standard output, or the document of `command` where
-    /// `--json` wants it (both, when it wants a file).
+    /// Writes the results: the text to standard output, or the document of `command` if `--json` is
+    /// set (both if `--json` names a file).
     ///
     /// # Errors
-    /// When standard output or the file cannot be written.
+    /// Returns an error if standard output or the file cannot be written.
     pub fn give(&self, command: &str, text: &str, document: &impl Serialize) -> anyhow::Result<()> {
         if let Some(target) = &self.json {
             json::write(target, command, document)?;

@@ -1,4 +1,4 @@
-//! The program's commands, as clap reads them, and what runs each.
+//! The program's command line, parsed by clap, and the dispatch of its commands.
 
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -87,7 +87,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// The options that every command has which computes.
+    /// Returns the common options, which all computing commands have.
     fn common(&self) -> Option<&CommonArgs> {
         Some(match self {
             Self::Doctor(args) => &args.common,
@@ -108,7 +108,7 @@ impl Command {
         })
     }
 
-    /// Whether the threads are for several runs at a time.
+    /// Returns whether the command uses its threads for several runs in parallel.
     fn runs_side_by_side(&self) -> bool {
         matches!(
             self,
@@ -119,7 +119,7 @@ impl Command {
     /// Runs the command.
     ///
     /// # Errors
-    /// When the input is wrong or an output cannot be written.
+    /// Returns an error if the input is invalid or an output cannot be written.
     pub fn run(&self) -> anyhow::Result<Exit> {
         if let Some(common) = self.common() {
             common.grant_resources(self.runs_side_by_side())?;

@@ -1,9 +1,9 @@
-//! How a failure is printed.
+//! Formatting of errors.
 
 use myovib_scene::plain;
 
-/// The failure as it is printed: `error: …`, then its causes, one a line, but for those that the
-/// line before has told already.
+/// Formats an error as `error: …`, followed by its causes, one per line. A cause that the previous
+/// line already contains is omitted.
 pub fn render(failure: &anyhow::Error) -> String {
     let mut told = plain(&failure.to_string());
     let mut text = format!("error: {told}\n");

@@ -1,4 +1,4 @@
-//! The exit codes scripts rely on.
+//! Exit codes, on which scripts rely.
 
 use std::process::ExitCode;
 
@@ -6,28 +6,28 @@ use myovib_model::{ModelError, Outcome, StopReason};
 use myovib_scene::Error;
 use myovib_sparse::SparseError;
 
-/// How a command ended.
+/// Result of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Exit {
-    /// Done.
+    /// Success.
     Done = 0,
-    /// A result differs from what was to be shown, or `doctor` found something missing.
+    /// A reproduction check failed, or `doctor` found a missing requirement.
     Differs = 1,
-    /// Usage, scene or mesh is wrong; nothing was written.
+    /// Invalid usage, scene or mesh; nothing was written.
     Usage = 2,
-    /// The integrator stopped where it should not; the output is kept.
+    /// The integrator stopped too early; the output is kept.
     Stopped = 3,
-    /// Failed while running: a disk is full, a file has gone, there is no equilibrium, memory will not
-    /// do; the output is kept.
+    /// Failure at run time: full disk, missing file, no equilibrium found, not enough memory. The
+    /// output is kept.
     Failed = 4,
-    /// Interrupted, by Ctrl-C or by the system; the output is kept.
+    /// Interrupted by Ctrl-C or by the system; the output is kept.
     Interrupted = 130,
 }
 
 impl Exit {
-    /// How a command ends that shows a run as far as it got. With an event, which was asked for,
-    /// the run is done.
+    /// Returns the result of a command that shows a run up to its last time. A stop by a requested
+    /// event counts as success.
     pub fn of(outcome: &Outcome) -> Self {
         match outcome.reason() {
             None | Some(StopReason::Event) => Self::Done,
@@ -39,7 +39,8 @@ impl Exit {
 }
 
 impl Exit {
-    /// How a command ends that failed: by its input, unless what was wrong came up at work.
+    /// Returns the result of a failed command. Most errors are errors of the input; the others
+    /// occur at run time.
     pub fn of_failure(failure: &anyhow::Error) -> Self {
         let at_work = |cause: &(dyn std::error::Error + 'static)| {
             let memory = |error: &SparseError| matches!(error, SparseError::Memory { .. });
@@ -76,7 +77,7 @@ impl From<Exit> for ExitCode {
 mod tests {
     use super::*;
 
-    /// Regression: `check` ended with 2 where `run` ended with 4.
+    /// Regression: for the same scene `check` returned 2 and `run` returned 4.
     #[test]
     fn too_little_memory_is_no_wrong_scene() {
         let memory = || SparseError::Memory {

@@ -1,7 +1,8 @@
-//! Ctrl-C, and SIGTERM and SIGHUP, which clusters send before they kill: the first ends runs in
-//! good order, so that their output is kept; the second ends the program. What has no output before its
-//! end is ended by the first. SIGXFSZ, of a file that grows over a limit of the system, ends nothing: the
-//! write fails as on a full disk.
+//! Handling of Ctrl-C, and of SIGTERM and SIGHUP, which clusters send before they kill a process.
+//!
+//! The first signal ends runs in an orderly manner, so that their output is kept. The second ends
+//! the program. Commands without intermediate output end at the first signal. SIGXFSZ (a file
+//! exceeds a limit of the system) does not end the program: the write fails as on a full disk.
 
 use std::ffi::c_int;
 use std::io;
@@ -14,7 +15,7 @@ use signal_hook::flag::{register, register_conditional_shutdown};
 use crate::exit::Exit;
 use crate::output;
 
-/// The signals that ask for the end.
+/// Signals that request the end of the program.
 const ENDING: &[c_int] = &[
     SIGINT,
     SIGTERM,
@@ -26,18 +27,18 @@ static INTERRUPTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 static AT_ONCE: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 static INSTALLED: Once = Once::new();
 
-/// Whether there was a signal that the flag was set by.
+/// Returns whether a signal has set the flag.
 pub fn has_come() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
 
-/// Lets the first signal end the program: for what has no steps to end after, nor output to keep.
+/// Makes the first signal end the program, for commands without steps and without output to keep.
 pub fn at_once() {
     AT_ONCE.store(true, Ordering::Relaxed);
 }
 
-/// The flag that the first signal sets, for `Limits` of a run. From the first call on, a signal no
-/// longer ends the program at once.
+/// Returns the flag that the first signal sets, for the `Limits` of a run. After the first call, a
+/// signal no longer ends the program immediately.
 pub fn flag() -> &'static AtomicBool {
     INSTALLED.call_once(|| {
         if let Err(error) = ENDING.iter().try_for_each(|&signal| end_by(signal)) {
@@ -47,8 +48,8 @@ pub fn flag() -> &'static AtomicBool {
     &INTERRUPTED
 }
 
-/// Lets `signal` set the flag, and end the program if the flag was set before. The actions are taken in
-/// the order in which they are registered.
+/// Makes `signal` set the flag, or end the program if the flag is already set. The actions run in
+/// the order of their registration.
 fn end_by(signal: c_int) -> io::Result<()> {
     let code = Exit::Interrupted as i32;
     register_conditional_shutdown(signal, code, Arc::clone(&INTERRUPTED))?;
@@ -57,8 +58,8 @@ fn end_by(signal: c_int) -> io::Result<()> {
     Ok(())
 }
 
-/// Makes a write over the system's limit of a file's size an error, which names the file. It would end
-/// the program.
+/// Turns a write beyond the system's file size limit into an error that names the file. Without it
+/// the signal would end the program.
 pub fn outlive_large_files() {
     #[cfg(unix)]
     if let Err(error) = register(signal_hook::consts::SIGXFSZ, Arc::default()) {

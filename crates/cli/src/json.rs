@@ -1,4 +1,4 @@
-//! Where JSON documents go.
+//! Output of JSON documents.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::output;
 use crate::values::output_file;
 
-/// Where a JSON document goes.
+/// Target of a JSON document.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum JsonTarget {
     /// Standard output.
@@ -29,10 +29,10 @@ impl FromStr for JsonTarget {
     }
 }
 
-/// Writes the document of `command` to standard output or, at once and whole, to a file.
+/// Writes the document of `command` to standard output or atomically to a file.
 ///
 /// # Errors
-/// When `body` cannot be serialised or the target cannot be written.
+/// Returns an error if `body` cannot be serialized or the target cannot be written.
 pub fn write(target: &JsonTarget, command: &str, body: &impl Serialize) -> anyhow::Result<()> {
     let text = document(command, body)?;
     match target {

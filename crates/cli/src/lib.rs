@@ -1,15 +1,16 @@
-//! The command line `myovib`: commands that compute, and what they write.
+//! The command line program `myovib`: its commands and their output.
 //!
-//! Cast: [`cli`] names the commands and runs them; [`commands`] has one file per command, [`args`]
-//! the options they share and [`values`] what options take; [`exit`] and [`error`] say how a command ends; [`json`] and [`progress`]
-//! are the ways out; [`versions`] and [`machine`] are what a reader of results must know.
-//! [`ranks`] is a run by several processes. [`chains`] runs what is behind figures of chains. Only this crate prints.
+//! [`cli`] defines the commands and runs them; [`commands`] has one file per command, [`args`] the
+//! common options and [`values`] the parsers of option values. [`exit`] and [`error`] define exit
+//! codes and error messages; [`json`] and [`progress`] write documents and progress. [`versions`]
+//! and [`machine`] describe the program and the machine for readers of results. [`ranks`] runs
+//! several processes. [`chains`] runs the chains of figures. Only this crate prints.
 #![forbid(unsafe_code)]
 #![allow(missing_docs, reason = "not published as a library")]
-// `println!` and `eprintln!` panic when the reader has gone: `output` prints instead.
+// `println!` and `eprintln!` panic if the reader has closed the pipe; `output` is used instead.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
-/// The Rust of the guide, as tests.
+/// Rust code of the guide, as tests.
 #[cfg(doctest)]
 mod pages {
     #[doc = include_str!("../../../docs/src/rust.md")]
@@ -44,7 +45,7 @@ use myovib_scene::{Scene, plain};
 use crate::cli::{Cli, Command};
 use crate::exit::Exit;
 
-/// Reads the command line, runs the command, and gives the exit code.
+/// Parses the command line, runs the command, and returns the exit code.
 pub fn main() -> ExitCode {
     interrupt::outlive_large_files();
     ranks::main(command, scene)
@@ -54,7 +55,8 @@ fn command() -> ExitCode {
     match Cli::try_parse() {
         Ok(cli) => ended(cli.command.run()).into(),
         Err(error) => {
-            // What cannot be printed has no reader; the code is clap's, 2, or 0 for help.
+            // Errors of printing are ignored: nobody reads the output. The code is clap's: 2, or 0
+            // for help.
             match error.use_stderr() && plain(&error.to_string()) != error.to_string() {
                 true => output::print_error(&plain(&error.to_string())),
                 false => drop(error.print()),
@@ -64,7 +66,7 @@ fn command() -> ExitCode {
     }
 }
 
-/// The scene on the command line; what is wrong with it goes to standard error.
+/// Reads the scene of the command line; errors are printed to standard error.
 fn scene() -> Option<Scene> {
     let Ok(Cli {
         command: Command::Run(args),
@@ -77,11 +79,11 @@ fn scene() -> Option<Scene> {
         .ok()
 }
 
-/// Reports the failure of a command, and tells how it ended.
+/// Prints the error of a failed command, and returns the exit code.
 pub fn ended(result: anyhow::Result<Exit>) -> Exit {
     result.unwrap_or_else(|failure| {
         output::print_error(&error::render(&failure));
-        // What needs the end of a run that was interrupted fails, and not by its input.
+        // A command that needs the end of an interrupted run fails, but its input is valid.
         if interrupt::has_come() {
             Exit::Interrupted
         } else {

@@ -1,4 +1,4 @@
-//! Facts of the machine that a timing's reader must know.
+//! Properties of the machine that affect timings.
 
 use std::fs;
 use std::num::NonZeroUsize;
@@ -6,21 +6,21 @@ use std::thread;
 
 use serde::Serialize;
 
-/// The processor as far as it matters here.
+/// Processor, system and cores.
 #[derive(Debug, Clone, Serialize)]
 pub struct Machine {
-    /// Its name, where the system tells it.
+    /// Name of the processor, if the system reports it.
     pub processor: Option<String>,
     /// Architecture and operating system.
     pub target: String,
-    /// Cores this process may use.
+    /// Number of cores available to this process.
     pub cores: NonZeroUsize,
-    /// The widest vector instructions it has.
+    /// Widest vector instruction set of the processor.
     pub simd: &'static str,
 }
 
 impl Machine {
-    /// Looks at the machine the program runs on.
+    /// Detects the properties of this machine.
     pub fn found() -> Self {
         Self {
             processor: processor(),
@@ -31,7 +31,7 @@ impl Machine {
     }
 }
 
-/// Cores this process may use; one when the system does not tell.
+/// Returns the number of cores available to this process, or one if the system does not report it.
 pub fn n_cores() -> NonZeroUsize {
     thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
 }

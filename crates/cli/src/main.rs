@@ -1,4 +1,4 @@
-//! The program `myovib`; all of it is in the library beside.
+//! The program `myovib`. Its code is in the library crate.
 #![forbid(unsafe_code)]
 
 fn main() -> std::process::ExitCode {

@@ -1,6 +1,6 @@
 //! Printed output, and single files named by options.
 //!
-//! The loss of standard output or standard error does not end a computation: nothing here panics.
+//! If standard output or standard error is closed, the computation continues: no function panics.
 
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -9,11 +9,10 @@ use std::path::Path;
 use myovib_report::{plot, table2};
 use myovib_scene::{Error, InputError, atomic_file, plain};
 
-/// Prints results to standard output. A reader that has gone, as with `myovib … | head`, is not a
-/// failure.
+/// Prints results to standard output. A closed pipe, as in `myovib … | head`, is not an error.
 ///
 /// # Errors
-/// [`Error::File`] when standard output cannot take them, as on a full disk.
+/// Returns [`Error::File`] if standard output cannot be written, for example on a full disk.
 pub fn print(text: impl AsRef<[u8]>) -> Result<(), Error> {
     let mut stdout = io::stdout();
     let written = stdout.write_all(text.as_ref());
@@ -47,10 +46,10 @@ pub fn warn(text: &str) {
     line(&format!("warning: {text}"));
 }
 
-/// Writes a file that an option names, whole or not at all.
+/// Writes a file named by an option, atomically.
 ///
 /// # Errors
-/// A file made by another program; errors of the file system.
+/// Returns an error if another program wrote the existing file, or if the file system fails.
 pub fn save(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
     if let Some(reason) = not_replaceable(path) {
         return Err(InputError::new(reason).at(path.display()).into());
@@ -58,10 +57,10 @@ pub fn save(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
     atomic_file::save(path, contents)
 }
 
-/// First lines of job scripts, by which the program recognizes its own.
+/// First lines of job scripts, by which the program recognizes its files.
 pub const JOB_SCRIPT: &str = "#!/bin/bash\n# Made by myovib sweep.\n";
 
-/// Why a file must not be replaced, if so.
+/// Returns the reason why a file must not be replaced, if any.
 pub fn not_replaceable(path: &Path) -> Option<String> {
     let there = match std::fs::symlink_metadata(path) {
         Ok(there) => there,
@@ -73,7 +72,7 @@ pub fn not_replaceable(path: &Path) -> Option<String> {
     if there.is_dir() {
         return Some("it is a folder".to_owned());
     }
-    // A link or a pipe is not followed, nor a device replaced.
+    // Links, pipes and devices are not replaced.
     if !there.is_file() {
         return Some("it is not a regular file".to_owned());
     }
@@ -81,7 +80,7 @@ pub fn not_replaceable(path: &Path) -> Option<String> {
     (!is_ours(path)).then(|| reason.to_owned())
 }
 
-/// Whether this program wrote the file, by its beginning.
+/// Returns whether this program wrote the file, judged by its first bytes.
 fn is_ours(path: &Path) -> bool {
     let mut start = Vec::new();
     let read = File::open(path).and_then(|file| file.take(4096).read_to_end(&mut start));

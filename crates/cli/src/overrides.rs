@@ -1,33 +1,34 @@
-//! Options that stand for changes of a scene: text as `--set` takes it.
+//! Options that change a scene, as text in the form of `--set`.
 
 use std::path::Path;
 
 use myovib_model::IntegratorKind;
 use serde_json::json;
 
-/// `key=value`.
+/// Returns `key=value`.
 pub(crate) fn change(key: &str, value: impl std::fmt::Display) -> String {
     format!("{key}={value}")
 }
 
-/// Another mesh, from a file.
+/// Replaces the mesh by a file.
 pub(crate) fn mesh(path: &Path) -> String {
     let path = json!(path.display().to_string());
     change("mesh", format!("{{ type = \"file\", path = {path} }}"))
 }
 
-/// Another end time, s.
+/// Replaces the end time, s.
 pub(crate) fn end(t_end: f64) -> String {
     change("time.end", format!("{t_end:e}"))
 }
 
-/// Another integrator: those of the paper's scenes are settings of BDF.
+/// Replaces the integrator. Settings specific to BDF, as in the paper's scenes, are removed for
+/// other methods.
 pub(crate) fn integrator(kind: IntegratorKind) -> Vec<String> {
     if kind == IntegratorKind::Ida {
         return vec![change("integrator.method", "bdf")];
     }
     let mut changes = vec![change("integrator.method", kind.name())];
-    // Orders, absolute tolerances and what is left out of the error test are those of BDF.
+    // Order, absolute tolerances and error test exclusions are settings of BDF.
     for of_bdf in ["max_order", "atol", "suppress"] {
         changes.push(change(&format!("integrator.{of_bdf}"), ""));
     }

@@ -1,4 +1,4 @@
-//! How far a computation is, on standard error.
+//! Progress of a computation, on standard error.
 
 use std::io::{self, IsTerminal};
 use std::sync::Mutex;
@@ -9,12 +9,12 @@ use myovib_scene::watch::Tell;
 
 use crate::output;
 
-/// Between two refreshes of the line on a terminal, and between two lines elsewhere.
+/// Time between updates of the line on a terminal, and between lines elsewhere.
 const ON_TERMINAL: Duration = Duration::from_millis(100);
 const IN_LOG: Duration = Duration::from_secs(10);
 
-/// One line that is rewritten on a terminal, a line now and then in a log, nothing when quiet; several
-/// runs may share it.
+/// Progress line: updated in place on a terminal, printed at intervals in a log, absent if quiet.
+/// Several runs may share it.
 #[derive(Debug)]
 pub struct Progress {
     quiet: bool,
@@ -23,7 +23,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Progress that nobody has seen yet.
+    /// Creates progress without any printed line.
     pub fn new(quiet: bool) -> Self {
         Self {
             quiet,
@@ -32,14 +32,14 @@ impl Progress {
         }
     }
 
-    /// Shows the text made by `line`, if it is time to.
+    /// Shows the text made by `line` if the interval has passed.
     pub fn show(&self, line: impl FnOnce() -> String) {
         let interval = if self.on_terminal {
             ON_TERMINAL
         } else {
             IN_LOG
         };
-        // Another run's thread may be writing: this run's turn comes again.
+        // Another run's thread may be writing; this run tries again at its next call.
         let Ok(mut last) = self.last.try_lock() else {
             return;
         };
@@ -56,7 +56,7 @@ impl Progress {
             return;
         }
         if self.on_terminal {
-            // Back to the line's start, and clear what is left of the text before.
+            // Returns to the start of the line and clears the previous text.
             output::print_error(&format!("\r{}\x1b[K", plain(&line())));
         } else {
             output::line(&line());
@@ -75,7 +75,7 @@ impl Tell for Progress {
 }
 
 impl Drop for Progress {
-    /// Takes the line off the terminal.
+    /// Clears the line on the terminal.
     fn drop(&mut self) {
         if self.on_terminal && !self.quiet {
             output::print_error("\r\x1b[K");

@@ -1,5 +1,5 @@
-//! A run by the processes that `mpirun` or `srun` started together, in a program with the feature
-//! `mpi`: rank 0 is the program, the others lend it a hand.
+//! Runs by several processes, started together by `mpirun` or `srun`, if the feature `mpi` is
+//! enabled: rank 0 runs the program, and the other ranks assemble their share of the elements.
 
 #[cfg(not(feature = "mpi"))]
 pub use alone::{main, share};
@@ -16,10 +16,10 @@ mod alone {
     use crate::exit::Exit;
     use crate::output;
 
-    /// Where launchers say how many processes they have started: Open MPI, and those that speak PMI.
+    /// Variables in which Open MPI and PMI launchers set the number of processes.
     const SIZES: [&str; 2] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
 
-    /// The program, which is `command`.
+    /// Runs the program's `command`.
     pub fn main(command: impl FnOnce() -> ExitCode, _: impl Fn() -> Option<Scene>) -> ExitCode {
         let several = |name: &&str| env::var(name).is_ok_and(|size| size != "1");
         if SIZES.iter().any(several) {
@@ -32,10 +32,10 @@ mod alone {
         command()
     }
 
-    /// Nothing: the process is alone.
+    /// Does nothing: there is a single process.
     ///
     /// # Errors
-    /// None.
+    /// Never returns an error.
     pub fn share(_: &mut Scene) -> anyhow::Result<()> {
         Ok(())
     }
@@ -53,13 +53,13 @@ mod together {
     use crate::interrupt;
     use crate::output;
 
-    /// What launchers tell each process they start: Open MPI, and those that speak PMIx or PMI.
+    /// Variables that Open MPI, PMIx and PMI launchers set for each process.
     const LAUNCHERS: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_SIZE"];
 
     static SHARING: OnceLock<Sharing> = OnceLock::new();
 
-    /// The program, which is `command`, at rank 0; a follower of it elsewhere, which reads the same
-    /// `scene`, or says on standard error why it cannot.
+    /// Runs `command` at rank 0. The other ranks read the same `scene` and follow rank 0; they
+    /// report on standard error if they cannot read it.
     pub fn main(command: impl FnOnce() -> ExitCode, scene: impl Fn() -> Option<Scene>) -> ExitCode {
         if LAUNCHERS.iter().all(|name| env::var_os(name).is_none()) {
             return command();
@@ -77,11 +77,11 @@ mod together {
         }
     }
 
-    /// Shares out the elements of the scene's body among the processes, if there is one and several
-    /// were started; MUMPS factorises from then on.
+    /// Distributes the elements of the scene's body among the processes, if the scene has a body
+    /// and there are several processes. MUMPS factorizes from then on.
     ///
     /// # Errors
-    /// A process that cannot read the scene, or reads another.
+    /// Returns an error if a process cannot read the scene, or reads a different scene.
     pub fn share(scene: &mut Scene) -> anyhow::Result<()> {
         let (Some(sharing), Some(body)) = (SHARING.get(), &mut scene.body) else {
             return Ok(());

@@ -1,31 +1,31 @@
-//! What the build needs, from the list that `scripts/setup` reads too.
+//! Build requirements, from the list that `scripts/setup` also reads.
 
 use std::env;
 use std::path::{Path, PathBuf};
 
 const LIST: &str = include_str!("../requirements.txt");
 
-/// One thing the build needs.
+/// Requirement of the build.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Requirement {
-    /// The Debian package that has it.
+    /// Debian package that provides it.
     pub package: &'static str,
-    /// What it is.
+    /// Purpose of the package.
     pub purpose: &'static str,
-    /// Where it may show.
+    /// Paths where it may be installed.
     patterns: Vec<&'static str>,
 }
 
-/// The way this program was built, in the words of the list.
+/// Build variant of this program, as named in the list.
 pub const WAY: &str = match cfg!(feature = "vendored") {
     true => "vendored",
     false => "system",
 };
 
-/// Everything that a build in this `way` needs.
+/// Returns all requirements of the build variant `way`.
 ///
 /// # Panics
-/// When a line of the embedded list has not four fields, which a test excludes.
+/// Panics if a line of the embedded list does not have four fields, which a test excludes.
 pub fn of(way: &str) -> Vec<Requirement> {
     let lines = LIST.lines().filter(|line| !line.starts_with('#'));
     lines.filter_map(|line| parse(line, way)).collect()
@@ -45,7 +45,7 @@ fn parse(line: &'static str, way: &str) -> Option<Requirement> {
 }
 
 impl Requirement {
-    /// The first place where it shows on this machine.
+    /// Returns the first path at which it is installed on this machine.
     pub fn locate(&self) -> Option<PathBuf> {
         self.patterns.iter().find_map(|pattern| locate(pattern))
     }

@@ -1,4 +1,4 @@
-//! The values of options: text to what it stands for, or what is wrong with it.
+//! Parsers of option values.
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -7,11 +7,11 @@ use myovib_model::IntegratorKind;
 
 use crate::output::not_replaceable;
 
-/// The file an output goes to: what cannot be written is told before a long
-/// computation, not after it.
+/// Parses the path of an output file. A path that cannot be written is rejected before a long
+/// computation instead of after it.
 ///
 /// # Errors
-/// A folder that does not exist, or a path that must not be replaced.
+/// Returns an error if the folder does not exist or the path must not be replaced.
 pub fn output_file(path: &str) -> Result<PathBuf, String> {
     let file = PathBuf::from(path);
     if path.is_empty() {
@@ -30,10 +30,10 @@ pub fn output_file(path: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// The folder that results go to; it may be made later.
+/// Parses the path of a result folder, which may be created later.
 ///
 /// # Errors
-/// A path that is empty, is a file, or lies in one.
+/// Returns an error if the path is empty, is a file, or is below a file.
 pub fn output_folder(path: &str) -> Result<PathBuf, String> {
     let folder = PathBuf::from(path);
     if path.is_empty() {
@@ -45,10 +45,10 @@ pub fn output_folder(path: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// A size of memory in bytes.
+/// Parses a memory size in bytes.
 ///
 /// # Errors
-/// Another text than a number above 0 and one of the units.
+/// Returns an error unless the text is a positive number with a unit.
 pub fn memory(text: &str) -> Result<usize, String> {
     let units = [("GiB", 30), ("MiB", 20), ("G", 30), ("M", 20)];
     let size = units.iter().find_map(|(unit, power)| {
@@ -61,27 +61,27 @@ pub fn memory(text: &str) -> Result<usize, String> {
     }
 }
 
-/// A number of threads.
+/// Parses a number of threads.
 ///
 /// # Errors
-/// Another number than 1 to 1024.
+/// Returns an error unless the number is between 1 and 1024.
 pub fn threads(text: &str) -> Result<NonZeroUsize, String> {
     up_to::<1024>(text)
 }
 
-/// A number of things, from 1 to `MAX`.
+/// Parses a count from 1 to `MAX`.
 ///
 /// # Errors
-/// Another number.
+/// Returns an error if the number is out of range.
 pub fn up_to<const MAX: usize>(text: &str) -> Result<NonZeroUsize, String> {
     let number = text.parse().ok().filter(|n: &NonZeroUsize| n.get() <= MAX);
     number.ok_or_else(|| format!("not a whole number from 1 to {MAX}"))
 }
 
-/// A finite number above 0.
+/// Parses a finite positive number.
 ///
 /// # Errors
-/// Another number, or none.
+/// Returns an error for other numbers and other texts.
 pub fn positive(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
@@ -89,10 +89,10 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A relative tolerance.
+/// Parses a relative tolerance.
 ///
 /// # Errors
-/// A number that is none, or no number.
+/// Returns an error for NaN, for values out of range, and for other texts.
 pub fn relative_tolerance(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(value) if value > 0.0 && value < 1.0 => Ok(value),
@@ -100,19 +100,19 @@ pub fn relative_tolerance(text: &str) -> Result<f64, String> {
     }
 }
 
-/// An integrator by its name.
+/// Parses the name of an integrator.
 ///
 /// # Errors
-/// The names there are.
+/// Returns the valid names.
 pub fn integrator(name: &str) -> Result<IntegratorKind, String> {
     by_name(&IntegratorKind::ALL, IntegratorKind::name, name)
         .map_err(|names| format!("`{name}` is no integrator: {names}"))
 }
 
-/// The one of `all` with this name.
+/// Returns the entry of `all` with this name.
 ///
 /// # Errors
-/// The names there are.
+/// Returns the valid names.
 pub fn by_name<T: Copy>(
     all: &[T],
     name_of: fn(T) -> &'static str,

@@ -1,10 +1,10 @@
-//! The versions that `--version` prints.
+//! Versions that `--version` prints.
 
 use std::sync::LazyLock;
 
 use myovib_scene::versions::Versions;
 
-/// What `--version` prints after the name.
+/// Returns the output of `--version` after the name.
 pub fn long() -> &'static str {
     static TEXT: LazyLock<String> = LazyLock::new(|| {
         let found = Versions::found();

@@ -1,4 +1,4 @@
-//! A run as a command watches it.
+//! Runs with progress and interruption.
 
 use myovib_model::{Integrator, Limits, ModelError, Observer, Statistics, run};
 
@@ -6,10 +6,10 @@ use crate::interrupt;
 use crate::progress::Progress;
 use myovib_scene::watch::Watch;
 
-/// Runs to `t_end` (s), to a stop, or to Ctrl-C, with progress under this `name`.
+/// Runs to `t_end` (s), to a stop, or to Ctrl-C, and shows progress under this `name`.
 ///
 /// # Errors
-/// As [`run`](fn@run).
+/// Returns the errors of [`run`](fn@run).
 pub(crate) fn run_watched<P>(
     integrator: &mut dyn Integrator<P>,
     observer: &mut dyn Observer<P>,

@@ -1,4 +1,4 @@
-//! A run of a chain as JSON: the chain, its body, statistics and settings.
+//! JSON document of a chain's run: the chain, its body, statistics and settings.
 
 use std::collections::BTreeMap;
 
@@ -13,10 +13,10 @@ use serde_json::{Map, Value, json};
 
 use super::ChainRun;
 
-/// The chain of a run, the body that drives it, statistics and settings.
+/// Returns the chain, the body that drives it, the statistics and the settings of a run.
 ///
 /// # Errors
-/// None: all of it can be written.
+/// Returns an error if a value cannot be serialized.
 pub fn chain_document(run: &ChainRun) -> anyhow::Result<Map<String, Value>> {
     let mut document = Map::new();
     let settings = match (&run.scene.body, run.has_body) {
@@ -49,7 +49,7 @@ fn chain(scene: &Scene) -> Value {
     })
 }
 
-/// The body with its load, whether it moved with the chain or before.
+/// Returns the body, its load, and whether it moved together with the chain or was recorded before.
 fn body(scene: &Scene) -> Value {
     let chain = &scene.file.chain[0];
     match (&scene.body, &scene.file.rod) {
@@ -85,7 +85,7 @@ fn with_a_muscle(run: &ChainRun, body: &Body) -> anyhow::Result<Value> {
     Ok(document)
 }
 
-/// Of a run all of whose states are those of a rod and oscillators.
+/// Returns the document of a run whose states all belong to a rod and to oscillators.
 fn of_states(run: &ChainRun) -> anyhow::Result<Value> {
     let wanted = &run.scene.file.integrator;
     let integrator = wanted.method.kind();
@@ -115,7 +115,7 @@ fn of_states(run: &ChainRun) -> anyhow::Result<Value> {
     Ok(document)
 }
 
-/// Settled values for a JSON document.
+/// Settled values of a chain in a JSON document.
 #[derive(Debug, Serialize)]
 pub struct SettledJson {
     /// Length of the trailing window, s.
@@ -124,7 +124,7 @@ pub struct SettledJson {
     psi: Settled,
     /// |χ|.
     chi: Settled,
-    /// Frequency of the centroid, Hz.
+    /// Centroid frequency, Hz.
     frequency: Settled,
 }
 

@@ -1,4 +1,4 @@
-//! A scene's chain is run, with its body or on a motion that was recorded.
+//! Runs of a scene's chain, with its body or with a recorded motion.
 
 use std::sync::Arc;
 
@@ -14,37 +14,39 @@ use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::watched::run_watched;
 
-/// A finished run of a chain, on whatever body.
+/// Finished run of a chain, with its body or with a recorded motion.
 pub struct ChainRun {
-    /// What was run.
+    /// Scene of the run.
     pub scene: Scene,
     /// Coherence at sample times.
     pub history: CoherenceHistory,
-    /// Counts and outcome.
+    /// Counters and outcome.
     pub statistics: Statistics,
-    /// Length of the integrator's vector.
+    /// Number of unknowns of the integrator.
     pub unknowns: usize,
-    /// Whether the body moved with the chain, or its motion was replayed.
+    /// Whether the body moved together with the chain; otherwise its motion was replayed.
     pub has_body: bool,
 }
 
 impl ChainRun {
-    /// Length of the window over which the run is judged: 20 s, or less for a short run.
+    /// Returns the length of the window in which the run is evaluated: 20 s, or less for a short
+    /// run.
     pub fn window(&self) -> f64 {
         20.0_f64.min(self.scene.t_end / 2.0)
     }
 
-    /// Settled values over the window; none for a run that stopped too early to have any.
+    /// Returns the settled values in the window, or `None` if the run stopped before the window.
     pub fn settled(&self) -> Option<Settling> {
         self.history.settled(self.window()).ok()
     }
 
-    /// How a command that shows this run ends; a run that stopped is shown as far as it got.
+    /// Returns the exit code of a command that shows this run. A stopped run is shown up to its
+    /// last time.
     pub fn exit(&self) -> Exit {
         Exit::of(&self.statistics.outcome)
     }
 
-    /// Number of oscillators.
+    /// Returns the number of oscillators.
     pub fn n_oscillators(&self) -> usize {
         self.scene.chains[0].chain.omega.len()
     }
@@ -53,7 +55,7 @@ impl ChainRun {
 /// Runs the body of `scene` and its chain as one system.
 ///
 /// # Errors
-/// Fatal errors of the run.
+/// Returns the fatal errors of the run.
 pub fn on_its_body(scene: Scene, progress: &Progress) -> anyhow::Result<ChainRun> {
     match scene.body {
         Some(_) => observe(&mut *run::with_chains(&scene)?, scene, true, progress),
@@ -64,7 +66,7 @@ pub fn on_its_body(scene: Scene, progress: &Progress) -> anyhow::Result<ChainRun
 /// Runs the chain of `scene` alone, driven by a recorded motion.
 ///
 /// # Errors
-/// Fatal errors of the run.
+/// Returns the fatal errors of the run.
 pub fn replay(
     scene: Scene,
     motion: &Arc<Recording>,
@@ -73,7 +75,7 @@ pub fn replay(
     observe(&mut *run::replayed(&scene, motion)?, scene, false, progress)
 }
 
-/// Integrates and observes the first network of a coupled system.
+/// Integrates a coupled system and observes its first network.
 fn observe<B: Body>(
     integrator: &mut dyn Integrator<CoupledDae<B>>,
     scene: Scene,
@@ -98,10 +100,10 @@ fn observe<B: Body>(
     })
 }
 
-/// The motion of the point of a scene's body that drives its chain, without the chain.
+/// Records the motion of the point that drives the chain of a scene; the chain is excluded.
 ///
 /// # Errors
-/// A run that does not reach its end.
+/// Returns an error if the run does not reach its end time.
 pub fn record(scene: &Scene, progress: &Progress) -> anyhow::Result<Arc<Recording>> {
     let mut alone = scene.clone();
     alone.chains.clear();

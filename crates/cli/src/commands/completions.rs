@@ -1,4 +1,4 @@
-//! `myovib completions`: what makes a shell complete commands and options.
+//! `myovib completions`: completion scripts for shells.
 
 use clap::Args;
 use clap_complete::Shell;
@@ -18,7 +18,7 @@ pub struct CompletionsArgs {
 /// Prints the completions of `program`.
 ///
 /// # Errors
-/// When standard output cannot be written.
+/// Returns an error if standard output cannot be written.
 pub fn run(args: &CompletionsArgs, mut program: clap::Command) -> anyhow::Result<Exit> {
     let mut text = Vec::new();
     clap_complete::generate(args.shell, &mut program, "myovib", &mut text);

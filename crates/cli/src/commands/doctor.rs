@@ -1,4 +1,4 @@
-//! `myovib doctor`: what this program runs with, and what its build lacks.
+//! `myovib doctor`: the libraries of this program, and missing build requirements.
 
 use clap::Args;
 use serde::Serialize;
@@ -23,7 +23,7 @@ pub struct DoctorArgs {
     pub common: CommonArgs,
 }
 
-/// What the doctor found; the body of its JSON document.
+/// Findings of `doctor`; the body of its JSON document.
 #[derive(Debug, Serialize)]
 struct Findings {
     sundials_headers: String,
@@ -35,7 +35,7 @@ struct Findings {
     threads: usize,
     machine: Machine,
     build: Vec<BuildTool>,
-    /// What to do about what is missing; empty when nothing is.
+    /// Instructions to install missing requirements; empty if nothing is missing.
     remedies: Vec<String>,
 }
 
@@ -49,7 +49,7 @@ struct BuildTool {
 /// Prints the findings.
 ///
 /// # Errors
-/// When the output cannot be written.
+/// Returns an error if the output cannot be written.
 pub fn run(args: &DoctorArgs) -> anyhow::Result<Exit> {
     let findings = examine(args);
     args.common.give("doctor", &text(&findings), &findings)?;
@@ -124,7 +124,7 @@ fn remedies(linked: &Versions, build: &[BuildTool]) -> Vec<String> {
     remedies
 }
 
-/// Whether the version is 6.4 to 7.x: what the wrapper is written for.
+/// Checks that the version is within 6.4 to 7.x, the range that the wrapper supports.
 fn is_supported(sundials: &str) -> bool {
     let mut numbers = sundials.split('.').map(|word| word.parse::<u32>().ok());
     matches!(

@@ -117,7 +117,8 @@ fn experiment(text: &str) -> (PathBuf, Vec<String>) {
 /// Fits the parameters.
 ///
 /// # Errors
-/// An invalid scene, invalid measurements, and a scene that cannot be computed at the start.
+/// Returns an error if the scene or the measurements are invalid, or if the scene cannot be
+/// computed at the starting point.
 pub fn run(args: &FitArgs) -> anyhow::Result<Exit> {
     let progress = Progress::new(args.common.quiet);
     let result = compute(&FitOptions {

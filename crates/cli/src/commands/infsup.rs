@@ -1,4 +1,4 @@
-//! `myovib infsup`: how well pressures are held by displacements, over refined meshes.
+//! `myovib infsup`: inf–sup constants of displacement and pressure spaces on refined meshes.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -54,16 +54,16 @@ pub struct InfsupArgs {
     pub common: CommonArgs,
 }
 
-/// The levels of one pair of spaces.
+/// Levels of one pair of spaces.
 struct Family {
     pair: Pair,
     levels: Vec<Level>,
 }
 
-/// Measures and prints.
+/// Computes the constants and prints them.
 ///
 /// # Errors
-/// Wrong mesh or group, or an output that cannot be written.
+/// Returns an error if the mesh or a group is invalid, or if an output cannot be written.
 pub fn run(args: &InfsupArgs) -> anyhow::Result<Exit> {
     let subject = Subject::of(args)?;
     let families = Pair::ALL
@@ -89,7 +89,7 @@ pub fn run(args: &InfsupArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// What is measured.
+/// Mesh and supports to examine.
 struct Subject {
     mesh: Mesh,
     name: String,
@@ -113,13 +113,14 @@ impl Subject {
     }
 }
 
-/// A file of text in TOML, or the name of a built-in scene.
+/// Returns whether the path is a TOML text file or the name of a built-in scene.
 fn is_scene(path: &Path) -> bool {
     let is_toml = path.extension().is_some_and(|end| end == "toml");
     is_toml || (!path.exists() && path.to_str().and_then(builtin_text).is_some())
 }
 
-/// The mesh of a scene with the groups to hold, or those that it holds or moves whole.
+/// Returns the mesh of a scene with the fixed groups: the given groups, or the groups that the
+/// scene fixes or moves in all components.
 fn of_scene(path: &Path, set: &[String], fixed: Option<Vec<String>>) -> anyhow::Result<Subject> {
     let scene = Scene::load(path, set)?;
     let Some(body) = &scene.body else {
@@ -151,7 +152,8 @@ fn of_scene(path: &Path, set: &[String], fixed: Option<Vec<String>>) -> anyhow::
     })
 }
 
-/// One level after the other, with a line on standard error before each: a fine one takes minutes.
+/// Computes the levels in sequence. A line on standard error precedes each level, because a fine
+/// one takes minutes.
 fn measure(pair: Pair, subject: &Subject, args: &InfsupArgs) -> anyhow::Result<Family> {
     let fixed: Vec<&str> = subject.fixed.iter().map(String::as_str).collect();
     let tell = |level: usize, mesh: &Mesh| {
@@ -168,8 +170,8 @@ fn measure(pair: Pair, subject: &Subject, args: &InfsupArgs) -> anyhow::Result<F
     Ok(Family { pair, levels })
 }
 
-/// What κ = ∞ makes of (28) with these spaces: with a B of full rank the index of constrained
-/// mechanics, else nothing that could be integrated.
+/// Describes (28) with κ = ∞ and these spaces: if B has full rank, the index of constrained
+/// mechanics; otherwise a system that cannot be integrated.
 fn incompressible(level: &Level) -> String {
     match (&level.index, level.nullity) {
         (Some(report), _) => report.index.to_string(),
@@ -178,7 +180,7 @@ fn incompressible(level: &Level) -> String {
     }
 }
 
-/// `elements`: the word for those of the mesh.
+/// Formats the results; `elements` names the elements of the mesh.
 fn text(families: &[Family], elements: &'static str) -> String {
     use Align::{Left, Right};
     let mut table = Table::new(&[
@@ -248,7 +250,7 @@ struct FamilyJson {
 
 #[derive(Serialize)]
 struct LevelJson {
-    /// The number of elements, by their word.
+    /// Number of elements by type.
     #[serde(flatten)]
     elements: BTreeMap<&'static str, usize>,
     mesh_size: f64,
@@ -257,9 +259,9 @@ struct LevelJson {
     nullity: usize,
     inf_sup: f64,
     sigma_min: f64,
-    /// Whether (28) with κ = ∞ has an index at all.
+    /// Whether (28) with κ = ∞ has an index.
     regular: bool,
-    /// Computed from the matrices, where the mesh is coarse enough.
+    /// Index computed from the matrices, on coarse meshes only.
     computed: Option<ReportJson>,
 }
 

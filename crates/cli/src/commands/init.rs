@@ -1,4 +1,4 @@
-//! `myovib init`: a commented scene to start from.
+//! `myovib init`: writes a commented scene to start from.
 
 use std::fs::OpenOptions;
 use std::io::{self, Write};
@@ -11,7 +11,7 @@ use crate::exit::Exit;
 use crate::output;
 use myovib_scene::{InputError, builtin_text};
 
-/// The scene that is written; it works as it is.
+/// Returns the template scene, which runs without changes.
 fn scene() -> &'static str {
     builtin_text("init").expect("a built-in scene")
 }
@@ -28,7 +28,7 @@ pub struct InitArgs {
 /// Writes the scene.
 ///
 /// # Errors
-/// When the file exists or cannot be written.
+/// Returns an error if the file exists or cannot be written.
 pub fn run(args: &InitArgs) -> anyhow::Result<Exit> {
     if args.file.as_os_str() == "-" {
         output::print(scene())?;

@@ -14,10 +14,10 @@ pub struct ManArgs {
     pub command: Option<String>,
 }
 
-/// Prints the page of `program` or of one of its commands.
+/// Prints the page of `program` or of a command.
 ///
 /// # Errors
-/// For a command that there is not; when standard output cannot be written.
+/// Returns an error for an unknown command, or if standard output cannot be written.
 pub fn run(args: &ManArgs, program: clap::Command) -> anyhow::Result<Exit> {
     let command = match &args.command {
         None => program,

@@ -1,4 +1,4 @@
-//! One file per command.
+//! Commands, one file per command.
 
 pub mod check;
 pub mod completions;

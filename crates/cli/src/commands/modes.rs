@@ -70,10 +70,11 @@ pub struct ModesArgs {
     pub common: CommonArgs,
 }
 
-/// Finds, prints and draws the modes.
+/// Computes, prints and draws the modes.
 ///
 /// # Errors
-/// Wrong options, mesh or scene, no equilibrium, or an output that cannot be written.
+/// Returns an error if options, mesh or scene are invalid, if no equilibrium is found, or if an
+/// output cannot be written.
 pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
     let findings = match &args.scene {
         Some(scene) => {
@@ -106,27 +107,27 @@ pub fn run(args: &ModesArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// The modes of the body of the `scene` called `name`, as the body of the JSON document.
+/// Returns the modes of the body of the `scene` called `name`, as the body of the JSON document.
 ///
 /// # Errors
-/// A scene without a body, or one whose modes cannot be found.
+/// Returns an error if the scene has no body or its modes cannot be computed.
 pub fn document(name: &str, scene: Scene, count: Option<usize>) -> anyhow::Result<String> {
     let findings = of_scene(name.to_owned(), scene, count, Watcher::NOBODY)?;
     Ok(serde_json::to_string(&findings)?)
 }
 
-/// What is looked at, and what is found.
+/// Examined bodies and their modes.
 #[derive(Serialize)]
 struct Findings {
     mesh: String,
     #[serde(flatten)]
     modes: Modes,
-    /// The bodies.
+    /// Bodies.
     #[serde(skip)]
     muscles: Vec<Muscle>,
 }
 
-/// The body of a scene.
+/// Computes the modes of a scene's body.
 fn of_scene(
     mesh: String,
     scene: Scene,
@@ -141,7 +142,7 @@ fn of_scene(
     })
 }
 
-/// The paper's muscle under a constant load, compressible and incompressible.
+/// Computes the modes of the paper's muscle under a constant load, compressible and incompressible.
 fn of_the_paper(args: &ModesArgs) -> anyhow::Result<Findings> {
     if !args.load.is_finite() {
         let error = InputError::new("value out of range").at("--load");

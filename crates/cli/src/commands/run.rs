@@ -1,4 +1,4 @@
-//! `myovib run`: computes a scene and writes what it asks for.
+//! `myovib run`: computes a scene and writes the requested outputs.
 
 use std::path::PathBuf;
 
@@ -71,7 +71,8 @@ pub struct RunArgs {
 /// Computes the scene.
 ///
 /// # Errors
-/// A wrong scene (before anything is written), or an output that cannot be written.
+/// Returns an error if the scene is invalid (before any file is written), or if an output cannot be
+/// written.
 pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     let mut scene = Scene::load(&args.scene, &args.set)?;
     Known::all(&scene)?;
@@ -113,7 +114,7 @@ pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     Ok(Exit::of(&result.outcome))
 }
 
-/// What `check` warns of, as far as it is cheap to tell.
+/// Returns the inexpensive warnings of `check`.
 fn warnings(scene: &Scene) -> Vec<Finding> {
     let mut findings = match (&scene.body, scene.file.analysis) {
         (Some(body), Analysis::Dynamic) => {
@@ -126,7 +127,7 @@ fn warnings(scene: &Scene) -> Vec<Finding> {
     findings
 }
 
-/// As many digits as a person reads.
+/// Formats a value with few digits.
 fn rounded(value: f64) -> String {
     match value.abs() {
         0.0 | 1e-3..1e6 => format!("{value:.3}"),
@@ -134,11 +135,12 @@ fn rounded(value: f64) -> String {
     }
 }
 
-/// A column this small beside others of its kind is what rounding leaves of them: 1e6 roundings of 1e-16, as solves
-/// with matrices of that condition may.
+/// Relative size below which a column is considered rounding error of other columns of its kind:
+/// 1e6 roundings of 1e-16, which can occur in solves with ill-conditioned matrices.
 const NOISE: f64 = 1e-10;
 
-/// What a column of a probe is compared with: components with each other, and all stresses.
+/// Returns the group of columns with which a column is compared: components of one vector, or all
+/// stresses.
 fn kind(column: &str) -> &str {
     match column.split('_').next().unwrap_or_default() {
         "principal" if column.starts_with("principal_strain") => "strain",
@@ -147,8 +149,8 @@ fn kind(column: &str) -> &str {
     }
 }
 
-/// The largest value of the columns of one kind: one that is next to nothing is held against the others, u_x against
-/// u_y, the pressure against stresses.
+/// Returns the maximum of the columns of one kind. A very small column is compared with the others:
+/// u_x with u_y, the pressure with stresses.
 fn size_of_kind(columns: &Map<String, Value>, of: &str) -> f64 {
     let alike = columns
         .iter()
@@ -157,7 +159,7 @@ fn size_of_kind(columns: &Map<String, Value>, of: &str) -> f64 {
     sizes.fold(0.0, f64::max)
 }
 
-/// The estimated errors of the probes, if there are any.
+/// Formats the estimated errors of the probes, if present.
 fn errors(estimate: &Value) -> String {
     let Some(probes) = estimate["probes"].as_object() else {
         return String::new();
@@ -204,7 +206,7 @@ fn errors(estimate: &Value) -> String {
     )
 }
 
-/// One line on how far the integrator's own estimates would have the probes off.
+/// Formats the errors of the probes according to the integrator's estimates, in one line.
 fn indicator(probes: &Value) -> String {
     let probes = probes.as_object().into_iter().flatten();
     let worst = probes.filter_map(|(probe, columns)| {
@@ -226,7 +228,7 @@ fn indicator(probes: &Value) -> String {
     }
 }
 
-/// The outcome for people.
+/// Formats the outcome as text.
 fn text(document: &Value) -> String {
     let mut table = Table::new(&[("run", Align::Left), ("", Align::Left)]);
     let range = |value: &Value| {
@@ -265,7 +267,7 @@ fn text(document: &Value) -> String {
         Value::Null => indicator(&document["error_indicator"]),
         estimate => errors(estimate),
     };
-    // A paragraph would make the table as wide as it is.
+    // A long message in the table would make the table too wide.
     if let Some(message) = document["message"].as_str() {
         text += &format!("\n{}\n", plain(message));
     }
@@ -281,7 +283,7 @@ mod tests {
 
     use super::*;
 
-    /// Regression: a pressure that is the rounding of stresses led the estimate, with 90 %.
+    /// Regression: a pressure that consisted of rounding errors dominated the estimate, with 90 %.
     #[test]
     fn rounding_does_not_lead_the_estimate() {
         let column = |largest: f64, error: f64| json!({ "largest": largest, "error": error, "relative": error / largest });

@@ -22,7 +22,7 @@ pub struct SchemaArgs {
 /// Prints the schema.
 ///
 /// # Errors
-/// When standard output cannot be written.
+/// Returns an error if standard output cannot be written.
 pub fn run(args: &SchemaArgs) -> anyhow::Result<Exit> {
     let text = if args.markdown {
         scene_file::reference()

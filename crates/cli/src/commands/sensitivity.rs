@@ -1,4 +1,4 @@
-//! `myovib sensitivity`: what the outputs of a scene depend on, and how much.
+//! `myovib sensitivity`: sensitivities of a scene's outputs to its parameters.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ use crate::interrupt;
 use crate::progress::Progress;
 use crate::values;
 
-/// The name of the command and of its files.
+/// Name of the command and of its files.
 const NAME: &str = "sensitivity";
 const DOCUMENT: &str = "sensitivity.json";
 
@@ -65,7 +65,8 @@ pub struct SensitivityArgs {
 /// Computes the sensitivities.
 ///
 /// # Errors
-/// A wrong scene (before anything is written), a run that stops, an output that cannot be written.
+/// Returns an error if the scene is invalid (before any file is written), if the run stops, or if
+/// an output cannot be written.
 pub fn run(args: &SensitivityArgs) -> anyhow::Result<Exit> {
     let progress = Progress::new(args.common.quiet);
     let watcher = Watcher {
@@ -98,10 +99,10 @@ pub fn run(args: &SensitivityArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// The command's request for its folder.
+/// Returns the description of the command, stored in its folder.
 ///
 /// # Errors
-/// A scene that JSON does not have.
+/// Returns an error if the scene cannot be converted to JSON.
 pub fn request<'a>(
     out: &'a Path,
     existing: Existing,
@@ -112,10 +113,10 @@ pub fn request<'a>(
     FolderRequest::of_scene(out, NAME, existing, scene, files)
 }
 
-/// The same for a stiffness map.
+/// Returns the description of a stiffness map, stored in its folder.
 ///
 /// # Errors
-/// A scene that JSON does not have.
+/// Returns an error if the scene cannot be converted to JSON.
 pub fn request_of_map<'a>(
     out: &'a Path,
     existing: Existing,
@@ -125,11 +126,11 @@ pub fn request_of_map<'a>(
     FolderRequest::of_scene(out, NAME, existing, scene, files)
 }
 
-/// Writes `sensitivity.csv`, its figure and `sensitivity.json`; returns the paths of the first two and
-/// the body of the last.
+/// Writes `sensitivity.csv`, its figure and `sensitivity.json`. Returns the paths of the first two
+/// and the body of the JSON document.
 ///
 /// # Errors
-/// A file that cannot be written.
+/// Returns an error if a file cannot be written.
 pub fn write(folder: &ResultFolder, curves: &Curves) -> anyhow::Result<(Vec<String>, Value)> {
     let (columns, rows) = (curves.columns(), curves.rows());
     let table = (&columns[..], &rows[..]);
@@ -139,7 +140,7 @@ pub fn write(folder: &ResultFolder, curves: &Curves) -> anyhow::Result<(Vec<Stri
     Ok((files, document))
 }
 
-/// The importance of each parameter for each output.
+/// Formats the importance of each parameter for each output.
 fn table(curves: &Curves) -> String {
     let parameters = curves.parameters.iter();
     let columns: Vec<_> = std::iter::once(("p · du/dp relative to u (rms)", Align::Left))
@@ -148,7 +149,7 @@ fn table(curves: &Curves) -> String {
     let mut table = Table::new(&columns);
     for (output, row) in curves.outputs.iter().zip(curves.importance()) {
         let shown = row.into_iter().map(|share| match share.is_finite() {
-            // No sign of a zero.
+            // Adding 0.0 removes the sign of a negative zero.
             true => format!("{:.3e}", share + 0.0),
             false => "–".to_owned(),
         });
@@ -158,7 +159,7 @@ fn table(curves: &Curves) -> String {
     table.render(colored_stdout())
 }
 
-/// A panel for each output with p̄ ∂u/∂p for each parameter.
+/// Draws a panel for each output with p̄ ∂u/∂p for each parameter.
 fn figure(curves: &Curves) -> Figure {
     let times: Vec<f64> = curves.samples.iter().map(|sample| sample.t).collect();
     let panel = |k: usize| {

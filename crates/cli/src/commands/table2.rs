@@ -115,10 +115,10 @@ pub enum ProbePoint {
     Origin,
 }
 
-/// What the error test leaves out.
+/// Blocks excluded from the error test.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Suppress {
-    /// As the row says with BDF; nothing with Radau IIA.
+    /// The row's exclusions with BDF; no exclusions with Radau IIA.
     Default,
     /// These blocks, by their names in scenes.
     Blocks(Vec<&'static str>),
@@ -154,7 +154,7 @@ impl Table2Args {
         self.integrator == IntegratorKind::Ida
     }
 
-    /// What the options change in the rows' scenes.
+    /// Returns the changes of the rows' scenes by the options.
     fn overrides(&self) -> Vec<String> {
         let mut set = match self.integrator {
             IntegratorKind::Ida => Vec::new(),
@@ -202,7 +202,7 @@ impl Table2Args {
         self.rows.iter().map(select).collect()
     }
 
-    /// Refuses what would do nothing.
+    /// Rejects options without effect.
     fn check(&self, rows: &[Row]) -> Result<(), InputError> {
         if self.max_order.is_some() && !self.is_bdf() {
             return Err(InputError::new("Radau IIA has no `--max-order`")
@@ -223,12 +223,12 @@ impl Table2Args {
 /// Runs the rows and prints the table.
 ///
 /// # Errors
-/// Wrong options or mesh, or an output that cannot be written.
+/// Returns an error if options or mesh are invalid, or if an output cannot be written.
 pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
     let rows = args.selected_rows()?;
     args.check(&rows)?;
     let set = args.overrides();
-    // What is not asked for is not recorded.
+    // Only the requested probe is recorded.
     let probe = match args.probe {
         Some(_) => format!("probe[0].every={:e}", args.every),
         None => "probe=[]".to_owned(),
@@ -277,7 +277,7 @@ pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
     })
 }
 
-/// Runs the scenes on as many threads as there are, in the order of the table.
+/// Runs the scenes on all available threads and returns the results in the order of the table.
 fn compute_all(
     args: &Table2Args,
     rows: &[Row],

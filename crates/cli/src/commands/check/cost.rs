@@ -1,32 +1,33 @@
-//! What a run takes, as far as it was tried.
+//! Cost of a run, estimated from its first steps.
 
 use myovib_report::table::counted;
 use myovib_scene::run::{Trial, TrialEnd};
 use myovib_scene::{Scene, plain};
 use serde::Serialize;
 
-/// What is known of the cost of a run.
+/// Known cost of a run.
 pub(super) enum Cost {
-    /// Its first steps.
+    /// Result of its first steps.
     Tried(Trial),
-    /// CPU time of a step, s, of a body too large to try one.
+    /// CPU time per step, s, predicted for a body too large for a trial.
     Predicted(f64),
 }
 
 #[derive(Serialize)]
 pub(super) struct CostJson {
-    /// At least; null where none were tried.
+    /// Lower bound; null if no steps were tried.
     steps: Option<u64>,
-    /// The time that they reach, s.
+    /// Time reached by these steps, s.
     t: Option<f64>,
-    /// CPU time of one, s; null where not one was taken.
+    /// CPU time per step, s; null if no step was completed.
     seconds_per_step: Option<f64>,
-    /// "patience": the run goes on. "finished", "stopped": as the run does. "predicted": nothing was tried.
+    /// "patience": the trial ended, the run would continue. "finished", "stopped": same as the run.
+    /// "predicted": no steps were tried.
     end: &'static str,
 }
 
 impl Cost {
-    /// For people.
+    /// Formats the cost as text.
     pub(super) fn line(&self, scene: &Scene) -> String {
         let Trial {
             steps,
@@ -69,7 +70,7 @@ impl Cost {
         }
     }
 
-    /// For programs.
+    /// Returns the cost for the JSON document.
     pub(super) fn json(&self) -> CostJson {
         match self {
             Self::Tried(trial) => CostJson {

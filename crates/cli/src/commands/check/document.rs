@@ -1,4 +1,4 @@
-//! What `check` finds, as JSON.
+//! JSON document of `check`.
 
 use myovib_model::advice::Finding;
 use myovib_model::check::{Computed, Factors, Report, Size};
@@ -15,9 +15,9 @@ pub(super) struct Document {
     pub(super) size: Option<BodySizeJson>,
     /// Null for a scene without a body, or without motion.
     pub(super) body: Option<BodyJson>,
-    /// Null for a scene that is not static.
+    /// Null unless the scene is static.
     pub(super) equilibrium: Option<EquilibriumJson>,
-    /// Null for a scene that is not of the modes of a body.
+    /// Null unless the scene computes the modes of a body.
     pub(super) modes: Option<ModesJson>,
 }
 
@@ -27,7 +27,7 @@ pub(super) struct ModesJson {
 }
 
 impl ModesJson {
-    /// Of modes there are but warnings to tell.
+    /// Collects the findings for modes, which are only warnings.
     pub(super) fn of(findings: &[Finding]) -> Self {
         Self {
             warnings: findings.iter().map(WarningJson::from).collect(),
@@ -37,11 +37,11 @@ impl ModesJson {
 
 #[derive(Serialize)]
 pub(super) struct BodySizeJson {
-    /// Along the axes, m.
+    /// Extents along the axes, m.
     extents: Vec<f64>,
-    /// m³; in the plane an area, m².
+    /// Volume, m³; in the plane the area, m².
     volume: f64,
-    /// kg; in the plane per metre of depth.
+    /// Mass, kg; in the plane per meter of depth.
     mass: f64,
 }
 
@@ -59,15 +59,16 @@ impl From<Size> for BodySizeJson {
 pub(super) struct EquilibriumJson {
     pub(super) unknowns: usize,
     pub(super) blocks: Vec<SizeJson>,
-    /// Null for more pressures than can be looked at in seconds, as `nullity`.
+    /// Null, as is `nullity`, if there are too many pressures for a computation within seconds.
     pub(super) inf_sup: Option<f64>,
     pub(super) nullity: Option<usize>,
-    /// Null where it is not known before.
+    /// Null if not known before the run.
     pub(super) factors: Option<FactorsJson>,
-    /// The largest displacement under the whole load by linear elasticity, m; null for a body that is too large to
-    /// try, or not held.
+    /// Maximum displacement under the full load by linear elasticity, m; null for a body that is
+    /// too large for this computation or not sufficiently supported.
     pub(super) linear_displacement: Option<f64>,
-    /// CPU time, s: predicted for a body that is too large to try; null for one that is not held.
+    /// CPU time, s: predicted for a body that is too large for a trial; null for a body that is not
+    /// sufficiently supported.
     pub(super) seconds_per_iteration: Option<f64>,
     pub(super) warnings: Vec<WarningJson>,
 }
@@ -87,21 +88,21 @@ pub(super) struct BodyJson {
     unknowns: usize,
     blocks: Vec<BlockJson>,
     chains: Vec<ChainJson>,
-    /// By the rule of the formulation.
+    /// Index by the rule of the formulation.
     index: u8,
     computed: ReportJson,
     computed_on: &'static str,
-    /// Null for more pressures than can be looked at in seconds, as `nullity`.
+    /// Null, as is `nullity`, if there are too many pressures for a computation within seconds.
     inf_sup: Option<f64>,
     nullity: Option<usize>,
     initial_residual: Vec<ResidualJson>,
     slow_modes: Vec<f64>,
     fastest_mode: f64,
     drive: Option<f64>,
-    /// The lowest and the highest frequency of each load that sweeps, Hz.
+    /// Lowest and highest frequency of each sweeping load, Hz.
     sweeps: Vec<[f64; 2]>,
     advised_max_order: u8,
-    /// Null where the full matrix is factorised.
+    /// Null if the full matrix is factorized.
     factors: Option<FactorsJson>,
     cost: CostJson,
     warnings: Vec<WarningJson>,
@@ -112,7 +113,7 @@ pub(super) struct FactorsJson {
     matrices: usize,
     entries: usize,
     bytes: usize,
-    /// In use before they are computed; null where the system does not tell.
+    /// Memory in use before the factorization; null if the system does not report it.
     bytes_before: Option<usize>,
     operations: f64,
 }
@@ -170,7 +171,7 @@ impl From<&Finding> for WarningJson {
     }
 }
 
-/// What was found of a body, and of its chains.
+/// Returns the findings for a body and its chains.
 pub(super) fn document(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> BodyJson {
     let parameters = &body.muscle.parameters;
     let leave_out = report.advice.to_leave_out();

@@ -1,4 +1,4 @@
-//! `myovib check`: what can be said of a scene before it is run.
+//! `myovib check`: inspects a scene before it is run.
 
 mod cost;
 mod document;
@@ -55,10 +55,10 @@ pub struct CheckArgs {
     pub common: CommonArgs,
 }
 
-/// Looks at the scene and says what is found.
+/// Inspects the scene and prints the findings.
 ///
 /// # Errors
-/// A wrong scene, or an output that cannot be written.
+/// Returns an error if the scene is invalid or an output cannot be written.
 pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
     let scene = Scene::load(&args.scene, &args.set)?;
     for note in scene.notes() {
@@ -69,10 +69,10 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// What can be said of the scene called `name`: for people, and the body of the JSON document.
+/// Inspects the scene called `name`. Returns a text and the body of the JSON document.
 ///
 /// # Errors
-/// What the model cannot do with the scene.
+/// Returns an error if the model does not support the scene.
 pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serialize + use<>)> {
     Known::all(scene)?;
     rehearse(scene)?;
@@ -188,7 +188,7 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
     text
 }
 
-/// How a parameter of the elements stands to the body's, which is the largest.
+/// Compares an element parameter with the parameter of the body, which is the maximum.
 fn bound(body: &Body, of: impl Fn(ElementScale) -> f64) -> &'static str {
     let solid = &body.muscle.solid;
     let mut ratios =
@@ -199,7 +199,7 @@ fn bound(body: &Body, of: impl Fn(ElementScale) -> f64) -> &'static str {
     }
 }
 
-/// A block of unknowns: what it is, and the letter that messages and statistics have for it.
+/// Describes a block of unknowns, including its letter in messages and statistics.
 fn in_words(field: Field) -> &'static str {
     match field {
         Field::Displacement => "displacement q",
@@ -212,7 +212,7 @@ fn in_words(field: Field) -> &'static str {
     }
 }
 
-/// What is on beside the laws and the loads.
+/// Lists the active features in addition to material laws and loads.
 fn added(file: &SceneFile) -> Vec<String> {
     let mut lines = Vec::new();
     for material in &file.material {
@@ -322,7 +322,7 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
     lines
 }
 
-/// How large and heavy the body is.
+/// Formats extents, volume and mass of the body.
 fn size_of(body: &Body) -> String {
     let Size {
         extents,
@@ -340,7 +340,7 @@ fn size_of(body: &Body) -> String {
     )
 }
 
-/// The modes that a sweep passes; nothing where they are not known.
+/// Lists the modes that a sweep passes, or `None` if they are unknown.
 fn passed([low, high]: [f64; 2], slow_modes: &[f64]) -> Option<String> {
     let above = *slow_modes.last()?;
     let within = slow_modes
@@ -356,7 +356,7 @@ fn passed([low, high]: [f64; 2], slow_modes: &[f64]) -> Option<String> {
     Some(format!("sweep           from {low} to {high} Hz {passes}"))
 }
 
-/// How well the pressures are held.
+/// Describes how well the displacements constrain the pressures.
 fn held(held: Option<Held>) -> String {
     match held {
         Some(Held {
@@ -378,7 +378,7 @@ fn held(held: Option<Held>) -> String {
     }
 }
 
-/// What the factors will take, and the whole run.
+/// Formats the predicted memory of the factors and of the whole run.
 fn memory(factors: Factors) -> String {
     let Factors {
         matrices,
@@ -397,7 +397,7 @@ fn memory(factors: Factors) -> String {
     )
 }
 
-/// A size of memory for people.
+/// Formats a memory size for the text.
 fn size(bytes: usize) -> String {
     let mebibytes = bytes as f64 / f64::from(1 << 20);
     if mebibytes < 1024.0 {

@@ -1,4 +1,4 @@
-//! What can be said of an equilibrium before it is looked for.
+//! Findings for an equilibrium before it is computed.
 
 use myovib_model::check::{StaticReport, readable};
 use myovib_report::table::kappa;
@@ -7,7 +7,7 @@ use myovib_scene::{Body, Scene};
 use super::document::{EquilibriumJson, SizeJson};
 use super::{added, bound, held, in_words, memory, size_of, warnings, writes};
 
-/// For people.
+/// Formats the findings as text.
 pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String {
     let total: usize = report.unknowns.iter().map(|(_, number)| number).sum();
     let blocks = report.unknowns.iter();
@@ -40,7 +40,7 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String 
     )
 }
 
-/// The same as JSON.
+/// Returns the findings for the JSON document.
 pub(super) fn document(report: &StaticReport) -> EquilibriumJson {
     let size = |(field, unknowns): &(myovib_model::Field, usize)| SizeJson {
         field: field.symbol(),

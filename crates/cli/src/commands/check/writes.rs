@@ -1,11 +1,11 @@
-//! What a run of a scene will write.
+//! Output files of a scene's run.
 
 use myovib_model::SampleTimes;
 use myovib_report::table::counted;
 use myovib_scene::Scene;
 use myovib_scene::scene_file::Analysis;
 
-/// Lines on the tables and the fields of a run.
+/// Describes the tables and fields of a run, one line each.
 pub(super) fn lines(scene: &Scene) -> Vec<String> {
     let file = &scene.file;
     let mut lines = Vec::new();
@@ -39,7 +39,7 @@ pub(super) fn lines(scene: &Scene) -> Vec<String> {
     lines
 }
 
-/// Number of times from 0 to the end.
+/// Returns the number of output times from 0 to `end`.
 fn times(every: f64, end: f64) -> usize {
     let mut times = SampleTimes::new(every, end);
     std::iter::from_fn(|| times.due(end)).count()

@@ -1,4 +1,4 @@
-//! What figures of chains share.
+//! Common parts of the figures of chains.
 
 use myovib_model::coupling::CoherenceHistory;
 use num_complex::Complex64;
@@ -18,7 +18,7 @@ pub(super) const COLUMNS: [&str; 7] = [
     "frequency",
 ];
 
-/// The samples of a history, all that a picture shows, in the order of [`COLUMNS`].
+/// Returns the samples of a history, which contain all plotted values, in the order of [`COLUMNS`].
 pub(super) fn chain_rows(
     history: &CoherenceHistory,
 ) -> impl Iterator<Item = (usize, Vec<f64>)> + '_ {
@@ -37,7 +37,7 @@ pub(super) fn chain_rows(
     })
 }
 
-/// |χ| where it is defined; NaN, which curves leave out, while all oscillators are at rest.
+/// Returns |χ| if it is defined. While all oscillators are at rest it is NaN, which curves omit.
 pub(super) fn defined_coherence(history: &CoherenceHistory) -> Vec<f64> {
     let at_rest = |phasors: &Vec<Complex64>| phasors.iter().all(|z| z.norm() == 0.0);
     let samples = history.coherence().into_iter().zip(&history.phasors);
@@ -46,14 +46,14 @@ pub(super) fn defined_coherence(history: &CoherenceHistory) -> Vec<f64> {
         .collect()
 }
 
-/// The largest radius of any oscillator at any sample, with a little air.
+/// Returns the maximum radius of all oscillators and samples, with a small margin.
 pub(in crate::commands) fn largest_radius(history: &CoherenceHistory) -> f64 {
     let radii = history.phasors.iter().flatten().map(|z| z.norm());
     let largest = radii.fold(0.0, f64::max);
     if largest > 0.0 { 1.12 * largest } else { 1.0 }
 }
 
-/// The oscillators at sample `i` in the complex plane.
+/// Plots the oscillators at sample `i` in the complex plane.
 pub(in crate::commands) fn complex_plane(
     history: &CoherenceHistory,
     i: usize,
@@ -72,7 +72,7 @@ pub(in crate::commands) fn complex_plane(
 }
 
 impl ChainRun {
-    /// The settled values, for the text and for JSON.
+    /// Returns the settled values, for the text and for JSON.
     pub(super) fn findings(&self) -> anyhow::Result<Vec<(&'static str, Value)>> {
         let settled = self.settled().map(SettledJson::from);
         Ok(vec![("settled", serde_json::to_value(settled)?)])

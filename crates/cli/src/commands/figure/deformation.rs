@@ -1,7 +1,7 @@
 //! Figure 5: two snapshots of the deformed muscle.
 //!
-//! The paper names no times. Ours are those of the last period of the load at which the origin is
-//! highest and lowest.
+//! The paper does not state their times. We choose the times in the last period of the load at
+//! which the displacement of the origin is maximal and minimal.
 
 use anyhow::Context;
 
@@ -11,7 +11,7 @@ use super::muscle_run::MuscleRun;
 use super::product::Product;
 use myovib_report::plot::{Figure, Panel};
 
-/// A time with the displacement of every node.
+/// Time, and displacement of every node.
 type Snapshot = (f64, Vec<[f64; 2]>);
 
 fn drawing<'a>(
@@ -23,7 +23,7 @@ fn drawing<'a>(
     Ok(Drawing::of(&run.space, groups, displacements))
 }
 
-/// The last period of the run, picture by picture.
+/// Draws the last period of the run, one picture per sample.
 pub(in crate::commands) fn frames(run: &MuscleRun) -> anyhow::Result<Vec<Figure>> {
     let drawing = drawing(run, run.last_period.iter())?;
     let frame = |(t, u): &Snapshot| Figure::of("", drawing.panel(*t, u, drawing.size(u)));
@@ -68,7 +68,7 @@ pub(super) fn draw(run: &MuscleRun) -> anyhow::Result<Product> {
     })
 }
 
-/// The snapshots of the last period with the origin at its highest and lowest.
+/// Returns the snapshots of the last period with the highest and lowest position of the origin.
 fn extremes(run: &MuscleRun) -> Option<(&Snapshot, &Snapshot)> {
     let height_at = |time: f64| {
         let row = run.origin.iter().rev().find(|row| row[0] <= time);

@@ -1,28 +1,28 @@
-//! Pictures of a deformed body, all of one motion to the same scale.
+//! Pictures of a deformed body; all pictures of a motion have the same scale.
 
 use myovib_fem::Space;
 
 use myovib_report::outline::outline;
 use myovib_report::plot::{Axis, EdgeGroup, Field, MeshPlot};
 
-/// How far the largest displacement reaches in the drawing, in parts of the body's height.
+/// Drawn size of the largest displacement, as a fraction of the body's height.
 const REACH: f64 = 0.3;
 
-/// Air above and below what moves, in parts of the body's height.
+/// Margin above and below the moving body, as a fraction of the body's height.
 const AIR: f64 = 0.08;
 
-/// What all pictures of one motion share.
+/// Common settings of all pictures of a motion.
 pub(in crate::commands) struct Drawing<'a> {
     space: &'a Space,
     groups: Vec<EdgeGroup>,
-    /// The largest displacement, m.
+    /// Largest displacement, m.
     pub(super) largest: f64,
-    /// What displacements are multiplied with.
+    /// Scale factor of displacements.
     pub(super) scale: f64,
 }
 
 impl<'a> Drawing<'a> {
-    /// The scale that suits all these displacements of the nodes; `groups` are highlighted.
+    /// Chooses the scale for all these nodal displacements; `groups` are highlighted.
     pub(in crate::commands) fn of<'s>(
         space: &'a Space,
         groups: Vec<EdgeGroup>,
@@ -37,13 +37,13 @@ impl<'a> Drawing<'a> {
             scale: if largest > 0.0 {
                 round_down(REACH * height(space) / largest)
             } else {
-                // A run interrupted at rest.
+                // The run was interrupted at rest.
                 1.0
             },
         }
     }
 
-    /// The body at time `t`, colored by a field.
+    /// Draws the body at time `t`, colored by a field.
     pub(in crate::commands) fn panel(&self, t: f64, u: &[[f64; 2]], field: Field) -> MeshPlot {
         let reach = self.scale * self.largest + AIR * height(self.space);
         let bottom = extent(self.space, 1, f64::min) - reach;
@@ -60,7 +60,7 @@ impl<'a> Drawing<'a> {
         }
     }
 
-    /// The size of the displacement as a field.
+    /// Returns the magnitude of the displacement as a field.
     pub(super) fn size(&self, u: &[[f64; 2]]) -> Field {
         Field {
             axis: Axis::new("|*u*|", "m").between(0.0, self.largest),
@@ -82,7 +82,7 @@ fn height(space: &Space) -> f64 {
     extent(space, 1, f64::max) - extent(space, 1, f64::min)
 }
 
-/// The next lower number of the form 1, 2 or 5 times a power of ten.
+/// Rounds down to a number of the form 1, 2 or 5 times a power of ten.
 fn round_down(value: f64) -> f64 {
     let power = 10_f64.powf(value.log10().floor());
     [5.0, 2.0, 1.0]

@@ -1,18 +1,18 @@
-//! What a run leaves of the last period of its load.
+//! Samples of the last period of the load.
 
 use std::collections::VecDeque;
 
 /// Samples per period of the load.
 pub(in crate::commands) const PER_PERIOD: f64 = 50.0;
 
-/// Samples of one period, ended by the latest: as far as the run got.
+/// Samples of one period, up to the latest sample.
 pub(in crate::commands) struct LastPeriod<T> {
     period: f64,
     samples: VecDeque<(f64, T)>,
 }
 
 impl<T> LastPeriod<T> {
-    /// No samples yet of a load with this period, s.
+    /// Creates an empty buffer for a load with this period, s.
     pub(in crate::commands) fn new(period: f64) -> Self {
         Self {
             period,
@@ -20,7 +20,7 @@ impl<T> LastPeriod<T> {
         }
     }
 
-    /// Adds a sample, and forgets those a period older.
+    /// Adds a sample and removes samples older than one period.
     pub(in crate::commands) fn push(&mut self, t: f64, sample: T) {
         self.samples.push_back((t, sample));
         let begin = t - self.period;
@@ -33,7 +33,7 @@ impl<T> LastPeriod<T> {
         }
     }
 
-    /// The samples with their times, oldest first.
+    /// Iterates over the samples with their times, oldest first.
     pub(in crate::commands) fn iter(&self) -> impl Iterator<Item = &(f64, T)> {
         self.samples.iter()
     }

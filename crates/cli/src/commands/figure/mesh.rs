@@ -41,7 +41,7 @@ pub(super) fn draw(scene: &Scene) -> anyhow::Result<Product> {
     })
 }
 
-/// The edges whose nodes are kept in place.
+/// Returns the edges with fixed nodes.
 pub(in crate::commands) fn fixed(space: &Space) -> anyhow::Result<EdgeGroup> {
     Ok(EdgeGroup {
         name: "fixed".into(),
@@ -51,7 +51,7 @@ pub(in crate::commands) fn fixed(space: &Space) -> anyhow::Result<EdgeGroup> {
     })
 }
 
-/// The edges that carry the vertical load.
+/// Returns the edges under the vertical load.
 pub(super) fn loaded(space: &Space) -> anyhow::Result<EdgeGroup> {
     Ok(EdgeGroup {
         name: "load τ_{*y*}(*t*)".into(),
@@ -80,7 +80,7 @@ fn origin_of(mesh: &Mesh) -> Option<(usize, String)> {
     Some((vertex, "(0, 0)".into()))
 }
 
-/// Both ends of each edge, and whether it is fixed or loaded.
+/// Returns both ends of each edge, and whether it is fixed or loaded.
 fn edge_rows(space: &Space, plot: &MeshPlot) -> Vec<Vec<f64>> {
     let mut edges: Vec<[usize; 2]> = space
         .mesh()

@@ -1,4 +1,4 @@
-//! `myovib figure N` and `myovib figures`: the paper's figures, drawn from live runs.
+//! `myovib figure N` and `myovib figures`: the paper's figures, drawn from new runs.
 
 mod chain_plots;
 mod deformation;
@@ -104,7 +104,7 @@ pub struct Options {
 /// Draws one figure.
 ///
 /// # Errors
-/// Wrong options or mesh, or an output that cannot be written.
+/// Returns an error if options or mesh are invalid, or if an output cannot be written.
 pub fn run(args: &FigureArgs) -> anyhow::Result<Exit> {
     args.check()?;
     draw(&[args.number], &args.set, &args.options, "figure")
@@ -113,13 +113,13 @@ pub fn run(args: &FigureArgs) -> anyhow::Result<Exit> {
 /// Draws all figures.
 ///
 /// # Errors
-/// As [`run`].
+/// See [`run`].
 pub fn run_all(args: &FiguresArgs) -> anyhow::Result<Exit> {
     draw(&[2, 3, 4, 5, 6, 7], &[], &args.options, "figures")
 }
 
 impl FigureArgs {
-    /// Options that have nothing to say to this figure are refused.
+    /// Rejects options without effect on this figure.
     fn check(&self) -> Result<(), InputError> {
         let (number, options) = (self.number, &self.options);
         let mesh = options.mesh.as_ref().map(|_| "--mesh");
@@ -140,8 +140,8 @@ impl FigureArgs {
     }
 }
 
-/// Figure 2 is drawn from the run of Figure 3, and 6 from that of 5, where both are wanted: their
-/// scenes differ in what they record.
+/// Runs behind the figures. Figure 2 uses the run of Figure 3, and Figure 6 uses the run of Figure
+/// 5, if both are requested: their scenes differ only in the recorded values.
 struct Runs {
     /// Figures 2 and 3.
     rod: Option<ChainRun>,
@@ -154,7 +154,7 @@ struct Runs {
 }
 
 impl Runs {
-    /// Wrong options of any run are found before the first.
+    /// Computes the runs. Invalid options of any run are reported before the first run starts.
     fn compute(numbers: &[u8], set: &[String], options: &Options) -> anyhow::Result<Self> {
         let scene = |figures: &[u8]| {
             let number = figures.iter().find(|number| numbers.contains(number));
@@ -179,8 +179,8 @@ impl Runs {
 }
 
 impl Options {
-    /// The scene of a figure. What the options ask for is nothing to a figure of the mesh alone, nor
-    /// a mesh to the rod.
+    /// Returns the scene of a figure. A figure of the mesh ignores options of runs, and the rod
+    /// ignores the mesh.
     fn scene(&self, number: u8, set: &[String]) -> Result<Scene, InputError> {
         let (has_mesh, has_run) = (number > 3, number != 4);
         let mut changes = Vec::new();
@@ -218,7 +218,7 @@ struct Entry<'a> {
 
 fn draw(numbers: &[u8], set: &[String], options: &Options, command: &str) -> anyhow::Result<Exit> {
     if let Some(t_end) = options.t_end.filter(|t| !(*t >= 1.0 && t.is_finite())) {
-        // Before the load has risen there is nothing to see.
+        // Before the load has risen the deformation is invisible.
         return Err(InputError::new("value out of range")
             .at("--t-end")
             .found(format!("{t_end:e}"))
@@ -270,7 +270,7 @@ mod tests {
     use myovib_scene::Scene;
     use myovib_scene::scene_file::SceneFile;
 
-    /// What is run, without what is recorded of it.
+    /// Returns the scene of a run, without its recorded values.
     fn run(figure: &str) -> SceneFile {
         SceneFile {
             title: String::new(),

@@ -1,4 +1,4 @@
-//! The run behind Figures 5 and 6 and a film: the muscle of their scenes.
+//! Run of the muscle for Figures 5 and 6 and for a movie.
 
 use anyhow::Context;
 use myovib_dae::Problem;
@@ -13,19 +13,19 @@ use crate::exit::Exit;
 use crate::progress::Progress;
 use crate::watched::run_watched;
 
-/// What was recorded of the run.
+/// Recorded values of the run.
 pub(in crate::commands) struct MuscleRun {
     scene: Scene,
     pub(super) space: Space,
     pub(super) statistics: Statistics,
-    /// t, u_x, u_y, p in the origin.
+    /// t, u_x, u_y, p at the origin.
     pub(super) origin: Vec<[f64; 4]>,
     /// Displacement of every node.
     pub(super) last_period: LastPeriod<Vec<[f64; 2]>>,
 }
 
 impl MuscleRun {
-    /// Integrates the scene's muscle.
+    /// Integrates the muscle of the scene.
     pub(in crate::commands) fn compute(scene: Scene, progress: &Progress) -> anyhow::Result<Self> {
         let mut integrator = run::muscle_alone(&scene)?;
         let muscle = integrator.problem().muscle();
@@ -57,7 +57,7 @@ impl MuscleRun {
         })
     }
 
-    /// Parameters, settings and statistics, for the document of a figure.
+    /// Returns parameters, settings and statistics, for the document of a figure.
     pub(super) fn document(&self) -> anyhow::Result<Map<String, Value>> {
         let body = self.scene.body.as_ref().context("the scene has no body")?;
         let mut document = Map::from_iter([
@@ -74,7 +74,7 @@ impl MuscleRun {
         Ok(document)
     }
 
-    /// A run that did not reach its end is still drawn, as far as it got.
+    /// Returns the exit code. A run that did not reach its end time is drawn up to its last time.
     pub(in crate::commands) fn exit(&self) -> Exit {
         Exit::of(&self.statistics.outcome)
     }

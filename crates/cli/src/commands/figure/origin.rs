@@ -1,10 +1,10 @@
-//! Figure 6: vertical displacement and pressure in the origin.
+//! Figure 6: vertical displacement and pressure at the origin.
 
 use super::muscle_run::MuscleRun;
 use super::product::Product;
 use myovib_report::plot::{Axis, Figure, LinePlot, Series};
 
-/// What the paper shows of the run: its last seconds.
+/// Plotted time, s: the end of the run, as in the paper.
 const SHOWN: f64 = 3.0;
 
 pub(super) fn draw(run: &MuscleRun) -> anyhow::Result<Product> {

@@ -1,4 +1,4 @@
-//! What a figure's computation leaves: picture, numbers behind it, findings.
+//! Output of a figure: picture, data and findings.
 
 use serde_json::{Map, Value};
 
@@ -7,23 +7,23 @@ use myovib_report::picture;
 use myovib_report::plot::Figure;
 use myovib_scene::result_folder::ResultFolder;
 
-/// A figure, ready to be written.
+/// Figure with its data, before it is written.
 pub(super) struct Product {
-    /// Its number in the paper.
+    /// Number in the paper.
     pub(super) number: u8,
     pub(super) figure: Figure,
-    /// The numbers behind it.
+    /// Plotted data.
     pub(super) columns: Vec<String>,
     pub(super) rows: Vec<Vec<f64>>,
     /// Scalars for the text and for JSON.
     pub(super) findings: Vec<(&'static str, Value)>,
-    /// The run behind it, for JSON; empty where there is none.
+    /// Run behind the figure, for JSON; empty for figures without a run.
     pub(super) run: Map<String, Value>,
     pub(super) exit: Exit,
 }
 
 impl Product {
-    /// Writes `figureN.svg` and `figureN.csv` (`.png` if asked), and gives their paths.
+    /// Writes `figureN.svg` and `figureN.csv` (optionally `.png`), and returns their paths.
     pub(super) fn write(&self, folder: &ResultFolder, png: bool) -> anyhow::Result<Vec<String>> {
         let name = name(self.number);
         picture::write(
@@ -35,7 +35,7 @@ impl Product {
         )
     }
 
-    /// The figure in words.
+    /// Formats the findings and files as text.
     pub(super) fn summary(&self, files: &[String]) -> String {
         let mut text = format!("Figure {}: {}\n", self.number, self.figure.title);
         for (name, value) in &self.findings {
@@ -45,12 +45,12 @@ impl Product {
     }
 }
 
-/// The name of a figure's files.
+/// Returns the base name of a figure's files.
 pub(super) fn name(number: u8) -> String {
     format!("figure{number}")
 }
 
-/// A finding on a line of its own; numbers that belong together share a line.
+/// Formats a finding on a separate line; values of one group share a line.
 fn describe(name: &str, value: &Value, indent: usize, text: &mut String) {
     match value {
         Value::Object(parts) if parts.values().all(Value::is_number) => {
@@ -70,7 +70,7 @@ fn describe(name: &str, value: &Value, indent: usize, text: &mut String) {
     }
 }
 
-/// Five digits of a number that is not whole, for people; JSON has them all.
+/// Rounds a non-integer number to five digits in the text; JSON has all digits.
 fn number(value: &Value) -> String {
     match value.as_f64() {
         Some(x) if x != x.round() => {

@@ -8,7 +8,7 @@ use myovib_report::plot::{Axis, Color, Figure, LinePlot, Series};
 pub(super) fn draw(run: &ChainRun) -> anyhow::Result<Product> {
     let (history, n) = (&run.history, run.n_oscillators());
     let radius = |n: usize| -> Vec<f64> { history.phasors.iter().map(|z| z[n].norm()).collect() };
-    // One entry in the legend for all radii.
+    // All radii share one legend entry.
     let radii = (0..n).map(|n| {
         let name = if n == 0 { "radii *r*_{*n*}" } else { "" };
         Series::curve(name, &history.t, &radius(n)).colored(Color::SKY)

@@ -5,7 +5,7 @@ use super::product::Product;
 use crate::chains::{ChainRun, chain_document};
 use myovib_report::plot::{Figure, Panel};
 
-/// When, as fractions of the run: near the crest of |Ψ|, while phases scatter, and settled.
+/// Times as fractions of the run: near the maximum of |Ψ|, while the phases scatter, and settled.
 const TIMES: [f64; 4] = [0.065, 0.15, 0.3, 1.0];
 
 pub(super) fn draw(run: &ChainRun) -> anyhow::Result<Product> {
@@ -13,7 +13,7 @@ pub(super) fn draw(run: &ChainRun) -> anyhow::Result<Product> {
     let radius = largest_radius(history);
     let last = history.t.len() - 1;
     let samples = TIMES.map(|fraction| (fraction * last as f64).round() as usize);
-    // The legend once, above the first.
+    // Only the first panel has a legend.
     let panels = samples.into_iter().enumerate().map(|(k, i)| {
         let mut plane = complex_plane(history, i, radius);
         if k > 0 {

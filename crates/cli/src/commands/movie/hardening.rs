@@ -1,5 +1,5 @@
-//! Waves at a stiff inclusion: the scene `hardening`, colored by the stress, which the inclusion
-//! draws to itself.
+//! Waves at a stiff inclusion: the scene `hardening`, colored by the stress, which concentrates in
+//! the inclusion.
 
 use anyhow::Context;
 use myovib_dae::Problem;
@@ -19,10 +19,10 @@ use myovib_scene::{Scene, run};
 
 /// Name of the scene.
 const SCENE: &str = "hardening";
-/// The group of the inclusion's triangles in it.
+/// Group of the inclusion's triangles.
 const INCLUSION: &str = "hardened";
 
-/// A moment of the motion, by nodes.
+/// Nodal values at one time.
 struct Shot {
     t: f64,
     displacement: Vec<[f64; 2]>,
@@ -30,7 +30,7 @@ struct Shot {
     stress: Vec<f64>,
 }
 
-/// The last cycle of the load before `to` (s), or before the scene's own end.
+/// Makes a movie of the last cycle of the load before `to` (s), or before the end of the scene.
 pub(super) fn film(args: &MovieArgs) -> anyhow::Result<Movie> {
     let scene = args.scene(SCENE, args.to)?;
     let body = scene.body.as_ref().context("the scene has no body")?;
@@ -38,7 +38,7 @@ pub(super) fn film(args: &MovieArgs) -> anyhow::Result<Movie> {
     let inclusion = inclusion(space)?;
 
     let (shots, exit) = compute(&scene, &Progress::new(args.common.quiet))?;
-    // The colors end at the inclusion's stress; only the supports' corners have more.
+    // The color range ends at the inclusion's maximum; only the corners of the supports exceed it.
     let inside = |shot: &Shot| {
         let values = inclusion.iter().flatten().map(|&node| shot.stress[node]);
         values.fold(0.0, f64::max)
@@ -63,7 +63,7 @@ pub(super) fn film(args: &MovieArgs) -> anyhow::Result<Movie> {
     Ok(Movie::new(shots.iter().map(frame).collect(), exit))
 }
 
-/// The triangles of the inclusion.
+/// Returns the triangles of the inclusion.
 fn inclusion(space: &Space) -> anyhow::Result<Vec<[usize; 6]>> {
     let Group::Elements(members) = space.mesh().group(INCLUSION)? else {
         anyhow::bail!("the group `{INCLUSION}` holds no triangles");
@@ -72,7 +72,7 @@ fn inclusion(space: &Space) -> anyhow::Result<Vec<[usize; 6]>> {
     Ok(members.iter().map(|&member| triangles[member]).collect())
 }
 
-/// Runs the body and gives the last period of its load.
+/// Runs the body and returns the last period of its load.
 fn compute(scene: &Scene, progress: &Progress) -> anyhow::Result<(Vec<Shot>, Exit)> {
     let mut integrator = run::muscle_alone(scene)?;
     let unknowns = integrator.problem().n_unknowns();
@@ -94,7 +94,7 @@ fn compute(scene: &Scene, progress: &Progress) -> anyhow::Result<(Vec<Shot>, Exi
 }
 
 fn shot(dae: &mut MuscleDae, t: f64, y: &[f64]) -> Shot {
-    // Von Mises' equivalent does not see the rate of the pressure, the only part of ẏ in a stress.
+    // The von Mises stress does not depend on the pressure rate, the only part of ẏ in the stress.
     let snapshot = dae.snapshot(t, y, &[]);
     let space = snapshot.solid.space();
     let grid = Grid::new(space, &vec![0; space.n_elements()]);

@@ -1,4 +1,4 @@
-//! `myovib movie`: what the paper put on its website, as animated GIFs.
+//! `myovib movie`: the movies of the paper's website, as animated GIFs.
 
 mod hardening;
 mod muscle3d;
@@ -20,7 +20,7 @@ use crate::values;
 use myovib_report::plot::{Figure, movie};
 use myovib_scene::{InputError, Scene};
 
-/// Time between frames as shown, in hundredths of a second: 25 frames per second.
+/// Time between frames during playback, in hundredths of a second: 25 frames per second.
 const DELAY: u16 = 4;
 
 /// Options of `myovib movie`.
@@ -91,7 +91,7 @@ struct Document {
 }
 
 impl MovieArgs {
-    /// Options that have nothing to say to this film are refused.
+    /// Rejects options without effect on this movie.
     fn check(&self) -> Result<(), InputError> {
         let mesh = self.mesh.as_ref().map(|_| "--mesh");
         let from = self.from.map(|_| "--from");
@@ -112,7 +112,7 @@ impl MovieArgs {
         }
     }
 
-    /// The scene behind the film, up to `to` (s), or to its own end.
+    /// Returns the scene of the movie, with the end time `to` (s), or the scene's end time.
     fn scene(&self, name: &str, to: Option<f64>) -> Result<Scene, InputError> {
         let mut changes = Vec::new();
         changes.extend(to.map(overrides::end));
@@ -126,7 +126,7 @@ impl MovieArgs {
 /// Makes a movie.
 ///
 /// # Errors
-/// Wrong options or mesh, or an output that cannot be written.
+/// Returns an error if options or mesh are invalid, or if an output cannot be written.
 pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
     args.check()?;
     let (from, to) = match args.subject {
@@ -148,7 +148,7 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
             Subject::Muscle3d => "muscle3d.gif",
         })
     });
-    // A path that was given was looked at before; the default is here.
+    // A path from the command line was checked before; the default is checked here.
     values::output_file(&path.display().to_string())
         .map_err(|reason| InputError::new(reason).at(path.display()))?;
     let movie = match args.subject {
@@ -194,7 +194,7 @@ impl Movie {
     }
 }
 
-/// Every sample of 0.01 s, shown for 0.04 s: a quarter of the speed, 12.5 frames per cycle.
+/// Shows each sample of 0.01 s for 0.04 s: a quarter of the speed, 12.5 frames per cycle.
 fn chain(args: &MovieArgs, from: f64, to: f64) -> anyhow::Result<Movie> {
     let scene = args.scene("figure3", Some(to))?;
     let run = on_its_body(scene, &Progress::new(args.common.quiet))?;
@@ -206,7 +206,7 @@ fn chain(args: &MovieArgs, from: f64, to: f64) -> anyhow::Result<Movie> {
     Ok(Movie::new(frames.collect(), run.exit()))
 }
 
-/// The last cycle of the load, 50 frames: one sixteenth of the speed.
+/// Shows the last cycle of the load in 50 frames: one sixteenth of the speed.
 fn deformation(args: &MovieArgs, to: f64) -> anyhow::Result<Movie> {
     let scene = args.scene("figure5", Some(to))?;
     let run = MuscleRun::compute(scene, &Progress::new(args.common.quiet))?;

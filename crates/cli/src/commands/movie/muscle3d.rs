@@ -1,5 +1,6 @@
-//! A muscle in space that contracts under a vibration: the scene `muscle3d`, in the colors of its
-//! displacement, and the oscillators in it, which do not act on it, in the complex plane.
+//! A contracting muscle in space under a vibration: the scene `muscle3d`, colored by the
+//! displacement. Next to it are its oscillators in the complex plane, which do not act on the
+//! muscle.
 
 use anyhow::Context;
 use myovib_dae::Problem;
@@ -17,12 +18,12 @@ use myovib_scene::run::with_chains;
 
 /// Name of the scene.
 const SCENE: &str = "muscle3d";
-/// Time between frames, s: eight in a period of the vibration.
+/// Time between frames, s: eight frames per period of the vibration.
 const EVERY: f64 = 1.0 / 64.0;
 /// Width of the page with both panels, mm.
 const WIDTH: f64 = 120.0;
 
-/// The motion, frame by frame.
+/// Makes a movie of the motion.
 pub(super) fn film(args: &MovieArgs) -> anyhow::Result<Movie> {
     let scene = args.scene(SCENE, args.to)?;
     let body = scene.body.as_ref().context("the scene has no body")?;

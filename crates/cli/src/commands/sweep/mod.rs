@@ -1,4 +1,4 @@
-//! `myovib sweep`: one scene over a grid of values, a folder for each case.
+//! `myovib sweep`: runs one scene for a grid of values, with a folder for each case.
 
 mod slurm;
 
@@ -82,7 +82,8 @@ pub struct SweepArgs {
 /// Runs the cases.
 ///
 /// # Errors
-/// Wrong options or values, or a folder that cannot be written. A case that fails when it is run is a row.
+/// Returns an error if options or values are invalid, or if the folder cannot be written. A case
+/// that fails at run time becomes a row of the table.
 pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
     if let Some(file) = &args.slurm {
         let jobs = slurm::write(args, file)?;
@@ -119,10 +120,10 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
     })
 }
 
-/// Most cases that are told of.
+/// Maximum number of reported cases.
 const TOLD: usize = 10;
 
-/// Says why cases did not come to their end.
+/// Reports why cases stopped before their end time.
 fn tell_stopped(cases: &[String]) {
     for case in cases.iter().take(TOLD) {
         output::note(case);

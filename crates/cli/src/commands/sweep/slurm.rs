@@ -1,4 +1,4 @@
-//! The job script of a sweep for Slurm.
+//! Job script of a sweep for Slurm.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::SweepArgs;
 use crate::output::{self, JOB_SCRIPT};
 
-/// What was written.
+/// Written job script.
 #[derive(Debug, Serialize)]
 pub(super) struct Jobs {
     script: PathBuf,
@@ -28,12 +28,13 @@ impl Jobs {
     }
 }
 
-/// Writes the script to `file`, and says what it has.
+/// Writes the script to `file` and returns its description.
 ///
 /// # Errors
-/// Values of keys that cannot be read, a case whose scene is wrong, and a file that cannot be written.
+/// Returns an error if values of keys cannot be parsed, if the scene of a case is invalid, or if
+/// the file cannot be written.
 pub(super) fn write(args: &SweepArgs, file: &Path) -> anyhow::Result<Jobs> {
-    // A wrong scene is told now, not by its task.
+    // An invalid scene is reported now instead of by its task.
     let n = rehearse(&args.scene, &args.set, &args.vary, args.common.n_threads())?;
     let per_task = args.per_task.get();
     let program = std::env::current_exe()?;
@@ -65,7 +66,7 @@ pub(super) fn write(args: &SweepArgs, file: &Path) -> anyhow::Result<Jobs> {
     })
 }
 
-/// The command line of the sweep, without what says which cases.
+/// Returns the command line of the sweep, without the options that select cases.
 fn command(args: &SweepArgs, program: &str) -> String {
     let mut words = vec![quoted(program), "sweep".to_owned()];
     words.push(quoted(&args.scene.display().to_string()));
@@ -80,7 +81,7 @@ fn command(args: &SweepArgs, program: &str) -> String {
     words.join(" ")
 }
 
-/// A word as the shell takes it literally.
+/// Quotes a word for the shell.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "._-/=:,+@%".contains(c);
     match !word.is_empty() && word.chars().all(plain) {

@@ -1,9 +1,9 @@
-//! `myovib synchronization`: is the external vibration able to synchronise the chain?
+//! `myovib synchronization`: checks whether the external vibration can synchronize the chain.
 //!
-//! The paper's question, answered by sweeps: for each gain γ, width of the frequencies, coupling D
-//! and frequency of the drive, the settled |Ψ|, |χ| and frequency of the centroid, and whether the
-//! chain is locked to the drive. The body moves the same whatever the chain does, so it is
-//! integrated once per drive frequency, and its motion replayed to the chains.
+//! Sweeps answer this question of the paper: for each gain γ, frequency spread, coupling D and
+//! drive frequency, they give the settled |Ψ|, |χ| and centroid frequency, and whether the chain is
+//! locked to the drive. The chain does not act on the body. So the body is integrated once per
+//! drive frequency, and its motion is replayed to the chains.
 
 mod report;
 
@@ -119,7 +119,7 @@ pub enum BodyName {
 }
 
 impl BodyName {
-    /// The scene of body and chain, and in it the key of the load's frequency.
+    /// Returns the scene of body and chain, and the key of the load's frequency in it.
     fn scene(self) -> (&'static str, &'static str) {
         match self {
             Self::Rod => ("figure3", "rod.load.frequency"),
@@ -128,23 +128,23 @@ impl BodyName {
     }
 }
 
-/// One point of the sweep.
+/// Point of the sweep.
 struct Case {
     frequency: f64,
     scene: Scene,
-    /// Index of the drive among the recordings.
+    /// Index of the drive in the list of recordings.
     drive: usize,
 }
 
-/// What a case came to.
+/// Result of a case.
 struct Outcome {
     frequency: f64,
     run: ChainRun,
-    /// None for a run that did not reach its end: it has not settled.
+    /// `None` for a run that did not reach its end time, and so has not settled.
     verdict: Option<Verdict>,
 }
 
-/// What a chain settled to.
+/// Settled state of a chain.
 #[derive(Clone, Copy)]
 struct Verdict {
     settled: Settling,
@@ -152,7 +152,7 @@ struct Verdict {
 }
 
 impl SynchronizationArgs {
-    /// The scene of body and chain with more changes than those of the options.
+    /// Returns the scene of body and chain with the changes of the options and `more` changes.
     fn scene(&self, more: &[String]) -> Result<Scene, InputError> {
         let mut changes = Vec::new();
         changes.extend(self.t_end.map(overrides::end));
@@ -165,7 +165,7 @@ impl SynchronizationArgs {
     }
 
     fn check(&self) -> Result<(), InputError> {
-        // Two samples make a frequency, in half of the run.
+        // Half of the run needs two samples to determine a frequency.
         let shortest = 4.0 * EVERY;
         let too_short = |t_end: &f64| !(*t_end >= shortest && t_end.is_finite());
         if let Some(t_end) = self.t_end.filter(too_short) {
@@ -180,7 +180,7 @@ impl SynchronizationArgs {
         Ok(())
     }
 
-    /// A scene for each frequency of the drive.
+    /// Returns a scene for each drive frequency.
     fn drives(&self) -> Result<Vec<Scene>, InputError> {
         let (_, key) = self.body.scene();
         let frequencies = self.frequency.iter();
@@ -188,9 +188,9 @@ impl SynchronizationArgs {
         frequencies.map(drive).collect()
     }
 
-    /// All combinations, γ fastest.
+    /// Returns all combinations; γ changes fastest.
     fn cases(&self) -> Result<Vec<Case>, InputError> {
-        // The scene's own value, where none is given.
+        // The default is the scene's value.
         let values = |given: &[f64], key: &str| match given {
             [] => vec![Vec::new()],
             given => given
@@ -223,7 +223,7 @@ impl SynchronizationArgs {
 /// Runs the sweep.
 ///
 /// # Errors
-/// Wrong options, or an output that cannot be written.
+/// Returns an error if options are invalid, or if an output cannot be written.
 pub fn run(args: &SynchronizationArgs) -> anyhow::Result<Exit> {
     args.check()?;
     let (drives, cases) = (args.drives()?, args.cases()?);

@@ -1,4 +1,4 @@
-//! The sweep as text, CSV, JSON and picture.
+//! Results of the sweep as text, CSV, JSON and picture.
 
 use anyhow::Context;
 use myovib_model::coupling::{Settling, Synchrony};
@@ -15,7 +15,7 @@ use myovib_report::table::{Align, Cell, Table, Tone, colored_stdout};
 use myovib_scene::result_folder::ResultFolder;
 use myovib_scene::scene_file::chain::{Chain, GeneratorName, Place};
 
-/// All states, with their colors, the dearest last.
+/// All states with their colors, the most desired state last.
 const STATES: [(&str, Color); 4] = [
     ("none", Color::PALE),
     ("coherent", Color::SKY),
@@ -28,7 +28,7 @@ struct CaseJson {
     frequency: f64,
     #[serde(flatten)]
     run: Map<String, Value>,
-    /// These four are null for a run that stopped.
+    /// The next four fields are null for a run that stopped.
     settled: Option<SettledJson>,
     follows: Option<bool>,
     coherent: Option<bool>,
@@ -52,7 +52,7 @@ struct CriterionJson {
     coherence: f64,
 }
 
-/// The name of the files.
+/// Base name of the files.
 pub(super) const NAME: &str = "synchronization";
 
 /// Writes the files and prints the table.
@@ -99,7 +99,7 @@ fn flag(value: bool) -> f64 {
     f64::from(u8::from(value))
 }
 
-/// The case, and what it settled to; NaN where it stopped.
+/// Returns the case and its settled values, which are NaN for a stopped run.
 fn row(result: &Outcome) -> Vec<f64> {
     let case = result.case();
     let settled = result.verdict.map_or([f64::NAN; 10], values);
@@ -182,7 +182,7 @@ fn document(args: &SynchronizationArgs, results: &[Outcome]) -> anyhow::Result<D
             locked: state.map(|state| state.is_locked()),
         })
     };
-    // What all cases share.
+    // All cases share these settings.
     let scene = &results.first().context("there are no cases")?.run.scene;
     let chain = &scene.file.chain[0];
     Ok(Document {
@@ -204,14 +204,14 @@ impl Outcome {
         &self.run.scene.file.chain[0]
     }
 
-    /// Frequency of the drive, width, D, γ.
+    /// Returns drive frequency, width, D and γ.
     fn case(&self) -> [f64; 4] {
         let chain = self.chain();
         [self.frequency, chain.half_width, chain.coupling, chain.gain]
     }
 }
 
-/// Curves over γ; with several frequencies of the drive, also a map of the states.
+/// Draws curves over γ and, for several drive frequencies, a map of the states.
 fn figure(args: &SynchronizationArgs, results: &[Outcome]) -> Figure {
     let mut panels: Vec<Box<dyn Panel>> = Vec::new();
     type Quantity = fn(&Settling) -> Settled;
@@ -223,11 +223,11 @@ fn figure(args: &SynchronizationArgs, results: &[Outcome]) -> Figure {
     let several_drives = args.frequency.len() > 1;
     let several_curves = chunks(results).count() > 1;
     for (i, (name, unit, value)) in quantities.into_iter().enumerate() {
-        // The legend once, above the first panel.
+        // Only the first panel has a legend.
         let named = |name: String| if i == 0 { name } else { String::new() };
         let mut series = Vec::new();
         for chunk in chunks(results) {
-            // What stopped has no point on its curve.
+            // A stopped run has no point on its curve.
             let settled = |result: &Outcome| {
                 let verdict = result.verdict?;
                 Some((result.chain().gain, value(&verdict.settled)))
@@ -267,13 +267,13 @@ fn figure(args: &SynchronizationArgs, results: &[Outcome]) -> Figure {
     }
 }
 
-/// The runs of one curve: they differ in γ alone.
+/// Splits the results into the runs of each curve, which differ only in γ.
 fn chunks(results: &[Outcome]) -> impl Iterator<Item = &[Outcome]> {
     let key = |o: &Outcome| (o.frequency, o.chain().half_width, o.chain().coupling);
     results.chunk_by(move |a, b| key(a) == key(b))
 }
 
-/// What distinguishes a curve from the others.
+/// Returns the label of a curve: the values that differ between curves.
 fn curve_name(args: &SynchronizationArgs, result: &Outcome) -> String {
     let mut parts = Vec::new();
     if args.frequency.len() > 1 {
@@ -288,7 +288,7 @@ fn curve_name(args: &SynchronizationArgs, result: &Outcome) -> String {
     parts.join(", ")
 }
 
-/// States over γ, one row for each drive (and width and D, where these vary).
+/// Draws the states over γ, one row for each drive (and width and D, if these vary).
 fn map(args: &SynchronizationArgs, results: &[Outcome]) -> HeatMap {
     let category = |state: Synchrony| STATES.iter().position(|(name, _)| *name == state.name());
     HeatMap {

@@ -10,8 +10,8 @@ use serde::Serialize;
 use super::{RowResult, law_name};
 use myovib_scene::json;
 
-/// The document of rows, the limit of (29), and the counterexample without and with a richer
-/// multiplier.
+/// Returns the document of the rows, of the limit of (29), and of the counterexample without and
+/// with a richer multiplier.
 pub(super) fn document(
     rows: &[RowResult],
     limit: &[(Case, IndexReport)],
@@ -35,7 +35,7 @@ pub(super) fn document(
     }
 }
 
-/// The document of the command.
+/// Document of the command.
 #[derive(Serialize)]
 pub(super) struct Document {
     rows: Vec<RowJson>,
@@ -45,11 +45,11 @@ pub(super) struct Document {
 
 #[derive(Serialize)]
 struct CounterexampleJson {
-    /// (33).
+    /// Solution of (33).
     matching: SolutionJson,
-    /// (34) with a quadratic extra multiplier.
+    /// Solution of (34) with a quadratic extra multiplier.
     richer: SolutionJson,
-    /// max |q - q'| / max |q'|, q' of (33).
+    /// max |q - q'| / max |q'|, where q' is the solution of (33).
     error: f64,
 }
 
@@ -81,9 +81,9 @@ struct RowJson {
     #[serde(serialize_with = "json::kappa")]
     kappa: f64,
     beta: f64,
-    /// As printed in the paper.
+    /// Index printed in the paper.
     paper: Option<usize>,
-    /// As computed; null when undecided.
+    /// Computed index; null if undecided.
     index: Option<usize>,
     gap_decades: f64,
     samples: Vec<SampleJson>,
@@ -106,13 +106,13 @@ struct LimitJson {
     report: ReportJson,
 }
 
-/// An index with its evidence.
+/// Index with the numerical evidence.
 #[derive(Serialize)]
 pub(in crate::commands) struct ReportJson {
     unknowns: usize,
-    /// Null when undecided, or when there is none.
+    /// Null if undecided, or if the system has no index.
     index: Option<usize>,
-    /// The same in words.
+    /// Result in words.
     verdict: String,
     gap_decades: f64,
     blocks: Vec<BlockJson>,
@@ -149,7 +149,7 @@ fn row_json(row: &RowResult) -> RowJson {
     }
 }
 
-/// The document's form of a report.
+/// Converts a report for the JSON document.
 pub(in crate::commands) fn report_json(report: &IndexReport) -> ReportJson {
     let block = |(field, found): &(Field, myovib_structure::VariableIndex)| BlockJson {
         field: field.symbol(),

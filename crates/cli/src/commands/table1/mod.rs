@@ -28,33 +28,33 @@ pub struct Table1Args {
     pub common: CommonArgs,
 }
 
-/// A case with its samples, and what they say together.
+/// Case with its samples and their common result.
 struct RowResult {
     case: Case,
     samples: Vec<Sample>,
 }
 
 impl RowResult {
-    /// The index, if all samples decided for the same.
+    /// Returns the index if all samples agree.
     fn index(&self) -> Option<usize> {
         let first = self.samples.first()?.report.decided();
         let agree = self.samples.iter().all(|s| s.report.decided() == first);
         first.filter(|_| agree)
     }
 
-    /// The narrowest gap of all samples.
+    /// Returns the narrowest gap of all samples.
     fn gap(&self) -> f64 {
         let gaps = self.samples.iter().map(|sample| sample.report.gap);
         gaps.fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether the index is the printed one; `None` where nothing is printed.
+    /// Returns whether the index matches the printed one, or `None` if the paper does not print it.
     fn agrees(&self) -> Option<bool> {
         let printed = self.case.printed?;
         Some(self.index() == Some(printed))
     }
 
-    /// The index of a block: the same in all samples, or `?`.
+    /// Returns the index of a block if all samples agree, otherwise `?`.
     fn block(&self, symbol: &str) -> String {
         let mut found = self.samples.iter().map(|s| block(&s.report, symbol));
         let first = found.next().flatten();
@@ -66,7 +66,7 @@ impl RowResult {
     }
 }
 
-/// The index of the block with this symbol, with a question mark where a gap is not decisive.
+/// Returns the index of the block with this symbol, with a question mark if a gap is not decisive.
 fn block(report: &IndexReport, symbol: &str) -> Option<String> {
     let (_, found) = report.blocks.iter().find(|(f, _)| f.symbol() == symbol)?;
     let doubt = if found.verdict == Verdict::Decisive {
@@ -80,7 +80,7 @@ fn block(report: &IndexReport, symbol: &str) -> Option<String> {
 /// Computes and prints the table.
 ///
 /// # Errors
-/// When an index cannot be computed at all, or an output cannot be written.
+/// Returns an error if an index cannot be computed, or if an output cannot be written.
 pub fn run(args: &Table1Args) -> anyhow::Result<Exit> {
     let rows = table1::cases()
         .into_iter()
@@ -116,7 +116,7 @@ mod tests {
     use myovib_model::{Muscle, Signal, paper, table1};
     use myovib_scene::{Scene, mesh_file};
 
-    /// All that a muscle is made of, every number to its last digit.
+    /// Returns all data of a muscle, with all digits.
     fn data(muscle: &Muscle) -> String {
         let solid = &muscle.solid;
         let body = (
@@ -150,12 +150,12 @@ mod tests {
             let load = Signal::paper(paper::LOAD_AMPLITUDE);
             let ours =
                 paper::muscle_with_load(&mesh, case.law, case.kappa, case.beta, load).unwrap();
-            // Too long to be shown.
+            // The data is too long for a message.
             assert!(
                 data(&body.muscle) == data(&ours),
                 "{name}: the bodies differ"
             );
-            // Without damping (26) is (28) with the linear law.
+            // Without damping, (26) equals (28) with the linear law.
             let index = body.formulation.index(&body.muscle.parameters);
             assert_eq!(Some(usize::from(index)), case.printed, "{name}");
         }

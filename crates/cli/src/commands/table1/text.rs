@@ -1,4 +1,4 @@
-//! Table 1 for people.
+//! Table 1 as text.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use myovib_model::table1::Case;
 use super::{RowResult, law_name};
 use myovib_report::table::{Align, Cell, Table, Tone, colored_stdout, exponent, kappa};
 
-/// The table beside the paper's, and the limit of (29).
+/// Formats the table beside the paper's, and the limit of (29).
 pub(super) fn table(rows: &[RowResult], limit: &[(Case, IndexReport)]) -> String {
     use Align::{Left, Right};
     let colored = colored_stdout();
@@ -79,7 +79,7 @@ pub(super) fn table(rows: &[RowResult], limit: &[(Case, IndexReport)]) -> String
     text
 }
 
-/// What the columns mean, and of how many samples they are.
+/// Explains the columns and the number of samples.
 fn notes(rows: &[RowResult]) -> String {
     let samples = || rows.iter().flat_map(|row| &row.samples);
     let meshes: BTreeSet<usize> = samples().map(|sample| sample.triangles).collect();
@@ -107,7 +107,7 @@ fn notes(rows: &[RowResult]) -> String {
     )
 }
 
-/// What was found for (29) on the way to κ → ∞, β → 0.
+/// Formats the results for (29) as κ → ∞ and β → 0.
 fn on_the_way(limit: &[(Case, IndexReport)]) -> String {
     let found = match limit {
         [] => String::new(),
@@ -129,7 +129,7 @@ fn on_the_way(limit: &[(Case, IndexReport)]) -> String {
     format!("(29) on the way to κ → ∞, β → 0{found}:\n")
 }
 
-/// (34) as COMSOL discretised it, beside (33).
+/// Formats (34) in COMSOL's discretization beside (33).
 pub(super) fn counterexample(matching: &Solution, richer: &Solution) -> String {
     use Align::{Left, Right};
     let mut table = Table::new(&[
@@ -166,7 +166,7 @@ mod tests {
 
     use super::*;
 
-    /// Issue 15, A9: notes were printed whatever was computed.
+    /// Issue 15, A9: the notes did not depend on the computed samples.
     #[test]
     fn notes_are_of_the_samples_that_were_computed() {
         let row = |equation: &str, beta: f64, kappa: f64, n: usize| {
@@ -191,7 +191,7 @@ mod tests {
         let text = table(&[row("29", 0.0, f64::INFINITY, 4)], &[]);
         assert!(text.contains("triangles, random states: 2."), "{text}");
         assert!(text.contains(remark), "{text}");
-        // (29) with β = 0 and a finite κ is in neither the table nor the remark.
+        // (29) with β = 0 and a finite κ appears neither in the table nor in the remark.
         assert!(!table(&[row("29", 0.0, 1e5, 1)], &[]).contains(remark));
     }
 }
