@@ -12,24 +12,24 @@ pub(crate) struct Control {
     exponent: f64,
     safety: f64,
     newton_limit: usize,
-    /// The tolerance for the estimate over that for the solution, at least 1.
+    /// Ratio of the tolerance for the estimate to the tolerance for the solution, at least 1.
     loosened: f64,
-    /// What the estimate of a smooth solution is expected to be at least.
+    /// Lower bound of the expected estimate for a smooth solution.
     least_smooth: f64,
     memory: Memory,
 }
 
-/// What is kept between attempts.
+/// State stored between attempts.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub(crate) struct Memory {
-    /// Step and error of the last accepted step.
+    /// Size and error of the last accepted step.
     accepted: Option<(f64, f64)>,
-    /// Step and error of the last attempt at this step, if it was rejected.
+    /// Size and error of the last attempt at this step, if it was rejected.
     rejected: Option<(f64, f64)>,
 }
 
 impl Memory {
-    /// Checks values that come from outside.
+    /// Checks values from outside, such as a saved state.
     pub(crate) fn validate(&self) -> Result<(), RadauError> {
         for (h, error) in [self.accepted, self.rejected].into_iter().flatten() {
             expect_positive("step of the state", h)?;
@@ -39,26 +39,28 @@ impl Memory {
     }
 }
 
-/// A step is changed by a factor in this interval, as in RADAU5.
+/// Limits of the factor by which a step changes, as in RADAU5.
 pub(crate) const FACTORS: (f64, f64) = (0.2, 8.0);
 
-/// Estimates below this are taken as this: they say nothing about the next.
+/// Lower bound of the errors used for predictions: smaller estimates have no predictive value.
 const LEAST_ERROR: f64 = 1e-10;
 
-/// The trend of the errors starts from no smaller a one than this, as in RADAU5.
+/// Lower bound of the previous error in Gustafsson's prediction, as in RADAU5.
 const LEAST_TREND: f64 = 1e-2;
 
-/// What a smooth solution's estimate is expected to be at least, without and with hidden constraints:
-/// smaller ones are of what Newton's method leaves, which these magnify.
+/// Lower bounds of the expected estimate for a smooth solution, without and with hidden
+/// constraints. Smaller estimates are dominated by the remaining Newton error, which hidden
+/// constraints amplify.
 const LEAST_SMOOTH: [f64; 2] = [1e-3, 1e-2];
 
-/// Between attempts at a step the estimate of a smooth solution falls with h^(s+1); where a
-/// derivative of low order jumps within the step, with a power in this interval. If it does not fall,
-/// it is an error of the values the step begins with.
+/// Range of orders that indicates a rough solution. Between attempts at a step the estimate of a
+/// smooth solution decreases with h^(s+1). If a derivative of low order jumps within the step, the
+/// power is in this interval. If the estimate does not decrease, the initial values of the step are
+/// in error.
 const ROUGH_ORDERS: (f64, f64) = (0.5, 2.5);
 
-/// Of a smooth solution the estimate grows from step to step by no more than this factor beyond
-/// the power of the steps' ratio.
+/// Maximum growth of a smooth solution's estimate from step to step, beyond the power of the ratio
+/// of the step sizes.
 const ROUGH_GROWTH: f64 = 10.0;
 
 impl Control {
@@ -79,31 +81,31 @@ impl Control {
         }
     }
 
-    /// What is kept between attempts.
+    /// Returns the state stored between attempts.
     pub(crate) fn memory(&self) -> Memory {
         self.memory
     }
 
-    /// Goes on with this memory.
+    /// Restores the state returned by [`memory`](Self::memory).
     pub(crate) fn restore(&mut self, memory: Memory) {
         self.memory = memory;
     }
 
-    /// Sets the tolerance for the estimate over that for the solution.
+    /// Sets the ratio of the tolerance for the estimate to the tolerance for the solution.
     pub(crate) fn set_loosened(&mut self, loosened: f64) {
         self.loosened = loosened.max(1.0);
     }
 
-    /// Forgets the steps before.
+    /// Discards the history of previous steps.
     pub(crate) fn forget(&mut self) {
         self.memory = Memory::default();
     }
 
-    /// The error a step is judged by.
+    /// Returns the error by which a step is accepted or rejected.
     ///
-    /// The estimate of order s + 1 may exceed the tolerance for the solution because the error of a
-    /// smooth one is of order 2s. Where the estimate does not behave as that of a smooth solution,
-    /// it is the error, and held against the tolerance for the solution.
+    /// The estimate of order s + 1 may exceed the tolerance for the solution, because the error of
+    /// a smooth solution has order 2s. If the estimate does not behave like the estimate of a
+    /// smooth solution, it is the error itself and is compared with the tolerance for the solution.
     pub(crate) fn judge(&self, h: f64, error: f64) -> f64 {
         let rough = match (self.memory.rejected, self.memory.accepted) {
             (Some((last_h, last_error)), _) => {
@@ -119,13 +121,13 @@ impl Control {
         if rough { self.loosened * error } else { error }
     }
 
-    /// Takes note of an attempt that failed with this estimate.
+    /// Records a failed attempt with this estimate.
     pub(crate) fn reject(&mut self, h: f64, error: f64) {
         self.memory.rejected = Some((h, error));
     }
 
-    /// The step for which the error would be 1, less a safety margin that grows with the Newton
-    /// iterations needed.
+    /// Returns the step for which the error would be 1, reduced by a safety margin that grows with
+    /// the number of Newton iterations.
     pub(crate) fn propose(&self, h: f64, error: f64, iterations: usize) -> f64 {
         let limit = 2.0 * self.newton_limit as f64;
         let safety = self.safety * (1.0 + limit) / (iterations as f64 + limit);
@@ -133,19 +135,19 @@ impl Control {
         h * factor.clamp(FACTORS.0, FACTORS.1)
     }
 
-    /// The largest next step for what the removal of their leading error leaves in multipliers, of
-    /// this order.
+    /// Returns the largest next step for the remaining error `left` of multipliers, which has this
+    /// order, after their leading error is removed.
     ///
-    /// It is no reason to repeat a step, which does not depend on it.
+    /// This error does not depend on the present step, so it never causes a repetition.
     pub(crate) fn propose_for_multipliers(&self, h: f64, left: f64, order: i32) -> f64 {
         let exponent = -1.0 / f64::from(order.max(1));
         let factor = self.safety * left.max(LEAST_ERROR).powf(exponent);
         h * factor.clamp(FACTORS.0, FACTORS.1)
     }
 
-    /// The step to follow an accepted one: the smaller of the classical proposal and the one that
-    /// continues the trend of the errors,
-    /// h_{n+1} = safety h_n (h_n/h_{n−1}) (err_{n−1}/err_n²)^(1/(s+1)).
+    /// Returns the step after an accepted one. It is the smaller of the classical proposal and
+    /// Gustafsson's prediction from the trend of the errors, h_{n+1} = safety h_n (h_n/h_{n−1})
+    /// (err_{n−1}/err_n²)^(1/(s+1)).
     pub(crate) fn accept(&mut self, h: f64, error: f64, iterations: usize) -> f64 {
         let error = error.max(LEAST_ERROR);
         let mut proposal = self.propose(h, error, iterations);

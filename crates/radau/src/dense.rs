@@ -1,5 +1,5 @@
-//! The collocation polynomial of a step: the next step's starting values and, with one more
-//! condition, dense output.
+//! The collocation polynomial of a step. It provides the initial guess of the next step and, with
+//! one more condition, dense output.
 
 use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
@@ -9,29 +9,31 @@ use crate::method::Method;
 
 /// The polynomial u of degree s through y_0 at t_0 and y_0 + z_j at t_0 + c_j h.
 ///
-/// Its derivative is that of the solution at the nodes, but not at t_0. Dense output corrects that,
+/// Its derivative equals the derivative of the solution at the nodes, but not at t_0. Dense output
+/// corrects the derivative at t_0:
 ///
 /// ```text
 /// û(t_0 + θh) = u(t_0 + θh) + h (ẏ_0 − u'(t_0)) r(θ),
 /// ```
 ///
-/// with the ramp r of degree s + 1, r(0) = 0, r'(0) = 1, r'(c_j) = 0. Both errors of u, that of its
-/// derivative at t_0 and that of its values, are to leading order h^(s+1) times the same
-/// derivative of the solution; taking away the first takes away the second: û errs by O(h^(s+2)),
-/// and joins the step before with a continuous derivative. As r(1) = 0, the ends stay.
+/// with the ramp r of degree s + 1, r(0) = 0, r'(0) = 1, r'(c_j) = 0. To leading order, the error
+/// of u'(t_0) and the error of the values of u are h^(s+1) times the same derivative of the
+/// solution. Removing the first error also removes the second. So the error of û is O(h^(s+2)), and
+/// û continues the previous step with a continuous derivative. As r(1) = 0, the values at both ends
+/// do not change.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Collocation {
     pub(crate) t0: f64,
     pub(crate) h: f64,
     pub(crate) y0: Vec<f64>,
-    /// ẏ_0, from the end of the step before.
+    /// ẏ_0, from the end of the previous step.
     pub(crate) y_dot0: Vec<f64>,
     /// The stage increments z_j, one after the other.
     pub(crate) increments: Vec<f64>,
 }
 
 impl Collocation {
-    /// Checks the lengths and values of a step of `n` components that comes from outside.
+    /// Checks the lengths and values of a step of `n` components from outside.
     pub(crate) fn validate(
         &self,
         what: &'static str,
@@ -44,7 +46,7 @@ impl Collocation {
         expect_vector(what, stages * n, &self.increments)
     }
 
-    /// The straight line y_0 + (t − t_0) ẏ_0: what is known before the first step.
+    /// Returns the straight line y_0 + (t − t_0) ẏ_0, which is used before the first step.
     pub(crate) fn line(method: &Method, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Self {
         let increments = method
             .nodes()
@@ -60,7 +62,7 @@ impl Collocation {
         }
     }
 
-    /// Becomes another of the same size.
+    /// Copies `other`, which has the same size.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         (self.t0, self.h) = (other.t0, other.h);
         self.y0.copy_from_slice(&other.y0);
@@ -68,13 +70,13 @@ impl Collocation {
         self.increments.copy_from_slice(&other.increments);
     }
 
-    /// How many numbers its vectors have.
+    /// Returns the total length of its vectors.
     pub(crate) fn n_numbers(&self) -> usize {
         self.y0.len() + self.y_dot0.len() + self.increments.len()
     }
 
-    /// Takes the slope of u at t_0 for that of these `components`: û is u there. For a first step,
-    /// where nothing is known of the derivative of algebraic variables.
+    /// Sets the slope of û at t_0 to the slope of u for these `components`, so û = u there. Used
+    /// for a first step, in which the derivative of algebraic variables is unknown.
     pub(crate) fn free_start(
         &mut self,
         method: &Method,
@@ -88,7 +90,7 @@ impl Collocation {
         }
     }
 
-    /// Writes u'(t_0), which is not ẏ_0.
+    /// Writes u'(t_0), which differs from ẏ_0.
     pub(crate) fn start_slope(&self, method: &Method, out: &mut [f64]) {
         start_slope(method, self.h, &self.increments, out);
     }
@@ -107,7 +109,8 @@ impl Collocation {
             .for_each(|(z, b)| add_scaled(out, b, z));
     }
 
-    /// The factors of ẏ_0 and of the increments in û (`derivative` 0) or its derivative (1).
+    /// Returns the factors of ẏ_0 and of the increments in û (`derivative` 0) or its derivative
+    /// (1).
     pub(crate) fn coefficients(
         &self,
         method: &Method,
@@ -129,7 +132,7 @@ impl Collocation {
         (scale * ramp * self.h, (0..method.stages()).map(of_stage))
     }
 
-    /// The same of one of `n_columns` whose numbers stand side by side.
+    /// Evaluates one column of `n_columns`, whose values are stored row by row.
     pub(crate) fn evaluate_column(
         &self,
         method: &Method,
@@ -151,8 +154,8 @@ impl Collocation {
         }
     }
 
-    /// Continues the polynomial to a step of size `h` from the end of this one, as stage
-    /// increments over the solution `y` there.
+    /// Extrapolates the polynomial to a step of size `h` from the end of this one, as stage
+    /// increments relative to the solution `y` there.
     pub(crate) fn extrapolate(&self, method: &Method, t: f64, h: f64, y: &[f64], z: &mut [f64]) {
         let n = y.len();
         for (z_i, c) in z.chunks_exact_mut(n).zip(method.nodes()) {
@@ -165,13 +168,13 @@ impl Collocation {
     }
 }
 
-/// Writes h⁻¹ Σ_j ℓ_j'(0) z_j, the slope of the polynomial through the increments `z` at its start.
+/// Writes h⁻¹ Σ_j ℓ_j'(0) z_j, the slope at the start of the polynomial through the increments `z`.
 pub(crate) fn start_slope(method: &Method, h: f64, z: &[f64], out: &mut [f64]) {
     let slope = |_, j| method.basis_derivative(j, 0.0) / h;
     write_combined(out, out.len(), slope, z);
 }
 
-/// y ← y + a x
+/// Computes y ← y + a x.
 #[inline(always)]
 pub(crate) fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
     for (y, x) in y.iter_mut().zip(x) {
@@ -179,7 +182,7 @@ pub(crate) fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
     }
 }
 
-/// y ← a x
+/// Computes y ← a x.
 #[inline(always)]
 fn write_scaled(y: &mut [f64], a: f64, x: &[f64]) {
     for (y, x) in y.iter_mut().zip(x) {
@@ -187,11 +190,12 @@ fn write_scaled(y: &mut [f64], a: f64, x: &[f64]) {
     }
 }
 
-/// Numbers of each vector that are combined at a time: those of all vectors stay in the cache.
+/// Number of entries of each vector that are combined at a time, so that the entries of all vectors
+/// stay in the cache.
 pub(crate) const AT_A_TIME: usize = 256;
 
-/// out_i ← out_i + Σ_j `coefficient`(i, j) z_j for vectors of length `n`, one after the other in `z` and
-/// in `out`, with the processor's vector instructions.
+/// Computes out_i ← out_i + Σ_j `coefficient`(i, j) z_j with vector instructions. The vectors have
+/// length `n` and are stored one after the other in `z` and in `out`.
 pub(crate) fn add_combined(
     out: &mut [f64],
     n: usize,
@@ -201,7 +205,7 @@ pub(crate) fn add_combined(
     combine::<false>(out, n, coefficient, z);
 }
 
-/// out_i ← Σ_j `coefficient`(i, j) z_j, likewise.
+/// Computes out_i ← Σ_j `coefficient`(i, j) z_j with vector instructions.
 pub(crate) fn write_combined(
     out: &mut [f64],
     n: usize,
@@ -225,7 +229,7 @@ fn combine<const OVER: bool>(
     });
 }
 
-/// The sums, to be run with the processor's vector instructions.
+/// The sums, run with vector instructions.
 struct Combine<'a, F, const OVER: bool> {
     out: &'a mut [f64],
     n: usize,

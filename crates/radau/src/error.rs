@@ -1,124 +1,124 @@
-//! The errors of this crate: misuse, and what the problem itself refuses.
+//! Errors of this crate: misuse, and fatal errors of the problem.
 //!
-//! An integration that cannot go on is not an error but an
+//! An integration that cannot continue is not an error but an
 //! [`Outcome::Stopped`](myovib_dae::Outcome::Stopped).
 
-/// What makes an integration impossible.
+/// Reason why an integration is impossible.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RadauError {
-    /// There is no such method here.
+    /// The method does not exist.
     #[error("Radau IIA with {stages} stages is not offered: use 1, 3, 5 or 7")]
     Stages {
-        /// The number asked for.
+        /// Requested number of stages.
         stages: usize,
     },
-    /// A setting has a value that makes no sense.
+    /// A setting has an invalid value.
     #[error("{option} = {value}: must be {expected}")]
     InvalidOption {
         /// Name of the setting.
         option: &'static str,
-        /// The value given.
+        /// Its value.
         value: f64,
-        /// What it must be.
+        /// Allowed values.
         expected: &'static str,
     },
     /// An array has the wrong length.
     #[error("{what}: expected length {expected}, got {got}")]
     WrongLength {
-        /// Which array.
+        /// Name of the array.
         what: &'static str,
-        /// The length it should have.
+        /// Expected length.
         expected: usize,
-        /// The length it has.
+        /// Actual length.
         got: usize,
     },
-    /// A component of an array is infinite or not a number.
+    /// A component of an array is NaN or infinite.
     #[error("{what}[{index}] = {value} is not finite")]
     NotFinite {
-        /// Which array.
+        /// Name of the array.
         what: &'static str,
-        /// The component.
+        /// Index of the component.
         index: usize,
         /// Its value.
         value: f64,
     },
-    /// A problem without unknowns cannot be integrated.
+    /// The problem has no unknowns.
     #[error("nothing to integrate: no unknowns")]
     Empty,
-    /// An output time, or a time to stop at, lies behind the time reached.
+    /// An output time or a stop time is before the current time.
     #[error("the time {t_out} lies behind t = {t}, the time reached")]
     TimeBehind {
-        /// The time asked for.
+        /// Requested time.
         t_out: f64,
-        /// The time reached.
+        /// Current time.
         t: f64,
     },
-    /// Dense output was asked for outside of the last step, or of too high a derivative.
+    /// Dense output was requested outside of the last step, or for a derivative that is too high.
     #[error("no derivative of order {derivative} at t = {t}: there are 0 and 1 on [{from}, {to}]")]
     NoDenseOutput {
-        /// The time asked for.
+        /// Requested time.
         t: f64,
-        /// The derivative asked for.
+        /// Order of the requested derivative.
         derivative: usize,
         /// Start of the last step.
         from: f64,
         /// End of the last step.
         to: f64,
     },
-    /// Quadratures were asked for, but none were set up.
+    /// Quadratures were requested, but the solver has no quadratures.
     #[error("this solver has no quadratures")]
     NoQuadrature,
-    /// The adjoint cannot be taken back over a step.
+    /// The adjoint equations cannot be solved backward over a step.
     #[error("the adjoint cannot be taken back over the step at t = {t}: {message}")]
     Adjoint {
-        /// Begin of the step.
+        /// Start of the step.
         t: f64,
-        /// Why.
+        /// Reason.
         message: String,
     },
-    /// A run did not repeat itself from a checkpoint.
+    /// A run was not reproduced from a checkpoint.
     #[error(
         "the step at t = {t} does not repeat itself: between recorded steps do nothing to the solver \
          but step it, or keep the stages"
     )]
     NotRepeated {
-        /// Begin of the step.
+        /// Start of the step.
         t: f64,
     },
-    /// Initial values were to be corrected after the first step.
+    /// A correction of the initial values was requested after the first step.
     #[error("initial values can be corrected before the first step only, not at t = {t}")]
     AfterTheStart {
-        /// The time reached.
+        /// Current time.
         t: f64,
     },
     /// No consistent initial values were found.
     #[error("no consistent initial values at t = {t}: {source}")]
     Inconsistent {
-        /// The initial time.
+        /// Initial time.
         t: f64,
-        /// Why.
+        /// Reason.
         source: myovib_dae::Inconsistent,
     },
     /// The initial values contradict the equations.
     #[error(transparent)]
     Start(#[from] myovib_dae::InconsistentStart),
-    /// Components are to be left out by an index that is not stated.
+    /// Components are excluded by their index, but the problem does not state its indices.
     #[error(transparent)]
     NoIndices(#[from] myovib_dae::NoIndices),
-    /// The problem, or its linear algebra, failed for good.
+    /// The problem or its linear algebra failed with a fatal error.
     #[error("the {function} failed at t = {t} with step {h}: {source}")]
     Fatal {
-        /// What failed.
+        /// Function that failed.
         function: &'static str,
-        /// The beginning of the step.
+        /// Start of the step.
         t: f64,
-        /// The step tried.
+        /// Size of the attempted step.
         h: f64,
-        /// The error as it was raised.
+        /// Original error.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// Sensitivities or an adjoint were asked for of a problem with fading memory.
+    /// Sensitivities or an adjoint were requested for a problem with fading memory.
     #[error(
         "no sensitivities with a fading memory: they would lack those of its states; keep these among \
          the unknowns"
@@ -127,29 +127,29 @@ pub enum RadauError {
     /// The equations of a sensitivity cannot be solved.
     #[error("no sensitivity to `{parameter}` over the step from t = {t}: {message}")]
     Sensitivity {
-        /// The parameter.
+        /// Name of the parameter.
         parameter: String,
-        /// The beginning of the step.
+        /// Start of the step.
         t: f64,
-        /// Why.
+        /// Reason.
         message: String,
     },
-    /// Sensitivities were not told of each step.
+    /// Steps were taken without updating the sensitivities.
     #[error("sensitivities follow each step at once; {steps} steps were taken since the last")]
     Missed {
-        /// Steps taken since.
+        /// Number of steps taken since the last update.
         steps: u64,
     },
-    /// The solver was started again, and the sensitivities at its new values are not known.
+    /// The solver was restarted, and the sensitivities of its new values are unknown.
     #[error(
         "the solver was started again at t = {t} (reinit, restore or correct_initial_values): continue \
          sensitivities by ForwardSensitivities::reinit; make a new Recording"
     )]
     StartedAgain {
-        /// The time reached.
+        /// Current time.
         t: f64,
     },
-    /// The pattern of the Jacobian cannot be analysed.
+    /// The pattern of the Jacobian cannot be analyzed.
     #[error(transparent)]
     Factorization(#[from] myovib_sparse::SparseError),
 }

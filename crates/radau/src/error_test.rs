@@ -10,24 +10,24 @@ use crate::work::Counters;
 
 /// Workspace of the error estimate.
 ///
-/// The collocation polynomial u fulfils F = 0 at all nodes, but not at t_n. Its defect there,
-/// filtered by the real Newton matrix, is the estimate
+/// The collocation polynomial u satisfies F = 0 at all nodes, but not at t_n. The estimate is its
+/// residual at t_n, filtered by the real Newton matrix:
 ///
 /// ```text
 /// err = −(J_y + γ/h J_ẏ)⁻¹ F(t_n, y_n, u'(t_n)),   u'(t_n) = h⁻¹ Σ_j ℓ_j'(0) z_j,
 /// ```
 ///
-/// with γ the real eigenvalue of A⁻¹. For M ẏ = f(t, y) this is Hairer & Wanner's (IV.8.19), the
-/// difference to an embedded method of order s; in this form it needs no f and no M. It is
-/// O(h^(s+1)). In a first step or one that is repeated, a large estimate is filtered again through
-/// F(t_n, y_n + err, u'(t_n)): (IV.8.20).
+/// with γ the real eigenvalue of A⁻¹. For M ẏ = f(t, y) this is (IV.8.19) in Hairer & Wanner, the
+/// difference to an embedded method of order s. This form does not need f and M separately. The
+/// estimate is O(h^(s+1)). In a first or repeated step, a large estimate is filtered again through
+/// F(t_n, y_n + err, u'(t_n)), see (IV.8.20).
 #[derive(Debug)]
 pub(crate) struct ErrorTest {
     y_dot: Vec<f64>,
     shifted: Vec<f64>,
     /// The estimate.
     error: Vec<f64>,
-    /// 1 for components that count, 0 for those left out.
+    /// 1 for components in the error test, 0 for excluded components.
     mask: Vec<f64>,
 }
 
@@ -42,8 +42,8 @@ impl ErrorTest {
         }
     }
 
-    /// The weighted norm of the estimated error of the step with increments `z`; not finite if a
-    /// solve has overflowed.
+    /// Returns the weighted norm of the estimated error of the step with increments `z`; not finite
+    /// if a solve has overflowed.
     pub(crate) fn estimate<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -79,7 +79,7 @@ impl ErrorTest {
         }))
     }
 
-    /// Replaces the defect by the estimate, and returns its norm.
+    /// Replaces the residual by the estimate and returns its norm.
     fn filter<P, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -96,17 +96,17 @@ impl ErrorTest {
         Ok(norm((0..n).map(|i| self.error(i) * step.weights[i]), n))
     }
 
-    /// 1 for components that count, 0 for those left out.
+    /// Returns 1 for components in the error test, 0 for excluded components.
     pub(crate) fn mask(&self) -> &[f64] {
         &self.mask
     }
 
-    /// The last estimate for all components, those left out of the test too.
+    /// Returns the last estimate for all components, including those excluded from the test.
     pub(crate) fn estimates(&self) -> &[f64] {
         &self.error
     }
 
-    /// The last estimate for component i, 0 if it is left out.
+    /// Returns the last estimate for component i, 0 if it is excluded.
     pub(crate) fn error(&self, i: usize) -> f64 {
         self.error[i] * self.mask[i]
     }
@@ -162,7 +162,7 @@ mod tests {
         }
     }
 
-    /// The estimate of the step of size h from t = 0 and y, with increments z.
+    /// Returns the estimate of the step of size h from t = 0 and y, with increments z.
     fn estimate(problem: &mut impl Problem, method: &Method, h: f64, y: f64, z: &[f64]) -> f64 {
         let pattern = problem.jacobian_pattern();
         let mut matrices = SparseDirectSolver::new(&pattern, SparseOptions::default()).unwrap();
@@ -196,8 +196,8 @@ mod tests {
         test.error(0)
     }
 
-    /// From t = 0 the embedded method, whose quadrature has the order s, leaves out of ∫ t^s what its
-    /// defect at 0 is: −Π(0 − c_i) h^s, times h/γ.
+    /// Checks the estimate for ẏ = t^s from t = 0. The embedded method has a quadrature of order s.
+    /// Its error of ∫ t^s equals its residual at 0, −Π(0 − c_i) h^s, times h/γ.
     #[test]
     fn the_estimate_is_the_error_of_the_embedded_method() {
         for stages in [1, 3, 5, 7] {
@@ -211,19 +211,19 @@ mod tests {
                 let estimated = estimate(&mut Power(s), &method, h, 0.0, z.as_slice());
                 let product: f64 = method.nodes().iter().map(|c| -c).product();
                 let exact = h.powi(s + 1) * product / method.real_mode().lambda;
-                // Differences for the Jacobian are right to half the digits.
+                // The Jacobian by difference quotients is accurate to half the digits.
                 let ratio = estimated / exact;
                 assert!((ratio - 1.0).abs() < 1e-6, "s = {s}, h = {h}: {ratio}");
             }
         }
     }
 
-    /// Against what a step of ẏ = −y from 1 really errs by: to leading order s! (s − 1)!/((2s − 1)! (2s)!)
-    /// h^(2s), the error of the Padé approximation with degrees s − 1 and s. The estimate has the order
-    /// s + 1 and is the error of y_1 + err.
+    /// Compares the estimate with the true error of a step of ẏ = −y from 1. To leading order the
+    /// true error is s! (s − 1)!/((2s − 1)! (2s)!) h^(2s), the error of the Padé approximation with
+    /// degrees s − 1 and s. The estimate has the order s + 1 and is the error of y_1 + err.
     #[test]
     fn the_estimate_bounds_the_true_error_of_a_step_by_the_order_it_has() {
-        // The largest step, for which the true error of half of it is beyond rounding.
+        // Largest step; the true error of half of it is still larger than rounding.
         for (stages, largest) in [(3, 0.2_f64), (5, 1.0), (7, 3.0)] {
             let method = Method::radau_iia(stages).unwrap();
             let errors = [largest, 0.5 * largest].map(|h| {
@@ -242,22 +242,24 @@ mod tests {
             });
             let order = |k: usize| (errors[0][k] / errors[1][k]).log2();
             let s = stages as f64;
-            // Steps are long, or the true error would be rounding: a fifth for the higher orders.
+            // Long steps keep the true error above rounding. So the tolerance is a fifth for the
+            // higher orders.
             let of_estimate = order(0) / (s + 1.0);
             assert!((of_estimate - 1.0).abs() < 0.2, "s = {s}: {}", order(0));
             let of_truth = order(1) / (2.0 * s);
             assert!((of_truth - 1.0).abs() < 0.2, "s = {s}: {}", order(1));
             let [estimated, truth, embedded] = errors[1];
-            // They differ by the truth, which is of higher order.
+            // The difference is the true error, which is of higher order.
             assert!((estimated / embedded - 1.0).abs() < 0.01, "{errors:?}");
             let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();
             let pade = factorial(stages) * factorial(stages - 1)
                 / (factorial(2 * stages - 1) * factorial(2 * stages));
-            // The law of a vibration, to an order of magnitude: decay is another argument of it.
+            // The relation for a vibration holds to an order of magnitude: a decay has a real
+            // argument.
             let [at_end, _] = method.errors_per_estimate(estimated);
             let told = at_end * estimated / truth;
             assert!((0.1..10.0).contains(&told), "s = {s}: {told}");
-            // What decays within the step lowers it, 1 − O(h).
+            // The decay within the step lowers the ratio by O(h): 1 − O(h).
             let ratio = truth / (pade * (0.5 * largest).powi(2 * stages as i32));
             assert!((0.1..1.0).contains(&ratio), "s = {s}: {ratio}");
         }

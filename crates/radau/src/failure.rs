@@ -1,4 +1,4 @@
-//! What can fail in a step, and what that means for it.
+//! Failures in a step, and their consequences.
 
 use myovib_dae::{Statistics, StepError, StopReason};
 
@@ -18,8 +18,8 @@ pub(crate) enum Operation {
 }
 
 impl Operation {
-    /// What an error of this operation means, for `map_err`: a recoverable one halves the step, a
-    /// fatal one ends the integration.
+    /// Converts an error of this operation, for `map_err`: a recoverable error halves the step, a
+    /// fatal error ends the integration.
     pub(crate) fn failed(self) -> impl FnOnce(StepError) -> Failure {
         move |error| match error {
             StepError::Recoverable(message) => Failure::Rejected(Rejection {
@@ -50,7 +50,7 @@ impl Operation {
         }
     }
 
-    /// Why an integration stops when this goes on failing.
+    /// Returns the reason why an integration stops if this operation keeps failing.
     fn stop_reason(self) -> StopReason {
         match self {
             Self::Residual => StopReason::ResidualFailed,
@@ -64,23 +64,23 @@ impl Operation {
     }
 }
 
-/// Why an attempt at a step came to nothing.
+/// Reason why an attempt at a step failed.
 #[derive(Debug)]
 pub(crate) enum Failure {
     Rejected(Rejection),
     Fatal(Fatal),
 }
 
-/// What a smaller step may repair.
+/// Failure that a smaller step may repair.
 #[derive(Debug)]
 pub(crate) struct Rejection {
     pub(crate) reason: StopReason,
     pub(crate) message: String,
-    /// The factor on h for the next attempt.
+    /// Factor on h for the next attempt.
     pub(crate) step_factor: f64,
 }
 
-/// What cannot be repaired by a smaller step.
+/// Failure that a smaller step cannot repair.
 #[derive(Debug)]
 pub(crate) struct Fatal {
     function: &'static str,
@@ -88,12 +88,12 @@ pub(crate) struct Fatal {
 }
 
 impl Fatal {
-    /// The error as it was raised.
+    /// Returns the original error.
     pub(crate) fn into_source(self) -> Box<dyn std::error::Error + Send + Sync> {
         self.source
     }
 
-    /// The error of a step of size `h` from `t`.
+    /// Returns the error of a step of size `h` from `t`.
     pub(crate) fn in_step(self, t: f64, h: f64) -> RadauError {
         let Self { function, source } = self;
         RadauError::Fatal {
@@ -105,7 +105,7 @@ impl Fatal {
     }
 }
 
-/// How often a step has failed.
+/// Number of failures in a step.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Failures {
     rejected: usize,
@@ -113,8 +113,8 @@ pub(crate) struct Failures {
     refused: bool,
 }
 
-/// After so many failures of a fresh start to solve the step it falls by larger factors: its scale
-/// is not known.
+/// Number of failures to solve the first step after a start before its size decreases by larger
+/// factors, because its scale is unknown.
 const PATIENCE: usize = 2;
 
 impl Failures {
@@ -122,24 +122,25 @@ impl Failures {
         self.rejected + self.unsolved > 0
     }
 
-    /// Whether the problem itself refused an attempt that failed for this `reason`.
+    /// Returns whether the problem itself rejected an attempt that failed for this `reason`.
     pub(crate) fn is_refusal(reason: StopReason) -> bool {
         use StopReason::{ConvergenceFailures, ErrorTestFailures};
         !matches!(reason, ConvergenceFailures | ErrorTestFailures)
     }
 
-    /// Whether the problem itself has refused a larger step: the accuracy does not require the size of
-    /// this step.
+    /// Returns whether the problem itself has rejected a larger step, so that the size of this step
+    /// is not determined by the accuracy.
     pub(crate) fn refused(self) -> bool {
         self.refused
     }
 
-    /// Whether Newton's method has failed for a larger step, or the problem.
+    /// Returns whether Newton's method or the problem has failed for a larger step.
     pub(crate) fn unsolved(self) -> bool {
         self.unsolved > 0
     }
 
-    /// No failures yet, after a step that the problem did or did not [refuse](Self::refused) to be longer.
+    /// Returns a count of zero after a step for which the problem did or did not
+    /// [reject](Self::refused) a larger size.
     pub(crate) fn after(refused: bool) -> Self {
         Self {
             refused,
@@ -147,12 +148,12 @@ impl Failures {
         }
     }
 
-    /// Counts again from zero.
+    /// Resets the counts to zero.
     pub(crate) fn forget_counts(&mut self) {
         (self.rejected, self.unsolved) = (0, 0);
     }
 
-    /// Counts one for this `reason`, here and in the statistics.
+    /// Counts a failure for this `reason`, here and in the statistics.
     pub(crate) fn count(&mut self, reason: StopReason, statistics: &mut Statistics) {
         if reason == StopReason::ErrorTestFailures {
             self.rejected += 1;
@@ -164,13 +165,13 @@ impl Failures {
         }
     }
 
-    /// Whether there are as many as the options allow.
+    /// Returns whether the number of failures has reached a limit of the options.
     pub(crate) fn too_many(self, options: &RadauOptions) -> bool {
         self.rejected >= options.max_error_test_failures
             || self.unsolved >= options.max_convergence_failures
     }
 
-    /// The factor on h for the next attempt, where the last one proposes `factor`.
+    /// Returns the factor on h for the next attempt if the last attempt proposes `factor`.
     pub(crate) fn factor(self, factor: f64, fresh: bool) -> f64 {
         match fresh && self.unsolved > PATIENCE {
             true => factor.min(0.1),

@@ -5,25 +5,29 @@ use crate::newton::Step;
 
 /// Estimates the error of dense output between the ends of a step.
 ///
-/// The error estimate of a step measures the differential variables only: in an algebraic variable that no
-/// other depends on it is zero, however far the polynomial between the nodes may be from the solution. So
-/// the polynomial û of a step is continued backward to the beginning t_{n−1} of the last step, where y is
-/// known. To leading order its error at t_n + θ h is C ψ(θ) in algebraic variables, with ψ = θ ℓ_0, C q(θ) in
-/// differential ones, with q = ∫ θ ℓ_0, and C (ψ − r)(θ) with the ramp r in those that constraints determine. The
-/// difference at t_{n−1} determines C. The estimate costs no evaluation of F. A bend of the solution within either
-/// step is seen too.
+/// The error estimate of a step measures the differential variables only. In an algebraic variable
+/// on which no other variable depends, the estimate is zero, even if the polynomial between the
+/// nodes is far from the solution. So the polynomial û of a step is continued backward to the
+/// beginning t_{n−1} of the previous step, where y is known. To leading order, its error at t_n + θ
+/// h is
+/// - C ψ(θ) in algebraic variables, with ψ = θ ℓ_0,
+/// - C q(θ) in differential variables, with q = ∫ θ ℓ_0,
+/// - C (ψ − r)(θ), with the ramp r, in differential variables that are determined by constraints.
+///
+/// The difference at t_{n−1} determines C. The estimate needs no evaluation of F. It also detects a
+/// kink of the solution within either step.
 #[derive(Debug)]
 pub(crate) struct Interpolation {
-    /// Whether dense output is used, so that steps are chosen for it.
+    /// Whether dense output is used, so that its error limits the steps.
     pub(crate) active: bool,
-    /// The difference between û and y at t_{n−1}.
+    /// Difference between û and y at t_{n−1}.
     difference: Vec<f64>,
 }
 
-/// Factor for terms beyond the leading one, and for a derivative that grows within the step.
+/// Safety factor for terms of higher order, and for a derivative that grows within the step.
 const MARGIN: f64 = 3.0;
 
-/// Points of the unit interval at which the profiles of the error are compared.
+/// Number of points of the unit interval at which the profiles of the error are compared.
 const POINTS: usize = 32;
 
 impl Interpolation {
@@ -34,8 +38,8 @@ impl Interpolation {
         }
     }
 
-    /// Measures the error of the step with increments `z` that follows `last` with the derivative `y_dot`:
-    /// [`of`](Self::of) returns it.
+    /// Measures the error of the step with increments `z` that follows `last` with the derivative
+    /// `y_dot`. [`of`](Self::of) returns the error.
     pub(crate) fn measure(
         &mut self,
         step: &Step<'_>,
@@ -75,7 +79,7 @@ impl Interpolation {
         difference.iter_mut().for_each(|d| *d *= scale);
     }
 
-    /// The largest error within the step of variable i.
+    /// Returns the largest error of variable i within the step.
     pub(crate) fn of(&self, i: usize) -> f64 {
         MARGIN * self.difference[i].abs()
     }

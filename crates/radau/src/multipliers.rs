@@ -1,4 +1,4 @@
-//! What collocation leaves in multipliers, and its removal.
+//! Error of collocation in multipliers, and its removal.
 
 use myovib_dae::{LinearSolver, Problem, VariableKind};
 use serde::{Deserialize, Serialize};
@@ -9,37 +9,38 @@ use crate::method::Method;
 use crate::newton::{Step, evaluate};
 use crate::work::Counters;
 
-/// Removes the leading error of algebraic variables of index 2 and 3, and watches that of velocities
-/// which a hidden constraint holds.
+/// Removes the leading error of algebraic variables of index 2 and 3, and monitors the error of
+/// velocities that a hidden constraint determines.
 ///
-/// Take q̇ = v, v̇ = λ under 0 = q − g(t): Radau IIA has q exactly at 0, c_1, …, c_s. What it gives
-/// for v are derivatives of the polynomial u through them, which err at the nodes by −ω'(θ) ε, where
-/// q − u = h ε ω to leading order. The v it starts from errs by some a. The next derivative, λ, errs by
+/// Consider q̇ = v, v̇ = λ with the constraint 0 = q − g(t). Radau IIA yields exact q at 0, c_1, …,
+/// c_s. Its values of v are derivatives of the polynomial u through these q. Their errors at the
+/// nodes are −ω'(θ) ε, where q − u = h ε ω to leading order. Let a be the error of the initial v.
+/// The error of the next derivative, λ, is
 ///
 /// ```text
 /// (ℓ_0'(θ) (a + ε) − ω''(θ) ε)/h,   ω = θ ℓ_0,   ℓ_0 = Π (1 − θ/c_i).
 /// ```
 ///
-/// A general multiplier of index 3 errs likewise, to leading order, and one of index 2 by −ω'(θ) ε.
-/// (So do velocities of index 2, as far as the constraint holds them.)
-/// That is the order s + 2 less the index at best, and far from it after a change of h. Both parts can be
-/// seen in the variables of index 1: u'(t_n) − ẏ_n is −(a + ε), and ε is how far the polynomial misses
-/// the beginning of the last step, over h ω there. What they are in multipliers, Newton's matrix
-/// tells:
+/// To leading order, a general multiplier of index 3 has the same error, and a multiplier of index
+/// 2 has the error −ω'(θ) ε. (So do velocities of index 2, as far as the constraint determines
+/// them.) The order of this error is s + 2 minus the index at best, and much lower after a change
+/// of h. Both parts are visible in the variables of index 1: u'(t_n) − ẏ_n is −(a + ε), and ε is
+/// the difference between the polynomial and the solution at the beginning of the last step,
+/// divided by h ω there. Newton's matrix converts both to errors of multipliers:
 ///
 /// ```text
 /// e(x) = −(J_y + γ/h J_ẏ)⁻¹ (F(t_n, y_n, ẏ_n + x) − F(t_n, y_n, ẏ_n))
 /// ```
 ///
-/// is x in multipliers of index 2, and γ x/h in those of index 3. The steps themselves do not change:
-/// no equation of theirs contains the multipliers they start from.
+/// is x in multipliers of index 2, and γ x/h in multipliers of index 3. The steps do not change,
+/// because their equations do not contain the initial multipliers.
 #[derive(Debug)]
 pub(crate) struct Multipliers {
     list: Vec<Multiplier>,
     indices: Vec<u8>,
-    /// What was added to the multipliers of the last step: for each stage, one after the other.
+    /// Values added to the multipliers of the last step, stage by stage.
     removed: Vec<f64>,
-    /// The differential variables of index 1.
+    /// Differential variables of index 1.
     free: Vec<usize>,
     y: Vec<f64>,
     y_dot: Vec<f64>,
@@ -47,29 +48,29 @@ pub(crate) struct Multipliers {
     defect: Vec<f64>,
 }
 
-/// One multiplier, or a velocity of index 2.
+/// A multiplier or a velocity of index 2.
 #[derive(Debug, Clone)]
 struct Multiplier {
     variable: usize,
     index: u8,
-    /// Whether its error can be removed: the next step begins with the velocities, not with the
-    /// multipliers.
+    /// Whether its error can be removed. The next step uses the velocities as initial values, but
+    /// not the multipliers.
     removable: bool,
     known: Known,
-    /// e(ε) of the step just computed.
+    /// e(ε) of the current step.
     missed: f64,
-    /// e(−(a + ε)) of it.
+    /// e(−(a + ε)) of the current step.
     jump: f64,
 }
 
-/// What is kept of one from step to step.
+/// State of a multiplier that is stored from step to step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Known {
-    /// What the collocation gave at the end of the last step.
+    /// Value by collocation at the end of the last step.
     raw: f64,
     /// e(ε) of the last step.
     last: f64,
-    /// Whether it has changed like rounding.
+    /// Whether e(ε) has changed like rounding.
     #[serde(default)]
     noisy: bool,
 }
@@ -80,15 +81,14 @@ impl Known {
     }
 }
 
-/// How much what is left may exceed the change of what was removed: between the coefficients of the
-/// next order and those of this one.
+/// Ratio by which the remaining error may exceed the change of the removed error: the ratio between
+/// the coefficients of successive orders.
 const MARGIN: f64 = 2.0;
 
-/// Steps whose sizes differ by less than this factor do not tell rounding from what it hides.
+/// Minimum ratio of step sizes at which the change of e(ε) can be distinguished from rounding.
 const TELLING: f64 = 1.2;
 
-/// Where the last step is so short that a is less than this fraction of ε, the latter follows from
-/// a + ε.
+/// If the last step is so short that a is less than this fraction of ε, then ε follows from a + ε.
 const SHORT: f64 = 0.1;
 
 impl Multipliers {
@@ -134,12 +134,13 @@ impl Multipliers {
         self.indices[i]
     }
 
-    /// Whether there are any: then a hidden constraint magnifies errors by powers of 1/h.
+    /// Returns whether multipliers exist. Then a hidden constraint amplifies errors by powers of
+    /// 1/h.
     pub(crate) fn any(&self) -> bool {
         !self.list.is_empty()
     }
 
-    /// The lowest order of the errors that are left; `None` where there are no multipliers.
+    /// Returns the lowest order of the remaining errors; `None` without multipliers.
     pub(crate) fn order(&self, stages: usize) -> Option<i32> {
         let orders = self.list.iter().map(|multiplier| {
             let gained = i32::from(multiplier.removable);
@@ -148,7 +149,7 @@ impl Multipliers {
         orders.min()
     }
 
-    /// What is kept from step to step.
+    /// Returns the state stored from step to step.
     pub(crate) fn known(&self) -> Vec<Known> {
         self.list
             .iter()
@@ -156,22 +157,22 @@ impl Multipliers {
             .collect()
     }
 
-    /// Goes on with what is `known`.
+    /// Restores the state returned by [`known`](Self::known).
     pub(crate) fn restore(&mut self, known: &[Known]) {
         for (multiplier, known) in self.list.iter_mut().zip(known) {
             multiplier.known = *known;
         }
     }
 
-    /// Starts from consistent values `y`.
+    /// Restarts from consistent values `y`.
     pub(crate) fn restart(&mut self, y: &[f64]) {
         for multiplier in &mut self.list {
             multiplier.known.raw = y[multiplier.variable];
         }
     }
 
-    /// Measures both parts of the error of the step with increments `z`, which begins where the
-    /// `before` one ends, if there is one, with the derivative `y_dot`.
+    /// Measures both parts of the error of the step with increments `z`. The step starts with the
+    /// derivative `y_dot` at the end of the step `before`, if that exists.
     pub(crate) fn measure<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -227,8 +228,9 @@ impl Multipliers {
         Ok(())
     }
 
-    /// Measures what Newton's method left of the equations at the beginning of the step:
-    /// [`left_in`](Self::left_in) is the error of `y` and `y_dot` for which a step of this size takes it.
+    /// Measures the remaining Newton error of the equations at the beginning of the step. A step of
+    /// this size interprets it as an error of `y` and `y_dot`, which [`left_in`](Self::left_in)
+    /// returns.
     pub(crate) fn measure_left<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -246,8 +248,8 @@ impl Multipliers {
         self.solve(problem, matrices, step, counters)
     }
 
-    /// The errors of the variables of index 1 that were [measured](Self::measure_left), with their
-    /// places.
+    /// Returns the [measured](Self::measure_left) errors of the variables of index 1, with their
+    /// indices.
     pub(crate) fn left_in(&self) -> impl Iterator<Item = (usize, f64)> {
         self.free.iter().map(|&i| (i, self.defect[i]))
     }
@@ -287,10 +289,10 @@ impl Multipliers {
         })
     }
 
-    /// The largest error that is left at the end of the step, in units of tolerances, as far as it is
-    /// beyond `rounding` in e: of velocities what has been measured, of multipliers the change of that
-    /// since the step `before`. Where rounding is all that is seen, the next step may grow by the factor
-    /// `growth_in_noise`.
+    /// Returns the largest remaining error at the end of the step beyond `rounding` in e, in units
+    /// of tolerances. For velocities it is the measured error, for multipliers the change of the
+    /// measured error since the step `before`. If only rounding is visible, the next step may grow
+    /// by the factor `growth_in_noise`.
     pub(crate) fn largest_left(
         &self,
         step: &Step<'_>,
@@ -315,7 +317,7 @@ impl Multipliers {
         left.fold(0.0, f64::max)
     }
 
-    /// Removes the errors from the `increments` of the step, which has been accepted.
+    /// Removes the errors from the `increments` of the accepted step.
     pub(crate) fn remove(&mut self, step: &Step<'_>, increments: &mut [f64]) {
         let (n, last_stage) = (step.y.len(), step.method.stages() - 1);
         self.removed.clear();
@@ -334,7 +336,7 @@ impl Multipliers {
         }
     }
 
-    /// Removes the errors from a copy of the `increments` of a step that is only tried.
+    /// Removes the errors from a copy of the `increments` of a step that is not yet accepted.
     pub(crate) fn remove_from_copy(&self, step: &Step<'_>, increments: &mut [f64]) {
         let n = step.y.len();
         for multiplier in self.list.iter().filter(|multiplier| multiplier.removable) {
@@ -345,8 +347,8 @@ impl Multipliers {
         }
     }
 
-    /// Makes the increments of the last step, of `n` unknowns, those that its equations were solved
-    /// for.
+    /// Restores the `increments` of the last step, with `n` unknowns, to the solution of its
+    /// equations.
     pub(crate) fn put_back(&self, n: usize, increments: &mut [f64]) {
         let removable = self.list.iter().filter(|multiplier| multiplier.removable);
         let stages = increments.len() / n;
@@ -359,7 +361,7 @@ impl Multipliers {
 }
 
 impl Multiplier {
-    /// What is removed at t_n + θ h.
+    /// Returns the error to remove at t_n + θ h.
     fn removed_at(&self, method: &Method, theta: f64) -> f64 {
         let [of_missed, of_jump] = profile(method, self.index, theta);
         let missed = if self.known.noisy { 0.0 } else { self.missed };
@@ -377,13 +379,13 @@ impl Multiplier {
         }
     }
 
-    /// The power of h that e(ε) goes with.
+    /// Returns the power of h to which e(ε) is proportional.
     fn power(&self, stages: usize) -> i32 {
         stages as i32 + 2 - i32::from(self.index)
     }
 
-    /// Whether e(ε) changes with h rather like rounding, which goes with h^(1 − index): then it is
-    /// too small to be seen, and no reason for a smaller step.
+    /// Returns whether e(ε) changes with h like rounding, which is proportional to h^(1 − index).
+    /// Then the error is too small to be visible and does not require a smaller step.
     fn changes_like_rounding(&self, stages: usize, growth: f64) -> bool {
         let between = 0.5 * f64::from(self.power(stages) + 1 - i32::from(self.index));
         let excess = (self.missed / self.known.last).abs().ln() - between * growth.ln();
@@ -392,7 +394,7 @@ impl Multiplier {
     }
 }
 
-/// What to add to a multiplier at θ for e(ε) and e(−(a + ε)).
+/// Returns the corrections of a multiplier at θ per unit of e(ε) and e(−(a + ε)).
 fn profile(method: &Method, index: u8, theta: f64) -> [f64; 2] {
     let basis = |derivative| method.start_basis(derivative, theta);
     match index {

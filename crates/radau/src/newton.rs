@@ -10,92 +10,95 @@ use crate::stage_system::StageSystem;
 use crate::weights::Weights;
 use crate::work::Counters;
 
-/// How the iterations ended, short of an error.
+/// Result of the iterations, unless an error occurred.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Newton {
-    /// Solved, after this many iterations; what more were spent on own errors, and to try new matrices,
-    /// says nothing of h.
+    /// Converged after this many iterations. Additional iterations for unscaled errors and for
+    /// testing new matrices are not counted, because they do not indicate that h is too large.
     Converged { iterations: usize },
-    /// They diverge, or converge too slowly: this factor on h may help.
+    /// Diverged or converged too slowly; this factor on h may help.
     Failed { step_factor: f64 },
 }
 
-/// What all iterations of a step share.
+/// Data shared by all iterations of a step.
 pub(crate) struct Step<'a> {
     pub(crate) method: &'a Method,
     pub(crate) t: f64,
     pub(crate) h: f64,
     pub(crate) y: &'a [f64],
-    /// Weights of the components in norms: the inverses of their tolerances.
+    /// Weights of the components in norms: the inverse tolerances.
     pub(crate) weights: &'a [f64],
 }
 
-/// Workspace and memory of Newton's method.
+/// Workspace and state of Newton's method.
 ///
-/// The unknowns are the stage increments z_i = Y_i − y_n; the equations
+/// The unknowns are the stage increments z_i = Y_i − y_n. The equations are
 ///
 /// ```text
 /// G_i(z) = F(t_n + c_i h, y_n + z_i, h⁻¹ Σ_j (A⁻¹)_ij z_j) = 0.
 /// ```
 #[derive(Debug)]
 pub(crate) struct NewtonSolver {
-    /// The stage increments, one after the other.
+    /// Stage increments, stage by stage.
     pub(crate) z: Vec<f64>,
-    /// The residuals of the stages; the corrections, once solved for.
+    /// Residuals of the stages; after the solve, the corrections.
     residuals: Vec<f64>,
     stage: Vec<f64>,
     stage_dot: Vec<f64>,
     system: StageSystem,
-    /// The last correction of the last stage, which is that of the solution.
+    /// Last correction of the last stage, which is the correction of the solution.
     correction: Vec<f64>,
     tolerance: f64,
-    /// The part of the increments that their error may be.
+    /// Maximum error of the increments, relative to their size.
     relative: f64,
     limit: usize,
-    /// Whether a hidden constraint magnifies what is left by powers of 1/h: then a first correction is
-    /// trusted no more than it is itself small.
+    /// Whether a hidden constraint amplifies the remaining error by powers of 1/h. Then the error
+    /// after a first correction is not estimated below the size of the correction.
     constrained: bool,
-    /// θ/(1 − θ) for the first θ of the last step that had one: bounds the error that a first
-    /// correction leaves.
+    /// θ/(1 − θ) for the first available θ of the last step. It bounds the error after a first
+    /// correction.
     first_factor: f64,
-    /// The last estimate of the contraction θ; 0 where one iteration was enough.
+    /// Last estimate of the contraction θ; 0 if one iteration was sufficient.
     pub(crate) contraction: f64,
-    /// Whether the matrices come from difference quotients. At a wrong ẏ these may be wrong by orders of
-    /// magnitude; Jacobians by formulas are trusted.
+    /// Whether the matrices come from difference quotients. At an inaccurate ẏ these may be wrong
+    /// by orders of magnitude; analytical Jacobians are trusted.
     by_differences: bool,
-    /// Whether corrections by the matrices in use have been seen to contract.
+    /// Whether corrections by the current matrices have contracted.
     tried: bool,
-    /// Largest norm of the last correction beyond rounding.
+    /// Maximum norm of the last correction beyond rounding.
     allowed: f64,
-    /// The norm of the increments.
+    /// Norm of the increments.
     size: f64,
 }
 
-/// Above this contraction the iterations count as divergent.
+/// Contraction above which the iterations are considered divergent.
 const DIVERGENT: f64 = 0.99;
 
-/// The own errors of variables that count less are not waited for once they fall by no better a
-/// factor: rounding, divided by a power of h, may be all that is left of them.
+/// Contraction above which unscaled errors of variables with reduced weights are no longer
+/// iterated: the remaining errors may be rounding divided by a power of h.
 const STALLED: f64 = 0.9;
 
-/// The first correction of a step is not trusted to be better than this: the contraction may have
-/// been better in the last step.
+/// Lower bound of the assumed contraction for the first correction of a step, because the
+/// contraction of the last step may have been better.
 const LEAST_TRUST: f64 = 1e-3;
 
-/// The part of ẏ that its error at the end of a step may be. Where a step is so short that y changes by
-/// less than its tolerance, nothing else bounds it; and the next Jacobian is evaluated with it.
+/// Maximum error of ẏ at the end of a step, relative to its size. In a step so short that y changes
+/// by less than its tolerance, no other condition bounds this error, and the next Jacobian is
+/// evaluated at this ẏ.
 const RELATIVE: f64 = 0.01;
 
-/// A step in which y changes by a smaller part of the tolerance of the error test is not resolved by it.
+/// Fraction of the tolerance of the error test. If y changes by less in a step, the error test does
+/// not resolve the change.
 const RESOLVED: f64 = 0.1;
 
-/// The slope at the end of a step that its increments explain is at most this times their mean slope.
+/// Maximum ratio of the slope at the end of a step to the mean slope that the increments can
+/// explain.
 const STEEP: f64 = 10.0;
 
-/// New matrices are trusted once a correction is this part of the first.
+/// New matrices are trusted after a correction is this fraction of the first.
 const TRIED: f64 = 0.1;
 
-/// Units of rounding of y that no correction of its increments resolves.
+/// Rounding of y relative to its size, below which corrections of its increments are not resolved.
 const ROUNDING: f64 = 100.0 * f64::EPSILON;
 
 impl NewtonSolver {
@@ -131,18 +134,20 @@ impl NewtonSolver {
 
     /// Iterates from the increments in `z`.
     ///
-    /// With the contraction θ estimated from successive corrections, the error after a correction
-    /// Δz is about θ/(1 − θ) ‖Δz‖; the iterations end when it is below the tolerance, or when θ
-    /// says that it will not be within the iterations allowed (Hairer & Wanner IV.8). The own errors
-    /// of variables that count less for the others get the iterations that are left while they fall.
+    /// The contraction θ is estimated from successive corrections. The error after a correction Δz
+    /// is about θ/(1 − θ) ‖Δz‖. The iterations end when this error is below the tolerance, or when
+    /// θ predicts that it cannot reach the tolerance within the allowed iterations (Hairer & Wanner
+    /// IV.8). The remaining iterations are used for the unscaled errors of variables with reduced
+    /// weights while these errors decrease.
     ///
-    /// New matrices by difference quotients are tested with two corrections at least, since entries that
-    /// are far too large make any first correction small. And the error is bounded by a part of the increments too: F may depend on
-    /// ẏ in any way, and a tolerance for y alone leaves ẏ an error of tolerance/h.
+    /// New matrices by difference quotients are tested with at least two corrections, because
+    /// entries that are far too large make any first correction small. The error is also bounded
+    /// relative to the increments: F may depend on ẏ in any way, and a tolerance for y alone
+    /// permits an error of tolerance/h in ẏ.
     ///
-    /// Two corrections do not show that the iterations diverge. In index 3 the first one, from a
-    /// start at rest, moves positions by h v; what is quadratic in it, h² v², comes back as
-    /// corrections h² v²/h of the velocity: as large as the first, however small h.
+    /// Two corrections do not prove divergence. In index 3 the first correction, from a start at
+    /// rest, moves positions by h v. Its quadratic terms, h² v², result in corrections h² v²/h of
+    /// the velocity, which are as large as the first one, however small h is.
     pub(crate) fn solve<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -152,7 +157,7 @@ impl NewtonSolver {
         weights: &Weights<P>,
         counters: &mut Counters,
     ) -> Result<Newton, Failure> {
-        // As in RADAU5: what the last step found is trusted less for this one.
+        // As in RADAU5: the estimate of the last step is used with reduced confidence.
         self.first_factor = self.first_factor.max(LEAST_TRUST).powf(0.8);
         self.contraction = 0.0;
         let mut error_factor = if self.constrained {
@@ -206,7 +211,7 @@ impl NewtonSolver {
                 }
                 let left = (self.limit - iteration) as i32;
                 let at_limit = error_factor * norm * contraction.powi(left);
-                // The step that would do with the iterations left, by RADAU5's rule.
+                // The step that would converge within the remaining iterations, by RADAU5's rule.
                 if iteration > 2 && at_limit > tolerance {
                     let excess = (at_limit / tolerance).min(20.0);
                     let exponent = -1.0 / f64::from(left + 4);
@@ -233,44 +238,46 @@ impl NewtonSolver {
         Ok(Newton::Failed { step_factor: 0.5 })
     }
 
-    /// Whether corrections by the matrices in use have been seen to contract.
+    /// Returns whether corrections by the current matrices have contracted.
     pub(crate) fn has_tried_matrices(&self) -> bool {
         self.tried
     }
 
-    /// Takes note of new matrices, which come from difference quotients or from formulas.
+    /// Records new matrices and whether they come from difference quotients.
     pub(crate) fn renew_matrices(&mut self, by_differences: bool) {
         self.by_differences = by_differences;
         self.tried = !by_differences;
     }
 
-    /// Sets whether corrections by the matrices in use have been seen to contract.
+    /// Sets whether corrections by the current matrices have contracted.
     pub(crate) fn set_tried(&mut self, tried: bool) {
         self.tried = tried;
     }
 
-    /// What is kept between steps.
+    /// Returns the state stored between steps.
     pub(crate) fn memory(&self) -> [f64; 2] {
         [self.first_factor, self.contraction]
     }
 
-    /// Goes on with this [`memory`](Self::memory).
+    /// Restores the state returned by [`memory`](Self::memory).
     pub(crate) fn restore(&mut self, memory: [f64; 2]) {
         [self.first_factor, self.contraction] = memory;
     }
 
-    /// Sets the norm below which the error of the solution counts as none.
+    /// Sets the norm below which the error of the solution is neglected.
     pub(crate) fn set_tolerance(&mut self, tolerance: f64) {
         self.tolerance = tolerance;
     }
 
-    /// The norm that the last correction may have beyond rounding: 0 by matrices that have not been tried.
+    /// Returns the maximum norm of the last correction beyond rounding; 0 for matrices that have
+    /// not been tested.
     pub(crate) fn allowed(&self) -> f64 {
         self.allowed
     }
 
-    /// Returns whether ẏ changes abruptly over the step, by more than rounding of y explains: by more
-    /// than its size where y changes by a fraction of its tolerance only, or far more steeply than y.
+    /// Returns whether ẏ changes abruptly over the step, by more than rounding of y explains. The
+    /// change is abrupt if it exceeds the size of ẏ while y changes by only a fraction of its
+    /// tolerance, or if ẏ is far steeper than y.
     pub(crate) fn leaps(&mut self, step: &Step<'_>, y_dot: &[f64]) -> bool {
         if !self.by_differences {
             return false;
@@ -288,12 +295,12 @@ impl NewtonSolver {
         (unresolved || steep) && change > ROUNDING * weighted(step.y) / step.h.abs()
     }
 
-    /// The last correction of the solution.
+    /// Returns the last correction of the solution.
     pub(crate) fn correction(&self) -> &[f64] {
         &self.correction
     }
 
-    /// Evaluates the drives of a `memory` at all stages.
+    /// Evaluates the driving quantities of a `memory` at all stages.
     pub(crate) fn drive<P: Problem>(
         &mut self,
         problem: &mut P,
@@ -366,12 +373,12 @@ impl NewtonSolver {
     }
 }
 
-/// The root mean square of `n` numbers.
+/// Returns the root mean square of `n` numbers.
 pub(crate) fn norm(of: impl Iterator<Item = f64>, n: usize) -> f64 {
     (of.map(|x| x * x).sum::<f64>() / n as f64).sqrt()
 }
 
-/// Evaluates the residual; one that is not finite is a recoverable error.
+/// Evaluates the residual; a non-finite residual is a recoverable error.
 pub(crate) fn evaluate<P: Problem>(
     problem: &mut P,
     t: f64,
