@@ -6,44 +6,45 @@ use myovib_sparse::SparseOptions;
 use crate::control::Control;
 use crate::error::{RadauError, expect_length};
 
-/// Where rounding is all that is seen of multipliers, steps may grow by this factor at least.
+/// Lower limit of the factor by which steps may grow if only rounding of multipliers is visible.
 const GROWTH_IN_NOISE: f64 = 2.0;
 
-/// How the step size is chosen.
+/// Choice of the step size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum StepSize {
-    /// By the estimated error.
+    /// Determined by the estimated error.
     Adaptive,
-    /// Always this one (shortened only to meet a stop time). No error is estimated, and a step
-    /// whose stages cannot be solved for stops the integration.
+    /// Constant (shortened only to meet a stop time). No error is estimated. If the stage equations
+    /// of a step cannot be solved, the integration stops.
     Fixed(f64),
 }
 
-/// Which errors count h^(k−1) times, k being the index of the variable.
+/// Errors that are multiplied by h^(k−1), with k the index of the variable.
 ///
-/// The error of a variable of index k is larger by h^(1−k) than that of the variables it depends
-/// on, and contributes h^(k−1) times itself to them (Hairer & Wanner VII.7). The unit of h is that
-/// of the problem's t.
+/// The error of a variable of index k is larger by h^(1−k) than the errors of the variables it
+/// depends on, and contributes h^(k−1) times itself to them (Hairer & Wanner VII.7). The unit of h
+/// is the unit of the problem's t.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum IndexScaling {
-    /// Those of all variables of index 2 and 3, as in RADAU5.
+    /// Errors of all variables of index 2 and 3, as in RADAU5.
     All,
-    /// Those of algebraic variables of index 2 and 3. A velocity of index 2 counts in full: only
-    /// what violates the constraint is corrected in the next step, the rest of its error stays.
+    /// Errors of algebraic variables of index 2 and 3. The error of a velocity of index 2 is not
+    /// reduced: the next step corrects only the part that violates the constraint, the rest
+    /// persists.
     #[default]
     Algebraic,
-    /// None.
+    /// No errors.
     None,
 }
 
-/// How many times the tolerance an algebraic variable of index 2 or 3 may err itself: two
-/// digits.
+/// Maximum local error of an algebraic variable of index 2 or 3 in units of the tolerance, which
+/// corresponds to two digits.
 const OWN_ERROR: f64 = 100.0;
 
 impl IndexScaling {
-    /// The power of h for each variable.
+    /// Returns the power of h for each variable.
     pub(crate) fn powers(self, kinds: &[VariableKind], indices: &[u8]) -> Vec<i32> {
         let scaled = |kind| match self {
             Self::All => true,
@@ -60,8 +61,8 @@ impl IndexScaling {
     }
 }
 
-/// The settings of one integration. The defaults are those of Hairer and Wanner's code RADAU5
-/// where it has them; what IDAS has too has the names of
+/// Settings of one integration. The defaults are the defaults of Hairer and Wanner's code RADAU5
+/// where it has the same setting. Settings that IDAS also has are named as in
 /// `sundials_wrap::IdaOptions`.
 ///
 /// # Examples
@@ -79,15 +80,17 @@ pub struct RadauOptions {
     pub stages: usize,
     /// Tolerances; relative 1e-4 and absolute 1e-8 by default.
     pub tolerances: Tolerances,
-    /// Whether the tolerances are meant for the error of the solution (the default). The estimate
-    /// is of order s + 1 only, two less than the local error for s = 3, so it is tested against
-    /// 0.1 rtol^((s+1)/2s), and atol in proportion (Hairer & Wanner IV.8). Otherwise, and where
-    /// the relative tolerance is 0, it is tested against the tolerances as they stand.
+    /// Whether the tolerances apply to the error of the solution (the default). The estimate has
+    /// only the order s + 1, two less than the local error for s = 3, so it is tested against 0.1
+    /// rtol^((s+1)/2s), with atol in proportion (Hairer & Wanner IV.8). Otherwise, and if the
+    /// relative tolerance is 0, the estimate is tested against the tolerances without this
+    /// conversion.
     pub tolerances_for_solution: bool,
-    /// Which errors count h^(k−1) times, k being the index of the variable, in the error test and
-    /// in Newton's; [`IndexScaling::Algebraic`] by default.
+    /// Errors that are multiplied by h^(k−1), with k the index of the variable, in the error test
+    /// and in Newton's convergence test; [`IndexScaling::Algebraic`] by default.
     pub index_scaling: IndexScaling,
-    /// Components left out of the error test (they count in Newton's); none by default.
+    /// Components excluded from the error test (but not from Newton's convergence test); none by
+    /// default.
     pub suppressed: Suppressed,
     /// Whether the error of dense output limits the step size; true by default. It does not limit the steps of
     /// [`integrate_to`](crate::RadauSolver::integrate_to) without root functions, which end at the output time.
@@ -97,37 +100,37 @@ pub struct RadauOptions {
     /// First step; by default the smaller of (t_out − t_0)/1000 and 1/(2 τ^(1/4) ‖ẏ_0‖), with τ the
     /// relative tolerance of the estimate and the norm in units of the tolerances.
     pub initial_step: Option<f64>,
-    /// Smallest step; 0 by default: then rounding in t is the bound.
+    /// Smallest step; 0 by default, so that only rounding in t limits the step.
     pub min_step: f64,
     /// Largest step; unlimited by default.
     pub max_step: Option<f64>,
-    /// Most steps in one call of [`integrate_to`](crate::RadauSolver::integrate_to); unlimited by
-    /// default. A single [`step`](crate::RadauSolver::step) is not limited by it.
+    /// Maximum number of steps in one call of [`integrate_to`](crate::RadauSolver::integrate_to);
+    /// unlimited by default. A single [`step`](crate::RadauSolver::step) is not limited.
     pub max_steps: Option<usize>,
-    /// A time not to step over, until it is reached; none by default.
+    /// Time that steps must not pass until it is reached; none by default.
     pub stop_time: Option<f64>,
-    /// Error-test failures allowed in one step; 10 by default.
+    /// Maximum number of error-test failures in one step; 10 by default.
     pub max_error_test_failures: usize,
-    /// Step-solve failures allowed in one step; 10 by default.
+    /// Maximum number of step-solve failures in one step; 10 by default.
     pub max_convergence_failures: usize,
-    /// Newton iterations allowed in one solve; by default 7, and 5 more for each two stages beyond
-    /// 3.
+    /// Maximum number of Newton iterations in one solve; by default 7, and 5 more for each two
+    /// stages beyond 3.
     pub max_newton_iterations: Option<usize>,
-    /// Newton is converged when its estimated error is below this fraction of the tolerance that
-    /// the error is tested against; by default a thirtieth of that for the solution, and a tenth of
-    /// this where a variable has index 2 or 3. Sensitivities are solved for to this fraction too where it is
-    /// given.
+    /// Newton's method has converged when its estimated error is below this fraction of the
+    /// tolerance for the estimate. By default 1/30 of the tolerance for the solution, and a tenth
+    /// of this if a variable has index 2 or 3. If specified, the fraction also applies to
+    /// sensitivities.
     pub newton_tolerance: Option<f64>,
-    /// A Jacobian is kept for the next step while Newton contracts at least by this; 0.001 by
-    /// default. Larger where a Jacobian is expensive; 0: kept only after steps in which one
-    /// iteration was enough.
+    /// A Jacobian is reused for the next step if Newton's contraction is at most this value; 0.001
+    /// by default. Use a larger value if a Jacobian is expensive. With 0, it is reused only after
+    /// steps in which one iteration was sufficient.
     pub jacobian_reuse: f64,
-    /// A proposed step whose ratio to the last lies in this interval is not taken: the last h is
-    /// kept, and with it the factors; 1 to 1.2 by default.
+    /// If the ratio of a proposed step to the last lies in this interval, the last h and the
+    /// factors are kept; 1 to 1.2 by default.
     pub step_window: (f64, f64),
     /// Safety factor of the step size control; 0.9 by default.
     pub safety: f64,
-    /// Settings of KLU; its own by default.
+    /// Settings of KLU; by default those of the type.
     pub sparse: SparseOptions,
 }
 
@@ -232,8 +235,8 @@ impl RadauOptions {
         })
     }
 
-    /// The tolerances the estimate is tested against: the relative one, and the absolute ones by
-    /// component.
+    /// Returns the tolerances for the estimate: the relative tolerance, and the absolute tolerances
+    /// of the components.
     pub(crate) fn internal_tolerances(&self) -> (f64, impl Fn(usize) -> f64) {
         let relative = self.tolerances.relative();
         let factor = self.internal_factor(relative);
@@ -242,9 +245,8 @@ impl RadauOptions {
         })
     }
 
-    /// The factor from tolerances for the solution to those the estimate is tested against, for a
-    /// `relative` tolerance among them: 0.1 rtol^((s+1)/2s − 1). It is 1 unless
-    /// `tolerances_for_solution`.
+    /// Returns the factor from tolerances for the solution to tolerances for the estimate at the
+    /// `relative` tolerance: 0.1 rtol^((s+1)/2s − 1). It is 1 unless `tolerances_for_solution`.
     pub fn internal_factor(&self, relative: f64) -> f64 {
         let s = self.stages as f64;
         match self.tolerances_for_solution && relative > 0.0 {
@@ -253,19 +255,20 @@ impl RadauOptions {
         }
     }
 
-    /// Returns the tolerance for the estimate over the tolerance for the solution, and
+    /// Returns the ratio of the tolerance for the estimate to the tolerance for the solution, and
     /// [`own_weight`](Self::own_weight).
     pub(crate) fn weight_factors(&self, relative: f64) -> [f64; 2] {
         let loosened = self.internal_factor(relative).max(1.0);
         [loosened, self.own_weight(relative)]
     }
 
-    /// The weight of the own error of a variable whose errors count h^(k−1) times for the others,
-    /// as a fraction of its plain weight, at this `relative` tolerance; 0 if it is not looked at.
+    /// Returns the weight of the local error of a variable whose errors are multiplied by h^(k−1),
+    /// as a fraction of its unscaled weight, at this `relative` tolerance; 0 if this error is not
+    /// tested.
     ///
-    /// The plain weight is that of the estimate, of order s + 1. The estimate of an algebraic
-    /// variable has the order of its error, and may be [`OWN_ERROR`] times the tolerance for the
-    /// solution.
+    /// The unscaled weight applies to the estimate, which has order s + 1. The estimate of an
+    /// algebraic variable has the order of its error, and may be [`OWN_ERROR`] times the tolerance
+    /// for the solution.
     pub(crate) fn own_weight(&self, relative: f64) -> f64 {
         let loosened = self.internal_factor(relative);
         match self.index_scaling {
@@ -274,12 +277,13 @@ impl RadauOptions {
         }
     }
 
-    /// Newton's error as a fraction of the tolerance that the estimate is tested against.
+    /// Returns Newton's tolerance as a fraction of the tolerance for the estimate.
     ///
-    /// What Newton leaves is an error of the solution as it is, whatever the order of the method.
-    /// So it is a fraction of the tolerance for the solution: for s = 3 the same as RADAU5's √rtol
-    /// of the internal tolerance, (0.1 rtol^(2/3))^(3/2) = 0.1^(3/2) rtol. Under a hidden `constraint`
-    /// the estimate of the next step magnifies it, twice at three stages and six times at seven.
+    /// The remaining error of Newton's method is an error of the solution, independent of the order
+    /// of the method. So it is a fraction of the tolerance for the solution. For s = 3 this equals
+    /// √rtol of the internal tolerance as in RADAU5, (0.1 rtol^(2/3))^(3/2) = 0.1^(3/2) rtol. Under
+    /// a hidden `constraint` the estimate of the next step amplifies this error, twice at three
+    /// stages and six times at seven.
     pub(crate) fn newton_tolerance(&self, relative: f64, constraint: bool) -> f64 {
         let internal = relative * self.internal_factor(relative);
         let fraction = if constraint { 0.1 } else { 1.0 };
@@ -289,14 +293,15 @@ impl RadauOptions {
                     let tolerance = (0.1_f64.powf(1.5) / self.internal_factor(relative)).min(0.03);
                     (fraction * tolerance).max(10.0 * f64::EPSILON / internal)
                 }
-                // Nothing says how many digits are wanted: as for 1e-6.
+                // The requested number of digits is unknown: use the value for 1e-6.
                 false => 1e-3,
             })
     }
 
-    /// The same for sensitivities that choose no steps: ten times that of Newton's method, so a third of the tolerance
-    /// for the solution, which IDAS leaves of them too. Not by order 5, whose many steps would add that up, nor under
-    /// a hidden `constraint`, which magnifies it.
+    /// Returns Newton's tolerance for sensitivities that do not affect the steps, as a fraction of
+    /// the tolerance for the estimate. It is ten times the solution's value, a third of the
+    /// tolerance for the solution, as in IDAS. Order 5, whose many steps would accumulate these
+    /// errors, and a hidden `constraint`, which amplifies them, use the solution's value.
     pub(crate) fn sensitivity_tolerance(&self, relative: f64, constraint: bool) -> f64 {
         let newton = self.newton_tolerance(relative, false);
         match self.newton_tolerance {
@@ -305,8 +310,8 @@ impl RadauOptions {
         }
     }
 
-    /// The relative tolerance for the solution where that for the estimate is `internal`, or its own if
-    /// that is smaller.
+    /// Returns the relative tolerance for the solution that corresponds to the tolerance `internal`
+    /// for the estimate, or the relative tolerance of the options if it is smaller.
     pub(crate) fn relative_for(&self, internal: f64) -> f64 {
         let s = self.stages as f64;
         let relative = match self.tolerances_for_solution {
@@ -319,27 +324,28 @@ impl RadauOptions {
         }
     }
 
-    /// The step size control for these options, with or without a hidden `constraint`.
+    /// Returns the step size control for these options, with or without a hidden `constraint`.
     pub(crate) fn control(&self, constraint: bool) -> Control {
         let loosened = self.internal_factor(self.tolerances.relative());
         let limit = self.newton_limit();
         Control::new(self.stages, self.safety, limit, loosened, constraint)
     }
 
-    /// The factor by which a step may grow where only rounding is seen of multipliers: beyond the window
-    /// in which the last step is kept, or short steps, which have the more rounding, would never end.
+    /// Returns the factor by which a step may grow if only rounding of multipliers is visible. It
+    /// exceeds the window in which the last step is kept. Otherwise short steps, which have more
+    /// rounding, would never end.
     pub(crate) fn growth_in_noise(&self) -> f64 {
         let (_, kept) = self.step_window;
         GROWTH_IN_NOISE.max(1.01 * kept / self.safety)
     }
 
-    /// Newton iterations allowed.
+    /// Returns the maximum number of Newton iterations.
     pub(crate) fn newton_limit(&self) -> usize {
         self.max_newton_iterations
             .unwrap_or(7 + self.stages.saturating_sub(3) * 5 / 2)
     }
 
-    /// 1 for a component in the error test, 0 for one left out.
+    /// Returns 1 for components in the error test, 0 for excluded components.
     pub(crate) fn error_mask(
         &self,
         kinds: &[VariableKind],

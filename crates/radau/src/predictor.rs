@@ -36,7 +36,8 @@ impl Predictor {
         self.start_with(z, |continued| last.extrapolate(method, t, h, y, continued));
     }
 
-    /// Does the same with a custom prediction `continue_to`, which writes all increments.
+    /// Selects in the same manner between zero and a custom prediction `continue_to`, which writes
+    /// all increments.
     pub(crate) fn start_with(&mut self, z: &mut [f64], continue_to: impl FnOnce(&mut [f64])) {
         continue_to(&mut self.continued);
         match self.continues {

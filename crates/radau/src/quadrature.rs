@@ -14,29 +14,30 @@ use crate::newton::Step;
 use crate::roots::RootFunctions;
 use crate::work::Counters;
 
-/// Integrates q̇ = g(t, y, ẏ) with the method's own weights.
+/// Integrates q̇ = g(t, y, ẏ) with the weights of the method.
 ///
-/// q is what the method would give for it among the unknowns: with g at the stages its increments are
-/// h Σ_j a_ij g_j, the last of which is h Σ_j b_j g_j; no equation is to be solved. So q has the order of
-/// the solution, 2s − 1 where that has it, and the dense output of the other variables.
+/// q equals the result of the method with q among the unknowns. With g at the stages, the
+/// increments are h Σ_j a_ij g_j. The last of them is h Σ_j b_j g_j. No equation has to be solved.
+/// So q has the order of the solution, at most 2s − 1, and the same dense output as the other
+/// variables.
 pub(crate) struct Quadrature<P> {
     rates: Box<RootFunctions<P>>,
     /// A, row by row.
     a: DMatrix<f64>,
-    /// g at the stages of the step tried, one after the other.
+    /// g at the stages of the current step, stage by stage.
     stages: Vec<f64>,
-    /// The increments of y in it.
+    /// Increments of y in the current step.
     increments: Vec<f64>,
     y: Vec<f64>,
     y_dot: Vec<f64>,
     state: QuadratureState,
 }
 
-/// What the next steps of a quadrature depend on.
+/// State of a quadrature on which its next steps depend.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct QuadratureState {
     q: Vec<f64>,
-    /// g there, of the last step.
+    /// g at the end of the last step.
     rate: Vec<f64>,
     last: Collocation,
 }
@@ -50,7 +51,7 @@ impl<P> fmt::Debug for Quadrature<P> {
 }
 
 impl<P: Problem> Quadrature<P> {
-    /// Quadratures that start at `t0` from `q0`, of `n` unknowns.
+    /// Creates quadratures of a problem with `n` unknowns that start at `t0` from `q0`.
     pub(crate) fn new(
         method: &Method,
         (t0, q0): (f64, &[f64]),
@@ -70,17 +71,18 @@ impl<P: Problem> Quadrature<P> {
         }
     }
 
-    /// Starts again at `t0` from `q0`.
+    /// Restarts at `t0` from `q0`.
     pub(crate) fn restart(&mut self, method: &Method, t0: f64, q0: &[f64]) {
         self.state = QuadratureState::at(method, t0, q0);
     }
 
-    /// Number of quadratures.
+    /// Returns the number of quadratures.
     pub(crate) fn len(&self) -> usize {
         self.state.q.len()
     }
 
-    /// Evaluates g at the stages of a step whose increments the function writes. Nothing else changes.
+    /// Evaluates g at the stages of a step. The function writes the increments of the step. Nothing
+    /// else changes.
     pub(crate) fn evaluate(
         &mut self,
         problem: &mut P,
@@ -110,8 +112,8 @@ impl<P: Problem> Quadrature<P> {
         Ok(())
     }
 
-    /// Accepts the step that g was evaluated in, from `t0` and of size `h`; `fresh` if the one before says
-    /// nothing of its beginning.
+    /// Accepts the step from `t0` of size `h` in which g was evaluated. With `fresh`, the previous
+    /// step is unrelated to the beginning of this step.
     pub(crate) fn accept(&mut self, method: &Method, t0: f64, h: f64, fresh: bool) {
         let m = self.len();
         let QuadratureState { q, rate, last } = &mut self.state;
@@ -132,14 +134,14 @@ impl<P: Problem> Quadrature<P> {
         rate.copy_from_slice(&self.stages[end * m..]);
     }
 
-    /// Makes `t`, a time in the last step, the one that the next step begins at.
+    /// Truncates the last step at `t`, where the next step will begin.
     pub(crate) fn cut(&mut self, method: &Method, t: f64) {
         let QuadratureState { q, rate, last } = &mut self.state;
         last.evaluate(method, t, 0, q);
         last.evaluate(method, t, 1, rate);
     }
 
-    /// The quadratures of the last step.
+    /// Returns the quadratures of the last step.
     pub(crate) fn last(&self) -> &Collocation {
         &self.state.last
     }
@@ -163,7 +165,7 @@ impl QuadratureState {
         }
     }
 
-    /// How many quadratures it is of.
+    /// Returns the number of quadratures.
     pub(crate) fn len(&self) -> usize {
         self.q.len()
     }

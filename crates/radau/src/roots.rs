@@ -8,25 +8,26 @@ use crate::dense::Collocation;
 use crate::method::Method;
 use crate::work::Counters;
 
-/// g(t, y, ẏ), written into the last argument.
+/// Root functions g(t, y, ẏ), written into the last argument.
 pub(crate) type RootFunctions<P> =
     dyn FnMut(&mut P, f64, &[f64], &[f64], &mut [f64]) -> Result<(), StepError> + Send;
 
-/// Watches root functions g over the dense output of accepted steps.
+/// Monitors root functions g on the dense output of accepted steps.
 ///
-/// A crossing is seen by a change of sign between two nodes of a step (or its ends), since a step
-/// of high order may hold several; it is located to some units of rounding of t. A function that is
-/// zero is not seen to cross until it has left zero.
+/// A crossing is detected by a change of sign between two successive nodes of a step (or its ends),
+/// since a step of high order may contain several crossings. It is located within a few units of
+/// rounding of t. If a function is zero, its next crossing is detected only after it has become
+/// nonzero.
 pub(crate) struct Roots<P> {
     directions: Vec<Direction>,
     functions: Box<RootFunctions<P>>,
-    /// Up to where crossings have been looked for; `None` before the first step.
+    /// Time up to which crossings have been searched; `None` before the first step.
     t: Option<f64>,
-    /// g there.
+    /// g at `t`.
     low: Vec<f64>,
-    /// g at the end of the interval looked at.
+    /// g at the end of the current interval.
     high: Vec<f64>,
-    /// g in between.
+    /// g within the interval.
     middle: Vec<f64>,
     y: Vec<f64>,
     y_dot: Vec<f64>,
@@ -48,14 +49,14 @@ pub(crate) struct LastStep<'a> {
     pub(crate) collocation: &'a Collocation,
 }
 
-/// The first crossing found: for each function 0, or 1 if it crosses rising, −1 if falling.
+/// The first crossing. For each function: 0 without a crossing, 1 if it rises, −1 if it falls.
 pub(crate) struct Crossing {
     pub(crate) t: f64,
     pub(crate) crossings: Vec<i32>,
 }
 
 impl<P: Problem> Roots<P> {
-    /// Watches as many functions as there are `directions`, of `n` unknowns.
+    /// Creates root functions, one per entry of `directions`, for a problem with `n` unknowns.
     pub(crate) fn new(
         directions: Vec<Direction>,
         functions: Box<RootFunctions<P>>,
@@ -74,17 +75,17 @@ impl<P: Problem> Roots<P> {
         }
     }
 
-    /// Forgets what has been looked at.
+    /// Discards the searched interval.
     pub(crate) fn restart(&mut self) {
         self.t = None;
     }
 
-    /// Up to where crossings have been looked for, and g there.
+    /// Returns the time up to which crossings have been searched, and g at that time.
     pub(crate) fn memory(&self) -> (Option<f64>, Vec<f64>) {
         (self.t, self.low.clone())
     }
 
-    /// Goes on with this [`memory`](Self::memory), if it is of as many functions.
+    /// Restores this [`memory`](Self::memory) if it has the same number of functions.
     pub(crate) fn restore(&mut self, t: Option<f64>, low: &[f64]) {
         if low.len() == self.low.len() {
             self.t = t;
@@ -92,7 +93,7 @@ impl<P: Problem> Roots<P> {
         }
     }
 
-    /// The first crossing beyond those found, up to `end`, a time in the last step.
+    /// Returns the first crossing after those already found, up to `end`, a time in the last step.
     pub(crate) fn next(
         &mut self,
         problem: &mut P,
@@ -119,7 +120,7 @@ impl<P: Problem> Roots<P> {
         Ok(None)
     }
 
-    /// The first crossing up to `t`, where g is `high`.
+    /// Returns the first crossing up to `t`, where g is `high`.
     fn first(
         &mut self,
         problem: &mut P,
@@ -131,7 +132,8 @@ impl<P: Problem> Roots<P> {
         if !(0..n_roots).any(|i| self.crosses(i)) {
             return Ok(None);
         }
-        // Each function that crosses moves t to its own crossing, where later ones no longer do.
+        // Each crossing function moves t back to its own crossing, so functions that cross later no
+        // longer count.
         for i in 0..n_roots {
             if self.crosses(i) {
                 t = self.narrow(i, problem, step, t, counters)?;
@@ -147,7 +149,7 @@ impl<P: Problem> Roots<P> {
         Ok(Some(Crossing { t, crossings }))
     }
 
-    /// Whether function i crosses zero, in its direction, between `low` and `high`.
+    /// Returns whether function i crosses zero, in its direction, between `low` and `high`.
     fn crosses(&self, i: usize) -> bool {
         let wanted = match self.directions[i] {
             Direction::Both => self.low[i] != 0.0,
@@ -157,10 +159,10 @@ impl<P: Problem> Roots<P> {
         wanted && changes(self.low[i], self.high[i])
     }
 
-    /// Shortens the interval up to `t` to one with the first crossing of function i at its end, by
-    /// regula falsi; halving the value of an end that stays twice keeps it from creeping (the
-    /// Illinois rule). A zero at the end may be the end of an interval of zeros, whose beginning is
-    /// sought by bisection.
+    /// Reduces the interval up to `t` so that the first crossing of function i is at its end. Uses
+    /// regula falsi. If the same end is kept twice, its value is halved to speed up convergence
+    /// (the Illinois rule). If the function is zero at the end, this may be the end of an interval
+    /// of zeros, whose beginning is determined by bisection.
     fn narrow(
         &mut self,
         i: usize,
@@ -221,14 +223,14 @@ impl<P: Problem> Roots<P> {
         }
     }
 
-    /// Goes on from `t`, where g is `high`.
+    /// Continues from `t`, where g is `high`.
     fn pass(&mut self, t: f64) {
         self.t = Some(t);
         std::mem::swap(&mut self.low, &mut self.high);
     }
 }
 
-/// Whether the sign of a function that was `low` is another, or none, at `high`.
+/// Returns whether a function changes its sign, or becomes zero, from `low` to `high`.
 fn changes(low: f64, high: f64) -> bool {
     high == 0.0 || (low < 0.0) != (high < 0.0)
 }

@@ -1,4 +1,4 @@
-//! What rounding does to a step.
+//! Effects of rounding on a step.
 
 use myovib_dae::{LinearSolver, Problem};
 
@@ -6,59 +6,62 @@ use crate::failure::{Failure, Operation};
 use crate::newton::{Step, evaluate};
 use crate::work::Counters;
 
-/// Measures what units of rounding in t, y and ẏ become when Newton's matrix divides them by
-/// powers of h:
+/// Measures the effect of units of rounding in t, y and ẏ after division by powers of h in Newton's
+/// matrix:
 ///
 /// ```text
 /// ρ = (J_y + γ/h J_ẏ)⁻¹ [F(t + δt, y + δy, ẏ + δẏ) − F(t, y, ẏ)]
 /// ```
 ///
-/// with δ of one unit of rounding, once of one sign and once of changing signs, so that no sum
-/// cancels both. A constraint of index 3 gives velocities ε|q|/h and multipliers ε|q|/h². No
-/// correction and no estimate can be smaller, and a smaller step makes both larger: so what ρ
-/// explains is no reason to reject a step.
+/// with δ of one unit of rounding. One sample has equal signs and the other has changing signs, so
+/// that no sum cancels both. A constraint of index 3 yields velocities ε|q|/h and multipliers
+/// ε|q|/h². Corrections and estimates cannot be smaller, and a smaller step increases both. So
+/// errors within ρ do not justify the rejection of a step.
 ///
-/// Under a hidden constraint ρ must not be missed before a step is repeated, and a unit in q may miss it:
-/// g is rounded to units of its largest term, and may be the same for both. So there are two [`Sampling`]s.
+/// Under a hidden constraint, ρ must be detected before a step is repeated, and a change of q by
+/// one unit may not be sufficient: g is rounded to units of its largest term and may not change. So
+/// there are two [`Sampling`]s.
 #[derive(Debug)]
 pub(crate) struct Rounding {
-    /// The variables of index 2 and 3, whose rounding grows as steps get shorter.
+    /// Variables of index 2 and 3, whose rounding grows as steps get shorter.
     magnified: Vec<usize>,
-    /// Whether one of them counts as if its rounding did not grow as fast: velocities of index 2 do. Then a
-    /// step that fails by rounding fails the more, the shorter it is.
+    /// Whether one of these variables is weighted as if its rounding did not grow, such as
+    /// velocities of index 2. Then a step that fails because of rounding fails even more if it is
+    /// shortened.
     grows: bool,
     y: Vec<f64>,
     y_dot: Vec<f64>,
     plain: Vec<f64>,
     change: Vec<f64>,
-    /// |ρ|, summed over two samples; twice the average of more.
+    /// ρ|, summed over two samples; for more samples, twice the average.
     noise: Vec<f64>,
 }
 
-/// Errors up to this many times ρ are taken for rounding: the matrices of the other stages magnify
-/// more than that of the real mode (twice at three stages, six times at seven, and so squared in
-/// index 3), and an estimate sees the rounding of the shorter step before.
+/// Errors up to this multiple of ρ are attributed to rounding. The matrices of the other stages
+/// amplify more than the matrix of the real mode (twice at three stages, six times at seven, and
+/// the squares of these factors in index 3), and an estimate contains the rounding of a shorter
+/// previous step.
 const MARGIN: f64 = 30.0;
 
-/// How ρ is sampled.
+/// Sampling of ρ.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sampling {
-    /// Units of rounding in δ.
+    /// Size of δ in units of rounding.
     units: f64,
     samples: u64,
-    /// Whether the rounding of the step before counts, in what this one begins with.
+    /// Whether to include the rounding of the previous step in the initial values of this step.
     with_start: bool,
 }
 
 impl Sampling {
-    /// What is enough unless it explains nothing.
+    /// Sufficient unless it explains no part of the error.
     const QUICK: Self = Self {
         units: 1.0,
         samples: 2,
         with_start: false,
     };
 
-    /// What does not miss the rounding of a constraint.
+    /// Detects the rounding of a constraint.
     pub(crate) const THOROUGH: Self = Self {
         units: 4.0,
         samples: 8,
@@ -67,7 +70,8 @@ impl Sampling {
 }
 
 impl Rounding {
-    /// Of variables with these `indices`, whose errors count by these `powers` of h.
+    /// Creates the measurement for variables with these `indices`, whose errors are scaled by these
+    /// `powers` of h.
     pub(crate) fn new(indices: &[u8], powers: &[i32]) -> Self {
         let n = indices.len();
         let grows = |(&index, &power): (&u8, &i32)| i32::from(index) - 1 > power;
@@ -82,7 +86,7 @@ impl Rounding {
         }
     }
 
-    /// What to try, one after the other, before a step is repeated or shortened.
+    /// Returns the samplings to try in order before a step is repeated or shortened.
     pub(crate) fn samplings(&self) -> &'static [Sampling] {
         match self.grows {
             true => &[Sampling::QUICK, Sampling::THOROUGH],
@@ -90,7 +94,7 @@ impl Rounding {
         }
     }
 
-    /// Measures ρ by a `sampling`, with the size of the step before, if there was one.
+    /// Measures ρ by a `sampling`, with the size of the previous step, if any.
     pub(crate) fn sample<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -123,8 +127,8 @@ impl Rounding {
                 *noise += change.abs() * (2.0 / samples as f64);
             }
         }
-        // The velocities that the step begins with have that of the step before, δ/h_last: h/h_last of what is
-        // measured, in multipliers too.
+        // The initial velocities have the rounding of the previous step, δ/h_last: h/h_last of the
+        // measured rounding, also in multipliers.
         if let Some(last) = last.filter(|_| sampling.with_start) {
             for &i in &self.magnified {
                 self.noise[i] *= 1.0 + step.h / last;
@@ -133,19 +137,19 @@ impl Rounding {
         Ok(())
     }
 
-    /// What is left of an `error` of component i without rounding.
+    /// Returns the part of an `error` of component i that exceeds rounding.
     pub(crate) fn beyond(&self, i: usize, error: f64) -> f64 {
         (error.abs() - self.of(i)).max(0.0)
     }
 
-    /// What of an error of component i may be rounding.
+    /// Returns the error of component i that may be caused by rounding.
     pub(crate) fn of(&self, i: usize) -> f64 {
         MARGIN * self.noise[i]
     }
 }
 
-/// The sign of component i in a sample: all positive in the first, in others without a pattern that sums could
-/// cancel.
+/// Returns the sign of component i in a sample: positive in the first sample, in others without a
+/// pattern that could cancel in sums.
 fn sign(sample: u64, i: usize) -> f64 {
     let Some(later) = sample.checked_sub(1) else {
         return 1.0;

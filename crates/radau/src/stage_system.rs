@@ -19,7 +19,7 @@ pub(crate) struct StageSystem {
     pairs: Vec<Complex64>,
 }
 
-/// A mode to be solved for.
+/// A mode of the system to solve.
 enum Mode<'a> {
     Real(&'a mut [f64]),
     /// The complex mode with this number.
@@ -60,7 +60,7 @@ impl StageSystem {
         Ok(())
     }
 
-    /// Does the same for several right-hand sides stored row by row.
+    /// Solves in place for several right-hand sides stored row by row.
     ///
     /// # Shapes
     /// `stages`: the stages one after the other, each with `n` × `n_columns` values.

@@ -18,7 +18,7 @@ pub(crate) struct Weights<P> {
     powers: Vec<i32>,
     /// Product of both.
     scaled: Vec<f64>,
-    /// Tolerance for the estimate over the tolerance for the solution.
+    /// Ratio of the tolerance for the estimate to the tolerance for the solution.
     loosened: f64,
     /// Factor of the unscaled weights of components of higher index, used to test their local
     /// errors separately.
@@ -122,7 +122,8 @@ impl<P> Weights<P> {
         self.user.is_some()
     }
 
-    /// Sets the tolerance for the estimate over the one for the solution, and the factor of the unscaled weights of components of higher index.
+    /// Sets the ratio of the tolerance for the estimate to the tolerance for the solution, and the
+    /// factor of the unscaled weights of components of higher index.
     pub(crate) fn set_factors(&mut self, [loosened, own]: [f64; 2]) {
         (self.loosened, self.own) = (loosened, own);
     }
@@ -149,7 +150,7 @@ impl<P> Weights<P> {
     }
 
     /// Returns the largest of the `errors` of components of higher index with unscaled weights; 0
-    /// if there are no such components.
+    /// without such components.
     pub(crate) fn largest_own(&self, error: impl Fn(usize) -> f64) -> f64 {
         let less = (0..self.powers.len()).filter(|&i| self.powers[i] > 0);
         let weighted = less.map(|i| (error(i) * self.plain[i] * self.own).abs());

@@ -1,4 +1,5 @@
-//! Fading memory: linear states, each with one drive, that need not be among the unknowns.
+//! Fading memory: linear internal variables, each with one driving quantity, which need not be
+//! unknowns.
 
 mod form;
 mod kernel;
@@ -16,15 +17,16 @@ use crate::options::{expect, expect_positive};
 use form::{BEGIN, CHANGE, DRIVES, Form, SHIFTED, SHIFTED_CHANGE, TermStep};
 use kernel::Driven;
 
-/// A problem with fading memory: beside its unknowns y there are states q, some for each slot,
+/// A problem with fading memory. In addition to its unknowns y it has states q, one or more for
+/// each slot:
 ///
 /// ```text
 /// F(t, y, ẏ, x) = 0,    x = Σ_k (g_k s(y) − q_k),    τ_k q̇_k + q_k = g_k s(y),
 /// ```
 ///
-/// with the response x, the drive s and each q_k of as many components as there are slots. Residual and
-/// Jacobian take the response as it stands in [`response`](Fading::response); a Newton matrix
-/// ∂F/∂y + c ∂F/∂ẏ has the states eliminated: Σ_k g_k cτ_k/(1 + cτ_k) ∂F/∂x ∂s/∂y is added to it.
+/// The response x, the driving quantity s and each q_k have one component per slot. Residual and
+/// Jacobian use the current value of [`response`](Fading::response). In a Newton matrix ∂F/∂y + c
+/// ∂F/∂ẏ the states are eliminated, which adds the term Σ_k g_k cτ_k/(1 + cτ_k) ∂F/∂x ∂s/∂y.
 pub trait Fading: Problem {
     /// Writes s(y) to `out`.
     ///
@@ -32,47 +34,48 @@ pub trait Fading: Problem {
     /// As for a residual.
     fn drive(&mut self, t: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError>;
 
-    /// Writes ∂s/∂y · `change` to `out`, with the derivative where the Jacobian was evaluated last.
+    /// Writes ∂s/∂y · `change` to `out`, with the derivative from the last evaluation of the
+    /// Jacobian.
     fn drive_along(&mut self, change: &[f64], out: &mut [f64]);
 
-    /// The response x that residual and Jacobian take.
+    /// Returns the response x that residual and Jacobian use.
     fn response(&mut self) -> &mut [f64];
 }
 
 /// A term of a fading memory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MemoryTerm {
-    /// g.
+    /// g, the weight.
     pub weight: f64,
-    /// τ, s.
+    /// τ, the relaxation time, s.
     pub time: f64,
 }
 
 /// Slots with the same terms.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MemoryPart {
-    /// Which they are.
+    /// Range of the slots.
     pub slots: Range<usize>,
-    /// Their terms.
+    /// Terms of each slot.
     pub terms: Vec<MemoryTerm>,
 }
 
-/// What a solver is given of a fading memory: the states are integrated by the method as unknowns would
-/// be, and take part in the error test by their own root mean square, but Newton's method does not see
-/// them.
+/// Specification of a fading memory. The method integrates the states like unknowns, and the error
+/// test includes their root mean square as a separate norm, but Newton's method excludes them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FadingMemory {
-    /// The parts, whose slots follow each other.
+    /// Parts, with consecutive slots.
     pub parts: Vec<MemoryPart>,
-    /// The states at the start: those of the first part, all slots of its first term before those of the
-    /// second, and so on.
+    /// Initial states, part by part. Within a part, all slots of the first term precede the slots
+    /// of the second, and so on.
     pub start: Vec<f64>,
-    /// Their absolute tolerance; the relative one is that of the unknowns.
+    /// Absolute tolerance of the states. The relative tolerance is the same for states and
+    /// unknowns.
     pub absolute: f64,
 }
 
 impl FadingMemory {
-    /// Checks that the slots follow each other, and that the terms decay.
+    /// Checks that the slots are consecutive and that the terms decay.
     fn validate(&self) -> Result<(), RadauError> {
         let mut end = 0;
         for MemoryPart { slots, terms } in &self.parts {
@@ -103,52 +106,53 @@ impl FadingMemory {
     }
 }
 
-/// Initial states, in messages.
+/// Name of the initial states in messages.
 const START: &str = "initial states of the memory";
 
 /// A function of time and unknowns.
 type Drive<P> = fn(&mut P, f64, &[f64], &mut [f64]) -> Result<(), StepError>;
 
-/// The functions of a problem with memory.
+/// Functions of a problem with memory.
 struct Functions<P> {
     drive: Drive<P>,
     drive_along: fn(&mut P, &[f64], &mut [f64]),
     response: fn(&mut P) -> &mut [f64],
 }
 
-/// The memory of a solver, which eliminates it from the stages.
+/// Memory of a solver, which eliminates its states from the stages.
 ///
-/// At the stages of a step the states are linear in the q it begins with and in the drives at all stages
-/// ([`TermStep::stage`]). So are the responses: the part of q is summed over the terms once a step, and
-/// Newton's method costs the same for any number of terms.
+/// At the stages of a step the states are linear in their initial values q and in the driving
+/// quantities at all stages ([`TermStep::stage`]), and so are the responses. The contribution of q
+/// is summed over the terms once per step. So the cost of Newton's method does not depend on the
+/// number of terms.
 pub(crate) struct Memory<P> {
     functions: Functions<P>,
     parts: Vec<MemoryPart>,
     /// Relative and absolute tolerance.
     tolerances: (f64, f64),
-    /// At the beginning of the step that is tried.
+    /// States at the beginning of the current step.
     states: Vec<f64>,
-    /// The drives in it, as forms number them.
+    /// Driving quantities in the current step, in the order of the forms.
     drives: Vec<Vec<f64>>,
-    /// The parts of the responses at its stages that the states have.
+    /// Contributions of the states to the responses at the stages.
     constants: Vec<Vec<f64>>,
-    /// The response at its beginning.
+    /// Response at the beginning of the step.
     present: Vec<f64>,
     last: LastStep,
-    /// The norm of its last estimated error, and whether that was estimated twice.
+    /// Norm of the last estimated error, and whether the estimate was repeated.
     error: f64,
     estimated_twice: bool,
 }
 
-/// The last step that was accepted, for dense output.
+/// Last accepted step, for dense output.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct LastStep {
-    /// The states at its beginning.
+    /// States at the beginning of the step.
     states: Vec<f64>,
     drives: Vec<Vec<f64>>,
 }
 
-/// What the next steps of a memory, and dense output, depend on.
+/// State of a memory on which its next steps and dense output depend.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct MemoryState {
     states: Vec<f64>,
@@ -174,7 +178,7 @@ impl<P> std::fmt::Debug for Memory<P> {
     }
 }
 
-/// The forms of the terms of a part, in a step of size h.
+/// Returns the forms of the terms of a part in a step of size h.
 fn forms(
     part: &MemoryPart,
     (method, h): (&Method, f64),
@@ -244,7 +248,7 @@ impl<P: Problem> Memory<P> {
         })
     }
 
-    /// Σ over the terms of their forms at each slot.
+    /// Writes the sum of the forms over the terms at each slot.
     fn sum(&self, step: (&Method, f64), form: impl Fn(TermStep<'_>) -> Form, out: &mut [f64]) {
         out.fill(0.0);
         for (part, _, driven) in Self::driven(&self.parts, &self.states, &self.drives) {
@@ -252,7 +256,7 @@ impl<P: Problem> Memory<P> {
         }
     }
 
-    /// Begins to try a step of size `h` from (t, y).
+    /// Begins an attempt at a step of size `h` from (t, y).
     pub(crate) fn begin(
         &mut self,
         problem: &mut P,
@@ -276,22 +280,22 @@ impl<P: Problem> Memory<P> {
         Ok(())
     }
 
-    /// Lets the problem take the response at the beginning of the step.
+    /// Sets the problem's response to its value at the beginning of the step.
     pub(crate) fn show_present(&self, problem: &mut P) {
         (self.functions.response)(problem).copy_from_slice(&self.present);
     }
 
-    /// That response.
+    /// Returns the response at the beginning of the step.
     pub(crate) fn present(&self) -> &[f64] {
         &self.present
     }
 
-    /// Lets the problem take this response.
+    /// Sets the problem's response.
     pub(crate) fn show(&self, problem: &mut P, response: &[f64]) {
         (self.functions.response)(problem).copy_from_slice(response);
     }
 
-    /// Evaluates the drive at (t, y), which is stage i.
+    /// Evaluates the driving quantity at (t, y), which is stage i.
     pub(crate) fn drive(
         &mut self,
         problem: &mut P,
@@ -302,7 +306,8 @@ impl<P: Problem> Memory<P> {
             .map_err(Operation::Residual.failed())
     }
 
-    /// Lets the problem take the response at stage i, by the drives at all of them.
+    /// Sets the problem's response to its value at stage i, computed from the driving quantities at
+    /// all stages.
     pub(crate) fn show_stage(&self, problem: &mut P, i: usize, step: (&Method, f64)) {
         let response = (self.functions.response)(problem);
         response.copy_from_slice(&self.constants[i]);
@@ -315,8 +320,9 @@ impl<P: Problem> Memory<P> {
         }
     }
 
-    /// Lets the problem take the response that the equations of the estimate have once the states are
-    /// eliminated; `again` for those at (t, y), the beginning less its estimated error.
+    /// Sets the problem's response to its value in the equations of the estimate after elimination
+    /// of the states. With `again`, these equations are evaluated at (t, y), the beginning minus
+    /// its estimated error.
     pub(crate) fn show_condensed(
         &mut self,
         problem: &mut P,
@@ -338,7 +344,7 @@ impl<P: Problem> Memory<P> {
         Ok(())
     }
 
-    /// The norm of the estimated error of the states, where y errs by `error`.
+    /// Returns the norm of the estimated error of the states if the error of y is `error`.
     pub(crate) fn estimate(
         &mut self,
         problem: &mut P,
@@ -353,7 +359,7 @@ impl<P: Problem> Memory<P> {
         self.error
     }
 
-    /// Writes the estimates of the last step, which was of `step`.
+    /// Writes the estimates of the last step, which used `step`.
     pub(crate) fn write_estimates(&self, step: (&Method, f64), out: &mut [f64]) {
         let LastStep { states, drives } = &self.last;
         for (part, own, driven) in Self::driven(&self.parts, states, drives) {
@@ -364,12 +370,12 @@ impl<P: Problem> Memory<P> {
         }
     }
 
-    /// The norm of the last estimated error.
+    /// Returns the norm of the last estimated error.
     pub(crate) fn error(&self) -> f64 {
         self.error
     }
 
-    /// The norm of q̇ at the beginning of the step.
+    /// Returns the norm of q̇ at the beginning of the step.
     pub(crate) fn rate(&self, method: &Method) -> f64 {
         self.norm((method, 1.0), |term| {
             term.response_of(Form::drive(BEGIN), Form::state()) * (1.0 / term.term.time)
@@ -385,7 +391,7 @@ impl<P: Problem> Memory<P> {
         (squares.sum::<f64>() / self.states.len().max(1) as f64).sqrt()
     }
 
-    /// Makes the step that was tried the last one.
+    /// Accepts the current step as the last one.
     pub(crate) fn accept(&mut self, (method, h): (&Method, f64)) {
         let end = method.stages() - 1;
         let Self {
@@ -403,14 +409,15 @@ impl<P: Problem> Memory<P> {
         std::mem::swap(drives, &mut last.drives);
     }
 
-    /// Makes `t`, a time in the `step` accepted last, the one that the next step begins at.
+    /// Truncates the `step` accepted last at `t`, where the next step will begin.
     pub(crate) fn cut(&mut self, method: &Method, step: &Collocation, t: f64) {
         let mut states = std::mem::take(&mut self.states);
         self.evaluate(method, step, t, 0, &mut states);
         self.states = states;
     }
 
-    /// The states (`derivative` 0) or their derivatives (1) at a time in the `step` accepted last.
+    /// Evaluates the states (`derivative` 0) or their derivatives (1) at a time in the `step`
+    /// accepted last.
     pub(crate) fn evaluate(
         &self,
         method: &Method,
@@ -428,7 +435,7 @@ impl<P: Problem> Memory<P> {
         }
     }
 
-    /// Starts afresh at (t, y) with the states as they are.
+    /// Restarts at (t, y) with unchanged states.
     pub(crate) fn restart(
         &mut self,
         problem: &mut P,
@@ -457,13 +464,13 @@ impl<P: Problem> Memory<P> {
         }
     }
 
-    /// Checks that the problem has one response for each slot.
+    /// Checks that the problem has one response per slot.
     pub(crate) fn expect_response(&self, problem: &mut P) -> Result<(), RadauError> {
         let n_response = (self.functions.response)(problem).len();
         expect_length("response of the memory", self.present.len(), n_response)
     }
 
-    /// Checks the lengths and values of a state that comes from outside.
+    /// Checks the lengths and values of a state from outside.
     pub(crate) fn validate(&self, state: &MemoryState) -> Result<(), RadauError> {
         const WHAT: &str = "memory of the state";
         expect_vector(WHAT, self.states.len(), &state.states)?;
@@ -482,7 +489,7 @@ impl<P: Problem> Memory<P> {
     }
 }
 
-/// The estimated error of a state, which was estimated once or twice.
+/// Returns the form of the estimated error of a state; `twice` if the estimate was repeated.
 fn last_error(twice: bool) -> fn(TermStep<'_>) -> Form {
     match twice {
         false => first_error,
@@ -493,7 +500,7 @@ fn last_error(twice: bool) -> fn(TermStep<'_>) -> Form {
     }
 }
 
-/// The estimated error of a state in the first place.
+/// Returns the first estimate of the error of a state.
 fn first_error(term: TermStep<'_>) -> Form {
     term.error(Form::drive(BEGIN), Form::state(), Form::drive(CHANGE))
 }

@@ -1,4 +1,4 @@
-//! One attempt at a step: Jacobian, set-up, Newton, error test.
+//! One attempt at a step: Jacobian, matrix setup, Newton iterations, error test.
 
 use myovib_dae::{LinearSolver, Linearization, Problem, StepError, StopReason};
 
@@ -10,16 +10,17 @@ use crate::newton::{Newton, norm};
 use crate::options::StepSize;
 use crate::rounding::Sampling;
 
-/// How often a first step is halved at most.
+/// Maximum number of times that a first step is halved.
 const MOST_HALVINGS: usize = 20;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Attempts a step of size `h`, and returns the size proposed for the next one. Nothing but Newton's
-    /// memory and the Jacobian changes.
+    /// Attempts a step of size `h` and returns the size proposed for the next one. Only Newton's
+    /// state and the Jacobian change.
     ///
-    /// If no step precedes it, its size is halved until its polynomial agrees, at its middle, with the end of a
-    /// step of half the size: the error estimate does not see the error of algebraic variables, and high orders
-    /// allow first steps that are longer than the changes of the input.
+    /// The size of a first step is halved until its polynomial agrees, at its middle, with the end
+    /// of a step of half the size. This is necessary because the error estimate excludes the error
+    /// of algebraic variables, and high orders permit first steps that are longer than the time
+    /// scale of the input.
     pub(super) fn attempt(&mut self, h: &mut f64, failures: Failures) -> Result<f64, Failure> {
         if !self.fresh || self.options.step_size != StepSize::Adaptive {
             return self.attempt_once(*h, failures);
@@ -42,8 +43,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.attempt_once(*h, failures)
     }
 
-    /// Returns the largest differences in units of the tolerances between increments `at_middle` and the
-    /// polynomial of the step just solved at its middle, of the variables of index 1 and 2.
+    /// Returns the largest differences, for the variables of index 1 and of index 2, between the
+    /// increments `at_middle` and the polynomial of the last solved step at its middle, in units of
+    /// the tolerances.
     fn differences(&self, at_middle: &[f64]) -> [f64; 2] {
         let n = self.y.len();
         let mut differences: Vec<f64> = at_middle.iter().map(|z| -z).collect();
@@ -76,7 +78,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let iterations = self.solve_stages(h, failures)?;
         let step = step_of!(self, h);
         if failures.unsolved() && self.newton.leaps(&step, &self.y_dot) {
-            // Another root of F, too far away in ẏ for the error test of y to see.
+            // Another root of F, at a distant ẏ that the error test of y does not detect.
             return Err(Failure::Rejected(Rejection {
                 reason: StopReason::ConvergenceFailures,
                 message: format!("ẏ changes abruptly while y barely changes at h = {h:e}"),
@@ -97,7 +99,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(proposal)
     }
 
-    /// Refuses a step so short that its rounding exceeds the tolerances, and all shorter ones with it.
+    /// Rejects a step whose rounding exceeds the tolerances because it is too short, and all
+    /// shorter steps.
     fn expect_small_rounding(&mut self, h: f64) -> Result<(), Failure> {
         let step = step_of!(self, h);
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
@@ -122,7 +125,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }))
     }
 
-    /// Evaluates the integrands at the stages, less the errors of multipliers that are removed.
+    /// Evaluates the integrands at the stages, with the multipliers corrected for their errors.
     fn evaluate_quadratures(&mut self, h: f64) -> Result<(), Failure> {
         let Some(quadrature) = &mut self.quadrature else {
             return Ok(());
@@ -136,7 +139,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         quadrature.evaluate(&mut self.problem, &step, increments, &mut self.counters)
     }
 
-    /// Tests the estimated error of the step solved for; the proposal if it passes.
+    /// Tests the estimated error of the solved step. If the step passes, returns the proposed next
+    /// size.
     fn test_error(
         &mut self,
         h: f64,
@@ -159,8 +163,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if let Some(memory) = &self.memory {
             memory.show_present(problem);
         }
-        // Under a hidden constraint a shorter step has more rounding: it must not follow from that.
-        // Nor must a step be repeated for it.
+        // Under a hidden constraint a shorter step has more rounding. So rounding must cause
+        // neither a shorter step nor a repetition.
         let control = &self.control;
         let shortens = control.propose(h, error, iterations) < h || control.judge(h, error) >= 1.0;
         let questioned = error >= 1.0 || (self.multipliers.any() && shortens);
@@ -201,7 +205,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             Rejection {
                 reason: StopReason::ErrorTestFailures,
                 message: format!("estimated error {judged:.2e} times the tolerance at h = {h:e}"),
-                // Nothing is known about the scale before a first step is accepted.
+                // The scale is unknown before a first step is accepted.
                 step_factor: match self.fresh {
                     true => 0.1,
                     false => self.control.propose(h, judged, iterations) / h,
@@ -216,8 +220,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }))
     }
 
-    /// Returns the largest estimated error of dense output in the step, in units of the tolerances for the
-    /// solution; 0 if no dense output is used, and in a first step.
+    /// Returns the largest estimated error of dense output in the step, in units of the tolerances
+    /// for the solution; 0 if dense output is not used, and in a first step.
     fn interpolation_error(&mut self, h: f64) -> f64 {
         if !self.interpolation.active || self.fresh {
             return 0.0;
@@ -235,8 +239,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         errors
     }
 
-    /// Returns the largest next step for the error of dense output in variables of index 2, beyond what is left
-    /// of their errors at the end of the step and beyond rounding. In systems of index 3 rounding decides.
+    /// Returns the largest next step for the error of dense output in variables of index 2, beyond
+    /// their remaining errors at the end of the step and beyond rounding. In systems of index 3
+    /// rounding dominates.
     fn limit_for_index_2(&mut self, h: f64) -> Result<f64, Failure> {
         let order = self.multipliers.order(self.method.stages());
         let Some(order) = order.filter(|_| self.multipliers.largest_index() == 2) else {
@@ -279,7 +284,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(self.control.propose_for_multipliers(h, error, order))
     }
 
-    /// Measures the leading error of multipliers; the largest next step for what its removal leaves.
+    /// Measures the leading error of multipliers. Returns the largest next step for the remaining
+    /// error after its removal.
     fn measure_multipliers(&mut self, h: f64) -> Result<f64, Failure> {
         let step = step_of!(self, h);
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
@@ -308,11 +314,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(self.control.propose_for_multipliers(h, left, order))
     }
 
-    /// Takes what Newton's method left of hidden constraints in the last step, of size `h` in the one
-    /// that has just failed, out of the variables of index 1.
+    /// Removes the remaining Newton error of hidden constraints in the last step from the variables
+    /// of index 1. `h` is the size of the step that has just failed.
     ///
-    /// A constraint g(q) = 0 that is violated by δ gives velocities that err by δ/h: a step much shorter
-    /// than the last fails, and each shorter one the more.
+    /// If a constraint g(q) = 0 is violated by δ, the error of the velocities is δ/h. So a step
+    /// much shorter than the last fails, and shorter steps fail even more.
     pub(super) fn return_to_constraints(&mut self, h: f64) -> Result<(), Failure> {
         if !self.multipliers.any() || self.counters.statistics.steps == 0 {
             return Ok(());
@@ -330,8 +336,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Solves the stage equations, with a new Jacobian if the one at hand fails; the number of
-    /// iterations.
+    /// Solves the stage equations, with a new Jacobian if the current one fails. Returns the number
+    /// of iterations.
     fn solve_stages(&mut self, h: f64, failures: Failures) -> Result<usize, Failure> {
         self.weights.scale(h);
         loop {
@@ -345,7 +351,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 return Err(failure);
             };
             self.counters.statistics.newton_failures += 1;
-            // The Jacobian of an earlier step may be to blame for slow convergence.
+            // The Jacobian of an earlier step may cause slow convergence.
             let slow = rejection.reason == StopReason::ConvergenceFailures;
             if !slow || self.jacobian == Jacobian::Current {
                 return Err(Failure::Rejected(rejection));
@@ -354,7 +360,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Newton's iterations with the matrices that are set up; the number of them.
+    /// Runs Newton's iterations with the current matrices. Returns their number.
     fn iterate(&mut self, h: f64, failures: Failures) -> Result<usize, Failure> {
         let z = &mut self.newton.z;
         let (method, last) = (&self.method, &self.collocation);
@@ -379,8 +385,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                     let at_start = (&self.y_dot[..], None);
                     rounding.sample(problem, matrices, &step, at_start, sampling, counters)?;
                     let left = (0..n).map(|i| rounding.beyond(i, corrections[i]) * step.weights[i]);
-                    // A sample may miss the rounding of single components. In equilibrium all corrections
-                    // are rounding errors, and matrices cannot be seen to contract.
+                    // A sample may miss the rounding of single components. In equilibrium all
+                    // corrections are rounding errors, so the contraction of the matrices cannot be
+                    // observed.
                     let all = (0..n).map(|i| corrections[i] * step.weights[i]);
                     let explained = (0..n).map(|i| rounding.of(i) * step.weights[i]);
                     if norm(left, n) <= newton.allowed() || norm(all, n) <= norm(explained, n) {
@@ -396,7 +403,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Evaluates the Jacobian at the beginning of the step, if it is due.
+    /// Evaluates the Jacobian at the beginning of the step, if required.
     fn evaluate_jacobian(&mut self, h: f64) -> Result<(), Failure> {
         if self.jacobian == Jacobian::Due {
             self.counters.statistics.jacobian_evaluations += 1;
@@ -418,7 +425,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Sets up J_y + λ/h J_ẏ for all eigenvalues λ of A⁻¹, if h or the Jacobian is new.
+    /// Sets up J_y + λ/h J_ẏ for all eigenvalues λ of A⁻¹, if h or the Jacobian has changed.
     fn set_up(&mut self, h: f64) -> Result<(), Failure> {
         if self.set_up_for == Some(h) {
             return Ok(());
@@ -435,8 +442,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Factorises for a step of size h. Where a matrix chooses its pivots anew all do, so that one
-    /// evaluation and one h tell the pivots of all.
+    /// Factorizes for a step of size h. If a matrix selects its pivots again, all matrices do, so
+    /// that one evaluation and one h determine the pivots of all.
     fn choose_pivots_and_factorise(&mut self, h: f64) -> Result<(), StepError> {
         for (shift, mode) in self.shifts.iter_mut().zip(self.method.complex_modes()) {
             *shift = mode.lambda / h;

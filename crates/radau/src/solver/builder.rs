@@ -1,4 +1,4 @@
-//! Putting an integrator together.
+//! Construction of an integrator.
 
 use myovib_dae::{Direction, LinearSolver, Problem, StepError, Tolerances, VariableKind, kinds_at};
 
@@ -21,10 +21,10 @@ use crate::rounding::Rounding;
 use crate::weights::{UserWeights, Weights};
 use crate::work::Counters;
 
-/// What messages call the start of quadratures.
+/// Name of the initial values of quadratures in messages.
 pub(super) const QUADRATURES: &str = "initial values of the quadratures";
 
-/// A [`RadauSolver`] in the making.
+/// Builder of a [`RadauSolver`].
 pub struct RadauBuilder<P> {
     problem: P,
     options: RadauOptions,
@@ -34,7 +34,7 @@ pub struct RadauBuilder<P> {
     memory: Option<(FadingMemory, MakeMemory<P>)>,
 }
 
-/// How a memory is made of what is given of it, the method, and the relative tolerance with the factor
+/// Creates a memory from its specification, the method, and the relative tolerance with the factor
 /// on tolerances.
 type MakeMemory<P> = fn(FadingMemory, &Method, (f64, f64)) -> Result<Memory<P>, RadauError>;
 
@@ -72,10 +72,10 @@ impl<P: Problem> RadauBuilder<P> {
     }
 
     /// Replaces the tolerances by a function that writes the error weights w for y. Weights must be
-    /// positive. It is called after each step, and its values are taken as they are; see
-    /// [`RadauOptions::internal_factor`]. What else follows from a relative tolerance, Newton's
-    /// tolerance above all, follows from the smallest 1/(w |y|), or from that of the options if it is
-    /// smaller.
+    /// positive. The function is called after each step, and its values are used without
+    /// conversion; see [`RadauOptions::internal_factor`]. Other quantities that depend on a
+    /// relative tolerance, in particular Newton's tolerance, use the smallest 1/(w |y|), or the
+    /// relative tolerance of the options if it is smaller.
     #[must_use]
     pub fn error_weights(
         mut self,
@@ -85,12 +85,12 @@ impl<P: Problem> RadauBuilder<P> {
         self
     }
 
-    /// Watches functions g(t, y, ẏ), as many as `directions`, as IDAS does; the integration pauses
-    /// where one crosses zero in its direction. Steps are short enough
+    /// Monitors root functions g(t, y, ẏ), one per entry of `directions`, as in IDAS. The
+    /// integration pauses when one of them crosses zero in its direction. Steps are short enough
     /// for accurate dense output, unless [`RadauOptions::dense_output`] is false.
     ///
-    /// Crossings are located on the dense output. Two of one function between successive nodes of a
-    /// step are not seen.
+    /// Crossings are located on the dense output. Two crossings of one function between successive
+    /// nodes of a step are not detected.
     #[must_use]
     pub fn roots(
         mut self,
@@ -104,8 +104,8 @@ impl<P: Problem> RadauBuilder<P> {
     }
 
     /// Integrates q̇ = g(t, y, ẏ) from `start` along with the solution, with the weights of the
-    /// collocation: to the order of the method, with g at each stage of each accepted step and no equation
-    /// to solve. It does not change the steps, unless g fails.
+    /// collocation. The result has the order of the method. It needs g at each stage of each
+    /// accepted step, but no equation has to be solved. The steps do not change, unless g fails.
     #[must_use]
     pub fn quadrature(
         mut self,
@@ -118,8 +118,8 @@ impl<P: Problem> RadauBuilder<P> {
         self
     }
 
-    /// Integrates these states along with the unknowns, eliminated from Newton's method; see [`Fading`].
-    /// There are no sensitivities with them.
+    /// Integrates these states along with the unknowns, eliminated from Newton's method; see
+    /// [`Fading`]. Sensitivities are not supported with them.
     #[must_use]
     pub fn fading_memory(mut self, memory: FadingMemory) -> Self
     where
@@ -136,8 +136,8 @@ impl<P: Problem> RadauBuilder<P> {
     ///
     /// # Errors
     /// [`RadauError::WrongLength`], [`RadauError::NotFinite`], [`RadauError::InvalidOption`],
-    /// [`RadauError::Stages`], [`RadauError::Empty`] or [`RadauError::Factorization`] for arguments that make
-    /// no sense; [`RadauError::TimeBehind`] for a stop time before t0.
+    /// [`RadauError::Stages`], [`RadauError::Empty`] or [`RadauError::Factorization`] for invalid
+    /// arguments; [`RadauError::TimeBehind`] for a stop time before t0.
     pub fn build(self, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<RadauSolver<P>, RadauError> {
         let (n, pattern) = (self.problem.n_unknowns(), self.problem.jacobian_pattern());
         expect_length("rows of the Jacobian", n, pattern.minor_dim())?;
@@ -146,7 +146,7 @@ impl<P: Problem> RadauBuilder<P> {
         self.build_with(matrices, t0, y0, y_dot0)
     }
 
-    /// Builds a solver with a linear algebra of one's own, made for this problem.
+    /// Builds a solver with a custom linear solver for this problem.
     ///
     /// # Shapes
     /// As for [`build`](RadauBuilder::build).
@@ -184,7 +184,7 @@ impl<P: Problem> RadauBuilder<P> {
             h: 0.0,
             source: error.into(),
         })?;
-        // Where nothing is known of the indices no error is scaled by them.
+        // If the indices are unknown, errors are not scaled by them.
         let stated = problem.indices();
         let indices = stated.clone().unwrap_or_else(|| vec![1; n]);
         expect_length("indices", n, indices.len())?;

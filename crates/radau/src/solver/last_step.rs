@@ -1,4 +1,4 @@
-//! What an accepted step leaves to those who linearise at its stages.
+//! Access to an accepted step for linearizations at its stages.
 
 use myovib_dae::{LinearSolver, Outcome, Problem};
 
@@ -9,29 +9,28 @@ use crate::method::Method;
 use crate::options::{RadauOptions, StepSize};
 use crate::weights::Weights;
 
-/// Steps chosen for an error that cannot have them repeated grow by this factor at most.
+/// Maximum step growth if the controlling error is known only after the step is accepted.
 const GROWTH: f64 = 2.0;
 
-/// The last accepted step, with the matrices that it was solved with.
+/// The last accepted step, with the matrices of its Newton iterations.
 pub(crate) struct AcceptedStep<'a, P, M> {
     pub(crate) problem: &'a mut P,
     pub(crate) matrices: &'a mut M,
     pub(crate) method: &'a Method,
     pub(crate) options: &'a RadauOptions,
     pub(crate) weights: &'a mut Weights<P>,
-    /// 1 for components in the error test, 0 for others.
+    /// 1 for components in the error test, 0 for excluded components.
     pub(crate) mask: &'a [f64],
-    /// The algebraic variables.
+    /// Algebraic variables.
     pub(crate) algebraic: &'a [usize],
-    /// The stages, as the step's equations were solved for them.
+    /// Stages that solve the equations of the step.
     pub(crate) collocation: Collocation,
-    /// Its number, from 1.
+    /// Number of the step, from 1.
     pub(crate) number: u64,
 }
 
 impl<P, M> RadauSolver<P, M> {
-    /// The last accepted step. Its matrices are those it was solved with: they are renewed when the
-    /// next step is tried.
+    /// Returns the last accepted step. Its matrices remain valid until the next attempt at a step.
     pub(crate) fn accepted(&mut self) -> AcceptedStep<'_, P, M> {
         let mut collocation = self.collocation.clone();
         self.multipliers
@@ -40,7 +39,7 @@ impl<P, M> RadauSolver<P, M> {
         self.at_step(collocation, number)
     }
 
-    /// The step with these stages and this number, and the matrices as they are.
+    /// Returns the step with these stages and this number, and the current matrices.
     pub(crate) fn at_step(
         &mut self,
         collocation: Collocation,
@@ -61,64 +60,66 @@ impl<P, M> RadauSolver<P, M> {
 }
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Chooses the next step for this estimated error of the last one too, in units of tolerances.
+    /// Limits the next step by this estimated error of the last one, in units of tolerances.
     pub(crate) fn heed(&mut self, error: f64) {
         if let StepSize::Adaptive = self.options.step_size {
             let h = self.collocation.h;
             let proposal = self.control.propose(h, error, 1);
-            // The limit last: within the window it would keep h for ever.
+            // The limit comes last: within the window it would keep h forever.
             let proposal = self.kept(h, proposal).min(GROWTH * h);
             self.h = self.h.map(|next| next.min(proposal));
         }
     }
 
-    /// Whether the last accepted step was taken as if it were the first.
+    /// Returns whether the last accepted step was taken as a first step.
     pub(crate) fn began_afresh(&self) -> bool {
         self.began_afresh
     }
 
-    /// Number of starts after the first: each `reinit` and each `restore`.
+    /// Returns the number of starts after the first: each `reinit` and each `restore`.
     pub(crate) fn restarts(&self) -> u64 {
         self.restarts
     }
 
-    /// Whether a hidden constraint magnifies what is left of errors.
+    /// Returns whether a hidden constraint amplifies remaining errors.
     pub(crate) fn is_constrained(&self) -> bool {
         self.multipliers.any()
     }
 
-    /// How much Newton's corrections contracted in the last accepted step; 0 where one was enough.
+    /// Returns the contraction of Newton's corrections in the last accepted step; 0 if one was
+    /// sufficient.
     pub(crate) fn contraction(&self) -> f64 {
         self.newton.contraction
     }
 
-    /// The size of step for which the matrices are set up, if they are.
+    /// Returns the step size for which the matrices are set up, if any.
     pub(crate) fn set_up_for(&self) -> Option<f64> {
         self.set_up_for
     }
 
-    /// The end of the last accepted step, whether or not there is a pause in it.
+    /// Returns the end of the last accepted step, even if the integration pauses within it.
     pub(crate) fn step_end(&self) -> f64 {
         self.t
     }
 
-    /// Its size.
+    /// Returns the size of the last accepted step.
     pub(crate) fn last_step_size(&self) -> f64 {
         self.collocation.h
     }
 
-    /// y at its end.
+    /// Returns y at the end of the last accepted step.
     pub(crate) fn y_unpaused(&self) -> &[f64] {
         &self.y
     }
 
-    /// The bounds of the last accepted step and whether dense output limits its size, with which it can be [repeated](Self::repeat).
+    /// Returns the bounds of the last accepted step and whether dense output limits its size. Both
+    /// are needed to [repeat](Self::repeat) it.
     pub(crate) fn bounds(&self) -> ([f64; 2], bool) {
         (self.bounds, self.interpolation.active)
     }
 
-    /// Takes a step once more, within the bounds it had, in the state the solver was in: bit by bit the same.
-    /// Roots are not looked for, which changes no step.
+    /// Repeats a step within the same bounds and from the same state of the solver, with bitwise
+    /// identical results. Root functions are not evaluated, which does not change the step.
     pub(crate) fn repeat(
         &mut self,
         ([t_out, limit], dense_output): ([f64; 2], bool),

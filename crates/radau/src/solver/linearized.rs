@@ -1,4 +1,4 @@
-//! Where a Jacobian was evaluated.
+//! The point at which a Jacobian was evaluated.
 
 use myovib_dae::Linearization;
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{RadauError, expect_finite, expect_vector};
 use crate::options::expect_positive;
 
-/// Where a Jacobian was evaluated.
+/// Point at which a Jacobian was evaluated.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Linearized {
     t: f64,
@@ -14,13 +14,13 @@ pub(super) struct Linearized {
     y_dot: Vec<f64>,
     step: f64,
     weights: Vec<f64>,
-    /// The response of the memory there.
+    /// Response of the memory at this point.
     #[serde(default)]
     response: Vec<f64>,
 }
 
 impl Linearized {
-    /// Takes note of `at` and the `response` there, without allocation after the first.
+    /// Stores `at` and the `response` there, without allocation after the first call.
     pub(super) fn note(&mut self, at: &Linearization<'_>, response: &[f64]) {
         (self.t, self.step) = (at.t, at.step);
         for (kept, new) in [
@@ -58,12 +58,12 @@ impl Linearized {
         }
     }
 
-    /// The response of the memory there.
+    /// Returns the response of the memory at this point.
     pub(super) fn response(&self) -> &[f64] {
         &self.response
     }
 
-    /// How many numbers its vectors hold.
+    /// Returns the total length of its vectors.
     pub(super) fn n_numbers(&self) -> usize {
         self.y.len() + self.y_dot.len() + self.weights.len() + self.response.len()
     }
