@@ -1,4 +1,4 @@
-//! The elastic body of a scene, from its mesh, materials, supports and loads.
+//! Elastic body of a scene, from its mesh, materials, supports and loads.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::scene_file::solid;
 use crate::scene_file::{SceneFile, mesh};
 
 impl Builder<'_> {
-    /// The body of a scene with its loads, formulation and settings.
+    /// Creates the body of a scene with its loads, formulation and settings.
     pub(super) fn body(
         &self,
         file: &SceneFile,
@@ -23,7 +23,7 @@ impl Builder<'_> {
     ) -> Result<Body, InputError> {
         let mesh = self.mesh(mesh, &file.region)?;
         let parameters = self.parameters(file, solid)?;
-        // All are of the sort of the first.
+        // All materials have the same kind of parameters as the first.
         let formulation = solid.formulation.unwrap_or_else(|| suited(&parameters[0]));
         self.at("solid.formulation", formulation.check(&parameters[0]))?;
         let Materials {
@@ -108,7 +108,8 @@ impl Builder<'_> {
         })
     }
 
-    /// Ties the pressures that no displacement answers to their neighbors, with a note.
+    /// Ties undetermined pressures, which no displacement affects, to their neighbors and adds a
+    /// note.
     fn with_pressures_held(&self, space: Space, dofs: &DofMap) -> Result<Space, InputError> {
         let (space, held) = space.with_held_pressures_tied(dofs);
         let place = |vertex: usize| {
@@ -138,8 +139,8 @@ impl Builder<'_> {
         Ok(space)
     }
 
-    /// κ, α and β of each material (of the body, if there is none): κ is infinite in all or in none,
-    /// and so is β zero.
+    /// Returns κ, α and β of each material, or of the body without materials. Either all κ or no κ
+    /// is infinite, and either all β or no β is zero.
     fn parameters(
         &self,
         file: &SceneFile,
@@ -178,7 +179,7 @@ impl Builder<'_> {
         }
     }
 
-    /// A law whose energy holds the volume's part has no pressure.
+    /// Rejects a formulation with pressure for a law whose energy contains the volumetric part.
     fn check_complete(&self, laws: &[Law], formulation: Formulation) -> Result<(), InputError> {
         let mut descriptions = laws.iter().map(|law| law.description());
         match descriptions.find(|law| law.complete) {
@@ -195,8 +196,9 @@ impl Builder<'_> {
     }
 }
 
-/// Taylor–Hood elements, with pressures that jump between materials; `regions`: the material of each
-/// element. A stress that jumps has a pressure that jumps, whatever it is that differs.
+/// Creates Taylor–Hood elements with pressures that jump between materials. `regions` contains the
+/// material of each element. A jump of stress requires a jump of pressure, whichever constant
+/// differs.
 fn space(mesh: &Mesh, regions: &[usize]) -> Result<Space, FemError> {
     let space = Space::taylor_hood(mesh);
     match regions.iter().all(|region| *region == regions[0]) {
@@ -205,7 +207,8 @@ fn space(mesh: &Mesh, regions: &[usize]) -> Result<Space, FemError> {
     }
 }
 
-/// The formulation of lowest index that goes with κ and β and keeps the pressure a field.
+/// Returns the formulation of lowest index that is compatible with κ and β and keeps the pressure
+/// as a field.
 fn suited(parameters: &Parameters) -> Formulation {
     match (parameters.is_damped(), parameters.is_incompressible()) {
         (true, _) => Formulation::ImplicitRate,

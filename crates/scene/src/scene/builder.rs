@@ -1,4 +1,4 @@
-//! What all parts of a scene's making need: the text for messages, the folder for files.
+//! Context for building a scene: the text for messages and the folder for files.
 
 use std::cell::RefCell;
 use std::fmt::Display;
@@ -12,13 +12,13 @@ use crate::inputs::Inputs;
 use crate::scene_file::Source;
 use crate::scene_file::check::{Problem, nearest, suggest};
 
-/// Makes the parts of a scene and tells what is wrong with them.
+/// Builder of the parts of a scene. Its errors carry the location in the scene.
 pub(super) struct Builder<'a> {
     source: &'a Source,
-    /// The files that the scene names.
+    /// Files named in the scene.
     pub(super) inputs: &'a Inputs<'a>,
     pub(super) t_end: f64,
-    /// Notes on values that are allowed but may not be meant.
+    /// Notes on allowed values that are probably mistakes.
     pub(super) notes: RefCell<Vec<String>>,
 }
 
@@ -32,7 +32,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The text of a file named in the scene at `path`, and what to call it.
+    /// Reads the file named in the scene at `path`. Returns its text and its name for messages.
     pub(super) fn read(&self, file: &Path, path: &str) -> Result<(String, String), InputError> {
         let name = self.inputs.resolve(file).display().to_string();
         let text = self.inputs.read(file).map_err(|error| {
@@ -42,12 +42,12 @@ impl<'a> Builder<'a> {
         Ok((text, name))
     }
 
-    /// The error with the place of the value at `path`, as in `traction[0].group`.
+    /// Adds the location of the value at `path`, such as `traction[0].group`, to the error.
     pub(super) fn wrong(&self, path: &str, error: InputError) -> InputError {
         self.source.report(Problem::new(path, error))
     }
 
-    /// The value, or the library's message with the place of the value at `path`.
+    /// Returns the value, or the library's error with the location of the value at `path`.
     pub(super) fn at<T, E: Explain>(
         &self,
         path: &str,
@@ -57,7 +57,7 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// An error of a library as input error.
+/// Conversion of a library error to an input error.
 pub(super) trait Explain {
     fn explain(&self) -> InputError;
 }
@@ -116,7 +116,7 @@ mod tests {
 
     use super::Explain;
 
-    /// Regression: of a mesh without groups it was said that the groups allowed are none.
+    /// Regression: for a mesh without groups, the list of allowed groups was empty.
     #[test]
     fn how_to_name_a_group_is_told_where_a_mesh_has_none() {
         let said = |known: &[&str]| {

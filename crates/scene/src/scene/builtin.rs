@@ -1,4 +1,4 @@
-//! The scenes that are part of the program.
+//! Built-in scenes of the program.
 
 macro_rules! scenes {
     ($($name:literal)*) => {
@@ -40,7 +40,7 @@ scenes! {
     "ventricle-coarse"
 }
 
-/// The text of the built-in scene of that name.
+/// Returns the text of the built-in scene with this name.
 pub fn builtin_text(name: &str) -> Option<&'static str> {
     BUILTIN
         .iter()

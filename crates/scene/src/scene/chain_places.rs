@@ -1,4 +1,4 @@
-//! Where the chains of a body are, and along which directions it drives them.
+//! Positions of the chains of a body and directions of their forcing.
 
 use myovib_fem::{Barycentric, ElementPoint, Group, Mesh, Space};
 use myovib_model::{ModelError, Probe};
@@ -10,36 +10,37 @@ use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::chain::{Chain, Component, ComponentName, Place};
 
-/// The most oscillators of all places of a chain, and the most points of a grid.
+/// Maximum number of oscillators at all places of a chain, and maximum number of grid points.
 pub(super) const MOST: usize = 1_000_000;
 
-/// A place of the body that drives a chain.
+/// Place of the body that drives a chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DrivenPlace {
-    /// The place in the mesh.
+    /// Position in the mesh.
     pub at: ElementPoint,
-    /// The unit vector d of the forcing γ d·u; in the plane its third component is zero.
+    /// Unit vector d of the forcing γ d·u. In the plane, its third component is zero.
     pub direction: [f64; 3],
 }
 
 impl DrivenPlace {
-    /// The coordinates at rest, m; in the plane the third is zero.
+    /// Returns the coordinates at rest, m. In the plane, the third is zero.
     pub(crate) fn point(&self, space: &Space) -> [f64; 3] {
         let probe = Probe::located_at(space, self.at);
         [0, 1, 2].map(|axis| probe.point().get(axis).copied().unwrap_or_default())
     }
 }
 
-/// The places of a chain in the body.
+/// Places of a chain in the body.
 #[derive(Default)]
 pub(super) struct Found {
     pub(super) places: Vec<DrivenPlace>,
-    /// How many points of its grid lie outside of the body.
+    /// Number of grid points outside the body.
     pub(super) outside: usize,
 }
 
 impl Builder<'_> {
-    /// The places of a chain that the body drives, in the order in which frequencies are drawn.
+    /// Returns the places of a chain that the body drives, in the order in which frequencies are
+    /// drawn.
     pub(super) fn places_of(
         &self,
         file: &SceneFile,
@@ -89,7 +90,7 @@ impl Builder<'_> {
         Ok(self.at(path, Probe::at(space, at))?.located())
     }
 
-    /// The vertices of a group, each in the first element that has it of those that are wanted.
+    /// Returns the vertices of a group, each in the first selected element that contains it.
     fn vertices(
         &self,
         space: &Space,
@@ -131,7 +132,8 @@ impl Builder<'_> {
         })
     }
 
-    /// The points of a grid in the body, x running fastest, and the number of the others.
+    /// Returns the grid points inside the body, with x running fastest, and the number of points
+    /// outside.
     fn grid(
         &self,
         space: &Space,
@@ -195,7 +197,7 @@ impl Builder<'_> {
         Ok((found, outside))
     }
 
-    /// The unit vector along which the displacement at a place counts.
+    /// Returns the unit vector of the displacement that drives the chain at a place.
     fn direction(
         &self,
         file: &SceneFile,
@@ -241,17 +243,17 @@ impl Builder<'_> {
     }
 }
 
-/// The middle of an element.
+/// Returns the center of an element.
 fn middle(space: &Space, element: usize) -> ElementPoint {
     Probe::in_element(space, element).located()
 }
 
-/// Whether the material of an element says where its fibres run.
+/// Returns whether the material of an element defines fiber directions.
 fn has_fibre(file: &SceneFile, body: &Body, element: usize) -> bool {
     file.material[body.regions[element]].fibre.is_some()
 }
 
-/// The vertices of a group in ascending order.
+/// Returns the vertices of a group in ascending order.
 fn vertices_of(mesh: &Mesh, group: &Group) -> Vec<usize> {
     let mut vertices: Vec<usize> = match group {
         Group::Points(points) => points.clone(),
@@ -268,7 +270,7 @@ fn vertices_of(mesh: &Mesh, group: &Group) -> Vec<usize> {
     vertices
 }
 
-/// The least and the largest coordinates of a body.
+/// Returns the smallest and the largest coordinates of a body.
 fn extent(space: &Space) -> [Vec<f64>; 2] {
     let dimension = space.dimension();
     let (mut low, mut high) = (

@@ -1,4 +1,5 @@
-//! What materials add to their laws: tension along the fibres, viscosity; and beds of the boundary.
+//! Stresses that materials add to their laws (fiber tension, viscosity), and foundations of the
+//! boundary.
 
 use myovib_fem::material::{ActiveStress, Bestel, ForceLength, Prony};
 use myovib_fem::{AddedStress, FemError, Solid, SupportDirection};
@@ -12,22 +13,22 @@ use crate::scene_file::material::Material;
 use crate::scene_file::solid::Direction;
 use crate::scene_file::{Analysis, SceneFile};
 
-/// The least and the largest number of times at which the sign of a given tension is looked at,
+/// Minimum and maximum number of times at which the sign of a prescribed tension is checked,
 const SAMPLES: [f64; 2] = [1e3, 1e6];
-/// and how many it is, between them, in each time in which the tension changes.
+/// and number of these times per characteristic time of the tension, within these limits.
 const SAMPLES_OF_A_CHANGE: f64 = 4.0;
 
-/// The stresses that materials add to their laws', each with its elements, and the tensions of
-/// those that are active, by their number.
+/// Stresses that materials add to their laws, each with its elements, and the tensions of active
+/// materials by number.
 pub(super) type Added = (Vec<(Vec<usize>, AddedStress)>, Vec<(usize, Activation)>);
 
-/// The names of the chains that act back on the body.
+/// Returns the names of the chains that act back on the body.
 pub(super) fn chains_that_act(file: &SceneFile) -> impl Iterator<Item = &str> {
     let of_stiffness = file.feedback.iter().map(|feedback| feedback.chain.as_str());
     of_stiffness.chain(file.material.iter().filter_map(chain_of_tension))
 }
 
-/// Whether chains that act back do so on the elements that drive them alone.
+/// Returns whether chains act back only on the elements that drive them.
 pub(super) fn act_on_own_elements(file: &SceneFile) -> bool {
     chains_that_act(file).all(|name| {
         let mut chains = file.chain.iter().filter(|chain| chain.name == name);
@@ -35,7 +36,7 @@ pub(super) fn act_on_own_elements(file: &SceneFile) -> bool {
     })
 }
 
-/// The chain that the tension of a material follows.
+/// Returns the chain that drives the tension of a material.
 fn chain_of_tension(material: &Material) -> Option<&str> {
     match &material.active.as_ref()?.tension {
         Tension::Coherence { chain, .. } => Some(chain),
@@ -44,7 +45,8 @@ fn chain_of_tension(material: &Material) -> Option<&str> {
 }
 
 impl Builder<'_> {
-    /// Active and viscous stresses of the materials; `regions`: the material of each element.
+    /// Returns active and viscous stresses of the materials. `regions` contains the material of
+    /// each element.
     pub(super) fn added(&self, file: &SceneFile, regions: &[usize]) -> Result<Added, InputError> {
         let (mut stresses, mut activations) = Added::default();
         for (i, material) in file.material.iter().enumerate() {
@@ -78,7 +80,7 @@ impl Builder<'_> {
         Ok((stresses, activations))
     }
 
-    /// Prony terms of the materials, each with its elements.
+    /// Returns the Prony terms of the materials, each with its elements.
     pub(super) fn relaxation(
         &self,
         file: &SceneFile,
@@ -165,7 +167,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Refuses a tension that pushes; one that does so between the samples ends the run.
+    /// Rejects a negative tension. A tension that is negative only between the samples ends the
+    /// run.
     fn not_negative(&self, signal: &Signal, path: &str) -> Result<(), InputError> {
         let [least, most] = SAMPLES;
         let changes = signal.time_scale(0.0, self.t_end);
@@ -184,7 +187,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The beds of the boundary.
+    /// Returns the elastic foundations of the boundary.
     pub(super) fn beds(&self, file: &SceneFile, solid: &Solid) -> Result<Vec<Bed>, InputError> {
         let given = file.bed.iter().enumerate();
         given

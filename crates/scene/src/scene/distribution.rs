@@ -1,4 +1,4 @@
-//! How loads and motions vary from place to place.
+//! Spatial variation of loads and motions.
 
 use std::cell::OnceCell;
 
@@ -11,11 +11,11 @@ use crate::InputError;
 use crate::expression;
 use crate::scene_file::solid::Distribution;
 
-/// The factor of one component that a distribution says.
+/// Spatial factor of one component.
 pub(super) struct Factor<'m, const D: usize> {
     values: Values<'m, D>,
     mesh: &'m Mesh,
-    /// The key and what is wrong with the first value that is not finite.
+    /// Key and error of the first non-finite value.
     undefined: OnceCell<(String, InputError)>,
     path: String,
 }
@@ -34,7 +34,7 @@ enum Values<'m, const D: usize> {
 }
 
 impl<const D: usize> Factor<'_, D> {
-    /// The factor at a place that lies between vertices with these weights.
+    /// Returns the factor at a position between vertices with these weights.
     pub(super) fn at(&self, vertices: &[usize], weights: &[f64], place: [f64; D]) -> f64 {
         match &self.values {
             Values::One => 1.0,
@@ -79,7 +79,7 @@ impl<const D: usize> Factor<'_, D> {
 }
 
 impl Builder<'_> {
-    /// The factor of the component `axis` that the table at `path` gives by its distribution.
+    /// Returns the factor of the component `axis` from the distribution of the table at `path`.
     pub(super) fn factor<'m, const D: usize>(
         &self,
         distribution: Option<&'m Distribution>,
@@ -112,7 +112,7 @@ impl Builder<'_> {
         })
     }
 
-    /// Refuses a factor that had no finite value somewhere.
+    /// Rejects a factor with a non-finite value.
     pub(super) fn finite<const D: usize>(&self, factor: Factor<'_, D>) -> Result<(), InputError> {
         match factor.undefined.into_inner() {
             Some((key, error)) => Err(self.wrong(&key, error)),
@@ -120,7 +120,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The function of place that the text at `key` says.
+    /// Parses the text at `key` as a function of position.
     fn expression_of_place<const D: usize>(
         &self,
         text: &str,
@@ -149,7 +149,7 @@ impl Builder<'_> {
         })
     }
 
-    /// The nodal field `name`, with one or three values at each vertex.
+    /// Returns the nodal field `name`, with one or three values at each vertex.
     fn nodal_factors<'m>(
         &self,
         mesh: &'m Mesh,

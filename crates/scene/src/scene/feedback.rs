@@ -1,4 +1,5 @@
-//! Two-way coupling of a scene: which chain stiffens, or contracts, which part of the body, and how much.
+//! Two-way coupling of a scene: effect of chains on the stiffness or the contraction of parts of
+//! the body.
 
 use std::collections::BTreeSet;
 
@@ -15,8 +16,8 @@ use crate::scene_file::active::Tension;
 use crate::scene_file::chain::Place;
 
 impl Builder<'_> {
-    /// What the scene's chains do to its body: to the stiffness, in the order of the scene's feedbacks,
-    /// then to the tension.
+    /// Returns the feedback of the chains on the body: stiffness feedbacks in the order of the
+    /// scene, then tensions.
     pub(super) fn feedbacks(
         &self,
         file: &SceneFile,
@@ -69,8 +70,8 @@ impl Builder<'_> {
         Ok(feedbacks)
     }
 
-    /// Refuses a stiffness that changes where stress relaxes: Ḣ + H/τ = g Ṡ is of a law whose constants stay.
-    /// Whether H follows a stiffness that changes at rest, it does not say.
+    /// Rejects a variable stiffness with stress relaxation. The equation Ḣ + H/τ = g Ṡ requires a
+    /// law with constant coefficients. It does not define H for a stiffness that changes at rest.
     fn nothing_relaxes(
         &self,
         file: &SceneFile,
@@ -172,7 +173,7 @@ impl Builder<'_> {
         self.at(&format!("{path}.radius"), coherence)
     }
 
-    /// The places of the chains whose feedbacks share the whole body.
+    /// Returns the places of the chains whose feedbacks share the whole body.
     fn shared_places(
         &self,
         file: &SceneFile,
@@ -195,7 +196,7 @@ impl Builder<'_> {
         Ok(places)
     }
 
-    /// The number of a chain that acts on the body.
+    /// Returns the number of a chain that acts on the body.
     fn acting_chain(
         &self,
         name: &str,
@@ -220,7 +221,7 @@ impl Builder<'_> {
         Ok(number)
     }
 
-    /// 1 in the elements of a group, 0 elsewhere.
+    /// Returns 1 in the elements of a group and 0 elsewhere.
     fn indicator(&self, mesh: &Mesh, group: &str, path: &str) -> Result<Vec<f64>, InputError> {
         let members = self.elements(Some(group), mesh, path)?;
         let n_vertices = mesh.shape().n_vertices();
@@ -232,7 +233,7 @@ impl Builder<'_> {
     }
 }
 
-/// The share of place number `k` at each corner: inverse squares of distances, over their sum.
+/// Returns the weight of place number `k` at each corner: inverse squared distances, normalized.
 fn shares(mesh: &Mesh, places: &[Vec<f64>], k: usize) -> Vec<f64> {
     let dimension = mesh.dimension();
     let share = |vertex: &usize| {
@@ -241,7 +242,7 @@ fn shares(mesh: &Mesh, places: &[Vec<f64>], k: usize) -> Vec<f64> {
             let both = corner.iter().zip(place);
             both.map(|(x, y)| (x - y).powi(2)).sum()
         };
-        // Multiplied by the smallest distance, so that a corner at a place has no infinite terms.
+        // Scales by the smallest distance, so that a corner at a place has no infinite terms.
         let nearest = places.iter().map(squared).fold(f64::INFINITY, f64::min);
         let inverse = |place: &Vec<f64>| match squared(place) {
             distance if distance > 0.0 => nearest / distance,

@@ -1,4 +1,4 @@
-//! Functions of time from their text.
+//! Functions of time, built from their definition in the scene.
 
 use std::path::Path;
 
@@ -10,11 +10,11 @@ use crate::InputError;
 use crate::csv::Table;
 use crate::scene_file::function::{Composed, Function, Interpolation, Shape};
 
-/// Fraction of the range of its values by which a spline may overshoot its rows without a note.
+/// Overshoot of a spline, relative to the range of its values, above which a note is added.
 const OVERSHOOT: f64 = 0.02;
 
 impl Builder<'_> {
-    /// The function of time at `path`.
+    /// Returns the function of time at `path`.
     pub(super) fn signal(&self, function: &Function, path: &str) -> Result<Signal, InputError> {
         let parts = |of: &[Function]| {
             let parts = of.iter().enumerate();
@@ -55,7 +55,7 @@ impl Builder<'_> {
         })
     }
 
-    /// The spline through the points, with a note where it overshoots them.
+    /// Returns the spline through the points, with a note if it overshoots them.
     fn spline(&self, points: Points, path: &str) -> Spline {
         let spline = Spline::from(points);
         let overshoot = spline.overshoot();
@@ -112,7 +112,7 @@ impl Builder<'_> {
         }
         let points = self.at(&place, Points::new(times, values))?;
         let (start, end) = points.range();
-        // A table that ends at the run's end up to the rounding of its decimals is long enough.
+        // A table may end before the run by the rounding of its decimals.
         if start > 0.0 || end < self.t_end * (1.0 - 1e-12) {
             let error = InputError::new("the table does not cover the run's time interval")
                 .found(format!("{start} s to {end} s"))

@@ -1,4 +1,4 @@
-//! What a scene says of its body that does nothing: not wrong, but hardly meant.
+//! Notes on parts of a scene's body without effect: valid, but probably not intended.
 
 use myovib_model::Muscle;
 
@@ -7,7 +7,7 @@ use super::supports::NAMES;
 use crate::scene_file::solid::Traction;
 use crate::scene_file::{Analysis, SceneFile};
 
-/// In words.
+/// Returns the notes.
 pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     let tractions = file.traction.iter().enumerate();
     let mut notes: Vec<String> = tractions
@@ -31,7 +31,7 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     notes
 }
 
-/// Components of a traction along which all of its group is held or moved.
+/// Returns notes on traction components along which all of the group is held or moved.
 fn held(i: usize, traction: &Traction, muscle: &Muscle) -> Vec<String> {
     let solid = &muscle.solid;
     let (dimension, free) = (solid.space().dimension(), solid.dofs().free_to_full());
@@ -51,7 +51,7 @@ fn held(i: usize, traction: &Traction, muscle: &Muscle) -> Vec<String> {
     words.collect()
 }
 
-/// Whether there are loads, tensions and motions of supports, but all of them zero.
+/// Returns whether all loads, tensions and support motions are zero, and there is at least one.
 fn rests(muscle: &Muscle, t: f64) -> bool {
     let loads = muscle.loads.iter().map(|load| load.signal().at(t).value);
     let pressures = muscle
@@ -102,7 +102,7 @@ y = { type = "step", value = 1.0, rise = 0.1 }
         scene.expect("a valid scene").notes()
     }
 
-    /// Regression: all of these were taken without a word.
+    /// Regression: all of these scenes were accepted silently.
     #[test]
     fn what_does_nothing_is_told() {
         let at_once = "traction[0].y=1.0";

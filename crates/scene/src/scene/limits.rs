@@ -1,4 +1,5 @@
-//! How much a scene may ask for: a typing error shall be told before hours or a disk are gone.
+//! Limits on the output of a scene. They detect typing errors before a run uses hours or fills a
+//! disk.
 
 use std::num::NonZeroUsize;
 
@@ -7,16 +8,17 @@ use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::statistics::DRIFT_SAMPLES;
 
-/// The most probes: each has a file open, and systems allow a process about a thousand.
+/// Maximum number of probes. Each has an open file, and systems allow a process about a thousand.
 const MAX_PROBES: usize = 500;
-/// Files that a run may have open at a time beside those of its probes: streams, the lock, one under way.
+/// Number of files that a run may have open in addition to its probes: streams, the lock, one being
+/// written.
 const OTHER_FILES: usize = 16;
-/// The most rows of a probe: a file of about 1 GB for a point.
+/// Maximum number of rows of a probe: a file of about 1 GB for a point.
 const MAX_ROWS: f64 = 1e7;
-/// The most field files and checkpoints, of which the smallest have some 10 kB.
+/// Maximum number of field files and checkpoints; the smallest have about 10 kB each.
 const MAX_FILES: f64 = 1e5;
 
-/// How many files the system lets this process have open, if it says so.
+/// Returns the maximum number of open files of this process, if the system reports it.
 #[cfg(unix)]
 fn open_files() -> Option<usize> {
     use rustix::process::{Resource, getrlimit};
@@ -28,7 +30,7 @@ fn open_files() -> Option<usize> {
     None
 }
 
-/// How many runs of a scene may be under way at once: each has the files of its probes open.
+/// Returns the maximum number of concurrent runs of a scene: each has the files of its probes open.
 pub(crate) fn runs_at_once(file: &SceneFile) -> NonZeroUsize {
     let runs = open_files().map(|files| files / (file.probe.len() + OTHER_FILES));
     runs.map_or(NonZeroUsize::MAX, |runs| {
@@ -37,7 +39,7 @@ pub(crate) fn runs_at_once(file: &SceneFile) -> NonZeroUsize {
 }
 
 impl Builder<'_> {
-    /// Refuses more output than anyone can want, and an end time too small to be divided.
+    /// Rejects excessive output and an end time too small to divide into samples.
     pub(super) fn limits(&self, file: &SceneFile) -> Result<(), InputError> {
         if file.time.is_some() && !(self.t_end / DRIFT_SAMPLES).is_normal() {
             let error = InputError::new("the end time cannot be divided into samples")

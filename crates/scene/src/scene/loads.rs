@@ -1,4 +1,4 @@
-//! The loads on a body: tractions, body forces, pressures.
+//! Loads on a body: tractions, body forces and pressures.
 
 use myovib_fem::{Solid, Space, load};
 use myovib_model::{Load, PressureLoad};
@@ -9,7 +9,8 @@ use crate::scene_file::SceneFile;
 use crate::scene_file::solid::{BodyForce, Traction};
 
 impl Builder<'_> {
-    /// The dead loads: tractions, then body forces, a load for each component. `densities`: one per element.
+    /// Returns the dead loads: tractions, then body forces, with one load per component.
+    /// `densities` contains one value per element.
     pub(super) fn loads(
         &self,
         file: &SceneFile,
@@ -48,7 +49,7 @@ impl Builder<'_> {
         Ok(loads)
     }
 
-    /// The load of 1 Pa along an axis times the traction's distribution.
+    /// Returns the load of 1 Pa along an axis times the traction's distribution.
     fn unit_traction<const D: usize>(
         &self,
         traction: &Traction,
@@ -65,7 +66,7 @@ impl Builder<'_> {
         self.at(&format!("{path}.group"), load)
     }
 
-    /// The load of an acceleration of 1 m/s² along an axis times the force's distribution.
+    /// Returns the load of an acceleration of 1 m/s² along an axis times the force's distribution.
     fn unit_weight<const D: usize>(
         &self,
         force: &BodyForce,
@@ -88,7 +89,7 @@ impl Builder<'_> {
         Ok(load)
     }
 
-    /// The pressures on the deformed boundary.
+    /// Returns the pressures on the deformed boundary.
     pub(super) fn pressures(
         &self,
         file: &SceneFile,
@@ -106,7 +107,7 @@ impl Builder<'_> {
     }
 }
 
-/// The vector of this size along an axis.
+/// Returns the vector of this magnitude along an axis.
 fn along<const D: usize>(axis: usize, size: f64) -> [f64; D] {
     std::array::from_fn(|i| if i == axis { size } else { 0.0 })
 }

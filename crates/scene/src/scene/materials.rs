@@ -1,4 +1,4 @@
-//! The materials of a body: law, density and directions of fibres for each element.
+//! Materials of a body: law, density and fiber directions of each element.
 
 use std::collections::BTreeSet;
 
@@ -12,24 +12,25 @@ use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::material::{Direction, Material};
 
-/// What to do where fibres are missing.
+/// Advice for missing fibers.
 pub(super) const GIVE_FIBRE: &str =
     "give `fibre`: a vector as [1, 0, 0], or the name of a nodal field of the mesh file";
 
-/// What the elements are made of.
+/// Materials of the elements.
 pub(super) struct Materials {
-    /// The law of each.
+    /// Law of each element.
     pub(super) laws: Vec<Law>,
-    /// The mass density of each, kg/m³.
+    /// Mass density of each element, kg/m³.
     pub(super) densities: Vec<f64>,
-    /// The number of the material of each.
+    /// Material number of each element.
     pub(super) regions: Vec<usize>,
-    /// Where fibres run, if a material says so.
+    /// Fiber directions, if a material defines them.
     pub(super) fibres: Option<Fibres>,
 }
 
 impl Builder<'_> {
-    /// Laws, densities and fibres of the elements, each of which has one material.
+    /// Returns laws, densities and fibers of the elements. Each element must have exactly one
+    /// material.
     pub(super) fn materials(&self, file: &SceneFile, mesh: &Mesh) -> Result<Materials, InputError> {
         let mut given: Vec<Option<usize>> = vec![None; mesh.n_elements()];
         let mut fibres = None;
@@ -77,7 +78,7 @@ impl Builder<'_> {
         })
     }
 
-    /// The elements of a group, or all.
+    /// Returns the elements of a group, or all elements.
     pub(super) fn elements(
         &self,
         group: Option<&str>,
@@ -105,7 +106,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Refuses a law whose moduli are all zero: each may be, but not all.
+    /// Rejects a law whose moduli are all zero. Individual moduli may be zero.
     fn stiffness(&self, material: &Material, path: &str) -> Result<(), InputError> {
         let law = material.law.0;
         let constants = law.description().parameters.iter().zip(law.values());
@@ -121,7 +122,7 @@ impl Builder<'_> {
         Err(self.wrong(path, error))
     }
 
-    /// Refuses a law of fibres without them, and sheets that are missing or stand alone.
+    /// Rejects a fiber law without fibers, missing sheets, and sheets without fibers.
     fn directions(&self, material: &Material, path: &str) -> Result<(), InputError> {
         let law = material.law.0;
         let name = law.description().name;
@@ -144,7 +145,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Gives elements the directions of a material.
+    /// Assigns the directions of a material to its elements.
     fn set_fibres(
         &self,
         fibres: &mut Fibres,
@@ -209,7 +210,7 @@ impl Builder<'_> {
         }
     }
 
-    /// A direction by its components; the third may be left out in the plane.
+    /// Returns a direction from its components. The third is optional in the plane.
     pub(super) fn vector(
         &self,
         given: &[f64],
@@ -232,7 +233,7 @@ impl Builder<'_> {
     }
 }
 
-/// What is wrong with a nodal field, with the place of the node.
+/// Converts an error of a nodal field to an input error with the position of the node.
 fn about_field(error: FemError, mesh: &Mesh) -> InputError {
     match error {
         FemError::UnknownField { name, known } => {
@@ -270,7 +271,7 @@ fn about_field(error: FemError, mesh: &Mesh) -> InputError {
     }
 }
 
-/// The element, if the nodal field `sheet` is parallel to `fibre` at all its vertices.
+/// Returns the element if the nodal field `sheet` is parallel to `fibre` at all its vertices.
 fn runs_along(mesh: &Mesh, element: usize, fibre: &str, sheet: &str) -> Option<usize> {
     let (fibre, sheet) = (mesh.field(fibre).ok()?, mesh.field(sheet).ok()?);
     let vector = |field: &NodalField, vertex| <[f64; 3]>::try_from(field.at(vertex)).ok();
@@ -290,12 +291,13 @@ fn are_parallel(a: [f64; 3], b: [f64; 3]) -> bool {
         a[0] * b[1] - a[1] * b[0],
     ];
     let length = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    // Interpolation takes the same vectors for parallel.
+    // Interpolation uses the same criterion for parallel vectors.
     length(across) <= 1e-6
 }
 
-/// Whether a law tells directions across its fibres from each other: whether turning the sheets
-/// about the fibre changes the energy of a strain without symmetry by more than rounding.
+/// Returns whether a law distinguishes directions normal to its fibers. The test rotates the sheets
+/// about the fiber and compares the energies of a strain without symmetry; the tolerance covers
+/// rounding.
 fn has_sheets(law: Law) -> bool {
     if !law.has_fibres() {
         return false;

@@ -1,4 +1,4 @@
-//! The mesh of a scene.
+//! Mesh of a scene.
 
 use myovib_fem::{Group, Mesh, generate};
 
@@ -6,17 +6,17 @@ use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::mesh::{self, MeshSource, Region, Resolution};
 
-/// The muscle of the reproduction.
+/// Muscle of the reproduced paper.
 const MUSCLE: &str = include_str!("../../data/meshes/muscle.msh");
-/// The ventricle of the benchmark, and a coarser one.
+/// Ventricle of the benchmark, and a coarser version.
 const VENTRICLE: &str = include_str!("../../data/meshes/ventricle.msh");
 const VENTRICLE_COARSE: &str = include_str!("../../data/meshes/ventricle_coarse.msh");
-/// The most elements a scene may ask for, far more than can be integrated on one machine: a typing
-/// error shall be told before memory is gone.
+/// Maximum number of elements of a scene, far above the capacity of one machine. It detects a
+/// typing error before memory is exhausted.
 const MAX_ELEMENTS: usize = 4_000_000;
 
 impl Builder<'_> {
-    /// The mesh, refined and with the regions cut out.
+    /// Returns the refined mesh with the regions as separate groups.
     pub(super) fn mesh(&self, mesh: &mesh::Mesh, regions: &[Region]) -> Result<Mesh, InputError> {
         if let MeshSource::Spindle { cells }
         | MeshSource::Rectangle { cells, .. }
@@ -87,7 +87,7 @@ impl Builder<'_> {
         Err(self.wrong("mesh", error))
     }
 
-    /// Moves the elements of a region into a group of their own.
+    /// Moves the elements of a region into a separate group.
     fn with_region(&self, mesh: &Mesh, region: &Region, path: &str) -> Result<Mesh, InputError> {
         if region.name.is_empty() {
             let error = InputError::new("a region needs a name, by which materials find it");
@@ -143,7 +143,7 @@ impl Builder<'_> {
     }
 }
 
-/// The product of whole numbers, or the largest there is.
+/// Returns the product of integers, saturated at the largest integer.
 fn product(factor: usize, factors: &[usize]) -> usize {
     factors.iter().fold(factor, |n, m| n.saturating_mul(*m))
 }

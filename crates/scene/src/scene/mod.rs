@@ -1,9 +1,9 @@
-//! Scenes as validated objects: what [`crate::scene_file`] read, put together with its
-//! mesh into the model.
+//! Scenes as validated objects: the parsed text of [`crate::scene_file`], combined with its mesh
+//! into the model.
 //!
-//! What is wrong is told with its place in the text, as in `scene_file`: an unknown group lists
-//! those the mesh has, a formulation that does not go with κ and β says what does. Nothing is
-//! computed and nothing is written before a [`Scene`] exists.
+//! Errors name their location in the text, as in `scene_file`. For an unknown group, the error
+//! lists the groups of the mesh. For a formulation that is incompatible with κ and β, it lists the
+//! compatible ones. Nothing is computed or written before a [`Scene`] exists.
 
 mod body;
 mod builder;
@@ -49,60 +49,60 @@ use builder::Builder;
 pub(crate) use start::Start;
 pub(crate) use supports::{NAMES, index as axis_index};
 
-/// A scene that can be computed.
+/// Validated scene that can be computed.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    /// The scene as written, defaults filled in.
+    /// Scene as written, with defaults filled in.
     pub file: SceneFile,
     source: Source,
     /// End time, s; 0 for a scene without a time interval.
     pub t_end: f64,
-    /// The elastic body, if there is one.
+    /// Elastic body, if there is one.
     pub body: Option<Body>,
-    /// The rod, if there is one; then there is no body.
+    /// Rod, if there is one. A scene with a rod does not have a body.
     pub rod: Option<RodDae>,
-    /// The chains of oscillators.
+    /// Chains of oscillators.
     pub chains: Vec<DrivenChain>,
-    /// How chains act back on the body.
+    /// Feedback of chains on the body.
     pub feedbacks: Vec<Feedback>,
-    /// The files it was made of: mesh and tables.
+    /// Input files: mesh and tables.
     pub inputs: Vec<Input>,
-    /// Where they lie.
+    /// Paths of the input files.
     pub(crate) paths: Vec<PathBuf>,
-    /// Notes from reading its values.
+    /// Notes from reading the values.
     reading_notes: Vec<String>,
 }
 
-/// An elastic body and how it is to be computed.
+/// Elastic body and settings for its computation.
 #[derive(Debug, Clone)]
 pub struct Body {
-    /// The body with its loads.
+    /// Body with its loads.
     pub muscle: Muscle,
-    /// The DAE.
+    /// Formulation of the DAE.
     pub formulation: Formulation,
-    /// The integrator's settings.
+    /// Settings of the integrator.
     pub settings: Settings,
-    /// Where its motion starts.
+    /// Initial state of its motion.
     pub(crate) start: Start,
-    /// The material of each element, by its number in the scene.
+    /// Material number of each element, as in the scene.
     pub regions: Vec<usize>,
-    /// Whether a material says where its fibres run.
+    /// Whether a material defines fiber directions.
     pub has_fibres: bool,
-    /// Quadrature points where the directions of fibres at the vertices oppose each other, so that
-    /// the nearest vertex's is taken.
+    /// Number of quadrature points where fiber directions at the vertices oppose each other, so
+    /// that the direction at the nearest vertex is used.
     pub opposed_fibres: usize,
-    /// Elements with more than 120° between the directions of fibres at two vertices.
+    /// Number of elements with more than 120° between fiber directions at two vertices.
     pub unresolved_fibres: usize,
 }
 
-/// So small a part of the elements may have fibres that are not resolved, without a word: around an apex, where all
-/// directions meet, some have.
+/// Inverse of the fraction of elements that may have unresolved fibers without a note. Some
+/// elements around an apex, where all directions meet, are always unresolved.
 const RARE: usize = 50;
 
-/// The most bytes of a scene: beyond it what is read is no scene, but a device without end.
+/// Maximum size of a scene file, bytes. Larger input is probably an endless device.
 const MOST_BYTES: u64 = 1 << 26;
 
-/// The text of a scene's file, which may be a pipe.
+/// Reads the text of a scene file, which may be a pipe.
 fn text_of(path: &Path) -> io::Result<String> {
     let mut bytes = Vec::new();
     let read = File::open(path)?
@@ -124,7 +124,7 @@ impl Scene {
     /// Reads the scene at `path`, or the built-in scene of that name, with overrides applied.
     ///
     /// # Errors
-    /// [`InputError`] for a file that cannot be read, and for what is wrong in it.
+    /// [`InputError`] for an unreadable file or an invalid scene.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, InputError> {
         let name = path.display().to_string();
         match (text_of(path), builtin_text(&name)) {
@@ -148,17 +148,17 @@ impl Scene {
         }
     }
 
-    /// The built-in scene `name`, with overrides applied.
+    /// Returns the built-in scene `name`, with overrides applied.
     ///
     /// # Errors
-    /// A name that is none of [`BUILTIN`]'s, and what the overrides make wrong.
+    /// A name that is not in [`BUILTIN`], or invalid overrides.
     pub fn built_in(name: &str, overrides: &[String]) -> Result<Self, InputError> {
         let text = builtin_text(name)
             .ok_or_else(|| InputError::new(format!("there is no scene `{name}`")))?;
         Self::build(name, text, overrides, Path::new(""))
     }
 
-    /// The scene with all tolerances multiplied by `factor`.
+    /// Returns the scene with all tolerances multiplied by `factor`.
     #[must_use]
     pub fn with_looser_tolerances(&self, factor: f64) -> Self {
         let mut scene = self.clone();
@@ -182,8 +182,8 @@ impl Scene {
         scene
     }
 
-    /// What was put right in the mesh, or left aside, points of grids too, settings, loads and materials
-    /// without effect, and where fibres have no clear direction.
+    /// Returns notes on corrections of the mesh, ignored grid points, settings, loads and materials
+    /// without effect, and unclear fiber directions.
     pub fn notes(&self) -> Vec<String> {
         let mut notes = self.reading_notes.clone();
         let Some(body) = &self.body else {
@@ -219,12 +219,12 @@ impl Scene {
         notes
     }
 
-    /// The scene's values as they are written, with overrides and without defaults.
+    /// Returns the values as written in the scene, with overrides and without defaults.
     pub(crate) fn written(&self) -> &Value {
         self.source.value()
     }
 
-    /// Numbers of the body that are allowed but hardly meant.
+    /// Returns allowed values of the body that are probably mistakes.
     pub fn unusual(&self) -> Vec<Finding> {
         let body = self.body.as_ref();
         body.map_or(Vec::new(), |body| {
@@ -232,21 +232,22 @@ impl Scene {
         })
     }
 
-    /// The scene's text, without overrides.
+    /// Returns the scene's text without overrides.
     pub fn text(&self) -> &str {
         self.source.text()
     }
 
-    /// The value, or the model's message with the place of the value at `path`, as in `probe[0]`.
+    /// Returns the value, or the model's error with the location of the value at `path`, such as
+    /// `probe[0]`.
     ///
     /// # Errors
-    /// Those of the model, explained.
+    /// Errors of the model, with an explanation.
     pub fn at<T>(&self, path: &str, result: Result<T, ModelError>) -> Result<T, InputError> {
         let inputs = Inputs::new(Path::new(""));
         Builder::new(&self.source, &inputs, self.t_end).at(path, result)
     }
 
-    /// What the probes read.
+    /// Returns the measurements of the probes.
     pub(crate) fn readings(&self) -> Result<Vec<Box<dyn Reading>>, InputError> {
         let feedbacks = self.file.feedback.iter();
         let chains = self.chains.iter();
@@ -265,16 +266,16 @@ impl Scene {
         probes.map(reading).collect()
     }
 
-    /// The error with the place of the value at `path`.
+    /// Adds the location of the value at `path` to the error.
     pub(crate) fn wrong(&self, path: &str, error: InputError) -> InputError {
         let inputs = Inputs::new(Path::new(""));
         Builder::new(&self.source, &inputs, self.t_end).wrong(path, error)
     }
 
-    /// Makes a scene from its text; files named in it are relative to `folder`.
+    /// Builds a scene from its text. File names in it are relative to `folder`.
     ///
     /// # Errors
-    /// [`InputError`] with file, line, column, and what was expected.
+    /// [`InputError`] with file, line, column, and the expected value.
     pub fn build(
         name: &str,
         text: &str,

@@ -13,50 +13,50 @@ use crate::scene_file::SceneFile;
 use crate::scene_file::chain::{self, GeneratorName, Place, RodReading};
 use crate::scene_file::output::Probe;
 
-/// A chain with what drives it.
+/// Chain with its drive.
 #[derive(Debug, Clone)]
 pub struct DrivenChain {
     /// Name in output.
     pub name: String,
-    /// The oscillators.
+    /// Oscillators of the chain.
     pub chain: Chain,
     /// Gain and reach of the forcing.
     pub drive: Drive,
-    /// Where it is driven; nowhere if not given.
+    /// Place of the forcing, if given.
     pub at: Option<Place>,
-    /// The places of the body that have a chain each.
+    /// Places of the body with one chain each.
     pub places: Vec<DrivenPlace>,
-    /// How many points of its grid lie outside of the body.
+    /// Number of grid points outside the body.
     pub outside: usize,
-    /// The neighbourhoods of the places, if they are wanted.
+    /// Neighborhoods of the places, if requested.
     pub neighbourhood: Option<Neighborhood>,
     /// Initial position of all oscillators.
     pub initial: f64,
 }
 
 impl DrivenChain {
-    /// Number of chains: the places.
+    /// Returns the number of chains, which equals the number of places.
     pub fn n_places(&self) -> usize {
         self.places.len().max(1)
     }
 
-    /// Number of unknowns: position and velocity of each oscillator of all places.
+    /// Returns the number of unknowns: position and velocity of each oscillator of all places.
     pub fn n_unknowns(&self) -> usize {
         2 * self.chain.omega.len()
     }
 
-    /// The elements that have a chain each, for chains in elements.
+    /// Returns the elements with one chain each, for chains in elements.
     pub fn elements(&self) -> Option<Vec<usize>> {
         let elements = self.places.iter().map(|place| place.at.element);
         matches!(self.at, Some(Place::Elements { .. })).then(|| elements.collect())
     }
 
-    /// Whether there are chains in many places, each with a coherence of its own.
+    /// Returns whether there are chains at many places, each with a separate coherence.
     pub fn is_in_many_places(&self) -> bool {
         !matches!(self.at, None | Some(Place::Point(_) | Place::Position(_)))
     }
 
-    /// What is to be said of its places.
+    /// Returns a note on its places.
     pub(super) fn note(&self) -> Option<String> {
         let (kept, all) = (self.places.len(), self.places.len() + self.outside);
         (self.outside > 0).then(|| {
@@ -69,7 +69,7 @@ impl DrivenChain {
 }
 
 impl Builder<'_> {
-    /// The rod.
+    /// Creates the rod.
     pub(super) fn rod(&self, rod: &chain::Rod) -> Result<RodDae, InputError> {
         let data = RodData {
             axial_stiffness: rod.stiffness,
@@ -88,7 +88,7 @@ impl Builder<'_> {
         self.at("rod.load", RodDae::new(rod, load, signal))
     }
 
-    /// The chains, whose names differ.
+    /// Creates the chains. Their names must be unique.
     pub(super) fn chains(
         &self,
         file: &SceneFile,
@@ -183,7 +183,7 @@ impl Builder<'_> {
         })
     }
 
-    /// The neighbourhoods of the places of a chain, of which fields are written.
+    /// Returns the neighborhoods of the places of a chain with field output.
     fn neighbourhood(
         &self,
         file: &SceneFile,
@@ -211,7 +211,7 @@ impl Builder<'_> {
         ))
     }
 
-    /// Refuses in a static scene what only a motion has: it would do nothing.
+    /// Rejects settings of a static scene that affect only motions.
     pub(super) fn without_motion(&self, file: &SceneFile) -> Result<(), InputError> {
         let parts = [
             ("rod", file.rod.is_some()),
@@ -233,7 +233,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Checks that probes are of parts the scene has, under names of their own.
+    /// Checks that probes refer to parts of the scene and have unique names.
     pub(super) fn probes(&self, file: &SceneFile) -> Result<(), InputError> {
         let parts = Parts {
             body: file.mesh.is_some(),

@@ -1,4 +1,4 @@
-//! Whether probes and stops lie where there is something to measure.
+//! Checks that probes and stop conditions are at positions where they can measure.
 
 use myovib_model::Probe;
 
@@ -10,8 +10,8 @@ use crate::scene_file::SceneFile;
 use crate::scene_file::output::Stop;
 
 impl Builder<'_> {
-    /// Refuses probes and stops at points outside the mesh, probes of groups that it does
-    /// not have, and of reactions where nothing is held.
+    /// Rejects probes and stop conditions at points outside the mesh, probes of unknown groups, and
+    /// reactions of groups without supports.
     pub(super) fn places(&self, file: &SceneFile, body: &Body) -> Result<(), InputError> {
         for (i, probe) in file.probe.iter().enumerate() {
             let checked = probe.kind.kind().check_place(&body.muscle.solid);
@@ -35,7 +35,7 @@ impl Builder<'_> {
     }
 }
 
-/// Notes on probes of points outside the mesh, which read a place next to them.
+/// Returns notes on probes outside the mesh, which use the nearest point of the mesh.
 fn near_points(file: &SceneFile, body: &Body) -> Vec<String> {
     let space = body.muscle.solid.space();
     let probes = file.probe.iter().enumerate();
@@ -51,7 +51,7 @@ fn near_points(file: &SceneFile, body: &Body) -> Vec<String> {
     notes.collect()
 }
 
-/// Notes on reactions of groups with nodes in common: both have the forces there.
+/// Returns notes on reactions of groups with common nodes: both include the forces there.
 fn shared_reactions(file: &SceneFile, body: &Body) -> Vec<String> {
     let solid = &body.muscle.solid;
     let (dimension, free) = (solid.space().dimension(), solid.dofs().free_to_full());
@@ -103,7 +103,7 @@ mod tests {
         }
     }
 
-    /// Regression: `check` had no objections to any of these.
+    /// Regression: `check` accepted all of these scenes.
     #[test]
     fn probes_where_nothing_can_be_measured_are_refused() {
         let outside = refusal("type = \"point\"\nat = [1.0, 0.0]");
@@ -126,7 +126,7 @@ mod tests {
         );
     }
 
-    /// Regression: a side of a box beside the one that is held was taken for a support.
+    /// Regression: the side of a box next to a fixed side was treated as a support.
     #[test]
     fn a_group_that_shares_an_edge_with_a_support_has_no_reaction() {
         let reaction = |group: &str| {

@@ -1,4 +1,4 @@
-//! The integrator's settings from a scene.
+//! Integrator settings of a scene.
 
 use myovib_model::advice::Advice;
 use myovib_model::{
@@ -17,7 +17,7 @@ use crate::scene_file::integrator::{
 use crate::scene_file::{Analysis, SceneFile};
 
 impl Builder<'_> {
-    /// The settings for `muscle` in `formulation`.
+    /// Returns the settings for `muscle` in `formulation`.
     pub(super) fn settings(
         &self,
         wanted: &Integrator,
@@ -65,8 +65,7 @@ impl Builder<'_> {
         settings
     }
 
-    /// Refuses settings that the method, or the integration of chains, does not have: they would
-    /// do nothing.
+    /// Rejects settings without effect for the method or for the integration of chains.
     pub(super) fn integrator(&self, file: &SceneFile) -> Result<(), InputError> {
         let wanted = &file.integrator;
         let weighted = wanted.multiplier_weights != MultiplierWeightsName::Plain;
@@ -99,8 +98,8 @@ impl Builder<'_> {
     }
 }
 
-/// The limits of time integration that a scene without motion gives, in words. Its other settings are there for the
-/// motion that the same scene has too.
+/// Reports limits of time integration in a scene without motion. Other settings are accepted
+/// because the same scene may also be used for a motion.
 pub(super) fn without_effect(analysis: Analysis, source: &Value) -> Option<String> {
     let given = source["integrator"].as_object()?.keys();
     let limits = given.filter(|key| ["max_cpu", "max_steps"].contains(&key.as_str()));
@@ -113,7 +112,7 @@ pub(super) fn without_effect(analysis: Analysis, source: &Value) -> Option<Strin
     })
 }
 
-/// What is to be left out of the error test though the formulation does not have it, in words.
+/// Describes blocks to exclude from the error test that the formulation does not have.
 pub(super) fn missing(wanted: &Integrator, formulation: Formulation) -> Vec<String> {
     let blocks = wanted.suppress.iter().flatten();
     let missing = blocks.filter(|block| !fields(**block).iter().any(|f| formulation.has(*f)));
@@ -161,7 +160,7 @@ fn ordering(name: OrderingName) -> Ordering {
 mod tests {
     use super::*;
 
-    /// Regression: a block that the formulation does not have was passed over in silence.
+    /// Regression: a block that the formulation does not have was ignored silently.
     #[test]
     fn blocks_that_are_not_there_are_told() {
         let wanted = Integrator {
@@ -174,7 +173,7 @@ mod tests {
         assert!(missing(&wanted, Formulation::Rate).is_empty());
     }
 
-    /// Regression: limits of an equilibrium were passed over in silence.
+    /// Regression: time limits of an equilibrium were ignored silently.
     #[test]
     fn settings_of_time_are_told_where_nothing_moves() {
         let source = serde_json::json!({ "integrator": { "max_cpu": 1.0, "max_steps": 1 } });

@@ -1,4 +1,4 @@
-//! Where the motion of a body starts.
+//! Initial state of a body's motion.
 
 use std::path::Path;
 
@@ -9,20 +9,20 @@ use crate::InputError;
 use crate::scene_file::{Analysis, SceneFile, start};
 use crate::state::State;
 
-/// Where the motion of a body starts.
+/// Initial state of a body's motion.
 #[derive(Debug, Clone, Default)]
 pub(crate) enum Start {
-    /// At rest without load.
+    /// Rest without load.
     #[default]
     Rest,
-    /// In equilibrium with the loads at t = 0.
+    /// Equilibrium with the loads at t = 0.
     Equilibrium,
-    /// From a motion.
+    /// State of another motion.
     State(State),
 }
 
 impl Builder<'_> {
-    /// Where the scene's motion starts.
+    /// Returns the initial state of the scene's motion.
     pub(super) fn start(&self, file: &SceneFile, body: Option<&Body>) -> Result<Start, InputError> {
         let Some(start) = &file.start else {
             return Ok(Start::Rest);
@@ -70,7 +70,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The state in which the run in `folder` ended.
+    /// Returns the final state of the run in `folder`.
     fn ended(&self, folder: &Path, body: &Body) -> Result<State, InputError> {
         let place = "start.folder";
         let (text, name) = self.read(&folder.join(State::NAME), place)?;

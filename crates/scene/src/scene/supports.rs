@@ -1,4 +1,4 @@
-//! The supports of a body: components of nodes that are held or moved.
+//! Supports of a body: fixed or moved components of nodes.
 
 use std::collections::BTreeMap;
 
@@ -11,22 +11,23 @@ use crate::scene_file::SceneFile;
 use crate::scene_file::function::Function;
 use crate::scene_file::solid::{Axis, Displacement};
 
-/// The names of the components.
+/// Names of the components.
 pub(crate) const NAMES: [&str; 3] = ["x", "y", "z"];
 
-/// Factors of a distribution are equal, and one is zero, within this fraction of the largest factor of the group: nodes
-/// of a mesh file and expressions of them are rounded.
+/// Tolerance for equal or zero factors of a distribution, relative to the largest factor of the
+/// group. It covers rounding of node coordinates in mesh files and of expressions of them.
 const EQUAL_FACTORS: f64 = 1e-10;
 
-/// The constrained components (node, axis); those that move have their function of time.
+/// Constrained components (node, axis); moved components have a function of time.
 pub(super) type Supports = BTreeMap<(usize, usize), Option<Signal>>;
 
-/// What groups say of the components (node, axis): the moves with their factors, none where they hold
-/// it. Of all that hold, the name does not matter.
+/// Requirements of groups for the components (node, axis): moves with their factors, or an empty
+/// list if the group holds the component. The name of a group that holds the component is not
+/// needed.
 type Said<'f> = BTreeMap<(usize, usize), Vec<(Option<&'f str>, Terms)>>;
 type Terms = Vec<(usize, f64)>;
 
-/// A component of a displacement.
+/// Component of a displacement.
 struct Move<'f> {
     path: String,
     function: &'f Function,
@@ -36,7 +37,7 @@ struct Move<'f> {
 }
 
 impl Builder<'_> {
-    /// What holds or moves the body.
+    /// Returns the supports of the body.
     pub(super) fn supports(&self, file: &SceneFile, space: &Space) -> Result<Supports, InputError> {
         let dimension = space.dimension();
         let mut said = Said::new();
@@ -112,7 +113,7 @@ impl Builder<'_> {
         Ok(constrained)
     }
 
-    /// The factors of a displacement's component at nodes.
+    /// Returns the factors of a displacement's component at nodes.
     fn factors<const D: usize>(
         &self,
         moving: &Displacement,
@@ -129,7 +130,7 @@ impl Builder<'_> {
         Ok(factors)
     }
 
-    /// A function of time that a displacement can follow from rest.
+    /// Returns a function of time that a displacement can follow from rest.
     fn motion(&self, function: &Function, path: &str) -> Result<Signal, InputError> {
         let signal = self.signal(function, path)?;
         match signal.unfit_for_motion() {
@@ -142,7 +143,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The components that are given, one at least, with their axis and path.
+    /// Returns the given components with their axis and path. At least one must be given.
     pub(super) fn components<'f>(
         &self,
         given: [&'f Option<Function>; 3],
@@ -167,7 +168,7 @@ impl Builder<'_> {
             .collect()
     }
 
-    /// Refuses a third component in the plane.
+    /// Rejects a third component in the plane.
     pub(super) fn component(
         &self,
         axis: usize,
@@ -183,7 +184,8 @@ impl Builder<'_> {
     }
 }
 
-/// Whether two groups move a component alike; what moves by 0 is held.
+/// Returns whether two groups prescribe the same motion of a component. A motion of 0 equals a
+/// fixed component.
 fn alike(moves: &[Move<'_>], terms: &Terms, other: &Terms) -> bool {
     let moving = |terms: &Terms| {
         let terms = terms.iter().map(|&(i, factor)| (&moves[i], factor));
@@ -198,7 +200,7 @@ fn alike(moves: &[Move<'_>], terms: &Terms, other: &Terms) -> bool {
     terms.len() == other.len() && terms.iter().zip(&other).all(same)
 }
 
-/// The sum of moves times their factors; none where nothing moves.
+/// Returns the sum of moves times their factors, or `None` without motion.
 fn signal(moves: &[Move<'_>], terms: &Terms) -> Option<Signal> {
     let scaled = |&(i, factor): &(usize, f64)| {
         let signal = moves[i].signal.clone();
@@ -214,7 +216,7 @@ fn signal(moves: &[Move<'_>], terms: &Terms) -> Option<Signal> {
     }
 }
 
-/// The number of a component.
+/// Returns the number of a component.
 pub(crate) fn index(axis: Axis) -> usize {
     match axis {
         Axis::X => 0,

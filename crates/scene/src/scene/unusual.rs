@@ -1,6 +1,6 @@
-//! Numbers of a body that are allowed but hardly meant: a unit is wrong, or a power of ten.
+//! Allowed values of a body that are probably mistakes, such as a wrong unit or power of ten.
 //!
-//! The bounds are far from what tissue has, so that what is told is a mistake almost surely.
+//! The bounds are far from the range of tissue, so that a finding is almost certainly a mistake.
 
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
@@ -17,46 +17,48 @@ use crate::scene_file::material::Material;
 use crate::scene_file::solid::{Solid, Traction};
 use crate::scene_file::{Analysis, SceneFile};
 
-/// Densities from a tenth of water's to that of heavy metals, kg/m³.
+/// Range of densities, from a tenth of water's density to the density of heavy metals, kg/m³.
 const DENSITIES: RangeInclusive<f64> = 100.0..=2e4;
-/// Speeds of shear waves in tissue, m/s. A body that has them is one in units of its own.
+/// Range of shear wave speeds in tissue, m/s. Bodies outside this range probably use other units.
 const SHEAR_WAVES: RangeInclusive<f64> = 0.1..=20.0;
-/// Viscous stress by elastic stress at the frequency of what drives the body. Tissue has 0.05 to 1; beyond 5 it would flow.
+/// Maximum ratio of viscous to elastic stress at the driving frequency. Tissue has 0.05 to 1; the
+/// material would flow above 5.
 const MOST_LOSS: f64 = 5.0;
-/// Load by shear modulus. Pulled by so much, a neo-Hookean bar gets 2.6 times as long, and a pressure in a
-/// neo-Hookean cavity lets it grow without bound (Gent and Lindley 1959).
+/// Maximum ratio of load to shear modulus. At this tension, a neo-Hookean bar is 2.6 times as long,
+/// and a pressure in a neo-Hookean cavity makes it grow without bound (Gent and Lindley 1959).
 const MOST_LOAD: f64 = 2.5;
-/// Equal times of a run at which loads are looked at: a prime number, since loads with a round number of periods would
-/// be 0 at all of as round a number.
+/// Number of intervals at which loads are sampled. It is prime: a load with a round number of
+/// periods would vanish at all times of a round number of samples.
 const TIMES: u32 = 997;
 
-/// What is wrong, and what is usual.
+/// Description of a problem and of the usual values.
 type Said = (String, &'static str);
 
-/// What a material has.
+/// Properties of a material.
 struct Part {
     law: Law,
     density: f64,
     kappa: f64,
     beta: f64,
-    /// Bulk and shear modulus of small strains, Pa; the bulk modulus with κ.
+    /// Bulk and shear modulus at small strains, Pa; the bulk modulus includes κ.
     bulk: f64,
     shear: f64,
-    /// The highest frequency of what drives the body, Hz, if that has any.
+    /// Highest driving frequency of the body, Hz, if any.
     drive: Option<f64>,
 }
 
-/// In which scenes something counts, and what is looked at in each material.
+/// Condition on the scene for a check, and the check of each material.
 type Check = (fn(&SceneFile) -> bool, fn(&Part) -> Option<Said>);
 
-/// What is looked at in materials.
+/// Checks of materials.
 const CHECKS: [Check; 3] = [
     (|_| true, volume),
     (has_mass, mass),
     (|file| file.analysis == Analysis::Dynamic, damping),
 ];
 
-/// Of each check the first material, and the first load, that it objects to.
+/// Returns for each check the first material, and for the check of loads the first load, with a
+/// problem.
 pub(super) fn findings(file: &SceneFile, body: &Body, t_end: f64) -> Vec<Finding> {
     let Some(solid) = &file.solid else {
         return Vec::new();
@@ -94,7 +96,7 @@ impl Part {
             density: material.density,
             kappa,
             beta: material.beta.unwrap_or(solid.beta),
-            // The energy of a complete law holds the volume's part.
+            // The energy of a complete law contains the volumetric part.
             bulk: if law.description().complete {
                 own
             } else {
@@ -106,8 +108,8 @@ impl Part {
     }
 }
 
-/// Bulk and shear modulus of small strains by the law's stress alone, Pa; of a law with fibres the means over all
-/// directions (Voigt's).
+/// Returns bulk and shear modulus at small strains from the law's stress alone, Pa. For a law with
+/// fibers, these are the means over all directions (Voigt average).
 fn moduli(law: Law) -> [f64; 2] {
     let c = law.tangent3([[0.0; 3]; 3], 0.0, Axes::cartesian(0.0));
     // C_iijj and C_ijij.
@@ -117,7 +119,7 @@ fn moduli(law: Law) -> [f64; 2] {
     [dilation / 9.0, (3.0 * trace - dilation) / 30.0]
 }
 
-/// Poisson's ratio (3 K − 2 G)/(2 (3 K + G)) is negative: K < 2/3 G.
+/// Checks for a negative Poisson's ratio (3 K − 2 G)/(2 (3 K + G)), which means K < 2/3 G.
 fn volume(part: &Part) -> Option<Said> {
     let Part {
         kappa, bulk, shear, ..
@@ -134,18 +136,18 @@ fn volume(part: &Part) -> Option<Said> {
     })
 }
 
-/// A number between -1 and 1, but for 0, with its first two digits.
+/// Formats a number between -1 and 1, except 0, with its first two digits.
 fn two_digits(value: f64) -> String {
     let decimals = (1.0 - value.abs().log10().floor()) as usize;
     format!("{value:.decimals$}")
 }
 
-/// Whether the density counts.
+/// Returns whether the density has an effect.
 fn has_mass(file: &SceneFile) -> bool {
     file.analysis != Analysis::Static || !file.body_force.is_empty()
 }
 
-/// Neither the density nor the speed √(G/ρ) is one of tissue.
+/// Checks that the density or the speed √(G/ρ) is in the range of tissue.
 fn mass(part: &Part) -> Option<Said> {
     let speed = (part.shear / part.density).sqrt();
     let is_usual = DENSITIES.contains(&part.density) || SHEAR_WAVES.contains(&speed);
@@ -162,7 +164,8 @@ fn mass(part: &Part) -> Option<Said> {
     })
 }
 
-/// At an angular frequency ω viscous stress is ωβ times the elastic one. Without one nothing says how fast the body moves.
+/// Checks viscous stress, which is ωβ times the elastic stress at an angular frequency ω. Without a
+/// driving frequency, the speed of the body is unknown and nothing is checked.
 fn damping(part: &Part) -> Option<Said> {
     let Part { beta, drive, .. } = *part;
     let frequency = drive?;
@@ -176,8 +179,8 @@ fn damping(part: &Part) -> Option<Said> {
     })
 }
 
-/// The first load that is far above the shear modulus of the stiffest material. Laws with fibres stiffen without
-/// bound, so that their modulus at rest says nothing of loads.
+/// Returns the first load far above the shear modulus of the stiffest material. Laws with fibers
+/// are skipped: they stiffen without bound, so their modulus at rest does not limit loads.
 fn strong_load(file: &SceneFile, body: &Body, t_end: f64, parts: &[Part]) -> Option<Said> {
     let shear = parts.iter().map(|part| part.shear).fold(0.0, f64::max);
     if parts.iter().any(|part| part.law.has_fibres()) {
@@ -205,7 +208,7 @@ fn strong_load(file: &SceneFile, body: &Body, t_end: f64, parts: &[Part]) -> Opt
     })
 }
 
-/// When the loads act.
+/// Returns the times at which loads are sampled.
 fn times(file: &SceneFile, t_end: f64) -> Vec<f64> {
     match file.analysis {
         Analysis::Static => vec![t_end],
@@ -221,7 +224,8 @@ fn times(file: &SceneFile, t_end: f64) -> Vec<f64> {
     }
 }
 
-/// Tractions and pressures in Pa, with their places. Those with a distribution may have their unit there.
+/// Returns tractions and pressures in Pa with their paths. A distribution may contain the unit of a
+/// load, so such loads are excluded.
 fn loads<'a>(file: &'a SceneFile, body: &'a Body) -> impl Iterator<Item = (String, &'a Signal)> {
     // The body's loads begin with the components of the tractions, in their order.
     let components = file.traction.iter().enumerate().flat_map(components);
@@ -237,7 +241,7 @@ fn loads<'a>(file: &'a SceneFile, body: &'a Body) -> impl Iterator<Item = (Strin
     tractions.chain(pressures)
 }
 
-/// The components that a traction gives.
+/// Returns the given components of a traction.
 fn components((i, traction): (usize, &Traction)) -> impl Iterator<Item = (String, &Traction)> {
     let given = [&traction.x, &traction.y, &traction.z];
     let axes = NAMES.into_iter().zip(given);
@@ -282,7 +286,8 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
         findings.iter().map(ToString::to_string).collect()
     }
 
-    /// Regression: `check` had no objections to any of these. The second of each pair is on the bound's other side.
+    /// Regression: `check` accepted all of these scenes. The second of each pair is on the other
+    /// side of the bound.
     #[test]
     fn what_is_hardly_meant_is_told_and_what_may_be_is_not() {
         assert_eq!(found(&[]), Vec::<String>::new());
@@ -298,7 +303,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
                 &["material[0].density=101.0"],
                 "shear waves run at 100.000 m/s",
             ),
-            // √(80 / 1) = 8.9 m/s: a body in units of its own.
+            // √(80 / 1) = 8.9 m/s: a body in other units.
             (
                 &["material[0].density=1e6"],
                 &[
@@ -320,7 +325,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
                 "traction[0].y comes to 26000.000 Pa, 2.6 times",
             ),
             (
-                // 500 periods, of which one is seen within 1e-5 of its height.
+                // 500 periods, one of which is sampled within 1e-5 of its amplitude.
                 &["traction[0].y={ type = \"sine\", amplitude = 2.6e4, frequency = 500.0 }"],
                 &["traction[0].y={ type = \"sine\", amplitude = 2.4e4, frequency = 500.0 }"],
                 "traction[0].y comes to",
@@ -344,7 +349,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
         }
     }
 
-    /// Regression: a short run without a load that vibrates was told of its damping.
+    /// Regression: a finding about damping was reported for a short run without a vibrating load.
     #[test]
     fn damping_is_looked_at_where_something_vibrates() {
         let short = ["time.end=1e-3", "solid.beta=0.1"];
@@ -354,7 +359,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
         assert_eq!(found(&[&short[..], &[step]].concat()), Vec::<String>::new());
     }
 
-    /// The density of a body without weight does not count at rest, nor does its damping.
+    /// Checks that the density of a body without weight is not checked at rest, nor is its damping.
     #[test]
     fn what_does_not_count_is_not_told() {
         let at_rest = [
@@ -367,7 +372,8 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
         assert_eq!(found(&[&at_rest[..], &[weight]].concat()).len(), 1);
     }
 
-    /// The moduli are the constants of isotropic laws; those of small strains are exact.
+    /// Checks that the moduli equal the constants of isotropic laws; constants of small-strain laws
+    /// are exact.
     #[test]
     fn moduli_at_rest_are_those_of_the_laws() {
         let law = |name, constants: &[(&str, f64)]| moduli(Law::named(name, constants).unwrap());
@@ -387,7 +393,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
             ),
         ] {
             for (found, expected) in found.into_iter().zip(expected) {
-                // Some roundings of 1e4 Pa.
+                // A few rounding errors of 1e4 Pa.
                 assert!((found - expected).abs() < 1e-10 * 2e4, "{found} {expected}");
             }
         }
