@@ -160,7 +160,7 @@ fn newton<P: Problem, S: LinearSolver<P>>(
     Err(Inconsistent::NotFound { norm: size })
 }
 
-/// Moves what is sought by `length` times the correction.
+/// Moves the unknown values by `length` times the correction.
 fn shift(
     state: &mut State<'_>,
     mode: ConsistencyMode,

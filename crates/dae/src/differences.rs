@@ -32,7 +32,7 @@ pub(crate) struct Differences {
     base: Vec<f64>,
     moved: Vec<f64>,
     increments: Vec<f64>,
-    /// Evaluations of the residual so far, those that failed included.
+    /// Number of residual evaluations so far, including failed ones.
     pub(crate) evaluations: u64,
 }
 
@@ -76,9 +76,9 @@ impl Differences {
         Ok(())
     }
 
-    /// Moves the unknowns of a group and evaluates the residual there, in the first way in which it
-    /// can be. Where there is none the error is that of the first; numbers that are not finite in all
-    /// of them are left to whom the Jacobian is for, who names them.
+    /// Moves the unknowns of a group and evaluates the residual there, with the first perturbation
+    /// that succeeds. If all fail, returns the error of the first. If all give non-finite values,
+    /// they are returned, and the caller reports their position.
     fn move_within_the_domain<P: Problem + ?Sized>(
         &mut self,
         problem: &mut P,
@@ -96,7 +96,8 @@ impl Differences {
                     _ => displacement(at, j, way) / scale,
                 };
                 self.y[j] = at.y[j] + a * wanted;
-                // What y can represent of it, so that the quotient is of what was done.
+                // Use the perturbation after rounding in y, so that the quotient uses the actual
+                // change.
                 let sigma = match a {
                     0.0 => wanted,
                     _ => (self.y[j] - at.y[j]) / a,
@@ -115,7 +116,7 @@ impl Differences {
         first
     }
 
-    /// Whether the residual, where a group of unknowns enters it, is as finite as it was before.
+    /// Returns whether the rows of a group of unknowns in the residual are as finite as before.
     fn is_finite(&self, pattern: &SparsityPattern, group: usize) -> bool {
         let mut rows = self.groups[group].iter().flat_map(|&j| pattern.lane(j));
         rows.all(|&i| self.moved[i].is_finite() || !self.base[i].is_finite())
@@ -129,8 +130,8 @@ pub(crate) enum Way {
     Usual,
     /// By −δ_j.
     Back,
-    /// With √ε/w_j in the place of 1/w_j in δ_j, away from zero: what is positive stays so, however
-    /// near to zero it is.
+    /// Uses √ε/w_j instead of 1/w_j in δ_j, away from zero: a positive variable stays positive,
+    /// however close to zero it is.
     SlightlyAway,
     /// By as much towards zero.
     SlightlyTowards,
@@ -157,7 +158,7 @@ fn rate_displacement(at: &Linearization<'_>, j: usize) -> f64 {
         .copysign(motion)
 }
 
-/// By how much unknown j is moved, with its sign.
+/// Returns the signed perturbation of unknown j.
 pub(crate) fn displacement(at: &Linearization<'_>, j: usize, way: Way) -> f64 {
     let motion = at.step * at.y_dot[j];
     let size = f64::EPSILON.sqrt() * at.y[j].abs().max(motion.abs());

@@ -27,7 +27,8 @@ pub enum Inconsistent {
          {equation} (constraints are numbered after the last equation)"
     )]
     Contradicted {
-        /// The equation, or the number of equations and that of the constraint whose rate it is.
+        /// Index of the equation, or the number of equations plus the index of the constraint whose
+        /// time derivative is violated.
         equation: usize,
         /// Its residual.
         left: f64,

@@ -23,51 +23,52 @@ pub enum ConsistencyMode {
 /// An integration of a [`Problem`], which the integrator owns.
 ///
 /// # Times
-/// [`t`](Integrator::t), [`y`](Integrator::y) and [`y_dot`](Integrator::y_dot) belong together
-/// after every call, whatever it answered: they are the last values that were reached. A step may
-/// end beyond `t`, where a root or an output time lies within it; dense output covers the whole
-/// step.
+/// [`t`](Integrator::t), [`y`](Integrator::y) and [`y_dot`](Integrator::y_dot) are consistent with
+/// each other after every call, whatever its result: they are the last values reached. A step may
+/// end beyond `t` if it contains a root or an output time; dense output covers the whole step.
 ///
-/// A *stop time* is never stepped over. It holds once: when it is reached the call answers
-/// [`Outcome::StopTime`], and the next call goes on beyond it.
+/// A *stop time* is never stepped over. It applies once: when it is reached the call returns
+/// [`Outcome::StopTime`], and the next call continues beyond it.
 ///
 /// # Directions
-/// The `t_out` of the first step gives the direction: [`step`](Integrator::step) refuses a `t_out` equal to
-/// the initial time there. [`integrate_to`](Integrator::integrate_to) the time reached takes no step and
-/// answers [`Outcome::Reached`]. IDAS integrates forward or backward; Radau IIA integrates forward only, and
-/// refuses a time behind `t`.
+/// The `t_out` of the first step gives the direction: the first [`step`](Integrator::step) rejects
+/// a `t_out` equal to the initial time. [`integrate_to`](Integrator::integrate_to) takes no step if
+/// its time is already reached, and returns [`Outcome::Reached`]. IDAS integrates forward or
+/// backward; Radau IIA integrates forward only, and rejects a time before `t`.
 ///
 /// # Starts
-/// Values to start from, given to a builder or to [`reinit`](Integrator::reinit), are refused by the next
-/// step with an [`InconsistentStart`](crate::InconsistentStart) where y contradicts the equations by more
-/// than the tolerances allow, unless [`correct_initial_values`](Integrator::correct_initial_values) corrects
-/// them before: see [`check_start`](crate::check_start). Values to go on from at the time reached are
-/// taken as they are: behind an event they have the error of dense output.
+/// Initial values, passed to a builder or to [`reinit`](Integrator::reinit), are rejected by the
+/// next step with an [`InconsistentStart`](crate::InconsistentStart) if y contradicts the equations
+/// by more than the tolerances allow, unless
+/// [`correct_initial_values`](Integrator::correct_initial_values) has corrected them: see
+/// [`check_start`](crate::check_start). Values for continuing at the time reached are accepted
+/// unchecked: after an event they have the error of dense output.
 ///
 /// # Limits
 /// *max_steps* is the number of steps that one call of [`integrate_to`](Integrator::integrate_to)
-/// may take, at least 1; the next call has as many again. A single [`step`](Integrator::step) is not limited.
+/// may take, at least 1; the count restarts with the next call. A single [`step`](Integrator::step)
+/// is not limited.
 ///
 /// # Failures
-/// After a recoverable error of a function, or a value that is not finite, the step is tried with a
-/// smaller size; when that does not help the call answers [`Outcome::Stopped`]. A fatal error of a
-/// function is handed back as an error with its source. A panic passes through.
+/// After a recoverable error of a function, or a non-finite value, the step is repeated with a
+/// smaller size; if this does not help, the call returns [`Outcome::Stopped`]. A fatal error of a
+/// function is returned as an error with its source. A panic is propagated.
 ///
 /// # Allocation
-/// A step that is accepted at once allocates nothing when the first are over, except where a linear
-/// solver chooses its pivots anew.
+/// After the first few steps, a step that is accepted at the first attempt allocates nothing,
+/// except when a linear solver selects new pivots.
 pub trait Integrator<P: Problem> {
     /// Misuse, and fatal errors of the problem. An integration that cannot go on is not an error
     /// but [`Outcome::Stopped`].
     type Error: Error + Send + Sync + 'static;
 
-    /// Takes one step of the size the error allows, towards `t_out`.
+    /// Takes one step, of a size determined by the error test, toward `t_out`.
     ///
-    /// `t_out` gives the direction, and on the first step the scale for the estimate of its size;
-    /// the step may go beyond it.
+    /// `t_out` determines the direction, and at the first step the scale for the estimate of its
+    /// size. The step may end beyond it.
     ///
     /// # Errors
-    /// A `t_out` behind `t`, or one that is not finite; a fatal error of the problem.
+    /// A `t_out` before `t` or non-finite; a fatal error of the problem.
     fn step(&mut self, t_out: f64) -> Result<Outcome, Self::Error>;
 
     /// Integrates up to `t_out`, unless a root or the stop time comes first.
@@ -76,18 +77,19 @@ pub trait Integrator<P: Problem> {
     /// As for [`step`](Integrator::step).
     fn integrate_to(&mut self, t_out: f64) -> Result<Outcome, Self::Error>;
 
-    /// Sets the time not to step over, until it is reached.
+    /// Sets a time that no step passes until it is reached.
     ///
     /// # Errors
-    /// A time behind `t`, or one that is not finite.
+    /// A time before `t` or non-finite.
     fn set_stop_time(&mut self, t: f64) -> Result<(), Self::Error>;
 
-    /// Starts afresh at (t0, y0, ẏ0), keeping problem, settings and functions; statistics begin at
-    /// zero, and a stop time that is not ahead is forgotten. Quadratures start again from `q0`
-    /// (empty without quadratures). Sensitivities of the new values must be given to the integrator again.
+    /// Restarts at (t0, y0, ẏ0), keeping problem, settings and functions. Statistics restart at
+    /// zero, and a stop time that is not ahead is discarded. Quadratures restart from `q0` (empty
+    /// without quadratures). Sensitivities of the new values must be passed to the integrator
+    /// again.
     ///
     /// # Errors
-    /// Values of the wrong length, or not finite.
+    /// Values of the wrong length, or non-finite values.
     fn reinit(
         &mut self,
         t0: f64,
@@ -96,14 +98,15 @@ pub trait Integrator<P: Problem> {
         q0: &[f64],
     ) -> Result<(), Self::Error>;
 
-    /// Corrects the initial values so that F(t0, y0, ẏ0) = 0; to be called before the first step.
-    /// `t_first` is the first output time, for the scale: not the initial time.
+    /// Corrects the initial values so that F(t0, y0, ẏ0) = 0. Must be called before the first step.
+    /// `t_first` is the first output time, which gives the time scale; it differs from the initial
+    /// time.
     ///
-    /// Which components are algebraic is taken from the problem's kinds, whatever is left out of
-    /// the error test.
+    /// The problem's kinds determine which components are algebraic, independent of the components
+    /// excluded from the error test.
     ///
     /// # Errors
-    /// When none were found; a call after the first step; a fatal error of the problem.
+    /// Consistent values were not found; a call after the first step; a fatal error of the problem.
     fn correct_initial_values(
         &mut self,
         mode: ConsistencyMode,
@@ -123,16 +126,17 @@ pub trait Integrator<P: Problem> {
     /// before the first step.
     fn last_step_interval(&self) -> [f64; 2];
 
-    /// Writes the solution (`derivative` 0) or one of its derivatives at `t`, a time within the last
-    /// step, to `out`. This never changes the steps. There is a first derivative at least.
+    /// Writes the solution (`derivative` 0) or one of its derivatives at `t`, a time within the
+    /// last step, to `out`. This never changes the steps. At least the first derivative is
+    /// available.
     ///
-    /// Before the first step there is the solution and its derivative at the initial time.
+    /// Before the first step, the solution and its derivative are available at the initial time.
     ///
     /// # Shapes
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// A time outside of the last step by more than rounding, too high a derivative.
+    /// A time outside the last step by more than rounding; too high a derivative.
     fn dense_output(
         &mut self,
         t: f64,
@@ -143,10 +147,11 @@ pub trait Integrator<P: Problem> {
     /// Number of quadratures.
     fn n_quadratures(&self) -> usize;
 
-    /// As [`dense_output`](Integrator::dense_output), for the quadratures.
+    /// Writes the quadratures or a derivative of them, as
+    /// [`dense_output`](Integrator::dense_output) does for the solution.
     ///
     /// # Errors
-    /// As there, and where there are no quadratures.
+    /// Errors of [`dense_output`](Integrator::dense_output), and if no quadratures were set up.
     fn quadrature_dense_output(
         &mut self,
         t: f64,
@@ -160,8 +165,8 @@ pub trait Integrator<P: Problem> {
     /// The problem.
     fn problem(&self) -> &P;
 
-    /// The problem, to change its parameters. Its size and pattern must stay as they are; after a
-    /// change that makes y or ẏ jump, [`reinit`](Integrator::reinit) is due.
+    /// Returns the problem, to change its parameters. Its size and pattern must not change. After a
+    /// change that makes y or ẏ jump, call [`reinit`](Integrator::reinit).
     fn problem_mut(&mut self) -> &mut P;
 }
 

@@ -6,8 +6,8 @@ use crate::differences::Differences;
 use crate::linearization::Linearization;
 use crate::problem::{Problem, StepError};
 
-/// Evaluates the Jacobian of one problem: by [`Problem::jacobian`], or, where the problem has none,
-/// by difference quotients of the residual, coloured over the pattern.
+/// Jacobian of one problem, evaluated by [`Problem::jacobian`] or, if the problem has none, by
+/// difference quotients of the residual with a coloring of the pattern.
 ///
 /// # Examples
 /// ```
@@ -99,8 +99,8 @@ impl Jacobian {
         self.difference(problem, at, (0.0, 1.0), of_rate)
     }
 
-    /// How many evaluations of the residual the differences took; 0 where the problem has its own
-    /// Jacobian.
+    /// Returns the number of residual evaluations used for differences; 0 if the problem has an
+    /// exact Jacobian.
     pub fn residual_evaluations(&self) -> u64 {
         self.differences.as_ref().map_or(0, |d| d.evaluations)
     }
@@ -145,8 +145,8 @@ mod tests {
         }
     }
 
-    /// A variable that is zero, with its derivative, beside one of order one: moved by √ε of its
-    /// tolerance it would be lost in the sum, and its column zero.
+    /// A variable that is zero, with its derivative, is added to a variable of order one. If it
+    /// moved by √ε of its tolerance, it would be lost in the sum, and its column would be zero.
     #[test]
     fn a_variable_at_zero_moves_by_what_its_tolerance_allows() {
         let mut jacobian = Jacobian::of(&Sum);

@@ -171,14 +171,15 @@ impl<P: Problem + ?Sized> Search<'_, P> {
     }
 }
 
-/// Returns how each variable enters F: as the problem states it ([`Problem::kinds`]), or else differential
-/// if ∂F/∂ẏ_j is not zero at (t, y, ẏ), and algebraic otherwise.
+/// Returns how each variable enters F: as stated by the problem ([`Problem::kinds`]), or else
+/// differential if ∂F/∂ẏ_j is not zero at (t, y, ẏ), and algebraic otherwise.
 ///
-/// Coefficients of any size are found, in any unit: with a [`jacobian`](Problem::jacobian) by its entries,
-/// without one by moving ẏ_j by 1 + |ẏ_j| and, while F does not change, by more.
+/// Coefficients of any magnitude are detected, in any unit: by the entries of the
+/// [`jacobian`](Problem::jacobian) if there is one, otherwise by moving ẏ_j by 1 + |ẏ_j| and, while
+/// F does not change, by more.
 ///
-/// A derivative multiplied by zero at the start only is not found; such a problem
-/// must state its [`kinds`](Problem::kinds).
+/// A derivative whose coefficient is zero only at the start is not detected; such a problem must
+/// state its [`kinds`](Problem::kinds).
 ///
 /// # Errors
 /// Errors of the problem.

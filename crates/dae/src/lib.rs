@@ -1,17 +1,17 @@
-//! Differential-algebraic equations F(t, y, ẏ) = 0: what a problem says of itself, what every
-//! integrator promises, and what it answers. Pure Rust; no integrator, no linear algebra of its own.
+//! Differential-algebraic equations F(t, y, ẏ) = 0: interfaces of problems and integrators. Pure
+//! Rust; contains neither integrators nor linear algebra.
 //!
 //! # Cast of types
-//! - [`Problem`]: what you write: the residual and, if you like, the Jacobian in a fixed sparse
-//!   pattern and what each variable is.
-//! - [`Jacobian`]: evaluates a problem's own Jacobian, or difference quotients at a
-//!   [`Linearization`]; [`kinds_at`] reads from it how each variable enters, and
-//!   [`check_pattern`] whether its pattern lacks entries.
-//! - [`Parameters`]: what a problem depends on besides its variables, and ∂F/∂p.
+//! - [`Problem`]: the interface to implement: the residual and, optionally, the Jacobian in a fixed
+//!   sparse pattern and the kind of each variable.
+//! - [`Jacobian`]: evaluates a problem's exact Jacobian, or difference quotients at a
+//!   [`Linearization`]; [`kinds_at`] reads from it how each variable enters, and [`check_pattern`]
+//!   whether its pattern lacks entries.
+//! - [`Parameters`]: parameters of a problem, and ∂F/∂p.
 //! - [`LinearSolver`]: solves Newton's systems, with real and complex shifts.
-//! - [`Tolerances`], [`Suppressed`], [`Direction`], [`ConsistencyMode`]: what is asked of an
+//! - [`Tolerances`], [`Suppressed`], [`Direction`], [`ConsistencyMode`]: settings of an
 //!   [`Integrator`].
-//! - [`Outcome`], [`Stop`], [`Statistics`]: what it answers.
+//! - [`Outcome`], [`Stop`], [`Statistics`]: its results.
 //! - [`samples`]: test problems with exact solutions.
 //! - `conformance` (a feature): the tests that every integrator passes.
 #![forbid(unsafe_code)]

@@ -65,7 +65,7 @@ pub struct Stop {
     pub statistics: Statistics,
     /// Components with the largest weighted local errors in the last attempt, in descending order.
     pub worst_components: Vec<WorstComponent>,
-    /// Suggested remedy, if one is known.
+    /// Suggested remedy, or `None` if unknown.
     pub remedy: Option<String>,
 }
 

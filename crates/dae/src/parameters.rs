@@ -57,14 +57,15 @@ pub trait Parameters<P: ?Sized> {
         out: &mut [f64],
     ) -> Result<(), StepError>;
 
-    /// Evaluates ∂F/∂p_j at (t, y, ẏ) for all j into the columns of `out`, the numbers of a row side by
-    /// side. To be replaced where parameters share work.
+    /// Evaluates ∂F/∂p_j at (t, y, ẏ) for all j into the columns of `out`, stored row by row.
+    /// Override this method if parameters share work.
     ///
     /// # Shapes
-    /// `out`: the number of unknowns times that of the parameters.
+    /// `out`: the number of unknowns times the number of parameters.
     ///
     /// # Errors
-    /// The number of the parameter that failed, and why, as for [`derivative`](Self::derivative).
+    /// The number of the parameter that failed and its error, as for
+    /// [`derivative`](Self::derivative).
     fn derivatives(
         &mut self,
         problem: &mut P,
@@ -116,7 +117,8 @@ pub trait Parameters<P: ?Sized> {
         unreachable!("only where tangents are kept");
     }
 
-    /// Whether tangents that are [kept](Self::keep_tangents) can be multiplied with transposed too.
+    /// Returns whether tangents that are [kept](Self::keep_tangents) also support products with
+    /// their transposes.
     fn transposes_tangents(&self) -> bool {
         false
     }
@@ -130,8 +132,8 @@ pub trait Parameters<P: ?Sized> {
         unreachable!("only where tangents are transposed");
     }
 
-    /// Adds the products λᵀ ∂F/∂p_j at (t, y, ẏ) to `products`, with λ in `adjoint`. To be replaced
-    /// where one pass gives those of many parameters, as of a field's.
+    /// Adds the products λᵀ ∂F/∂p_j at (t, y, ẏ) to `products`, with λ in `adjoint`. Override this
+    /// method if one pass computes the products of many parameters, such as a field's.
     ///
     /// # Shapes
     /// `y`, `y_dot`, `adjoint`: the number of unknowns; `products`: the number of parameters.
@@ -242,10 +244,11 @@ impl<P: Problem> Parameters<P> for Differenced<P> {
         let above = problem.residual(t, y, y_dot, out);
         (self.set)(problem, j, low);
         let below = problem.residual(t, y, y_dot, &mut self.below);
-        // Whatever came of it, the problem stays as it was.
+        // Restore the problem, whether the evaluation succeeded or not.
         (self.set)(problem, j, value);
         above.and(below)?;
-        // What the parameter can represent of the step, so that the quotient is of what was done.
+        // Use the step after rounding in the parameter, so that the quotient uses the actual
+        // change.
         let distance = high - low;
         for (out, below) in out.iter_mut().zip(&self.below) {
             *out = (*out - below) / distance;

@@ -37,43 +37,44 @@ impl std::fmt::Display for MissingEntry {
     }
 }
 
-/// The part of a row's change that the Jacobian must account for not to be looked at further.
+/// Fraction of a row's change that may remain unexplained by the Jacobian before the row is
+/// examined.
 ///
-/// Difference quotients over √ε of a variable err by about √ε = 1.5e-8, those over a tolerance by
-/// about the tolerance, both in the scale of the row's terms, |J| |d|. A hundredth is far above, and
-/// what is smaller than a hundredth of its row hardly slows Newton's method.
+/// Difference quotients over √ε of a variable have errors of about √ε = 1.5e-8, and quotients over
+/// a tolerance of about the tolerance, both relative to the row's terms, |J| |d|. A hundredth is
+/// far above these errors, and an entry below a hundredth of its row barely slows Newton's method.
 pub(crate) const UNACCOUNTED: f64 = 1e-2;
 
 /// What may be rounding, in changes of the residual when y and ẏ change by rounding.
 pub(crate) const ROUNDING: f64 = 100.0;
 
-/// Directions that are tried. In one of them a missing entry may look like the one that its colour
-/// ascribes it to, where both happen to move alike: about one time in five for an entry of a tenth of
-/// its row.
+/// Number of directions tried. In one direction a missing entry may look like the entry of the same
+/// color, if both variables move alike: with a probability of about one fifth for an entry of a
+/// tenth of its row.
 pub(crate) const DIRECTIONS: u64 = 4;
 
-/// Rows that are looked at further for one direction, the worst first: rows that are strongly curved are
-/// among them, without being short of an entry.
+/// Number of rows examined for one direction, in order of decreasing error: strongly curved rows
+/// are among them although their entries are complete.
 pub(crate) const ROWS: usize = 8;
 
 /// Looks for entries that the [pattern](Problem::jacobian_pattern) of a Jacobian lacks.
 ///
-/// With such a pattern, difference quotients by colours ascribe what is missing to other entries;
-/// Newton's method converges slowly or not at all, and steps are short, for no reason that an
-/// integrator could tell.
+/// With such a pattern, difference quotients by coloring attribute missing entries to other
+/// entries. Newton's method then converges slowly or not at all, and steps are short, for reasons
+/// that an integrator cannot detect.
 ///
-/// The change of the residual in four directions d, in y and in ẏ, is compared with J d. In rows where
-/// they differ by more than a hundredth of |J| |d| and by more than rounding, the variables outside of
-/// the pattern are moved alone: by halves, down to the one that the row changes with. So what is
-/// reported is always true, for residuals of any curvature. What is missing is not always found: an
-/// entry that is zero or below a hundredth of its row at the state given is not.
+/// The change of the residual in four directions d, in y and in ẏ, is compared with J d. In rows
+/// where they differ by more than a hundredth of |J| |d| and by more than rounding, the variables
+/// outside the pattern are moved alone, by bisection down to the variable that changes the row. So
+/// a reported entry is always missing, for residuals of any curvature. A missing entry that is zero
+/// or below a hundredth of its row at the given state is not found.
 ///
-/// That takes two Jacobians and fourteen evaluations of the residual, one more for each row that is
-/// looked at further, and 2 log₂ n for the entry that is found. A full pattern lacks nothing, and takes none. An evaluation that fails says
-/// nothing; see [`Problem`] for those that do.
+/// The check costs two Jacobians, fourteen evaluations of the residual, one more for each examined
+/// row, and 2 log₂ n for the entry that is found. A full pattern is complete and costs nothing.
+/// Failed evaluations are ignored; see [`Problem`] for the errors of functions.
 ///
 /// # Errors
-/// The entry that is missing.
+/// The missing entry.
 ///
 /// # Examples
 /// ```
@@ -134,8 +135,8 @@ pub fn check_pattern<P: Problem + ?Sized>(
     Ok(())
 }
 
-/// Row and column of an entry that is missing in ∂F/∂y, or ∂F/∂ẏ; at a state with the weights of the moves that
-/// are tried, and those of difference quotients.
+/// Returns row and column of a missing entry of ∂F/∂y, or ∂F/∂ẏ, at a state with two sets of
+/// weights: for the trial moves and for difference quotients.
 fn find<P: Problem + ?Sized>(
     problem: &mut P,
     jacobian: &mut Jacobian,
@@ -217,7 +218,7 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         Ok(probe)
     }
 
-    /// F(t, y, ẏ) less that of the state; numbers that are not finite count as refused.
+    /// Returns F(t, y, ẏ) minus its value at the state; non-finite values count as failures.
     fn change(&mut self, y: &[f64], y_dot: &[f64]) -> Result<Vec<f64>, StepError> {
         let mut change = vec![0.0; y.len()];
         self.problem.residual(self.at.t, y, y_dot, &mut change)?;

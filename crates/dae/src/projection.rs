@@ -19,21 +19,21 @@ const LEFT: f64 = 1e-6;
 /// Accepted residual relative to its change when y and ẏ change in their last digits.
 const ROUNDING: f64 = 100.0;
 
-/// Moves y onto the constraints that the problem states ([`Problem::constraints`]), as little as the
-/// `weights` allow, and corrects then what follows from it: ẏ of differential and y of algebraic variables,
-/// such that F(t, y, ẏ) = 0 and the constraints go on to hold, d/dt c(t, y) = 0.
+/// Moves y onto the constraints stated by the problem ([`Problem::constraints`]), by the smallest
+/// change in the norm of the `weights`. Then corrects ẏ of differential and y of algebraic
+/// variables so that F(t, y, ẏ) = 0 and the constraints remain satisfied, d/dt c(t, y) = 0.
 ///
-/// Both by Gauss–Newton with full matrices of differences, some n evaluations of F for each iteration: meant
-/// for mechanisms and networks, not for bodies of many thousand unknowns. For index 2 and 3 d/dt c = 0 tells
-/// the multipliers, which F alone does not.
+/// Both steps use Gauss–Newton with full matrices of differences, which cost about n evaluations of
+/// F per iteration. They are intended for mechanisms and networks, not for bodies of many thousand
+/// unknowns. For index 2 and 3, d/dt c = 0 determines the multipliers, which F alone does not.
 ///
 /// # Shapes
 /// `kinds`, `y`, `y_dot`, `weights`: the number of unknowns.
 ///
 /// # Errors
-/// [`Inconsistent::NoConstraints`] where the problem states none, [`Inconsistent::NotFound`],
-/// [`Inconsistent::Contradicted`] for constraints that do not go with F, and errors of the problem; y and ẏ
-/// are then the values given.
+/// [`Inconsistent::NoConstraints`] if the problem states none, [`Inconsistent::NotFound`],
+/// [`Inconsistent::Contradicted`] for constraints that are incompatible with F, and errors of the
+/// problem; y and ẏ then have their input values.
 pub fn project_onto_constraints<P: Problem>(
     problem: &mut P,
     kinds: &[VariableKind],
@@ -62,7 +62,7 @@ pub fn project_onto_constraints<P: Problem>(
 struct State<'a> {
     kinds: &'a [VariableKind],
     t: f64,
-    /// The time that is to be integrated first.
+    /// Length of the first interval to be integrated.
     span: f64,
     y: Vec<f64>,
     y_dot: Vec<f64>,
@@ -90,7 +90,8 @@ impl State<'_> {
                 column /= *weight;
                 matrix.set_column(j, &column);
             }
-            // Weights may differ by many decades, and with them the rows: what is to be zero is so in any unit.
+            // Weights, and with them the rows, may differ by many decades: scale the rows so that
+            // the rank decision is independent of units.
             for (mut row, c) in matrix.row_iter_mut().zip(c.iter_mut()) {
                 let size = row.norm();
                 if size > 0.0 {

@@ -9,7 +9,7 @@ const RADAU: u8 = 3;
 /// After so many steps the size of the first is forgotten: each may be eight times as long as the one before.
 const FIRST_STEPS: u64 = 10;
 
-/// What an integrator knows of an integration that gave up, beside the reason.
+/// State of an integration that failed, in addition to the reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Standing {
     /// The highest index that the problem states of a variable.

@@ -9,13 +9,13 @@ use crate::problem::{Problem, StepError};
 pub struct InconsistentStart {
     /// The initial time.
     pub t: f64,
-    /// The equation, or the number of equations and that of the constraint stated.
+    /// Index of the equation, or the number of equations plus the index of the constraint.
     pub equation: usize,
     /// The number of equations.
     pub n_equations: usize,
-    /// What is left of it.
+    /// Residual of the equation.
     pub left: f64,
-    /// By how much changes of y within the tolerances move it.
+    /// Change of the residual by changes of y within the tolerances.
     pub moved: f64,
 }
 
@@ -43,31 +43,33 @@ impl std::fmt::Display for InconsistentStart {
     }
 }
 
-/// What the first step of BDF lets algebraic variables jump by, in tolerances: its error is half of the
-/// difference to what was predicted.
+/// Jump of algebraic variables that the first step of BDF accepts, in tolerances: its error
+/// estimate is half of the difference from the prediction.
 const FIRST_JUMP: f64 = 2.0;
 
-/// Changes of y that are tried. The terms of an equation may cancel in one of them, hardly in all.
+/// Number of trial changes of y. The terms of an equation may cancel in one of them, but barely in
+/// all.
 const TRIALS: u64 = 4;
 
-/// Rounding of what an equation adds up, relative to y.
+/// Rounding of the sum of an equation's terms, relative to y.
 const ROUNDING: f64 = 1e3 * f64::EPSILON;
 
-/// Refuses initial values whose y contradicts the equations without derivatives, or the
+/// Rejects initial values whose y contradicts the equations without derivatives, or the
 /// [constraints](Problem::constraints) that the problem states.
 ///
-/// An equation is weighed by what changes of y within the tolerances 1/w_j make of it:
+/// An equation is scaled by its change under changes of y within the tolerances 1/w_j:
 ///
 /// ```text
 /// e_i = |F_i| / max_k |F_i(y + d_k) − F_i(y)|,    |d_kj| between 0.5/w_j and 1/w_j
 /// ```
 ///
-/// and the start is refused where the root of Σ e_i²/n is above 2, as an error test of the variables would
-/// have it.
+/// The start is rejected if the square root of Σ e_i²/n exceeds 2, as in an error test of the
+/// variables.
 ///
-/// Equations that change with ẏ, by the rule of [`kinds_at`](crate::kinds_at), are excluded: a wrong ẏ spoils no y. Radau IIA chooses its first step by
-/// it; IDAS begins with short steps, or gives up and says so. An evaluation that fails says nothing: the first
-/// step will tell.
+/// Equations that change with ẏ, by the rule of [`kinds_at`](crate::kinds_at), are excluded: a
+/// wrong ẏ does not make y wrong. Radau IIA uses it to choose its first step; IDAS begins with
+/// short steps, or stops with a message. Failed evaluations are ignored here, because the first
+/// step reports them.
 ///
 /// # Shapes
 /// `y`, `y_dot`, `weights`: the number of unknowns.
@@ -111,7 +113,7 @@ pub fn check_start<P: Problem + ?Sized>(
     })
 }
 
-/// An equation that is not fulfilled exactly.
+/// Equation that is not satisfied exactly.
 struct Equation {
     number: usize,
     left: f64,
@@ -174,7 +176,7 @@ fn weigh<P: Problem + ?Sized>(
 mod tests {
     use super::*;
 
-    /// Two equations: ẋ − x and one of x and z.
+    /// Two equations: ẋ − x, and a function of x and z.
     struct Two(fn(f64, f64) -> f64);
 
     impl Problem for Two {

@@ -63,7 +63,7 @@ impl Tolerances {
     /// Returns the absolute tolerance of component `i`.
     ///
     /// # Panics
-    /// If there is no such component.
+    /// If the component does not exist.
     pub fn absolute(&self, i: usize) -> f64 {
         match self {
             Self::Scalar { absolute, .. } => *absolute,

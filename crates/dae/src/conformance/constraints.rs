@@ -23,7 +23,8 @@ fn left<P: Problem>(problem: &mut P, t: f64, y: &[f64], y_dot: &[f64]) -> f64 {
 pub fn moves_onto_the_constraints_that_a_problem_states<M: Method>(method: &M) {
     let length: f64 = 1.0;
     for form in [MechanicalForm::Index3, MechanicalForm::Index2] {
-        // 2 % too long, with a velocity that is not tangential, and without a multiplier.
+        // The length is 2 % too large, the velocity is not tangential, and the multiplier is
+        // missing.
         let wrong = [0.72, -0.72, 0.5, 0.6, 0.0];
         let request = Request {
             suppressed: Suppressed::UntestedFromIndex(2),

@@ -87,7 +87,7 @@ pub fn names_the_function_that_failed<M: Method>(method: &M) {
         // The state is the last accepted state.
         assert_eq!(stop.t, solver.t());
         assert_eq!(stop.statistics, solver.statistics());
-        // Without a first Jacobian there is no first step.
+        // Without a first Jacobian, no step is taken.
         let started = reason == StopReason::ResidualFailed;
         assert_eq!(stop.statistics.steps > 0, started, "{stop}");
         assert_eq!(stop.statistics.last_step > 0.0, started, "{stop}");

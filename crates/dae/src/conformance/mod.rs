@@ -1,7 +1,7 @@
-//! The conformance suite: what [`Integrator`] promises, asked of any integrator.
+//! The conformance suite: checks of the contract of [`Integrator`] for any integrator.
 //!
-//! A crate with an integrator says by [`Method`] how one is built, and makes tests of all behaviours
-//! by [`conformance_tests!`](crate::conformance_tests).
+//! A crate with an integrator implements [`Method`] to build it, and generates tests of all
+//! behaviors by [`conformance_tests!`](crate::conformance_tests).
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod accuracy;
@@ -36,7 +36,7 @@ pub type Function<P> =
 /// Error weights for y, written into the last argument.
 pub type Weights<P> = Box<dyn FnMut(&mut P, &[f64], &mut [f64]) -> Result<(), StepError> + Send>;
 
-/// An integration to be built, at its method's defaults but for what is `Some`.
+/// Specification of an integration; `None` selects the defaults of the method.
 pub struct Request<P> {
     /// The problem.
     pub problem: P,
@@ -54,13 +54,13 @@ pub struct Request<P> {
     pub min_step: f64,
     /// The largest step.
     pub max_step: Option<f64>,
-    /// Error weights in the place of tolerances.
+    /// Error weights instead of tolerances.
     pub weights: Option<Weights<P>>,
     /// Root functions, one a direction.
     pub roots: Option<(Vec<Direction>, Function<P>)>,
-    /// Components left out of the error test.
+    /// Components excluded from the error test.
     pub suppressed: Suppressed,
-    /// Quadratures that are not in the error test: where they start, and what they integrate.
+    /// Initial values and integrands of quadratures, which are not in the error test.
     pub quadrature: Option<(Vec<f64>, Function<P>)>,
 }
 

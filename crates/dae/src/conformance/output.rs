@@ -52,8 +52,8 @@ pub fn gives_dense_output_within_the_last_step_only<M: Method>(method: &M) {
     assert_eq!(error.to_string(), "this solver has no quadratures");
 }
 
-/// x = sin t: crossings at multiples of π, in their order and directions; the integration goes on
-/// after each, and the steps are what they are without.
+/// Checks that events of x = sin t are found at multiples of π, in their order and directions. The
+/// integration continues after each, with the same steps as without events.
 pub fn finds_events_in_their_order<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let watched = |directions: Vec<Direction>| Request {
@@ -127,8 +127,8 @@ pub fn finds_where_an_event_arrives_at_zero<M: Method>(method: &M) {
     }
 }
 
-/// Behind an event the state may be another: thrown back at x = 0, x = |sin t| is there again after half a
-/// turn, and the state thrown back at is no event.
+/// Checks that the state may change at an event: reflected at x = 0, x = |sin t| returns after half
+/// a turn, and the restart state is not an event.
 pub fn starts_anew_after_an_event<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let mut solver = method.build(Request {
@@ -157,7 +157,7 @@ pub fn starts_anew_after_an_event<M: Method>(method: &M) {
     assert!((solver.y()[0] - 1.0).abs() < 1e-3, "{:?}", solver.y());
 }
 
-/// Where no quadratures are set up there are none, and asking for them is misuse that says so.
+/// Checks that a request for quadratures that were not set up is rejected with a clear message.
 pub fn says_that_there_are_no_quadratures<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let mut solver = method.build(Request::new(Circle::new(), 0.0, &y, &y_dot));

@@ -19,8 +19,8 @@ fn refused<P: Problem>(solver: &mut impl Integrator<P>) -> String {
     run
 }
 
-/// Values that contradict an equation are refused with its name, what is left of it and what helps, left out of
-/// the error test or not; and that helps.
+/// Checks that values that contradict an equation are rejected with its name, its residual and a
+/// remedy, whether they are in the error test or not; and that the remedy works.
 pub fn refuses_values_that_contradict_the_equations<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let wrong = [y[0], y[1], 7.0];
@@ -58,8 +58,9 @@ pub fn refuses_values_that_contradict_the_equations<M: Method>(method: &M) {
     }
 }
 
-/// What is off by no more than the tolerance is taken as it is, a hundred times as much is not. A wrong ẏ spoils no
-/// solution: the integration is right, or stops and says what helps.
+/// Checks that initial values with an error below the tolerance are accepted unchanged, and
+/// rejected with an error a hundred times as large. A wrong ẏ does not spoil the solution: the
+/// integration is correct, or stops and suggests a remedy.
 pub fn weighs_a_start_by_the_tolerances<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     // Relative and absolute, of a = 1.
@@ -121,8 +122,8 @@ pub fn corrects_derivatives_over_the_time_to_the_output<M: Method>(method: &M) {
     }
 }
 
-/// A position off the circle of a pendulum and a velocity that leaves it are refused where the problem states so, with
-/// the number of the constraint.
+/// Checks that a position off the circle of a pendulum, or a velocity that leaves it, is rejected
+/// with the number of the constraint if the problem states its constraints.
 pub fn refuses_values_off_the_constraints_stated<M: Method>(method: &M) {
     for (q, v, part) in [
         ([1.0, 0.0], [0.5, 0.0], "constraint 1"),

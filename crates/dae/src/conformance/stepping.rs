@@ -33,7 +33,7 @@ pub fn answers_with_times_that_are_its_own<M: Method>(method: &M) {
     assert!(solver.statistics().t_reached >= 2.0);
 }
 
-/// Times behind the one reached, and those that are not finite, are misuse.
+/// Checks that times before the current time, and non-finite times, are rejected as misuse.
 pub fn refuses_times_behind_and_values_that_are_no_numbers<M: Method>(method: &M) {
     let mut solver = method.build(request());
     solver.integrate_to(1.0).unwrap();
@@ -104,13 +104,13 @@ pub fn holds_a_stop_time_once<M: Method>(method: &M) {
         solver.integrate_to(9.0).unwrap(),
         Outcome::Reached { t: 9.0 }
     );
-    // One that is the output time too is the stop time.
+    // A stop time equal to the output time is reported as the stop time.
     solver.set_stop_time(10.0).unwrap();
     assert_eq!(
         solver.integrate_to(10.0).unwrap(),
         Outcome::StopTime { t: 10.0 }
     );
-    // One that is not ahead after a restart is forgotten, another one kept.
+    // After a restart, a stop time that is not ahead is discarded; other stop times are retained.
     let (y, y_dot) = Circle::start();
     for (stop, expected) in [
         (11.0, Outcome::Reached { t: 13.0 }),
@@ -172,7 +172,8 @@ pub fn starts_afresh<M: Method>(method: &M) {
     );
 }
 
-/// Counters are the calls that the problem sees; steps and sizes those that were taken.
+/// Checks that counters equal the calls that the problem receives, and that steps and sizes are
+/// those taken.
 pub fn counts_what_it_does<M: Method>(method: &M) {
     for problem in [Circle::new(), Circle::without_jacobian()] {
         let (y, y_dot) = Circle::start();
@@ -188,7 +189,7 @@ pub fn counts_what_it_does<M: Method>(method: &M) {
             steps += 1;
             let statistics = solver.statistics();
             let [from, to] = solver.last_step_interval();
-            // The size of a step is the difference of its ends, but for rounding.
+            // The size of a step is the difference of its ends, up to rounding.
             assert!((statistics.last_step - (to - from)).abs() <= 1e-12 * to);
             if steps == 1 {
                 first = solver.t() - before;

@@ -1,4 +1,4 @@
-//! Samples with patterns of their own, whole and less an entry.
+//! Samples with exact patterns, complete and without one entry.
 
 use super::*;
 use crate::samples::*;
@@ -58,8 +58,9 @@ fn pattern_of(n: usize, entries: &[bool]) -> SparsityPattern {
     SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows).unwrap()
 }
 
-/// With its whole pattern nothing is said of a sample; of each entry left out that makes more than
-/// a twentieth of its row, in tolerances of the start, it is said which.
+/// Checks that nothing is reported for a sample with its complete pattern, and that each removed
+/// entry that contributes more than a twentieth of its row, in tolerances of the start, is
+/// reported.
 fn judge(sample: &mut dyn Sample) {
     let start = sample.start();
     let n = start.y.len();

@@ -24,11 +24,11 @@ const H: f64 = 737.0;
 ///  0 = Ks y1 y4 − y6
 /// ```
 ///
-/// For y2 < 0, where the root is not real, the residual is a recoverable error. Usual interval:
-/// [0, 180].
+/// For y2 < 0 the square root is not real, and the residual returns a recoverable error. Usual
+/// interval: [0, 180].
 ///
-/// Source: W. J. H. Stortelder, Parameter estimation in nonlinear dynamical systems, 1998; Test
-/// Set for IVP Solvers, problem chemakzo.
+/// Source: W. J. H. Stortelder, Parameter estimation in nonlinear dynamical systems, 1998; Test Set
+/// for IVP Solvers, problem chemakzo.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Akzo;
 

@@ -64,7 +64,7 @@ fn spring_slope(q: [f64; 2], i: usize, j: usize) -> f64 {
 }
 
 impl CarAxis {
-    /// The car axis with its constraints posed in one of three ways.
+    /// Creates the car axis with its constraints in one of three forms.
     pub fn new(form: MechanicalForm) -> Self {
         Self { form }
     }
@@ -190,7 +190,7 @@ impl Problem for CarAxis {
                 matrix.add(4 + 2 * side + i, 2 * side + j, -a * spring_slope(q, i, j));
             }
         }
-        // ∂(G v + g_t)/∂p, besides G itself.
+        // ∂(G v + g_t)/∂p, in addition to G.
         let d = [2.0 * (v[0] - v[2]), 2.0 * (v[1] - v[3])];
         let rate_slopes = [
             [road.speed[0], road.speed[1], 0.0, 0.0],

@@ -136,7 +136,8 @@ impl Equations for Amplifier {
         vec![1; 5]
     }
 
-    /// The bases level, the load at 0; what the two hidden equations and their derivatives say.
+    /// The bases are level and the load is at 0; the two hidden equations and their derivatives
+    /// determine the other values.
     fn start(&self) -> Start {
         let ([supply, base], [r0, r1, r_e, r_c, r_l]) = (Self::SUPPLY, Self::RESISTORS);
         let ([c1, c_e, _], [saturation, thermal, alpha]) = (Self::CAPACITORS, Self::TRANSISTOR);
@@ -172,7 +173,7 @@ impl Equations for Amplifier {
 /// −q̇(u1 − u2) + i_D(u2) = J(t)
 /// ```
 ///
-/// The current i of the source contains V̇: its index is 2, in a time unit in which steps are 1e-8.
+/// The current i of the source contains V̇: its index is 2. Steps are about 1e-8 s long.
 /// J is such that the exact solution is u1 = U sin ωt, u2 = ½ U (1 − cos 2ωt).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct CapacitorLoop;

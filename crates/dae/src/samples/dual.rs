@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A number that equations are written in: f64, or one that carries derivatives.
+/// Scalar type of equations: f64, or a number with derivatives.
 pub trait Scalar:
     Copy
     + From<f64>

@@ -1,10 +1,10 @@
-//! Problems from equations written once: the Jacobian is that of dual numbers.
+//! Problems from equations written once: dual numbers give the Jacobian.
 
 use super::dual::{Dual, Scalar};
 use super::{Sample, Start};
 use crate::problem::{Problem, StepError, VariableKind};
 
-/// F(t, y, ẏ) in any scalar, and what a [`Problem`] says of its variables.
+/// F(t, y, ẏ) for any scalar type, and the properties of the variables of a [`Problem`].
 pub trait Equations {
     /// Number of equations and unknowns.
     fn n_unknowns(&self) -> usize;

@@ -46,8 +46,8 @@ impl Heat2d {
         self.inverse_square_spacing() * (neighbours - 4.0 * u[k])
     }
 
-    /// The equations that contain unknown k, in rising order: its own, and those of interior
-    /// neighbours.
+    /// Returns the equations that contain unknown k, in ascending order: its equation and the
+    /// equations of interior neighbors.
     fn rows_of_column(&self, k: usize) -> impl Iterator<Item = usize> {
         let (m, i) = (self.m, k % self.m);
         let left = (i > 0).then(|| k - 1);

@@ -16,7 +16,7 @@ pub trait Mechanism {
     /// M(q) a
     fn inertia<S: Scalar>(&self, q: &[S], a: &[S], out: &mut [S]);
 
-    /// f(q, v), with all that is quadratic in v.
+    /// Evaluates f(q, v), including all terms quadratic in v.
     fn force<S: Scalar>(&self, q: &[S], v: &[S], out: &mut [S]);
 
     /// g(q)
@@ -26,7 +26,7 @@ pub trait Mechanism {
     fn start(&self) -> (Vec<f64>, Vec<f64>);
 }
 
-/// The equations of a mechanism, its constraints posed in one of four ways.
+/// Equations of a mechanism with its constraints in one of four forms.
 ///
 /// ```text
 /// q̇ = v,  M v̇ = f − Gᵀ λ,
@@ -44,7 +44,7 @@ pub struct Constrained<M> {
 }
 
 impl<M: Mechanism> Constrained<M> {
-    /// The equations of `mechanism` in one of four forms.
+    /// Creates the equations of `mechanism` in one of four forms.
     pub fn new(mechanism: M, form: MechanicalForm) -> Self {
         Self { mechanism, form }
     }

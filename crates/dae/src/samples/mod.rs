@@ -87,7 +87,7 @@ pub trait ParametricSample: Sample {
     /// Gives parameter j a value.
     fn set(&mut self, j: usize, value: f64);
 
-    /// ∂y/∂p_j at t; at the start that of the initial values.
+    /// Returns ∂y/∂p_j at t; at the start, the sensitivity of the initial values.
     fn exact_sensitivity(&self, j: usize, t: f64) -> Vec<f64>;
 
     /// The parameters, with ∂F/∂p by differences.

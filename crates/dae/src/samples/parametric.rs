@@ -255,8 +255,8 @@ mod tests {
     use super::*;
     use crate::samples::{MechanicalForm, Pendulum};
 
-    /// Central differences of the exact solution: truncation δ² y'''/6 and rounding ε/δ with
-    /// δ = 1e-5 are both below 1e-8 of numbers up to some 100.
+    /// Central differences of the exact solution: truncation δ² y'''/6 and rounding ε/δ with δ =
+    /// 1e-5 are both below 1e-8 of values up to about 100.
     fn closed_forms_agree<S: ParametricSample + Copy>(sample: S, t: f64) {
         for (j, parameter) in sample.parameters().iter().enumerate() {
             let delta = 1e-5;

@@ -29,8 +29,8 @@ pub struct Pendulum {
 }
 
 impl Pendulum {
-    /// The pendulum of length 1 under a gravity of 9.81, with its constraint posed in one of three
-    /// ways.
+    /// Creates the pendulum of length 1 under a gravity of 9.81, with its constraint in one of
+    /// three forms.
     pub fn new(form: MechanicalForm) -> Self {
         Self {
             form,
@@ -53,7 +53,7 @@ impl Pendulum {
         self.form == MechanicalForm::Stabilized
     }
 
-    /// μ, which is zero where it is not an unknown.
+    /// Returns μ, or zero if it is not an unknown.
     fn mu(&self, y: &[f64]) -> f64 {
         if self.is_stabilized() { y[5] } else { 0.0 }
     }

@@ -40,7 +40,7 @@ impl Pipes {
         Self { inertia }
     }
 
-    /// What is drawn at the junctions, m³/s.
+    /// Returns the demand at the junctions, m³/s.
     fn demand(t: f64) -> [f64; 3] {
         [(0.03, 0.4), (0.05, 0.25), (0.02, 0.7)].map(|(size, rate)| {
             let wave = (rate * t).sin();

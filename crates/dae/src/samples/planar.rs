@@ -269,7 +269,8 @@ impl Mechanism for Press {
     }
 }
 
-/// Where two circles (centre, radius) meet, to the left of the way from the first to the second.
+/// Returns the intersection of two circles (center, radius) on the left side of the line from the
+/// first center to the second.
 fn meeting((p, r): ([f64; 2], f64), (q, s): ([f64; 2], f64)) -> [f64; 2] {
     let (dx, dy) = (q[0] - p[0], q[1] - p[1]);
     let distance = dx.hypot(dy);

@@ -5,7 +5,7 @@ use super::dual::Scalar;
 use super::equations::Equations;
 use crate::problem::VariableKind;
 
-/// A signal that is linear between points (t, value) and constant beyond them.
+/// Piecewise linear signal through points (t, value), constant outside them.
 #[derive(Debug, Clone, Copy)]
 struct Polyline(&'static [(f64, f64)]);
 
@@ -39,8 +39,8 @@ fn diode<S: Scalar>([saturation, thermal]: [f64; 2], u: S) -> S {
 /// j(u) = I_s (exp(u/U_T) − 1) + G u
 /// ```
 ///
-/// Unknowns (i, p, a, b). Index 1, but near to index 2 while all diodes block: then G alone says what
-/// a and b are.
+/// Unknowns (i, p, a, b). Index 1, but close to index 2 while all diodes block: then only G
+/// determines a and b.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Bridge;
 
@@ -128,7 +128,7 @@ impl Inverters {
     const CAPACITY: f64 = 0.05;
     /// K, mA/V².
     const GAIN: f64 = 0.3;
-    /// What the outputs start from, V.
+    /// Initial values of the outputs, V.
     const OUTPUTS: [f64; 4] = [4.8, 0.1, 4.8, 0.1];
 
     /// Where the slope of the input jumps, ns.
@@ -136,7 +136,7 @@ impl Inverters {
         Self::INPUT.breakpoints()
     }
 
-    /// The current that charges output k, less what the gate draws.
+    /// Returns the current that charges output k, minus the current of the gate.
     fn charging<S: Scalar>(supply: S, gate: S, output: S) -> S {
         let [_, threshold, soft] = Self::VOLTAGES;
         let over = gate - S::from(threshold);
@@ -191,8 +191,8 @@ impl Equations for Inverters {
     }
 }
 
-/// A source of trapezoids across capacitors, one of them nonlinear, with a diode and a load behind; time
-/// in µs, currents in mA.
+/// A source of trapezoids across capacitors, one of them nonlinear, followed by a diode and a load;
+/// time in µs, currents in mA.
 ///
 /// ```text
 /// u1 = w(t)
@@ -200,7 +200,8 @@ impl Equations for Inverters {
 /// −q̇(u1 − u2) + j(u2) + u2/R = 0
 /// ```
 ///
-/// Unknowns (u1, u2, i). The current i contains ẇ: its index is 2, and it jumps with the slope of w.
+/// Unknowns (u1, u2, i). The current i contains ẇ: its index is 2, and it jumps with the slope of
+/// w.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pump;
 
