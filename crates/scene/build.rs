@@ -1,10 +1,10 @@
-//! Captures the git revision the program is built from; outside git it is "unknown".
+//! Captures the git revision of the source; "unknown" outside git.
 
 use std::path::Path;
 use std::process::Command;
 
 fn main() {
-    // Sources of every crate, so that the mark of local changes is never stale.
+    // Tracks the sources of every crate, so that the mark of local changes is never stale.
     for path in ["../../crates", "../../data", "../../Cargo.lock"] {
         println!("cargo:rerun-if-changed={path}");
     }
@@ -18,14 +18,14 @@ fn main() {
 }
 
 fn revision() -> Option<String> {
-    // A source archive unpacked inside somebody else's repository has no revision of its own.
+    // A source archive unpacked inside another project's repository does not have a revision.
     let top = git(&["rev-parse", "--show-toplevel"])?;
     let here = Path::new("../..").canonicalize().ok()?;
     if Path::new(&top).canonicalize().ok()? != here {
         return None;
     }
     let head = git(&["rev-parse", "--short=12", "HEAD"])?;
-    // Without the lock, or the index would be written anew, and this run again.
+    // Without this lock, git would rewrite the index and trigger another build.
     let changes = git(&[
         "--no-optional-locks",
         "status",

@@ -25,7 +25,7 @@ const KEYS: [(&str, f64); 8] = [
 /// The absolute tolerances of Table 2.
 const ATOL: &str = "{ displacement = 1e-5, velocity = 1e-5, pressure = 0.1, multiplier = 5.0 }";
 
-/// The scene of a row with the first `count` parameters, one at least.
+/// The scene of a row with the first `count` parameters (at least one).
 fn parametrised(row: &str, t_end: &str, count: usize, more: Option<String>) -> Parametrised {
     let list: Vec<String> = KEYS[..count.max(1)]
         .iter()

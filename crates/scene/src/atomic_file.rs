@@ -16,7 +16,7 @@ use crate::Error;
 /// Prefix and suffix of temporary files.
 const TEMPORARY: (&str, &str) = (".myovib-", ".part");
 
-/// A change of a file, at which the tests let the disk fail.
+/// Change of a file. Tests simulate disk failures at these changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Change {
     Create,
@@ -26,7 +26,7 @@ pub(crate) enum Change {
     Remove,
 }
 
-/// Fails where a test wants it.
+/// Returns an error if a test requests it.
 #[cfg(test)]
 fn allow(change: Change) -> io::Result<()> {
     faults::allow(change)
@@ -41,7 +41,7 @@ thread_local! {
     static PASSING: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Computes what writes files that do not outlive the process: within it, this thread does not wait
+/// Runs a computation whose files do not outlive the process. Within it, this thread does not wait
 /// until files are on the disk.
 pub fn passing<T>(compute: impl FnOnce() -> T) -> T {
     struct Before(bool);
@@ -63,11 +63,11 @@ pub(crate) fn sync(file: &File) -> io::Result<()> {
     }
 }
 
-/// Writes `path` by `fill`, so that a reader sees the old file or the new one, never a part. A link
-/// at `path` is replaced, not followed.
+/// Writes `path` by `fill`, so that a reader sees either the old or the new file, never a part. A
+/// link at `path` is replaced, not followed.
 ///
 /// # Errors
-/// Those of `fill` and of the file system; the old file, if any, is then untouched and no
+/// Errors of `fill` and of the file system. The old file, if any, is then unchanged and no
 /// temporary file remains.
 ///
 /// # Examples
@@ -101,7 +101,7 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -
     Ok(())
 }
 
-/// Everything up to the rename.
+/// Performs all operations before the rename.
 fn fill_temporary(
     file: &mut File,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -113,7 +113,7 @@ fn fill_temporary(
     allow(Change::Rename)
 }
 
-/// A file written piece by piece.
+/// File written piece by piece.
 #[derive(Debug)]
 pub(crate) struct Growing<F>(pub(crate) F);
 
@@ -137,7 +137,7 @@ pub(crate) fn create(path: &Path) -> io::Result<Growing<File>> {
     options.write(true).create_new(true).open(path).map(Growing)
 }
 
-/// Opens a file to add to its end.
+/// Opens a file for appending.
 pub(crate) fn append(path: &Path) -> io::Result<Growing<File>> {
     OpenOptions::new().append(true).open(path).map(Growing)
 }
@@ -154,7 +154,7 @@ pub(crate) fn truncate(file: &File, bytes: u64) -> io::Result<()> {
     file.set_len(bytes)
 }
 
-/// Whether a file of this name is temporary.
+/// Returns whether a file of this name is temporary.
 pub(crate) fn is_temporary(name: &str) -> bool {
     name.starts_with(TEMPORARY.0) && name.ends_with(TEMPORARY.1)
 }
@@ -170,15 +170,15 @@ pub(crate) fn remove_orphan(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Writes `contents` to `path`, whole or not at all.
+/// Writes `contents` to `path` as a whole, or leaves `path` unchanged.
 ///
 /// # Errors
-/// Those of the file system, with the path.
+/// Errors of the file system, with the path.
 pub fn save(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
     write(path, |file| file.write_all(contents.as_ref())).map_err(Error::file("write", path))
 }
 
-/// Readable for others as far as the user's mask lets them, as other files are.
+/// Returns the permissions that the user's mask allows, as for other files.
 #[cfg(unix)]
 fn permissions() -> Option<Permissions> {
     Some(std::os::unix::fs::PermissionsExt::from_mode(0o666))
@@ -189,9 +189,9 @@ fn permissions() -> Option<Permissions> {
     None
 }
 
-/// The rename survives a loss of power, where the system can promise it.
+/// Makes the rename survive a power failure, if the system supports it.
 fn sync_folder(folder: &Path) {
-    // A system without this promise still has the file.
+    // Without this support, the file still exists.
     let _ = File::open(folder).and_then(|folder| sync(&folder));
 }
 

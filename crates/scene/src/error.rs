@@ -1,5 +1,5 @@
-//! Errors of scenes. Bad input gives one message: what is wrong and where, what was found, what is
-//! allowed, and what to do next.
+//! Errors of scenes. Invalid input gives one message: problem, location, found value, allowed
+//! values, and next step.
 
 use std::fmt;
 use std::io;
@@ -84,7 +84,7 @@ impl Error {
     }
 }
 
-/// Whether the file system has no room for a file: the input is not wrong.
+/// Returns whether the file system is full, in which case the input is valid.
 fn is_out_of_space(error: &io::Error) -> bool {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
     [FileTooLarge, QuotaExceeded, StorageFull].contains(&error.kind())

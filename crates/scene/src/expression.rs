@@ -7,7 +7,7 @@ use exmex::{Express, FlatEx, FloatOpsFactory, MakeOperators, MatchLiteral};
 pub(crate) struct Number;
 
 impl MatchLiteral for Number {
-    /// Returns the longest prefix of `text` that is an unsigned number.
+    /// Returns the longest prefix of `text` that forms an unsigned number.
     fn is_literal(text: &str) -> Option<&str> {
         let has_digit = |c: char| c.is_ascii_digit() || c == '.';
         let part = |from: usize| -> usize {
@@ -28,29 +28,29 @@ impl MatchLiteral for Number {
 /// A parsed expression.
 pub(crate) type Expression = FlatEx<f64, FloatOpsFactory<f64>, Number>;
 
-/// Why a text is not an expression.
+/// Reason why a text is not an expression.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum ExpressionError {
-    /// Something is missing at the end.
+    /// The end of the expression is missing.
     #[error("an operand or a bracket is missing at the end")]
     Incomplete,
-    /// Something else was expected here.
+    /// Unexpected text at this position.
     #[error("`{0}` is not expected here")]
     Unexpected(String),
-    /// A function that does not exist.
+    /// Unknown function.
     #[error("`{0}` is not a function")]
     UnknownFunction(String),
-    /// Longer, or nested more deeply, than anybody means.
+    /// Expression above the limits of length or nesting.
     #[error("it is too long or nested too deeply: at most {LENGTH} characters, {DEPTH} levels")]
     TooLarge,
 }
 
-/// The longest expression.
+/// Maximum length of an expression.
 const LENGTH: usize = 10_000;
-/// The deepest nesting of brackets, signs and powers.
+/// Maximum nesting of brackets, signs and powers.
 const DEPTH: usize = 100;
 
-/// Refuses texts that would take too much of the stack.
+/// Rejects texts that would overflow the stack.
 pub(crate) fn expect_moderate(text: &str) -> Result<(), ExpressionError> {
     let mut depth = 0_usize;
     for c in text.chars() {
@@ -94,7 +94,7 @@ fn bracketed(text: &str) -> Result<String, ExpressionError> {
 struct Brackets<'a> {
     rest: &'a str,
     out: String,
-    /// Of the recursion.
+    /// Depth of the recursion.
     depth: usize,
 }
 
@@ -170,7 +170,7 @@ impl Brackets<'_> {
             }
             _ if name.is_empty() => Err(self.unexpected()),
             _ => {
-                // The parser knows this constant by its capitals.
+                // The parser accepts this constant in capitals only.
                 if &self.out[start..] == "pi" {
                     self.out.replace_range(start.., "PI");
                 }
@@ -179,7 +179,7 @@ impl Brackets<'_> {
         }
     }
 
-    /// The rest is not expected.
+    /// Returns the error for the unexpected rest.
     fn unexpected(&self) -> ExpressionError {
         match self.rest.trim() {
             "" => ExpressionError::Incomplete,
@@ -187,7 +187,7 @@ impl Brackets<'_> {
         }
     }
 
-    /// Returns the next character that is not a space.
+    /// Returns the next character other than a space.
     fn next(&mut self) -> Option<char> {
         self.rest = self.rest.trim_start();
         self.rest.chars().next()
@@ -201,7 +201,7 @@ impl Brackets<'_> {
     }
 }
 
-/// Whether the parser has a function of this name.
+/// Returns whether the parser has a function of this name.
 fn is_function(name: &str) -> bool {
     let known = FloatOpsFactory::<f64>::make();
     known.iter().any(|operator| operator.repr() == name)
@@ -237,7 +237,7 @@ mod tests {
             let expression = parse(text).unwrap();
             let values = vec![x; expression.var_names().len()];
             let found = expression.eval(&values).unwrap();
-            // Rounding errors of few operations.
+            // The tolerance covers rounding errors of few operations.
             assert!(
                 (found - expected).abs() <= 1e-14 * expected.abs(),
                 "{text}: {found}"
@@ -258,7 +258,7 @@ mod tests {
         ] {
             assert_eq!(parse(text).unwrap_err(), error, "{text}");
         }
-        // Regression: brackets in brackets took the whole stack.
+        // Regression: nested brackets overflowed the stack.
         for (one, n) in [
             ("(", 20_000),
             ("-", 20_000),

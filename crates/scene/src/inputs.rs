@@ -1,4 +1,4 @@
-//! The files that a scene reads, by their content.
+//! Input files of a scene, identified by their content.
 
 use std::cell::RefCell;
 use std::fs;
@@ -8,16 +8,16 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-/// A file that a scene reads, as it was.
+/// Input file of a scene at the time of reading.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Input {
-    /// The file as the scene names it.
+    /// Path as written in the scene.
     pub file: PathBuf,
     /// SHA-256 of its content, in hexadecimal.
     pub sha256: String,
 }
 
-/// Reads files of a folder and remembers their contents' hashes.
+/// Reads files of a folder and stores the hashes of their contents.
 #[derive(Debug)]
 pub(crate) struct Inputs<'a> {
     folder: &'a Path,
@@ -25,7 +25,7 @@ pub(crate) struct Inputs<'a> {
 }
 
 impl<'a> Inputs<'a> {
-    /// Files are relative to `folder`.
+    /// Creates a reader of files relative to `folder`.
     pub(crate) fn new(folder: &'a Path) -> Self {
         Self {
             folder,
@@ -33,13 +33,13 @@ impl<'a> Inputs<'a> {
         }
     }
 
-    /// Where a file lies.
+    /// Returns the full path of a file.
     pub(crate) fn resolve(&self, file: &Path) -> PathBuf {
         self.folder.join(file)
     }
 
-    /// The text of a file, without the mark that some editors put before it. What is no UTF-8 is
-    /// left to the reader to stumble over.
+    /// Returns the text of a file without a byte-order mark. Invalid UTF-8 is passed on, so that
+    /// the reader of the format reports it.
     pub(crate) fn read(&self, file: &Path) -> io::Result<String> {
         let bytes = content(&self.resolve(file))?;
         self.read.borrow_mut().push(Input {
@@ -50,23 +50,23 @@ impl<'a> Inputs<'a> {
         Ok(text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned())
     }
 
-    /// Where what was read lies.
+    /// Returns the full paths of the files read.
     pub(crate) fn paths(&self) -> Vec<PathBuf> {
         let read = self.read.borrow();
         read.iter().map(|input| self.resolve(&input.file)).collect()
     }
 
-    /// What was read.
+    /// Returns the files read.
     pub(crate) fn into_read(self) -> Vec<Input> {
         self.read.into_inner()
     }
 }
 
-/// The content of a file that can be looked at again.
+/// Returns the content of a regular file.
 ///
 /// # Errors
-/// Those of the file system, and what is no regular file: a pipe waits for ever, a device gives without
-/// end.
+/// Errors of the file system, and files other than regular ones: a pipe may wait forever, and a
+/// device may be endless.
 pub(crate) fn content(path: &Path) -> io::Result<Vec<u8>> {
     match fs::metadata(path)? {
         there if there.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
@@ -75,7 +75,7 @@ pub(crate) fn content(path: &Path) -> io::Result<Vec<u8>> {
     }
 }
 
-/// SHA-256 in hexadecimal.
+/// Returns the SHA-256 hash in hexadecimal.
 pub(crate) fn sha256(bytes: &[u8]) -> String {
     let digest = Sha256::digest(bytes);
     digest.iter().map(|byte| format!("{byte:02x}")).collect()

@@ -1,4 +1,4 @@
-//! JSON documents: the envelope all of them share.
+//! Common envelope of all JSON documents.
 
 use serde::{Serialize, Serializer};
 
@@ -12,10 +12,10 @@ struct Envelope<'a, T> {
     body: &'a T,
 }
 
-/// The document of `command` around `body`, which must serialise as an object.
+/// Returns the document of `command` around `body`, which must serialize as an object.
 ///
 /// # Errors
-/// When `body` cannot be serialised.
+/// If `body` cannot be serialized.
 pub fn document(command: &str, body: &impl Serialize) -> serde_json::Result<String> {
     let envelope = Envelope {
         schema: format!("myovib/{command}/1"),
@@ -27,11 +27,11 @@ pub fn document(command: &str, body: &impl Serialize) -> serde_json::Result<Stri
     Ok(text)
 }
 
-/// Serialises a bulk modulus: a number, or `"inf"` for the incompressible muscle (JSON has no
+/// Serializes a bulk modulus: a number, or `"inf"` for an incompressible muscle (JSON has no
 /// infinity). For `#[serde(serialize_with = "json::kappa")]`.
 ///
 /// # Errors
-/// Those of the serializer.
+/// Errors of the serializer.
 pub fn kappa<S: Serializer>(kappa: &f64, serializer: S) -> Result<S::Ok, S::Error> {
     if kappa.is_infinite() {
         serializer.serialize_str("inf")

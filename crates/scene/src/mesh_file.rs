@@ -29,7 +29,8 @@ pub fn load(path: Option<&Path>) -> Result<(Mesh, String), FemError> {
     }
 }
 
-/// Does the same for commands that only support 2D meshes, such as the paper's muscle.
+/// Reads the mesh as [`load`] does, for commands that only support 2D meshes, such as the paper's
+/// muscle.
 ///
 /// # Errors
 /// Errors of [`load`], and [`FemError::Dimension`] for a mesh of tetrahedra.

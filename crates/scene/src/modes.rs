@@ -139,7 +139,7 @@ pub fn body_of(scene: &Scene) -> Result<&Body, InputError> {
     })
 }
 
-/// Returns a note for a body that is not held.
+/// Returns a note for a body without supports.
 fn not_held(muscle: &Muscle) -> Option<String> {
     let free = support::free_parts(muscle)?;
     let s = if free.count == 1 { "" } else { "s" };

@@ -1,4 +1,4 @@
-//! The motion of a body at one time, as a file from which another run can start.
+//! State of a body at one time, as a file from which another run can start.
 
 use myovib_dae::Problem;
 use myovib_fem::Space;
@@ -7,34 +7,34 @@ use serde::{Deserialize, Serialize};
 
 use crate::inputs::sha256;
 
-/// Displacements and velocities of all nodes. Pressures follow from them.
+/// Displacements and velocities of all nodes. They determine the pressures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct State {
-    /// Time in the run that left it, s.
+    /// Time in the run that wrote the state, s.
     pub(crate) t: f64,
-    /// SHA-256 of the nodes' coordinates.
+    /// SHA-256 of the node coordinates.
     mesh: String,
     /// Displacement of each nodal component, m.
     displacement: Vec<f64>,
     /// Velocity of each nodal component, m/s.
     velocity: Vec<f64>,
-    /// Tensions that follow models of activation, Pa.
+    /// Tensions of activation models, Pa.
     tensions: Vec<f64>,
     /// Internal stresses of Prony terms, Pa.
     internal_stresses: Vec<f64>,
-    /// The part of the loads that it is the equilibrium of; none of a motion.
+    /// Fraction of the loads for which the state is the equilibrium; `None` for a motion.
     #[serde(default)]
     pub(crate) load_reached: Option<f64>,
-    /// The end of the run, s, if the run stopped before it.
+    /// End time of the run, s, if the run stopped before it.
     #[serde(default)]
     pub(crate) stopped_before: Option<f64>,
 }
 
 impl State {
-    /// The file in a run's folder.
+    /// File name in a run's folder.
     pub(crate) const NAME: &'static str = "state.json";
 
-    /// The motion in state `y` of `dae` at time `t`.
+    /// Returns the state of `dae` with unknowns `y` at time `t`.
     pub(crate) fn of(dae: &mut MuscleDae, t: f64, y: &[f64]) -> Self {
         let own = |field| {
             dae.layout()
@@ -56,7 +56,7 @@ impl State {
         }
     }
 
-    /// The undeformed body that moves at one velocity, whose components are given, m/s.
+    /// Returns the undeformed body with a uniform velocity of the given components, m/s.
     pub(crate) fn moving(space: &Space, velocity: &[f64]) -> Self {
         Self {
             t: 0.0,
@@ -70,14 +70,15 @@ impl State {
         }
     }
 
-    /// Whether it is of a body with these nodes.
+    /// Returns whether the state belongs to a body with these nodes.
     pub(crate) fn is_of(&self, space: &Space) -> bool {
         let n = space.n_nodes() * space.dimension();
         self.mesh == key(space) && [self.displacement.len(), self.velocity.len()] == [n, n]
     }
 
-    /// The unknowns of `dae` with these displacements, velocities, tensions (0 where there are none)
-    /// and internal stresses (where there are none, they have settled), the others 0.
+    /// Returns the unknowns of `dae` with these displacements, velocities, tensions and internal
+    /// stresses. Missing tensions are 0, and missing internal stresses are at equilibrium. All
+    /// other unknowns are 0.
     pub(crate) fn unknowns(&self, dae: &MuscleDae) -> Vec<f64> {
         let mut y = vec![0.0; dae.n_unknowns()];
         let free = dae.muscle().solid.dofs().free_to_full();
@@ -105,7 +106,7 @@ impl State {
         y
     }
 
-    /// What a motion of `muscle` that starts from it does not take from it as it is.
+    /// Returns notes on parts of the state that a motion of `muscle` does not start from unchanged.
     pub(crate) fn notes(&self, muscle: &Muscle) -> Vec<String> {
         let mut notes = Vec::new();
         if let Some(end) = self.stopped_before {
@@ -137,8 +138,8 @@ impl State {
         notes
     }
 
-    /// The largest distance, by component, between its displacement and that in state `y` of `dae` at
-    /// t = 0, where supports have their say; m.
+    /// Returns the largest distance, by component, between the displacement and the displacement in
+    /// state `y` of `dae` at t = 0, which includes the supports; m.
     pub(crate) fn moved_by_supports(&self, dae: &mut MuscleDae, y: &[f64]) -> f64 {
         let now = dae.snapshot(0.0, y, &[]).displacement.iter();
         let distances = now
@@ -147,7 +148,7 @@ impl State {
         distances.fold(0.0, f64::max)
     }
 
-    /// The largest component of the displacement, m.
+    /// Returns the largest component of the displacement, m.
     pub(crate) fn largest(&self) -> f64 {
         self.displacement.iter().fold(0.0, |m, u| m.max(u.abs()))
     }

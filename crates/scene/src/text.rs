@@ -1,7 +1,7 @@
 //! Escaping of names and messages from scenes.
 
-/// The text with its control and invisible characters escaped, except for line breaks and tabs: what a
-/// file quotes must not command a terminal, nor look like something else.
+/// Returns the text with control and invisible characters escaped, except for line breaks and tabs.
+/// Quoted text from a file must not control a terminal or hide its content.
 pub fn plain(text: &str) -> String {
     let spelled = |c: char| match c {
         '\n' | '\t' => vec![c],
@@ -11,8 +11,8 @@ pub fn plain(text: &str) -> String {
     text.chars().flat_map(spelled).collect()
 }
 
-/// Whether a character changes the direction of text or takes no space. The joiners U+200C and U+200D
-/// are not among them: several scripts need them.
+/// Returns whether a character changes the direction of text or takes no space. The joiners U+200C
+/// and U+200D are excluded because several scripts need them.
 fn is_invisible(c: char) -> bool {
     matches!(
         c,
@@ -34,7 +34,7 @@ pub fn escape(text: &str) -> String {
 mod tests {
     use super::*;
 
-    /// Regression: U+202E of a name turned the rest of a message around.
+    /// Regression: U+202E in a name reversed the rest of a message.
     #[test]
     fn characters_that_command_or_hide_are_escaped() {
         for (c, escaped) in [

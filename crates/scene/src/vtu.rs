@@ -34,7 +34,7 @@ pub const LIST: &str = "fields.pvd";
 /// Name of the list of the values at places of chains.
 pub const PLACES_LIST: &str = "places.pvd";
 
-/// A value for each of some elements.
+/// Value for each of some elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellField {
     /// Name of the field.
@@ -114,7 +114,7 @@ impl Series {
         self.listing.times()
     }
 
-    /// Names of the files that the next [`write`](Self::write) writes.
+    /// Returns the names of the files that the next [`write`](Self::write) writes.
     pub(crate) fn next_files(&self) -> Vec<String> {
         self.listing.next_files()
     }
@@ -155,7 +155,7 @@ impl Series {
 }
 
 /// Returns time and nodal displacement (three components per node) of the last file in a folder, or
-/// `None` if there is no file or it has no displacement.
+/// `None` if the file or its displacement is missing.
 ///
 /// # Errors
 /// Errors of the file system, and files of another mesh.

@@ -24,7 +24,8 @@ pub(crate) struct EnergyBalance {
     state: [Vec<f64>; 2],
 }
 
-/// JSON has `null` for numbers that are not finite, which energies of a torn body may be.
+/// Reads `null` as NaN. JSON writes `null` for non-finite numbers, which may occur in energies of a
+/// body that tears.
 pub(crate) fn nan_of_null<'de, D: Deserializer<'de>>(json: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(json)?.unwrap_or(f64::NAN))
 }

@@ -27,7 +27,7 @@ impl Kind for Reaction {
             (0..dimension).any(|axis| free.binary_search(&(dimension * node + axis)).is_err())
         };
         let whole = |facet: &[usize]| space.facet_nodes(facet).into_iter().all(is_held);
-        // A group beside one that is held shares nodes with it, but no side.
+        // A group next to a fixed group shares nodes with it, but no facet.
         let has_reaction = match members {
             Group::Edges(edges) => edges.iter().any(|edge| whole(edge)),
             Group::Faces(faces) => faces.iter().any(|face| whole(face)),

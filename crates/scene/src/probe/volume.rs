@@ -69,7 +69,7 @@ impl Reading for EnclosedVolume {
     ) -> Result<Vec<f64>, ModelError> {
         let (dae, range) = muscle_of(system, y)?;
         let (displacement, _) = dae.nodal_motion(t, &y[range]);
-        // Of a group around the body it is the negative of what is inside.
+        // For a group around the body, the sum is the negative of the enclosed volume.
         Ok(vec![self.at(displacement).abs()])
     }
 

@@ -2,7 +2,7 @@
 //! into the model.
 //!
 //! Errors name their location in the text, as in `scene_file`. For an unknown group, the error
-//! lists the groups of the mesh. For a formulation that is incompatible with κ and β, it lists the
+//! lists the groups of the mesh. For a formulation incompatible with κ and β, it lists the
 //! compatible ones. Nothing is computed or written before a [`Scene`] exists.
 
 mod body;

@@ -1,9 +1,9 @@
-//! Headers of TOML whose brackets are wrong: `[fixed]` in place of `[[fixed]]`, and the reverse.
+//! TOML headers with wrong brackets: `[fixed]` instead of `[[fixed]]`, and the reverse.
 
 use serde_json::Value;
 
-/// The header to write for the `value` at `path` where that of one table stands for a list of tables, or the reverse;
-/// the schema takes a table or a list of tables, or neither.
+/// Returns advice on the header of the `value` at `path` if a single table is given for a list of
+/// tables, or the reverse. The schema may accept a table, a list of tables, or neither.
 pub(super) fn right(
     value: &Value,
     path: &str,
@@ -26,7 +26,7 @@ pub(super) fn right(
     }
 }
 
-/// A path as headers have it: `material.prony` of `material[0].prony`.
+/// Returns a path as in headers: `material.prony` for `material[0].prony`.
 fn without_indices(path: &str) -> String {
     let parts = path.split('[');
     let parts = parts.map(|part| part.split_once(']').map_or(part, |(_, rest)| rest));

@@ -1,28 +1,29 @@
-//! A scene's tree against the JSON Schema of its types.
+//! Validation of a scene's tree against the JSON Schema of its types.
 //!
-//! Knows the part of JSON Schema that our types use: references, closed objects, alternatives
-//! told apart by a tag or by the kind of value, ranges, lengths, entries of which none is twice. The first problem ends the check.
+//! Supports the subset of JSON Schema that our types use: references, closed objects, alternatives
+//! distinguished by a tag or by the kind of value, ranges, lengths, and unique entries. The check
+//! ends at the first problem.
 
 use serde_json::{Map, Value, json};
 
 use super::brackets;
 use crate::InputError;
 
-/// What is wrong with a value, and where.
+/// Problem of a value and its location.
 #[derive(Debug, Clone)]
 pub(crate) struct Problem {
     /// Path of the value, as in `material[0].c10`; empty for the whole scene.
     pub(crate) path: String,
-    /// Whether the key is at fault rather than its value.
+    /// Whether the key is wrong rather than its value.
     pub(crate) at_key: bool,
-    /// What is wrong, without its place.
+    /// Error without its location.
     pub(crate) error: InputError,
-    /// The header to write, if what stands there is one.
+    /// Correct header, if the value has a header.
     pub(crate) header: Option<String>,
 }
 
 impl Problem {
-    /// A problem with the value at `path`.
+    /// Creates a problem with the value at `path`.
     pub(crate) fn new(path: &str, error: InputError) -> Self {
         Self {
             path: path.to_owned(),
@@ -41,7 +42,7 @@ pub(super) fn check(value: &Value, schema: &Value) -> Result<(), Problem> {
     .value(value, schema, "")
 }
 
-/// The path of a member of what lies at `path`.
+/// Returns the path of a member of the object at `path`.
 pub(super) fn member(path: &str, key: &str) -> String {
     if path.is_empty() {
         key.to_owned()
@@ -50,15 +51,15 @@ pub(super) fn member(path: &str, key: &str) -> String {
     }
 }
 
-/// The path of an entry of the list at `path`.
+/// Returns the path of an entry of the list at `path`.
 pub(super) fn entry(path: &str, index: usize) -> String {
     format!("{path}[{index}]")
 }
 
-/// The candidate most like `word`, if one is like it at all.
+/// Returns the candidate most similar to `word`, if any is similar.
 pub(crate) fn nearest<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
-    // Jaro-Winkler forgives swapped letters and weighs the beginning; below 0.75 words have
-    // little in common.
+    // The Jaro-Winkler similarity tolerates swapped letters and gives more weight to the beginning.
+    // Words with a similarity below 0.75 have little in common.
     candidates
         .iter()
         .map(|candidate| (strsim::jaro_winkler(word, candidate), *candidate))
@@ -94,7 +95,7 @@ impl<'s> Checker<'s> {
         schema
     }
 
-    /// The alternatives of a schema, but for null, which TOML does not have.
+    /// Returns the alternatives of a schema, except for null, which TOML does not have.
     fn alternatives(&self, schema: &'s Value) -> Option<Vec<&'s Value>> {
         let all = schema
             .get("oneOf")
@@ -134,7 +135,7 @@ impl<'s> Checker<'s> {
             .copied()
             .filter(|one| self.accepts_kind(one, value))
             .collect();
-        // Several tables are told apart by a key, several lists by their first entry.
+        // Tables are distinguished by a key, lists by their first entry.
         let alike = fitting.iter().find(|one| self.resembles(one, value));
         if let (None, [_, _, ..], Some(object)) = (alike, &fitting[..], value.as_object())
             && let Some(key) = object.keys().next()
@@ -163,7 +164,8 @@ impl<'s> Checker<'s> {
         }
     }
 
-    /// Whether the value is of the kind (number, text, table, list) that the schema describes.
+    /// Returns whether the value has the kind (number, text, table, list) that the schema
+    /// describes.
     fn accepts_kind(&self, schema: &'s Value, value: &Value) -> bool {
         match self.alternatives(schema) {
             Some(alternatives) => alternatives.iter().any(|one| self.accepts_kind(one, value)),
@@ -174,13 +176,14 @@ impl<'s> Checker<'s> {
         }
     }
 
-    /// Whether the schema is a choice of names.
+    /// Returns whether the schema is a choice of names.
     fn is_choice(&self, schema: &'s Value) -> bool {
         let names = self.alternatives(schema);
         names.is_some_and(|names| names.iter().all(|one| one["const"].is_string()))
     }
 
-    /// Whether a table has a key of those that the schema describes, a list a first entry of its kind.
+    /// Returns whether a table has a key from the schema, or a list has a first entry of the right
+    /// kind.
     fn resembles(&self, schema: &'s Value, value: &Value) -> bool {
         match value {
             Value::Object(object) => object
@@ -206,7 +209,7 @@ impl<'s> Checker<'s> {
         kind.to_owned()
     }
 
-    /// A value without alternatives; an object may be described by several schemas together.
+    /// Checks a value without alternatives. Several schemas together may describe an object.
     fn plain(&self, value: &Value, schemas: &[&'s Value], path: &str) -> Result<(), Problem> {
         let schema = schemas[0];
         if let Some(names) = schema["enum"].as_array() {
@@ -318,7 +321,8 @@ impl<'s> Checker<'s> {
     }
 }
 
-/// The key whose constant tells the alternatives apart, if they are all objects with one.
+/// Returns the key whose constant distinguishes the alternatives, if all are objects with such a
+/// key.
 fn common_tag<'s>(alternatives: &[&'s Value]) -> Option<&'s str> {
     let tag_of = |one: &'s Value| {
         let mut properties = one["properties"].as_object()?.iter();
@@ -381,7 +385,7 @@ fn unknown_key(key: &str, known: &[&str], path_of_key: String, path: &str) -> Pr
     }
 }
 
-/// Adds the name that may have been meant.
+/// Adds the name that was probably intended.
 pub(crate) fn suggest(error: InputError, name: Option<&str>) -> InputError {
     match name {
         Some(name) => error.next(format!("did you mean `{name}`?")),
@@ -389,7 +393,7 @@ pub(crate) fn suggest(error: InputError, name: Option<&str>) -> InputError {
     }
 }
 
-/// Refuses numbers that no model has: products of them overflow in matrices, far from their key.
+/// Rejects excessive numbers. Their products would overflow in matrices, far from the key.
 fn expect_moderate(x: f64, path: &str) -> Result<(), Problem> {
     const SMALLEST: f64 = 1e-30;
     const LARGEST: f64 = 1e20;
@@ -429,7 +433,7 @@ fn in_range(x: f64, schema: &Value, path: &str) -> Result<(), Problem> {
     Err(Problem::new(path, error))
 }
 
-/// A number as people write it: small ones with an exponent.
+/// Formats a number; small numbers have an exponent.
 pub(super) fn written(x: f64) -> String {
     match x.abs() {
         small if small > 0.0 && small < 1e-4 => format!("{x:e}"),
@@ -439,7 +443,7 @@ pub(super) fn written(x: f64) -> String {
 
 fn wrong_kind(value: &Value, expected: &str, schema: &Value, path: &str) -> Problem {
     let (problem, found) = match value.as_str() {
-        // As the user wrote it; JSON, which our tree is, has no infinity.
+        // As written by the user; our tree is JSON, which has no infinity.
         Some("inf") => ("must be finite", "inf".to_owned()),
         _ => (
             "has a value of the wrong kind",
@@ -452,7 +456,7 @@ fn wrong_kind(value: &Value, expected: &str, schema: &Value, path: &str) -> Prob
     Problem::new(path, error)
 }
 
-/// What is allowed, with the meaning of the value, which states its unit.
+/// Returns the allowed values with the meaning of the key, which states its unit.
 fn describe(allowed: String, schema: &Value) -> String {
     match schema["description"].as_str() {
         Some(text) => format!("{allowed} ({})", first_sentence(text)),
@@ -466,7 +470,7 @@ fn first_sentence(text: &str) -> String {
     text[..end].trim_end_matches('.').to_owned()
 }
 
-/// The kinds a schema names, but for null.
+/// Returns the kinds named in a schema, except for null.
 fn kinds(schema: &Value) -> impl Iterator<Item = &str> {
     let one = schema["type"].as_str();
     let several = schema["type"]
@@ -495,7 +499,7 @@ fn kind_of(value: &Value) -> &'static str {
     }
 }
 
-/// The TOML word for a kind of JSON value.
+/// Returns the TOML word for a kind of JSON value.
 fn with_article(kind: &str) -> &'static str {
     match kind {
         "boolean" => "true or false",

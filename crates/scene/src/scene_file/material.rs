@@ -1,7 +1,7 @@
-//! The materials of a scene: a law of the library by its name, and the directions of its fibres.
+//! Materials of a scene: a law of the library by its name, and the directions of its fibers.
 //!
-//! The laws and their constants are those of [`myovib_fem::Law::CATALOG`]: a law that is added
-//! there is one of scenes, with its ranges and its words in the schema.
+//! The laws and their constants come from [`myovib_fem::Law::CATALOG`]. A law added there is
+//! available in scenes, with its ranges and descriptions in the schema.
 
 use std::collections::BTreeMap;
 
@@ -152,7 +152,7 @@ impl<'de> Deserialize<'de> for Law {
     }
 }
 
-/// A law as text.
+/// Law as text.
 #[derive(Serialize, Deserialize)]
 struct Written {
     law: String,
@@ -179,7 +179,7 @@ impl JsonSchema for Law {
     }
 }
 
-/// The table of a law: its name tells it from the others.
+/// Returns the schema of a law's table. The name distinguishes the law from others.
 fn alternative(law: &Description) -> Value {
     let name = json!({ "type": "string", "const": law.name });
     let constants = law.parameters.iter();
@@ -233,7 +233,7 @@ mod tests {
 
     use super::*;
 
-    /// Constants that are no stresses stay as they are: exponents and stretches.
+    /// Checks that constants other than stresses (exponents and stretches) are unchanged.
     #[test]
     fn a_stiffened_law_has_its_energy_that_many_times() {
         let strain = [[0.11, 0.05, -0.03], [0.02, 0.07, 0.04], [0.01, -0.06, 0.09]];
@@ -255,7 +255,7 @@ mod tests {
                 material.stiffened().unwrap().energy3(strain, axes)
             };
             let (plain, stiff) = (energy(1.0), energy(3.0));
-            // Some terms with a rounding each.
+            // A few terms with one rounding error each.
             assert!(
                 plain > 0.0 && (stiff - 3.0 * plain).abs() < 1e-14 * stiff,
                 "{}: {plain:e} {stiff:e}",

@@ -177,7 +177,7 @@ pub struct Read {
 /// to `--set`.
 ///
 /// # Errors
-/// [`InputError`] with file, line, column, a snippet, and what was expected.
+/// [`InputError`] with file, line, column, a snippet, and the expected value.
 pub fn read(name: &str, text: &str, overrides: &[String]) -> Result<Read, InputError> {
     let mut source = Source::parse(name, text)?;
     for assignment in overrides {

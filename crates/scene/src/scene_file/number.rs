@@ -1,8 +1,9 @@
-//! Numbers that may be infinite: TOML has them, JSON, which scenes are in on their way, has not.
+//! Numbers that may be infinite. TOML supports infinity; JSON, the intermediate format of scenes,
+//! does not.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// A number, or `inf`.
+/// Number or `inf`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Number(pub(super) f64);
 

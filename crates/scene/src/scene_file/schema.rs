@@ -1,11 +1,11 @@
-//! The JSON Schema of a scene, from its types.
+//! JSON Schema of a scene, derived from its types.
 
 use schemars::{Schema, SchemaGenerator};
 use serde_json::{Map, Value};
 
 use super::SceneFile;
 
-/// The JSON Schema (2020-12) of a scene file.
+/// Returns the JSON Schema (2020-12) of a scene file.
 ///
 /// Objects are closed: an unknown key is an error, in editors as in `myovib`.
 pub fn schema() -> Schema {
@@ -21,7 +21,7 @@ pub fn schema() -> Schema {
     schema
 }
 
-/// Forbids keys that neither the object nor the chosen alternative of it knows.
+/// Forbids keys unknown to both the object and its chosen alternative.
 fn close(schema: &mut Map<String, Value>) {
     let alternatives = schema.get("oneOf").and_then(Value::as_array);
     let is_object = schema.contains_key("properties")

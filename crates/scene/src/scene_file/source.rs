@@ -1,4 +1,4 @@
-//! The text of a scene as a tree of values that remembers where each of them stands.
+//! Text of a scene as a tree of values with the location of each value.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -10,19 +10,19 @@ use toml::de::{DeTable, DeValue};
 use super::check::{Problem, entry, member};
 use crate::InputError;
 
-/// Where a value comes from.
+/// Origin of a value.
 #[derive(Debug, Clone)]
 enum Place {
-    /// Bytes of its key (where it has one) and of the value itself.
+    /// Byte ranges of its key, if any, and of the value itself.
     Text {
         key: Option<Range<usize>>,
         value: Range<usize>,
     },
-    /// An override, as typed.
+    /// Override, as typed.
     Override(String),
 }
 
-/// A scene's text, its values, and where they stand.
+/// Text of a scene, its values, and their locations.
 #[derive(Debug, Clone)]
 pub struct Source {
     name: String,
@@ -32,10 +32,10 @@ pub struct Source {
 }
 
 impl Source {
-    /// Parses TOML; `name` stands for the file in messages.
+    /// Parses TOML; `name` is the name of the file in messages.
     ///
     /// # Errors
-    /// [`InputError`] with line and column for text that is not TOML.
+    /// [`InputError`] with line and column for text other than TOML.
     pub fn parse(name: &str, text: &str) -> Result<Self, InputError> {
         let mut source = Self {
             name: name.to_owned(),
@@ -53,23 +53,23 @@ impl Source {
         Ok(source)
     }
 
-    /// The values: TOML's as JSON, `inf` as the text `"inf"`.
+    /// Returns the values: TOML converted to JSON, with `inf` as the text `"inf"`.
     pub fn value(&self) -> &Value {
         &self.value
     }
 
-    /// The text as it was read.
+    /// Returns the unchanged text.
     pub fn text(&self) -> &str {
         &self.text
     }
 
     /// Applies an override `key=value`: `solid.kappa=inf`, `material.0.c10=2e4`.
     ///
-    /// The value is TOML; what is not TOML is taken as a text, so that names need no quotes. Without
-    /// a value the key is removed, and its default holds.
+    /// The value is TOML. Invalid TOML is used as a text, so that names need no quotes. Without a
+    /// value, the key is removed and its default applies.
     ///
     /// # Errors
-    /// [`InputError`] without `=`, or for a path through something that is no table or list.
+    /// [`InputError`] without `=`, or for a path through a value other than a table or list.
     pub fn assign(&mut self, assignment: &str) -> Result<(), InputError> {
         let place = format!("--set {assignment}");
         let parts = assignment.split_once('=');
@@ -107,7 +107,7 @@ impl Source {
         Ok(())
     }
 
-    /// The message about a problem, with file, line, column and the line itself.
+    /// Returns the message about a problem, with file, line, column and the line itself.
     pub(crate) fn report(&self, problem: Problem) -> InputError {
         let place = self.describe(&problem.path, problem.at_key);
         let error = problem.error.at(place);
@@ -117,7 +117,7 @@ impl Source {
         }
     }
 
-    /// Whether the key at `path` stands in a header, a line that begins with a bracket.
+    /// Returns whether the key at `path` is in a header, a line that begins with a bracket.
     fn is_header(&self, path: &str) -> bool {
         let Some(Place::Text { key: Some(key), .. }) = self.places.get(path) else {
             return false;
@@ -126,7 +126,7 @@ impl Source {
         line.is_some_and(|line| line.trim_start().starts_with('['))
     }
 
-    /// Where `path` (or the nearest thing around it) stands.
+    /// Returns the location of `path`, or of the nearest value around it.
     fn describe(&self, path: &str, at_key: bool) -> String {
         let mut around = path;
         loop {
@@ -148,14 +148,14 @@ impl Source {
         }
     }
 
-    /// File, line and column of a range, and the line with the range underlined.
+    /// Returns file, line and column of a range, and the line with the range underlined.
     fn locate(&self, range: &Range<usize>) -> String {
         let start = range.start.min(self.text.len());
         let line_start = self.text[..start].rfind('\n').map_or(0, |i| i + 1);
         let line = self.text[line_start..].lines().next().unwrap_or_default();
         let number = self.text[..line_start].matches('\n').count() + 1;
         let before = &self.text[line_start..start];
-        // The line is shown with its tabs, and so is what stands before the marks.
+        // Tabs of the line are shown, and so are tabs before the marks.
         let indent: String = before
             .chars()
             .map(|c| if c == '\t' { c } else { ' ' })
@@ -205,8 +205,8 @@ impl Source {
         }
     }
 
-    /// A value without places for its parts; `place` is where it stands, asked for by messages
-    /// alone, since it counts lines.
+    /// Converts a value without locations for its parts. `place` returns its location. It counts
+    /// lines, so it is called only for messages.
     fn convert(
         &self,
         value: &DeValue<'_>,
@@ -248,7 +248,7 @@ impl Source {
     }
 }
 
-/// Removes the members that have no value.
+/// Removes members without a value.
 fn without_null(value: &mut Value) {
     match value {
         Value::Object(object) => {
@@ -260,7 +260,8 @@ fn without_null(value: &mut Value) {
     }
 }
 
-/// The member or entry `key` of `value` with its path; a missing member is made, and no list.
+/// Returns the member or entry `key` of `value` with its path. A missing member is created, but not
+/// a missing list.
 fn descend<'v>(value: &'v mut Value, key: &str, path: &str) -> Option<(&'v mut Value, String)> {
     match value {
         Value::Array(entries) => {

@@ -8,7 +8,7 @@ fn the_scene_of_init_is_read_and_keeps_its_values() {
     let read = read("scene.toml", MINIMAL, &[]).unwrap();
     let solid = read.scene.solid.as_ref().unwrap();
     assert_eq!((solid.kappa.0, solid.beta), (1e5, 1e-4));
-    // What is written out again is the same scene: the echo in run.json can be run.
+    // The echo in run.json is the same scene and can be run.
     let echo = serde_json::to_value(&read.scene).unwrap();
     assert_eq!(SceneFile::deserialize(&echo).unwrap(), read.scene);
 }
@@ -30,7 +30,7 @@ fn infinity_may_be_a_number_or_a_word_and_is_a_word_in_json() {
     }
 }
 
-/// Regression: 1e-17 was accepted, which no sum of doubles can meet.
+/// Regression: 1e-17 was accepted, although no sum of doubles can meet it.
 #[test]
 fn tolerances_below_rounding_are_refused() {
     for key in ["integrator.rtol", "integrator.oscillators.rtol"] {
@@ -39,7 +39,7 @@ fn tolerances_below_rounding_are_refused() {
     }
 }
 
-/// Regression: a number too large for the computer was taken for `inf`, which means incompressible.
+/// Regression: a number above the range of doubles was read as `inf`, which means incompressible.
 #[test]
 fn a_number_that_is_too_large_is_not_infinity() {
     for text in ["1e999", "-1e999", "nan"] {
@@ -110,7 +110,7 @@ fn functions_of_time_nest() {
     ));
 }
 
-/// Ways to write a wrong scene that need no mesh to be seen; each replaces a line of the scene.
+/// Invalid scenes that are detected without a mesh; each replaces a line of the scene.
 const WRONG: [(&str, &str, &str); 18] = [
     ("misspelt_key", "kappa = 1e5", "kapa = 1e5"),
     ("misspelt_section", "[time]", "[tiem]"),
@@ -181,7 +181,7 @@ fn wrong_overrides_are_explained() {
     }
 }
 
-/// Regression: the brackets that were meant had to be guessed.
+/// Regression: errors about wrong brackets did not show the correct header.
 #[test]
 fn headers_with_wrong_brackets_say_which_are_right() {
     for (right, wrong, next) in [
@@ -207,7 +207,7 @@ fn headers_with_wrong_brackets_say_which_are_right() {
     }
 }
 
-/// Regression: values of the wrong kind were told of headers that the scene does not have.
+/// Regression: errors about values of the wrong kind named headers that the scene does not have.
 #[test]
 fn values_without_a_header_are_told_of_none() {
     let inline = |value: &str| {
@@ -231,7 +231,8 @@ fn values_without_a_header_are_told_of_none() {
     }
 }
 
-/// Regression: two equal columns were written, and an endless run was a number of the wrong kind.
+/// Regression: quantities named twice produced two equal columns, and an endless run was reported
+/// as a number of the wrong kind.
 #[test]
 fn quantities_named_twice_and_endless_runs_are_refused() {
     let refusal = |set: &str| {
