@@ -1,11 +1,13 @@
-//! Digits against steps on published problems, Radau IIA of all orders beside IDAS, as Markdown.
+//! Digits versus steps on published problems for Radau IIA of all orders and IDAS, as Markdown.
 //!
 //! ```text
 //! cargo run --release -p myovib-radau --example work_precision
 //! ```
-//! Digits are −log10 of the largest error relative to 1 + |reference| over the components named;
-//! relative and absolute tolerance are equal, Robertson's absolute ones (1e-4, 1e-8, 1e-2) times
-//! that. Each entry is "digits (steps)"; "–" where 100 000 steps were not enough.
+//!
+//! Digits are −log10 of the largest error relative to 1 + |reference| over the specified
+//! components. Relative and absolute tolerances are equal, except for Robertson's problem, whose
+//! absolute tolerances are (1e-4, 1e-8, 1e-2) times the relative tolerance. Each entry is "digits
+//! (steps)"; "–" if 100 000 steps were not sufficient.
 
 use myovib_dae::samples::{
     Akzo, CarAxis, Heat2d, JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Robertson, Sample,
@@ -47,12 +49,12 @@ const ROBERTSON: f64 = 2.083_340_149_699_905e-8;
 /// The heat equation at t = 0.32: the corner of the interior, by the matrix exponential.
 const HEAT_CORNER: f64 = 0.000_239_855_762_019_495_92;
 
-/// Stages of the methods compared.
+/// Stages of the compared methods.
 const STAGES: [usize; 4] = [1, 3, 5, 7];
 const TOLERANCES: [f64; 3] = [1e-4, 1e-6, 1e-8];
 const MAX_STEPS: usize = 100_000;
 
-/// A sample, the tolerances in proportion, and what is judged of it.
+/// A sample, its relative scale of tolerances, and the compared components.
 struct Problem<'a, S> {
     name: &'a str,
     sample: S,
@@ -187,7 +189,7 @@ fn idas<S: Sample + Clone>(
     tol: f64,
 ) -> Result<String, Box<dyn std::error::Error>> {
     let (sample, start) = (&problem.sample, problem.sample.start());
-    // As one uses BDF: without the multipliers in the error test, where there are some.
+    // IDAS with typical settings: multipliers, if any, are excluded from the error test.
     let kinds = sample.kinds().unwrap_or_default();
     let algebraic = kinds.contains(&VariableKind::Algebraic);
     let higher_index = sample

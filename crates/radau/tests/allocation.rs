@@ -1,4 +1,4 @@
-//! A step allocates nothing, watching for events included.
+//! Checks that a step does not allocate memory, including the search for events.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use myovib_dae::conformance::{Method, Request};
@@ -20,13 +20,13 @@ fn steps_allocate_nothing() {
     let mut solver = RadauSolver::builder(heat)
         .options(options)
         .roots([Direction::Both], |_, _, y, _, g| {
-            // Watched, but not met: the temperature stays positive.
+            // Monitored, but never zero: the temperature remains positive.
             g[0] = 1.0 + y[0];
             Ok(())
         })
         .build(0.0, &start.y, &start.y_dot)
         .unwrap();
-    // The first steps choose the pivots.
+    // The first steps select the pivots.
     solver.step(0.3).unwrap();
     let before = solver.statistics();
     let allocations = allocation_counter::measure(|| {

@@ -1,4 +1,4 @@
-//! What can be asked of the integrator between steps.
+//! Results and settings available between steps.
 
 use myovib_dae::{LinearSolver, Problem, Statistics, covers};
 
@@ -12,11 +12,12 @@ use crate::quadrature::Quadrature;
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Evaluates the solution, or its derivative, at a time within the last step.
     ///
-    /// The polynomial of degree s + 1 through the stages, with the derivative of the step before at
-    /// its beginning. Its error is O(h^(s+2)), that of its derivative O(h^(s+1)). In the first step
-    /// that takes the right ẏ_0. In algebraic variables it is the polynomial of degree s, and one
-    /// order less. [`RadauOptions::dense_output`](crate::RadauOptions::dense_output) limits its error. Variables of index 2 and 3 have that of the
-    /// ends, O(h^s) and O(h^(s−1)).
+    /// Dense output is the polynomial of degree s + 1 through the stages whose derivative at the
+    /// beginning equals the derivative at the end of the previous step. Its error is O(h^(s+2)),
+    /// and the error of its derivative is O(h^(s+1)). In the first step this requires a correct
+    /// ẏ_0. For algebraic variables, the polynomial has degree s and an order lower by one.
+    /// [`RadauOptions::dense_output`](crate::RadauOptions::dense_output) limits the error.
+    /// Variables of index 2 and 3 have the error of the ends of the step, O(h^s) and O(h^(s−1)).
     ///
     /// # Shapes
     /// `out`: the number of unknowns.
@@ -36,7 +37,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Number of quadratures.
+    /// Returns the number of quadratures.
     pub fn n_quadratures(&self) -> usize {
         self.quadrature.as_ref().map_or(0, Quadrature::len)
     }
@@ -49,11 +50,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.quadrature_dense_output(self.t(), 0, out)
     }
 
-    /// As [`dense_output`](RadauSolver::dense_output), for the quadratures and, as the first derivative,
-    /// for what they integrate.
+    /// Evaluates the quadratures, or their integrands (`derivative` 1), like
+    /// [`dense_output`](RadauSolver::dense_output).
     ///
     /// # Errors
-    /// [`RadauError::NoQuadrature`], and as there.
+    /// [`RadauError::NoQuadrature`] and the errors of [`dense_output`](RadauSolver::dense_output).
     pub fn quadrature_dense_output(
         &self,
         t: f64,
@@ -69,12 +70,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Number of states of the fading memory.
+    /// Returns the number of states of the fading memory.
     pub fn n_memory(&self) -> usize {
         self.memory.as_ref().map_or(0, Memory::n_states)
     }
 
-    /// That all states are unknowns.
+    /// Checks that all states are unknowns.
     pub(crate) fn expect_no_memory(&self) -> Result<(), RadauError> {
         match self.memory {
             None => Ok(()),
@@ -82,10 +83,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// As [`dense_output`](RadauSolver::dense_output), for the states of the fading memory.
+    /// Evaluates the states of the fading memory like [`dense_output`](RadauSolver::dense_output).
     ///
     /// # Errors
-    /// As there.
+    /// As for [`dense_output`](RadauSolver::dense_output).
     pub fn memory_dense_output(
         &self,
         t: f64,
@@ -100,11 +101,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// As [`estimated_local_errors`](RadauSolver::estimated_local_errors), for the states of the fading
-    /// memory.
+    /// Writes the estimated errors of the states of the fading memory, like
+    /// [`estimated_local_errors`](RadauSolver::estimated_local_errors).
     ///
     /// # Errors
-    /// As there.
+    /// As for [`estimated_local_errors`](RadauSolver::estimated_local_errors).
     pub fn estimated_memory_errors(&self, out: &mut [f64]) -> Result<(), RadauError> {
         expect_length("memory's errors", self.n_memory(), out.len())?;
         let tested = matches!(self.options.step_size, StepSize::Adaptive);
@@ -117,7 +118,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// That the last step has this derivative at `t`.
+    /// Checks that the last step provides this derivative at `t`.
     fn expect_within_reach(&self, t: f64, derivative: usize) -> Result<(), RadauError> {
         let [from, to] = self.last_step_interval();
         match derivative <= 1 && covers([from, to], t) {
@@ -131,10 +132,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Writes the error test's estimate of the last step to `out`, zeros before the first and at fixed
-    /// steps. It costs no evaluation of the problem. Components left out of the test have theirs too.
+    /// Writes the error test's estimate of the last step to `out`; zeros before the first step and
+    /// with fixed steps. It needs no evaluation of the problem. Components excluded from the test
+    /// are included here.
     ///
-    /// The estimate has the order s + 1; what the step adds to the error is less, see
+    /// The estimate has the order s + 1. The contribution of the step to the error is smaller, see
     /// [`errors_per_estimate`](RadauSolver::errors_per_estimate).
     ///
     /// # Shapes
@@ -152,15 +154,15 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// What a quantity that vibrates errs by, per what is estimated of it, where the estimate is
-    /// `relative` times the size of its vibration: what the step adds to the error at its end, and the
-    /// error of dense output within it.
+    /// Returns two errors of a vibrating quantity per unit of its error estimate, which is
+    /// `relative` times its amplitude: the contribution of the step to the error at its end, and
+    /// the error of dense output within the step.
     pub fn errors_per_estimate(&self, relative: f64) -> [f64; 2] {
         self.method.errors_per_estimate(relative)
     }
 
-    /// The ends of the last step accepted, which dense output covers; both are the initial time
-    /// before the first step.
+    /// Returns the ends of the last accepted step, on which dense output is available. Both are the
+    /// initial time before the first step.
     pub fn last_step_interval(&self) -> [f64; 2] {
         match self.counters.statistics.steps {
             0 => [self.t, self.t],
@@ -168,7 +170,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Sets the time not to step over, until it is reached.
+    /// Sets a time that steps must not pass until it is reached.
     ///
     /// # Errors
     /// [`RadauError::NotFinite`], [`RadauError::TimeBehind`].
@@ -184,44 +186,45 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// The time reached.
+    /// Returns the current time.
     pub fn t(&self) -> f64 {
         self.pause.as_ref().map_or(self.t, |pause| pause.t)
     }
 
-    /// The solution there.
+    /// Returns the solution at the current time.
     pub fn y(&self) -> &[f64] {
         self.pause.as_ref().map_or(&self.y, |pause| &pause.y)
     }
 
-    /// Its derivative there: that of the collocation polynomial, at the start ẏ_0.
+    /// Returns the derivative of the collocation polynomial at the current time; ẏ_0 at the start.
     pub fn y_dot(&self) -> &[f64] {
         self.pause
             .as_ref()
             .map_or(&self.y_dot, |pause| &pause.y_dot)
     }
 
-    /// The problem.
+    /// Returns the problem.
     pub fn problem(&self) -> &P {
         &self.problem
     }
 
-    /// The problem, to be changed with care: the solution so far was that of the old one.
+    /// Returns the problem for modification. Use with care: the solution so far belongs to the
+    /// unmodified problem.
     pub fn problem_mut(&mut self) -> &mut P {
         &mut self.problem
     }
 
-    /// Gives the problem back.
+    /// Returns the problem and drops the solver.
     pub fn into_problem(self) -> P {
         self.problem
     }
 
-    /// The method in use.
+    /// Returns the method.
     pub fn method(&self) -> &Method {
         &self.method
     }
 
-    /// All counters.
+    /// Returns all counters.
     pub fn statistics(&self) -> Statistics {
         let mut statistics = self.counters.statistics;
         statistics.current_order = self.method.order();

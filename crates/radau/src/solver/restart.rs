@@ -1,4 +1,4 @@
-//! Starting afresh, and from consistent values.
+//! Restarts and consistent initial values.
 
 use myovib_dae::{ConsistencyMode, Inconsistent, LinearSolver, Problem, StepError, check_start};
 
@@ -12,12 +12,12 @@ use crate::predictor::Predictor;
 use crate::work::Counters;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Starts afresh at (t0, y0, ẏ0), keeping problem, settings and functions; statistics begin at
-    /// zero, and a stop time that is not ahead is forgotten.
+    /// Restarts at (t0, y0, ẏ0) with the same problem, settings and functions. Statistics are reset
+    /// to zero, and a stop time that is not after t0 is discarded.
     ///
-    /// Quadratures start again from where they are at the time reached.
-    /// [`ForwardSensitivities`](crate::ForwardSensitivities) must be given the sensitivities of the new values,
-    /// and a [`Recording`](crate::Recording) of the steps before cannot be continued.
+    /// Quadratures continue from their values at the current time.
+    /// [`ForwardSensitivities`](crate::ForwardSensitivities) must be given the sensitivities of the
+    /// new values, and a [`Recording`](crate::Recording) of the previous steps cannot be continued.
     ///
     /// # Errors
     /// [`RadauError::WrongLength`], [`RadauError::NotFinite`].
@@ -29,7 +29,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.reinit_with(t0, y0, y_dot0, &q)
     }
 
-    /// The same, with quadratures from `q0`.
+    /// Restarts like [`reinit`](RadauSolver::reinit), with quadratures from `q0`.
     ///
     /// # Errors
     /// [`RadauError::WrongLength`], [`RadauError::NotFinite`].
@@ -86,7 +86,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Notes whether the values to start from are consistent.
+    /// Checks and records whether the initial values are consistent.
     pub(super) fn check_start(&mut self) {
         let factor = match self.weights.are_given() {
             true => 1.0,
@@ -100,9 +100,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         };
     }
 
-    /// Goes on from [`t`](RadauSolver::t) with a small first step, as from a start: where a function of
-    /// the problem jumps or bends. Statistics go on. Where the solution itself jumps,
-    /// [`reinit`](RadauSolver::reinit) is due.
+    /// Continues from [`t`](RadauSolver::t) with a small first step, as after a start. Use it where
+    /// a function of the problem jumps or has a kink. Statistics continue. If the solution itself
+    /// jumps, use [`reinit`](RadauSolver::reinit).
     pub fn restart(&mut self) {
         if let Some(pause) = self.pause.take() {
             self.t = pause.t;
@@ -121,8 +121,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         (self.h, self.refused) = (None, None);
     }
 
-    /// Lets the memory begin at (t, y) with the states it has; what cannot be evaluated there fails the
-    /// next step.
+    /// Restarts the memory at (t, y) with its current states. If it cannot be evaluated there, the
+    /// next step fails.
     pub(super) fn restart_memory(&mut self) {
         if let Some(memory) = &mut self.memory {
             let begun = memory.restart(&mut self.problem, &self.method, self.t, &self.y);
@@ -130,7 +130,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Lets the next step be this long at most, for what is known to come; those after it are free.
+    /// Limits the size of the next step only, for example before a known change of the input.
     ///
     /// # Errors
     /// [`RadauError::InvalidOption`] for a step that is not positive.
@@ -140,12 +140,13 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Corrects the initial values so that F(t0, y0, ẏ0) = 0, by Newton with a line search; to be
-    /// called before the first step. `t_first` is the first output time, for the scale.
+    /// Corrects the initial values so that F(t0, y0, ẏ0) = 0, by Newton's method with a line
+    /// search. Must be called before the first step. The first output time `t_first` provides the
+    /// time scale.
     ///
     /// # Errors
-    /// [`RadauError::Inconsistent`] when none were found, [`RadauError::AfterTheStart`],
-    /// [`RadauError::Fatal`] for a fatal error of the problem.
+    /// [`RadauError::Inconsistent`] if consistent values were not found,
+    /// [`RadauError::AfterTheStart`], [`RadauError::Fatal`] for a fatal error of the problem.
     pub fn correct_initial_values(
         &mut self,
         mode: ConsistencyMode,

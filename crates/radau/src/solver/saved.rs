@@ -1,4 +1,4 @@
-//! The state of an integration, from which another one goes on bit by bit.
+//! State of an integration, from which another solver continues with bitwise identical results.
 
 use myovib_dae::{LinearSolver, Problem, Statistics, StepError, Work};
 use serde::{Deserialize, Serialize};
@@ -14,12 +14,13 @@ use crate::options::expect_positive;
 use crate::quadrature::QuadratureState;
 use crate::work::Counters;
 
-/// All that the next steps of a [`RadauSolver`] depend on, beside its problem, its settings and its
-/// functions: a solver made with the same, and given this, takes the same steps bit by bit, with the
-/// same program on the same machine. Factors are not kept but computed again, from where the Jacobian
-/// was evaluated and where pivots were chosen.
+/// Complete state of a [`RadauSolver`] on which its next steps depend, except for its problem,
+/// settings and functions. A solver with the same problem, settings and functions that restores
+/// this state takes bitwise identical steps, with the same program on the same machine. Factors are
+/// not stored but computed again at the points where the Jacobian was evaluated and where pivots
+/// were selected.
 ///
-/// Written as JSON it comes back bit by bit if numbers are written and read exactly
+/// A round trip through JSON is bitwise exact if numbers are written and read exactly
 /// (`float_roundtrip` of `serde_json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RadauState {
@@ -36,20 +37,21 @@ pub struct RadauState {
     last: Collocation,
     /// Whether the last step's polynomial is continued.
     continues: bool,
-    /// Newton's memory of its contraction.
+    /// State of Newton's method for its contraction.
     newton: [f64; 2],
-    /// Whether the current matrices have been seen to contract Newton's corrections.
+    /// Whether Newton's corrections by the current matrices have contracted.
     #[serde(default)]
     tried_matrices: bool,
     control: Memory,
     multipliers: Vec<Known>,
-    /// Where the Jacobian was evaluated that may serve on, and the step it is set up for.
+    /// Point at which the reusable Jacobian was evaluated, and the step size for which it is set
+    /// up.
     jacobian: Option<(Linearized, Option<f64>)>,
-    /// Where all pivots were chosen, and for which step.
+    /// Point and step size at which all pivots were selected.
     pivots: Option<(Linearized, f64)>,
-    /// What else the linear solver remembers.
+    /// Other state of the linear solver.
     linear_solver: Vec<bool>,
-    /// Up to where roots were looked for, and the functions there.
+    /// Time up to which roots were searched, and the root functions at that time.
     roots: Option<(Option<f64>, Vec<f64>)>,
     #[serde(default)]
     quadrature: Option<QuadratureState>,
@@ -61,12 +63,12 @@ pub struct RadauState {
 }
 
 impl RadauState {
-    /// The time reached.
+    /// Returns the current time.
     pub fn t(&self) -> f64 {
         self.pause.as_ref().map_or(self.t, |pause| pause.t)
     }
 
-    /// Bytes of its vectors.
+    /// Returns the size of its vectors in bytes.
     pub(crate) fn n_bytes(&self) -> usize {
         let jacobian = self.jacobian.as_ref().map_or(0, |(at, _)| at.n_numbers());
         let pivots = self.pivots.as_ref().map_or(0, |(at, _)| at.n_numbers());
@@ -75,19 +77,19 @@ impl RadauState {
         (own + jacobian + pivots) * size_of::<f64>() + size_of_val(&self.multipliers[..])
     }
 
-    /// y there, but for a pause.
+    /// Returns y at the end of the last step, or at a pause within it.
     pub(crate) fn y(&self) -> &[f64] {
         &self.y
     }
 
-    /// The counters up to there.
+    /// Returns the counters up to the current time.
     pub fn statistics(&self) -> Statistics {
         self.statistics
     }
 }
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// All that the next steps depend on; this changes nothing.
+    /// Returns the complete state on which the next steps depend, without changing the solver.
     pub fn save(&self) -> RadauState {
         let serves = self.jacobian != Jacobian::Due;
         RadauState {
@@ -118,12 +120,13 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Goes on from a `state` that a solver of the same problem, settings and functions was in.
+    /// Continues from the `state` of a solver with the same problem, settings and functions.
     ///
     /// # Errors
-    /// [`RadauError::WrongLength`] for the state of another problem or method, [`RadauError::NotFinite`] or
-    /// [`RadauError::InvalidOption`] for values that no state has: the solver is then unchanged.
-    /// [`RadauError::Fatal`] where the matrices cannot be computed again.
+    /// [`RadauError::WrongLength`] for a state of another problem or method,
+    /// [`RadauError::NotFinite`] or [`RadauError::InvalidOption`] for values that are invalid in a
+    /// state: the solver is then unchanged. [`RadauError::Fatal`] if the matrices cannot be
+    /// computed again.
     pub fn restore(&mut self, state: &RadauState) -> Result<(), RadauError> {
         self.validate(state)?;
         if let (Some(quadrature), Some(state)) = (&mut self.quadrature, &state.quadrature) {
@@ -166,7 +169,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Checks all lengths and values of a state, which may come from a damaged file, before any is used.
+    /// Checks all lengths and values of a state, which may come from a damaged file, before using
+    /// any of them.
     fn validate(&self, state: &RadauState) -> Result<(), RadauError> {
         let (n, stages) = (self.y.len(), self.method.stages());
         expect_length("stages of the state", stages, state.stages)?;
@@ -227,7 +231,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Chooses pivots and computes factors where the state's were.
+    /// Selects pivots and computes factors at the points stored in the state.
     fn restore_matrices(&mut self, state: &RadauState) -> Result<(), StepError> {
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
         matrices.set_history(&state.linear_solver)?;

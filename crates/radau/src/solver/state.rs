@@ -1,4 +1,4 @@
-//! What the integrator owns.
+//! Data of the integrator.
 
 use myovib_dae::{InconsistentStart, VariableKind};
 use num_complex::Complex64;
@@ -25,12 +25,13 @@ use crate::work::Counters;
 
 /// An integration of a [`Problem`](myovib_dae::Problem) by a Radau IIA method with adaptive steps.
 ///
-/// The initial values must be consistent, as for IDAS: the first step refuses those that contradict the
-/// equations (see [`check_start`](myovib_dae::check_start)). An algebraic variable may have 0 for ẏ_0: it
-/// serves only to choose and to start the first step, and for others in its dense output.
+/// The initial values must be consistent, as for IDAS: the first step rejects values that
+/// contradict the equations (see [`check_start`](myovib_dae::check_start)). For an algebraic
+/// variable ẏ_0 may be 0. Its value only affects the size and the initial guess of the first step,
+/// and the dense output of other variables.
 ///
 /// A recoverable error of the residual or the Jacobian, and a singular Newton matrix, halve the
-/// step; a fatal error is handed back; a panic of the problem passes through.
+/// step. A fatal error is returned. A panic of the problem is not caught.
 ///
 /// # Examples
 /// See the [crate's front page](crate).
@@ -43,19 +44,19 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     pub(super) t: f64,
     pub(super) y: Vec<f64>,
     pub(super) y_dot: Vec<f64>,
-    /// The step to try next, before it is shortened to meet a limit; `None` at the start.
+    /// Size of the next step, before it is shortened to meet a limit; `None` at the start.
     pub(super) h: Option<f64>,
-    /// Whether the initial values are consistent: the first step says if not.
+    /// Whether the initial values are consistent; an inconsistency is reported by the first step.
     pub(super) start: Result<(), InconsistentStart>,
-    /// Whether nothing is known from steps before: at the start, and after a break.
+    /// Whether the previous steps are ignored: at the start, and after a discontinuity.
     pub(super) fresh: bool,
-    /// Whether nothing was before the last accepted step.
+    /// Whether the last accepted step was a first step.
     pub(super) began_afresh: bool,
-    /// The reason why the problem has refused steps longer than the next one, if it has.
+    /// Reason why the problem has rejected steps longer than the next one, if any.
     pub(super) refused: Option<String>,
-    /// What the next step may be at most.
+    /// Limit for the next step only.
     pub(super) next_limit: Option<f64>,
-    /// The last accepted step's polynomial.
+    /// Polynomial of the last accepted step.
     pub(super) collocation: Collocation,
     pub(super) predictor: Predictor,
     pub(super) newton: NewtonSolver,
@@ -63,47 +64,49 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     pub(super) rounding: Rounding,
     pub(super) multipliers: Multipliers,
     pub(super) interpolation: Interpolation,
-    /// The increments of a step without the errors of multipliers.
+    /// Increments of a step after removal of the errors of multipliers.
     pub(super) corrected: Vec<f64>,
     pub(super) control: Control,
     pub(super) jacobian: Jacobian,
-    /// The step the Newton matrices are set up for.
+    /// Step size for which the Newton matrices are set up.
     pub(super) set_up_for: Option<f64>,
-    /// Where the Jacobian was evaluated last.
+    /// Point at which the Jacobian was last evaluated.
     pub(super) linearized: Linearized,
-    /// Where all pivots were chosen, and for which step; `None` where none depend on the past.
+    /// Point and step size at which all pivots were selected; `None` if the pivots are independent
+    /// of previous steps.
     pub(super) pivots_at: Option<(Linearized, f64)>,
-    /// Whether pivots are to be chosen anew.
+    /// Whether pivots must be selected again.
     pub(super) pivots_due: bool,
-    /// How often the linear solver had chosen pivots after the last set-up.
+    /// Number of pivot selections of the linear solver after the last matrix setup.
     pub(super) pivot_choices: u64,
     /// λ/h of the complex modes.
     pub(super) shifts: Vec<Complex64>,
-    /// How each variable enters F.
+    /// Type of occurrence of each variable in F.
     pub(super) kinds: Vec<VariableKind>,
-    /// The variables whose derivative does not occur in F.
+    /// Variables whose derivative does not occur in F.
     pub(super) algebraic: Vec<usize>,
     pub(super) weights: Weights<P>,
-    /// Whether the weights could be computed at y: the next step says if not.
+    /// Whether the weights could be computed at y; a failure is reported by the next step.
     pub(super) weighed: Result<(), Failure>,
-    /// The functions whose roots are looked for.
+    /// Monitored root functions.
     pub(super) roots: Option<Roots<P>>,
-    /// The states that are not among the unknowns.
+    /// States that are eliminated from the unknowns.
     pub(super) memory: Option<Memory<P>>,
-    /// What is integrated along with the solution.
+    /// Quadratures integrated along with the solution.
     pub(super) quadrature: Option<Quadrature<P>>,
-    /// The `t_out` and the limit that the last accepted step was asked for with.
+    /// `t_out` and the limit in the call for the last accepted step.
     pub(super) bounds: [f64; 2],
-    /// Where the integration pauses within the last step.
+    /// Time within the last step at which the integration pauses.
     pub(super) pause: Option<Pause>,
     pub(super) counters: Counters,
     /// Number of starts after the first: each `reinit` and each `restore`.
     pub(super) restarts: u64,
-    /// Residual evaluations for differences before the last start.
+    /// Residual evaluations for difference quotients before the last start.
     pub(super) differences_before: u64,
 }
 
-/// The step of size `$h` from where `$solver` is. It borrows the fields that all steps share, no others.
+/// The step of size `$h` from the current state of `$solver`. It borrows only the fields that all
+/// steps share.
 macro_rules! step_of {
     ($solver:ident, $h:expr) => {
         $crate::newton::Step {
@@ -117,10 +120,10 @@ macro_rules! step_of {
 }
 pub(super) use step_of;
 
-/// Where the Jacobian in use was evaluated.
+/// Point at which the current Jacobian was evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Jacobian {
-    /// Nowhere that serves: it is due.
+    /// The Jacobian must be evaluated.
     Due,
     /// At an earlier step.
     Old,
@@ -128,7 +131,7 @@ pub(super) enum Jacobian {
     Current,
 }
 
-/// A time within the last step at which the integration pauses; y and ẏ are those of the dense
+/// A time within the last step at which the integration pauses. y and ẏ are values of the dense
 /// output.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Pause {

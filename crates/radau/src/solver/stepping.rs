@@ -1,4 +1,4 @@
-//! The integrator: one step after another.
+//! Successive steps of the integrator.
 
 use myovib_dae::{LinearSolver, Outcome, Problem, Stop, StopReason, WorstComponent};
 
@@ -9,22 +9,23 @@ use crate::error::RadauError;
 use crate::failure::{Failure, Failures, Rejection};
 use crate::options::{StepSize, expect};
 
-/// How many of the last steps before a limit share the time that is left.
+/// Number of last steps before a limit that share the remaining time.
 const SHARED: f64 = 4.0;
 
-/// A part of a step that is taken for the rounding of t.
+/// Fraction of a step that is attributed to rounding of t.
 const SLIVER: f64 = 1e-8;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Takes one step of the size the error allows, towards `t_out`.
+    /// Takes one step toward `t_out` with the size that the error permits.
     ///
-    /// `t_out` gives the scale for the first step; steps may go beyond it, but not beyond the stop
-    /// time. After a root it looks for more in the rest of the step, and ends there. Allocates
-    /// nothing, except when a step is rejected, pivots are chosen anew, or a root is found.
+    /// `t_out` provides the time scale for the first step. Steps may pass it, but not the stop
+    /// time. After a root, the call searches the rest of the step for more roots and returns at its
+    /// end. The method does not allocate memory, except when a step is rejected, pivots are
+    /// selected again, or a root is found.
     ///
     /// # Errors
-    /// [`RadauError::TimeBehind`] and other misuse; [`RadauError::Fatal`] when the problem or the
-    /// linear algebra fails for good.
+    /// [`RadauError::TimeBehind`] and other misuse; [`RadauError::Fatal`] for a fatal error of the
+    /// problem or the linear algebra.
     pub fn step(&mut self, t_out: f64) -> Result<Outcome, RadauError> {
         self.interpolation.active = self.options.dense_output;
         if self.counters.statistics.steps == 0 {
@@ -45,8 +46,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
 
     /// Integrates up to `t_out`, unless a root or the stop time comes first.
     ///
-    /// The last step is fitted to end there, because dense output is less accurate than the ends
-    /// of steps; unless a root has interrupted a step that goes beyond `t_out`.
+    /// The last step is fitted to end there, because dense output is less accurate than the ends of
+    /// steps. The exception is a step beyond `t_out` that was interrupted by a root.
     ///
     /// # Errors
     /// As for [`step`](RadauSolver::step).
@@ -54,7 +55,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.integrate_watched(t_out, &mut |_| Ok(()))
     }
 
-    /// The same, with a look at each accepted step.
+    /// Integrates like [`integrate_to`](RadauSolver::integrate_to) and calls a function after each
+    /// accepted step.
     pub(crate) fn integrate_watched(
         &mut self,
         t_out: f64,
@@ -105,7 +107,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let mut cause = String::new();
         loop {
             self.h = Some(wanted);
-            // Below some units of rounding of t a step is no step.
+            // A step cannot be shorter than some units of rounding of t.
             let rounding = (10.0 * f64::EPSILON * self.t.abs()).max(f64::MIN_POSITIVE);
             let smallest = self.options.min_step.max(rounding);
             if wanted < smallest {
@@ -133,7 +135,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             if !failures.any() {
                 match self.return_to_constraints(h) {
                     Err(Failure::Fatal(fatal)) => return Err(fatal.in_step(self.t, h)),
-                    // The step has failed anyway.
+                    // The step has failed in any case.
                     Ok(()) | Err(Failure::Rejected(_)) => {}
                 }
             }
@@ -146,7 +148,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 return Ok(self.stop(reason, message));
             }
             if too_many {
-                // What the steps before say may mislead: there may be a break in the input.
+                // The history of previous steps may mislead: the input may have a discontinuity.
                 self.start_afresh();
                 failures.forget_counts();
             }
@@ -155,7 +157,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Takes the next step as if it were the first.
+    /// Treats the next step as a first step.
     pub(super) fn start_afresh(&mut self) {
         self.fresh = true;
         self.predictor.forget();
@@ -163,12 +165,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.jacobian = Jacobian::Due;
     }
 
-    /// Accepts the step of size `h`, and chooses the next one by the `proposal` of the control.
+    /// Accepts the step of size `h` and chooses the next step from the `proposal` of the control.
     fn taken(&mut self, h: f64, wanted: f64, limit: f64, proposal: f64) -> Outcome {
         let at_limit = h >= limit - self.t;
         self.accept(h, if at_limit { limit } else { self.t + h });
-        // A step shortened to meet a limit says of the next only that it may grow as far as steps
-        // may.
+        // After a step that was shortened to meet a limit, the next one may grow by the largest
+        // permitted factor.
         let next = if h < wanted && proposal >= FACTORS.1 * h {
             proposal.max(wanted)
         } else {
@@ -183,7 +185,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Makes the step just computed, which ends at `t`, the last one.
+    /// Makes the step just computed, which ends at `t`, the last step.
     fn accept(&mut self, h: f64, t: f64) {
         self.predictor.learn(&self.newton.z, self.weights.scaled());
         self.collocation.t0 = self.t;
@@ -194,7 +196,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let step = step_of!(self, h);
         self.multipliers
             .remove(&step, &mut self.collocation.increments);
-        // û has the values of u at the nodes then, which satisfy the algebraic equations.
+        // Then û equals u at the nodes, which satisfy the algebraic equations.
         let algebraic = self.algebraic.iter().copied();
         self.collocation.free_start(&self.method, algebraic);
         if let Some(quadrature) = &mut self.quadrature {
@@ -214,7 +216,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         (self.fresh, self.next_limit) = (false, None);
         self.weigh();
         if self.matrices.pivot_choices() != self.pivot_choices {
-            // A solve has chosen some: the next set-up chooses all.
+            // A solve has selected some pivots: the next matrix setup selects all.
             (self.pivots_due, self.set_up_for) = (true, None);
         }
         let reusable = self.newton.contraction <= self.options.jacobian_reuse;
@@ -248,7 +250,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// The step to try next after one of size h: h again, if that saves a set-up.
+    /// Returns the step to try after a step of size h: h again, if that saves a matrix setup.
     pub(super) fn kept(&self, h: f64, proposal: f64) -> f64 {
         let (low, high) = self.options.step_window;
         if self.jacobian == Jacobian::Old && (low..=high).contains(&(proposal / h)) {
@@ -262,22 +264,23 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.options.max_step.unwrap_or(f64::INFINITY)
     }
 
-    /// The step of the size wanted, fitted to the time left. The last few share what is left, so
-    /// that none is much shorter than the one before: what a longer step left unbalanced would make
-    /// multipliers err.
+    /// Returns the step of the wanted size, fitted to the remaining time. The last few steps share
+    /// this time, so that a step is not much shorter than its predecessor: the remaining residual
+    /// of a longer step would cause errors of multipliers.
     fn fit(&self, wanted: f64, left: f64) -> f64 {
         let fixed = matches!(self.options.step_size, StepSize::Fixed(_));
         match left / wanted {
-            // The rounding of t must not leave a sliver, nor tell among how many steps is shared.
+            // Rounding of t must neither leave a tiny last step nor affect the number of steps that
+            // share the time.
             ratio if ratio <= 1.0 + SLIVER => left,
             ratio if ratio < SHARED && !fixed => left / (ratio - SLIVER).ceil(),
             _ => wanted,
         }
     }
 
-    /// With T the time in which y changes by itself and τ its tolerance, T τ^(3/4)/2. A step T τ/2,
-    /// in which y changes by the tolerance alone, may be so short that constraints and singular ẏ
-    /// matrices drown in rounding.
+    /// Returns the first step T τ^(3/4)/2, with T the time scale of y and τ its tolerance. A step T
+    /// τ/2, in which y changes by only the tolerance, may be so short that rounding dominates
+    /// constraints and singular ẏ matrices.
     fn initial_step(&self, t_out: f64) -> f64 {
         if let StepSize::Fixed(h) = self.options.step_size {
             return h;

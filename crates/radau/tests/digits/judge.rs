@@ -1,4 +1,4 @@
-//! Runs, and whether they keep the promise.
+//! Runs, and the check of their accuracy.
 
 use std::ops::Range;
 
@@ -10,30 +10,30 @@ use sundials_wrap::{IdaOptions, IdaSolver};
 const STAGES: [usize; 3] = [3, 5, 7];
 const TOLERANCES: [f64; 3] = [1e-4, 1e-6, 1e-8];
 
-/// Two digits.
+/// Allowed error in units of the tolerance: two digits.
 const PROMISED: f64 = 100.0;
 
-/// The part of the tolerance that IDAS needs for the same promise.
+/// Fraction of the tolerance that IDAS needs for this accuracy.
 const PART_FOR_BDF: f64 = 0.01;
 
-/// Steps of IDAS in one call: at index 3 it may go on for ever.
+/// Maximum number of steps of IDAS in one call: at index 3 it may never finish.
 const MAX_STEPS: usize = 20_000;
 
 /// Stages and tolerances of the two runs whose agreement makes a reference.
 const REFERENCES: [(usize, f64); 2] = [(7, 1e-12), (5, 1e-11)];
 
-/// They agree to a tenth of the tightest promise.
+/// Required agreement of both: a tenth of the smallest allowed error.
 const AGREEMENT: f64 = 0.1 * PROMISED * TOLERANCES[2];
 
 /// Makes a problem. The integrators are compiled once for all of them.
 pub(crate) type Make<'a> = &'a dyn Fn() -> Box<dyn Sample>;
 
-/// Makes copies of this one.
+/// Makes copies of this problem.
 pub(crate) fn copies<S: Sample + Clone + 'static>(sample: &S) -> impl Fn() -> Box<dyn Sample> {
     || Box::new(sample.clone())
 }
 
-/// A problem with its end, what is known there, and the times not to step over.
+/// A problem with its end time, the known results there, and the times that steps must not pass.
 pub(crate) struct Case<'a> {
     pub(crate) name: &'a str,
     pub(crate) sample: Make<'a>,
@@ -42,7 +42,7 @@ pub(crate) struct Case<'a> {
     pub(crate) breaks: &'a [f64],
 }
 
-/// Judges runs by the exact solution.
+/// Compares runs with the exact solution.
 pub(crate) fn exact<S>(name: &str, sample: S, t_end: f64, breaks: &[f64])
 where
     S: Sample + Clone + 'static,
@@ -58,7 +58,7 @@ where
     .judge();
 }
 
-/// Judges runs by a converged solution.
+/// Compares runs with a converged solution.
 pub(crate) fn converged<S>(name: &str, sample: &S, t_end: f64, breaks: &[f64])
 where
     S: Sample + Clone + 'static,
@@ -75,7 +75,7 @@ where
     .judge();
 }
 
-/// What two methods agree on.
+/// The reference on which two methods agree.
 pub(crate) fn reference(sample: Make<'_>, t_end: f64, breaks: &[f64]) -> Vec<f64> {
     let [first, second] = REFERENCES.map(|(stages, tolerance)| {
         let mut solver = radau(sample, stages, tolerance);
@@ -109,7 +109,7 @@ fn radau(sample: Make<'_>, stages: usize, tolerance: f64) -> RadauSolver<Box<dyn
     builder.build(start.t, &start.y, &start.y_dot).unwrap()
 }
 
-/// As one uses BDF: without the multipliers in the error test, where there are some.
+/// IDAS with typical settings: multipliers, if any, are excluded from the error test.
 fn idas(sample: Make<'_>, tolerance: f64) -> IdaSolver<Box<dyn Sample>> {
     let sample = sample();
     let start = sample.start();
@@ -137,7 +137,7 @@ fn multipliers(sample: &dyn Sample) -> Vec<bool> {
         .collect()
 }
 
-/// Runs to the end by way of the breaks.
+/// Runs to the end with a stop at each break.
 fn run<I: Integrator<Box<dyn Sample>>>(
     solver: &mut I,
     t_end: f64,
@@ -154,7 +154,7 @@ fn run<I: Integrator<Box<dyn Sample>>>(
 }
 
 impl Case<'_> {
-    /// Prints the rows of the table, and panics where the promise is not kept.
+    /// Prints the rows of the table, and panics if the allowed error is exceeded.
     pub(crate) fn judge(&self) {
         let mut broken = Vec::new();
         let mut rows = String::new();
@@ -178,7 +178,7 @@ impl Case<'_> {
                 let kept = match &ended {
                     Ok(()) if part < 1.0 => self.error(solver.y(), true) <= PROMISED * tolerance,
                     Ok(()) => true,
-                    // As the columns before show.
+                    // As shown in the previous columns.
                     Err(stop) => stop.to_string().contains("Radau IIA"),
                 };
                 if !kept {
@@ -192,7 +192,7 @@ impl Case<'_> {
         assert!(broken.is_empty(), "{}: {broken:#?}", self.name);
     }
 
-    /// The largest error of all variables, or of those but multipliers.
+    /// The largest error of all variables, or of all except multipliers.
     fn error(&self, y: &[f64], tested: bool) -> f64 {
         let left_out = multipliers(&*(self.sample)());
         let counts = |i: &usize| !(tested && left_out[*i]);

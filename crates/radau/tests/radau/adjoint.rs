@@ -1,4 +1,4 @@
-//! The discrete adjoint against forward sensitivities, differences and closed forms.
+//! Compares the discrete adjoint with forward sensitivities, differences and closed forms.
 
 use myovib_dae::samples::{
     MechanicalForm, Oscillator, ParametricSample, Pendulum, ScaledJay, ScaledLinear,
@@ -11,16 +11,16 @@ use myovib_radau::{
 
 use crate::common::{run, solver, tolerance};
 
-/// Where the misfit reads the solution and its derivative: at the ends and within steps.
+/// Times at which the misfit uses the solution and its derivative: at the ends and within steps.
 const TIMES: [f64; 4] = [0.0, 0.21, 0.5, 1.0];
 
 fn pendulum() -> Pendulum {
     Pendulum::new(MechanicalForm::Index3).with(0.6, 9.81)
 }
 
-/// ∂J/∂y(t) (`derivative` 0) or ∂J/∂ẏ(t) of a misfit that is their sum over [`TIMES`]: of no meaning,
-/// but different for each. Rates are those of positions or the like, the first half of the unknowns: the
-/// others' would magnify rounding by another 1/h.
+/// ∂J/∂y(t) (`derivative` 0) or ∂J/∂ẏ(t) of a misfit that is their sum over [`TIMES`]. The values
+/// are arbitrary but all different. Only rates of the first half of the unknowns, such as
+/// positions, are used: other rates would amplify rounding by another factor 1/h.
 fn cotangent(n: usize, t: f64, derivative: usize) -> Vec<f64> {
     let of = |i| (1.0 + i as f64 + t + 2.0 * derivative as f64).sin();
     let counting = if derivative == 0 { n } else { n / 2 };
@@ -29,8 +29,8 @@ fn cotangent(n: usize, t: f64, derivative: usize) -> Vec<f64> {
     cotangent
 }
 
-/// Not ẏ at the start: the slope of the first step's polynomial, of a size of 1/h or 1/h² there, would
-/// hide all else.
+/// Excludes ẏ at the start: the initial slope of the first step's polynomial has the size 1/h or
+/// 1/h² and would dominate all other terms.
 fn derivatives(t: f64) -> std::ops::Range<usize> {
     0..if t > 0.0 { 2 } else { 1 }
 }
@@ -45,8 +45,8 @@ fn add(step: &mut Cotangents<'_>, n: usize) {
     }
 }
 
-/// The gradient with all stages kept, or with checkpoints, and all that is seen of the stages on the way
-/// back.
+/// The gradient with all stages stored, or with checkpoints, and a record of the stages in the
+/// backward pass.
 fn adjoint<S: ParametricSample + Copy + 'static>(
     sample: S,
     options: RadauOptions,
@@ -71,7 +71,7 @@ fn adjoint<S: ParametricSample + Copy + 'static>(
         }
         Ok(())
     });
-    // A restored state says so of its statistics too, but for evaluations that restoring took.
+    // The statistics are restored too, except for evaluations required by the restoration.
     assert_eq!(solver.t(), before.t());
     let gradient = gradient.unwrap();
     assert_eq!(adjoint.work().steps, recording.n_steps() as u64);
@@ -84,7 +84,7 @@ fn starts<S: ParametricSample>(sample: S) -> Vec<Vec<f64>> {
     (0..sample.parameters().len()).map(of).collect()
 }
 
-/// The gradient by all that moves with the parameters.
+/// The gradient with all contributions of the parameters.
 fn total<S: ParametricSample>(sample: S, gradient: &Gradient) -> Vec<f64> {
     let of = |(start, p): (Vec<f64>, &f64)| {
         let by_start = start.iter().zip(&gradient.start).map(|(s, g)| s * g);
@@ -97,8 +97,8 @@ fn total<S: ParametricSample>(sample: S, gradient: &Gradient) -> Vec<f64> {
         .collect()
 }
 
-/// The same by forward sensitivities: to the parameters, the start moving with them, or to the start of
-/// the unknown `moved` alone.
+/// The gradient by forward sensitivities: to the parameters, including the initial values, or to
+/// the initial value of the unknown `moved` alone.
 fn forward<S: ParametricSample + Copy + 'static>(
     sample: S,
     options: RadauOptions,
@@ -149,7 +149,7 @@ fn forward<S: ParametricSample + Copy + 'static>(
     sums
 }
 
-/// What issue 19 asks for.
+/// Agreement required by issue 19.
 const AGREEMENT: f64 = 1e-10;
 
 fn expect_agreement(name: &str, forward: &[f64], adjoint: &[f64]) {
@@ -159,8 +159,8 @@ fn expect_agreement(name: &str, forward: &[f64], adjoint: &[f64]) {
     }
 }
 
-/// A sample by both, to its parameters and to its start, of which the first `differential` unknowns
-/// count.
+/// Compares both methods for a sample, for its parameters and for the initial values of the first
+/// `differential` unknowns.
 fn compare<S: ParametricSample + Copy + 'static>(
     name: &str,
     sample: S,
@@ -186,7 +186,7 @@ fn compare<S: ParametricSample + Copy + 'static>(
     }
 }
 
-/// Index 2 and 3 magnify rounding by 1/h and 1/h²: no first steps of 1e-3 where ten digits are asked.
+/// Index 2 and 3 amplify rounding by 1/h and 1/h², so first steps of 1e-3 do not permit ten digits.
 const LONG: StepSize = StepSize::Fixed(0.02);
 
 #[test]
@@ -216,11 +216,12 @@ fn forward_and_adjoint_agree_at_index_2() {
 
 #[test]
 fn forward_and_adjoint_agree_at_index_3() {
-    // No unknown can move alone: the length moves all of a consistent start.
+    // A single unknown cannot change: the length changes all values of a consistent start.
     compare("pendulum", pendulum(), 0, LONG);
 }
 
-/// Chosen steps too, where index 3 has stale factors, rejected steps and multipliers with a memory.
+/// Also for adaptive steps, which in index 3 have old factors, rejected steps and multipliers with
+/// a history.
 #[test]
 fn steps_from_checkpoints_are_the_same_bit_by_bit() {
     fn expect_same<S: ParametricSample + Copy + 'static>(sample: S) {
@@ -239,8 +240,9 @@ fn steps_from_checkpoints_are_the_same_bit_by_bit() {
     expect_same(pendulum());
 }
 
-/// J(p + δ) − J(p) − δ ∂J/∂p falls as δ²: of the length of the first coordinate at the end of a
-/// pendulum's run in fixed steps, Newton going as far as rounding allows.
+/// Checks that J(p + δ) − J(p) − δ ∂J/∂p decreases as δ². p is the length of a pendulum and J
+/// depends on the first coordinate at the end of a run in fixed steps, with Newton's method
+/// converged to rounding.
 #[test]
 fn the_taylor_remainder_has_order_2() {
     let options = || RadauOptions {
@@ -276,7 +278,7 @@ fn the_taylor_remainder_has_order_2() {
         .unwrap();
     let slope = gradient.parameters[1];
     let remainder = |delta: f64| (of(9.81 + delta) - of(9.81) - delta * slope).abs();
-    // From 1e-4 down to 6e-6 of g; Newton leaves 3e-15.
+    // From 1e-4 down to 6e-6 of g; the remaining Newton error is 3e-15.
     for delta in [0.01, 0.005, 0.0025] {
         let order = (remainder(delta) / remainder(0.5 * delta)).log2();
         println!("{delta}: {:e}, order {order}", remainder(delta));
@@ -284,7 +286,7 @@ fn the_taylor_remainder_has_order_2() {
     }
 }
 
-/// J = ∫ x² dt over [0, 1] by the weights of the stages, x = cos ωt: dJ/dω of 1/2 + sin 2ω/(4ω).
+/// J = ∫ x² dt over [0, 1] by the weights of the stages, with x = cos ωt and J = 1/2 + sin 2ω/(4ω).
 #[test]
 fn integrals_are_summed_over_the_stages() {
     let omega = 3.0;
@@ -307,13 +309,14 @@ fn integrals_are_summed_over_the_stages() {
         .unwrap();
     let (sin, cos) = (2.0 * omega).sin_cos();
     let slope = cos / (2.0 * omega) - sin / (4.0 * omega * omega);
-    // Stages have the order s + 1, the quadrature that of the method: some ten tolerances.
+    // Stages have the order s + 1, the quadrature has the order of the method: about ten
+    // tolerances.
     assert!((integral - 0.5 - sin / (4.0 * omega)).abs() < 1e-8);
     assert!((gradient.parameters[0] - slope).abs() < 1e-7);
 }
 
-/// Four times the steps need twice the memory, and each step is taken twice, but for those that are kept
-/// because the run ends with them.
+/// Checks that four times the steps need twice the memory, and that each step is taken twice,
+/// except for the steps that are still stored when the run ends.
 #[test]
 fn checkpoints_need_the_memory_of_the_root_of_the_steps() {
     let record = |h: f64, t_end: f64, last: u64| {
@@ -333,14 +336,14 @@ fn checkpoints_need_the_memory_of_the_root_of_the_steps() {
         gradient.unwrap();
         let steps = recording.n_steps();
         assert_eq!(adjoint.work().repeated_steps, steps as u64 - last);
-        // Beside the states there are 40 bytes a step, for how it was asked for.
+        // In addition to the states, 40 bytes per step store the arguments of its call.
         recording.n_bytes() - 40 * steps
     };
-    // 16² and 64² steps leave 9 and 33 states, 32 and 128 steps between two: every other state was left
-    // out with the last step, and half of the steps before it were let go.
+    // 16² and 64² steps have 9 and 33 states, with 32 and 128 steps between two of them: with the
+    // last step every other state was discarded, and half of the previous steps were released.
     let ratio = record(1.0 / 4096.0, 1.0, 0) as f64 / record(1.0 / 256.0, 1.0, 0) as f64;
     assert!((ratio - 4.0).abs() < 0.5, "{ratio}");
-    // 320 and 300 steps: 32 between two states, of which the last 32 and 12 are kept.
+    // 320 and 300 steps: 32 between two states, of which the last 32 and 12 are stored.
     record(1.0 / 256.0, 1.25, 32);
     record(1.0 / 256.0, 300.0 / 256.0, 12);
 }
@@ -356,7 +359,7 @@ fn misuse_is_told() {
         Recording::of_stages(&solver).err(),
         Some(RadauError::AfterTheStart { .. })
     ));
-    // Whoever changes the solver between steps cannot have them repeated.
+    // If the solver is changed between steps, the steps cannot be repeated.
     for _ in 0..20 {
         solver.restart();
         solver.step(1.0).unwrap();

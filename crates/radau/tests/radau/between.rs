@@ -1,4 +1,4 @@
-//! The solution between the ends of steps, and first steps.
+//! Accuracy of the solution between the ends of steps, and first steps.
 
 use myovib_dae::samples::{
     CapacitorLoop, Differentiated, JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Sample,
@@ -9,11 +9,11 @@ use myovib_radau::{RadauOptions, RadauSolver};
 
 use crate::common::{solver, tolerance};
 
-/// Points of a step, none of which is a node of a method.
+/// Points of a step that are not nodes of a method.
 const POINTS: [f64; 6] = [0.013, 0.1, 0.35, 0.5, 0.77, 0.95];
 
-/// ẏ0 + y0 = 0 and y1 = sin 5t, on which no other variable depends; in the form of index 2 ẏ0 = y1 and
-/// y0 = (1 − cos 5t)/5.
+/// ẏ0 + y0 = 0 and y1 = sin 5t, where y1 does not affect other variables. In the form of index 2 ẏ0
+/// = y1 and y0 = (1 − cos 5t)/5.
 #[derive(Clone, Copy)]
 struct Sine {
     index: u8,
@@ -104,9 +104,10 @@ fn errors(make: Make<'_>, t_end: f64, options: &RadauOptions) -> Vec<[f64; 2]> {
     }
 }
 
-/// Between the ends of steps a variable errs by at most twice its error at the ends plus some tolerances: the
-/// estimate is of the leading term, and the largest ratio was 3. It was above 1000 before steps were chosen for
-/// it. Multipliers of index 3 are not tested: rounding limits their accuracy at the nodes.
+/// Between the ends of steps the error of a variable is at most twice its error at the ends plus
+/// some tolerances: the estimate covers the leading term, and the largest observed ratio was 3. It
+/// was above 1000 when this estimate did not limit the steps. Multipliers of index 3 are not
+/// tested: rounding limits their accuracy at the nodes.
 #[test]
 fn dense_output_is_as_accurate_as_the_ends_of_steps() {
     const TOLERANCES: f64 = 4.0;
@@ -154,7 +155,8 @@ fn dense_output_is_as_accurate_as_the_ends_of_steps() {
     assert!(exceeded.is_empty(), "{exceeded:#?}");
 }
 
-/// sin 5t = 0.9 for the first time at asin(0.9)/5: the slope of the sine there turns an error of y1 into one of t.
+/// sin 5t = 0.9 for the first time at asin(0.9)/5. The slope of the sine there converts an error of
+/// y1 into an error of t.
 #[test]
 fn events_of_algebraic_variables_are_found_where_they_are() {
     for stages in [3, 5, 7] {
@@ -183,8 +185,8 @@ fn events_of_algebraic_variables_are_found_where_they_are() {
     }
 }
 
-/// The error of a multiplier that no other variable depends on is not seen by the error estimate. A first step of
-/// half a period is shortened all the same.
+/// The error estimate excludes the error of a multiplier that does not affect other variables.
+/// Nevertheless a first step of half a period is shortened.
 #[test]
 fn long_first_steps_are_verified() {
     for stages in [3, 5, 7] {

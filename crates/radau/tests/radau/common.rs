@@ -34,7 +34,7 @@ pub(crate) fn numbers(value: &Value) -> Vec<f64> {
         .collect()
 }
 
-/// The same tolerance, relative and absolute.
+/// Equal relative and absolute tolerances.
 pub(crate) fn tolerance(tol: f64) -> RadauOptions {
     RadauOptions {
         tolerances: Tolerances::scalar(tol, tol),
@@ -85,10 +85,10 @@ pub(crate) fn scd(y: &[f64], reference: &[f64]) -> f64 {
     -largest(errors).log10()
 }
 
-/// The largest of some errors.
+/// Returns the largest error.
 ///
 /// # Panics
-/// If one is no number: `f64::max` would pass it over, and leave as many digits as one likes.
+/// If an error is NaN: `f64::max` would ignore it and overestimate the digits.
 fn largest(errors: impl Iterator<Item = f64>) -> f64 {
     errors.fold(0.0, |largest, error| {
         assert!(!error.is_nan(), "an error that is no number");
@@ -96,7 +96,7 @@ fn largest(errors: impl Iterator<Item = f64>) -> f64 {
     })
 }
 
-/// ẋ = v, v̇ = −x with x = sin t: steps of any size converge at once.
+/// ẋ = v, v̇ = −x with x = sin t: Newton's method converges in one iteration for any step size.
 pub(crate) struct Oscillator;
 
 impl Problem for Oscillator {
@@ -150,7 +150,8 @@ impl Sample for Oscillator {
     }
 }
 
-/// A sample without its Jacobian: differences depend on the weights and the step they were taken at.
+/// A sample without its Jacobian. Difference quotients depend on the weights and the step size at
+/// the evaluation.
 #[derive(Clone)]
 pub(crate) struct WithoutJacobian<S>(pub(crate) S);
 

@@ -1,4 +1,4 @@
-//! Radau IIA keeps what every integrator promises.
+//! Radau IIA satisfies the contract of all integrators.
 
 use myovib_dae::Problem;
 use myovib_dae::conformance::{Method, Request};

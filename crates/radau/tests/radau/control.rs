@@ -1,4 +1,4 @@
-//! What a user may say between steps, and what the size of the next one follows.
+//! Changes of settings between steps, and the choice of the next step size.
 
 use myovib_dae::samples::{MechanicalForm, Pendulum, Sample};
 use myovib_dae::{Outcome, Tolerances};
@@ -6,8 +6,8 @@ use myovib_radau::{RadauError, RadauOptions, RadauSolver};
 
 use crate::common::{Oscillator, solver, tolerance};
 
-/// Newton's tolerance follows from weights as it does from the tolerances they stand for: with that of
-/// the default, 1e-4, the error would be some hundred times larger.
+/// Newton's tolerance follows from user-defined weights as from the equivalent tolerances: with the
+/// default tolerance, 1e-4, the error would be about a hundred times larger.
 #[test]
 fn weights_of_a_tolerance_solve_like_the_tolerance() {
     let tol = 1e-8;
@@ -20,7 +20,7 @@ fn weights_of_a_tolerance_solve_like_the_tolerance() {
     by_tolerance.integrate_to(t_end).unwrap();
     let mut by_weights = RadauSolver::builder(Oscillator)
         .options(RadauOptions {
-            // Of two circular functions one is large: its weight is that of the relative tolerance.
+            // One of two circular functions is large: the relative tolerance determines its weight.
             tolerances: Tolerances::scalar(1e-4, 1e-4),
             ..RadauOptions::default()
         })
@@ -49,7 +49,7 @@ fn the_next_step_alone_is_limited() {
     solver.limit_next_step(0.01 * free).unwrap();
     solver.step(100.0).unwrap();
     assert!(solver.statistics().last_step <= 0.01 * free);
-    // The next grows by eight at least, as after any that was shortened.
+    // The next step grows by at least a factor of eight, as after any shortened step.
     solver.step(100.0).unwrap();
     assert!(solver.statistics().last_step > 0.05 * free);
     for h in [0.0, -1.0, f64::NAN] {
@@ -61,7 +61,7 @@ fn the_next_step_alone_is_limited() {
     }
 }
 
-/// A restart takes a small first step where the integration is, and costs no accuracy.
+/// A restart takes a small first step from the current state and does not reduce the accuracy.
 #[test]
 fn a_restart_goes_on_from_where_it_is() {
     let sample = Pendulum::new(MechanicalForm::Index2);

@@ -35,7 +35,7 @@ fn root(outcome: Outcome) -> (f64, Vec<i32>) {
     }
 }
 
-/// As in the test of IDAS' wrapper. x is zero at the start, which is no crossing.
+/// As in the test of the IDAS wrapper. x is zero at the start, which does not count as a crossing.
 #[test]
 fn roots_are_found_in_the_direction_asked_for() {
     for stages in [3, 5, 7] {
@@ -53,7 +53,7 @@ fn roots_are_found_in_the_direction_asked_for() {
             let (t, crossings) = root(solver.integrate_to(10.0).unwrap());
             let error = (t - f64::from(k) * PI).abs();
             println!("{stages} stages: {error:.1e}");
-            // That of the polynomial of degree s + 1 inside a step, h^(s+2)/(s+2)!.
+            // Error of the polynomial of degree s + 1 inside a step, h^(s+2)/(s+2)!.
             let allowed = [2e-4, 1e-6, 2e-9][stages / 2 - 1];
             assert!(error < allowed, "{stages}: {t}");
             assert_eq!(crossings, if k % 2 == 1 { [-1, 0, -1] } else { [0, 1, 1] });
@@ -68,7 +68,7 @@ fn roots_are_found_in_the_direction_asked_for() {
 
 #[test]
 fn the_pendulum_passes_below_its_pivot_in_time() {
-    // K(1/√2)/√g, a quarter of the period, and three of them.
+    // K(1/√2)/√g, a quarter of the period, and three quarters.
     let quarter = 1.854_074_677_301_372 / 9.81_f64.sqrt();
     for stages in [3, 5, 7] {
         let options = RadauOptions {
@@ -85,13 +85,13 @@ fn the_pendulum_passes_below_its_pivot_in_time() {
             let (t, crossings) = root(solver.integrate_to(2.5).unwrap());
             assert_eq!(crossings, [crossing]);
             println!("{stages} stages: {:.1e}", t - exact);
-            // Ten tolerances, at the 4 m/s with which x passes.
+            // Ten tolerances, divided by the velocity of x at the crossing, 4 m/s.
             assert!((t - exact).abs() < 1e-9, "{stages}: {t}, {exact}");
         }
     }
 }
 
-/// x passes 0.9 twice, 0.9 s apart, and another function vanishes in between: all in one step.
+/// x crosses 0.9 twice, 0.9 s apart, and another function vanishes in between, all within one step.
 #[test]
 fn several_events_of_one_step_come_in_their_order() {
     let options = RadauOptions {
@@ -107,7 +107,7 @@ fn several_events_of_one_step_come_in_their_order() {
     let rise = 0.9_f64.asin();
     for (exact, expected) in [(rise, [0, 1]), (1.5, [-1, 0]), (PI - rise, [0, -1])] {
         let (t, crossings) = root(solver.step(10.0).unwrap());
-        // The polynomial of degree 7 over 2.5 s.
+        // Error of the polynomial of degree 7 over 2.5 s.
         assert!((t - exact).abs() < 1e-3, "{t} {exact}");
         assert_eq!(
             (crossings, solver.statistics().steps),

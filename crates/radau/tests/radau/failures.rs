@@ -1,4 +1,4 @@
-//! What happens when things go wrong.
+//! Behavior after failures.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -13,9 +13,9 @@ use num_complex::Complex64;
 use crate::common::stopped;
 use myovib_dae::samples::{MechanicalForm, Pendulum, Sample};
 
-/// ẏ = 1 − 2 y² (so y = tanh(√2 t)/√2), with a residual that misbehaves on demand.
+/// ẏ = 1 − 2 y² (so y = tanh(√2 t)/√2), with a residual that can be made to fail.
 struct Touchy {
-    /// Called with (t, y) before each residual; its value is added to it.
+    /// Called with (t, y) before each residual; the returned value is added to the residual.
     trouble: fn(f64, f64) -> Result<f64, StepError>,
     /// Factor on the Jacobian; 0 makes it singular.
     jacobian_factor: f64,
@@ -28,7 +28,7 @@ fn touchy(trouble: fn(f64, f64) -> Result<f64, StepError>) -> Touchy {
     }
 }
 
-/// The problem without trouble.
+/// The problem without failures.
 pub(crate) fn well_behaved() -> impl Problem {
     touchy(|_, _| Ok(0.0))
 }
@@ -88,7 +88,8 @@ fn recoverable(message: &str) -> Result<f64, StepError> {
 
 #[test]
 fn a_recoverable_error_halves_the_step() {
-    // The state at the end of the first step, 0.02, is refused, that of a halved one is not.
+    // The state at the end of the first step, 0.02, is rejected; the state after a halved step is
+    // not.
     let problem = touchy(|_, y| {
         if y > 0.012 {
             recoverable("too large")
@@ -124,7 +125,7 @@ fn a_lasting_recoverable_error_stops_with_its_message_and_the_last_state() {
     });
     let mut solver = solver(problem, RadauOptions::default());
     let stop = stopped(solver.integrate_to(1.0).unwrap());
-    // Halved steps creep up to t = 0.5, which the last cannot reach.
+    // Halved steps approach t = 0.5, which the last step cannot reach.
     assert_eq!(stop.reason, StopReason::StepTooSmall);
     assert!(
         stop.message.ends_with("after: t is late"),
@@ -136,7 +137,7 @@ fn a_lasting_recoverable_error_stops_with_its_message_and_the_last_state() {
         "{stop:?}"
     );
     let exact = (2f64.sqrt() * stop.t).tanh() / 2f64.sqrt();
-    // The tolerance, 1e-4 relative.
+    // The relative tolerance is 1e-4.
     assert!((solver.y()[0] - exact).abs() < 1e-4);
 }
 
@@ -168,7 +169,7 @@ fn nan_is_recoverable() {
     );
 }
 
-/// KLU, but some real solves give NaN: the first `failures` after `healthy`.
+/// KLU with a fault: after `healthy` real solves, the next `failures` solves give NaN.
 struct Overflowing {
     klu: SparseDirectSolver,
     healthy: u64,
@@ -219,7 +220,7 @@ fn an_error_estimate_of_nan_halves_the_step() {
             .build_with(matrices, 0.0, &[0.0], &[1.0])
             .unwrap()
     };
-    // The second step's last real solve is that of its error estimate.
+    // The last real solve of the second step belongs to its error estimate.
     let mut healthy = start(u64::MAX, 0);
     healthy.step(1.0).unwrap();
     healthy.step(1.0).unwrap();
@@ -234,7 +235,7 @@ fn an_error_estimate_of_nan_halves_the_step() {
     );
 }
 
-/// KLU, but no solve works.
+/// KLU with a fault: all solves fail.
 struct Broken(SparseDirectSolver);
 
 impl<P: Problem> LinearSolver<P> for Broken {
@@ -289,7 +290,7 @@ fn weights_must_be_positive() {
     }
 }
 
-/// A first step to where the integration is has no size.
+/// An output time equal to the initial time provides no time scale for the first step.
 #[test]
 fn an_output_time_at_the_start_gives_no_first_step() {
     let start = |t0| {
@@ -357,8 +358,8 @@ fn a_singular_matrix_stops() {
 
 #[test]
 fn a_wrong_jacobian_stops_by_convergence_failures() {
-    // Corrections a hundred times too large diverge however small the step; ẏ0 = 0, which is wrong
-    // too, leaves something to correct.
+    // Corrections that are a hundred times too large diverge for any step size; the inconsistent ẏ0
+    // = 0 requires a correction.
     let problem = Touchy {
         jacobian_factor: 0.01,
         ..touchy(|_, _| Ok(0.0))
@@ -451,20 +452,20 @@ fn steps_stay_below_the_largest() {
         ..RadauOptions::default()
     };
     let mut solver = solver(touchy(|_, _| Ok(0.0)), options);
-    // Each time but 0.2 is met by a step shortened for it.
+    // Steps are shortened to meet each time except 0.2.
     for t_out in [0.015, 0.035, 0.2] {
         while solver.t() < t_out {
             solver.set_stop_time(t_out).unwrap();
             solver.step(t_out).unwrap();
             let stats = solver.statistics();
-            // A last step may be longer by the sliver it spares, a part in 1e8.
+            // A last step may be longer by a tiny remainder, a fraction of 1e-8.
             assert!(stats.last_step <= 0.01 * (1.0 + 1e-8), "{stats:?}");
             assert!(stats.current_step <= 0.01, "{stats:?}");
         }
     }
 }
 
-/// A pendulum whose residual cannot be evaluated after some time.
+/// A pendulum whose residual cannot be evaluated after a certain time.
 struct Wall(Pendulum, f64);
 
 impl Problem for Wall {
@@ -488,8 +489,8 @@ impl Problem for Wall {
     }
 }
 
-/// Short steps before a wall magnify the rounding of a constraint: none is accepted in which that exceeds
-/// the tolerance.
+/// Short steps before a failure of the residual amplify the rounding of a constraint. Steps in
+/// which this rounding exceeds the tolerance are not accepted.
 #[test]
 fn the_state_before_a_wall_is_as_accurate_as_any_other() {
     for form in [MechanicalForm::Index3, MechanicalForm::Index2] {
@@ -508,7 +509,7 @@ fn the_state_before_a_wall_is_as_accurate_as_any_other() {
             let exact = pendulum.exact(stop.t).unwrap();
             let errors = (0..4).map(|i| (solver.y()[i] - exact[i]).abs());
             let error = errors.fold(0.0, f64::max);
-            // The promise of a success: two digits.
+            // Allowed error of a successful run: 100 times the tolerance (two digits).
             assert!(
                 error < 100.0 * tolerance,
                 "{form:?}, {stages} stages: {error:e}"

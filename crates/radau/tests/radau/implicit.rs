@@ -1,4 +1,5 @@
-//! Fully implicit equations and solutions that begin like square roots: a success is right.
+//! Fully implicit equations and solutions that begin like square roots: successful runs are
+//! accurate.
 
 use myovib_dae::{Outcome, Problem, StepError, Tolerances};
 use myovib_radau::{RadauOptions, RadauSolver};
@@ -30,7 +31,7 @@ impl Problem for Implicit {
     }
 }
 
-/// As many digits less than the tolerance as a success promises: two.
+/// Allowed error of a successful run in units of the tolerance: two digits.
 const PROMISED: f64 = 100.0;
 
 const CASES: [Case; 20] = [
@@ -220,8 +221,8 @@ fn error(case: &Case, stages: usize, tolerance: f64) -> Option<f64> {
     }
 }
 
-/// At tolerances above the initial value of a root, both of its branches satisfy the equations: a run may
-/// stop. At tight ones every run succeeds.
+/// At tolerances above the initial value of a root, both of its branches satisfy the equations, so
+/// a run may stop. At small tolerances every run succeeds.
 #[test]
 fn no_success_is_wrong() {
     let mut wrong = Vec::new();

@@ -1,4 +1,4 @@
-//! States that the integrator eliminates, against the same among the unknowns.
+//! Compares states that the integrator eliminates with the same states among the unknowns.
 
 use std::ops::{Div, Mul};
 
@@ -13,13 +13,13 @@ use crate::common::tolerance;
 /// g and τ.
 const TERMS: [(f64, f64); 3] = [(0.5, 0.02), (0.3, 0.2), (0.8, 1.5)];
 
-/// What drives the states, and its derivative.
+/// Driving quantity of the states, and its derivative.
 fn drive(u: f64) -> [f64; 2] {
     [20.0 * (u + u.powi(3)), 20.0 * (1.0 + 3.0 * u * u)]
 }
 
-/// u̇ = v, v̇ + s(u) + Σ (g s(u) − q) = 30 sin 4t, with the states q after u and v among the unknowns,
-/// or with the sum given.
+/// u̇ = v, v̇ + s(u) + Σ (g s(u) − q) = 30 sin 4t, with the states q after u and v among the
+/// unknowns, or with the sum as a response.
 struct Oscillator {
     response: Option<[f64; 1]>,
     u: f64,
@@ -153,7 +153,7 @@ fn eliminated(stages: usize, tol: f64) -> RadauSolver<Oscillator, Eliminated> {
         .unwrap()
 }
 
-/// y and q at `t`, with a fresh start at each crossing of u = 0.2.
+/// y and q at `t`, with a restart at each crossing of u = 0.2.
 fn end(mut solver: RadauSolver<Oscillator, Eliminated>, t: f64) -> (Vec<f64>, usize) {
     let mut roots = 0;
     loop {
@@ -190,7 +190,8 @@ fn eliminated_states_are_those_among_the_unknowns_over_restarts() {
         let (state, roots) = end(eliminated(stages, tol), 3.0);
         assert!(roots > 2, "{roots}");
         for (i, (found, exact)) in state.iter().zip(full.y()).enumerate() {
-            // Errors gather over some hundred steps; a state cut in the wrong place errs by 1e-3.
+            // Errors accumulate over some hundreds of steps; a state truncated at a wrong time has
+            // an error of 1e-3.
             let error = (found - exact).abs() / tol;
             assert!(
                 error < 1e3,

@@ -1,4 +1,4 @@
-//! Settings and problems that make no sense.
+//! Invalid settings and problems.
 
 use myovib_dae::samples::{MechanicalForm, Pendulum};
 use myovib_dae::{Problem, StepError, Suppressed, Tolerances, VariableKind};
@@ -136,7 +136,7 @@ fn wrong_input_is_named() {
     }
 }
 
-/// A problem of `n` unknowns with a pattern that may be another one's.
+/// A problem of `n` unknowns whose pattern may have another size.
 #[derive(Debug)]
 struct Crooked {
     n: usize,
@@ -227,8 +227,8 @@ impl Fading for Slot {
     }
 }
 
-/// Regression: slots that do not fit and relaxation times without sense ended in a panic, or, for a negative
-/// time, in a solution that grows.
+/// Regression: inconsistent slots and invalid relaxation times caused a panic or, for a negative
+/// time, a growing solution.
 #[test]
 fn a_memory_without_sense_is_refused() {
     let build = |slots: &[(usize, usize)], time: f64, weight: f64, absolute: f64| {
@@ -279,8 +279,8 @@ fn a_memory_without_sense_is_refused() {
     }
 }
 
-/// Damages each array and each number of a value in turn, and calls `check` with its path and the damaged
-/// value.
+/// Damages each array and each number of a value in turn, and calls `check` with its path and the
+/// damaged value.
 fn damaged(value: &Value, check: &mut dyn FnMut(&str, &Value)) {
     fn paths(value: &Value, at: &str, found: &mut Vec<String>) {
         match value {
@@ -321,7 +321,8 @@ fn damaged(value: &Value, check: &mut dyn FnMut(&str, &Value)) {
     }
 }
 
-/// Regression: vectors of a state one number short ended in a panic or were accepted.
+/// Regression: if vectors of a state were too short by one number, this caused a panic or was
+/// accepted.
 #[test]
 fn a_damaged_state_never_ends_in_a_panic() {
     let sample = Pendulum::new(MechanicalForm::Index2);

@@ -1,4 +1,4 @@
-//! Observed orders at fixed steps, and of the dense output (shared cases S4).
+//! Observed orders with fixed steps, also of the dense output (shared cases S4).
 
 use myovib_dae::samples::{JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Sample};
 use myovib_dae::{Problem, Tolerances};
@@ -7,7 +7,7 @@ use myovib_radau::{IndexScaling, RadauError, RadauOptions, RadauSolver, StepSize
 use crate::common::{Oscillator, run, solver};
 use crate::failures::well_behaved;
 
-/// Fixed steps, Newton converged as far as rounding allows.
+/// Fixed steps, with Newton's method converged to rounding.
 fn fixed(h: f64) -> RadauOptions {
     RadauOptions {
         tolerances: Tolerances::scalar(1e-12, 1e-12),
@@ -44,8 +44,8 @@ fn orders(errors: impl Fn(f64) -> Vec<f64>, n: f64) -> Vec<f64> {
         .collect()
 }
 
-/// The distance to the limit falls by half from one pair of steps to the next; ± 0.25 holds at the
-/// steps chosen, far enough from rounding.
+/// The distance to the limit decreases by half from one pair of steps to the next. A tolerance of ±
+/// 0.25 holds for the chosen steps, which are far from rounding.
 fn assert_orders(observed: &[f64], expected: &[f64]) {
     println!("{observed:.2?}");
     for (i, (observed, expected)) in observed.iter().zip(expected).enumerate() {
@@ -64,7 +64,7 @@ fn linear_index_1_has_the_order_of_the_method() {
                 stages,
                 ..fixed(10.0 / n)
             };
-            // y2 is given by an algebraic equation: it is exact.
+            // y2 follows from an algebraic equation and is exact.
             errors(LinearIndex1, 10.0, options)[..1].to_vec()
         };
         assert_orders(&orders(errors, n), &[(2 * stages - 1) as f64]);
@@ -85,7 +85,7 @@ fn an_ode_has_the_order_of_the_method() {
     }
 }
 
-/// Collocation alone gives the multiplier the order 3; its leading error is removed.
+/// With collocation alone the multiplier has the order 3; its leading error is removed.
 #[test]
 fn jay_index_2_has_orders_5_and_4() {
     for n in [20.0, 40.0] {
@@ -94,21 +94,21 @@ fn jay_index_2_has_orders_5_and_4() {
     }
 }
 
-/// Collocation alone gives the multiplier the order 2; its leading error is removed.
+/// With collocation alone the multiplier has the order 2; its leading error is removed.
 #[test]
 fn pendulum_index_3_has_orders_5_and_3() {
     let pendulum = Pendulum::new(MechanicalForm::Index3);
     for n in [25.0, 50.0] {
         let states = |n: f64| errors(pendulum, 1.0, fixed(1.0 / n))[..4].to_vec();
         assert_orders(&orders(states, n), &[5.0, 5.0, 3.0, 3.0]);
-        // Twice as many steps, for which positions are exact already.
+        // Twice as many steps, for which positions are already exact.
         let multiplier = |n: f64| errors(pendulum, 1.0, fixed(0.5 / n))[4..].to_vec();
         assert_orders(&orders(multiplier, n), &[3.0]);
     }
 }
 
-/// Velocities have the order s, multipliers s + 1 in index 2 and s in index 3; what is of order
-/// 2s − 1 is exact at these steps.
+/// Velocities have the order s, multipliers s + 1 in index 2 and s in index 3. Variables of order
+/// 2s − 1 are exact with these steps.
 #[test]
 fn five_stages_have_orders_6_and_5_in_higher_index() {
     let five = |n: f64| RadauOptions {
@@ -118,7 +118,7 @@ fn five_stages_have_orders_6_and_5_in_higher_index() {
     let jay = |n: f64| errors(JayIndex2, 1.0, five(n))[2..].to_vec();
     assert_orders(&orders(jay, 16.0), &[6.0]);
     let pendulum = Pendulum::new(MechanicalForm::Index3);
-    // Rounding in λ keeps Newton above the 3e-15 that `fixed` asks for.
+    // Rounding in λ prevents Newton's method from reaching the 3e-15 of `fixed`.
     let pendulum = |n: f64| {
         let options = RadauOptions {
             newton_tolerance: Some(0.1),
@@ -129,8 +129,8 @@ fn five_stages_have_orders_6_and_5_in_higher_index() {
     assert_orders(&orders(pendulum, 20.0), &[5.0, 5.0, 5.0]);
 }
 
-/// The largest errors of the dense output and of its derivative in the last of n steps up to `t_end`,
-/// at places that no root of the ramp is close to (for three stages 0.4).
+/// The largest errors of the dense output and of its derivative in the last of n steps up to
+/// `t_end`, at points far from the roots of the ramp (0.4 for three stages).
 fn dense_errors<P: Problem>(
     problem: P,
     (y0, y_dot0): (&[f64], &[f64]),
@@ -169,8 +169,8 @@ fn dense_output_of_an_ode_has_two_orders_more_than_stages() {
 
 #[test]
 fn dense_output_of_a_dae_has_one_order_more_than_stages_at_least() {
-    // Here ẏ1 at the ends is only of the order of the stages, for it contains ẏ2 of the
-    // algebraic y2.
+    // Here ẏ1 at the ends has only the stage order, because it contains the algebraic variable y2
+    // through ẏ2.
     for (stages, n) in [(3, 16.0), (5, 16.0)] {
         let errors = |n: f64| {
             let start = LinearIndex1.start();
@@ -193,15 +193,15 @@ fn dense_output_joins_steps_with_a_continuous_derivative() {
         let before = solver.y_dot().to_vec();
         solver.step(1.0).unwrap();
         solver.dense_output(solver.t() - 0.05, 1, end).unwrap();
-        // Of the differential variables.
+        // Differential variables only.
         for (a, b) in end.iter().zip(&before).take(2) {
-            // Rounding, divided by h and magnified by the derivatives of the basis.
+            // Rounding, divided by h and amplified by the derivatives of the basis.
             assert!((a - b).abs() < 1e-12 * (1.0 + b.abs()), "{a} {b}");
         }
     }
 }
 
-/// z of Jay's problem is algebraic: ż occurs nowhere, so that 0 may be given at the start.
+/// z of Jay's problem is algebraic. ż does not occur in the equations, so it may be 0 at the start.
 #[test]
 fn dense_output_of_the_first_step_needs_no_derivative_of_algebraic_variables() {
     let errors = |n: f64| {
@@ -220,8 +220,8 @@ fn dense_output_of_the_first_step_needs_no_derivative_of_algebraic_variables() {
         let z = JayIndex2.exact(0.4 * h).unwrap()[2];
         vec![error(0, z), error(1, 2.0 * z)]
     };
-    // ż = 2z. The values have the order of the ends, s + 1, their derivatives one less. Longer steps
-    // would fail: so wrong a start lets Newton diverge at first.
+    // ż = 2z. The values have the order of the ends, s + 1, their derivatives one order less. With
+    // longer steps Newton's method would diverge at first, because of the inconsistent ż.
     assert_orders(&orders(errors, 160.0), &[4.0, 3.0]);
 }
 

@@ -1,8 +1,8 @@
-//! Digits at adaptive steps, against exact and published solutions.
+//! Digits with adaptive steps, compared with exact and published solutions.
 //!
-//! Steps and digits are those of the first runs of this code (November 2026). The error of a
-//! single run scatters by a factor of several when anything changes, so half a digit less and a
-//! tenth more steps still pass.
+//! Steps and digits are the results of the first runs of this code (November 2026). The error of a
+//! single run varies by a factor of several after any change, so half a digit less and a tenth more
+//! steps are accepted.
 
 use std::ops::Range;
 
@@ -62,8 +62,8 @@ fn akzo() {
     }
 }
 
-/// A tolerance of the size of y2, whose root is taken: differences over a tolerance would leave the
-/// domain.
+/// With a tolerance of the size of y2, whose root occurs in F, differences over a tolerance would
+/// leave the domain.
 #[test]
 fn akzo_without_its_jacobian() {
     let exact = numbers(&reference("s1_akzo")["ref"]);
@@ -109,8 +109,8 @@ fn pendulum_of_index_3() {
         (2..4, (734.0, 8.3)),
         (4..5, (734.0, 7.0)),
     ] {
-        // Velocities and multipliers, whose leading error is removed, are of order 3 only, and take
-        // the steps that two digits less than the tolerance need; 408 are enough for positions.
+        // Velocities and multipliers, whose leading error is removed, have only order 3. Two digits
+        // less than the tolerance determine the number of steps; 408 are sufficient for positions.
         assert_run(
             EIGHT,
             digits(sample, 2.0, &exact, components, EIGHT),
@@ -119,7 +119,7 @@ fn pendulum_of_index_3() {
     }
 }
 
-/// Newton from a start at rest, and its tolerance, are what long steps of high order depend on.
+/// Newton's method from a start at rest, and its tolerance, limit long steps of high order.
 #[test]
 fn pendulum_of_index_3_at_high_order() {
     let sample = Pendulum::new(MechanicalForm::Index3);
@@ -184,7 +184,7 @@ fn heat_equation() {
     assert_run(EIGHT, (solver.statistics().steps, 8.0), (56.0, 8.0));
 }
 
-/// Relative errors of y1 at thirteen times up to 1e11, while it falls to 2e-8.
+/// Relative errors of y1 at thirteen times up to 1e11, during which it decreases to 2e-8.
 #[test]
 fn robertson() {
     let reference = &reference("s3_robertson")["accurate"];
@@ -210,17 +210,18 @@ fn robertson() {
     }
 }
 
-/// RADAU5 on van der Pol's equation in the time of its slow part,
+/// Compares the counters with RADAU5 on van der Pol's equation, scaled to the time of its slow
+/// part,
 ///
 /// ```text
-/// ẏ1 = y2,  ε ẏ2 = (1 − y1²) y2 − y1,  ε = 1e-6,  y(0) = (2, −0.66),  t ≤ 2,
+/// ẏ1 = y2,  ε ẏ2 = (1 − y1²) y2 − y1,  ε = 1e-6,  y(0) = (2, −0.66),  t ≤ 2.
 /// ```
 ///
-/// the example that comes with it: tolerances 1e-4, first step 1e-6, 242 steps accepted and 8 rejected,
-/// 162 Jacobians, 253 decompositions, 668 Newton iterations.
+/// This is the example of RADAU5: tolerances 1e-4, first step 1e-6, 242 steps accepted and 8
+/// rejected, 162 Jacobians, 253 decompositions, 668 Newton iterations.
 ///
-/// Source: the driver of RADAU5 (E. Hairer, G. Wanner); the counters as the solver of `russell_ode` (D.
-/// Pedroso), which repeats that code to 1e-14, asserts them.
+/// Source: the driver of RADAU5 (E. Hairer, G. Wanner). The counters are asserted by the solver of
+/// `russell_ode` (D. Pedroso), which reproduces that code to 1e-14.
 #[test]
 fn counters_of_radau5() {
     let mut solver = RadauSolver::builder(Relaxation)
@@ -238,12 +239,12 @@ fn counters_of_radau5() {
         (ours.linear_setups, 253.0),
         (ours.newton_iterations, 668.0),
     ] {
-        // The codes differ in when a step is repeated: see the notes on the method.
+        // The codes repeat steps under different conditions: see the notes on the method.
         assert!((count as f64 / theirs - 1.0).abs() < 0.1, "{ours:?}");
     }
-    // Ours hold an estimate that grows tenfold against the tolerance for the solution.
+    // This code compares an estimate that grows tenfold with the tolerance for the solution.
     assert!(ours.error_test_failures <= 2 * 8, "{ours:?}");
-    // Both err by less than the tolerance.
+    // Both errors are less than the tolerance.
     let theirs = [1.706163410178079, -8.927971289301175e-1];
     for (ours, theirs) in solver.y().iter().zip(theirs) {
         assert!((ours - theirs).abs() < 1e-4 * (1.0 + theirs.abs()));

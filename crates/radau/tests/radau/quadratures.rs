@@ -1,4 +1,4 @@
-//! Quadratures along with the solution: their order, and going on from a saved state and from a root.
+//! Quadratures along with the solution: order, and continuation from a saved state and from a root.
 
 use myovib_dae::samples::{JayIndex2, Sample};
 use myovib_dae::{Direction, Outcome, Tolerances};
@@ -24,12 +24,12 @@ fn exact(t: f64) -> f64 {
     (x(t).powi(3) - x(0.0).powi(3)) / 3.0
 }
 
-/// At fixed steps a quadrature has the order of the method, 2s − 1, and within steps that of dense output
-/// in a first step, s + 1.
+/// Checks that with fixed steps a quadrature has the order of the method, 2s − 1, and within steps
+/// the order of dense output in a first step, s + 1.
 #[test]
 fn quadratures_have_the_order_of_the_method() {
-    // Steps are long, or the error would be rounding: with seven stages and half a step of 0.5 it is
-    // 3e-16, and the order seen 10 in place of 13.
+    // Steps are long to keep the error above rounding: with seven stages and half a step of 0.5 the
+    // error is 3e-16, and the observed order 10 instead of 13.
     for (stages, h) in [(3, 0.2), (5, 0.5), (7, 4.0 / 3.0)] {
         let errors = [h, 0.5 * h].map(|h| {
             let mut solver = solver(RadauOptions {
@@ -59,17 +59,17 @@ fn quadratures_have_the_order_of_the_method() {
             [(q[0] - exact(solver.t())).abs(), within]
         });
         let order = |k: usize| (errors[0][k] / errors[1][k]).log2();
-        // As steps are long, an order is seen to a tenth.
+        // With long steps, an order is observed to within a tenth.
         let (method, s) = (2.0 * stages as f64 - 1.0, stages as f64);
         println!("s = {stages}: {:.2} {:.2} {errors:?}", order(0), order(1));
         assert!(order(0) > 0.9 * method, "s = {stages}: {}", order(0));
-        // Of the first step nothing is known before it: one order less than that of the others.
+        // The first step has no predecessor: its order is lower by one.
         let dense = s + 1.0;
         assert!(order(1) > 0.9 * dense, "s = {stages}: {}", order(1));
     }
 }
 
-/// What is integrated of a multiplier is the one that is handed out, less its leading error: ∫ z = e² ᵗ/2.
+/// The integrand uses the multiplier of the output, without its leading error: ∫ z = e² ᵗ/2.
 #[test]
 fn multipliers_are_integrated_as_they_are_handed_out() {
     let start = JayIndex2.start();
@@ -86,14 +86,15 @@ fn multipliers_are_integrated_as_they_are_handed_out() {
     solver.quadrature(&mut q).unwrap();
     let exact = 0.5 * 2.0_f64.exp();
     let off = (solver.y()[2] - 2.0 * exact).abs();
-    // No more than the multiplier errs at the end, or the tolerance, over the unit of time.
+    // At most the error of the multiplier at the end, or the tolerance, times the unit of time.
     assert!(
         (q[0] - exact).abs() < off.max(1e-5),
         "{q:?} {exact}, z {off:e}"
     );
 }
 
-/// A saved state has the quadratures with it, bit by bit; they go on at a root, and after a restart there.
+/// Quadratures are saved bitwise with the state, and continue after a root and after a restart
+/// there.
 #[test]
 fn quadratures_go_on_from_saved_states_and_from_roots() {
     let options = || RadauOptions {
@@ -137,7 +138,7 @@ fn quadratures_go_on_from_saved_states_and_from_roots() {
             panic!("no root");
         };
         watched.quadrature(&mut q).unwrap();
-        // Some hundred steps of 1e-8, and of dense output.
+        // About a hundred steps with an error of 1e-8 each, and dense output.
         assert!((q[0] - exact(t)).abs() < 1e-6, "{q:?} {}", exact(t));
         if restarts {
             watched.restart();

@@ -1,4 +1,4 @@
-//! What a stop says may help, does.
+//! Checks that the remedies in the message of a stop work.
 
 use myovib_dae::samples::{MechanicalForm, Pendulum, Sample};
 use myovib_dae::{Outcome, Problem, StepError, Tolerances};
@@ -19,7 +19,8 @@ impl<P: Problem> Problem for Silent<P> {
     }
 }
 
-/// The pendulum of index 3 does not run where all its variables count alike, and does by the remedy.
+/// The pendulum of index 3 fails if all its variables have equal weights, and succeeds with the
+/// remedy.
 #[test]
 fn indices_that_are_not_stated_are_asked_for() {
     let pendulum = Pendulum::new(MechanicalForm::Index3);
@@ -38,8 +39,8 @@ fn indices_that_are_not_stated_are_asked_for() {
     assert_eq!(outcome, Outcome::Reached { t: 2.0 });
 }
 
-/// A short first step under a hidden constraint is one reason for failures, small tolerances of what
-/// it magnifies are another.
+/// Under a hidden constraint, failures may be caused by a short first step or by small tolerances
+/// for amplified variables.
 #[test]
 fn under_a_hidden_constraint_longer_first_steps_are_named() {
     let pendulum = Pendulum::new(MechanicalForm::Index3);

@@ -1,4 +1,4 @@
-//! A solver that goes on from a saved state takes the steps that the one before would have taken.
+//! A solver that continues from a saved state takes the same steps as the original solver.
 
 use myovib_dae::samples::{
     CapacitorLoop, CarAxis, Differentiated, Heat2d, JayIndex2, LinearIndex1, MechanicalForm,
@@ -9,12 +9,12 @@ use myovib_radau::{RadauError, RadauOptions, RadauState};
 
 use crate::common::{WithoutJacobian, solver, tolerance};
 
-/// Numbers of steps at which to save, seeded: (i × a golden ratio) mod the steps of the run.
+/// Step numbers at which to save, seeded: (i × a golden ratio) mod the steps of the run.
 fn places(steps: u64) -> Vec<u64> {
     (1..=5).map(|i| (i * 2_654_435_761) % steps).collect()
 }
 
-/// Saves a run at some steps by way of JSON, and goes on with a new solver.
+/// Saves a run at some steps through JSON, and continues with a new solver.
 #[track_caller]
 fn assert_goes_on<S: Sample + Clone>(sample: &S, t_end: f64, options: &RadauOptions) {
     let begin = || {
@@ -47,7 +47,7 @@ fn assert_goes_on<S: Sample + Clone>(sample: &S, t_end: f64, options: &RadauOpti
             second.dense_output(t, 0, &mut out[1]).unwrap();
             assert_eq!(out[0], out[1]);
         }
-        // Saving has not changed the first one either.
+        // Saving does not change the first solver.
         assert_eq!(first.save(), whole.save());
     }
 }

@@ -1,4 +1,5 @@
-//! Forward sensitivities against closed forms, and against differences of tightly solved runs.
+//! Compares forward sensitivities with closed forms and with differences of runs at small
+//! tolerances.
 
 use myovib_dae::samples::{
     MechanicalForm, Oscillator, ParametricSample, Pendulum, Sample, ScaledJay, ScaledLinear,
@@ -55,8 +56,8 @@ fn pendulum() -> Pendulum {
     Pendulum::new(MechanicalForm::Index3).with(PENDULUM, 9.81)
 }
 
-/// The error of sensitivities is not tested; they are as smooth as the solution, and users are promised
-/// for 10 × the tolerance.
+/// The error of sensitivities is not controlled. They are as smooth as the solution, and the
+/// documented error is 10 × the tolerance.
 #[test]
 fn closed_forms_of_index_0_to_3_are_met_at_ten_times_the_tolerance() {
     for stages in [3, 5, 7] {
@@ -90,8 +91,8 @@ fn closed_forms_of_index_0_to_3_are_met_at_ten_times_the_tolerance() {
     }
 }
 
-/// The last component of the sensitivity to parameter `j`: that of the multiplier, by the tolerance
-/// of which it is measured.
+/// The last component of the sensitivity to parameter `j`: the sensitivity of the multiplier, whose
+/// tolerance scales the error.
 fn multiplier_error<S: ParametricSample + Copy + 'static>(
     sample: S,
     options: RadauOptions,
@@ -110,10 +111,10 @@ fn multiplier_error<S: ParametricSample + Copy + 'static>(
     [own, of.fold(0.0, f64::max)]
 }
 
-/// Of multipliers no worse than the collocation's own error, which has the order s − 1. The solver
-/// removes the leading part of that from the multiplier, whose order is s then. So for an error e of
-/// the multiplier that of the sensitivity is about e^((s−1)/s); its constant of its own may be ten
-/// times as large.
+/// The sensitivities of multipliers are not worse than the error of collocation, which has the
+/// order s − 1. The solver removes the leading part of this error from the multiplier, which then
+/// has the order s. So for an error e of the multiplier, the error of the sensitivity is about
+/// e^((s−1)/s), with a constant up to ten times as large.
 #[test]
 fn multipliers_of_index_3_have_sensitivities_as_good_as_their_own() {
     for stages in [3, 5, 7] {
@@ -133,7 +134,7 @@ fn multipliers_of_index_3_have_sensitivities_as_good_as_their_own() {
     }
 }
 
-/// Fixed steps, Newton and the sensitivities' equations solved as far as rounding allows.
+/// Fixed steps, with Newton's method and the sensitivity equations converged to rounding.
 fn fixed(stages: usize, h: f64) -> RadauOptions {
     RadauOptions {
         stages,
@@ -147,7 +148,8 @@ fn fixed(stages: usize, h: f64) -> RadauOptions {
     }
 }
 
-/// In fixed steps the sensitivities are those of the method: their order is that of the states.
+/// In fixed steps the sensitivities are derivatives of the discrete solution, so they have the
+/// order of the states.
 #[test]
 fn orders_in_fixed_steps_are_those_of_the_states() {
     for (stages, n) in [(3, 10.0), (5, 1.0)] {
@@ -162,20 +164,20 @@ fn orders_in_fixed_steps_are_those_of_the_states() {
         };
         let observed = (of(n) / of(2.0 * n)).log2();
         println!("{stages} stages: {observed}, {:e}", of(2.0 * n));
-        // The distance to the limit falls by half from one pair of steps to the next.
+        // The distance to the limit decreases by half from one pair of steps to the next.
         assert!(
             (observed - order).abs() < 1.0,
             "{stages} stages: {observed}"
         );
     }
-    // Index 3: positions and velocities have the order of stages, s, at least.
+    // Index 3: positions and velocities have at least the stage order s.
     let of = |n: f64| error(pendulum(), 1.0, 4, fixed(3, 1.0 / n));
     let observed = (of(40.0) / of(80.0)).log2();
     assert!(observed > 2.5, "index 3: {observed}");
 }
 
-/// The sensitivities are the derivative of what is computed: of runs in the same fixed steps the
-/// differences agree far beyond the error of either.
+/// The sensitivities are derivatives of the computed solution: they agree with differences of runs
+/// in the same fixed steps much more closely than with the exact solution.
 #[test]
 fn they_differentiate_the_computed_solution() {
     let (_, sensitivities) = run(pendulum(), 1.0, fixed(3, 0.02));
@@ -193,14 +195,14 @@ fn they_differentiate_the_computed_solution() {
         truth = truth.max((exact[i] - difference).abs());
     }
     println!("{off:e} {truth:e}");
-    // The truncation (δ/g)², Newton's 3e-15 over δ and the 4e-11 of ∂F/∂p are below 1e-9 of terms of
-    // size 1 to 10.
+    // The truncation (δ/g)², Newton's 3e-15 over δ and the 4e-11 of ∂F/∂p are below 1e-9 of terms
+    // of size 1 to 10.
     assert!(off < 1e-8, "{off:e}");
     assert!(truth > 10.0 * off, "{truth:e} shows nothing");
 }
 
-/// Factorisations are those of the plain run, whatever the number of parameters, and so is
-/// everything else it counts.
+/// The number of factorizations equals the number in the plain run for any number of parameters,
+/// and so do all other counters of the plain run.
 #[test]
 fn a_run_with_sensitivities_takes_the_steps_and_factors_of_the_plain_one() {
     let plain = crate::common::run(pendulum(), 1.0, tolerance(1e-6)).statistics();
@@ -217,7 +219,7 @@ fn a_run_with_sensitivities_takes_the_steps_and_factors_of_the_plain_one() {
     assert_eq!(parameter_derivatives, 2 * 3 * steps);
 }
 
-/// ẏ = p sin 50t, which rests at p = 0: nothing but its sensitivity (1 − cos 50t)/50 moves.
+/// ẏ = p sin 50t, which is at rest for p = 0: only its sensitivity (1 − cos 50t)/50 varies.
 struct Resting(f64);
 
 impl Problem for Resting {
@@ -231,7 +233,7 @@ impl Problem for Resting {
     }
 }
 
-/// Steps chosen by a state at rest say nothing of its sensitivity; those chosen by both do.
+/// Steps chosen for a state at rest do not resolve its sensitivity; steps chosen for both do.
 #[test]
 fn sensitivities_choose_steps_on_wish() {
     let run = |tol: f64, is_controlling: bool| {
@@ -261,13 +263,13 @@ fn sensitivities_choose_steps_on_wish() {
     for tol in [1e-4, 1e-6, 1e-8] {
         let [alone, both] = [false, true].map(|is_controlling| run(tol, is_controlling));
         println!("{tol:e}: {alone:.1e} {both:.1e}");
-        // The tolerance is that of a number of size 1; two digits less are promised.
+        // The tolerance applies to a number of size 1; two digits less are allowed.
         assert!(both < 100.0 * tol, "{tol:e}: {both:e}");
         assert!(alone > 1e-3, "{tol:e}: {alone:e} shows nothing");
     }
 }
 
-/// Dense output joins the ends of steps, and is as good as the ends between them.
+/// Dense output is continuous with the ends of steps and equally accurate between them.
 #[test]
 fn dense_output_is_that_of_the_step() {
     let sample = Oscillator { omega: 3.0 };
@@ -290,8 +292,8 @@ fn dense_output_is_that_of_the_step() {
             .dense_output(&solver, 0, middle, 0, &mut out)
             .unwrap();
         let exact = sample.exact_sensitivity(0, middle);
-        // Order s + 1 or, in the first step, s, where the ends have 2s − 1: some hundred times the
-        // tolerance.
+        // Order s + 1 or, in the first step, s, while the ends have 2s − 1: some hundreds of times
+        // the tolerance.
         assert!(
             (out[0] - exact[0]).abs() < 1e-6,
             "{middle}: {}",
@@ -345,9 +347,9 @@ impl Problem for Duffing {
     }
 }
 
-/// A vibration over many periods in long steps is nearly a combination of what it was some steps before: sensitivities
-/// that start from that take one correction, and now and then a second: 1.2 in the mean, where from polynomials
-/// they take 2.05.
+/// A vibration over many periods in long steps is nearly a linear combination of its values some
+/// steps before. Sensitivities with this initial guess need one correction, and occasionally a
+/// second: 1.2 on average, compared with 2.05 from polynomials.
 #[test]
 fn steps_of_a_vibration_start_from_those_before() {
     let options = RadauOptions {
@@ -388,8 +390,8 @@ fn fixed_steps() -> (
     run(oscillator, 0.0, options)
 }
 
-/// Regression: after a `reinit` the sensitivities went on with steps missing, or failed for ever, by the
-/// number of steps before.
+/// Regression: after a `reinit`, depending on the number of previous steps, the sensitivities
+/// continued with missing steps or failed permanently.
 #[test]
 fn sensitivities_are_continued_over_a_reinit_on_request_only() {
     for steps in [1, 2, 5] {
@@ -415,14 +417,14 @@ fn sensitivities_are_continued_over_a_reinit_on_request_only() {
             followed.follow(&mut solver).unwrap();
         }
         let exact = Oscillator { omega: 2.0 }.exact_sensitivity(0, solver.t());
-        // The method errs by 1e-6 in a step of this size.
+        // The error of the method is 1e-6 in a step of this size.
         for (found, exact) in followed.of(0).iter().zip(exact) {
             assert!((found - exact).abs() < 1e-5, "{steps}: {found} {exact}");
         }
     }
 }
 
-/// A state restored is a new start too, for sensitivities and for recordings.
+/// A restored state is a new start, also for sensitivities and for recordings.
 #[test]
 fn a_restored_state_ends_what_follows_steps() {
     let (mut solver, mut followed) = fixed_steps();
@@ -456,7 +458,7 @@ fn a_restored_state_ends_what_follows_steps() {
     }
 }
 
-/// Regression: a list of parameters of before put them back to its own values.
+/// Regression: an earlier list of parameters reset them to its values.
 #[test]
 fn parameters_changed_before_the_start_keep_their_values() {
     let (before, after) = (Oscillator { omega: 2.0 }, Oscillator { omega: 3.0 });
@@ -468,7 +470,7 @@ fn parameters_changed_before_the_start_keep_their_values() {
     let mut followed = ForwardSensitivities::new(&solver, before.differenced(), starts).unwrap();
     followed.integrate_to(&mut solver, 1.0).unwrap();
     assert_eq!(solver.problem().omega, 3.0);
-    // 1e-8 a step, some dozens of steps, as for the tests above.
+    // 1e-8 per step, over some dozens of steps, as for the tests above.
     assert!((solver.y()[0] - 3_f64.cos()).abs() < 1e-6);
     let exact = after.exact_sensitivity(0, 1.0);
     assert!((followed.of(0)[0] - exact[0]).abs() < 1e-6);

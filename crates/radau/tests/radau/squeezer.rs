@@ -1,8 +1,8 @@
-//! Andrews' squeezing mechanism: hidden constraints, and a start from which all things move fast.
+//! Andrews' squeezing mechanism: hidden constraints, and fast motion of all bodies from the start.
 //!
-//! Seven bodies in a plane, joined by three loops through one point, driven by a torque against a spring.
-//! Source: F. Mazzia, C. Magherini, Test Set for Initial Value Problem Solvers, release 2.4 (2008), problem
-//! `andrews`: equations, constants, start, and the solution at t = 0.03.
+//! Seven bodies in a plane, joined by three loops through one point, driven by a torque against a
+//! spring. Source: F. Mazzia, C. Magherini, Test Set for Initial Value Problem Solvers, release 2.4
+//! (2008), problem `andrews`: equations, constants, initial values, and the solution at t = 0.03.
 
 use myovib_dae::{Outcome, Problem, StepError};
 use myovib_radau::{RadauOptions, RadauSolver};
@@ -208,7 +208,8 @@ fn at_end(index: u8, options: RadauOptions) -> (Vec<f64>, u64) {
     (solver.y()[..7].to_vec(), solver.statistics().steps)
 }
 
-/// Short first steps drown in the rounding of the constraints: steps must get longer then, not shorter.
+/// In short first steps, rounding dominates the constraints: steps must then become longer, not
+/// shorter.
 #[test]
 fn no_first_step_is_too_short() {
     for stages in [3, 5, 7] {
@@ -230,8 +231,9 @@ fn no_first_step_is_too_short() {
                 let (q, steps) = at_end(3, options);
                 let reached = scd(&q, &PUBLISHED);
                 println!("{stages} {tol:e} {initial_step:?}: {steps} steps, {reached:.2} digits");
-                // The fewest of the first runs (November 2026), as in `published`; half a digit less still
-                // passes. The 9.57 of tight runs in all forms are those of the reference.
+                // The fewest digits of the first runs (November 2026), as in `published`; half a
+                // digit less is accepted. Runs at small tolerances agree with the reference to 9.57
+                // digits in all forms.
                 assert!(
                     reached > digits - 0.5,
                     "{stages} {tol:e} {initial_step:?}: {reached:.2}"
@@ -241,7 +243,7 @@ fn no_first_step_is_too_short() {
     }
 }
 
-/// The published values, by the same equations with G v = 0 in place of g = 0.
+/// The published values are reproduced with G v = 0 instead of g = 0.
 #[test]
 fn the_published_positions_are_those_of_index_2() {
     let options = RadauOptions {
