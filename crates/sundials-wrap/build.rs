@@ -4,7 +4,7 @@ use std::env;
 use std::fs;
 use std::path::PathBuf;
 
-/// Where the compiler looks for headers by itself.
+/// Default search path of the compiler for headers.
 const FOLDERS: [&str; 2] = ["/usr/local/include", "/usr/include"];
 
 fn main() {

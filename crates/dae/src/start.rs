@@ -47,8 +47,8 @@ impl std::fmt::Display for InconsistentStart {
 /// estimate is half of the difference from the prediction.
 const FIRST_JUMP: f64 = 2.0;
 
-/// Number of trial changes of y. The terms of an equation may cancel in one of them, but barely in
-/// all.
+/// Number of trial changes of y. The terms of an equation may cancel for a single change, but are
+/// unlikely to cancel for all.
 const TRIALS: u64 = 4;
 
 /// Rounding of the sum of an equation's terms, relative to y.

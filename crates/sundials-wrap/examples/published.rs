@@ -1,12 +1,13 @@
-//! Steps and digits on published problems beside those of IDA 7.9, as Markdown.
+//! Steps and digits on published problems compared with IDA 7.9, as Markdown.
 //!
 //! ```text
 //! cargo run -p sundials-wrap --example published
 //! ```
 //! scd is −log10 of the largest error relative to the reference, mescd relative to 1 + |reference|,
-//! both over the components judged (positions and velocities; all but multipliers). Multipliers are
-//! left out of the error test; in Newton's they have an absolute tolerance of 1e10, as in the
-//! published runs, or all variables are weighed by the step (see the row).
+//! both over the compared components (positions and velocities; all except multipliers).
+//! Multipliers are excluded from the error test. In Newton's convergence test they have an absolute
+//! tolerance of 1e10, as in the published runs, or all variables are weighted by the step (see the
+//! row).
 
 use std::error::Error;
 use std::path::Path;
@@ -30,22 +31,22 @@ const ROAD: f64 = 10.0;
 /// Steps after which a run is said to creep.
 const MAX_STEPS: usize = 100_000;
 
-/// What the error test makes of variables of index 2 and more.
+/// Weights of variables of index 2 and higher in the error test.
 #[derive(Clone, Copy)]
 enum Weights {
     /// Multipliers count for nothing, by an absolute tolerance.
     MultipliersLeftOut,
-    /// A variable of index i, also a velocity, counts (Ωh)^(i−1) times, with this Ω, 1/s;
-    /// multipliers are left out of the error test, but not of Newton's.
+    /// A variable of index i, including velocities, is weighted by (Ωh)^(i−1), with this Ω, 1/s;
+    /// multipliers are excluded from the error test, but not from Newton's convergence test.
     StepScaled(f64),
 }
 
-/// A sample with what it is measured by.
+/// A sample with its reference and tolerances.
 struct Problem<'a, S> {
     name: &'a str,
     sample: S,
     t_end: f64,
-    /// Absolute tolerances for a relative one of 1; 1 for all if empty.
+    /// Absolute tolerances for a relative tolerance of 1; 1 for all if empty.
     absolute: &'a [f64],
     /// Components judged, and their values at the end.
     judged: std::ops::Range<usize>,
@@ -226,7 +227,7 @@ fn integrate<S: Sample + Clone>(
     let builder = IdaSolver::builder(problem.sample.clone());
     let (outcome, solver) = match problem.weights {
         Weights::MultipliersLeftOut => {
-            // They come after what is judged.
+            // Multipliers follow the compared components.
             for i in problem.judged.end..absolute.len() {
                 if indices[i] > 1 {
                     absolute[i] = 1e10;

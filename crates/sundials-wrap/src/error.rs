@@ -14,7 +14,7 @@ pub enum Error {
         option: &'static str,
         /// The value given.
         value: f64,
-        /// What it must be.
+        /// Allowed values.
         expected: &'static str,
     },
     /// An array has the wrong length.
@@ -48,7 +48,7 @@ pub enum Error {
     /// The output time lies behind the time reached.
     #[error("output time {t_out} lies behind t = {t}, the time reached")]
     TimeBehind {
-        /// The output time asked for.
+        /// Requested output time.
         t_out: f64,
         /// The time reached.
         t: f64,
@@ -60,15 +60,15 @@ pub enum Error {
         /// The time reached.
         t: f64,
     },
-    /// Dense output was asked for outside of the last step, or of too high a derivative.
+    /// Dense output was requested outside the last step, or for too high a derivative.
     #[error(
         "no derivative of order {derivative} at t = {t}: the last step, of order {order}, covers \
          [{from}, {to}]"
     )]
     NoDenseOutput {
-        /// The time asked for.
+        /// Requested time.
         t: f64,
-        /// The derivative asked for.
+        /// Requested order of the derivative.
         derivative: usize,
         /// Order of the last step, the highest derivative there is.
         order: usize,
@@ -77,10 +77,10 @@ pub enum Error {
         /// End of the last step.
         to: f64,
     },
-    /// There is no such parameter.
+    /// The parameter does not exist.
     #[error("there is no sensitivity to parameter {parameter}: this solver has {of}")]
     NoParameter {
-        /// The number asked for, from 0.
+        /// Requested number, from 0.
         parameter: usize,
         /// How many there are.
         of: usize,
@@ -99,10 +99,10 @@ pub enum Error {
     /// A backward problem needs the solution to be kept.
     #[error("this solver keeps no checkpoints: build it with IdaBuilder::checkpoints")]
     NoCheckpoints,
-    /// Something that is not repeated when a run is repeated from a checkpoint.
+    /// A feature that is not repeated when a run is repeated from a checkpoint.
     #[error("{what}: not where checkpoints are kept; integrate up to it, and start afresh there")]
     NotWithCheckpoints {
-        /// What was asked for.
+        /// Requested feature.
         what: &'static str,
     },
     /// IDAS has no adjoint of such a problem.
@@ -114,10 +114,10 @@ pub enum Error {
         /// The highest index of a variable.
         index: u8,
     },
-    /// There is no such backward problem.
+    /// The backward problem does not exist.
     #[error("there is no backward problem {number}: this solver has {of}")]
     NoBackward {
-        /// The number asked for, from 0.
+        /// Requested number, from 0.
         number: usize,
         /// How many there are.
         of: usize,
@@ -134,7 +134,7 @@ pub enum Error {
         /// The time reached.
         t: f64,
     },
-    /// Quadratures were asked for, but none were set up.
+    /// Quadratures were requested, but none were set up.
     #[error("this solver has no quadratures")]
     NoQuadrature,
     /// No consistent initial values were found.
@@ -146,13 +146,13 @@ pub enum Error {
         code: i32,
         /// IDAS' name of the code.
         name: &'static str,
-        /// IDAS' message, or that of the function that failed.
+        /// Message of IDAS, or of the function that failed.
         message: String,
     },
     /// The initial values contradict the equations.
     #[error(transparent)]
     Start(#[from] myovib_dae::InconsistentStart),
-    /// Components are to be left out by an index that is not stated.
+    /// Components are to be excluded by an index that the problem does not state.
     #[error(transparent)]
     NoIndices(#[from] myovib_dae::NoIndices),
     /// No values were found that satisfy the problem's constraints.
@@ -170,7 +170,7 @@ pub enum Error {
         function: &'static str,
         /// The time it was called for.
         t: f64,
-        /// What it said.
+        /// Error returned by the function.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// IDAS refused a call.

@@ -71,7 +71,7 @@ pub use myovib_dae::{
     Problem, SparsityPattern, Statistics, StepError, Stop, StopReason, Suppressed, Tolerances,
     VariableKind, WorstComponent,
 };
-/// KLU, whose settings are among those of the integrator.
+/// KLU; the integrator's settings include its settings.
 pub use myovib_sparse::klu;
 pub use options::{Constraint, IdaOptions, InitialValueOptions, VectorArithmetic};
 pub use solver::{

@@ -1,7 +1,7 @@
 //! Settings of the integrator, as plain values.
 //!
-//! [`IdaOptions::default`] has IDAS' own defaults throughout. What is made of functions (root
-//! functions, weights, quadratures) is given to the [`IdaBuilder`](crate::IdaBuilder).
+//! [`IdaOptions::default`] has IDAS' own defaults throughout. Settings that are functions (root
+//! functions, weights, quadratures) are passed to the [`IdaBuilder`](crate::IdaBuilder).
 
 use myovib_dae::{Direction, Suppressed, Tolerances, VariableKind};
 use myovib_sparse::{Ordering, SparseOptions};
@@ -24,7 +24,8 @@ pub(crate) fn validate_tolerances(tolerances: &Tolerances, n: usize) -> Result<(
     Ok(())
 }
 
-/// IDAS' vector: 1 for a component in the error test, 0 for one left out; `None` if all are in.
+/// Returns IDAS' vector: 1 for a component in the error test, 0 for an excluded component; `None`
+/// if all are included.
 pub(crate) fn error_test_id(
     suppressed: &Suppressed,
     kinds: &[VariableKind],
@@ -60,9 +61,10 @@ pub(crate) fn differential(kinds: &[VariableKind]) -> Vec<f64> {
         .collect()
 }
 
-/// An inequality a component must satisfy; a step that violates it is repeated with a smaller one.
+/// Inequality that a component must satisfy; a step that violates it is repeated with a smaller
+/// size.
 ///
-/// IDAS lets violations pass that are smaller than Newton's share of the tolerance.
+/// IDAS accepts violations smaller than the part of the tolerance allowed for Newton's method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub enum Constraint {
@@ -115,11 +117,10 @@ pub struct InitialValueOptions {
     pub max_jacobians: usize,
     /// Newton iterations allowed for each Jacobian; 10 by default.
     pub max_iterations: usize,
-    /// Whether a correction that does not bring descent is shortened; it is by default. Without,
-    /// Newton may find values where the Jacobian is bad far from them.
+    /// Whether a correction without descent is shortened; true by default. Without line search,
+    /// Newton's method may move to values far away, at which the Jacobian is inaccurate.
     pub line_search: bool,
-    /// The smallest weighted size of a correction that is tried; (the unit roundoff)^(2/3) by
-    /// default.
+    /// Smallest weighted size of a correction; (unit roundoff)^(2/3) by default.
     pub step_tolerance: Option<f64>,
     /// Times a correction may be shortened; 100 by default.
     pub max_backtracks: usize,
@@ -155,12 +156,13 @@ impl InitialValueOptions {
     }
 }
 
-/// The settings of one integration. The defaults are IDAS' own, but for the arithmetic of vectors.
+/// Settings of one integration. The defaults are IDAS' defaults, except for the arithmetic of
+/// vectors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IdaOptions {
     /// Tolerances; relative 1e-4 and absolute 1e-8 by default (IDAS has no default).
     pub tolerances: Tolerances,
-    /// Components left out of the error test; none by default.
+    /// Components excluded from the error test; none by default.
     pub suppressed: Suppressed,
     /// Highest order of the BDF, 1 to 5; 5 by default.
     pub max_order: usize,
@@ -184,8 +186,8 @@ pub struct IdaOptions {
     pub nonlinear_coefficient: f64,
     /// Newton iterations allowed in one solve; 4 by default.
     pub max_newton_iterations: usize,
-    /// A new linear set-up is made when c_j has changed since the last one by more than a factor
-    /// (1 − δ)/(1 + δ) either way; 0.25 by default.
+    /// A new matrix setup is made if c_j has changed since the last setup by more than a factor (1
+    /// − δ)/(1 + δ) in either direction; 0.25 by default.
     pub delta_cj: f64,
     /// Whether solutions with an old c_j are scaled by 2/(1 + c_j/c_j,old); on by default.
     pub linear_solution_scaling: bool,
@@ -372,7 +374,7 @@ mod tests {
         assert_eq!(directions.map(direction_code), [0, 1, -1]);
     }
 
-    /// IDAS leaves out of the error test what has a 0 in its vector.
+    /// Checks that an excluded component has a 0 in IDAS' vector.
     #[test]
     fn what_is_left_out_of_the_error_test_has_a_zero() {
         let kinds = [VariableKind::Differential, VariableKind::Algebraic];

@@ -9,13 +9,14 @@ use myovib_dae::{Jacobian, Linearization, Parameters, Problem, StepError};
 type Gradient<P> =
     dyn FnMut(&mut P, &ForwardState, &mut [f64], &mut [f64]) -> Result<(), StepError> + Send;
 
-/// The adjoint of a problem whose ∂F/∂ẏ is constant, of G = ∫ g(t, y, p) dt:
+/// Adjoint of a problem with constant ∂F/∂ẏ, for G = ∫ g(t, y, p) dt:
 ///
 /// ```text
 /// ∂F/∂ẏᵀ λ̇ − ∂F/∂yᵀ λ + ∂g/∂yᵀ = 0,   q̇_j = λᵀ ∂F/∂p_j − ∂g/∂p_j
 /// ```
 ///
-/// so that q(t0) = ∫ (∂g/∂p − λᵀ ∂F/∂p) dt. Its Jacobian is the transposed one of the problem.
+/// so that q(t0) = ∫ (∂g/∂p − λᵀ ∂F/∂p) dt. Its Jacobian is the transpose of the problem's
+/// Jacobian.
 pub struct Adjoint<P> {
     gradient: Box<Gradient<P>>,
     parameters: Option<Box<dyn Parameters<P> + Send>>,
@@ -25,7 +26,7 @@ pub struct Adjoint<P> {
     parts: [Vec<f64>; 2],
     at: Option<ForwardState>,
     transposed: SparsityPattern,
-    /// For each entry of the transposed pattern its place in that of the problem.
+    /// Position in the problem's pattern of each entry of the transposed pattern.
     places: Vec<usize>,
     /// ∂g/∂y and ∂g/∂p.
     gradients: [Vec<f64>; 2],
@@ -84,8 +85,8 @@ impl<P: Problem> Adjoint<P> {
         }
         // The matrices and the gradient are incomplete until all three have been evaluated.
         self.at = None;
-        // No step and no tolerances are known: differences, where the problem has no Jacobian of its own,
-        // are taken over a unit of each variable.
+        // No step and no tolerances are known. If the problem has no exact Jacobian, differences
+        // are taken over one unit of each variable.
         let weights = vec![f64::EPSILON.sqrt().recip(); at.y.len()];
         let [of_value, of_rate] = &mut self.parts;
         let about = Linearization {

@@ -66,7 +66,7 @@ pub(crate) struct ForwardView<'a> {
     pub(crate) s: Vec<[&'a [f64]; 2]>,
 }
 
-/// What IDAS may ask of backward problem `which`, at values `[y, ẏ]` of its own.
+/// Functions of backward problem `which` that IDAS may call, at its values `[y, ẏ]`.
 pub(crate) trait BackwardCallbacks {
     fn backward_residual(
         &mut self,

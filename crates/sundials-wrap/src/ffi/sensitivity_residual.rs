@@ -1,4 +1,4 @@
-//! The residuals of sensitivities and of those of quadratures, called by C.
+//! Residuals of sensitivities and of quadrature sensitivities, called by C.
 
 use std::os::raw::{c_int, c_void};
 use std::slice;
@@ -9,11 +9,11 @@ use super::callbacks::{Answer, Callbacks};
 use super::trampoline::{Boundary, boundary, guarded, state};
 use super::vector_view::zeroed_mut;
 
-/// Lets callbacks fill one vector for each sensitivity, until one fails.
+/// Calls a function for the vector of each sensitivity, until it fails.
 ///
 /// # Safety
-/// Called within a callback of IDAS with its own serial vectors, `n` of them in each array, which it does
-/// not touch meanwhile.
+/// Must be called within a callback of IDAS with its serial vectors, `n` of them in each array,
+/// which IDAS does not access during the call.
 unsafe fn each<C>(
     boundary: &mut Boundary<C>,
     n: c_int,

@@ -1,8 +1,9 @@
 //! The operations of our vectors that IDAS calls most, in place of SUNDIALS' scalar ones.
 //!
 //! SUNDIALS lets the result be one of the arguments; Rust does not let a `&mut` slice overlap
-//! another. So each operation first asks which vectors are the same, and has a kernel for each
-//! case. Vectors either are the same or do not overlap: every serial vector owns its entries.
+//! another. So each operation first checks which vectors are identical, and has a kernel for each
+//! case. Two vectors are either identical or do not overlap, because every serial vector owns its
+//! entries.
 
 use std::mem::MaybeUninit;
 use std::os::raw::c_int;
@@ -258,7 +259,8 @@ mod tests {
             N_VWrmsNormMask_Serial(x, w, id)
         }];
         for (ours, theirs) in ours.into_iter().zip(theirs) {
-            // N positive terms in another order: N ε of the sum, half of that of the root.
+            // N positive terms in a different order: an error of N ε relative to the sum, half of
+            // it for the root.
             assert!((ours - theirs).abs() <= N as f64 * f64::EPSILON * theirs);
         }
     }

@@ -46,7 +46,7 @@ type Wanted<P> = (
     Vec<[Vec<f64>; 2]>,
 );
 
-/// What is to be integrated along with the solution; nothing by default.
+/// Quadratures to be integrated with the solution; empty by default.
 #[derive(Default)]
 struct Quadrature {
     start: Vec<f64>,

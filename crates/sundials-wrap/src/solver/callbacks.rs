@@ -77,12 +77,12 @@ pub(super) struct UserFunctions<P> {
     pub(super) repeating: Repeating,
     /// Time over which differences move ẏ by the tolerance, during a search for initial values.
     pub(super) search_time: Option<f64>,
-    /// Time of the last call that had one, for messages of those that have none.
+    /// Time of the last call with a time, for messages of calls without a time.
     pub(super) t_called: f64,
     pub(super) failures: FailureLog,
 }
 
-/// The failures since the last call began, to be told when it ends.
+/// Failures since the last call began, to be reported when it ends.
 #[derive(Default)]
 pub(super) struct FailureLog {
     /// A fatal error of a user's function.
@@ -148,15 +148,15 @@ impl FailureLog {
         }
     }
 
-    /// IDAS' message, and that of the function that failed.
+    /// Returns the message of IDAS and of the function that failed.
     pub(super) fn take_message(&mut self) -> String {
         let parts = [self.message.take(), self.recoverable.take()];
         parts.into_iter().flatten().collect::<Vec<_>>().join("; ")
     }
 }
 
-/// The first of the `values` that is infinite or no number. For nearly all calls one pass with
-/// vector instructions says that there is none.
+/// Returns the first of the `values` that is infinite or NaN. For nearly all calls a single pass
+/// with vector instructions shows that all values are finite.
 fn first_not_finite(values: &[f64]) -> Option<(usize, f64)> {
     if is_finite(values) {
         return None;

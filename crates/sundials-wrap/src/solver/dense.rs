@@ -8,8 +8,8 @@ use myovib_dae::{Problem, covers};
 use super::IdaSolver;
 
 impl<P: Problem> IdaSolver<P> {
-    /// Writes the k-th derivative of the solution at `t`, a time within the last step, to `out`,
-    /// without changing the steps.
+    /// Writes a derivative of the solution at `t`, a time within the last step, to `out`, without
+    /// changing the steps.
     ///
     /// The interpolating polynomial of the last step is differentiated `derivative` times; 0
     /// returns the solution. The highest derivative is the order of the last step.
@@ -19,7 +19,7 @@ impl<P: Problem> IdaSolver<P> {
     ///
     /// # Errors
     /// [`Error::NoDenseOutput`] outside the last step or for too high a derivative,
-    /// [`Error::WrongLength`], [`Error::InvalidOption`] for a time that is not finite.
+    /// [`Error::WrongLength`], [`Error::InvalidOption`] for a non-finite time.
     pub fn dense_output(
         &mut self,
         t: f64,

@@ -13,8 +13,9 @@ pub(super) enum Linear<P> {
 }
 
 impl<P: Problem> Linear<P> {
-    /// Evaluates the matrices at a state, or the one ∂F/∂y + c_j ∂F/∂ẏ where no more is needed: the
-    /// entries of which are returned. Differences are taken for the sum, or for both matrices apart.
+    /// Evaluates the two matrices at a state, or only ∂F/∂y + c_j ∂F/∂ẏ if that suffices, and
+    /// returns the entries of the sum. Difference quotients are computed for the sum or for each matrix
+    /// separately.
     pub(super) fn evaluate(
         &mut self,
         problem: &mut P,
@@ -71,7 +72,7 @@ impl<P: Problem> Linear<P> {
     }
 }
 
-/// The Newton matrix, by differences where the problem has none, and its factors.
+/// Newton matrix, by differences if the problem has no Jacobian, and its factors.
 pub(super) struct WholeLu {
     jacobian: Jacobian,
     values: Vec<f64>,

@@ -45,7 +45,7 @@ const PATIENCE: usize = 500;
 pub struct IdaSolver<P: Problem> {
     ida: Ida<UserFunctions<P>>,
     kinds: Vec<VariableKind>,
-    /// IDAS' vector for the error test, if components are left out of it.
+    /// IDAS' vector for the error test, if components are excluded from it.
     suppressed: Option<Vec<f64>>,
     t0: f64,
     /// y0 and ẏ0: what there is before the first step.
@@ -62,7 +62,7 @@ pub struct IdaSolver<P: Problem> {
     mark: (u64, f64),
     /// Not to be stepped over, until it is reached.
     stop_time: Option<f64>,
-    /// Whether IDAS, which cannot be told to forget one, still has a stop time of before the start.
+    /// Whether IDAS, which cannot discard a stop time, still has a stop time from before the start.
     stop_time_lingers: bool,
     /// Residual evaluations for differences before the last start.
     differences_before: u64,
@@ -103,7 +103,7 @@ impl<P: Problem> IdaSolver<P> {
     fn advance(&mut self, t_out: f64, task: Task) -> Result<Outcome, Error> {
         finite("t_out", t_out)?;
         self.expect_not_left()?;
-        // Until the first step the direction is that of t_out; then the step has it.
+        // Before the first step t_out determines the direction; afterwards the step does.
         let direction = self.ida.last_step();
         if (t_out - self.t) * direction < 0.0 {
             return Err(Error::TimeBehind { t_out, t: self.t });
@@ -227,7 +227,7 @@ impl<P: Problem> IdaSolver<P> {
             return Err(fatal);
         }
         if code == sys::IDA_ERR_FAIL {
-            // The error test is of a state that could be evaluated: the problem has recovered.
+            // The error test uses a state that could be evaluated: the problem has recovered.
             failures.recoverable = None;
         }
         // A weight function that gives up is reported by IDAS as an illegal input.
@@ -241,7 +241,7 @@ impl<P: Problem> IdaSolver<P> {
         };
         let statistics = self.statistics();
         let step = statistics.current_step.abs();
-        // IDAS takes a step within rounding of the smallest one for that.
+        // IDAS treats a step within rounding of the smallest step as the smallest.
         let at_limit = self.t + step == self.t || step <= self.min_step * (1.0 + 1e-6);
         let reason = match reason {
             StopReason::ErrorTestFailures | StopReason::ConvergenceFailures if at_limit => {
@@ -257,7 +257,8 @@ impl<P: Problem> IdaSolver<P> {
         Ok(self.stopped(reason, message, worst))
     }
 
-    /// Where the error test failed, of the components that are not left out of it.
+    /// Returns the components with the largest errors in the error test, among the included
+    /// components.
     fn worst_components(&mut self, test_failed: bool) -> Result<Vec<WorstComponent>, Error> {
         let mut errors = vec![0.0; self.n];
         self.estimated_local_errors(&mut errors)?;
@@ -272,15 +273,17 @@ impl<P: Problem> IdaSolver<P> {
         Ok(WorstComponent::largest(self.problem(), weighted))
     }
 
-    /// Corrects the initial values so that F(t0, y0, ẏ0) = 0, by Newton with a line search; to be
-    /// called before the first step. `t_first` is the first output time, for the scale.
+    /// Corrects the initial values so that F(t0, y0, ẏ0) = 0, by Newton's method with a line
+    /// search. Must be called before the first step. `t_first` is the first output time, for the
+    /// scale.
     ///
-    /// Which components are algebraic is taken from [`Problem::kinds`], whatever is left out of
-    /// the error test.
+    /// [`Problem::kinds`] determines which components are algebraic, independent of the components
+    /// excluded from the error test.
     ///
     /// # Errors
-    /// [`Error::InconsistentInitialValues`] when none were found, [`Error::Callback`] for a fatal
-    /// error of the problem, [`Error::AfterTheStart`] and [`Error::Call`] for misuse.
+    /// [`Error::InconsistentInitialValues`] if consistent values were not found,
+    /// [`Error::Callback`] for a fatal error of the problem, [`Error::AfterTheStart`] and
+    /// [`Error::Call`] for misuse.
     pub fn correct_initial_values(
         &mut self,
         mode: ConsistencyMode,
@@ -357,7 +360,7 @@ impl<P: Problem> IdaSolver<P> {
         Ok(found)
     }
 
-    /// What is told when no consistent initial values at `t` were found.
+    /// Returns the error for initial values at `t` that could not be made consistent.
     fn inconsistent(&mut self, failed: CallFailed, t: f64) -> Error {
         let failures = &mut self.functions_mut().failures;
         if let Some(fatal) = failures.fatal.take() {
@@ -450,19 +453,19 @@ impl<P: Problem> IdaSolver<P> {
         Ok(())
     }
 
-    /// Notes what is started from, and whether it is consistent.
+    /// Stores the initial values, and whether they are consistent.
     fn start_from(&mut self, t: f64, [y, y_dot]: [Vec<f64>; 2]) {
         let (functions, mut weights) = (self.functions_mut(), vec![0.0; y.len()]);
         let (problem, weighing) = (&mut functions.problem, &mut functions.weighing);
         self.consistent = match weighing.write(problem, &y, &mut weights) {
             Ok(()) => check_start(problem, (t, &y, &y_dot), &weights),
-            // The first step will tell.
+            // The first step reports the error.
             Err(_) => Ok(()),
         };
         (self.t0, self.start) = (t, [y, y_dot]);
     }
 
-    /// Sets the time not to step over, until it is reached.
+    /// Sets a time that no step passes until it is reached.
     ///
     /// # Errors
     /// [`Error::InvalidOption`], or [`Error::Call`] for a time behind the one reached.

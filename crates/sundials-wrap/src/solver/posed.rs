@@ -1,4 +1,4 @@
-//! What the functions that IDAS calls keep of backward problems.
+//! Data of backward problems for the functions that IDAS calls.
 
 use super::linear::WholeLu;
 use crate::adjoint::{BackwardProblem, ForwardState};
@@ -24,7 +24,8 @@ pub(super) struct Repeating {
 }
 
 impl Repeating {
-    /// Counts the error weights that IDAS asks for; `false` if they are of a step there is no room for.
+    /// Counts the error weights that IDAS requests; returns `false` if they belong to a step beyond
+    /// the buffer.
     pub(super) fn has_room(&mut self) -> bool {
         self.weights += 1;
         self.most.is_none_or(|most| self.weights <= most)

@@ -264,7 +264,7 @@ impl<P: Problem> IdaSolver<P> {
         let Some(of) = &self.functions().sensitivities else {
             return SensitivityStatistics::default();
         };
-        // What is counted of a solve of their own, IDAS refuses to tell where there is none.
+        // IDAS refuses to return the counters of a separate sensitivity solve if there is none.
         let staggered = |counter| match of.options.method {
             SensitivityMethod::Staggered => self.ida.counter(counter),
             SensitivityMethod::Simultaneous => 0,

@@ -250,7 +250,7 @@ fn oscillator(tolerance: f64) -> IdaSolver<Oscillator> {
         .unwrap()
 }
 
-/// An adjoint of which each residual does what it is told to.
+/// An adjoint whose residuals execute a given function.
 struct Told(fn(&mut Oscillator) -> Result<(), StepError>);
 
 impl BackwardProblem<Oscillator> for Told {
@@ -267,7 +267,7 @@ impl BackwardProblem<Oscillator> for Told {
         residual: &mut [f64],
     ) -> Result<(), StepError> {
         residual[0] = rates[0] - values[0] + at.y[0];
-        // The kinds are asked for at the end of the run.
+        // The kinds are requested at the end of the run.
         if at.t < 5.0 {
             (self.0)(forward)
         } else {

@@ -1,4 +1,4 @@
-//! What a solver says of itself and of its problem.
+//! Queries of a solver and of its problem.
 
 use myovib_dae::samples::{Heat2d, Robertson, Sample};
 use myovib_dae::{Problem, StepError, StopReason, Tolerances};
@@ -39,8 +39,8 @@ fn the_default_parts_of_a_jacobian_make_the_whole() {
         .jacobian(0.0, &start.y, &start.y_dot, 2.0, 8.0, &mut whole)
         .unwrap();
     for ((a, b), whole) in of_value.iter().zip(&of_rate).zip(&whole) {
-        // Exact: the factors are powers of two, and an entry is of the one or of the other kind
-        // but for the diagonal, where a sum is rounded.
+        // Exact: the factors are powers of two, and each entry belongs to only one of the matrices,
+        // except on the diagonal, where a sum is rounded.
         assert!((2.0 * a + 8.0 * b - whole).abs() <= f64::EPSILON * whole.abs());
     }
 }

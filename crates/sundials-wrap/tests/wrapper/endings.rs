@@ -1,5 +1,5 @@
-//! Each function of the user panics, writes what is no number, or numbers too large; and a solver
-//! ends in any order of calls.
+//! Each user function panics, writes NaN or too large values; and a solver is ended after any order
+//! of calls.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use sundials_wrap::{Error, IdaOptions, IdaSolver};
 
 use crate::decay::Decay;
 
-/// What a function does when its turn has come.
+/// Failure of a function.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Trouble {
     None,
@@ -22,7 +22,7 @@ enum Trouble {
     Write(f64),
 }
 
-/// What one function, and only that, does from its third call on.
+/// Failure of a single function, from its third call on.
 #[derive(Clone)]
 struct Plan {
     function: &'static str,
@@ -85,7 +85,7 @@ impl LinearSolver<Decay> for Scalar {
     }
 }
 
-/// Every function there is, with one that makes trouble.
+/// Creates a solver with all functions, of which one fails.
 fn solver(plan: &Plan) -> IdaSolver<Decay> {
     let of = || plan.clone();
     let (residual, jacobian, weights, roots, rates) = (of(), of(), of(), of(), of());
@@ -148,7 +148,7 @@ fn a_panic_in_any_function_comes_back_as_it_was() {
         let panic = catch_unwind(run).expect_err(function);
         let text = panic.downcast_ref::<String>().unwrap();
         assert_eq!(*text, format!("the {function} panics"));
-        // What is left can be looked at, restarted, and taken apart.
+        // The remaining solver can be queried, restarted and taken apart.
         assert!(solver.t().is_finite() && solver.statistics().steps < 100);
         plan.calls.store(0, Ordering::Relaxed);
         solver.reinit(0.0, &[1.0], &[-1.0], &[0.0]).unwrap();

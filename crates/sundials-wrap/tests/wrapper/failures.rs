@@ -101,7 +101,7 @@ impl Problem for Jumps {
     }
 }
 
-/// A jump fails the error test with every step; to blame is what was tested.
+/// A jump fails the error test at every step; only tested components are named as the cause.
 #[test]
 fn a_failed_error_test_names_no_component_left_out_of_it() {
     let worst = |left_out: bool| {

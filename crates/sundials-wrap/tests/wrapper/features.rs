@@ -1,4 +1,4 @@
-//! What the integrator offers beyond stepping: events, dense output, weights, constraints.
+//! Features of the integrator in addition to stepping: events, dense output, weights, constraints.
 
 use myovib_dae::samples::{Akzo, LinearIndex1, Robertson, Sample};
 use myovib_dae::{Direction, Outcome, Problem, StepError, Suppressed, Tolerances};
@@ -214,8 +214,8 @@ fn the_linked_libraries_are_those_of_the_headers() {
     }
 }
 
-/// regression: a derivative of the order to come, one above that of the last step, aborted the
-/// process, and times far outside of the last step were extrapolated to.
+/// Regression: a derivative of the next order, one above the order of the last step, aborted the
+/// process, and values at times far outside the last step were extrapolated.
 #[test]
 fn quadratures_have_the_derivatives_of_the_last_step_only() {
     let start = Akzo.start();
@@ -257,8 +257,8 @@ fn quadratures_have_the_derivatives_of_the_last_step_only() {
     assert!(orders_to_come > 0, "the case that aborted");
 }
 
-/// regression: where the tolerance is relative only, a solution that becomes zero was a refused
-/// call without statistics.
+/// Regression: with a purely relative tolerance, a solution that became zero was reported as
+/// misuse, without statistics.
 #[test]
 fn a_tolerance_that_becomes_zero_is_an_outcome_with_statistics() {
     struct Ramp;

@@ -18,7 +18,7 @@ fn wrong_algebraic_values_are_repaired() {
             *value = 0.1;
         }
     }
-    // The error test leaves out other components than those that are algebraic.
+    // The components excluded from the error test differ from the algebraic components.
     let mut left_out = vec![false; 100];
     left_out[55] = true;
     let options = IdaOptions {

@@ -1,4 +1,4 @@
-//! Limits that are reached: of the number of steps, of the tolerance, of a constraint.
+//! Limits on the number of steps, by the tolerance, and by a constraint.
 
 use myovib_dae::{Outcome, StopReason, Tolerances};
 

@@ -356,8 +356,8 @@ fn an_output_time_behind_t_is_misuse() {
     ));
 }
 
-/// IDAS has allocated its vectors by then, and written to none of them: a new process may have zeros
-/// there by chance, and then it takes valgrind to see that they are none.
+/// At this point IDAS has allocated its vectors, but not written to them. A new process may find
+/// zeros in them, so only valgrind can detect reads of uninitialized memory.
 #[test]
 fn before_the_first_step_weights_and_errors_are_zeros() {
     let mut solver = Decay::new().solver();
@@ -390,8 +390,8 @@ fn integrates_backwards_too() {
     ));
 }
 
-/// What a sequence of calls once did: corrected values went into the differences of past steps, and
-/// the next step left what is no number.
+/// Regression, found by a sequence of calls: corrected values entered the differences of past
+/// steps, and the next step returned NaN.
 #[test]
 fn initial_values_are_corrected_before_the_first_step_only() {
     let mut solver = Decay::new().solver();

@@ -109,7 +109,8 @@ fn akzo_quadrature_agrees_with_the_published_run() {
         (rate[0] / solver.y()[0] - 1.0).abs() < 1e-5,
         "q̇ = {rate:?} is the integrand"
     );
-    // Residuals are not compared: theirs include those of difference Jacobians.
+    // Residuals are not compared: the published numbers include evaluations for difference
+    // Jacobians.
     let stats = solver.statistics();
     let counters = [
         ("steps", stats.steps),
@@ -208,8 +209,9 @@ fn linear_index_1_errors_are_the_published_ones() {
     }
 }
 
-/// Errors of y on a short smooth problem of index 2 stay within two powers of ten of the tolerance
-/// (some hundred steps), and fall with it; z, left out of the error test, falls more slowly.
+/// Errors of y on a short smooth problem of index 2 are within two powers of ten of the tolerance
+/// (a few hundred steps), and decrease with it; z, excluded from the error test, decreases more
+/// slowly.
 #[test]
 fn index_2_errors_follow_the_tolerance() {
     let exact = JayIndex2.exact(1.0).unwrap();
@@ -256,7 +258,8 @@ fn distance(y: &[f64], exact: &[f64]) -> f64 {
 }
 
 /// With the multiplier in the error test, BDF cannot integrate the index-3 form: the estimate of
-/// the local error of λ does not shrink with the step. It must say so at once, and say why.
+/// the local error of λ does not decrease with the step. The solver must report this early, with
+/// the reason.
 #[test]
 fn the_index_3_pendulum_stops_honestly() {
     for tol in [1e-4, 1e-6, 1e-8] {
@@ -283,8 +286,8 @@ fn the_index_3_pendulum_stops_honestly() {
     }
 }
 
-/// With λ left out of the error test it goes through at loose tolerances (at tighter ones the
-/// steps become too many); lower index is better. Errors: positions at t = 2.
+/// With λ excluded from the error test, the run succeeds at loose tolerances (at tighter tolerances
+/// the number of steps becomes too large). Lower index is better. Errors: positions at t = 2.
 #[test]
 fn the_pendulum_goes_through_in_every_form_without_its_multiplier_in_the_error_test() {
     let tol = 1e-4;
@@ -373,8 +376,8 @@ fn car_axis_behaves_as_published_in_every_form() {
     assert_eq!(stop.reason, StopReason::ErrorTestFailures);
 }
 
-/// Steps and error of the states, multipliers out of the error test, when the error of a variable
-/// of index i, also in Newton's method, counts by what it does within the step: (Ωh)^(i−1) times.
+/// Returns steps and error of the states. Multipliers are excluded from the error test, and the
+/// error of a variable of index i is weighted by (Ωh)^(i−1), also in Newton's method.
 fn step_scaled<S: Sample + Clone>(
     sample: &S,
     (omega, tol): (f64, f64),
@@ -434,7 +437,7 @@ fn index_3_is_solved_with_weights_that_follow_the_step() {
     let end = numbers(&reference("s2_caraxis")["ref"]);
     let car = CarAxis::new(MechanicalForm::Index3);
     check(&car, 10.0, 3.0, &end[..8], [846.0, 1876.0, 3630.0]);
-    // A small swing has √g; the steps with index 2 are those of `--example published`.
+    // A small oscillation has the frequency √g; `--example published` gives the steps with index 2.
     let pendulum = Pendulum::new(MechanicalForm::Index3);
     let end = pendulum.exact(2.0).unwrap();
     let omega = 9.81_f64.sqrt();

@@ -63,7 +63,7 @@ impl Problem for Kinetics {
     }
 }
 
-/// The rates with their typical sizes, those of the example.
+/// Returns the rates with their typical sizes from the example.
 pub(crate) fn rates(p: [f64; 3]) -> Differenced<Kinetics> {
     let list = ["p1", "p2", "p3"].into_iter().zip(p);
     let list = list.map(|(name, value)| Parameter::new(name, value));
@@ -76,9 +76,9 @@ pub(crate) fn rates(p: [f64; 3]) -> Differenced<Kinetics> {
     )
 }
 
-/// The run of SUNDIALS' example idasRoberts_FSA_dns, staggered and under full error control: the
-/// same library and settings but for the linear solver. It prints five digits; rounding in Newton's
-/// method moves the sixth.
+/// The run of SUNDIALS' example idasRoberts_FSA_dns, staggered and under full error control, with
+/// the same library and settings except for the linear solver. The example prints five digits;
+/// rounding in Newton's method changes the sixth.
 #[test]
 fn reproduces_the_published_sensitivities_of_robertson() {
     let published = reference("s3_robertson_sensitivities");
@@ -134,7 +134,7 @@ fn reproduces_the_published_sensitivities_of_robertson() {
     let (ours, of) = (solver.statistics(), solver.sensitivity_statistics());
     println!("{} steps, published {steps}; {of:?}", ours.steps);
     assert!(ours.steps.abs_diff(steps) * 20 < steps, "{}", ours.steps);
-    // The matrices are those of the solution: the published run has one set-up of their own.
+    // Sensitivities reuse the matrices of the solution; the published run has one additional setup.
     assert!(of.linear_setups <= 2 + ours.linear_setups / 50, "{of:?}");
     assert!(of.newton_iterations > 0 && of.residual_evaluations > 0);
 }
@@ -170,7 +170,8 @@ impl Crank {
     fn forces(&self, y: &[f64]) -> [f64; 3] {
         let (q, x, p, v) = (y[0], y[1], y[2], &y[3..6]);
         let half = 0.5 * CRANK;
-        // From the midpoint of the crank to that of the rod, which ends at the slider.
+        // Vector from the midpoint of the crank to the midpoint of the rod, which ends at the
+        // slider.
         let d = [
             x - 0.5 * p.cos() - half * q.cos(),
             -0.5 * p.sin() - half * q.sin(),
@@ -322,7 +323,8 @@ fn error<S: ParametricSample + Copy + Send + 'static>(
     largest
 }
 
-/// Local errors of the tolerance add up over some hundred steps, as those of the states do.
+/// Local errors within the tolerance add up over a few hundred steps, as the errors of the states
+/// do.
 #[test]
 fn closed_forms_are_met_by_both_methods_in_and_out_of_the_error_test() {
     for method in [Staggered, Simultaneous] {
@@ -393,7 +395,7 @@ fn the_stabilised_pendulum_has_its_sensitivity_to_gravity() {
     }
 }
 
-/// Parameters whose derivative does what it is told to.
+/// Parameters whose derivative executes a given function.
 struct Told(Vec<Parameter>, fn() -> Result<(), StepError>);
 
 impl Parameters<Oscillator> for Told {
@@ -483,7 +485,8 @@ fn reinit_starts_the_sensitivities_again() {
         s
     };
     let (first, again) = (run(), run());
-    // What IDAS knows of Newton's convergence it keeps: a part of the tolerance of 1e-4.
+    // IDAS retains its estimate of Newton's convergence rate: the difference is a fraction of the
+    // tolerance of 1e-4.
     for (first, again) in first.into_iter().zip(again) {
         assert!((first - again).abs() < 1e-6, "{first} {again}");
     }
@@ -564,7 +567,7 @@ impl Problem for Decay {
     }
 }
 
-/// A linear solver that notes the weights it is given, relative to those of y.
+/// A linear solver that records its weights, relative to the weights of y.
 struct Noting {
     jacobian: f64,
     y: f64,

@@ -1,5 +1,5 @@
-//! The API as a state machine: any order of calls, sensible or not, ends in a value or an error,
-//! and what the solver says of itself stays true.
+//! The API as a state machine: any order of calls, sensible or not, results in a value or an error,
+//! and the queries of the solver remain consistent.
 
 use myovib_dae::samples::{Robertson, Sample};
 use myovib_dae::{Outcome, Tolerances};
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 use sundials_wrap::{ConsistencyMode, IdaSolver};
 
-/// A call with its arguments, as shares of what makes sense.
+/// A call with its arguments, as fractions of sensible values.
 #[derive(Debug, Clone)]
 enum Call {
     Step(f64),
@@ -20,7 +20,7 @@ enum Call {
     Weights(usize),
 }
 
-/// Times from far behind to far ahead, and what is no time.
+/// Generates times from far behind to far ahead, and non-finite times.
 fn time() -> impl Strategy<Value = f64> {
     prop_oneof![
         8 => -1.0..10.0,
@@ -110,7 +110,7 @@ fn apply(solver: &mut IdaSolver<Robertson>, call: &Call) {
     }
 }
 
-/// Outcomes name a time at or before the one asked for.
+/// Checks that outcomes report a time at or before the requested time.
 fn reached(t_out: f64) -> impl Fn(Outcome) {
     move |outcome| match outcome {
         Outcome::Reached { t } => assert_eq!(t, t_out),

@@ -1,4 +1,4 @@
-//! Checkpoints and backward problems: what IDAS is told of them, and what it answers.
+//! Checkpoints and backward problems: calls of IDAS and their results.
 
 use std::os::raw::{c_int, c_long, c_void};
 
@@ -36,7 +36,7 @@ pub(crate) struct BackwardSettings {
     pub(crate) absolute: Vec<f64>,
     /// 1 for a differential component, 0 for an algebraic one.
     pub(crate) id: Vec<f64>,
-    /// Whether the algebraic ones are left out of the error test.
+    /// Whether algebraic components are excluded from the error test.
     pub(crate) suppress: bool,
     pub(crate) n_quadratures: usize,
     /// Relative and absolute tolerance of the quadratures in the error test.
@@ -46,8 +46,8 @@ pub(crate) struct BackwardSettings {
 }
 
 impl<C: Callbacks> Ida<C> {
-    /// Lets the solution be kept for backward problems: a checkpoint every `steps` steps, between
-    /// which it is interpolated by Hermite polynomials or by those of the steps.
+    /// Stores the solution for backward problems: a checkpoint every `steps` steps, between which
+    /// it is interpolated by Hermite polynomials or by the polynomials of the steps.
     pub(crate) fn init_adjoint(&mut self, steps: usize, hermite: bool) -> Result<(), CallFailed> {
         let interpolation = match hermite {
             true => sys::IDA_HERMITE,
@@ -72,8 +72,8 @@ impl<C: Callbacks> Ida<C> {
         })
     }
 
-    /// Attaches a backward problem that starts at t with y and ẏ of its own, and quadratures at zero.
-    /// The forward run must have passed t.
+    /// Attaches a backward problem that starts at t with its values of y and ẏ, and zero
+    /// quadratures. The forward run must have passed t.
     pub(crate) fn add_backward(
         &mut self,
         t: f64,
@@ -83,7 +83,7 @@ impl<C: Callbacks> Ida<C> {
         let which = self.complete_parts("IDACreateB")?.len();
         let context = &self.context;
         let mut y = NVector::from_slice(start[0], context)?;
-        // IDAInitB clones this one for all vectors of its own.
+        // IDAInitB clones this vector for all its vectors.
         zero_clones_of(&mut y);
         let y_dot = NVector::from_slice(start[1], context)?;
         let quadrature = match settings.n_quadratures {
@@ -117,8 +117,8 @@ impl<C: Callbacks> Ida<C> {
         Ok(())
     }
 
-    /// IDAInitB and its quadratures, with or without sensitivities: which of the two is the same for all
-    /// backward problems, as IDAS looks at it once.
+    /// Calls IDAInitB and initializes quadratures, with or without sensitivities. The choice must
+    /// be the same in all backward problems, because IDAS checks it only once.
     fn start_backward(&mut self, which: usize, t: f64) -> Result<(), CallFailed> {
         let (memory, number) = (self.memory.raw(), which as c_int);
         let with = self.n_parameters() > 0;
@@ -264,7 +264,8 @@ impl<C: Callbacks> Ida<C> {
         check("IDAGetConsistentICB", code)
     }
 
-    /// IDASolveB: the code; all backward problems are at `t_out` if it is none of a failure.
+    /// Calls IDASolveB and returns its code. Unless it reports a failure, all backward problems are
+    /// at `t_out`.
     pub(crate) fn solve_backward(&mut self, t_out: f64) -> Result<i32, CallFailed> {
         self.complete_parts("IDASolveB")?;
         // SAFETY: the block is valid and borrowed uniquely, and with it all it points to; no reference
@@ -272,7 +273,7 @@ impl<C: Callbacks> Ida<C> {
         Ok(unsafe { sys::IDASolveB(self.memory.raw(), t_out, sys::IDA_NORMAL) })
     }
 
-    /// y, ẏ and the quadratures of a backward problem, as IDASolveB has left them.
+    /// Returns y, ẏ and the quadratures of a backward problem after IDASolveB.
     pub(crate) fn backward_values(&mut self, which: usize) -> Result<[&[f64]; 3], CallFailed> {
         let (memory, number) = (self.memory.raw(), which as c_int);
         let mut t = 0.0;
@@ -293,7 +294,8 @@ impl<C: Callbacks> Ida<C> {
         Ok([part.y.as_slice(), part.y_dot.as_slice(), quadrature])
     }
 
-    /// y and ẏ a backward problem starts from, those that [`Self::correct_backward`] has corrected.
+    /// Returns the initial y and ẏ of a backward problem, as corrected by
+    /// [`Self::correct_backward`].
     pub(crate) fn backward_start(&mut self, which: usize) -> Result<[&[f64]; 2], CallFailed> {
         let part = &self.backward_parts("IDAGetConsistentICB")?[which];
         Ok([part.y.as_slice(), part.y_dot.as_slice()])

@@ -1,5 +1,5 @@
-//! Backward problems of a solver: how they are added, started, corrected and integrated. What is
-//! evaluated meanwhile: [`evaluation`].
+//! Backward problems of a solver: how to add, start, correct and integrate them. The module
+//! [`evaluation`] contains the functions called during integration.
 
 mod evaluation;
 
@@ -20,10 +20,11 @@ use crate::options::{
 };
 use myovib_dae::{Jacobian, Outcome, Problem, Statistics, Stop, kinds_at};
 
-/// What a solver that keeps checkpoints knows of its backward problems.
+/// Data of the backward problems of a solver with checkpoints.
 pub(super) struct Kept {
     every: usize,
-    /// What is set before a run is repeated, as IDAS forgets it; 0 for an estimate.
+    /// Initial step, set again before a run is repeated because IDAS discards it; 0 for an
+    /// estimate.
     initial_step: f64,
     runs: Vec<BackwardRun>,
     /// The counters of the forward run, once it has been left: IDAS repeats parts of it then.
@@ -46,7 +47,7 @@ impl BackwardOptions {
 }
 
 impl<P: Problem> IdaSolver<P> {
-    /// Lets checkpoints be kept, unless something is asked for that a repeated run would not do again.
+    /// Enables checkpoints, unless a requested feature would not be repeated by a repeated run.
     pub(super) fn attach_checkpoints(
         &mut self,
         checkpoints: Checkpoints,
@@ -214,11 +215,13 @@ impl<P: Problem> IdaSolver<P> {
         Ok(())
     }
 
-    /// Corrects the algebraic components of λ and the differential ones of λ̇ where a backward problem
-    /// starts, before it is integrated; `t_first` is a time it will pass, for the scale.
+    /// Corrects the algebraic components of λ and the differential components of λ̇ at the start of
+    /// a backward problem, before it is integrated; `t_first` is a time that it will pass, for the
+    /// scale.
     ///
     /// # Errors
-    /// As for [`correct_initial_values`](IdaSolver::correct_initial_values), and [`Error::NoBackward`].
+    /// As for [`correct_initial_values`](IdaSolver::correct_initial_values), and
+    /// [`Error::NoBackward`].
     pub fn correct_backward(&mut self, backward: Backward, t_first: f64) -> Result<(), Error> {
         finite("t_first", t_first)?;
         let run = self.backward(backward)?;
@@ -339,10 +342,10 @@ impl<P: Problem> IdaSolver<P> {
         Ok(Outcome::Stopped(Box::new(stop)))
     }
 
-    /// Where a backward problem is.
+    /// Returns the state of a backward problem.
     ///
     /// # Errors
-    /// [`Error::NoBackward`] for one of another solver.
+    /// [`Error::NoBackward`] if it belongs to another solver.
     pub fn backward(&self, backward: Backward) -> Result<&BackwardRun, Error> {
         let runs = self.kept.as_ref().map_or(&[][..], |kept| &kept.runs);
         let (number, of) = (backward.0, runs.len());
