@@ -21,7 +21,7 @@ pub(crate) const HILL: ActiveStress = ActiveStress {
     }),
 };
 
-/// A block of the dimension asked for, its cells in two halves.
+/// A block of the requested dimension, with its cells in two halves.
 pub(crate) fn block(dimension: usize) -> Mesh {
     match dimension {
         2 => generate::rectangle([0.0; 2], [1.0, 0.8], [2, 2]).unwrap(),
@@ -132,7 +132,7 @@ pub(crate) fn neo_hooke(shear_modulus: f64) -> Law {
     }
 }
 
-/// The contracting block whose halves differ in κ, α and β, with pressures of their own.
+/// The contracting block whose halves differ in κ, α and β, with separate pressures.
 pub(crate) fn graded(dimension: usize, kappa: f64, beta: f64) -> Muscle {
     let plain = contracting(dimension, kappa, beta, elastic());
     let mesh = block(dimension);

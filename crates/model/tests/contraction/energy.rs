@@ -1,4 +1,5 @@
-//! Energy balance of a contracting, viscous, elastically bedded block, and what is computed for it.
+//! Energy balance of a contracting, viscous block on an elastic foundation, and its derived
+//! quantities.
 
 use std::ops::ControlFlow;
 
@@ -91,8 +92,8 @@ fn balance(rtol: f64) -> Balance {
 fn the_work_of_active_stress_is_stored_or_dissipated() {
     let [loose, tight] = [1e-3, 1e-5].map(balance);
     let relative = |balance: &Balance| balance.gap / balance.largest;
-    // The tolerance of a step: Radau IIA's ends of steps are of higher order than its estimate. A power that is
-    // left out or counted twice is seen at any tolerance.
+    // Tolerance of a step: values of Radau IIA at ends of steps are of higher order than its
+    // estimate. A power that is omitted or counted twice is detected at any tolerance.
     assert!(relative(&loose) < 1e-3, "{:e}", relative(&loose));
     assert!(relative(&tight) < 1e-5, "{:e}", relative(&tight));
     assert!(

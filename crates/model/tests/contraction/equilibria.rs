@@ -77,7 +77,7 @@ fn a_free_muscle_shortens_until_its_elasticity_balances_the_tension() {
             Tension::SecondPiolaKirchhoff => found * TENSION * gaussian(found),
             Tension::Nominal => TENSION * gaussian(found),
         };
-        // Newton ends at rounding; slopes are of the order of 3 μ.
+        // Newton's method ends at rounding; slopes are of the order of 3 μ.
         let left = passive(found) + nominal;
         assert!(left.abs() < 1e-10 * SHEAR, "{tension:?}: {left:e}");
     }
@@ -116,8 +116,9 @@ fn a_loaded_muscle_carries_what_tension_and_elasticity_give() {
     );
 }
 
-/// A spring of stiffness k against the end: k (1 − λ) and the muscle's stress are in balance, be the
-/// bed one of all directions or of the normal alone; in the latter case the sides stay free.
+/// A spring of stiffness k at the end: k (1 − λ) and the muscle's stress are in equilibrium,
+/// whether the foundation acts in all directions or only along the normal; in the latter case the
+/// sides are free.
 #[test]
 fn a_muscle_shortens_against_an_elastic_bed() {
     let stiffness = 5e4;

@@ -67,7 +67,7 @@ fn two_materials_in_a_row_shorten_as_each_does_alone() {
     }
 }
 
-/// A body of one sort that is described as graded moves as the plain one does.
+/// Checks that a uniform body described as graded moves like the plain body.
 #[test]
 fn equal_elements_are_the_plain_body() {
     let plain = contracting(2, 1e5, 1e-2, elastic());
@@ -125,6 +125,6 @@ fn elements_of_two_sorts_are_refused() {
         shared,
         ModelError::Fem(FemError::SharedPressure { .. })
     ));
-    // α alone needs no pressures of its own.
+    // A different α does not require separate pressures.
     build(false, [plain, parameters(3.0, 0.0, 1e5)]).unwrap();
 }

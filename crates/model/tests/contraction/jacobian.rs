@@ -37,7 +37,7 @@ struct Drawn {
     direction: Vec<f64>,
 }
 
-/// A state of strains of some per cent and rates of some 1/s, times a `speed`.
+/// Draws a state with strains of a few percent and rates of a few 1/s, times a `speed`.
 fn draw(dae: &MuscleDae, speed: f64, rng: &mut StdRng) -> Drawn {
     let size = dae.layout().fill(|field| match field {
         Field::Displacement => 0.02,
@@ -121,13 +121,14 @@ fn backward_error<T: Scalar>(dae: &mut MuscleDae, speed: f64, c: T, rng: &mut St
         .fold(0.0, f64::max)
 }
 
-/// A row holds some fifty products, each rounded a few times on its way through the elimination, and
-/// each entry is a sum of up to ten matrices. A term left out gives 1e-3 and more.
+/// A row contains about fifty products, each rounded a few times during the elimination, and each
+/// entry is a sum of up to ten matrices. A missing term gives an error of 1e-3 or more.
 const ROUNDING: f64 = 1e4 * f64::EPSILON;
 
-/// In space a matrix with β is made symmetric: of a body that moves, half of β ∂(B v)/∂q is left out beside
-/// (1 + βc) B. Velocities differ by up to 2 m/s over the 0.25 m between nodes, in three components: β |∇v| is
-/// 0.24 at most for β = 0.01, and |1 + βc| more than 5. Seen are 4e-3, with Prony terms 6e-3.
+/// In 3D a matrix with β is symmetrized: for a moving body, half of β ∂(B v)/∂q is omitted,
+/// compared with (1 + βc) B. Velocities differ by up to 2 m/s over the 0.25 m between nodes, in
+/// three components: β |∇v| is 0.24 at most for β = 0.01, and |1 + βc| more than 5. Observed: 4e-3,
+/// with Prony terms 6e-3.
 pub(crate) const NEAR: f64 = 0.24 / 2.0 / 5.0;
 
 #[test]

@@ -1,4 +1,5 @@
-//! Internal stresses that Radau IIA eliminates: against the same as unknowns, and what they cost.
+//! Internal stresses eliminated by Radau IIA: comparison with internal stresses as unknowns, and
+//! their cost.
 
 use std::sync::Arc;
 
@@ -84,8 +85,9 @@ fn eliminated_states_are_those_among_the_unknowns() {
             let differences: Vec<Vec<f64>> = differences.collect();
             for (derivative, most) in [(0, 10.0), (1, 1e3)] {
                 let ratio = size(&differences, derivative) / size(&full, derivative);
-                // Both err by the tolerance, times what dense output, which has fewer orders, and the
-                // derivative lose; states that are not those of the terms differ by 0.1 and more.
+                // Both errors are of the order of the tolerance, times the loss by dense output,
+                // which has a lower order, and by the derivative. Without the terms, states differ
+                // by 0.1 or more.
                 assert!(
                     ratio < most * rtol,
                     "{case}: {field} {derivative} {ratio:e}"
@@ -119,7 +121,7 @@ fn a_run_with_memory_goes_on_bit_by_bit() {
     assert_eq!(states(&mut *first, &times), states(&mut *second, &times));
 }
 
-/// The least CPU time of a step that factorises once, and of one that does not, s.
+/// Returns the minimum CPU time, s, of a step with one factorization, and of a step without.
 fn cost(terms: &[(f64, f64)]) -> [f64; 2] {
     let mesh = generate::block([0.0; 3], [0.1, 0.02, 0.02], [18, 5, 5]).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
@@ -187,6 +189,6 @@ fn five_terms_cost_little_of_a_step_that_factorises() {
     let [plain, one, five] = least;
     let more = |than: [f64; 2]| [0, 1].map(|k| than[k] / plain[k] - 1.0);
     println!("one term {:?}, five terms {:?}", more(one), more(five));
-    // What the issue asks.
+    // Bound required by the issue.
     assert!(more(five)[0] < 0.15, "{:?}", more(five));
 }

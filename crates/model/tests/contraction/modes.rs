@@ -17,8 +17,9 @@ use crate::energy::settings;
 /// The largest displacement of the motions, m.
 const SMALL: f64 = 1e-4;
 
-/// The part of the lowest mode in the motion that starts from the equilibrium displaced along it, after `periods` of
-/// the mode, per what it was. The mean of a displacement one way and the other has no part of second order.
+/// Returns the ratio of the lowest mode's amplitude after `periods` of the mode to its initial
+/// value, in the motion that starts from the equilibrium displaced along the mode. The mean over
+/// displacements in both directions has no second-order part.
 fn left_of_the_mode(muscle: &Muscle, at: &Equilibrium, periods: f64) -> f64 {
     let mode = &spectrum::lowest(muscle, at, 1).unwrap()[0];
     let formulation = Formulation::Velocity;
@@ -68,7 +69,8 @@ fn expect_the_frequency(muscle: &Muscle) {
     );
 }
 
-/// Halves that contract by two kinds of stress, one of which follows the stretch, held by elastic beds, under a traction.
+/// Halves that contract by two kinds of stress, one of which follows the stretch, on elastic
+/// foundations, under a traction.
 fn contracted(dimension: usize, kappa: f64, stresses: [AddedStress; 2], bed: [f64; 2]) -> Muscle {
     let mut muscle = contracting(dimension, kappa, 0.0, stresses);
     muscle.parameters = Parameters::new(0.0, 0.0, kappa).unwrap();
@@ -103,7 +105,8 @@ fn a_contracted_body_vibrates_at_the_frequencies_about_its_equilibrium() {
     }
 }
 
-/// Hill's curve under a tension, viscosity and a bed take away what the motion loses in a period.
+/// Hill's curve under a tension, viscosity and a foundation dissipate the energy that the motion
+/// loses in a period.
 #[test]
 fn a_contracted_body_is_damped_as_its_mode_says() {
     let muscle = contracted(2, 1e5, viscous(), [3e4, 2e2]);
@@ -159,7 +162,7 @@ fn pressures_on_free_edges_are_refused() {
     assert!(spectrum::lowest(&muscle, &Equilibrium::unloaded(&muscle), 1).is_ok());
 }
 
-/// Regression: a support that is elsewhere at t = 0 tore the body at rest.
+/// Regression: a support with a nonzero position at t = 0 deformed the body at rest.
 #[test]
 fn moved_supports_do_nothing_to_the_modes_about_rest() {
     let moved = pressed(&["left", "right"], 1e5, 1e3);

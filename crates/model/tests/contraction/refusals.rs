@@ -1,4 +1,4 @@
-//! The index with all that is added, and what is refused.
+//! The index with all added stresses, and rejected settings.
 
 use myovib_dae::{Problem, StepError};
 use myovib_fem::material::{ActiveStress, Bestel};

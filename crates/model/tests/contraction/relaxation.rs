@@ -100,7 +100,7 @@ fn elimination_solves_the_linearised_equations() {
             let velocities = dae.layout().range(Field::Velocity).unwrap_or_default();
             let rates = y[velocities].iter_mut().chain(&mut y_dot);
             rates.for_each(|rate| *rate *= speed);
-            // A right-hand side of the size of what a solution of these sizes makes.
+            // A right-hand side of the size produced by a solution of these sizes.
             let c = Complex64::new(400.0, 300.0);
             let wanted: [Vec<f64>; 2] = [draw(&sizes), draw(&sizes)];
             let scaled = |x: &[f64], c: f64| -> Vec<f64> { x.iter().map(|x| c * x).collect() };
@@ -140,8 +140,9 @@ fn elimination_solves_the_linearised_equations() {
             let again = image(&mut dae, [&found[0], &found[1]]);
             let errors = [0, 1].map(|k| mismatch(&dae, &again[k], &right[k]));
             let case = format!("{dimension} {formulation} {kappa} {beta} {speed}: {errors:?}");
-            // Differences: truncation 1e-14 of second derivatives a thousand times the first, and
-            // rounding 1e-16 of residuals over 1e-7; a term left out gives 1e-2 and more.
+            // Differences: truncation 1e-14 of second derivatives, which are a thousand times the
+            // first, and rounding 1e-16 of residuals over 1e-7. A missing term gives an error of
+            // 1e-2 or more.
             let bound = match dimension == 3 && beta > 0.0 && speed > 0.0 {
                 true => NEAR,
                 false => 1e-4,
@@ -215,7 +216,7 @@ fn exact_force(t: f64) -> f64 {
     let mut total = stress(t);
     for (weight, time) in TERMS {
         for k in 0..n {
-            // ∫ Ṡ ds of a panel is exact; the kernel is that of its middle.
+            // ∫ Ṡ ds of a panel is exact; the kernel is evaluated at its midpoint.
             let (from, to) = (stress(f64::from(k) * h), stress(f64::from(k + 1) * h));
             let kernel = (-(t - (f64::from(k) + 0.5) * h) / time).exp();
             for i in 0..2 {
@@ -279,7 +280,7 @@ fn a_stretch_that_is_held_relaxes_as_the_closed_form_says() {
         assert_eq!(counters.relaxing_tangent_passes, counters.tangent_passes);
         assert!(counters.relaxing_passes >= counters.residual_passes);
     }
-    // What is left is the law's own stress: the same without terms.
+    // The law's stress remains, as without terms.
     let (long_term, dae) = forces(pulled(false), IntegratorKind::Radau, 1e-5, &[0.9]);
     let beyond = TERMS[1].0 * (-(0.9 - RISE) / TERMS[1].1).exp();
     let ratio = exact_force(0.9) / long_term[0] - 1.0;

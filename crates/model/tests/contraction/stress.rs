@@ -1,5 +1,5 @@
-//! The stress that is read is the one that the equations balance, whatever it is made of: in a block under
-//! tension it is the force by the area, and zero on the free sides.
+//! Checks that the output stress is the stress of the equations for all contributions: in a block
+//! under tension it is the force divided by the area, and zero on the free sides.
 
 use std::sync::Arc;
 
@@ -90,10 +90,10 @@ fn pulled(block: Block, kappa: f64, (terms, beta, eta): Parts) -> Muscle {
     }
 }
 
-/// What is read.
+/// Output values.
 #[derive(Debug)]
 struct Read {
-    /// The force on the side that is pulled by its present area.
+    /// Force on the pulled side, divided by its current area.
     traction: f64,
     /// The Cauchy stress along x, y, z.
     stress: [f64; 3],

@@ -141,12 +141,12 @@ fn condensed_and_full_runs_take_the_same_steps() {
         assert_eq!(statistics.outcome, Outcome::Finished);
         let work = integrator.problem().body().counters().linear;
         assert_eq!(work.solves > 0, linear_solver == LinearSolver::Condensed);
-        // The load has set in: this is no handful of steps.
+        // The load has started, and the number of steps is large enough for the comparison.
         assert!(statistics.counts.steps > 50);
         statistics.counts.steps as f64
     };
     let (condensed, full) = (steps(LinearSolver::Condensed), steps(LinearSolver::Full));
-    // Rounding moves single Newton iterations and rejections; 2 % is some 60 of 3000 steps.
+    // Rounding changes a few Newton iterations and rejections; 2 % is about 60 of 3000 steps.
     assert!(
         (condensed / full - 1.0).abs() <= 0.02,
         "{condensed} and {full}"

@@ -158,8 +158,8 @@ fn a_muscle_whose_stiffness_follows_two_chains() {
             "lambda" => 1e3,
             _ => 1e4,
         });
-        // Oscillators near their smoothing radius, where the coherence is most curved, and ten
-        // thousand times below it: near rest, where |χ| itself has no derivative.
+        // Oscillators near their smoothing radius, where the coherence is most curved, and at 1e-4
+        // times that radius: near rest, where |χ| without smoothing is not differentiable.
         for at_rest in [1.0, 1e-4] {
             let size = |i: usize| sizes.get(i).copied().unwrap_or(at_rest);
             for _ in 0..3 {
@@ -175,7 +175,7 @@ fn chains_at_rest_are_out_of_step_and_stiffen_by_their_shares() {
     let dae = with_feedback(Formulation::Rate);
     let mut y = vec![0.0; dae.n_unknowns()];
     assert_eq!(dae.factors(&y), [3.0, 3.0]);
-    // All oscillators of the first chain far out in one direction: coherent but for ε²/r².
+    // All oscillators of the first chain are far from rest in one direction: coherent up to ε²/r².
     let positions = dae.one_way().range(0).start..;
     y[positions][..4].fill(1e3);
     let factors = dae.factors(&y);

@@ -27,7 +27,7 @@ fn at_once(gain: f64, settings: &Settings) -> CoherenceHistory {
     observe(&mut integrator, EVERY, settings.t_end, &mut []).0
 }
 
-/// The muscle by itself, its motion recorded, and the chain afterwards.
+/// Runs the muscle alone, records its motion, and then runs the chain.
 fn replayed(gain: f64, settings: &Settings) -> CoherenceHistory {
     let muscle = muscle();
     let point = origin(&muscle);

@@ -1,4 +1,4 @@
-//! Chains at many places as one network: what they compute, and how it is solved.
+//! Chains at many places as one network: results and linear solver.
 
 use myovib_dae::Problem;
 use myovib_model::coupling::{CoupledDae, Oscillators, Source, StateTolerances};
@@ -114,7 +114,7 @@ fn a_run_moves_each_place_as_a_run_of_its_own() {
         let pairs = a.iter().zip(b);
         pairs.fold(0.0, |max: f64, (a, b)| max.max((a - b).abs()))
     };
-    // The same drive: the same motion but for rounding, which the chains do not magnify in 2 s.
+    // With the same drive, motions agree up to rounding, which the chains do not amplify in 2 s.
     assert!(distance(&places[1], &places[3]) < 1e-9);
     assert!(distance(&places[0], &places[2]) > 1e-3);
     for (place, x) in points.iter().enumerate() {

@@ -38,8 +38,8 @@ fn the_replayed_rod_drives_the_chain_as_the_rod_does() {
     let y = vec![0.0; replayed.n_unknowns()];
     let mut replayed = start(replayed, tolerances, T_END, &y);
     let (afterwards, _) = observe(&mut replayed, EVERY, T_END, &mut []);
-    // Local errors of 1e-7 relative of a motion of size 2, of which 6 s × 8 cycles × some 250
-    // steps add up, with random signs: 2e-7 √12000 = 2e-5 at most.
+    // Relative local errors of 1e-7 of a motion of size 2. Over 6 s × 8 cycles × about 250 steps
+    // they add up with random signs: 2e-7 √12000 = 2e-5 at most.
     let distance = apart(&at_once, &afterwards);
     assert!(distance < 2e-5, "{distance:e}");
 }

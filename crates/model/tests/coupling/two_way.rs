@@ -1,4 +1,4 @@
-//! Chains that act back on their own elements: what they compute, and how it is solved.
+//! Chains that act back on their elements: results and linear solver.
 
 use std::sync::Arc;
 
@@ -76,7 +76,7 @@ pub(crate) fn body(dimension: usize, kappa: f64, beta: f64) -> (Muscle, Vec<usiz
     (muscle, active)
 }
 
-/// Chains in elements, the frequencies of the first `skipped` places left out.
+/// Creates chains in elements, without the frequencies of the first `skipped` places.
 pub(crate) fn chains(dae: &MuscleDae, elements: &[usize], skipped: usize) -> Oscillators {
     let places = elements.len();
     let omega = paper::chain(N * (skipped + places), 0.5).unwrap().omega;
@@ -124,8 +124,8 @@ pub(crate) fn feedback(
     }
 }
 
-/// A body with chains in all elements that stiffen it, and with others that contract its active part:
-/// two networks of many places, or one for each place.
+/// Creates a body with chains in all elements that stiffen it, and with others that contract its
+/// active part: two networks of many places, or one network for each place.
 fn two_way(
     (muscle, active): (Muscle, Vec<usize>),
     formulation: Formulation,
@@ -189,8 +189,8 @@ fn jacobians_agree_with_differences_and_solutions_solve_the_full_system() {
     }
 }
 
-/// Tension that follows the chains, beside stress that relaxes: the internal stresses are unknowns
-/// that are eliminated point by point, so that the whole matrix is seen through differences alone.
+/// Tension that follows the chains, with stress relaxation. The internal stresses are unknowns that
+/// are eliminated point by point, so only differences can check the full matrix.
 #[test]
 fn tension_follows_chains_where_stress_relaxes() {
     let mut rng = StdRng::seed_from_u64(32);
@@ -218,7 +218,7 @@ pub(crate) fn relaxing_body(dimension: usize, kappa: f64, beta: f64) -> (Muscle,
     (muscle, active)
 }
 
-/// What the solver makes of a right-hand side gives it back, by differences of the residual.
+/// Checks that differences of the residual along a solution reproduce the right-hand side.
 pub(crate) fn assert_solved_by_differences(mut dae: FeedbackDae, case: &str, rng: &mut StdRng) {
     let layout = dae.one_way().body().layout();
     assert!(layout.range(Field::InternalStress).is_some());
@@ -251,7 +251,8 @@ pub(crate) fn assert_solved_by_differences(mut dae: FeedbackDae, case: &str, rng
             .fold(0.0_f64, |m, r| m.max(r.abs()));
         for row in range {
             let error = (found[row] - right[row]).abs() / largest;
-            // Truncation and rounding of the differences; a term left out gives 1e-2 and more.
+            // Truncation and rounding of the differences; a missing term gives an error of 1e-2 or
+            // more.
             assert!(error < 1e-4, "{case}, row {row}: {error:e}");
         }
     }
@@ -277,7 +278,8 @@ fn along(dae: &mut FeedbackDae, [y, y_dot]: [&[f64]; 2], x: &[f64], c: f64) -> V
     pairs.map(|(a, b)| (a - b) / (2.0 * step)).collect()
 }
 
-/// The Jacobian is that of differences, and solutions with the oscillators eliminated solve it.
+/// Checks that the Jacobian equals differences, and that solutions with eliminated oscillators
+/// solve it.
 pub(crate) fn assert_solved(mut dae: FeedbackDae, case: &str, rng: &mut StdRng) {
     let size = sizes(&dae);
     let [y, direction] = [(); 2].map(|()| draw(&size, 1.0, rng));
@@ -316,7 +318,7 @@ pub(crate) fn assert_solved(mut dae: FeedbackDae, case: &str, rng: &mut StdRng) 
     assert!(complex < rounding, "{case}: {complex:e}");
 }
 
-/// The state of networks of many places by that of a network for each place.
+/// Returns the state of networks of many places, from the state of one network for each place.
 fn joined(many: &FeedbackDae, apart: &FeedbackDae, states: &[f64]) -> Vec<f64> {
     let mut joined = states[many.one_way().body_range()].to_vec();
     let mut next = 0;
@@ -361,7 +363,7 @@ fn tensions_are_those_of_the_coherence() {
         false,
     );
     let mut y = vec![0.0; dae.n_unknowns()];
-    // All oscillators of one place far out in one direction: coherent but for ε²/r².
+    // All oscillators of one place are far from rest in one direction: coherent up to ε²/r².
     let network = dae.one_way().range(1);
     y[network.start + N..][..N].fill(1e6);
     let snapshot = dae.muscle_at(&y).snapshot(0.0, &y, &[]);
@@ -380,7 +382,7 @@ fn tensions_are_those_of_the_coherence() {
     let means = dae.factors(&y);
     let mean = REST + (COHERENT - REST) / active.len() as f64;
     assert!((means[1] - mean).abs() < 1e-8 && (means[0] - 3.0).abs() < 1e-8);
-    // Without oscillators the body is that of oscillators out of step.
+    // Without oscillators, the body equals a body with oscillators out of step.
     let given = Muscle {
         activations: vec![(0, Activation::Given(Signal::constant(REST)))],
         ..muscle.clone()
@@ -446,7 +448,7 @@ fn eliminated_and_full_runs_agree() {
     for integrator in [IntegratorKind::Ida, IntegratorKind::Radau] {
         let (y, steps, dae) = run(integrator, LinearSolver::Condensed);
         let (y_full, steps_full, full) = run(integrator, LinearSolver::Full);
-        // What is factorised is the body's alone.
+        // Only the body's matrix is factorized.
         let work = |dae: &FeedbackDae| *dae.one_way().body().counters();
         assert!(work(&dae).linear.solves > 0 && work(&full).linear.solves == 0);
         assert!(work(&dae).coherence_passes > 0);

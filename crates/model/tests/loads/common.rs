@@ -1,4 +1,4 @@
-//! The beam that is loaded.
+//! Beam under the loads.
 
 use myovib_fem::generate;
 use myovib_model::{AbsoluteTolerances, Formulation, MuscleDae, Signal, paper};

@@ -1,4 +1,4 @@
-//! What drives a system may jump: integrators stop there, and start anew behind it.
+//! Signals that drive a system may jump: integrators stop at the jump and restart after it.
 
 use std::f64::consts::TAU;
 

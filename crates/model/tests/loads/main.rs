@@ -1,4 +1,4 @@
-//! Loads that change abruptly: none is stepped over, and those that jump start the method anew.
+//! Loads that change abruptly: no load is stepped over, and a jump restarts the method.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod common;

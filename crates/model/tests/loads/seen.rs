@@ -87,8 +87,8 @@ fn check(name: &str, signal: &Signal) {
     for integrator in IntegratorKind::ALL {
         let (motion, statistics) = motion(signal, &settings(integrator, 1e-4));
         let (size, difference) = compare(&reference, &motion);
-        // What local errors of 1e-4 add up to while the beam forgets; a load that is stepped over
-        // is off by its whole size.
+        // Local errors of 1e-4 add up to this value over the memory of the beam; a missed load
+        // gives an error of its full size.
         assert!(
             difference < 1e-2 * size,
             "{name}, {integrator:?}: off by {difference:e} of {size:e} in {} steps",
@@ -150,7 +150,7 @@ fn random_load(draw: &mut impl FnMut() -> f64) -> Signal {
     Signal::sum(parts.collect())
 }
 
-/// Property: whatever the load, each method sees what one with small steps sees.
+/// Property: for any load, each method agrees with a solution with small steps.
 #[test]
 fn random_loads_are_seen_by_all_methods() {
     // A linear congruential generator will do (Knuth's MMIX).
@@ -167,8 +167,9 @@ fn random_loads_are_seen_by_all_methods() {
     }
 }
 
-/// The estimate of a second run at ten times the tolerance bounds the error of the first, and is no
-/// more than a hundred times as large: errors fall with the tolerance, if not always tenfold.
+/// Checks that the estimate of a second run at ten times the tolerance bounds the error of the
+/// first, and is at most a hundred times as large. Errors decrease with the tolerance, although not
+/// always tenfold.
 #[test]
 fn a_second_run_bounds_the_error_of_the_first() {
     let signal = pulse(100.0, 1.0, 0.1, 0.02);
@@ -186,13 +187,13 @@ fn a_second_run_bounds_the_error_of_the_first() {
             "{integrator:?}: {off:e} {most:e}"
         );
         let largest = estimates.iter().fold(0.0_f64, |m, e| m.max(e.size));
-        // By what the runs differ.
+        // Difference of the runs.
         assert!((largest - size).abs() <= off, "{largest} {size}");
     }
 }
 
-/// A measured motion of a support that is under way at the start: a step over a stated time
-/// introduces it with two continuous derivatives, and leaves it as it is afterwards.
+/// The measured motion of a support is nonzero at the start. A step over a given time introduces it
+/// with two continuous derivatives, and does not change it afterwards.
 #[test]
 fn a_measured_motion_under_way_is_introduced_smoothly() {
     let measured = every_millisecond(|i| 1e-3 * (50.0 * 1e-3 * i as f64 + 1.0).cos());

@@ -144,7 +144,8 @@ fn forward(integrator: IntegratorKind, all: Vec<Vec<f64>>) -> Vec<f64> {
     sums
 }
 
-/// The issue asks for ten digits: of directions in which all elements count, and of single elements.
+/// The issue requires ten digits, for directions in which all elements contribute and for single
+/// elements.
 #[test]
 fn the_gradient_by_311_stiffnesses_is_that_of_forward_sensitivities() {
     for integrator in [

@@ -1,4 +1,4 @@
-//! Runs of higher index that stop say why, and what they advise works.
+//! Runs of higher index that stop report the reason, and the suggested remedies work.
 
 use std::collections::VecDeque;
 
@@ -85,7 +85,7 @@ impl Run {
         let causes = self.advice().causes();
         assert!(!causes.is_empty());
         for cause in causes {
-            // A problem with two ways to mend it is said once.
+            // A problem with two remedies is reported once.
             let remedies = cause.remedies.iter().map(ToString::to_string);
             for words in remedies.chain([cause.problem.clone()]) {
                 assert!(message.contains(&words), "`{words}` in: {message}");
@@ -152,7 +152,7 @@ fn a_tight_tolerance() {
         .stops_and_every_remedy_works(&["index 3", "lambda (index 3)", "tolerance of 1e-6"]);
 }
 
-/// `check` says before the run what the run says when it stops.
+/// Checks that `check` reports before the run the same text as the run reports when it stops.
 #[test]
 fn check_warns_in_the_same_words() {
     let bad = Run::new(spindle(), Formulation::Position, 0.0, &[], 5);
@@ -198,7 +198,8 @@ fn check_names_units_that_do_not_go_together_and_endless_runs() {
     );
 }
 
-/// At a tight tolerance Newton's method is measured by λ even where the error test leaves it out.
+/// At a tight tolerance, λ determines the convergence test of Newton's method even if it is
+/// excluded from the error test.
 #[test]
 fn a_tight_tolerance_wants_weights_that_follow_the_step() {
     let run = |rtol: f64| {

@@ -1,4 +1,4 @@
-//! Modes of a column under its load, against those of beams.
+//! Modes of a column under its load, compared with beams.
 
 use std::f64::consts::PI;
 
@@ -10,7 +10,7 @@ use myovib_structure::Mode;
 const SHEAR: f64 = 1e4;
 const SLENDERNESS: f64 = 50.0;
 
-/// A clamped column of length 1 under `part` of Euler's load π² EI/4, EI that of plane strain.
+/// A clamped column of length 1 under `part` of Euler's load π² EI/4, with EI for plane strain.
 fn column(part: f64, kappa: f64) -> Muscle {
     let mesh = generate::beam(1.0, 1.0 / SLENDERNESS, [100, 2]).unwrap();
     let law = myovib_fem::Law::MooneyRivlin {

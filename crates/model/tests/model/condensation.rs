@@ -135,8 +135,8 @@ fn solve_and_measure<T: Scalar>(
 /// A row holds some fifty products, each rounded a few times on its way through the elimination.
 const ROUNDING: f64 = 1e3 * f64::EPSILON;
 
-/// Transposed solves are not refined, and have what pivots that are fixed leave: the other solves are
-/// refined from 1e-12 on.
+/// Transposed solves are not refined, and have the error of fixed pivots; other solves are refined
+/// from 1e-12 on.
 const UNCHECKED: f64 = 1e-12;
 
 #[test]
@@ -192,8 +192,8 @@ fn draw_complex(rng: &mut StdRng) -> Complex64 {
     Complex64::new(rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0))
 }
 
-/// In space a matrix that β makes unsymmetric is solved with as a symmetric one: for a body that does
-/// not move it is the matrix itself, for one that moves as near to it as it moves slowly.
+/// In 3D a matrix that is unsymmetric because of β is replaced by a symmetric matrix. For a body at
+/// rest both are equal; for a moving body the difference is proportional to the velocity.
 #[test]
 fn in_space_damped_matrices_are_nearly_those_of_the_full_system() {
     for formulation in [Formulation::Rate, Formulation::ImplicitRate] {
@@ -214,7 +214,8 @@ fn in_space_damped_matrices_are_nearly_those_of_the_full_system() {
         assert!(still < ROUNDING, "{formulation}: {still:e}");
         assert!(transposed < UNCHECKED, "{formulation}: {transposed:e}");
         let [slow, fast] = [1e-2, 2e-2].map(|speed| measure(speed)[0]);
-        // In proportion to the velocity, but for its second order of some per cent.
+        // The difference is proportional to the velocity, up to second-order terms of a few
+        // percent.
         let is_near = slow > ROUNDING && (fast / slow - 2.0).abs() < 0.1;
         assert!(is_near, "{formulation}: {slow:e} {fast:e}");
     }
@@ -259,12 +260,12 @@ fn condensed_and_full_runs_take_the_same_steps() {
             assert_eq!(statistics.outcome, Outcome::Finished);
             let work = integrator.problem().counters().linear;
             assert_eq!(work.solves > 0, linear_solver == LinearSolver::Condensed);
-            // The load has set in: this is no handful of steps.
+            // The load has started, and the number of steps is large enough for the comparison.
             assert!(statistics.counts.steps > 50);
             statistics.counts.steps as f64
         };
         let (condensed, full) = (steps(LinearSolver::Condensed), steps(LinearSolver::Full));
-        // Rounding moves single Newton iterations and rejections; 2 % is some 60 of 3000 steps.
+        // Rounding changes a few Newton iterations and rejections; 2 % is about 60 of 3000 steps.
         assert!(
             (condensed / full - 1.0).abs() <= 0.02,
             "{formulation}: {condensed} and {full}"

@@ -75,8 +75,8 @@ impl Observer<MuscleDae> for Stop {
     }
 }
 
-/// Regression: conditions were looked at where steps end: a bound of 0.97 of the maximum was passed
-/// unseen, and one of 0.6 was seen a tenth of a second late.
+/// Regression: conditions were checked only at the ends of steps. A bound of 0.97 of the maximum
+/// was missed, and a bound of 0.6 was detected a tenth of a second late.
 #[test]
 fn a_run_ends_where_its_condition_is_first_met() {
     for integrator in IntegratorKind::ALL {

@@ -17,7 +17,7 @@ fn the_spindle_under_three_refinements() {
             .all(|level| level.nullity == 0 && level.constant > 0.57),
         "{stable:?}"
     );
-    // It has converged, so the bound is one for all h: 0.5809, 0.5715, 0.5706, 0.5705.
+    // The constant has converged, so the bound holds for all h: 0.5809, 0.5715, 0.5706, 0.5705.
     assert!(
         (stable[3].constant / stable[2].constant - 1.0).abs() < 1e-3,
         "{stable:?}"

@@ -1,6 +1,6 @@
-//! Long runs keep their memory, and what drifts stays bounded.
+//! Checks that memory does not grow in long runs, and that drift is bounded.
 //!
-//! The high-water mark of memory is that of the process, so that this file has one test.
+//! The high-water mark of memory belongs to the process, so this file has only one test.
 
 use std::fs;
 use std::ops::ControlFlow;

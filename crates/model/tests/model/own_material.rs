@@ -69,12 +69,12 @@ fn largest(x: impl Iterator<Item = f64>) -> f64 {
     x.fold(0.0, |largest, x| largest.max(x.abs()))
 }
 
-/// More elements than registers have lanes, and a last batch that is not full.
+/// A block with more elements than SIMD lanes, and a partial last batch.
 fn block() -> Mesh {
     generate::block([0.0; 3], [0.04, 0.02, 0.02], [2, 1, 1]).unwrap()
 }
 
-/// With damping, so that stress, tangent and the rates of both are asked for.
+/// With damping, so that stress, tangent and the rates of both are evaluated.
 const FORMULATIONS: [Formulation; 2] = [Formulation::Displacement, Formulation::ImplicitRate];
 
 #[test]

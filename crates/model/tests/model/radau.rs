@@ -32,7 +32,8 @@ fn displacement(formulation: Formulation) -> Vec<f64> {
             multiplier: RTOL,
         },
         suppressed: Vec::new(),
-        // Below the steps the tolerance asks for, so that the first one adds no error of its own.
+        // Below the steps required by the tolerance, so that the first step adds no significant
+        // error.
         initial_step: Some(1e-3),
         ..Settings::paper(formulation)
     };
@@ -55,8 +56,8 @@ fn index_3_moves_as_the_reduced_formulations_do() {
             .zip(&reduced)
             .map(|(a, b)| (a - b).abs())
             .fold(0.0, f64::max);
-        // Local errors of the tolerance, that of displacements above, add up over some hundred steps,
-        // but most are far smaller.
+        // Local errors of the order of the tolerance (see above for displacements) add up over a
+        // few hundred steps, but most are far smaller.
         let tolerance = RTOL * (1e-2 + size);
         assert!(
             difference < 10.0 * tolerance,

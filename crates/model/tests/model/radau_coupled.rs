@@ -143,8 +143,9 @@ fn condensed_and_full_matrices_give_the_same_run() {
     let states = [LinearSolver::Condensed, LinearSolver::Full]
         .map(|solver| chain_at_end(&mut start_muscle(&settings(1e-5, t_end, solver)), t_end));
     let apart = distance(&states[0], &states[1]);
-    // Newton's method stops at the rounding it measures, which is not that of the other matrices:
-    // one iteration more or less moves the run by a part of the tolerance, 1e-5 (seen: 2.7e-6).
+    // Newton's method stops at the rounding that it measures, which differs between the two
+    // matrices. One iteration more or less changes the run by a fraction of the tolerance, 1e-5
+    // (observed: 2.7e-6).
     assert!(apart < 1e-5, "{apart:e}");
 }
 

@@ -111,8 +111,8 @@ fn error(values: &[f64], reference: &[f64]) -> f64 {
     apart.fold(0.0, f64::max) / size
 }
 
-/// What the errors of u_y may be of the relative tolerance: up to 6 times were seen over 10 s, of
-/// errors of some hundred steps in an undamped motion.
+/// Allowed ratio of the errors of u_y to the relative tolerance: ratios up to 6 were observed over
+/// 10 s, for a few hundred steps of an undamped motion.
 const OF_TOLERANCE: f64 = 10.0;
 
 #[test]
@@ -195,8 +195,8 @@ fn in_index_3_the_pressure_errs_by_the_cube_of_the_step() {
             RadauIntegrator::new(dae, matrices, options, (0.0, t_end), &zero, &zero).unwrap();
         samples(&mut integrator, t_end)
     };
-    // Seven stages at the second finest of these steps: p of order 7, so far below what is
-    // measured.
+    // Seven stages at the second smallest of these steps: p has order 7, so its error is far below
+    // the measured errors.
     let reference = fixed(IntegratorKind::Radau13, 2.5e-3);
     let errors: Vec<[f64; 2]> = [10e-3, 5e-3, 2.5e-3, 1.25e-3]
         .into_iter()

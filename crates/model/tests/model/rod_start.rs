@@ -47,7 +47,7 @@ fn a_rod_starts_under_a_sine() {
             for (other, integrator) in others.iter().zip(&IntegratorKind::ALL[1..]) {
                 let pairs = reference.iter().zip(other);
                 let off = pairs.fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
-                // A relative tolerance of 1e-7 on waves that are slow to die out.
+                // A relative tolerance of 1e-7 for waves that decay slowly.
                 assert!(
                     off < 1e-4 * size,
                     "{load:?} {integrator:?}: {off:e} of {size:e}"
@@ -57,7 +57,7 @@ fn a_rod_starts_under_a_sine() {
     }
 }
 
-/// The rates at the start are those of M v̇ = f: the residual is rounding of its terms, EA = 1e6.
+/// The initial rates satisfy M v̇ = f: the residual is the rounding of its terms, EA = 1e6.
 #[test]
 fn the_rates_of_a_rod_satisfy_its_equations() {
     let mut dae = rod(EndLoad::Strain, 1.0);

@@ -101,11 +101,11 @@ fn inf_sup_constants_in_space() {
         stable.iter().all(|level| level.nullity == 0),
         "{constants:?}"
     );
-    // A pair that is not stable loses a factor two to four with each halving of h.
+    // An unstable pair loses a factor of two to four with each halving of h.
     assert!(constants[2] > 0.8 * constants[1], "{constants:?}");
     let unstable = levels(Pair::EqualOrder, &mesh, &["left", "right"], 3, |_, _| ()).unwrap();
     let held = |level: &myovib_model::inf_sup::Level| {
-        // Half of what the stable pair has left: bounded would be both or neither.
+        // Half of the stable pair's constant: if bounded, both pairs would satisfy it.
         level.nullity == 0 && level.constant > 0.5 * constants[2]
     };
     assert!(!unstable[1..].iter().any(held), "{unstable:?}");
@@ -159,6 +159,6 @@ fn a_body_in_space_is_loaded_in_steps() {
     let mut residual = zero.clone();
     dae.residual(0.0, &y, &zero, &mut residual).unwrap();
     let largest = residual.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
-    // The rounding of forces of some 1e4 N.
+    // Rounding of forces of about 1e4 N.
     assert!(largest < 1e-9, "{largest:e}");
 }

@@ -42,14 +42,15 @@ fn slender(n: usize, slenderness: f64, kappa: f64) -> f64 {
     bending(n, slenderness, modulus)
 }
 
-/// ω over that of the slender limit, for the first three modes.
+/// Returns ω relative to the slender limit, for the first three modes.
 fn ratios(slenderness: f64, cells: [usize; 2], kappa: f64) -> [f64; 3] {
     let found = modes(&cantilever(slenderness, cells, kappa), 3);
     [0, 1, 2].map(|n| found[n].angular_frequency().unwrap() / slender(n, slenderness, kappa))
 }
 
-/// A beam 40 times as long as high: half a per cent from the slender limit on one row of cells, and
-/// nearer on two; what is left of the third mode is shear, which grows as the beam gets stouter.
+/// A beam 40 times as long as high: within half a percent of the slender limit on one row of cells,
+/// and closer on two. The remaining difference of the third mode is shear, which increases for a
+/// thicker beam.
 #[test]
 fn slender_beams() {
     for kappa in [1e5, f64::INFINITY] {
@@ -69,8 +70,9 @@ fn slender_beams() {
     }
 }
 
-/// A beam of square section in space bends both ways with one frequency: that of the plane with
-/// Young's modulus 9 κ G/(3κ + G) for E/(1 - ν²). It is half as slender as the beam of the plane.
+/// A beam of square section in 3D bends in both directions with the same frequency: the frequency
+/// of the plane beam with Young's modulus 9 κ G/(3κ + G) for E/(1 - ν²). It is half as slender as
+/// the plane beam.
 #[test]
 fn a_slender_beam_in_space_bends_both_ways() {
     let slenderness = 20.0;
@@ -91,14 +93,16 @@ fn a_slender_beam_in_space_bends_both_ways() {
         };
         let [coarse, fine] = [ratios([20, 1, 1]), ratios([40, 2, 2])];
         for (coarse, fine) in coarse.iter().zip(&fine) {
-            // Twice that of the plane, as the clamped end is twice as much of the length.
+            // Twice the deviation of the plane beam, because the clamped end is twice as large a
+            // part of the length.
             assert!((fine - 1.0).abs() < 1e-2, "{kappa}: {fine}");
             assert!(
                 (fine - 1.0).abs() < 0.5 * (coarse - 1.0).abs(),
                 "{kappa}: {coarse} {fine}"
             );
         }
-        // The diagonals of the cells tell the two ways apart, by less than what refining changes.
+        // The diagonals of the cells distinguish the two directions, by less than the change under
+        // refinement.
         assert!(
             (fine[0] - fine[1]).abs() < 0.2 * (coarse[0] - fine[0]).abs(),
             "{kappa}: {coarse:?} {fine:?}"
@@ -106,8 +110,8 @@ fn a_slender_beam_in_space_bends_both_ways() {
     }
 }
 
-/// Under refinement every frequency falls, by less each time: at least by half as little, which is
-/// what the singular corners of the clamped end leave of the elements' order.
+/// Under refinement every frequency decreases, by less each time: the decrease is at least halved,
+/// which is the order that remains because of the singular corners of the clamped end.
 #[test]
 fn refinement_converges_from_above() {
     for kappa in [1e5, f64::INFINITY] {
@@ -148,8 +152,8 @@ fn shapes_are_orthonormal_in_the_mass() {
     }
 }
 
-/// The muscle's lowest frequencies on either side of the load's 8 Hz; those of the incompressible
-/// muscle are higher.
+/// The muscle's lowest frequencies below and above the load's 8 Hz; frequencies of the
+/// incompressible muscle are higher.
 #[test]
 fn the_muscle_beside_its_load() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/meshes/muscle.msh");
@@ -213,7 +217,8 @@ fn damping_ratios(muscle: &Muscle, count: usize) -> Vec<[f64; 2]> {
     found.map(of).collect()
 }
 
-/// Rayleigh damping of one α and one β has (α/ω + βω)/2, whether it is that of the body or of all its materials.
+/// Rayleigh damping with one α and one β gives (α/ω + βω)/2, whether it is defined for the body or
+/// for all its materials.
 #[test]
 fn damping_ratios_of_modes() {
     let mesh = generate::beam(1.0, 0.1, [20, 4]).unwrap();

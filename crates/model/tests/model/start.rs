@@ -51,7 +51,7 @@ fn dae(formulation: Formulation, kappa: f64, beta: f64) -> MuscleDae {
     MuscleDae::new(muscle, formulation).unwrap()
 }
 
-/// The same body in space, as thick as it is high.
+/// The corresponding body in 3D, with equal thickness and height.
 fn in_space(formulation: Formulation, kappa: f64, beta: f64) -> MuscleDae {
     let (lower, upper) = ([0.0, -0.01, -0.01], [LENGTH, 0.01, 0.01]);
     let space = Arc::new(Space::taylor_hood(
@@ -186,8 +186,9 @@ fn velocities_and_accelerations_keep_the_volume() {
                     first / H / (weight * rate),
                     second / H.powi(2) / (weight * rate.powi(2)),
                 ];
-                // Rounding of J, 1e-16, by h times the rate, 1e-3, and its square, with sums of some ten terms; and what is
-                // left of the sine, (2 ω h)⁶ / 140 = 5e-13 with ω = 50 per second, times some ten.
+                // Rounding of J, 1e-16, divided by h times the rate, 1e-3, and by its square, for
+                // sums of about ten terms; and the truncation of the sine, (2 ω h)⁶ / 140 = 5e-13
+                // with ω = 50 per second, times about ten.
                 assert!(
                     found[0].abs() < 1e-10 && found[1].abs() < 1e-8,
                     "{formulation} beta={beta} in {}: {found:?}",
@@ -244,8 +245,9 @@ fn departure(dae: MuscleDae, start: &Start, field: Field) -> f64 {
     largest / size
 }
 
-/// λ and μ go on from where they start. What is left is the method's: the first steps of BDF give
-/// an index-3 variable to first order only (a thousandth in λ of (28), a tenth in μ of (29)).
+/// λ and μ continue smoothly from their initial values. The remaining error is due to the method:
+/// the first steps of BDF give an index-3 variable only to first order (a thousandth in λ of (28),
+/// a tenth in μ of (29)).
 #[test]
 fn the_first_steps_show_no_transient() {
     for (formulation, kappa, beta) in RUNS {

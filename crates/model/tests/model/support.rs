@@ -1,5 +1,5 @@
-//! Regression: parts that can move without strain are named. With both supports held in x only,
-//! `check` and `modes` did not come to an end, and statics blamed a limit load.
+//! Regression: parts that can move without strain are named. With both supports fixed in x only,
+//! `check` and `modes` did not finish, and statics reported a limit load.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -65,7 +65,8 @@ fn supports_of_one_component_leave_a_slide() {
     }
 }
 
-/// Free in the plane: three motions without strain, and the next are those of a free–free beam.
+/// Checks that a body without supports has three plane motions without strain, and that the next
+/// modes are those of a free–free beam.
 #[test]
 fn a_body_without_supports_has_three() {
     let muscle = body(&block(), &[], &[], 1e5);
@@ -84,7 +85,7 @@ fn two_blocks(joined: bool) -> Mesh {
     let mut triangles = one.connectivity::<3>().to_vec();
     let shift = points.len();
     let gap = if joined { 0.2 } else { 0.3 };
-    // The upper left corner of the second block at the upper right one of the first.
+    // The upper left corner of the second block coincides with the upper right corner of the first.
     points.extend(one.points::<2>().iter().map(|[x, y]| [x + gap, y + 0.04]));
     triangles.extend(one.connectivity::<3>().iter().map(|t| t.map(|v| v + shift)));
     if joined {

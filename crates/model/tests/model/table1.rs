@@ -117,9 +117,9 @@ fn other_parameters_give_another_index() {
     }
 }
 
-/// The method sees the matrices alone: an entry added by hand to those of (28) with κ = ∞ changes
-/// the index, the first to 1 where it holds all pressures; where it leaves one out the index stays
-/// 3; a constraint written twice leaves no index.
+/// The method uses only the matrices: an entry added by hand to the matrices of (28) with κ = ∞
+/// changes the index. The index is 1 if the entry fixes all pressures, and stays 3 if one is
+/// excluded; a duplicated constraint makes the index undefined.
 #[test]
 fn a_formulation_perturbed_by_hand() {
     let muscle = paper::muscle(&mesh(), f64::INFINITY, 0.0).unwrap();

@@ -38,8 +38,8 @@ fn incompressible_formulations_agree_as_tolerances_tighten() {
         let errors: Vec<f64> = [1e-3, 1e-5]
             .map(|rtol| relative_difference(&at(formulation, rtol), &reference))
             .into();
-        // BDF 2: the global error goes like rtol^(2/3), a factor 21 for 1e-3 to 1e-5; half of the
-        // digits are asked for.
+        // BDF 2: the global error is proportional to rtol^(2/3), a factor of 21 for 1e-3 to 1e-5;
+        // half of the digits are required.
         assert!(errors[1] < errors[0] / 5.0, "{formulation}: {errors:?}");
         assert!(errors[1] < 5e-3, "{formulation}: {errors:?}");
     }

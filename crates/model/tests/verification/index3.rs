@@ -105,7 +105,8 @@ fn plain_weights_stop_it_with_lambda_at_fault() {
     assert!(message.contains("lambda"), "{message}");
 }
 
-/// The multiplier of index 3 is as accurate as that of index 2, at equal tolerance.
+/// Checks that the multipliers of the index-3 and index-2 forms are equally accurate at equal
+/// tolerance.
 #[test]
 fn lambda_is_as_accurate_as_that_of_the_stabilized_form() {
     const T_END: f64 = 0.8;
@@ -173,7 +174,7 @@ fn the_motion_tends_to_the_incompressible_one_like_the_inverse_bulk_modulus() {
             let band = if decade == 0 { 6.0..12.0 } else { 9.0..11.0 };
             assert!(band.contains(&ratio), "{formulation}: {gaps:?}");
         }
-        // κ = ∞ is a value of its own, and where κ → ∞ goes. Its start of index 3 costs Radau IIA
+        // κ = ∞ is a separate case, and equals the limit κ → ∞. Its index-3 start costs Radau IIA
         // some digits: 2e-4 between 1e-6 and 1e-7.
         let incompressible = relative_difference(&at(f64::INFINITY), &limit);
         assert!(incompressible < 1e-3, "{formulation}: {incompressible:e}");
@@ -200,11 +201,11 @@ fn projection_takes_the_drift_off_velocity() {
     let (t, steps) = (integrator.time(), integrator.counts().steps);
     integrator.dense_output(t, 0, &mut y).unwrap();
     let drifted = integrator.problem_mut().constraint_drift(t, &y).unwrap();
-    // The next step begins where the projection has put it.
+    // The next step begins at the projected state.
     assert_eq!(integrator.advance().unwrap(), Advance::Stepped);
     integrator.dense_output(t, 0, &mut y).unwrap();
     let projected = integrator.problem_mut().constraint_drift(t, &y).unwrap();
-    // Newton's method ends at rounding; the drift was that of a relative tolerance of 1e-3.
+    // Newton's method ends at rounding; the drift was of the order of a relative tolerance of 1e-3.
     assert!(drifted > 1e-7, "{drifted:e}");
     assert!(projected < 1e-12, "{projected:e}");
     assert_eq!(integrator.counts().steps, steps + 1, "counts go on");

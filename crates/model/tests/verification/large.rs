@@ -194,8 +194,8 @@ fn steps_that_turn_elements_inside_out_shrink_and_grow_again() {
     assert!(grown > 2.0 * after[0], "{after:?}");
 }
 
-/// The message blames the element, not the index, and what it advises works: the tolerances
-/// tightened, or the load applied more slowly.
+/// Checks that the message names the element, not the index, as the cause, and that the suggested
+/// remedies work: tighter tolerances, or a load applied more slowly.
 #[test]
 fn a_run_stopped_by_an_inverted_element_names_it() {
     let push = |rise| {
@@ -250,7 +250,7 @@ fn a_static_body_is_compressed_in_steps() {
     );
 }
 
-/// A body that is only pulled by its supports has no loads to measure its forces by.
+/// A body that is only pulled by its supports has no loads as a scale for its forces.
 #[test]
 fn a_static_body_is_pulled_at_once() {
     let solution = equilibrium(

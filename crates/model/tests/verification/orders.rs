@@ -16,8 +16,9 @@ const T_END: f64 = 2.0;
 /// Formulation, κ in Pa, β in s.
 type Case = (Formulation, f64, f64);
 
-/// A block of few elements, whose highest frequency a step of 1/16 s resolves: no order is lost to stiffness. It
-/// is pressed from rest by an amount that is smooth in time.
+/// A block of few elements, whose highest frequency is resolved by a step of 1/16 s, so that
+/// stiffness does not reduce the order. A displacement that is smooth in time compresses it from
+/// rest.
 fn block(dimension: usize, (formulation, kappa, beta): Case) -> MuscleDae {
     let mesh = match dimension {
         2 => generate::rectangle([0.0; 2], [1.0; 2], [1, 1]),
@@ -97,17 +98,17 @@ fn orders((formulation, kappa, _): Case, s: f64) -> [Order; 3] {
 #[derive(Clone, Copy)]
 enum Order {
     Exactly(f64),
-    /// Errors of a higher order may cover the lowest for a while. Where both change places they may cancel: the
-    /// order observed is first above, then below (velocities of index 3 with seven stages: 9.2, 5.5, 6.7 in steps
-    /// from 1 to 1/8 s). Seven tenths of the order are asked for.
+    /// Errors of a higher order may dominate the lowest order for a while. At the transition they
+    /// may cancel: the observed order is first above, then below (velocities of index 3 with seven
+    /// stages: 9.2, 5.5, 6.7 in steps from 1 to 1/8 s). Seven tenths of the order are required.
     AtLeast(f64),
 }
 
-/// What is next in h is a tenth and more of an error; an order lost would be seen.
+/// The next term in h is a tenth of an error or more; the loss of one order is detected.
 const TOLERANCE: f64 = 0.6;
 
-/// Rounding of u, v and p, which are some 0.05 m, 0.05 m/s and 20 Pa: 2e-14 of them, a hundred units in the last
-/// place, from some thirty Newton iterations in sixteen steps.
+/// Rounding of u, v and p, which are about 0.05 m, 0.05 m/s and 20 Pa: 2e-14 of them, a hundred
+/// units in the last place, from about thirty Newton iterations in sixteen steps.
 const ROUNDING: [f64; 3] = [1e-15, 1e-15, 4e-13];
 
 #[test]

@@ -1,4 +1,4 @@
-//! Parameters out of range, and formulations that do not go with them.
+//! Parameters out of range, and incompatible formulations.
 
 use myovib_model::equation::{Added, Context, Equation, PressureRateSource};
 use myovib_model::{Field, Formulation, MuscleDae, Parameters, Probe, Signal, paper};

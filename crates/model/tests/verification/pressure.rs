@@ -69,7 +69,7 @@ fn a_block_under_pressure_all_round_shrinks_evenly_to_the_exact_size() {
     );
 }
 
-/// The loaded block with a pressure on the edge that is loaded besides.
+/// The loaded block with an additional pressure on the loaded edge.
 fn pressed(law: Law, beta: f64, signal: Signal) -> Muscle {
     let mut muscle = loaded_block(0, law, 1e5, beta, Signal::paper(1e3));
     let pressure = PressureLoad::new(&muscle.solid, "load", signal).unwrap();
@@ -77,8 +77,8 @@ fn pressed(law: Law, beta: f64, signal: Signal) -> Muscle {
     muscle
 }
 
-/// The load enters F linearly in u, so the Jacobians with and without pressure differ by exactly
-/// what the residuals do.
+/// The load is linear in u in F, so the Jacobians with and without pressure differ by exactly the
+/// difference of the residuals.
 #[test]
 fn the_jacobian_of_every_formulation_has_its_exact_derivative() {
     let small = Law::SmallStrain {

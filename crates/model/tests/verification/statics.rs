@@ -64,7 +64,8 @@ fn an_equilibrium_is_one_in_every_formulation() {
     }
 }
 
-/// Regression: the equilibrium for `displacement` was that of the pressure field, which is none.
+/// Regression: the equilibrium for `displacement` was computed with the pressure field, which it
+/// does not have.
 #[test]
 fn without_a_pressure_the_penalty_holds_the_load() {
     for law in LAWS {
@@ -95,8 +96,8 @@ fn a_load_too_great_for_one_step_is_applied_in_steps() {
     );
 }
 
-/// What `check` says of a load: the equilibrium under a ten-thousandth of it, times that; and that Pa and kPa were
-/// mixed up.
+/// The linear response in `check`: ten thousand times the equilibrium under a ten-thousandth of the
+/// load. It also detects a confusion of Pa and kPa.
 #[test]
 fn the_linear_response_is_that_of_a_small_load() {
     let strong = 1e5;

@@ -91,7 +91,7 @@ fn a_body_that_moves_as_a_whole_takes_its_inertia_and_alpha_from_the_supports() 
     assert_eq!([load, active], [0.0; 2]);
 }
 
-/// A body that is sheared at a constant rate, u = s(t) x e_y with s̈ = 0: β takes β ∫Ṗ:∇v = β d²W/dt².
+/// A body sheared by u = s(t) x e_y with s̈ = 0: β gives β ∫Ṗ:∇v = β d²W/dt².
 #[test]
 fn beta_takes_the_second_derivative_of_the_energy() {
     let mut muscle = shaken(&Signal::constant(0.0));
@@ -149,7 +149,7 @@ fn work_of_a_moving_support_is_stored_or_dissipated() {
     let mut states = Vec::new();
     let times = SampleTimes::new(1e-3, 0.5);
     let mut sampler = Sampler::new(times, n, |dae: &mut MuscleDae, t, y: &[f64]| {
-        // The derivatives that belong to this state, without those of a polynomial.
+        // The derivatives of this state, without the derivatives of a polynomial.
         let start = myovib_model::Start::of(dae, t, y)?;
         states.push(dae.energies(t, &start.y, &start.y_dot)?);
         Ok(())
