@@ -27,7 +27,7 @@ fn run(arguments: &str) -> (tempfile::TempDir, Run) {
     (folder, run)
 }
 
-/// Header and rows of a table of numbers.
+/// Reads a CSV file; returns header and rows.
 fn table(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
     let text = fs::read_to_string(path).expect("the table");
     let mut lines = text.lines();
@@ -54,7 +54,7 @@ fn figure_3_gives_what_it_shows_in_numbers() {
     );
     let frequencies = json["frequencies"].as_array().expect("the frequencies");
     assert_eq!(frequencies.len(), 20);
-    // 16π + 0.05 (2·0.8147… − 1), the first of MATLAB's numbers.
+    // 16π + 0.05 (2·0.8147… − 1): the first random number of MATLAB.
     let first = 16.0 * std::f64::consts::PI + 0.05 * (2.0 * 0.814_723_686_393_178_9 - 1.0);
     assert_eq!(frequencies[0].as_f64(), Some(first));
     for quantity in ["psi", "chi", "frequency"] {
@@ -63,7 +63,7 @@ fn figure_3_gives_what_it_shows_in_numbers() {
         assert!(number("min") < number("mean") && number("mean") < number("max"));
         assert!(number("std") > 0.0);
     }
-    // Half of a short run; 20 s of a long one.
+    // The window is half of a short run, and 20 s of a long one.
     assert_eq!(json["settled"]["window"], 2.0);
     let statistics = json;
     assert_eq!(
@@ -88,7 +88,7 @@ fn figure_3_gives_what_it_shows_in_numbers() {
         (header.len(), header[0].as_str(), header[26].as_str()),
         (27, "t", "r_20")
     );
-    // All that the picture shows, 0.01 s apart: the ripple of 16 Hz is in both.
+    // All plotted samples have a spacing of 0.01 s, which resolves the 16 Hz ripple.
     assert_eq!((rows.len(), rows[0][0], rows[400][0]), (401, 0.0, 4.0));
 }
 
@@ -97,7 +97,7 @@ fn figure_7_runs_muscle_and_chain_as_one_system() {
     let (folder, run) = run("figure 7 --t-end 1 --json --quiet");
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
     let json = &document(&run.stdout, "figure")["figures"][0];
-    // 3034 unknowns of (29) and two for each of five oscillators.
+    // 3034 unknowns of (29), and two unknowns for each of five oscillators.
     assert_eq!(
         (&json["unknowns"], &json["oscillators"], &json["width"]),
         (&3044.into(), &5.into(), &0.5.into())
@@ -123,7 +123,8 @@ fn figure_7_runs_muscle_and_chain_as_one_system() {
         .iter()
         .position(|name| name == "chi_abs")
         .expect("|χ|");
-    // Undefined, and counted 0, at rest; five of slightly different frequency run apart slowly.
+    // At rest the coherence is undefined and counts as 0; five oscillators of slightly different
+    // frequency separate slowly.
     assert_eq!((rows.len(), rows[0][chi]), (101, 0.0));
     assert!(
         rows[1..]
@@ -132,7 +133,7 @@ fn figure_7_runs_muscle_and_chain_as_one_system() {
     );
 }
 
-/// Two families of integrators, one motion.
+/// Checks that two families of integrators compute the same motion.
 #[test]
 fn figure_3_by_radau_is_figure_3_by_bdf() {
     let settled = |integrator: &str| {
@@ -142,14 +143,14 @@ fn figure_3_by_radau_is_figure_3_by_bdf() {
         assert_eq!((run.code, run.stderr.as_str()), (0, ""));
         let json = document(&run.stdout, "figure")["figures"][0].clone();
         assert_eq!(json["integrator"], integrator);
-        // An order is the BDF's to choose.
+        // Only BDF has a variable order.
         assert_eq!(json["max_order"].is_null(), integrator != "ida");
         let mean = |name: &str| json["settled"][name]["mean"].as_f64().expect(name);
         [mean("psi"), mean("chi"), mean("frequency")]
     };
     let (bdf, radau) = (settled("ida"), settled("radau9"));
     for (a, b) in bdf.into_iter().zip(radau) {
-        // The tolerances are 1e-7 a step; some thousand steps of BDF add their errors.
+        // The tolerance is 1e-7 per step; the errors of several thousand BDF steps add up.
         assert!((a - b).abs() < 1e-4 * b, "{bdf:?} {radau:?}");
     }
 }
@@ -193,20 +194,20 @@ fn the_muscle_drives_chains_too() {
     let cases = json["cases"].as_array().expect("cases");
     assert_eq!(json["point"], serde_json::json!([0.0, 0.0]));
     for case in cases {
-        // The paper's chain on the muscle: five oscillators, two states each.
+        // The paper's chain on the muscle: five oscillators with two states each.
         assert_eq!(
             (&case["body"], &case["unknowns"]),
             (&"muscle".into(), &10.into())
         );
         assert_eq!(case["integrator"], "radau9");
     }
-    // A drive a millimetre strong is felt at a gain of ten thousand.
+    // A drive with an amplitude of one millimeter has a visible effect at a gain of ten thousand.
     let strength = |k: usize| cases[k]["settled"]["psi"]["mean"].as_f64().expect("|Ψ|");
     assert!((strength(1) - strength(0)).abs() > 1e-3);
 }
 
-/// The paper's question, over the full window: at its gain the chain keeps a frequency of its own,
-/// a drive of 6000 takes it over.
+/// The paper's question, evaluated in the full window: at the paper's gain the chain keeps its
+/// natural frequency; a gain of 6000 locks it to the drive.
 #[test]
 fn a_strong_drive_locks_the_chain_and_the_papers_does_not() {
     let (_folder, run) = run("synchronization --gamma 1,6000 --t-end 60 --json --quiet");
@@ -224,12 +225,13 @@ fn a_strong_drive_locks_the_chain_and_the_papers_does_not() {
         (&driven["locked"], &free["locked"]),
         (&true.into(), &false.into())
     );
-    // A tenth of a turn in 20 s, and |χ| ≥ 0.9: the criterion, recomputed from what is written.
+    // The criterion is at most a tenth of a turn in 20 s, and |χ| ≥ 0.9. It is recomputed from the
+    // output.
     assert!((value(driven, "frequency", "mean") - 8.0).abs() < 0.005);
     assert!(value(driven, "chi", "min") >= 0.9);
-    // Ten times as far off as a locked chain may be: it slips turns, not parts of one.
+    // The deviation is ten times the limit for a locked chain: full turns instead of fractions.
     assert!((value(free, "frequency", "mean") - 8.0).abs() > 0.05);
-    // All settings are there, those of the defaults too.
+    // The document has all settings, including defaults.
     for case in [free, driven] {
         for (setting, value) in [
             ("van_der_pol", 2.0.into()),
@@ -251,7 +253,8 @@ fn a_strong_drive_locks_the_chain_and_the_papers_does_not() {
     }
 }
 
-/// A film of so many pictures of 120 pixels in a row, each unlike the one before.
+/// Checks that a movie has `frames` pictures, 120 pixels wide, and that consecutive pictures
+/// differ.
 fn assert_moves(film: &Path, frames: usize) {
     let mut options = gif::DecodeOptions::new();
     options.set_color_output(gif::ColorOutput::RGBA);
@@ -268,7 +271,7 @@ fn assert_moves(film: &Path, frames: usize) {
         .windows(2)
         .filter(|pair| pair[0] == pair[1])
         .count();
-    // At the turning points of the motion two pictures may be the same.
+    // At the turning points of the motion two consecutive pictures may be equal.
     assert!(
         still <= frames / 10,
         "{still} of {frames} pictures are as the one before"
@@ -279,7 +282,7 @@ fn assert_moves(film: &Path, frames: usize) {
 fn movies_are_animations() {
     let (folder, run) = run("movie chain --from 0 --to 0.2 --width-pixels 120 --quiet --json");
     assert_eq!(run.code, 0, "{}", run.stderr);
-    // 0, 0.01, … 0.2 s.
+    // Samples at 0, 0.01, … 0.2 s.
     assert_eq!(document(&run.stdout, "movie")["frames"], 21);
     assert_moves(&folder.path().join("chain.gif"), 21);
 }
@@ -289,7 +292,7 @@ fn the_film_of_the_muscle_shows_one_cycle_of_its_load() {
     let (folder, run) =
         run("movie muscle --to 0.125 --integrator radau9 --width-pixels 120 --quiet --json");
     assert_eq!(run.code, 0, "{}", run.stderr);
-    // The load's 8 Hz, 50 frames per period.
+    // The load has 8 Hz, with 50 frames per period.
     assert_eq!(document(&run.stdout, "movie")["frames"], 50);
     assert_moves(&folder.path().join("muscle.gif"), 50);
 }
@@ -298,7 +301,7 @@ fn the_film_of_the_muscle_shows_one_cycle_of_its_load() {
 fn the_film_of_the_inclusion_shows_one_cycle_of_its_scenes_load() {
     let (folder, run) = run("movie hardening --to 0.0625 --width-pixels 120 --quiet --json");
     assert_eq!(run.code, 0, "{}", run.stderr);
-    // The scene's 16 Hz, 50 frames per period.
+    // The load of the scene has 16 Hz, with 50 frames per period.
     assert_eq!(document(&run.stdout, "movie")["frames"], 50);
     assert_moves(&folder.path().join("hardening.gif"), 50);
 }
@@ -307,7 +310,7 @@ fn the_film_of_the_inclusion_shows_one_cycle_of_its_scenes_load() {
 fn the_film_of_the_muscle_in_space_is_made_of_its_scene() {
     let (folder, run) = run("movie muscle3d --to 0.125 --width-pixels 120 --quiet --json");
     assert_eq!(run.code, 0, "{}", run.stderr);
-    // 64 frames per second; the vibration has only begun.
+    // 64 frames per second; the vibration has just started.
     assert_eq!(document(&run.stdout, "movie")["frames"], 9);
     assert_moves(&folder.path().join("muscle3d.gif"), 9);
 }

@@ -1,5 +1,5 @@
-//! Equilibria at the terminal: a search that is interrupted or falls short, what is kept of it, and what another run makes
-//! of that.
+//! Equilibria on the command line: interrupted and failed searches, their stored results, and later
+//! runs that use these results.
 
 use std::fs;
 use std::time::{Duration, Instant};
@@ -8,16 +8,16 @@ use serde_json::Value;
 
 use crate::harness::{code_of_interrupted, myovib_in};
 
-/// Regression: an equilibrium has no steps in time, and went on for minutes after Ctrl-C.
+/// Regression: an equilibrium has no time steps; the search continued for minutes after Ctrl-C.
 #[test]
 fn ctrl_c_ends_the_search_for_an_equilibrium() {
     let folder = tempfile::tempdir().unwrap();
-    // So soft a fibre that a hundred seconds of small load steps are taken.
+    // The fiber is so soft that the search takes a hundred seconds of small load steps.
     let soft = ["run", "land1", "--quiet", "--set", "material[0].b_f=1e-29"];
     let since = Instant::now();
     assert_eq!(code_of_interrupted(folder.path(), &soft), Some(130));
     assert!(since.elapsed() < Duration::from_secs(60));
-    // What was in equilibrium by then is kept.
+    // The last equilibrium before the signal is kept.
     if let Ok(text) = fs::read_to_string(folder.path().join("out/run.json")) {
         let document: Value = serde_json::from_str(&text).unwrap();
         assert_eq!(document["reason"], "interrupted");
@@ -25,7 +25,7 @@ fn ctrl_c_ends_the_search_for_an_equilibrium() {
     }
 }
 
-/// The equilibrium of the last load step is kept, which is that under a part of the load.
+/// The equilibrium of the last load step is kept, which belongs to a partial load.
 #[test]
 fn no_equilibrium_is_code_4_and_what_was_reached_stays() {
     let folder = tempfile::tempdir().unwrap();
@@ -60,13 +60,15 @@ fn no_equilibrium_is_code_4_and_what_was_reached_stays() {
     assert_eq!(part.code, 0, "{}", part.stderr);
     for (column, value) in document("b")["results"]["tip"].as_object().unwrap() {
         let [a, b] = [&found["results"]["tip"][column], value].map(|v| v.as_f64().unwrap());
-        // Both iterations end at 1e-9 of the increments, which leaves the square of that.
+        // Both iterations end at increments of 1e-9; the remaining error is about the square of
+        // this value.
         assert!((a - b).abs() <= 1e-9 * b.abs(), "{column}: {a} {b}");
     }
 }
 
-/// Regression: a part of the load was read off under all of it: supports were where they never came to, which ended
-/// the run without a word of the load, and reactions had the whole weight.
+/// Regression: outputs of a partially loaded equilibrium used the full load. Supports had positions
+/// that were never reached, which ended the run without an error on the load, and reactions
+/// contained the full weight.
 #[test]
 fn a_part_of_the_load_is_read_off_as_such() {
     let folder = tempfile::tempdir().unwrap();
@@ -88,9 +90,9 @@ fn a_part_of_the_load_is_read_off_as_such() {
     let crushed = format!("[[displacement]]\ngroup = \"right\"\nx = -0.97\ny = 0.0\n{end}");
     let (part, results) = reached("crushed", &crushed);
     let u_x = results["end"]["u_x"].as_f64().unwrap();
-    // Rounding of the mean of a constant.
+    // Rounding error of the mean of a constant.
     assert!((u_x + 0.97 * part).abs() < 1e-12, "{u_x} {part}");
-    // A tonne and a side of 1 m², per metre of depth: the support takes what acts on both.
+    // 1000 kg and a side of 1 m², per meter of depth: the support carries both loads.
     let (acceleration, traction) = (-50.0, -3e4);
     let weighed = format!(
         "[[body_force]]\nx = {acceleration:e}\n[[traction]]\ngroup = \"right\"\nx = {traction:e}\n"
@@ -98,12 +100,13 @@ fn a_part_of_the_load_is_read_off_as_such() {
     let (part, results) = reached("weighed", &weighed);
     let reaction = results["support"]["R_x"].as_f64().unwrap();
     let expected = -part * (1e3 * acceleration + traction);
-    // Newton's iteration ends at 1e-9 of the increments, which leaves the square of that.
+    // Newton's iteration ends at increments of 1e-9; the remaining error is about the square of
+    // this value.
     assert!(
         (reaction / expected - 1.0).abs() < 1e-9,
         "{reaction} {expected}"
     );
-    // A motion that starts from it has all of the load.
+    // A motion that starts from this equilibrium has the full load.
     let motion = square.replace(
         "analysis = \"static\"",
         "[time]\nend = 0.01\n[start]\ntype = \"run\"\nfolder = \"weighed\"",
@@ -131,7 +134,7 @@ fn a_part_of_the_load_is_read_off_as_such() {
     assert_eq!(moved.code, 0, "{}", moved.stderr);
     let told = format!("with {:.1} % of the loads of that run", 100.0 * part);
     assert!(moved.stderr.contains(&told), "{}", moved.stderr);
-    // Nor is it the result of a case of a sweep.
+    // A sweep also rejects it as the result of a case.
     let vary = format!("displacement[0].x=-0.01,{}", -0.97);
     let sweep = [
         "sweep",
@@ -160,7 +163,7 @@ fn a_part_of_the_load_is_read_off_as_such() {
     assert_eq!(values[1], "", "{table}");
 }
 
-/// Regression: a motion that starts in equilibrium did not hear of Ctrl-C before it was found.
+/// Regression: a motion that starts in equilibrium ignored Ctrl-C during the search.
 #[test]
 fn ctrl_c_ends_the_search_for_an_equilibrium_to_start_from() {
     let folder = tempfile::tempdir().unwrap();
@@ -183,13 +186,14 @@ fn ctrl_c_ends_the_search_for_an_equilibrium_to_start_from() {
     assert!(!folder.path().join("out").exists());
 }
 
-/// Regression: the folder of an equilibrium was looked at after it had been found, which may take minutes.
+/// Regression: the folder was checked only after the search for an equilibrium, which may take
+/// minutes.
 #[test]
 fn a_folder_that_holds_a_run_is_refused_before_an_equilibrium_is_sought() {
     let folder = tempfile::tempdir().unwrap();
     let first = myovib_in(folder.path(), &["run", "cook-static", "--quiet"]);
     assert_eq!(first.code, 0, "{}", first.stderr);
-    // None would be found.
+    // No equilibrium exists under this load.
     let load = ["--set", "traction[0].y=1e19"];
     let second = myovib_in(
         folder.path(),
@@ -202,7 +206,7 @@ fn a_folder_that_holds_a_run_is_refused_before_an_equilibrium_is_sought() {
         second.stderr
     );
     assert!(!second.stderr.contains("--resume"), "{}", second.stderr);
-    // So it is of a motion that starts in equilibrium.
+    // The same holds if a motion starts in equilibrium.
     let motion = [
         "analysis=\"dynamic\"",
         "time.end=1.0",

@@ -1,4 +1,4 @@
-//! How far off a run is, and what it says of that.
+//! Errors of runs, and the reported error estimates.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use std::fs;
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::harness::myovib_in;
 
-/// The scene of `init` with probes where nothing is zero by symmetry.
+/// Writes the scene of `init` with probes at points without zero components by symmetry.
 fn scene(folder: &Path) {
     let init = myovib_in(folder, &["init", "-"]);
     assert_eq!(init.code, 0, "{}", init.stderr);
@@ -17,7 +17,7 @@ fn scene(folder: &Path) {
     fs::write(folder.join("scene.toml"), init.stdout + probe).unwrap();
 }
 
-/// What the program printed and wrote of a run of the scene over its first second.
+/// Runs the scene over its first second; returns printed text and document.
 fn run(folder: &Path, out: &str, sets: &[&str], more: &[&str]) -> (String, Value) {
     let mut arguments = vec!["run", "scene.toml", "--out", out, "--quiet"];
     for set in [&["time.end=1", "fields.every=1"], sets].concat() {
@@ -32,7 +32,7 @@ fn run(folder: &Path, out: &str, sets: &[&str], more: &[&str]) -> (String, Value
 
 const TIGHT: [&str; 2] = ["integrator.method=radau13", "integrator.rtol=1e-9"];
 
-/// Names and columns of a probe's table.
+/// Returns names and columns of a probe's table.
 fn columns(folder: &Path, out: &str, probe: &str) -> Vec<(String, Vec<f64>)> {
     let text = fs::read_to_string(folder.join(out).join(format!("{probe}.csv"))).unwrap();
     let mut lines = text.lines();
@@ -44,7 +44,8 @@ fn columns(folder: &Path, out: &str, probe: &str) -> Vec<(String, Vec<f64>)> {
     names.enumerate().map(column).collect()
 }
 
-/// The largest magnitude of each column and its largest difference to a run that is tight, by name.
+/// Returns name, maximum magnitude, and maximum difference to a run with tight tolerances, for each
+/// column.
 fn errors(folder: &Path, probe: &str, [out, tight]: [&str; 2]) -> Vec<(String, f64, f64)> {
     let found = columns(folder, out, probe).into_iter().skip(1);
     let exact = columns(folder, tight, probe).into_iter().skip(1);
@@ -57,8 +58,8 @@ fn errors(folder: &Path, probe: &str, [out, tight]: [&str; 2]) -> Vec<(String, f
     found.zip(exact).map(compare).collect()
 }
 
-/// Issue 15, E1: what a scene gets that says nothing about the integrator has three safe digits, in both
-/// directions and in stresses too, and the estimate of `--verify` bounds its error.
+/// Issue 15, E1: a scene without integrator settings has three correct digits in both directions
+/// and in stresses, and the estimate of `--verify` bounds its error.
 #[test]
 fn a_scene_without_settings_has_three_digits_and_says_how_far_it_is_off() {
     let folder = tempfile::tempdir().unwrap();
@@ -88,8 +89,8 @@ fn a_scene_without_settings_has_three_digits_and_says_how_far_it_is_off() {
     }
 }
 
-/// Issue 15, E1: without being asked a run says how far off its probes are, to an order of magnitude: for
-/// damped and for undamped, incompressible motion, by Radau IIA and by BDF.
+/// Issue 15, E1: every run reports the error of its probes to an order of magnitude: for damped
+/// motion and for undamped, incompressible motion, by Radau IIA and by BDF.
 #[test]
 fn every_run_says_of_its_probes_about_how_far_off_they_are() {
     let folder = tempfile::tempdir().unwrap();
@@ -131,7 +132,7 @@ fn every_run_says_of_its_probes_about_how_far_off_they_are() {
             let of_u_y = indicated["u_y"]["error"].as_f64().unwrap();
             assert!(report.contains(&format!("<td class=\"n\">{of_u_y:.1e}</td>")));
             let errors = errors(folder, "off", ["run", "tight"]);
-            // The worst component of each kind, as the line on the screen has it.
+            // Takes the worst component of each kind, as the printed line does.
             for kind in ["u_", "p", "stress_"] {
                 let of_kind = || errors.iter().filter(|e| e.0.starts_with(kind));
                 let off = of_kind().fold(0.0, |m: f64, e| m.max(e.2));
@@ -148,7 +149,7 @@ fn every_run_says_of_its_probes_about_how_far_off_they_are() {
     }
 }
 
-/// It costs no residual, and a probe that would cost one has none.
+/// The estimate costs no residual evaluation; a probe that would need one has no estimate.
 #[test]
 fn what_a_run_says_of_its_errors_costs_no_residual() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! The files for ParaView: XML by a parser, the structure that VTK's format demands.
+//! Files for ParaView: valid XML, and the structure required by the VTK format.
 
 use std::fs;
 use std::path::Path;
@@ -10,13 +10,13 @@ use serde_json::Value;
 
 use crate::harness::myovib_in;
 
-/// What VTK's format says of a kind of cells.
+/// Cell type of the VTK format.
 struct Cells {
-    /// The word for them in `run.json`.
+    /// Name in `run.json`.
     word: &'static str,
-    /// VTK's number.
+    /// Number in VTK.
     number: f64,
-    /// The ends of the edges, in the order of the nodes between.
+    /// Ends of the edges, in the order of the mid-edge nodes.
     edges: &'static [[usize; 2]],
 }
 
@@ -38,7 +38,7 @@ fn child<'a, 'x>(node: Node<'a, 'x>, name: &str) -> Node<'a, 'x> {
     first
 }
 
-/// The numbers of the array called `name`, in rows of as many as it says.
+/// Returns the values of the array `name`, in rows of its number of components.
 fn array(parent: Node<'_, '_>, name: &str) -> Vec<Vec<f64>> {
     let mut arrays = parent.children().filter(Node::is_element);
     let array = arrays
@@ -69,7 +69,7 @@ fn whole_numbers(parent: Node<'_, '_>, name: &str) -> Vec<usize> {
     numbers.into_iter().map(|n| n as usize).collect()
 }
 
-/// The signed measure of the simplex with these corners, times 2 or 6.
+/// Returns the signed measure of the simplex with these corners, times 2 or 6.
 fn determinant(corners: &[&Vec<f64>]) -> f64 {
     let edge = |i: usize| [0, 1, 2].map(|axis| corners[i][axis] - corners[0][axis]);
     let (a, b) = (edge(1), edge(2));
@@ -86,8 +86,8 @@ fn determinant(corners: &[&Vec<f64>]) -> f64 {
     (0..3).map(|axis| cross[axis] * c[axis]).sum()
 }
 
-/// Checks one file against the size of the mesh in `run.json`; `arrays` are those of the points
-/// with their numbers of components.
+/// Checks a file against the mesh size in `run.json`. `arrays` lists the point arrays with their
+/// numbers of components.
 fn check(path: &Path, mesh: &Value, kind: &Cells, arrays: &[(&str, usize)]) {
     let text = fs::read_to_string(path).expect("the file is there");
     let document = Document::parse(&text).expect("XML");
@@ -124,7 +124,7 @@ fn check(path: &Path, mesh: &Value, kind: &Cells, arrays: &[(&str, usize)]) {
         for ([from, to], &middle) in kind.edges.iter().zip(&nodes[n_corners..]) {
             for (axis, middle) in points[middle].iter().enumerate() {
                 let mean = 0.5 * (corners[*from][axis] + corners[*to][axis]);
-                // The rounding of lengths up to 0.1.
+                // Rounding error of lengths up to 0.1.
                 assert!((mean - middle).abs() < 1e-16, "{mean} {middle}");
             }
         }
@@ -237,14 +237,14 @@ fn fields_of_a_body_in_space_are_quadratic_tetrahedra_with_stress_and_fibres() {
     let (stress, principal) = (array(data, "stress"), array(data, "principal_stress"));
     for (stress, principal) in stress.iter().zip(&principal) {
         assert!(principal[0] >= principal[1] && principal[1] >= principal[2]);
-        // Averaged over the elements at a point both keep the trace.
+        // The average over the elements at a point preserves the trace of both.
         let trace = stress[0] + stress[1] + stress[2];
         let scale: f64 = stress.iter().map(|s| s.abs()).sum();
         assert!((trace - principal.iter().sum::<f64>()).abs() <= 1e-12 * scale);
     }
 }
 
-/// The spindle in motion: its velocity is written, and fibres that are not the same everywhere.
+/// The moving spindle: the files contain its velocity and a fiber direction that varies in space.
 #[test]
 fn fields_of_a_moving_body_in_space_have_its_velocity_and_its_own_fibres() {
     let folder = tempfile::tempdir().unwrap();
@@ -265,7 +265,7 @@ fn fields_of_a_moving_body_in_space_have_its_velocity_and_its_own_fibres() {
     let fibres = array(child(piece, "CellData"), "fibre");
     let length = |fibre: &Vec<f64>| fibre.iter().map(|x| x * x).sum::<f64>().sqrt();
     let fibres: Vec<_> = fibres.iter().filter(|fibre| length(fibre) > 0.0).collect();
-    // The rounding of a vector that is divided by its length.
+    // Rounding error of a normalized vector.
     assert!(
         fibres
             .iter()
@@ -274,8 +274,9 @@ fn fields_of_a_moving_body_in_space_have_its_velocity_and_its_own_fibres() {
     assert!(fibres.iter().any(|fibre| fibre[..] != fibres[0][..]));
 }
 
-/// Two layers, the upper twice as stiff in all its constants, stretched along: one homogeneous strain is
-/// exact, and each component of the stress above is twice that below, up to the line between them.
+/// Two layers under homogeneous stretch; all constants of the upper layer are twice as large. The
+/// homogeneous strain is exact, and each stress component above the interface is twice the
+/// component below.
 #[test]
 fn stress_at_the_interface_of_materials_is_that_of_each_and_not_their_mean() {
     let folder = tempfile::tempdir().unwrap();
@@ -286,7 +287,7 @@ fn stress_at_the_interface_of_materials_is_that_of_each_and_not_their_mean() {
              c10 = {c10}\nc01 = {c01}\nkappa = {kappa}\n"
         )
     };
-    // The upper half is above a very flat ellipse.
+    // The upper half is the region above a very flat ellipse.
     let scene = format!(
         "analysis = \"static\"\n\
          [mesh]\ntype = \"rectangle\"\nwidth = 2.0\nheight = 2.0\ncells = [2, 4]\n\
@@ -320,15 +321,17 @@ fn stress_at_the_interface_of_materials_is_that_of_each_and_not_their_mean() {
             at_interface[region] += usize::from(points[node][1] == 1.0);
             for (found, expected) in stress[node].iter().zip(&soft) {
                 let expected = (1 + region) as f64 * expected;
-                // Newton's tolerance on stresses of some 1e4 Pa.
+                // Newton's tolerance for stresses of about 1e4 Pa.
                 assert!((found - expected).abs() < 1e-4, "{found} {expected}");
             }
         }
     }
-    // Two cells along, of whose triangles one has three nodes on the line and the other one.
+    // Two cells along the interface. In each cell, one triangle has three nodes on it, the other
+    // has one.
     assert_eq!(at_interface, [8, 8], "both sides have points on the line");
     for (strain, principal) in strain.iter().zip(&principal) {
-        // Stretched by 1.1 along, and principal along the axes: the contraction across is the other.
+        // The stretch along is 1.1, and the axes are principal; the other principal strain is the
+        // transverse contraction.
         let [xx, yy] = [strain[0], strain[1]];
         assert!((xx - 0.105).abs() < 1e-9 && yy < 0.0, "{strain:?}");
         for (found, expected) in principal.iter().zip([xx, 0.0, yy]) {

@@ -9,7 +9,7 @@ fn read(folder: &Path, name: &str) -> String {
     fs::read_to_string(folder.join(name)).expect(name)
 }
 
-/// The columns of a CSV file, by name.
+/// Returns the column `name` of a CSV file.
 fn column(csv: &str, name: &str) -> Vec<f64> {
     let mut lines = csv.lines();
     let names: Vec<&str> = lines.next().expect("a header").split(',').collect();
@@ -40,7 +40,7 @@ fn figure_4_shows_the_papers_mesh_from_any_folder() {
     let csv = read(folder.path(), "f/figure4.csv");
     // Euler's formula for a simply connected mesh: edges = vertices + triangles - 1.
     assert_eq!(column(&csv, "x_1").len(), 185 + 311 - 1);
-    // Both ends of the spindle are fixed and nothing else; each is 2 × 0.012 m high.
+    // Only both ends of the spindle are fixed; each is 2 × 0.012 m high.
     let (x, fixed) = (column(&csv, "x_1"), column(&csv, "fixed"));
     assert!(
         x.iter()
@@ -73,7 +73,7 @@ fn figures_5_and_6_show_one_run() {
     });
     assert_eq!(snapshots["steps"], series["steps"], "one run");
     assert_eq!(series["outcome"], "finished");
-    // The snapshots lie in the last period, at the extremes of the displacement of the origin.
+    // The snapshots are in the last period, at the extremes of the displacement of the origin.
     let u_y = column(&csv, "u_y");
     let at = |name: &str| {
         let time = snapshots[name].as_f64().expect(name);
@@ -100,7 +100,7 @@ fn an_interrupted_run_is_code_130_and_drawn_as_far_as_it_got() {
     assert!(column(&read(folder.path(), "figures/figure6.csv"), "t").len() > 1);
 }
 
-/// Nothing can be shown yet, and the input is not to blame.
+/// An interrupted command without results does not report an input error.
 #[test]
 fn what_is_interrupted_before_its_first_result_is_code_130() {
     let folder = tempfile::tempdir().expect("a folder");

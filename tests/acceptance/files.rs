@@ -1,5 +1,5 @@
-//! Files that the system does not give, or takes away while a run goes on: which one is said, and the
-//! exit code tells whether anything was written.
+//! Files that cannot be opened, or that disappear during a run. The error names the file, and the
+//! exit code shows whether output was written.
 #![cfg(unix)]
 
 use std::fs;
@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use crate::harness::PROGRAM;
 
-/// The first built-in scene with so many probes more.
+/// Writes the first built-in scene with `probes` additional probes.
 fn write_scene(folder: &Path, probes: usize) {
     let probe = |i| format!("\n[[probe]]\nname = \"p{i}\"\ntype = \"energy\"\n");
     let probes: String = (1..probes).map(probe).collect();
@@ -17,7 +17,7 @@ fn write_scene(folder: &Path, probes: usize) {
     fs::write(folder.join("scene.toml"), scene).expect("the scene");
 }
 
-/// Runs the scene after `setting` of a shell.
+/// Runs the scene after a `setting` of the shell.
 fn run_after(folder: &Path, setting: &str) -> (Option<i32>, String) {
     let run = "exec \"$0\" run scene.toml --quiet --set time.end=0.01 --set fields=";
     let Output { status, stderr, .. } = Command::new("bash")
@@ -43,7 +43,7 @@ fn more_probes_than_the_system_lets_files_be_open_are_refused_before_anything_is
     assert_eq!(code, Some(0), "the advice holds: {stderr}");
 }
 
-/// Files that others hold open count as well, and nobody can tell them before.
+/// Files opened by other libraries also count, so the limit cannot be checked in advance.
 #[test]
 fn too_many_open_files_are_code_4_and_the_file_is_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -55,7 +55,7 @@ fn too_many_open_files_are_code_4_and_the_file_is_named() {
     assert!(stderr.contains("Too many open files"), "{stderr}");
 }
 
-/// Cases at a time share the system's limit: fewer are computed at once, and none fails by it.
+/// Parallel cases share the system's limit: fewer cases run at a time, and all succeed.
 #[test]
 fn cases_of_a_sweep_wait_for_each_other_where_few_files_may_be_open() {
     let folder = tempfile::tempdir().unwrap();
@@ -94,7 +94,7 @@ fn a_table_that_is_removed_while_the_run_goes_on_is_code_4_and_named() {
         std::thread::yield_now();
     }
     fs::remove_file(&csv).unwrap();
-    // It would go on for an hour.
+    // The run would last an hour.
     while run.try_wait().unwrap().is_none() && since.elapsed() < Duration::from_secs(120) {
         std::thread::yield_now();
     }
@@ -114,7 +114,7 @@ fn a_table_that_is_removed_while_the_run_goes_on_is_code_4_and_named() {
     );
 }
 
-/// Regression: a mesh or scene that never ends was read for ever.
+/// Regression: reading an endless mesh or scene did not stop.
 #[cfg(target_os = "linux")]
 #[test]
 fn what_never_ends_is_not_read() {
@@ -136,7 +136,7 @@ fn what_never_ends_is_not_read() {
         ("modes --mesh /dev/zero", "not a regular file"),
         ("check /dev/zero", "has more than"),
     ] {
-        // A limit on memory, and one on time: what reads on meets one of them.
+        // An endless read exceeds the limit on memory or the limit on time.
         let limited = format!("ulimit -v 8000000; exec timeout 60 \"$0\" {arguments}");
         let end = Command::new("bash")
             .args(["-c", &limited, PROGRAM])

@@ -1,4 +1,4 @@
-//! `myovib fit` on the measurements that are shipped with their true values.
+//! `myovib fit` on the provided measurements, whose true parameters are known.
 
 use std::fs;
 use std::path::Path;
@@ -8,14 +8,14 @@ use myovib_scene::vtu::field_of;
 
 use crate::harness::{document, myovib_in};
 
-/// What the measurements were computed with, as data/fitting/muscle.toml says.
+/// True parameters of the measurements, from data/fitting/muscle.toml.
 const TRUTH: [(&str, f64); 3] = [
     ("material[0].c10", 1.3e4),
     ("solid.alpha", 3.0),
     ("1/solid.kappa", 2e-5),
 ];
 
-/// The scene of the guide with these parameters, and the first 0.2 s of its measurements.
+/// Writes the scene of the guide with these parameters, and the first 0.2 s of its measurements.
 fn beginning(folder: &Path, more: &str) {
     let scene = include_str!("../../data/fitting/muscle.toml");
     let (body, rest) = scene.split_once("[[parameter]]").expect("parameters");
@@ -27,14 +27,15 @@ fn beginning(folder: &Path, more: &str) {
     fs::write(folder.join("measured.csv"), rows.join("\n")).expect("data");
 }
 
-/// A damping that so short a time hardly tells, beside a load that comes later; the noise is given a thousand
-/// times too small.
+/// A damping that a short measurement cannot determine, and a load that starts later. The stated
+/// noise is a thousandth of the true noise.
 const DOUBTFUL: &str = "[[parameter]]\nkey = \"solid.alpha\"\nlow = 0.0\n\
                         [[parameter]]\nkey = \"traction[1].y.value\"\n\
                         [[traction]]\ngroup = \"load\"\n\
                         y = { type = \"step\", value = 1.0, start = 9.0, rise = 0.1 }\n";
 
-/// Measurements and options that cannot be used end with the code of wrong input, and write nothing.
+/// Checks that unusable measurements and options give the exit code for invalid input and write
+/// nothing.
 #[test]
 fn unusable_measurements_are_wrong_input() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -90,7 +91,7 @@ fn a_fit_reports_doubtful_results() {
         "output[1].noise=1e-3",
     ];
     let run = myovib_in(folder.path(), &words);
-    // The noise given is a thousandth of that of the data: the model does not fit.
+    // The stated noise is a thousandth of the true noise: the model does not fit.
     assert_eq!(run.code, 3, "{}", run.stderr);
     let profile = "profile 1 of 2, about ten fits each: solid.alpha";
     assert!(run.stderr.contains(profile), "{}", run.stderr);
@@ -106,7 +107,7 @@ fn a_fit_reports_doubtful_results() {
     assert!(damping["profile_interval"].is_array(), "{damping}");
     assert_eq!(load["acts"], false);
     assert!(load["profile_interval"].is_null(), "{load}");
-    // Each finding is in the text and on the page.
+    // Text and page list each finding.
     let findings: Vec<&str> = run
         .stdout
         .lines()
@@ -137,7 +138,7 @@ fn the_fit_of_the_guide_finds_the_truth_and_shows_it_on_a_page() {
     let words = ["fit", &scene, "--data", &measured, "--json", "--quiet"];
     let run = myovib_in(folder.path(), &words);
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
-    // Nor does it replace the report of a run.
+    // The fit does not replace the report of a run.
     fs::create_dir(folder.path().join("run")).expect("a folder");
     fs::write(folder.path().join("run/report.html"), "").expect("a file");
     let into = [&words[..], &["--out", "run"]].concat();
@@ -163,14 +164,14 @@ fn the_fit_of_the_guide_finds_the_truth_and_shows_it_on_a_page() {
         assert!(page.contains(&format!("<td>{name}</td><td class=\"n\">{shown}</td>")));
     }
     assert!(!page.contains("does not fit") && !page.contains("exceeds a bound"));
-    // The curves with the residuals, and the costs of the iterations.
+    // One figure has curves and residuals, the other the costs of the iterations.
     assert_eq!(page.matches("<svg xmlns=").count(), 2);
     assert!(page.contains("<h1>A muscle to be identified</h1>"));
     assert!(page.contains("3 parameters from "));
 }
 
-/// The elements of a map add up to the derivative by the stiffness of all, which forward sensitivities give; the file for
-/// ParaView has their densities.
+/// The sum over the elements of a map equals the derivative by the common stiffness, computed with
+/// forward sensitivities. The file for ParaView has the densities.
 #[test]
 fn a_map_says_where_an_output_sees_the_stiffness() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -203,13 +204,13 @@ fn a_map_says_where_an_output_sees_the_stiffness() {
         assert_eq!(output["name"], name);
         let elements = output["elements"].as_array().expect("a list").iter();
         let elements: Vec<f64> = elements.map(|e| e.as_f64().expect("a number")).collect();
-        // After the time two displacements and a pressure, then their derivatives.
+        // The columns are time, two displacements, a pressure, then their derivatives.
         let sum = |of: fn(f64, f64) -> f64| -> f64 {
             rows.iter().map(|row| of(row[1 + k], row[4 + k])).sum()
         };
         let expected = sum(|u, by_stiffness| u * by_stiffness) / sum(|u, _| u * u);
         let total: f64 = elements.iter().sum();
-        // Forward sensitivities are solved for to a third of the tolerance, 1e-4.
+        // Forward sensitivities have a third of the tolerance, 1e-4.
         assert!(
             (total - expected).abs() < 1e-3 * expected.abs(),
             "{name}: {total} {expected}"
@@ -220,7 +221,7 @@ fn a_map_says_where_an_output_sees_the_stiffness() {
             .zip(&densities)
             .map(|(e, d)| e / d)
             .collect();
-        // The smallest and the largest element of the mesh by their share of its area.
+        // The shares of area of the smallest and the largest element of the mesh.
         assert!(
             shares.iter().all(|share| (3e-4..2e-2).contains(share)),
             "{shares:?}"
@@ -230,5 +231,5 @@ fn a_map_says_where_an_output_sees_the_stiffness() {
     assert!(drawn.contains("origin.u_x") && drawn.contains("origin.u_y"));
 }
 
-/// The stress of all elements as a parameter.
+/// The stress scale of all elements as a parameter.
 const STIFFNESS: &str = "parameter=[{ key = \"material[0].stiffness\" }]";

@@ -1,4 +1,4 @@
-//! The guide: console blocks print what the pages show, and scenes in pages are valid.
+//! The guide: console blocks show the program's output, and scenes in pages are valid.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use myovib_scene::scene_file;
 
 use crate::harness::myovib_in;
 
-/// A value in the last row of a probe's table.
+/// Returns a value in the last row of a probe's table.
 fn last(folder: &Path, probe: &str, column: &str) -> f64 {
     let text = fs::read_to_string(folder.join(format!("out/{probe}.csv"))).expect("a table");
     let mut lines = text.lines();
@@ -68,7 +68,7 @@ fn words(line: &str) -> Vec<String> {
     words
 }
 
-/// Returns whether lines match a pattern in which `...` stands for any number of lines.
+/// Returns whether lines match a pattern in which `...` matches any number of lines.
 fn matches(pattern: &[&str], lines: &[&str]) -> bool {
     match pattern.split_first() {
         None => lines.is_empty(),
@@ -79,7 +79,7 @@ fn matches(pattern: &[&str], lines: &[&str]) -> bool {
     }
 }
 
-/// Copies the scenes of the gallery, on which its commands work.
+/// Copies the scenes of the gallery, which its commands use.
 fn copy_examples(folder: &Path) {
     for entry in fs::read_dir(root().join("examples")).expect("the gallery") {
         let path = entry.expect("an entry").path();
@@ -143,10 +143,11 @@ fn examples_give_the_numbers_of_the_gallery() {
     let force = |stretch: f64| shear * (stretch - stretch.powi(-3)) * width;
     let relaxed = 1.0 + 0.5 * f64::exp(-(3.0 - 0.025) / 0.4);
     let cases = [
-        // Homogeneous strain: the discrete solution is exact, Newton's method leaves 1e-10.
+        // Homogeneous strain: the discrete solution is exact; Newton's method has an error of
+        // 1e-10.
         ("compression", "plate", "R_y", force(0.8), 1e-9),
         ("contraction", "force", "R_x", 400.0, 1e-9),
-        // The default tolerance of 1e-4, and the mean time of the stretch in `relaxed`.
+        // The default tolerance is 1e-4; `relaxed` uses the mean time of the stretch.
         ("relaxation", "force", "R_x", force(1.01) * relaxed, 3e-4),
     ];
     for (name, probe, column, exact, tolerance) in cases {
@@ -162,7 +163,7 @@ fn examples_give_the_numbers_of_the_gallery() {
     }
 }
 
-/// After the release of a pull, the strip settles at the equilibrium under its weight alone.
+/// After release, the strip converges to the equilibrium under its weight alone.
 #[test]
 fn the_preloaded_strip_settles_in_equilibrium() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -178,7 +179,7 @@ fn the_preloaded_strip_settles_in_equilibrium() {
         last(folder.path(), "end", "u_y")
     };
     let (moved, rests) = (settled(&[]), settled(&["analysis=static", "start="]));
-    // The motion is integrated at a tolerance of 1e-4 and has decayed to 1e-5.
+    // The tolerance of the motion is 1e-4, and the vibration has decayed to 1e-5.
     assert!(
         (moved - rests).abs() < 3e-4 * rests.abs(),
         "{moved} {rests}"

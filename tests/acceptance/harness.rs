@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::thread;
 
-/// The program under test: the users', or the maintainers'.
+/// The program under test: for users or for maintainers.
 pub(crate) const PROGRAM: &str = match option_env!("CARGO_BIN_EXE_myovib") {
     Some(program) => program,
     None => match option_env!("CARGO_BIN_EXE_myovib-bench") {
@@ -14,7 +14,7 @@ pub(crate) const PROGRAM: &str = match option_env!("CARGO_BIN_EXE_myovib") {
     },
 };
 
-/// What a run left.
+/// Result of a run.
 pub(crate) struct Run {
     pub(crate) code: i32,
     pub(crate) stdout: String,
@@ -40,12 +40,12 @@ pub(crate) fn myovib_in(folder: &Path, arguments: &[&str]) -> Run {
     }
 }
 
-/// Runs `myovib` with these arguments where no output is written.
+/// Runs `myovib` with these arguments, which write no files.
 pub(crate) fn myovib(arguments: &[&str]) -> Run {
     myovib_in(Path::new("."), arguments)
 }
 
-/// The document in `text`, with the envelope all commands share checked.
+/// Parses the document in `text`, and checks the envelope common to all commands.
 pub(crate) fn document(text: &str, command: &str) -> serde_json::Value {
     let value: serde_json::Value = serde_json::from_str(text).expect("valid JSON");
     assert_eq!(value["schema"], format!("myovib/{command}/1"));
@@ -59,10 +59,10 @@ pub(crate) fn document(text: &str, command: &str) -> serde_json::Value {
     value
 }
 
-/// The CPU time that a process has taken; none of one that has ended.
+/// Returns the CPU time of a process, or `None` if the process has ended.
 fn cpu_seconds(process: u32) -> Option<f64> {
     let text = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
-    // The name of the program, in brackets, may hold spaces.
+    // The program name, in parentheses, may contain spaces.
     let mut fields = text.rsplit(')').next()?.split_whitespace();
     let state = fields.next()?;
     let ticks: Vec<f64> = fields
@@ -74,7 +74,7 @@ fn cpu_seconds(process: u32) -> Option<f64> {
     (state != "Z").then(|| ticks.iter().sum::<f64>() / 100.0)
 }
 
-/// The exit code of a program that Ctrl-C meets in the midst of its work.
+/// Returns the exit code of a program interrupted by Ctrl-C during its work.
 pub(crate) fn code_of_interrupted(folder: &Path, arguments: &[&str]) -> Option<i32> {
     let mut run = Command::new(PROGRAM)
         .args(arguments)
@@ -83,7 +83,8 @@ pub(crate) fn code_of_interrupted(folder: &Path, arguments: &[&str]) -> Option<i
         .stderr(Stdio::null())
         .spawn()
         .expect("the program starts");
-    // Long enough to begin, and a small part of what the run takes; however busy the machine is.
+    // Enough CPU time to start, and a small part of the run, independent of the load of the
+    // machine.
     while cpu_seconds(run.id()).is_some_and(|seconds| seconds < 1.0) {
         thread::yield_now();
     }

@@ -1,4 +1,4 @@
-//! Large bodies: what they will take is known before, and threads change no bit.
+//! Large bodies: their cost is predicted before the run, and results do not depend on threads.
 
 #![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
 
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::harness::myovib_in;
 
-/// What the program leaves of the spindle in space (19 000 unknowns) after two steps at most.
+/// Results of the spindle in space (19 000 unknowns) after at most two steps.
 struct Left {
     code: i32,
     document: Value,
@@ -44,7 +44,7 @@ fn a_body_that_does_not_fit_is_refused_before_it_is_factorised() {
     }
 }
 
-/// What `check` predicts of a scene, as a fraction of what its run takes, B.
+/// Returns the ratio of the memory predicted by `check` to the memory used by the run, B.
 fn predicted_memory(scene: &str, threads: &str) -> (f64, Left) {
     let check = left("check", scene, &["--threads", threads]);
     let factors = &check.document["body"]["factors"];
@@ -64,7 +64,7 @@ fn predicted_memory(scene: &str, threads: &str) -> (f64, Left) {
 fn the_peak_of_memory_is_predicted_and_threads_change_no_bit() {
     let states = ["1", "2"].map(|threads| {
         let (ratio, run) = predicted_memory("muscle3d", threads);
-        // Within a fifth, as is promised for large bodies.
+        // Documented accuracy for large bodies: 20 %.
         assert!((ratio - 1.0).abs() < 0.2, "{threads} threads: {ratio}");
         run.state
     });
@@ -72,7 +72,7 @@ fn the_peak_of_memory_is_predicted_and_threads_change_no_bit() {
     assert_eq!(states[0], states[1]);
 }
 
-/// A body whose set-up takes 10¹¹ operations: nothing of it is factorised before the run.
+/// A body whose matrix setup takes 10¹¹ operations: `check` factorizes nothing.
 #[test]
 #[ignore = "slow"]
 fn a_check_of_a_large_body_predicts_and_tries_nothing() {

@@ -1,4 +1,4 @@
-//! Acceptance: the program as scripts and people see it, against its contract and the paper.
+//! Acceptance tests of the program: its contract with scripts and users, and the paper's results.
 
 mod chains;
 mod contract;

@@ -1,4 +1,5 @@
-//! `--integrator radau` and `integrator.method = "radau"`: what is tested, said and refused.
+//! `--integrator radau` and `integrator.method = "radau"`: error tests, messages and rejected
+//! options.
 
 use std::fs;
 
@@ -36,7 +37,7 @@ fn radau_tests_all_variables_of_the_five_problems_and_says_so() {
         ] {
             assert!(!fields.contains_key(of_bdf), "row {key}: {of_bdf}");
         }
-        // One real and one complex factorisation a set-up, one solve of each an iteration.
+        // A setup needs one real and one complex factorization, an iteration one solve with each.
         let work = &row["radau_work"];
         assert_eq!(work["real_factorizations"], row["linear_setups"]);
         assert_eq!(work["complex_factorizations"], row["linear_setups"]);
@@ -54,7 +55,7 @@ fn radau_leaves_out_what_it_is_told_to() {
     assert_eq!(row["last_order"], 9);
 }
 
-/// A smaller relative tolerance alone would loosen the absolute ones that Radau IIA works with.
+/// A smaller relative tolerance alone would loosen the absolute tolerances of Radau IIA.
 #[test]
 fn absolute_tolerances_follow_the_relative_one_unless_given() {
     let tolerances = |arguments: &[&str]| {
@@ -64,7 +65,7 @@ fn absolute_tolerances_follow_the_relative_one_unless_given() {
     };
     let expect = |found: [f64; 3], expected: [f64; 3]| {
         for (found, expected) in found.into_iter().zip(expected) {
-            // Scaled by a factor that is rounded.
+            // The scaling factor has a rounding error.
             let error = (found - expected).abs();
             assert!(error <= 2.0 * f64::EPSILON * expected, "{found} {expected}");
         }
@@ -73,7 +74,7 @@ fn absolute_tolerances_follow_the_relative_one_unless_given() {
     expect(tolerances(&radau), [1e-7, 1e-7, 1e-3]);
     let given = [&radau[..], &["--atol-velocity", "1e-6"]].concat();
     expect(tolerances(&given), [1e-7, 1e-6, 1e-3]);
-    // The rows of BDF are the paper's but for what is asked for.
+    // The rows of BDF have the paper's values, except for the requested changes.
     expect(tolerances(&[]), [1e-5, 1e-5, 1e-1]);
 
     let folder = tempfile::tempdir().unwrap();
@@ -174,14 +175,14 @@ fn what_only_bdf_has_is_refused_with_radau_at_its_place() {
     }
 }
 
-/// Two-way coupling under both integrators: the same factors of the stiffness.
+/// Two-way coupling under both integrators gives the same factors of the stiffness.
 #[test]
 fn radau_integrates_a_muscle_with_feedback() {
     let folder = tempfile::tempdir().unwrap();
     let order = "method = \"bdf\"\nrtol = 1e-3\nmax_order = 3";
     let text = builtin_text("two-way").unwrap();
     assert!(text.contains(order), "the scene is for BDF");
-    // The gain drives the chains into step, so that the stiffness changes.
+    // The gain synchronizes the chains, which changes the stiffness.
     let text = text.replace("gain = ", "gain = 2e6 # ");
     let factors = |name: &str, line: &str| -> Vec<f64> {
         let file = format!("{name}.toml");
@@ -205,6 +206,6 @@ fn radau_integrates_a_muscle_with_feedback() {
         "it acts"
     );
     let apart = bdf.iter().zip(&radau).map(|(a, b)| (a - b).abs());
-    // The muscle that drives the chains errs by some per cent at the paper's tolerances.
+    // At the paper's tolerances, the error of the muscle that drives the chains is several percent.
     assert!(apart.fold(0.0, f64::max) < 0.05);
 }

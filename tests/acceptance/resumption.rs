@@ -1,5 +1,5 @@
-//! Runs that are killed at random times and resumed: with Radau IIA their output is that of the
-//! uninterrupted run, byte by byte; with BDF within the tolerance.
+//! Runs killed at random times and resumed. With Radau IIA the output equals the output of the
+//! uninterrupted run byte by byte; with BDF it is within the tolerance.
 
 #![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
 
@@ -11,7 +11,8 @@ use serde_json::Value;
 
 use crate::harness::{PROGRAM, myovib_in};
 
-/// A muscle whose pressure is a multiplier of index 3, a chain, fields and probes of all kinds.
+/// A muscle with its pressure as a multiplier of index 3, a chain, and fields and probes of all
+/// kinds.
 const SCENE: &str = r#"
 [time]
 end = 0.4
@@ -83,12 +84,12 @@ group = "fixed"
 every = 0.01
 "#;
 
-/// A seeded sequence in [0, 1): multiples of the golden ratio.
+/// Returns an element of a sequence in [0, 1): multiples of the golden ratio.
 fn fraction(seed: u64) -> f64 {
     (seed as f64 * 0.618_033_988_749_894_9).fract()
 }
 
-/// Starts the program, and kills it once `table` holds `bytes`.
+/// Starts the program, and kills it when `table` has `bytes`.
 fn start_and_kill(folder: &Path, arguments: &[&str], table: &Path, bytes: u64) {
     let mut run = Command::new(PROGRAM)
         .args(arguments)
@@ -106,7 +107,7 @@ fn start_and_kill(folder: &Path, arguments: &[&str], table: &Path, bytes: u64) {
     run.wait().unwrap();
 }
 
-/// Runs or resumes `scene.toml` into `out`, and kills it once the table of the origin holds `bytes`.
+/// Runs or resumes `scene.toml` into `out`, and kills it when the table of the origin has `bytes`.
 fn run_and_kill(folder: &Path, out: &str, bytes: u64) {
     let table = folder.join(out).join("origin.csv");
     let mode = match folder.join(out).join("checkpoint.json").exists() {
@@ -117,12 +118,12 @@ fn run_and_kill(folder: &Path, out: &str, bytes: u64) {
     start_and_kill(folder, &arguments, &table, bytes);
 }
 
-/// Kills a run so many times, and lets it end.
+/// Kills a run `kills` times, then lets it finish.
 fn killed(folder: &Path, out: &str, seed: u64, kills: u64, whole: u64) {
     let mut places: Vec<f64> = (0..kills).map(|i| fraction(seed + i)).collect();
     places.sort_by(f64::total_cmp);
     for place in places {
-        // Not the last row: the run is to be killed, not finished.
+        // The last row is excluded: the run must be killed before it finishes.
         run_and_kill(folder, out, 1 + (0.98 * place * whole as f64) as u64);
     }
     let mode = match folder.join(out).join("checkpoint.json").exists() {
@@ -137,7 +138,7 @@ fn killed(folder: &Path, out: &str, seed: u64, kills: u64, whole: u64) {
     assert!(run.code == 0 || over, "{}", run.stderr);
 }
 
-/// The names of files that hold results.
+/// Returns the names of result files.
 fn results(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();
     let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
@@ -156,7 +157,7 @@ fn statistics(folder: &Path) -> Value {
     serde_json::from_str(&text).unwrap()
 }
 
-/// Kills runs of `method` so many times each, and compares all that is written.
+/// Kills each of `runs` runs of `method` `kills` times, and compares all output.
 fn assert_killed_runs_are_whole(method: &str, runs: u64, kills: u64) {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
@@ -194,7 +195,7 @@ fn a_killed_run_of_radau_is_resumed_bit_by_bit() {
     assert_killed_runs_are_whole("radau", 1, 5);
 }
 
-/// All of acceptance 4; minutes.
+/// Acceptance criterion 4 in full; takes minutes.
 #[test]
 #[ignore = "minutes: run it by name"]
 fn a_hundred_kills_leave_no_trace() {
@@ -203,7 +204,7 @@ fn a_hundred_kills_leave_no_trace() {
     assert_killed_runs_are_whole("radau13", 3, 10);
 }
 
-/// BDF starts again at order 1 where a run goes on; what that costs is an error of its tolerance.
+/// BDF restarts at order 1 when a run is resumed, with an error of the order of its tolerance.
 #[test]
 fn a_killed_run_of_bdf_is_resumed_within_its_tolerance() {
     let folder = tempfile::tempdir().unwrap();
@@ -231,7 +232,8 @@ fn a_killed_run_of_bdf_is_resumed_within_its_tolerance() {
         .fold(0.0, |max: f64, row| max.max(row[1].abs()));
     for (a, b) in whole.iter().zip(&resumed) {
         assert_eq!(a[0], b[0]);
-        // Twenty times the tolerance, 1e-5, times the periods, of which there are three, is what a finished run may be off.
+        // Error bound of a finished run: twenty times the tolerance, 1e-5, times the number of
+        // periods, three.
         assert!(
             (a[1] - b[1]).abs() < 20.0 * 3.0 * 1e-5 * largest,
             "{a:?} {b:?}"
@@ -239,7 +241,7 @@ fn a_killed_run_of_bdf_is_resumed_within_its_tolerance() {
     }
 }
 
-/// The rows of a CSV file, without its header.
+/// Returns the rows of a CSV file, without its header.
 fn rows_of(path: &Path) -> Vec<Vec<f64>> {
     let text = fs::read_to_string(path).unwrap();
     let numbers = |line: &str| line.split(',').map(|word| word.parse().unwrap()).collect();
@@ -264,8 +266,8 @@ fn a_killed_run_leaves_whole_files_and_goes_on() {
     .concat();
     let killed = folder.path().join("killed");
     let csv = killed.join("origin.csv");
-    // Some 200 rows of four numbers: far enough for a checkpoint beyond the ramp. If the machine is so
-    // fast that the run ends first, going on from its last checkpoint is tested all the same.
+    // About 200 rows of four numbers suffice for a checkpoint after the ramp. If a fast machine
+    // finishes the run first, the test resumes from the last checkpoint.
     start_and_kill(folder.path(), &arguments, &csv, 18_000);
 
     let text = fs::read_to_string(&csv).unwrap();
@@ -303,8 +305,8 @@ fn a_killed_run_leaves_whole_files_and_goes_on() {
     let largest = |j: usize| whole.iter().map(|row| row[j].abs()).fold(0.0, f64::max);
     for (a, b) in resumed.iter().zip(&whole) {
         assert_eq!(a[0], b[0]);
-        // u_y at the origin has an error of 2 to 4 % of its amplitude at these tolerances (its
-        // absolute tolerance is 2 % of it), in either run.
+        // At these tolerances, u_y at the origin has an error of 2 to 4 % of its amplitude in both
+        // runs (its absolute tolerance is 2 % of the amplitude).
         assert!(
             (a[2] - b[2]).abs() < 0.08 * largest(2),
             "u_y at t = {}: {} {}",
@@ -312,7 +314,7 @@ fn a_killed_run_leaves_whole_files_and_goes_on() {
             a[2],
             b[2]
         );
-        // A restart that disturbed λ would show as a peak.
+        // A restart that disturbed λ would cause a peak.
         assert!(
             (a[3] - b[3]).abs() < 0.10 * largest(3),
             "p at t = {}: {} {}",

@@ -1,5 +1,5 @@
-//! What a run's folder promises: nothing invented, nothing lost, nothing left over, one run at a
-//! time, and an end in words. Each test is the regression of a finding.
+//! Guarantees for a run's folder: no invented or lost results, no remaining temporary files, one
+//! run at a time, and a message at the end. Each test is the regression of a defect.
 
 #![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
 
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use crate::harness::{PROGRAM, myovib_in};
 
-/// A run with a checkpoint at 0.16 s, where a step ends, over in a second.
+/// A run of less than a second with a checkpoint at 0.16 s, at the end of a step.
 const SHORT: [&str; 10] = [
     "run",
     "init",
@@ -24,7 +24,7 @@ const SHORT: [&str; 10] = [
     "--resume",
 ];
 
-/// Leaves `out` as a kill right after the checkpoint does, and gives the table of its probe.
+/// Prepares `out` as a kill right after the checkpoint would; returns the table of the probe.
 fn killed(folder: &Path) -> String {
     let run = myovib_in(folder, &[&SHORT[..9], &["--set", "time.end=0.16"]].concat());
     assert_eq!(run.code, 0, "{}", run.stderr);
@@ -131,7 +131,7 @@ fn a_finished_run_is_not_resumed_whatever_its_checkpoints() {
 fn a_run_of_a_changed_mesh_is_not_resumed() {
     let folder = tempfile::tempdir().unwrap();
     let mesh = folder.path().join("a.msh");
-    // As some editors write it.
+    // Some editors write a byte order mark.
     let text = format!("\u{feff}{}", include_str!("../../data/meshes/muscle.msh"));
     fs::write(&mesh, &text).unwrap();
     let file = ["--set", "mesh.type=file", "--set", "mesh.path=a.msh"];
@@ -182,7 +182,7 @@ fn one_run_at_a_time_writes_into_a_folder_and_signals_keep_its_output() {
             .stdout(Stdio::null())
             .spawn()
             .unwrap();
-        // It runs once its table has rows.
+        // The run is in progress when its table has rows.
         let csv = folder.path().join("out/origin.csv");
         let since = Instant::now();
         while !fs::read_to_string(&csv).is_ok_and(|text| text.lines().count() > 2) {
@@ -214,7 +214,7 @@ fn one_run_at_a_time_writes_into_a_folder_and_signals_keep_its_output() {
 #[test]
 fn a_full_disk_is_code_4_and_named_and_what_was_written_stays() {
     let folder = tempfile::tempdir().unwrap();
-    // A limit on the size of files stands for a full disk. Its signal ended the program.
+    // A file size limit replaces a full disk. Previously, its signal ended the program.
     let run = Command::new("bash")
         .args(["-c", "ulimit -f 100; exec \"$0\" run init --quiet --set probe[0].every=1e-5 --set fields= --set time.end=0.2", PROGRAM])
         .current_dir(folder.path())
@@ -250,12 +250,12 @@ fn what_nobody_can_want_is_refused_with_a_message() {
     let started = Instant::now();
     let run = myovib_in(folder.path(), &["run", "many.toml"]);
     assert!(run.stderr.contains("too many probes"), "{}", run.stderr);
-    // It took minutes; what it takes now is reading 3 MB.
+    // Previously, this took minutes; now the time is that for reading 3 MB.
     assert!(started.elapsed() < Duration::from_secs(20));
     assert!(!folder.path().join("out").exists());
 }
 
-/// Regression: weighted errors of hopeless steps were written with all their 250 digits.
+/// Regression: the weighted errors of a failing run were written with all their 250 digits.
 #[test]
 fn a_hopeless_run_is_told_in_readable_numbers() {
     let folder = tempfile::tempdir().unwrap();
@@ -295,7 +295,7 @@ fn links_and_pipes_are_not_followed() {
     std::os::unix::fs::symlink(&precious, out.join("origin.csv")).unwrap();
     let refused = myovib_in(folder.path(), &SHORT[..9]);
     assert_eq!(refused.code, 2, "{}", refused.stderr);
-    // The program did not make the link.
+    // The program did not create the link.
     let run = myovib_in(folder.path(), &[&SHORT[..9], &["--overwrite"]].concat());
     assert_eq!(run.code, 2, "{}", run.stderr);
     assert_eq!(fs::read_to_string(&precious).unwrap(), "mine");

@@ -1,11 +1,11 @@
-//! Scenes against theory and literature, two-way coupling, and a newcomer's path.
+//! Scenes compared with theory and literature, two-way coupling, and the first steps of a new user.
 
 use std::fs;
 use std::path::Path;
 
 use crate::harness::myovib_in;
 
-/// The last row of a probe.
+/// Returns the last row of a probe.
 fn last_row(folder: &Path, probe: &str) -> Vec<f64> {
     let text = fs::read_to_string(folder.join(format!("{probe}.csv"))).expect("a probe's file");
     let last = text.lines().last().expect("a row");
@@ -24,8 +24,8 @@ fn run(folder: &Path, scene: &str, out: &str, sets: &[&str]) {
 #[test]
 fn a_cantilever_under_its_weight_sags_as_beam_theory_says() {
     let folder = tempfile::tempdir().unwrap();
-    // Twenty times as long as high, so that the clamped end's restraint is a small matter, and a
-    // hundredth of the weight, so that the deflection is.
+    // The beam is twenty times as long as high, so that the restraint of the clamped end is small.
+    // A hundredth of the weight keeps the deflection small.
     let [length, height, weight, shear] = [0.2, 0.01, 1e3 * 0.0981, 1e5];
     let sets = [
         "mesh.length=0.2",
@@ -39,13 +39,13 @@ fn a_cantilever_under_its_weight_sags_as_beam_theory_says() {
         / (8.0 * 4.0 * shear * height * height * height / 12.0);
     let shearing = weight * height * length * length / (2.0 * 5.0 / 6.0 * shear * height);
     let sag = -last_row(&folder.path().join("out"), "tip")[2];
-    // The clamp, which holds the cross section's strain, stiffens a piece of about h/4 of the
-    // length: 4 · 0.25 · h/L = 5 % at most.
+    // The clamp constrains the strain of the cross section and stiffens about h/4 of the length: 4
+    // · 0.25 · h/L = 5 % at most.
     assert!(
         (sag / (bending + shearing) - 1.0).abs() < 0.05,
         "{sag} {bending} {shearing}"
     );
-    // The supports carry the weight exactly: equilibrium, to Newton's rounding.
+    // In equilibrium the supports carry the full weight, up to Newton's rounding errors.
     let reaction = last_row(&folder.path().join("out"), "support")[2];
     assert!((reaction - weight * height * length).abs() < 1e-9);
 }
@@ -58,9 +58,9 @@ fn cooks_membrane_converges_to_the_value_in_the_literature() {
         run(folder.path(), "cook-static", &out, &[&cells]);
         last_row(&folder.path().join(out), "tip")[2]
     });
-    // Each refinement adds less: the corner at the clamp makes the convergence slow, yet the
-    // limit of the increments' geometric series lies near 6.9, where the literature on nearly
-    // incompressible elements (Simo and Armero 1992, and others after them) sees it, to a tenth.
+    // Each refinement adds less. The corner at the clamp slows the convergence, but the limit of
+    // the increments' geometric series is near 6.9, as in the literature on nearly incompressible
+    // elements (Simo and Armero 1992, and later papers), to a tenth.
     let [first, second] = [tips[1] - tips[0], tips[2] - tips[1]];
     assert!(0.0 < second && second < first, "{tips:?}");
     let limit = tips[2] + second * second / (first - second);
@@ -70,7 +70,7 @@ fn cooks_membrane_converges_to_the_value_in_the_literature() {
 #[test]
 fn stiffness_follows_the_coherence_of_the_chains() {
     let folder = tempfile::tempdir().unwrap();
-    // A gain of the rod's size, so that the chains are driven into step within a second.
+    // With a gain as in the rod's scene, the chains synchronize within a second.
     let sets = [
         "chain[0].gain=2e6",
         "chain[1].gain=2e6",
@@ -85,15 +85,16 @@ fn stiffness_follows_the_coherence_of_the_chains() {
     };
     let (factors, coherence) = (rows("feedback.csv"), rows("middle.csv"));
     assert_eq!(factors[0][1..], [1.5; 3], "at rest nothing is in step");
-    // In step, with radii of about 2 beside the smoothing radius of 0.2: 1 + 0.5 (0.2/2)², and as
-    // much for what is left of the detuning.
+    // Synchronized, with radii of about 2 and the smoothing radius of 0.2: 1 + 0.5 (0.2/2)², and
+    // the same amount for the remaining detuning.
     let last = factors.last().unwrap();
     assert!(
         last[2] < 1.02 && coherence.last().unwrap()[3] > 0.97,
         "{last:?}"
     );
-    // The coupling is two-way: held stiff, the muscle is nearer to resonance with the 8 Hz load
-    // and swings more than half as far again as the one that its chains let relax.
+    // The coupling is two-way: with constant stiffness, the muscle is nearer to resonance with the
+    // 8 Hz load. Its amplitude is more than 1.5 times the amplitude of the muscle relaxed by its
+    // chains.
     let stiff = sets.iter().copied().chain([
         "feedback[0].coherent=1.5",
         "feedback[1].coherent=1.5",
@@ -120,7 +121,7 @@ fn stiffness_follows_the_coherence_of_the_chains() {
     assert!(largest("stiff") > 1.5 * largest("two"));
 }
 
-/// A square of n × n cells with two triangles each, as Gmsh writes it (4.1, ASCII).
+/// Returns a square of n × n cells with two triangles each, in Gmsh's format (4.1, ASCII).
 fn square(n: usize) -> String {
     let number = |i: usize, j: usize| 1 + i + (n + 1) * j;
     let count = (n + 1) * (n + 1);
@@ -186,15 +187,16 @@ fn a_newcomer_gets_from_a_mesh_to_a_picture() {
     );
     run(at, "scene.toml", "out", &["time.end=0.5"]);
     let report = fs::read_to_string(at.join("out/report.html")).unwrap();
-    // The mesh, its deformation and each column of the probe: five pictures, and nothing from outside.
+    // Five pictures without external resources: the mesh, its deformation and each column of the
+    // probe.
     assert_eq!(report.matches("<figure>").count(), 5);
-    // Issue 15, A7: what one picture has by a name, another must not have.
+    // Issue 15, A7: names within one picture must not occur in another.
     assert!(!report.contains(" id="));
     assert!(!report.contains("src=") && !report.contains("href=\"http"));
 }
 
-/// Regression: a pulse of 100 ms after a rest of 1 s was stepped over, and the run called finished
-/// with u = 0.
+/// Regression: the integrator stepped over a pulse of 100 ms after a rest of 1 s, and the run
+/// finished with u = 0.
 #[test]
 fn a_pulse_after_a_rest_is_seen_by_every_method() {
     let folder = tempfile::tempdir().unwrap();
@@ -215,7 +217,7 @@ fn a_pulse_after_a_rest_is_seen_by_every_method() {
     let tight = peak("radau13");
     assert!(tight > 1e-3, "{tight}");
     for method in ["bdf", "radau", "radau9"] {
-        // A relative tolerance of 1e-3 over a few periods.
+        // The relative tolerance is 1e-3, over a few periods.
         let found = peak(method);
         assert!(
             (found / tight - 1.0).abs() < 0.05,
@@ -224,8 +226,9 @@ fn a_pulse_after_a_rest_is_seen_by_every_method() {
     }
 }
 
-/// Regression: after the break of a load, steps fell until only what Newton's method had left was
-/// seen of them: `radau13` took 36 000 steps to 0.4 s and went on so.
+/// Regression: after a discontinuity of a load, the steps became so short that only errors of
+/// Newton's method remained visible: `radau13` took 36 000 steps to 0.4 s and continued in the same
+/// way.
 #[test]
 fn an_incompressible_damped_body_gets_past_the_break_of_a_load() {
     let folder = tempfile::tempdir().unwrap();
@@ -264,15 +267,15 @@ fn an_incompressible_damped_body_gets_past_the_break_of_a_load() {
             run(folder.path(), "body.toml", &out, &[&formulation, &chosen]);
             let text = fs::read_to_string(folder.path().join(out).join("run.json")).unwrap();
             let found: serde_json::Value = serde_json::from_str(&text).unwrap();
-            // 60 to 230 steps, as the formulation and the order have it.
+            // 60 to 230 steps, depending on the formulation and the order.
             assert!(found["steps"].as_u64().is_some_and(|steps| steps < 400));
         }
     }
 }
 
-/// Regression: once steps were so short that rounding was all that was seen of multipliers, the factor by
-/// which they might grow lay in the window where a step is kept: 126 000 steps to 0.6 s, and so on. Scene 103
-/// of `myovib-bench random --seed 1`; it takes some 1400.
+/// Regression: when steps were so short that multipliers consisted of rounding errors, their growth
+/// factor stayed in the window in which the step size is kept: 126 000 steps to 0.6 s, and so on.
+/// Scene 103 of `myovib-bench random --seed 1` now takes about 1400 steps.
 #[test]
 fn short_steps_end_where_only_rounding_is_seen_of_multipliers() {
     let folder = tempfile::tempdir().unwrap();

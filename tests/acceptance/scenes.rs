@@ -1,4 +1,5 @@
-//! Scenes: every built-in one runs, runs in parts go on, nothing is computed in vain.
+//! Scenes: every built-in scene runs, partial runs can be continued, and no result is computed
+//! twice.
 
 use std::fs;
 use std::path::Path;
@@ -13,7 +14,7 @@ fn run_json(folder: &Path) -> Value {
     serde_json::from_str(&text).expect("valid JSON")
 }
 
-/// The rows of a CSV file, without its header.
+/// Returns the rows of a CSV file, without its header.
 fn rows(path: &Path) -> Vec<Vec<f64>> {
     let text = fs::read_to_string(path).expect("the file was written");
     let numbers = |line: &str| {
@@ -32,17 +33,17 @@ fn run(folder: &Path, scene: &str, out: &str, more: &[&str]) -> Value {
     run_json(&folder.join(out))
 }
 
-/// As far as their loads have grown, half of whose amplitude the ramped ones have at 0.8 s.
+/// Runs every scene until its loads have risen; ramped loads have half of their amplitude at 0.8 s.
 #[test]
 fn every_built_in_scene_runs_under_its_load() {
     let folder = tempfile::tempdir().unwrap();
     for (name, text) in BUILTIN {
         let end: &[&str] = match *name {
-            // The scene's own mesh has 184 thousand unknowns.
+            // The default mesh of the scene has 184 thousand unknowns.
             "ventricle" => &["--set", "time.end=0.05", "--set", "mesh.resolution=coarse"],
             "muscle3d" => &["--set", "time.end=0.05", "--set", "mesh.cells=[10,2,2]"],
             "ventricle-coarse" => &["--set", "time.end=0.05"],
-            // Many waves per second.
+            // The scene has many waves per second.
             "hardening" => &["--set", "time.end=0.2"],
             _ if text.contains("[time]") => &["--set", "time.end=0.9"],
             _ => &[],
@@ -56,7 +57,7 @@ fn every_built_in_scene_runs_under_its_load() {
             let rows = rows(&table);
             let changes = |k: usize| rows.iter().any(|row| row[k] != rows[0][k]);
             let moves = rows.len() == 1 || (1..rows[0].len()).any(changes);
-            // Ventricles contract from 0.16 s on, where a test of their own takes them.
+            // Ventricles contract after 0.16 s; a separate test covers this time.
             assert!(
                 moves || name.starts_with("ventricle"),
                 "nothing happens in {}",
@@ -142,7 +143,7 @@ fn a_run_is_not_overwritten_by_accident() {
     assert!(again.stderr.contains("--resume"), "{}", again.stderr);
 }
 
-/// Runs a scene at once to its end, and in two parts; gives the probe's rows of both.
+/// Runs a scene in one part and in two parts; returns the probe's rows of both.
 fn resumed(scene: &str, probe: &str, sets: &[&str], [part, end]: [&str; 2]) -> [Vec<Vec<f64>>; 2] {
     let folder = tempfile::tempdir().expect("a folder");
     let ending = |end: &str, out: &str, more: &[&str]| {
@@ -162,7 +163,7 @@ fn resumed(scene: &str, probe: &str, sets: &[&str], [part, end]: [&str; 2]) -> [
     [uninterrupted, ending(end, "parts", &["--resume"])]
 }
 
-/// The largest difference in column `j`, in parts of the column's largest value.
+/// Returns the largest difference in column `j`, relative to the column's maximum.
 fn difference([a, b]: &[Vec<Vec<f64>>; 2], j: usize) -> f64 {
     let times = |rows: &[Vec<f64>]| -> Vec<f64> { rows.iter().map(|row| row[0]).collect() };
     assert_eq!(times(a), times(b));
@@ -188,22 +189,22 @@ fn a_finished_run_has_nothing_to_go_on_with() {
 
 #[test]
 fn a_run_with_radau_goes_on_from_its_checkpoint() {
-    // The first part ends beyond the ramp's middle.
+    // The first part ends after the middle of the ramp.
     let rows = resumed(
         "init",
         "origin",
         &["integrator.method=radau"],
         ["0.8", "1.2"],
     );
-    // The absolute tolerance is 2 % of the amplitude of u_y; a one-step method loses nothing
-    // but the step's history.
+    // The absolute tolerance is 2 % of the amplitude of u_y; a one-step method loses only the step
+    // size history.
     assert!(difference(&rows, 2) < 0.02, "u_y {}", difference(&rows, 2));
     assert!(difference(&rows, 3) < 0.02, "p {}", difference(&rows, 3));
 }
 
 #[test]
 fn a_run_with_two_way_coupling_goes_on_from_its_checkpoint() {
-    // The gain drives the chains into step within a second, so that the stiffness changes.
+    // The gain synchronizes the chains within a second, which changes the stiffness.
     let sets = [
         "chain[0].gain=2e6",
         "chain[1].gain=2e6",
@@ -214,8 +215,8 @@ fn a_run_with_two_way_coupling_goes_on_from_its_checkpoint() {
     assert!(factors().fold(f64::INFINITY, f64::min) < 1.4, "it acts");
     for chain in 1..=3 {
         let found = difference(&rows, chain);
-        // The chains' relative tolerance of 1e-4 in y, and the muscle's of 1e-3 in what drives
-        // them, times what is lost at order 1 after the restart: 1 %.
+        // The relative tolerances are 1e-4 for the chains and 1e-3 for the muscle that drives them.
+        // The restart at order 1 adds to the error: 1 % in total.
         assert!(found < 0.01, "chain {chain}: {found}");
     }
 }
@@ -235,13 +236,14 @@ fn a_pressure_acts_towards_the_body() {
     };
     let pressed = origin("pressed", "pressure=[{ group = \"load\", value = 100.0 }]");
     let pushed = origin("pushed", "traction=[{ group = \"load\", y = -100.0 }]");
-    // The muscle bends by 0.7 % of its half length, and its loaded top is inclined by up to 0.17.
+    // The muscle bends by 0.7 % of its half length, and the slope of its loaded top is at most
+    // 0.17.
     assert!(pressed < 0.0 && (pressed / pushed - 1.0).abs() < 0.1);
     assert_ne!(pressed, pushed);
 }
 
-/// β = 1e-2 s damps all modes above ten times the drive's 8 Hz beyond the critical damping, into the
-/// sector of every order; β = 1e-4 s does not.
+/// With β = 1e-2 s, all modes above ten times the drive's 8 Hz are overdamped, and so are in the
+/// stability sector of every order; with β = 1e-4 s they are not.
 #[test]
 fn the_order_of_bdf_is_chosen_by_the_damping_and_says_why() {
     let folder = tempfile::tempdir().unwrap();
@@ -288,7 +290,7 @@ fn a_run_of_the_rod_starts_whatever_its_end() {
     assert_eq!(document["reason"], "max_steps", "{}", document["message"]);
 }
 
-/// Regression: a run that needed all steps it was allowed was said to have stopped, at its end.
+/// Regression: a run that needed exactly the maximum number of steps was reported as stopped.
 #[test]
 fn as_many_steps_as_are_needed_are_enough() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Runs that go wrong say where, and the same scene gives the same bits.
+//! Failing runs report the location, and results are reproducible bit by bit.
 
 use std::fs;
 use std::path::Path;
@@ -7,8 +7,8 @@ use serde_json::Value;
 
 use crate::harness::myovib_in;
 
-/// A block clamped at both ends, pushed together so fast and integrated so loosely that Newton's
-/// method ends in elements turned inside out.
+/// A block, clamped at both ends, is compressed fast and integrated at a loose tolerance, so that
+/// Newton's method ends with inverted elements.
 const CRUSHED: &str = r#"
 [time]
 end = 0.5

@@ -2,8 +2,8 @@
 
 use crate::harness::{document, myovib, myovib_in};
 
-/// All eight printed indices and the remark, decided by at least three decades on two meshes at two
-/// states each.
+/// Checks all eight printed indices and the remark, with gaps of at least three decades on two
+/// meshes at two states each.
 #[test]
 fn table1_computes_the_papers_indices() {
     let run = myovib(&["table1", "--json"]);
@@ -31,7 +31,7 @@ fn table1_computes_the_papers_indices() {
     }
     let limit = found["limit"].as_array().expect("the limit of (29)");
     assert_eq!(limit.last().expect("its end")["index"], 4);
-    // (34) with a quadratic extra multiplier is wrong; (33) has μ = 0 to rounding.
+    // (34) with a quadratic extra multiplier is wrong; (33) has μ = 0 up to rounding.
     let counterexample = &found["counterexample"];
     assert!(
         counterexample["error"]
@@ -62,7 +62,7 @@ fn infsup_tells_the_spaces_apart_and_draws() {
             .as_f64()
             .expect("a number")
     };
-    // The model's specification, to its digits.
+    // Values of the model's specification, with its digits.
     for (level, equal_order) in [(0, 0.06), (1, 0.05)] {
         assert!((constant(0, level) - 0.68).abs() < 0.015);
         assert!((constant(1, level) - equal_order).abs() < 5e-3);
@@ -78,7 +78,7 @@ fn infsup_tells_the_spaces_apart_and_draws() {
     assert!(unknown.stderr.contains("nowhere"), "{}", unknown.stderr);
 }
 
-/// A built-in body in space by the name of its scene, held as the scene holds it.
+/// Examines a built-in body in space by the name of its scene, with the scene's supports.
 #[test]
 fn infsup_measures_the_mesh_of_a_scene() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -104,7 +104,7 @@ fn infsup_measures_the_mesh_of_a_scene() {
     assert_eq!(found["fixed"], serde_json::json!(["left", "right"]));
     let level = |pair: usize| &found["pairs"][pair]["levels"][0];
     assert_eq!(level(0)["tetrahedra"], 6 * 4 * 2 * 2);
-    // A body held at its ends, and a pair without modes of pressure that nothing holds.
+    // The body is fixed at its ends, and the pair of spaces has no unconstrained pressure modes.
     assert!(
         level(0)["nullity"] == 0 && level(1)["inf_sup"].as_f64() < level(0)["inf_sup"].as_f64()
     );
@@ -155,7 +155,7 @@ fn modes_gives_the_muscles_first_ten() {
     assert!(drawing.contains("mode\u{a0}10:"), "{drawing:.4000}");
 }
 
-/// The scene of row 1 and the command's defaults are the same body.
+/// The scene of row 1 and the defaults of the command describe the same body.
 #[test]
 fn modes_of_a_scene_are_those_of_its_body() {
     let modes = |arguments: &[&str]| {
@@ -173,7 +173,7 @@ fn modes_of_a_scene_are_those_of_its_body() {
     assert!(rod.stderr.contains("no body"), "{}", rod.stderr);
 }
 
-/// Row 4 of Table 2 as a scene: the warning names index, variable and remedy before it is run.
+/// Row 4 of Table 2 as a scene: the warning names index, variable and remedy before the run.
 #[test]
 fn check_warns_of_row_4() {
     let run = myovib(&["check", "table2-4", "--json"]);
@@ -202,7 +202,7 @@ fn check_warns_of_row_4() {
     assert!(rod.stdout.starts_with("The scene is right."));
 }
 
-/// Of an equilibrium it says how large it is, what memory it takes and what is written, as the run has it.
+/// For an equilibrium, `check` reports size, memory and output files, in agreement with the run.
 #[test]
 fn check_says_what_an_equilibrium_takes() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -253,7 +253,7 @@ fn check_says_what_an_equilibrium_takes() {
     }
 }
 
-/// Of oscillators at points it names the file that the run has.
+/// For oscillators at points, `check` names the file that the run writes.
 #[test]
 fn check_names_the_files_of_oscillators() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -281,7 +281,8 @@ fn check_names_the_files_of_oscillators() {
     assert_eq!(list.matches("<DataSet").count(), 3);
 }
 
-/// Regression: chains and tensions were no unknowns of `check`, and β was "≤ 0" where κ differs.
+/// Regression: `check` did not count the unknowns of chains and tensions, and printed β "≤ 0" if κ
+/// varies.
 #[test]
 fn check_counts_the_unknowns_that_the_run_has() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -321,7 +322,7 @@ oscillators = 2
         let numbers = parts.map(|part| part["unknowns"].as_u64().expect("a number"));
         numbers.collect::<Vec<u64>>()
     };
-    // Position and velocity of each oscillator.
+    // Each oscillator has position and velocity.
     assert_eq!(of("chains"), [12, 4]);
     let total: u64 = of("blocks").iter().chain(&of("chains")).sum();
     assert_eq!(Some(total), run["unknowns"].as_u64());
@@ -350,7 +351,7 @@ oscillators = 2
     assert!(graded.contains("κ ≤ 1e6, β = 0"), "{graded}");
 }
 
-/// Regression: `run` refused a scene with `analysis = "modes"`, which the reference offers.
+/// Regression: `run` rejected a scene with `analysis = "modes"`, which the reference documents.
 #[test]
 fn run_finds_the_modes_of_a_scene_as_modes_does() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -405,7 +406,7 @@ fn run_finds_the_modes_of_a_scene_as_modes_does() {
     assert!(!folder.path().join("rod").exists());
 }
 
-/// Issue 15, E4: `check` named a gross misfit of units, and `run` was silent.
+/// Issue 15, E4: `check` warned of a gross mismatch of units, but `run` did not.
 #[test]
 fn run_warns_once_of_what_check_warns_of() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -415,7 +416,7 @@ fn run_warns_once_of_what_check_warns_of() {
         "probe[0].at=[100.0, 0.0]",
         "time.end=1e-3",
     ];
-    // As in g/cm³.
+    // The value would be right in g/cm³.
     let light = ["material[0].density=1.1", "time.end=1e-3"];
     let light_modes = ["material[0].density=1.1", "analysis=modes"];
     let of = |text: &str| -> Vec<String> {
@@ -440,7 +441,7 @@ fn run_warns_once_of_what_check_warns_of() {
             assert!(warned[0].contains(said), "{warned:?}");
         }
     }
-    // A load of 1e19 Hz, in as many digits as a person reads.
+    // A load of 1e19 Hz is printed with few digits.
     let load = "traction[0].y={ type = \"sine\", amplitude = 1.0, frequency = 1e19 }";
     let fast = [
         "run",
@@ -457,7 +458,7 @@ fn run_warns_once_of_what_check_warns_of() {
         warned[0].contains("frequency of the load, 1.000e19 Hz"),
         "{warned:?}"
     );
-    // Row 4 of Table 2, whose index is the trouble.
+    // Row 4 of Table 2, for which `check` warns of the index.
     let end = ["--quiet", "--set", "time.end=1e-3", "--out", "row4"];
     let run = myovib_in(folder.path(), &[&["run", "table2-4"][..], &end].concat());
     let check = myovib(&["check", "table2-4"]);

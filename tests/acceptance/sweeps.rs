@@ -1,4 +1,4 @@
-//! Sweeps: cases that are stable, computed once, and again when anything they depend on has changed;
+//! Sweeps: cases have stable numbers and are computed once, and again if any input has changed;
 //! tables of cases computed elsewhere, and job scripts.
 
 use std::fs;
@@ -40,8 +40,8 @@ fn cases_of_a_sweep_are_stable_and_can_be_computed_alone() {
     assert!(all.iter().all(|row| row["outcome"] == "finished"));
 }
 
-/// Regression: a wrong value beside right ones was a failed row of a sweep that ended well, and a job
-/// of a script that nothing had looked at.
+/// Regression: an invalid value among valid ones gave a failed row of a successful sweep, and a job
+/// of an unchecked script.
 #[test]
 fn a_wrong_value_of_any_case_is_refused_before_one_is_computed() {
     let folder = tempfile::tempdir().unwrap();
@@ -79,7 +79,7 @@ fn a_sweep_of_a_scene_that_has_changed_is_computed_again() {
             "--vary",
             "solid.kappa=1_000.0e2",
             "--vary",
-            // The second case slides along the wall: it is not held.
+            // The second case can slide along the wall: it is not sufficiently supported.
             "fixed[0].components=,[\"x\"]",
         ];
         let run = myovib_in(folder.path(), &arguments);
@@ -143,7 +143,7 @@ fn a_sweep_sees_changed_files_and_retries_what_failed_by_chance() {
     let at_second = written();
     sweep(&["--overwrite"]);
     assert_ne!(written(), at_second);
-    // A file that is missing for a while is no result.
+    // If a file is missing temporarily, the case is not a result.
     fs::remove_file(folder.path().join("t.csv")).unwrap();
     let missing = swept(&[]);
     assert_ne!(missing.code, 0, "{}", missing.stdout);
@@ -163,14 +163,14 @@ fn sweep(folder: &Path, more: &[&str]) -> Run {
     myovib_in(folder, &[&common[..], more, &["--json"]].concat())
 }
 
-/// The table of such a sweep.
+/// Returns the table of such a sweep.
 fn swept(folder: &Path, more: &[&str]) -> Value {
     let run = sweep(folder, more);
     assert_eq!(run.code, 0, "{}", run.stderr);
     serde_json::from_str(&run.stdout).expect("JSON")
 }
 
-/// A short run of the first built-in scene on the mesh `a.msh`.
+/// Writes a short run of the first built-in scene on the mesh `a.msh`.
 fn write_scene(folder: &Path) {
     let text = include_str!("../../data/scenes/init.toml")
         .replace("type = \"muscle\"", "type = \"file\"\npath = \"a.msh\"")
@@ -192,14 +192,14 @@ fn a_sweep_sees_a_changed_mesh() {
     assert_eq!(first["rows"][0]["outcome"], "finished", "{first}");
     let at_first = written();
     let mesh = fs::read_to_string(folder.path().join("a.msh")).unwrap();
-    // Written anew, with the same content.
+    // Writes the file again, with the same content.
     fs::write(folder.path().join("a.msh"), &mesh).unwrap();
     assert_eq!(swept(folder.path(), &result), first);
     assert_eq!(written(), at_first, "the content is the same");
     let moved = mesh.replacen("\n0.1 0.012 0\n", "\n0.1 0.0125 0\n", 1);
     assert_ne!(mesh, moved);
     fs::write(folder.path().join("a.msh"), moved).unwrap();
-    // What was computed on the other mesh is no result of this one, also where nothing is computed.
+    // Results on the other mesh do not count as results on this mesh, even if nothing is computed.
     let table = fs::read_to_string(folder.path().join("sweep/sweep.json")).unwrap();
     let collect = [&["--collect"][..], &result].concat();
     let collected = sweep(folder.path(), &collect);
@@ -272,13 +272,13 @@ fn collect_computes_nothing_and_gathers_what_was_computed_elsewhere() {
     assert!(lines[2].contains(",finished,"), "{table}");
 }
 
-/// The script is run as Slurm would, one task after the other.
+/// Runs the script as Slurm does, one task after the other.
 #[cfg(unix)]
 #[test]
 fn the_job_script_for_slurm_computes_all_cases_and_tells_how_to_collect_them() {
     let folder = tempfile::tempdir().unwrap();
     write_scene(folder.path());
-    // Words that a shell would take apart.
+    // Words that a shell would split.
     let words = [
         "sweep",
         "scene.toml",
@@ -373,8 +373,8 @@ fn a_sweep_of_modes_has_columns_of_frequencies() {
     }
 }
 
-/// Regression: a key that varied twice, and a result named as a key, gave columns of other numbers; a
-/// column that no probe has was empty without a word.
+/// Regression: a key that varied twice, and a result with the name of a key, gave columns with
+/// wrong values; a column that no probe has was silently empty.
 #[test]
 fn columns_of_a_sweep_are_told_apart_and_known() {
     let folder = tempfile::tempdir().unwrap();
@@ -398,7 +398,8 @@ fn columns_of_a_sweep_are_told_apart_and_known() {
     }
 }
 
-/// Regression: a run that its own condition ended counted as failed, and its results were empty.
+/// Regression: a run that ended by its stop condition counted as failed, and its results were
+/// empty.
 #[test]
 fn a_condition_that_ends_a_case_is_not_a_failure() {
     let folder = tempfile::tempdir().unwrap();
@@ -418,7 +419,7 @@ fn a_condition_that_ends_a_case_is_not_a_failure() {
     }
 }
 
-/// Regression: a table that was deleted left an empty cell.
+/// Regression: a deleted table gave an empty cell.
 #[test]
 fn a_case_whose_table_is_gone_is_computed_again() {
     let folder = tempfile::tempdir().unwrap();

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::harness::{document, myovib, myovib_in};
 
-/// All statistics of the contract, with the settings used.
+/// All statistics of the documented output, with the settings.
 const ROW_FIELDS: [&str; 35] = [
     "key",
     "equation",
@@ -57,7 +57,7 @@ type Row = (
     u64,
 );
 
-/// The contract's table: key, equation, formulation, κ, β, index, left out, order.
+/// Documented rows: key, equation, formulation, κ, β, index, excluded blocks, order.
 const ROWS: [Row; 9] = [
     ("1", "28", "position", Some(1e5), 0.0, 1, &["lambda"], 2),
     ("2", "29", "rate", Some(1e5), 1e-4, 2, &["mu"], 2),
@@ -151,7 +151,8 @@ fn the_document_follows_the_contract() {
     assert_eq!(table["mesh"]["triangles"], 311);
 }
 
-/// No mode is damped in row 1, and the fast ones by some per cent in row 2; the statistics say so.
+/// In row 1 no mode is damped; in row 2 the damping of the fast modes is several percent. The
+/// statistics give this reason.
 #[test]
 fn the_order_follows_the_damping_and_says_why() {
     let table = short_table(&["--rows", "1,2m", "--max-order", "auto"]);
@@ -213,7 +214,7 @@ fn the_probe_writes_its_csv_from_dense_output() {
     let (fine, many) = probe("0.01", "many.csv");
     assert_eq!(few.lines().next(), Some("t,u_x,u_y,p"));
     assert_eq!((few.lines().count(), many.lines().count()), (4, 12));
-    // Output times do not alter the steps: the same counts, the same values.
+    // Output times do not affect the steps: counts and values are equal.
     assert_eq!(
         coarse["rows"][0]["residual_evaluations"],
         fine["rows"][0]["residual_evaluations"]
@@ -250,7 +251,7 @@ fn the_table_goes_to_csv_whole() {
     );
 }
 
-/// A unit square of two triangles; `group` names its left edge.
+/// Returns a unit square of two triangles; `group` names its left edge.
 fn square(version: &str, group: &str, triangle: &str) -> String {
     format!(
         "$MeshFormat\n{version} 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n1 1 \"{group}\"\n\
@@ -344,9 +345,9 @@ fn options_that_will_not_do_are_one_message_and_code_2() {
     }
 }
 
-/// Steps and rejections of each row over the paper's 10 s, as they were once measured; these numbers stay. A count
-/// moves by rounding where a step is accepted by a hair: 2 % of the steps are left to that, and 15 % of the rejections,
-/// which moved by up to 8 % when solves summed in another order.
+/// Measured steps and rejections of each row over the paper's 10 s; do not change these values. A
+/// count depends on rounding if a step barely passes the error test: the tolerance is 2 % for steps
+/// and 15 % for rejections, which changed by up to 8 % when solves summed in another order.
 const COUNTS: [(&str, f64, f64); 9] = [
     ("1", 3374.0, 146.0),
     ("2", 3883.0, 3.0),
@@ -359,7 +360,7 @@ const COUNTS: [(&str, f64, f64); 9] = [
     ("31", 3323.0, 130.0),
 ];
 
-/// Issue 15, C2: the table itself, to its end. Slowest test of the program, about 15 s.
+/// Issue 15, C2: runs the full table. This is the slowest test of the program, about 15 s.
 #[test]
 fn the_counts_of_all_rows_hold_over_ten_seconds() {
     let run = myovib(&["table2", "--quiet", "--json"]);
@@ -367,7 +368,8 @@ fn the_counts_of_all_rows_hold_over_ten_seconds() {
     let table = document(&run.stdout, "table2");
     for (row, (key, steps, rejected)) in table["rows"].as_array().unwrap().iter().zip(COUNTS) {
         assert_eq!(row["key"], key);
-        // Fixed pivots do for all of them: an exchange in each factorisation takes as long as the rest.
+        // Fixed pivots suffice for all rows: a row exchange in each factorization would double the
+        // time.
         assert_eq!(row["linear_work"]["pivoted"], 0, "row {key}");
         let number = |field: &str| row[field].as_f64().unwrap();
         if key == "4" {

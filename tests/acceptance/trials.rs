@@ -1,4 +1,4 @@
-//! `check` tries the first steps of a run: what it tells of them is compared with the run.
+//! `check` computes the first steps of a run; its predictions are compared with the run.
 
 #![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
 
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::harness::{document, myovib, myovib_in};
 
-/// What `check` tells of the cost, and the run.
+/// Returns the cost predicted by `check`, and the document of the run.
 fn told_and_run(scene: &str, sets: &[&str]) -> (Value, Value) {
     let folder = tempfile::tempdir().unwrap();
     let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
@@ -22,8 +22,8 @@ fn steps(of: &Value) -> u64 {
     of["steps"].as_u64().unwrap_or_else(|| panic!("{of}"))
 }
 
-/// A short run is tried to its end: a body by each method, with chains, one that contracts, with chains that act
-/// back.
+/// `check` computes a short run completely: a body with each method, a body with chains, a
+/// contracting body, and a body with two-way coupled chains.
 #[test]
 fn all_steps_of_a_short_run_are_told() {
     let chain = "chain=[{ name = \"here\", at = [0.0, 0.0], oscillators = 2 }]";
@@ -35,7 +35,7 @@ fn all_steps_of_a_short_run_are_told() {
         ("init", &["time.end=0.3", fibres, tension]),
         ("cook-dynamic", &["time.end=5.0"]),
         ("two-way", &["time.end=0.1"]),
-        // Ended by the scene's own limit.
+        // The step limit of the scene ends the run.
         ("cook-dynamic", &["integrator.max_steps=20"]),
     ];
     for (scene, sets) in cases {
@@ -46,7 +46,8 @@ fn all_steps_of_a_short_run_are_told() {
     }
 }
 
-/// Of a longer one it tells a bound from below: of a vibration that is small, and of one that is not yet awake.
+/// For a longer run, `check` gives a lower bound: for a small vibration, and for a vibration that has not
+/// started yet.
 #[test]
 fn a_run_takes_at_least_the_steps_that_are_told() {
     for (scene, sets) in [
@@ -62,7 +63,7 @@ fn a_run_takes_at_least_the_steps_that_are_told() {
     }
 }
 
-/// Conditions to stop are not looked at, and it is said.
+/// `check` ignores stop conditions, and reports this.
 #[test]
 fn a_condition_to_stop_is_no_bound() {
     let stop = "stop=[{ type = \"displacement\", at = [0.0, 0.0], above = 1.0 }]";
@@ -73,10 +74,10 @@ fn a_condition_to_stop_is_no_bound() {
     );
 }
 
-/// A run that stops on its way is known to before it.
+/// `check` predicts that a run stops before its end time.
 #[test]
 fn a_run_that_stops_is_told_to() {
-    // It turns elements inside out.
+    // This load inverts elements.
     let load = "traction[0].y={ type = \"step\", value = -2e4, rise = 0.2 }";
     let (told, run) = told_and_run("table2-4", &[load]);
     assert_eq!(told["end"], "stopped", "{told}");
@@ -109,7 +110,7 @@ fn check_says_which_modes_a_sweep_passes() {
             0.1,
             "from 4 to 14 Hz passes the modes at 5.13, 12.43 Hz",
         ),
-        // The run ends before the sweep does.
+        // The run ends before the sweep.
         (4.0, 14.0, 0.2, "from 4 to 9 Hz passes the modes at 5.13 Hz"),
         (
             4.0,

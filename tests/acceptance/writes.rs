@@ -1,4 +1,4 @@
-//! No command destroys a file that it did not make, and the loss of standard output or standard error
+//! No command overwrites files of other programs, and a closed standard output or standard error
 //! does not end a computation.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
@@ -14,7 +14,7 @@ use myovib_cli::cli::Cli;
 
 use crate::harness::{PROGRAM, myovib_in};
 
-/// A motion of two elements, over in a moment.
+/// A motion of two elements, which takes a fraction of a second.
 const SCENE: &str = r#"
 [time]
 end = 0.02
@@ -63,7 +63,7 @@ const COMMANDS: [&str; 14] = [
     "table2 --rows 1 --t-end 0.02",
 ];
 
-/// Options that name a file to write, by command; `--json` is every command's.
+/// Options that name an output file, by command; all commands have `--json`.
 const FILES: [(&str, &str); 5] = [
     ("infsup", "plot"),
     ("modes", "svg"),
@@ -72,7 +72,7 @@ const FILES: [(&str, &str); 5] = [
     ("table2", "csv"),
 ];
 
-/// Options that name a folder to write to, by command, and a file or folder that would be written there.
+/// Options that name an output folder, by command, and a file or folder written there.
 const FOLDERS: [(&str, &str); 8] = [
     ("figure", "figure4.svg"),
     ("figures", "figure7.csv"),
@@ -92,7 +92,7 @@ fn line_of(command: &str) -> &'static str {
     COMMANDS.iter().find(is_of).unwrap()
 }
 
-/// A folder with a scene, data, and files of the user.
+/// Creates a folder with a scene, data, and files of the user.
 fn place() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
@@ -113,7 +113,7 @@ fn place() -> tempfile::TempDir {
     folder
 }
 
-/// All files below a folder with their contents; links, pipes and folders by their kind.
+/// Returns all files below a folder with their contents; for links, pipes and folders their type.
 fn tree(folder: &Path) -> BTreeMap<PathBuf, String> {
     let mut all = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap()) {
@@ -135,7 +135,7 @@ fn words<'a>(line: &'a str, more: &'a [&'a str]) -> Vec<&'a str> {
     line.split(' ').chain(more.iter().copied()).collect()
 }
 
-/// Runs a command that must refuse, and change nothing.
+/// Runs a command that must fail and change nothing.
 fn assert_refused(folder: &Path, arguments: &[&str]) {
     let before = tree(folder);
     let run = myovib_in(folder, arguments);
@@ -143,7 +143,7 @@ fn assert_refused(folder: &Path, arguments: &[&str]) {
     assert_eq!(tree(folder), before, "{arguments:?}: {}", run.stderr);
 }
 
-/// A new option or command has to be put into the tables above.
+/// Checks that the tables above are complete; add new options and commands there.
 #[test]
 fn the_tables_have_every_command_and_every_option_that_names_a_path() {
     for command in Cli::command().get_subcommands() {
@@ -165,7 +165,8 @@ fn the_tables_have_every_command_and_every_option_that_names_a_path() {
     }
 }
 
-/// Regression: `modes --json mine.toml` replaced the scene, and `--slurm` and others whatever they named.
+/// Regression: `modes --json mine.toml` replaced the scene; `--slurm` and other options replaced
+/// any file.
 #[test]
 fn a_file_that_an_option_names_is_not_replaced_unless_the_program_made_it() {
     let folder = place();
@@ -185,7 +186,7 @@ fn a_file_that_an_option_names_is_not_replaced_unless_the_program_made_it() {
             assert_refused(folder.path(), &words(line, &[&given]));
         }
     }
-    // A positional argument after `--json` is not its file.
+    // A positional argument after `--json` is not the file of `--json`.
     let before = fs::read_to_string(folder.path().join("scene.toml")).unwrap();
     let run = myovib_in(
         folder.path(),
@@ -200,14 +201,15 @@ fn a_file_that_an_option_names_is_not_replaced_unless_the_program_made_it() {
         fs::read_to_string(folder.path().join("scene.toml")).unwrap(),
         before
     );
-    // Its own file is replaced.
+    // The program replaces its own file.
     for _ in 0..2 {
         let run = myovib_in(folder.path(), &["doctor", "--json=own.json"]);
         assert_eq!(run.code, 0, "{}", run.stderr);
     }
 }
 
-/// Regression: sweeps and sensitivities replaced other results, and `--overwrite` removed files of the user.
+/// Regression: sweeps and sensitivities replaced other results, and `--overwrite` removed files of
+/// the user.
 #[test]
 fn a_folder_of_somebody_elses_files_or_of_another_command_is_left_as_it_is() {
     let folder = place();
@@ -243,7 +245,7 @@ fn a_folder_of_somebody_elses_files_or_of_another_command_is_left_as_it_is() {
             }
         }
     }
-    // Another sweep.
+    // The folder has a different sweep.
     let other = [
         "sweep",
         "scene.toml",
@@ -258,7 +260,7 @@ fn a_folder_of_somebody_elses_files_or_of_another_command_is_left_as_it_is() {
     assert_eq!(replaced.code, 0, "{}", replaced.stderr);
 }
 
-/// Runs a command whose readers have gone: its exit code.
+/// Runs a command whose output pipes are closed; returns its exit code.
 fn code_without_readers(folder: &Path, arguments: &[&str]) -> Option<i32> {
     let mut child = Command::new(PROGRAM)
         .args(arguments)
@@ -271,7 +273,7 @@ fn code_without_readers(folder: &Path, arguments: &[&str]) -> Option<i32> {
     child.wait().unwrap().code()
 }
 
-/// Regression: the first line on standard error ended a run whose reader had gone, with 101.
+/// Regression: with a closed pipe, the first line on standard error ended a run with exit code 101.
 #[test]
 fn commands_end_as_ever_where_nobody_reads() {
     let folder = place();
@@ -309,7 +311,7 @@ fn commands_end_as_ever_where_nobody_reads() {
     ] {
         assert!(path.join(kept).is_file(), "{kept}");
     }
-    // What is printed on standard error: mistakes, warnings, notes of cases that failed.
+    // Output on standard error: usage errors, warnings, notes on failed cases.
     for (line, code) in [
         ("run nosuch.toml", 2),
         ("run scene.toml --out out", 2),
@@ -329,7 +331,7 @@ fn commands_end_as_ever_where_nobody_reads() {
             "{line}"
         );
     }
-    // Closed from the start.
+    // The stream is closed from the start.
     for (line, code) in [("run scene.toml --out closed", 0), ("run nosuch.toml", 2)] {
         let closed = format!("exec \"$0\" {line} >&- 2>&-");
         let end = Command::new("bash")
@@ -341,7 +343,7 @@ fn commands_end_as_ever_where_nobody_reads() {
     assert!(path.join("closed/report.html").is_file());
 }
 
-/// What cannot be printed on a full disk is code 4; results in files are kept.
+/// A full disk behind standard output gives exit code 4; results in files are kept.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_standard_output_is_code_4_and_files_are_kept() {
@@ -367,7 +369,8 @@ fn a_full_standard_output_is_code_4_and_files_are_kept() {
     assert!(folder.path().join("out/report.html").is_file());
 }
 
-/// Regression: a line break in an argument left the comment of the job script and ran as a command.
+/// Regression: a line break in an argument ended the comment of the job script; the rest ran as a
+/// command.
 #[test]
 fn arguments_with_line_breaks_are_no_commands_of_a_job_script() {
     let folder = place();

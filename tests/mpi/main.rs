@@ -1,4 +1,4 @@
-//! One run by several processes: `mpirun` is started here, as users start it.
+//! Runs by several processes, started by `mpirun` as users do.
 #![allow(clippy::unwrap_used, reason = "tests are exempt")]
 
 use std::fs;
@@ -11,8 +11,8 @@ use serde_json::Value;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_myovib");
 
-/// A spindle that is pulled from the start, of two materials: one contracts and is viscous. Its loads are
-/// smooth to the end.
+/// A spindle of two materials, pulled from the start: one material contracts and is viscous. Its
+/// loads are smooth until the end.
 const SCENE: &str = r#"
 [time]
 end = 0.3
@@ -63,7 +63,7 @@ quantities = ["u", "v", "p"]
 every = 0.01
 "#;
 
-/// A folder with the scene in it, some of whose lines are others.
+/// Creates a folder with the scene, in which the lines of `changes` are replaced.
 fn folder(changes: &[(&str, &str)]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let scene = changes.iter().fold(SCENE.to_owned(), |scene, (old, new)| {
@@ -74,7 +74,8 @@ fn folder(changes: &[(&str, &str)]) -> tempfile::TempDir {
     folder
 }
 
-/// `mpirun` with these arguments. More ranks than cores, and root, must be allowed to Open MPI.
+/// Returns an `mpirun` command with these arguments. Open MPI must permit more ranks than cores,
+/// and root.
 fn mpirun(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new("mpirun");
     command.args(arguments).current_dir(folder);
@@ -88,7 +89,7 @@ fn mpirun(folder: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-/// Runs the scene into `out` by so many ranks; by this program alone with none. What it prints on
+/// Runs the scene into `out` with `ranks` ranks, or without `mpirun` if `ranks` is 0. Returns the
 /// standard error.
 fn run(folder: &Path, ranks: usize, out: &str) -> String {
     let count = ranks.to_string();
@@ -103,7 +104,7 @@ fn run(folder: &Path, ranks: usize, out: &str) -> String {
         .output()
         .unwrap();
     let stderr = String::from_utf8(stderr).unwrap();
-    // 3: as many steps as were allowed.
+    // 3: the step limit was reached.
     assert!(
         matches!(status.code(), Some(0 | 3)),
         "{ranks} ranks: {stderr}"
@@ -115,7 +116,7 @@ fn json(path: PathBuf) -> Value {
     serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
 }
 
-/// The columns of a probe.
+/// Returns the columns of a probe.
 fn columns(folder: &Path, out: &str) -> Vec<Vec<f64>> {
     let text = fs::read_to_string(folder.join(out).join("middle.csv")).unwrap();
     let rows = text.lines().skip(1);
@@ -127,8 +128,8 @@ fn columns(folder: &Path, out: &str) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// The trajectories by 1, 2 and 4 ranks are those of the program alone, to 1e-10 of the maximum, in as
-/// many steps.
+/// Checks that the trajectories by 1, 2 and 4 ranks match the single process to 1e-10 of the
+/// maximum, with an equal number of steps.
 fn assert_ranks_agree(changes: &[(&str, &str)]) {
     let folder = folder(changes);
     let folder = folder.path();
@@ -166,7 +167,7 @@ fn ranks_agree_on_a_motion_by_radau() {
     assert_ranks_agree(&[]);
 }
 
-/// With β the Newton matrices are not symmetric, and passes compute rates.
+/// With β the Newton matrices are nonsymmetric, and element passes compute rates.
 #[test]
 fn ranks_agree_on_a_damped_motion_by_bdf() {
     assert_ranks_agree(&[
@@ -192,7 +193,7 @@ fn an_equilibrium_is_that_of_the_program_alone() {
     }
 }
 
-/// The process of a rank, among the children of `mpirun`.
+/// Returns the process of a rank, among the children of `mpirun`.
 fn process_of(mpirun: &Child, rank: usize) -> Option<u32> {
     let wanted = format!("OMPI_COMM_WORLD_RANK={rank}");
     let children = format!("/proc/{0}/task/{0}/children", mpirun.id());
@@ -208,10 +209,10 @@ fn process_of(mpirun: &Child, rank: usize) -> Option<u32> {
         })
 }
 
-/// Whether a process is there, and has not ended without being asked for.
+/// Returns whether a process exists and is not a zombie.
 fn lives(process: u32) -> bool {
     let state = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
-    // The name of the program, in brackets, may hold spaces.
+    // The program name, in parentheses, may contain spaces.
     let after_name = state.rsplit(')').next().unwrap_or_default();
     after_name
         .split_whitespace()
@@ -254,7 +255,7 @@ fn a_killed_rank_ends_all_and_the_last_checkpoint_is_whole() {
     assert!(!folder.join("out/run.json").exists());
     let t = json(checkpoint)["t"].as_f64().unwrap();
     assert!(0.0 < t && t < 0.3, "{t}");
-    // The run goes on from there, with any number of ranks.
+    // The run can be resumed with any number of ranks.
     let resumed = mpirun(
         folder,
         &[
@@ -283,7 +284,7 @@ fn a_killed_rank_ends_all_and_the_last_checkpoint_is_whole() {
     );
 }
 
-/// Both machines have a file of that name.
+/// Both folders contain a file with this name.
 #[test]
 fn ranks_that_read_other_bodies_are_refused() {
     let (here, there) = (folder(&[]), folder(&[("[10, 2, 2]", "[20, 2, 2]")]));
