@@ -18,10 +18,10 @@ Array = NDArray[np.float64]
 Function = Callable[[float, Array, Array], Any]
 METHODS = ("ida", "radau", "radau9", "radau13")
 
-# The default limit of steps: more than an integration of ordinary length takes, and a minute or so.
+# Default step limit: more steps than a typical integration needs; they take about a minute.
 MAX_STEPS = 200_000
 
-# Arguments of `scipy.integrate.solve_ivp` that have another name or form here.
+# Arguments of `scipy.integrate.solve_ivp` with a different name or form here.
 SCIPY_NAMES = {
     "fun": "it is `residual` here, F(t, y, y'), not y' = f(t, y)",
     "jac": "it is `jacobian` here, and returns the pair dF/dy, dF/dy' at (t, y, yp)",
@@ -35,17 +35,17 @@ SCIPY_NAMES = {
 
 @dataclass
 class DenseOutput:
-    """The solution as a continuous function: the polynomials of the steps.
+    """Solution as a continuous function, by the polynomials of the steps.
 
     Attributes
     ----------
     t_min, t_max : float
-        The interval that the steps cover.
+        Interval covered by the steps.
     """
 
     _ends: Array  # (steps, 2)
     _samples: Array  # (steps, nodes, n)
-    _nodes: Array  # of all steps, in [-1, 1]
+    _nodes: Array  # common to all steps, in [-1, 1]
 
     @property
     def t_min(self) -> float:
@@ -73,7 +73,7 @@ class DenseOutput:
         step = np.minimum(step, len(self._ends) - 1)
         a, b = self._ends[step].T
         x = (2.0 * times - a - b) / (b - a)
-        # Barycentric interpolation; Chebyshev's nodes have alternating weights, halved at the ends.
+        # Barycentric interpolation: Chebyshev nodes have alternating weights, halved at the ends.
         weights = (-1.0) ** np.arange(len(self._nodes))
         weights[[0, -1]] *= 0.5
         distance = x[:, None] - self._nodes
@@ -87,31 +87,31 @@ class DenseOutput:
 
 @dataclass
 class DaeSolution:
-    """What `solve_dae` found; the names are those of `scipy.integrate.solve_ivp`.
+    """Result of `solve_dae`, with the names of `scipy.integrate.solve_ivp`.
 
     Attributes
     ----------
     t : ndarray, shape (m,)
-        Times: the steps, or those of `t_eval`.
+        Times: the ends of the steps, or `t_eval`.
     y, yp : ndarray, shape (n, m)
         Solution and its derivative at these times.
     sol : DenseOutput or None
-        The solution as a function, where `dense_output` asked for it.
+        Solution as a function of time, if `dense_output` is set.
     t_events : list of ndarray or None
-        The times of each event.
+        Times of each event.
     y_events : list of ndarray or None
-        The solutions at these times, one per row.
+        Solutions at these times, one per row.
     nfev, njev, nlu : int
-        Evaluations of the residual (those for difference quotients included)
-        and of the Jacobian; set-ups of the linear solver.
+        Evaluations of the residual (including finite differences) and of the
+        Jacobian; setups of the linear solver.
     nsteps, nni, netf, ncfn, ngev : int
-        Steps, Newton iterations, steps that failed the error test, steps that
-        could not be solved, evaluations of the events.
+        Steps, Newton iterations, error test failures, nonlinear solver failures,
+        event evaluations.
     status : int
         0: the end of the span was reached; 1: an event ended the integration;
-        -1: the integrator gave up.
+        -1: the integrator failed.
     message : str
-        The same in words.
+        Description of the status.
     """
 
     t: Array
@@ -133,13 +133,13 @@ class DaeSolution:
     method: str = field(default="ida")
 
     def __getitem__(self, name: str) -> Any:
-        """``s["t"]`` is ``s.t``, as of SciPy's results."""
+        """Return an attribute: ``s["t"]`` is ``s.t``, as for SciPy's results."""
         if name not in self.keys():
             raise KeyError(name)
         return getattr(self, name)
 
     def keys(self) -> list[str]:
-        """The names of all that there is."""
+        """Return the names of all attributes."""
         return [*self.__dataclass_fields__, "success"]
 
     def __iter__(self) -> Iterator[str]:
@@ -184,67 +184,69 @@ def solve_dae(
     Parameters
     ----------
     residual : callable
-        ``residual(t, y, yp)`` gives F, an array of the length of `y0`. It may
-        raise `StepFailure` where F has no value: a smaller step is tried then.
-        Any other exception ends the integration and comes through as it is.
+        ``residual(t, y, yp)`` returns F, an array of the length of `y0`. It may
+        raise `StepFailure` if F is undefined; the integrator then tries a smaller
+        step. Any other exception ends the integration and is raised unchanged.
     t_span : (float, float)
-        Start and end; with "ida" the end may lie before the start.
+        Start and end; with "ida" the end may be before the start.
     y0, yp0 : array_like, shape (n,)
-        Solution and derivative at the start, consistent unless `initial` asks
-        for a correction.
+        Solution and derivative at the start. They must be consistent unless
+        `initial` requests a correction.
     method : {"ida", "radau", "radau9", "radau13"}
         BDF of order 1 to 5, for index 0 and 1 (and index 2 with the algebraic
         components excluded from the error test, see `suppress`), or Radau IIA of
         order 5, 9 or 13, for index 0 to 3.
     jacobian : callable, optional
-        ``jacobian(t, y, yp)`` gives the pair dF/dy, dF/dy': matrices, dense or
-        of `scipy.sparse`. By default difference quotients are taken. Without
-        `sparsity` both are stored as full matrices; of sparse ones with more than
-        200 rows a warning says so. Compared with differences of the residual at the
-        start; a warning names an entry that looks wrong.
+        ``jacobian(t, y, yp)`` returns the pair dF/dy, dF/dy': matrices, dense or
+        of `scipy.sparse`. By default finite differences are used. Without
+        `sparsity` both are stored as full matrices; sparse matrices with more than
+        200 rows then cause a warning. The Jacobian is compared with finite
+        differences at the start; a warning names an entry that seems wrong.
     sparsity : array_like or sparse matrix, shape (n, n), optional
-        Nonzero where dF/dy or dF/dy' may be at any time: the pattern of both
-        together, with the diagonal where y'_i or y_i is in equation i. Full by
-        default. Without `jacobian` the residual is compared with it at the start,
-        and a `ValueError` names an entry that it lacks there.
+        Common pattern of dF/dy and dF/dy': nonzero for each entry that may be
+        nonzero at any time, including the diagonal if equation i contains y_i or
+        y'_i. Full by default. Without `jacobian`, the pattern is compared with the
+        residual at the start, and a `ValueError` names a missing entry.
     index : sequence of int, optional
-        The index of each variable, 0 to 3, which Radau's error test needs for
-        systems of index 2 and 3: in mechanics, 1 (or 0) for positions, 2 for velocities,
-        3 for multipliers of the position constraint. "ida" does not use it: there,
-        components of index 2 must be excluded by `suppress`. For index 3 use Radau.
+        Index of each variable, 0 to 3. Radau's error test needs it for systems of
+        index 2 and 3: in mechanics, 1 (or 0) for positions, 2 for velocities, 3 for
+        multipliers of the position constraint. "ida" does not use it: exclude
+        components of index 2 by `suppress`. For index 3 use Radau.
     algebraic : array_like of bool, optional
-        Whether y'_i does not occur in F. By default the Jacobian at the start
-        tells.
+        True if y'_i does not occur in F. By default determined from the Jacobian
+        at the start.
     suppress : bool or array_like of bool, optional
-        Components left out of the error test; ``True``: the algebraic ones,
-        which must be named then.
+        Components excluded from the error test. ``True`` excludes the components
+        in `algebraic`, which is then required.
     events : callable or list of callables, optional
-        ``event(t, y, yp)`` returns a number whose zeros are sought, or a bool whose
-        changes are: True counts as positive. Where a number stays at zero, the
-        beginning is the event. Attributes
-        are those of `solve_ivp`: ``terminal`` (bool, or the number of the
-        occurrence that ends the integration) and ``direction`` (its sign). A
-        zero at the very start is not told.
+        ``event(t, y, yp)`` returns a number, whose zeros are events, or a bool,
+        whose changes are events (True counts as positive). If a number stays at
+        zero, the event is the start of this interval. The attributes are the same
+        as in `solve_ivp`: ``terminal`` (bool, or the number of the occurrence that
+        ends the integration) and ``direction`` (its sign). A zero at the start of
+        the integration is not reported.
     rtol, atol : float; float or array_like, shape (n,)
-        A local error of ``rtol |y_i| + atol_i`` is allowed. `rtol` is one number.
+        Tolerances: the local error may be ``rtol |y_i| + atol_i``. `rtol` is a
+        scalar.
     t_eval : array_like, optional
-        Times of the result, finite and in the direction of integration; a time may
-        be repeated. Every step by default.
+        Output times, finite and in the direction of integration; a time may be
+        repeated. By default the ends of all steps.
     dense_output : bool
         Whether the result has `sol`.
     first_step, max_step : float, optional
-        The first step; the largest. Steps are chosen by the errors at the times
-        where F is evaluated: an input that acts, or oscillates, between these is
-        not seen. Limit the step to a part of its duration or period.
+        First and maximum step. The step size is controlled by errors at the times
+        at which F is evaluated: an input that acts or oscillates between them is
+        missed. Limit the step to a fraction of its duration or period.
     max_order : int
-        The highest order of "ida".
+        Maximum order of "ida".
     max_steps : int or inf, optional
-        Steps after which the integration gives up; 200 000 by default.
+        Maximum number of steps; 200 000 by default.
     initial : {"given", "algebraic", "states"}
-        What is corrected at the start so that F = 0: nothing; the algebraic
+        Values to correct at the start so that F = 0: none; the algebraic
         components and the derivatives of the others (index 1); all of y.
     args : sequence, optional
-        What `residual`, `jacobian` and `events` take after ``t, y, yp``.
+        Additional arguments of `residual`, `jacobian` and `events`, after
+        ``t, y, yp``.
 
     Returns
     -------
@@ -253,11 +255,11 @@ def solve_dae(
     Raises
     ------
     ValueError
-        Arguments that make no sense.
+        Invalid arguments.
     RuntimeError
-        A start that contradicts an equation without derivatives by more than the
-        tolerances allow, where `initial` does not correct it; no consistent
-        initial values; settings that the integrator refuses.
+        The initial values violate an equation without derivatives by more than the
+        tolerances, and `initial` does not correct them; no consistent initial
+        values are found; the integrator rejects a setting.
 
     Examples
     --------
@@ -356,12 +358,12 @@ def solve_dae(
 
 
 def _with(function: Callable[..., Any], args: Sequence[Any]) -> Function:
-    """The function of t, y, yp alone."""
+    """Return a function of t, y, yp only."""
     return (lambda t, y, yp: function(t, y, yp, *args)) if args else function
 
 
 def _in_bytes(function: Function, n: int, name: str = "residual") -> Any:
-    """The function as the native half calls it: arrays are bytes there."""
+    """Return the function for the native half, which passes arrays as bytes."""
 
     def call(t: float, y: bytearray, yp: bytearray) -> bytes:
         answer = function(t, np.frombuffer(y), np.frombuffer(yp))
@@ -432,7 +434,7 @@ def _output_times(t_eval: ArrayLike | None, t0: float, t_end: float) -> list[flo
 
 
 def _count(name: str, value: Any) -> int | None:
-    """A count; None for infinity."""
+    """Return a count, or None for infinity."""
     if value == np.inf:
         return None
     if not (np.ndim(value) == 0 and value >= 1 and value == int(value)):
@@ -441,7 +443,7 @@ def _count(name: str, value: Any) -> int | None:
 
 
 def _pattern(sparsity: Any, n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Offsets of the columns and row indices."""
+    """Return column offsets and row indices."""
     if hasattr(sparsity, "tocoo"):
         coordinates = sparsity.tocoo()
         shape, rows, columns = coordinates.shape, coordinates.row, coordinates.col
@@ -455,13 +457,13 @@ def _pattern(sparsity: Any, n: int) -> tuple[NDArray[np.int64], NDArray[np.int64
     return offsets, entries % n
 
 
-# Rows of a sparse Jacobian beyond which it is told that it is stored as a full one: with fewer that
-# costs little.
+# Number of rows above which a sparse Jacobian stored as a full matrix causes a warning; with fewer
+# rows the cost is small.
 LARGE = 200
 
 
 class _Jacobian:
-    """The user's matrices as values in the order of the pattern."""
+    """Values of the user's matrices, in the order of the pattern."""
 
     def __init__(self, function: Function, pattern: Any, n: int) -> None:
         self.function, self.n = function, n
@@ -490,14 +492,14 @@ class _Jacobian:
                 )
             return (matrix.toarray() if sparse else matrix).ravel(order="F")
         values = np.asarray(matrix[self.places], dtype=float).ravel()
-        # Later matrices may have entries where the first have none.
+        # Later matrices may have additional nonzero entries.
         whole = matrix.count_nonzero() if sparse else np.count_nonzero(matrix)
         if whole > np.count_nonzero(values):
             raise ValueError(f"jacobian: {self._outside(matrix, sparse)}, where `sparsity` has none")
         return values
 
     def _outside(self, matrix: Any, sparse: bool) -> str:
-        """The first entry outside of the pattern."""
+        """Describe the first entry outside the pattern."""
         rows, columns = (matrix.tocoo() if sparse else np.asarray(matrix)).nonzero()
         within = np.isin(columns * self.n + rows, self.places[1] * self.n + self.places[0])
         first = np.argmin(within)
@@ -505,7 +507,7 @@ class _Jacobian:
 
 
 class _Events:
-    """Events as one function, and their attributes."""
+    """All events as one function, and their attributes."""
 
     def __init__(
         self, events: Function | Sequence[Function] | None, args: Sequence[Any]
@@ -522,7 +524,7 @@ class _Events:
 
 
 def _number(value: Any) -> float:
-    """The value of an event; a bool changes its sign."""
+    """Return the value of an event: 1 or -1 for a bool."""
     if isinstance(value, (bool, np.bool_)):
         return 1.0 if value else -1.0
     return float(value)

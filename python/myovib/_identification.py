@@ -19,9 +19,9 @@ from ._run import Probe
 __all__ = ["Experiment", "FitResult", "SensitivityResult"]
 
 Array = NDArray[np.float64]
-#: Measurements of one experiment: a file, or columns by their names.
+#: Measurements of one experiment: a file, or columns by name.
 Data = str | PathLike[str] | Mapping[str, ArrayLike]
-#: Measurements, optionally with values that differ in the scene.
+#: Measurements, optionally with changed values of the scene.
 Experiment = Data | tuple[Data, Mapping[str, Any]]
 
 
@@ -192,7 +192,7 @@ def _measured(name: str, column: ArrayLike) -> Array:
         kinds = {"c": "complex numbers", "M": "dates", "m": "time differences"}
         found = kinds.get(kind, "text")
         raise ValueError(f"column {name!r} of the data must have real numbers, not {found}")
-    if hasattr(column, "to_numpy"):  # a column of pandas, which may have missing values of its own
+    if hasattr(column, "to_numpy"):  # a pandas column, which may contain pandas' missing values
         return column.to_numpy(dtype=float, na_value=np.nan)
     return np.ma.filled(np.ma.asarray(column).astype(float), np.nan)
 

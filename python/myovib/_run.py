@@ -95,7 +95,7 @@ class Fields:
         """
         arrays = {}
         for array in ElementTree.parse(self.files[k]).getroot().iter("DataArray"):
-            # Eight bytes with the length precede the numbers.
+            # Eight bytes with the length precede the values.
             content = base64.b64decode(array.text or "")[8:]
             values = np.frombuffer(content, dtype=KINDS[array.attrib["type"]])
             width = int(array.attrib.get("NumberOfComponents", 1))
@@ -106,7 +106,7 @@ class Fields:
         return arrays
 
 
-#: Types of numbers in VTU files, little-endian.
+#: Number types in VTU files, little-endian.
 KINDS = {"Float64": "<f8", "Int64": "<i8"}
 
 COUNTS = (

@@ -1,4 +1,4 @@
-//! Equations whose functions are Python's, integrated step by step.
+//! Integration of equations whose functions are Python functions.
 
 use std::sync::{Arc, PoisonError};
 
@@ -17,21 +17,21 @@ use sundials_wrap::{IdaOptions, IdaSolver};
 use crate::error::of_argument;
 use crate::problem::{PythonDae, Raised, array, events};
 
-/// All that is asked for, checked by Python's half. Its functions take and give arrays as bytes: the
-/// stable interface of Python 3.10 has no arrays of numbers.
+/// Arguments of an integration, checked by the Python half. Its functions exchange arrays as bytes:
+/// the stable ABI of Python 3.10 does not include numerical arrays.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Request {
     residual: Py<PyAny>,
-    /// Gives the values of ∂F/∂y and of ∂F/∂ẏ, in the order of the pattern.
+    /// Returns the values of ∂F/∂y and ∂F/∂ẏ, in the order of the pattern.
     jacobian: Option<Py<PyAny>>,
-    /// Offsets of the columns, and row indices.
+    /// Column offsets, and row indices.
     pattern: Option<(Vec<usize>, Vec<usize>)>,
-    /// Gives the values of all events.
+    /// Returns the values of all events.
     events: Option<Py<PyAny>>,
-    /// −1, 0, 1: the direction of each event.
+    /// Direction of each event: −1, 0 or 1.
     directions: Vec<i8>,
-    /// The occurrence of each event that ends the integration; 0 for none.
+    /// Occurrence of each event that ends the integration; 0 for events that do not end it.
     terminal: Vec<usize>,
     algebraic: Option<Vec<bool>>,
     index: Option<Vec<u8>>,
@@ -42,36 +42,36 @@ pub(crate) struct Request {
     yp0: Vec<f64>,
     rtol: f64,
     atol: Vec<f64>,
-    /// Output times, in the direction of the integration; every step without.
+    /// Output times, in the direction of integration; `None` for every step.
     t_eval: Option<Vec<f64>>,
-    /// Its size; the direction is that of the span.
+    /// Size of the first step; its direction is the direction of the span.
     first_step: Option<f64>,
     max_step: Option<f64>,
     max_order: usize,
     max_steps: Option<usize>,
-    /// Whether that is not the caller's.
+    /// Whether `max_steps` has its default value.
     has_default_limit: bool,
     /// `given`, `algebraic` or `states`.
     initial: String,
-    /// Whether the steps' polynomials are kept.
+    /// Whether to store the polynomials of the steps.
     dense: bool,
 }
 
-/// What an integration leaves behind.
+/// Result of an integration.
 #[derive(Default)]
 struct Record {
     t: Vec<f64>,
     y: Vec<f64>,
     y_dot: Vec<f64>,
-    /// Number of the event, time and solution of each crossing.
+    /// Index of the event, time and solution of each crossing.
     events: Vec<(usize, f64, Vec<f64>)>,
-    /// Ends of the steps, and y at the nodes of each, where they are kept.
+    /// Step ends and nodal values of y for each step; empty unless stored.
     segments: Vec<f64>,
     samples: Vec<f64>,
-    /// 0 at the end, 1 after an event, −1 when the integrator gave up.
+    /// 0 at the end of the span, 1 after an event, −1 if the integrator failed.
     status: i8,
     message: String,
-    /// An entry of the Jacobian that looks wrong.
+    /// Warning about an entry of the Jacobian that seems wrong.
     warning: Option<String>,
     statistics: Statistics,
 }
@@ -84,15 +84,15 @@ impl Record {
     }
 }
 
-/// Why there is no record.
+/// Reason why an integration has no result.
 enum Failure {
-    /// Raised by a signal's handler between two steps.
+    /// Exception raised by a signal's handler between two steps.
     Raised(PyErr),
-    /// An argument makes no sense.
+    /// Invalid argument.
     Argument(String),
-    /// The integrator's.
+    /// Error of the integrator.
     Integrator(String),
-    /// Full matrices do not fit into the memory.
+    /// Full matrices exceed the memory.
     Memory(String),
 }
 
@@ -102,14 +102,15 @@ impl Failure {
     }
 }
 
-/// Nodes of the polynomial of degree `degree` on [−1, 1]: Chebyshev's, with both ends.
+/// Returns the nodes of the polynomial of degree `degree` on [−1, 1]: Chebyshev nodes with both
+/// ends.
 fn nodes(degree: usize) -> Vec<f64> {
     let angle = |k: usize| std::f64::consts::PI * k as f64 / degree as f64;
     (0..=degree).map(|k| -angle(k).cos()).collect()
 }
 
-/// Forgets an exception that was raised near the start only, where functions are tried. Ctrl-C and the like
-/// are not forgotten.
+/// Clears an exception raised near the start, where functions are only evaluated on trial. Ctrl-C
+/// and similar exceptions are kept.
 fn forget_raised(problem: &PythonDae) -> Result<(), Failure> {
     let raised = problem.raised.lock();
     match raised.unwrap_or_else(PoisonError::into_inner).take() {
@@ -120,8 +121,8 @@ fn forget_raised(problem: &PythonDae) -> Result<(), Failure> {
     }
 }
 
-/// Refuses a pattern for difference quotients that lacks entries. Returns a warning if a stated Jacobian
-/// looks wrong.
+/// Rejects a sparsity pattern for finite differences that lacks entries. Returns a warning if a
+/// given Jacobian seems wrong.
 fn check_matrices(
     problem: &mut PythonDae,
     request: &Request,
@@ -136,7 +137,7 @@ fn check_matrices(
         t: request.t_span.0,
         y: &request.y0,
         y_dot: &request.yp0,
-        // Steps begin short: variables move by their tolerance then.
+        // With a very short step the perturbations of the variables equal their tolerances.
         step: f64::MIN_POSITIVE.copysign(request.t_span.1 - request.t_span.0),
         weights: &weights,
     };
@@ -155,8 +156,8 @@ fn check_matrices(
 
 /// Corrects the initial values.
 ///
-/// The first step is the scale of time on which the derivatives are sought. Where it is a guess from
-/// the span, which may be far longer than what happens at the start, shorter ones are tried too.
+/// The first step is the time scale for the search of the derivatives. If it is estimated from the
+/// span, which may be much longer than the time scale at the start, shorter steps are also tried.
 fn correct<I: Integrator<PythonDae>>(
     solver: &mut I,
     mode: ConsistencyMode,
@@ -220,7 +221,7 @@ fn integrate<I: Integrator<PythonDae>>(
         Python::attach(|py| py.check_signals()).map_err(Failure::Raised)?;
         let outcome = match solver.step(t_end) {
             Ok(outcome) => outcome,
-            // What was found before is not lost.
+            // The result up to this time is kept.
             Err(error) if n_steps > 0 && !has_raised(solver.problem()) => {
                 (record.status, record.message) = (-1, in_python(&error.to_string()));
                 record.statistics = solver.statistics();
@@ -291,12 +292,12 @@ fn integrate<I: Integrator<PythonDae>>(
     }
 }
 
-/// Refuses full matrices that do not fit into the memory.
+/// Rejects full matrices that exceed the memory.
 fn expect_room(n: usize, method: &str) -> Result<(), Failure> {
-    // Numbers of 8 bytes for each entry. BDF: two copies of the pattern while the solver is built, the
-    // matrix, its factors and the user's two parts. Radau IIA: the pattern, its analysis and both parts, and
-    // for each of (s - 1)/2 complex matrices as for the real one entries, factors and workspace, of two
-    // numbers each.
+    // Values of 8 bytes for each entry. BDF: two copies of the pattern during construction, the
+    // matrix, its factors and the user's two parts. Radau IIA: the pattern, its analysis and both
+    // parts; the real matrix has entries, factors and workspace, and so has each of the (s - 1)/2
+    // complex matrices, with two values per entry.
     let per_entry: f64 = match method {
         "ida" => 6.0,
         "radau" => 18.0,
@@ -317,13 +318,13 @@ fn expect_room(n: usize, method: &str) -> Result<(), Failure> {
 
 const GIB: f64 = (1_u64 << 30) as f64;
 
-/// Whether a function has raised an exception, which comes through.
+/// Returns whether a function has raised an exception, which is passed on.
 fn has_raised(problem: &PythonDae) -> bool {
     let raised = problem.raised.lock();
     raised.unwrap_or_else(PoisonError::into_inner).is_some()
 }
 
-/// Explains that the limit of steps was reached at `t`, half of them at `t_halfway`.
+/// Explains that the step limit was reached at `t`; half of the steps were done at `t_halfway`.
 fn limit_reached(request: &Request, n_steps: usize, [t_halfway, t]: [f64; 2]) -> String {
     let (t0, _) = request.t_span;
     let limit = match request.has_default_limit {
@@ -331,7 +332,7 @@ fn limit_reached(request: &Request, n_steps: usize, [t_halfway, t]: [f64; 2]) ->
         false => "max_steps",
     };
     let mut message = format!("the limit of {n_steps} steps ({limit}) was reached at t = {t}");
-    // Steps that have become far shorter.
+    // The steps have become much shorter.
     if n_steps > 1 && (t - t_halfway).abs() < 0.1 * (t_halfway - t0).abs() {
         message += ": the last half of them covers less than a tenth of the time of the first. F may \
                     switch back and forth at every step (chattering), for instance as dry friction or a \
@@ -341,7 +342,7 @@ fn limit_reached(request: &Request, n_steps: usize, [t_halfway, t]: [f64; 2]) ->
     message
 }
 
-/// Builds the integrator and integrates. The second number is the degree of a step's polynomial.
+/// Builds the integrator and integrates. The second result is the degree of a step's polynomial.
 fn compute(request: &Request, mut problem: PythonDae) -> Result<(Record, usize), Failure> {
     let tolerances = match request.atol[..] {
         [absolute] => Tolerances::scalar(request.rtol, absolute),
@@ -361,7 +362,7 @@ fn compute(request: &Request, mut problem: PythonDae) -> Result<(Record, usize),
     Ok((Record { warning, ..record }, degree))
 }
 
-/// Integrates with the method requested.
+/// Integrates with the requested method.
 fn solve_with(
     request: &Request,
     problem: PythonDae,
@@ -420,7 +421,7 @@ fn solve_with(
         builder = builder.roots(directions, events);
     }
     let mut solver = builder.build(t0, y0, y_dot0).map_err(Failure::of)?;
-    // Of the stages, with one more for the slope at the start.
+    // The degree is the number of stages plus 1 for the slope at the start.
     let degree = stages + 1;
     Ok((integrate(&mut solver, request, degree)?, degree))
 }
@@ -474,7 +475,7 @@ pub(crate) fn solve(py: Python<'_>, request: Request) -> PyResult<Bound<'_, PyDi
     result(py, record, degree)
 }
 
-/// What an integration says, with arguments of `solve_dae` in the place of names of the library.
+/// Replaces names of the library in a message by arguments of `solve_dae`.
 fn in_python(message: &str) -> String {
     let names = [
         (
@@ -486,7 +487,7 @@ fn in_python(message: &str) -> String {
         ("(initial_step)", "(first_step)"),
         ("(suppressed)", "(suppress)"),
         ("Problem::indices", "index="),
-        // Constraints are for problems in Rust.
+        // Constraints are available only in Rust.
         (
             "; or stating the constraints (Problem::constraints) and correcting the initial values by them",
             "",
@@ -496,7 +497,7 @@ fn in_python(message: &str) -> String {
     names.into_iter().fold(message.to_owned(), rename)
 }
 
-/// The record as arrays, rows one after the other.
+/// Converts the record to arrays, in row-major order.
 fn result(py: Python<'_>, record: Record, degree: usize) -> PyResult<Bound<'_, PyDict>> {
     let result = PyDict::new(py);
     result.set_item("t", array(py, &record.t))?;

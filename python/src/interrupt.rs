@@ -1,4 +1,4 @@
-//! Signals and exceptions of Python while Rust computes without Python's lock.
+//! Signals and Python exceptions while Rust computes without Python's lock.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -14,10 +14,10 @@ const EVERY: Duration = Duration::from_millis(50);
 /// Shortest time between two lines of progress.
 const PROGRESS_EVERY: Duration = Duration::from_millis(200);
 
-/// Flags that no computation uses: as many as ever ran at a time.
+/// Unused flags: as many as the maximum number of simultaneous computations.
 static FREE: Mutex<Vec<&'static AtomicBool>> = Mutex::new(Vec::new());
 
-/// A flag for one computation, returned when dropped.
+/// Flag of one computation, returned to the list when dropped.
 struct Flag(&'static AtomicBool);
 
 impl Flag {
@@ -65,13 +65,13 @@ impl Tell for Progress {
     }
 }
 
-/// Runs `compute` in its own thread, without Python's lock, and calls `show` with its progress.
+/// Runs `compute` in a separate thread, without Python's lock, and calls `show` with its progress.
 ///
-/// A signal whose handler raises, as Ctrl-C does, and an exception raised by `show` set the flag of the watcher, at
-/// which `compute` must end in good order.
+/// A signal whose handler raises, such as Ctrl-C, and an exception raised by `show` set the flag of
+/// the watcher; `compute` must then end in an orderly manner.
 ///
 /// # Errors
-/// The exception of the handler or of `show`.
+/// Returns the exception of the handler or of `show`.
 pub(crate) fn interruptible<T: Send>(
     py: Python<'_>,
     show: Option<Py<PyAny>>,
@@ -113,10 +113,11 @@ pub(crate) fn interruptible<T: Send>(
     }
 }
 
-/// Runs `compute`, which cannot be interrupted, in its own thread, without Python's lock.
+/// Runs `compute`, which cannot be interrupted, in a separate thread, without Python's lock.
 ///
 /// # Errors
-/// The exception of a signal's handler. The thread then continues in the background, and its result is dropped.
+/// Returns the exception of a signal's handler. The thread then continues in the background, and
+/// its result is dropped.
 pub(crate) fn abandonable<T: Send + 'static>(
     py: Python<'_>,
     compute: impl FnOnce() -> T + Send + 'static,

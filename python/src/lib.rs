@@ -1,8 +1,9 @@
-//! The native half of the Python package `myovib`.
+//! Native half of the Python package `myovib`.
 //!
-//! Cast: [`dae`] integrates equations whose functions are Python's; [`scene`] computes scenes, as
-//! the program does, and [`identification`] their parameters; [`interrupt`] lets Ctrl-C end what runs without Python. The other half, in
-//! `myovib/`, makes arguments and results Pythonic.
+//! [`dae`] integrates equations given by Python functions. [`scene`] computes scenes, as the
+//! command line program does, and [`identification`] their parameters. [`interrupt`] lets Ctrl-C
+//! end computations that run without Python's lock. The other half, in `myovib/`, provides the
+//! Python interface.
 #![deny(unsafe_code)]
 
 mod dae;
@@ -14,7 +15,7 @@ mod scene;
 
 use pyo3::prelude::*;
 
-/// What `import myovib._native` finds.
+/// Contents of `myovib._native`.
 #[pymodule]
 mod _native {
     #[pymodule_export]

@@ -1,4 +1,4 @@
-//! A DAE whose functions are Python's.
+//! DAE defined by Python functions.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -10,10 +10,10 @@ use pyo3::types::{PyByteArray, PyBytes};
 
 use crate::error::StepFailure;
 
-/// The exception that a function of the problem has raised.
+/// Exception raised by a function of the problem.
 pub(crate) type Raised = Arc<Mutex<Option<PyErr>>>;
 
-/// A DAE of Python's functions.
+/// DAE defined by Python functions.
 pub(crate) struct PythonDae {
     pub(crate) n: usize,
     pub(crate) residual: Py<PyAny>,
@@ -22,13 +22,13 @@ pub(crate) struct PythonDae {
     pub(crate) pattern: Option<SparsityPattern>,
     pub(crate) kinds: Option<Vec<VariableKind>>,
     pub(crate) indices: Option<Vec<u8>>,
-    /// Of the last [`Problem::jacobian`].
+    /// Parts of the last [`Problem::jacobian`].
     pub(crate) parts: [Vec<f64>; 2],
     pub(crate) raised: Raised,
 }
 
 impl PythonDae {
-    /// Calls a function with (t, y, ẏ) and reads its answer.
+    /// Calls a function with (t, y, ẏ) and reads its result.
     fn call<T>(
         &self,
         function: &Py<PyAny>,
@@ -38,7 +38,7 @@ impl PythonDae {
     ) -> Result<T, StepError> {
         Python::attach(|py| {
             let raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner);
-            // After Ctrl-C nothing is called again, even where functions are only tried.
+            // After Ctrl-C no function is called again, not even on trial.
             if let Some(error) = &*raised
                 && !error.is_instance_of::<PyException>(py)
             {
@@ -58,7 +58,7 @@ impl PythonDae {
     }
 }
 
-/// Numbers as bytes that NumPy makes an array of without a copy.
+/// Returns values as bytes, which NumPy views as an array without a copy.
 pub(crate) fn array<'py>(py: Python<'py>, values: &[f64]) -> Bound<'py, PyByteArray> {
     let bytes: Vec<u8> = values
         .iter()
@@ -67,7 +67,7 @@ pub(crate) fn array<'py>(py: Python<'py>, values: &[f64]) -> Bound<'py, PyByteAr
     PyByteArray::new(py, &bytes)
 }
 
-/// Copies an answer, of as many numbers, into `out`.
+/// Copies a result of equal length into `out`.
 fn copy(answer: &Bound<'_, PyAny>, out: &mut [f64]) -> PyResult<()> {
     let bytes = answer.downcast::<PyBytes>()?.as_bytes();
     assert_eq!(bytes.len(), size_of_val(out), "Python's half has counted");
@@ -141,7 +141,7 @@ impl Problem for PythonDae {
     }
 }
 
-/// The pattern of a full matrix.
+/// Returns the pattern of a full matrix.
 fn full(n: usize) -> SparsityPattern {
     let offsets = (0..=n).map(|column| column * n).collect();
     let rows = (0..n * n).map(|entry| entry % n).collect();
@@ -149,7 +149,7 @@ fn full(n: usize) -> SparsityPattern {
         .expect("the columns of a full matrix are sorted and complete")
 }
 
-/// The functions of events, for the builders.
+/// Returns the event functions, for the builders.
 pub(crate) fn events(
     problem: &mut PythonDae,
     t: f64,

@@ -19,8 +19,8 @@ use pyo3::prelude::*;
 use crate::error::{of_argument, of_command, of_scene};
 use crate::interrupt::{abandonable, interruptible};
 
-/// Computes a scene into the folder `out` and returns the notes. Files in a folder that is not `lasting` are not synchronized
-/// to the disk.
+/// Computes a scene into the folder `out` and returns the notes. Unless the folder is `lasting`,
+/// its files are not synchronized to the disk.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn run(
@@ -123,9 +123,10 @@ pub(crate) fn modes(
     found.map_err(of_command)
 }
 
-/// Factorizes large bodies in `threads` threads.
+/// Sets the number of threads that factorize large bodies.
 ///
-/// All runs of this process share them, and results do not depend on their number. The first number above one is final.
+/// All runs of this process share the threads, and results do not depend on their number. The first
+/// call with a number above 1 is final.
 #[pyfunction]
 pub(crate) fn use_threads(threads: NonZeroUsize) -> PyResult<()> {
     resources::use_threads(threads.get()).map_err(|error| of_command(error.into()))

@@ -46,7 +46,7 @@ ROBERTSON_LATE = np.array([0.2083340149701255e-07, 0.8333360770334713e-13, 0.999
 def test_robertson_has_the_published_values(method, jacobian):
     s = solve_dae(robertson, (0, 1e11), method=method, jacobian=jacobian, **ROBERTSON)
     assert s.success and s.t[-1] == 1e11
-    # Local errors of 1e-6 over some 700 steps, which the decay damps: a hundred times that.
+    # Local errors of 1e-6 in about 700 steps, damped by the decay: one hundred times the local error.
     atol = np.array([1e-10, 1e-14, 1e-10])
     assert (np.abs(s.y[:, -1] - ROBERTSON_LATE) <= 1e-4 * ROBERTSON_LATE + 1e2 * atol).all()
 
@@ -62,7 +62,7 @@ def test_robertson_agrees_with_scipy():
     for method in METHODS:
         s = solve_dae(robertson, (0, 1e3), method=method, t_eval=times, **ROBERTSON)
         assert (s.t == times).all()
-        # As above, the reference being exact beside it.
+        # Tolerance as above; the error of the reference is negligible.
         assert np.allclose(s.y[:2], reference.y, rtol=1e-4, atol=1e-12)
 
 
@@ -85,7 +85,7 @@ def test_the_pendulum_of_index_3_is_that_of_the_angle(method):
     )
     assert s.success
     angle = exact.sol(s.t)[0]
-    # The tolerance is of the local error; a swing of some 100 steps adds them up.
+    # The tolerance limits the local error; the errors of about 100 steps per swing add up.
     assert np.allclose(s.y[:2], [np.sin(angle), -np.cos(angle)], atol=1e-5)
     within = np.linspace(0, 2, 101)
     angle = exact.sol(within)[0]
@@ -113,7 +113,7 @@ def test_events_are_found_where_they_are(method):
         ball, (0, 10), [0, 10], [10, -G], method, events=[height, climbing], rtol=1e-8, atol=1e-10
     )
     assert s.status == 1 and "event 0" in s.message
-    # The parabola is exact for all methods; 1e-8 of ten metres over the speed of 10 m/s.
+    # All methods integrate the parabola exactly; the error is 1e-8 of 10 m, divided by 10 m/s.
     assert s.t[-1] == pytest.approx(2 * 10 / G, abs=1e-7)
     assert s.t_events[1] == pytest.approx([10 / G], abs=1e-7)
     assert s.y_events[1][0, 0] == pytest.approx(100 / (2 * G), rel=1e-6)
@@ -148,7 +148,7 @@ def test_backwards_and_dense_output():
     assert (s.sol.t_min, s.sol.t_max) == (0, 1)
     times = np.linspace(0, 1, 23)
     assert s.sol(times)[0] == pytest.approx(np.exp(-times), rel=1e-6)
-    # At the ends of the steps it is the solution itself, to rounding.
+    # At the ends of the steps it equals the solution, up to rounding.
     assert s.sol(s.t[1:]) == pytest.approx(s.y[:, 1:], rel=1e-12)
 
 
@@ -159,7 +159,7 @@ def test_dense_output_is_that_of_the_steps(method):
     arguments = dict(method=method, rtol=1e-8, atol=1e-10)
     s = solve_dae(oscillate, (0, 2), [1, 0], [0, -100], dense_output=True, **arguments)
     there = solve_dae(oscillate, (0, 2), [1, 0], [0, -100], t_eval=times, **arguments)
-    # Values up to 10, and an interpolation of at most 9 points: rounding.
+    # Rounding error for values up to 10 and at most 9 interpolation points.
     assert s.sol(times) == pytest.approx(there.y, rel=0, abs=1e-11)
 
 
@@ -182,7 +182,7 @@ def test_a_sparse_jacobian_counts_as_a_dense_one():
     }
     found = {k: solve_dae(heat, (0, 0.1), y0, second @ y0, **kw) for k, kw in runs.items()}
     assert found["dense"].nfev == found["sparse"].nfev
-    # Three colours for each Jacobian, and the residual that they are compared with.
+    # Each Jacobian needs three evaluations for its three colors, and the base residual.
     differences = found["differences"]
     assert differences.nfev == found["dense"].nfev + 4 * differences.njev
     with pytest.raises(ValueError, match="row 0, column 2 .* `sparsity` has none"):
@@ -268,7 +268,7 @@ def test_differences_stay_in_the_domain(method):
     rates[5] = 115.83 * (rates[0] * AKZO[3] + AKZO[0] * rates[3])
     s = solve_dae(akzo, (0, 180), AKZO, rates, method, rtol=1e-4, atol=1e-4)
     assert s.success, s.message
-    # Local errors of 1e-4 over some 20 steps.
+    # Local errors of 1e-4 in about 20 steps.
     assert np.allclose(s.y[:, -1], AKZO_LATE, rtol=0, atol=2e-3)
 
 
@@ -321,7 +321,7 @@ def test_consistent_initial_values():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_consistent_initial_values_of_a_long_span(method):
-    # A thousandth of the span is a million times what the start takes.
+    # A thousandth of the span is a million times the time scale at the start.
     s = solve_dae(
         robertson, (0, 4e10), [1, 0, 0], [0, 0, 0], method, rtol=1e-6, atol=1e-12, initial="algebraic"
     )
@@ -329,7 +329,7 @@ def test_consistent_initial_values_of_a_long_span(method):
 
 
 def test_consistent_initial_values_backwards():
-    # The first step goes in the direction of the span. Methods of Radau take spans forwards only.
+    # The first step has the direction of the span. Radau methods only support forward integration.
     s = solve_dae(
         lambda t, y, yp: [yp[0] + y[0], y[1] - 2 * y[0]], (1, 0), [np.exp(-1), 0], [0, 0],
         rtol=1e-8, atol=1e-10, first_step=1e-4, initial="algebraic",
@@ -361,7 +361,7 @@ def test_exceptions_near_the_start_are_not_those_of_the_solution(method):
     def positive(t, y, yp):
         if y[1] < 0:
             raise ValueError("negative")
-        # Off by rounding at the start.
+        # The initial value has a rounding error.
         return [yp[0] + y[0], y[1] - 0.3 * (1 - y[0]) - 1e-14]
 
     s = solve_dae(positive, (0, 1), [1, 0], [-1, 0.3], method=method, rtol=1e-6, atol=1e-9)
@@ -447,7 +447,7 @@ def test_an_event_that_stays_at_zero_is_where_it_begins(method):
     ):
         s = solve_dae(ramp, (0, 3), [0], [1], method, events=event)
         assert s.success and s.t[-1] == 3
-        # y is t but for rounding.
+        # y equals t up to rounding.
         assert s.t_events[0] == pytest.approx([1], abs=1e-9)
 
 
@@ -527,7 +527,7 @@ def test_nothing_is_leaked():
         after = measure(100)
     finally:
         tracemalloc.stop()
-    # An array of three numbers is 136 bytes; a leak of one for each of the 100 would be 13 kB.
+    # An array of three numbers has 136 bytes; a leak in each of the 100 calls would be 13 kB.
     assert after[0] - before[0] < 5_000 and after[1] - before[1] < 50
 
 

@@ -123,7 +123,7 @@ def test_check_and_modes():
     assert found["body"]["index"] == 2 and "unknowns" in found["text"]
     modes = scene.modes(3)
     assert len(modes) == 3
-    # `check` computes the same modes by another path.
+    # `check` computes the same modes with different code.
     assert [m["frequency"] for m in modes] == pytest.approx(found["body"]["slow_modes"][:3], rel=1e-6)
 
 
@@ -202,7 +202,7 @@ def test_lists_and_texts_with_commas_are_single_values():
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 def test_ctrl_c_ends_check_and_modes(seconds_to_an_end):
     scene = Scene.builtin("muscle3d")
-    # Signals are checked every 0.05 s; the rest is room for a busy machine.
+    # Signals are checked every 0.05 s; the remainder is a margin for a busy machine.
     assert seconds_to_an_end(scene.check) < 0.5
     assert seconds_to_an_end(lambda: [scene.modes(100) for _ in range(100)]) < 0.5
 
@@ -240,7 +240,7 @@ def test_two_threads_run_two_scenes_while_python_goes_on(result):
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 def test_ctrl_c_ends_a_run(seconds_to_an_end):
     late = seconds_to_an_end(Scene.builtin("table2-1").set("time.end", 1000.0).run)
-    # Signals are checked every 0.05 s and at the next step (a millisecond); the rest is room for a busy machine.
+    # Signals are checked every 0.05 s and at the next step (a millisecond); the remainder is a margin for a busy machine.
     assert late < 0.5
 
 
