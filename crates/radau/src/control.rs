@@ -138,7 +138,7 @@ impl Control {
     /// Returns the largest next step for the remaining error `left` of multipliers, which has this
     /// order, after their leading error is removed.
     ///
-    /// This error does not depend on the present step, so it never causes a repetition.
+    /// The step does not depend on this error, so the error never causes a repetition.
     pub(crate) fn propose_for_multipliers(&self, h: f64, left: f64, order: i32) -> f64 {
         let exponent = -1.0 / f64::from(order.max(1));
         let factor = self.safety * left.max(LEAST_ERROR).powf(exponent);
