@@ -31,19 +31,20 @@ pub struct Equilibrium {
     pub displacement: Vec<f64>,
     /// Pressure at the vertices, Pa; empty for a formulation without.
     pub pressure: Vec<f64>,
-    /// The time of the loads, s; none for a body without loads.
+    /// Time of the loads, s; `None` for a body without loads.
     pub loads_at: Option<f64>,
     /// Newton iterations over all load steps, without their predictions.
     pub newton_iterations: usize,
     /// Load steps taken.
     pub load_steps: usize,
-    /// Independent small motions away from it that grow: 0 where it is stable. Unknown where pressures follow the
-    /// body, whose tangent is not symmetric, and where pivots had to be exchanged.
+    /// Number of independent small motions from the equilibrium that grow: 0 if it is stable.
+    /// Unknown if pressures follow the body, so that its tangent is not symmetric, or if pivots had
+    /// to be exchanged.
     pub instabilities: Option<usize>,
 }
 
 impl Equilibrium {
-    /// The body without loads, prescribed displacements and tensions.
+    /// Returns the body without loads, prescribed displacements and tensions.
     pub fn unloaded(muscle: &Muscle) -> Self {
         let solid = &muscle.solid;
         Self {
@@ -77,7 +78,7 @@ pub enum Shortfall {
     NotConverged {
         /// An element that the last trials turned inside out.
         inverted: Option<Inverted>,
-        /// What may help.
+        /// Suggested remedy.
         remedy: String,
     },
 }
@@ -133,10 +134,10 @@ pub fn equilibrium(
     equilibrium_watched(muscle, formulation, t, &mut |_| ControlFlow::Continue(()))
 }
 
-/// The same; `watch` hears of each iteration before it begins, and may end the search.
+/// Does the same; `watch` is called before each iteration, and may end the search.
 ///
 /// # Errors
-/// Those of [`equilibrium`]; [`ModelError::Interrupted`].
+/// Errors of [`equilibrium`]; [`ModelError::Interrupted`].
 pub fn equilibrium_watched(
     muscle: &Muscle,
     formulation: Formulation,
@@ -244,10 +245,10 @@ pub fn approach(
     })
 }
 
-/// What to do where the elements of a body collapse by its law.
+/// Remedy if the elements of a body collapse because of its law.
 pub(crate) const COLLAPSE: &str = "elements with the law `guccione` and pressures collapse under large strains: take \
      `isochoric-guccione`, the same material where the volume stays";
-/// What to do at a limit load.
+/// Remedy at a limit load.
 const LIMIT_LOAD: &str = "if that is a limit load, a damped motion gets past it";
 
 fn not_converged(newton: &Newton, muscle: &Muscle, formulation: Formulation) -> Shortfall {
@@ -257,7 +258,7 @@ fn not_converged(newton: &Newton, muscle: &Muscle, formulation: Formulation) -> 
     }
 }
 
-/// What may help where Newton's method fails.
+/// Returns a remedy for a failure of Newton's method.
 fn remedy(muscle: &Muscle, formulation: Formulation) -> String {
     let is_uniform = muscle.solid.laws().iter().all(is_guccione);
     match collapses(muscle, formulation) {
@@ -267,8 +268,9 @@ fn remedy(muscle: &Muscle, formulation: Formulation) -> String {
     }
 }
 
-/// Whether the body has a law whose elements collapse in mixed form: the energy of Guccione's law in E grows with
-/// the volume too, and p takes the growth back in the mean of an element only.
+/// Returns whether the body has a law whose elements collapse in mixed form: the energy of
+/// Guccione's law in E also grows with the volume, and p compensates for this only in the mean of
+/// an element.
 pub(crate) fn collapses(muscle: &Muscle, formulation: Formulation) -> bool {
     formulation.has(Field::Pressure) && muscle.solid.laws().iter().any(is_guccione)
 }

@@ -31,7 +31,7 @@ pub enum Activation {
 }
 
 impl Activation {
-    /// The model, if the tension follows one.
+    /// Returns the model, if the tension follows one.
     pub fn model(&self) -> Option<&Bestel> {
         match self {
             Self::Bestel(model) => Some(model),
@@ -39,7 +39,7 @@ impl Activation {
         }
     }
 
-    /// Whether it follows a coherence.
+    /// Returns whether the tension follows a coherence.
     pub fn is_coherent(&self) -> bool {
         matches!(self, Self::Coherence { .. })
     }
@@ -58,7 +58,7 @@ impl Activation {
         }
     }
 
-    /// A part of the tension; of a model's, which is an unknown, all.
+    /// Returns the tension scaled by `part`; a model's tension is an unknown and is not scaled.
     #[must_use]
     pub fn scaled(&self, part: f64) -> Self {
         match self {
@@ -91,7 +91,7 @@ impl Activation {
 /// tanh is over, to 1e-17, so many of its widths from its middle.
 const SWITCH_WIDTH: f64 = 20.0;
 
-/// Switches are seen by steps of a fraction of the time they take; where |a| has kinks steps end.
+/// Steps resolve switches by a fraction of their duration, and end at the kinks of |a|.
 impl Timed for Bestel {
     fn next_break(&self, after: f64) -> Option<Break> {
         let t = self.breakpoints().into_iter().find(|t| *t > after)?;

@@ -43,22 +43,23 @@ impl Bed {
         })
     }
 
-    /// k, Pa/m.
+    /// Returns k, Pa/m.
     pub fn stiffness(&self) -> f64 {
         self.stiffness
     }
 
-    /// c, Pa·s/m.
+    /// Returns c, Pa·s/m.
     pub fn damping(&self) -> f64 {
         self.damping
     }
 
-    /// The integrals over the group.
+    /// Returns the integrals over the group.
     pub fn operator(&self) -> &RobinMatrix {
         &self.operator
     }
 
-    /// `total` += the force of the body on the bed at displacement `u` and velocity `v` of all nodes.
+    /// Adds to `total` the force of the body on the foundation at displacement `u` and velocity `v`
+    /// of all nodes.
     pub(crate) fn add_force(&self, u: &[f64], v: &[f64], total: &mut [f64]) {
         if self.stiffness > 0.0 {
             self.operator.add_product(self.stiffness, u, total);

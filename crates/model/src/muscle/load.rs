@@ -12,7 +12,7 @@ pub struct Load {
 }
 
 impl Load {
-    /// A load `vector · signal(t)`.
+    /// Creates a load `vector · signal(t)`.
     ///
     /// # Shapes
     /// `vector`: all nodal components.
@@ -26,12 +26,12 @@ impl Load {
         Self { entries, signal }
     }
 
-    /// The function of time.
+    /// Returns the function of time.
     pub fn signal(&self) -> &Signal {
         &self.signal
     }
 
-    /// A part of it.
+    /// Returns the load scaled by `part`.
     #[must_use]
     pub fn scaled(&self, part: f64) -> Self {
         Self {
@@ -40,7 +40,7 @@ impl Load {
         }
     }
 
-    /// `total` += the load at time `t`.
+    /// Adds the load at time `t` to `total`.
     pub fn add_at(&self, t: f64, total: &mut [f64]) {
         let factor = self.signal.at(t).value;
         for &(i, value) in &self.entries {
@@ -57,21 +57,21 @@ pub struct PressureLoad {
 }
 
 impl PressureLoad {
-    /// The pressure `signal` (Pa) on a group of the boundary, positive towards the body.
+    /// Creates the pressure `signal` (Pa) on a group of the boundary, positive toward the body.
     ///
     /// # Errors
-    /// [`FemError`] for a group that does not hold parts of the boundary.
+    /// [`FemError`] for a group that contains no parts of the boundary.
     pub fn new(solid: &Solid, group: &str, signal: Signal) -> Result<Self, FemError> {
         let operator = FollowerPressure::new(solid, group)?;
         Ok(Self { operator, signal })
     }
 
-    /// The function of time.
+    /// Returns the function of time.
     pub fn signal(&self) -> &Signal {
         &self.signal
     }
 
-    /// A part of it.
+    /// Returns the pressure scaled by `part`.
     #[must_use]
     pub fn scaled(&self, part: f64) -> Self {
         Self {
@@ -80,13 +80,14 @@ impl PressureLoad {
         }
     }
 
-    /// `total` += `factor` times the load at time `t` and the displacement `u` of all nodes.
+    /// Adds `factor` times the load at time `t` and the displacement `u` of all nodes to `total`.
     pub fn add_at(&self, t: f64, factor: f64, u: &[f64], total: &mut [f64]) {
         let pressure = factor * self.signal.at(t).value;
         self.operator.add_force(pressure, u, total);
     }
 
-    /// `values` += `factor` times its derivative by the free components of u, at `u`.
+    /// Adds `factor` times the derivative of the load with respect to the free components of u, at
+    /// `u`, to `values`.
     pub(crate) fn add_stiffness_at(&self, t: f64, factor: f64, u: &[f64], values: &mut [f64]) {
         let pressure = factor * self.signal.at(t).value;
         self.operator.add_stiffness(pressure, u, values);

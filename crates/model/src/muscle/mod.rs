@@ -16,18 +16,18 @@ use bed::Bed;
 use load::{Load, Prescribed, PressureLoad};
 use parameters::Parameters;
 
-/// An elastic body with its physical constants and what acts on it.
+/// An elastic body with its physical constants and loads.
 #[derive(Debug, Clone)]
 pub struct Muscle {
     /// Operators of the finite element space with material law and density.
     pub solid: Solid,
-    /// Damping and compressibility; where elements differ, the largest κ, α and β.
+    /// Damping and compressibility; for graded bodies, the maximum κ, α and β.
     pub parameters: Parameters,
     /// Forces of fixed direction on the body.
     pub loads: Vec<Load>,
     /// Pressures on its deformed boundary.
     pub pressures: Vec<PressureLoad>,
-    /// Displacement components that follow a function of time; constrained ones not listed are 0.
+    /// Displacement components that follow a function of time; other constrained components are 0.
     pub prescribed: Vec<Prescribed>,
     /// Elastic and viscous beds of its boundary.
     pub beds: Vec<Bed>,
@@ -36,7 +36,7 @@ pub struct Muscle {
 }
 
 impl Muscle {
-    /// A body on which nothing acts.
+    /// Creates a body without loads.
     pub fn unloaded(solid: Solid, parameters: Parameters) -> Self {
         Self {
             solid,
@@ -151,7 +151,8 @@ impl Muscle {
         Ok(())
     }
 
-    /// The models of activation, whose tensions are unknowns, by the number of their stress.
+    /// Returns the models of activation, whose tensions are unknowns, with the index of their
+    /// stress.
     pub fn models(&self) -> impl Iterator<Item = (usize, &Bestel)> {
         let activations = self.activations.iter();
         activations.filter_map(|(number, activation)| Some((*number, activation.model()?)))
@@ -189,8 +190,8 @@ impl Muscle {
         }
     }
 
-    /// The body under a part of what acts on it: forces, pressures, prescribed displacements and tensions, as an
-    /// equilibrium of [`approach`](crate::statics::approach) has them.
+    /// Returns the body with forces, pressures, prescribed displacements and tensions scaled by
+    /// `part`, as in an equilibrium of [`approach`](crate::statics::approach).
     #[must_use]
     pub fn under_part_of_loads(&self, part: f64) -> Self {
         Self {
@@ -213,7 +214,7 @@ impl Muscle {
         }
     }
 
-    /// The body with its stress relaxed at all times, without Prony terms.
+    /// Returns the body with its stress relaxed at all times, without Prony terms.
     #[must_use]
     pub fn relaxed(&self) -> Self {
         let mut muscle = self.clone();
@@ -237,7 +238,8 @@ impl Muscle {
         muscle
     }
 
-    /// Number of coefficients q and λ with the constrained nodes counted, as the paper counts.
+    /// Returns the number of coefficients q and λ including constrained nodes, as counted in the
+    /// paper.
     pub fn n_unknowns_paper(&self) -> usize {
         self.solid.space().n_components() + self.solid.space().n_pressures()
     }
@@ -249,7 +251,7 @@ impl Muscle {
         frequencies.reduce(f64::max)
     }
 
-    /// The lowest and the highest frequency of each sweep among them up to a time, Hz.
+    /// Returns the lowest and the highest frequency of each sweep up to a time, Hz.
     pub fn sweeps(&self, to: f64) -> Vec<[f64; 2]> {
         let mut sweeps: Vec<_> = self
             .signals()
@@ -259,7 +261,8 @@ impl Muscle {
         sweeps
     }
 
-    /// What drives it: loads, and prescribed motions with their velocity and acceleration.
+    /// Returns the schedule of all signals: loads, and prescribed motions with their velocity and
+    /// acceleration.
     pub fn schedule(&self) -> Schedule {
         let mut schedule = Schedule::default();
         for load in &self.loads {
@@ -281,7 +284,7 @@ impl Muscle {
         schedule
     }
 
-    /// The functions of time that act on it.
+    /// Returns the functions of time of loads, tensions and prescribed motions.
     pub(crate) fn signals(&self) -> impl Iterator<Item = &Signal> {
         let loads = self.loads.iter().map(Load::signal);
         let pressures = self.pressures.iter().map(PressureLoad::signal);

@@ -1,4 +1,4 @@
-//! The physical constants of the muscle beside its material law.
+//! Physical constants of the muscle in addition to its material law.
 
 use myovib_fem::Pressure;
 
@@ -63,23 +63,23 @@ impl Parameters {
         })
     }
 
-    /// Bulk modulus κ, Pa; infinite for the incompressible material.
+    /// Returns the bulk modulus κ, Pa; infinite for the incompressible material.
     pub fn kappa(&self) -> f64 {
         self.kappa
     }
 
-    /// What acts on the volume: the pressure given, or κ in its place.
+    /// Returns the source of the volumetric stress: the given pressure, or κ without a pressure.
     pub(crate) fn pressure<'p>(&self, nodal: Option<&'p [f64]>) -> Pressure<'p> {
         let penalty = Pressure::Penalty { kappa: self.kappa };
         nodal.map_or(penalty, Pressure::Nodal)
     }
 
-    /// Whether κ = ∞.
+    /// Returns whether κ = ∞.
     pub fn is_incompressible(&self) -> bool {
         self.inv_kappa == 0.0
     }
 
-    /// Whether β > 0.
+    /// Returns whether β > 0.
     pub fn is_damped(&self) -> bool {
         self.beta > 0.0
     }

@@ -19,7 +19,7 @@ impl TimeFunction for f64 {
     }
 }
 
-/// The bends of a table; its joints are as smooth as steps need: none has to end there.
+/// Steps resolve the bends of a table. Its joints are smooth enough, so steps need not end there.
 impl TimeFunction for Spline {
     fn at(&self, t: f64) -> Jet {
         self.at(t)

@@ -14,7 +14,7 @@ pub struct Jet {
 }
 
 impl Jet {
-    /// A constant function.
+    /// Returns a constant function.
     pub fn constant(value: f64) -> Self {
         Self {
             value,
@@ -23,7 +23,7 @@ impl Jet {
         }
     }
 
-    /// The function t itself.
+    /// Returns the function t.
     pub fn variable(t: f64) -> Self {
         Self {
             value: t,
@@ -32,7 +32,7 @@ impl Jet {
         }
     }
 
-    /// g(f(t)) from g, g', g'' at f(t) (chain rule).
+    /// Returns g(f(t)) from g, g', g'' at f(t) (chain rule).
     pub fn compose(self, g: f64, dg: f64, ddg: f64) -> Self {
         Self {
             value: g,
@@ -41,13 +41,13 @@ impl Jet {
         }
     }
 
-    /// sin f.
+    /// Returns sin f.
     pub fn sin(self) -> Self {
         let (s, c) = self.value.sin_cos();
         self.compose(s, c, -s)
     }
 
-    /// The logistic function 1/(1 + exp(-f)).
+    /// Returns the logistic function 1/(1 + exp(-f)).
     pub fn sigmoid(self) -> Self {
         let s = 1.0 / (1.0 + (-self.value).exp());
         let ds = s * (1.0 - s);

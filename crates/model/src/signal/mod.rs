@@ -43,24 +43,24 @@ use timing::{Break, FRACTION, Timed};
 /// assert_eq!(load.at(0.0).d1, -6.0);
 /// ```
 pub trait TimeFunction: Debug + Send + Sync {
-    /// Value, first and second derivative at time `t`.
+    /// Returns value, first and second derivative at time `t`.
     fn at(&self, t: f64) -> Jet;
 
     /// Returns the shortest time in which the function makes its change between two times, if it
     /// changes.
     fn time_scale(&self, from: f64, to: f64) -> Option<f64>;
 
-    /// The longest step that cannot pass over a change between two times, where there is one.
+    /// Returns the longest step that cannot miss a change between two times, if there is a change.
     fn longest_step(&self, from: f64, to: f64) -> Option<f64> {
         Some(FRACTION * self.time_scale(from, to)?)
     }
 
-    /// The value, if it is the same at all times between two.
+    /// Returns the value if it is constant between two times.
     fn constant_over(&self, _from: f64, _to: f64) -> Option<f64> {
         None
     }
 
-    /// The first break later than `after`.
+    /// Returns the first break later than `after`.
     fn next_break(&self, _after: f64) -> Option<Break> {
         None
     }
@@ -71,17 +71,18 @@ pub trait TimeFunction: Debug + Send + Sync {
         3
     }
 
-    /// The highest frequency of its sines, Hz, if it has any.
+    /// Returns the highest frequency of its sines, Hz, if any.
     fn frequency(&self) -> Option<f64> {
         None
     }
 
-    /// The lowest and the highest frequency that it sweeps through from t = 0 to a time, Hz, if it is a sweep.
+    /// Returns the lowest and the highest frequency of a sweep from t = 0 to a time, Hz, if it is a
+    /// sweep.
     fn sweep(&self, _to: f64) -> Option<[f64; 2]> {
         None
     }
 
-    /// The first and the last time at which it is known.
+    /// Returns the first and the last time at which the function is defined.
     fn range(&self) -> (f64, f64) {
         ALWAYS
     }
@@ -103,7 +104,7 @@ pub struct Objection {
     pub found: String,
     /// Allowed values.
     pub allowed: &'static str,
-    /// What to do.
+    /// Suggested remedy.
     pub next: &'static str,
 }
 
@@ -120,38 +121,39 @@ impl<F: TimeFunction + 'static> From<F> for Signal {
 }
 
 impl Signal {
-    /// The same value at all times.
+    /// Creates a constant function.
     pub fn constant(value: f64) -> Self {
         value.into()
     }
 
-    /// The sum of its terms.
+    /// Creates the sum of its terms.
     pub fn sum(terms: Vec<Self>) -> Self {
         Composed(Operation::Sum, terms).into()
     }
 
-    /// The product of its factors.
+    /// Creates the product of its factors.
     pub fn product(factors: Vec<Self>) -> Self {
         Composed(Operation::Product, factors).into()
     }
 
-    /// So many times as much.
+    /// Returns the function multiplied by `factor`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         Self::product(vec![Self::constant(factor), self.clone()])
     }
 
-    /// The highest frequency of its sines, Hz, if it has any.
+    /// Returns the highest frequency of its sines, Hz, if any.
     pub fn frequency(&self) -> Option<f64> {
         self.0.frequency()
     }
 
-    /// The lowest and the highest frequency that it sweeps through from t = 0 to a time, Hz, if it is a sweep.
+    /// Returns the lowest and the highest frequency of a sweep from t = 0 to a time, Hz, if it is a
+    /// sweep.
     pub fn sweep(&self, to: f64) -> Option<[f64; 2]> {
         self.0.sweep(to)
     }
 
-    /// Value, first and second derivative at time `t` (s).
+    /// Returns value, first and second derivative at time `t` (s).
     pub fn at(&self, t: f64) -> Jet {
         self.0.at(t)
     }
@@ -162,7 +164,8 @@ impl Signal {
         self.0.lowest_jump()
     }
 
-    /// Why nothing can move as it says, and what to do; none if its value and slope are continuous.
+    /// Returns the reason why the function cannot prescribe a motion, with a remedy; `None` if its
+    /// value and slope are continuous.
     pub fn unfit_for_motion(&self) -> Option<&'static str> {
         match self.lowest_jump() {
             0 => Some("it jumps: give the step a rise"),
@@ -174,7 +177,7 @@ impl Signal {
         }
     }
 
-    /// The latest start and the earliest end of the tables it is made of, s.
+    /// Returns the latest start and the earliest end of its tables, s.
     pub fn range(&self) -> (f64, f64) {
         self.0.range()
     }
@@ -184,12 +187,12 @@ impl Signal {
         self.0.objection()
     }
 
-    /// The value, if it is the same at all times between two.
+    /// Returns the value if it is constant between two times.
     fn constant_over(&self, from: f64, to: f64) -> Option<f64> {
         self.0.constant_over(from, to)
     }
 
-    /// The breaks after the first and up to the second of two times.
+    /// Returns the breaks after the first and up to the second of two times.
     pub fn breaks(&self, from: f64, to: f64) -> impl Iterator<Item = Break> {
         std::iter::successors(self.next_break(from), |last| self.next_break(last.t))
             .take_while(move |next| next.t <= to)
@@ -310,7 +313,8 @@ mod tests {
         assert_eq!(enveloped.sweep(1.0), Some([4.0, 6.0]));
         assert_eq!(enveloped.sweep(9.0), Some([4.0, 10.0]));
         assert_eq!(Signal::paper(2.0).sweep(9.0), None);
-        // A sine of a negative frequency vibrates as fast: this one comes to rest and goes on.
+        // A sine of negative frequency vibrates equally fast; this chirp slows down to zero and
+        // continues.
         let through_zero = Signal::from(formula::Chirp {
             amplitude: 2.0,
             frequency: 4.0,

@@ -10,17 +10,17 @@ use std::sync::Arc;
 
 use super::timing::{Break, Timed, just_after, shortest};
 
-/// How many of the system's shortest times the t_out of a first step lies ahead: both integrators
-/// begin with `min(0.001 · (t_out − t), 0.5/‖ẏ‖)`. From rest ẏ tells nothing, so the first term
-/// decides: it is 0.08 of the time, half a radian of a sine. For the paper's 8 Hz t_out is 10 s, the
-/// end of Table 2's runs.
+/// Ratio of t_out − t of a first step to the system's shortest time scale. Both integrators begin
+/// with `min(0.001 · (t_out − t), 0.5/‖ẏ‖)`. At rest ẏ provides no scale, so the first term
+/// decides: it is 0.08 of the time scale, half a radian of a sine. For the paper's 8 Hz t_out is 10
+/// s, the end of Table 2's runs.
 const AHEAD: f64 = 80.0;
 
-/// Times closer than this fraction of them are the same: some thousand units of rounding, below
-/// which no integrator takes a step.
+/// Times with a relative difference below this value are equal: a few thousand times the unit
+/// roundoff, shorter than any step of an integrator.
 const ROUNDING: f64 = 1e-12;
 
-/// What drives a system.
+/// Signals that drive a system.
 #[derive(Clone, Default)]
 pub struct Schedule {
     /// With the derivatives of it that the equations contain.
@@ -40,7 +40,7 @@ impl Schedule {
         self.own_time = shortest(times.into_iter().chain(self.own_time));
     }
 
-    /// The first break of the equations later than `after`.
+    /// Returns the first break of the equations later than `after`.
     pub fn next_break(&self, after: f64) -> Option<Break> {
         let breaks = self.drives.iter().filter_map(|(drive, derivatives)| {
             let next = drive.next_break(after)?;
@@ -62,14 +62,14 @@ impl Schedule {
         jumps.last().map(|jump| just_after(jump.t))
     }
 
-    /// The first jump of the equations later than `after`, s.
+    /// Returns the first jump of the equations later than `after`, s.
     pub fn next_jump(&self, after: f64) -> Option<f64> {
         let first = self.next_break(after);
         let mut breaks = std::iter::successors(first, |last| self.next_break(last.t));
         breaks.find(|next| next.order == 0).map(|jump| jump.t)
     }
 
-    /// The shortest time in which something that drives the system changes between two times, s.
+    /// Returns the shortest time scale of the changes of all signals between two times, s.
     pub fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
         let drives = self.drives.iter();
         shortest(drives.filter_map(|(drive, _)| drive.time_scale(from, to)))
@@ -82,15 +82,15 @@ impl Schedule {
         shortest(times).map_or(t_end, |time| t + AHEAD * time)
     }
 
-    /// The longest step at `t`, up to `h`, over which nothing changes too fast.
+    /// Returns the longest step at `t`, up to `h`, over which all changes are resolved.
     pub fn longest_step(&self, t: f64, h: f64) -> f64 {
         let (mut h, least) = (h, ROUNDING * t.abs());
         let allowed = |h: f64| {
             let drives = self.drives.iter();
             shortest(drives.filter_map(|(drive, _)| drive.longest_step(t, t + h)))
         };
-        // The shorter the step, the less happens in it: halving finds a bound within a factor of
-        // two of the longest.
+        // A shorter step contains fewer changes: halving finds a bound within a factor of two of
+        // the longest.
         while let Some(allowed) = allowed(h) {
             if h <= allowed.max(least) {
                 break;

@@ -47,10 +47,11 @@ impl From<Points> for Spline {
 }
 
 impl Spline {
-    /// The spline through `values` at ascending `times` (s).
+    /// Creates the spline through `values` at ascending `times` (s).
     ///
     /// # Errors
-    /// [`ModelError::OutOfRange`] for fewer than two points, times that do not ascend, or NaN and infinite numbers.
+    /// [`ModelError::OutOfRange`] for fewer than two points, times that do not ascend, or
+    /// non-finite values.
     ///
     /// # Panics
     /// If the lengths differ.
@@ -58,7 +59,7 @@ impl Spline {
         Ok(Points::new(times, values)?.into())
     }
 
-    /// The largest overshoot beyond the two neighboring points.
+    /// Returns the largest overshoot beyond the two neighboring points.
     pub fn overshoot(&self) -> Option<Overshoot> {
         let Points {
             times,
@@ -83,13 +84,13 @@ impl Spline {
             .max_by(|a, b| a.excess.total_cmp(&b.excess))
     }
 
-    /// First and last time, s.
+    /// Returns the first and the last time, s.
     pub fn range(&self) -> (f64, f64) {
         self.points.range()
     }
 
-    /// The time in which the curvature it has between two times, at its largest, changes it by the
-    /// range of its values, √(2 range/|s''|), s; none where it is straight.
+    /// Returns the time in which the largest curvature between two times changes the value by the
+    /// range of the table, √(2 range/|s''|), s; `None` if the spline is straight.
     pub fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
         let place = |t: f64| self.points.times.partition_point(|&time| time <= t);
         let (first, last) = (place(from), place(to));
@@ -100,7 +101,7 @@ impl Spline {
         shortest([(2.0 * self.points.spread / curvature).sqrt()])
     }
 
-    /// Value and derivatives at time `t`; beyond the ends the first and last cubic go on.
+    /// Returns value and derivatives at time `t`; the first and last cubics extend beyond the ends.
     pub fn at(&self, t: f64) -> Jet {
         let (Points { times, values, .. }, i) = (&self.points, self.points.interval(t));
         let h = times[i + 1] - times[i];
@@ -115,8 +116,8 @@ impl Spline {
     }
 }
 
-/// Second derivatives at the points, from the continuity of the first:
-/// `h_i m_i + 2 (h_i + h_{i+1}) m_{i+1} + h_{i+1} m_{i+2} = 6 (slope_{i+1} - slope_i)`.
+/// Computes the second derivatives at the points from the continuity of the first: `h_i m_i + 2
+/// (h_i + h_{i+1}) m_{i+1} + h_{i+1} m_{i+2} = 6 (slope_{i+1} - slope_i)`.
 ///
 /// The matrix is tridiagonal and diagonally dominant: elimination needs no pivoting.
 fn moments(times: &[f64], values: &[f64]) -> Vec<f64> {
@@ -154,7 +155,7 @@ mod tests {
         }
         for t in &times[1..4] {
             let (before, after) = (spline.at(t - 1e-9), spline.at(t + 1e-9));
-            // Third derivatives are below 1e4 here, so 2e-9 away nothing moves by more than 1e-4.
+            // Third derivatives are below 1e4 here, so values 2e-9 apart differ by at most 1e-4.
             assert!((before.d1 - after.d1).abs() < 1e-5 && (before.d2 - after.d2).abs() < 1e-4);
         }
         assert!(spline.at(0.0).d2.abs() < 1e-12 && spline.at(2.0).d2.abs() < 1e-12);

@@ -53,29 +53,30 @@ impl Points {
         })
     }
 
-    /// First and last time, s.
+    /// Returns the first and the last time, s.
     pub fn range(&self) -> (f64, f64) {
         (self.times[0], self.times[self.times.len() - 1])
     }
 
-    /// Index of the interval of a time: the first or last one outside the range.
+    /// Returns the index of the interval of a time: the first or last interval outside the range.
     pub(super) fn interval(&self, t: f64) -> usize {
         let after = self.times.partition_point(|&start| start <= t);
         after.saturating_sub(1).min(self.times.len() - 2)
     }
 
-    /// Slope of the line over an interval.
+    /// Returns the slope of the line over an interval.
     fn slope(&self, i: usize) -> f64 {
         (self.values[i + 1] - self.values[i]) / (self.times[i + 1] - self.times[i])
     }
 
-    /// Time in which the steepest line between two times passes through the range of the values, s.
+    /// Returns the time in which the steepest line between two times covers the range of the
+    /// values, s.
     fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
         let slopes = (self.interval(from)..=self.interval(to)).map(|i| self.slope(i).abs());
         shortest([self.spread / slopes.fold(0.0, f64::max)])
     }
 
-    /// The value, if it is the same at all points of the intervals between two times.
+    /// Returns the value if it is equal at all points of the intervals between two times.
     fn constant_over(&self, from: f64, to: f64) -> Option<f64> {
         let (first, last) = (self.interval(from), self.interval(to.next_down()));
         let values = &self.values[first..=last.max(first) + 1];
@@ -83,8 +84,8 @@ impl Points {
     }
 }
 
-/// Straight lines between the points, the first and last one extended. The slope jumps at each point where it changes:
-/// steps end there.
+/// Straight lines between the points; the first and last lines are extended. Steps end at each
+/// point where the slope jumps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polyline(pub Points);
 
@@ -158,7 +159,8 @@ impl From<Points> for Pchip {
     }
 }
 
-/// Harmonic mean of the slopes of two neighboring intervals, weighted by their lengths; 0 at an extremum.
+/// Returns the harmonic mean of the slopes of two neighboring intervals, weighted by their lengths;
+/// 0 at an extremum.
 fn inner_slope([h0, h1]: [f64; 2], [d0, d1]: [f64; 2]) -> f64 {
     if d0 * d1 <= 0.0 {
         return 0.0;
@@ -167,7 +169,8 @@ fn inner_slope([h0, h1]: [f64; 2], [d0, d1]: [f64; 2]) -> f64 {
     (w0 + w1) / (w0 / d0 + w1 / d1)
 }
 
-/// Slope at an end of the parabola through three points, limited so that the interval stays monotone.
+/// Returns the slope at an end of the parabola through three points, limited so that the interval
+/// stays monotone.
 fn end_slope([h0, h1]: [f64; 2], [d0, d1]: [f64; 2]) -> f64 {
     let slope = ((2.0 * h0 + h1) * d0 - h0 * d1) / (h0 + h1);
     match () {

@@ -25,33 +25,34 @@ impl Break {
     }
 }
 
-/// A jump is passed so many units of rounding after its time: the times of stages of steps that end
-/// there are rounded by less, and no integrator takes a step of that length.
+/// Offset after a jump, in multiples of the unit roundoff: the times of stages of steps that end at
+/// the jump have smaller rounding errors, and every step of an integrator is longer.
 const PASSED: f64 = 16.0 * f64::EPSILON;
 /// Replacement for a time scale of zero, s.
 const LEAST_TIME: f64 = 1e-290;
 
-/// The first time after a jump at `t`: up to it a function that jumps has its left value, from it on
-/// its right one.
+/// Returns the first time after a jump at `t`: a function with a jump has its left value before
+/// this time, and its right value from this time on.
 pub(crate) fn just_after(t: f64) -> f64 {
     t + PASSED * t.abs().max(LEAST_TIME)
 }
 
-/// What drives a system, as its steps have to know it.
+/// Properties of a signal that the choice of steps requires.
 pub trait Timed: Send + Sync {
-    /// The first break later than `after`.
+    /// Returns the first break later than `after`.
     fn next_break(&self, after: f64) -> Option<Break>;
 
     /// Returns the shortest time, s, in which the function makes its change between two times;
     /// `None` if it is constant.
     fn time_scale(&self, from: f64, to: f64) -> Option<f64>;
 
-    /// The longest step, s, that between two times cannot pass over a change; none where there is
-    /// nothing to pass over.
+    /// Returns the longest step, s, that cannot miss a change between two times; `None` if nothing
+    /// changes.
     fn longest_step(&self, from: f64, to: f64) -> Option<f64>;
 }
 
-/// A step sees what changes within a time by four steps, and a sine by a quarter of its period.
+/// Fraction of a time scale per step: four steps resolve a change, and a quarter of its period a
+/// sine.
 pub(crate) const FRACTION: f64 = 0.25;
 
 /// Returns the shortest positive and finite time, if any.
@@ -60,7 +61,7 @@ pub(crate) fn shortest(times: impl IntoIterator<Item = f64>) -> Option<f64> {
     times.into_iter().filter(meaningful).reduce(f64::min)
 }
 
-/// The first of two times later than `after`, at which a derivative of this order jumps.
+/// Returns the first of two times later than `after`, at which a derivative of this order jumps.
 pub(super) fn first(times: [f64; 2], after: f64, order: u8) -> Option<Break> {
     let later = times.into_iter().find(|t| *t > after)?;
     Some(Break { t: later, order })
@@ -144,7 +145,7 @@ mod tests {
         ]);
         assert_eq!(burst.time_scale(0.0, 1.0), None);
         assert_eq!(burst.longest_step(0.0, 1.01), Some(0.0005));
-        // Once it goes on it is a sine.
+        // After the ramp, the function is a sine.
         assert_eq!(burst.longest_step(1.5, 1.6), None);
         assert_eq!(burst.time_scale(0.0, 1.5), Some(0.002));
         assert_eq!(burst.time_scale(1.5, 1.6), Some(0.002));

@@ -14,8 +14,8 @@ use crate::operators::{compliance, element_size, mass};
 /// Maximum number of fixed-point iterations for the slow manifold. Each reduces the error by a
 /// factor of about β |∇v|; if they do not converge, there is no useful slow manifold.
 const MAX_ITERATIONS: usize = 50;
-/// Change of λ, as a fraction of its size, at which the iteration ends: far below what differences
-/// in time resolve.
+/// Relative change of λ at which the iteration ends: far below the resolution of differences in
+/// time.
 const SETTLED: f64 = 1e-11;
 /// Strain over the time step of differences of second order: their relative error is its square, and their
 /// rounding 1e-16 divided by it.
@@ -40,7 +40,8 @@ pub(super) struct Dynamics {
 }
 
 impl Dynamics {
-    /// The accelerations of a body without pressure field; `internal`: its internal stresses.
+    /// Computes the accelerations of a body without pressure field; `internal`: its internal
+    /// stresses.
     pub(super) fn without_pressure(
         mut dae: MuscleDae,
         t: f64,
@@ -56,9 +57,9 @@ impl Dynamics {
         })
     }
 
-    /// Accelerations and pressures of a motion of `muscle` that satisfies the constraints, from the
-    /// balance of momentum of `dae`; of the `pressure` given where it is free, else on the slow
-    /// manifold.
+    /// Computes accelerations and pressures of a motion of `muscle` that satisfies the constraints,
+    /// from the balance of momentum of `dae`. If the pressure is free, uses `pressure` if given,
+    /// else the slow manifold.
     pub(super) fn new(
         dae: MuscleDae,
         muscle: &Muscle,
@@ -74,7 +75,8 @@ impl Dynamics {
         }
     }
 
-    /// κ < ∞: M_p λ/κ = -∫ψ (J - 1), and the same differentiated once and twice.
+    /// Computes the pressure for κ < ∞ from M_p λ/κ = -∫ψ (J - 1), and its rates from the first and
+    /// second derivatives.
     fn compressible(
         mut dae: MuscleDae,
         muscle: &Muscle,
@@ -170,7 +172,8 @@ impl<'a> Incompressible<'a> {
                 break;
             }
         }
-        // Momentum to rounding: what λ leaves missing is β λ̇, or λ itself without damping.
+        // Satisfies the balance of momentum to rounding: the remainder is β λ̇, or λ without
+        // damping.
         let (acceleration, missing) = self.acceleration(&pressure)?;
         if is_damped {
             let rates = missing.iter().zip(&beta);
@@ -187,7 +190,7 @@ impl<'a> Incompressible<'a> {
         })
     }
 
-    /// v̇, and the π with which -Bᵀπ balances momentum at this λ and λ̇ = 0.
+    /// Returns v̇, and the π with which -Bᵀπ balances momentum at this λ and λ̇ = 0.
     fn acceleration(&mut self, pressure: &[f64]) -> Result<(Vec<f64>, Vec<f64>), ModelError> {
         let (zero, no_rate) = (vec![0.0; self.q.len()], vec![0.0; pressure.len()]);
         let y = [self.q, self.v, pressure, self.internal.values];
@@ -198,7 +201,8 @@ impl<'a> Incompressible<'a> {
         self.saddle.solve(&negative(&force), &negative(&flux))
     }
 
-    /// λ̇ from the differentiated equations with λ̈ = 0, in which `rate` is the present guess.
+    /// Returns λ̇ from the differentiated equations with λ̈ = 0; `rate` is the current
+    /// approximation.
     fn pressure_rate(
         &mut self,
         acceleration: &[f64],
@@ -228,8 +232,8 @@ impl<'a> Incompressible<'a> {
         Ok(sum(rate, &correction))
     }
 
-    /// The time in which the motion strains an element by [`DIFFERENCE`]; for a body at rest that
-    /// in which it starts to.
+    /// Returns the time in which the motion strains an element by [`DIFFERENCE`]; for a body at
+    /// rest, the time in which its acceleration does.
     fn difference_step(&self, acceleration: &[f64]) -> f64 {
         let way = DIFFERENCE * element_size(&self.muscle.solid);
         let by_velocity = way / largest(self.v);
@@ -238,10 +242,10 @@ impl<'a> Incompressible<'a> {
     }
 }
 
-/// Time step of differences for a body on which nothing acts, s: short beside any load.
+/// Time step of differences for a body without loads, s: short compared with any load.
 const LONGEST_DIFFERENCE: f64 = 1e-4;
 
-/// The rows of the balance of momentum.
+/// Evaluates the rows of the balance of momentum.
 fn momentum(
     dae: &mut MuscleDae,
     t: f64,
@@ -257,7 +261,7 @@ fn momentum(
     Ok(residual[rows].to_vec())
 }
 
-/// x with `matrix` x = `right`.
+/// Solves `matrix` x = `right`.
 pub(crate) fn alone(matrix: &CscMatrix<f64>, right: &[f64]) -> Result<Vec<f64>, ModelError> {
     let no_constraint = CscMatrix::zeros(0, right.len());
     let (x, _) = Saddle::factor(matrix, &no_constraint)?.solve(right, &[])?;
@@ -272,7 +276,7 @@ fn sum(x: &[f64], y: &[f64]) -> Vec<f64> {
     moved(x, 1.0, y)
 }
 
-/// x + s y.
+/// Returns x + s y.
 fn moved(x: &[f64], s: f64, y: &[f64]) -> Vec<f64> {
     x.iter().zip(y).map(|(x, y)| x + s * y).collect()
 }

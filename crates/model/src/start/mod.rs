@@ -1,7 +1,7 @@
 //! Consistent initial values for every formulation, from displacements and velocities.
 //!
-//! Cast: [`Start`] holds y and ẏ with F(t, y, ẏ) = 0 and, where the DAE has index 2 or 3, the
-//! equations hidden in its derivatives satisfied as well; [`BlockResidual`] measures the error.
+//! [`Start`] contains y and ẏ that satisfy F(t, y, ẏ) = 0 and, for index 2 or 3, the hidden
+//! equations in its derivatives; [`BlockResidual`] measures the error.
 //!
 //! Reference: U. M. Ascher, L. R. Petzold, *Computer Methods for Ordinary Differential Equations
 //! and Differential-Algebraic Equations*, SIAM 1998, section 9.2 (hidden constraints).
@@ -39,18 +39,19 @@ pub struct Start {
     pub displacement_moved: f64,
     /// Largest change of a velocity component by the projection, m/s.
     pub velocity_moved: f64,
-    /// Whether λ(0) was free (κ = ∞ with β > 0) and found on the slow manifold; a motion so fast that
-    /// β |∇v| is not small has none, and starts with a transient.
+    /// Whether λ(0) was free (κ = ∞ with β > 0) and computed on the slow manifold. A motion so fast
+    /// that β |∇v| is not small has no slow manifold, and starts with a transient.
     pub on_slow_manifold: bool,
 }
 
 /// A system that can compute a consistent state near a given state.
 pub trait Consistent: Problem {
-    /// y and ẏ that satisfy the equations at time `t`, hidden ones included, next to `y`: from its
-    /// displacements and velocities, and the other unknowns that the equations let start anywhere.
+    /// Computes y and ẏ near `y` that satisfy the equations at time `t`, including hidden
+    /// equations, from its displacements and velocities, and from the other unknowns with free
+    /// initial values.
     ///
     /// # Errors
-    /// Those of the evaluation, and of the solves it takes.
+    /// Errors of the evaluation and of the linear solves.
     fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError>;
 }
 
@@ -65,7 +66,7 @@ impl Consistent for MuscleDae {
     }
 }
 
-/// Displacements and velocities that satisfy the constraints, whatever the formulation.
+/// Displacements and velocities that satisfy the constraints, independent of the formulation.
 #[derive(Debug, Clone)]
 struct Motions {
     q: Vec<f64>,
@@ -159,11 +160,11 @@ impl Start {
         })
     }
 
-    /// Consistent values at time `t` for the displacements, velocities, tensions and internal
-    /// stresses in `y`.
+    /// Computes consistent values at time `t` for the displacements, velocities, tensions and
+    /// internal stresses in `y`.
     ///
     /// # Errors
-    /// Those of [`new`](Self::new).
+    /// Errors of [`new`](Self::new).
     ///
     /// # Panics
     /// If `y` is not a state of `dae`.
@@ -171,7 +172,7 @@ impl Start {
         Self::next_to(dae, t, y, None)
     }
 
-    /// The same with the λ that `y` has at a place, if it is to be kept.
+    /// Does the same, keeping the λ of `y` if requested.
     fn next_to(
         dae: &mut MuscleDae,
         t: f64,

@@ -19,7 +19,7 @@ pub(crate) struct Motion<'a> {
 }
 
 impl<'a> Motion<'a> {
-    /// The motion at time `t` with these free components.
+    /// Creates the motion at time `t` with these free components.
     pub(crate) fn new(muscle: &'a Muscle, t: f64, q: &[f64], v: &[f64], v_dot: &[f64]) -> Self {
         let dofs = muscle.solid.dofs();
         let nodal = |free: &[f64]| {
@@ -51,7 +51,7 @@ impl<'a> Motion<'a> {
         self.muscle.solid.evaluate(&fields, out)
     }
 
-    /// ∫ψ (J - 1).
+    /// Computes ∫ψ (J - 1).
     pub(crate) fn volume_residual(&self) -> Result<Vec<f64>, Inverted> {
         let mut volume_residual = vec![0.0; self.muscle.solid.space().n_pressures()];
         let mut out = Vectors {
@@ -62,7 +62,7 @@ impl<'a> Motion<'a> {
         Ok(volume_residual)
     }
 
-    /// ∫ψ cof F(u):∇w for nodal u and w.
+    /// Computes ∫ψ cof F(u):∇w for nodal u and w.
     fn flux_at(&self, u: &[f64], w: &[f64]) -> Result<Vec<f64>, Inverted> {
         let mut flux = vec![0.0; self.muscle.solid.space().n_pressures()];
         let mut out = Vectors {
@@ -73,15 +73,15 @@ impl<'a> Motion<'a> {
         Ok(flux)
     }
 
-    /// First derivative of ∫ψ (J - 1): ∫ψ cof F:∇v.
+    /// Computes the first derivative of ∫ψ (J - 1): ∫ψ cof F:∇v.
     pub(crate) fn volume_residual_rate(&self) -> Result<Vec<f64>, Inverted> {
         self.flux_at(&self.displacement, &self.velocity)
     }
 
-    /// Second derivative of ∫ψ (J - 1): ∫ψ (cof F:∇v̇ + (∂cof F/∂F:∇v):∇v).
+    /// Computes the second derivative of ∫ψ (J - 1): ∫ψ (cof F:∇v̇ + (∂cof F/∂F:∇v):∇v).
     ///
-    /// The second term is a central difference of the first derivative along v, exact because cof is
-    /// linear in plane strain and quadratic in space.
+    /// The second term is a central difference of the first derivative along v, exact because cof
+    /// is linear in plane strain and quadratic in 3D.
     pub(crate) fn defect_acceleration(&self) -> Result<Vec<f64>, Inverted> {
         let mut sum = self.flux_at(&self.displacement, &self.acceleration)?;
         let fastest = largest(&self.velocity);
@@ -100,13 +100,13 @@ impl<'a> Motion<'a> {
         Ok(sum)
     }
 
-    /// B(q) over the free components.
+    /// Computes B(q) over the free components.
     pub(crate) fn divergence(&self) -> Result<CscMatrix<f64>, Inverted> {
         operators::divergence(&self.muscle.solid, &self.displacement)
     }
 }
 
-/// max |x_i|.
+/// Returns max |x_i|.
 pub(crate) fn largest(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |m, x| m.max(x.abs()))
 }

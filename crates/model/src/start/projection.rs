@@ -14,8 +14,8 @@ const MAX_ITERATIONS: usize = 30;
 /// the strain times the machine's precision.
 const ROUNDING: f64 = 1e-14;
 
-/// The displacement with ∫ψ (J - 1) = 0 next to `q` in the H1 norm, which spreads the correction
-/// without adding strain where none is needed.
+/// Computes the displacement with ∫ψ (J - 1) = 0 nearest to `q` in the H1 norm, which spreads the
+/// correction without adding unnecessary strain.
 pub(super) fn displacement(muscle: &Muscle, t: f64, q: &[f64]) -> Result<Vec<f64>, ModelError> {
     let solid = &muscle.solid;
     let norm = operators::gradients(solid);
@@ -66,7 +66,7 @@ pub(super) fn velocity(
     Ok(v)
 }
 
-/// max over ψ_k of |∫ψ_k …| / ∫ψ_k.
+/// Returns max over ψ_k of |∫ψ_k …| / ∫ψ_k.
 fn largest_projected(solid: &Solid, volume_residual: &[f64]) -> f64 {
     let projected: Vec<f64> = volume_residual
         .iter()

@@ -18,8 +18,8 @@ pub struct BlockResidual {
     pub equation: Equation,
     /// max |F_i| over the block, in the equation's units.
     pub largest: f64,
-    /// The same as a fraction of max Σ_j (|∂F_i/∂y_j y_j| + |∂F_i/∂ẏ_j ẏ_j|), the size of the terms
-    /// that should cancel; infinite where these are zero and F_i is not.
+    /// The residual as a fraction of max Σ_j (|∂F_i/∂y_j y_j| + |∂F_i/∂ẏ_j ẏ_j|), the size of the
+    /// terms that should cancel; infinite if these are zero and F_i is not.
     pub relative: f64,
     /// Where it is largest: the name of the row's unknown, with its node.
     pub worst: String,
@@ -46,10 +46,10 @@ impl fmt::Display for BlockResidual {
     }
 }
 
-/// The residual of every block at (t, y, ẏ).
+/// Computes the residual of every block at (t, y, ẏ).
 ///
 /// # Errors
-/// [`ModelError::Evaluation`] where F or its Jacobian cannot be evaluated.
+/// [`ModelError::Evaluation`] if F or its Jacobian cannot be evaluated.
 pub fn residuals(
     dae: &mut MuscleDae,
     t: f64,
@@ -85,7 +85,7 @@ pub fn residuals(
         .collect())
 }
 
-/// Σ_j (|∂F_i/∂y_j y_j| + |∂F_i/∂ẏ_j ẏ_j|) for every row i.
+/// Computes Σ_j (|∂F_i/∂y_j y_j| + |∂F_i/∂ẏ_j ẏ_j|) for every row i.
 fn sizes_of_terms(
     dae: &mut MuscleDae,
     t: f64,

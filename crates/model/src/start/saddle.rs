@@ -8,7 +8,7 @@ use nalgebra_sparse::{CooMatrix, CscMatrix};
 
 use crate::error::ModelError;
 
-/// The factors of (H, -Bᵀ; -B, 0), which is symmetric.
+/// Factors of (H, -Bᵀ; -B, 0), which is symmetric.
 pub(crate) struct Saddle {
     n: usize,
     factors: SparseSystem<f64>,
@@ -42,7 +42,7 @@ impl Saddle {
         Ok(Self { n, factors, work })
     }
 
-    /// (w, π) with H w - Bᵀπ = `force`, B w = `flux`.
+    /// Solves H w - Bᵀπ = `force`, B w = `flux` for (w, π).
     pub(crate) fn solve(
         &mut self,
         force: &[f64],

@@ -28,8 +28,8 @@ const MAX_ITERATIONS: usize = 16;
 /// Greatest ratio of the distance that Newton's iteration moves from the predicted displacement to the length of the
 /// prediction. Beyond it the prediction carries no information, and the iteration may end on another branch.
 const CORRECTION: f64 = 0.25;
-/// Displacement gradient that a correction may have in any case: at a kink of a law, as where fibers go slack, it is as long
-/// as the prediction in however small a step.
+/// Displacement gradient of a correction that is always accepted: at a kink of a law, such as
+/// fibers becoming slack, the correction is as long as the prediction for any step size.
 const SMALL_GRADIENT: f64 = 1e-3;
 /// Displacement gradient by which supports move for the derivative of the forces with the load: the square of its size
 /// and its rounding are both below 1e-9 of the derivative.
@@ -44,7 +44,7 @@ pub(super) struct Newton<'a> {
     matrices: Matrices,
     /// Predicted memory and work of the factorization, if known.
     pub(super) needs: Option<Prediction>,
-    /// Memory in use before there are any, B, where the system tells.
+    /// Memory in use before the factorization, B, if the operating system reports it.
     pub(super) in_use: Option<usize>,
     pub(super) system: SparseSystem<f64>,
     pub(super) work: LinearWork,
@@ -147,7 +147,7 @@ impl<'a> Newton<'a> {
             pressure.add_at(t, 1.0, &displacement, &mut whole);
         }
         if !tensions.is_empty() {
-            // What contraction does to the undeformed body counts as load.
+            // The effect of contraction on the undeformed body counts as load.
             let mut active = nodal.clone();
             let (u, tensions) = (&displacement, &tensions);
             solid.added_force(&AddedMotion { u, v: u, tensions }, &mut active);
@@ -178,7 +178,8 @@ impl<'a> Newton<'a> {
         })
     }
 
-    /// All components of the displacement: the free ones `q`, `factor` times the prescribed ones.
+    /// Sets all components of the displacement: `q` for the free, `factor` times the prescribed
+    /// values for the others.
     fn deform(&mut self, q: &[f64], factor: f64) {
         for &(component, value) in &self.prescribed {
             self.displacement[component] = factor * value;
@@ -186,7 +187,7 @@ impl<'a> Newton<'a> {
         self.muscle.solid.dofs().expand(q, &mut self.displacement);
     }
 
-    /// The largest |u| of a node for the unknowns `x` under the whole load, m.
+    /// Returns the largest |u| of a node for the unknowns `x` under the full load, m.
     pub(super) fn largest_displacement(&mut self, x: &[f64]) -> f64 {
         let solid = &self.muscle.solid;
         self.deform(&x[..solid.dofs().n_free()], 1.0);
@@ -195,7 +196,7 @@ impl<'a> Newton<'a> {
         squares.fold(0.0, f64::max).sqrt()
     }
 
-    /// The residual at `x` under `factor` times the load.
+    /// Computes the residual at `x` under `factor` times the load.
     pub(super) fn residual(
         &mut self,
         x: &[f64],
@@ -255,10 +256,11 @@ impl<'a> Newton<'a> {
         Ok(())
     }
 
-    /// Derivative of the equilibrium with the load factor at the equilibrium `x` under `factor` times the load, by the
-    /// equations linearized there.
+    /// Computes the derivative of the equilibrium with respect to the load factor, at the
+    /// equilibrium `x` under `factor` times the load, by the equations linearized there.
     ///
-    /// Supports move by a small part of their displacement only, so that no element inverts however far they go.
+    /// Supports move only by a small part of their displacement, so that no element inverts for any
+    /// total displacement.
     pub(super) fn direction(&mut self, x: &[f64], factor: f64) -> Result<Vec<f64>, ModelError> {
         let n_free = self.muscle.solid.dofs().n_free();
         let gradient = self.gradient(&vec![0.0; n_free], 1.0);
@@ -276,8 +278,9 @@ impl<'a> Newton<'a> {
         Ok(change)
     }
 
-    /// Largest difference of the displacements of two vertices of an element by their distance, for the free components
-    /// `q` and `factor` times the prescribed ones: the size of the displacement gradient.
+    /// Returns the largest difference of the displacements of two vertices of an element divided by
+    /// their distance, for the free components `q` and `factor` times the prescribed components:
+    /// the size of the displacement gradient.
     pub(super) fn gradient(&mut self, q: &[f64], factor: f64) -> f64 {
         self.deform(q, factor);
         let space = self.muscle.solid.space();
@@ -355,7 +358,7 @@ impl<'a> Newton<'a> {
         Ok(None)
     }
 
-    /// The matrix of the linear system at `x`.
+    /// Factorizes the matrix of the linear system at `x`.
     pub(super) fn tangent(&mut self, x: &[f64], factor: f64) -> Result<(), Inverted> {
         let Muscle {
             solid, pressures, ..
@@ -381,10 +384,11 @@ impl<'a> Newton<'a> {
         Ok(())
     }
 
-    /// The directions in which the energy falls among the displacements that keep the volume, or pay for it by κ:
-    /// Newton's matrix (K, −Bᵀ; B, M_p/κ) has the inertia of (K, −Bᵀ; −B, −M_p/κ), a negative pivot for each
-    /// pressure and one more for each such direction (Sylvester's law), its last rows having changed their sign. A
-    /// pressure that nothing holds has a pivot of any sign, and hides one direction at most.
+    /// Returns the number of directions in which the energy decreases among the displacements that
+    /// conserve the volume, or pay for its change by κ. Newton's matrix (K, −Bᵀ; B, M_p/κ) has the
+    /// inertia of (K, −Bᵀ; −B, −M_p/κ) after a change of sign of its last rows: one negative pivot
+    /// for each pressure and one more for each such direction (Sylvester's law). An undetermined
+    /// pressure has a pivot of either sign, and hides one direction at most.
     pub(super) fn instabilities(&self) -> Option<usize> {
         if !self.muscle.pressures.is_empty() {
             return None;
@@ -396,7 +400,8 @@ impl<'a> Newton<'a> {
         Some(negative.saturating_sub(constraint.len()))
     }
 
-    /// Whether the increments of displacement and pressure are small beside the solution.
+    /// Returns whether the increments of displacement and pressure are small relative to the
+    /// solution.
     fn is_small(&self, increment: &[f64], x: &[f64]) -> bool {
         self.layout.blocks().iter().all(|(_, range)| {
             let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
@@ -404,8 +409,8 @@ impl<'a> Newton<'a> {
         })
     }
 
-    /// The residual's size: forces beside those at the start, volume defects beside the body's
-    /// volume.
+    /// Returns the size of the residual: forces relative to the initial forces, volume residuals
+    /// relative to the body's volume.
     fn size(&self, r: &[f64]) -> f64 {
         let (momentum, constraint) = r.split_at(self.muscle.solid.dofs().n_free());
         let volume = self.muscle.solid.volume();
@@ -413,7 +418,7 @@ impl<'a> Newton<'a> {
     }
 }
 
-/// Whether another state may have a matrix that can be factorized.
+/// Returns whether the matrix of another state may be factorizable.
 pub(super) fn is_singular(error: &SparseError) -> bool {
     matches!(
         error,

@@ -1,4 +1,4 @@
-//! What can be said of a search for an equilibrium before it begins.
+//! Predictions about a search for an equilibrium before it begins.
 
 use myovib_sparse::Prediction;
 
@@ -25,10 +25,10 @@ pub(crate) struct LinearResponse {
 }
 
 impl<'a> Prospect<'a> {
-    /// Of the equilibrium of a `muscle` under its loads at time `t`.
+    /// Prepares the equilibrium of a `muscle` under its loads at time `t`.
     ///
     /// # Errors
-    /// Those of [`equilibrium`](super::equilibrium) that do not depend on the loads.
+    /// Errors of [`equilibrium`](super::equilibrium) that do not depend on the loads.
     pub(crate) fn new(
         muscle: &'a Muscle,
         formulation: Formulation,
@@ -40,7 +40,7 @@ impl<'a> Prospect<'a> {
         })
     }
 
-    /// The blocks of unknowns.
+    /// Returns the blocks of unknowns.
     pub(crate) fn layout(&self) -> &Layout {
         &self.newton.layout
     }
@@ -50,15 +50,16 @@ impl<'a> Prospect<'a> {
         self.newton.needs
     }
 
-    /// The memory in use once the matrix is laid out, B, where the system tells.
+    /// Returns the memory in use after allocating the matrix, B, if the operating system reports
+    /// it.
     pub(crate) fn in_use(&self) -> Option<usize> {
         self.newton.in_use
     }
 
-    /// CPU time of an evaluation of Newton's matrix at rest, s.
+    /// Returns the CPU time of an evaluation of Newton's matrix at rest, s.
     ///
     /// # Errors
-    /// None of a body at rest.
+    /// No errors for a body at rest.
     pub(crate) fn evaluation(&mut self) -> Result<f64, ModelError> {
         let clock = CpuClock::start();
         let rest = vec![0.0; self.newton.layout.n_unknowns()];

@@ -7,15 +7,16 @@ use crate::formulation::Formulation;
 use crate::muscle::Muscle;
 
 impl Equilibrium {
-    /// ∂x/∂p of the equilibrium of `muscle` at time `t` for each of `parameters`: displacements, then
-    /// pressures.
+    /// Computes ∂x/∂p of the equilibrium of `muscle` at time `t` for each of `parameters`:
+    /// displacements, then pressures.
     ///
-    /// G(x, p) = 0 gives `∂G/∂x ∂x/∂p = −∂G/∂p`, with one factorisation for all. A parameter is a
-    /// stencil of muscles that differ in it: the weighted sum of their G at this x is ∂G/∂p.
+    /// G(x, p) = 0 gives `∂G/∂x ∂x/∂p = −∂G/∂p`, with one factorization for all. A parameter is a
+    /// stencil of muscles with different values of the parameter: the weighted sum of their G at
+    /// this x is ∂G/∂p.
     ///
     /// # Errors
-    /// [`ModelError::Factorization`] at a limit point, [`ModelError::Inverted`] for a muscle of a stencil that
-    /// moves its supports too far.
+    /// [`ModelError::Factorization`] at a limit point, [`ModelError::Inverted`] for a muscle of a
+    /// stencil that moves its supports too far.
     pub fn derivatives(
         &self,
         muscle: &Muscle,
