@@ -54,7 +54,7 @@ pub enum RadauError {
         /// Current time.
         t: f64,
     },
-    /// Dense output was requested outside of the last step, or for a derivative that is too high.
+    /// Dense output was requested outside of the last step, or for too high a derivative.
     #[error("no derivative of order {derivative} at t = {t}: there are 0 and 1 on [{from}, {to}]")]
     NoDenseOutput {
         /// Requested time.

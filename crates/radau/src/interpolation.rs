@@ -12,7 +12,7 @@ use crate::newton::Step;
 /// h is
 /// - C ψ(θ) in algebraic variables, with ψ = θ ℓ_0,
 /// - C q(θ) in differential variables, with q = ∫ θ ℓ_0,
-/// - C (ψ − r)(θ), with the ramp r, in differential variables that are determined by constraints.
+/// - C (ψ − r)(θ), with the ramp r, in differential variables determined by constraints.
 ///
 /// The difference at t_{n−1} determines C. The estimate needs no evaluation of F. It also detects a
 /// kink of the solution within either step.

@@ -63,7 +63,7 @@ struct Multiplier {
     jump: f64,
 }
 
-/// State of a multiplier that is stored from step to step.
+/// State of a multiplier, stored from step to step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Known {
     /// Value by collocation at the end of the last step.
@@ -336,7 +336,7 @@ impl Multipliers {
         }
     }
 
-    /// Removes the errors from a copy of the `increments` of a step that is not yet accepted.
+    /// Removes the errors from a copy of the `increments` of a step before its acceptance.
     pub(crate) fn remove_from_copy(&self, step: &Step<'_>, increments: &mut [f64]) {
         let n = step.y.len();
         for multiplier in self.list.iter().filter(|multiplier| multiplier.removable) {

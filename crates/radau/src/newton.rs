@@ -141,7 +141,7 @@ impl NewtonSolver {
     /// weights while these errors decrease.
     ///
     /// New matrices by difference quotients are tested with at least two corrections, because
-    /// entries that are far too large make any first correction small. The error is also bounded
+    /// far too large entries make any first correction small. The error is also bounded
     /// relative to the increments: F may depend on ẏ in any way, and a tolerance for y alone
     /// permits an error of tolerance/h in ẏ.
     ///

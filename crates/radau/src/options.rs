@@ -20,7 +20,7 @@ pub enum StepSize {
     Fixed(f64),
 }
 
-/// Errors that are multiplied by h^(k−1), with k the index of the variable.
+/// Errors multiplied by h^(k−1), with k the index of the variable.
 ///
 /// The error of a variable of index k is larger by h^(1−k) than the errors of the variables it
 /// depends on, and contributes h^(k−1) times itself to them (Hairer & Wanner VII.7). The unit of h
@@ -86,7 +86,7 @@ pub struct RadauOptions {
     /// relative tolerance is 0, the estimate is tested against the tolerances without this
     /// conversion.
     pub tolerances_for_solution: bool,
-    /// Errors that are multiplied by h^(k−1), with k the index of the variable, in the error test
+    /// Errors multiplied by h^(k−1), with k the index of the variable, in the error test
     /// and in Newton's convergence test; [`IndexScaling::Algebraic`] by default.
     pub index_scaling: IndexScaling,
     /// Components excluded from the error test (but not from Newton's convergence test); none by
@@ -130,7 +130,7 @@ pub struct RadauOptions {
     pub step_window: (f64, f64),
     /// Safety factor of the step size control; 0.9 by default.
     pub safety: f64,
-    /// Settings of KLU; by default those of the type.
+    /// Settings of KLU; [`SparseOptions::default`] by default.
     pub sparse: SparseOptions,
 }
 

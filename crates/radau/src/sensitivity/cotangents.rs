@@ -27,8 +27,8 @@ impl Cotangents<'_> {
         [self.step.t0, self.end]
     }
 
-    /// Returns whether the step contains a time. The common end of two steps belongs to one of them
-    /// only.
+    /// Returns whether the step contains a time. The common end of two steps belongs to only one
+    /// step.
     pub fn covers(&self, t: f64) -> bool {
         let is_start = self.is_first && t == self.step.t0;
         is_start || (self.step.t0 < t && t <= self.end)
@@ -71,7 +71,7 @@ impl Cotangents<'_> {
     /// Writes y at stage `i`, counted from 0.
     ///
     /// # Panics
-    /// If there is no such stage, or if the length of `out` is not the number of unknowns.
+    /// If the stage does not exist, or if the length of `out` is not the number of unknowns.
     pub fn stage(&self, i: usize, out: &mut [f64]) {
         out.copy_from_slice(&self.step.y0);
         let n = out.len();

@@ -97,8 +97,8 @@ impl Curves {
         self.step.y_dot0.copy_from_slice(&self.s_dot);
     }
 
-    /// Writes p̄ S_j at the larger of its magnitudes before and after the step, including a
-    /// correction of the end value that is still in `residual`.
+    /// Writes p̄ S_j at the larger of its magnitudes before and after the step, including the
+    /// pending correction of the end value in `residual`.
     pub(super) fn size(&self, j: usize, scale: f64, out: &mut [f64]) {
         let last = self.step.increments.len() - self.s.len();
         let end = (&self.step.increments[last..], &self.residual[last..]);

@@ -52,7 +52,7 @@ pub struct ForwardSensitivities<Q> {
     parameters: Q,
     /// Number of solver steps followed since its start.
     followed: u64,
-    /// The solver's [number of starts](RadauSolver::restarts) that they belong to.
+    /// Number of starts of the [solver](RadauSolver::restarts) to which they belong.
     restarts: u64,
     operator: StageOperator,
     system: StageSystem,
@@ -69,15 +69,15 @@ pub struct ForwardSensitivities<Q> {
 }
 
 impl<Q> ForwardSensitivities<Q> {
-    /// The sensitivities to `parameters` of a solver that has taken no step, from the ∂y_0/∂p_j in
-    /// `starts`.
+    /// Creates the sensitivities to the `parameters` of a solver before its first step, with the
+    /// initial values ∂y_0/∂p_j in `starts`.
     ///
     /// # Shapes
     /// `starts`: for each parameter the number of unknowns.
     ///
     /// # Errors
     /// [`RadauError::WrongLength`], [`RadauError::NotFinite`]; [`RadauError::AfterTheStart`] for a
-    /// solver that has begun, [`RadauError::Fading`] for one with a memory.
+    /// solver that has taken steps, [`RadauError::Fading`] for a solver with a memory.
     pub fn new<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
         parameters: Q,
@@ -121,10 +121,10 @@ impl<Q> ForwardSensitivities<Q> {
         })
     }
 
-    /// Continues with a solver that was started again, from the ∂y_0/∂p_j at its new values.
+    /// Continues after a restart of the solver, with ∂y_0/∂p_j at the new initial values.
     ///
-    /// Where [`reinit`](RadauSolver::reinit) left y unchanged, at a time that does not depend on p, these are
-    /// the values reached ([`of`](Self::of)).
+    /// If [`reinit`](RadauSolver::reinit) did not change y, at a time independent of p, these are
+    /// the current values ([`of`](Self::of)).
     ///
     /// # Shapes
     /// `starts`: for each parameter the number of unknowns.
@@ -164,8 +164,8 @@ impl<Q> ForwardSensitivities<Q> {
     /// −(J_y + γ/h J_ẏ)⁻¹ (J_y S_j + J_ẏ σ_j'(t_n) + ∂F/∂p_j)   at (t_n, y_n, u'(t_n)).
     /// ```
     ///
-    /// No step is repeated because of this estimate. The steps differ from those of a run without
-    /// sensitivities.
+    /// This estimate never causes the repetition of a step. The steps differ from the steps of a
+    /// run without sensitivities.
     #[must_use]
     pub fn controlling_steps<P: Problem, M: LinearSolver<P>>(
         self,
@@ -193,7 +193,7 @@ impl<Q> ForwardSensitivities<Q> {
     /// Returns ∂y/∂p_j at the end of the last step followed.
     ///
     /// # Panics
-    /// If there is no such parameter.
+    /// If the parameter does not exist.
     pub fn of(&self, j: usize) -> &[f64] {
         self.curves.of(j)
     }
@@ -207,7 +207,7 @@ impl<Q> ForwardSensitivities<Q> {
     /// [`RadauError::NoDenseOutput`] outside the last step or for a `derivative` above 1.
     ///
     /// # Panics
-    /// If there is no such parameter.
+    /// If the parameter does not exist.
     pub fn dense_output<P: Problem, M: LinearSolver<P>>(
         &self,
         solver: &RadauSolver<P, M>,
@@ -256,14 +256,14 @@ impl<Q> ForwardSensitivities<Q> {
         solver.integrate_watched(t_out, &mut |solver| self.follow(solver))
     }
 
-    /// Follows the solver over the step it has just accepted; nothing to do if there is none. To be
-    /// called after each [`RadauSolver::step`].
+    /// Advances the sensitivities over the last accepted step of the solver; does nothing without a
+    /// new step. Must be called after each [`RadauSolver::step`].
     ///
     /// # Errors
-    /// [`RadauError::Sensitivity`] when the linear equations cannot be solved;
-    /// [`RadauError::Missed`] when more than one step was taken since the last call;
-    /// [`RadauError::StartedAgain`] after a `reinit` of the solver without [one](Self::reinit) here;
-    /// [`RadauError::Fatal`] when the problem fails.
+    /// [`RadauError::Sensitivity`] if the linear equations cannot be solved; [`RadauError::Missed`]
+    /// if more than one step was taken since the last call; [`RadauError::StartedAgain`] after a
+    /// `reinit` of the solver without [`reinit`](Self::reinit) here; [`RadauError::Fatal`] if the
+    /// problem fails.
     pub fn follow<P: Problem, M: LinearSolver<P>>(
         &mut self,
         solver: &mut RadauSolver<P, M>,

@@ -289,7 +289,7 @@ mod tests {
         }
     }
 
-    /// Returns the largest error of the guess after steps of size 1 and one of size `last`.
+    /// Returns the largest error of the guess after steps of size 1 and a last step of size `last`.
     fn error(last: f64) -> f64 {
         let method = Method::radau_iia(7).expect("there is one");
         let (columns, state) = (0..2, 2..3);

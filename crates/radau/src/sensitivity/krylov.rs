@@ -23,7 +23,7 @@ struct Direction {
 /// Maximum number of directions for one K.
 const MOST: usize = 60;
 
-/// Reason why there is no solution.
+/// Reason why a solve failed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stalled {
     /// Norm of the remaining residual.

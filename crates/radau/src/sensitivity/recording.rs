@@ -8,14 +8,14 @@ use crate::solver::{RadauSolver, RadauState};
 
 /// The accepted steps of a run, which an [`Adjoint`](super::Adjoint) traverses backward.
 ///
-/// Either the stages of all steps are stored, or a few states of the solver, from which the steps
-/// in between are replayed bit by bit when they are needed.
+/// It stores either the stages of all steps, or a few states of the solver, from which the steps in
+/// between are reproduced bitwise when they are needed.
 #[derive(Debug)]
 pub struct Recording {
     kept: Kept,
     /// Request and result of each step.
     steps: Vec<Asked>,
-    /// The solver's [number of starts](RadauSolver::restarts) that they belong to.
+    /// Number of starts of the [solver](RadauSolver::restarts) to which they belong.
     restarts: u64,
 }
 
@@ -131,12 +131,12 @@ impl Recording {
         solver.integrate_watched(t_out, &mut |solver| self.follow(solver))
     }
 
-    /// Records the step that the solver has just accepted; nothing to do if there is none. To be called
-    /// after each [`RadauSolver::step`].
+    /// Records the last accepted step of the solver; does nothing without a new step. Must be
+    /// called after each [`RadauSolver::step`].
     ///
     /// # Errors
-    /// [`RadauError::Missed`] when more than one step was taken since the last call,
-    /// [`RadauError::StartedAgain`] when the solver was started again since this recording was made.
+    /// [`RadauError::Missed`] if more than one step was taken since the last call,
+    /// [`RadauError::StartedAgain`] if the solver was restarted since this recording was created.
     pub fn follow<P: Problem, M: LinearSolver<P>>(
         &mut self,
         solver: &mut RadauSolver<P, M>,

@@ -86,7 +86,7 @@ impl<P: Problem> RadauBuilder<P> {
     }
 
     /// Monitors root functions g(t, y, ẏ), one per entry of `directions`, as in IDAS. The
-    /// integration pauses when one of them crosses zero in its direction. Steps are short enough
+    /// integration pauses when a function crosses zero in its direction. Steps are short enough
     /// for accurate dense output, unless [`RadauOptions::dense_output`] is false.
     ///
     /// Crossings are located on the dense output. Two crossings of one function between successive

@@ -133,7 +133,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Limits the size of the next step only, for example before a known change of the input.
     ///
     /// # Errors
-    /// [`RadauError::InvalidOption`] for a step that is not positive.
+    /// [`RadauError::InvalidOption`] for a nonpositive step.
     pub fn limit_next_step(&mut self, h: f64) -> Result<(), RadauError> {
         crate::options::expect_positive("next step", h)?;
         self.next_limit = Some(h);

@@ -124,7 +124,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     ///
     /// # Errors
     /// [`RadauError::WrongLength`] for a state of another problem or method,
-    /// [`RadauError::NotFinite`] or [`RadauError::InvalidOption`] for values that are invalid in a
+    /// [`RadauError::NotFinite`] or [`RadauError::InvalidOption`] for invalid values in a
     /// state: the solver is then unchanged. [`RadauError::Fatal`] if the matrices cannot be
     /// computed again.
     pub fn restore(&mut self, state: &RadauState) -> Result<(), RadauError> {

@@ -90,7 +90,7 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     pub(super) weighed: Result<(), Failure>,
     /// Monitored root functions.
     pub(super) roots: Option<Roots<P>>,
-    /// States that are eliminated from the unknowns.
+    /// States eliminated from the unknowns.
     pub(super) memory: Option<Memory<P>>,
     /// Quadratures integrated along with the solution.
     pub(super) quadrature: Option<Quadrature<P>>,

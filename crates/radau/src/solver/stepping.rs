@@ -12,7 +12,7 @@ use crate::options::{StepSize, expect};
 /// Number of last steps before a limit that share the remaining time.
 const SHARED: f64 = 4.0;
 
-/// Fraction of a step that is attributed to rounding of t.
+/// Fraction of a step attributed to rounding of t.
 const SLIVER: f64 = 1e-8;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {

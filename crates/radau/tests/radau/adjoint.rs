@@ -18,7 +18,7 @@ fn pendulum() -> Pendulum {
     Pendulum::new(MechanicalForm::Index3).with(0.6, 9.81)
 }
 
-/// ∂J/∂y(t) (`derivative` 0) or ∂J/∂ẏ(t) of a misfit that is their sum over [`TIMES`]. The values
+/// ∂J/∂y(t) (`derivative` 0) or ∂J/∂ẏ(t) of a misfit, their sum over [`TIMES`]. The values
 /// are arbitrary but all different. Only rates of the first half of the unknowns, such as
 /// positions, are used: other rates would amplify rounding by another factor 1/h.
 fn cotangent(n: usize, t: f64, derivative: usize) -> Vec<f64> {

@@ -9,7 +9,7 @@ use myovib_radau::{RadauOptions, RadauSolver};
 
 use crate::common::{solver, tolerance};
 
-/// Points of a step that are not nodes of a method.
+/// Points of a step, different from the nodes of all methods.
 const POINTS: [f64; 6] = [0.013, 0.1, 0.35, 0.5, 0.77, 0.95];
 
 /// ẏ0 + y0 = 0 and y1 = sin 5t, where y1 does not affect other variables. In the form of index 2 ẏ0
