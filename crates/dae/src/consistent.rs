@@ -23,11 +23,11 @@ struct State<'a> {
     y_dot: &'a mut [f64],
 }
 
-/// Corrects `y` and `y_dot` so that F(t, y, ẏ) = 0, by Newton with a line search (Brown, Hindmarsh,
-/// Petzold 1998).
+/// Corrects `y` and `y_dot` so that F(t, y, ẏ) = 0, by Newton's method with a line search (Brown,
+/// Hindmarsh, Petzold 1998).
 ///
-/// Newton stops at a correction of 0.0033 tolerances. A correction of ẏ counts over the time to `t_first`,
-/// t_first − t, or, if that fails, over h.
+/// Newton stops at a correction of 0.0033 tolerances. A correction of ẏ counts over the time to
+/// `t_first`, t_first − t, or, if that fails, over h.
 ///
 /// For [`ConsistencyMode::AlgebraicAndDerivatives`] the matrix is ∂F/∂y + c ∂F/∂ẏ with c = 1/h: a
 /// correction δ moves algebraic y by δ and differential ẏ by c δ. That neglects what differential y
@@ -38,7 +38,7 @@ struct State<'a> {
 /// `kinds`, `y`, `y_dot`, `weights`: the number of unknowns.
 ///
 /// # Errors
-/// [`Inconsistent`]; y and ẏ are then the values given.
+/// [`Inconsistent`]; y and ẏ then have their input values.
 #[allow(clippy::too_many_arguments)]
 pub fn correct_initial_values<P: Problem, S: LinearSolver<P>>(
     problem: &mut P,

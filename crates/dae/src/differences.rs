@@ -10,7 +10,7 @@ use crate::problem::{Problem, StepError};
 /// thousandth of ∂F/∂y.
 const RESOLVED: f64 = 1e4;
 
-/// Workspace of a Jacobian by one-sided differences, one evaluation a colour.
+/// Workspace of a Jacobian by one-sided differences, with one evaluation per color.
 ///
 /// Unknown j is moved by
 ///
@@ -22,7 +22,7 @@ const RESOLVED: f64 = 1e4;
 /// y_j moves by a σ and ẏ_j by b σ with σ = δ_j / max(|a|, |b h|), so that neither moves further
 /// than the step itself would take it. ∂F/∂ẏ alone has [shorter displacements](rate_displacement).
 ///
-/// Where the residual cannot be evaluated there, the unknowns of that colour are moved in [other
+/// If the residual cannot be evaluated there, the unknowns of this color are moved in [other
 /// ways](Way). A smaller step would not help: 1/w_j does not become smaller with it.
 #[derive(Debug, Clone)]
 pub(crate) struct Differences {
@@ -147,10 +147,11 @@ impl Way {
     ];
 }
 
-/// Returns h times the displacement of ẏ_j where y stays, with its sign.
+/// Returns the displacement of ẏ_j, with its sign, multiplied by h; y is not moved.
 ///
-/// A displacement of y by its tolerance would change ẏ by tolerance/h, far beyond where F is linear in ẏ if
-/// h is short. That of ẏ may be smaller, as long as the rounding of y in F, over it, is small.
+/// A displacement of y by its tolerance would change ẏ by tolerance/h, far outside the range where
+/// F is linear in ẏ if h is short. The displacement of ẏ may be smaller, as long as the rounding of
+/// y in F is small relative to it.
 fn rate_displacement(at: &Linearization<'_>, j: usize) -> f64 {
     let motion = at.step * at.y_dot[j];
     let size = f64::EPSILON.sqrt() * motion.abs().max(1.0 / at.weights[j]);
@@ -180,8 +181,8 @@ mod tests {
     use super::*;
     use crate::Jacobian;
 
-    /// √y_0 + 2 √y_1 in row 0 and √y_1 + ẏ_1 in row 1, of which nothing is real for y < 0 or, where
-    /// `above` is finite, beyond it.
+    /// √y_0 + 2 √y_1 in row 0 and √y_1 + ẏ_1 in row 1, defined only for y ≥ 0 and, if `above` is
+    /// finite, up to it.
     struct Roots {
         says: bool,
         above: f64,
@@ -211,8 +212,8 @@ mod tests {
         }
     }
 
-    /// Relative errors of the four entries at y = (1e-4, 4e-4), whose tolerance is 1e-3, and the
-    /// evaluations counted.
+    /// Returns the relative errors of the four entries at y = (1e-4, 4e-4) with tolerance 1e-3, and
+    /// the number of evaluations.
     fn differenced(problem: &mut Roots, y_dot: [f64; 2]) -> Result<([f64; 4], u64), StepError> {
         let at = Linearization {
             t: 0.0,

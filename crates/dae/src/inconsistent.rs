@@ -41,7 +41,7 @@ pub enum Inconsistent {
 /// Newton is converged below this fraction of the tolerance, as IDACalcIC is.
 pub(crate) const CONVERGED: f64 = 0.0033;
 
-/// The weighted root mean square.
+/// Returns the weighted root mean square.
 pub(crate) fn norm(x: &[f64], weights: &[f64]) -> f64 {
     let squares = x.iter().zip(weights).map(|(x, w)| (x * w).powi(2));
     (squares.sum::<f64>() / x.len() as f64).sqrt()

@@ -1,4 +1,4 @@
-//! What every integrator promises, in the same words.
+//! The interface of all integrators.
 
 use std::error::Error;
 
@@ -6,11 +6,11 @@ use crate::outcome::Outcome;
 use crate::problem::Problem;
 use crate::statistics::Statistics;
 
-/// Which values are sought by [`Integrator::correct_initial_values`]; the others are kept.
+/// Values corrected by [`Integrator::correct_initial_values`]; the other values are unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ConsistencyMode {
-    /// The algebraic components of y and the derivatives of the differential ones, for
+    /// The algebraic components of y and the derivatives of the differential components, for
     /// semi-explicit systems of index 1.
     AlgebraicAndDerivatives,
     /// All of y, ẏ being given, for instance zero for a steady state.
@@ -58,8 +58,8 @@ pub enum ConsistencyMode {
 /// After the first few steps, a step that is accepted at the first attempt allocates nothing,
 /// except when a linear solver selects new pivots.
 pub trait Integrator<P: Problem> {
-    /// Misuse, and fatal errors of the problem. An integration that cannot go on is not an error
-    /// but [`Outcome::Stopped`].
+    /// Misuse, and fatal errors of the problem. An integration that cannot continue returns
+    /// [`Outcome::Stopped`] instead of an error.
     type Error: Error + Send + Sync + 'static;
 
     /// Takes one step, of a size determined by the error test, toward `t_out`.
@@ -113,17 +113,17 @@ pub trait Integrator<P: Problem> {
         t_first: f64,
     ) -> Result<(), Self::Error>;
 
-    /// The time that [`y`](Integrator::y) and [`y_dot`](Integrator::y_dot) belong to.
+    /// Returns the time of [`y`](Integrator::y) and [`y_dot`](Integrator::y_dot).
     fn t(&self) -> f64;
 
-    /// The solution at [`t`](Integrator::t).
+    /// Returns the solution at [`t`](Integrator::t).
     fn y(&self) -> &[f64];
 
     /// Its derivative at [`t`](Integrator::t).
     fn y_dot(&self) -> &[f64];
 
-    /// The ends of the last step accepted, which dense output covers; both are the initial time
-    /// before the first step.
+    /// Returns the ends of the last accepted step, which dense output covers; both are the initial
+    /// time before the first step.
     fn last_step_interval(&self) -> [f64; 2];
 
     /// Writes the solution (`derivative` 0) or one of its derivatives at `t`, a time within the
@@ -144,7 +144,7 @@ pub trait Integrator<P: Problem> {
         out: &mut [f64],
     ) -> Result<(), Self::Error>;
 
-    /// Number of quadratures.
+    /// Returns the number of quadratures.
     fn n_quadratures(&self) -> usize;
 
     /// Writes the quadratures or a derivative of them, as
@@ -159,10 +159,10 @@ pub trait Integrator<P: Problem> {
         out: &mut [f64],
     ) -> Result<(), Self::Error>;
 
-    /// All counters since the start or the last re-initialisation.
+    /// Returns all counters since the start or the last restart.
     fn statistics(&self) -> Statistics;
 
-    /// The problem.
+    /// Returns the problem.
     fn problem(&self) -> &P;
 
     /// Returns the problem, to change its parameters. Its size and pattern must not change. After a
@@ -170,8 +170,8 @@ pub trait Integrator<P: Problem> {
     fn problem_mut(&mut self) -> &mut P;
 }
 
-/// Whether `t` lies in a step `[from, to]`, which may go backwards in time, to within the rounding
-/// that IDAS allows too.
+/// Returns whether `t` is in a step `[from, to]`, which may go backward in time, up to the rounding
+/// that IDAS also allows.
 pub fn covers([from, to]: [f64; 2], t: f64) -> bool {
     let rounding = 100.0 * f64::EPSILON * (to.abs() + (to - from).abs());
     t >= from.min(to) - rounding && t <= from.max(to) + rounding

@@ -35,17 +35,17 @@ use crate::problem::{Problem, StepError};
 #[derive(Debug, Clone)]
 pub struct Jacobian {
     pattern: SparsityPattern,
-    /// Made when the problem says that it has no Jacobian.
+    /// Differences, created if the problem has no Jacobian.
     differences: Option<Differences>,
 }
 
 impl Jacobian {
-    /// The Jacobian of `problem`.
+    /// Creates the Jacobian of `problem`.
     pub fn of<P: Problem + ?Sized>(problem: &P) -> Self {
         Self::with_pattern(problem.jacobian_pattern())
     }
 
-    /// The Jacobian of a problem with this pattern.
+    /// Creates the Jacobian of a problem with this pattern.
     pub fn with_pattern(pattern: SparsityPattern) -> Self {
         Self {
             pattern,
@@ -53,7 +53,7 @@ impl Jacobian {
         }
     }
 
-    /// The pattern, by columns.
+    /// Returns the pattern, by columns.
     pub fn pattern(&self) -> &SparsityPattern {
         &self.pattern
     }

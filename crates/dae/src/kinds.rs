@@ -7,11 +7,12 @@ use crate::problem::{Problem, StepError, VariableKind};
 /// Draws for each test: in a single one, terms may cancel or an even function may return an equal value.
 const TRIALS: u64 = 2;
 
-/// Factor between two sizes of perturbations. A term c ẏ_j is lost in the rounding of an equation whose
-/// other terms are 1/ε times as large; the next size finds it where it is at least 1e-14 times as large.
+/// Ratio of successive sizes of perturbations. A term c ẏ_j is lost in the rounding of an equation
+/// whose other terms are 1/ε times as large; the next size detects it if it is at least 1e-14 times
+/// as large.
 const GROWTH: f64 = 1e14;
 
-/// Factor of perturbations where larger ones leave the domain of F: √ε.
+/// Factor of perturbations if larger perturbations leave the domain of F: √ε.
 const SHORT: f64 = 1.5e-8;
 
 /// Largest perturbation, relative to 1 + |ẏ|.
@@ -34,7 +35,7 @@ impl RateDependence {
     /// Evaluates the rule at (t, y, ẏ).
     ///
     /// # Errors
-    /// Errors of the problem at the state itself. An evaluation elsewhere that fails shows nothing.
+    /// Errors of the problem at the state itself. Failed evaluations at other states are ignored.
     pub(crate) fn at<P: Problem + ?Sized>(
         problem: &mut P,
         (t, y, y_dot): (f64, &[f64], &[f64]),
@@ -139,9 +140,9 @@ impl<P: Problem + ?Sized> Search<'_, P> {
         Ok(())
     }
 
-    /// Returns the equations that change when the derivatives of these variables move: as far as intended,
-    /// or, where F cannot be evaluated there, in the other direction or less far. A change to a value that
-    /// is not finite counts: the product of a finite number and zero is zero.
+    /// Returns the equations that change when the derivatives of these variables move: by the
+    /// intended distance or, if F cannot be evaluated there, in the other direction or by less. A
+    /// change to a non-finite value counts: the product of a finite number and zero is zero.
     fn changed(
         &mut self,
         columns: &[usize],
@@ -164,7 +165,7 @@ impl<P: Problem + ?Sized> Search<'_, P> {
         Vec::new()
     }
 
-    /// ẏ_j, moved by about `size` (1 + |ẏ_j|).
+    /// Returns ẏ_j, moved by about `size` (1 + |ẏ_j|).
     fn moved(&self, trial: u64, j: usize, size: f64) -> f64 {
         let v = self.y_dot[j];
         v + (size * (1.0 + v.abs()) * draw(trial, j)).clamp(-f64::MAX, f64::MAX)

@@ -17,7 +17,7 @@ pub struct Parameter {
 }
 
 impl Parameter {
-    /// A parameter with the size of its value; 1 for 0.
+    /// Creates a parameter whose typical size is its value; 1 for 0.
     pub fn new(name: impl Into<String>, value: f64) -> Self {
         Self {
             name: name.into(),
@@ -37,7 +37,7 @@ impl Parameter {
 ///
 /// Where a problem has a setter for its parameters, [`Differenced`] makes these from it.
 pub trait Parameters<P: ?Sized> {
-    /// The parameters; their number j is the place here.
+    /// Returns the parameters; parameter j is at index j.
     fn list(&self) -> &[Parameter];
 
     /// Evaluates ∂F/∂p_j at (t, y, ẏ) into `out`, overwriting it.
@@ -83,13 +83,14 @@ pub trait Parameters<P: ?Sized> {
         Ok(())
     }
 
-    /// Keeps ∂F/∂y and ∂F/∂ẏ at a state, for products with them; `false` if matrices are to be evaluated
-    /// instead. To be replaced where the problem multiplies faster than with matrices of the whole.
+    /// Stores ∂F/∂y and ∂F/∂ẏ at a state, for products with them; returns `false` if matrices are
+    /// to be evaluated instead. Override this method if the problem computes products faster than
+    /// with full matrices.
     ///
-    /// `place` tells states apart whose tangents are kept at the same time.
+    /// `place` identifies the state among states whose tangents are stored at the same time.
     ///
     /// # Errors
-    /// Those of the problem.
+    /// Errors of the problem.
     fn keep_tangents(
         &mut self,
         _problem: &mut P,
@@ -99,14 +100,14 @@ pub trait Parameters<P: ?Sized> {
         Ok(false)
     }
 
-    /// Subtracts ∂F/∂y X + ∂F/∂ẏ Ẋ from `out`, with the tangents [kept](Self::keep_tangents) in this
-    /// place; the numbers of a row of X, Ẋ and `out` stand side by side.
+    /// Subtracts ∂F/∂y X + ∂F/∂ẏ Ẋ from `out`, with the tangents [kept](Self::keep_tangents) in
+    /// this place; X, Ẋ and `out` are stored row by row.
     ///
     /// # Shapes
     /// All: the number of unknowns times `n_columns`.
     ///
     /// # Errors
-    /// Those of the problem.
+    /// Errors of the problem.
     fn subtract_tangents(
         &mut self,
         _place: usize,
@@ -157,11 +158,11 @@ pub trait Parameters<P: ?Sized> {
         Ok(())
     }
 
-    /// Evaluates ∂F/∂y and ∂F/∂ẏ into the two `parts`, as [`Jacobian::parts`] does. To be replaced
-    /// where the problem keeps matrices from its own evaluations that the integrator still needs.
+    /// Evaluates ∂F/∂y and ∂F/∂ẏ into the two `parts`, as [`Jacobian::parts`] does. Override this
+    /// method if the problem has matrices from its evaluations that the integrator still needs.
     ///
     /// # Errors
-    /// Those of the problem.
+    /// Errors of the problem.
     fn linearise(
         &mut self,
         problem: &mut P,
@@ -202,9 +203,10 @@ impl<P> std::fmt::Debug for Differenced<P> {
 }
 
 impl<P> Differenced<P> {
-    /// The parameters in `list`, whose values `get` returns and `set` changes by their number.
+    /// Creates the parameters in `list`, whose values `get` returns and `set` changes by their
+    /// index.
     ///
-    /// The values in `list` are the initial ones. A parameter changed later, for instance by
+    /// The values in `list` are the initial values. A parameter changed later, for instance by
     /// [`Integrator::problem_mut`](crate::Integrator::problem_mut), keeps its new value.
     pub fn new(
         list: Vec<Parameter>,

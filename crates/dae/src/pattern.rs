@@ -45,7 +45,7 @@ impl std::fmt::Display for MissingEntry {
 /// far above these errors, and an entry below a hundredth of its row barely slows Newton's method.
 pub(crate) const UNACCOUNTED: f64 = 1e-2;
 
-/// What may be rounding, in changes of the residual when y and ẏ change by rounding.
+/// Threshold for rounding, relative to the change of the residual by rounding of y and ẏ.
 pub(crate) const ROUNDING: f64 = 100.0;
 
 /// Number of directions tried. In one direction a missing entry may look like the entry of the same
@@ -115,7 +115,7 @@ pub fn check_pattern<P: Problem + ?Sized>(
     if jacobian.pattern().nnz() == n * n {
         return Ok(());
     }
-    // Derivatives have no tolerance: they move by √ε, of which differences take √ε of 1.
+    // Derivatives have no tolerance: they move by √ε, and differences use √ε of 1.
     let weights = [f64::EPSILON.sqrt().recip(), 1.0].map(|weight| vec![weight; n]);
     let [at_rate, quotients] = [&weights[0], &weights[1]].map(|weights| Linearization {
         step: 1.0,
@@ -231,7 +231,7 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         }
     }
 
-    /// The change when some variables, or their derivatives, move by d.
+    /// Computes the change when some variables, or their derivatives, move by d.
     pub(crate) fn change_along(
         &mut self,
         columns: impl IntoIterator<Item = usize>,
@@ -245,8 +245,8 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         self.change(&y, &y_dot)
     }
 
-    /// A direction, and the change along it: with signs drawn at random where the domain allows it,
-    /// else slightly away from zero.
+    /// Returns a direction and the change along it, with random signs if the domain allows it, else
+    /// slightly away from zero.
     pub(crate) fn in_a_direction(&mut self, trial: u64) -> Result<(Vec<f64>, Vec<f64>), StepError> {
         let (at, n) = (self.at, self.base.len());
         let usual = |j| displacement(&at, j, Way::Usual);
@@ -261,8 +261,8 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         Ok((away, change))
     }
 
-    /// A variable that has no entry in the row and that moves it all the same, if all of those
-    /// together move it by more than `bound`.
+    /// Returns a variable outside the pattern of the row that changes the row, if all such
+    /// variables together change it by more than `bound`.
     fn outside(
         &mut self,
         pattern: &SparsityPattern,

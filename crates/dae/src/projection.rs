@@ -183,7 +183,7 @@ impl State<'_> {
         }
     }
 
-    /// Increment of the sought ẏ_j or y_j for differences.
+    /// Returns the increment of the unknown ẏ_j or y_j for differences.
     fn difference(&mut self, j: usize) -> f64 {
         let largest = largest(if self.is_rate(j) {
             &self.y_dot
@@ -193,7 +193,7 @@ impl State<'_> {
         DIFFERENCE * scale(*self.sought(j), largest)
     }
 
-    /// The largest change of each equation when y and ẏ change in their last digits.
+    /// Returns the largest change of each equation when y and ẏ change in their last digits.
     fn rounding<P: Problem>(
         &self,
         problem: &mut P,
@@ -221,7 +221,7 @@ impl State<'_> {
         self.kinds[j] == VariableKind::Differential
     }
 
-    /// ẏ_j of a differential, y_j of an algebraic variable.
+    /// Returns ẏ_j of a differential variable or y_j of an algebraic variable.
     fn sought(&mut self, j: usize) -> &mut f64 {
         match self.is_rate(j) {
             true => &mut self.y_dot[j],
@@ -229,7 +229,7 @@ impl State<'_> {
         }
     }
 
-    /// F(t, y, ẏ), then d/dt c(t, y) along ẏ.
+    /// Evaluates F(t, y, ẏ), then d/dt c(t, y) along ẏ.
     fn equations<P: Problem>(&self, problem: &mut P) -> Result<DVector<f64>, StepError> {
         let (n, m) = (self.y.len(), problem.n_constraints());
         let mut all = DVector::zeros(n + m);
@@ -260,7 +260,7 @@ impl State<'_> {
     }
 }
 
-/// The derivative of a function of y, with m values, by y_j.
+/// Computes the derivative of a function of y, with m values, with respect to y_j.
 fn central(
     mut function: impl FnMut(&[f64], &mut [f64]) -> Result<(), StepError>,
     y: &mut [f64],
@@ -318,7 +318,7 @@ impl Scaling {
     }
 }
 
-/// The shortest x with ‖A x − b‖ least.
+/// Computes the x of minimum norm that minimizes ‖A x − b‖.
 fn least_squares(a: DMatrix<f64>, b: &DVector<f64>) -> Result<DVector<f64>, Inconsistent> {
     if !a.iter().chain(b.iter()).all(|x| x.is_finite()) {
         return Err(Inconsistent::NotFound { norm: f64::NAN });
@@ -333,7 +333,7 @@ fn largest(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |m: f64, x| m.max(x.abs()))
 }
 
-/// The size of a variable among others of the size `largest`, 1 where nothing is known.
+/// Returns the size of a variable compared with others of the size `largest`; 1 if all are zero.
 fn scale(x: f64, largest: f64) -> f64 {
     match x.abs().max(1e-3 * largest) {
         0.0 => 1.0,

@@ -1,9 +1,9 @@
-//! What may help an integration that gave up.
+//! Suggested remedies for an integration that stopped.
 
 use crate::problem::{Problem, VariableKind};
 use crate::stop_reason::StopReason;
 
-/// The highest index that Radau IIA takes.
+/// Highest index supported by Radau IIA.
 const RADAU: u8 = 3;
 
 /// After so many steps the size of the first is forgotten: each may be eight times as long as the one before.
@@ -27,7 +27,7 @@ const CONSTRAINTS: &str = "stating the constraints (Problem::constraints) and co
                            values by them";
 
 impl Standing {
-    /// Where an integration of `problem` stands after so many steps.
+    /// Returns the state of an integration of `problem` after this number of steps.
     pub(crate) fn of(problem: &impl Problem, kinds: &[VariableKind], steps: u64) -> Self {
         Self {
             index: problem.indices().and_then(|all| all.into_iter().max()),
@@ -37,8 +37,8 @@ impl Standing {
         }
     }
 
-    /// What may help after this `reason`; `highest` is the highest index that the method takes as it
-    /// stands.
+    /// Returns a remedy for this `reason`; `highest` is the highest index that the method supports
+    /// directly.
     pub(crate) fn remedy(self, reason: StopReason, highest: u8) -> Option<String> {
         let mut remedies = match reason {
             StopReason::MaxSteps => vec!["another call, which goes on", "a higher max_steps"],
@@ -96,7 +96,7 @@ impl Standing {
 mod tests {
     use super::*;
 
-    /// Regression: after thousands of steps another size of the first was said to help.
+    /// Regression: a different size of the first step was suggested after thousands of steps.
     #[test]
     fn a_longer_first_step_is_named_near_the_start_alone() {
         let said = |steps| {

@@ -92,7 +92,8 @@ pub fn check_start<P: Problem + ?Sized>(
     if are_fulfilled(&equations) {
         return Ok(());
     }
-    // `weigh` has moved ẏ once, by 1 + |ẏ|. Only before refusing is the complete rule worth its cost.
+    // `weigh` has moved ẏ once, by 1 + |ẏ|. The cost of the complete rule is justified only before
+    // a rejection.
     let Ok(rates) = RateDependence::at(problem, (t, y, y_dot)) else {
         return Ok(());
     };

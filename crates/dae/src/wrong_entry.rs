@@ -44,15 +44,16 @@ impl std::fmt::Display for WrongEntry {
 /// by more.
 const AGREEMENT: f64 = 0.1;
 
-/// Compares a problem's own [`jacobian`](Problem::jacobian) with differences of its residual.
+/// Compares a problem's exact [`jacobian`](Problem::jacobian) with differences of its residual.
 ///
-/// The change of the residual in four directions, in y and in ẏ, is compared with J d. In rows where they
-/// differ by more than a hundredth of |J| |d| and by more than rounding, the entry is sought by halves and
-/// confirmed by central differences over two distances. Entries far smaller than their row, or right
-/// at this state only, are not found. A problem without a Jacobian, and evaluations that fail, show nothing.
+/// The change of the residual in four directions, in y and in ẏ, is compared with J d. In rows
+/// where they differ by more than a hundredth of |J| |d| and by more than rounding, the entry is
+/// found by bisection and confirmed by central differences over two distances. Wrong entries far
+/// smaller than their row, or correct only at this state, are not found. Problems without a
+/// Jacobian and failed evaluations give no result.
 ///
 /// # Errors
-/// The first wrong entry found.
+/// The first wrong entry.
 pub fn check_jacobian<P: Problem + ?Sized>(
     problem: &mut P,
     at: &Linearization<'_>,
@@ -108,14 +109,14 @@ impl Stated<'_> {
         }
     }
 
-    /// The product of some columns with d, in one row.
+    /// Returns the product of some columns with d, in one row.
     fn product(&self, row: usize, columns: &[usize], d: &[f64]) -> f64 {
         let terms = columns.iter().map(|&j| self.entry(row, j) * d[j]);
         terms.sum()
     }
 }
 
-/// Row, column and difference quotient of a wrong entry.
+/// Returns row, column and difference quotient of a wrong entry.
 fn find<P: Problem + ?Sized>(
     problem: &mut P,
     matrix: Stated<'_>,
@@ -161,7 +162,8 @@ fn find<P: Problem + ?Sized>(
     Ok(None)
 }
 
-/// The difference quotient of an entry, if it is reliable and differs from the entry stated.
+/// Returns the difference quotient of an entry, if it is reliable and differs from the stated
+/// entry.
 fn confirmed<P: Problem + ?Sized>(
     probe: &mut Probe<'_, P>,
     (row, column): (usize, usize),
@@ -272,7 +274,7 @@ mod tests {
     /// No right Jacobian is blamed, and no right entry of a wrong one.
     #[test]
     fn wrong_entries_are_named() {
-        // Of Robertson's full pattern some entries are zero, and doubling these changes nothing.
+        // Some entries of Robertson's full pattern are zero, so doubling them has no effect.
         assert!(found(&Robertson).0 >= 12, "{:?}", found(&Robertson));
         assert!(found(&VanDerPol { vdp_mu: 10.0 }).0 >= 4);
         assert!(found(&Akzo).0 >= 20, "{:?}", found(&Akzo));

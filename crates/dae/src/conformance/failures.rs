@@ -18,7 +18,7 @@ fn recoverable(message: &str) -> StepError {
 /// Checks that the step is reduced after a recoverable error and the integration continues.
 pub fn recovers_from_recoverable_errors<M: Method>(method: &M) {
     for not_a_number in [false, true] {
-        // The first residual after the start is rejected, later ones are not.
+        // The first residual after the start is rejected; later residuals are accepted.
         let mut refused = false;
         let problem = Circle::with_residual(move |t| {
             if t == 0.0 || refused {

@@ -65,7 +65,7 @@ pub struct Request<P> {
 }
 
 impl<P> Request<P> {
-    /// An integration with relative tolerance 1e-6 and absolute 1e-9.
+    /// Creates a request with relative tolerance 1e-6 and absolute tolerance 1e-9.
     pub fn new(problem: P, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Self {
         Self {
             problem,

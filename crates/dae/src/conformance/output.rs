@@ -6,7 +6,7 @@ use super::problems::Circle;
 use super::{Method, Request};
 use crate::{Direction, Integrator, Outcome};
 
-/// Dense output covers the last step, both ends included, and nothing else.
+/// Checks that dense output covers exactly the last step, including both ends.
 pub fn gives_dense_output_within_the_last_step_only<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let mut solver = method.build(Request::new(Circle::new(), 0.0, &y, &y_dot));
@@ -90,8 +90,8 @@ pub fn finds_events_in_their_order<M: Method>(method: &M) {
     assert_eq!(again.y(), unwatched.y());
 }
 
-/// A function that stays at zero has its event where it arrives there, and none where it leaves: cut off at
-/// zero from above and from below, and zero from t = 2 to t = 3 in between.
+/// Checks that a function that stays at zero has an event when it reaches zero, and none when it
+/// leaves: clipped at zero from above and from below, and zero from t = 2 to t = 3 in between.
 pub fn finds_where_an_event_arrives_at_zero<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let between = |t: f64| (t - 2.0).min(0.0) + (t - 3.0).max(0.0);

@@ -6,7 +6,7 @@ use crate::{Integrator, Outcome, StepError, StopReason};
 
 const START: [f64; 3] = [1.0, 0.0, 0.0];
 
-/// ∫ x, ∫ ẋ² and ∫ a t of [`Circle`].
+/// Returns ∫ x, ∫ ẋ² and ∫ a t of [`Circle`].
 fn exact(t: f64) -> [f64; 3] {
     [2.0 - t.cos(), 0.5 * t + 0.25 * (2.0 * t).sin(), 0.5 * t * t]
 }

@@ -1,4 +1,4 @@
-//! What values an integration starts from.
+//! Initial values of an integration.
 
 use super::problems::Circle;
 use super::{Method, Request, stopped};
@@ -85,7 +85,8 @@ pub fn weighs_a_start_by_the_tolerances<M: Method>(method: &M) {
     }
 }
 
-/// ẏ³ + ẏ = 2y: a derivative whose error is small in y over a first step of a millionth is sought further.
+/// ẏ³ + ẏ = 2y: checks that the correction continues if the error of ẏ is small in y over a first
+/// step of 1e-6, but not over the time to the output.
 pub fn corrects_derivatives_over_the_time_to_the_output<M: Method>(method: &M) {
     struct Cubic;
     impl Problem for Cubic {
@@ -145,7 +146,8 @@ pub fn refuses_values_off_the_constraints_stated<M: Method>(method: &M) {
     }
 }
 
-/// Values that a root was found with may be started from, though dense output errs more than the steps.
+/// Checks that values at a root are accepted as initial values, although dense output is less
+/// accurate than the steps.
 pub fn takes_values_found_behind_an_event<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let tolerances = [1e-2, 1e-4, 1e-6, 1e-9];

@@ -9,7 +9,7 @@ fn request() -> Request<Circle> {
     Request::new(Circle::new(), 0.0, &y, &y_dot)
 }
 
-/// Steps go on, output times are met, and t, y and ẏ belong together.
+/// Checks that steps advance, output times are reached exactly, and t, y and ẏ are consistent.
 pub fn answers_with_times_that_are_its_own<M: Method>(method: &M) {
     let mut solver = method.build(request());
     assert_eq!((solver.t(), solver.last_step_interval()), (0.0, [0.0, 0.0]));
@@ -64,8 +64,8 @@ pub fn refuses_times_behind_and_values_that_are_no_numbers<M: Method>(method: &M
     );
 }
 
-/// At the time reached there is nothing to integrate; a first step needs a direction, and a search for initial
-/// values a scale.
+/// Checks calls with the current time: integration takes no step, while a first step requires a
+/// direction, and the correction of initial values a time scale.
 pub fn answers_at_the_time_reached<M: Method>(method: &M) {
     let mut solver = method.build(request());
     let reached = |t| Outcome::Reached { t };
@@ -80,7 +80,7 @@ pub fn answers_at_the_time_reached<M: Method>(method: &M) {
     assert_eq!(solver.statistics().steps, steps);
 }
 
-/// A stop time is met exactly, once, and then gone.
+/// Checks that a stop time is reached exactly and applies once.
 pub fn holds_a_stop_time_once<M: Method>(method: &M) {
     let mut solver = method.build(Request {
         stop_time: Some(0.7),
@@ -123,7 +123,7 @@ pub fn holds_a_stop_time_once<M: Method>(method: &M) {
     }
 }
 
-/// Each call has its own steps; a single step is not limited.
+/// Checks that the limit applies to each call separately, and not to a single step.
 pub fn limits_the_steps_of_each_call<M: Method>(method: &M) {
     let limited = || Request {
         max_steps: Some(3),
@@ -146,7 +146,8 @@ pub fn limits_the_steps_of_each_call<M: Method>(method: &M) {
     }
 }
 
-/// After a restart all is as with a new integrator, statistics and root functions included.
+/// Checks that a restart is equivalent to a new integrator, including statistics and root
+/// functions.
 pub fn starts_afresh<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let mut fresh = method.build(request());
@@ -161,7 +162,7 @@ pub fn starts_afresh<M: Method>(method: &M) {
     assert_eq!(used.statistics().steps, 0);
     assert_eq!(used.statistics().smallest_rcond, None);
     used.integrate_to(3.0).unwrap();
-    // Pivots may be kept from before: rounding.
+    // The pivot order may be retained from before, which changes rounding.
     for (a, b) in used.y().iter().zip(fresh.y()) {
         assert!((a - b).abs() < 1e-12, "{a} and {b}");
     }

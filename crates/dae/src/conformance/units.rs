@@ -29,8 +29,8 @@ impl Problem for Node {
 /// Capacitances, F. Steps of about RC must be far from the smallest normal number, 2e-308.
 const CAPACITANCES: [f64; 6] = [1.0, 1e-6, 1e-11, 1e-13, 1e-30, 1e-100];
 
-/// Regression: the voltage of a small capacitance counted as algebraic, and lost its error test where
-/// algebraic variables are excluded: errors of 0.6 and 1.3 were reported as reached.
+/// Regression: the voltage of a small capacitance counted as algebraic. It was excluded from the
+/// error test with the algebraic variables, and errors of 0.6 and 1.3 were reported as success.
 pub fn tests_differential_variables_in_any_unit<M: Method>(method: &M) {
     for c in CAPACITANCES {
         let request = Request {
@@ -51,7 +51,8 @@ pub fn tests_differential_variables_in_any_unit<M: Method>(method: &M) {
     }
 }
 
-/// Regression: for capacitances below 1e-11 no consistent values were found, or with u = 5 at the start.
+/// Regression: for capacitances below 1e-11, or with u = 5 at the start, no consistent values were
+/// found.
 pub fn corrects_initial_values_in_any_unit<M: Method>(method: &M) {
     for c in CAPACITANCES {
         let (tau, a) = (R * c, 0.0);

@@ -4,7 +4,7 @@ use super::*;
 use crate::samples::*;
 use crate::tolerances::Tolerances;
 
-/// A sample with its own pattern, from its Jacobian near the start, less one entry, and without
+/// A sample with an exact pattern, from its Jacobian near the start, without one entry, and without
 /// the Jacobian.
 struct Sparse<'a> {
     sample: &'a mut dyn Sample,
@@ -88,7 +88,7 @@ fn judge(sample: &mut dyn Sample) {
         step: 1e-6,
         weights: &weights,
     };
-    // What each entry makes of its row, over the moves of the check.
+    // Contribution of each entry to its row, over the moves of the check.
     let units = [f64::EPSILON.sqrt().recip(), 1.0].map(|weight| vec![weight; n]);
     let [at_rate, quotients] = [&units[0], &units[1]].map(|weights| Linearization {
         step: 1.0,
@@ -242,7 +242,7 @@ fn rounding_is_no_entry() {
         reflect(&mut x);
         rounded += (0..n).filter(|&i| x[i] != 3.0 * y[i]).count();
         (0..n).for_each(|i| r[i] = v[i] + 1e-9 * x[i]);
-        // Rows of nothing but rounding.
+        // Rows that contain only rounding.
         (0..n / 2).for_each(|i| r[i] = x[i] - 3.0 * y[i]);
         Ok(())
     });

@@ -41,7 +41,8 @@ fn kinds() -> [VariableKind; 5] {
     kinds
 }
 
-/// Regression: below a mass of 1e-8 the constraints were refused, below 1e-9 the acceleration was wrong.
+/// Regression: below a mass of 1e-8 the constraints were rejected, and below 1e-9 the acceleration
+/// was wrong.
 #[test]
 fn the_unit_of_mass_does_not_matter() {
     for m in (-12..=12).map(|exponent| 10_f64.powi(exponent)) {

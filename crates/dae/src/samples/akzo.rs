@@ -47,7 +47,7 @@ impl Akzo {
         ])
     }
 
-    /// ẏ1 to ẏ5 as explicit functions of y.
+    /// Returns ẏ1 to ẏ5 as explicit functions of y.
     fn slopes(y: &[f64]) -> Result<[f64; 5], StepError> {
         let [r1, r2, r3, r4, r5] = Self::rates(y)?;
         let inflow = KLA * (P_CO2 / H - y[1]);

@@ -51,12 +51,12 @@ impl Road {
     }
 }
 
-/// The spring force (L0/|q| − 1) q.
+/// Returns the spring force (L0/|q| − 1) q.
 fn spring(q: [f64; 2]) -> [f64; 2] {
     q.map(|c| (L0 / q[0].hypot(q[1]) - 1.0) * c)
 }
 
-/// ∂f_i/∂q_j of the spring force.
+/// Returns ∂f_i/∂q_j of the spring force.
 fn spring_slope(q: [f64; 2], i: usize, j: usize) -> f64 {
     let length = q[0].hypot(q[1]);
     let identity = if i == j { 1.0 } else { 0.0 };
@@ -73,7 +73,7 @@ impl CarAxis {
         self.form == MechanicalForm::Stabilized
     }
 
-    /// G(p, t): its two rows.
+    /// Returns the two rows of G(p, t).
     fn constraint_slopes(p: &[f64], road: &Road) -> [[f64; 4]; 2] {
         let d = [2.0 * (p[0] - p[2]), 2.0 * (p[1] - p[3])];
         [
@@ -82,12 +82,12 @@ impl CarAxis {
         ]
     }
 
-    /// The lengths of the springs as vectors: q_l and q_r.
+    /// Returns the spring vectors q_l and q_r.
     fn springs(p: &[f64], road: &Road) -> [[f64; 2]; 2] {
         [[p[0], p[1]], [p[2] - road.at[0], p[3] - road.at[1]]]
     }
 
-    /// μ, or nothing.
+    /// Returns μ, or an empty slice.
     fn mu<'a>(&self, y: &'a [f64]) -> &'a [f64] {
         if self.is_stabilized() {
             &y[10..12]

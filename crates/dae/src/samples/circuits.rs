@@ -58,7 +58,7 @@ impl Equations for Doubler {
         vec![1; 3]
     }
 
-    /// Everything at 0. The derivative of the sum of the first two equations gives u̇1 = u̇2.
+    /// All voltages are 0. The derivative of the sum of the first two equations gives u̇1 = u̇2.
     fn start(&self) -> Start {
         let ([size, frequency], [source, _]) = (Self::SOURCE, Self::RESISTORS);
         let [saturation, thermal] = Self::DIODE;
@@ -191,13 +191,13 @@ impl CapacitorLoop {
         (u.times(1.0 / thermal).exp() - S::from(1.0)).times(saturation)
     }
 
-    /// q̇(u) for u and its rate.
+    /// Returns q̇(u) for u and its rate.
     fn charging<S: Scalar>(u: S, rate: S) -> S {
         let [_, c2, c3] = Self::CAPACITORS;
         (S::from(c2) + (u * u).times(3.0 * c3)) * rate
     }
 
-    /// u1, u2 and their rates.
+    /// Returns u1, u2 and their rates.
     fn voltages(t: f64) -> ([f64; 2], [f64; 2]) {
         let [size, omega] = Self::SOURCE;
         let (sin, cos) = (omega * t).sin_cos();
@@ -205,7 +205,7 @@ impl CapacitorLoop {
         (u, [size * omega * cos, 2.0 * size * omega * sin * cos])
     }
 
-    /// i
+    /// Returns i.
     fn current(t: f64) -> f64 {
         let (u, rate) = Self::voltages(t);
         -Self::CAPACITORS[0] * rate[0] - Self::charging(u[0] - u[1], rate[0] - rate[1])

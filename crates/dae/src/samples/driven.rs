@@ -22,7 +22,7 @@ impl TimeScales {
     const FREQUENCIES: [f64; 3] = [1.0, 5.0, 20.0];
 }
 
-/// The real z with z + z³ = s.
+/// Returns the real z with z + z³ = s.
 fn cubic_root(s: f64) -> f64 {
     // Cardano, with the one real root.
     let d = (0.25 * s * s + 1.0 / 27.0).sqrt();
@@ -100,7 +100,7 @@ impl Pulses {
     /// τ1 and τ2, s.
     const TIMES: [f64; 2] = [3e-3, 2e-2];
 
-    /// Where w or its slope jumps.
+    /// Returns the times at which w or its slope jumps.
     pub fn breakpoints(&self) -> Vec<f64> {
         PIECES[1..].iter().map(|piece| piece.0).collect()
     }
@@ -114,10 +114,11 @@ impl Pulses {
         w + slope * (t - from)
     }
 
-    /// y1 and y2 a time `d` after they were `y`, while w goes from `w` at a `slope`.
+    /// Returns y1 and y2 after a time `d`, from the values `y`, for linear w with initial value `w`
+    /// and `slope`.
     fn advance([y1, y2]: [f64; 2], (w, slope): (f64, f64), d: f64) -> [f64; 2] {
         let [a, b] = Self::TIMES;
-        // Particular solutions w − slope (τ1), w − slope (τ1 + τ2), and what decays.
+        // Particular solutions w − slope (τ1), w − slope (τ1 + τ2), and the decaying terms.
         let (fast, slow) = (y1 - (w - slope * a), a / (a - b));
         let rest = y2 - (w - slope * (a + b)) - slow * fast;
         let (decay_a, decay_b) = ((-d / a).exp(), (-d / b).exp());

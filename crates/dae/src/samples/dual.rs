@@ -12,26 +12,26 @@ pub trait Scalar:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// The number without its derivatives.
+    /// Returns the number without its derivatives.
     fn value(self) -> f64;
 
-    /// The image under a function of f64, its derivative being another such image.
+    /// Returns sin x.
     #[must_use]
     fn sin(self) -> Self;
 
-    /// cos x
+    /// Returns cos x.
     #[must_use]
     fn cos(self) -> Self;
 
-    /// eˣ
+    /// Returns eˣ.
     #[must_use]
     fn exp(self) -> Self;
 
-    /// √x
+    /// Returns √x.
     #[must_use]
     fn sqrt(self) -> Self;
 
-    /// c x with a constant c.
+    /// Returns c x with a constant c.
     #[must_use]
     fn times(self, c: f64) -> Self {
         self * Self::from(c)
@@ -71,12 +71,12 @@ pub struct Dual<S> {
 }
 
 impl<S: Scalar> Dual<S> {
-    /// The number x whose derivative is `slope`.
+    /// Creates the number x with derivative `slope`.
     pub fn new(value: S, slope: S) -> Self {
         Self { value, slope }
     }
 
-    /// f(x), where f'(x) is `slope`.
+    /// Returns f(x) from the value and the slope f'(x).
     fn image(self, value: S, slope: S) -> Self {
         Self::new(value, slope * self.slope)
     }
@@ -161,7 +161,7 @@ impl<S: Scalar> Scalar for Dual<S> {
 mod tests {
     use super::*;
 
-    /// f = sin x · eˣ / √(1 + x²) − cos x, in any scalar.
+    /// f = sin x · eˣ / √(1 + x²) − cos x, for any scalar type.
     fn function<S: Scalar>(x: S) -> S {
         x.sin() * x.exp() / (S::from(1.0) + x * x).sqrt() - x.cos()
     }

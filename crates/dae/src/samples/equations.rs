@@ -6,22 +6,22 @@ use crate::problem::{Problem, StepError, VariableKind};
 
 /// F(t, y, ẏ) for any scalar type, and the properties of the variables of a [`Problem`].
 pub trait Equations {
-    /// Number of equations and unknowns.
+    /// Returns the number of equations and unknowns.
     fn n_unknowns(&self) -> usize;
 
     /// Evaluates F(t, y, ẏ) into `residual`.
     fn residual<S: Scalar>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]);
 
-    /// How each variable enters F.
+    /// Returns how each variable enters F.
     fn kinds(&self) -> Vec<VariableKind>;
 
-    /// The perturbation index of each variable.
+    /// Returns the perturbation index of each variable.
     fn indices(&self) -> Vec<u8>;
 
-    /// Consistent initial values.
+    /// Returns consistent initial values.
     fn start(&self) -> Start;
 
-    /// The exact solution, where there is a closed form.
+    /// Returns the exact solution, if there is a closed form.
     fn exact(&self, _t: f64) -> Option<Vec<f64>> {
         None
     }
@@ -37,7 +37,7 @@ pub struct Differentiated<E> {
 }
 
 impl<E: Equations> Differentiated<E> {
-    /// The problem of these equations.
+    /// Creates the problem of these equations.
     pub fn new(equations: E) -> Self {
         let zero = vec![Dual::from(0.0); equations.n_unknowns()];
         Self {
@@ -48,7 +48,7 @@ impl<E: Equations> Differentiated<E> {
         }
     }
 
-    /// The equations.
+    /// Returns the equations.
     pub fn equations(&self) -> &E {
         &self.equations
     }
@@ -70,7 +70,7 @@ impl<E: Equations> Problem for Differentiated<E> {
         Ok(())
     }
 
-    /// One column at a time: the derivative of F along (a e_j, b e_j).
+    /// Computes one column at a time: the derivative of F along (a e_j, b e_j).
     fn jacobian(
         &mut self,
         t: f64,

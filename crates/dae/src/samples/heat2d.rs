@@ -21,10 +21,10 @@ pub struct Heat2d {
 }
 
 impl Heat2d {
-    /// A grid with `m` points on a side.
+    /// Creates a grid with `m` points on each side.
     ///
     /// # Panics
-    /// If m < 3: there would be no interior.
+    /// If m < 3, because the grid would have no interior.
     pub fn new(m: usize) -> Self {
         assert!(m >= 3, "a grid of {m} points on a side has no interior");
         Self { m }
@@ -35,12 +35,12 @@ impl Heat2d {
         i == 0 || j == 0 || i == self.m - 1 || j == self.m - 1
     }
 
-    /// 1/Δx².
+    /// Returns 1/Δx².
     fn inverse_square_spacing(&self) -> f64 {
         ((self.m - 1) * (self.m - 1)) as f64
     }
 
-    /// The discrete Laplacian at an interior point.
+    /// Computes the discrete Laplacian at an interior point.
     fn laplacian(&self, u: &[f64], k: usize) -> f64 {
         let neighbours = u[k - 1] + u[k + 1] + u[k - self.m] + u[k + self.m];
         self.inverse_square_spacing() * (neighbours - 4.0 * u[k])

@@ -7,19 +7,19 @@ use crate::problem::VariableKind;
 
 /// M(q) q̈ = f(q, q̇) − G(q)ᵀ λ under g(q) = 0, G = ∂g/∂q.
 pub trait Mechanism {
-    /// Number of positions.
+    /// Returns the number of positions.
     fn n_positions(&self) -> usize;
 
-    /// Number of constraints.
+    /// Returns the number of constraints.
     fn n_constraints(&self) -> usize;
 
-    /// M(q) a
+    /// Evaluates M(q) a.
     fn inertia<S: Scalar>(&self, q: &[S], a: &[S], out: &mut [S]);
 
     /// Evaluates f(q, v), including all terms quadratic in v.
     fn force<S: Scalar>(&self, q: &[S], v: &[S], out: &mut [S]);
 
-    /// g(q)
+    /// Evaluates g(q).
     fn constraint<S: Scalar>(&self, q: &[S], out: &mut [S]);
 
     /// Positions with g(q) = 0, and velocities with G v = 0.
@@ -63,7 +63,7 @@ impl<M: Mechanism> Constrained<M> {
         }
     }
 
-    /// G(q) v
+    /// Evaluates G(q) v.
     fn constraint_rate<S: Scalar>(&self, q: &[S], v: &[S], out: &mut [S]) {
         let pairs = q.iter().zip(v);
         let along: Vec<_> = pairs.map(|(&q, &v)| Dual::new(q, v)).collect();
@@ -74,7 +74,7 @@ impl<M: Mechanism> Constrained<M> {
         }
     }
 
-    /// d²g/dt² = G a + Ġ v
+    /// Evaluates d²g/dt² = G a + Ġ v.
     fn constraint_acceleration<S: Scalar>(&self, q: &[S], v: &[S], a: &[S], out: &mut [S]) {
         let along = |x: &[S], rate: &[S]| -> Vec<Dual<S>> {
             let pairs = x.iter().zip(rate);
@@ -113,7 +113,7 @@ impl<M: Mechanism> Constrained<M> {
         (solution, lambda)
     }
 
-    /// M a − f + Gᵀ λ
+    /// Evaluates M a − f + Gᵀ λ.
     fn balance<S: Scalar>(&self, q: &[S], v: &[S], a: &[S], lambda: &[S], out: &mut [S]) {
         let mut force = vec![S::from(0.0); q.len()];
         self.mechanism.force(q, v, &mut force);

@@ -68,12 +68,12 @@ pub struct Start {
     pub y_dot: Vec<f64>,
 }
 
-/// A problem that knows where it starts and, perhaps, where it goes.
+/// A problem with consistent initial values and, optionally, an exact solution.
 pub trait Sample: Problem {
-    /// Consistent initial values.
+    /// Returns consistent initial values.
     fn start(&self) -> Start;
 
-    /// The exact solution y(t), where there is a closed form.
+    /// Returns the exact solution y(t), if there is a closed form.
     fn exact(&self, _t: f64) -> Option<Vec<f64>> {
         None
     }
@@ -81,7 +81,7 @@ pub trait Sample: Problem {
 
 /// A sample that depends on parameters, with its sensitivities in closed form.
 pub trait ParametricSample: Sample {
-    /// The parameters.
+    /// Returns the parameters.
     fn parameters(&self) -> Vec<Parameter>;
 
     /// Gives parameter j a value.
@@ -90,7 +90,7 @@ pub trait ParametricSample: Sample {
     /// Returns ∂y/∂p_j at t; at the start, the sensitivity of the initial values.
     fn exact_sensitivity(&self, j: usize, t: f64) -> Vec<f64>;
 
-    /// The parameters, with ∂F/∂p by differences.
+    /// Returns the parameters, with ∂F/∂p by differences.
     fn differenced(&self) -> Differenced<Self>
     where
         Self: Sized + 'static,
@@ -114,8 +114,8 @@ pub enum MechanicalForm {
 }
 
 impl MechanicalForm {
-    /// The perturbation indices of n_p positions, n_p velocities and n_c multipliers (twice as
-    /// many in the stabilized form).
+    /// Returns the perturbation indices of n_p positions, n_p velocities and n_c multipliers (twice
+    /// as many in the stabilized form).
     fn indices(self, n_p: usize, n_c: usize) -> Vec<u8> {
         let (velocity, multiplier) = match self {
             Self::Index3 => (2, 3),

@@ -39,7 +39,7 @@ impl Pendulum {
         }
     }
 
-    /// The same with another length ℓ and gravity g.
+    /// Returns the pendulum with length ℓ and gravity g.
     #[must_use]
     pub fn with(self, length: f64, gravity: f64) -> Self {
         Self {
@@ -90,12 +90,12 @@ impl Sample for Pendulum {
 }
 
 impl Pendulum {
-    /// w = √(g/ℓ).
+    /// Returns w = √(g/ℓ).
     fn frequency(&self) -> f64 {
         (self.gravity / self.length).sqrt()
     }
 
-    /// θ and θ̇.
+    /// Returns θ and θ̇.
     fn swing(&self, t: f64) -> [f64; 2] {
         let (k, w) = (FRAC_1_SQRT_2, self.frequency());
         let (sn, cn) = jacobi_sn_cn(quarter_period(k) - w * t, k);
@@ -216,7 +216,7 @@ impl Problem for Pendulum {
         2
     }
 
-    /// The length, and that the velocity keeps it; in all forms.
+    /// Evaluates the constraints on the length and its rate, in all forms.
     fn constraints(&mut self, _: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError> {
         out[0] = y[0] * y[0] + y[1] * y[1] - self.length * self.length;
         out[1] = y[0] * y[2] + y[1] * y[3];
@@ -228,8 +228,8 @@ impl Problem for Pendulum {
     }
 }
 
-/// The arithmetic-geometric means a_i of 1 and √(1 − k²), with c_i = (a_{i−1} − b_{i−1})/2, until
-/// c vanishes to rounding (quadratic convergence: eight pairs are plenty).
+/// Returns the arithmetic-geometric means a_i of 1 and √(1 − k²), with c_i = (a_{i−1} − b_{i−1})/2,
+/// until c vanishes to rounding (quadratic convergence: eight pairs suffice).
 fn means(k: f64) -> Vec<(f64, f64)> {
     let (mut a, mut b) = (1.0_f64, (1.0 - k * k).sqrt());
     let mut pairs = vec![(a, k)];
@@ -241,7 +241,7 @@ fn means(k: f64) -> Vec<(f64, f64)> {
     pairs
 }
 
-/// K(k), the complete elliptic integral of the first kind.
+/// Returns K(k), the complete elliptic integral of the first kind.
 fn quarter_period(k: f64) -> f64 {
     let pairs = means(k);
     std::f64::consts::FRAC_PI_2 / pairs[pairs.len() - 1].0

@@ -19,7 +19,7 @@ pub struct Pipes {
     inertia: bool,
 }
 
-/// From where to where: 0 and 1 are the tanks, 2 to 4 the junctions.
+/// Start and end of each pipe: 0 and 1 are the tanks, 2 to 4 the junctions.
 const PIPES: [(usize, usize); 6] = [(0, 2), (0, 3), (1, 3), (1, 4), (2, 3), (3, 4)];
 /// r, Pa s²/m⁶.
 const FRICTION: [f64; 6] = [4e6, 9e6, 6e6, 5e6, 2e7, 3e7];
@@ -35,7 +35,7 @@ const LEVEL: f64 = 10.0;
 const LAMINAR: f64 = 1e-3;
 
 impl Pipes {
-    /// The net with or without the inertia of the water in its pipes.
+    /// Creates the network with or without the inertia of the water in its pipes.
     pub fn new(inertia: bool) -> Self {
         Self { inertia }
     }
@@ -56,7 +56,7 @@ impl Equations for Pipes {
 
     fn residual<S: Scalar>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
         let (levels, flows, pressures) = (&y[..2], &y[2..8], &y[8..]);
-        // What each place loses.
+        // Net outflow of each node through the pipes.
         let mut loss = [S::from(0.0); 5];
         for (&(from, to), &q) in PIPES.iter().zip(flows) {
             loss[from] = loss[from] + q;

@@ -155,11 +155,11 @@ impl Mechanism for FourBar {
     }
 }
 
-/// A linkage with three loops through one joint, driven by a torque against a stiff spring: what
-/// makes Andrews' squeezing mechanism hard, on data of our own.
+/// A linkage with three loops through one joint, driven by a torque against a stiff spring. It has
+/// the difficulties of Andrews' squeezing mechanism, with different data.
 ///
-/// Positions are the absolute angles q of five uniform bars. A crank (0) and a bar (1) reach the joint
-/// P from the origin, a rocker (2) from A, and two bars (3, 4) from B: P is one point, four
+/// Positions are the absolute angles q of five uniform bars. A crank (0) and a bar (1) reach the
+/// joint P from the origin, a rocker (2) from A, and two bars (3, 4) from B: P is one point, four
 /// constraints. A spring pulls the elbow of the last two bars to C.
 ///
 /// ```text
@@ -182,7 +182,7 @@ impl Press {
     /// Stiffness in N/m and rest length in m of the spring.
     const SPRING: [f64; 2] = [4000.0, 0.012];
 
-    /// a_ij
+    /// Returns a_ij.
     fn coefficient(i: usize, j: usize) -> f64 {
         let moment = |k: usize| Self::MASSES[k] * Self::LENGTHS[k];
         if i == j {
@@ -196,7 +196,7 @@ impl Press {
         })
     }
 
-    /// The vector of bar k.
+    /// Returns the vector of bar k.
     fn bar<S: Scalar>(q: &[S], k: usize) -> [S; 2] {
         [q[k].cos(), q[k].sin()].map(|c| c.times(Self::LENGTHS[k]))
     }

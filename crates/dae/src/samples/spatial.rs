@@ -58,8 +58,8 @@ impl Mechanism for SphericalPendulums {
     }
 }
 
-/// Seven charges that repel each other on the unit sphere, damped: they go to rest where they are far
-/// from each other, as in the search for Fekete points.
+/// Seven charges that repel each other on the unit sphere, with damping: they come to rest far from
+/// each other, as in the search for Fekete points.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Charges;
 

@@ -19,7 +19,7 @@ impl Polyline {
         }
     }
 
-    /// Where the slope jumps.
+    /// Returns the times at which the slope jumps.
     fn breakpoints(self) -> Vec<f64> {
         self.0.iter().map(|point| point.0).collect()
     }
@@ -97,14 +97,14 @@ impl Equations for Bridge {
     }
 }
 
-/// Four inverters in a row on one supply that sags, under pulses with edges; time in ns.
+/// Four inverters in a row on one supply that sags, under pulses with finite edges; time in ns.
 ///
 /// ```text
 /// C u̇_k = (s − u_k)/R − K max(u_{k−1} − U_t, 0)² u_k/(u_k + U_s),  u_0 = w(t)
 /// 0 = (U − s)/R_s − Σ (s − u_k)/R
 /// ```
 ///
-/// Unknowns (u_1 … u_4, s). Index 1. The second derivative of the current jumps where a gate opens.
+/// Unknowns (u_1 … u_4, s). Index 1. The second derivative of the current jumps when a gate opens.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Inverters;
 
@@ -131,7 +131,7 @@ impl Inverters {
     /// Initial values of the outputs, V.
     const OUTPUTS: [f64; 4] = [4.8, 0.1, 4.8, 0.1];
 
-    /// Where the slope of the input jumps, ns.
+    /// Returns the times at which the slope of the input jumps, ns.
     pub fn breakpoints(&self) -> Vec<f64> {
         Self::INPUT.breakpoints()
     }
@@ -223,7 +223,7 @@ impl Pump {
     /// R, kΩ.
     const LOAD: f64 = 0.5;
 
-    /// Where the slope of the source jumps, µs.
+    /// Returns the times at which the slope of the source jumps, µs.
     pub fn breakpoints(&self) -> Vec<f64> {
         Self::INPUT.breakpoints()
     }

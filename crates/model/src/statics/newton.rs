@@ -358,7 +358,7 @@ impl<'a> Newton<'a> {
         Ok(None)
     }
 
-    /// Factorizes the matrix of the linear system at `x`.
+    /// Assembles the matrix of the linear system at `x`.
     pub(super) fn tangent(&mut self, x: &[f64], factor: f64) -> Result<(), Inverted> {
         let Muscle {
             solid, pressures, ..
