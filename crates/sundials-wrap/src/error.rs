@@ -1,6 +1,6 @@
-//! What can go wrong: misuse, and fatal errors of the user's own functions.
+//! Errors: misuse, and fatal errors of user functions.
 //!
-//! An integration that cannot go on is not an error but an
+//! An integration that cannot continue is not an error but an
 //! [`Outcome::Stopped`](crate::Outcome::Stopped).
 
 /// An error of the wrapper.
@@ -45,7 +45,7 @@ pub enum Error {
         /// Entries in the Jacobian's pattern.
         n_entries: usize,
     },
-    /// The output time lies behind the time reached.
+    /// The output time is before the time reached.
     #[error("output time {t_out} lies behind t = {t}, the time reached")]
     TimeBehind {
         /// Requested output time.
@@ -96,7 +96,7 @@ pub enum Error {
         /// The time of the start that sensitivities were given for.
         t_start: f64,
     },
-    /// A backward problem needs the solution to be kept.
+    /// A backward problem requires the solution to be stored.
     #[error("this solver keeps no checkpoints: build it with IdaBuilder::checkpoints")]
     NoCheckpoints,
     /// A feature that is not repeated when a run is repeated from a checkpoint.
@@ -173,7 +173,7 @@ pub enum Error {
         /// Error returned by the function.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// IDAS refused a call.
+    /// IDAS rejected a call.
     #[error("{call} returned {code} ({name}): {message}")]
     Call {
         /// The function of IDAS.

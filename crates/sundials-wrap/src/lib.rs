@@ -1,5 +1,5 @@
-//! A safe wrapper of the SUNDIALS integrator IDAS, with sparse Jacobians factorized by KLU or
-//! faer, for implicit differential-algebraic equations F(t, y, ẏ) = 0.
+//! A safe wrapper of the SUNDIALS integrator IDAS, with sparse Jacobians factorized by KLU or faer,
+//! for implicit differential-algebraic equations F(t, y, ẏ) = 0.
 //!
 //! # Main types
 //! - [`Problem`]: the system to implement: residual, Jacobian in a fixed sparse pattern, and the
@@ -8,9 +8,9 @@
 //!   weights, a [`LinearSolver`]) and builds an [`IdaSolver`].
 //! - [`IdaSolver`] owns the problem and takes steps ([`IdaSolver::step`]) or integrates
 //!   ([`IdaSolver::integrate_to`]).
-//! - [`Outcome`]: output time reached, stop time, root, or [`Stop`]: gave up, with reason,
-//!   [`Statistics`] and the components with the largest errors. [`Error`] is for misuse and for
-//!   fatal errors of user functions.
+//! - [`Outcome`]: output time reached, stop time, root, or [`Stop`]: integration stopped, with
+//!   reason, [`Statistics`] and the components with the largest errors. [`Error`] is for misuse and
+//!   for fatal errors of user functions.
 //! - [`adjoint`]: backward problems along the solution, for gradients with respect to many
 //!   parameters.
 //! - [`klu`]: sparse LU factors of real and complex matrices, for other solvers.

@@ -44,7 +44,7 @@ pub(crate) fn error_test_id(
     Ok(left_out.contains(&true).then(id))
 }
 
-/// The code of `IDASetRootDirection`.
+/// Returns the code of `IDASetRootDirection`.
 pub(crate) fn direction_code(direction: Direction) -> i32 {
     match direction {
         Direction::Both => 0,
@@ -53,7 +53,7 @@ pub(crate) fn direction_code(direction: Direction) -> i32 {
     }
 }
 
-/// IDAS' `id` vector: 1 for a differential variable, 0 for an algebraic one.
+/// Returns IDAS' `id` vector: 1 for a differential variable, 0 for an algebraic variable.
 pub(crate) fn differential(kinds: &[VariableKind]) -> Vec<f64> {
     kinds
         .iter()
@@ -175,7 +175,7 @@ pub struct IdaOptions {
     /// Most steps in one call of [`integrate_to`](crate::IdaSolver::integrate_to), `None` for no
     /// limit; 500 by default. A single [`step`](crate::IdaSolver::step) is not limited by it.
     pub max_steps: Option<usize>,
-    /// A time not to step over; none by default.
+    /// A time that no step passes; `None` by default.
     pub stop_time: Option<f64>,
     /// Error-test failures allowed in one step; 10 by default.
     pub max_error_test_failures: usize,
@@ -198,7 +198,7 @@ pub struct IdaOptions {
     pub initial_values: InitialValueOptions,
     /// Whose arithmetic is done on vectors; ours by default.
     pub vectors: VectorArithmetic,
-    /// Inequality constraints, one per component, or empty for none (the default).
+    /// Inequality constraints, one per component; empty by default.
     pub constraints: Vec<Constraint>,
 }
 
@@ -231,7 +231,8 @@ impl Default for IdaOptions {
 }
 
 impl IdaOptions {
-    /// Checks what IDAS does not, or does not with numbers, for a problem of `n` unknowns.
+    /// Checks for a problem of `n` unknowns the settings that IDAS does not check, or rejects
+    /// without their values.
     pub(crate) fn validate(&self, n: usize) -> Result<(), Error> {
         validate_tolerances(&self.tolerances, n)?;
         within("max_order", self.max_order as f64, 1.0, 5.0, "1 to 5")?;
@@ -331,7 +332,7 @@ pub(crate) fn expect_length(what: &'static str, expected: usize, got: usize) -> 
     }
 }
 
-/// A time and a state of `n` unknowns to start from.
+/// Checks an initial time and state of `n` unknowns.
 pub(crate) fn expect_state(n: usize, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<(), Error> {
     expect_length("initial values y0", n, y0.len())?;
     expect_length("initial derivatives y_dot0", n, y_dot0.len())?;
@@ -355,7 +356,7 @@ pub(crate) fn expect_finite(what: &'static str, values: &[f64]) -> Result<(), Er
 mod tests {
     use super::*;
 
-    /// What `IDASetConstraints` and `IDASetRootDirection` document.
+    /// Checks the codes documented for `IDASetConstraints` and `IDASetRootDirection`.
     #[test]
     fn codes_are_those_of_the_guide() {
         use Constraint::{Negative, NonNegative, NonPositive, Positive};

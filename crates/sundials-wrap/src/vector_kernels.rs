@@ -17,7 +17,7 @@ const LANES: usize = 32;
 /// Instruction set of the processor, detected once.
 static ARCH: LazyLock<Arch> = LazyLock::new(Arch::new);
 
-/// `out` ← a x + b y.
+/// Computes `out` ← a x + b y.
 pub(crate) fn linear_sum(a: f64, x: &[f64], b: f64, y: &[f64], out: &mut [MaybeUninit<f64>]) {
     ARCH.dispatch(LinearSum { a, x, b, y, out });
 }
@@ -42,7 +42,7 @@ impl WithSimd for LinearSum<'_> {
     }
 }
 
-/// `y` ← a x + b y.
+/// Computes `y` ← a x + b y.
 pub(crate) fn add_scaled(a: f64, x: &[f64], b: f64, y: &mut [f64]) {
     ARCH.dispatch(AddScaled { a, x, b, y });
 }
@@ -66,7 +66,7 @@ impl WithSimd for AddScaled<'_> {
     }
 }
 
-/// `out` ← c x.
+/// Computes `out` ← c x.
 pub(crate) fn scale(c: f64, x: &[f64], out: &mut [MaybeUninit<f64>]) {
     ARCH.dispatch(Scale { c, x, out });
 }
@@ -88,7 +88,7 @@ impl WithSimd for Scale<'_> {
     }
 }
 
-/// `x` ← c x.
+/// Computes `x` ← c x.
 pub(crate) fn scale_in_place(c: f64, x: &mut [f64]) {
     ARCH.dispatch(ScaleInPlace { c, x });
 }
@@ -109,7 +109,7 @@ impl WithSimd for ScaleInPlace<'_> {
     }
 }
 
-/// `x` ← |x|.
+/// Computes `x` ← |x|.
 pub(crate) fn absolute_in_place(x: &mut [f64]) {
     ARCH.dispatch(AbsoluteInPlace { x });
 }
@@ -129,7 +129,7 @@ impl WithSimd for AbsoluteInPlace<'_> {
     }
 }
 
-/// `x` ← 1/x.
+/// Computes `x` ← 1/x.
 pub(crate) fn invert_in_place(x: &mut [f64]) {
     ARCH.dispatch(InvertInPlace { x });
 }

@@ -34,8 +34,8 @@ pub struct Adjoint<P> {
 }
 
 impl<P: Problem> Adjoint<P> {
-    /// The adjoint of `problem` for an integrand with this gradient: ∂g/∂y and ∂g/∂p, to be written into
-    /// zeros.
+    /// Creates the adjoint of `problem` for an integrand with this gradient: ∂g/∂y and ∂g/∂p, to be
+    /// written into arrays of zeros.
     pub fn new(
         problem: &P,
         gradient: impl FnMut(&mut P, &ForwardState, &mut [f64], &mut [f64]) -> Result<(), StepError>
@@ -70,7 +70,7 @@ impl<P: Problem> Adjoint<P> {
         }
     }
 
-    /// With one quadrature for each of these parameters.
+    /// Adds one quadrature for each of these parameters.
     #[must_use]
     pub fn parameters(mut self, parameters: impl Parameters<P> + Send + 'static) -> Self {
         self.gradients[1] = vec![0.0; parameters.list().len()];

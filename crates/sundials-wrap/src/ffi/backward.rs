@@ -91,11 +91,11 @@ unsafe fn handed<'a, C>(
 /// Neither S nor Ṡ.
 const NONE: *mut N_Vector = std::ptr::null_mut();
 
-/// IDAResFnBS.
+/// Implements IDAResFnBS.
 ///
 /// # Safety
-/// Called by IDAS with its serial vectors and the address of our link. The arrays of sensitivities
-/// have as many entries as the link states.
+/// Must be called by IDAS with its serial vectors and the address of the link of this crate. The
+/// arrays of sensitivities have as many entries as the link states.
 pub(crate) unsafe extern "C" fn residual_with<C: Callbacks>(
     t: realtype,
     y: N_Vector,
@@ -118,7 +118,7 @@ pub(crate) unsafe extern "C" fn residual_with<C: Callbacks>(
     })
 }
 
-/// IDAResFnB.
+/// Implements IDAResFnB.
 ///
 /// # Safety
 /// As for [`residual_with`], of a link without parameters.
@@ -135,7 +135,7 @@ pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
     unsafe { residual_with::<C>(t, y, y_dot, NONE, NONE, values, rates, residual, user_data) }
 }
 
-/// IDALsJacFnBS.
+/// Implements IDALsJacFnBS.
 ///
 /// # Safety
 /// As for [`residual_with`]; the matrix is not used.
@@ -164,7 +164,7 @@ pub(crate) unsafe extern "C" fn setup_with<C: Callbacks>(
     })
 }
 
-/// IDALsJacFnB.
+/// Implements IDALsJacFnB.
 ///
 /// # Safety
 /// As for [`setup_with`], of a link without parameters.
@@ -191,10 +191,11 @@ pub(crate) unsafe extern "C" fn setup<C: Callbacks>(
     }
 }
 
-/// The solve operation of the linear solver.
+/// Implements the solve operation of the linear solver.
 ///
 /// # Safety
-/// Called by IDAS with a linear solver whose content is our link, and serial vectors.
+/// Must be called by IDAS with a linear solver whose content is the link of this crate, and serial
+/// vectors.
 pub(crate) unsafe extern "C" fn solve<C: Callbacks>(
     solver: SUNLinearSolver,
     _matrix: SUNMatrix,
@@ -214,7 +215,7 @@ pub(crate) unsafe extern "C" fn solve<C: Callbacks>(
     }
 }
 
-/// IDAQuadRhsFnBS.
+/// Implements IDAQuadRhsFnBS.
 ///
 /// # Safety
 /// As for [`residual_with`].
@@ -240,7 +241,7 @@ pub(crate) unsafe extern "C" fn quadrature_with<C: Callbacks>(
     })
 }
 
-/// IDAQuadRhsFnB.
+/// Implements IDAQuadRhsFnB.
 ///
 /// # Safety
 /// As for [`quadrature_with`], of a link without parameters.

@@ -7,7 +7,7 @@ use sundials_sys as sys;
 /// The code reported when a constructor in C returns a null pointer: out of memory.
 pub(crate) const NULL_RESULT: i32 = sys::IDA_MEM_FAIL;
 
-/// A call that IDAS refused.
+/// A call that IDAS rejected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct CallFailed {
     pub(crate) call: &'static str,
@@ -20,7 +20,7 @@ impl CallFailed {
     }
 }
 
-/// Turns a code other than success into the refusal of `call`.
+/// Converts a code other than success into the error of `call`.
 pub(crate) fn check(call: &'static str, code: c_int) -> Result<(), CallFailed> {
     if code == sys::IDA_SUCCESS {
         Ok(())

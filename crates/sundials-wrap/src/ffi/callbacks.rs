@@ -1,4 +1,4 @@
-//! The safe side of the boundary: callbacks of IDAS and their answers.
+//! The safe side of the boundary: callbacks of IDAS and their return codes.
 //!
 //! Codes: 0 success, +1 recoverable (IDAS may try a smaller step), −1 unrecoverable.
 
@@ -38,7 +38,8 @@ pub(crate) trait Callbacks: BackwardCallbacks {
     fn quadrature(&mut self, t: f64, y: &[f64], y_dot: &[f64], rates: &mut [f64]) -> Answer;
     /// Evaluates ∂F/∂y and ∂F/∂ẏ, for the residuals of sensitivities.
     fn linearise(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Answer;
-    /// The residual of the sensitivity to parameter j where it was linearised.
+    /// Evaluates the residual of the sensitivity to parameter j at the state of the last
+    /// linearization.
     fn sensitivity_residual(
         &mut self,
         j: usize,
@@ -46,7 +47,7 @@ pub(crate) trait Callbacks: BackwardCallbacks {
         s: [&[f64]; 2],
         residual: &mut [f64],
     ) -> Answer;
-    /// The rates of the sensitivities of the quadratures to parameter j.
+    /// Evaluates the rates of the sensitivities of the quadratures to parameter j.
     fn quadrature_sensitivity(
         &mut self,
         j: usize,
@@ -58,7 +59,8 @@ pub(crate) trait Callbacks: BackwardCallbacks {
     fn message(&mut self, text: &str);
 }
 
-/// The forward solution where a backward problem is evaluated: y, ẏ and, for each parameter, S and Ṡ.
+/// The forward solution at the state of a backward evaluation: y, ẏ and, for each parameter, S and
+/// Ṡ.
 pub(crate) struct ForwardView<'a> {
     pub(crate) t: f64,
     pub(crate) y: &'a [f64],

@@ -14,7 +14,7 @@ pub(crate) struct Context {
 }
 
 impl Context {
-    /// A context for vectors with this arithmetic.
+    /// Creates a context for vectors with this arithmetic.
     pub(crate) fn new(vectors: VectorArithmetic) -> Result<Self, CallFailed> {
         let mut context: SUNContext = ptr::null_mut();
         // SAFETY: no communicator, for serial use, and a place to write the handle to.
@@ -30,7 +30,7 @@ impl Context {
         self.handle
     }
 
-    /// Whose arithmetic is done on its vectors.
+    /// Returns the implementation of the arithmetic of its vectors.
     pub(crate) fn vectors(&self) -> VectorArithmetic {
         self.vectors
     }

@@ -20,7 +20,7 @@ pub(crate) type Solve =
 pub(crate) struct LinearSolver(NonNull<_generic_SUNLinearSolver>);
 
 impl LinearSolver {
-    /// A solver whose solves are done by `solve`, which finds `content` in it.
+    /// Creates a solver whose solves are done by `solve`, which finds `content` in it.
     pub(crate) fn new(
         content: *mut c_void,
         solve: Solve,

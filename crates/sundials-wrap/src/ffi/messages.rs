@@ -31,7 +31,7 @@ mod of_version {
         check("IDASetErrHandlerFn", code)
     }
 
-    /// IDAErrHandlerFn.
+    /// Implements IDAErrHandlerFn.
     ///
     /// # Safety
     /// As for [`take_message`].
@@ -75,7 +75,7 @@ mod of_version {
         check("SUNContext_PushErrHandler", code)
     }
 
-    /// SUNErrHandlerFn.
+    /// Implements SUNErrHandlerFn.
     ///
     /// # Safety
     /// As for [`take_message`].

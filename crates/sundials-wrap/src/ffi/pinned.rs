@@ -25,7 +25,7 @@ impl<T> Pinned<T> {
         unsafe { self.0.as_mut() }
     }
 
-    /// The address, to be handed to C.
+    /// Returns the address, to be passed to C.
     pub(crate) fn address(&self) -> NonNull<T> {
         self.0
     }

@@ -37,11 +37,11 @@ unsafe fn each<C>(
     success
 }
 
-/// IDASensResFn.
+/// Implements IDASensResFn.
 ///
 /// # Safety
-/// Called by IDAS with its own serial vectors, `n` of them in each array, and the address given to
-/// IDASetUserData.
+/// Must be called by IDAS with its serial vectors, `n` of them in each array, and the address given
+/// to IDASetUserData.
 pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
     n: c_int,
     t: realtype,
@@ -76,7 +76,7 @@ pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
     }
 }
 
-/// IDAQuadSensRhsFn.
+/// Implements IDAQuadSensRhsFn.
 ///
 /// # Safety
 /// As for [`residual`].

@@ -1,5 +1,5 @@
 //! C callbacks: each function converts pointers to slices, calls one method of [`Callbacks`],
-//! catches its panic, and converts the answer to IDAS' code.
+//! catches its panic, and converts the result to IDAS' code.
 
 use std::any::Any;
 use std::os::raw::{c_int, c_void};
@@ -28,18 +28,18 @@ impl<C> Boundary<C> {
     }
 }
 
-/// The boundary behind a pointer that C hands back.
+/// Returns the boundary at the address that C passes back.
 ///
 /// # Safety
-/// `user_data` is the address of a live [`Pinned`](super::pinned::Pinned) `Boundary<C>` to which
-/// no reference exists during `'a`. IDAS calls back only inside calls made with `&mut Ida`, and
+/// `user_data` is the address of a live [`Pinned`](super::pinned::Pinned) `Boundary<C>` to which no
+/// reference exists during `'a`. IDAS calls back only inside calls made with `&mut Ida`, and
 /// callbacks do not nest, since none of them can reach the integrator.
 pub(super) unsafe fn boundary<'a, C>(user_data: *mut c_void) -> &'a mut Boundary<C> {
     // SAFETY: the caller's promise.
     unsafe { &mut *user_data.cast::<Boundary<C>>() }
 }
 
-/// y and ẏ as IDAS hands them over.
+/// Returns y and ẏ as passed by IDAS.
 ///
 /// # Safety
 /// As for [`view`], of both.
@@ -70,10 +70,10 @@ fn answered<C>(boundary: &mut Boundary<C>, callback: impl FnOnce(&mut C) -> Answ
     }
 }
 
-/// IDAResFn.
+/// Implements IDAResFn.
 ///
 /// # Safety
-/// Called by IDAS with its own serial vectors and the address given to IDASetUserData.
+/// Must be called by IDAS with its serial vectors and the address given to IDASetUserData.
 pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
     t: realtype,
     y: N_Vector,
@@ -92,7 +92,7 @@ pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
     })
 }
 
-/// IDALsJacFn: the set-up of the linear solver, which keeps its matrix to itself.
+/// Implements IDALsJacFn: the setup of the linear solver, which stores its matrix internally.
 ///
 /// # Safety
 /// As for [`residual`]; the matrix is not used.
@@ -117,10 +117,10 @@ pub(crate) unsafe extern "C" fn linear_setup<C: Callbacks>(
     })
 }
 
-/// The solve operation of the linear solver.
+/// Implements the solve operation of the linear solver.
 ///
 /// # Safety
-/// Called by IDAS with a [`LinearSolver`] of ours and serial vectors.
+/// Must be called by IDAS with a [`LinearSolver`] of this crate and serial vectors.
 ///
 /// [`LinearSolver`]: super::linear_solver::LinearSolver
 pub(crate) unsafe extern "C" fn linear_solve<C: Callbacks>(
@@ -162,7 +162,7 @@ pub(super) unsafe fn solved<C>(
     }
 }
 
-/// IDARootFn.
+/// Implements IDARootFn.
 ///
 /// # Safety
 /// As for [`residual`]; `values` has room for as many numbers as passed to IDARootInit.
@@ -185,7 +185,7 @@ pub(crate) unsafe extern "C" fn roots<C: Callbacks>(
     guarded(boundary, |callbacks| callbacks.roots(t, y, y_dot, values))
 }
 
-/// IDAEwtFn.
+/// Implements IDAEwtFn.
 ///
 /// # Safety
 /// As for [`residual`].
@@ -203,7 +203,7 @@ pub(crate) unsafe extern "C" fn error_weights<C: Callbacks>(
     guarded(boundary, |callbacks| callbacks.error_weights(y, weights))
 }
 
-/// IDAQuadRhsFn.
+/// Implements IDAQuadRhsFn.
 ///
 /// # Safety
 /// As for [`residual`].

@@ -14,7 +14,7 @@ use crate::options::VectorArithmetic;
 pub(crate) struct NVector(NonNull<_generic_N_Vector>);
 
 impl NVector {
-    /// A vector of `n` zeros, `n` ≥ 1.
+    /// Creates a vector of `n` zeros, `n` ≥ 1.
     pub(crate) fn zeros(n: usize, context: &Context) -> Result<Self, CallFailed> {
         // SAFETY: the context is alive; a length in memory fits 64 bits.
         let vector = unsafe { N_VNew_Serial(n as i64, context.raw()) };

@@ -17,7 +17,7 @@ pub(super) fn zero_clones_of(vector: &mut NVector) {
     operations.nvclone = Some(zeroed_clone);
 }
 
-/// A clone of `vector` filled with zeros, or null without memory.
+/// Returns a clone of `vector` filled with zeros, or null if out of memory.
 ///
 /// # Safety
 /// As for N_VClone_Serial: `vector` is a valid serial vector.

@@ -1,4 +1,4 @@
-//! The operations of our vectors that IDAS calls most, in place of SUNDIALS' scalar ones.
+//! Vector operations that IDAS calls most often, as replacements for SUNDIALS' scalar operations.
 //!
 //! SUNDIALS lets the result be one of the arguments; Rust does not let a `&mut` slice overlap
 //! another. So each operation first checks which vectors are identical, and has a kernel for each
@@ -33,7 +33,7 @@ pub(super) unsafe fn install(vector: N_Vector) {
     operations.nvwrmsnormmask = Some(weighted_rms_masked);
 }
 
-/// The entries of a vector to be overwritten, initialised or not.
+/// Returns the entries of a vector to be overwritten, initialized or not.
 ///
 /// # Safety
 /// `vector` is a valid serial vector; nothing else reads or writes its entries during `'a`.
@@ -46,11 +46,11 @@ unsafe fn unwritten<'a>(vector: N_Vector) -> &'a mut [MaybeUninit<f64>] {
     unsafe { slice::from_raw_parts_mut(data, length) }
 }
 
-/// z ← a x + b y.
+/// Computes z ← a x + b y.
 ///
 /// # Safety
-/// As SUNDIALS promises its own operation: valid serial vectors of one length, `x` and `y`
-/// initialised, none used elsewhere during the call.
+/// The conditions of SUNDIALS' operation: valid serial vectors of one length, `x` and `y`
+/// initialized, none used elsewhere during the call.
 unsafe extern "C" fn linear_sum(a: f64, x: N_Vector, b: f64, y: N_Vector, z: N_Vector) {
     if x == y {
         // SAFETY: the caller's promise.
@@ -75,7 +75,7 @@ unsafe extern "C" fn linear_sum(a: f64, x: N_Vector, b: f64, y: N_Vector, z: N_V
     }
 }
 
-/// z ← c.
+/// Computes z ← c.
 ///
 /// # Safety
 /// As for [`linear_sum`].
@@ -84,7 +84,7 @@ unsafe extern "C" fn constant(c: f64, z: N_Vector) {
     unsafe { unwritten(z) }.fill(MaybeUninit::new(c));
 }
 
-/// z ← c x.
+/// Computes z ← c x.
 ///
 /// # Safety
 /// As for [`linear_sum`].
@@ -100,7 +100,7 @@ unsafe extern "C" fn scale(c: f64, x: N_Vector, z: N_Vector) {
     }
 }
 
-/// z ← |x|.
+/// Computes z ← |x|.
 ///
 /// # Safety
 /// As for [`linear_sum`].
@@ -111,7 +111,7 @@ unsafe extern "C" fn absolute(x: N_Vector, z: N_Vector) {
     kernels::absolute_in_place(unsafe { view_mut(z) });
 }
 
-/// z_i ← 1/x_i.
+/// Computes z_i ← 1/x_i.
 ///
 /// # Safety
 /// As for [`linear_sum`].
@@ -122,7 +122,7 @@ unsafe extern "C" fn invert(x: N_Vector, z: N_Vector) {
     kernels::invert_in_place(unsafe { view_mut(z) });
 }
 
-/// z ← Σ c_k x_k; z may be the first of the x.
+/// Computes z ← Σ c_k x_k; z may be the first of the x.
 ///
 /// # Safety
 /// As for [`linear_sum`]; `coefficients` and `vectors` point to `n` ≥ 1 entries each.
@@ -150,7 +150,7 @@ unsafe extern "C" fn linear_combination(
     0
 }
 
-/// √(Σ (x w)² / n).
+/// Returns √(Σ (x w)² / n).
 ///
 /// # Safety
 /// As for [`linear_sum`].
@@ -161,7 +161,7 @@ unsafe extern "C" fn weighted_rms(x: N_Vector, w: N_Vector) -> f64 {
     kernels::weighted_rms(x, unsafe { view(w) })
 }
 
-/// √(Σ (x w)² / n), the sum over the entries with a positive `id`.
+/// Returns √(Σ (x w)² / n), summed over the entries with a positive `id`.
 ///
 /// # Safety
 /// As for [`linear_sum`].
@@ -198,8 +198,7 @@ mod tests {
         assert_eq!(z.as_slice(), [-0.7; N]);
     }
 
-    /// Every way in which the arguments of a linear sum may coincide gives what plain arithmetic
-    /// gives.
+    /// Checks that a linear sum equals plain arithmetic for all coincidences of its arguments.
     #[test]
     fn the_result_may_be_an_argument() {
         let context = Context::new(VectorArithmetic::Simd).unwrap();

@@ -4,10 +4,10 @@ use std::slice;
 
 use sundials_sys::{N_VConst, N_VGetArrayPointer_Serial, N_VGetLength_Serial, N_Vector};
 
-/// The entries of a serial vector.
+/// Returns the entries of a serial vector.
 ///
 /// # Safety
-/// `vector` is a valid serial vector of initialised entries, not written to during `'a`.
+/// `vector` is a valid serial vector of initialized entries, not written to during `'a`.
 pub(crate) unsafe fn view<'a>(vector: N_Vector) -> &'a [f64] {
     // SAFETY: the vector is serial, the caller's promise.
     let length = unsafe { N_VGetLength_Serial(vector) } as usize;
@@ -18,7 +18,7 @@ pub(crate) unsafe fn view<'a>(vector: N_Vector) -> &'a [f64] {
     unsafe { slice::from_raw_parts(data, length) }
 }
 
-/// The entries of a serial vector, to write to.
+/// Returns the mutable entries of a serial vector.
 ///
 /// # Safety
 /// As for [`view`], and nothing else reads or writes the entries during `'a`.
@@ -31,10 +31,10 @@ pub(crate) unsafe fn view_mut<'a>(vector: N_Vector) -> &'a mut [f64] {
     unsafe { slice::from_raw_parts_mut(data, length) }
 }
 
-/// The entries of a serial vector that may not be initialised yet, set to zero.
+/// Sets the entries of a serial vector, possibly uninitialized, to zero and returns them.
 ///
 /// # Safety
-/// As for [`view_mut`], except that the entries need not be initialised.
+/// As for [`view_mut`], except that the entries need not be initialized.
 pub(crate) unsafe fn zeroed_mut<'a>(vector: N_Vector) -> &'a mut [f64] {
     // SAFETY: the vector is valid, the caller's promise; this initialises its entries.
     unsafe { N_VConst(0.0, vector) };

@@ -10,7 +10,7 @@ unsafe extern "C" {
     fn SUNDIALSGetVersion(version: *mut c_char, length: c_int) -> c_int;
 }
 
-/// The version of the linked SUNDIALS, for example "6.4.1".
+/// Returns the version of the linked SUNDIALS, for example "6.4.1".
 pub(crate) fn sundials() -> String {
     let mut buffer = [0u8; 64];
     // SAFETY: the buffer has the stated length; the function writes a zero-terminated string.

@@ -50,7 +50,7 @@ type Wanted<P> = (
 #[derive(Default)]
 struct Quadrature {
     start: Vec<f64>,
-    /// Relative and absolute tolerance, if the quadratures take part in the error test.
+    /// Relative and absolute tolerance, if the quadratures are in the error test.
     tolerances: Option<(f64, f64)>,
 }
 
@@ -116,7 +116,7 @@ impl<P: Problem> IdaBuilder<P> {
         self
     }
 
-    /// Watches functions g(t, y, ẏ), as many as `directions`; the integration pauses where one
+    /// Monitors functions g(t, y, ẏ), as many as `directions`; the integration pauses when one
     /// crosses zero in its direction.
     #[must_use]
     pub fn roots(
@@ -132,7 +132,7 @@ impl<P: Problem> IdaBuilder<P> {
     }
 
     /// Integrates q̇ = r(t, y, ẏ) from `start` along with the solution. With `tolerances`
-    /// (relative, absolute) the quadratures take part in the error test.
+    /// (relative, absolute) the quadratures are included in the error test.
     #[must_use]
     pub fn quadrature(
         mut self,
@@ -171,9 +171,9 @@ impl<P: Problem> IdaBuilder<P> {
         self
     }
 
-    /// Integrates the sensitivities of the quadratures too, from zero: `rates` writes
-    /// ∂r/∂y S + ∂r/∂ẏ Ṡ + ∂r/∂p_j for j, (t, y, ẏ) and (S, Ṡ). They take part in the error test where both
-    /// the quadratures and the sensitivities do.
+    /// Also integrates the sensitivities of the quadratures, from zero: `rates` writes ∂r/∂y S +
+    /// ∂r/∂ẏ Ṡ + ∂r/∂p_j for j, (t, y, ẏ) and (S, Ṡ). They are included in the error test if both
+    /// the quadratures and the sensitivities are.
     #[must_use]
     pub fn quadrature_sensitivities(
         mut self,
@@ -205,7 +205,7 @@ impl<P: Problem> IdaBuilder<P> {
     ///
     /// # Errors
     /// [`Error::WrongLength`], [`Error::NotFinite`], [`Error::Empty`] or [`Error::InvalidOption`]
-    /// for arguments that make no sense; [`Error::Call`] when IDAS refuses one.
+    /// for invalid arguments; [`Error::Call`] if IDAS rejects one.
     pub fn build(mut self, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<IdaSolver<P>, Error> {
         let n = self.problem.n_unknowns();
         let jacobian = Jacobian::of(&self.problem);
@@ -292,7 +292,8 @@ impl<P: Problem> IdaBuilder<P> {
     }
 }
 
-/// A problem whose parts have the sizes it states, and something to integrate.
+/// Checks that the parts of the problem have the stated sizes, and that there is something to
+/// integrate.
 fn expect_shapes(n: usize, kinds: &[VariableKind], pattern: &SparsityPattern) -> Result<(), Error> {
     expect_length("kinds", n, kinds.len())?;
     expect_length("rows of the Jacobian", n, pattern.minor_dim())?;
@@ -331,7 +332,7 @@ impl<P: Problem> IdaSolver<P> {
             ida.set_delta_cj(options.delta_cj)?;
             ida.set_linear_solution_scaling(options.linear_solution_scaling)?;
             ida.set_initial_values(&options.initial_values)?;
-            // IDAS refuses a vector that constrains nothing.
+            // IDAS rejects a vector without constraints.
             if options.constraints.iter().any(|c| *c != Constraint::None) {
                 let codes: Vec<f64> = options.constraints.iter().map(|c| c.code()).collect();
                 ida.set_constraints(&codes)?;

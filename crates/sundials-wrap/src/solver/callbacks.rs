@@ -96,7 +96,7 @@ pub(super) struct FailureLog {
 }
 
 impl FailureLog {
-    /// The answer to IDAS for the `result` of a function, a failure of which is noted. Success takes
+    /// Returns IDAS' code for the `result` of a function, and records a failure. Success requires
     /// finite `values`.
     pub(super) fn answer(
         &mut self,
@@ -138,7 +138,8 @@ impl FailureLog {
         }
     }
 
-    /// What IDAS, which counts all of these as failures of Newton's method, has failed at.
+    /// Returns the actual reason of a failure, since IDAS counts all of these as failures of
+    /// Newton's method.
     pub(super) fn culprit(&self) -> Option<StopReason> {
         match self.function.filter(|_| self.recoverable.is_some())? {
             "Jacobian" => Some(StopReason::JacobianFailed),
@@ -166,8 +167,8 @@ fn first_not_finite(values: &[f64]) -> Option<(usize, f64)> {
 }
 
 impl<P: Problem> UserFunctions<P> {
-    /// Computes the weights of y where it is linearized, if there are sensitivities: IDAS calls the weight
-    /// function for these too, and does not say for which.
+    /// Computes the weights of y at the state of the linearization, if there are sensitivities:
+    /// IDAS also calls the weight function for these, without identifying them.
     fn weigh_at(&mut self, y: &[f64]) -> Result<(), StepError> {
         match self.sensitivities {
             Some(_) => self.weighing.write(&mut self.problem, y, &mut self.weights),

@@ -1,4 +1,4 @@
-//! What solves the linear systems of Newton's method.
+//! Linear solvers of Newton's method.
 
 use myovib_dae::{Jacobian, LinearSolver, Linearization, Problem, StepError};
 use myovib_sparse::pivoting::{Factors, Symbolic};
@@ -86,8 +86,8 @@ enum WholeFactors {
     Dense(DenseLu),
 }
 
-/// Full matrices of at least this order are factorized in dense blocks: below, sparse LU takes less than a
-/// millisecond.
+/// Full matrices of at least this order are factorized in dense blocks; smaller ones take less than
+/// a millisecond with sparse LU.
 const DENSE_FROM: usize = 64;
 
 impl WholeLu {

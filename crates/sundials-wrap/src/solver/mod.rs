@@ -48,9 +48,9 @@ pub struct IdaSolver<P: Problem> {
     /// IDAS' vector for the error test, if components are excluded from it.
     suppressed: Option<Vec<f64>>,
     t0: f64,
-    /// y0 and ẏ0: what there is before the first step.
+    /// y0 and ẏ0, the state before the first step.
     start: [Vec<f64>; 2],
-    /// Whether these are consistent: the first step says if not.
+    /// Result of the consistency check, which the first step reports.
     consistent: Result<(), InconsistentStart>,
     /// The time y and ẏ belong to.
     t: f64,
@@ -68,7 +68,7 @@ pub struct IdaSolver<P: Problem> {
     differences_before: u64,
     /// Settings of the linear solvers of backward problems.
     sparse: SparseOptions,
-    /// Where checkpoints are kept.
+    /// Backward problems, if checkpoints are stored.
     kept: Option<backward::Kept>,
 }
 
@@ -78,11 +78,11 @@ impl<P: Problem> IdaSolver<P> {
         IdaBuilder::new(problem)
     }
 
-    /// Takes one step of the size IDAS chooses, towards `t_out`.
+    /// Takes one step, of a size chosen by IDAS, toward `t_out`.
     ///
-    /// `t_out` gives the direction, and on the first step the scale for the estimate of the
-    /// initial step size; the step may go beyond it. Allocates nothing, except when a root is
-    /// found or the integration stops.
+    /// `t_out` gives the direction, and at the first step the scale for the estimate of the initial
+    /// step size; the step may end beyond it. Allocates nothing, except when a root is found or the
+    /// integration stops.
     ///
     /// # Errors
     /// [`Error::TimeBehind`] and other misuse; [`Error::Callback`] for a fatal error of the
@@ -91,8 +91,8 @@ impl<P: Problem> IdaSolver<P> {
         self.advance(t_out, Task::OneStep)
     }
 
-    /// Integrates up to `t_out`, where y and ẏ are interpolated, unless a root or the stop time
-    /// comes first.
+    /// Integrates to `t_out`, where y and ẏ are interpolated, unless a root or the stop time comes
+    /// first.
     ///
     /// # Errors
     /// As for [`step`](IdaSolver::step).
@@ -150,8 +150,8 @@ impl<P: Problem> IdaSolver<P> {
         };
         self.resume_panic();
         match code {
-            // Where both are the same IDAS answers that the output time is reached, and would say the
-            // other with the next call.
+            // If both times are equal, IDAS reports the output time, and would report the stop time
+            // at the next call.
             sys::IDA_SUCCESS if task == Task::Normal && self.stop_time == Some(self.t) => {
                 (self.stop_time, self.stop_time_lingers) = (None, true);
                 Ok(Outcome::StopTime { t: self.t })
@@ -178,7 +178,7 @@ impl<P: Problem> IdaSolver<P> {
         }
     }
 
-    /// Whether the last steps have not moved t: IDAS goes on for ever then.
+    /// Returns whether the last steps have not changed t: IDAS would continue forever.
     fn stands_still(&mut self) -> bool {
         let (steps, t) = (self.ida.counter(Counter::Steps), self.ida.internal_time());
         let (marked_steps, marked_t) = self.mark;
@@ -199,19 +199,19 @@ impl<P: Problem> IdaSolver<P> {
         Ok(self.stopped(StopReason::StepTooSmall, message, worst))
     }
 
-    /// The end of a call that cannot go on, with what may help.
+    /// Returns the outcome of a call that cannot continue, with a suggested remedy.
     fn stopped(&self, reason: StopReason, message: String, worst: Vec<WorstComponent>) -> Outcome {
         let stop = Stop::new(reason, message, self.t, self.statistics(), worst);
         Outcome::Stopped(Box::new(stop.advised(self.problem(), &self.kinds, 1)))
     }
 
-    /// Puts y and ẏ back to the time reached, where IDAS has given up without saying how far it got.
+    /// Restores y and ẏ at the time reached, if IDAS has stopped without reporting that time.
     fn restore_state(&mut self) {
         let [mut y, mut y_dot] = self.start.clone();
         let t = self.t;
         if self.ida.counter(Counter::Steps) > 0 {
-            // The time reached lies in the last step; where IDAS has lost that too, the start is
-            // all there is.
+            // The time reached is in the last step. If IDAS has lost this step too, only the start
+            // is available.
             let restored = self.dense_output(t, 0, &mut y);
             if restored.and(self.dense_output(t, 1, &mut y_dot)).is_err() {
                 [y, y_dot] = self.start.clone();
@@ -307,9 +307,10 @@ impl<P: Problem> IdaSolver<P> {
         self.functions_mut().failures = Default::default();
         let given = self.initial_values;
         let mut result = match mode {
-            // IDACalcIC ends where the correction of ẏ is small over its step, a thousandth of the time to
-            // the first output. It is to be small over that time. Sensitivities are corrected by the
-            // same controls: with them these stay IDAS' own, as in published runs.
+            // IDACalcIC ends when the correction of ẏ is small over its step, a thousandth of the
+            // time to the first output. It must be small over that whole time. The same controls
+            // apply to the correction of sensitivities: with sensitivities, IDAS' defaults are
+            // used, as in published runs.
             ConsistencyMode::AlgebraicAndDerivatives
                 if self.functions().sensitivities.is_none() =>
             {
@@ -380,7 +381,7 @@ impl<P: Problem> IdaSolver<P> {
         }
     }
 
-    /// Starts where the problem's constraints are satisfied.
+    /// Moves the initial values onto the problem's constraints.
     fn project_onto_constraints(&mut self, t_first: f64) -> Result<(), Error> {
         let (t, [mut y, mut y_dot]) = (self.t0, self.start.clone());
         let (kinds, mut weights) = (self.kinds.clone(), vec![0.0; self.n]);
@@ -408,14 +409,14 @@ impl<P: Problem> IdaSolver<P> {
         }
     }
 
-    /// Starts afresh at (t0, y0, ẏ0), keeping problem and settings; counters begin at zero.
-    /// Quadratures start again from `q0` (empty without quadratures). Sensitivities start again from S and Ṡ
-    /// at the start, if this is the time of that start; elsewhere they must be given, see
+    /// Restarts at (t0, y0, ẏ0), keeping problem and settings; counters restart at zero.
+    /// Quadratures restart from `q0` (empty without quadratures). Sensitivities restart from the
+    /// initial S and Ṡ if t0 is the time of the first start; otherwise they must be given, see
     /// [`reinit_with_sensitivities`](IdaSolver::reinit_with_sensitivities).
     ///
     /// # Errors
-    /// [`Error::SensitivitiesDue`]; [`Error::WrongLength`], [`Error::NotFinite`] or [`Error::InvalidOption`] for values that make
-    /// no sense, [`Error::Call`] when IDAS refuses.
+    /// [`Error::SensitivitiesDue`]; [`Error::WrongLength`], [`Error::NotFinite`] or
+    /// [`Error::InvalidOption`] for invalid values, [`Error::Call`] if IDAS rejects the call.
     pub fn reinit(&mut self, t0: f64, y0: &[f64], y_dot0: &[f64], q0: &[f64]) -> Result<(), Error> {
         expect_state(self.n, t0, y0, y_dot0)?;
         expect_length(
@@ -468,7 +469,7 @@ impl<P: Problem> IdaSolver<P> {
     /// Sets a time that no step passes until it is reached.
     ///
     /// # Errors
-    /// [`Error::InvalidOption`], or [`Error::Call`] for a time behind the one reached.
+    /// [`Error::InvalidOption`], or [`Error::Call`] for a time before the time reached.
     pub fn set_stop_time(&mut self, t: f64) -> Result<(), Error> {
         finite("stop_time", t)?;
         if self.kept.is_some() {
@@ -501,14 +502,14 @@ impl<P: Problem> IdaSolver<P> {
         &mut self.ida.boundary_mut().callbacks
     }
 
-    /// Lets a panic that was caught at the boundary go on.
+    /// Resumes a panic that was caught at the boundary.
     fn resume_panic(&mut self) {
         if let Some(panic) = self.ida.boundary_mut().panic.take() {
             resume_unwind(panic);
         }
     }
 
-    /// Turns a refused call into an error with IDAS' message.
+    /// Converts a rejected call into an error with IDAS' message.
     fn refused<T>(&mut self, result: Result<T, CallFailed>) -> Result<T, Error> {
         result.map_err(|failed| call_error(failed, self.functions_mut().failures.take_message()))
     }

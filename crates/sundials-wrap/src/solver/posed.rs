@@ -4,7 +4,7 @@ use super::linear::WholeLu;
 use crate::adjoint::{BackwardProblem, ForwardState};
 use myovib_dae::Tolerances;
 
-/// A backward problem with what its evaluation takes.
+/// A backward problem with the data for its evaluation.
 pub(super) struct Posed<P> {
     pub(super) problem: Box<dyn BackwardProblem<P> + Send>,
     pub(super) lu: WholeLu,
@@ -17,7 +17,8 @@ pub(super) struct Posed<P> {
 /// begins with the error weights of y and of the sensitivities, one after the other.
 #[derive(Default)]
 pub(super) struct Repeating {
-    /// Error weights of as many steps as lie between two checkpoints; none during the forward run.
+    /// Maximum number of error weights: the number of steps between two checkpoints; `None` during
+    /// the forward run.
     pub(super) most: Option<usize>,
     /// Error weights since a backward problem was evaluated.
     pub(super) weights: usize,

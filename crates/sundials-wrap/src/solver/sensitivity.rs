@@ -24,7 +24,7 @@ pub enum SensitivityMethod {
 pub struct SensitivityOptions {
     /// How they are integrated.
     pub method: SensitivityMethod,
-    /// Whether they take part in the error test, as p̄ S by the tolerances of y.
+    /// Whether they are included in the error test, as p̄ S with the tolerances of y.
     pub in_error_test: bool,
 }
 
@@ -51,7 +51,7 @@ pub struct SensitivityStatistics {
     pub linear_setups: u64,
 }
 
-/// The parameters with what their equations take.
+/// The parameters with the data for their equations.
 pub(super) struct Linearised<P> {
     pub(super) parameters: Box<dyn Parameters<P> + Send>,
     pub(super) options: SensitivityOptions,
@@ -100,7 +100,7 @@ impl<P: Problem> Linearised<P> {
         self.jacobian.parts(problem, at, [of_value, of_rate])
     }
 
-    /// ∂F/∂y S + ∂F/∂ẏ Ṡ + ∂F/∂p_j at the state of the last linearisation.
+    /// Computes ∂F/∂y S + ∂F/∂ẏ Ṡ + ∂F/∂p_j at the state of the last linearization.
     pub(super) fn residual(
         &mut self,
         problem: &mut P,
@@ -210,7 +210,7 @@ impl<P: Problem> IdaSolver<P> {
         Ok(())
     }
 
-    /// Number of parameters.
+    /// Returns the number of parameters.
     pub fn n_parameters(&self) -> usize {
         self.ida.n_parameters()
     }
@@ -223,8 +223,8 @@ impl<P: Problem> IdaSolver<P> {
         self.sensitivity_dense_output(j, self.t, 0, out)
     }
 
-    /// As [`dense_output`](IdaSolver::dense_output), for ∂y/∂p_j. Where the next step has a lower
-    /// order than the last, there are derivatives up to that only.
+    /// Does the same as [`dense_output`](IdaSolver::dense_output) for ∂y/∂p_j. If the next step has
+    /// a lower order than the last, derivatives are available only up to this order.
     ///
     /// # Shapes
     /// `out`: the number of unknowns.
@@ -259,7 +259,7 @@ impl<P: Problem> IdaSolver<P> {
         Ok(())
     }
 
-    /// Counters of the sensitivities; zeros without.
+    /// Returns the counters of the sensitivities; zeros without sensitivities.
     pub fn sensitivity_statistics(&self) -> SensitivityStatistics {
         let Some(of) = &self.functions().sensitivities else {
             return SensitivityStatistics::default();

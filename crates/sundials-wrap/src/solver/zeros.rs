@@ -1,13 +1,13 @@
 //! The side on which exact zeros of root functions count.
 
-/// Number of evaluations kept: more than a search for a root takes.
+/// Number of stored evaluations: more than a search for a root takes.
 const KEPT: usize = 512;
 
-/// Gives zeros of root functions a side.
+/// Assigns a sign to zeros of root functions.
 ///
-/// IDAS stops for good where a function stays at zero behind a root. Here a zero counts as the other side
-/// of where the function came from: arriving at zero is a crossing, and staying there is not. Leaving zero
-/// is not a crossing, to either side.
+/// IDAS stops permanently if a function stays at zero after a root. Here a zero counts as the side
+/// opposite to where the function came from: reaching zero is a crossing, and staying there is not.
+/// Leaving zero is not a crossing, in either direction.
 #[derive(Debug, Default)]
 pub(super) struct ZeroSides {
     /// Sign of the direction of integration.

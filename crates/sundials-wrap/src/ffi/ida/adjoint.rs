@@ -16,8 +16,8 @@ use super::super::vector_clone::zero_clones_of;
 use super::sensitivity::raw;
 use super::{Counter, Ida};
 
-/// What IDAS refers to for one backward problem, and where it writes results to. Dropped after the
-/// memory block (field order of [`Ida`]).
+/// Objects of one backward problem that IDAS refers to or writes to. Dropped after the memory block
+/// (field order of [`Ida`]).
 pub(super) struct Backward<C> {
     solver: LinearSolver,
     matrix: Matrix,
@@ -230,7 +230,7 @@ impl<C: Callbacks> Ida<C> {
         }
     }
 
-    /// IDACalcICB with the forward solution at its start, and a copy of the corrected values.
+    /// Calls IDACalcICB with the forward solution at its start, and copies the corrected values.
     pub(crate) fn correct_backward(
         &mut self,
         which: usize,
@@ -301,7 +301,7 @@ impl<C: Callbacks> Ida<C> {
         Ok([part.y.as_slice(), part.y_dot.as_slice()])
     }
 
-    /// A counter of a backward problem.
+    /// Returns a counter of a backward problem.
     pub(crate) fn backward_counter(
         &mut self,
         which: usize,
@@ -315,7 +315,7 @@ impl<C: Callbacks> Ida<C> {
         Ok(value.max(0) as u64)
     }
 
-    /// The block of a backward problem, which belongs to ours.
+    /// Returns the memory block of a backward problem, which belongs to the forward block.
     fn backward_memory(&mut self, which: usize) -> Result<*mut c_void, CallFailed> {
         // SAFETY: the block is valid; IDAS answers null where there is no such problem.
         let memory = unsafe { sys::IDAGetAdjIDABmem(self.memory.raw(), which as c_int) };
@@ -325,7 +325,8 @@ impl<C: Callbacks> Ida<C> {
         }
     }
 
-    /// The backward problems, unless IDAS has refused a setting of one, which it keeps all the same.
+    /// Returns the backward problems, unless IDAS has rejected a setting of one of them, which it
+    /// retains nevertheless.
     fn complete_parts(&mut self, call: &'static str) -> Result<&[Backward<C>], CallFailed> {
         let parts = self.backward_parts(call)?;
         match parts.iter().all(|part| part.complete) {
@@ -339,7 +340,7 @@ impl<C: Callbacks> Ida<C> {
         self.adjoint.as_mut().ok_or(refused)
     }
 
-    /// One call of IDAS that stores one value for a backward problem.
+    /// Calls a function of IDAS that stores one value for a backward problem.
     fn set_b<V>(
         &mut self,
         call: &'static str,

@@ -79,7 +79,7 @@ impl<P: Problem> IdaSolver<P> {
         Ok(())
     }
 
-    /// Whether the forward run may go on.
+    /// Checks that the forward run may continue.
     pub(super) fn expect_not_left(&self) -> Result<(), Error> {
         match &self.kept {
             Some(Kept { left: Some(_), .. }) => Err(Error::ForwardRunLeft),
@@ -87,7 +87,7 @@ impl<P: Problem> IdaSolver<P> {
         }
     }
 
-    /// Lets a forward run start where backward runs have been.
+    /// Discards the backward runs, so that a forward run can start.
     pub(super) fn forget_backward_runs(&mut self) -> Result<(), Error> {
         self.functions_mut().repeating = Repeating::default();
         let Some(kept) = &mut self.kept else {
@@ -98,7 +98,7 @@ impl<P: Problem> IdaSolver<P> {
         self.refused(result)
     }
 
-    /// The solution at [`t`](IdaSolver::t), with its sensitivities.
+    /// Returns the solution at [`t`](IdaSolver::t), with its sensitivities.
     ///
     /// # Errors
     /// [`Error::ForwardRunLeft`], and as for
@@ -246,8 +246,8 @@ impl<P: Problem> IdaSolver<P> {
         Ok(())
     }
 
-    /// Integrates all backward problems to `t_out`, before where any of them is. The forward run cannot go
-    /// on then; [`reinit`](IdaSolver::reinit) starts another.
+    /// Integrates all backward problems to `t_out`, which is before their current times. Afterwards
+    /// the forward run cannot continue; [`reinit`](IdaSolver::reinit) starts a new run.
     ///
     /// # Errors
     /// [`Error::NoBackward`], [`Error::TimeBehind`] and other misuse, and as for
@@ -357,7 +357,7 @@ impl<P: Problem> IdaSolver<P> {
         Ok(&mut kept.runs)
     }
 
-    /// A state of this solver's forward run, which has passed it.
+    /// Checks that the state belongs to this solver's forward run, which has passed it.
     fn expect_state_of_run(&self, at: &ForwardState) -> Result<(), Error> {
         if self.kept.is_none() {
             return Err(Error::NoCheckpoints);
