@@ -1,6 +1,6 @@
-//! What the gradient of a misfit with respect to the stiffness of each element costs: row 4 of
-//! Table 2 by Radau IIA, the adjoint with stages kept and with checkpoints.
-//! `cargo run --release -p myovib-model --example adjoint_cost [T_END]`
+//! Cost of the gradient of a misfit with respect to the stiffness of each element: row 4 of Table 2
+//! by Radau IIA, with the adjoint using stored stages or checkpoints. `cargo run --release -p
+//! myovib-model --example adjoint_cost [T_END]`
 use myovib_dae::Problem;
 use myovib_fem::Mesh;
 use myovib_model::linear::CondensedSolver;

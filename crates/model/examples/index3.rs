@@ -1,13 +1,15 @@
-//! Index 3 made to hold: steps and the accuracy of the multiplier against tolerance, as Markdown.
+//! Integration of index 3: steps and accuracy of the multiplier as functions of the tolerance, as
+//! Markdown.
 //!
 //! ```text
 //! cargo run --release -p myovib-model --example index3
 //! ```
-//! The muscle without damping to t = 10 s, order 2: row 1 of Table 2 (κ = 1e5, index 1) beside κ = ∞
-//! in index 3 with multiplier weights that follow the step, λ left out of the error test and in it,
-//! and `stabilized` (index 2). Then `rate` with κ = ∞, of index 3, with damping, at the order that the
-//! damping carries and at order 5, beside `implicit-rate` with κ = 1e5 (index 1). Errors of u_y(0, 0)
-//! and p(0, 0) up to 2 s beside their largest values, against Radau IIA of order 9 at 1e-7.
+//! The muscle without damping to t = 10 s, order 2: row 1 of Table 2 (κ = 1e5, index 1) compared
+//! with κ = ∞ in index 3 with step-dependent multiplier weights, λ excluded from or included in the
+//! error test, and `stabilized` (index 2). Then `rate` with κ = ∞, of index 3, with damping, at the
+//! order permitted by the damping and at order 5, compared with `implicit-rate` with κ = 1e5 (index
+//! 1). Errors of u_y(0, 0) and p(0, 0) up to 2 s are relative to their largest values, with Radau
+//! IIA of order 9 at 1e-7 as the reference.
 
 use std::collections::BTreeSet;
 
@@ -21,7 +23,7 @@ use myovib_model::{
 
 const TOLERANCES: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 const T_END: f64 = 10.0;
-/// Up to where motions are compared, s.
+/// End of the comparison of motions, s.
 const COMPARED: f64 = 2.0;
 
 fn main() -> Result<(), ModelError> {
@@ -32,7 +34,7 @@ fn main() -> Result<(), ModelError> {
     damped(&mesh)
 }
 
-/// A way to integrate index 3.
+/// Settings for the integration of index 3.
 fn index_3(formulation: Formulation, rtol: f64, tested: bool) -> Settings {
     let mut settings = paper_settings(formulation, rtol);
     settings.multiplier_weights = MultiplierWeights::StepScaled;
@@ -127,7 +129,7 @@ fn trusted(
     Ok(motion(mesh, formulation, body, &settings)?.origin)
 }
 
-/// The paper's settings to the end time, at a relative tolerance.
+/// The paper's settings to the end time, with a given relative tolerance.
 fn paper_settings(formulation: Formulation, rtol: f64) -> Settings {
     Settings {
         t_end: T_END,
@@ -159,7 +161,7 @@ impl Motion {
         }
     }
 
-    /// The steps beside those of another run.
+    /// Ratio of the steps to the steps of another run.
     fn over(&self, other: &Self) -> f64 {
         self.steps as f64 / other.steps as f64
     }
@@ -177,7 +179,7 @@ impl Motion {
     }
 }
 
-/// From rest with the κ and β given.
+/// Runs from rest with the given κ and β.
 fn motion(
     mesh: &Mesh,
     formulation: Formulation,

@@ -1,12 +1,12 @@
-//! How the muscle's motion tends to the incompressible one as κ → ∞.
+//! Convergence of the muscle's motion to the incompressible motion as κ → ∞.
 //!
 //! ```text
 //! cargo run --release -p myovib-model --example kappa_limit
 //! ```
-//! For each κ the largest distance in u_y(0, 0) over [0, 0.6] s from the motion of κ = ∞, beside
-//! the largest u_y of that; by Radau IIA at a relative tolerance of 1e-8. `displacement` is
-//! included, whose limit locks, and `position` with P1–P1 elements, which violate the inf–sup
-//! condition.
+//! For each κ, the largest difference in u_y(0, 0) over [0, 0.6] s from the motion with κ = ∞,
+//! relative to the largest u_y of the latter; by Radau IIA at a relative tolerance of 1e-8.
+//! `displacement` is included, whose limit locks, and `position` with P1–P1 elements, which violate
+//! the inf–sup condition.
 
 use std::sync::Arc;
 
@@ -49,7 +49,7 @@ fn main() -> Result<(), ModelError> {
     Ok(())
 }
 
-/// u_y at the origin, if the run gets to its end.
+/// Returns u_y at the origin, if the run finishes.
 fn motion(
     space: &Space,
     formulation: Formulation,

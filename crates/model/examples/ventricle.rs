@@ -18,7 +18,8 @@ use myovib_model::{
     SampleTimes, Sampler, Settings, run, start_at_rest,
 };
 
-/// The probe at a point, or a hair inside where the straight-sided mesh does not reach it.
+/// Creates the probe at a point, or at a nearby interior point if the straight-sided mesh does not
+/// reach it.
 fn probe(space: &Space, [x, y, z]: [f64; 3]) -> Result<Probe, ModelError> {
     let inside = |k: i32| 1.0 - 1e-4 * f64::from(k);
     let tried = (0..100).map(|k| Probe::at(space, [x, inside(k) * y, inside(k) * z]));

@@ -89,7 +89,7 @@ impl<C: Copy> Assembly<C> {
         self.blocks.pattern()
     }
 
-    /// `values` ← Σ factor(matrix, coefficient) · matrix.
+    /// Computes `values` ← Σ factor(matrix, coefficient) · matrix.
     pub fn combine<'m, T: Scalar>(
         &self,
         factor: impl Fn(Matrix, &C) -> T,

@@ -1,5 +1,5 @@
-//! A step allocates nothing once the first steps are behind, by IDAS or by Radau IIA, in the plane or
-//! in space.
+//! Checks that steps after the first few allocate nothing, with IDAS and with Radau IIA, in 2D and
+//! in 3D.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use std::sync::Arc;
@@ -73,8 +73,8 @@ fn steps_of_radau_allocate_nothing() {
             ..Settings::paper(formulation)
         };
         let options = RadauOptions {
-            // A new Jacobian wherever Newton takes two iterations; messages of rejected steps,
-            // which allocate, are avoided by small ones.
+            // A new Jacobian whenever Newton's method takes two iterations. Small steps avoid
+            // rejected steps, whose messages allocate.
             jacobian_reuse: 0.0,
             newton_tolerance: Some(1e-6),
             max_step: Some(4e-3),

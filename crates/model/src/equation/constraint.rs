@@ -5,7 +5,7 @@ use crate::field::Field;
 use crate::matrix::{Matrix, Term};
 use crate::state::{Integrals, State};
 
-/// ∫ψ (p/κ + J - 1).
+/// Computes ∫ψ (p/κ + J - 1).
 pub(super) fn residual(
     context: &Context,
     state: &State<'_>,
@@ -30,7 +30,7 @@ pub(super) fn terms(context: &Context) -> Vec<Term> {
     terms
 }
 
-/// ∫ψ (ṗ/κ + cof F:∇v).
+/// Computes ∫ψ (ṗ/κ + cof F:∇v).
 pub(super) fn rate_residual(
     context: &Context,
     state: &State<'_>,

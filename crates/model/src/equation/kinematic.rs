@@ -10,7 +10,7 @@ fn difference(rate: &[f64], value: &[f64], rows: &mut [f64]) {
     }
 }
 
-/// q̇ - v.
+/// Computes q̇ - v.
 pub(super) fn residual(state: &State<'_>, rows: &mut [f64]) {
     difference(
         state.rate(Field::Displacement),
@@ -26,7 +26,7 @@ pub(super) fn terms() -> Vec<Term> {
     ]
 }
 
-/// λ̇ - μ.
+/// Computes λ̇ - μ.
 pub(super) fn pressure_residual(state: &State<'_>, rows: &mut [f64]) {
     difference(
         state.rate(Field::Pressure),
@@ -42,7 +42,7 @@ pub(super) fn pressure_terms() -> Vec<Term> {
     ]
 }
 
-/// M (q̇ - v) + B(q)ᵀ μ. At constrained nodes q̇ and v are the same prescribed velocity.
+/// Computes M (q̇ - v) + B(q)ᵀ μ. At constrained nodes q̇ and v are the same prescribed velocity.
 pub(super) fn stabilized_residual(
     state: &State<'_>,
     integrals: &mut Integrals<'_>,

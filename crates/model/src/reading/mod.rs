@@ -15,7 +15,7 @@ use crate::error::ModelError;
 /// the element there. A chord of a curved surface is as far off.
 const NEAR: f64 = 0.05;
 
-/// The place of a point in the mesh, whatever its dimension.
+/// Returns the position of a point in the mesh, for any dimension.
 ///
 /// # Errors
 /// [`ModelError::Coordinates`], [`ModelError::OutsideMesh`].
@@ -34,10 +34,12 @@ fn locate(space: &Space, point: &[f64]) -> Result<ElementPoint, ModelError> {
     })
 }
 
-/// The place of a point of the mesh, or a place of it next to a point outside, with their distance, m.
+/// Returns the position of a point in the mesh, or of the nearest point of the mesh, and their
+/// distance, m.
 ///
 /// # Errors
-/// [`ModelError::Coordinates`]; [`ModelError::OutsideMesh`] for a point farther off than a twentieth of the element.
+/// [`ModelError::Coordinates`]; [`ModelError::OutsideMesh`] if the distance exceeds a twentieth of
+/// the element.
 fn locate_near(space: &Space, point: &[f64]) -> Result<(ElementPoint, f64), ModelError> {
     let error = match locate(space, point) {
         Ok(located) => return Ok((located, 0.0)),

@@ -1,4 +1,4 @@
-//! Passes over the elements of a body with all that there is allocate nothing.
+//! Checks that passes over the elements of a body with all features allocate nothing.
 
 use myovib_dae::Problem;
 use myovib_model::{Formulation, MuscleDae};

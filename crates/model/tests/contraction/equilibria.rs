@@ -83,7 +83,7 @@ fn a_free_muscle_shortens_until_its_elasticity_balances_the_tension() {
     }
 }
 
-/// Half of what acts is half of the tension and of the load.
+/// Checks that half the loads include half the tension.
 #[test]
 fn a_part_of_the_loads_is_a_part_of_the_tension() {
     let with = |part: f64| {

@@ -15,7 +15,7 @@ fn parameters(alpha: f64, beta: f64, kappa: f64) -> Parameters {
     Parameters::new(alpha, beta, kappa).unwrap()
 }
 
-/// What holds of each half of the block.
+/// Values for each half of the block.
 fn by_half<T: Clone>(dimension: usize, own: [T; 2]) -> Vec<T> {
     let mesh = block(dimension);
     let right = &halves(&mesh)[1];
@@ -23,8 +23,8 @@ fn by_half<T: Clone>(dimension: usize, own: [T; 2]) -> Vec<T> {
     (0..mesh.n_elements()).map(of).collect()
 }
 
-/// Between walls a bar of two materials shortens by what each of them does alone: with F = diag(a, 1)
-/// the stress is dW/da for both, whatever the other half is made of.
+/// Between walls a bar of two materials shortens by the sum of the shortenings of both: with F =
+/// diag(a, 1) the stress is dW/da in each half, independent of the material of the other half.
 #[test]
 fn two_materials_in_a_row_shorten_as_each_does_alone() {
     let mesh = generate::rectangle([0.0; 2], [1.0, 0.8], [2, 2]).unwrap();

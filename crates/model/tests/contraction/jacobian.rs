@@ -1,4 +1,4 @@
-//! Jacobians against differences, and reduced Newton systems against full ones.
+//! Jacobians compared with differences, and reduced Newton systems with full systems.
 
 use myovib_dae::Problem;
 use myovib_dae::conformance::jacobian_error;
@@ -147,7 +147,7 @@ fn reduced_systems_solve_the_full_ones() {
         };
         for (speed, bound) in [(0.0, ROUNDING), (1.0, moving)] {
             if viscous && undamped && is_symmetric && speed > 0.0 {
-                // Newton's method takes the symmetric part of the viscous stiffness there.
+                // Here Newton's method uses the symmetric part of the viscous stiffness.
                 continue;
             }
             let real = backward_error(&mut dae, speed, 500.0, &mut rng);

@@ -8,8 +8,8 @@ use myovib_model::{Activation, Bed, Formulation, MuscleDae, Parameters, Signal, 
 
 use crate::common::{INF, contracting, on_mesh, viscous};
 
-/// Beds, viscosity and activation leave the index what κ, β and the formulation say, in the plane and in
-/// space.
+/// Checks that elastic foundations, viscosity and activation do not change the index given by κ, β
+/// and the formulation, in 2D and in 3D.
 #[test]
 fn no_index_changes() {
     let cases = [(1e5, 0.0), (1e5, 1e-2), (INF, 0.0), (INF, 1e-2)];

@@ -161,7 +161,7 @@ fn elimination_solves_the_linearised_equations() {
     assert!(cases >= 20, "{cases}");
 }
 
-/// When the stretch begins and how long it takes, s; the stretch; the terms.
+/// Start and duration of the stretch, s; the stretch; the terms.
 const RISE: f64 = 0.05;
 const STRETCH: f64 = 1.2;
 const TERMS: [(f64, f64); 2] = [(0.5, 0.02), (0.3, 0.2)];
@@ -269,7 +269,7 @@ fn a_stretch_that_is_held_relaxes_as_the_closed_form_says() {
         let (found, dae) = forces(pulled(true), kind, rtol, &times);
         for (t, found) in times.iter().zip(found) {
             let exact = exact_force(*t);
-            // The tolerance, times thirty for what BDF gathers over its steps.
+            // The tolerance times thirty, for the error that BDF accumulates over its steps.
             let error = (found / exact - 1.0).abs();
             assert!(
                 error < 30.0 * rtol,
@@ -343,7 +343,7 @@ fn a_start_has_relaxed_or_keeps_what_it_is_given() {
     assert!(largest(values) > 0.1 * MODULUS);
     // Q = g S to rounding, over the shortest time.
     assert!(largest(rates) < 1e-12 * largest(values) / TERMS[0].1);
-    // Given ones stay, and the residual is zero with them.
+    // Given internal stresses are unchanged, and the residual is zero with them.
     let mut y = start.y.clone();
     y[own.clone()].iter_mut().for_each(|q| *q *= 0.5);
     let again = Start::of(&mut dae, 0.9, &y).unwrap();

@@ -19,8 +19,9 @@ const STRETCH: f64 = 1.2;
 const RISE: f64 = 0.05;
 const READ: f64 = 0.03;
 const DENSITY: f64 = 1e-3;
-/// What of a stress of 1e4 Pa the tests allow, Pa: ρ L² λ̈ for its inertia with λ̈ < 6 · 0.2/RISE², and for
-/// the integration the relative tolerance of 1e-6 of a modulus with β/RISE and Prony terms, ten times.
+/// Allowed error of a stress of 1e4 Pa, Pa: ρ L² λ̈ for its inertia with λ̈ < 6 · 0.2/RISE², and
+/// for the integration, with a relative tolerance of 1e-6, ten times the tolerance of a modulus
+/// with β/RISE and Prony terms.
 const TOLERANCE: f64 = DENSITY * 480.0 + 1e-5 * MODULUS * 5.0;
 
 /// In the plane; in space with one side free, and with it held.
@@ -37,7 +38,7 @@ impl Block {
     }
 }
 
-/// What there is beside the law: Prony terms, β, η.
+/// Contributions in addition to the law: Prony terms, β, η.
 type Parts = (&'static [(f64, f64)], f64, f64);
 
 /// A unit block on rollers, whose side at x = 1 is pulled.
@@ -156,8 +157,8 @@ const CASES: [(Formulation, f64, Parts); 7] = [
     (Formulation::Displacement, 1e5, (PRONY, 0.01, 50.0)),
 ];
 
-/// Radau IIA in all cases; BDF where its order 5 meets no undamped waves and its error test no rate of a
-/// pressure, on which it takes a quarter of a million steps.
+/// Radau IIA in all cases; BDF only if its order 5 meets no undamped waves and its error test
+/// includes no pressure rate, for which it takes a quarter of a million steps.
 fn cases() -> impl Iterator<Item = (IntegratorKind, (Formulation, f64, Parts))> {
     let [relaxing, _, damped, _, _, _, all] = CASES;
     let by_bdf = [relaxing, damped, all].map(|case| (IntegratorKind::Ida, case));

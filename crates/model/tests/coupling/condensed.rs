@@ -1,4 +1,4 @@
-//! A body's own solver with oscillators behind it, against the matrix of the whole system.
+//! A body's condensed solver with oscillators, compared with the matrix of the full system.
 
 use crate::common::{backward_error, muscle_and_chain, muscle_mesh, start_muscle};
 use myovib_dae::{LinearSolver as _, Linearization, Problem};

@@ -10,7 +10,7 @@ use crate::two_way::{
     assert_solved, assert_solved_by_differences, body, cases, chains, feedback, relaxing_body,
 };
 
-/// A chain in one element whose coherence acts, more or less, on all elements that it can act on.
+/// A chain in one element whose coherence acts, with different weights, on all possible elements.
 fn everywhere(dae: &MuscleDae, network: usize, effect: Effect, active: &[usize]) -> Feedback {
     let solid: &Solid = &dae.muscle().solid;
     let weights: Vec<f64> = match effect {
@@ -29,8 +29,8 @@ fn everywhere(dae: &MuscleDae, network: usize, effect: Effect, active: &[usize])
     }
 }
 
-/// Two chains at points, of which one acts on the tension and, if asked, on the stiffness, the other on the
-/// stiffness or not at all; beside them chains in elements that contract these.
+/// Two chains at points. One acts on the tension and, optionally, on the stiffness; the other
+/// optionally acts on the stiffness. Further chains in elements contract these elements.
 fn coupled(
     (muscle, active): (Muscle, Vec<usize>),
     formulation: Formulation,

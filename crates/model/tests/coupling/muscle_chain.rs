@@ -78,8 +78,8 @@ fn output_times_do_not_change_the_results() {
     assert_eq!(with_samples_every(0.25), with_samples_every(1e-3));
 }
 
-/// Numbers of an independent integration on the rod, which settle where these do: γ = 1 is too
-/// weak to matter once the chain moves.
+/// Reference values of an independent integration on the rod, which converges to the same values: γ
+/// = 1 is too small to matter once the chain moves.
 fn assert_settled(history: &CoherenceHistory) {
     let settled = history.settled(20.0).unwrap();
     let strength = settled.centroid;

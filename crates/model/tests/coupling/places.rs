@@ -122,7 +122,8 @@ fn a_run_moves_each_place_as_a_run_of_its_own() {
         let own = &y[dae.range(0)];
         let largest = own.iter().fold(0.0, |max: f64, x| max.max(x.abs()));
         let error = distance(&places[place], own) / largest;
-        // A hundred times the tolerance: what BDF gathers in two runs over sixteen turns.
+        // A hundred times the tolerance: the error that BDF accumulates in two runs over sixteen
+        // turns.
         assert!(error < 1e-5, "{place}: {error:e}");
     }
 }

@@ -56,7 +56,7 @@ fn identical_oscillators_move_as_one() {
     assert!(apart < 2e-5, "{apart:e}");
 }
 
-/// The paper, section 3.1: a wider range of frequencies or a smaller D gives less coherence.
+/// The paper, section 3.1: a wider range of frequencies or a smaller D reduces the coherence.
 #[test]
 fn wider_detuning_and_weaker_coupling_cost_coherence() {
     let coherence = |half_width: f64, coupling: f64| {
@@ -90,7 +90,7 @@ fn judged(rod: &Arc<Recording>, gain: f64, t_end: f64) -> (Synchrony, Settling) 
     (LockCriterion::default().judge(&settled, 8.0), settled)
 }
 
-/// A free chain locks to itself; a strong drive takes it over, first its frequency alone.
+/// A free chain synchronizes; a strong drive entrains it, first in frequency only.
 #[test]
 fn locking_needs_frequency_and_coherence() {
     let rod = Arc::new(recorded_rod(100.0).0);

@@ -144,7 +144,7 @@ fn two_way(
     FeedbackDae::new(CoupledDae::new(dae, parts), feedbacks)
 }
 
-/// Every formulation with a κ and β that it takes.
+/// Every formulation with compatible κ and β.
 pub(crate) fn cases() -> Vec<(Formulation, f64, f64)> {
     let mut cases = Vec::new();
     for formulation in Formulation::ALL {

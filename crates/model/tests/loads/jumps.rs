@@ -104,7 +104,7 @@ fn settings(integrator: IntegratorKind, formulation: Formulation, rtol: f64) -> 
         relative_tolerance: rtol,
         absolute_tolerances: tolerances(rtol),
         suppressed: match integrator {
-            // What index 2 and 3 ask of BDF.
+            // Required by BDF for index 2 and 3.
             IntegratorKind::Ida => Settings::paper(formulation).suppressed,
             _ => Vec::new(),
         },
@@ -144,9 +144,9 @@ fn apart(a: &[[Vec<f64>; 2]], b: &[[Vec<f64>; 2]]) -> [f64; 2] {
     })
 }
 
-/// A body hit and released moves, by every method and in every formulation, as one whose load rises
-/// within a thousandth of the fastest thing that happens. That takes no jump: it is the other way to
-/// the same motion.
+/// A body under a sudden load and release moves, with every method and formulation, like a body
+/// whose load rises within a thousandth of the shortest time scale. The latter contains no jump, so
+/// it is an independent way to the same motion.
 #[test]
 fn a_jump_is_the_limit_of_a_steep_rise() {
     use Formulation::{Displacement, ImplicitRate, Position, Rate, Stabilized, Velocity};
@@ -192,7 +192,8 @@ fn a_jump_is_the_limit_of_a_steep_rise() {
     }
 }
 
-/// A state saved at a jump is of before it: what goes on from there passes it in the same way.
+/// A state saved at a jump is the state before it; a run restarted from it passes the jump in the
+/// same way.
 #[test]
 fn a_run_saved_at_a_jump_goes_on_bit_by_bit() {
     let formulation = Formulation::Stabilized;
@@ -211,7 +212,7 @@ fn a_run_saved_at_a_jump_goes_on_bit_by_bit() {
         assert_eq!(again.advance().unwrap(), Advance::Stepped);
         assert_eq!(again.save(), whole.save());
     }
-    // Steps are counted over all starts: more than the last alone takes.
+    // Steps are counted over all starts: more than in the last start alone.
     assert_eq!(again.advance().unwrap(), Advance::Finished);
     assert_eq!(again.counts(), whole.counts());
     assert!(again.time() > 0.1);

@@ -8,7 +8,7 @@ use myovib_model::{
 
 use crate::common::{beam, tolerances};
 
-/// A beam whose motions die out within some tenths of a second, and with them what BDF adds up.
+/// A beam whose motions, and the accumulated errors of BDF, decay within a few tenths of a second.
 fn damped(signal: Signal) -> MuscleDae {
     beam(Formulation::ImplicitRate, 1e5, signal)
 }

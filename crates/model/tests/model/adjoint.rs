@@ -31,7 +31,7 @@ fn start(integrator: IntegratorKind) -> Run {
     builder.build_with(matrices, 0.0, &rest, &rest).unwrap()
 }
 
-/// J = Σ_k u_y(t_k)²/2 at the origin: its derivative by y where u_y is known.
+/// J = Σ_k u_y(t_k)²/2 at the origin: its derivative with respect to y at a time with known u_y.
 fn cotangent(dae: &MuscleDae, y: &[f64]) -> Vec<f64> {
     let probe = Probe::at(dae.muscle().solid.space(), [0.0, 0.0]).unwrap();
     let displacement = dae.displacement_at(&probe, 1);

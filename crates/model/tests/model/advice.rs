@@ -349,7 +349,7 @@ fn only_an_inversion_that_the_run_did_not_get_past_is_at_fault() {
     assert!(named([1, 1], StopReason::ResidualFailed));
     // A step was taken since.
     assert!(!named([3, 0], StopReason::ConvergenceFailures));
-    // What fails the error test was evaluated.
+    // A state that fails the error test could be evaluated.
     assert!(!named([0, 2], StopReason::ErrorTestFailures));
 }
 

@@ -19,7 +19,7 @@ fn column(part: f64, kappa: f64) -> Muscle {
     };
     let mut muscle =
         paper::muscle_with_load(&mesh, law, kappa, 0.0, Signal::constant(0.0)).unwrap();
-    // E/(1 - ν²), which is 4 G for κ = ∞.
+    // E/(1 - ν²), which equals 4 G for κ = ∞.
     let share = SHEAR * muscle.parameters.inv_kappa;
     let modulus = 4.0 * SHEAR * (3.0 + share) / (3.0 + 4.0 * share);
     let euler = PI * PI / 4.0 * modulus / 12.0 / SLENDERNESS.powi(2);
@@ -52,7 +52,8 @@ fn beam(part: f64) -> f64 {
         ];
         bending[0] * shear[1] - bending[1] * shear[0]
     };
-    // Pulled, ω² grows by less than in proportion to the force; the second root is beyond twice the first.
+    // Under tension, ω² increases less than proportionally to the force; the second root is beyond
+    // twice the first.
     let (mut below, mut above) = (1e-3, 3.9 * (1.0 + f64::max(0.0, -part)).sqrt());
     assert!(determinant(below) * determinant(above) < 0.0);
     for _ in 0..60 {
@@ -83,7 +84,8 @@ fn frequencies_are_those_of_a_beam_under_an_axial_force() {
     }
 }
 
-/// ω² changes its sign where the column buckles, as the pivots say, which count all that do.
+/// ω² changes its sign at the buckling load, consistent with the pivots, which count all buckled
+/// modes.
 #[test]
 fn the_first_frequency_vanishes_at_eulers_load() {
     for kappa in [1e6, f64::INFINITY] {

@@ -1,4 +1,4 @@
-//! The reduced Newton systems against the full ones, real and complex.
+//! The reduced Newton systems compared with the full systems, real and complex.
 
 use std::sync::Arc;
 
@@ -146,7 +146,7 @@ fn reduced_solution_solves_the_full_system_to_rounding() {
     // Two laws of: displacement with and without damping, position, velocity with both κ, rate and
     // implicit-rate with both κ, stabilized.
     assert_eq!(daes.len(), 2 * (2 + 2 + 2 + 2 + 2 + 1));
-    // Below and above the fastest vibrations of the mesh, where stiffness or inertia prevails.
+    // Below and above the fastest vibrations of the mesh, where stiffness or inertia dominates.
     let decades = [1.0..3.0, 3.0..5.0];
     for (mut dae, decades) in daes
         .iter()

@@ -1,4 +1,4 @@
-//! (34) with a richer space for the extra multiplier, beside (33).
+//! (34) with a richer space for the extra multiplier, compared with (33).
 
 use myovib_fem::generate;
 use myovib_model::counterexample::{MultiplierSpace, solve};

@@ -1,4 +1,4 @@
-//! A muscle with a chain keeps the settings of the muscle, or refuses them.
+//! A muscle with a chain applies the settings of the muscle, or rejects them.
 
 use myovib_dae::Problem;
 use myovib_fem::generate;
@@ -56,7 +56,7 @@ fn end(settings: &Settings) -> Result<(u64, f64), ModelError> {
     Ok((statistics.counts.steps, drift))
 }
 
-/// Regression: a chain beside the muscle made both settings do nothing.
+/// Regression: with a chain, both settings had no effect.
 #[test]
 fn a_chain_changes_neither_projection_nor_weights() {
     let (steps, drift) = end(&settings()).unwrap();

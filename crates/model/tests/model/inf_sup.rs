@@ -23,8 +23,9 @@ fn the_spindle_under_three_refinements() {
         "{stable:?}"
     );
 
-    // Two pressures are not held on any level, and the others less and less (0.0267, 0.0230, 0.0171
-    // after the first refinement), at under a twentieth of the constant of P2-P1.
+    // Two pressures are undetermined on every level. The constants of the others decrease (0.0267,
+    // 0.0230, 0.0171 after the first refinement), and are below a twentieth of the constant of
+    // P2-P1.
     let unstable = levels(Pair::EqualOrder, &mesh, &["fixed"], 4, |_, _| ()).unwrap();
     assert!(
         unstable.iter().all(|level| level.nullity == 2),
@@ -38,7 +39,7 @@ fn the_spindle_under_three_refinements() {
         "{unstable:?}"
     );
 
-    // Raw, both decay: σ_min tells nothing apart.
+    // Without scaling, both decay: σ_min does not distinguish them.
     for family in [&stable, &unstable] {
         for pair in family[1..].windows(2) {
             assert!(pair[1].sigma_min < 0.6 * pair[0].sigma_min, "{pair:?}");
@@ -46,7 +47,8 @@ fn the_spindle_under_three_refinements() {
     }
 }
 
-/// Pressures that jump between two halves, where laws change, keep the constant on all meshes.
+/// Checks that pressures that jump between two halves, where laws change, keep the constant on all
+/// meshes.
 #[test]
 fn pressures_of_two_regions_under_three_refinements() {
     let constants: Vec<f64> = [2, 4, 8]
@@ -80,8 +82,8 @@ fn pressures_of_two_regions_under_three_refinements() {
     );
 }
 
-/// Pressures that nothing holds: three on a square of right diagonals clamped at two sides, so (28)
-/// with κ = ∞ has no index. P2–P1 on the same mesh has index 3.
+/// Undetermined pressures: three on a square of right diagonals clamped at two sides, so the index
+/// of (28) with κ = ∞ is undefined. P2–P1 on the same mesh has index 3.
 #[test]
 fn pressures_without_hold_leave_no_index() {
     let mesh = generate::rectangle([0.0, 0.0], [1.0, 1.0], [4, 4]).unwrap();

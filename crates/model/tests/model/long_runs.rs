@@ -17,7 +17,7 @@ use myovib_oscillators::Drive;
 
 use sundials_wrap::{IdaOptions, IdaSolver};
 
-/// The most memory held so far, KiB, where the system tells it.
+/// Returns the peak memory so far, KiB, if the operating system reports it.
 fn high_water() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM"))?;
@@ -48,8 +48,8 @@ impl<P: Problem, F: FnMut(&mut P, f64, &[f64]) -> f64> Observer<P> for Halves<F>
     }
 }
 
-/// What may be allocated late, by the reader of the high-water mark itself among others, KiB; a
-/// leak of one double per step would be more.
+/// Allowed late allocations, KiB, for example by reading the high-water mark; a leak of one double
+/// per step would be larger.
 const SLACK: u64 = 64;
 
 fn assert_constant(name: &str, before: Option<u64>) {

@@ -1,4 +1,5 @@
-//! The model as its users have it: a file for each matter, in one program, which is compiled once.
+//! Tests of the model from the user's perspective: one file per topic, in one program that is
+//! compiled once.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod adjoint;

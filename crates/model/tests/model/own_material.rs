@@ -102,8 +102,8 @@ fn a_law_by_its_energy_moves_a_body_as_that_of_the_list() {
             let dimension = mesh.dimension();
             let difference = largest(y.iter().zip(&own).map(|(a, b)| a - b));
             let size = largest(y.iter().copied());
-            // The stresses agree to rounding; steps chosen by a tolerance of 1e-3 stay within a part of
-            // it where rounding tips a decision.
+            // The stresses agree to rounding. Steps chosen with a tolerance of 1e-3 differ by a
+            // fraction of it if rounding changes a decision.
             assert!(
                 difference < 1e-4 * size,
                 "{dimension} {formulation}: {difference:e} of {size:e}"

@@ -91,7 +91,7 @@ fn the_index_is_that_of_the_plane() {
     }
 }
 
-/// P2–P1 is bounded on three meshes, P1–P1 has pressures that nothing holds.
+/// P2–P1 is bounded on three meshes; P1–P1 has undetermined pressures.
 #[test]
 fn inf_sup_constants_in_space() {
     let mesh = generate::block([0.0; 3], [1.0; 3], [1, 1, 1]).unwrap();
@@ -140,8 +140,8 @@ fn a_beam_of_fibres_bends_as_published() {
     assert!((found - 3.068e-3).abs() < 0.5e-6, "{found}");
 }
 
-/// A body in space is loaded in steps where Newton's method does not come to its load at once, and ends
-/// in equilibrium.
+/// Checks that the load on a body in 3D is applied in steps if Newton's method does not converge
+/// for the full load, and that the result is in equilibrium.
 #[test]
 fn a_body_in_space_is_loaded_in_steps() {
     let mesh = generate::block([0.0; 3], [1.0, 0.8, 0.6], [1, 1, 1]).unwrap();

@@ -32,7 +32,7 @@ fn bending(n: usize, slenderness: f64, modulus: f64) -> f64 {
     root * root * (modulus / (12.0 * paper::DENSITY)).sqrt() / slenderness
 }
 
-/// That in plane strain, with 4 G (3κ + G)/(3κ + 4G) for E/(1 - ν²), which is 4 G for κ = ∞.
+/// The limit in plane strain, with 4 G (3κ + G)/(3κ + 4G) for E/(1 - ν²), which is 4 G for κ = ∞.
 fn slender(n: usize, slenderness: f64, kappa: f64) -> f64 {
     let modulus = if kappa.is_infinite() {
         4.0 * SHEAR
@@ -177,7 +177,7 @@ fn the_muscle_beside_its_load() {
 fn the_fastest_mode() {
     for kappa in [1e5, f64::INFINITY] {
         let muscle = cantilever(2.0, [4, 2], kappa);
-        // Each pressure of an incompressible body takes one degree of freedom away.
+        // Each pressure of an incompressible body removes one degree of freedom.
         let held = u8::from(kappa.is_infinite()) as usize * muscle.solid.space().n_pressures();
         let all = modes(&muscle, muscle.solid.dofs().n_free() - held);
         let fastest = all.last().unwrap().angular_frequency().unwrap();

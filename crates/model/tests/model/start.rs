@@ -20,7 +20,7 @@ fn bent(dae: &MuscleDae) -> (Vec<f64>, Vec<f64>) {
         let point = space.node_point(i / dimension);
         let (x, y, z) = (point[0], point[1], point.get(2).unwrap_or(&0.0));
         let s = x / LENGTH;
-        // A beam that bends and shortens, where cross sections turn; in space, it twists too.
+        // A beam that bends and shortens, with rotating cross sections; in 3D, it also twists.
         [
             -2.0 * size * s * y / LENGTH,
             size * s * s - size * s * z / LENGTH,
@@ -156,8 +156,9 @@ fn volume_residual(dae: &MuscleDae, start: &Start, t: f64) -> Vec<f64> {
     volume_residual
 }
 
-/// Of an incompressible body the volume's first and second derivatives vanish, which equations of lower index
-/// do not say: in the plane, where the constraint's gradient is linear in the displacement, and in space.
+/// For an incompressible body the first and second derivatives of the volume vanish, although
+/// equations of lower index do not contain this: in 2D, where the constraint's gradient is linear
+/// in the displacement, and in 3D.
 #[test]
 fn velocities_and_accelerations_keep_the_volume() {
     // Differences at -3 h to 3 h: exact for polynomials of degree 6. The volume of a path of degree 2 has degree 4
@@ -199,7 +200,8 @@ fn velocities_and_accelerations_keep_the_volume() {
     }
 }
 
-/// An error is reported where it is: one row of one block, by the name of its node.
+/// Checks that an error is reported with its location: one row of one block, with the name of its
+/// node.
 #[test]
 fn a_wrong_start_is_located() {
     let mut dae = dae(Formulation::Position, INFINITE, 0.0);
@@ -227,7 +229,7 @@ fn integrator(dae: MuscleDae, start: &Start, rtol: f64, t_end: f64) -> IdaIntegr
     IdaIntegrator::new(dae, options, t_end, &start.y, &start.y_dot).unwrap()
 }
 
-/// Over the first nine steps: max |y - y(0) - t ẏ(0)| of a block beside max |y(0)|.
+/// Returns max |y - y(0) - t ẏ(0)| of a block over the first nine steps, relative to max |y(0)|.
 fn departure(dae: MuscleDae, start: &Start, field: Field) -> f64 {
     let range = dae.layout().range(field).unwrap();
     let size = range.clone().map(|i| start.y[i].abs()).fold(0.0, f64::max);
@@ -265,8 +267,8 @@ fn the_first_steps_show_no_transient() {
     }
 }
 
-/// With κ = ∞ and β > 0 any λ(0) is consistent. From the slow manifold μ goes on at its size; off
-/// it by a tenth of λ the residual is as small, but μ starts at many times that and decays as
+/// With κ = ∞ and β > 0 any λ(0) is consistent. On the slow manifold μ keeps its size. If λ is off
+/// by a tenth, the residual is equally small, but μ starts at many times that size and decays as
 /// e^(-t/β).
 #[test]
 fn off_the_slow_manifold_there_is_a_transient() {
@@ -302,8 +304,8 @@ fn off_the_slow_manifold_there_is_a_transient() {
     assert!(later < 0.3 * off, "{off:.1e} {later:.1e}");
 }
 
-/// The multiplier of (33) stays zero: beside ρ v L, its unit, it is rounding and the error of
-/// steps.
+/// The multiplier of (33) remains zero: relative to its unit, ρ v L, it is rounding and the error
+/// of steps.
 #[test]
 fn the_stabilising_multiplier_stays_zero() {
     let mut dae = dae(Formulation::Stabilized, INFINITE, 0.0);
@@ -367,7 +369,7 @@ fn formulations_agree_after_the_start() {
     }
 }
 
-/// Static equilibrium is a start at which nothing moves.
+/// Checks that a static equilibrium is a start at rest.
 #[test]
 fn equilibrium_is_a_start_at_rest() {
     for (formulation, kappa, beta) in RUNS {

@@ -78,7 +78,7 @@ fn a_body_without_supports_has_three() {
     assert_eq!((free.count, free.parts.len()), (3, 1));
 }
 
-/// Two blocks, one beside the other, joined at no node or at one.
+/// Two adjacent blocks that share no node or one node.
 fn two_blocks(joined: bool) -> Mesh {
     let (one, cells) = (block(), 40);
     let mut points = one.points::<2>().to_vec();

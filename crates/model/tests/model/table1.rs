@@ -43,8 +43,8 @@ fn the_table_and_our_formulations() {
     }
 }
 
-/// The paper's remark: (29) has index 4 in the limit κ → ∞, β → 0. On the way it has 2, ever less
-/// clearly.
+/// The paper's remark: (29) has index 4 in the limit κ → ∞, β → 0. Before the limit it has index 2,
+/// with a decreasing gap.
 #[test]
 fn the_limit_of_29() {
     let reports = table1::limit().unwrap();

@@ -8,7 +8,8 @@ const TIP: [f64; 2] = [1.1, 1.0];
 const T_END: f64 = 0.4;
 const EVERY: f64 = 0.02;
 
-/// Slow beside the body's first mode (about 1 Hz for the metre-sized block): bends it by 10 %.
+/// A load that is slow compared with the first mode (about 1 Hz for the meter-sized block); it
+/// bends the body by 10 %.
 fn load() -> Signal {
     Signal::from(formula::Sine {
         amplitude: 400.0,

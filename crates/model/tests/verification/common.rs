@@ -36,8 +36,8 @@ pub(crate) fn loaded_block(
     paper::muscle_with_load(&block(levels), law, kappa, beta, signal).unwrap()
 }
 
-/// Settings with relative tolerance `rtol` and absolute ones small beside the solution, all
-/// multipliers out of the error test.
+/// Settings with relative tolerance `rtol` and absolute tolerances that are small relative to the
+/// solution, with all multipliers excluded from the error test.
 pub(crate) fn accurate(formulation: Formulation, rtol: f64, t_end: f64) -> Settings {
     let mut settings = Settings::paper(formulation);
     settings.t_end = t_end;
@@ -76,7 +76,7 @@ pub(crate) fn history(
     values
 }
 
-/// The largest difference of two histories beside the largest value of the second.
+/// Returns the largest difference of two histories relative to the largest value of the second.
 pub(crate) fn relative_difference(ours: &[f64], reference: &[f64]) -> f64 {
     assert_eq!(ours.len(), reference.len());
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);

@@ -7,7 +7,7 @@ use myovib_model::{
 
 use crate::common::{accurate, loaded_block};
 
-/// The largest gap between energy and work done, beside the largest energy.
+/// Returns the largest difference between energy and work, relative to the largest energy.
 fn imbalance(rtol: f64) -> f64 {
     const EVERY: f64 = 1e-3;
     let load = Signal::from(formula::Sine {

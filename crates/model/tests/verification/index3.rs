@@ -49,8 +49,9 @@ fn settings(formulation: Formulation, rtol: f64, t_end: f64) -> Settings {
     }
 }
 
-/// λ out of the error test and in it; in both the weights follow the step, for Newton's method
-/// measures λ by them as well: by plain ones a last step of 1e-6 s to the end time cannot converge.
+/// λ excluded from and included in the error test. In both cases the weights follow the step,
+/// because Newton's method uses them for λ too: with constant weights, a last step of 1e-6 s to the
+/// end time cannot converge.
 fn both_ways(formulation: Formulation, rtol: f64, t_end: f64) -> [Settings; 2] {
     let left_out = Settings {
         multiplier_weights: MultiplierWeights::StepScaled,
@@ -73,8 +74,8 @@ fn holds_to(t_end: f64, tolerances: &[f64]) {
             let (ours, ..) = muscle(Formulation::Position, INCOMPRESSIBLE, &settings);
             let how = &settings.suppressed;
             assert_eq!(ours.outcome, Outcome::Finished, "{rtol}, left out: {how:?}");
-            // The bound of the project's issue: the index costs no more than half as many steps
-            // again as the compressible body takes.
+            // The bound of the project's issue: index 3 takes at most 1.5 times as many steps as
+            // the compressible body.
             let ratio = ours.counts.steps as f64 / row_1.counts.steps as f64;
             assert!(ratio < 1.5, "{rtol}, left out: {how:?}: {ratio}");
         }
@@ -181,8 +182,8 @@ fn the_motion_tends_to_the_incompressible_one_like_the_inverse_bulk_modulus() {
     }
 }
 
-/// `velocity` drifts off the constraint, visibly at ten times the paper's load; a projection puts
-/// it back and the integration goes on.
+/// `velocity` drifts off the constraint, measurably at ten times the paper's load; a projection
+/// removes the drift and the integration continues.
 #[test]
 fn projection_takes_the_drift_off_velocity() {
     const EVERY: f64 = 0.8;

@@ -89,7 +89,8 @@ fn jacobian_is_affine_in_a_and_b() {
     }
 }
 
-/// Each formulation where it is allowed, and whether its pressure has a rate in the equations.
+/// Each formulation with allowed parameters, and whether its equations contain a rate of the
+/// pressure.
 #[test]
 fn what_is_algebraic_has_no_rate_in_the_equations() {
     const INF: f64 = f64::INFINITY;

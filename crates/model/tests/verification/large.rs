@@ -101,7 +101,7 @@ impl Observer<MuscleDae> for Sizes {
     }
 }
 
-/// A run and where it ended.
+/// A run and its final state.
 struct Run {
     statistics: Statistics,
     dae: MuscleDae,
@@ -139,7 +139,7 @@ fn loose(t_end: f64) -> Settings {
     settings
 }
 
-/// J = 1 − p/κ = 0.09, where the dynamic body comes to rest as the static one does.
+/// J = 1 − p/κ = 0.09: the dynamic body comes to rest in the static solution.
 #[test]
 fn a_block_is_squeezed_to_a_tenth_of_its_volume() {
     let pressure = 4.0 * KAPPA;
@@ -262,8 +262,8 @@ fn a_static_body_is_pulled_at_once() {
     assert_eq!(solution.load_steps, 1);
 }
 
-/// Beyond its limit load an arch has no equilibrium nearby: the same load is found whatever part of
-/// the whole it is, and a motion gets past it.
+/// Beyond its limit load an arch has no equilibrium nearby: the limit load found does not depend on
+/// the full load, and a motion passes it.
 #[test]
 fn an_arch_snaps_through() {
     for kappa in [KAPPA, f64::INFINITY] {

@@ -82,9 +82,9 @@ fn errors(dimension: usize, case: Case, stages: usize, h: f64, exact: &[f64]) ->
     })
 }
 
-/// The orders of u, v and p with s stages: 2 s − 1 where κ is finite, for the index is at most 1. Where it is
-/// infinite, velocities of index 2 have the order s and multipliers of index 2 and 3 the orders s and s − 1, and
-/// one more where their leading error is removed (Hairer, Lubich, Roche 1989).
+/// The orders of u, v and p with s stages: 2 s − 1 for finite κ, because the index is at most 1.
+/// For infinite κ, velocities of index 2 have order s and multipliers of index 2 and 3 orders s and
+/// s − 1, and one more if their leading error is removed (Hairer, Lubich, Roche 1989).
 fn orders((formulation, kappa, _): Case, s: f64) -> [Order; 3] {
     use Order::{AtLeast, Exactly};
     let full = Exactly(2.0 * s - 1.0);

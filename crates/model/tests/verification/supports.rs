@@ -1,4 +1,4 @@
-//! Moving supports: what may be prescribed, and the power that supports give and damping takes.
+//! Moving supports: allowed prescribed motions, and the power of supports and damping.
 
 use std::sync::Arc;
 
@@ -57,8 +57,8 @@ fn state(dae: &MuscleDae, at: impl Fn([f64; 2], usize) -> [f64; 3]) -> [Vec<f64>
     [y, y_dot]
 }
 
-/// A body that moves as a whole with velocity V and acceleration A: supports give m (A + α V) V,
-/// and α takes α m V².
+/// A body that moves as a whole with velocity V and acceleration A: the supports supply m (A + α V)
+/// V, and α dissipates α m V².
 #[test]
 fn a_body_that_moves_as_a_whole_takes_its_inertia_and_alpha_from_the_supports() {
     let signal = accelerated();
