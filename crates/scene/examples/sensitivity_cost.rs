@@ -1,5 +1,6 @@
-//! What sensitivities cost: runs of the paper's equations with no, two and eight parameters, by Radau IIA, and of three
-//! rows by IDAS beside it: staggered, out of the error test.
+//! Measures the cost of sensitivities: runs of the paper's equations with zero, two and eight
+//! parameters by Radau IIA. For comparison, three rows are also run by IDAS with the staggered
+//! method, with sensitivities excluded from the error test.
 //! `cargo run --release -p myovib-scene --example sensitivity_cost [T_END [ROW…]]`
 use myovib_dae::Outcome;
 use myovib_model::linear::CondensedSolver;
@@ -10,7 +11,7 @@ use sundials_wrap::{
     IdaOptions, IdaSolver, SensitivityMethod, SensitivityOptions, SensitivityStatistics,
 };
 
-/// Eight parameters of all kinds, the first two of which are the two.
+/// Eight parameters of all kinds. Runs with two parameters use the first two.
 const KEYS: [(&str, f64); 8] = [
     ("material[0].c10", 1e4),
     ("traction[0].y.amplitude", 100.0),
@@ -22,10 +23,10 @@ const KEYS: [(&str, f64); 8] = [
     ("traction[0].y.frequency", 8.0),
 ];
 
-/// The absolute tolerances of Table 2.
+/// Absolute tolerances of Table 2.
 const ATOL: &str = "{ displacement = 1e-5, velocity = 1e-5, pressure = 0.1, multiplier = 5.0 }";
 
-/// The scene of a row with the first `count` parameters (at least one).
+/// Returns the scene of a row with the first `count` parameters (at least one).
 fn parametrised(row: &str, t_end: &str, count: usize, more: Option<String>) -> Parametrised {
     let list: Vec<String> = KEYS[..count.max(1)]
         .iter()
@@ -40,7 +41,7 @@ fn parametrised(row: &str, t_end: &str, count: usize, more: Option<String>) -> P
 }
 
 fn run(row: &str, method: &str, t_end: &str, count: usize) -> (f64, Cost) {
-    // Of all rows, without the settings of BDF that one has.
+    // Common to all rows, without the BDF settings that one row has.
     let integrator = format!("integrator={{ method = \"{method}\", rtol = 1e-3, atol = {ATOL} }}");
     let scene = parametrised(row, t_end, count, Some(integrator));
     let outputs = outputs(&scene.scene).expect("it has a probe");
@@ -66,7 +67,7 @@ fn run(row: &str, method: &str, t_end: &str, count: usize) -> (f64, Cost) {
     (started.elapsed().as_secs_f64(), cost)
 }
 
-/// The rows' own BDF.
+/// Runs a row with its BDF settings.
 fn by_idas(row: &str, t_end: &str, count: usize) -> (f64, u64, SensitivityStatistics) {
     let scene = parametrised(row, t_end, count, None);
     let body = scene.scene.body.as_ref().expect("it has a body");

@@ -1,5 +1,5 @@
-//! Contraction, viscosity, beds and constants by material: what a scene says is what the library
-//! computes, and what is wrong is refused with its key.
+//! Contraction, viscosity, foundations and constants by material. Scenes must agree with the
+//! library, and errors must name the key.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod refusals;
@@ -17,7 +17,7 @@ use myovib_scene::Scene;
 use myovib_scene::run::{RunOptions, compute};
 use serde_json::Value;
 
-/// The muscle of the library with all that a material may add, in a bed.
+/// Muscle of the library with all features that a material may add, on an elastic foundation.
 const MUSCLE: &str = r#"
 [time]
 end = 0.02
@@ -78,7 +78,7 @@ fn members(mesh: &Mesh, name: &str) -> Vec<usize> {
     }
 }
 
-/// The same body by calls of the library.
+/// Builds the same body by calls of the library.
 fn by_hand() -> Muscle {
     let mesh = generate::muscle([10, 2, 2]).unwrap();
     let [muscle, tendon] = ["muscle", "tendon"].map(|name| members(&mesh, name));
@@ -163,11 +163,11 @@ fn a_scene_is_the_body_of_the_library() {
     };
     let [scene, library] = [body.muscle.clone(), by_hand()].map(residual);
     assert!(scene.iter().any(|r| *r != 0.0));
-    // Not one bit differs; thousands of numbers are not for reading.
+    // Requires bitwise equality. The numbers are not printed because there are thousands.
     assert!(scene == library);
 }
 
-/// The document of a run, the columns of its probe `origin` and their last values.
+/// Returns the document of a run, the columns of its probe `origin` and their last values.
 fn run(text: &str) -> (Value, String, Vec<f64>) {
     let folder = tempfile::tempdir().unwrap();
     let options = RunOptions::into_folder(folder.path());
@@ -185,8 +185,8 @@ fn passes(document: &Value) -> [u64; 3] {
         .map(|key| document["work"][key].as_u64().unwrap())
 }
 
-/// The counters of what a scene need not have; that each of the others counts where it is asked for is
-/// seen in the tests of beds, relaxation and feedback.
+/// Counters of optional features. The tests of foundations, relaxation and feedback check that each
+/// of the other counters increases when its feature is used.
 const EXTRAS: [&str; 8] = [
     "fibre_passes",
     "added_passes",
@@ -198,7 +198,7 @@ const EXTRAS: [&str; 8] = [
     "coherence_passes",
 ];
 
-/// Only what a scene asks for is computed; what it asks for is seen.
+/// Checks that only requested features are computed, and that their effect is visible.
 #[test]
 fn a_scene_without_contraction_does_none_of_its_work() {
     let (document, columns, last) = run(MUSCLE);
@@ -208,7 +208,7 @@ fn a_scene_without_contraction_does_none_of_its_work() {
     assert!(columns.starts_with("t,u_x,u_y,u_z,tension,stress_xx,"));
     // s³ (6 s² - 15 s + 10) at s = 0.02/0.05.
     assert!((last[4] / (8e3 * 0.317_44) - 1.0).abs() < 1e-12, "{last:?}");
-    // What energies do is what tension, damping and beds do, to the tolerance.
+    // The change of energy equals the work of tension, damping and foundations, to the tolerance.
     let energy: Vec<f64> = serde_json::from_value(document["energy"].clone()).unwrap();
     assert!(energy[4].abs() < 1e-3 * energy[2].abs(), "{energy:?}");
 
@@ -226,7 +226,7 @@ fn a_scene_without_contraction_does_none_of_its_work() {
     assert!(passes(&document)[0] > 0);
     assert_eq!(work(&document), [0; 8], "{EXTRAS:?}");
 
-    // A law with fibres in one material: it alone is counted.
+    // A fiber law in one material: only this material is counted.
     let (isotropic, fibrous) = (
         "law = \"mooney-rivlin\"\ndensity = 1.2e3\nc10 = 5e4",
         "law = \"guccione\"\ndensity = 1.2e3\nc = 1e4\nb_f = 8.0\nb_t = 2.0\nb_fs = 4.0",
@@ -237,7 +237,7 @@ fn a_scene_without_contraction_does_none_of_its_work() {
     assert_eq!((fibres, others), (passes(&document)[0], [0; 7]));
 }
 
-/// The scene with Prony terms in both materials.
+/// Returns the scene with Prony terms in both materials.
 fn relaxing() -> String {
     let terms = [
         "prony = [{ g = 0.5, tau = 0.01 }, { g = 0.2, tau = 0.5 }]",
@@ -266,13 +266,13 @@ fn stress_relaxes_by_the_prony_terms_of_a_material() {
     assert!(energy[4].abs() < 1e-3 * energy[2].abs(), "{energy:?}");
     let (document, _, plain) = run(MUSCLE);
     assert_eq!(work(&document), [0; 3]);
-    // The body is stiffer for what has not relaxed, and moves less.
+    // The unrelaxed stress makes the body stiffer, so it moves less.
     assert!(
         stiffened[1].abs() < plain[1].abs(),
         "{stiffened:?} {plain:?}"
     );
 
-    // Small strains refuse what materials add first.
+    // Small-strain laws reject the other additions of materials first.
     let lines: Vec<String> = relaxing().lines().map(str::to_owned).collect();
     let added = |line: &&String| line.starts_with("active") || line.starts_with("eta");
     let bare: Vec<&str> = lines
@@ -303,7 +303,7 @@ fn stress_relaxes_by_the_prony_terms_of_a_material() {
     }
 }
 
-/// Bestel's tension is 0 in an equilibrium, which would be no contraction at all.
+/// Bestel's tension is 0 in an equilibrium, so that there would be no contraction.
 #[test]
 fn an_equilibrium_has_no_tension_of_its_own() {
     let text = MUSCLE.replacen("[time]\nend = 0.02", "analysis = \"static\"", 1);
@@ -316,7 +316,7 @@ fn an_equilibrium_has_no_tension_of_its_own() {
     );
 }
 
-/// A body that starts under tension would jump.
+/// Checks that a body must not start under tension, because it would jump.
 #[test]
 fn a_motion_starts_without_tension() {
     let text = MUSCLE.replacen(

@@ -1,4 +1,4 @@
-//! What cannot contract is refused with its key.
+//! Errors of invalid contractions, which must name the key.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use myovib_scene::Scene;
 
 use crate::MUSCLE;
 
-/// The message for the muscle with `from` replaced by `to`.
+/// Returns the error for the muscle with `from` replaced by `to`.
 fn refusal(from: &str, to: &str) -> String {
     assert!(MUSCLE.contains(from), "{from}");
     let text = MUSCLE.replacen(from, to, 1);
@@ -153,7 +153,8 @@ fn what_cannot_contract_is_refused_with_its_key() {
     }
 }
 
-/// A moment that equidistant samples would miss: rows of a table around it, each twice as far from it as the one before.
+/// Checks a moment that equidistant samples would miss: rows of a table around it, with distances
+/// from it that double from row to row.
 #[test]
 fn a_table_that_pushes_for_a_moment_is_refused() {
     let folder = tempfile::tempdir().unwrap();

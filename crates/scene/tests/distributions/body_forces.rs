@@ -9,7 +9,7 @@ use myovib_model::statics::equilibrium;
 
 use crate::common::{BLOCK, SHEET, assert_close, moments, scene, text};
 
-/// 2 (1 + 3 y) m/s² along z on 1e3 kg/m³, half of it at half of the ramp.
+/// 2 (1 + 3 y) m/s² along z on 1e3 kg/m³, at half of the ramp.
 #[test]
 fn a_linear_body_force_in_space_has_the_resultant_and_moments_of_its_integral() {
     let force = "[[body_force]]\nz = { type = \"ramp\", value = 2.0, end = 2.0 }\n\
@@ -38,7 +38,7 @@ fn a_body_force_in_the_plane_has_the_resultant_and_moment_of_its_integral() {
     assert_close(moments[0][1] - moments[1][0], 1e3 * (4.0 - 2.0) / 3.0, 2e3);
 }
 
-/// Beyond its group the distribution need not be finite: here it is not for x < 1.
+/// The distribution may be non-finite outside its group: here it is for x < 1.
 #[test]
 fn a_body_force_is_asked_for_in_its_group_only() {
     let two = "[[region]]\nname = \"end\"\ncentre = [2.0, 0.5]\nradii = [1.0, 1e3]\n";
@@ -59,7 +59,7 @@ fn a_body_force_is_asked_for_in_its_group_only() {
     assert_close(resultant[0], 1.5e3, 3e3);
 }
 
-/// Auricchio, Beirão da Veiga, Lovadina, Reali (2005) on (-1, 1)², here moved by (1, 1).
+/// Problem of Auricchio, Beirão da Veiga, Lovadina, Reali (2005) on (-1, 1)², translated by (1, 1).
 const CLAMPED_SQUARE: &str = r#"
 analysis = "static"
 [mesh]
@@ -89,7 +89,8 @@ y = 1.0
 distribution = "40*X*(1.5*Y^4 - 6*Y^2 + 3*X^2*Y^2 - X^2 + 2.5) - 3*Y^2 - 5*X^3"
 "#;
 
-/// The integrals of three functions of place: the rule of degree 6 on 64 parts of each triangle.
+/// Returns the integrals of three functions of position, by the rule of degree 6 on 64 parts of
+/// each triangle.
 fn integrals(space: &Space, of: impl Fn(&ElementPoint, [f64; 2]) -> [f64; 3]) -> [f64; 3] {
     let mut integrals = [0.0; 3];
     let cells = 8;
@@ -97,7 +98,7 @@ fn integrals(space: &Space, of: impl Fn(&ElementPoint, [f64; 2]) -> [f64; 3]) ->
     for element in 0..space.n_elements() {
         let part = space.mesh().measure_of(element) / f64::from(cells * cells);
         for (i, j) in (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j))) {
-            // The triangle of a cell that points as the whole one, and its mirror image.
+            // The subtriangle with the orientation of the triangle, and its mirror image.
             for turned in [false, true] {
                 if i + j + i32::from(turned) >= cells {
                     continue;
@@ -155,11 +156,11 @@ fn the_clamped_square_as_a_scene_has_the_errors_of_another_program() {
     );
     let reference = std::fs::read_to_string(reference).unwrap();
     let reference: serde_json::Value = serde_json::from_str(&reference).unwrap();
-    // The pressures' mean value, over an area of 4, is free.
+    // The mean pressure is arbitrary; the area is 4.
     let of_p = of_p - mean * mean / 4.0;
     for (found, name) in [(of_u.sqrt(), "L2_u"), (of_p.sqrt(), "L2_p")] {
         let stated = reference["deviator"][name][0].as_f64().unwrap();
-        // Four digits are stated.
+        // The published values have four digits.
         assert!(
             (found / stated - 1.0).abs() < 2e-4,
             "{name} {found} {stated}"

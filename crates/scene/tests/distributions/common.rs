@@ -1,11 +1,11 @@
-//! What the tests share: scenes, their nodal forces, mesh files with nodal data.
+//! Helpers of the tests: scenes, their nodal forces, mesh files with nodal data.
 
 use std::fs;
 use std::path::Path;
 
 use myovib_scene::Scene;
 
-/// A body that is held at a group, if it has a name, with further tables.
+/// Returns the scene of a body held at a group (if its name is not empty), with further tables.
 pub(crate) fn text(mesh: &str, held: &str, tables: &str) -> String {
     let fixed = match held {
         "" => String::new(),
@@ -30,7 +30,7 @@ pub(crate) fn scene(text: &str, folder: &Path) -> Scene {
     Scene::build("scene.toml", text, &[], folder).unwrap()
 }
 
-/// The nodal forces at time t.
+/// Returns the nodal forces at time t.
 pub(crate) fn forces(scene: &Scene, t: f64) -> Vec<f64> {
     let muscle = &scene.body.as_ref().unwrap().muscle;
     let mut total = vec![0.0; muscle.solid.space().n_components()];
@@ -40,7 +40,7 @@ pub(crate) fn forces(scene: &Scene, t: f64) -> Vec<f64> {
     total
 }
 
-/// Σ x_i F_j of the nodal forces, and their sum: moments of all axes.
+/// Returns Σ x_i F_j of the nodal forces (moments of all axes), and their sum.
 pub(crate) fn moments(scene: &Scene, t: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
     let (forces, space) = (forces(scene, t), scene.body.as_ref().unwrap());
     let space = space.muscle.solid.space();
@@ -58,7 +58,7 @@ pub(crate) fn moments(scene: &Scene, t: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
     (moments, resultant)
 }
 
-/// Rounding of a hundred numbers of the size of the largest.
+/// Checks equality within the rounding of a hundred numbers of magnitude `size`.
 pub(crate) fn assert_close(found: f64, expected: f64, size: f64) {
     assert!(
         (found - expected).abs() <= 1e-13 * size,
@@ -66,7 +66,7 @@ pub(crate) fn assert_close(found: f64, expected: f64, size: f64) {
     );
 }
 
-/// The nodes of a mesh file: tags and places.
+/// Returns the nodes of a mesh file: tags and positions.
 pub(crate) fn nodes(mesh: &str) -> Vec<(usize, [f64; 3])> {
     let lines = mesh.lines().skip_while(|line| *line != "$Nodes").skip(2);
     let mut lines = lines.take_while(|line| *line != "$EndNodes");
@@ -84,7 +84,7 @@ pub(crate) fn nodes(mesh: &str) -> Vec<(usize, [f64; 3])> {
     nodes
 }
 
-/// The mesh file with nodal data of that name.
+/// Returns the mesh file with nodal data of that name.
 pub(crate) fn with_data<const N: usize>(
     mesh: &str,
     name: &str,

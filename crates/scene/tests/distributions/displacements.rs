@@ -1,4 +1,4 @@
-//! Displacements that vary along their group: patch tests, rotations, and groups that share nodes.
+//! Displacements that vary along their group: patch tests, rotations, and groups with common nodes.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ const AFFINE: [(f64, [f64; 4]); 3] = [
     (-0.05, [-2.0, 3.0, 1.0, 2.0]),
 ];
 
-/// What is prescribed at time t, by component.
+/// Returns the prescribed values at time t, by component.
 fn prescribed(scene: &Scene, t: f64) -> Vec<(usize, f64)> {
     let all = &scene.body.as_ref().unwrap().muscle.prescribed;
     let all = all.iter();
@@ -25,7 +25,8 @@ fn prescribed(scene: &Scene, t: f64) -> Vec<(usize, f64)> {
         .collect()
 }
 
-/// Sides that share edges and corners, all moved by the same affine field at finite strains.
+/// Checks a patch test at finite strains: sides with common edges and corners, all moved by the
+/// same affine field.
 #[test]
 fn affine_motion_of_the_boundary_moves_the_inside_by_the_same_field() {
     let sides = ["left", "right", "bottom", "top", "front", "back"];
@@ -66,15 +67,16 @@ fn affine_motion_of_the_boundary_moves_the_inside_by_the_same_field() {
                     .iter()
                     .zip(place)
                     .fold(of[0], |sum, (b, x)| sum + b * x);
-                // The field lies in the space: rounding, after Newton's method converged by squares.
+                // The field is in the space: rounding, after quadratic convergence of Newton's
+                // method.
                 assert!((u - size * expected).abs() < 1e-13, "{node}: {u}");
             }
         }
     }
 }
 
-/// A face turned about the x-axis by the angle φ(t): u_y = -z sin φ - y (1 - cos φ), and so on. Here
-/// sin φ and 1 - cos φ are two given functions of time.
+/// Checks a face rotated about the x-axis by the angle φ(t): u_y = -z sin φ - y (1 - cos φ), and so
+/// on. Here sin φ and 1 - cos φ are two given functions of time.
 #[test]
 fn displacements_of_one_group_add_up() {
     let sine = "{ type = \"sine\", amplitude = 0.3, frequency = 2.0 }";
@@ -101,7 +103,8 @@ fn displacements_of_one_group_add_up() {
         };
         let (sine, step) = (value(sine), value(step));
         let all = prescribed(&turned, t);
-        // The face has nine nodes, of them three with y = 0 and z = 0 each: one of both is held.
+        // The face has nine nodes, three with y = 0 and three with z = 0. One node has both and is
+        // held.
         assert_eq!(all.len(), 2 * 8);
         for (component, found) in all {
             let place = space.node_point(component / 3);
@@ -115,7 +118,8 @@ fn displacements_of_one_group_add_up() {
     }
 }
 
-/// A corner may be held where the factor is zero, and moved by two groups that say the same.
+/// Checks that a group may hold a corner if the factor is zero, and that two groups may prescribe
+/// the same motion.
 #[test]
 fn groups_that_share_nodes_must_move_them_alike() {
     let moved = |group: &str, x: &str, distribution: &str| {

@@ -1,4 +1,4 @@
-//! Nodal data in the place of expressions.
+//! Nodal data instead of expressions.
 
 use std::fs;
 
@@ -12,7 +12,7 @@ fn linear([x, y, _]: [f64; 3]) -> f64 {
     1.0 + 20.0 * x - 7.0 * y
 }
 
-/// The nodal forces, and the displacements that are prescribed.
+/// Returns the nodal forces and the prescribed displacements.
 fn given(scene: &Scene) -> Vec<f64> {
     let mut given = forces(scene, 0.0);
     for prescribed in &scene.body.as_ref().unwrap().muscle.prescribed {
@@ -21,7 +21,7 @@ fn given(scene: &Scene) -> Vec<f64> {
     given
 }
 
-/// A table, and the group that is held.
+/// Tables and the held group.
 const TABLES: [(&str, &str); 3] = [
     ("[[traction]]\ngroup = \"load\"", "fixed"),
     ("[[body_force]]", "fixed"),

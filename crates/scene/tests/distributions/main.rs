@@ -1,4 +1,4 @@
-//! Loads and motions that vary from place to place.
+//! Loads and motions that vary in space.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod body_forces;

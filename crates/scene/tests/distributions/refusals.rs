@@ -1,4 +1,4 @@
-//! What is no distribution.
+//! Invalid distributions.
 
 use std::fs;
 use std::path::Path;

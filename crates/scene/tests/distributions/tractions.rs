@@ -1,10 +1,10 @@
-//! Tractions that vary along their group: their resultants.
+//! Tractions that vary along their group: resultants.
 
 use std::path::Path;
 
 use crate::common::{BLOCK, SHEET, assert_close, moments, on_the_right, scene};
 
-/// On x = 2: t_z = 100 (1 + 3 y) Pa, half of it at half of the ramp.
+/// On x = 2: t_z = 100 (1 + 3 y) Pa, at half of the ramp.
 #[test]
 fn a_linear_traction_in_space_has_the_resultant_and_moments_of_its_integral() {
     let text = on_the_right(

@@ -87,8 +87,8 @@ fn each_chain_has_parameters_of_its_own() {
     expect_sharp(&keys, sharpness);
 }
 
-/// Where all oscillators rest, modulus and argument of an order parameter have no derivative by their position: the table
-/// has none there, and the sums over time leave it out.
+/// If all oscillators rest, modulus and argument of an order parameter have no derivative with
+/// respect to their position. The table has no entry there, and the sums over time exclude it.
 #[test]
 fn an_order_parameter_at_rest_has_no_derivative() {
     let folder = tempfile::tempdir().unwrap();

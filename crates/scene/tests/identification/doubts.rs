@@ -9,7 +9,7 @@ use myovib_scene::watch::Tell;
 use crate::fits::{fitted, measure};
 use crate::{SMALL, scene};
 
-/// Keeps the lines of progress that are always reported.
+/// Keeps the lines of progress reported unconditionally.
 #[derive(Default)]
 struct Kept(Mutex<Vec<String>>);
 

@@ -1,4 +1,4 @@
-//! Runs of a scene's text, and how far apart they are.
+//! Runs of a scene's text, and the distance between their results.
 
 use std::path::Path;
 
@@ -23,8 +23,8 @@ pub(crate) fn rows(out: &Path, probe: &str) -> Vec<Vec<f64>> {
     rows.map(|row| table.numbers(row).unwrap()).collect()
 }
 
-/// The largest difference in each column from `first` on, relative to the column's largest value.
-/// Column 0 is time.
+/// Returns the largest difference in each column from `first` on, relative to the column's largest
+/// value. Column 0 is time.
 pub(crate) fn apart(a: &[Vec<f64>], b: &[Vec<f64>], first: usize) -> f64 {
     assert_eq!(a.len(), b.len());
     let columns = first..a[0].len();

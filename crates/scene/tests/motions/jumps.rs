@@ -1,4 +1,4 @@
-//! Loads that jump or sweep: hits, releases, rising frequencies.
+//! Loads that jump or sweep: impacts, releases, chirps.
 
 use std::path::Path;
 
@@ -46,9 +46,9 @@ fn finish(text: &str, set: &[&str], out: &Path) {
     assert_eq!(result.document["outcome"], "finished", "{set:?}");
 }
 
-/// Weight that acts at once is that of a body whose support is taken away: the body falls from rest.
-/// Weight that ends at once, from equilibrium, releases it. Both have the balance of energy, and hits
-/// within the run are in the same tables.
+/// Checks that a sudden weight acts like the sudden removal of a support: the body falls from rest.
+/// A weight that ends suddenly releases the body from equilibrium. The energy is balanced in both
+/// cases, and impacts within the run are in the same tables.
 #[test]
 fn bodies_are_hit_and_released() {
     let folder = tempfile::tempdir().unwrap();
@@ -76,15 +76,17 @@ fn bodies_are_hit_and_released() {
             assert_eq!(motion.len(), 21);
             let most = energy.iter().fold(0.0, |m: f64, row| m.max(row[1]));
             let imbalance = energy.iter().fold(0.0, |m: f64, row| m.max(row[5].abs()));
-            // Radau IIA's ends of steps are of higher order than its estimate: at most the tolerance of a step. BDF adds up
-            // what its some hundred steps lose: at most ten times that.
+            // Radau IIA is of higher order at ends of steps than its estimate: at most the
+            // tolerance of one step. BDF accumulates the errors of about a hundred steps: at most
+            // ten times the tolerance.
             let allowed = if method.ends_with("bdf") { 10.0 } else { 1.0 };
             assert!(
                 imbalance < allowed * RTOL * most,
                 "{name} {method}: {imbalance:e}"
             );
             if let Some(first) = &first {
-                // Ten tolerances of each by Radau IIA; BDF adds up those of its some hundred steps.
+                // Ten tolerances for each run by Radau IIA; BDF accumulates the errors of about a
+                // hundred steps.
                 let allowed = if method.ends_with("bdf") {
                     1000.0
                 } else {
@@ -98,8 +100,9 @@ fn bodies_are_hit_and_released() {
     }
 }
 
-/// Regression: powers were summed by Simpson's rule, whose error over the large steps of high orders was up to five
-/// hundred tolerances. The whole run is one interval of the probe, so that nothing makes steps shorter.
+/// Regression: powers were integrated by Simpson's rule. Over the large steps of high orders, its
+/// error was up to five hundred tolerances. The whole run is one interval of the probe, so that the
+/// probe does not shorten steps.
 #[test]
 fn the_imbalance_is_what_the_integrator_loses() {
     let folder = tempfile::tempdir().unwrap();
@@ -121,7 +124,7 @@ fn the_imbalance_is_what_the_integrator_loses() {
             finish(BLOCK, &set, &out);
             let energy = rows(&out, "energy");
             let [work, imbalance] = [3, 5].map(|column| energy.last().unwrap()[column]);
-            // The tolerance of a step, as above.
+            // The tolerance of one step, as above.
             assert!(
                 imbalance.abs() < rtol * work,
                 "{method} {rtol}: {imbalance:e} {work:e}"
@@ -130,7 +133,7 @@ fn the_imbalance_is_what_the_integrator_loses() {
     }
 }
 
-/// Oscillators that act back on a body, and the body on them, start anew with it.
+/// Checks that oscillators coupled to a body in both directions restart with it.
 #[test]
 fn a_body_with_feedback_is_hit() {
     let folder = tempfile::tempdir().unwrap();
@@ -154,12 +157,13 @@ fn a_body_with_feedback_is_hit() {
         rows(&out, "end")
     });
     let off = apart(&jump, &steep, 0);
-    // The loads come 0.5 µs later on the average, in which the fastest of the motion, some 1000 rad/s,
-    // goes 5e-4 of its way; and ten tolerances.
+    // The loads act 0.5 µs later on average. In this time the fastest motion, about 1000 rad/s,
+    // completes a fraction of 5e-4. The second term is ten tolerances.
     assert!(off < 5e-4 + 1e-4, "{off:e}");
 }
 
-/// Internal stresses, unknowns of BDF and the memory of Radau IIA, go on over a jump as they are.
+/// Checks that internal stresses, which are unknowns of BDF and memory of Radau IIA, are continuous
+/// at a jump.
 #[test]
 fn a_body_whose_stress_relaxes_is_hit() {
     let folder = tempfile::tempdir().unwrap();
@@ -178,7 +182,7 @@ fn a_body_whose_stress_relaxes_is_hit() {
         let set = format!("integrator.method={method}");
         finish(&text, &[&load("0"), &set], &out);
         let off = apart(&rows(&steep, "end"), &rows(&out, "end"), 0);
-        // 0.05 µs later on the average, some 1000 rad/s: 5e-5; and what is allowed above.
+        // 0.05 µs later on average, about 1000 rad/s: 5e-5; plus the tolerance above.
         let allowed = if method == "bdf" { 1000.0 } else { 20.0 };
         assert!(off < 5e-5 + allowed * RTOL, "{method}: {off:e}");
     }
@@ -214,8 +218,9 @@ fn what_cannot_jump_is_refused_at_its_place() {
     }
 }
 
-/// A sweep from a frequency to itself is a sine; one from 5 to 15 Hz, which ends within the run, has the balance of
-/// energy. What cannot be swept, and what encloses nothing, is refused with its key.
+/// Checks that a sweep from a frequency to itself is a sine. A sweep from 5 to 15 Hz, which ends
+/// within the run, has balanced energy. Errors about invalid sweeps and groups without enclosed volume name the
+/// key.
 #[test]
 fn bodies_are_swept() {
     let folder = tempfile::tempdir().unwrap();
@@ -229,7 +234,7 @@ fn bodies_are_swept() {
     let out = |name: &str| folder.path().join(name);
     finish(BLOCK, &[&sweep(5.0, 1.0)], &out("same"));
     finish(BLOCK, &[sine], &out("sine"));
-    // The same steps: rounding of the load.
+    // The steps are the same, so the tolerance covers rounding of the load.
     let [same, sine] = ["same", "sine"].map(|name| rows(&out(name), "end"));
     assert!(apart(&same, &sine, 1) < 1e-9);
 

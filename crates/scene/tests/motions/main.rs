@@ -1,4 +1,4 @@
-//! Scenes that move: where motions start, and loads that jump.
+//! Dynamic scenes: initial states, and loads that jump.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod common;

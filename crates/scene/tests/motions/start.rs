@@ -1,5 +1,5 @@
-//! Where motions start: in equilibrium, with a velocity, as another run ended, and later than at the
-//! end of a finished run.
+//! Initial states of motions: equilibrium, initial velocity, end of another run, and a time after
+//! the end of a finished run.
 
 use myovib_model::Outcome;
 use myovib_scene::run::{Existing, RunOptions, compute};
@@ -43,8 +43,8 @@ every = 0.01
 
 const RTOL: f64 = 1e-6;
 
-/// In equilibrium nothing moves, in any formulation, with κ finite and infinite, by both integrators;
-/// and the start is what the static scene computes.
+/// Checks that a body in equilibrium stays at rest, in any formulation, with κ finite and infinite,
+/// by both integrators. The start must equal the result of the static scene.
 #[test]
 fn a_body_that_starts_in_equilibrium_stays_there() {
     let folder = tempfile::tempdir().unwrap();
@@ -85,7 +85,7 @@ fn a_body_that_starts_in_equilibrium_stays_there() {
     .enumerate()
     {
         let place = |name: &str| folder.path().join(format!("{name}{i}"));
-        // Without a pressure there is none to read off.
+        // Formulations without pressure have no pressure output.
         let own = [
             "probe[0].quantities=[\"u\"]",
             "start={ type = \"equilibrium\" }",
@@ -98,7 +98,8 @@ fn a_body_that_starts_in_equilibrium_stays_there() {
         let sag = at_rest[0][2];
         assert!(sag < -1e-3, "{set:?}: {sag}"); // it bends under its weight by millimetres
         for row in &moving {
-            // Newton's method of the static solver stops at a smaller error than a step's tolerance.
+            // Newton's method of the static solver stops at a smaller error than a step's
+            // tolerance.
             let off = (row[2] - sag).abs() / sag.abs();
             assert!(off < RTOL, "{set:?}: {off:e} at t = {}", row[0]);
         }
@@ -106,7 +107,8 @@ fn a_body_that_starts_in_equilibrium_stays_there() {
     }
 }
 
-/// ½ m v² with m = 4 kg per metre of depth; the energy is kept as the body swings.
+/// Kinetic energy ½ m v² with m = 4 kg per meter of depth; the energy is conserved while the body
+/// swings.
 #[test]
 fn a_body_may_start_with_a_velocity() {
     let folder = tempfile::tempdir().unwrap();
@@ -118,7 +120,8 @@ fn a_body_may_start_with_a_velocity() {
     run(BLOCK, &set, &out);
     let energy = rows(&out, "energy");
     let kinetic = energy[0][1];
-    // The column of elements at the support goes from 0.3 m/s to 0: a part of the mass moves less.
+    // The velocity decreases from 0.3 m/s to 0 in the column of elements at the support, so a part
+    // of the mass moves less.
     let whole = 0.5 * 4.0 * 0.3_f64.powi(2);
     assert!(
         (0.85 * whole..whole).contains(&kinetic),
@@ -127,13 +130,13 @@ fn a_body_may_start_with_a_velocity() {
     let elastic = energy.iter().fold(0.0, |m: f64, row| m.max(row[2]));
     assert!(elastic > 0.5 * kinetic, "{elastic}"); // it swings
     for row in &energy {
-        // Each step errs by the tolerance; some hundred steps.
+        // About a hundred steps with an error of the tolerance each.
         assert!(row[5].abs() < 100.0 * RTOL * kinetic, "{row:?}");
     }
 }
 
-/// Two runs one after the other are one, within what the tolerance promises; and so is a finished run
-/// that is extended.
+/// Checks that two consecutive runs equal one run within the tolerance, and so does an extended
+/// run.
 #[test]
 fn a_run_goes_on_from_where_another_ended() {
     let folder = tempfile::tempdir().unwrap();
@@ -152,7 +155,8 @@ fn a_run_goes_on_from_where_another_ended() {
         let from = format!("start={{ type = \"run\", folder = \"first {kappa}\" }}");
         run(BLOCK, &[kappa, swing, &from], &named("second"));
         let mut second = rows(&named("second"), "end");
-        // Errors of single steps add up over two periods, and pressures follow from accelerations.
+        // Errors of single steps accumulate over two periods, and pressures depend on
+        // accelerations.
         let promised = 100.0 * RTOL;
         let off = apart(&whole[10..], &second, 1);
         assert!(off < promised, "{kappa}: {off:e}");
@@ -178,8 +182,8 @@ fn a_run_goes_on_from_where_another_ended() {
     }
 }
 
-/// Prony's stresses are part of the state that another run starts from; after a static scene they have
-/// relaxed.
+/// Checks that Prony stresses are part of the state from which another run starts. After a static
+/// scene they are relaxed.
 #[test]
 fn internal_stresses_go_on() {
     let folder = tempfile::tempdir().unwrap();
@@ -205,7 +209,7 @@ fn internal_stresses_go_on() {
     let off = apart(&whole[5..], &rows(&place("second"), "end"), 1);
     // As above.
     assert!(off < 100.0 * RTOL, "{off:e}");
-    // Other terms do not take them over, and say so.
+    // A body with other Prony terms does not use these stresses and adds a note.
     let more = "material[0].prony=[{ g = 0.5, tau = 0.02 }, { g = 0.1, tau = 1.0 }]";
     for (terms, told) in [(prony, false), (more, true)] {
         let scene = build(BLOCK, &[terms, swing, from], folder.path()).unwrap();
@@ -223,7 +227,8 @@ fn internal_stresses_go_on() {
     }
 }
 
-/// A measured motion that is not at rest at t = 0 is refused, and runs once a smooth step begins it.
+/// Checks that a measured motion is rejected unless it is at rest at t = 0, and accepted with a
+/// smooth step at its start.
 #[test]
 fn a_measured_motion_starts_smoothly() {
     let folder = tempfile::tempdir().unwrap();
@@ -252,13 +257,13 @@ fn a_measured_motion_starts_smoothly() {
     let out = folder.path().join("smooth");
     compute(&scene(&smooth), &RunOptions::into_folder(&out)).unwrap();
     let rows = rows(&out, "end");
-    // Behind the rise the table's own value, through its knot at the end.
+    // After the rise: the value of the table itself, up to its last knot.
     let (last, own) = (rows.last().unwrap(), 1e-3 * (1.3 + 3.1_f64.cos()));
     assert!((last[2] - own).abs() < 1e-12, "{last:?} instead of {own}");
 }
 
-/// Conditions are met inside a step: the run ends there, with its rows, as dense rows of an undisturbed
-/// run say.
+/// Checks that conditions are met inside a step. The run ends there, and its rows agree with dense
+/// output of an undisturbed run.
 #[test]
 fn a_condition_ends_a_run_inside_a_step() {
     let folder = tempfile::tempdir().unwrap();
@@ -287,7 +292,7 @@ fn a_condition_ends_a_run_inside_a_step() {
                 .position(|row| size(row) > bound)
                 .unwrap();
             let times = rows_of_free[after - 1][0]..rows_of_free[after][0];
-            // BDF's own error moves the crossing by some rows.
+            // The error of BDF moves the crossing by a few rows.
             let slack = if method == "bdf" { 20e-4 } else { 1e-6 };
             assert!(
                 (times.start - slack..times.end + slack).contains(&t),
@@ -300,7 +305,7 @@ fn a_condition_ends_a_run_inside_a_step() {
             );
         }
     }
-    // det F anywhere: the run ends where a tighter bound would have ended it earlier.
+    // det F anywhere: a tighter bound ends the run earlier.
     let times = [0.999, 0.99].map(|below| {
         let stop = format!("stop=[{{ type = \"volume\", below = {below} }}]");
         let out = folder.path().join(format!("volume {below}"));

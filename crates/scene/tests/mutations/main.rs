@@ -1,8 +1,9 @@
-//! Readers under mutated input: meshes, scenes and tables that were damaged by a seeded random
-//! generator are read or refused with a message that says where, never with a panic.
+//! Readers under mutated input. A seeded random generator damages meshes, scenes and tables.
+//! Readers must accept them, or reject them with a message that names the location. They must not
+//! panic.
 //!
-//! Deterministic and short by default. `MYOVIB_MUTATE_SECONDS=600` goes on for so long with new
-//! seeds; a finding is kept in the temporary folder and named.
+//! The tests are deterministic and short by default. `MYOVIB_MUTATE_SECONDS=600` continues for this
+//! time with new seeds. A failing input is kept in the temporary folder and named.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod mutate;
@@ -20,7 +21,7 @@ use tempfile::TempDir;
 
 use mutate::mutate;
 
-/// Mutants of a short run.
+/// Number of mutants in a short run.
 const CASES: u64 = 200;
 
 /// Reads mutants of `corpus` until the time is over.
@@ -45,7 +46,7 @@ fn run(target: &str, corpus: &[&str], read: impl Fn(&str) + std::panic::RefUnwin
     println!("{target}: {case} mutants");
 }
 
-/// Reads a mesh. Any text is one, or refused with its place.
+/// Reads a mesh. Any text must be a mesh, or be rejected with its location.
 fn read_mesh(text: &str) {
     match Mesh::parse_msh(text, "m.msh") {
         Ok(mesh) => assert!(mesh.measure() > 0.0),
@@ -54,7 +55,7 @@ fn read_mesh(text: &str) {
     }
 }
 
-/// Reads a scene. Any text is one, or refused with its place.
+/// Reads a scene. Any text must be a scene, or be rejected with its location.
 fn read_scene(text: &str) {
     if let Err(error) = Scene::build("s.toml", text, &[], Path::new("")) {
         let message = error.to_string();
@@ -62,7 +63,7 @@ fn read_scene(text: &str) {
     }
 }
 
-/// A scene whose force is the table beside it.
+/// Scene with a force from a table in the same folder.
 struct TableScene(TempDir);
 
 impl TableScene {
@@ -77,7 +78,8 @@ impl TableScene {
             .map_err(|error| error.to_string())
     }
 
-    /// Reads a table. Any bytes are one, or refused with the place that names it.
+    /// Reads a table. Any bytes must be a table, or be rejected with the location of its name in
+    /// the scene.
     fn read(&self, table: &[u8]) {
         if let Err(message) = self.build(table) {
             assert!(message.contains("s.toml"), "{message}");
@@ -101,7 +103,7 @@ fn damaged_meshes_are_refused_with_their_place() {
 
 #[test]
 fn damaged_scenes_are_refused_with_their_place() {
-    // The coarse ventricle is the same text with a mesh that is read in less time.
+    // The coarse ventricle has the same text with a mesh that is faster to read.
     let scenes = BUILTIN.iter().filter(|(name, _)| *name != "ventricle");
     let scenes: Vec<&str> = scenes.map(|(_, text)| *text).collect();
     run("scene", &scenes, read_scene);
@@ -116,7 +118,8 @@ fn damaged_tables_are_refused_with_their_place() {
     run("table", &TABLES, |text| scene.read(text.as_bytes()));
 }
 
-/// What libFuzzer kept (`make fuzz`): an input for each place in the readers it has reached.
+/// Reads the corpus kept by libFuzzer (`make fuzz`): one input for each branch reached in the
+/// readers.
 #[test]
 fn the_fuzzers_corpus_is_read_or_refused_with_its_place() {
     type Reader<'a> = &'a dyn Fn(&[u8]);
@@ -142,7 +145,7 @@ fn the_fuzzers_corpus_is_read_or_refused_with_its_place() {
     }
 }
 
-/// What mutation, or thought, has found. Each once panicked or asked for unbounded memory.
+/// Findings by mutation and review. Each once panicked or requested unbounded memory.
 #[test]
 fn sizes_beyond_reason_are_refused_before_anything_is_allocated() {
     let huge = usize::MAX / 2;

@@ -1,8 +1,9 @@
-//! Damages texts, by lines, by numbers and by bytes.
+//! Mutations of texts, by lines, numbers and bytes.
 
 use rand::Rng;
 
-/// Numbers that readers stumble over: ends of ranges, not finite, not a number, huge counts.
+/// Numbers that often break readers: ends of ranges, non-finite values, invalid numbers, huge
+/// counts.
 const NASTY: [&str; 14] = [
     "0",
     "-0",
@@ -20,7 +21,7 @@ const NASTY: [&str; 14] = [
     "",
 ];
 
-/// A text of the corpus after one to eight damages.
+/// Returns a text of the corpus after one to eight mutations.
 pub(crate) fn mutate(corpus: &[&str], random: &mut impl Rng) -> String {
     let pick = |random: &mut dyn rand::RngCore| corpus[random.random_range(0..corpus.len())];
     let mut text = pick(random).to_owned();
@@ -70,7 +71,7 @@ fn swap_lines(text: &str, random: &mut impl Rng) -> String {
     lines.join("\n")
 }
 
-/// Puts a nasty number in place of one in the text.
+/// Replaces a number in the text by one of [`NASTY`].
 fn change_number(text: &str, random: &mut impl Rng) -> String {
     let starts: Vec<usize> = text
         .char_indices()
@@ -92,7 +93,7 @@ fn change_number(text: &str, random: &mut impl Rng) -> String {
     format!("{}{nasty}{}", &text[..start], &text[start + length..])
 }
 
-/// Writes an arbitrary byte; what is no UTF-8 then is replaced, as the readers do.
+/// Writes an arbitrary byte. Invalid UTF-8 is replaced, as the readers do.
 fn change_byte(text: &str, random: &mut impl Rng) -> String {
     let mut bytes = text.as_bytes().to_vec();
     if !bytes.is_empty() {
@@ -102,7 +103,7 @@ fn change_byte(text: &str, random: &mut impl Rng) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// The beginning of one text and the end of another.
+/// Joins the beginning of one text with the end of another.
 fn splice(text: &str, other: &str, random: &mut impl Rng) -> String {
     let (head, tail) = (lines(text), lines(other));
     let head = &head[..random.random_range(0..=head.len())];

@@ -1,6 +1,6 @@
-//! An elastic bar behind a cylinder, bent by its weight: the structural tests CSM1 to CSM3 of Turek and Hron (2006,
-//! "Proposal for numerical benchmarking of fluid-structure interaction", LNCSE 53), with the textbook's law of St. Venant
-//! and Kirchhoff.
+//! Elastic bar behind a cylinder, bent by its weight: the structural tests CSM1 to CSM3 of Turek
+//! and Hron (2006, "Proposal for numerical benchmarking of fluid-structure interaction", LNCSE 53),
+//! with the St. Venant–Kirchhoff law.
 
 use std::f64::consts::PI;
 
@@ -33,16 +33,16 @@ at = [0.6, 0.2]
 quantities = ["u"]
 "#;
 
-/// Places of the vertices and midpoints of `n` intervals of [0, 1], which `graded` moves the vertices of.
+/// Returns the vertices and midpoints of `n` intervals of [0, 1]. `graded` maps the vertices.
 fn places(n: usize, graded: impl Fn(f64) -> f64) -> Vec<f64> {
     let vertex = |k: usize| graded(k as f64 / n as f64);
     let at = |i: usize| 0.5 * (vertex(i / 2) + vertex(i.div_ceil(2)));
     (0..=2 * n).map(at).collect()
 }
 
-/// The bar from the cylinder's arc, with centre (0.2, 0.2) and radius 0.05, to x = 0.6, and 0.02 high: cells of two
-/// triangles of second order, whose nodes lie on the arc. They are smaller where the bar is held, as stresses are infinite
-/// at the corners there.
+/// Returns the mesh of the bar from the cylinder's arc, with center (0.2, 0.2) and radius 0.05, to
+/// x = 0.6. The bar is 0.02 high. Each cell has two triangles of second order, whose nodes are on
+/// the arc. Cells are smaller near the support, because stresses are infinite at its corners.
 fn mesh([columns, rows]: [usize; 2]) -> String {
     let along = places(columns, |s| s * s);
     let across = places(rows, |s| 0.5 - 0.5 * (PI * s).cos());
@@ -62,7 +62,7 @@ fn mesh([columns, rows]: [usize; 2]) -> String {
     };
     let line = |row: usize| [0, 2, 1].map(|j| [0, 2 * row + j]);
     let lines: String = (0..rows).map(|row| element(1 + row, &line(row))).collect();
-    // Vertices, then the midpoints of the edges 01, 12, 20.
+    // Vertices, then midpoints of the edges 01, 12, 20.
     let halves = [
         [[0, 0], [2, 0], [2, 2], [1, 0], [2, 1], [1, 1]],
         [[0, 0], [2, 2], [0, 2], [1, 1], [1, 2], [0, 1]],
@@ -85,7 +85,7 @@ fn mesh([columns, rows]: [usize; 2]) -> String {
     )
 }
 
-/// The document of the run on that mesh, and the rows of the point A at the end.
+/// Returns the document of the run on this mesh, and the rows of the point A at the end.
 fn run(cells: [usize; 2], text: &str) -> (Value, Vec<Vec<f64>>) {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("bar.msh"), mesh(cells)).unwrap();
@@ -100,14 +100,14 @@ fn run(cells: [usize; 2], text: &str) -> (Value, Vec<Vec<f64>>) {
     (document, rows.collect())
 }
 
-/// CSM1, and CSM2 with four times the stiffness.
+/// Checks CSM1, and CSM2 with four times the stiffness.
 #[test]
 fn the_weight_of_a_bar_bends_it_as_published() {
     let stiff = BAR
         .replace("lambda = 2e6", "lambda = 8e6")
         .replace("shear_modulus = 5e5", "shear_modulus = 2e6");
-    // Half of the last digit printed. A bar held at a straight end would miss that by far: at the arc's ends it is
-    // 1 mm longer, up to 1 % of the deflection.
+    // Half of the last published digit. A bar with a straight support would miss this by far: at
+    // the ends of the arc, the bar is 1 mm longer, which changes the deflection by up to 1 %.
     for (text, expected, half_digits) in [
         (BAR, [-7.187e-3, -66.10e-3], [0.5e-6, 5e-6]),
         (&stiff, [-0.4690e-3, -16.97e-3], [0.5e-7, 5e-6]),
@@ -120,8 +120,8 @@ fn the_weight_of_a_bar_bends_it_as_published() {
     }
 }
 
-/// The law has no pressure of its own: what is written as such is the mean of its stress, as in all other laws whose
-/// parts of shape and volume are apart.
+/// Checks the pressure output of a law without separate pressure: the negative mean stress, as for
+/// all laws that separate isochoric and volumetric parts.
 #[test]
 fn the_pressure_of_a_law_without_one_is_the_mean_of_its_stress() {
     let text = BAR
@@ -130,8 +130,8 @@ fn the_pressure_of_a_law_without_one_is_the_mean_of_its_stress() {
     let (document, _) = run([16, 2], &text);
     let of = |name: &str| document["results"]["end"][name].as_f64().unwrap();
     let sum = of("stress_xx") + of("stress_yy") + of("stress_zz");
-    // Of a beam, 12 M y/h³ = 2.2e4 Pa with M = ρ g h L²/2, L = 0.3 m from the end and y = 8 mm below the middle; with
-    // ν = 0.4 the mean is 1.4/3 of that.
+    // For a beam, 12 M y/h³ = 2.2e4 Pa with M = ρ g h L²/2, L = 0.3 m from the end and y = 8 mm
+    // below the middle. With ν = 0.4, the mean is 1.4/3 of this stress.
     let bending = 12.0 * 0.5 * 40.0 * 0.3_f64.powi(2) * 0.008 / 0.02_f64.powi(3);
     let mean = 1.4 / 3.0 * bending;
     assert!(
@@ -142,9 +142,11 @@ fn the_pressure_of_a_law_without_one_is_the_mean_of_its_stress() {
     assert!((of("p") + sum / 3.0).abs() < 8.0 * f64::EPSILON * sum.abs());
 }
 
-/// CSM3: let go at rest, it swings without damping. Published are mean and amplitude, -63.607e-3 and 65.160e-3 with
-/// 1.0995 Hz by steps of 0.005 s; -64.271e-3 and 64.595e-3 with 1.0956 Hz by steps of 0.02 s and on a coarser mesh. The
-/// least u_y and the frequency are compared: the greatest u_y, 0 at first, depends on how far faster motions have come.
+/// Checks CSM3: released from rest, the bar swings without damping. The published mean and
+/// amplitude are -63.607e-3 and 65.160e-3 with 1.0995 Hz for steps of 0.005 s. For steps of 0.02 s
+/// and a coarser mesh they are -64.271e-3 and 64.595e-3 with 1.0956 Hz. The test compares the
+/// smallest u_y and the frequency. The largest u_y, 0 at first, depends on the phase of faster
+/// modes.
 #[test]
 fn a_bar_let_go_swings_as_published() {
     let moving = BAR.replace(
@@ -162,7 +164,7 @@ fn a_bar_let_go_swings_as_published() {
         of_period.min_by(|a, b| a[2].total_cmp(&b[2])).unwrap()
     });
     let frequency = 3.0 / (least[1][0] - least[0][0]);
-    // One per cent: by that the published means differ.
+    // One percent: the difference between the published means.
     for (found, published) in [
         (least[0][2], -63.607e-3 - 65.160e-3),
         (least[1][2], -63.607e-3 - 65.160e-3),

@@ -1,4 +1,4 @@
-//! Chains in many places of a body: what drives them, what is written of them, what is refused.
+//! Chains at many places of a body: drive, output and errors.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -7,7 +7,7 @@ use myovib_oscillators::{Coherence, coherence_at};
 use myovib_scene::run::{RunOptions, compute};
 use myovib_scene::{DrivenChain, Scene, vtu};
 
-/// A box that is free along x alone, under a body force along x: it moves without strain.
+/// A box under a body force along x. It can only move along x, without strain.
 const BOX: &str = r#"
 [time]
 end = 0.3
@@ -34,7 +34,7 @@ atol = { displacement = 1e-11, velocity = 1e-9, pressure = 1e-3 }
 oscillators = { rtol = 1e-8, atol = 1e-10 }
 "#;
 
-/// Oscillators without damping and coupling, one in each place.
+/// Returns a chain with one undamped, uncoupled oscillator at each place.
 fn single(name: &str, at: &str, component: &str) -> String {
     format!(
         "[[chain]]\nname = \"{name}\"\nat = {at}\ncomponent = {component}\noscillators = 1\n\
@@ -54,7 +54,7 @@ fn refusal(text: &str) -> String {
     }
 }
 
-/// The run of a scene in a folder.
+/// Runs a scene in a folder.
 fn run(scene: &Scene) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let document = compute(scene, &RunOptions::into_folder(folder.path()))
@@ -64,7 +64,8 @@ fn run(scene: &Scene) -> tempfile::TempDir {
     folder
 }
 
-/// Positions and velocities of the chain `name`, of the probe of that name, at its last time.
+/// Returns positions and velocities of the chain `name` at the last time, from the probe of that
+/// name.
 fn states(folder: &Path, name: &str) -> [Vec<f64>; 2] {
     let text = std::fs::read_to_string(folder.join(format!("{name}.csv"))).unwrap();
     let row = text.lines().last().unwrap().split(',').skip(1);
@@ -73,7 +74,7 @@ fn states(folder: &Path, name: &str) -> [Vec<f64>; 2] {
     [y.to_vec(), w.to_vec()]
 }
 
-/// y(t) of ÿ + ω² y + γ d u = 0 from rest, for u = A t - B sin Ωt.
+/// Returns y(t) of ÿ + ω² y + γ d u = 0 from rest, for u = A t - B sin Ωt.
 fn response(omega: f64, forcing: f64, t: f64) -> f64 {
     let drive = TAU * 3.0;
     let [a, b] = [40.0 / drive, 40.0 / drive.powi(2)];
@@ -83,8 +84,8 @@ fn response(omega: f64, forcing: f64, t: f64) -> f64 {
     -forcing * (a * to_ramp - b * to_sine)
 }
 
-/// In a body that moves as one, each oscillator has the closed-form response of its own frequency
-/// along its own direction, wherever it is.
+/// Checks that in a rigid motion, each oscillator has the closed-form response of its frequency and
+/// direction at every position.
 #[test]
 fn oscillators_in_a_rigid_motion_have_the_response_in_closed_form() {
     let inside = "{ from = [-0.05, 0.05, 0.03], to = [0.25, 0.05, 0.03], points = [4, 1, 1] }";
@@ -123,10 +124,10 @@ fn oscillators_in_a_rigid_motion_have_the_response_in_closed_form() {
         for (y, omega) in y.iter().zip(&chain.chain.omega) {
             let exact = response(*omega, 30.0 * along, 0.3);
             let size = response(*omega, 30.0, 0.3);
-            // A hundred times the tolerance: errors of some hundred steps add up.
+            // A hundred times the tolerance: errors of about a hundred steps accumulate.
             assert!((y - exact).abs() < 1e-6 * size.abs(), "{name}: {y} {exact}");
         }
-        // Frequencies of one seed over all places: none occurs twice.
+        // One seed for all places: each frequency is unique.
         let mut omega = chain.chain.omega.clone();
         omega.sort_by(f64::total_cmp);
         assert!(omega.windows(2).all(|pair| pair[0] < pair[1]), "{name}");
@@ -154,7 +155,7 @@ fn a_grid_and_a_list_of_one_point_are_that_point_bit_by_bit() {
     assert!(tables.iter().all(|table| *table == tables[0]));
 }
 
-/// A muscle that bends, with an oscillator at each vertex of its belly and in each of its elements.
+/// A bending muscle, with an oscillator at each vertex of its belly and in each of its elements.
 const MUSCLE: &str = r#"
 [time]
 end = 0.06
@@ -215,13 +216,14 @@ chain = "cells"
 every = 0.06
 "#;
 
-/// Ψ and χ of each place of a chain, from its probe.
+/// Returns Ψ and χ of each place of a chain, from its probe.
 fn of_places(folder: &Path, chain: &DrivenChain) -> Vec<Coherence> {
     let [y, w] = states(folder, &chain.name);
     coherence_at(chain.places.len(), &chain.chain.omega, &y, &w)
 }
 
-/// The coherence of the places within a distance of each, looked for among all.
+/// Returns the coherence of the places within a distance of each place, by a search over all
+/// places.
 fn neighbourhoods(points: &[[f64; 3]], found: &[Coherence], radius: f64) -> Vec<f64> {
     let distance = |a: &[f64; 3], b: &[f64; 3]| -> f64 {
         let squares = a.iter().zip(b).map(|(a, b)| (a - b).powi(2));
@@ -245,7 +247,7 @@ fn neighbourhoods(points: &[[f64; 3]], found: &[Coherence], radius: f64) -> Vec<
 fn assert_near(found: &[f64], expected: &[f64], what: &str) {
     assert_eq!(found.len(), expected.len(), "{what}");
     for (a, b) in found.iter().zip(expected) {
-        // Sums of at most some hundred numbers of size 1, in another order.
+        // Sums of at most about a hundred numbers of size 1, in another order.
         assert!((a - b).abs() < 1e-13 * b.abs().max(1.0), "{what}: {a} {b}");
     }
 }
@@ -260,7 +262,7 @@ fn fields_have_the_coherence_of_places_and_of_their_neighbourhoods() {
         panic!("three chains")
     };
 
-    // Points of their own: those of both chains that are not in elements, one after the other.
+    // Separate points: both chains outside elements, one after the other.
     let places = read("places_00001.vtu");
     assert!(read("places.pvd").contains("places_00001.vtu"));
     let points = vtu::field_of(&places, "points").unwrap();
@@ -279,7 +281,7 @@ fn fields_have_the_coherence_of_places_and_of_their_neighbourhoods() {
     let found = of_places(folder.path(), nodes);
     let moduli: Vec<f64> = found.iter().map(|place| place.centroid.norm()).collect();
     assert_near(&of("amplitude")[..n], &moduli, "amplitude");
-    // A single oscillator agrees with itself: it is the neighbourhood that tells.
+    // A single oscillator is always coherent; the neighborhood is significant.
     assert_near(&of("coherence")[..n], &vec![1.0; n], "coherence");
     let expected = neighbourhoods(&points[..n], &found, 0.025);
     assert_near(&of("neighbourhood")[..n], &expected, "neighbourhood");
@@ -287,7 +289,7 @@ fn fields_have_the_coherence_of_places_and_of_their_neighbourhoods() {
     assert!(of("neighbourhood")[n..].iter().all(|chi| chi.is_nan()));
     assert_eq!(of("u").len(), 3 * points.len());
 
-    // On the elements, beside the coherence of each.
+    // On the elements, next to the coherence of each element.
     let fields = read("fields_00001.vtu");
     let of = |name: &str| {
         let field = vtu::field_of(&fields, name).unwrap();
@@ -312,7 +314,7 @@ fn fields_have_the_coherence_of_places_and_of_their_neighbourhoods() {
     assert!(vtu::field_of(&fields, "coherence_nodes").is_none());
 }
 
-/// Places in the plane, along their fibres.
+/// Checks places in the plane with directions along the fibers.
 #[test]
 fn places_in_the_plane_have_two_coordinates() {
     let text = r#"
@@ -360,7 +362,7 @@ y = { type = "step", value = 100.0, rise = 0.05 }
     let folder = run(&scene);
     let [along, across] = ["fibre", "y"].map(|name| states(folder.path(), name));
     assert_eq!(along, across);
-    // At the support nothing moves.
+    // The support does not move.
     assert_eq!((along[0][0], along[0][3]), (0.0, 0.0));
     assert!(along[0][2] != 0.0);
 }

@@ -1,4 +1,4 @@
-//! Chains in the elements of a group: what is driven, written and refused.
+//! Chains in the elements of a group: drive, output and errors.
 
 use std::path::Path;
 
@@ -59,7 +59,7 @@ fn each_element_of_a_group_has_a_chain_with_its_own_frequencies() {
     let (places, omega) = (elements.len(), &scene.chains[0].chain.omega);
     assert!(places > 10 && places < space.n_elements(), "{places}");
     assert_eq!(omega.len(), 4 * places);
-    // One seed over all places: the frequencies of a single chain are the first.
+    // One seed for all places: the first frequencies equal the frequencies of a single chain.
     let single = SCENE.replacen("{ elements = \"muscle\" }", "[0.0, 0.0, 0.0]", 1);
     let single = Scene::build("scene.toml", &single, &[], Path::new("")).unwrap();
     assert_eq!(omega[..4], single.chains[0].chain.omega);
@@ -119,7 +119,7 @@ fn chains_without_elements_are_refused() {
     }
 }
 
-/// The scene, whose chains stiffen their elements and contract them.
+/// Returns the scene with chains that stiffen and contract their elements.
 fn two_way() -> String {
     let feedback = "[[feedback]]\nchain = \"spindles\"\nunsynchronised = 1.5\n[fields]";
     let active = "c10 = 1e4\nfibre = \"fibre\"\ngroup = \"muscle\"\nactive = { type = \"coherence\", chain = \
@@ -138,7 +138,7 @@ fn two_way() -> String {
 fn chains_stiffen_and_contract_the_elements_they_are_in() {
     let scene = Scene::build("scene.toml", &two_way(), &[], Path::new("")).unwrap();
     let elements = scene.chains[0].elements().unwrap();
-    // Two feedbacks, each with a place for each element with a chain.
+    // Two feedbacks, each with one place per element with a chain.
     assert_eq!(scene.feedbacks.len(), 2);
     for feedback in &scene.feedbacks {
         assert_eq!(feedback.weights.len(), elements.len());
@@ -148,7 +148,7 @@ fn chains_stiffen_and_contract_the_elements_they_are_in() {
         .unwrap()
         .document;
     assert_eq!(document["outcome"], "finished");
-    // The oscillators are eliminated before anything is factorised.
+    // The oscillators are eliminated before the factorization.
     assert!(
         document["work"]["linear"]["factorizations"].as_u64() > Some(0),
         "{}",
@@ -163,8 +163,8 @@ fn chains_stiffen_and_contract_the_elements_they_are_in() {
 const PRONY: &str = "prony = [{ g = 0.5, tau = 0.02 }]\n";
 const FEEDBACK: &str = "[[feedback]]\nchain = \"spindles\"\nunsynchronised = 1.5\n";
 
-/// Displacement of the middle and tension there at the end, by Radau IIA and by BDF, which agree, and without
-/// relaxation.
+/// Returns displacement and tension of the middle at the end: by Radau IIA, by BDF, which must
+/// agree, and without relaxation.
 fn with_and_without_relaxation(text: &str) -> [Vec<f64>; 2] {
     let probe = "[[probe]]\nname = \"middle\"\ntype = \"point\"\nat = [0.0, 0.0, 0.0]\n\
                  quantities = [\"u\", \"tension\"]\nevery = 0.06\n";
@@ -184,7 +184,7 @@ fn with_and_without_relaxation(text: &str) -> [Vec<f64>; 2] {
     let elastic = last(&text.replacen(PRONY, "", 1), "radau");
     let [radau, bdf] = ["radau", "bdf"].map(|method| last(text, method));
     for (i, (radau, bdf)) in radau.iter().zip(&bdf).enumerate() {
-        // A thousand times the tolerance: the errors of BDF's many steps add up.
+        // A thousand times the tolerance: the errors of BDF's many steps accumulate.
         let size = if i < 3 { length(&elastic) } else { 2e4 };
         assert!((radau - bdf).abs() < 1e-3 * size, "{i}: {radau} {bdf}");
     }
@@ -195,8 +195,8 @@ fn length(of: &[f64]) -> f64 {
     of[..3].iter().map(|u| u * u).sum::<f64>().sqrt()
 }
 
-/// Internal stresses are unknowns of the body, whose oscillators are eliminated all the same, be they in the
-/// elements that contract or at one point: two methods agree.
+/// Internal stresses are unknowns of the body, and oscillators are still eliminated, whether they
+/// are in contracting elements or at one point. Checks that two methods agree.
 #[test]
 fn chains_contract_a_body_whose_stress_relaxes() {
     let relaxing = format!("fibre = \"fibre\"\n{PRONY}");
@@ -207,7 +207,7 @@ fn chains_contract_a_body_whose_stress_relaxes() {
     assert_ne!(at_one_point, text);
     for text in [text, at_one_point] {
         let [relaxed, elastic] = with_and_without_relaxation(&text);
-        // The stress that relaxes is there, and so is the tension.
+        // Both the relaxing stress and the tension must have an effect.
         let pairs = relaxed.iter().zip(&elastic);
         let moved: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
         assert!(
@@ -218,8 +218,9 @@ fn chains_contract_a_body_whose_stress_relaxes() {
     }
 }
 
-/// Oscillators at many places contract a body whose stress relaxes and is viscous: energies stay in balance, which counts
-/// the powers of tensions that follow the oscillators and of the internal stresses.
+/// Oscillators at many places contract a viscous body with stress relaxation. Checks the energy
+/// balance, which includes the powers of tensions that follow the oscillators and of the internal
+/// stresses.
 #[test]
 fn chains_and_stress_that_relaxes_keep_the_balance_of_energy() {
     const RTOL: f64 = 1e-5;
@@ -246,12 +247,13 @@ fn chains_and_stress_that_relaxes_keep_the_balance_of_energy() {
         };
         let [work, dissipated, imbalance] = [3, 4, 5].map(largest);
         assert!(dissipated > 0.2 * work, "{dissipated:e} {work:e}");
-        // The tolerance of a step: Radau IIA's ends of steps are of higher order than its estimate.
+        // The tolerance of one step: Radau IIA is of higher order at ends of steps than its
+        // estimate.
         assert!(imbalance < RTOL * work, "{method}: {imbalance:e} {work:e}");
     }
 }
 
-/// A part of the body relaxes, another one is stiffened by the chains in it.
+/// Checks a body in which one part relaxes and chains stiffen another part.
 #[test]
 fn chains_stiffen_a_body_beside_stress_that_relaxes() {
     let tendon = "group = \"tendon\"\n";

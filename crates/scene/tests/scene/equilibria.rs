@@ -1,4 +1,5 @@
-//! Equilibria: exact ones with nothing to measure by, a column that buckles, and a published ventricle.
+//! Equilibria: exact solutions with zero displacement or pressure, a column that buckles, and a
+//! published ventricle.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -21,7 +22,7 @@ fn result(run: &RunResult, probe: &str, column: &str) -> f64 {
     run.document["results"][probe][column].as_f64().unwrap()
 }
 
-/// Regression: no increment was small beside a displacement, or a pressure, that is zero.
+/// Regression: no increment was small relative to a displacement, or a pressure, equal to zero.
 #[test]
 fn displacements_and_pressures_that_are_zero_are_found() {
     let confined: String = [
@@ -37,7 +38,7 @@ fn displacements_and_pressures_that_are_zero_are_found() {
     let box_ = "type = \"box\"\nsize = [1.0, 1.0, 1.0]\ncells = [2, 2, 2]";
     let pressed = format!("{confined}[[pressure]]\ngroup = \"top\"\nvalue = 1e3\n");
     let found = run(&neo_hooke(box_, &pressed), Path::new(""));
-    // Some hundred roundings of the pressure, and of what it does to 1e4 Pa.
+    // About a hundred rounding errors of the pressure, and of its effect on 1e4 Pa.
     assert!((result(&found, "all", "p") - 1e3).abs() < 1e-10);
     assert!(result(&found, "all", "u_z").abs() < 1e-14);
 
@@ -49,13 +50,13 @@ fn displacements_and_pressures_that_are_zero_are_found() {
     let found = run(&neo_hooke(square, sheared), Path::new(""));
     assert!((result(&found, "all", "u_x") - 0.15).abs() < 1e-13);
     assert!(result(&found, "all", "p").abs() < 1e-9);
-    // The same everywhere, so at the vertices too.
+    // The state is homogeneous, so the vertices have the same ratio.
     for ratio in found.document["volume_ratios"].as_array().unwrap() {
         assert!((ratio.as_f64().unwrap() - 1.0).abs() < 1e-13, "{ratio}");
     }
 }
 
-/// An incompressible body of modulus 1e4 Pa, whose mean values are looked at.
+/// Returns an incompressible body of modulus 1e4 Pa with probes of mean values.
 fn neo_hooke(mesh: &str, rest: &str) -> String {
     format!(
         "analysis = \"static\"\n[mesh]\n{mesh}\n[solid]\nkappa = inf\n[[material]]\nlaw = \"neo-hooke\"\n\
@@ -63,7 +64,7 @@ fn neo_hooke(mesh: &str, rest: &str) -> String {
     )
 }
 
-/// Keeps the lines of progress.
+/// Stores the lines of progress.
 #[derive(Default)]
 struct Lines(Mutex<Vec<String>>);
 
@@ -73,8 +74,8 @@ impl Tell for Lines {
     }
 }
 
-/// A line before each iteration, for static runs and for motions that start in equilibrium; the last is of the last
-/// of all iterations, under the whole load.
+/// Checks that a line is reported before each iteration, for static runs and for motions that start
+/// in equilibrium. The last line belongs to the last iteration, under the whole load.
 #[test]
 fn the_search_for_an_equilibrium_is_told_of() {
     let beam = "type = \"beam\"\nlength = 1.0\nheight = 0.1\ncells = [10, 1]";
@@ -109,8 +110,9 @@ fn the_search_for_an_equilibrium_is_told_of() {
     assert_eq!(told(&moving).1, lines);
 }
 
-/// Euler's load of a clamped column in plane strain is π² 4G I/(4 L²), a traction of 3.3 Pa here; further modes buckle at 9
-/// and 25 times it. The straight column is an equilibrium for all loads.
+/// Euler's load of a clamped column in plane strain is π² 4G I/(4 L²), here a traction of 3.3 Pa.
+/// Further modes buckle at 9 and 25 times this load. The straight column is an equilibrium for all
+/// loads.
 #[test]
 fn a_column_beyond_the_loads_that_buckle_it_is_said_to_be_unstable() {
     let euler = PI * PI / 4.0 * 4e4 * 0.02_f64.powi(2) / 12.0;
@@ -153,20 +155,20 @@ fn a_column_beyond_the_loads_that_buckle_it_is_said_to_be_unstable() {
     }
 }
 
-/// A quarter of Land's ventricle: an ellipsoid cut at 5 mm above its equator's plane, with `cells` across its wall, from the apex
-/// to the base, and around.
+/// Returns the mesh of a quarter of Land's ventricle: an ellipsoid cut 5 mm above its equatorial
+/// plane. `cells` are the numbers across its wall, from the apex to the base, and around.
 fn ventricle(cells: [usize; 3]) -> String {
     let mut numbers = BTreeMap::new();
     let mut points = Vec::new();
     let mut node = |at: [usize; 3]| {
-        // The apex is one point from all around.
+        // The apex is a single point for all angles.
         let at = if at[1] == 0 { [at[0], 0, 0] } else { at };
         *numbers.entry(at).or_insert_with(|| {
             let [t, s, w] = [0, 1, 2].map(|i| at[i] as f64 / cells[i] as f64);
             let (short, long) = (7.0 + 3.0 * t, 17.0 + 3.0 * t);
             let u = -PI + (PI - (5.0 / long).acos()) * s;
             let (out, v) = (short * u.sin(), FRAC_PI_2 * w);
-            // Rounding would leave the planes of symmetry.
+            // Rounding would move nodes off the planes of symmetry.
             let y = if at[2] == 0 { 0.0 } else { v.sin() };
             let x = if at[2] == cells[2] { 0.0 } else { v.cos() };
             points.push([out * x, out * y, long * u.cos()].map(|x| 1e-3 * x));
@@ -214,7 +216,7 @@ fn ventricle(cells: [usize; 3]) -> String {
     msh(&points, &groups)
 }
 
-/// Gmsh's format 4.1: four groups of faces and one of tetrahedra.
+/// Formats a mesh in Gmsh's format 4.1: four groups of faces and a group of tetrahedra.
 fn msh(points: &[[f64; 3]], groups: &[Vec<Vec<usize>>]) -> String {
     let mut text = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n5\n".to_owned();
     for (k, name) in ["endo", "base", "x0", "y0", "wall"].iter().enumerate() {
@@ -245,9 +247,9 @@ fn msh(points: &[[f64; 3]], groups: &[Vec<Vec<usize>>]) -> String {
     text + "$EndElements\n"
 }
 
-/// Land et al. 2015, problem 2: the apex of another program (FEniCS pulse, its pull request 98) comes to 26.53 mm inside and
-/// 28.18 mm outside; by three cells across and 24 along, here 26.51 and 28.46. The whole law collapses on meshes
-/// of two or more cells across.
+/// Land et al. 2015, problem 2. Another program (FEniCS pulse, its pull request 98) gives an apex
+/// displacement of 26.53 mm inside and 28.18 mm outside. With three cells across and 24 along, our
+/// values are 26.51 and 28.46. The complete law collapses on meshes of two or more cells across.
 #[test]
 fn an_inflated_ventricle_is_that_of_the_benchmark() {
     let folder = tempfile::tempdir().unwrap();
@@ -260,7 +262,8 @@ fn an_inflated_ventricle_is_that_of_the_benchmark() {
                 [[probe]]\nname = \"outside\"\ntype = \"point\"\nat = [0.0, 0.0, -0.02]\n";
     let found = run(text, folder.path());
     let apex = |probe: &str, rest: f64| rest - 1e3 * result(&found, probe, "u_z");
-    // The mesh: 0.7 % from the finer one inside, its own 0.01 % outside; the programs differ by 1 % outside.
+    // Mesh error: 0.7 % from the finer mesh inside and 0.01 % outside; the programs differ by 1 %
+    // outside.
     let (inside, outside) = (apex("inside", 17.0), apex("outside", 20.0));
     assert!((inside / 26.53 - 1.0).abs() < 0.01, "{inside}");
     assert!((outside / 28.18 - 1.0).abs() < 0.015, "{outside}");

@@ -1,11 +1,11 @@
-//! Bodies of two materials: pressures where they meet.
+//! Bodies of two materials: pressures at their interface.
 
 use std::path::Path;
 
 use myovib_model::statics::equilibrium;
 use myovib_scene::Scene;
 
-/// A strip of two materials side by side, pulled along their interface; it may become narrower.
+/// Strip of two materials side by side, stretched along their interface. It may become narrower.
 const STRIP: &str = r#"
 analysis = "static"
 [mesh]
@@ -43,15 +43,15 @@ group = "top"
 y = 0.25
 "#;
 
-/// Each material is under its own pressure, the force per area that keeps its side free:
-/// F = diag(1/λ, λ), σ_x = 2 c10 (1/λ² − I1/3) − p = 0. A continuous pressure cannot be this one.
+/// Each material has a different pressure, which keeps its sides free: F = diag(1/λ, λ), σ_x = 2
+/// c10 (1/λ² − I1/3) − p = 0. A continuous pressure cannot represent this.
 #[test]
 fn pressures_jump_where_only_the_law_changes() {
     let scene = Scene::build("strip.toml", STRIP, &[], Path::new("")).unwrap();
     let body = scene.body.as_ref().unwrap();
     let solid = &body.muscle.solid;
     let space = solid.space();
-    // Three vertices of the interface have two.
+    // Three vertices of the interface have two pressures.
     assert_eq!(
         space.n_pressures(),
         space.mesh().coordinates().len() / 2 + 3
@@ -66,7 +66,8 @@ fn pressures_jump_where_only_the_law_changes() {
         let expected = pressure(if x < 1.0 { 1e4 } else { 2e5 });
         for &own in space.element_pressures(element) {
             let error = found.pressure[own] / expected - 1.0;
-            // The exact solution lies in the space: what the equilibrium's tolerance leaves.
+            // The exact solution is in the space; the error comes from the tolerance of the
+            // equilibrium.
             assert!(error.abs() < 1e-6, "{element}: {error:e}");
         }
     }
@@ -80,7 +81,7 @@ fn pressures_jump_where_only_the_law_changes() {
     }
 }
 
-/// Two cubes of one law and two κ on top of each other, held at their sides.
+/// Two stacked cubes of one law and two κ, held at their sides.
 const STACK: &str = r#"
 analysis = "static"
 [mesh]
@@ -125,13 +126,13 @@ group = "top"
 z = -0.01
 "#;
 
-/// Uniaxial strain e in each under one stress (κ + 4G/3) e, and p = -κ e.
+/// Uniaxial strain e in each cube under one stress (κ + 4G/3) e, with p = -κ e.
 #[test]
 fn pressures_jump_in_space_where_only_kappa_changes() {
     let scene = Scene::build("stack.toml", STACK, &[], Path::new("")).unwrap();
     let body = scene.body.as_ref().unwrap();
     let space = body.muscle.solid.space();
-    // Three layers of nine vertices, the middle one twice.
+    // Three layers of nine vertices; the middle layer counts twice.
     assert_eq!(space.n_pressures(), 27 + 9);
     let found = equilibrium(&body.muscle, body.formulation, 0.0).unwrap();
     let (kappas, shear) = ([1e5, 4e5], 1e4);
@@ -144,13 +145,14 @@ fn pressures_jump_in_space_where_only_kappa_changes() {
         let expected = -kappas[own] * stress / moduli[own];
         for &pressure in space.element_pressures(element) {
             let error = found.pressure[pressure] / expected - 1.0;
-            // The exact solution lies in the space: rounding of a linear system of 1e2 to 1e3 unknowns.
+            // The exact solution is in the space; rounding of a linear system of 1e2 to 1e3
+            // unknowns.
             assert!(error.abs() < 1e-11, "{element}: {error:e}");
         }
     }
 }
 
-/// The scenes of Table 2 among them.
+/// Checks scenes with one material, including the scenes of Table 2.
 #[test]
 fn one_material_has_one_pressure_at_a_vertex() {
     for name in [

@@ -1,4 +1,4 @@
-//! Scenes from their text to their results: a file for each matter, in one program, which is compiled once.
+//! Scenes from text to results: one file per subject, in one test program that is compiled once.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod bar;

@@ -1,5 +1,5 @@
-//! The built-in muscle in space: contraction, vibration and oscillators over two seconds, and what very many
-//! oscillators cost. Slow tests, in release builds.
+//! The built-in muscle in 3D: contraction, vibration and oscillators over two seconds, and the cost
+//! of very many oscillators. Slow tests, in release builds.
 
 use std::path::Path;
 
@@ -15,13 +15,13 @@ fn build(text: &str) -> Scene {
     Scene::build("scene.toml", text, &[], Path::new("")).unwrap()
 }
 
-/// A part of a scene's text by another, once.
+/// Replaces a part of a scene's text, which must occur once.
 fn changed(text: &str, from: &str, to: &str) -> String {
     assert_eq!(text.matches(from).count(), 1, "{from}");
     text.replacen(from, to, 1)
 }
 
-/// Its document, and the rows of the probes asked for.
+/// Returns the document of a run and the rows of the requested probes.
 fn run<const N: usize>(scene: &Scene, probes: [&str; N]) -> (Value, [Vec<Vec<f64>>; N]) {
     let folder = tempfile::tempdir().unwrap();
     let options = RunOptions::into_folder(folder.path());
@@ -43,8 +43,8 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 /// Half of the step of [`replayed`], s.
 const HALF: f64 = 5e-4;
 
-/// The states of `network` after it was driven by the forcing `c`, given every [`HALF`], from rest: Runge and
-/// Kutta's method of order 4.
+/// Returns the states of `network` driven from rest by the forcing `c`, given every [`HALF`], by
+/// the classical Runge–Kutta method of order 4.
 fn replayed(network: &Network, c: &[f64]) -> Vec<f64> {
     let rate = |s: &[f64], c: f64| {
         let mut rate = vec![0.0; s.len()];
@@ -70,8 +70,8 @@ fn replayed(network: &Network, c: &[f64]) -> Vec<f64> {
     s
 }
 
-/// The built-in scene without its film: all it claims over its two seconds, against the oscillators by
-/// themselves, its own balance of energy, and a run at a tenth of its tolerances.
+/// Checks the built-in scene without its film over two seconds: against the oscillators alone, its
+/// energy balance, and a run at a tenth of its tolerances.
 #[test]
 #[ignore = "about twelve minutes of CPU"]
 fn the_muscle_in_space_contracts_and_vibrates_for_two_seconds() {
@@ -91,7 +91,7 @@ fn the_muscle_in_space_contracts_and_vibrates_for_two_seconds() {
     assert_eq!(document["unknowns"], 21_529);
     assert_eq!(document["t_reached"], 2.0);
 
-    // What the energies do is what load, tension and damping do, to the scene's rtol.
+    // The change of energy equals the work of load, tension and damping, to the scene's rtol.
     let energy: Vec<f64> = serde_json::from_value(document["energy"].clone()).unwrap();
     let [.., work, _, imbalance] = energy[..] else {
         panic!("five energies: {energy:?}")
@@ -99,7 +99,7 @@ fn the_muscle_in_space_contracts_and_vibrates_for_two_seconds() {
     println!("energies {energy:?} J");
     assert!(work > 0.1 && imbalance.abs() < 1e-3 * work, "{energy:?}");
 
-    // The oscillators by themselves, driven by the displacement that was written; to their rtol.
+    // The oscillators alone, driven by the recorded displacement; to their rtol.
     let chain = &scene.chains[0];
     let n = chain.chain.omega.len();
     assert_eq!(n, 1000);
@@ -113,7 +113,7 @@ fn the_muscle_in_space_contracts_and_vibrates_for_two_seconds() {
     assert!(apart < 1e-3 * size, "{apart:e} of {size:e}");
     let (y, w) = alone.split_at(n);
     let expected = Coherence::new(&chain.chain.omega, y, w);
-    // |Ψ| and |χ| in the end: the vibration has locked them.
+    // Ψ| and |χ| at the end: the vibration has locked the oscillators.
     let [_, strength, _, coherent] = coherence.last().unwrap()[..] else {
         panic!("{coherence:?}")
     };
@@ -139,7 +139,8 @@ fn the_muscle_in_space_contracts_and_vibrates_for_two_seconds() {
         more["steps"], more["cpu_seconds"]
     );
     assert!(more["steps"].as_u64() > document["steps"].as_u64());
-    // Displacements by the largest, which is along z; pressure; |Ψ|: to the scene's rtol of what is largest.
+    // Displacements relative to the largest, along z; pressure; |Ψ|: to the scene's rtol relative
+    // to the maximum.
     let displacement = largest(tighter.iter().map(|row| row[3]));
     let pressure = largest(tighter.iter().map(|row| row[4]));
     let strength = largest(tighter_coherence.iter().map(|row| row[1]));
@@ -159,17 +160,17 @@ fn the_muscle_in_space_contracts_and_vibrates_for_two_seconds() {
     }
 }
 
-/// The work of a run.
+/// Work of a run.
 struct Cost {
     steps: u64,
     unknowns: u64,
     factor_entries: u64,
-    /// Factorisations, solves, residuals, passes over the elements for tangents.
+    /// Factorizations, solves, residuals, passes over the elements for tangents.
     counts: [u64; 4],
     cpu_seconds: f64,
 }
 
-/// The work of a run whose error test lets each step be as long as it may.
+/// Returns the work of a run whose error test does not limit the steps.
 fn cost(text: &str) -> Cost {
     let (document, []) = run(&build(text), []);
     assert_eq!(document["error_test_failures"], 0);
@@ -195,22 +196,25 @@ fn cost(text: &str) -> Cost {
     cost
 }
 
-/// 66 oscillators in each element of the belly, 101 376 in all: driven by the muscle, and such that contract the
-/// elements they are in. In steps of one size the work on the body is at most twice that without them, in counts.
-/// What the oscillators add to each of these is not in them: CPU times, which depend on the machine, are printed.
+/// Checks the cost of 66 oscillators in each element of the belly, 101 376 in total. They are
+/// driven by the muscle, and in a second case contract their elements. With a fixed step size, the
+/// work on the body is at most twice the work without oscillators, in counts. The counts exclude
+/// the cost of the oscillators in each operation. CPU times, which depend on the machine, are
+/// printed.
 #[test]
 #[ignore = "a minute of CPU"]
 fn very_many_oscillators_at_most_double_the_work_on_the_body() {
     let (scene, _) = SCENE.split_once("[fields]").unwrap();
     let scene = changed(scene, "end = 2.0", "end = 0.05");
-    // The body moves from the start, and so gently that steps of half a millisecond are within the tolerance.
+    // The body moves from the start, slowly enough that steps of half a millisecond are within the
+    // tolerance.
     let vibration = "{ type = \"ramped-sine\", amplitude = 500.0, steepness = 20.0 }";
     let push = "{ type = \"step\", value = 500.0, rise = 0.1 }";
     let scene = changed(&scene, vibration, push);
     let scene = changed(&scene, "start = 1.0, rise = 0.4", "rise = 0.1");
     let steps = "rtol = 1e-3\ninitial_step = 5e-4\nmax_step = 5e-4\n";
     let scene = changed(&scene, "rtol = 1e-3\n", steps);
-    // What is measured are steps: one checkpoint, at the end, for the ten of a run of any length.
+    // Only steps are measured: one checkpoint, at the end, instead of the default ten.
     let scene = format!("[checkpoint]\nevery = 0.05\n{scene}");
 
     let (before, chain) = scene.split_once("[[chain]]").unwrap();
@@ -231,7 +235,8 @@ fn very_many_oscillators_at_most_double_the_work_on_the_body() {
         .unwrap();
     let following = "active = { type = \"coherence\", chain = \"middle\", coherent = 2e4 }";
     let two_way = changed(&one_way, given, following);
-    // One way nothing is added to what is factorised; two ways a coherence for each element is.
+    // One-way coupling adds nothing to the factorized matrix; two-way coupling adds a coherence for
+    // each element.
     for (text, most_entries) in [(one_way, 1), (two_way, 2)] {
         let with = cost(&text);
         assert_eq!((with.steps, with.unknowns), (100, 19_529 + 2 * 101_376));

@@ -20,7 +20,7 @@ fn run(text: &str) -> RunResult {
     .unwrap()
 }
 
-/// The value of the probe `corner` at the end.
+/// Returns the value of the probe `corner` at the end.
 fn at_corner(text: &str, folder: &Path, column: &str) -> f64 {
     let out = tempfile::tempdir().unwrap();
     compute(&build(text, folder), &RunOptions::into_folder(out.path())).unwrap();
@@ -70,7 +70,7 @@ fn an_equilibrium_is_on_the_path_that_a_slow_motion_takes() {
                 let head = "analysis = \"static\"\n[solid]\nkappa = 1e5\n";
                 let still = heart(head, k, formulation, &load.to_string(), "");
                 let found = at_corner(&still, Path::new(""), "u_y");
-                // The motion ends within its tolerance of 1e-4 and what is left of its vibration.
+                // The motion ends within its tolerance of 1e-4 and its residual vibration.
                 assert!(
                     (found / expected - 1.0).abs() < 0.01,
                     "{k}{part} {formulation}: {found:e} instead of {expected:e}"
@@ -108,7 +108,7 @@ fn a_body_follows_its_supports_over_any_distance() {
             moved("right")
         );
         let found = run(&bar);
-        // A few roundings of the distance.
+        // A few rounding errors of the distance.
         assert!((result(&found, "middle", "u_x") - distance).abs() < 1e-13 * distance);
         assert!(found.document["load_steps"].as_u64().unwrap() <= 2);
         assert!(found.document["newton_iterations"].as_u64().unwrap() <= 4);

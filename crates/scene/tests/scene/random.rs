@@ -32,8 +32,8 @@ fn expected_error(method: Method, rtol: f64, periods: f64) -> f64 {
     per_period * (1.0 + periods)
 }
 
-/// Runs a scene and its reference; returns the ratio of its error to the expected one, or `None` if one of them
-/// stopped. `rtol` is the tolerance that the scene is compared with.
+/// Runs a scene and its reference. Returns the ratio of its error to the expected error, or `None`
+/// if a run stopped. `rtol` is the tolerance with which the scene is compared.
 fn error_ratio(drawn: &RandomScene, folder: &Path, rtol: f64) -> Option<f64> {
     drawn.write(folder);
     let integrate = |name: &str, set: &[String]| {

@@ -1,4 +1,4 @@
-//! Sweeps as a library runs them.
+//! Sweeps run through the library.
 
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -8,7 +8,7 @@ use myovib_scene::run::RunResult;
 use myovib_scene::sweep::{Cases, SweepOptions, compute};
 use myovib_scene::{Error, Scene};
 
-/// Issue 15, D3: a mistake of the program in one case ended the sweep.
+/// Issue 15, D3: a panic in one case ended the sweep.
 #[test]
 fn a_panic_in_one_case_is_a_row_and_tried_again() {
     let folder = tempfile::tempdir().unwrap();
@@ -47,13 +47,13 @@ fn a_panic_in_one_case_is_a_row_and_tried_again() {
     let said = "internal error (bug): one case meets a mistake";
     assert!(rows[1].1.contains(said), "{}", rows[1].1);
     assert_eq!(finished.swap(0, Ordering::Relaxed), 2);
-    // The others are done; only what failed is computed.
+    // The other cases are done; only the failed case is computed.
     let rows = sweep(&count);
     assert!(rows.iter().all(|(outcome, _)| outcome == "finished"));
     assert_eq!(finished.into_inner(), 1);
 }
 
-/// What is said of a sweep of `scene` that is refused.
+/// Returns the error of a rejected sweep of `scene`.
 fn refusal(out: &Path, scene: &str, vary: &[&str], set: &str, cases: Cases) -> Option<String> {
     let result = compute(&SweepOptions {
         scene: scene.into(),
@@ -71,7 +71,7 @@ fn refusal(out: &Path, scene: &str, vary: &[&str], set: &str, cases: Cases) -> O
     result.err().map(|error| error.to_string())
 }
 
-/// Regression: what `--vary` gave was told as `--set`.
+/// Regression: an error in a value of `--vary` was reported for `--set`.
 #[test]
 fn a_wrong_value_is_told_with_its_option() {
     let folder = tempfile::tempdir().unwrap();
@@ -84,7 +84,7 @@ fn a_wrong_value_is_told_with_its_option() {
     assert!(of_set.contains("where: --set mesh.cels"), "{of_set}");
 }
 
-/// Regression: a wrong value that was not the first of its key was met when its case was run.
+/// Regression: an invalid value after the first of its key was detected only when its case was run.
 #[test]
 fn all_cases_are_read_before_one_is_computed() {
     let folder = tempfile::tempdir().unwrap();
@@ -94,17 +94,18 @@ fn all_cases_are_read_before_one_is_computed() {
     let first = said(Cases::All).unwrap();
     let case = "case: 2: solid.kappa=1e5, material[0].density=-1";
     assert!(first.contains(case), "{first}");
-    // What can be read, and is refused by the run: a probe beyond the rod.
+    // A readable value that the run rejects: a probe beyond the rod.
     let beyond = ["probe[1].at=0.05,9.0"];
     let beyond = refusal(&out, "figure3", &beyond, "time.end=0.01", Cases::All).unwrap();
     assert!(beyond.contains("case: 2: probe[1].at=9.0"), "{beyond}");
     assert!(!out.exists(), "nothing is written");
 
-    // Cases that are not asked for are not read.
+    // Unselected cases are not read.
     let some = |cases: &str| said(Cases::Some(cases.to_owned()));
     assert_eq!(some("1/4"), None);
     assert!(some("1-2/4").is_some_and(|said| said.contains("case: 2: ")));
-    // Nor is the first, if it is none of them; what is wrong with it is told as of any other.
+    // The first case is not read either unless selected. Its error is reported as for any other
+    // case.
     let first = |cases: &str| {
         let (wrong, cases) = (["material[0].density=-1,1"], Cases::Some(cases.to_owned()));
         let out = folder.path().join("other");
@@ -114,8 +115,8 @@ fn all_cases_are_read_before_one_is_computed() {
     assert!(first("1/2").is_some_and(|said| said.contains("case: 1: ")));
 }
 
-/// Regression: a body with chains was started for the rehearsal, so that a case without equilibrium refused the sweep;
-/// of one without chains no load was looked at.
+/// Regression: the rehearsal started a body with chains, so that a case without equilibrium was
+/// rejected. Without chains, loads were not checked.
 #[test]
 fn loads_on_a_body_at_rest_are_refused_and_no_equilibrium_is_looked_for() {
     let folder = tempfile::tempdir().unwrap();
@@ -131,7 +132,7 @@ fn loads_on_a_body_at_rest_are_refused_and_no_equilibrium_is_looked_for() {
         }
         assert!(!out.exists(), "{name}: nothing is written");
 
-        // It is not held along y.
+        // The body is not held along y.
         let free = [
             "time.end=0.01",
             "start={ type = \"equilibrium\" }",

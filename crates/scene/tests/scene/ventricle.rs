@@ -1,4 +1,4 @@
-//! The contraction of a ventricle with inertia: case A of Aróstica et al. (2025), on a coarse mesh.
+//! Contraction of a ventricle with inertia: case A of Aróstica et al. (2025), on a coarse mesh.
 
 use myovib_scene::Scene;
 use myovib_scene::csv::Table;
@@ -7,12 +7,12 @@ use serde_json::Value;
 
 const POINTS: [&str; 2] = ["p0", "p1"];
 
-/// What a run has written.
+/// Output of a run.
 struct Run {
     document: Value,
     /// Displacements of both points, m, every 0.01 s.
     curves: [Vec<[f64; 3]>; 2],
-    /// The volume of the cavity, m³, at the same times.
+    /// Volume of the cavity, m³, at the same times.
     cavity: Vec<f64>,
 }
 
@@ -21,8 +21,9 @@ fn run(scene: &str, t_end: &str) -> Run {
     run_with(scene, &[format!("time.end={t_end}")])
 }
 
-/// Runs the fine ventricle's beat at a tenth of its tolerances, and by order 9: how long steps are is up to Newton's
-/// iteration here, so that a tenth alone takes hardly more of them (152 for 146 on the coarse mesh).
+/// Runs the fine ventricle's beat at a tenth of its tolerances, and by order 9. Newton's iteration
+/// limits the steps here, so that tolerances alone barely increase their number (152 instead of 146
+/// on the coarse mesh).
 fn tighter() -> Run {
     let set = [
         "method=radau9",
@@ -64,7 +65,8 @@ fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     squares.sum::<f64>().sqrt()
 }
 
-/// The mean distance of two curves from row `from` on, by the largest displacement of the second.
+/// Returns the mean distance of two curves from row `from` on, relative to the largest displacement
+/// of the second.
 fn deviation(curve: &[[f64; 3]], other: &[[f64; 3]], from: usize) -> f64 {
     let largest = other.iter().map(|u| distance(u, &[0.0; 3]));
     let largest = largest.fold(0.0, f64::max);
@@ -73,22 +75,23 @@ fn deviation(curve: &[[f64; 3]], other: &[[f64; 3]], from: usize) -> f64 {
     distances.iter().sum::<f64>() / distances.len() as f64 / largest
 }
 
-/// The benchmark's own measure (its eq. 21): the mean over all times of |u - ū|/|ū|. Of the first 0.16 s,
-/// in which the body rests and ū is noise of 5e-6 m, a code at rest has 0.17.
+/// Returns the benchmark's error measure (its eq. 21): the mean over all times of |u - ū|/|ū|. In
+/// the first 0.16 s, the body rests and ū is noise of 5e-6 m. These times contribute 0.17 for a
+/// code at rest.
 fn relative_deviation(curve: &[[f64; 3]], mean: &[[f64; 3]]) -> f64 {
     let each = curve.iter().zip(mean);
     let each = each.map(|(u, mean)| distance(u, mean) / distance(mean, &[0.0; 3]));
     each.sum::<f64>() / curve.len() as f64
 }
 
-/// Our run at tolerances a hundred times tighter and another order; its key `provenance` has the
-/// command.
+/// Returns our run at tolerances a hundred times tighter and another order. Its key `provenance`
+/// contains the command.
 fn reference() -> Value {
     let text = include_str!("../../../../data/references/ventricle_coarse.json");
     serde_json::from_str(text).unwrap()
 }
 
-/// The mean of ten codes, and its spread.
+/// Returns the mean of ten codes, and its spread.
 fn codes() -> Value {
     let text = include_str!("../../../../data/references/s11_arostica_0A.json");
     serde_json::from_str(text).unwrap()
@@ -98,7 +101,8 @@ fn curve(table: &Value, point: &str) -> Vec<[f64; 3]> {
     serde_json::from_value(table[point].clone()).unwrap()
 }
 
-/// The largest distance of two curves over their common times, by the largest displacement.
+/// Returns the largest distance of two curves over their common times, relative to the largest
+/// displacement.
 fn error(curve: &[[f64; 3]], other: &[[f64; 3]]) -> f64 {
     let largest = other.iter().map(|u| distance(u, &[0.0; 3]));
     let largest = largest.fold(0.0, f64::max);
@@ -106,8 +110,8 @@ fn error(curve: &[[f64; 3]], other: &[[f64; 3]]) -> f64 {
     pairs.map(|(a, b)| distance(a, b)).fold(0.0, f64::max) / largest
 }
 
-/// Rest, the switch at 0.16 s, and the first hundredths of a second of the contraction: ten seconds of
-/// CPU, the price of a body of 28 844 unknowns.
+/// Checks rest, the onset at 0.16 s, and the first hundredths of a second of the contraction. The
+/// test takes ten seconds of CPU for a body of 28 844 unknowns.
 #[test]
 fn the_ventricle_begins_to_contract_as_in_a_tighter_run() {
     let Run {
@@ -117,7 +121,7 @@ fn the_ventricle_begins_to_contract_as_in_a_tighter_run() {
     } = run("ventricle-coarse", "0.19");
     for (point, ours) in POINTS.iter().zip(&curves) {
         let reference = curve(&reference(), point);
-        // rtol of the scene.
+        // The rtol of the scene.
         assert!(error(ours, &reference) < 1e-3, "{point}");
         assert!(
             distance(&ours[19], &[0.0; 3]) > 4e-3,
@@ -126,8 +130,9 @@ fn the_ventricle_begins_to_contract_as_in_a_tighter_run() {
         );
     }
     assert_eq!(document["unknowns"], 28_844);
-    // An ellipsoid of semi-axes 0.09, 0.025, 0.025 m, cut at 5/17 of the first. Straight faces between
-    // points of it lie inside: some 16 around it take 1 − sin(2π/16)/(2π/16) = 2.6 %.
+    // An ellipsoid of semi-axes 0.09, 0.025, 0.025 m, cut at 5/17 of the first. Straight faces
+    // between its points lie inside: about 16 around it reduce the volume by 1 − sin(2π/16)/(2π/16)
+    // = 2.6 %.
     let (a, b, cut) = (0.09, 0.025, 0.09 * 5.0 / 17.0);
     let cubes = (f64::powi(cut, 3) + f64::powi(a, 3)) / (3.0 * a * a);
     let ellipsoid = std::f64::consts::PI * b * b * (a + cut - cubes);
@@ -138,7 +143,7 @@ fn the_ventricle_begins_to_contract_as_in_a_tighter_run() {
     assert!(cavity[19] < 0.9 * cavity[0], "{cavity:?}");
 }
 
-/// The whole beat: against a tighter run, another program on the same mesh, and ten codes.
+/// Compares the whole beat with a tighter run, another program on the same mesh, and ten codes.
 #[test]
 #[ignore = "two minutes of CPU"]
 fn the_beat_is_that_of_other_programs() {
@@ -147,22 +152,22 @@ fn the_beat_is_that_of_other_programs() {
     } = run("ventricle-coarse", "1.0");
     assert!(document["steps"].as_u64().unwrap() <= 200);
     let codes = codes();
-    // Generalised-α with dt = 2 ms, P2–P1, in mm at 0.48 s; and the mean and the relative deviation from
-    // the ten codes' mean that it has on this coarse mesh.
+    // Generalized-α with dt = 2 ms, P2–P1, in mm at 0.48 s; and its mean and relative deviation
+    // from the ten codes' mean on this coarse mesh.
     let other = [[-27.56, 1.26, 3.59], [-19.66, -2.47, 0.86]];
     let from_codes = [[0.066, 0.31], [0.065, 0.40]];
     let found = POINTS.iter().zip(&curves).zip(other.iter().zip(from_codes));
     for ((point, ours), (other, from_codes)) in found {
         let tighter = curve(&reference(), point);
         assert_eq!((ours.len(), tighter.len()), (101, 101));
-        // rtol of the scene.
+        // The rtol of the scene.
         let error = error(ours, &tighter);
         println!("{point}: own error in time {error:.1e}");
         assert!(error < 1e-3, "{point}: {error}");
-        // A fifth of a per cent: its error in time is known to be below 2e-5 m up to 0.3 s.
+        // 0.2 %: its time integration error is below 2e-5 m up to 0.3 s.
         let apart = distance(&ours[48], &other.map(|x| 1e-3 * x));
         assert!(apart < 6e-5, "{point}: {apart}");
-        // Given with two digits, of which the error of a thousandth takes little.
+        // Published with two digits, compared with which an error of 1e-3 is small.
         let mean = curve(&codes["mean"], point);
         let [deviation, relative] = [deviation(ours, &mean, 17), relative_deviation(ours, &mean)];
         println!("{point}: mean deviation {deviation:.4}, RED {relative:.4}");
@@ -173,8 +178,8 @@ fn the_beat_is_that_of_other_programs() {
     }
 }
 
-/// The benchmark's fine mesh, 184 007 unknowns: against the ten codes, and its own error in time by a run at a
-/// tenth of the tolerances.
+/// Compares the benchmark's fine mesh, 184 007 unknowns, with the ten codes. A run at a tenth of
+/// the tolerances gives the time integration error.
 #[test]
 #[ignore = "two hours of CPU, 4 GB of memory"]
 fn the_beat_on_the_fine_mesh_is_that_of_ten_codes() {
@@ -183,12 +188,12 @@ fn the_beat_on_the_fine_mesh_is_that_of_ten_codes() {
     } = run("ventricle", "1.0");
     assert_eq!(document["unknowns"], 184_007);
     assert!(document["steps"].as_u64().unwrap() <= 200);
-    // The largest of the ten codes but one.
+    // The second largest of the ten codes.
     for ((point, ours), largest) in POINTS.iter().zip(&curves).zip([0.30, 0.38]) {
         let mean = curve(&codes()["mean"], point);
         let [deviation, relative] = [deviation(ours, &mean, 17), relative_deviation(ours, &mean)];
         println!("{point}: mean deviation {deviation:.4}, RED {relative:.4}");
-        // Below what the coarse mesh misses by, 0.065.
+        // Below the deviation of the coarse mesh, 0.065.
         assert!(deviation < 0.05, "{point}: {deviation}");
         assert!(relative < largest, "{point}: {relative}");
     }
@@ -198,7 +203,7 @@ fn the_beat_on_the_fine_mesh_is_that_of_ten_codes() {
         assert_eq!((ours.len(), tighter.len()), (101, 101));
         let error = error(ours, tighter);
         println!("{point}: own error in time {error:.1e}");
-        // rtol of the scene.
+        // The rtol of the scene.
         assert!(error < 1e-3, "{point}: {error}");
     }
 }

@@ -1,4 +1,4 @@
-//! Homogeneous states of incompressible cubes, whose stresses are closed forms.
+//! Homogeneous states of incompressible cubes with closed-form stresses.
 
 use std::path::Path;
 
@@ -18,7 +18,8 @@ group = "bottom"
 components = ["z"]
 "#;
 
-/// A unit cube of a law, two cells long, with its supports and dead tractions (group and components).
+/// Returns a unit cube of a law, two cells long, with its supports and dead tractions (group and
+/// components).
 fn cube(material: &str, supports: &str, tractions: &[(&str, [f64; 3])]) -> Scene {
     let of_group = |(group, [x, y, z]): &(&str, [f64; 3])| {
         format!("[[traction]]\ngroup = \"{group}\"\nx = {x:e}\ny = {y:e}\nz = {z:e}\n")
@@ -41,12 +42,12 @@ fn cube(material: &str, supports: &str, tractions: &[(&str, [f64; 3])]) -> Scene
     Scene::build("scene.toml", &text, &[], Path::new("")).unwrap()
 }
 
-/// Mooney and Rivlin's law.
+/// Returns the Mooney–Rivlin law.
 fn mooney_rivlin([c10, c01]: [f64; 2]) -> String {
     format!("law = \"mooney-rivlin\"\ndensity = 1e3\nc10 = {c10}\nc01 = {c01}")
 }
 
-/// Displacement and pressure of the corner that is farthest from the supports.
+/// Returns displacement and pressure of the corner farthest from the supports.
 fn corner(scene: &Scene) -> [f64; 4] {
     let results = results(scene);
     ["u_x", "u_y", "u_z", "p"].map(|name| results["end"][name].as_f64().unwrap())
@@ -55,20 +56,21 @@ fn corner(scene: &Scene) -> [f64; 4] {
 fn assert_close(found: &[f64], expected: &[f64]) {
     assert_eq!(found.len(), expected.len());
     for (a, b) in found.iter().zip(expected) {
-        // The state is in the elements' space; the Newton iteration ends at 1e-9 of displacement and pressure, and
-        // tangents are below a hundred Pa.
+        // The state is in the elements' space. The Newton iteration ends at 1e-9 of displacement
+        // and pressure, and tangents are below a hundred Pa.
         let error = (a - b).abs();
         assert!(error < 1e-8 * b.abs().max(1.0), "{found:?} {expected:?}");
     }
 }
 
-/// -tr σ/3 of σ = 2 c10 dev B - 2 c01 dev B⁻¹ - p I, whose normal stress is zero along an axis where B has the
-/// eigenvalue `b`; `traces` of B and of its inverse.
+/// Returns the pressure -tr σ/3 of σ = 2 c10 dev B - 2 c01 dev B⁻¹ - p I. Its normal stress is zero
+/// along an axis where B has the eigenvalue `b`. `traces` are the traces of B and of its inverse.
 fn pressure_of_free_axis([c10, c01]: [f64; 2], b: f64, traces: [f64; 2]) -> f64 {
     2.0 * c10 * (b - traces[0] / 3.0) - 2.0 * c01 * (1.0 / b - traces[1] / 3.0)
 }
 
-/// The nominal stress 13.125 Pa gives the stretch 2 and, as the volume stays, the sides 2^(-1/2).
+/// The nominal stress 13.125 Pa gives the stretch 2 and, since the volume is constant, the sides
+/// 2^(-1/2).
 #[test]
 fn an_incompressible_cube_is_pulled_to_twice_its_length() {
     let constants = [2.5; 2];
@@ -79,8 +81,8 @@ fn an_incompressible_cube_is_pulled_to_twice_its_length() {
     assert_close(&corner(&scene), &[1.0, across, across, pressure]);
 }
 
-/// Two equal stretches λ under equal nominal stresses P = 2 (λ - λ⁻⁵)(c10 + c01 λ²). Beyond λ = 2 dead loads
-/// would make the two differ, by c10 (2 + 2 λ⁻⁶) + c01 (6 λ⁻⁴ - 2 λ²) < 0.
+/// Two equal stretches λ under equal nominal stresses P = 2 (λ - λ⁻⁵)(c10 + c01 λ²). Beyond λ = 2,
+/// dead loads would make the two stretches differ, by c10 (2 + 2 λ⁻⁶) + c01 (6 λ⁻⁴ - 2 λ²) < 0.
 #[test]
 fn an_incompressible_cube_is_pulled_and_pushed_along_two_axes() {
     let [c10, c01] = [4.0, 1.0];
@@ -99,9 +101,9 @@ fn an_incompressible_cube_is_pulled_and_pushed_along_two_axes() {
     }
 }
 
-/// Simple shear x + k y between two plates, the faces along z free. The nominal stress is
-/// P e_x = (-2 c01 k², 2 k (c10 + c01 + c01 k²)) on the sides, P e_y = (2 k (c10 + c01), -2 c01 k²) on the plates:
-/// they are pushed apart (Poynting's effect).
+/// Simple shear x + k y between two plates with free faces along z. The nominal stress is P e_x =
+/// (-2 c01 k², 2 k (c10 + c01 + c01 k²)) on the sides, P e_y = (2 k (c10 + c01), -2 c01 k²) on the
+/// plates. The normal stress pushes the plates apart (Poynting effect).
 #[test]
 fn an_incompressible_cube_is_sheared() {
     let [c10, c01] = [4.0, 1.0];
@@ -124,7 +126,7 @@ fn an_incompressible_cube_is_sheared() {
             &found("side", &["u_x", "u_y", "u_z", "p"]),
             &[0.5 * k, 0.0, 0.0, pressure],
         );
-        // On 1 m², whose outward normal is -e_y.
+        // On 1 m² with outward normal -e_y.
         assert_close(
             &found("plate", &["R_x", "R_y", "R_z"]),
             &[-2.0 * k * (c10 + c01), 2.0 * c01 * k * k, 0.0],
@@ -132,9 +134,9 @@ fn an_incompressible_cube_is_sheared() {
     }
 }
 
-/// A cube of the transverse law between rollers, pulled along its fibres and across: nominal stresses whose
-/// stretches λ are closed forms. Along: P = 2 (λ - λ⁻²)(c10 + c01/λ) + T(λ)/λ. Across: the fibre's own stretch is μ,
-/// the other side's 1/(λ μ), and both are free.
+/// A cube of the transverse law between rollers, stretched along its fibers and across: nominal
+/// stresses with closed-form stretches λ. Along: P = 2 (λ - λ⁻²)(c10 + c01/λ) + T(λ)/λ. Across: the
+/// stretch of the fiber is μ and the stretch of the other side is 1/(λ μ). Both sides are free.
 #[test]
 fn an_incompressible_cube_is_pulled_along_and_across_its_fibres() {
     let (c10, c01, c3, c4, c5, straight) = (1e4, 2e2, 500.0, 8.0, 1.2e4, 1.1);
@@ -151,7 +153,7 @@ fn an_incompressible_cube_is_pulled_along_and_across_its_fibres() {
     // Differences of Cauchy stresses along two axes, for the third stretch.
     let matrix = |a: f64, b: f64, c: f64| 2.0 * (a * a - b * b) * (c10 + c01 * c * c);
     let along = |l: f64| (matrix(l, l.powf(-0.5), l.powf(-0.5)) + tension(l)) / l;
-    // The stretch μ of free fibres under λ across them, by bisection.
+    // Stretch μ of free fibers under λ across them, by bisection.
     let fibre = |l: f64| {
         let free = |m: f64| matrix(m, 1.0 / (l * m), l) + tension(m);
         let (mut low, mut high) = (0.5, 2.0);
@@ -174,7 +176,7 @@ fn an_incompressible_cube_is_pulled_along_and_across_its_fibres() {
         let [x, y, z, _] = corner(&cube(&material, ROLLERS, &[("right", [stress, 0.0, 0.0])]));
         [1.0 + x, 1.0 + y, 1.0 + z]
     };
-    // Both ways fibres are shortened, crimped and straight.
+    // The cases include shortened, crimped and straight fibers.
     assert!(fibre(1.2) < 1.0 && (1.0..straight).contains(&fibre(0.9)) && fibre(0.75) > straight);
     for l in [0.75_f64, 0.9, 1.05, 1.2] {
         let (side, m) = (l.powf(-0.5), fibre(l));
@@ -183,7 +185,8 @@ fn an_incompressible_cube_is_pulled_along_and_across_its_fibres() {
             (pulled("[0, 1, 0]", across(l)), [l, m, 1.0 / (l * m)]),
         ] {
             for (found, expected) in found.iter().zip(expected) {
-                // The state is in the elements' space; the Newton iteration ends at 1e-9 of the displacement.
+                // The state is in the elements' space. The Newton iteration ends at 1e-9 of the
+                // displacement.
                 assert!((found - expected).abs() < 1e-8, "{l}: {found} {expected}");
             }
         }

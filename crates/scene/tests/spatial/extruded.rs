@@ -1,4 +1,4 @@
-//! The muscle of the plane, extruded: between two frictionless planes it is in plane strain.
+//! The plane muscle, extruded. Between two frictionless planes it is in plane strain.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -9,10 +9,11 @@ use myovib_scene::Scene;
 
 use crate::results;
 
-/// The thickness in m: a tenth of the largest width.
+/// Thickness, m: a tenth of the largest width.
 const THICKNESS: f64 = 6e-3;
 
-/// u_y and p in the middle of the muscle under 600 Pa on its patch, which bend it by a fifteenth of its width.
+/// Returns u_y and p in the middle of the muscle under 600 Pa on its patch. The deflection is a
+/// fifteenth of its width.
 fn equilibrium(mesh: &Path, refine: usize, supports: &str) -> [f64; 2] {
     let name = mesh.file_name().unwrap().to_str().unwrap();
     let at = if supports.is_empty() {
@@ -52,8 +53,8 @@ at = {at}
     ["u_y", "p"].map(|name| results["origin"][name].as_f64().unwrap())
 }
 
-/// Each triangle becomes a prism, and each prism three tetrahedra: sides of neighbours are cut from the
-/// lower of their two vertices below to the higher above.
+/// Extrudes a mesh. Each triangle becomes a prism, and each prism three tetrahedra. Sides shared by
+/// neighbors are cut from the lower of their two vertices below to the higher above.
 fn extruded(plane: &Mesh) -> String {
     let n = plane.n_points();
     let (below, above) = (|v: usize| v + 1, |v: usize| v + 1 + n);
@@ -132,8 +133,8 @@ fn the_muscle_extruded_between_frictionless_planes_tends_to_plane_strain() {
     let error = |found: [f64; 2]| [0, 1].map(|i| (found[i] / limit[i] - 1.0).abs());
     let in_plane = [0, 1].map(|refine| error(equilibrium(&plane, refine, "")));
     let in_space = [0, 1].map(|refine| error(equilibrium(&solid, refine, rollers)));
-    // What does not depend on z is held across by one layer: what is left is the error on the triangles, 0.84 to
-    // 1.06 times that of the plane, as the diagonals of the prisms lie.
+    // One layer represents fields independent of z exactly. The error on the triangles remains:
+    // 0.84 to 1.06 times the error in the plane, depending on the diagonals of the prisms.
     for ([coarse, fine], plane) in [0, 1].map(|i| (in_space.map(|e| e[i]), in_plane.map(|e| e[i])))
     {
         assert!(fine < 0.5 * coarse, "{in_space:?}");

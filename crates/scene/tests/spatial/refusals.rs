@@ -1,4 +1,4 @@
-//! What is refused in space, with which words.
+//! Error messages for invalid scenes in 3D.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use myovib_scene::Scene;
 
 use crate::BLOCK;
 
-/// The message for the block with `from` replaced by `to`.
+/// Returns the error for the block with `from` replaced by `to`.
 fn refusal(from: &str, to: &str) -> String {
     assert!(BLOCK.contains(from), "{from}");
     let text = BLOCK.replacen(from, to, 1);
@@ -70,7 +70,7 @@ fn what_does_not_fit_the_dimension_is_refused() {
     }
 }
 
-/// Its pressure is not −κ (J − 1).
+/// The law's pressure differs from −κ (J − 1).
 #[test]
 fn st_venant_kirchhoff_is_for_displacements_alone() {
     const LAW: &str = "law = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\nc01 = 2e2";
@@ -85,7 +85,7 @@ fn st_venant_kirchhoff_is_for_displacements_alone() {
     assert_eq!(refusal_of(&text, Path::new("")), "accepted");
 }
 
-/// Regression: it was refused by the pattern of its matrix, with the number of an unknown.
+/// Regression: the scene was rejected by the pattern of its matrix, with the number of an unknown.
 #[test]
 fn an_incompressible_body_that_is_held_everywhere_is_refused() {
     let text = BLOCK
@@ -97,7 +97,7 @@ fn an_incompressible_body_that_is_held_everywhere_is_refused() {
     assert!(found.contains(expected), "{found}");
 }
 
-/// Both ends of a spindle do not say what they enclose.
+/// Checks that both ends of a spindle are rejected, since they do not enclose a volume.
 #[test]
 fn a_volume_in_separate_pieces_is_refused() {
     let block = "type = \"box\"\nsize = [2.0, 1.0, 1.0]\ncells = [2, 1, 1]";
@@ -180,7 +180,8 @@ fn directions_of_fibres_are_asked_for_and_checked() {
     assert_eq!(echo["material"][0]["k"], "inf");
 }
 
-/// Two tetrahedra on one face, with fibres at their vertices; `line` of the file becomes `to`.
+/// Returns a mesh file of two tetrahedra on one face, with fibers at their vertices. `line` of the
+/// file becomes `to`.
 fn mesh_file(line: &str, to: &str) -> String {
     let text = "\
 $MeshFormat\n4.1 0 8\n$EndMeshFormat\n\
@@ -209,7 +210,7 @@ fn mesh_files_that_are_wrong_in_space_are_refused_with_their_place() {
     };
     assert_eq!(found("", ""), "accepted");
     for (line, to, message) in [
-        // The field lacks a node, is zero at one, or has another number of components.
+        // The field lacks a node, is zero at a node, or has another number of components.
         (
             "3\n5\n1 1 0 0\n",
             "3\n4\n",
@@ -226,9 +227,9 @@ fn mesh_files_that_are_wrong_in_space_are_refused_with_their_place() {
             "no number at the vertex [0.0, 0.0, 1.0]",
         ),
         ("\"f0\"", "\"f1\"", "the mesh has no nodal field `f0`"),
-        // A triangle that is no face of a tetrahedron.
+        // A triangle other than a face of a tetrahedron.
         ("1 1 2 3\n", "1 1 2 5\n", "is not a face of any tetrahedron"),
-        // Four vertices in a plane, and two tetrahedra on the same side of their face.
+        // Four coplanar vertices, and two tetrahedra on the same side of their face.
         ("1 1 1\n$EndNodes", "0 0.5 0.5\n$EndNodes", "is degenerate"),
         (
             "1 1 1\n$EndNodes",
@@ -241,7 +242,7 @@ fn mesh_files_that_are_wrong_in_space_are_refused_with_their_place() {
     }
 }
 
-/// Fibres that turn by more than 120° within an element are told of.
+/// Checks the note on fibers that turn by more than 120° within an element.
 #[test]
 fn fibres_that_are_not_resolved_are_told_of() {
     let folder = tempfile::tempdir().unwrap();
@@ -262,7 +263,7 @@ fn fibres_that_are_not_resolved_are_told_of() {
     assert!(told.contains("in 1 of 2 elements"), "{told}");
 }
 
-/// Mirrored tetrahedra are turned round, with a word.
+/// Checks that mirrored tetrahedra are reoriented with a note.
 #[test]
 fn inverted_tetrahedra_are_turned_with_a_note() {
     let folder = tempfile::tempdir().unwrap();
