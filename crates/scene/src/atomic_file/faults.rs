@@ -1,7 +1,7 @@
-//! A disk that stops taking changes, for tests of killed runs and of full disks.
+//! Simulated disk failure, for tests of killed runs and of full disks.
 //!
-//! From the chosen change on, every change of this thread fails and temporary files stay: what is on
-//! the disk is what a program killed at that change leaves.
+//! From the chosen change on, every change of this thread fails and temporary files remain. The
+//! disk then has the same content as after a kill at that change.
 
 use std::cell::Cell;
 use std::io::{self, Write};
@@ -16,8 +16,8 @@ thread_local! {
     static TORN: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Computes `compute` with a disk that stops after `last` changes; with `torn`, half of the bytes of
-/// the write at which it stops arrive. Gives the number of changes that were tried, too.
+/// Runs `compute` with a disk that fails after `last` changes. With `torn`, half of the bytes of
+/// the failing write reach the disk. Also returns the number of attempted changes.
 pub(crate) fn with_disk_that_stops_after<T>(
     last: u64,
     torn: bool,
@@ -39,7 +39,7 @@ pub(super) fn allow(_: Change) -> io::Result<()> {
     }
 }
 
-/// Writes half of the bytes of the first write that fails.
+/// Writes half of the bytes of the first failing write.
 pub(super) fn tear(file: &mut impl Write, bytes: &[u8]) -> io::Result<()> {
     if TORN.get() && CHANGES.get() == LAST.get() {
         file.write_all(&bytes[..bytes.len() / 2])?;

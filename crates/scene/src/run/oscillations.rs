@@ -94,7 +94,7 @@ impl Oscillations {
         Self { chains, cloud }
     }
 
-    /// Returns a file written earlier that is now missing or empty.
+    /// Returns an earlier file if it is now missing or empty.
     pub(super) fn missing(&self) -> Option<PathBuf> {
         self.cloud.as_ref().and_then(Cloud::missing)
     }

@@ -122,7 +122,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     })
 }
 
-/// Returns the outcome of the search and describes the state that is kept.
+/// Returns the outcome of the search with a description of the saved state.
 fn outcome_of(approach: &Approach) -> Outcome {
     let Some(error) = approach.error() else {
         return Outcome::Finished;

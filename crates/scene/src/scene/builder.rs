@@ -18,7 +18,7 @@ pub(super) struct Builder<'a> {
     /// Files named in the scene.
     pub(super) inputs: &'a Inputs<'a>,
     pub(super) t_end: f64,
-    /// Notes on allowed values that are probably mistakes.
+    /// Notes on allowed but unusual values.
     pub(super) notes: RefCell<Vec<String>>,
 }
 

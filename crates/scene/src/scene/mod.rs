@@ -224,7 +224,7 @@ impl Scene {
         self.source.value()
     }
 
-    /// Returns allowed values of the body that are probably mistakes.
+    /// Returns allowed but unusual values of the body.
     pub fn unusual(&self) -> Vec<Finding> {
         let body = self.body.as_ref();
         body.map_or(Vec::new(), |body| {

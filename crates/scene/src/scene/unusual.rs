@@ -1,4 +1,5 @@
-//! Allowed values of a body that are probably mistakes, such as a wrong unit or power of ten.
+//! Unusual values of a body, which are allowed but probably mistakes, such as a wrong unit or power
+//! of ten.
 //!
 //! The bounds are far from the range of tissue, so that a finding is almost certainly a mistake.
 

@@ -110,7 +110,7 @@ fn functions_of_time_nest() {
     ));
 }
 
-/// Invalid scenes that are detected without a mesh; each replaces a line of the scene.
+/// Invalid scenes detected without a mesh; each replaces a line of the scene.
 const WRONG: [(&str, &str, &str); 18] = [
     ("misspelt_key", "kappa = 1e5", "kapa = 1e5"),
     ("misspelt_section", "[time]", "[tiem]"),

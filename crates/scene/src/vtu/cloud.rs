@@ -1,4 +1,4 @@
-//! Values at places of the body that are not nodes: a series of files with one point per place.
+//! Values at places of the body other than nodes: a series of files with one point per place.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ impl Cloud {
         self.listing.missing()
     }
 
-    /// Names of the files that the next [`write`](Self::write) writes.
+    /// Returns the names of the files that the next [`write`](Self::write) writes.
     pub(crate) fn next_files(&self) -> Vec<String> {
         self.listing.next_files()
     }

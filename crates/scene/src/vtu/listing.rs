@@ -42,7 +42,7 @@ impl Listing {
         files.into_iter().find(|file| !is_there(file))
     }
 
-    /// Names of the files that the next [`add`](Self::add) writes.
+    /// Returns the names of the files that the next [`add`](Self::add) writes.
     pub(super) fn next_files(&self) -> Vec<String> {
         vec![name(self.stem, self.entries.len()), self.list()]
     }

@@ -1,4 +1,5 @@
-//! Scenes from text to results: one file per subject, in one test program that is compiled once.
+//! Scenes from text to results: one file per subject, in one test program, so that it is compiled
+//! once.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod bar;
