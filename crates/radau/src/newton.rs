@@ -60,9 +60,10 @@ pub(crate) struct NewtonSolver {
     first_factor: f64,
     /// Last estimate of the contraction θ; 0 if one iteration was sufficient.
     pub(crate) contraction: f64,
-    /// Whether the matrices come from difference quotients. At an inaccurate ẏ these may be wrong
-    /// by orders of magnitude; analytical Jacobians are trusted.
-    by_differences: bool,
+    /// Whether errors are also bounded relative to the increments, and new matrices are tested: for
+    /// difference quotients, which may be wrong by orders of magnitude at a wrong ẏ, and for dense
+    /// output, whose error estimate contains the errors of Newton's method.
+    strict: bool,
     /// Whether corrections by the current matrices have contracted.
     tried: bool,
     /// Maximum norm of the last correction beyond rounding.
@@ -125,7 +126,7 @@ impl NewtonSolver {
             constrained,
             first_factor: 1.0,
             contraction: 0.0,
-            by_differences: false,
+            strict: false,
             tried: false,
             allowed: 0.0,
             size: 0.0,
@@ -181,7 +182,7 @@ impl NewtonSolver {
             }
             self.evaluate_residuals(problem, memory.as_deref(), step, counters)?;
             let [norm, size] = self.correct(problem, matrices, step, counters)?;
-            let tolerance = match self.by_differences {
+            let tolerance = match self.strict {
                 true => (self.tolerance).min((self.relative * size).max(ROUNDING * of_y)),
                 false => self.tolerance,
             };
@@ -243,10 +244,10 @@ impl NewtonSolver {
         self.tried
     }
 
-    /// Records new matrices and whether they come from difference quotients.
-    pub(crate) fn renew_matrices(&mut self, by_differences: bool) {
-        self.by_differences = by_differences;
-        self.tried = !by_differences;
+    /// Sets whether errors are bounded relative to the increments and new matrices are tested.
+    pub(crate) fn set_strict(&mut self, strict: bool) {
+        self.strict = strict;
+        self.tried |= !strict;
     }
 
     /// Sets whether corrections by the current matrices have contracted.
@@ -279,7 +280,7 @@ impl NewtonSolver {
     /// change is abrupt if it exceeds the size of ẏ while y changes by only a fraction of its
     /// tolerance, or if ẏ is far steeper than y.
     pub(crate) fn leaps(&mut self, step: &Step<'_>, y_dot: &[f64]) -> bool {
-        if !self.by_differences {
+        if !self.strict {
             return false;
         }
         let n = step.y.len();

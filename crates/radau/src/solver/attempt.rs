@@ -368,6 +368,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let step = step_of!(self, h);
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
         let (newton, counters) = (&mut self.newton, &mut self.counters);
+        newton.set_strict(self.options.dense_output || matrices.difference_evaluations() > 0);
         let mut memory = self.memory.as_mut();
         let of_stages = memory.as_deref_mut();
         let solved = newton.solve(problem, matrices, of_stages, &step, &self.weights, counters)?;
@@ -431,8 +432,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             return Ok(());
         }
         self.set_up_for = None;
-        let by_differences = self.matrices.difference_evaluations() > 0;
-        self.newton.renew_matrices(by_differences);
+        self.newton.set_tried(false);
         self.counters.statistics.linear_setups += 1;
         self.counters.work.real_factorizations += 1;
         self.counters.work.complex_factorizations += self.shifts.len() as u64;
