@@ -2,8 +2,8 @@
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
-/// Groups of columns of a pattern, no two of which in a group have an entry in the same row: greedy
-/// colouring in the order of the columns (Curtis, Powell, Reid 1974).
+/// Groups the columns of a pattern so that no two columns of a group have an entry in the same row,
+/// by greedy coloring in the order of the columns (Curtis, Powell, Reid 1974).
 pub(crate) fn colour(pattern: &SparsityPattern) -> Vec<Vec<usize>> {
     let mut columns_of_row = vec![Vec::new(); pattern.minor_dim()];
     for column in 0..pattern.major_dim() {
@@ -45,7 +45,7 @@ mod tests {
     use super::colour;
     use nalgebra_sparse::pattern::SparsityPattern;
 
-    /// Columns j of a tridiagonal matrix have rows j − 1, j, j + 1: three colours do.
+    /// Columns j of a tridiagonal matrix have rows j − 1, j, j + 1, so three colors suffice.
     #[test]
     fn a_tridiagonal_pattern_has_three_colours_and_a_full_one_a_colour_a_column() {
         let n: usize = 11;

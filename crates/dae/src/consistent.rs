@@ -13,7 +13,7 @@ const MATRICES: usize = 4;
 const SCALES: i32 = 5;
 /// Halvings of a correction.
 const HALVINGS: usize = 20;
-/// The part of the descent promised by the linearisation that a correction must bring.
+/// Required fraction of the descent predicted by the linearization.
 const DESCENT: f64 = 1e-4;
 
 /// A state to be corrected.
@@ -62,9 +62,9 @@ pub fn correct_initial_values<P: Problem, S: LinearSolver<P>>(
     }
     let mut last = Inconsistent::NotFound { norm: f64::NAN };
     let searches = match mode {
-        // A correction δ moves ẏ by δ/h, and y within the time to the first output by that times as much.
-        // Difference quotients move ẏ by the tolerance over a time; over the short h that would be farther than
-        // F may be linear.
+        // A correction δ moves ẏ by δ/h, and y by this rate times the time to the first output.
+        // Difference quotients move ẏ by the tolerance over a time; over the short h, this move
+        // could leave the range in which F is linear.
         ConsistencyMode::AlgebraicAndDerivatives => [1e3, 1.0]
             .map(|factor| (0, CONVERGED * h / time, factor * time))
             .to_vec(),

@@ -133,7 +133,7 @@ pub(crate) enum Way {
     /// Uses √ε/w_j instead of 1/w_j in δ_j, away from zero: a positive variable stays positive,
     /// however close to zero it is.
     SlightlyAway,
-    /// By as much towards zero.
+    /// By the same distance toward zero.
     SlightlyTowards,
 }
 

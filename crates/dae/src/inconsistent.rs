@@ -1,4 +1,4 @@
-//! How a search for consistent initial values fails, and the norm that it goes by.
+//! Failures of the search for consistent initial values, and the norm that it uses.
 
 use crate::problem::StepError;
 

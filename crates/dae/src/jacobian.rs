@@ -61,7 +61,7 @@ impl Jacobian {
     /// Evaluates a ∂F/∂y + b ∂F/∂ẏ into `values`, in the order of the pattern.
     ///
     /// # Errors
-    /// Those of the problem.
+    /// Errors of the problem.
     pub fn combined<P: Problem + ?Sized>(
         &mut self,
         problem: &mut P,
@@ -81,7 +81,7 @@ impl Jacobian {
     /// Evaluates ∂F/∂y and ∂F/∂ẏ into the two `parts`, in the order of the pattern.
     ///
     /// # Errors
-    /// Those of the problem.
+    /// Errors of the problem.
     pub fn parts<P: Problem + ?Sized>(
         &mut self,
         problem: &mut P,

@@ -191,7 +191,7 @@ pub struct Differenced<P> {
 
 /// Returns the value of parameter j.
 type Getter<P> = dyn Fn(&P, usize) -> f64 + Send;
-/// Gives parameter j a value.
+/// Sets parameter j.
 type Setter<P> = dyn FnMut(&mut P, usize, f64) + Send;
 
 impl<P> std::fmt::Debug for Differenced<P> {

@@ -15,7 +15,7 @@ pub struct MissingEntry {
     pub row: usize,
     /// The variable that it changes with.
     pub column: usize,
-    /// Whether it changes with the variable's derivative; with its value otherwise.
+    /// Whether the entry belongs to ∂F/∂ẏ; otherwise it belongs to ∂F/∂y.
     pub of_rate: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Whether initial values fulfil the equations that they must fulfil.
+//! Check of initial values against the equations that they must satisfy.
 
 use crate::draw::draw;
 use crate::kinds::RateDependence;

@@ -13,7 +13,7 @@ pub struct WrongEntry {
     pub row: usize,
     /// The variable.
     pub column: usize,
-    /// Whether it is of ∂F/∂ẏ; of ∂F/∂y otherwise.
+    /// Whether the entry belongs to ∂F/∂ẏ; otherwise it belongs to ∂F/∂y.
     pub of_rate: bool,
     /// The entry as stated.
     pub stated: f64,

@@ -4,9 +4,9 @@
 //! cargo run --release -p myovib-model --example ventricle -- MESH [RTOL] [T_END] [ORDER]
 //! ```
 //!
-//! Holzapfel–Ogden's law, Kelvin–Voigt damping, fibres of the mesh file, tension by Bestel's
-//! equation, elastic and viscous beds on the outside and at the base. Prints the displacements of
-//! two points in mm, then steps and CPU time.
+//! Holzapfel–Ogden's law, Kelvin–Voigt damping, fibers of the mesh file, tension by Bestel's
+//! equation, elastic and viscous foundations on the outside and at the base. Prints the
+//! displacements of two points in mm, then steps and CPU time.
 
 use std::sync::Arc;
 

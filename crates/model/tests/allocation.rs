@@ -12,7 +12,7 @@ use myovib_model::{
 };
 use myovib_radau::RadauOptions;
 
-/// A block in space, held on its left, under the paper's load along z in all of it.
+/// A block in 3D, fixed on its left, under the paper's load along z in its whole volume.
 fn block(kappa: f64, beta: f64) -> Muscle {
     let mesh = generate::block([0.0; 3], [0.2, 0.04, 0.04], [4, 1, 1]).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
@@ -55,7 +55,7 @@ fn steps_of_idas_allocate_nothing() {
                 assert_eq!(integrator.advance().unwrap(), Advance::Stepped);
             }
         });
-        // The steps measured must hold residuals, Jacobians, factorisations and solves.
+        // The measured steps must include residuals, Jacobians, factorizations and solves.
         let after = integrator.counts();
         assert!(after.jacobian_evaluations > before.jacobian_evaluations);
         assert_eq!(allocations.count_total, 0, "{formulation}, {dimension}");

@@ -93,7 +93,7 @@ impl Constraint {
     }
 }
 
-/// Whose arithmetic IDAS does on vectors.
+/// Implementation of IDAS' vector arithmetic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub enum VectorArithmetic {
@@ -172,8 +172,9 @@ pub struct IdaOptions {
     pub min_step: f64,
     /// Largest step; unlimited by default.
     pub max_step: Option<f64>,
-    /// Most steps in one call of [`integrate_to`](crate::IdaSolver::integrate_to), `None` for no
-    /// limit; 500 by default. A single [`step`](crate::IdaSolver::step) is not limited by it.
+    /// Maximum number of steps in one call of [`integrate_to`](crate::IdaSolver::integrate_to),
+    /// `None` for no limit; 500 by default. It does not limit a single
+    /// [`step`](crate::IdaSolver::step).
     pub max_steps: Option<usize>,
     /// A time that no step passes; `None` by default.
     pub stop_time: Option<f64>,
@@ -196,7 +197,7 @@ pub struct IdaOptions {
     pub sparse: SparseOptions,
     /// Controls of [`correct_initial_values`](crate::IdaSolver::correct_initial_values).
     pub initial_values: InitialValueOptions,
-    /// Whose arithmetic is done on vectors; ours by default.
+    /// Implementation of the vector arithmetic; this crate's by default.
     pub vectors: VectorArithmetic,
     /// Inequality constraints, one per component; empty by default.
     pub constraints: Vec<Constraint>,

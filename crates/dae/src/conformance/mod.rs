@@ -46,7 +46,7 @@ pub struct Request<P> {
     pub tolerances: Tolerances,
     /// A time not to step over.
     pub stop_time: Option<f64>,
-    /// Most steps of one call.
+    /// Maximum number of steps of one call.
     pub max_steps: Option<usize>,
     /// The first step.
     pub initial_step: Option<f64>,

@@ -84,7 +84,7 @@ pub trait ParametricSample: Sample {
     /// Returns the parameters.
     fn parameters(&self) -> Vec<Parameter>;
 
-    /// Gives parameter j a value.
+    /// Sets parameter j.
     fn set(&mut self, j: usize, value: f64);
 
     /// Returns ∂y/∂p_j at t; at the start, the sensitivity of the initial values.

@@ -4,7 +4,8 @@ use myovib_fem::{RobinMatrix, Solid, SupportDirection};
 
 use crate::error::ModelError;
 
-/// A bed of a boundary group: `P N + k u + c u̇ = 0` there, or along the normal alone (Robin).
+/// Elastic foundation of a boundary group: `P N + k u + c u̇ = 0`, or only its normal component
+/// (Robin).
 #[derive(Debug, Clone)]
 pub struct Bed {
     operator: RobinMatrix,

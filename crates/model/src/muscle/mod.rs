@@ -29,7 +29,7 @@ pub struct Muscle {
     pub pressures: Vec<PressureLoad>,
     /// Displacement components that follow a function of time; other constrained components are 0.
     pub prescribed: Vec<Prescribed>,
-    /// Elastic and viscous beds of its boundary.
+    /// Elastic and viscous foundations of its boundary.
     pub beds: Vec<Bed>,
     /// Tensions of the solid's added stresses, by their number; those not listed are 0.
     pub activations: Vec<(usize, Activation)>,

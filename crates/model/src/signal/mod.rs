@@ -303,7 +303,7 @@ mod tests {
         });
         for (t, frequency) in [(0.0, 4.0), (1.0, 6.0), (3.0, 10.0), (4.0, 10.0)] {
             let here = chirp.at(t);
-            // It has gone round 0, 5, 21 and 31 times: rounding of 2 · 2π · 31.
+            // The phase is 0, 5, 21 and 31 turns: rounding of 2 · 2π · 31.
             assert!(here.value.abs() < 1e-12);
             assert!((here.d1 / (std::f64::consts::TAU * frequency) - 2.0).abs() < 1e-12);
         }

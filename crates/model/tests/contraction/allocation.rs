@@ -8,7 +8,8 @@ use crate::relaxation::relaxing;
 #[test]
 fn passes_over_a_body_that_contracts_and_relaxes_allocate_nothing() {
     for dimension in [2, 3] {
-        // β, viscosity, Hill's curve, both kinds of activation, beds, and two series of Prony terms.
+        // β, viscosity, Hill's curve, both kinds of activation, foundations, and two series of
+        // Prony terms.
         let muscle = relaxing(dimension, 1e5, 1e-3);
         let mut dae = MuscleDae::new(muscle, Formulation::ImplicitRate).unwrap();
         let n = dae.n_unknowns();

@@ -42,8 +42,8 @@ pub(crate) fn halves(mesh: &Mesh) -> [Vec<usize>; 2] {
     [left, right]
 }
 
-/// A block held on its left with fibres askew, whose halves contract by a given tension and by
-/// a model, in a bed on its right and on its top.
+/// A block fixed on its left with oblique fibers, whose halves contract by a given tension and by a
+/// model, on foundations on its right and on its top.
 pub(crate) fn contracting(
     dimension: usize,
     kappa: f64,

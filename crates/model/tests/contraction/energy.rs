@@ -68,8 +68,8 @@ pub(crate) fn settings(formulation: Formulation, rtol: f64) -> Settings {
     settings
 }
 
-/// The balance of a run in space with all that there is: β, viscosity, Hill's curve, beds, both
-/// kinds of activation.
+/// Returns the balance of a run in 3D with all features: β, viscosity, Hill's curve, foundations,
+/// both kinds of activation.
 fn balance(rtol: f64) -> Balance {
     let formulation = Formulation::ImplicitRate;
     let muscle = contracting(3, 1e5, 1e-3, viscous());

@@ -99,7 +99,7 @@ fn a_part_of_the_loads_is_a_part_of_the_tension() {
     assert!(stretch(&half) < stretch(&whole));
 }
 
-/// Isotonic: a dead load on the end pulls as much as the tension and more.
+/// Isotonic: a dead load at the end is as large as the tension, or larger.
 #[test]
 fn a_loaded_muscle_carries_what_tension_and_elasticity_give() {
     let pull = 9e3;
@@ -139,7 +139,7 @@ fn a_muscle_shortens_against_an_elastic_bed() {
     );
 }
 
-/// A body without fixed nodes is held by beds.
+/// A body without fixed nodes is supported by foundations.
 #[test]
 fn beds_hold_a_body() {
     let mesh = generate::block([0.0; 3], [1.0; 3], [1, 1, 1]).unwrap();

@@ -1,4 +1,5 @@
-//! Active and viscous stress, beds and activation: derivatives, closed forms, energy, counters.
+//! Active and viscous stress, foundations and activation: derivatives, closed forms, energy,
+//! counters.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod allocation;

@@ -178,7 +178,7 @@ fn five_terms_cost_little_of_a_step_that_factorises() {
         (0.1, 0.2),
         (0.1, 1.0),
     ];
-    // In turn, four times: the time of one factorisation varies by a fifth.
+    // Alternating, four times, because the time of one factorization varies by a fifth.
     let mut least = [[f64::INFINITY; 2]; 3];
     for _ in 0..4 {
         for (least, terms) in least.iter_mut().zip([&[], &five[..1], &five]) {

@@ -24,7 +24,7 @@ const DENSITY: f64 = 1e-3;
 /// with β/RISE and Prony terms.
 const TOLERANCE: f64 = DENSITY * 480.0 + 1e-5 * MODULUS * 5.0;
 
-/// In the plane; in space with one side free, and with it held.
+/// In 2D; in 3D with one side free, or with it fixed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Block {
     Plane,

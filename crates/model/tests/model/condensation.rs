@@ -91,7 +91,7 @@ fn backward_error<T: Scalar>(
 }
 
 /// Solves with the reduced matrix for `c` at a state, and with its transpose, and measures the
-/// solutions in the full system. Gives the entries of the factors too.
+/// errors of the solutions in the full system. Also returns the entries of the factors.
 fn solve_and_measure<T: Scalar>(
     dae: &mut MuscleDae,
     (y, y_dot): (Vec<f64>, Vec<f64>),
@@ -174,7 +174,7 @@ fn reduced_solution_solves_the_full_system_to_rounding() {
     }
 }
 
-/// A block in space, damped by β, under a pressure that follows it if `pressed`.
+/// A block in 3D, damped by β, under a follower pressure if `pressed`.
 fn block(formulation: Formulation, beta: f64, pressed: bool) -> MuscleDae {
     let mesh = generate::block([0.0; 3], [0.05, 0.04, 0.04], [2, 1, 1]).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));

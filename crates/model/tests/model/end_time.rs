@@ -34,7 +34,7 @@ fn a_rod_with_a_chain_starts_alike_for_any_end_time() {
         let source = vec![Source::Body(point)];
         let chain = Oscillators::new(network, Drive::default(), source).unwrap();
         let dae = CoupledDae::new(rod, vec![chain]);
-        // Those of scenes.
+        // The default tolerances of scenes.
         let tolerances = StateTolerances {
             relative: 1e-7,
             absolute: 1e-10,

@@ -1,4 +1,4 @@
-//! Bodies in space: every formulation, its index, inf–sup constants, and a published equilibrium.
+//! Bodies in 3D: every formulation, its index, inf–sup constants, and a published equilibrium.
 
 use std::sync::Arc;
 

@@ -161,8 +161,8 @@ fn volume_residual(dae: &MuscleDae, start: &Start, t: f64) -> Vec<f64> {
 /// in the displacement, and in 3D.
 #[test]
 fn velocities_and_accelerations_keep_the_volume() {
-    // Differences at -3 h to 3 h: exact for polynomials of degree 6. The volume of a path of degree 2 has degree 4
-    // in the plane, 6 in space.
+    // Differences at -3 h to 3 h: exact for polynomials of degree 6. The volume along a path of
+    // degree 2 has degree 4 in 2D and 6 in 3D.
     const FIRST: [f64; 3] = [3.0 / 4.0, -3.0 / 20.0, 1.0 / 60.0];
     const SECOND: [f64; 3] = [3.0 / 2.0, -3.0 / 20.0, 1.0 / 90.0];
     const H: f64 = 2e-4;

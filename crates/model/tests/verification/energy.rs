@@ -44,8 +44,8 @@ fn imbalance(rtol: f64) -> f64 {
 #[test]
 fn energy_is_the_work_done_as_tolerances_tighten() {
     let [loose, tight] = [1e-3, 1e-5].map(imbalance);
-    // The error of BDF 2 goes like rtol^(2/3), a factor 21; the trapezoidal rule's own, at 1000
-    // samples a period, is below 1e-5.
+    // The error of BDF 2 is proportional to rtol^(2/3), a factor of 21; the error of the
+    // trapezoidal rule, at 1000 samples per period, is below 1e-5.
     assert!(tight < loose / 20.0, "{loose:e}, {tight:e}");
     // BDF adds up the errors of its steps: at most ten times the tolerance of one.
     assert!(tight < 1e-4, "{tight:e}");

@@ -1,4 +1,4 @@
-//! Orders of Radau IIA on a body, in fixed steps, in the plane and in space.
+//! Orders of Radau IIA on a body, with fixed steps, in 2D and in 3D.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;

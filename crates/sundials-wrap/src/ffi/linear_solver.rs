@@ -16,7 +16,7 @@ use super::context::Context;
 pub(crate) type Solve =
     unsafe extern "C" fn(SUNLinearSolver, SUNMatrix, N_Vector, N_Vector, realtype) -> c_int;
 
-/// An owned direct solver. IDAS' Jacobian callback is its set-up.
+/// An owned direct solver. IDAS' Jacobian callback performs its setup.
 pub(crate) struct LinearSolver(NonNull<_generic_SUNLinearSolver>);
 
 impl LinearSolver {

@@ -1,4 +1,5 @@
-//! The matrix IDAS hands to its linear solver: empty, as ours keeps its matrix to itself.
+//! The matrix that IDAS passes to its linear solver: empty, because the linear solver stores its
+//! matrix internally.
 
 use std::os::raw::c_int;
 use std::ptr::NonNull;

@@ -51,8 +51,8 @@ mod of_version {
 mod of_version {
     use super::*;
 
-    /// Lets IDAS hand its messages to the callbacks instead of printing them, and its warnings to
-    /// nobody: it would print them among our results.
+    /// Redirects IDAS' messages to the callbacks instead of printing them, and discards its
+    /// warnings, which IDAS would print among the results.
     ///
     /// # Safety
     /// `_memory` is a valid block of IDAS made with `context`; `data` is the address of a pinned

@@ -138,10 +138,10 @@ pub(crate) unsafe extern "C" fn linear_solve<C: Callbacks>(
     unsafe { solved(boundary, x, b, Callbacks::linear_solve) }
 }
 
-/// Solves from b into x by `solve`, which works in place.
+/// Solves for x with right-hand side b by `solve`, which works in place.
 ///
 /// # Safety
-/// Both are serial vectors of the same length, b initialised, and C does not touch them during the
+/// Both are serial vectors of the same length, b initialized, and C does not access them during the
 /// call.
 pub(super) unsafe fn solved<C>(
     boundary: &mut Boundary<C>,

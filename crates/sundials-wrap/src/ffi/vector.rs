@@ -10,7 +10,7 @@ use super::vector_operations;
 use super::vector_view::{view, view_mut};
 use crate::options::VectorArithmetic;
 
-/// An owned serial vector, initialised with zeros.
+/// An owned serial vector, initialized with zeros.
 pub(crate) struct NVector(NonNull<_generic_N_Vector>);
 
 impl NVector {

@@ -1,14 +1,14 @@
-//! Clones of our vectors, initialised.
+//! Initialized clones of vectors.
 //!
-//! SUNDIALS leaves the entries of a clone as the allocator gives them. IDAS hands some of its
-//! clones out before it has written to them: the error weights and the estimated errors before the
-//! first step, which safe code may ask for.
+//! SUNDIALS does not initialize the entries of a clone. IDAS returns some of its clones before it
+//! has written to them: the error weights and the estimated errors before the first step, which
+//! safe code may request.
 
 use sundials_sys::{N_VClone_Serial, N_VConst, N_Vector};
 
 use super::vector::NVector;
 
-/// Lets the clones of `vector`, and theirs, be vectors of zeros.
+/// Makes the clones of `vector`, and their clones, vectors of zeros.
 pub(super) fn zero_clones_of(vector: &mut NVector) {
     // SAFETY: ours, valid, and borrowed uniquely.
     let vector = unsafe { &mut *vector.raw() };

@@ -64,7 +64,7 @@ impl<P: Problem> Linear<P> {
         }
     }
 
-    /// Starts the search for the smallest condition estimate afresh.
+    /// Restarts the search for the smallest condition estimate.
     pub(super) fn forget_rcond(&mut self) {
         if let Self::Whole(lu) = self {
             lu.smallest_rcond = None;

@@ -137,13 +137,15 @@ fn add_product(pattern: &SparsityPattern, values: &[f64], x: &[f64], out: &mut [
 }
 
 impl<P: Problem> IdaSolver<P> {
-    /// Starts afresh as [`reinit`](IdaSolver::reinit) does, with the S and Ṡ at the new values in `starts`.
+    /// Restarts as [`reinit`](IdaSolver::reinit) does, with the S and Ṡ at the new values in
+    /// `starts`.
     ///
-    /// Where y stays unchanged, at a time that does not depend on the parameters, S is the value reached
+    /// If y is unchanged, at a time that does not depend on the parameters, S is the value reached
     /// ([`sensitivity`](IdaSolver::sensitivity)).
     ///
     /// # Errors
-    /// As for [`reinit`](IdaSolver::reinit), and [`Error::WrongLength`] or [`Error::NotFinite`] for `starts`.
+    /// As for [`reinit`](IdaSolver::reinit), and [`Error::WrongLength`] or [`Error::NotFinite`] for
+    /// `starts`.
     pub fn reinit_with_sensitivities(
         &mut self,
         t0: f64,

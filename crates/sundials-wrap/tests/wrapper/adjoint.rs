@@ -22,8 +22,9 @@ fn every(every: usize, interpolation: Interpolation) -> Checkpoints {
     }
 }
 
-/// Whether a number is the one printed, to the five digits an example prints: rounding in Newton's method
-/// moves the sixth of the examples with dense matrices, whose tolerances are 1e-6.
+/// Returns whether a number equals a printed number to the five digits of an example. Rounding in
+/// Newton's method changes the sixth digit of the examples with dense matrices, whose tolerances
+/// are 1e-6.
 fn printed(ours: f64, printed: f64) -> bool {
     (ours / printed - 1.0).abs() < 1e-4
 }
@@ -314,7 +315,7 @@ fn a_run_that_does_not_repeat_itself_is_told() {
     assert!(matches!(error, Error::NotRepeated { .. }), "{error}");
 }
 
-/// What starts afresh gives the same again; the forward run is over until then.
+/// A restart gives the same results; until then the forward run has ended.
 #[test]
 fn a_forward_run_that_was_left_is_started_again_only() {
     let mut solver = oscillator(1e-8);

@@ -118,7 +118,7 @@ const FUNCTIONS: [(&str, StopReason); 7] = [
     ("error weight function", StopReason::ErrorWeightsFailed),
     ("root function", StopReason::RootFunctionFailed),
     ("quadrature", StopReason::QuadratureFailed),
-    // A set-up with a NaN shows in the solve.
+    // A setup with a NaN is detected in the solve.
     ("linear set-up", StopReason::LinearSolveFailed),
     ("linear solve", StopReason::LinearSolveFailed),
 ];

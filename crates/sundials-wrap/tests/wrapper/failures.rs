@@ -1,4 +1,4 @@
-//! Functions of the user that fail, panic, or write nonsense; matrices that cannot be factorised.
+//! User functions that fail, panic, or write invalid values; matrices that cannot be factorized.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

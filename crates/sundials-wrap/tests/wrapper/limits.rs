@@ -40,7 +40,8 @@ fn a_constraint_holds_the_integration_up() {
         .build(0.0, &[1.0], &[-1.0])
         .unwrap();
     let stop = stop(solver.integrate_to(2.0));
-    // IDAS lets each step pass the wall by up to Newton's share of the tolerance: it creeps on.
+    // IDAS lets each step violate the constraint by up to Newton's part of the tolerance, so the
+    // solution creeps on.
     let creep = 500.0 * 0.33 * 1e-8;
     assert!(
         (stop.t - 1.0).abs() < creep && solver.y()[0] > -creep,

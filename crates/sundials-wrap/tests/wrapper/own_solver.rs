@@ -94,7 +94,7 @@ fn a_linear_solver_of_ones_own_counts_as_klu_does() {
         .linear_solver(DenseLu::default())
         .build(start.t, &start.y, &start.y_dot)
         .unwrap();
-    // Until rounding tells them apart.
+    // The results agree until rounding separates them.
     for t in [0.4, 40.0, 400.0] {
         klu.integrate_to(t).unwrap();
         dense.integrate_to(t).unwrap();
@@ -121,7 +121,7 @@ fn a_linear_solver_of_ones_own_counts_as_klu_does() {
 fn a_linear_solver_of_ones_own_may_fail_recoverably() {
     struct Moody {
         lu: DenseLu,
-        /// Calls until a set-up, and until a solve, fails.
+        /// Number of calls until a setup, and until a solve, fails.
         setups: u32,
         solves: u32,
     }

@@ -468,7 +468,7 @@ fn misuse_is_told_and_without_parameters_there_is_nothing() {
     );
 }
 
-/// Starting afresh gives the same sensitivities again.
+/// Checks that a restart gives the same sensitivities again.
 #[test]
 fn reinit_starts_the_sensitivities_again() {
     let sample = Oscillator { omega: 2.0 };

@@ -119,7 +119,7 @@ fn reached(t_out: f64) -> impl Fn(Outcome) {
 }
 
 proptest! {
-    // 64 sequences of at most 24 calls take a second; failures are kept beside this file.
+    // 64 sequences of at most 24 calls take a second; failures are stored next to this file.
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
     #[test]

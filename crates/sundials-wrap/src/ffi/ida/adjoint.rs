@@ -25,7 +25,7 @@ pub(super) struct Backward<C> {
     y_dot: NVector,
     quadrature: Option<NVector>,
     link: Pinned<Link<C>>,
-    /// Whether IDAS has taken all of its settings.
+    /// Whether IDAS has accepted all of its settings.
     complete: bool,
 }
 
@@ -61,7 +61,7 @@ impl<C: Callbacks> Ida<C> {
         Ok(())
     }
 
-    /// Starts the checkpoints afresh, after the integration itself.
+    /// Restarts the checkpoints, after the integration has been restarted.
     pub(super) fn forget_checkpoints(&mut self) -> Result<(), CallFailed> {
         if self.adjoint.is_none() {
             return Ok(());
@@ -205,7 +205,7 @@ impl<C: Callbacks> Ida<C> {
         Ok(())
     }
 
-    /// Starts a backward problem afresh at t, quadratures at zero.
+    /// Restarts a backward problem at t, with quadratures at zero.
     pub(crate) fn restart_backward(
         &mut self,
         which: usize,

@@ -191,7 +191,7 @@ impl<P: Problem> IdaSolver<P> {
         Ok(Backward(runs.len() - 1))
     }
 
-    /// Starts a backward problem afresh at `at`, as [`add_backward`](Self::add_backward) does.
+    /// Restarts a backward problem at `at`, as [`add_backward`](Self::add_backward) does.
     ///
     /// # Errors
     /// As for [`add_backward`](Self::add_backward), and [`Error::NoBackward`].
