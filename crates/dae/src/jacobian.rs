@@ -145,7 +145,7 @@ mod tests {
         }
     }
 
-    /// A variable that is zero, with its derivative, is added to a variable of order one. If it
+    /// A zero variable, with zero derivative, is added to a variable of order one. If it
     /// moved by √ε of its tolerance, it would be lost in the sum, and its column would be zero.
     #[test]
     fn a_variable_at_zero_moves_by_what_its_tolerance_allows() {

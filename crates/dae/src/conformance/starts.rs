@@ -123,8 +123,8 @@ pub fn corrects_derivatives_over_the_time_to_the_output<M: Method>(method: &M) {
     }
 }
 
-/// Checks that a position off the circle of a pendulum, or a velocity that is not tangential, is rejected
-/// with the number of the constraint if the problem states its constraints.
+/// Checks that a position off the circle of a pendulum, or a velocity that is not tangential, is
+/// rejected with the number of the constraint if the problem states its constraints.
 pub fn refuses_values_off_the_constraints_stated<M: Method>(method: &M) {
     for (q, v, part) in [
         ([1.0, 0.0], [0.5, 0.0], "constraint 1"),

@@ -12,7 +12,7 @@ use crate::muscle_dae::MuscleDae;
 use crate::operators::{compliance, element_size, mass};
 
 /// Maximum number of fixed-point iterations for the slow manifold. Each reduces the error by a
-/// factor of about β |∇v|; if they do not converge, there is no useful slow manifold.
+/// factor of about β |∇v|; if they do not converge, no useful slow manifold exists.
 const MAX_ITERATIONS: usize = 50;
 /// Relative change of λ at which the iteration ends: far below the resolution of differences in
 /// time.

@@ -266,7 +266,7 @@ impl<P: Problem> IdaSolver<P> {
         let Some(of) = &self.functions().sensitivities else {
             return SensitivityStatistics::default();
         };
-        // IDAS refuses to return the counters of a separate sensitivity solve if there is none.
+        // IDAS returns the counters of a separate sensitivity solve only for the staggered method.
         let staggered = |counter| match of.options.method {
             SensitivityMethod::Staggered => self.ida.counter(counter),
             SensitivityMethod::Simultaneous => 0,
