@@ -16,7 +16,7 @@ use myovib_fem::Mesh;
 use myovib_model::{Formulation, MuscleDae, paper};
 use serde::{Deserialize, Serialize};
 
-use integrators::{TOLERANCES, INTEGRATORS};
+use integrators::{INTEGRATORS, TOLERANCES};
 
 /// The columns of a reference file.
 #[derive(Deserialize)]

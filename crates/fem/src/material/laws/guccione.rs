@@ -40,8 +40,18 @@ impl Described for Guccione {
 /// Constants of both laws.
 const CONSTANTS: &[Parameter] = &[
     Parameter::new("c", "Pa", Range::Positive, "Stiffness C"),
-    Parameter::new("b_f", "", Range::NotNegative, "Weight of strain along the fiber"),
-    Parameter::new("b_t", "", Range::NotNegative, "Weight of strain across the fiber"),
+    Parameter::new(
+        "b_f",
+        "",
+        Range::NotNegative,
+        "Weight of strain along the fiber",
+    ),
+    Parameter::new(
+        "b_t",
+        "",
+        Range::NotNegative,
+        "Weight of strain across the fiber",
+    ),
     Parameter::new(
         "b_fs",
         "",

@@ -26,12 +26,7 @@ impl Described for StVenantKirchhoff {
         about: "Standard law including the volumetric part: for `displacement` only, and for \
                 moderate strains, as it softens in compression.",
         parameters: &[
-            Parameter::new(
-                "lambda",
-                "Pa",
-                Range::NotNegative,
-                "First Lamé constant λ",
-            ),
+            Parameter::new("lambda", "Pa", Range::NotNegative, "First Lamé constant λ"),
             SHEAR_MODULUS,
         ],
         fibres: false,
