@@ -20,8 +20,8 @@ pub struct Solid {
     #[serde(default)]
     #[schemars(range(min = 0))]
     pub beta: f64,
-    /// Form of the equations of motion [default: `implicit-rate` if beta > 0; otherwise `position`, or
-    /// `velocity` if kappa = inf].
+    /// Form of the equations of motion [default: implicit-rate if beta > 0; otherwise position, or
+    /// velocity if kappa = inf].
     pub formulation: Option<Formulation>,
 }
 
