@@ -41,7 +41,7 @@ pub fn text(map: &StiffnessMap) -> String {
     text
 }
 
-/// Files written by [`write`].
+/// Files written by [`write()`].
 pub const FILES: [&str; 3] = ["stiffness.vtu", "stiffness.svg", "stiffness.json"];
 
 /// Writes `stiffness.vtu`, `stiffness.json` and, unless all maps are zero, `stiffness.svg`. Returns the paths of the files
