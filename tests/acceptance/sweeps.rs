@@ -120,7 +120,7 @@ fn a_sweep_sees_changed_files_and_retries_what_failed_by_chance() {
             "rod.alpha=0.25",
             "--json",
         ];
-        myovib_in(folder.path(), &[&common[..], &["-"], more].concat())
+        myovib_in(folder.path(), &[&common[..], more].concat())
     };
     let sweep = |more: &[&str]| -> Value {
         let run = swept(more);
@@ -382,8 +382,8 @@ fn columns_of_a_sweep_are_told_apart_and_known() {
         (&["--vary", "solid.beta=1e-4"][..], "varies already"),
         (&["--vary", "=1,2"], "a key is missing"),
         (&["--vary", "time.end=1e-2..inf:3"], "finite numbers"),
-        (&["--result", "solid.beta=max(origin.u_y)"], "is taken"),
-        (&["--result", "case=max(origin.u_y)"], "is taken"),
+        (&["--result", "solid.beta=max(origin.u_y)"], "already used"),
+        (&["--result", "case=max(origin.u_y)"], "already used"),
         (&["--result", "top=max(origin.u_z)"], "t, u_x, u_y, p"),
         (
             &["--result", "top=max(orign.u_y)"],
