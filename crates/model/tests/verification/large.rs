@@ -277,9 +277,10 @@ fn an_arch_snaps_through() {
                 other => panic!("{other:?}"),
             }
         });
-        // The smallest load step is 1/1024 of the whole.
+        // The smallest load step is 1/1024 of the whole. Close to the limit the last but one may also
+        // be rejected, for a correction that exceeds its part of the prediction.
         assert!(
-            (limits[0] - limits[1]).abs() <= 100.0 / 1024.0,
+            (limits[0] - limits[1]).abs() <= 2.0 * 100.0 / 1024.0,
             "{limits:?}"
         );
 

@@ -174,8 +174,9 @@ impl Builder<'_> {
         let changes = signal.time_scale(0.0, self.t_end);
         let n = changes.map_or(least, |scale| SAMPLES_OF_A_CHANGE * self.t_end / scale);
         let n = n.clamp(least, most).ceil();
-        let times = (0..=n as u32).map(|k| self.t_end * f64::from(k) / n);
-        let mut values = times.map(|t| (t, signal.at(t).value));
+        let samples = (0..=n as u32).map(|k| self.t_end * f64::from(k) / n);
+        let kinks = signal.breaks(0.0, self.t_end).map(|kink| kink.t);
+        let mut values = samples.chain(kinks).map(|t| (t, signal.at(t).value));
         match values.find(|(_, tension)| *tension < 0.0) {
             None => Ok(()),
             Some((t, tension)) => {

@@ -110,7 +110,7 @@ fn what_cannot_contract_is_refused_with_its_key() {
         (
             "law = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4",
             "law = \"small-strain\"\ndensity = 1e3\nshear_modulus = 1e4",
-            ["small strains", "line 10"],
+            ["small-strain law", "line 10"],
         ),
         (
             "group = \"surface\"",

@@ -280,7 +280,7 @@ fn inverted_tetrahedra_are_turned_with_a_note() {
     let scene = Scene::build("scene.toml", &text, &[], folder.path()).unwrap();
     let notes = scene.notes();
     assert!(
-        notes.iter().any(|note| note.contains("turned")),
+        notes.iter().any(|note| note.contains("reoriented")),
         "{notes:?}"
     );
 }
