@@ -66,6 +66,8 @@ def test_the_elements_of_a_map_add_up_to_the_stiffness_of_all(tmp_path):
         "stiffness.vtu",
         "stiffness.svg",
         "stiffness.json",
+        "manifest.jsonl",
+        ".lock",
     }
 
 

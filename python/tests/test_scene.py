@@ -176,7 +176,7 @@ def test_names_of_columns_may_be_quoted(tmp_path):
 
 
 def test_a_stop_condition_is_a_success():
-    stop = {"type": "volume", "below": 1e9}
+    stop = {"type": "displacement", "at": [0.0, 0.0], "above": 1e-9}
     stopped = Scene.builtin("init").set("time.end", 0.1).set("stop", [stop]).run()
     assert stopped.document["reason"] == "event" and stopped.success
     assert stopped.document["t_reached"] < 0.1
