@@ -179,7 +179,7 @@ fn a_table_that_pushes_for_a_moment_is_refused() {
     let error = Scene::build("scene.toml", &text, &[], folder.path()).unwrap_err();
     let message = error.to_string();
     assert!(
-        message.contains("its tension cannot be negative") && message.contains("t = 0.01000"),
+        message.contains("its tension cannot be negative") && message.contains("t = 0.01001"),
         "{message}"
     );
 }
