@@ -253,7 +253,7 @@ fn a_killed_rank_ends_all_and_the_last_checkpoint_is_whole() {
         }
     }
     assert!(!folder.join("out/run.json").exists());
-    let t = json(checkpoint)["t"].as_f64().unwrap();
+    let t = json(checkpoint)["checkpoint"]["t"].as_f64().unwrap();
     assert!(0.0 < t && t < 0.3, "{t}");
     // The run can be resumed with any number of ranks.
     let resumed = mpirun(
@@ -296,7 +296,7 @@ fn ranks_that_read_other_bodies_are_refused() {
         let Output { status, stderr, .. } = mpirun(here.path(), &arguments).output().unwrap();
         let told = String::from_utf8(stderr).unwrap();
         assert_eq!(status.code(), Some(2), "{told}");
-        let message = "error: rank 1 does not read the body that rank 0 reads";
+        let message = "error: rank 1 does not load the same body as rank 0";
         assert!(told.contains(message) && told.contains(reason), "{told}");
         assert!(!here.path().join("out").exists(), "nothing is written");
     }
