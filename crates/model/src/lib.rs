@@ -5,17 +5,17 @@
 //!
 //! Main types:
 //! - [`Muscle`], [`Parameters`], [`Load`], [`Bed`], [`Activation`], [`Signal`]: the physics,
-//! independent of the formulation   (folders `muscle`, `signal`).
+//!   independent of the formulation (folders `muscle`, `signal`).
 //! - [`Formulation`]: pairs each [`Field`] of unknowns with an [`Equation`].
 //! - [`MuscleDae`]: residual and Jacobian on the integrator's vectors.
 //! - [`Settings`], [`Integrator`], [`run`](fn@run), [`Statistics`]: time integration of a DAE
-//! (folder   `integration`; linear systems in [`linear`]).
+//!   (folder `integration`; linear systems in [`linear`]).
 //! - [`Probe`], [`Displacement`], [`Snapshot`], [`Measurement`], [`Energies`]: quantities derived
-//! from a   state (folder `reading`).
+//!   from a state (folder `reading`).
 //! - [`RodDae`], [`coupling`]: the rod, and oscillators coupled to a body in one system.
 //! - [`Start`]: consistent initial values; [`statics`]: equilibria.
 //! - [`index`], [`table1`], [`inf_sup`], [`spectrum`], [`check`]: analysis of the matrices of a
-//! model   (folder `analysis`).
+//!   model (folder `analysis`).
 //! - [`advice`]: likely causes and remedies for a run that stopped.
 #![doc = include_str!("../notes/0001-formulations.md")]
 #![forbid(unsafe_code)]
