@@ -19,16 +19,16 @@ pub struct CommonArgs {
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "-")]
     pub json: Option<JsonTarget>,
 
-    /// No progress on standard error; warnings and errors stay.
+    /// Do not report progress on standard error; warnings and errors are still printed.
     #[arg(long, short)]
     pub quiet: bool,
 
-    /// Threads to use [default: all cores].
+    /// Number of threads [default: all cores].
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub threads: Option<NonZeroUsize>,
 
-    /// Memory to take at most, as in 8GiB or 500MiB [default: what is free]. Factors that will not
-    /// fit are refused before they are computed.
+    /// Memory limit, for example 8GiB or 500MiB [default: the available memory]. Factorizations
+    /// that would exceed it are rejected before they start.
     #[arg(long, value_name = "SIZE", value_parser = values::memory)]
     pub memory: Option<usize>,
 }

@@ -35,7 +35,7 @@ use crate::versions;
     long_version = versions::long(),
     propagate_version = true,
     subcommand_required = true,
-    after_help = "Exit codes: 0 done · 1 a result differs from what was to be shown · 2 wrong \
+    after_help = "Exit codes: 0 done · 1 a reproduction check failed · 2 wrong \
                   input, nothing written · 3 the integrator stopped, output kept · 4 failed while \
                   running, output kept · 130 interrupted, output kept"
 )]
@@ -50,37 +50,38 @@ pub struct Cli {
 pub enum Command {
     /// Write a commented scene to start from.
     Init(InitArgs),
-    /// Say of a scene, without running it: index, stability, modes, cost, and what will fail.
+    /// Inspect a scene before running it: DAE index, inf–sup stability, modes, estimated cost,
+    /// likely problems.
     Check(CheckArgs),
     /// Compute a scene: a motion, an equilibrium, or eigenmodes.
     Run(RunArgs),
-    /// Run a scene for each of a grid of values, on all cores, and gather a table.
+    /// Run a scene for a grid of parameter values in parallel and collect the results in a table.
     Sweep(SweepArgs),
-    /// Find the lowest eigenfrequencies and modes of the paper's muscle, or of a scene's body.
+    /// Compute the lowest eigenfrequencies and modes of a scene's body or of the paper's muscle.
     Modes(ModesArgs),
-    /// Say what a scene's outputs depend on, and how much.
+    /// Compute the sensitivities of a scene's outputs to its parameters.
     Sensitivity(SensitivityArgs),
-    /// Find the parameters of a scene from measurements.
+    /// Fit parameters of a scene to measurements.
     Fit(FitArgs),
     /// Measure the inf–sup constants of P2–P1 and P1–P1 over refined meshes.
     Infsup(InfsupArgs),
-    /// Compute the indices of the paper's Table 1 and print them beside the paper's.
+    /// Compute the indices of the paper's Table 1 and compare them with the published values.
     Table1(Table1Args),
-    /// Run the paper's Table 2 and print it beside the paper's counts.
+    /// Run the paper's Table 2 and compare the step counts with the published values.
     Table2(Table2Args),
-    /// Draw one of the paper's figures, with the numbers behind it.
+    /// Compute one of the paper's figures and its data.
     Figure(FigureArgs),
-    /// Draw all of the paper's figures.
+    /// Compute all figures of the paper.
     Figures(FiguresArgs),
-    /// Animate the chain in the complex plane, or the muscle's deformation (GIF).
+    /// Animate the chain in the complex plane or the deformation of the muscle (GIF).
     Movie(MovieArgs),
-    /// Sweep the drive of a chain and see when the chain locks to it.
+    /// Sweep the drive of a chain and determine where the chain locks to it.
     Synchronization(SynchronizationArgs),
-    /// Print the JSON Schema of scenes, with which editors complete and check.
+    /// Print the JSON Schema of scenes, for completion and validation in editors.
     Schema(SchemaArgs),
-    /// Say what libraries and what machine this program has, and what the build lacks.
+    /// Report the linked libraries, the machine and missing build requirements.
     Doctor(DoctorArgs),
-    /// Print completions for a shell.
+    /// Print shell completions.
     Completions(CompletionsArgs),
     /// Print the manual page of the program or of a command.
     Man(ManArgs),

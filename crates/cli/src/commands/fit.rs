@@ -26,7 +26,7 @@ use crate::values;
     history.csv. Returns 3 if the fit does not converge, or if the residuals are more \
     than a hundred times the given noise.")]
 pub struct FitArgs {
-    /// The scene: a TOML file, or the name of a built-in scene.
+    /// Scene: a TOML file or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
 
@@ -47,7 +47,7 @@ pub struct FitArgs {
     #[arg(long, conflicts_with_all = ["starts", "overwrite"])]
     pub resume: bool,
 
-    /// Replace the fit that the folder holds.
+    /// Replace the fit in the folder.
     #[arg(long)]
     pub overwrite: bool,
 

@@ -32,8 +32,7 @@ pub struct InfsupArgs {
     #[arg(value_name = "MESH")]
     pub mesh: Option<PathBuf>,
 
-    /// The groups whose nodes are held [default: fixed; of a scene those that it holds
-    /// or moves].
+    /// Groups with fixed nodes [default: `fixed`, or the groups that a scene fixes or moves].
     #[arg(long, value_name = "GROUPS", value_delimiter = ',')]
     pub fixed: Option<Vec<String>>,
 
@@ -41,11 +40,11 @@ pub struct InfsupArgs {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Meshes to measure on: the mesh itself, and its uniform refinements.
+    /// Number of meshes: the mesh itself and its uniform refinements.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=6))]
     pub levels: u8,
 
-    /// Draw the constants over the mesh size as SVG.
+    /// Plot the constants over the mesh size as SVG.
     #[arg(long, value_name = "FILE", value_parser = values::output_file)]
     pub plot: Option<PathBuf>,
 

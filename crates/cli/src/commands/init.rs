@@ -20,7 +20,7 @@ fn scene() -> &'static str {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  myovib init\n  myovib init leg.toml\n  myovib init - | less")]
 pub struct InitArgs {
-    /// Where to write the scene; `-` is standard output. An existing file is not overwritten.
+    /// Output file; `-` is standard output. An existing file is not overwritten.
     #[arg(default_value = "scene.toml", value_name = "FILE")]
     pub file: PathBuf,
 }

@@ -30,17 +30,17 @@ use crate::values;
     myovib modes cook-static --set modes.loads_at=0"
 )]
 pub struct ModesArgs {
-    /// A scene whose body is looked at, about rest or, with `--set modes.loads_at=T`, about the
-    /// equilibrium under its loads at the time T: a TOML file, or the name of a built-in scene
-    /// [default: the paper's muscle, compressible and incompressible].
+    /// Scene (TOML file or built-in name) whose body is analyzed about rest or, with `--set
+    /// modes.loads_at=T`, about the equilibrium under its loads at time T [default: the paper's
+    /// muscle, compressible and incompressible].
     #[arg(value_name = "SCENE", conflicts_with_all = ["mesh", "kappa", "load", "beta"])]
     pub scene: Option<PathBuf>,
 
-    /// Change a value of the scene, as in solid.kappa=inf; may be repeated.
+    /// Change a value of the scene, for example solid.kappa=inf; may be repeated.
     #[arg(long, value_name = "KEY=VALUE", requires = "scene")]
     pub set: Vec<String>,
 
-    /// Number of modes [default: the scene's, else 10].
+    /// Number of modes [default: the scene's, otherwise 10].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=200))]
     pub count: Option<u16>,
 
@@ -52,8 +52,8 @@ pub struct ModesArgs {
     #[arg(long, value_name = "X", default_value_t = paper::KAPPA)]
     pub kappa: f64,
 
-    /// Linearise about the equilibrium under this constant traction (Pa, upwards on `load`), not
-    /// about rest.
+    /// Linearize about the equilibrium under this constant traction (Pa, upwards on `load`) instead
+    /// of about rest.
     #[arg(long, value_name = "X", default_value_t = 0.0)]
     pub load: f64,
 
@@ -61,7 +61,7 @@ pub struct ModesArgs {
     #[arg(long, value_name = "X", default_value_t = paper::BETA)]
     pub beta: f64,
 
-    /// Draw the modes, those of the incompressible muscle, as SVG.
+    /// Draw the modes of the incompressible muscle as SVG.
     #[arg(long, value_name = "FILE", value_parser = values::output_file)]
     pub svg: Option<PathBuf>,
 

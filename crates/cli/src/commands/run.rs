@@ -36,30 +36,30 @@ use crate::values;
     `myovib init` writes a scene to start from; `myovib check SCENE` says before what a run will be like. A name that \
     is no file lists the built-in scenes.")]
 pub struct RunArgs {
-    /// The scene: a TOML file, or the name of a built-in scene.
+    /// Scene: a TOML file or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
 
-    /// Folder for the results; it is made, and must not hold a run already.
+    /// Folder for the results; created if missing. It must not contain another run.
     #[arg(long, value_name = "DIR", default_value = "out", value_parser = values::output_folder)]
     pub out: PathBuf,
 
-    /// Change a value of the scene, as in `solid.kappa=inf` or `material[0].c10=2e4`; without a
-    /// value the default comes back. May be repeated.
+    /// Change a value of the scene, for example `solid.kappa=inf` or `material[0].c10=2e4`. Without
+    /// a value, the default is restored. May be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Go on with the run in the folder from its last checkpoint; a finished one goes on to a later
-    /// end that `--set time.end=…` gives.
+    /// Continue the run in the folder from its last checkpoint. A finished run continues to a later
+    /// end time given by `--set time.end=…`.
     #[arg(long, conflicts_with = "overwrite")]
     pub resume: bool,
 
-    /// Replace the run that the folder holds: all its files are removed first.
+    /// Replace the run in the folder: all its files are removed first.
     #[arg(long)]
     pub overwrite: bool,
 
-    /// Compute the scene a second time, with ten times its tolerances, and say from both how far off
-    /// each probe is in time.
+    /// Run the scene again with ten times its tolerances, and estimate the error in time of each
+    /// probe from the difference.
     #[arg(long)]
     pub verify: bool,
 

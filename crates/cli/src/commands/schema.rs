@@ -14,7 +14,7 @@ use myovib_scene::scene_file;
                         #:schema ./scene.schema.json"
 )]
 pub struct SchemaArgs {
-    /// Print the scene reference of the guide instead, as Markdown.
+    /// Print the scene reference of the guide as Markdown instead.
     #[arg(long)]
     pub markdown: bool,
 }

@@ -33,7 +33,7 @@ const DOCUMENT: &str = "sensitivity.json";
     ParaView, stiffness.svg and stiffness.json. Integrates by Radau IIA (radau9 unless the scene names \
     another).")]
 pub struct SensitivityArgs {
-    /// The scene: a TOML file, or the name of a built-in scene.
+    /// Scene: a TOML file or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
 
@@ -41,19 +41,20 @@ pub struct SensitivityArgs {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Instead: where in the body each displacement or velocity sees its stiffness, by the discrete adjoint.
+    /// Compute instead, by the discrete adjoint, the influence of the stiffness at each position of
+    /// the body on each displacement or velocity.
     #[arg(long)]
     pub map: bool,
 
-    /// Let the errors of the derivatives choose the steps too.
+    /// Include the sensitivities in the error test.
     #[arg(long, conflicts_with = "map")]
     pub in_error_test: bool,
 
-    /// Folder for the results; it is made, and must not hold results already.
+    /// Folder for the results; created if missing. It must not contain other results.
     #[arg(long, value_name = "DIR", default_value = "sensitivity", value_parser = values::output_folder)]
     pub out: PathBuf,
 
-    /// Replace the results that the folder holds.
+    /// Replace the results in the folder.
     #[arg(long)]
     pub overwrite: bool,
 

@@ -34,8 +34,8 @@ use crate::values;
     Exit code 1 when a run ends otherwise than the paper's."
 )]
 pub struct Table2Args {
-    /// Rows to run, by key: 1, 2, 2m, 3, 3m, 4, 4-order2, 4-suppressed, 31; with Radau IIA 1, 2, 3,
-    /// 4, 31, as the others differ from these in settings of BDF [default: all].
+    /// Keys of the rows to run: 1, 2, 2m, 3, 3m, 4, 4-order2, 4-suppressed, 31. With Radau IIA 1,
+    /// 2, 3, 4, 31, because the other rows differ in settings of BDF only [default: all].
     #[arg(long, value_name = "KEYS", value_delimiter = ',')]
     pub rows: Vec<String>,
 
@@ -51,33 +51,34 @@ pub struct Table2Args {
     #[arg(long, value_name = "T", value_parser = values::positive)]
     pub t_end: Option<f64>,
 
-    /// Maximum BDF order of all rows, 1 to 5, or `auto`: what the damping of the fast modes allows
-    /// [default: the row's].
+    /// Maximum BDF order of all rows, 1 to 5, or `auto`: determined by the damping of the fast
+    /// modes [default: the row's].
     #[arg(long, value_name = "N", value_parser = max_order)]
     pub max_order: Option<String>,
 
-    /// What the error test leaves out: `none`, `default` (the row's with BDF, nothing with Radau
+    /// Blocks excluded from the error test: `none`, `default` (the row's with BDF, none with Radau
     /// IIA), or a list of q, v, lambda, mu.
     #[arg(long, value_name = "BLOCKS", default_value = "default")]
     pub suppress: Suppress,
 
-    /// Relative tolerance; Radau IIA takes the absolute ones in proportion [default: 1e-3].
+    /// Relative tolerance; with Radau IIA, absolute tolerances are scaled in proportion [default:
+    /// 1e-3].
     #[arg(long, value_name = "X", value_parser = values::relative_tolerance)]
     pub rtol: Option<f64>,
 
-    /// Absolute tolerance of the velocity in m/s [default: 1e-5, with Radau IIA in proportion].
+    /// Absolute tolerance of the velocity in m/s [default: 1e-5; scaled with Radau IIA].
     #[arg(long, value_name = "X", value_parser = values::positive)]
     pub atol_velocity: Option<f64>,
 
-    /// Write the table as CSV; with --probe, the probe's values instead.
+    /// Write the table as CSV, or the values of the probe with --probe.
     #[arg(long, value_name = "FILE", value_parser = values::output_file)]
     pub csv: Option<PathBuf>,
 
-    /// Record u and p at this point (`origin`) into the CSV file; takes a single row.
+    /// Record u and p at this point (`origin`) in the CSV file; requires a single row.
     #[arg(long, value_name = "POINT", requires = "csv")]
     pub probe: Option<ProbePoint>,
 
-    /// Time between two records of the probe in s.
+    /// Sampling interval of the probe in s.
     #[arg(
         long,
         value_name = "T",
@@ -87,11 +88,12 @@ pub struct Table2Args {
     )]
     pub every: f64,
 
-    /// Change a value of all rows' scenes, as in `integrator.project_every=0.1`; may be repeated.
+    /// Change a value in the scenes of all rows, for example `integrator.project_every=0.1`; may be
+    /// repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Keep the folders of the runs here, `table2-KEY` for each row.
+    /// Keep the run folders here, `table2-KEY` for each row.
     #[arg(long, value_name = "DIR", value_parser = values::output_folder)]
     pub out: Option<PathBuf>,
 
@@ -111,7 +113,7 @@ fn max_order(text: &str) -> Result<String, String> {
 /// A named point to record at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum ProbePoint {
-    /// The middle of the muscle, (0, 0), where the rows' scenes have their probe.
+    /// Center of the muscle, (0, 0), where the scenes of the rows have their probe.
     Origin,
 }
 

@@ -42,11 +42,11 @@ use myovib_scene::{Body, Scene, plain};
     are those of the table: to leave lambda out of the error test is `--set 'integrator.suppress=[\"pressure\"]'`.\n\n\
     Nothing is written. Warnings do not change the exit code.")]
 pub struct CheckArgs {
-    /// The scene: a TOML file, or the name of a built-in scene.
+    /// Scene: a TOML file or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
 
-    /// Change a value of the scene, as in solid.kappa=inf; may be repeated.
+    /// Change a value of the scene, for example solid.kappa=inf; may be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 

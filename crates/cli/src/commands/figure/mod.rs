@@ -49,16 +49,16 @@ use myovib_scene::{InputError, Scene};
     with the numbers behind it.")]
 pub struct FigureArgs {
     /// Number in the paper: 2 oscillators in the complex plane; 3 their radii over time; 4 mesh and
-    /// boundary conditions; 5 the deformed muscle; 6 displacement and pressure in the origin;
-    /// 7 coherence of the chain in the muscle.
+    /// boundary conditions; 5 deformed muscle; 6 displacement and pressure at the origin; 7
+    /// coherence of the chain in the muscle.
     #[arg(value_parser = clap::value_parser!(u8).range(2..=7))]
     pub number: u8,
 
-    /// Change a value of the scene, as in `chain[0].gain=10`; may be repeated.
+    /// Change a value of the scene, for example `chain[0].gain=10`; may be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// What all figures can be told.
+    /// Options common to all figures.
     #[command(flatten)]
     pub options: Options,
 }
@@ -67,7 +67,7 @@ pub struct FigureArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  myovib figures --out figures")]
 pub struct FiguresArgs {
-    /// What all figures can be told.
+    /// Options common to all figures.
     #[command(flatten)]
     pub options: Options,
 }
@@ -75,7 +75,7 @@ pub struct FiguresArgs {
 /// Options of one figure and of all.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Folder for the figures; it is made if it does not exist.
+    /// Folder for the figures; created if missing.
     #[arg(long, value_name = "DIR", default_value = "figures", value_parser = values::output_folder)]
     pub out: PathBuf,
 
@@ -92,7 +92,7 @@ pub struct Options {
     #[arg(long, value_name = "NAME", value_parser = values::integrator)]
     pub integrator: Option<IntegratorKind>,
 
-    /// Write each picture as PNG too.
+    /// Also write each picture as PNG.
     #[arg(long)]
     pub png: bool,
 

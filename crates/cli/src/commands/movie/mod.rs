@@ -31,24 +31,24 @@ const DELAY: u16 = 4;
     myovib movie muscle --out muscle.gif --width-pixels 480\n\n\
     The films show runs of the built-in scenes figure3, figure5, hardening and muscle3d.")]
 pub struct MovieArgs {
-    /// What to show.
+    /// Subject of the movie.
     #[arg(value_enum)]
     pub subject: Subject,
 
-    /// File to write [default: SUBJECT.gif].
+    /// Output file [default: SUBJECT.gif].
     #[arg(long, value_name = "FILE", value_parser = values::output_file)]
     pub out: Option<PathBuf>,
 
-    /// Width of the picture.
+    /// Width of the picture in pixels.
     #[arg(long, value_name = "N", default_value_t = 640, value_parser = clap::value_parser!(u16).range(64..=2000))]
     pub width_pixels: u16,
 
-    /// First moment shown of the chain, s [default: 8].
+    /// Start time of the movie of the chain, s [default: 8].
     #[arg(long, value_name = "T")]
     pub from: Option<f64>,
 
-    /// Last moment shown, s [default: 14 (chain), 3 (muscle and hardening, of which the last cycle
-    /// of the load is shown), 2 (muscle3d)].
+    /// End time of the movie, s [default: 14 (chain), 3 (muscle and hardening, which show the last
+    /// cycle of the load), 2 (muscle3d)].
     #[arg(long, value_name = "T")]
     pub to: Option<f64>,
 
@@ -62,7 +62,7 @@ pub struct MovieArgs {
     #[arg(long, value_name = "NAME", value_parser = values::integrator)]
     pub integrator: Option<IntegratorKind>,
 
-    /// Change a value of the scene, as in `chain[0].gain=10`; may be repeated.
+    /// Change a value of the scene, for example `chain[0].gain=10`; may be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
@@ -76,11 +76,11 @@ pub struct MovieArgs {
 pub enum Subject {
     /// The chain on the rod, in the complex plane: the scene `figure3`.
     Chain,
-    /// The deformation of the muscle, enlarged: the scene `figure5`.
+    /// Magnified deformation of the muscle: the scene `figure5`.
     Muscle,
-    /// Waves at a stiff inclusion in the muscle: the scene `hardening`, enlarged.
+    /// Magnified waves at a stiff inclusion in the muscle: the scene `hardening`.
     Hardening,
-    /// A muscle in space that contracts: the scene `muscle3d`, which takes minutes.
+    /// Contraction of a 3D muscle: the scene `muscle3d`, which takes minutes.
     Muscle3d,
 }
 

@@ -31,12 +31,12 @@ use crate::values;
     those whose scene, mesh, tables or program have changed.\n\n\
     The exit code is 0 when every case was recorded, also those that failed.")]
 pub struct SweepArgs {
-    /// The scene: a TOML file, or the name of a built-in scene.
+    /// Scene: a TOML file or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
 
-    /// Values that a key of the scene takes: key=a,b,c, or key=lo..hi:n, or key=lo..hi:n:log. Given
-    /// for several keys, all combinations are cases; the last key changes fastest.
+    /// Values of a key of the scene: key=a,b,c, or key=lo..hi:n, or key=lo..hi:n:log. With several
+    /// keys, all combinations are cases; the last key changes fastest.
     #[arg(long, value_name = "KEY=VALUES", required = true)]
     pub vary: Vec<String>,
 
@@ -44,33 +44,33 @@ pub struct SweepArgs {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Add a column to the table, computed from what the probes recorded: an expression of
-    /// min(PROBE.COLUMN), max, mean, last, or amplitude (half the range), of the whole run or from a
-    /// time on, as in 'gain=amplitude(tip.u_y, 1.5)/1e-3'. May be repeated.
+    /// Add a column to the table, computed from probe data: an expression of min(PROBE.COLUMN),
+    /// max, mean, last or amplitude (half the range), over the whole run or from a given time, for
+    /// example 'gain=amplitude(tip.u_y, 1.5)/1e-3'. May be repeated.
     #[arg(long, value_name = "NAME=EXPRESSION")]
     pub result: Vec<String>,
 
-    /// Folder for the cases, case-0001 and so on, each as `run` writes it, and for the table.
+    /// Folder for the table and the cases (case-0001 and so on, each a run folder).
     #[arg(long, value_name = "DIR", default_value = "sweep", value_parser = values::output_folder)]
     pub out: PathBuf,
 
-    /// Compute all cases again, and replace another sweep in the folder.
+    /// Recompute all cases and replace another sweep in the folder.
     #[arg(long)]
     pub overwrite: bool,
 
-    /// Compute case K, or cases K to L, of N only, from 1; N must be the number of cases.
+    /// Compute only case K, or cases K to L, of N (counted from 1). N must be the number of cases.
     #[arg(long, value_name = "K[-L]/N")]
     pub case: Option<String>,
 
-    /// Compute nothing: write the table of the cases that were computed.
+    /// Write the table of the computed cases without computing any.
     #[arg(long, conflicts_with_all = ["case", "overwrite"])]
     pub collect: bool,
 
-    /// Compute nothing: write a job script for Slurm that computes the cases as an array.
+    /// Write a Slurm job script that computes the cases as an array, without computing any.
     #[arg(long, value_name = "FILE", value_parser = values::output_file, conflicts_with_all = ["case", "collect", "overwrite"])]
     pub slurm: Option<PathBuf>,
 
-    /// Cases that a task of the job script computes, one after the other.
+    /// Number of cases that each task of the job script computes in sequence.
     #[arg(long, value_name = "N", default_value = "1", requires = "slurm", value_parser = values::up_to::<100_000>)]
     pub per_task: NonZeroUsize,
 

@@ -40,7 +40,7 @@ use crate::values;
     less than `--slip` turns per window, and |χ| never falls below `--coherence`."
 )]
 pub struct SynchronizationArgs {
-    /// What drives the chain.
+    /// Body that drives the chain.
     #[arg(long, value_enum, default_value_t = BodyName::Rod)]
     pub body: BodyName,
 
@@ -58,12 +58,12 @@ pub struct SynchronizationArgs {
     )]
     pub gamma: Vec<f64>,
 
-    /// Half widths of the interval of natural frequencies, rad/s [default: the scene's, 0.05 on the
-    /// rod, 0.5 on the muscle].
+    /// Half widths of the interval of natural angular frequencies, rad/s [default: the scene's:
+    /// 0.05 on the rod, 0.5 on the muscle].
     #[arg(long, value_name = "W,…", value_delimiter = ',')]
     pub width: Vec<f64>,
 
-    /// Couplings D of neighbours [default: the scene's, 3].
+    /// Coupling constants D between neighbors [default: the scene's: 3].
     #[arg(long, value_name = "D,…", value_delimiter = ',')]
     pub coupling: Vec<f64>,
 
@@ -72,35 +72,36 @@ pub struct SynchronizationArgs {
           value_parser = values::positive)]
     pub frequency: Vec<f64>,
 
-    /// End time of each run, s; near the onset of entrainment transients last 150 s [default: 200
+    /// End time of each run, s. Near the onset of entrainment, transients last 150 s [default: 200
     /// with the rod, 50 with the muscle].
     #[arg(long, value_name = "T")]
     pub t_end: Option<f64>,
 
     /// Integrator of body and chains: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`,
-    /// `radau9`, `radau13`. Of long runs of oscillators order 9 takes a fortieth of the time of BDF.
+    /// `radau9`, `radau13`. For long runs of oscillators, order 9 takes a fortieth of the time of
+    /// BDF.
     #[arg(long, value_name = "NAME", default_value = "radau9", value_parser = values::integrator)]
     pub integrator: IntegratorKind,
 
-    /// Change a value of the scene, as in `chain[0].seed=7`; may be repeated.
+    /// Change a value of the scene, for example `chain[0].seed=7`; may be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Turns by which a locked centroid may slip against the drive in the window.
+    /// Maximum slip of a locked centroid relative to the drive in the window, in turns.
     #[arg(long, value_name = "TURNS", default_value_t = LockCriterion::default().slip,
           value_parser = values::positive)]
     pub slip: f64,
 
-    /// Least |χ| of a locked chain in the window.
+    /// Minimum |χ| of a locked chain in the window.
     #[arg(long, value_name = "CHI", default_value_t = LockCriterion::default().coherence,
           value_parser = values::positive)]
     pub coherence: f64,
 
-    /// Folder for picture and table; it is made if it does not exist.
+    /// Folder for the figure and the table; created if missing.
     #[arg(long, value_name = "DIR", default_value = "synchronization", value_parser = values::output_folder)]
     pub out: PathBuf,
 
-    /// Write the picture as PNG too.
+    /// Also write the picture as PNG.
     #[arg(long)]
     pub png: bool,
 
