@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::RadauError;
-use crate::options::{expect, expect_positive};
+use crate::error::{RadauError, expect, expect_positive};
 
 /// Chooses step sizes from error estimates (Hairer & Wanner IV.8).
 #[derive(Debug, Clone)]
@@ -16,19 +15,19 @@ pub(crate) struct Control {
     loosened: f64,
     /// Lower bound of the expected estimate for a smooth solution.
     least_smooth: f64,
-    memory: Memory,
+    history: StepHistory,
 }
 
 /// State stored between attempts.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub(crate) struct Memory {
+pub(crate) struct StepHistory {
     /// Size and error of the last accepted step.
     accepted: Option<(f64, f64)>,
     /// Size and error of the last attempt at this step, if it was rejected.
     rejected: Option<(f64, f64)>,
 }
 
-impl Memory {
+impl StepHistory {
     /// Checks values from outside, such as a saved state.
     pub(crate) fn validate(&self) -> Result<(), RadauError> {
         for (h, error) in [self.accepted, self.rejected].into_iter().flatten() {
@@ -77,18 +76,18 @@ impl Control {
             newton_limit,
             loosened: loosened.max(1.0),
             least_smooth: LEAST_SMOOTH[usize::from(constrained)],
-            memory: Memory::default(),
+            history: StepHistory::default(),
         }
     }
 
     /// Returns the state stored between attempts.
-    pub(crate) fn memory(&self) -> Memory {
-        self.memory
+    pub(crate) fn history(&self) -> StepHistory {
+        self.history
     }
 
-    /// Restores the state returned by [`memory`](Self::memory).
-    pub(crate) fn restore(&mut self, memory: Memory) {
-        self.memory = memory;
+    /// Restores the state returned by [`history`](Self::history).
+    pub(crate) fn restore(&mut self, history: StepHistory) {
+        self.history = history;
     }
 
     /// Sets the ratio of the tolerance for the estimate to the tolerance for the solution.
@@ -98,7 +97,7 @@ impl Control {
 
     /// Discards the history of previous steps.
     pub(crate) fn forget(&mut self) {
-        self.memory = Memory::default();
+        self.history = StepHistory::default();
     }
 
     /// Returns the error by which a step is accepted or rejected.
@@ -107,7 +106,7 @@ impl Control {
     /// a smooth solution has order 2s. If the estimate does not behave like the estimate of a
     /// smooth solution, it is the error itself and is compared with the tolerance for the solution.
     pub(crate) fn judge(&self, h: f64, error: f64) -> f64 {
-        let rough = match (self.memory.rejected, self.memory.accepted) {
+        let rough = match (self.history.rejected, self.history.accepted) {
             (Some((last_h, last_error)), _) => {
                 let order = (last_error / error).ln() / (last_h / h).ln();
                 (ROUGH_ORDERS.0..ROUGH_ORDERS.1).contains(&order)
@@ -123,7 +122,7 @@ impl Control {
 
     /// Records a failed attempt with this estimate.
     pub(crate) fn reject(&mut self, h: f64, error: f64) {
-        self.memory.rejected = Some((h, error));
+        self.history.rejected = Some((h, error));
     }
 
     /// Returns the step for which the error would be 1, reduced by a safety margin that grows with
@@ -151,12 +150,12 @@ impl Control {
     pub(crate) fn accept(&mut self, h: f64, error: f64, iterations: usize) -> f64 {
         let error = error.max(LEAST_ERROR);
         let mut proposal = self.propose(h, error, iterations);
-        if let Some((last_h, last_error)) = self.memory.accepted {
+        if let Some((last_h, last_error)) = self.history.accepted {
             let trend =
                 (h / last_h) * (last_error.max(LEAST_TREND) / (error * error)).powf(self.exponent);
             proposal = proposal.min(h * (self.safety * trend).clamp(FACTORS.0, FACTORS.1));
         }
-        self.memory = Memory {
+        self.history = StepHistory {
             accepted: Some((h, error)),
             rejected: None,
         };

@@ -190,3 +190,27 @@ pub(crate) fn expect_finite(what: &'static str, values: &[f64]) -> Result<(), Ra
         None => Ok(()),
     }
 }
+
+/// Returns an error for `option` unless its value is `good`.
+pub(crate) fn expect(
+    option: &'static str,
+    value: f64,
+    good: bool,
+    expected: &'static str,
+) -> Result<(), RadauError> {
+    if good {
+        Ok(())
+    } else {
+        Err(RadauError::InvalidOption {
+            option,
+            value,
+            expected,
+        })
+    }
+}
+
+/// Returns an error for `option` unless its value is finite and positive.
+pub(crate) fn expect_positive(option: &'static str, value: f64) -> Result<(), RadauError> {
+    let good = value.is_finite() && value > 0.0;
+    expect(option, value, good, "finite and > 0")
+}

@@ -4,7 +4,7 @@ use myovib_dae::{Suppressed, Tolerances, VariableKind};
 use myovib_sparse::SparseOptions;
 
 use crate::control::Control;
-use crate::error::{RadauError, expect_length};
+use crate::error::{RadauError, expect, expect_length, expect_positive};
 
 /// Lower limit of the factor by which steps may grow if only rounding of multipliers is visible.
 const GROWTH_IN_NOISE: f64 = 2.0;
@@ -355,26 +355,4 @@ impl RadauOptions {
         let tested = |left_out: &bool| f64::from(u8::from(!left_out));
         Ok(left_out.iter().map(tested).collect())
     }
-}
-
-pub(crate) fn expect(
-    option: &'static str,
-    value: f64,
-    good: bool,
-    expected: &'static str,
-) -> Result<(), RadauError> {
-    if good {
-        Ok(())
-    } else {
-        Err(RadauError::InvalidOption {
-            option,
-            value,
-            expected,
-        })
-    }
-}
-
-pub(crate) fn expect_positive(option: &'static str, value: f64) -> Result<(), RadauError> {
-    let good = value.is_finite() && value > 0.0;
-    expect(option, value, good, "finite and > 0")
 }

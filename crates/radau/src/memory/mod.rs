@@ -10,10 +10,11 @@ use myovib_dae::{Problem, StepError};
 use serde::{Deserialize, Serialize};
 
 use crate::dense::Collocation;
-use crate::error::{RadauError, expect_finite, expect_length, expect_vector};
+use crate::error::{
+    RadauError, expect, expect_finite, expect_length, expect_positive, expect_vector,
+};
 use crate::failure::{Failure, Operation};
 use crate::method::Method;
-use crate::options::{expect, expect_positive};
 use form::{BEGIN, CHANGE, DRIVES, Form, SHIFTED, SHIFTED_CHANGE, TermStep};
 use kernel::Driven;
 

@@ -3,8 +3,7 @@
 use myovib_dae::Linearization;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{RadauError, expect_finite, expect_vector};
-use crate::options::expect_positive;
+use crate::error::{RadauError, expect_finite, expect_positive, expect_vector};
 
 /// Point at which a Jacobian was evaluated.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

@@ -5,9 +5,8 @@ use myovib_dae::{ConsistencyMode, Inconsistent, LinearSolver, Problem, StepError
 use super::builder::QUADRATURES;
 use super::state::{Jacobian, RadauSolver};
 use crate::dense::Collocation;
-use crate::error::{RadauError, expect_finite, expect_length};
+use crate::error::{RadauError, expect, expect_finite, expect_length, expect_positive};
 use crate::newton::NewtonSolver;
-use crate::options::expect;
 use crate::predictor::Predictor;
 use crate::work::Counters;
 
@@ -135,7 +134,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// # Errors
     /// [`RadauError::InvalidOption`] for a nonpositive step.
     pub fn limit_next_step(&mut self, h: f64) -> Result<(), RadauError> {
-        crate::options::expect_positive("next step", h)?;
+        expect_positive("next step", h)?;
         self.next_limit = Some(h);
         Ok(())
     }

@@ -5,12 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use super::linearized::Linearized;
 use super::state::{Jacobian, Pause, RadauSolver};
-use crate::control::Memory;
+use crate::control::StepHistory;
 use crate::dense::Collocation;
-use crate::error::{RadauError, expect_finite, expect_length, expect_vector};
+use crate::error::{RadauError, expect_finite, expect_length, expect_positive, expect_vector};
 use crate::memory::MemoryState;
 use crate::multipliers::Known;
-use crate::options::expect_positive;
 use crate::quadrature::QuadratureState;
 use crate::work::Counters;
 
@@ -42,7 +41,7 @@ pub struct RadauState {
     /// Whether Newton's corrections by the current matrices have contracted.
     #[serde(default)]
     tried_matrices: bool,
-    control: Memory,
+    control: StepHistory,
     multipliers: Vec<Known>,
     /// Point at which the reusable Jacobian was evaluated, and the step size for which it is set
     /// up.
@@ -106,7 +105,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             continues: self.predictor.continues(),
             newton: self.newton.memory(),
             tried_matrices: self.newton.has_tried_matrices(),
-            control: self.control.memory(),
+            control: self.control.history(),
             multipliers: self.multipliers.known(),
             jacobian: serves.then(|| (self.linearized.clone(), self.set_up_for)),
             pivots: self.pivots_at.clone().filter(|_| !self.pivots_due),

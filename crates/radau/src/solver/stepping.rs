@@ -5,9 +5,9 @@ use myovib_dae::{LinearSolver, Outcome, Problem, Stop, StopReason, WorstComponen
 use super::state::{Jacobian, RadauSolver, step_of};
 use crate::control::FACTORS;
 use crate::dense::{add_scaled, write_combined};
-use crate::error::RadauError;
+use crate::error::{RadauError, expect};
 use crate::failure::{Failure, Failures, Rejection};
-use crate::options::{StepSize, expect};
+use crate::options::StepSize;
 
 /// Number of last steps before a limit that share the remaining time.
 const SHARED: f64 = 4.0;
