@@ -70,8 +70,8 @@ type = "file"
 path = "strip.msh"
 
 [solid]
-kappa = 1e5
-beta = 1e-4
+bulk_modulus = 1e5
+rayleigh_stiffness = 1e-4
 
 [[material]]
 group = "tissue"
@@ -92,7 +92,7 @@ name = "tip"
 type = "point"
 at = [0.06, 0.0075]
 quantities = ["u"]
-every = 0.005
+interval = 0.005
 """)
 scene = myovib.Scene.read(folder / "strip.toml")
 print(scene.check()["text"])

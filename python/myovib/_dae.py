@@ -16,7 +16,7 @@ __all__ = ["DaeSolution", "DenseOutput", "solve_dae"]
 
 Array = NDArray[np.float64]
 Function = Callable[[float, Array, Array], Any]
-METHODS = ("ida", "radau", "radau9", "radau13")
+METHODS = ("bdf", "ida", "radau5", "radau9", "radau13")
 
 # Default step limit: more steps than a typical integration needs; they take about a minute.
 MAX_STEPS = 200_000
@@ -130,7 +130,7 @@ class DaeSolution:
     ngev: int
     status: int
     message: str
-    method: str = field(default="ida")
+    method: str = field(default="bdf")
 
     def __getitem__(self, name: str) -> Any:
         """Return an attribute: ``s["t"]`` is ``s.t``, as for SciPy's results."""
@@ -159,7 +159,7 @@ def solve_dae(
     t_span: tuple[float, float],
     y0: ArrayLike,
     yp0: ArrayLike,
-    method: Literal["ida", "radau", "radau9", "radau13"] = "ida",
+    method: Literal["bdf", "ida", "radau5", "radau9", "radau13"] = "bdf",
     *,
     jacobian: Function | None = None,
     sparsity: Any = None,
@@ -188,14 +188,14 @@ def solve_dae(
         raise `StepFailure` if F is undefined; the integrator then tries a smaller
         step. Any other exception ends the integration and is raised unchanged.
     t_span : (float, float)
-        Start and end; with "ida" the end may be before the start.
+        Start and end; with "bdf" the end may be before the start.
     y0, yp0 : array_like, shape (n,)
         Solution and derivative at the start. They must be consistent unless
         `initial` requests a correction.
-    method : {"ida", "radau", "radau9", "radau13"}
+    method : {"bdf", "radau5", "radau9", "radau13"}
         BDF of order 1 to 5, for index 0 and 1 (and index 2 with the algebraic
         components excluded from the error test, see `suppress`), or Radau IIA of
-        order 5, 9 or 13, for index 0 to 3.
+        order 5, 9 or 13, for index 0 to 3. "ida", SUNDIALS' name, means "bdf".
     jacobian : callable, optional
         ``jacobian(t, y, yp)`` returns the pair dF/dy, dF/dy': matrices, dense or
         of `scipy.sparse`. By default finite differences are used. Without
@@ -210,7 +210,7 @@ def solve_dae(
     index : sequence of int, optional
         Index of each variable, 0 to 3. Radau's error test needs it for systems of
         index 2 and 3: in mechanics, 1 (or 0) for positions, 2 for velocities, 3 for
-        multipliers of the position constraint. "ida" does not use it: exclude
+        multipliers of the position constraint. "bdf" does not use it: exclude
         components of index 2 by `suppress`. For index 3 use Radau.
     algebraic : array_like of bool, optional
         True if y'_i does not occur in F. By default determined from the Jacobian
@@ -238,7 +238,7 @@ def solve_dae(
         at which F is evaluated: an input that acts or oscillates between them is
         missed. Limit the step to a fraction of its duration or period.
     max_order : int
-        Maximum order of "ida".
+        Maximum order of "bdf".
     max_steps : int or inf, optional
         Maximum number of steps; 200 000 by default.
     initial : {"given", "algebraic", "states"}
@@ -279,6 +279,7 @@ def solve_dae(
         raise TypeError(f"solve_dae() got an unexpected keyword argument {name!r}{known}")
     if method not in METHODS:
         raise ValueError(f"method = {method!r}: must be one of {', '.join(METHODS)}")
+    method = "bdf" if method == "ida" else method
     if initial not in ("given", "algebraic", "states"):
         raise ValueError(f"initial = {initial!r}: must be given, algebraic or states")
     if not 1 <= max_order <= 5:
@@ -298,8 +299,8 @@ def solve_dae(
     t0, t_end = (float(t) for t in t_span)
     if t0 == t_end or not np.isfinite([t0, t_end]).all():
         raise ValueError(f"t_span = ({t0}, {t_end}): must be two different finite times")
-    if t_end < t0 and method != "ida":
-        raise ValueError(f't_span = ({t0}, {t_end}): only "ida" goes backwards')
+    if t_end < t0 and method != "bdf":
+        raise ValueError(f't_span = ({t0}, {t_end}): only "bdf" goes backwards')
     for name, step in (("first_step", first_step), ("max_step", max_step)):
         if step is not None and not step > 0:
             raise ValueError(f"{name} = {step}: must be above 0")
@@ -311,9 +312,9 @@ def solve_dae(
     indices = None if index is None else [int(i) for i in index]
     if indices is not None and (len(indices) != n or not all(0 <= i <= 3 for i in indices)):
         raise ValueError(f"index must have {n} entries from 0 to 3")
-    if method == "ida" and left_out is None and indices is not None and max(indices) > 1:
+    if method == "bdf" and left_out is None and indices is not None and max(indices) > 1:
         raise ValueError(
-            f'index has a {max(indices)}, which "ida" makes no use of: use a Radau method, or, for '
+            f'index has a {max(indices)}, which "bdf" makes no use of: use a Radau method, or, for '
             "index 2, exclude these components from the error test by `suppress`"
         )
     if not isinstance(args, Sequence) or isinstance(args, str):

@@ -99,7 +99,7 @@ class Scene:
         Parameters
         ----------
         key : str
-            As in ``solid.kappa`` or ``material[0].c10``.
+            As in ``solid.bulk_modulus`` or ``material[0].c10``.
         value : float, str, bool, list, dict or None
             The value; ``None`` removes the key, so that its default applies.
 
@@ -228,7 +228,7 @@ class Scene:
     def modes(self, count: int | None = None) -> list[dict[str, float]]:
         """Compute the lowest eigenmodes of the body.
 
-        The modes are linearized about the unloaded state or, with ``scene.set("modes.loads_at", t)``,
+        The modes are linearized about the unloaded state or, with ``scene.set("modes.preload_time", t)``,
         about the equilibrium under the loads at the time t. Ctrl-C raises `KeyboardInterrupt` at once;
         the computation then ends in the background.
 

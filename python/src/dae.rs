@@ -299,8 +299,8 @@ fn expect_room(n: usize, method: &str) -> Result<(), Failure> {
     // parts; the real matrix has entries, factors and workspace, and so has each of the (s - 1)/2
     // complex matrices, with two values per entry.
     let per_entry: f64 = match method {
-        "ida" => 6.0,
-        "radau" => 18.0,
+        "bdf" => 6.0,
+        "radau5" => 18.0,
         "radau9" => 25.0,
         _ => 32.0,
     };
@@ -383,7 +383,7 @@ fn solve_with(
         })
         .collect();
     let stages = match request.method.as_str() {
-        "ida" => {
+        "bdf" => {
             let options = IdaOptions {
                 tolerances,
                 suppressed,
@@ -403,7 +403,7 @@ fn solve_with(
             let degree = request.max_order;
             return Ok((integrate(&mut solver, request, degree)?, degree));
         }
-        "radau" => 3,
+        "radau5" => 3,
         "radau9" => 5,
         _ => 7,
     };

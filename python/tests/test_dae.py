@@ -16,7 +16,7 @@ import myovib
 from myovib import solve_dae
 
 G = 9.81
-METHODS = ["ida", "radau", "radau9", "radau13"]
+METHODS = ["bdf", "radau5", "radau9", "radau13"]
 
 
 def robertson(t, y, yp):
@@ -347,7 +347,7 @@ def test_remedies_are_arguments_of_this_function():
     assert "reinit" not in message, message
 
 
-@pytest.mark.parametrize("method", ["ida", "radau", "radau9", "radau13"])
+@pytest.mark.parametrize("method", ["bdf", "radau5", "radau9", "radau13"])
 def test_a_start_that_contradicts_an_equation_is_refused(method):
     start = ([1, 0, 0.3], [-0.04, 0.04, 0])
     with pytest.raises(RuntimeError, match='equation 2, .* left at 3.00e-1 .* ask for initial="algebraic"'):
@@ -356,7 +356,7 @@ def test_a_start_that_contradicts_an_equation_is_refused(method):
     assert s.success and s.y[2, 0] == pytest.approx(0, abs=1e-9)
 
 
-@pytest.mark.parametrize("method", ["ida", "radau"])
+@pytest.mark.parametrize("method", ["bdf", "radau5"])
 def test_exceptions_near_the_start_are_not_those_of_the_solution(method):
     def positive(t, y, yp):
         if y[1] < 0:
@@ -386,11 +386,11 @@ def test_results_are_pickled_whole():
         (dict(rtol=[1e-4, 1e-4]), "rtol = .* must be a number"),
         (dict(atol=-1), "atol = -1: must be at least 0"),
         (dict(t_eval=[1, 0.5]), "sorted"),
-        (dict(t_span=(1, 0), method="radau"), 'only "ida" goes backwards'),
+        (dict(t_span=(1, 0), method="radau5"), 'only "bdf" goes backwards'),
         (dict(t_eval=[2]), "t_span"),
         (dict(suppress=True), "algebraic"),
         (dict(index=[4]), "0 to 3"),
-        (dict(index=[2]), '"ida" makes no use of: .* `suppress`'),
+        (dict(index=[2]), '"bdf" makes no use of: .* `suppress`'),
         (dict(sparsity=np.eye(2)), "sparsity"),
         (dict(residual=lambda t, y, yp: [1, 2]), "returned 2 values: must be 1"),
         (dict(residual=lambda t, y, yp: None), "returned nothing: must be 1"),

@@ -25,13 +25,13 @@ def short():
 
 @pytest.fixture(scope="module")
 def sensitivity():
-    parameters = [{"key": "material[0].c10"}, {"key": "solid.kappa"}]
+    parameters = [{"key": "material[0].c10"}, {"key": "solid.bulk_modulus"}]
     return scene().set("parameter", parameters).sensitivity()
 
 
 def test_sensitivities_are_those_of_two_runs(sensitivity):
     assert sensitivity.outputs == ["origin.u_x", "origin.u_y"]
-    assert sensitivity.parameters == ["material[0].c10", "1/solid.kappa"]
+    assert sensitivity.parameters == ["material[0].c10", "1/solid.bulk_modulus"]
     ends = {
         c10: scene().set("material[0].c10", c10).run().probes["origin"] for c10 in (0.99e4, 1.01e4)
     }
@@ -56,7 +56,7 @@ def test_a_result_is_shown_kept_and_written(sensitivity):
 def test_the_elements_of_a_map_add_up_to_the_stiffness_of_all(tmp_path):
     elements = short().stiffness_map(tmp_path)
     assert set(elements) == {"origin.u_x", "origin.u_y"}
-    whole = short().set("parameter", [{"key": "material[0].stiffness"}]).sensitivity()
+    whole = short().set("parameter", [{"key": "material[0].stress_scale"}]).sensitivity()
     for k, name in enumerate(whole.outputs):
         u, by_stiffness = whole.values[:, k], whole.derivatives[:, k, 0]
         total = (u * by_stiffness).sum() / (u * u).sum()
@@ -109,7 +109,7 @@ def test_measurements_that_are_not_real_numbers_are_refused(column, tmp_path):
 
 
 def test_a_fit_of_arrays_and_a_file_finds_what_made_them(tmp_path):
-    truth = {"material[0].c10": 1.3e4, "solid.kappa": 5e4}
+    truth = {"material[0].c10": 1.3e4, "solid.bulk_modulus": 5e4}
     wanted = short().set("parameter", [{"key": key} for key in truth])
     experiments = []
     for amplitude in (100.0, 200.0):
@@ -129,18 +129,18 @@ def test_a_fit_of_arrays_and_a_file_finds_what_made_them(tmp_path):
     fit = wanted.fit(experiments, progress=told.append)
     assert fit.converged and fit.message == "converged" and told
     # Data without noise. The runs of a fit have different steps, so both differ by about rtol = 1e-5. A relative change of
-    # c10 changes the output by half as much, and a relative change of 1/kappa by a tenth.
+    # c10 changes the output by half as much, and a relative change of 1/bulk_modulus by a tenth.
     assert fit.values["material[0].c10"] == pytest.approx(1.3e4, rel=1e-4)
-    assert fit.values["1/solid.kappa"] == pytest.approx(1 / 5e4, rel=1e-3)
+    assert fit.values["1/solid.bulk_modulus"] == pytest.approx(1 / 5e4, rel=1e-3)
     low, high = fit.intervals["material[0].c10"]
     assert low < fit.values["material[0].c10"] < high
     assert len(fit.residuals) == (2 * 6 - 1) + (2 * 5 - 1)
     assert fit.history["cost"][-1] < 1e-6 * fit.history["cost"][0]
     found = fit.scene().changes
-    assert float(found["solid.kappa"]) == 1 / fit.values["1/solid.kappa"]
+    assert float(found["solid.bulk_modulus"]) == 1 / fit.values["1/solid.bulk_modulus"]
     assert "material[0].c10" not in wanted.changes
     copy = pickle.loads(pickle.dumps(fit))
-    assert copy.values == fit.values and "1/solid.kappa" in copy._repr_html_()
+    assert copy.values == fit.values and "1/solid.bulk_modulus" in copy._repr_html_()
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")

@@ -94,8 +94,8 @@ def test_a_frame_of_pandas(result):
 
 
 def test_values_are_set_as_they_are(result):
-    scene = Scene.builtin("init").set("time.end", 0.02).set("solid.kappa", float("inf"))
-    scene.set("solid.formulation", "velocity").set("solid.beta", 0).set("probe[0].quantities", ["u"])
+    scene = Scene.builtin("init").set("time.end", 0.02).set("solid.bulk_modulus", float("inf"))
+    scene.set("solid.formulation", "velocity").set("solid.rayleigh_stiffness", 0).set("probe[0].quantities", ["u"])
     document = scene.run().document
     assert document["scene"]["solid"]["formulation"] == "velocity"
     assert document["scene"]["probe"][0]["quantities"] == ["u"]
@@ -158,7 +158,7 @@ def test_exceptions_of_progress_come_through(exception):
     data = {"t": [0.5, 0.9, 1.0], "origin.u_y": [0.0, 1e-3, 1e-3]}
     for compute in (
         scene.run,
-        lambda progress: scene.sweep({"solid.alpha": [1.0, 2.0]}, progress=progress),
+        lambda progress: scene.sweep({"solid.rayleigh_mass": [1.0, 2.0]}, progress=progress),
         scene.sensitivity,
         scene.stiffness_map,
         lambda progress: scene.fit(data, progress=progress),

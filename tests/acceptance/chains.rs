@@ -99,11 +99,19 @@ fn figure_7_runs_muscle_and_chain_as_one_system() {
     let json = &document(&run.stdout, "figure")["figures"][0];
     // 3034 unknowns of (29), and two unknowns for each of five oscillators.
     assert_eq!(
-        (&json["unknowns"], &json["oscillators"], &json["width"]),
-        (&3044.into(), &5.into(), &0.5.into())
+        (
+            &json["unknowns"],
+            &json["oscillators"],
+            &json["frequency_spread"]
+        ),
+        (
+            &3044.into(),
+            &5.into(),
+            &(0.5 / std::f64::consts::TAU).into()
+        )
     );
     assert_eq!(
-        (&json["ends"], &json["reach"]),
+        (&json["ends"], &json["driven"]),
         (&"periodic".into(), &"all".into())
     );
     assert_eq!(
@@ -116,7 +124,7 @@ fn figure_7_runs_muscle_and_chain_as_one_system() {
     assert_eq!(tolerances("chain"), [1e-7, 1e-10]);
     assert_eq!(
         (&json["max_order"], &json["integrator"]),
-        (&5.into(), &"ida".into())
+        (&5.into(), &"bdf".into())
     );
     let (header, rows) = table(&folder.path().join("figures/figure7.csv"));
     let chi = header
@@ -144,11 +152,11 @@ fn figure_3_by_radau_is_figure_3_by_bdf() {
         let json = document(&run.stdout, "figure")["figures"][0].clone();
         assert_eq!(json["integrator"], integrator);
         // Only BDF has a variable order.
-        assert_eq!(json["max_order"].is_null(), integrator != "ida");
+        assert_eq!(json["max_order"].is_null(), integrator != "bdf");
         let mean = |name: &str| json["settled"][name]["mean"].as_f64().expect(name);
         [mean("psi"), mean("chi"), mean("frequency")]
     };
-    let (bdf, radau) = (settled("ida"), settled("radau9"));
+    let (bdf, radau) = (settled("bdf"), settled("radau9"));
     for (a, b) in bdf.into_iter().zip(radau) {
         // The tolerance is 1e-7 per step; the errors of several thousand BDF steps add up.
         assert!((a - b).abs() < 1e-4 * b, "{bdf:?} {radau:?}");
@@ -238,7 +246,7 @@ fn a_strong_drive_locks_the_chain_and_the_papers_does_not() {
             ("duffing", 0.0.into()),
             ("coupling", 3.0.into()),
             ("ends", "periodic".into()),
-            ("reach", "all".into()),
+            ("driven", "all".into()),
             ("body", "rod".into()),
             ("point", serde_json::json!([0.05])),
             ("load", "strain".into()),
@@ -322,7 +330,10 @@ fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
             "figure 3 --set chain[0].oscillators=0",
             "chain[0].oscillators",
         ),
-        ("figure 3 --set chain[0].half_width=-0.1", "half_width"),
+        (
+            "figure 3 --set chain[0].frequency_spread=-0.1",
+            "frequency_spread",
+        ),
         (
             "figure 3 --set chain[0].generator=rand48",
             "matlab, chacha8",
@@ -351,7 +362,7 @@ fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
             "movie muscle --set chain[0].gain=2",
             "`chain` has no entry `0`",
         ),
-        ("figure 4 --integrator radau", "--integrator"),
+        ("figure 4 --integrator radau5", "--integrator"),
         ("figure 3 --mesh muscle.msh", "--mesh"),
         ("figure 3 --integrator rk4", "`rk4` is no integrator"),
         ("synchronization --t-end 0.01", "--t-end"),

@@ -73,7 +73,7 @@ fn no_equilibrium_is_code_4_and_what_was_reached_stays() {
 fn a_part_of_the_load_is_read_off_as_such() {
     let folder = tempfile::tempdir().unwrap();
     let square = "analysis = \"static\"\n[mesh]\ntype = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [4, 4]\n\
-                  [solid]\nkappa = 1e5\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
+                  [solid]\nbulk_modulus = 1e5\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
                   [[fixed]]\ngroup = \"left\"\n[[probe]]\nname = \"support\"\ntype = \"reaction\"\ngroup = \"left\"\n";
     let reached = |name: &str, loads: &str| -> (f64, Value) {
         let scene = format!("{name}.toml");
@@ -87,7 +87,8 @@ fn a_part_of_the_load_is_read_off_as_such() {
         (part, document["results"].clone())
     };
     let end = "[[probe]]\nname = \"end\"\ntype = \"average\"\ngroup = \"right\"\n";
-    let crushed = format!("[[displacement]]\ngroup = \"right\"\nx = -0.97\ny = 0.0\n{end}");
+    let crushed =
+        format!("[[prescribed_displacement]]\ngroup = \"right\"\nx = -0.97\ny = 0.0\n{end}");
     let (part, results) = reached("crushed", &crushed);
     let u_x = results["end"]["u_x"].as_f64().unwrap();
     // Rounding error of the mean of a constant.
@@ -109,7 +110,7 @@ fn a_part_of_the_load_is_read_off_as_such() {
     // A motion that starts from this equilibrium has the full load.
     let motion = square.replace(
         "analysis = \"static\"",
-        "[time]\nend = 0.01\n[start]\ntype = \"run\"\nfolder = \"weighed\"",
+        "[time]\nend = 0.01\n[initial_state]\ntype = \"restart\"\nfolder = \"weighed\"",
     );
     fs::write(folder.path().join("motion.toml"), motion).unwrap();
     let words = [
@@ -135,7 +136,7 @@ fn a_part_of_the_load_is_read_off_as_such() {
     let told = format!("with {:.1} % of the loads of that run", 100.0 * part);
     assert!(moved.stderr.contains(&told), "{}", moved.stderr);
     // A sweep also rejects it as the result of a case.
-    let vary = format!("displacement[0].x=-0.01,{}", -0.97);
+    let vary = format!("prescribed_displacement[0].x=-0.01,{}", -0.97);
     let sweep = [
         "sweep",
         "crushed.toml",
@@ -178,7 +179,7 @@ fn ctrl_c_ends_the_search_for_an_equilibrium_to_start_from() {
         "--set",
         "time.end=1.0",
         "--set",
-        "start.type=equilibrium",
+        "initial_state.type=equilibrium",
     ];
     let since = Instant::now();
     assert_eq!(code_of_interrupted(folder.path(), &soft), Some(130));
@@ -210,7 +211,7 @@ fn a_folder_that_holds_a_run_is_refused_before_an_equilibrium_is_sought() {
     let motion = [
         "analysis=\"dynamic\"",
         "time.end=1.0",
-        "start.type=equilibrium",
+        "initial_state.type=equilibrium",
     ];
     let motion = motion.iter().flat_map(|set| ["--set", set]);
     let words: Vec<&str> = ["run", "cook-static"]

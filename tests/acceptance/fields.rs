@@ -153,7 +153,7 @@ fn fields_are_the_grids_that_paraview_reads() {
     let folder = tempfile::tempdir().unwrap();
     let sets = [
         "time.end=0.5",
-        "fields.every=0.25",
+        "fields.interval=0.25",
         "fields.quantities=[\"u\", \"v\", \"p\", \"J\", \"von-mises\"]",
     ];
     let mut arguments = vec!["run", "init", "--out", "out", "--quiet"];
@@ -189,7 +189,7 @@ fn fields_are_the_grids_that_paraview_reads() {
 }
 
 #[test]
-fn fields_of_a_body_in_space_are_quadratic_tetrahedra_with_stress_and_fibres() {
+fn fields_of_a_body_in_space_are_quadratic_tetrahedra_with_stress_and_fibers() {
     let folder = tempfile::tempdir().unwrap();
     let sets = [
         "mesh.cells=[4,1,1]",
@@ -217,8 +217,8 @@ fn fields_of_a_body_in_space_are_quadratic_tetrahedra_with_stress_and_fibres() {
     let text = fs::read_to_string(file).unwrap();
     let document = Document::parse(&text).unwrap();
     let piece = child(child(document.root_element(), "UnstructuredGrid"), "Piece");
-    let fibres = array(child(piece, "CellData"), "fibre");
-    assert!(fibres.iter().all(|fibre| fibre[..] == [1.0, 0.0, 0.0]));
+    let fibers = array(child(piece, "CellData"), "fiber");
+    assert!(fibers.iter().all(|fiber| fiber[..] == [1.0, 0.0, 0.0]));
     let data = child(piece, "PointData");
     let names = ["xx", "yy", "zz", "xy", "yz", "xz"].iter().enumerate();
     let names: String = names
@@ -246,12 +246,12 @@ fn fields_of_a_body_in_space_are_quadratic_tetrahedra_with_stress_and_fibres() {
 
 /// The moving spindle: the files contain its velocity and a fiber direction that varies in space.
 #[test]
-fn fields_of_a_moving_body_in_space_have_its_velocity_and_its_own_fibres() {
+fn fields_of_a_moving_body_in_space_have_its_velocity_and_its_own_fibers() {
     let folder = tempfile::tempdir().unwrap();
     let sets = [
         "mesh.cells=[10,2,2]",
         "time.end=0.5",
-        "fields={every=0.25, quantities=[\"u\", \"v\"]}",
+        "fields={interval=0.25, quantities=[\"u\", \"v\"]}",
     ];
     let mut arguments = vec!["run", "muscle3d", "--out", "out", "--quiet"];
     arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
@@ -262,16 +262,16 @@ fn fields_of_a_moving_body_in_space_have_its_velocity_and_its_own_fibres() {
     let piece = child(child(document.root_element(), "UnstructuredGrid"), "Piece");
     let velocity = array(child(piece, "PointData"), "velocity");
     assert!(velocity.iter().flatten().any(|v| v.abs() > 1e-4));
-    let fibres = array(child(piece, "CellData"), "fibre");
-    let length = |fibre: &Vec<f64>| fibre.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let fibres: Vec<_> = fibres.iter().filter(|fibre| length(fibre) > 0.0).collect();
+    let fibers = array(child(piece, "CellData"), "fiber");
+    let length = |fiber: &Vec<f64>| fiber.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let fibers: Vec<_> = fibers.iter().filter(|fiber| length(fiber) > 0.0).collect();
     // Rounding error of a normalized vector.
     assert!(
-        fibres
+        fibers
             .iter()
-            .all(|fibre| (length(fibre) - 1.0).abs() < 1e-15)
+            .all(|fiber| (length(fiber) - 1.0).abs() < 1e-15)
     );
-    assert!(fibres.iter().any(|fibre| fibre[..] != fibres[0][..]));
+    assert!(fibers.iter().any(|fiber| fiber[..] != fibers[0][..]));
 }
 
 /// Two layers under homogeneous stretch; all constants of the upper layer are twice as large. The
@@ -284,19 +284,19 @@ fn stress_at_the_interface_of_materials_is_that_of_each_and_not_their_mean() {
         let [c10, c01, kappa] = [1e4, 2e2, 5e4].map(|constant| factor * constant);
         format!(
             "[[material]]\ngroup = \"{group}\"\nlaw = \"mooney-rivlin\"\ndensity = 1e3\n\
-             c10 = {c10}\nc01 = {c01}\nkappa = {kappa}\n"
+             c10 = {c10}\nc01 = {c01}\nbulk_modulus = {kappa}\n"
         )
     };
     // The upper half is the region above a very flat ellipse.
     let scene = format!(
         "analysis = \"static\"\n\
          [mesh]\ntype = \"rectangle\"\nwidth = 2.0\nheight = 2.0\ncells = [2, 4]\n\
-         [[region]]\nname = \"upper\"\ncentre = [1.0, 101.0]\nradii = [1e4, 100.0]\n\
-         [solid]\nkappa = 5e4\nformulation = \"displacement\"\n{}{}\
+         [[region]]\nname = \"upper\"\ncenter = [1.0, 101.0]\nradii = [1e4, 100.0]\n\
+         [solid]\nbulk_modulus = 5e4\nformulation = \"displacement\"\n{}{}\
          [[fixed]]\ngroup = \"left\"\ncomponents = [\"x\"]\n\
          [[fixed]]\ngroup = \"bottom\"\ncomponents = [\"y\"]\n\
-         [[displacement]]\ngroup = \"right\"\nx = 0.2\n\
-         [fields]\nevery = 1.0\nquantities = [\"stress\", \"strain\", \"principal-strain\"]\n",
+         [[prescribed_displacement]]\ngroup = \"right\"\nx = 0.2\n\
+         [fields]\ninterval = 1.0\nquantities = [\"stress\", \"strain\", \"principal-strain\"]\n",
         material("body", 1.0),
         material("upper", 2.0)
     );

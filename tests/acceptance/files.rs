@@ -61,7 +61,7 @@ fn cases_of_a_sweep_wait_for_each_other_where_few_files_may_be_open() {
     let folder = tempfile::tempdir().unwrap();
     write_scene(folder.path(), 40);
     let sweep = "ulimit -n 80; exec \"$0\" sweep scene.toml --quiet --threads 4 --set time.end=0.1 \
-                 --set fields= --vary solid.beta=1e-4..2e-4:8";
+                 --set fields= --vary solid.rayleigh_stiffness=1e-4..2e-4:8";
     let Output { stdout, stderr, .. } = Command::new("bash")
         .args(["-c", sweep, PROGRAM])
         .current_dir(folder.path())
@@ -80,7 +80,12 @@ fn a_table_that_is_removed_while_the_run_goes_on_is_code_4_and_named() {
     let folder = tempfile::tempdir().unwrap();
     let mut run = Command::new(PROGRAM)
         .args(["run", "init", "--quiet", "--set", "fields="])
-        .args(["--set", "time.end=1000", "--set", "checkpoint.every=0.05"])
+        .args([
+            "--set",
+            "time.end=1000",
+            "--set",
+            "checkpoint.interval=0.05",
+        ])
         .current_dir(folder.path())
         .env("NO_COLOR", "1")
         .stdout(Stdio::null())

@@ -11,8 +11,8 @@ use crate::harness::{document, myovib_in};
 /// True parameters of the measurements, from data/fitting/muscle.toml.
 const TRUTH: [(&str, f64); 3] = [
     ("material[0].c10", 1.3e4),
-    ("solid.alpha", 3.0),
-    ("1/solid.kappa", 2e-5),
+    ("solid.rayleigh_mass", 3.0),
+    ("1/solid.bulk_modulus", 2e-5),
 ];
 
 /// Writes the scene of the guide with these parameters, and the first 0.2 s of its measurements.
@@ -29,7 +29,7 @@ fn beginning(folder: &Path, more: &str) {
 
 /// A damping that a short measurement cannot determine, and a load that starts later. The stated
 /// noise is a thousandth of the true noise.
-const DOUBTFUL: &str = "[[parameter]]\nkey = \"solid.alpha\"\nlow = 0.0\n\
+const DOUBTFUL: &str = "[[parameter]]\nkey = \"solid.rayleigh_mass\"\nlow = 0.0\n\
                         [[parameter]]\nkey = \"traction[1].y.value\"\n\
                         [[traction]]\ngroup = \"load\"\n\
                         y = { type = \"step\", value = 1.0, start = 9.0, rise = 0.1 }\n";
@@ -39,7 +39,10 @@ const DOUBTFUL: &str = "[[parameter]]\nkey = \"solid.alpha\"\nlow = 0.0\n\
 #[test]
 fn unusable_measurements_are_wrong_input() {
     let folder = tempfile::tempdir().expect("a folder");
-    beginning(folder.path(), "[[parameter]]\nkey = \"solid.alpha\"\n");
+    beginning(
+        folder.path(),
+        "[[parameter]]\nkey = \"solid.rayleigh_mass\"\n",
+    );
     let data = folder.path().join("my data");
     fs::create_dir(&data).expect("a folder");
     let scaled = "observableId,time,measurement,observableParameters\ntip,0.1,1,1000;0\n";
@@ -51,7 +54,7 @@ fn unusable_measurements_are_wrong_input() {
             "my data/scaled 1.csv, line 2, column observableParameters",
         ),
         (
-            vec!["my data/bad 1.csv solid.beta=1e-4"],
+            vec!["my data/bad 1.csv solid.rayleigh_stiffness=1e-4"],
             "my data/bad 1.csv, column nothing",
         ),
         (
@@ -84,7 +87,7 @@ fn a_fit_reports_doubtful_results() {
         "--set",
         "material[0].c10=1.3e4",
         "--set",
-        "solid.kappa=5e4",
+        "solid.bulk_modulus=5e4",
         "--set",
         "output[0].noise=2e-8",
         "--set",
@@ -93,7 +96,7 @@ fn a_fit_reports_doubtful_results() {
     let run = myovib_in(folder.path(), &words);
     // The stated noise is a thousandth of the true noise: the model does not fit.
     assert_eq!(run.code, 3, "{}", run.stderr);
-    let profile = "profile 1 of 2, about ten fits each: solid.alpha";
+    let profile = "profile 1 of 2, about ten fits each: solid.rayleigh_mass";
     assert!(run.stderr.contains(profile), "{}", run.stderr);
     let read = |name: &str| fs::read_to_string(folder.path().join("fit").join(name));
     let page = read("report.html").expect("the page");
@@ -118,7 +121,7 @@ fn a_fit_reports_doubtful_results() {
         assert!(page.contains(&escape(line)), "{line}");
     }
     let row = |name: &str| run.stdout.lines().find(|line| line.starts_with(name));
-    let damping = row("solid.alpha").expect("a row");
+    let damping = row("solid.rayleigh_mass").expect("a row");
     assert!(damping.contains(" *  "), "{damping}");
     let load = row("traction[1].y.value").expect("a row");
     let cells: Vec<&str> = load.split_whitespace().skip(1).collect();
@@ -229,4 +232,4 @@ fn a_map_says_where_an_output_sees_the_stiffness() {
 }
 
 /// The stress scale of all elements as a parameter.
-const STIFFNESS: &str = "parameter=[{ key = \"material[0].stiffness\" }]";
+const STIFFNESS: &str = "parameter=[{ key = \"material[0].stress_scale\" }]";

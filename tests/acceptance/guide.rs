@@ -178,7 +178,10 @@ fn the_preloaded_strip_settles_in_equilibrium() {
         assert_eq!(run.code, 0, "{}", run.stderr);
         last(folder.path(), "end", "u_y")
     };
-    let (moved, rests) = (settled(&[]), settled(&["analysis=static", "start="]));
+    let (moved, rests) = (
+        settled(&[]),
+        settled(&["analysis=static", "initial_state="]),
+    );
     // The tolerance of the motion is 1e-4, and the vibration has decayed to 1e-5.
     assert!(
         (moved - rests).abs() < 3e-4 * rests.abs(),

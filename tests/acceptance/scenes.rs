@@ -80,12 +80,12 @@ fn a_wrong_scene_is_explained_and_writes_nothing() {
         ("material[0].group=leg", "the mesh has no group `leg`"),
         ("material[0].group=load", "holds no triangles"),
         ("probe[0].at=[1.0, 0.0]", "outside the mesh"),
-        ("solid.beta=0.0", "requires beta > 0"),
+        ("solid.rayleigh_stiffness=0.0", "requires β > 0"),
         ("traction[0].y=100.0", "the loads do not start from zero"),
         ("mesh.type=file", "needs `path`"),
-        ("fields.every=0", "out of range"),
+        ("fields.interval=0", "out of range"),
         (
-            "region=[{ name = \"r\", centre = [0, 0], radii = [-1, 1] }]",
+            "region=[{ name = \"r\", center = [0, 0], radii = [-1, 1] }]",
             "half axes are lengths",
         ),
         (
@@ -93,7 +93,7 @@ fn a_wrong_scene_is_explained_and_writes_nothing() {
             "the scene has no number `material[0].c1`",
         ),
         (
-            "region=[{ name = \"\", centre = [0, 0], radii = [1, 1] }]",
+            "region=[{ name = \"\", center = [0, 0], radii = [1, 1] }]",
             "a region needs a name",
         ),
     ] {
@@ -193,7 +193,7 @@ fn a_run_with_radau_goes_on_from_its_checkpoint() {
     let rows = resumed(
         "init",
         "origin",
-        &["integrator.method=radau"],
+        &["integrator.method=radau5"],
         ["0.8", "1.2"],
     );
     // The absolute tolerance is 2 % of the amplitude of u_y; a one-step method loses only the step
@@ -248,7 +248,7 @@ fn a_pressure_acts_towards_the_body() {
 fn the_order_of_bdf_is_chosen_by_the_damping_and_says_why() {
     let folder = tempfile::tempdir().unwrap();
     for (beta, order) in [("1e-2", 5), ("1e-4", 2)] {
-        let beta = format!("solid.beta={beta}");
+        let beta = format!("solid.rayleigh_stiffness={beta}");
         let sets = [
             "--set",
             "integrator.method=bdf",

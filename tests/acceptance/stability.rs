@@ -20,9 +20,9 @@ height = 0.5
 cells = [3, 2]
 
 [solid]
-kappa = 1e5
-alpha = 1.0
-beta = 0.0
+bulk_modulus = 1e5
+rayleigh_mass = 1.0
+rayleigh_stiffness = 0.0
 formulation = "position"
 
 [[material]]
@@ -34,14 +34,14 @@ c01 = 2e2
 [[fixed]]
 group = "left"
 
-[[displacement]]
+[[prescribed_displacement]]
 group = "right"
 x = { type = "step", value = -0.95, rise = 0.02 }
 y = 0.0
 
 [integrator]
 rtol = 0.1
-atol = { displacement = 0.1, velocity = 0.1, pressure = 1e4, multiplier = 5.0 }
+atol = { u = 0.1, v = 0.1, p = 1e4, p_rate = 5.0 }
 "#;
 
 fn run_json(folder: &Path) -> Value {

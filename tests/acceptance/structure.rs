@@ -85,7 +85,7 @@ fn infsup_measures_the_mesh_of_a_scene() {
     let scene = |fixed: &str| {
         format!(
             "analysis = \"static\"\n[mesh]\ntype = \"box\"\nsize = [2.0, 1.0, 1.0]\ncells = [4, 2, 2]\n\
-             [solid]\nkappa = 1e5\n[[material]]\nlaw = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\n\
+             [solid]\nbulk_modulus = 1e5\n[[material]]\nlaw = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\n\
              [[fixed]]\ngroup = \"left\"\n[[fixed]]\ngroup = \"right\"\n{fixed}"
         )
     };
@@ -206,7 +206,10 @@ fn check_warns_of_row_4() {
 #[test]
 fn check_says_what_an_equilibrium_takes() {
     let folder = tempfile::tempdir().expect("a folder");
-    let fields = ["--set", "fields={every = 1.0, quantities = [\"u\", \"p\"]}"];
+    let fields = [
+        "--set",
+        "fields={interval = 1.0, quantities = [\"u\", \"p\"]}",
+    ];
     let scene = |command: &str, more: &[&str]| {
         myovib_in(
             folder.path(),
@@ -268,7 +271,7 @@ fn check_names_the_files_of_oscillators() {
             "--set",
             "time.end=0.1",
             "--set",
-            "fields.every=0.05",
+            "fields.interval=0.05",
         ];
         myovib_in(folder.path(), &[words, &end[..]].concat())
     };
@@ -301,7 +304,7 @@ oscillators = 2
     let with = |words: &[&str]| {
         let sets = [
             "time.end=0.02",
-            "material[0].fibre=[1.0, 0.0]",
+            "material[0].fiber=[1.0, 0.0]",
             "material[0].active={ type = \"bestel\", contractility = 1e3 }",
         ];
         let sets = sets.iter().flat_map(|set| ["--set", set]);

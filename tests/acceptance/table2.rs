@@ -319,8 +319,8 @@ fn options_that_will_not_do_are_one_message_and_code_2() {
         (&["--rtol", "2"], &["--rtol", "below 1"]),
         (&["--every", "0.1"], &["--probe"]),
         (
-            &["--set", "integrator.project_every=0"],
-            &["project_every", "greater than 0"],
+            &["--set", "integrator.projection_interval=0"],
+            &["projection_interval", "greater than 0"],
         ),
         (&["--max-order", "6"], &["--max-order", "6"]),
         (&["--suppress", "pressure"], &["pressure", "lambda"]),

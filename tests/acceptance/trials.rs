@@ -27,12 +27,12 @@ fn steps(of: &Value) -> u64 {
 #[test]
 fn all_steps_of_a_short_run_are_told() {
     let chain = "chain=[{ name = \"here\", at = [0.0, 0.0], oscillators = 2 }]";
-    let fibres = "material[0].fibre=[1.0, 0.0]";
+    let fibers = "material[0].fiber=[1.0, 0.0]";
     let tension = "material[0].active={ type = \"given\", tension = { type = \"step\", value = 1e4, rise = 0.2 } }";
     let cases: [(&str, &[&str]); 6] = [
         ("init", &["time.end=0.5"]),
         ("init", &["time.end=0.5", chain]),
-        ("init", &["time.end=0.3", fibres, tension]),
+        ("init", &["time.end=0.3", fibers, tension]),
         ("cook-dynamic", &["time.end=5.0"]),
         ("two-way", &["time.end=0.1"]),
         // The step limit of the scene ends the run.

@@ -24,7 +24,7 @@ width = 0.1
 height = 0.02
 cells = [1, 1]
 [solid]
-kappa = 1e5
+bulk_modulus = 1e5
 [[material]]
 law = "neo-hooke"
 density = 1.1e3
@@ -35,14 +35,14 @@ group = "left"
 group = "top"
 y = { type = "step", value = 20.0, rise = 0.05 }
 [integrator]
-method = "radau"
+method = "radau5"
 [[probe]]
 name = "tip"
 type = "point"
 at = [0.1, 0.01]
-every = 0.01
+interval = 0.01
 [[parameter]]
-key = "solid.kappa"
+key = "solid.bulk_modulus"
 "#;
 
 /// A quick command line for each command with `--json`.
@@ -57,7 +57,7 @@ const COMMANDS: [&str; 14] = [
     "movie chain --from 0 --to 1",
     "run scene.toml",
     "sensitivity scene.toml",
-    "sweep scene.toml --vary solid.kappa=1e5,2e5",
+    "sweep scene.toml --vary solid.bulk_modulus=1e5,2e5",
     "synchronization --t-end 1 --gamma 10",
     "table1",
     "table2 --rows 1 --t-end 0.02",
@@ -250,7 +250,7 @@ fn a_folder_of_somebody_elses_files_or_of_another_command_is_left_as_it_is() {
         "sweep",
         "scene.toml",
         "--vary",
-        "solid.beta=1e-4,2e-4",
+        "solid.rayleigh_stiffness=1e-4,2e-4",
         "--quiet",
         "--out",
         "a-sweep",
@@ -381,7 +381,7 @@ fn arguments_with_line_breaks_are_no_commands_of_a_job_script() {
         "sweep",
         "scene.toml",
         "--vary",
-        "solid.kappa=1e5,2e5",
+        "solid.bulk_modulus=1e5,2e5",
         "--set",
         title,
         "--out",

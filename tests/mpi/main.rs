@@ -22,8 +22,8 @@ type = "muscle3d"
 cells = [10, 2, 2]
 
 [solid]
-kappa = 1e5
-alpha = 1.0
+bulk_modulus = 1e5
+rayleigh_mass = 1.0
 
 [[material]]
 group = "muscle"
@@ -31,8 +31,8 @@ law = "mooney-rivlin"
 density = 1.1e3
 c10 = 1e4
 c01 = 2e2
-fibre = "fibre"
-eta = 5.0
+fiber = "fiber"
+viscosity = 5.0
 active = { type = "given", tension = { type = "step", value = 2e3, rise = 0.3 } }
 
 [[material]]
@@ -49,7 +49,7 @@ group = "load"
 z = { type = "step", value = 500.0, rise = 0.3 }
 
 [integrator]
-method = "radau"
+method = "radau5"
 rtol = 1e-6
 max_steps = 50
 
@@ -60,7 +60,7 @@ at = [0.0, 0.0, 0.0]
 quantities = ["u", "v", "p"]
 
 [checkpoint]
-every = 0.01
+interval = 0.01
 "#;
 
 /// Creates a folder with the scene, in which the lines of `changes` are replaced.
@@ -171,9 +171,9 @@ fn ranks_agree_on_a_motion_by_radau() {
 #[test]
 fn ranks_agree_on_a_damped_motion_by_bdf() {
     assert_ranks_agree(&[
-        ("alpha = 1.0", "beta = 1e-3"),
-        ("\"radau\"", "\"bdf\""),
-        ("eta = 5.0\n", ""),
+        ("rayleigh_mass = 1.0", "rayleigh_stiffness = 1e-3"),
+        ("\"radau5\"", "\"bdf\""),
+        ("viscosity = 5.0\n", ""),
     ]);
 }
 

@@ -37,9 +37,9 @@ type Motion = (
 /// The ventricle starts to contract at 0.16 s; the load of the spindle starts at 0.4 s.
 const MOTIONS: [Motion; 4] = [
     ("ventricle", "bdf", "ventricle", &[], 0.17),
-    ("ventricle", "radau", "ventricle", &[], 0.17),
+    ("ventricle", "radau5", "ventricle", &[], 0.17),
     ("spindle", "bdf", "muscle3d", SPINDLE, 0.4),
-    ("spindle", "radau", "muscle3d", SPINDLE, 0.4),
+    ("spindle", "radau5", "muscle3d", SPINDLE, 0.4),
 ];
 const SPINDLE: &[&str] = &["mesh.cells=[40, 10, 10]"];
 /// Name of the measurement of growth.

@@ -24,12 +24,12 @@ pub(crate) fn end(t_end: f64) -> String {
 /// Replaces the integrator. Settings specific to BDF, as in the paper's scenes, are removed for
 /// other methods.
 pub(crate) fn integrator(kind: IntegratorKind) -> Vec<String> {
-    if kind == IntegratorKind::Ida {
+    if kind == IntegratorKind::Bdf {
         return vec![change("integrator.method", "bdf")];
     }
     let mut changes = vec![change("integrator.method", kind.name())];
     // Order, absolute tolerances and error test exclusions are settings of BDF.
-    for of_bdf in ["max_order", "atol", "suppress"] {
+    for of_bdf in ["max_order", "atol", "error_test"] {
         changes.push(change(&format!("integrator.{of_bdf}"), ""));
     }
     changes

@@ -38,7 +38,7 @@ pub use boundary::robin::{RobinMatrix, SupportDirection};
 pub use element::{Barycentric, Shape, quadrature};
 pub use error::{FemError, MshProblem};
 pub use material::Law;
-pub use material::fibres::Fibres;
+pub use material::fibers::Fibers;
 pub use mesh::{Group, Mesh, generate};
 pub use operators::added::{AddedMotion, AddedStress, AddedTangents};
 pub use operators::relaxation::{Overstress, RelaxationRegion};

@@ -126,7 +126,7 @@ impl Solid {
             let stress = &self.added_stresses()[number];
             let tension = Some(context.tensions[at.element]).filter(|tension| *tension != 0.0);
             let motion = [state.gradient, velocity()];
-            AtPoint::new(stress, tension, self.axes_at(at).fibre, motion).stress(0.0)
+            AtPoint::new(stress, tension, self.axes_at(at).fiber, motion).stress(0.0)
         });
         let beta = context.beta * self.element_scale(at.element).beta;
         let damping = (beta > 0.0).then(|| {

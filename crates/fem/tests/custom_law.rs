@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use myovib_fem::material::three::{
-    Axes, FibreStrain, Invariants, Isotropic, Law3, Strain3, Symmetric3, Tensor3Of, add_scaled3,
+    Axes, FiberStrain, Invariants, Isotropic, Law3, Strain3, Symmetric3, Tensor3Of, add_scaled3,
 };
 use myovib_fem::material::{Guccione, MooneyRivlin, Real, SmallStrain, StVenantKirchhoff};
 use myovib_fem::{DofMap, Fields, Law, Pressure, Solid, Space, Vectors, generate, inlined};
@@ -35,26 +35,26 @@ struct Reinforced {
 
 inlined! {
     impl Law3 for Reinforced {
-        const FIBRES: bool = true;
+        const FIBERS: bool = true;
 
         fn energy<R: Real>(&self, strain: &Strain3<R>) -> R {
-            let fibre = strain.axes.fibre;
-            let e = strain.green_along(fibre, fibre);
+            let fiber = strain.axes.fiber;
+            let e = strain.green_along(fiber, fiber);
             Law3::energy(&self.matrix, strain) + e * e * (0.5 * self.k)
         }
 
         fn stress<R: Real>(&self, strain: &Strain3<R>) -> Tensor3Of<R> {
-            let fibre = FibreStrain::new(strain, strain.axes.fibre, strain.axes.fibre);
+            let fiber = FiberStrain::new(strain, strain.axes.fiber, strain.axes.fiber);
             let mut stress = self.matrix.stress(strain);
-            add_scaled3(&mut stress, fibre.value * self.k, &fibre.gradient);
+            add_scaled3(&mut stress, fiber.value * self.k, &fiber.gradient);
             stress
         }
 
         fn tangent<R: Real>(&self, strain: &Strain3<R>) -> Symmetric3<R> {
-            let fibre = FibreStrain::new(strain, strain.axes.fibre, strain.axes.fibre);
+            let fiber = FiberStrain::new(strain, strain.axes.fiber, strain.axes.fiber);
             let mut out = self.matrix.tangent(strain);
-            fibre.add_slope(&mut out, fibre.value * self.k);
-            out.add_square(fibre.value.like(self.k), &fibre.gradient);
+            fiber.add_slope(&mut out, fiber.value * self.k);
+            out.add_square(fiber.value.like(self.k), &fiber.gradient);
             out
         }
     }
@@ -127,7 +127,7 @@ static HEART: Guccione = Guccione {
 #[test]
 fn custom_law_is_bitwise_equal_to_the_built_in_law() {
     let axes = Axes {
-        fibre: [2.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0],
+        fiber: [2.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0],
         sheet: [-2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0],
     };
     let v = [[0.3, -0.8, 0.4], [0.5, 0.9, -0.2], [-0.6, 0.1, -0.7]];
@@ -168,7 +168,7 @@ fn custom_law_is_bitwise_equal_to_the_built_in_law() {
         let traits = |law: Law| {
             (
                 law.is_linear(),
-                law.has_fibres(),
+                law.has_fibers(),
                 law.description().complete,
             )
         };

@@ -39,7 +39,7 @@ fn main() {
         "method   steps fact. plain s  kept: ratio    MiB fact. solves  checkpoints: ratio    MiB repeated"
     );
     for (name, integrator) in [
-        ("radau5", IntegratorKind::Radau),
+        ("radau5", IntegratorKind::Radau5),
         ("radau9", IntegratorKind::Radau9),
         ("radau13", IntegratorKind::Radau13),
     ] {

@@ -68,7 +68,7 @@ fn motion(
     let settings = Settings {
         t_end: T_END,
         ..Settings::paper(formulation)
-            .with_integrator(IntegratorKind::Radau)
+            .with_integrator(IntegratorKind::Radau5)
             .with_relative_tolerance(1e-8)
     };
     let dae = MuscleDae::new(muscle, formulation)?;

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use myovib_dae::Problem;
 use myovib_fem::material::{ActiveStress, Bestel};
-use myovib_fem::{AddedStress, DofMap, Fibres, Group, Law, Mesh, Solid, Space, SupportDirection};
+use myovib_fem::{AddedStress, DofMap, Fibers, Group, Law, Mesh, Solid, Space, SupportDirection};
 use myovib_model::{
     Activation, Bed, Formulation, IntegratorKind, ModelError, Muscle, MuscleDae, Parameters, Probe,
     SampleTimes, Sampler, Settings, run, start_at_rest,
@@ -52,14 +52,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         b_fs: 11.436,
         k: 100.0,
     };
-    let mut fibres = Fibres::new(&mesh);
-    fibres.set_nodal(&mesh, &members, "f0", Some("s0"))?;
+    let mut fibers = Fibers::new(&mesh);
+    fibers.set_nodal(&mesh, &members, "f0", Some("s0"))?;
     let stress = AddedStress {
         active: Some(ActiveStress::PLAIN),
         viscosity: 100.0,
     };
     let solid = Solid::uniform(space.clone(), dofs, law, 1e3)?
-        .with_fibres(fibres)
+        .with_fibers(fibers)
         .with_added_stresses(&[(members, stress)])?;
     let muscle = Muscle {
         beds: vec![
@@ -75,7 +75,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     settings.t_end = t_end;
     let of_order = |kind: &IntegratorKind| kind.order().map(f64::from) == Some(order);
     let kind = IntegratorKind::ALL.into_iter().find(of_order);
-    settings = settings.with_integrator(kind.unwrap_or(IntegratorKind::Ida));
+    settings = settings.with_integrator(kind.unwrap_or(IntegratorKind::Bdf));
     settings.relative_tolerance = rtol;
     settings.absolute_tolerances.displacement = 1e-2 * rtol;
     settings.absolute_tolerances.velocity = rtol;

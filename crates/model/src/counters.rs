@@ -12,7 +12,7 @@ pub struct WorkCounters {
     /// Residual passes that include the damping force ∫Ṗ:∇φ.
     pub force_rate_passes: u64,
     /// Residual passes over elements whose law uses fiber directions.
-    pub fibre_passes: u64,
+    pub fiber_passes: u64,
     /// Element passes for tangents.
     pub tangent_passes: u64,
     /// Tangent passes that include the damping tangent ∂/∂q ∫Ṗ:∇φ.

@@ -65,16 +65,16 @@ macro_rules! formulations {
 }
 
 formulations! {
-    /// Displacements only, without a pressure (18); finite kappa.
+    /// Displacements only, without a pressure (18); finite κ.
     Displacement {
         name: "displacement",
         equation: "18",
         rows: &[(Field::Displacement, Kinematic), (Field::Velocity, Momentum)],
         index: &[[[0, 0]; 2], [[0, 0]; 2]],
         algebraic: |_| &[],
-        objection: |case| case.incompressible.then_some("requires finite kappa"),
+        objection: |case| case.incompressible.then_some("requires finite κ"),
     }
-    /// Pressure and volume constraint (28); beta = 0.
+    /// Pressure and volume constraint (28); β = 0.
     Position {
         name: "position",
         equation: "28",
@@ -87,7 +87,7 @@ formulations! {
         algebraic: |_| &[Field::Pressure],
         objection: undamped,
     }
-    /// Pressure rate as an additional unknown (29); beta > 0.
+    /// Pressure rate as an additional unknown (29); β > 0.
     Rate {
         name: "rate",
         equation: "29",
@@ -101,7 +101,7 @@ formulations! {
         algebraic: |_| &[Field::PressureRate],
         objection: damped,
     }
-    /// Volume constraint differentiated once (31); beta = 0.
+    /// Volume constraint differentiated once (31); β = 0.
     Velocity {
         name: "velocity",
         equation: "31",
@@ -114,7 +114,7 @@ formulations! {
         algebraic: |case| if case.incompressible { &[Field::Pressure] } else { &[] },
         objection: undamped,
     }
-    /// Both constraints, by Gear, Gupta and Leimkuhler (33); beta = 0, kappa = inf.
+    /// Both constraints, by Gear, Gupta and Leimkuhler (33); β = 0, κ = inf.
     Stabilized {
         name: "stabilized",
         equation: "33",
@@ -127,10 +127,10 @@ formulations! {
         index: &[[[1, 1]; 2], [[1, 1]; 2], [[2, 2]; 2], [[2, 2]; 2]],
         algebraic: |_| &[Field::Pressure, Field::GglMultiplier],
         objection: |case| (case.damped || !case.incompressible).then_some(
-            "requires beta = 0 and kappa = inf; otherwise use `position` or `implicit-rate`"
+            "requires β = 0 and κ = inf; otherwise use `position` or `implicit-rate`"
         ),
     }
-    /// Pressure rate taken from the integrator (26); beta > 0.
+    /// Pressure rate taken from the integrator (26); β > 0.
     ImplicitRate {
         name: "implicit-rate",
         equation: "26", // for the linear law; ours for the nonlinear
@@ -146,12 +146,12 @@ formulations! {
 }
 
 fn undamped(case: Case) -> Option<&'static str> {
-    let allowed = "requires beta = 0; for beta > 0 use `rate` or `implicit-rate`";
+    let allowed = "requires β = 0; for β > 0 use `rate` or `implicit-rate`";
     case.damped.then_some(allowed)
 }
 
 fn damped(case: Case) -> Option<&'static str> {
-    let allowed = "requires beta > 0; for beta = 0 use `position`";
+    let allowed = "requires β > 0; for β = 0 use `position`";
     (!case.damped).then_some(allowed)
 }
 

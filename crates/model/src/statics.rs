@@ -32,7 +32,7 @@ pub struct Equilibrium {
     /// Pressure at the vertices, Pa; empty for a formulation without.
     pub pressure: Vec<f64>,
     /// Time of the loads, s; `None` for a body without loads.
-    pub loads_at: Option<f64>,
+    pub preload_time: Option<f64>,
     /// Newton iterations over all load steps, without their predictions.
     pub newton_iterations: usize,
     /// Load steps taken.
@@ -50,7 +50,7 @@ impl Equilibrium {
         Self {
             displacement: vec![0.0; solid.dofs().n_free()],
             pressure: operators::no_pressure(solid),
-            loads_at: None,
+            preload_time: None,
             newton_iterations: 0,
             load_steps: 0,
             instabilities: None,
@@ -231,7 +231,7 @@ pub fn approach(
         equilibrium: Equilibrium {
             displacement: displacement.to_vec(),
             pressure: pressure.to_vec(),
-            loads_at: Some(t),
+            preload_time: Some(t),
             newton_iterations: newton.iterations,
             load_steps,
             // The factors of an incomplete search belong to its last trial.

@@ -68,7 +68,7 @@ fn steps_of_radau_allocate_nothing() {
         let dimension = muscle.solid.space().dimension();
         let dae = MuscleDae::new(muscle, formulation).unwrap();
         let settings = Settings {
-            integrator: IntegratorKind::Radau,
+            integrator: IntegratorKind::Radau5,
             suppressed: Vec::new(),
             ..Settings::paper(formulation)
         };

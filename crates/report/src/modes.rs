@@ -42,8 +42,8 @@ fn columns(modes: &Modes, body: &BodyModes, n: usize) -> [String; 3] {
 }
 
 /// Describes the state that the modes are computed for.
-pub(crate) fn about(loads_at: Option<f64>) -> String {
-    match loads_at {
+pub(crate) fn about(preload_time: Option<f64>) -> String {
+    match preload_time {
         None => "about the unloaded state".to_owned(),
         Some(t) => format!("about the equilibrium under the loads at t = {t} s"),
     }
@@ -65,7 +65,7 @@ pub fn text(modes: &Modes) -> String {
         let number = [(n + 1).to_string()];
         table.row(number.into_iter().chain(cells).map(Into::into));
     }
-    let loaded = modes.loads_at.map(|t| format!("{}\n", about(Some(t))));
+    let loaded = modes.preload_time.map(|t| format!("{}\n", about(Some(t))));
     format!(
         "{}\n{}damping ratio: by α, β, viscosity and foundations, without Prony terms; 1 is critical.\n",
         table.render(colored_stdout()),

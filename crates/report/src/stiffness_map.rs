@@ -136,10 +136,10 @@ mod tests {
             ),
         ] {
             let text = format!(
-                "[time]\nend = 0.01\n[mesh]\n{mesh}\n[solid]\nkappa = 1e5\n[[material]]\nlaw = \"mooney-rivlin\"\n\
-                 density = 1e3\nc10 = 1e4\n[[fixed]]\ngroup = \"left\"\n[[displacement]]\ngroup = \"right\"\n\
+                "[time]\nend = 0.01\n[mesh]\n{mesh}\n[solid]\nbulk_modulus = 1e5\n[[material]]\nlaw = \"mooney-rivlin\"\n\
+                 density = 1e3\nc10 = 1e4\n[[fixed]]\ngroup = \"left\"\n[[prescribed_displacement]]\ngroup = \"right\"\n\
                  x = {{ type = \"step\", value = 0.01, rise = 0.01 }}\n[[probe]]\nname = \"end\"\ntype = \"point\"\n\
-                 at = [{at}]\nquantities = [\"u\"]\nevery = 0.005\n[[output]]\nname = \"end\"\nprobe = \"end\"\n\
+                 at = [{at}]\nquantities = [\"u\"]\ninterval = 0.005\n[[output]]\nname = \"end\"\nprobe = \"end\"\n\
                  column = \"u_x\"\n"
             );
             let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();

@@ -71,8 +71,8 @@ fn figures_of_a_report_are_independent() {
         "init",
         &[
             "time.end=0.05",
-            "integrator.method=radau",
-            "probe[0].every=1e-3",
+            "integrator.method=radau5",
+            "probe[0].interval=1e-3",
         ],
     );
     let found = figures(&motion);
@@ -87,8 +87,8 @@ fn figures_of_a_report_are_independent() {
 /// 2D: the final body over its outline at rest.
 #[test]
 fn a_report_of_a_2d_body_shows_its_deformation() {
-    let small = ["time.end=0.05", "integrator.method=radau"];
-    let html = report("init", &[&small[..], &["fields.every=0.05"]].concat());
+    let small = ["time.end=0.05", "integrator.method=radau5"];
+    let html = report("init", &[&small[..], &["fields.interval=0.05"]].concat());
     assert!(html.contains("Deformed body at t = 0.05 s"), "{html}");
     assert_eq!(
         figures(&html).len(),
@@ -108,7 +108,10 @@ fn a_report_of_a_3d_body_shows_surface_and_section() {
         "probe=[]",
         "chain=[]",
     ];
-    let with_fields = report("muscle3d", &[&small[..], &["fields.every=0.05"]].concat());
+    let with_fields = report(
+        "muscle3d",
+        &[&small[..], &["fields.interval=0.05"]].concat(),
+    );
     for caption in ["Deformed surface at t = 0.05 s", "Section at t = 0.05 s"] {
         assert!(with_fields.contains(caption), "{caption}");
     }
@@ -122,7 +125,7 @@ fn a_report_of_a_3d_body_shows_surface_and_section() {
     let other = "fields.quantities=[\"p\"]";
     let without = report(
         "muscle3d",
-        &[&small[..], &["fields.every=0.05", other]].concat(),
+        &[&small[..], &["fields.interval=0.05", other]].concat(),
     );
     assert_eq!(
         figures(&without).len(),
@@ -154,12 +157,12 @@ fn a_report_has_no_control_characters_from_names() {
     let law = "law = \"neo-hooke\", density = 1e3, shear_modulus = 2e4";
     let materials =
         format!("material=[{{ group = \"muscle\", {law} }}, {{ group = {name}, {law} }}]");
-    let region = format!("region=[{{ name = {name}, centre = [0.0, 0.0], radii = [0.02, 0.02] }}]");
+    let region = format!("region=[{{ name = {name}, center = [0.0, 0.0], radii = [0.02, 0.02] }}]");
     let html = report(
         "init",
         &[
             "time.end=0.01",
-            "integrator.method=radau",
+            "integrator.method=radau5",
             "title=\"a\\u001b[2Jb\\u0007<script>\\u009b\"",
             &region,
             &materials,

@@ -16,10 +16,10 @@ const KEYS: [(&str, f64); 8] = [
     ("material[0].c10", 1e4),
     ("traction[0].y.amplitude", 100.0),
     ("material[0].c01", 2e2),
-    ("solid.kappa", 1e-5),
+    ("solid.bulk_modulus", 1e-5),
     ("material[0].density", 1.1e3),
-    ("solid.alpha", 1.0),
-    ("solid.beta", 1e-4),
+    ("solid.rayleigh_mass", 1.0),
+    ("solid.rayleigh_stiffness", 1e-4),
     ("traction[0].y.frequency", 8.0),
 ];
 

@@ -96,10 +96,10 @@ fn is_out_of_space(error: &io::Error) -> bool {
 /// ```
 /// use myovib_scene::InputError;
 /// let error = InputError::new("κ must be positive")
-///     .at("scene.toml, line 7, key material.kappa")
+///     .at("scene.toml, line 7, key solid.bulk_modulus")
 ///     .found(-1e5)
 ///     .allowed("a number above 0 (Pa), or inf for incompressible")
-///     .next("write kappa = inf for an incompressible muscle");
+///     .next("write bulk_modulus = inf for an incompressible muscle");
 /// assert!(error.to_string().starts_with("κ must be positive\n   where: scene.toml, line 7"));
 /// ```
 #[derive(Debug, Clone)]

@@ -17,7 +17,7 @@ pub struct Modes {
     pub load: f64,
     /// Time of the loads of the equilibrium about which the modes are computed, s; null for the
     /// unloaded body.
-    pub loads_at: Option<f64>,
+    pub preload_time: Option<f64>,
     /// Mass-proportional damping α, 1/s.
     pub alpha: f64,
     /// Stiffness-proportional damping β, s.
@@ -100,15 +100,15 @@ impl Modes {
     ) -> Result<Self, crate::Error> {
         let muscle = body_of(scene).map(|body| &body.muscle)?;
         let asked = scene.file.modes.as_ref();
-        let loads_at = asked.and_then(|modes| modes.loads_at);
-        let at = match loads_at {
+        let preload_time = asked.and_then(|modes| modes.preload_time);
+        let at = match preload_time {
             None => Equilibrium::unloaded(muscle),
             Some(_) if muscle.models().next().is_some() => {
                 let error = InputError::new(
                     "the activation model `bestel` needs a motion: its tension is 0 at the start",
                 );
                 let error = error.next("use a tension of type = \"given\"");
-                return Err(scene.wrong("modes.loads_at", error).into());
+                return Err(scene.wrong("modes.preload_time", error).into());
             }
             Some(t) => {
                 let watch = &mut search(watcher);
@@ -119,7 +119,7 @@ impl Modes {
         let count = count.unwrap_or(DEFAULT_COUNT);
         Ok(Self {
             load: 0.0,
-            loads_at,
+            preload_time,
             alpha: muscle.parameters.alpha,
             beta: muscle.parameters.beta,
             drive: muscle.drive(),

@@ -111,13 +111,13 @@ impl State {
         let mut notes = Vec::new();
         if let Some(end) = self.stopped_before {
             notes.push(format!(
-                "start.folder: that run stopped at t = {} s, before its end at {end} s; this motion starts from there",
+                "initial_state.folder: that run stopped at t = {} s, before its end at {end} s; this motion starts from there",
                 self.t
             ));
         }
         if let Some(part) = self.load_reached.filter(|part| *part < 1.0) {
             notes.push(format!(
-                "start.folder: the body starts in equilibrium with {:.1} % of the loads of that run, which were not reached; \
+                "initial_state.folder: the body starts in equilibrium with {:.1} % of the loads of that run, which were not reached; \
                  all of this scene's act from t = 0 on",
                 100.0 * part
             ));
@@ -125,13 +125,13 @@ impl State {
         let others = |found: usize, own: usize| found != 0 && found != own;
         if others(self.internal_stresses.len(), muscle.solid.n_internal()) {
             notes.push(
-                "start.folder: that run has other Prony terms; the stress of this scene's has settled at the start"
+                "initial_state.folder: that run has other Prony terms; the stress of this scene's has settled at the start"
                     .to_owned(),
             );
         }
         if others(self.tensions.len(), muscle.models().count()) {
             notes.push(
-                "start.folder: that run has other models of activation; the tensions of this scene's begin at 0"
+                "initial_state.folder: that run has other models of activation; the tensions of this scene's begin at 0"
                     .to_owned(),
             );
         }

@@ -47,7 +47,7 @@ pub enum MethodJson<'a> {
         max_order: u8,
         delta_cj: f64,
         multiplier_weights: &'a str,
-        project_every: Option<f64>,
+        projection_interval: Option<f64>,
     },
     RadauIia {
         stages: usize,
@@ -62,7 +62,7 @@ impl<'a> MethodJson<'a> {
             max_order: settings.max_order,
             delta_cj: settings.delta_cj,
             multiplier_weights: settings.multiplier_weights.name(),
-            project_every: settings.project_every,
+            projection_interval: settings.projection_interval,
         })
     }
 

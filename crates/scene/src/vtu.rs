@@ -244,9 +244,9 @@ fn file(space: &Space, grid: &Grid, of_points: &str, of_cells: &[CellField]) -> 
     text += of_points;
     text += "</PointData>\n<CellData>\n";
     text += &integers("region", grid.regions.iter().copied());
-    if !grid.fibres.is_empty() {
-        let values = grid.fibres.iter().copied().flatten();
-        text += &floats("fibre", &["x", "y", "z"], 3, values);
+    if !grid.fibers.is_empty() {
+        let values = grid.fibers.iter().copied().flatten();
+        text += &floats("fiber", &["x", "y", "z"], 3, values);
     }
     for CellField { name, values } in of_cells {
         let mut all = vec![f64::NAN; n_cells];
@@ -289,7 +289,7 @@ mod tests {
     #[test]
     fn values_that_are_not_finite_are_told_with_their_first_time() {
         let text = "[time]\nend = 1.0\n[mesh]\ntype = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [2, 2]\n\
-                    [solid]\nkappa = 1e5\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
+                    [solid]\nbulk_modulus = 1e5\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
                     [[fixed]]\ngroup = \"left\"\n";
         let scene = Scene::build("scene.toml", text, &[], Path::new("")).unwrap();
         let body = scene.body.unwrap();

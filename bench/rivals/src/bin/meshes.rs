@@ -31,14 +31,14 @@ fn main() -> anyhow::Result<()> {
             if level > 0 {
                 mesh = mesh.refined()?;
             }
-            print!("kappa = {kappa:e}, level {level}: ");
+            print!("bulk_modulus = {kappa:e}, level {level}: ");
             motions.push(integrate(&mesh, kappa)?);
         }
         let (finest, coarser) = motions.split_last().context("there is a level 0")?;
         for (level, motion) in coarser.iter().enumerate() {
             let [u_y, p] = [0, 1].map(|k| largest_difference(&motion[k], &finest[k]));
             println!(
-                "kappa = {kappa:e}, level {level} to {}: u_y {u_y:.2e}, p {p:.2e}",
+                "bulk_modulus = {kappa:e}, level {level} to {}: u_y {u_y:.2e}, p {p:.2e}",
                 LEVELS - 1,
             );
         }

@@ -36,7 +36,7 @@ fn chain(scene: &Scene) -> Value {
     let chain = &scene.file.chain[0];
     json!({
         "oscillators": chain.oscillators,
-        "width": chain.half_width,
+        "frequency_spread": chain.frequency_spread,
         "generator": chain.generator,
         "seed": chain.seed,
         "gamma": chain.gain,
@@ -44,7 +44,7 @@ fn chain(scene: &Scene) -> Value {
         "van_der_pol": chain.van_der_pol,
         "duffing": chain.duffing,
         "ends": chain.ends,
-        "reach": chain.reach,
+        "driven": chain.driven,
         "frequencies": scene.chains[0].chain.omega,
     })
 }
@@ -55,7 +55,7 @@ fn body(scene: &Scene) -> Value {
     match (&scene.body, &scene.file.rod) {
         (Some(Body { muscle, .. }), _) => json!({
             "body": "muscle",
-            "kappa": scene.file.solid.as_ref().map(|solid| &solid.kappa),
+            "kappa": scene.file.solid.as_ref().map(|solid| &solid.bulk_modulus),
             "beta": muscle.parameters.beta,
             "point": chain.at,
             "component": chain.component,
@@ -65,7 +65,7 @@ fn body(scene: &Scene) -> Value {
         (None, rod) => json!({
             "body": "rod",
             "point": [&chain.at],
-            "load": rod.as_ref().map(|rod| rod.reading),
+            "load": rod.as_ref().map(|rod| rod.load_type),
             "load_frequency": scene.rod.as_ref().map(|rod| rod.signal()).and_then(Signal::frequency),
         }),
     }

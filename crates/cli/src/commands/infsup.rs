@@ -129,7 +129,7 @@ fn of_scene(path: &Path, set: &[String], fixed: Option<Vec<String>>) -> anyhow::
     let file = &scene.file;
     let held = file.fixed.iter();
     let held = held.map(|fixed| (&fixed.group, fixed.components.is_none()));
-    let moved = file.displacement.iter().map(|moved| {
+    let moved = file.prescribed_displacement.iter().map(|moved| {
         let given = [&moved.x, &moved.y, &moved.z];
         let count = given.into_iter().flatten().count();
         (&moved.group, count == mesh.dimension())

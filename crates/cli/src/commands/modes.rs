@@ -27,16 +27,16 @@ use crate::values;
     myovib modes --count 6 --svg modes.svg\n  \
     myovib modes --kappa 1e6 --load 100 --json\n  \
     myovib modes cantilever --count 4\n  \
-    myovib modes cook-static --set modes.loads_at=0"
+    myovib modes cook-static --set modes.preload_time=0"
 )]
 pub struct ModesArgs {
     /// Scene (TOML file or built-in name) whose body is analyzed about rest or, with `--set
-    /// modes.loads_at=T`, about the equilibrium under its loads at time T [default: the paper's
+    /// modes.preload_time=T`, about the equilibrium under its loads at time T [default: the paper's
     /// muscle, compressible and incompressible].
     #[arg(value_name = "SCENE", conflicts_with_all = ["mesh", "kappa", "load", "beta"])]
     pub scene: Option<PathBuf>,
 
-    /// Change a value of the scene, for example solid.kappa=inf; may be repeated.
+    /// Change a value of the scene, for example solid.bulk_modulus=inf; may be repeated.
     #[arg(long, value_name = "KEY=VALUE", requires = "scene")]
     pub set: Vec<String>,
 
@@ -156,7 +156,7 @@ fn of_the_paper(args: &ModesArgs) -> anyhow::Result<Findings> {
         mesh: mesh_name,
         modes: Modes {
             load: args.load,
-            loads_at: (args.load != 0.0).then_some(0.0),
+            preload_time: (args.load != 0.0).then_some(0.0),
             alpha: paper::ALPHA,
             beta: args.beta,
             drive: Some(paper::LOAD_FREQUENCY),

@@ -43,8 +43,8 @@ pub struct Table2Args {
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
 
-    /// Integrator: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`, `radau9`, `radau13`.
-    #[arg(long, value_name = "NAME", default_value = "ida", value_parser = values::integrator)]
+    /// Integrator: `bdf`, or Radau IIA of order 5, 9 or 13: `radau5`, `radau9`, `radau13`.
+    #[arg(long, value_name = "NAME", default_value = "bdf", value_parser = table2_integrator)]
     pub integrator: IntegratorKind,
 
     /// End time in s [default: 10].
@@ -88,7 +88,7 @@ pub struct Table2Args {
     )]
     pub every: f64,
 
-    /// Change a value in the scenes of all rows, for example `integrator.project_every=0.1`; may be
+    /// Change a value in the scenes of all rows, for example `integrator.projection_interval=0.1`; may be
     /// repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
@@ -100,6 +100,14 @@ pub struct Table2Args {
     /// Options of every command.
     #[command(flatten)]
     pub common: CommonArgs,
+}
+
+/// Parses an integrator; `ida`, the solver of the paper's table, is another name of `bdf`.
+fn table2_integrator(name: &str) -> Result<IntegratorKind, String> {
+    match name {
+        "ida" => Ok(IntegratorKind::Bdf),
+        _ => values::integrator(name),
+    }
 }
 
 fn max_order(text: &str) -> Result<String, String> {
@@ -131,10 +139,10 @@ impl FromStr for Suppress {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let block = |word: &str| match word {
-            "q" => Ok("displacement"),
-            "v" => Ok("velocity"),
-            "lambda" => Ok("pressure"),
-            "mu" => Ok("multiplier"),
+            "q" => Ok("u"),
+            "v" => Ok("v"),
+            "lambda" => Ok("p"),
+            "mu" => Ok("p_rate"),
             word => Err(format!(
                 "`{word}` is no block: none, default, or a list of q, v, lambda, mu"
             )),
@@ -153,20 +161,20 @@ impl FromStr for Suppress {
 
 impl Table2Args {
     fn is_bdf(&self) -> bool {
-        self.integrator == IntegratorKind::Ida
+        self.integrator == IntegratorKind::Bdf
     }
 
     /// Returns the changes of the rows' scenes by the options.
     fn overrides(&self) -> Vec<String> {
         let mut set = match self.integrator {
-            IntegratorKind::Ida => Vec::new(),
+            IntegratorKind::Bdf => Vec::new(),
             kind => overrides::integrator(kind),
         };
         set.extend(self.mesh.as_deref().map(overrides::mesh));
         set.extend(self.t_end.map(overrides::end));
         for (key, value) in [
             ("integrator.rtol", self.rtol),
-            ("integrator.atol.velocity", self.atol_velocity),
+            ("integrator.atol.v", self.atol_velocity),
         ] {
             set.extend(value.map(|value| change(key, format!("{value:e}"))));
         }
@@ -174,7 +182,7 @@ impl Table2Args {
             set.push(change("integrator.max_order", order));
         }
         if let Suppress::Blocks(blocks) = &self.suppress {
-            set.push(change("integrator.suppress", json!(blocks)));
+            set.push(change("integrator.error_test.exclude", json!(blocks)));
         }
         set.extend(self.set.iter().cloned());
         set
@@ -209,7 +217,7 @@ impl Table2Args {
         if self.max_order.is_some() && !self.is_bdf() {
             return Err(InputError::new("Radau IIA has no `--max-order`")
                 .at("--max-order")
-                .next("remove `--max-order`, or take --integrator ida"));
+                .next("remove `--max-order`, or take --integrator bdf"));
         }
         if self.probe.is_some() && rows.len() != 1 {
             return Err(InputError::new("the CSV of a probe holds one run")
@@ -232,7 +240,7 @@ pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
     let set = args.overrides();
     // Only the requested probe is recorded.
     let probe = match args.probe {
-        Some(_) => format!("probe[0].every={:e}", args.every),
+        Some(_) => format!("probe[0].interval={:e}", args.every),
         None => "probe=[]".to_owned(),
     };
     let set_of_runs = [&set[..], &[probe]].concat();

@@ -28,28 +28,28 @@ pub struct Directed {
 /// direction orthogonal to f0.
 ///
 /// # Shapes
-/// `fibres`, `sheets` and `weights` have one entry per vertex.
-pub fn axes_at(fibres: &[[f64; 3]], sheets: Option<&[[f64; 3]]>, weights: &[f64]) -> Directed {
+/// `fibers`, `sheets` and `weights` have one entry per vertex.
+pub fn axes_at(fibers: &[[f64; 3]], sheets: Option<&[[f64; 3]]>, weights: &[f64]) -> Directed {
     let nearest = (0..weights.len()).max_by(|&a, &b| weights[a].total_cmp(&weights[b]));
     let nearest = nearest.unwrap_or(0);
-    let (fibre, fibre_opposed) = match normalized(interpolated(fibres, weights)) {
-        Some(fibre) => (fibre, false),
-        None => (normalized(fibres[nearest]).unwrap_or([1.0, 0.0, 0.0]), true),
+    let (fiber, fiber_opposed) = match normalized(interpolated(fibers, weights)) {
+        Some(fiber) => (fiber, false),
+        None => (normalized(fibers[nearest]).unwrap_or([1.0, 0.0, 0.0]), true),
     };
-    let across = |sheet| normalized(less_along(sheet, fibre));
+    let across = |sheet| normalized(less_along(sheet, fiber));
     let (sheet, sheet_opposed) = match sheets {
-        None => (any_across(fibre), false),
+        None => (any_across(fiber), false),
         Some(sheets) => match across(interpolated(sheets, weights)) {
             Some(sheet) => (sheet, false),
             None => (
-                across(sheets[nearest]).unwrap_or_else(|| any_across(fibre)),
+                across(sheets[nearest]).unwrap_or_else(|| any_across(fiber)),
                 true,
             ),
         },
     };
     Directed {
-        axes: Axes { fibre, sheet },
-        nearest: fibre_opposed || sheet_opposed,
+        axes: Axes { fiber, sheet },
+        nearest: fiber_opposed || sheet_opposed,
     }
 }
 
@@ -145,7 +145,7 @@ mod tests {
     fn axes_are_orthonormal_and_follow_the_interpolated_vectors() {
         let weights = [0.1, 0.4, 0.3, 0.2];
         let point = axes_at(&ALONG, Some(&ACROSS), &weights);
-        let (f, s) = (point.axes.fibre, point.axes.sheet);
+        let (f, s) = (point.axes.fiber, point.axes.sheet);
         assert!(!point.nearest);
         for (a, b, expected) in [(f, f, 1.0), (s, s, 1.0), (f, s, 0.0)] {
             assert!((dot(a, b) - expected).abs() < 4.0 * f64::EPSILON);
@@ -160,14 +160,14 @@ mod tests {
 
     #[test]
     fn nearest_vertex_is_used_for_opposed_vectors() {
-        let fibres = [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.6, 0.8]];
-        let point = axes_at(&fibres, None, &[0.5, 0.5, 0.0]);
+        let fibers = [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.6, 0.8]];
+        let point = axes_at(&fibers, None, &[0.5, 0.5, 0.0]);
         assert!(point.nearest);
-        assert_eq!(point.axes.fibre[0].abs(), 1.0);
-        assert!(dot(point.axes.fibre, point.axes.sheet).abs() < f64::EPSILON);
-        let aside = axes_at(&fibres, None, &[0.4, 0.4, 0.2]);
+        assert_eq!(point.axes.fiber[0].abs(), 1.0);
+        assert!(dot(point.axes.fiber, point.axes.sheet).abs() < f64::EPSILON);
+        let aside = axes_at(&fibers, None, &[0.4, 0.4, 0.2]);
         assert!(!aside.nearest);
-        assert!((aside.axes.fibre[1] - 0.6).abs() < 4.0 * f64::EPSILON);
+        assert!((aside.axes.fiber[1] - 0.6).abs() < 4.0 * f64::EPSILON);
     }
 
     #[test]

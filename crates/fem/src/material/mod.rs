@@ -18,7 +18,7 @@ mod activation;
 mod active;
 mod dual;
 pub(crate) mod elementary;
-pub(crate) mod fibres;
+pub(crate) mod fibers;
 mod field;
 mod inlined;
 mod laws;
@@ -32,7 +32,7 @@ pub mod three;
 mod viscous;
 
 pub use activation::Bestel;
-pub use active::{ActiveFibre, ActiveStress, ForceLength, ForceVelocity, Tension};
+pub use active::{ActiveFiber, ActiveStress, ForceLength, ForceVelocity, Tension};
 pub use dual::Dual;
 pub use field::{Directed, axes_at, check_direction, unit_vector};
 pub use laws::*;
@@ -168,12 +168,12 @@ impl Law {
 
     /// Returns whether the law depends on the fiber axes.
     #[inline(always)]
-    pub fn has_fibres(self) -> bool {
+    pub fn has_fibers(self) -> bool {
         #[inline(always)]
-        fn has_fibres<W: Law3>(_: &W) -> bool {
-            W::FIBRES
+        fn has_fibers<W: Law3>(_: &W) -> bool {
+            W::FIBERS
         }
-        with_law!(self, w => has_fibres(&w), custom => custom.has_fibres())
+        with_law!(self, w => has_fibers(&w), custom => custom.has_fibers())
     }
 
     /// Returns κ of the penalty energy κ/2 (J − 1)²; zero for a law whose energy includes the

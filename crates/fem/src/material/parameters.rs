@@ -110,7 +110,7 @@ pub struct Description {
     /// Constants, in order.
     pub parameters: &'static [Parameter],
     /// Whether the law depends on the fiber axes.
-    pub fibres: bool,
+    pub fibers: bool,
     /// Whether the energy includes the volumetric part, so neither pressure nor κ is added. Such a
     /// law is compatible with the formulation `displacement` only.
     pub complete: bool,

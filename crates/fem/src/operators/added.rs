@@ -10,7 +10,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use crate::material::{ActiveFibre, ActiveStress, Real, Viscous};
+use crate::material::{ActiveFiber, ActiveStress, Real, Viscous};
 use crate::operators::residual::accumulate;
 use crate::operators::tangent::{Matrix, add_entry, zero_if};
 use crate::simd::batch::{Batch, BatchRange, Part, Point, add_scaled};
@@ -86,7 +86,7 @@ impl<'a> From<[Option<&'a mut [f64]>; 2]> for AddedTangents<'a> {
 
 /// Added stress at a point with the motion ∇u, ∇v.
 pub(crate) struct AtPoint<R, const D: usize> {
-    fibre: Option<ActiveFibre<R, D>>,
+    fiber: Option<ActiveFiber<R, D>>,
     viscous: Option<Viscous<R, D>>,
 }
 
@@ -108,7 +108,7 @@ impl<R: Real, const D: usize> AtPoint<R, D> {
         reference: [R; D],
         [h, v]: [[[R; D]; D]; 2],
     ) -> Self {
-        let fibre = match (&stress.active, tension) {
+        let fiber = match (&stress.active, tension) {
             (Some(active), Some(tension)) => Some(active.at(reference, &h, &v, tension)),
             _ => None,
         };
@@ -121,7 +121,7 @@ impl<R: Real, const D: usize> AtPoint<R, D> {
         } else {
             None
         };
-        Self { fibre, viscous }
+        Self { fiber, viscous }
     }
 
     /// Returns P.
@@ -129,8 +129,8 @@ impl<R: Real, const D: usize> AtPoint<R, D> {
     #[inline(always)]
     pub(crate) fn stress(&self, zero: R) -> [[R; D]; D] {
         let mut total = [[zero; D]; D];
-        if let Some(fibre) = &self.fibre {
-            add(&mut total, &fibre.stress());
+        if let Some(fiber) = &self.fiber {
+            add(&mut total, &fiber.stress());
         }
         if let Some(viscous) = &self.viscous {
             add(&mut total, &viscous.stress());
@@ -190,15 +190,15 @@ impl<const D: usize, const N: usize, const P: usize> Regions<'_, D, N, P> {
         local: &Local<S, D, N>,
     ) -> AtPoint<Lanes<S>, D> {
         let stress = &self.stresses[number];
-        let fibre = match stress.active {
-            Some(_) => part.fibre(index),
+        let fiber = match stress.active {
+            Some(_) => part.fiber(index),
             None => [part.zero(); D],
         };
         let motion = [
             part.gradient(&local.u, point),
             part.gradient(&local.v, point),
         ];
-        AtPoint::new(stress, local.tension, fibre, motion)
+        AtPoint::new(stress, local.tension, fiber, motion)
     }
 }
 
@@ -310,17 +310,17 @@ impl<T: Simd, const D: usize, const N: usize, const P: usize> WithSimd for Add<'
         } = self;
         let gradients = part.gradients(point);
         let weights = part.weights(point);
-        if let Some(fibre) = &at.fibre {
+        if let Some(fiber) = &at.fiber {
             // The derivatives are dyads of the fiber direction in J and L.
             let mut fiber_slopes = [part.zero(); N];
             for (slope, gradient) in fiber_slopes.iter_mut().zip(&gradients) {
-                for (f, g) in fibre.direction().iter().zip(gradient) {
+                for (f, g) in fiber.direction().iter().zip(gradient) {
                     *slope = f.mul_add(*g, *slope);
                 }
             }
             let tangents = [
-                (&mut by_u, fibre.by_displacement()),
-                (&mut by_v, fibre.by_velocity()),
+                (&mut by_u, fiber.by_displacement()),
+                (&mut by_v, fiber.by_velocity()),
             ];
             for (matrix, tangent) in tangents {
                 if let Some(matrix) = matrix {

@@ -62,7 +62,7 @@ fn element_energies<S: Simd, const D: usize, const N: usize, const P: usize>(
             Some(factors) => Some(part.interpolate(factors, point)),
             None => None,
         };
-        let axes = match law.has_fibres() {
+        let axes = match law.has_fibers() {
             true => part.axes(number),
             false => Axes::cartesian(part.zero()),
         };

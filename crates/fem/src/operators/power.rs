@@ -63,7 +63,7 @@ fn element_powers<S: Simd, const D: usize, const N: usize, const P: usize>(
     let mut sum = zero;
     for (number, point) in points.iter().enumerate() {
         part.move_to(number);
-        let axes = match law.has_fibres() {
+        let axes = match law.has_fibers() {
             true => part.axes(number),
             false => Axes::cartesian(zero),
         };

@@ -73,7 +73,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> AtPoint<S, D, C> {
             Some(factors) => Some(part.interpolate(factors, point)),
             None => None,
         };
-        let axes = match law.has_fibres() {
+        let axes = match law.has_fibers() {
             true => part.axes(number),
             false => Axes::cartesian(part.zero()),
         };

@@ -81,8 +81,8 @@ impl Solid {
         );
         self.internal = with_elements!(&self.elements, mapped =>
             InternalStresses::new(&mapped.batches, &self.prony));
-        match self.fibres.take() {
-            Some(fibres) => self.with_fibres(fibres),
+        match self.fibers.take() {
+            Some(fibers) => self.with_fibers(fibers),
             None => self,
         }
     }

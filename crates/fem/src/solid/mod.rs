@@ -31,7 +31,7 @@ use rayon::ThreadPool;
 
 use crate::element::quadrature::Rule;
 use crate::error::FemError;
-use crate::material::fibres::Fibres;
+use crate::material::fibers::Fibers;
 use crate::material::three::Axes;
 use crate::material::{Law, Prony, Range};
 use crate::operators::added::AddedStress;
@@ -191,7 +191,7 @@ pub struct Solid {
     laws: Vec<Law>,
     rule: Rule,
     elements: Elements,
-    fibres: Option<Fibres>,
+    fibers: Option<Fibers>,
     /// Added stresses.
     added: Vec<AddedStress>,
     /// Added stresses without viscosity.
@@ -318,7 +318,7 @@ impl Solid {
             laws,
             rule,
             elements,
-            fibres: None,
+            fibers: None,
             added: Vec::new(),
             active: Vec::new(),
             prony: Vec::new(),
@@ -337,18 +337,18 @@ impl Solid {
     /// Returns the solid with the given fibers. Without them, fibers are along x and sheets along
     /// y.
     #[must_use]
-    pub fn with_fibres(mut self, fibres: Fibres) -> Self {
+    pub fn with_fibers(mut self, fibers: Fibers) -> Self {
         let added = &self.added;
         let is_active = |stress: usize| added[stress].active.is_some();
-        with_elements!(&mut self.elements, mapped => mapped.batches.set_fibres(&fibres, is_active));
-        self.fibres = Some(fibres);
+        with_elements!(&mut self.elements, mapped => mapped.batches.set_fibers(&fibers, is_active));
+        self.fibers = Some(fibers);
         self
     }
 
     /// Returns the fiber axes at a point.
     pub fn axes_at(&self, at: &ElementPoint) -> Axes<f64> {
-        self.fibres.as_ref().map_or(Axes::cartesian(0.0), |fibres| {
-            fibres.axes(at.element, &at.barycentric)
+        self.fibers.as_ref().map_or(Axes::cartesian(0.0), |fibers| {
+            fibers.axes(at.element, &at.barycentric)
         })
     }
 

@@ -5,13 +5,13 @@ use std::sync::Arc;
 use myovib_fem::material::{ActiveStress, ForceVelocity, Viscous};
 use myovib_fem::output::StressContext;
 use myovib_fem::{
-    AddedMotion, AddedStress, AddedTangents, Barycentric, DofMap, ElementPoint, FemError, Fibres,
+    AddedMotion, AddedStress, AddedTangents, Barycentric, DofMap, ElementPoint, FemError, Fibers,
     Fields, Mesh, Pressure, RobinMatrix, Solid, Space, SupportDirection, generate,
 };
 
 use crate::common::{DENSITY, MUSCLE_LAW, SMALL_LAW, dense, random};
 
-const FIBRE: [f64; 3] = [0.6, 0.8, 0.0];
+const FIBER: [f64; 3] = [0.6, 0.8, 0.0];
 const STRESS: AddedStress = AddedStress {
     active: Some(ActiveStress {
         force_velocity: Some(ForceVelocity {
@@ -38,12 +38,12 @@ fn block(dimension: usize) -> Solid {
     let space = Arc::new(Space::taylor_hood(&mesh));
     let dofs = DofMap::new(&space, &[(0, 0), (0, 1)]).unwrap();
     let all: Vec<usize> = (0..mesh.n_elements()).collect();
-    let mut fibres = Fibres::new(&mesh);
-    fibres.set_constant(&mesh, &all, FIBRE, None).unwrap();
+    let mut fibers = Fibers::new(&mesh);
+    fibers.set_constant(&mesh, &all, FIBER, None).unwrap();
     let even = all.into_iter().step_by(2).collect();
     Solid::uniform(space, dofs, MUSCLE_LAW, DENSITY)
         .unwrap()
-        .with_fibres(fibres)
+        .with_fibers(fibers)
         .with_added_stresses(&[(even, STRESS)])
         .unwrap()
 }
@@ -68,7 +68,7 @@ fn power_of_a_homogeneous_motion_is_stress_times_rate_times_volume() {
     for (i, row) in f.iter_mut().enumerate() {
         row[i] += 1.0;
     }
-    let active = STRESS.active.unwrap().at(FIBRE, &H, &V, TENSION).power();
+    let active = STRESS.active.unwrap().at(FIBER, &H, &V, TENSION).power();
     let viscous = Viscous::new(f, V, STRESS.viscosity).dissipation();
     for dimension in [2, 3] {
         let solid = block(dimension);
@@ -213,7 +213,7 @@ fn stress_at_a_point_is_the_sum_of_its_parts() {
     for (i, row) in f.iter_mut().enumerate() {
         row[i] += 1.0;
     }
-    let active = STRESS.active.unwrap().at(FIBRE, &H, &V, TENSION).stress();
+    let active = STRESS.active.unwrap().at(FIBER, &H, &V, TENSION).stress();
     let viscous = Viscous::new(f, V, STRESS.viscosity).stress();
     for dimension in [2, 3] {
         let solid = block(dimension);

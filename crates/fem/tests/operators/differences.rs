@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::common::{MUSCLE_LAW, SMALL_LAW, clamped, dense, random};
 use myovib_fem::material::Law;
 use myovib_fem::solid::{Change, Fields, Linearized, Pressure, Solid, Tangents, Vectors};
-use myovib_fem::{Fibres, Space, generate};
+use myovib_fem::{Fibers, Space, generate};
 use nalgebra::{DMatrix, DVector};
 
 /// Displacements are about 1 % of the element size; step ε^(1/3) of that.
@@ -224,17 +224,17 @@ fn check_all(law: Law, space: Space, kappa: Option<f64>) {
 fn check_with_factors(law: Law, space: Space, kappa: Option<f64>, factors: Option<Vec<f64>>) {
     let (n, m) = (space.n_components(), space.n_pressures());
     let mut solid = clamped(space, "left", law);
-    if law.has_fibres() {
+    if law.has_fibers() {
         let mesh = solid.space().mesh();
-        let mut fibres = Fibres::new(mesh);
+        let mut fibers = Fibers::new(mesh);
         let all: Vec<usize> = (0..mesh.n_elements()).collect();
         // Not aligned with coordinates; in 2D the sheet direction is arbitrary.
-        let (fibre, sheet) = match mesh.dimension() {
+        let (fiber, sheet) = match mesh.dimension() {
             2 => ([0.8, 0.6, 0.0], None),
             _ => ([2.0, 2.0, 1.0], Some([-2.0, 1.0, 2.0])),
         };
-        fibres.set_constant(mesh, &all, fibre, sheet).unwrap();
-        solid = solid.with_fibres(fibres);
+        fibers.set_constant(mesh, &all, fiber, sheet).unwrap();
+        solid = solid.with_fibers(fibers);
     }
     let mut state = State {
         u: random(n, 0.02, 1),

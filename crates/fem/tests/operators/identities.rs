@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use myovib_fem::material::MooneyRivlin;
 use myovib_fem::solid::{Fields, Inverted, Pressure, Solid, Tangents, Vectors};
-use myovib_fem::{DofMap, ElementScale, FemError, Fibres, Law, Space, generate, load};
+use myovib_fem::{DofMap, ElementScale, FemError, Fibers, Law, Space, generate, load};
 
 use crate::common::{DENSITY, MUSCLE_LAW, SMALL_LAW, clamped, dense, muscle_mesh, random};
 
@@ -185,9 +185,9 @@ fn force_is_the_derivative_of_the_strain_energy_in_3d() {
     let curved = mesh.with_midside_nodes(BTreeMap::from([([0, 4], [0.41, 0.53, -0.05])]));
     let mesh = curved.unwrap();
     let n = mesh.n_elements();
-    let mut fibres = Fibres::new(&mesh);
+    let mut fibers = Fibers::new(&mesh);
     let all: Vec<usize> = (0..n).collect();
-    fibres
+    fibers
         .set_constant(&mesh, &all, [0.6, 0.0, 0.8], Some([0.0, 1.0, 0.0]))
         .unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
@@ -201,7 +201,7 @@ fn force_is_the_derivative_of_the_strain_energy_in_3d() {
     };
     let solid = Solid::new(space, dofs, laws, 1e3).unwrap();
     let solid = solid.with_element_scales(&vec![scale; n]).unwrap();
-    let solid = solid.with_fibres(fibres);
+    let solid = solid.with_fibers(fibers);
     let factors = random(4 * n, 0.4, 9);
     let factors: Vec<f64> = factors.iter().map(|change| 1.0 + change).collect();
     for kappa in [None, Some(1e5)] {

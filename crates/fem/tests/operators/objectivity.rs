@@ -9,7 +9,7 @@ use myovib_fem::material::three::{Tensor3, product3};
 use myovib_fem::material::{ActiveStress, ForceLength, ForceVelocity, Prony, PronyTerm, Tension};
 use myovib_fem::output::{PointState, StressContext};
 use myovib_fem::{
-    AddedMotion, AddedStress, Barycentric, DofMap, ElementPoint, Fibres, Fields, Law, Pressure,
+    AddedMotion, AddedStress, Barycentric, DofMap, ElementPoint, Fibers, Fields, Law, Pressure,
     Solid, Space, generate,
 };
 
@@ -37,9 +37,9 @@ fn body(dimension: usize, active: bool) -> Solid {
     };
     let n = mesh.n_elements();
     let all: Vec<usize> = (0..n).collect();
-    let mut fibres = Fibres::new(&mesh);
+    let mut fibers = Fibers::new(&mesh);
     let fiber = [0.6, 0.8, 0.0];
-    fibres.set_constant(&mesh, &all, fiber, None).unwrap();
+    fibers.set_constant(&mesh, &all, fiber, None).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
     let dofs = DofMap::new(&space, &[]).unwrap();
     let laws = (0..n).map(|e| [MUSCLE_LAW, HEART][e % 2]).collect();
@@ -79,7 +79,7 @@ fn body(dimension: usize, active: bool) -> Solid {
     let viscoelastic = [0, 1].map(|k| (every(k, 3), Prony::new(series[k].clone()).unwrap()));
     Solid::new(space, dofs, laws, DENSITY)
         .unwrap()
-        .with_fibres(fibres)
+        .with_fibers(fibers)
         .with_added_stresses(&added)
         .unwrap()
         .with_relaxation(&viscoelastic)

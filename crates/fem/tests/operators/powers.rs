@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use myovib_fem::{
-    DofMap, ElementScale, Fibres, Fields, Law, Pressure, Solid, Space, Vectors, generate,
+    DofMap, ElementScale, Fibers, Fields, Law, Pressure, Solid, Space, Vectors, generate,
 };
 
 use crate::common::{DENSITY, MUSCLE_LAW, SMALL_LAW, random};
@@ -37,8 +37,8 @@ fn body(dimension: usize) -> Solid {
     let mesh = mesh.unwrap();
     let n = mesh.n_elements();
     let all: Vec<usize> = (0..n).collect();
-    let mut fibres = Fibres::new(&mesh);
-    fibres
+    let mut fibers = Fibers::new(&mesh);
+    fibers
         .set_constant(&mesh, &all, [0.6, 0.8, 0.0], None)
         .unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
@@ -52,7 +52,7 @@ fn body(dimension: usize) -> Solid {
     };
     let solid = Solid::new(space, dofs, laws, DENSITY).unwrap();
     let solid = solid.with_element_scales(&vec![scale; n]).unwrap();
-    solid.with_fibres(fibres)
+    solid.with_fibers(fibers)
 }
 
 #[test]

@@ -91,7 +91,7 @@ impl Advice {
     }
 
     fn is_bdf(&self) -> bool {
-        self.settings.integrator == IntegratorKind::Ida
+        self.settings.integrator == IntegratorKind::Bdf
     }
 
     /// Returns the highest BDF order whose sector of stability contains all modes that the steps do

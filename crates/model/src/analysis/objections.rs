@@ -71,10 +71,10 @@ pub(super) fn unheld(nullity: Option<usize>, muscle: &Muscle) -> Vec<Finding> {
     };
     let of_level = level.then(|| {
         finding(
-            "all of the boundary is held, so that no displacement changes the volume: with kappa = inf the \
+            "all of the boundary is held, so that no displacement changes the volume: with κ = inf the \
              pressure is known but for a constant, and the one computed is as good as any other"
                 .to_owned(),
-            "use a finite kappa, or do not fix the whole boundary",
+            "use a finite κ, or do not fix the whole boundary",
         )
     });
     let of_others = (others > 0).then(|| {
@@ -85,8 +85,8 @@ pub(super) fn unheld(nullity: Option<usize>, muscle: &Muscle) -> Vec<Finding> {
             (_, true) => format!("{others} other independent pressure modes are"),
         };
         finding(
-            format!("{are} not controlled by any displacement: with kappa = inf the pencil is singular and the index is undefined"),
-            "use a finite kappa, or a mesh without elements that have all nodes fixed",
+            format!("{are} not controlled by any displacement: with κ = inf the pencil is singular and the index is undefined"),
+            "use a finite κ, or a mesh without elements that have all nodes fixed",
         )
     });
     of_level.into_iter().chain(of_others).collect()

@@ -45,7 +45,7 @@ pub fn vibration(muscle: &Muscle, at: &Equilibrium) -> Result<Vibration, ModelEr
     let solid = &muscle.solid;
     let u = &displacement(muscle, at)[..];
     let mut stiffness = bedded(muscle, operators::stiffness(solid, u, &at.pressure)?);
-    if let Some(t) = at.loads_at {
+    if let Some(t) = at.preload_time {
         if !solid.added_stresses().is_empty() {
             let [by_displacement, _] = added(muscle, at, u);
             stiffness = stiffness + by_displacement;
@@ -71,7 +71,7 @@ fn added(muscle: &Muscle, at: &Equilibrium, u: &[f64]) -> [CscMatrix<f64>; 2] {
     let solid = &muscle.solid;
     let without = || vec![0.0; solid.n_tensions()];
     let tensions = &at
-        .loads_at
+        .preload_time
         .map_or_else(without, |t| muscle.tensions_at_rest(t))[..];
     let v = &operators::rest(solid)[..];
     let mut values = [(); 2].map(|()| vec![0.0; solid.displacement_pattern().nnz()]);
@@ -300,7 +300,7 @@ fn bedded(muscle: &Muscle, mut stiffness: CscMatrix<f64>) -> CscMatrix<f64> {
 fn displacement(muscle: &Muscle, at: &Equilibrium) -> Vec<f64> {
     let mut u = operators::rest(&muscle.solid);
     muscle.solid.dofs().expand(&at.displacement, &mut u);
-    if let Some(t) = at.loads_at {
+    if let Some(t) = at.preload_time {
         for prescribed in &muscle.prescribed {
             u[prescribed.component] = prescribed.signal.at(t).value;
         }

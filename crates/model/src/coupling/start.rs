@@ -27,7 +27,7 @@ pub struct CoupledOptions {
     /// Solution method for the linear systems of Newton's method.
     pub linear_solver: LinearSolver,
     /// Time between two projections onto the constraint, s (IDAS only).
-    pub project_every: Option<f64>,
+    pub projection_interval: Option<f64>,
 }
 
 impl CoupledOptions {
@@ -38,7 +38,7 @@ impl CoupledOptions {
             ida: ida::options(dae, settings),
             radau: radau::options(dae, settings),
             linear_solver: settings.linear_solver,
-            project_every: settings.project_every,
+            projection_interval: settings.projection_interval,
         }
     }
 
@@ -53,7 +53,7 @@ impl CoupledOptions {
                 ..RadauOptions::default()
             },
             linear_solver: LinearSolver::Full,
-            project_every: None,
+            projection_interval: None,
         }
     }
 
@@ -101,10 +101,10 @@ pub fn start_coupled_from<P: Body>(
         ida,
         radau,
         linear_solver: linear,
-        project_every,
+        projection_interval,
     } = options;
-    let setting = "project_every";
-    Ok(match (integrator.stages(), project_every) {
+    let setting = "projection_interval";
+    Ok(match (integrator.stages(), projection_interval) {
         (Some(_), Some(_)) => return Err(ModelError::OnlyBdf { setting }),
         (Some(_), None) => Box::new(RadauIntegrator::coupled_at(
             dae, error_test, radau, linear, times, y, y_dot,
@@ -132,8 +132,8 @@ pub fn start_with_feedback(
     y: &[f64],
     y_dot: &[f64],
 ) -> Result<Box<dyn Integrator<FeedbackDae>>, ModelError> {
-    if options.project_every.is_some() {
-        let setting = "project_every";
+    if options.projection_interval.is_some() {
+        let setting = "projection_interval";
         return Err(ModelError::NotWithFeedback { setting });
     }
     start_coupled_from(dae, error_test, options, times, y, y_dot)

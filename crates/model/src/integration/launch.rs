@@ -42,7 +42,7 @@ pub fn start_from(
     let integrator: Box<dyn Integrator<MuscleDae>> = match settings.integrator.stages() {
         None => {
             let ida = IdaIntegrator::starting_at(dae, settings, t, y, y_dot)?;
-            match settings.project_every {
+            match settings.projection_interval {
                 Some(every) => Box::new(Projected::new(ida, every)?),
                 None => Box::new(ida),
             }

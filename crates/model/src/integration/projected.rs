@@ -29,7 +29,7 @@ impl<P: Consistent> Projected<P> {
     pub fn new(inner: IdaIntegrator<P>, every: f64) -> Result<Self, ModelError> {
         if !(every > 0.0 && every.is_finite()) {
             return Err(ModelError::OutOfRange {
-                name: "project_every",
+                name: "projection_interval",
                 value: every,
                 allowed: "finite and greater than 0",
             });

@@ -48,9 +48,9 @@ impl AbsoluteTolerances {
 pub enum IntegratorKind {
     /// IDAS: variable-order BDF.
     #[default]
-    Ida,
+    Bdf,
     /// Radau IIA with 3 stages: order 5.
-    Radau,
+    Radau5,
     /// Radau IIA with 5 stages: order 9.
     Radau9,
     /// Radau IIA with 7 stages: order 13.
@@ -59,13 +59,13 @@ pub enum IntegratorKind {
 
 impl IntegratorKind {
     /// All integrators.
-    pub const ALL: [Self; 4] = [Self::Ida, Self::Radau, Self::Radau9, Self::Radau13];
+    pub const ALL: [Self; 4] = [Self::Bdf, Self::Radau5, Self::Radau9, Self::Radau13];
 
     /// Returns the name used in options, scenes and output.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Ida => "ida",
-            Self::Radau => "radau",
+            Self::Bdf => "bdf",
+            Self::Radau5 => "radau5",
             Self::Radau9 => "radau9",
             Self::Radau13 => "radau13",
         }
@@ -74,8 +74,8 @@ impl IntegratorKind {
     /// Returns the number of stages of a Radau IIA method.
     pub fn stages(self) -> Option<usize> {
         match self {
-            Self::Ida => None,
-            Self::Radau => Some(3),
+            Self::Bdf => None,
+            Self::Radau5 => Some(3),
             Self::Radau9 => Some(5),
             Self::Radau13 => Some(7),
         }
@@ -160,7 +160,7 @@ pub struct Settings {
     /// Largest step, s.
     pub max_step: Option<f64>,
     /// Time between two projections onto the constraint, s; no projections by default (IDAS).
-    pub project_every: Option<f64>,
+    pub projection_interval: Option<f64>,
 }
 
 impl Settings {
@@ -169,7 +169,7 @@ impl Settings {
     pub fn paper(formulation: Formulation) -> Self {
         let multipliers = [Field::Pressure, Field::PressureRate, Field::GglMultiplier];
         Self {
-            integrator: IntegratorKind::Ida,
+            integrator: IntegratorKind::Bdf,
             t_end: 10.0,
             relative_tolerance: 1e-3,
             absolute_tolerances: AbsoluteTolerances {
@@ -191,14 +191,14 @@ impl Settings {
             vectors: VectorArithmetic::Simd,
             initial_step: None,
             max_step: None,
-            project_every: None,
+            projection_interval: None,
         }
     }
 
     /// Changes the integrator. Radau IIA excludes nothing from its error test.
     pub fn with_integrator(self, integrator: IntegratorKind) -> Self {
         let suppressed = match integrator {
-            IntegratorKind::Ida => self.suppressed,
+            IntegratorKind::Bdf => self.suppressed,
             _ => Vec::new(),
         };
         Self {
@@ -246,7 +246,7 @@ impl Settings {
         let weighted = self.multiplier_weights != MultiplierWeights::Plain;
         for (setting, given) in [
             ("multiplier_weights", weighted),
-            ("project_every", self.project_every.is_some()),
+            ("projection_interval", self.projection_interval.is_some()),
         ] {
             if given {
                 return Err(ModelError::OnlyBdf { setting });

@@ -67,11 +67,8 @@ impl Muscle {
                 elements: [a, b],
             })
         };
-        let mixed = mixed(
-            "kappa = inf beside a finite kappa",
-            Parameters::is_incompressible,
-        )
-        .or_else(|| mixed("beta > 0 beside beta = 0", Parameters::is_damped));
+        let mixed = mixed("κ = inf beside a finite κ", Parameters::is_incompressible)
+            .or_else(|| mixed("β > 0 beside β = 0", Parameters::is_damped));
         if let Some(error) = mixed {
             return Err(error);
         }

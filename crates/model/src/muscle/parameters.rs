@@ -38,19 +38,19 @@ impl Parameters {
             }
         };
         check(
-            "kappa",
+            "bulk modulus",
             kappa,
             kappa > 0.0,
             "a bulk modulus is greater than 0, or inf",
         )?;
         check(
-            "alpha",
+            "mass-proportional damping",
             alpha,
             (0.0..f64::INFINITY).contains(&alpha),
             "0 or greater, finite",
         )?;
         check(
-            "beta",
+            "stiffness-proportional damping",
             beta,
             (0.0..f64::INFINITY).contains(&beta),
             "0 or greater, finite",

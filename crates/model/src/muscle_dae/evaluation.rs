@@ -227,7 +227,7 @@ impl MuscleDae {
         let Self {
             work,
             needs,
-            has_fibres,
+            has_fibers,
             context,
             layout,
             muscle,
@@ -251,7 +251,7 @@ impl MuscleDae {
         };
         counters.residual_passes += 1;
         counters.force_rate_passes += u64::from(needs.force_rate);
-        counters.fibre_passes += u64::from(*has_fibres);
+        counters.fiber_passes += u64::from(*has_fibers);
         counters.passed(muscle.solid.evaluate(&fields, &mut vectors))?;
         if !work.added_force.is_empty() {
             evaluate_added(muscle, context, work, counters);

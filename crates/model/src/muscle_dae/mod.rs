@@ -40,7 +40,7 @@ pub struct MuscleDae {
     context: Context,
     needs: Needs,
     /// Whether a law uses fiber directions, for the counters.
-    has_fibres: bool,
+    has_fibers: bool,
     /// The full Jacobian, laid out at first use since condensed solvers do not need it.
     /// Coefficients: ∂F/∂y and ∂F/∂ẏ.
     assembly: OnceLock<Assembly<[f64; 2]>>,
@@ -121,7 +121,7 @@ impl MuscleDae {
             factors: None,
             coherent_tensions: None,
             overstress: None,
-            has_fibres: muscle.solid.laws().iter().any(|law| law.has_fibres()),
+            has_fibers: muscle.solid.laws().iter().any(|law| law.has_fibers()),
             muscle,
             formulation,
             rows,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use myovib_fem::material::{ActiveStress, Bestel, ForceLength, ForceVelocity, Tension};
 use myovib_fem::{
-    AddedStress, DofMap, Fibres, Law, Mesh, Solid, Space, SupportDirection, generate,
+    AddedStress, DofMap, Fibers, Law, Mesh, Solid, Space, SupportDirection, generate,
 };
 use myovib_model::{Activation, Bed, Muscle, Parameters, Signal, paper};
 
@@ -57,19 +57,19 @@ pub(crate) fn contracting(
 /// The same for a mesh of one's choice.
 pub(crate) fn on_mesh(mesh: &Mesh, parameters: Parameters, stresses: [AddedStress; 2]) -> Muscle {
     let [left, right] = halves(mesh);
-    let mut fibres = Fibres::new(mesh);
+    let mut fibers = Fibers::new(mesh);
     let askew = match mesh.dimension() {
         2 => [0.8, 0.6, 0.0],
         _ => [2.0, 1.0, -1.0],
     };
-    fibres.set_constant(mesh, &left, askew, None).unwrap();
+    fibers.set_constant(mesh, &left, askew, None).unwrap();
     let space = Arc::new(Space::taylor_hood(mesh));
     let dofs = DofMap::clamped(&space, &space.nodes_of("left").unwrap()).unwrap();
     let solid = Solid::uniform(space, dofs, paper::LAW, paper::DENSITY)
         .unwrap()
         .with_added_stresses(&[(left, stresses[0]), (right, stresses[1])])
         .unwrap()
-        .with_fibres(fibres);
+        .with_fibers(fibers);
     let beds = [
         Bed::new(&solid, "right", SupportDirection::Normal, [3e4, 2e2]).unwrap(),
         Bed::new(&solid, "top", SupportDirection::All, [1e4, 1e2]).unwrap(),

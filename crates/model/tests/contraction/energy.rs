@@ -58,7 +58,7 @@ impl Observer<MuscleDae> for Balance {
 }
 
 pub(crate) fn settings(formulation: Formulation, rtol: f64) -> Settings {
-    let mut settings = Settings::paper(formulation).with_integrator(IntegratorKind::Radau);
+    let mut settings = Settings::paper(formulation).with_integrator(IntegratorKind::Radau5);
     settings.t_end = T_END;
     settings.relative_tolerance = rtol;
     settings.absolute_tolerances.displacement = 1e-2 * rtol;

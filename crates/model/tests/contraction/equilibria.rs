@@ -19,7 +19,7 @@ const CURVE: ForceLength = ForceLength::Gaussian {
     width: 0.6,
 };
 
-/// An incompressible block, fibres along x, free to slide on the planes x = 0, y = 0, z = 0.
+/// An incompressible block, fibers along x, free to slide on the planes x = 0, y = 0, z = 0.
 fn block(active: ActiveStress) -> Muscle {
     let mesh = generate::block([0.0; 3], [1.0, 0.7, 0.5], [2, 1, 1]).unwrap();
     let all: Vec<usize> = (0..mesh.n_elements()).collect();
@@ -44,7 +44,7 @@ fn block(active: ActiveStress) -> Muscle {
     }
 }
 
-/// The stretch along the fibres at rest.
+/// The stretch along the fibers at rest.
 fn stretch(muscle: &Muscle) -> f64 {
     let state = equilibrium(muscle, Formulation::Position, 0.0).unwrap();
     let space = muscle.solid.space();
@@ -54,7 +54,7 @@ fn stretch(muscle: &Muscle) -> f64 {
     1.0 + end.vector(&u)[0]
 }
 
-/// Nominal stress along the fibre of an incompressible body with free sides, without active stress.
+/// Nominal stress along the fiber of an incompressible body with free sides, without active stress.
 fn passive(stretch: f64) -> f64 {
     SHEAR * (stretch - stretch.powi(-2))
 }

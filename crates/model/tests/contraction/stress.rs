@@ -161,7 +161,7 @@ const CASES: [(Formulation, f64, Parts); 7] = [
 /// includes no pressure rate, for which it takes a quarter of a million steps.
 fn cases() -> impl Iterator<Item = (IntegratorKind, (Formulation, f64, Parts))> {
     let [relaxing, _, damped, _, _, _, all] = CASES;
-    let by_bdf = [relaxing, damped, all].map(|case| (IntegratorKind::Ida, case));
+    let by_bdf = [relaxing, damped, all].map(|case| (IntegratorKind::Bdf, case));
     CASES
         .map(|case| (IntegratorKind::Radau9, case))
         .into_iter()

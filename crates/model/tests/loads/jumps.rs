@@ -86,7 +86,7 @@ fn an_oscillator_that_is_hit_moves_as_the_closed_form_says() {
             let worst = worst.fold(0.0, f64::max);
             // |u| is 5 at most. Radau IIA holds ten tolerances of it; each of BDF's steps may add one.
             let most = match integrator {
-                IntegratorKind::Ida => integrator_of_it.counts().steps as f64,
+                IntegratorKind::Bdf => integrator_of_it.counts().steps as f64,
                 _ => 10.0,
             };
             assert!(
@@ -105,7 +105,7 @@ fn settings(integrator: IntegratorKind, formulation: Formulation, rtol: f64) -> 
         absolute_tolerances: tolerances(rtol),
         suppressed: match integrator {
             // Required by BDF for index 2 and 3.
-            IntegratorKind::Ida => Settings::paper(formulation).suppressed,
+            IntegratorKind::Bdf => Settings::paper(formulation).suppressed,
             _ => Vec::new(),
         },
         ..Settings::paper(formulation)
@@ -183,7 +183,7 @@ fn a_jump_is_the_limit_of_a_steep_rise() {
             // One tolerance for displacements and ten for pressures; 20 and 1000 by BDF, which adds
             // up errors, and whose test leaves multipliers out.
             let most = match integrator {
-                IntegratorKind::Ida => [2e-4, 1e-2],
+                IntegratorKind::Bdf => [2e-4, 1e-2],
                 _ => [1e-5, 1e-4],
             };
             let holds = off[0] < most[0] && off[1] < most[1];

@@ -61,7 +61,7 @@ fn end(settings: &Settings) -> Result<(u64, f64), ModelError> {
 fn a_chain_changes_neither_projection_nor_weights() {
     let (steps, drift) = end(&settings()).unwrap();
     let projected = Settings {
-        project_every: Some(1e-3),
+        projection_interval: Some(1e-3),
         ..settings()
     };
     let (restarted, less) = end(&projected).unwrap();
@@ -80,9 +80,9 @@ fn a_chain_changes_neither_projection_nor_weights() {
 
 #[test]
 fn what_the_integrator_or_the_system_does_not_have_is_refused() {
-    let radau = settings().with_integrator(IntegratorKind::Radau);
+    let radau = settings().with_integrator(IntegratorKind::Radau5);
     let projected = Settings {
-        project_every: Some(0.1),
+        projection_interval: Some(0.1),
         ..radau.clone()
     };
     let weighted = Settings {
@@ -98,7 +98,7 @@ fn what_the_integrator_or_the_system_does_not_have_is_refused() {
     }
 
     let settings = Settings {
-        project_every: Some(0.1),
+        projection_interval: Some(0.1),
         ..settings()
     };
     let one_way = beam_and_chain();

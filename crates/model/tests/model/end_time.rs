@@ -64,7 +64,7 @@ fn a_muscle_starts_alike_for_any_end_time() {
         };
         start_at_rest(dae, &settings).unwrap()
     };
-    for integrator in [IntegratorKind::Ida, IntegratorKind::Radau] {
+    for integrator in [IntegratorKind::Bdf, IntegratorKind::Radau5] {
         // Radau IIA fits the steps next to the end to it; in the first second they are below 1 s.
         let steps = |t_end: f64| steps(start(integrator, t_end).as_mut(), 1.0);
         let (short, long) = (steps(4.0), steps(5000.0));

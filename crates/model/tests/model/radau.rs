@@ -21,7 +21,7 @@ fn displacement(formulation: Formulation) -> Vec<f64> {
     let dae = MuscleDae::new(muscle, formulation).unwrap();
     let range = dae.layout().range(Field::Displacement).unwrap();
     let settings = Settings {
-        integrator: IntegratorKind::Radau,
+        integrator: IntegratorKind::Radau5,
         t_end: 1.0,
         relative_tolerance: RTOL,
         // Of the size of the fields here: 1e-2 m, 1 m/s, 1e3 Pa.
@@ -80,7 +80,7 @@ fn a_jacobian_takes_one_pass_over_the_elements() {
         let settings = Settings {
             t_end: 1.0,
             linear_solver,
-            ..Settings::paper(Formulation::Position).with_integrator(IntegratorKind::Radau)
+            ..Settings::paper(Formulation::Position).with_integrator(IntegratorKind::Radau5)
         };
         let mut integrator = start_at_rest(dae, &settings).unwrap();
         let statistics = run(integrator.as_mut(), &mut []).unwrap();

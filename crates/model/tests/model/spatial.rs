@@ -135,7 +135,7 @@ fn land(cells: [usize; 3]) -> f64 {
 /// forty; the benchmark's codes lie between 3.15 and 3.19. The bound is half of the last digit
 /// printed.
 #[test]
-fn a_beam_of_fibres_bends_as_published() {
+fn a_beam_of_fibers_bends_as_published() {
     let found = land([10, 1, 1]);
     assert!((found - 3.068e-3).abs() < 0.5e-6, "{found}");
 }

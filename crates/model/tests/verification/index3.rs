@@ -112,7 +112,7 @@ fn plain_weights_stop_it_with_lambda_at_fault() {
 fn lambda_is_as_accurate_as_that_of_the_stabilized_form() {
     const T_END: f64 = 0.8;
     let radau = Settings {
-        integrator: IntegratorKind::Radau,
+        integrator: IntegratorKind::Radau5,
         ..settings(Formulation::Position, 1e-7, T_END)
     };
     let (_, _, trusted) = muscle(Formulation::Position, INCOMPRESSIBLE, &radau);
@@ -156,7 +156,7 @@ fn the_motion_tends_to_the_incompressible_one_like_the_inverse_bulk_modulus() {
         let at = |kappa| {
             // The same integrator at 1e-6, whose error of 1e-5 is far below the nearest gap.
             let radau = Settings {
-                integrator: IntegratorKind::Radau,
+                integrator: IntegratorKind::Radau5,
                 ..settings(formulation, 1e-6, T_END)
             };
             let (statistics, u_y, _) = muscle(formulation, [kappa, beta], &radau);
@@ -192,7 +192,7 @@ fn projection_takes_the_drift_off_velocity() {
     let dae = MuscleDae::new(muscle, Formulation::Velocity).unwrap();
     let mut y = vec![0.0; dae.n_unknowns()];
     let settings = Settings {
-        project_every: Some(EVERY),
+        projection_interval: Some(EVERY),
         ..settings(Formulation::Velocity, 1e-3, 1.0)
     };
     let mut integrator = start_at_rest(dae, &settings).unwrap();

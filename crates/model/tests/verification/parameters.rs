@@ -30,14 +30,14 @@ fn formulations_that_do_not_go_with_kappa_and_beta_say_what_does() {
     use Formulation::{Displacement, ImplicitRate, Position, Rate, Stabilized, Velocity};
     const INF: f64 = f64::INFINITY;
     for (formulation, kappa, beta, words) in [
-        (Displacement, INF, 0.0, "finite kappa"),
-        (Position, 1e5, 1e-4, "beta = 0"),
-        (Velocity, INF, 1e-4, "beta = 0"),
-        (Rate, INF, 0.0, "beta > 0"),
-        (Rate, 1e5, 0.0, "beta > 0"),
-        (Stabilized, 1e5, 0.0, "kappa = inf"),
-        (Stabilized, INF, 1e-4, "beta = 0"),
-        (ImplicitRate, INF, 0.0, "beta > 0"),
+        (Displacement, INF, 0.0, "finite κ"),
+        (Position, 1e5, 1e-4, "β = 0"),
+        (Velocity, INF, 1e-4, "β = 0"),
+        (Rate, INF, 0.0, "β > 0"),
+        (Rate, 1e5, 0.0, "β > 0"),
+        (Stabilized, 1e5, 0.0, "κ = inf"),
+        (Stabilized, INF, 1e-4, "β = 0"),
+        (ImplicitRate, INF, 0.0, "β > 0"),
     ] {
         let muscle = loaded_block(0, paper::LAW, kappa, beta, Signal::constant(0.0));
         let message = MuscleDae::new(muscle, formulation).unwrap_err().to_string();

@@ -32,13 +32,13 @@ pub(super) fn meaning(document: &Value) -> String {
     }
     if document["analysis"] == "modes" {
         return "<p>Small free vibrations; Prony terms count as relaxed. The damping ratio is that by α, β, \
-                viscosity and beds, not by Prony terms; 1 is critical.</p>\n"
+                viscosity and elastic foundations, not by Prony terms; 1 is critical.</p>\n"
             .to_owned();
     }
     let index = document["index"].as_u64().unwrap_or(0);
     let mut text = format!(
         "<p>The system has index {index}: {}.</p>\n",
-        meaning_of_index(index, document["integrator"] == "ida")
+        meaning_of_index(index, document["integrator"] == "bdf")
     );
     if let Some(drift) = document["constraint_drift"].as_f64() {
         text += &format!(

@@ -46,7 +46,7 @@ pub(super) fn sentence(scene: &Scene, document: &Value) -> String {
         return text + " Equilibrium under the loads.";
     }
     if document["analysis"] == "modes" {
-        let about = modes::about(document["loads_at"].as_f64());
+        let about = modes::about(document["preload_time"].as_f64());
         return format!("{text} The lowest eigenfrequencies and modes {about}.");
     }
     if let Some(formulation) = document["formulation"].as_str() {
@@ -65,8 +65,8 @@ pub(super) fn sentence(scene: &Scene, document: &Value) -> String {
 
 fn method(kind: IntegratorKind) -> &'static str {
     match kind {
-        IntegratorKind::Ida => "BDF (SUNDIALS IDAS)",
-        IntegratorKind::Radau => "Radau IIA of order 5",
+        IntegratorKind::Bdf => "BDF (SUNDIALS IDAS)",
+        IntegratorKind::Radau5 => "Radau IIA of order 5",
         IntegratorKind::Radau9 => "Radau IIA of order 9",
         IntegratorKind::Radau13 => "Radau IIA of order 13",
     }

@@ -46,7 +46,7 @@ fn figure(caption: &str, svg: &str) -> String {
 fn groups(scene: &Scene) -> Vec<(&str, Option<[f64; 2]>)> {
     let file = &scene.file;
     let held = file.fixed.iter().map(|fixed| (&*fixed.group, None));
-    let moved = file.displacement.iter();
+    let moved = file.prescribed_displacement.iter();
     let moved = moved.map(|moving| (&*moving.group, None));
     let loaded = file.traction.iter().map(|traction| {
         let direction =
@@ -54,7 +54,10 @@ fn groups(scene: &Scene) -> Vec<(&str, Option<[f64; 2]>)> {
         (&*traction.group, Some(direction))
     });
     let pressed = file.pressure.iter().map(|load| (&*load.group, None));
-    let bedded = file.bed.iter().map(|bed| (&*bed.group, None));
+    let bedded = file
+        .elastic_foundation
+        .iter()
+        .map(|bed| (&*bed.group, None));
     let all = held.chain(moved).chain(bedded).chain(loaded).chain(pressed);
     let mut once = Vec::new();
     for group in all {

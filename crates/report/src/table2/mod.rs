@@ -141,8 +141,11 @@ impl RowRun {
 
     fn constants(&self) -> (f64, f64) {
         let solid = &self.document["scene"]["solid"];
-        let kappa = solid["kappa"].as_f64().unwrap_or(f64::INFINITY);
-        (kappa, solid["beta"].as_f64().unwrap_or_default())
+        let kappa = solid["bulk_modulus"].as_f64().unwrap_or(f64::INFINITY);
+        (
+            kappa,
+            solid["rayleigh_stiffness"].as_f64().unwrap_or_default(),
+        )
     }
 
     /// Names of the blocks excluded from the error test.
@@ -218,8 +221,8 @@ fn row_json(run: &RowRun) -> Value {
     let solid = &run.document["scene"]["solid"];
     let mut row = Map::from_iter([
         ("key".to_owned(), json!(run.row.key)),
-        ("kappa".to_owned(), solid["kappa"].clone()),
-        ("beta".to_owned(), solid["beta"].clone()),
+        ("kappa".to_owned(), solid["bulk_modulus"].clone()),
+        ("beta".to_owned(), solid["rayleigh_stiffness"].clone()),
         (
             "convention".to_owned(),
             json!(run.conventions().first().unwrap_or(&"–")),

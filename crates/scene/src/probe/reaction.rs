@@ -42,7 +42,7 @@ impl Kind for Reaction {
         let error = InputError::new(format!(
             "nothing of the group `{group}` is held, so that it has no reaction"
         ));
-        let error = error.next("name the group of a [[fixed]] or [[displacement]]");
+        let error = error.next("name the group of a [[fixed]] or [[prescribed_displacement]]");
         Err((".group", Objection::Input(error)))
     }
 

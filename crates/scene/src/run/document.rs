@@ -44,7 +44,7 @@ pub(super) fn dynamic<P: System>(
         "work": {
             "residual_passes": work.residual_passes,
             "force_rate_passes": work.force_rate_passes,
-            "fibre_passes": work.fibre_passes,
+            "fiber_passes": work.fiber_passes,
             "tangent_passes": work.tangent_passes,
             "rate_tangent_passes": work.rate_tangent_passes,
             "added_passes": work.added_passes,
@@ -97,7 +97,7 @@ fn of_body(
         muscle,
         formulation,
         settings,
-        opposed_fibres,
+        opposed_fibers,
         ..
     }: &Body,
     statistics: &Statistics,
@@ -109,7 +109,7 @@ fn of_body(
         json!({
             "constraint_drift": drift,
             "constraint_drift_at": drift_at,
-            "opposed_fibres": opposed_fibres,
+            "opposed_fibers": opposed_fibers,
         }),
     );
     let numbers = StatisticsJson::new(statistics, settings, *formulation);

@@ -267,7 +267,7 @@ fn fields(
             .next("--overwrite computes the run from its start");
         return Err(error.into());
     }
-    let times = SampleTimes::new(fields.every, scene.t_end).skip(done.len() as u64);
+    let times = SampleTimes::new(fields.interval, scene.t_end).skip(done.len() as u64);
     Ok(Some((series, oscillations, times)))
 }
 
@@ -286,7 +286,7 @@ fn checkpoint_times(scene: &Scene, checkpoint: Option<&Checkpoint>) -> SampleTim
         .file
         .checkpoint
         .as_ref()
-        .map_or(scene.t_end / CHECKPOINTS, |c| c.every);
+        .map_or(scene.t_end / CHECKPOINTS, |c| c.interval);
     let times = times(every, scene.t_end, checkpoint);
     if checkpoint.is_none() {
         times.skip(1)

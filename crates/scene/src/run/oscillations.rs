@@ -26,7 +26,7 @@ struct Shown {
     name: String,
     in_elements: bool,
     places: Vec<DrivenPlace>,
-    neighbourhood: Option<Neighborhood>,
+    neighborhood: Option<Neighborhood>,
 }
 
 /// Order parameters of a chain at a time, one value per place.
@@ -36,16 +36,16 @@ pub(super) struct Measured {
     /// |Ψ|.
     amplitude: Vec<f64>,
     /// χ| of the neighborhoods; NaN if not requested.
-    neighbourhood: Vec<f64>,
+    neighborhood: Vec<f64>,
 }
 
 /// Names of the fields.
-const NAMES: [&str; 3] = ["coherence", "amplitude", "neighbourhood"];
+const NAMES: [&str; 3] = ["coherence", "amplitude", "neighborhood"];
 
 impl Measured {
     /// Returns the values in the order of `NAMES`.
     fn fields(&self) -> [&[f64]; 3] {
-        [&self.coherence, &self.amplitude, &self.neighbourhood]
+        [&self.coherence, &self.amplitude, &self.neighborhood]
     }
 }
 
@@ -59,8 +59,8 @@ impl Shown {
         Ok(Measured {
             coherence: found.iter().map(|place| place.phase.norm()).collect(),
             amplitude: found.iter().map(|place| place.centroid.norm()).collect(),
-            neighbourhood: match &self.neighbourhood {
-                Some(neighbourhood) => neighbourhood.coherence(&found),
+            neighborhood: match &self.neighborhood {
+                Some(neighborhood) => neighborhood.coherence(&found),
                 None => vec![f64::NAN; n],
             },
         })
@@ -80,7 +80,7 @@ impl Oscillations {
             name: chain.name.clone(),
             in_elements: chain.elements().is_some(),
             places: chain.places.clone(),
-            neighbourhood: chain.neighbourhood.clone(),
+            neighborhood: chain.neighborhood.clone(),
         });
         let chains: Vec<Shown> = shown.collect();
         let space = body.muscle.solid.space();
@@ -117,7 +117,7 @@ impl Oscillations {
     /// Returns the fields of the elements with one chain each.
     pub(super) fn cell_fields(&self, measured: &[Measured]) -> Vec<CellField> {
         let of_chain = |(chain, measured): (&Shown, &Measured)| {
-            let wanted = if chain.neighbourhood.is_some() { 3 } else { 2 };
+            let wanted = if chain.neighborhood.is_some() { 3 } else { 2 };
             let fields = NAMES.iter().zip(measured.fields()).take(wanted);
             let named = fields.map(|(name, values)| CellField {
                 name: format!("{name}_{}", chain.name),

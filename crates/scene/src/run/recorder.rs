@@ -38,7 +38,7 @@ impl Recorder {
         let csv =
             CsvWriter::new(folder.create(&name)?, &header).map_err(Error::file("write", &path))?;
         Ok(Self {
-            times: SampleTimes::new(probe.every, t_end),
+            times: SampleTimes::new(probe.interval, t_end),
             what,
             path,
             csv,
@@ -56,7 +56,7 @@ impl Recorder {
     ) -> Result<(Self, Option<String>), Error> {
         let path = folder.join(table_of(&probe.name));
         let (file, note) = cut(&path, written)?;
-        let times = SampleTimes::new(probe.every, t_end).skip(written.rows);
+        let times = SampleTimes::new(probe.interval, t_end).skip(written.rows);
         let n_columns = what.names().len() + 1;
         let recorder = Self {
             times,

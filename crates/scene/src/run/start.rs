@@ -425,7 +425,7 @@ fn expect_supports(state: &State, dae: &mut MuscleDae, y: &[f64]) -> Result<(), 
         let error =
             InputError::new("the supports are elsewhere at t = 0 than where the body starts");
         return Err(error.found(format!("{moved:.3e} m apart")).next(
-            "let [[fixed]] and [[displacement]] begin where the state to start from has them",
+            "let [[fixed]] and [[prescribed_displacement]] begin where the state to start from has them",
         ));
     }
     Ok(())
@@ -456,7 +456,7 @@ fn refuse_sudden_loads(dae: &mut MuscleDae, t_end: f64) -> Result<(), Error> {
              y = { type = \"product\", of = [{ type = \"step\", value = 1, rise = 0.1 }, ...] }",
         )
         .next("or let them jump, which leaves t = 0 without load: the same with rise = 0")
-        .next("or start in equilibrium with them: [start] with type = \"equilibrium\"")
+        .next("or start in equilibrium with them: [initial_state] with type = \"equilibrium\"")
         .into());
     }
     Ok(())
@@ -495,7 +495,7 @@ fn expect_supports_at_rest(body: &Body, t_end: f64, displaced: bool) -> Result<(
             place.join(", ")
         ));
         return Err(error.found(found).next(
-            "let the motion of its [[displacement]] rise: multiply it by a step, \
+            "let the motion of its [[prescribed_displacement]] rise: multiply it by a step, \
              x = { type = \"product\", of = [{ type = \"step\", value = 1, rise = 0.1 }, ...] }",
         ));
     }

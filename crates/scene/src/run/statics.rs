@@ -98,7 +98,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         "unknowns": equilibrium.displacement.len() + equilibrium.pressure.len(),
         "unknowns_paper": body.muscle.n_unknowns_paper(),
         "mesh": document::mesh(&body.muscle),
-        "opposed_fibres": body.opposed_fibres,
+        "opposed_fibers": body.opposed_fibers,
         "newton_iterations": equilibrium.newton_iterations,
         "load_steps": equilibrium.load_steps,
         "constraint_drift": drift,

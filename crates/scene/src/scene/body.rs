@@ -29,7 +29,7 @@ impl Builder<'_> {
         let Materials {
             laws,
             densities,
-            fibres,
+            fibers,
             regions,
         } = self.materials(file, &mesh)?;
         self.check_complete(&laws, formulation)?;
@@ -43,7 +43,7 @@ impl Builder<'_> {
         if dofs.n_free() == 0 && parameters[0].is_incompressible() {
             let error =
                 InputError::new("every node is held: no displacement answers the pressures")
-                    .next("hold or move fewer groups, or take a finite kappa");
+                    .next("hold or move fewer groups, or take a finite bulk_modulus");
             return Err(self.wrong("fixed", error));
         }
         let space = Arc::new(match parameters[0].is_incompressible() {
@@ -57,12 +57,12 @@ impl Builder<'_> {
             "material",
             Solid::with_densities(space, dofs, laws, &densities),
         )?;
-        let (mut opposed_fibres, has_fibres) = (0, fibres.is_some());
-        let mut unresolved_fibres = 0;
-        if let Some(fibres) = fibres {
-            unresolved_fibres = fibres.unresolved(&mesh);
-            opposed_fibres = fibres.opposed(&mesh, solid.rule()).len();
-            solid = solid.with_fibres(fibres);
+        let (mut opposed_fibers, has_fibers) = (0, fibers.is_some());
+        let mut unresolved_fibers = 0;
+        if let Some(fibers) = fibers {
+            unresolved_fibers = fibers.unresolved(&mesh);
+            opposed_fibers = fibers.opposed(&mesh, solid.rule()).len();
+            solid = solid.with_fibers(fibers);
         }
         if !stresses.is_empty() {
             solid = self.at("material", solid.with_added_stresses(&stresses))?;
@@ -102,9 +102,9 @@ impl Builder<'_> {
             formulation,
             start: Start::Rest, // until the scene says otherwise
             regions,
-            has_fibres,
-            opposed_fibres,
-            unresolved_fibres,
+            has_fibers,
+            opposed_fibers,
+            unresolved_fibers,
         })
     }
 
@@ -118,11 +118,11 @@ impl Builder<'_> {
         };
         if let Some(&vertex) = held.undetermined.first() {
             let error = InputError::new(format!(
-                "kappa = inf, but all nodes of the part around the vertex {vertex} at ({}) are held: no equation has its \
+                "bulk_modulus = inf, but all nodes of the part around the vertex {vertex} at ({}) are held: no equation has its \
                  pressure",
                 place(vertex)
             ))
-            .next("leave that part out of the mesh, hold fewer groups, or take a finite kappa");
+            .next("leave that part out of the mesh, hold fewer groups, or take a finite bulk_modulus");
             return Err(self.wrong("fixed", error));
         }
         if let Some(&vertex) = held.tied.first() {
@@ -131,7 +131,7 @@ impl Builder<'_> {
                 n => format!(", and at {} more vertices", n - 1),
             };
             self.notes.borrow_mut().push(format!(
-                "all nodes of the elements at the vertex {vertex} at ({}){more} are held: for kappa = inf the pressure there \
+                "all nodes of the elements at the vertex {vertex} at ({}){more} are held: for bulk_modulus = inf the pressure there \
                  is that of another vertex of the element",
                 place(vertex)
             ));
@@ -146,22 +146,28 @@ impl Builder<'_> {
         file: &SceneFile,
         solid: &solid::Solid,
     ) -> Result<Vec<Parameters>, InputError> {
-        let whole = Parameters::new(solid.alpha, solid.beta, solid.kappa.0);
+        let whole = Parameters::new(
+            solid.rayleigh_mass,
+            solid.rayleigh_stiffness,
+            solid.bulk_modulus.0,
+        );
         let mut parameters = Vec::new();
         for (i, own) in file.material.iter().enumerate() {
             let one = Parameters::new(
-                own.alpha.unwrap_or(solid.alpha),
-                own.beta.unwrap_or(solid.beta),
-                own.kappa.unwrap_or(solid.kappa).0,
+                own.rayleigh_mass.unwrap_or(solid.rayleigh_mass),
+                own.rayleigh_stiffness.unwrap_or(solid.rayleigh_stiffness),
+                own.bulk_modulus.unwrap_or(solid.bulk_modulus).0,
             );
             let one = self.at(&format!("material[{i}]"), one)?;
             let first = *parameters.first().unwrap_or(&one);
             let differs = |which: fn(&Parameters) -> bool| which(&one) != which(&first);
             let (key, problem) = match () {
                 () if differs(Parameters::is_incompressible) => {
-                    ("kappa", "kappa = inf beside a finite kappa")
+                    ("bulk_modulus", "bulk_modulus = inf beside a finite one")
                 }
-                () if differs(Parameters::is_damped) => ("beta", "beta > 0 beside beta = 0"),
+                () if differs(Parameters::is_damped) => {
+                    ("rayleigh_stiffness", "rayleigh_stiffness > 0 beside 0")
+                }
                 () => {
                     parameters.push(one);
                     continue;

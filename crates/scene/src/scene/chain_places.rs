@@ -5,7 +5,7 @@ use myovib_model::{ModelError, Probe};
 
 use super::Body;
 use super::builder::Builder;
-use super::materials::GIVE_FIBRE;
+use super::materials::GIVE_FIBER;
 use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::chain::{Chain, Component, ComponentName, Place};
@@ -63,7 +63,7 @@ impl Builder<'_> {
             }
             Some(Place::Vertices { vertices }) => {
                 let wanted = |element: usize| match chain.component {
-                    Component::Named(ComponentName::Fibre) => has_fibre(file, body, element),
+                    Component::Named(ComponentName::Fiber) => has_fiber(file, body, element),
                     _ => true,
                 };
                 (self.vertices(space, vertices, wanted, &here)?, 0)
@@ -125,10 +125,10 @@ impl Builder<'_> {
         located.ok_or_else(|| {
             let without = vertices.iter().filter(|&&v| owners[v].is_none()).count();
             let error = InputError::new(format!(
-                "no material with fibres is at {without} of the {} vertices of `{group}`",
+                "no material with fibers is at {without} of the {} vertices of `{group}`",
                 vertices.len()
             ));
-            self.wrong(&path, error.next(GIVE_FIBRE))
+            self.wrong(&path, error.next(GIVE_FIBER))
         })
     }
 
@@ -215,17 +215,17 @@ impl Builder<'_> {
             Component::Named(ComponentName::X) => unit(0),
             Component::Named(ComponentName::Y) => unit(1),
             Component::Named(ComponentName::Z) => unit(2),
-            Component::Named(ComponentName::Fibre) => match has_fibre(file, body, at.element) {
-                true => Ok(solid.axes_at(&at).fibre),
+            Component::Named(ComponentName::Fiber) => match has_fiber(file, body, at.element) {
+                true => Ok(solid.axes_at(&at).fiber),
                 false => {
                     let probe = Probe::located_at(solid.space(), at);
                     let place: Vec<String> =
                         probe.point().iter().map(|x| format!("{x:.6}")).collect();
                     let error = InputError::new(format!(
-                        "a place of the chain has no fibres: ({}), in a material without `fibre`",
+                        "a place of the chain has no fibers: ({}), in a material without `fiber`",
                         place.join(", ")
                     ));
-                    Err(self.wrong(path, error.next(GIVE_FIBRE)))
+                    Err(self.wrong(path, error.next(GIVE_FIBER)))
                 }
             },
             Component::Along(vector) => {
@@ -249,8 +249,8 @@ fn middle(space: &Space, element: usize) -> ElementPoint {
 }
 
 /// Returns whether the material of an element defines fiber directions.
-fn has_fibre(file: &SceneFile, body: &Body, element: usize) -> bool {
-    file.material[body.regions[element]].fibre.is_some()
+fn has_fiber(file: &SceneFile, body: &Body, element: usize) -> bool {
+    file.material[body.regions[element]].fiber.is_some()
 }
 
 /// Returns the vertices of a group in ascending order.

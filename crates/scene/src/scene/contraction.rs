@@ -50,7 +50,7 @@ impl Builder<'_> {
     pub(super) fn added(&self, file: &SceneFile, regions: &[usize]) -> Result<Added, InputError> {
         let (mut stresses, mut activations) = Added::default();
         for (i, material) in file.material.iter().enumerate() {
-            let viscosity = material.eta.unwrap_or(0.0);
+            let viscosity = material.viscosity.unwrap_or(0.0);
             if material.active.is_none() && viscosity == 0.0 {
                 continue;
             }
@@ -66,9 +66,9 @@ impl Builder<'_> {
             };
             if let Some(active) = &material.active {
                 let path = format!("{path}.active");
-                if material.fibre.is_none() {
-                    let error = InputError::new("active stress needs the direction of the fibres")
-                        .next(super::materials::GIVE_FIBRE);
+                if material.fiber.is_none() {
+                    let error = InputError::new("active stress needs the direction of the fibers")
+                        .next(super::materials::GIVE_FIBER);
                     return Err(self.wrong(&path, error));
                 }
                 stress.active = Some(self.active_stress(active, &path)?);
@@ -128,9 +128,11 @@ impl Builder<'_> {
         path: &str,
     ) -> Result<Activation, InputError> {
         match active.tension {
-            Tension::Coherence { unsynchronised, .. } => {
-                Ok(Activation::Coherence { unsynchronised })
-            }
+            Tension::Coherence {
+                at_zero_coherence, ..
+            } => Ok(Activation::Coherence {
+                unsynchronised: at_zero_coherence,
+            }),
             Tension::Given { ref tension } => {
                 let path = format!("{path}.tension");
                 let signal = self.signal(tension, &path)?;
@@ -190,13 +192,15 @@ impl Builder<'_> {
 
     /// Returns the elastic foundations of the boundary.
     pub(super) fn beds(&self, file: &SceneFile, solid: &Solid) -> Result<Vec<Bed>, InputError> {
-        let given = file.bed.iter().enumerate();
+        let given = file.elastic_foundation.iter().enumerate();
         given
             .map(|(i, bed)| {
-                let path = format!("bed[{i}]");
+                let path = format!("elastic_foundation[{i}]");
                 if bed.stiffness == 0.0 && bed.damping == 0.0 {
-                    let error = InputError::new("a bed without stiffness and damping does nothing")
-                        .next("give `stiffness`, Pa/m, or `damping`, Pa·s/m");
+                    let error = InputError::new(
+                        "an elastic foundation without stiffness and damping has no effect",
+                    )
+                    .next("give `stiffness`, Pa/m, or `damping`, Pa·s/m");
                     return Err(self.wrong(&path, error));
                 }
                 let along = match bed.along {

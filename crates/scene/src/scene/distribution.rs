@@ -9,7 +9,7 @@ use super::builder::Builder;
 use super::supports::NAMES;
 use crate::InputError;
 use crate::expression;
-use crate::scene_file::solid::Distribution;
+use crate::scene_file::solid::SpatialFactor;
 
 /// Spatial factor of one component.
 pub(super) struct Factor<'m, const D: usize> {
@@ -43,7 +43,7 @@ impl<const D: usize> Factor<'_, D> {
                 if !factor.is_finite() {
                     self.undefined.get_or_init(|| {
                         let error = InputError::new(format!(
-                            "the distribution `{text}` has no finite value at {place:?}"
+                            "the spatial factor `{text}` has no finite value at {place:?}"
                         ));
                         let error = error
                             .found(factor)
@@ -82,19 +82,19 @@ impl Builder<'_> {
     /// Returns the factor of the component `axis` from the distribution of the table at `path`.
     pub(super) fn factor<'m, const D: usize>(
         &self,
-        distribution: Option<&'m Distribution>,
+        distribution: Option<&'m SpatialFactor>,
         mesh: &'m Mesh,
         axis: usize,
         path: &str,
     ) -> Result<Factor<'m, D>, InputError> {
-        let path = format!("{path}.distribution");
+        let path = format!("{path}.spatial_factor");
         let values = match distribution {
             None => Values::One,
-            Some(Distribution::Expression(text)) => Values::Expression {
+            Some(SpatialFactor::Expression(text)) => Values::Expression {
                 text,
                 of: Box::new(self.expression_of_place::<D>(text, &path)?),
             },
-            Some(Distribution::Nodal(nodal)) => {
+            Some(SpatialFactor::Nodal(nodal)) => {
                 let field = self.nodal_factors(mesh, &nodal.field, &format!("{path}.field"))?;
                 Values::Nodal {
                     name: &nodal.field,
@@ -137,7 +137,7 @@ impl Builder<'_> {
             )
         };
         let expression = expression::parse(text)
-            .map_err(|error| wrong(format!("the distribution is not an expression: {error}")))?;
+            .map_err(|error| wrong(format!("the spatial factor is not an expression: {error}")))?;
         let axis = |name: &String| NAMES[..D].iter().position(|known| known == name);
         let variables = expression.var_names().iter();
         let axes = variables

@@ -57,10 +57,10 @@ impl Builder<'_> {
             self.nothing_relaxes(file, body, &weights, &path)?;
             feedbacks.push(Feedback {
                 network,
-                coherence: self.coherence(wanted.radius, &path)?,
+                coherence: self.coherence(wanted.rest_amplitude, &path)?,
                 effect: Effect::Stiffness,
-                unsynchronised: wanted.unsynchronised,
-                coherent: wanted.coherent,
+                unsynchronised: wanted.at_zero_coherence,
+                coherent: wanted.at_full_coherence,
                 weights,
             });
         }
@@ -98,7 +98,7 @@ impl Builder<'_> {
         ))
         .next(
             "leave out `prony` there, or let the feedback act on a `group` without; the tension of \
-             `active` may follow chains where stress relaxes; `eta` or `beta` damp with feedback too",
+             `active` may follow chains where stress relaxes; `viscosity` or `rayleigh_stiffness` damp with feedback too",
         );
         Err(self.wrong(path, error))
     }
@@ -118,9 +118,9 @@ impl Builder<'_> {
         for ((i, active), (number, _)) in active.zip(&body.muscle.activations) {
             let Tension::Coherence {
                 chain,
-                unsynchronised,
-                coherent,
-                radius,
+                at_zero_coherence,
+                at_full_coherence,
+                rest_amplitude,
             } = &active.tension
             else {
                 continue;
@@ -128,7 +128,7 @@ impl Builder<'_> {
             let path = format!("material[{i}].active");
             let network = self.acting_chain(chain, chains, &path)?;
             let driven = &chains[network];
-            if driven.initial != 0.0 && unsynchronised != coherent {
+            if driven.initial != 0.0 && at_zero_coherence != at_full_coherence {
                 let error = InputError::new(format!(
                     "the oscillators of `{chain}` start in step, and the tension with a jump"
                 ))
@@ -158,10 +158,10 @@ impl Builder<'_> {
             };
             feedbacks.push(Feedback {
                 network,
-                coherence: self.coherence(*radius, &path)?,
+                coherence: self.coherence(*rest_amplitude, &path)?,
                 effect: Effect::Tension,
-                unsynchronised: *unsynchronised,
-                coherent: *coherent,
+                unsynchronised: *at_zero_coherence,
+                coherent: *at_full_coherence,
                 weights,
             });
         }
@@ -170,7 +170,7 @@ impl Builder<'_> {
 
     fn coherence(&self, radius: f64, path: &str) -> Result<SmoothCoherence, InputError> {
         let coherence = SmoothCoherence::new(radius).map_err(ModelError::from);
-        self.at(&format!("{path}.radius"), coherence)
+        self.at(&format!("{path}.rest_amplitude"), coherence)
     }
 
     /// Returns the places of the chains whose feedbacks share the whole body.

@@ -19,9 +19,9 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
         let group = material.group.as_deref().unwrap_or("body");
         format!("material[{i}] is that of no element: a [[region]] has taken all of `{group}`")
     }));
-    let of_modes = file.modes.as_ref().and_then(|modes| modes.loads_at);
+    let of_modes = file.modes.as_ref().and_then(|modes| modes.preload_time);
     let of_static = (file.analysis == Analysis::Static).then_some(t_end);
-    for (taken, key) in [(of_static, "[time] end"), (of_modes, "modes.loads_at")] {
+    for (taken, key) in [(of_static, "[time] end"), (of_modes, "modes.preload_time")] {
         if let Some(t) = taken.filter(|t| rests(&body.muscle, *t)) {
             notes.push(format!(
                 "all loads are 0 at t = {t} s, when the equilibrium is taken: {key} says another time"
@@ -82,7 +82,7 @@ width = 1.0
 height = 1.0
 cells = [2, 2]
 [solid]
-kappa = 1e5
+bulk_modulus = 1e5
 [[material]]
 group = "body"
 law = "neo-hooke"
@@ -115,9 +115,9 @@ y = { type = "step", value = 1.0, rise = 0.1 }
             "{early:?}"
         );
 
-        let modes = notes("", &["analysis=modes", "modes.loads_at=0"]);
+        let modes = notes("", &["analysis=modes", "modes.preload_time=0"]);
         assert!(
-            modes.len() == 1 && modes[0].ends_with("modes.loads_at says another time"),
+            modes.len() == 1 && modes[0].ends_with("modes.preload_time says another time"),
             "{modes:?}"
         );
 
@@ -125,7 +125,7 @@ y = { type = "step", value = 1.0, rise = 0.1 }
         let expected = "traction[0].y moves nothing: all of `left`";
         assert!(held.len() == 1 && held[0].starts_with(expected), "{held:?}");
 
-        let all = "[[region]]\nname = \"all\"\ncentre = [0.5, 0.5]\nradii = [2.0, 2.0]\n[[material]]\n\
+        let all = "[[region]]\nname = \"all\"\ncenter = [0.5, 0.5]\nradii = [2.0, 2.0]\n[[material]]\n\
                    group = \"all\"\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n";
         let unused = notes(all, &[at_once]);
         let expected = "material[0] is that of no element";

@@ -72,15 +72,20 @@ impl Builder<'_> {
             }
         }
         for (i, probe) in file.probe.iter().enumerate() {
-            self.count(&format!("probe[{i}].every"), probe.every, MAX_ROWS, "rows")?;
+            self.count(
+                &format!("probe[{i}].interval"),
+                probe.interval,
+                MAX_ROWS,
+                "rows",
+            )?;
         }
         if let Some(fields) = &file.fields {
-            self.count("fields.every", fields.every, MAX_FILES, "files")?;
+            self.count("fields.interval", fields.interval, MAX_FILES, "files")?;
         }
         if let Some(checkpoint) = &file.checkpoint {
             self.count(
-                "checkpoint.every",
-                checkpoint.every,
+                "checkpoint.interval",
+                checkpoint.interval,
                 MAX_FILES,
                 "checkpoints",
             )?;

@@ -57,7 +57,7 @@ impl Builder<'_> {
         axis: usize,
         path: &str,
     ) -> Result<Vec<f64>, InputError> {
-        let distribution = traction.distribution.as_ref();
+        let distribution = traction.spatial_factor.as_ref();
         let factor = self.factor::<D>(distribution, space.mesh(), axis, path)?;
         let load = load::facet_traction(space, &traction.group, |facet, weights, place| {
             along(axis, factor.at(facet, weights, place))
@@ -76,7 +76,7 @@ impl Builder<'_> {
         path: &str,
     ) -> Result<Vec<f64>, InputError> {
         let mesh = space.mesh();
-        let factor = self.factor::<D>(force.distribution.as_ref(), mesh, axis, path)?;
+        let factor = self.factor::<D>(force.spatial_factor.as_ref(), mesh, axis, path)?;
         let load = load::element_body_force(space, |at, place| {
             let density = densities[at.element];
             if density == 0.0 {

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use myovib_fem::material::three::Axes;
 use myovib_fem::material::unit_vector;
 use myovib_fem::mesh::NodalField;
-use myovib_fem::{FemError, Fibres, Group, Law, Mesh};
+use myovib_fem::{FemError, Fibers, Group, Law, Mesh};
 
 use super::builder::Builder;
 use crate::InputError;
@@ -13,8 +13,8 @@ use crate::scene_file::SceneFile;
 use crate::scene_file::material::{Direction, Material};
 
 /// Advice for missing fibers.
-pub(super) const GIVE_FIBRE: &str =
-    "give `fibre`: a vector as [1, 0, 0], or the name of a nodal field of the mesh file";
+pub(super) const GIVE_FIBER: &str =
+    "give `fiber`: a vector as [1, 0, 0], or the name of a nodal field of the mesh file";
 
 /// Materials of the elements.
 pub(super) struct Materials {
@@ -25,7 +25,7 @@ pub(super) struct Materials {
     /// Material number of each element.
     pub(super) regions: Vec<usize>,
     /// Fiber directions, if a material defines them.
-    pub(super) fibres: Option<Fibres>,
+    pub(super) fibers: Option<Fibers>,
 }
 
 impl Builder<'_> {
@@ -33,7 +33,7 @@ impl Builder<'_> {
     /// material.
     pub(super) fn materials(&self, file: &SceneFile, mesh: &Mesh) -> Result<Materials, InputError> {
         let mut given: Vec<Option<usize>> = vec![None; mesh.n_elements()];
-        let mut fibres = None;
+        let mut fibers = None;
         for (i, material) in file.material.iter().enumerate() {
             let path = format!("material[{i}]");
             let members = self.elements(material.group.as_deref(), mesh, &path)?;
@@ -50,10 +50,10 @@ impl Builder<'_> {
             }
             self.stiffness(material, &path)?;
             self.directions(material, &path)?;
-            if let Some(fibre) = &material.fibre {
-                let all = fibres.get_or_insert_with(|| Fibres::new(mesh));
+            if let Some(fiber) = &material.fiber {
+                let all = fibers.get_or_insert_with(|| Fibers::new(mesh));
                 let sheet = material.sheet.as_ref();
-                self.set_fibres(all, mesh, &members, fibre, sheet, &path)?;
+                self.set_fibers(all, mesh, &members, fiber, sheet, &path)?;
             }
         }
         let without = given.iter().filter(|one| one.is_none()).count();
@@ -66,7 +66,7 @@ impl Builder<'_> {
         })?;
         let of = |region: &usize| &file.material[*region];
         let stiffened = |(i, material): (usize, &Material)| {
-            self.at(&format!("material[{i}].stiffness"), material.stiffened())
+            self.at(&format!("material[{i}].stress_scale"), material.stiffened())
         };
         let laws = file.material.iter().enumerate().map(stiffened);
         let laws = laws.collect::<Result<Vec<Law>, _>>()?;
@@ -74,7 +74,7 @@ impl Builder<'_> {
             laws: regions.iter().map(|region| laws[*region]).collect(),
             densities: regions.iter().map(|region| of(region).density).collect(),
             regions,
-            fibres,
+            fibers,
         })
     }
 
@@ -126,56 +126,56 @@ impl Builder<'_> {
     fn directions(&self, material: &Material, path: &str) -> Result<(), InputError> {
         let law = material.law.0;
         let name = law.description().name;
-        if law.has_fibres() && material.fibre.is_none() {
+        if law.has_fibers() && material.fiber.is_none() {
             let error =
-                InputError::new(format!("the law {name} needs the direction of its fibres"))
-                    .next(GIVE_FIBRE);
+                InputError::new(format!("the law {name} needs the direction of its fibers"))
+                    .next(GIVE_FIBER);
             return Err(self.wrong(path, error));
         }
-        if material.sheet.is_some() && material.fibre.is_none() {
-            let error = InputError::new("sheets without fibres").next(GIVE_FIBRE);
+        if material.sheet.is_some() && material.fiber.is_none() {
+            let error = InputError::new("sheets without fibers").next(GIVE_FIBER);
             return Err(self.wrong(&format!("{path}.sheet"), error));
         }
         if material.sheet.is_none() && has_sheets(law) {
             let error =
                 InputError::new(format!("the law {name} needs the direction of its sheets"))
-                    .next("give `sheet`, as `fibre` is given");
+                    .next("give `sheet`, as `fiber` is given");
             return Err(self.wrong(path, error));
         }
         Ok(())
     }
 
     /// Assigns the directions of a material to its elements.
-    fn set_fibres(
+    fn set_fibers(
         &self,
-        fibres: &mut Fibres,
+        fibers: &mut Fibers,
         mesh: &Mesh,
         members: &[usize],
-        fibre: &Direction,
+        fiber: &Direction,
         sheet: Option<&Direction>,
         path: &str,
     ) -> Result<(), InputError> {
-        let (of_fibre, of_sheet) = (format!("{path}.fibre"), format!("{path}.sheet"));
-        match (fibre, sheet) {
-            (Direction::Vector(fibre), None | Some(Direction::Vector(_))) => {
-                let fibre = self.vector(fibre, mesh, &of_fibre)?;
+        let (of_fiber, of_sheet) = (format!("{path}.fiber"), format!("{path}.sheet"));
+        match (fiber, sheet) {
+            (Direction::Vector(fiber), None | Some(Direction::Vector(_))) => {
+                let fiber = self.vector(fiber, mesh, &of_fiber)?;
                 let sheet = match sheet {
                     Some(Direction::Vector(sheet)) => Some(self.vector(sheet, mesh, &of_sheet)?),
                     _ => None,
                 };
-                if sheet.is_some_and(|sheet| are_parallel(fibre, sheet)) {
-                    let error = InputError::new("the sheets run along the fibres")
-                        .next("give a direction across the fibres");
+                if sheet.is_some_and(|sheet| are_parallel(fiber, sheet)) {
+                    let error = InputError::new("the sheets run along the fibers")
+                        .next("give a direction across the fibers");
                     return Err(self.wrong(&of_sheet, error));
                 }
-                self.at(&of_fibre, fibres.set_constant(mesh, members, fibre, sheet))
+                self.at(&of_fiber, fibers.set_constant(mesh, members, fiber, sheet))
             }
-            (Direction::Field(fibre), None | Some(Direction::Field(_))) => {
+            (Direction::Field(fiber), None | Some(Direction::Field(_))) => {
                 let sheet = match sheet {
                     Some(Direction::Field(sheet)) => Some(sheet.as_str()),
                     _ => None,
                 };
-                let set = fibres.set_nodal(mesh, members, fibre, sheet);
+                let set = fibers.set_nodal(mesh, members, fiber, sheet);
                 set.map_err(|error| {
                     let place = match (&error, sheet) {
                         (FemError::UnknownField { name, .. }, Some(sheet)) if name == sheet => {
@@ -184,26 +184,26 @@ impl Builder<'_> {
                         (FemError::Direction { field, .. }, Some(sheet)) if field == sheet => {
                             &of_sheet
                         }
-                        _ => &of_fibre,
+                        _ => &of_fiber,
                     };
                     self.wrong(place, about_field(error, mesh))
                 })?;
-                let along = |&element: &usize| runs_along(mesh, element, fibre, sheet?);
+                let along = |&element: &usize| runs_along(mesh, element, fiber, sheet?);
                 match members.iter().find_map(along) {
                     None => Ok(()),
                     Some(element) => {
-                        let error = InputError::new("the sheets run along the fibres")
+                        let error = InputError::new("the sheets run along the fibers")
                             .found(format!(
                                 "at all vertices of {} {element}",
                                 mesh.shape().name
                             ))
-                            .next("give a direction across the fibres");
+                            .next("give a direction across the fibers");
                         Err(self.wrong(&of_sheet, error))
                     }
                 }
             }
             _ => {
-                let error = InputError::new("`fibre` and `sheet` are of different kinds")
+                let error = InputError::new("`fiber` and `sheet` are of different kinds")
                     .next("give two vectors, or the names of two nodal fields");
                 Err(self.wrong(&of_sheet, error))
             }
@@ -271,11 +271,11 @@ fn about_field(error: FemError, mesh: &Mesh) -> InputError {
     }
 }
 
-/// Returns the element if the nodal field `sheet` is parallel to `fibre` at all its vertices.
-fn runs_along(mesh: &Mesh, element: usize, fibre: &str, sheet: &str) -> Option<usize> {
-    let (fibre, sheet) = (mesh.field(fibre).ok()?, mesh.field(sheet).ok()?);
+/// Returns the element if the nodal field `sheet` is parallel to `fiber` at all its vertices.
+fn runs_along(mesh: &Mesh, element: usize, fiber: &str, sheet: &str) -> Option<usize> {
+    let (fiber, sheet) = (mesh.field(fiber).ok()?, mesh.field(sheet).ok()?);
     let vector = |field: &NodalField, vertex| <[f64; 3]>::try_from(field.at(vertex)).ok();
-    let parallel = |&v: &usize| Some(are_parallel(vector(fibre, v)?, vector(sheet, v)?));
+    let parallel = |&v: &usize| Some(are_parallel(vector(fiber, v)?, vector(sheet, v)?));
     let vertices = mesh.element(element).iter();
     vertices
         .map(parallel)
@@ -299,13 +299,13 @@ fn are_parallel(a: [f64; 3], b: [f64; 3]) -> bool {
 /// about the fiber and compares the energies of a strain without symmetry; the tolerance covers
 /// rounding.
 fn has_sheets(law: Law) -> bool {
-    if !law.has_fibres() {
+    if !law.has_fibers() {
         return false;
     }
     let strain = [[0.11, 0.05, -0.03], [0.02, 0.07, 0.04], [0.01, -0.06, 0.09]];
     let energy = |sheet| {
-        let fibre = [1.0, 0.0, 0.0];
-        law.energy3(strain, Axes { fibre, sheet })
+        let fiber = [1.0, 0.0, 0.0];
+        law.energy3(strain, Axes { fiber, sheet })
     };
     let (along_y, turned) = (energy([0.0, 1.0, 0.0]), energy([0.0, 0.6, 0.8]));
     (along_y - turned).abs() > 1e-10 * along_y.abs()

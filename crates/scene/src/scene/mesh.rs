@@ -94,7 +94,7 @@ impl Builder<'_> {
             return Err(self.wrong(&format!("{path}.name"), error));
         }
         let dimension = mesh.dimension();
-        for (key, list) in [("centre", &region.centre), ("radii", &region.radii)] {
+        for (key, list) in [("center", &region.center), ("radii", &region.radii)] {
             if list.len() != dimension {
                 let error =
                     InputError::new(format!("a region of this mesh needs {dimension} numbers"))
@@ -119,14 +119,14 @@ impl Builder<'_> {
                     .iter()
                     .map(|v| mesh.coordinates()[dimension * v + axis]);
                 let centroid = x.sum::<f64>() / vertices.len() as f64;
-                ((centroid - region.centre[axis]) / region.radii[axis]).powi(2)
+                ((centroid - region.center[axis]) / region.radii[axis]).powi(2)
             };
             (0..dimension).map(squared).sum::<f64>() <= 1.0
         };
         let inside: Vec<usize> = (0..mesh.n_elements()).filter(is_inside).collect();
         if inside.is_empty() {
             let error = InputError::new(format!(
-                "no {}'s centre lies in the region",
+                "no {}'s center lies in the region",
                 mesh.shape().name
             ))
             .next("move or widen it, or refine the mesh");

@@ -87,12 +87,12 @@ pub struct Body {
     /// Material number of each element, as in the scene.
     pub regions: Vec<usize>,
     /// Whether a material defines fiber directions.
-    pub has_fibres: bool,
+    pub has_fibers: bool,
     /// Number of quadrature points where fiber directions at the vertices oppose each other, so
     /// that the direction at the nearest vertex is used.
-    pub opposed_fibres: usize,
+    pub opposed_fibers: usize,
     /// Number of elements with more than 120° between fiber directions at two vertices.
-    pub unresolved_fibres: usize,
+    pub unresolved_fibers: usize,
 }
 
 /// Inverse of the fraction of elements that may have unresolved fibers without a note. Some
@@ -165,12 +165,7 @@ impl Scene {
         let integrator = &mut scene.file.integrator;
         integrator.rtol *= factor;
         let atol = &mut integrator.atol;
-        for block in [
-            &mut atol.displacement,
-            &mut atol.velocity,
-            &mut atol.pressure,
-            &mut atol.multiplier,
-        ] {
+        for block in [&mut atol.u, &mut atol.v, &mut atol.p, &mut atol.p_rate] {
             *block = block.map(|atol| factor * atol);
         }
         integrator.oscillators.rtol *= factor;
@@ -199,21 +194,21 @@ impl Scene {
         ));
         notes.extend(idle::notes(&self.file, body, self.t_end));
         let n_elements = mesh.n_elements();
-        if body.unresolved_fibres > n_elements / RARE {
+        if body.unresolved_fibers > n_elements / RARE {
             notes.push(format!(
-                "in {} of {n_elements} elements fibres at two vertices are more than 120° apart: how they turn is not \
+                "in {} of {n_elements} elements fibers at two vertices are more than 120° apart: how they turn is not \
                  resolved; refine the mesh across them, or turn vectors of opposite sign",
-                body.unresolved_fibres
+                body.unresolved_fibers
             ));
         }
         if let Start::State(state) = &body.start {
             notes.extend(state.notes(&body.muscle));
         }
-        if body.opposed_fibres > 0 {
+        if body.opposed_fibers > 0 {
             notes.push(format!(
-                "at {} quadrature points the fibres of the vertices oppose each other: the nearest \
+                "at {} quadrature points the fibers of the vertices oppose each other: the nearest \
                  vertex's direction is taken",
-                body.opposed_fibres
+                body.opposed_fibers
             ));
         }
         notes
@@ -305,7 +300,7 @@ impl Scene {
             (None, None) => None,
             (Some(_), None) => {
                 let error = InputError::new("a mesh needs the body's constants")
-                    .next("add a table [solid] with `kappa`, in Pa");
+                    .next("add a table [solid] with `bulk_modulus`, in Pa");
                 return Err(builder.wrong("mesh", error));
             }
             (None, Some(_)) => {

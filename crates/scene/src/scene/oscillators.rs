@@ -1,5 +1,7 @@
 //! Rod and chains of a scene.
 
+use std::f64::consts::TAU;
+
 use myovib_fem::rod::{EndLoad, Rod, RodData};
 use myovib_model::{ModelError, RodDae};
 use myovib_oscillators::{Chain, Coefficients, Detuning, Drive, Generator, Neighborhood};
@@ -10,7 +12,7 @@ use super::chain_places::{DrivenPlace, Found, MOST};
 use crate::InputError;
 use crate::probe::Parts;
 use crate::scene_file::SceneFile;
-use crate::scene_file::chain::{self, GeneratorName, Place, RodReading};
+use crate::scene_file::chain::{self, GeneratorName, Place, RodLoadType};
 use crate::scene_file::output::Probe;
 
 /// Chain with its drive.
@@ -29,7 +31,7 @@ pub struct DrivenChain {
     /// Number of grid points outside the body.
     pub outside: usize,
     /// Neighborhoods of the places, if requested.
-    pub neighbourhood: Option<Neighborhood>,
+    pub neighborhood: Option<Neighborhood>,
     /// Initial position of all oscillators.
     pub initial: f64,
 }
@@ -75,13 +77,13 @@ impl Builder<'_> {
             axial_stiffness: rod.stiffness,
             density: rod.density,
             length: rod.length,
-            mass_damping: rod.alpha,
-            stiffness_damping: rod.beta,
+            mass_damping: rod.rayleigh_mass,
+            stiffness_damping: rod.rayleigh_stiffness,
             n_elements: rod.elements,
         };
-        let load = match rod.reading {
-            RodReading::Strain => EndLoad::Strain,
-            RodReading::Traction => EndLoad::Traction,
+        let load = match rod.load_type {
+            RodLoadType::Strain => EndLoad::Strain,
+            RodLoadType::Traction => EndLoad::Traction,
         };
         let signal = self.signal(&rod.load, "rod.load")?;
         let rod = self.at("rod", Rod::new(data))?;
@@ -136,7 +138,7 @@ impl Builder<'_> {
             Some(body) => self.places_of(file, body, chain, path)?,
             None => Found::default(),
         };
-        let neighbourhood = self.neighbourhood(file, body, chain, &places, path)?;
+        let neighborhood = self.neighborhood(file, body, chain, &places, path)?;
         let n_places = places.len().max(1);
         let n = chain.oscillators.saturating_mul(n_places);
         if n > MOST {
@@ -149,8 +151,8 @@ impl Builder<'_> {
             return Err(self.wrong(&format!("{path}.oscillators"), error));
         }
         let detuning = Detuning {
-            center: std::f64::consts::TAU * chain.frequency,
-            half_width: chain.half_width,
+            center: TAU * chain.frequency,
+            half_width: TAU * chain.frequency_spread,
             generator: match chain.generator {
                 GeneratorName::Matlab => Generator::Matlab,
                 GeneratorName::ChaCha8 => Generator::ChaCha8,
@@ -158,7 +160,7 @@ impl Builder<'_> {
             seed: chain.seed,
         };
         let omega = detuning.frequencies(n).map_err(ModelError::from);
-        let reach = chain.reach.into();
+        let reach = chain.driven.into();
         Ok(DrivenChain {
             name: chain.name.clone(),
             chain: Chain {
@@ -178,13 +180,13 @@ impl Builder<'_> {
             at: chain.at.clone(),
             places,
             outside,
-            neighbourhood,
+            neighborhood,
             initial: chain.initial,
         })
     }
 
     /// Returns the neighborhoods of the places of a chain with field output.
-    fn neighbourhood(
+    fn neighborhood(
         &self,
         file: &SceneFile,
         body: Option<&Body>,
@@ -192,22 +194,22 @@ impl Builder<'_> {
         places: &[DrivenPlace],
         path: &str,
     ) -> Result<Option<Neighborhood>, InputError> {
-        let Some(radius) = chain.neighbourhood else {
+        let Some(radius) = chain.coherence_radius else {
             return Ok(None);
         };
-        let path = format!("{path}.neighbourhood");
+        let path = format!("{path}.coherence_radius");
         let (Some(body), 2.., Some(_)) = (body, places.len(), &file.fields) else {
             let error = InputError::new(
-                "a neighbourhood is of places of the body, and is written with the fields",
+                "a neighborhood is of places of the body, and is written with the fields",
             )
             .next("let the chain be in many places, and add [fields]; or leave it out");
             return Err(self.wrong(&path, error));
         };
         let space = body.muscle.solid.space();
         let points = places.iter().map(|place| place.point(space));
-        let neighbourhood = Neighborhood::new(points.collect(), radius);
+        let neighborhood = Neighborhood::new(points.collect(), radius);
         Ok(Some(
-            self.at(&path, neighbourhood.map_err(ModelError::from))?,
+            self.at(&path, neighborhood.map_err(ModelError::from))?,
         ))
     }
 

@@ -96,7 +96,7 @@ mod tests {
 
     fn refusal(probe: &str) -> String {
         let text = builtin_text("init").expect("built in");
-        let text = format!("{text}\n[[probe]]\nname = \"own\"\nevery = 0.1\n{probe}\n");
+        let text = format!("{text}\n[[probe]]\nname = \"own\"\ninterval = 0.1\n{probe}\n");
         match Scene::build("scene.toml", &text, &[], Path::new("")) {
             Ok(_) => "accepted".to_owned(),
             Err(error) => error.to_string(),

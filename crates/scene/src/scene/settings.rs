@@ -32,12 +32,12 @@ impl Builder<'_> {
         let mut settings = Settings {
             t_end: self.t_end,
             absolute_tolerances: AbsoluteTolerances {
-                displacement: atol.displacement.unwrap_or(in_proportion.displacement),
-                velocity: atol.velocity.unwrap_or(in_proportion.velocity),
-                pressure: atol.pressure.unwrap_or(in_proportion.pressure),
-                multiplier: atol.multiplier.unwrap_or(in_proportion.multiplier),
+                displacement: atol.u.unwrap_or(in_proportion.displacement),
+                velocity: atol.v.unwrap_or(in_proportion.velocity),
+                pressure: atol.p.unwrap_or(in_proportion.pressure),
+                multiplier: atol.p_rate.unwrap_or(in_proportion.multiplier),
             },
-            suppressed: match &wanted.suppress {
+            suppressed: match &wanted.error_test.exclude {
                 Some(blocks) => suppressed(blocks, formulation),
                 None => defaults.suppressed,
             },
@@ -56,7 +56,7 @@ impl Builder<'_> {
             btf: wanted.btf,
             initial_step: wanted.initial_step,
             max_step: wanted.max_step,
-            project_every: wanted.project_every,
+            projection_interval: wanted.projection_interval,
             ..defaults
         };
         if wanted.max_order == Some(MaxOrder::Auto) {
@@ -72,7 +72,7 @@ impl Builder<'_> {
         let given = [
             ("max_order", wanted.max_order.is_some()),
             ("multiplier_weights", weighted),
-            ("project_every", wanted.project_every.is_some()),
+            ("projection_interval", wanted.projection_interval.is_some()),
         ];
         for (key, _) in given.into_iter().filter(|(_, given)| *given) {
             let path = format!("integrator.{key}");
@@ -114,18 +114,13 @@ pub(super) fn without_effect(analysis: Analysis, source: &Value) -> Option<Strin
 
 /// Describes blocks to exclude from the error test that the formulation does not have.
 pub(super) fn missing(wanted: &Integrator, formulation: Formulation) -> Vec<String> {
-    let blocks = wanted.suppress.iter().flatten();
+    let blocks = wanted.error_test.exclude.iter().flatten();
     let missing = blocks.filter(|block| !fields(**block).iter().any(|f| formulation.has(*f)));
     let words = missing.map(|block| {
         format!(
-            "integrator.suppress: `{}` has no {}, and nothing is left out for it",
+            "integrator.error_test.exclude: `{}` has no {}, and nothing is left out for it",
             formulation.name(),
-            match block {
-                Block::Displacement => "displacement",
-                Block::Velocity => "velocity",
-                Block::Pressure => "pressure",
-                Block::Multiplier => "multiplier",
-            }
+            block.name()
         )
     });
     words.collect()
@@ -133,10 +128,10 @@ pub(super) fn missing(wanted: &Integrator, formulation: Formulation) -> Vec<Stri
 
 fn fields(block: Block) -> &'static [Field] {
     match block {
-        Block::Displacement => &[Field::Displacement],
-        Block::Velocity => &[Field::Velocity],
-        Block::Pressure => &[Field::Pressure],
-        Block::Multiplier => &[Field::PressureRate, Field::GglMultiplier],
+        Block::U => &[Field::Displacement],
+        Block::V => &[Field::Velocity],
+        Block::P => &[Field::Pressure],
+        Block::PRate => &[Field::PressureRate, Field::GglMultiplier],
     }
 }
 
@@ -159,17 +154,20 @@ fn ordering(name: OrderingName) -> Ordering {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene_file::integrator::ErrorTest;
 
     /// Regression: a block that the formulation does not have was ignored silently.
     #[test]
-    fn blocks_that_are_not_there_are_told() {
+    fn blocks_that_the_formulation_lacks_are_reported() {
         let wanted = Integrator {
-            suppress: Some(vec![Block::Pressure, Block::Multiplier]),
+            error_test: ErrorTest {
+                exclude: Some(vec![Block::P, Block::PRate]),
+            },
             ..Integrator::default()
         };
         let said = missing(&wanted, Formulation::Position);
         assert_eq!(said.len(), 1);
-        assert!(said[0].contains("`position` has no multiplier"), "{said:?}");
+        assert!(said[0].contains("`position` has no p_rate"), "{said:?}");
         assert!(missing(&wanted, Formulation::Rate).is_empty());
     }
 

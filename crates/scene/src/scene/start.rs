@@ -6,7 +6,8 @@ use super::Body;
 use super::builder::Builder;
 use super::contraction::chains_that_act;
 use crate::InputError;
-use crate::scene_file::{Analysis, SceneFile, start};
+use crate::scene_file::start::InitialState;
+use crate::scene_file::{Analysis, SceneFile};
 use crate::state::State;
 
 /// Initial state of a body's motion.
@@ -24,55 +25,55 @@ pub(crate) enum Start {
 impl Builder<'_> {
     /// Returns the initial state of the scene's motion.
     pub(super) fn start(&self, file: &SceneFile, body: Option<&Body>) -> Result<Start, InputError> {
-        let Some(start) = &file.start else {
+        let Some(start) = &file.initial_state else {
             return Ok(Start::Rest);
         };
         let wrong = |message: &str, next: &str| {
             let error = InputError::new(message).next(next);
-            Err(self.wrong("start", error))
+            Err(self.wrong("initial_state", error))
         };
         let Some(body) = body else {
             return wrong(
                 "only a body on a mesh can start elsewhere than at rest",
-                "remove [start]",
+                "remove [initial_state]",
             );
         };
         if file.analysis != Analysis::Dynamic {
-            return wrong("only a motion has a start", "remove [start]");
+            return wrong("only a motion has a start", "remove [initial_state]");
         }
         if !file.feedback.is_empty() {
             return wrong(
                 "a body with feedback starts at rest",
-                "remove [start], or the feedback",
+                "remove [initial_state], or the feedback",
             );
         }
-        let of_equilibrium = matches!(start, start::Start::Equilibrium);
+        let of_equilibrium = matches!(start, InitialState::Equilibrium);
         if chains_that_act(file).next().is_some() && !of_equilibrium {
             return wrong(
                 "a body whose tension follows a coherence starts at rest or in equilibrium",
-                "give [start] type = \"equilibrium\", or remove it",
+                "give [initial_state] type = \"equilibrium\", or remove it",
             );
         }
         match start {
-            start::Start::Equilibrium => Ok(Start::Equilibrium),
-            start::Start::Velocity { value } => {
+            InitialState::Equilibrium => Ok(Start::Equilibrium),
+            InitialState::Velocity { value } => {
                 let space = body.muscle.solid.space();
                 if value.len() != space.dimension() {
                     let error =
                         InputError::new("the velocity has a component for each of the mesh's axes")
                             .found(value.len())
                             .allowed(space.dimension());
-                    return Err(self.wrong("start.value", error));
+                    return Err(self.wrong("initial_state.value", error));
                 }
                 Ok(Start::State(State::moving(space, value)))
             }
-            start::Start::Run { folder } => Ok(Start::State(self.ended(folder, body)?)),
+            InitialState::Restart { folder } => Ok(Start::State(self.ended(folder, body)?)),
         }
     }
 
     /// Returns the final state of the run in `folder`.
     fn ended(&self, folder: &Path, body: &Body) -> Result<State, InputError> {
-        let place = "start.folder";
+        let place = "initial_state.folder";
         let (text, name) = self.read(&folder.join(State::NAME), place)?;
         let state: State = serde_json::from_str(&text).map_err(|error| {
             let error = InputError::new(format!("{name} is no state of a run: {error}"));

@@ -9,7 +9,7 @@ use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::function::Function;
-use crate::scene_file::solid::{Axis, Displacement};
+use crate::scene_file::solid::{Axis, PrescribedDisplacement};
 
 /// Names of the components.
 pub(crate) const NAMES: [&str; 3] = ["x", "y", "z"];
@@ -56,8 +56,8 @@ impl Builder<'_> {
             }
         }
         let mut moves: Vec<Move<'_>> = Vec::new();
-        for (i, moving) in file.displacement.iter().enumerate() {
-            let entry = format!("displacement[{i}]");
+        for (i, moving) in file.prescribed_displacement.iter().enumerate() {
+            let entry = format!("prescribed_displacement[{i}]");
             let nodes = self.at(&format!("{entry}.group"), space.nodes_of(&moving.group))?;
             for (axis, path, function) in
                 self.components([&moving.x, &moving.y, &moving.z], dimension, &entry)?
@@ -105,9 +105,14 @@ impl Builder<'_> {
             }
             constrained.insert((node, axis), signal(&moves, terms));
         }
-        if constrained.is_empty() && file.bed.iter().all(|bed| bed.stiffness == 0.0) {
+        if constrained.is_empty()
+            && file
+                .elastic_foundation
+                .iter()
+                .all(|bed| bed.stiffness == 0.0)
+        {
             let error = InputError::new("nothing holds the body")
-                .next("add a [[fixed]] with the group of the nodes that do not move, or a [[bed]]");
+                .next("add a [[fixed]] with the group of the nodes that do not move, or a [[elastic_foundation]]");
             return Err(self.wrong("", error));
         }
         Ok(constrained)
@@ -116,13 +121,13 @@ impl Builder<'_> {
     /// Returns the factors of a displacement's component at nodes.
     fn factors<const D: usize>(
         &self,
-        moving: &Displacement,
+        moving: &PrescribedDisplacement,
         space: &Space,
         nodes: &[usize],
         axis: usize,
         path: &str,
     ) -> Result<Vec<f64>, InputError> {
-        let factor = self.factor::<D>(moving.distribution.as_ref(), space.mesh(), axis, path)?;
+        let factor = self.factor::<D>(moving.spatial_factor.as_ref(), space.mesh(), axis, path)?;
         let (ends, points) = (space.node_ends(), space.node_points::<D>());
         let at = |&node: &usize| factor.at(&ends[node], &[0.5, 0.5], points[node]);
         let factors = nodes.iter().map(at).collect();

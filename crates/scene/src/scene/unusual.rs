@@ -90,13 +90,15 @@ impl Part {
     fn new(material: &Material, solid: &Solid, drive: Option<f64>) -> Self {
         let law = material.stiffened();
         let law = law.expect("the body was made of this law");
-        let kappa = material.kappa.unwrap_or(solid.kappa).0;
+        let kappa = material.bulk_modulus.unwrap_or(solid.bulk_modulus).0;
         let [own, shear] = moduli(law);
         Self {
             law,
             density: material.density,
             kappa,
-            beta: material.beta.unwrap_or(solid.beta),
+            beta: material
+                .rayleigh_stiffness
+                .unwrap_or(solid.rayleigh_stiffness),
             // The energy of a complete law contains the volumetric part.
             bulk: if law.description().complete {
                 own
@@ -128,12 +130,12 @@ fn volume(part: &Part) -> Option<Said> {
     let poisson = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear));
     (poisson < 0.0).then(|| {
         let problem = format!(
-            "kappa = {} Pa beside a shear modulus of {} Pa: Poisson's ratio is {}, so that what is pulled gets thicker",
+            "bulk_modulus = {} Pa beside a shear modulus of {} Pa: Poisson's ratio is {}, so that what is pulled gets thicker",
             readable(kappa),
             readable(shear),
             two_digits(poisson)
         );
-        (problem, "take kappa far above the shear modulus: tissue has a hundred times as much and more, or `inf`")
+        (problem, "take a bulk_modulus far above the shear modulus: tissue has a hundred times as much and more, or `inf`")
     })
 }
 
@@ -173,10 +175,10 @@ fn damping(part: &Part) -> Option<Said> {
     let loss = TAU * frequency * beta;
     (loss > MOST_LOSS).then(|| {
         let problem = format!(
-            "beta = {beta:e} s makes viscous stress {loss:.1} times the elastic one at {} Hz",
+            "rayleigh_stiffness = {beta:e} s makes viscous stress {loss:.1} times the elastic one at {} Hz",
             readable(frequency)
         );
-        (problem, "take a smaller beta, in s: tissue has viscous stress of 0.05 to 1 times the elastic one")
+        (problem, "take a smaller rayleigh_stiffness, in s: tissue has viscous stress of 0.05 to 1 times the elastic one")
     })
 }
 
@@ -184,7 +186,7 @@ fn damping(part: &Part) -> Option<Said> {
 /// are skipped: they stiffen without bound, so their modulus at rest does not limit loads.
 fn strong_load(file: &SceneFile, body: &Body, t_end: f64, parts: &[Part]) -> Option<Said> {
     let shear = parts.iter().map(|part| part.shear).fold(0.0, f64::max);
-    if parts.iter().any(|part| part.law.has_fibres()) {
+    if parts.iter().any(|part| part.law.has_fibers()) {
         return None;
     }
     let times = times(file, t_end);
@@ -216,7 +218,7 @@ fn times(file: &SceneFile, t_end: f64) -> Vec<f64> {
         Analysis::Modes => file
             .modes
             .iter()
-            .filter_map(|modes| modes.loads_at)
+            .filter_map(|modes| modes.preload_time)
             .collect(),
         Analysis::Dynamic => {
             let all = (0..=TIMES).map(|i| t_end * f64::from(i) / f64::from(TIMES));
@@ -233,7 +235,7 @@ fn loads<'a>(file: &'a SceneFile, body: &'a Body) -> impl Iterator<Item = (Strin
     let tractions = components.zip(&body.muscle.loads);
     let tractions = tractions.filter_map(|((path, traction), load)| {
         traction
-            .distribution
+            .spatial_factor
             .is_none()
             .then(|| (path, load.signal()))
     });
@@ -266,8 +268,8 @@ width = 1.0
 height = 1.0
 cells = [2, 2]
 [solid]
-kappa = 1e5
-beta = 1e-4
+bulk_modulus = 1e5
+rayleigh_stiffness = 1e-4
 [[material]]
 law = "neo-hooke"
 density = 1e3
@@ -295,8 +297,8 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
         for (wrong, right, said) in [
             // 2/3 of 1e4 Pa.
             (
-                &["solid.kappa=6.6e3"][..],
-                &["solid.kappa=6.7e3"][..],
+                &["solid.bulk_modulus=6.6e3"][..],
+                &["solid.bulk_modulus=6.7e3"][..],
                 "Poisson's ratio is -0.0034",
             ),
             (
@@ -316,8 +318,8 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
             ),
             // 5/(2π 8 Hz) = 0.0995 s.
             (
-                &["solid.beta=0.1"],
-                &["solid.beta=0.099"],
+                &["solid.rayleigh_stiffness=0.1"],
+                &["solid.rayleigh_stiffness=0.099"],
                 "5.0 times the elastic one at 8.000 Hz",
             ),
             (
@@ -353,7 +355,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
     /// Regression: a finding about damping was reported for a short run without a vibrating load.
     #[test]
     fn damping_is_looked_at_where_something_vibrates() {
-        let short = ["time.end=1e-3", "solid.beta=0.1"];
+        let short = ["time.end=1e-3", "solid.rayleigh_stiffness=0.1"];
         let step =
             "traction[0]={ group = \"right\", y = { type = \"step\", value = 1.0, rise = 1e-3 } }";
         assert_eq!(found(&short).len(), 1);
@@ -365,7 +367,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
     fn what_does_not_count_is_not_told() {
         let at_rest = [
             "analysis=static",
-            "solid.beta=1.0",
+            "solid.rayleigh_stiffness=1.0",
             "material[0].density=1.0",
         ];
         assert_eq!(found(&at_rest), Vec::<String>::new());
@@ -388,7 +390,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
             (
                 law(
                     "st-venant-kirchhoff",
-                    &[("lambda", 3e3), ("shear_modulus", 6e3)],
+                    &[("first_lame_parameter", 3e3), ("shear_modulus", 6e3)],
                 ),
                 [7e3, 6e3],
             ),

@@ -4,7 +4,7 @@ use myovib_fem::material::{self, Bestel};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::feedback::radius;
+use super::feedback::rest_amplitude;
 use super::function::Function;
 
 /// Active stress along the fibers, added to the stress of the law: `S = T g(λ) h(λ̇) f0⊗f0` with the
@@ -32,7 +32,7 @@ pub enum Tension {
         /// Tension T, Pa; never negative, and 0 at t = 0 if the motion starts at rest.
         tension: Function,
     },
-    /// Coherence of a chain: `T = unsynchronised + (coherent - unsynchronised) S`. S is |χ|², smoothed
+    /// Coherence of a chain: `T = at_zero_coherence + (at_full_coherence - at_zero_coherence) S`. S is |χ|², smoothed
     /// near rest. A chain at a point sets the tension of the material; chains in elements set the
     /// tension of their elements.
     Coherence {
@@ -41,14 +41,14 @@ pub enum Tension {
         /// Tension without coherence or at rest, Pa; nonzero only if the motion starts in equilibrium.
         #[serde(default)]
         #[schemars(range(min = 0))]
-        unsynchronised: f64,
+        at_zero_coherence: f64,
         /// Tension at full coherence, Pa.
         #[schemars(range(min = 0))]
-        coherent: f64,
+        at_full_coherence: f64,
         /// Amplitude below which an oscillator counts as at rest.
-        #[serde(default = "radius")]
+        #[serde(default = "rest_amplitude")]
         #[schemars(extend("exclusiveMinimum" = 0))]
-        radius: f64,
+        rest_amplitude: f64,
     },
     /// Heartbeat by Bestel's equation `Ṫ = -|a| T + σ0 max(a, 0)`, T(0) = 0, with
     /// `a = a_max f + a_min (1 - f)`,
@@ -164,7 +164,7 @@ pub struct ForceVelocity {
     /// Curvature a.
     #[serde(default = "curvature")]
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub a: f64,
+    pub curvature: f64,
     /// Factor for fast lengthening.
     #[serde(default = "plateau")]
     #[schemars(extend("exclusiveMinimum" = 1))]
@@ -183,7 +183,7 @@ impl From<&ForceVelocity> for material::ForceVelocity {
     fn from(hill: &ForceVelocity) -> Self {
         Self {
             v_max: hill.v_max,
-            a: hill.a,
+            a: hill.curvature,
             plateau: hill.plateau,
         }
     }

@@ -1,5 +1,7 @@
 //! Rod and oscillators of a scene.
 
+use std::f64::consts::TAU;
+
 use myovib_model::formula::{Formula, RampedSine};
 use myovib_oscillators::{Ends, Reach};
 use schemars::JsonSchema;
@@ -22,15 +24,15 @@ pub struct Rod {
     pub density: f64,
     /// Mass-proportional damping α, 1/s.
     #[schemars(range(min = 0))]
-    pub alpha: f64,
+    pub rayleigh_mass: f64,
     /// Stiffness-proportional damping β, s.
     #[schemars(range(min = 0))]
-    pub beta: f64,
+    pub rayleigh_stiffness: f64,
     /// Number of linear elements.
     #[schemars(range(min = 1, max = 1_000_000))]
     pub elements: usize,
     /// Meaning of the load.
-    pub reading: RodReading,
+    pub load_type: RodLoadType,
     /// Load τ(t) at the right end.
     pub load: Function,
 }
@@ -38,7 +40,7 @@ pub struct Rod {
 /// Meaning of the load τ of a rod.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum RodReading {
+pub enum RodLoadType {
     /// Strain u_x(L, t); the end force is EA (τ + β τ̇).
     Strain,
     /// Traction; the end force is EA τ.
@@ -52,10 +54,10 @@ impl Default for Rod {
             length: 0.1,
             stiffness: 1e6,
             density: 1e3,
-            alpha: 0.25,
-            beta: 1e-3,
+            rayleigh_mass: 0.25,
+            rayleigh_stiffness: 1e-3,
             elements: 10,
-            reading: RodReading::Strain,
+            load_type: RodLoadType::Strain,
             load: Function::Shape(Shape::Formula(Formula::RampedSine(RampedSine {
                 amplitude: 1.0,
                 frequency: 8.0,
@@ -78,9 +80,9 @@ pub struct Chain {
     /// Center of the natural frequencies, Hz.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub frequency: f64,
-    /// Half width of the interval of natural angular frequencies, rad/s.
+    /// Half width of the interval of natural frequencies, Hz.
     #[schemars(range(min = 0))]
-    pub half_width: f64,
+    pub frequency_spread: f64,
     /// Random number generator of the frequencies.
     pub generator: GeneratorName,
     /// Seed of the generator.
@@ -94,7 +96,7 @@ pub struct Chain {
     /// Connection of the ends.
     pub ends: EndsName,
     /// Driven oscillators.
-    pub reach: ReachName,
+    pub driven: DrivenName,
     /// Gain γ of the forcing γ d·u, 1/s² per m.
     pub gain: f64,
     /// Location whose displacement drives the chain: a point in m, or a position on the rod. A list of
@@ -106,7 +108,7 @@ pub struct Chain {
     /// Radius, m; if given, the coherence |χ| of all oscillators within this distance of each location
     /// is written as a field.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub neighbourhood: Option<f64>,
+    pub coherence_radius: Option<f64>,
     /// Initial position of all oscillators; the initial velocity is 0.
     pub initial: f64,
 }
@@ -118,18 +120,18 @@ impl Default for Chain {
             name: "chain".to_owned(),
             oscillators: 20,
             frequency: 8.0,
-            half_width: 0.05,
+            frequency_spread: 0.05 / TAU,
             generator: GeneratorName::Matlab,
             seed: 5489,
             van_der_pol: 2.0,
             duffing: 0.0,
             coupling: 3.0,
             ends: EndsName::Periodic,
-            reach: ReachName::All,
+            driven: DrivenName::All,
             gain: 1.0,
             at: None,
             component: Component::Named(ComponentName::Y),
-            neighbourhood: None,
+            coherence_radius: None,
             initial: 0.0,
         }
     }
@@ -173,7 +175,7 @@ pub enum Place {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Component {
-    /// A coordinate, or along the fibre.
+    /// A coordinate, or along the fiber.
     Named(ComponentName),
     /// A vector of any length but zero; d has length 1.
     Along(#[schemars(length(min = 2, max = 3))] Vec<f64>),
@@ -190,7 +192,7 @@ pub enum ComponentName {
     /// Third coordinate, in space.
     Z,
     /// Local fiber direction.
-    Fibre,
+    Fiber,
 }
 
 /// Random number generator.
@@ -225,18 +227,18 @@ impl From<EndsName> for Ends {
 /// Driven oscillators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum ReachName {
+pub enum DrivenName {
     /// All oscillators.
     All,
     /// First and last oscillator.
     Boundary,
 }
 
-impl From<ReachName> for Reach {
-    fn from(name: ReachName) -> Self {
+impl From<DrivenName> for Reach {
+    fn from(name: DrivenName) -> Self {
         match name {
-            ReachName::All => Self::All,
-            ReachName::Boundary => Self::Boundary,
+            DrivenName::All => Self::All,
+            DrivenName::Boundary => Self::Boundary,
         }
     }
 }

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Effect of a chain on the stiffness. The factor
-/// `coherent + (unsynchronised - coherent) (1 - S)` multiplies all moduli except κ. S is |χ|²,
+/// `at_full_coherence + (at_zero_coherence - at_full_coherence) (1 - S)` multiplies all moduli except κ. S is |χ|²,
 /// smoothed near rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Feedback {
@@ -15,15 +15,15 @@ pub struct Feedback {
     pub group: Option<String>,
     /// Factor without coherence or at rest.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub unsynchronised: f64,
+    pub at_zero_coherence: f64,
     /// Factor at full coherence.
     #[serde(default = "one")]
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub coherent: f64,
+    pub at_full_coherence: f64,
     /// Amplitude below which an oscillator counts as at rest.
-    #[serde(default = "radius")]
+    #[serde(default = "rest_amplitude")]
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub radius: f64,
+    pub rest_amplitude: f64,
 }
 
 fn one() -> f64 {
@@ -31,6 +31,6 @@ fn one() -> f64 {
 }
 
 /// A tenth of the limit cycle of a van der Pol oscillator, whose radius is 2.
-pub(super) fn radius() -> f64 {
+pub(super) fn rest_amplitude() -> f64 {
     0.2
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// A scene value to differentiate with respect to (`myovib sensitivity`) or to fit (`myovib fit`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Parameter {
-    /// Key of the value, for example `material[0].c10`. The parameter of `solid.kappa` is 1/κ in
+    /// Key of the value, for example `material[0].c10`. The parameter of `solid.bulk_modulus` is 1/κ in
     /// 1/Pa, so that `inf` is 0.
     #[schemars(length(min = 1))]
     pub key: String,

@@ -19,9 +19,8 @@ pub struct Integrator {
     pub atol: Atol,
     /// Tolerances of rod and chain.
     pub oscillators: OscillatorTolerances,
-    /// Blocks of unknowns excluded from the error test [default: none with Radau IIA; `pressure` and
-    /// `multiplier` with BDF].
-    pub suppress: Option<Vec<Block>>,
+    /// Local error test.
+    pub error_test: ErrorTest,
     /// Weights of multipliers in the error test (BDF, body without chains).
     pub multiplier_weights: MultiplierWeightsName,
     /// Highest order of BDF; use 2 for undamped modes [default: 2 with a body, otherwise 5].
@@ -36,7 +35,7 @@ pub struct Integrator {
     /// Time between projections onto the volume constraint, s; they remove the drift of `velocity` (BDF,
     /// body without chains).
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub project_every: Option<f64>,
+    pub projection_interval: Option<f64>,
     /// Maximum number of steps.
     #[schemars(range(min = 1))]
     pub max_steps: Option<u64>,
@@ -58,12 +57,12 @@ impl Default for Integrator {
             rtol: 1e-4,
             atol: Atol::default(),
             oscillators: OscillatorTolerances::default(),
-            suppress: None,
+            error_test: ErrorTest::default(),
             multiplier_weights: MultiplierWeightsName::Plain,
             max_order: None,
             initial_step: None,
             max_step: None,
-            project_every: None,
+            projection_interval: None,
             max_steps: None,
             max_cpu: None,
             ordering: None,
@@ -79,7 +78,7 @@ pub enum Method {
     /// Variable-order BDF (IDAS).
     Bdf,
     /// Radau IIA, order 5.
-    Radau,
+    Radau5,
     /// Radau IIA, order 9.
     Radau9,
     /// Radau IIA, order 13.
@@ -90,8 +89,8 @@ impl Method {
     /// The integrator of this name.
     pub fn kind(self) -> IntegratorKind {
         match self {
-            Self::Bdf => IntegratorKind::Ida,
-            Self::Radau => IntegratorKind::Radau,
+            Self::Bdf => IntegratorKind::Bdf,
+            Self::Radau5 => IntegratorKind::Radau5,
             Self::Radau9 => IntegratorKind::Radau9,
             Self::Radau13 => IntegratorKind::Radau13,
         }
@@ -172,16 +171,16 @@ impl JsonSchema for MaxOrder {
 pub struct Atol {
     /// Displacement, m [default: 1e-2 rtol].
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub displacement: Option<f64>,
+    pub u: Option<f64>,
     /// Velocity, m/s [default: 1e-2 rtol].
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub velocity: Option<f64>,
+    pub v: Option<f64>,
     /// Pressure, Pa [default: 1e2 rtol].
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub pressure: Option<f64>,
+    pub p: Option<f64>,
     /// Pressure rate of `rate`, Pa/s, or second multiplier of `stabilized` [default: 5e3 rtol].
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub multiplier: Option<f64>,
+    pub p_rate: Option<f64>,
 }
 
 /// Tolerances of rod and oscillators. They are tight because the response starts near 2e-5.
@@ -209,18 +208,38 @@ impl Default for OscillatorTolerances {
     }
 }
 
+/// Local error test.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct ErrorTest {
+    /// Excluded blocks of unknowns [default: none with Radau IIA; `p` and `p_rate` with BDF].
+    pub exclude: Option<Vec<Block>>,
+}
+
 /// A block of unknowns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum Block {
     /// Displacement of the nodes.
-    Displacement,
+    U,
     /// Velocity of the nodes.
-    Velocity,
+    V,
     /// Pressure.
-    Pressure,
+    P,
     /// Pressure rate of `rate`, or second multiplier of `stabilized`.
-    Multiplier,
+    PRate,
+}
+
+impl Block {
+    /// Returns the name in scenes and messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::U => "u",
+            Self::V => "v",
+            Self::P => "p",
+            Self::PRate => "p_rate",
+        }
+    }
 }
 
 /// Weights of multipliers in the error test.

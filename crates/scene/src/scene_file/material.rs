@@ -14,7 +14,7 @@ use serde_json::{Map, Value, json};
 
 use super::active::Active;
 use super::number::Number;
-use super::solid::Kappa;
+use super::solid::BulkModulus;
 
 /// Another name of `mooney-rivlin`, with c10 = ζ/2 and c01 = 0.
 pub(crate) const NEO_HOOKE: &str = "neo-hooke";
@@ -36,9 +36,9 @@ pub struct Material {
     /// Factor of the stress of the law.
     #[serde(default = "one")]
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub stiffness: f64,
+    pub stress_scale: f64,
     /// Direction of the fibers.
-    pub fibre: Option<Direction>,
+    pub fiber: Option<Direction>,
     /// Direction of the sheets; only the component normal to the fibers is used. Required by laws with
     /// sheets.
     pub sheet: Option<Direction>,
@@ -46,20 +46,21 @@ pub struct Material {
     pub active: Option<Active>,
     /// Kelvin–Voigt viscosity η, Pa·s; adds the second Piola–Kirchhoff stress `η Ė`.
     #[schemars(range(min = 0))]
-    pub eta: Option<f64>,
+    pub viscosity: Option<f64>,
     /// Prony series of stress relaxation. The constants of the law describe the long-term response.
     /// Each term adds a stress H with `Ḣ + H/τ = g Ṡ`, where S is the stress of the law without the
     /// pressure.
     pub prony: Option<Vec<PronyTerm>>,
-    /// Bulk modulus κ, Pa [default: `solid.kappa`]; `inf` in one material requires `inf` in all.
-    pub kappa: Option<Kappa>,
-    /// Mass-proportional damping α, 1/s [default: `solid.alpha`].
-    #[schemars(range(min = 0))]
-    pub alpha: Option<f64>,
-    /// Stiffness-proportional damping β, s [default: `solid.beta`]; 0 in one material requires 0 in
+    /// Bulk modulus κ, Pa [default: `solid.bulk_modulus`]; `inf` in one material requires `inf` in
     /// all.
+    pub bulk_modulus: Option<BulkModulus>,
+    /// Mass-proportional damping α, 1/s [default: `solid.rayleigh_mass`].
     #[schemars(range(min = 0))]
-    pub beta: Option<f64>,
+    pub rayleigh_mass: Option<f64>,
+    /// Stiffness-proportional damping β, s [default: `solid.rayleigh_stiffness`]; 0 in one material
+    /// requires 0 in all.
+    #[schemars(range(min = 0))]
+    pub rayleigh_stiffness: Option<f64>,
     /// The material law.
     #[serde(flatten)]
     pub law: Law,
@@ -70,7 +71,7 @@ fn one() -> f64 {
 }
 
 impl Material {
-    /// Returns the law with its stress multiplied by `stiffness`. Stresses are linear in constants in Pa.
+    /// Returns the law with its stress multiplied by `stress_scale`. Stresses are linear in constants in Pa.
     ///
     /// # Errors
     /// A constant that is no longer finite.
@@ -80,7 +81,7 @@ impl Material {
         } = self.law.0.description();
         let constants = parameters.iter().zip(self.law.0.values());
         let constants = constants.map(|(parameter, value)| match parameter.unit {
-            "Pa" => (parameter.name, self.stiffness * value),
+            "Pa" => (parameter.name, self.stress_scale * value),
             _ => (parameter.name, value),
         });
         myovib_fem::Law::named(name, &constants.collect::<Vec<_>>())
@@ -93,17 +94,17 @@ impl Material {
 pub struct PronyTerm {
     /// Weight g: ratio of the relaxing stress to the long-term stress.
     #[schemars(range(min = 0))]
-    pub g: f64,
+    pub relative_modulus: f64,
     /// Relaxation time τ, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub tau: f64,
+    pub relaxation_time: f64,
 }
 
 impl From<&PronyTerm> for myovib_fem::material::PronyTerm {
     fn from(term: &PronyTerm) -> Self {
         Self {
-            weight: term.g,
-            time: term.tau,
+            weight: term.relative_modulus,
+            time: term.relaxation_time,
         }
     }
 }
@@ -172,7 +173,7 @@ impl JsonSchema for Law {
             energy: "ζ/2 (Ī1 - 3)",
             about: "Isotropic matrix with one constant: `mooney-rivlin` with c10 = ζ/2, c01 = 0.",
             parameters: NEO_HOOKE_CONSTANTS,
-            fibres: false,
+            fibers: false,
             complete: false,
         });
         json_schema!({ "oneOf": laws.chain([neo_hooke]).collect::<Vec<_>>() })
@@ -238,7 +239,7 @@ mod tests {
     fn a_stiffened_law_has_its_energy_that_many_times() {
         let strain = [[0.11, 0.05, -0.03], [0.02, 0.07, 0.04], [0.01, -0.06, 0.09]];
         let axes = Axes {
-            fibre: [1.0, 0.0, 0.0],
+            fiber: [1.0, 0.0, 0.0],
             sheet: [0.0, 1.0, 0.0],
         };
         for law in myovib_fem::Law::CATALOG {
@@ -247,8 +248,8 @@ mod tests {
                 .iter()
                 .map(|parameter| (parameter.name.to_owned(), json!(1.25)))
                 .collect();
-            let energy = |stiffness: f64| {
-                let mut table = json!({ "law": law.name, "density": 1e3, "stiffness": stiffness });
+            let energy = |scale: f64| {
+                let mut table = json!({ "law": law.name, "density": 1e3, "stress_scale": scale });
                 let table = table.as_object_mut().unwrap();
                 table.extend(constants.clone());
                 let material: Material = serde_json::from_value(json!(table)).unwrap();

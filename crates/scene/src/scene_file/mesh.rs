@@ -77,7 +77,7 @@ pub enum MeshSource {
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 3],
     },
-    /// A muscle in space: a spindle of length 0.2 m with tendons and the nodal field `fibre`.
+    /// A muscle in space: a spindle of length 0.2 m with tendons and the nodal field `fiber`.
     /// Groups: `fixed` (both ends), `left`, `right`, `surface`, `load` (middle of the top),
     /// `muscle`, `tendon`, `origin`.
     Muscle3d {
@@ -121,7 +121,7 @@ pub struct Region {
     pub name: String,
     /// Center, m.
     #[schemars(length(min = 2, max = 3))]
-    pub centre: Vec<f64>,
+    pub center: Vec<f64>,
     /// Semi-axes, m.
     #[schemars(length(min = 2, max = 3))]
     pub radii: Vec<f64>,

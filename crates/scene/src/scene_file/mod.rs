@@ -24,6 +24,7 @@ mod brackets;
 pub(crate) mod check;
 mod number;
 mod reference;
+mod renamed;
 mod schema;
 mod source;
 
@@ -43,8 +44,10 @@ use integrator::Integrator;
 use material::Material;
 use mesh::{Mesh, Region};
 use output::{Fields, Probe, Stop};
-use solid::{Bed, BodyForce, Displacement, Fixed, Pressure, Solid, Traction};
-use start::Start;
+use solid::{
+    BodyForce, ElasticFoundation, Fixed, PrescribedDisplacement, Pressure, Solid, Traction,
+};
+use start::InitialState;
 
 /// A scene: all input of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -58,7 +61,7 @@ pub struct SceneFile {
     /// Time interval; required for motions.
     pub time: Option<Time>,
     /// Initial state of a motion [default: at rest, without load].
-    pub start: Option<Start>,
+    pub initial_state: Option<InitialState>,
     /// Mesh of the body; not needed for a rod or chains alone.
     pub mesh: Option<Mesh>,
     /// Elliptical regions that become element groups.
@@ -74,10 +77,10 @@ pub struct SceneFile {
     pub fixed: Vec<Fixed>,
     /// Groups with a prescribed motion.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub displacement: Vec<Displacement>,
+    pub prescribed_displacement: Vec<PrescribedDisplacement>,
     /// Elastic foundations: springs and dampers on the boundary.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub bed: Vec<Bed>,
+    pub elastic_foundation: Vec<ElasticFoundation>,
     /// Boundary forces with a fixed direction.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub traction: Vec<Traction>,
@@ -144,7 +147,7 @@ pub struct Time {
 pub struct Checkpoint {
     /// Simulated time between checkpoints, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub every: f64,
+    pub interval: f64,
 }
 
 /// Number and preload of eigenmodes.
@@ -157,7 +160,7 @@ pub struct Modes {
     /// Time, s, whose loads define the equilibrium about which modes are computed [default: rest,
     /// without loads].
     #[schemars(range(min = 0))]
-    pub loads_at: Option<f64>,
+    pub preload_time: Option<f64>,
 }
 
 fn count() -> usize {
@@ -183,6 +186,7 @@ pub fn read(name: &str, text: &str, overrides: &[String]) -> Result<Read, InputE
     for assignment in overrides {
         source.assign(assignment)?;
     }
+    renamed::check(&source)?;
     check::check(source.value(), schema().as_value()).map_err(|problem| source.report(problem))?;
     let scene = SceneFile::deserialize(source.value())
         .map_err(|e| InputError::new(e).at(name).next("see `myovib schema`"))?;

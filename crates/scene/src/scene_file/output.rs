@@ -15,7 +15,7 @@ pub struct Probe {
     /// Time between rows, s.
     #[serde(default = "probe_interval")]
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub every: f64,
+    pub interval: f64,
     /// Measured values.
     #[serde(flatten)]
     pub kind: ProbeKind,
@@ -30,7 +30,7 @@ fn probe_interval() -> f64 {
 pub struct Fields {
     /// Time between fields, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub every: f64,
+    pub interval: f64,
     /// Quantities to write.
     #[serde(default = "all_fields")]
     #[schemars(length(min = 1), extend("uniqueItems" = true))]

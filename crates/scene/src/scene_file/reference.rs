@@ -35,22 +35,22 @@ const SECTIONS: &[Section] = &[
     Section {
         title: "`[[region]]`",
         keys: &["region"],
-        example: "[[region]]\nname = \"inclusion\"\ncentre = [0.02, 0.0]            # m\n\
+        example: "[[region]]\nname = \"inclusion\"\ncenter = [0.02, 0.0]            # m\n\
                   radii = [0.01, 0.005]           # m",
     },
     Section {
         title: "`[solid]`",
         keys: &["solid"],
-        example: "[solid]\nkappa = 1e5                     # Pa, or inf\n\
-                  beta = 1e-4                     # s",
+        example: "[solid]\nbulk_modulus = 1e5                     # Pa, or inf\n\
+                  rayleigh_stiffness = 1e-4                     # s",
     },
     Section {
         title: "`[[material]]`",
         keys: &["material"],
         example: "[[material]]\ngroup = \"muscle\"\nlaw = \"mooney-rivlin\"\n\
                   density = 1.1e3                 # kg/m³\nc10 = 1e4                       # Pa\n\
-                  c01 = 2e2                       # Pa\nfibre = [1.0, 0.0]\n\
-                  prony = [{ g = 0.3, tau = 0.05 }]\n\
+                  c01 = 2e2                       # Pa\nfiber = [1.0, 0.0]\n\
+                  prony = [{ relative_modulus = 0.3, relaxation_time = 0.05 }]\n\
                   active = { type = \"given\", tension = { type = \"step\", value = 2e4, rise = 0.4 } }",
     },
     Section {
@@ -59,15 +59,15 @@ const SECTIONS: &[Section] = &[
         example: "[[fixed]]\ngroup = \"fixed\"\ncomponents = [\"x\"]              # free to slide along y",
     },
     Section {
-        title: "`[[displacement]]`",
-        keys: &["displacement"],
-        example: "[[displacement]]\ngroup = \"fixed\"\n\
+        title: "`[[prescribed_displacement]]`",
+        keys: &["prescribed_displacement"],
+        example: "[[prescribed_displacement]]\ngroup = \"fixed\"\n\
                   y = { type = \"step\", value = 0.002, rise = 0.1 }   # m",
     },
     Section {
-        title: "`[[bed]]`",
-        keys: &["bed"],
-        example: "[[bed]]\ngroup = \"load\"\nalong = \"normal\"\nstiffness = 1e6                 # Pa/m\n\
+        title: "`[[elastic_foundation]]`",
+        keys: &["elastic_foundation"],
+        example: "[[elastic_foundation]]\ngroup = \"load\"\nalong = \"normal\"\nstiffness = 1e6                 # Pa/m\n\
                   damping = 1e3                   # Pa·s/m",
     },
     Section {
@@ -75,7 +75,7 @@ const SECTIONS: &[Section] = &[
         keys: &["traction"],
         example: "[[traction]]\ngroup = \"load\"\n\
                   y = { type = \"sine\", amplitude = 50.0, frequency = 8.0 }   # Pa\n\
-                  distribution = \"1 - (x/0.02)^2\"",
+                  spatial_factor = \"1 - (x/0.02)^2\"",
     },
     Section {
         title: "`[[pressure]]`",
@@ -88,9 +88,9 @@ const SECTIONS: &[Section] = &[
         example: "[[body_force]]\ny = { type = \"step\", value = -9.81, rise = 0.1 }   # m/s²",
     },
     Section {
-        title: "`[start]`",
-        keys: &["start"],
-        example: "[start]\ntype = \"equilibrium\"",
+        title: "`[initial_state]`",
+        keys: &["initial_state"],
+        example: "[initial_state]\ntype = \"equilibrium\"",
     },
     Section {
         title: "`[integrator]`",
@@ -101,12 +101,12 @@ const SECTIONS: &[Section] = &[
         title: "`[[probe]]`",
         keys: &["probe"],
         example: "[[probe]]\nname = \"tip\"\ntype = \"point\"\nat = [0.0, 0.0]                 # m\n\
-                  quantities = [\"u\", \"von-mises\"]\nevery = 0.01                    # s",
+                  quantities = [\"u\", \"von-mises\"]\ninterval = 0.01                    # s",
     },
     Section {
         title: "`[fields]`",
         keys: &["fields"],
-        example: "[fields]\nevery = 0.1                     # s\nquantities = [\"u\", \"p\", \"stress\"]",
+        example: "[fields]\ninterval = 0.1                     # s\nquantities = [\"u\", \"p\", \"stress\"]",
     },
     Section {
         title: "`[[stop]]`",
@@ -117,12 +117,12 @@ const SECTIONS: &[Section] = &[
     Section {
         title: "`[checkpoint]`",
         keys: &["checkpoint"],
-        example: "[checkpoint]\nevery = 0.5                     # s",
+        example: "[checkpoint]\ninterval = 0.5                     # s",
     },
     Section {
         title: "`[modes]`",
         keys: &["modes"],
-        example: "[modes]\ncount = 6\nloads_at = 0.0                  # s",
+        example: "[modes]\ncount = 6\npreload_time = 0.0                  # s",
     },
     Section {
         title: "`[[parameter]]`",
@@ -143,20 +143,20 @@ const SECTIONS: &[Section] = &[
     Section {
         title: "`[[chain]]`",
         keys: &["chain"],
-        example: "[[chain]]\nname = \"belly\"\noscillators = 5\nhalf_width = 0.5                # rad/s\n\
+        example: "[[chain]]\nname = \"belly\"\noscillators = 5\nfrequency_spread = 0.08         # Hz\n\
                   at = [0.0, 0.0]                 # m",
     },
     Section {
         title: "`[[feedback]]`",
         keys: &["feedback"],
-        example: "[[feedback]]\nchain = \"belly\"\nunsynchronised = 1.5",
+        example: "[[feedback]]\nchain = \"belly\"\nat_zero_coherence = 1.5",
     },
 ];
 
 /// Definitions that many keys share: name, type in the list of a key, title. They follow the sections.
 const SHARED: &[[&str; 3]] = &[
     ["Function", "function of time", "Functions of time"],
-    ["Distribution", "spatial factor", "Spatial factors"],
+    ["SpatialFactor", "spatial factor", "Spatial factors"],
     ["Direction", "direction", "Directions of fibers and sheets"],
     ["Quantity", "quantity", "Quantities"],
 ];

@@ -11,40 +11,40 @@ use super::number::Number;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Solid {
     /// Bulk modulus κ, Pa; `inf` for an incompressible body.
-    pub kappa: Kappa,
+    pub bulk_modulus: BulkModulus,
     /// Mass-proportional damping α, 1/s.
     #[serde(default)]
     #[schemars(range(min = 0))]
-    pub alpha: f64,
+    pub rayleigh_mass: f64,
     /// Stiffness-proportional damping β, s.
     #[serde(default)]
     #[schemars(range(min = 0))]
-    pub beta: f64,
-    /// Form of the equations of motion [default: implicit-rate if beta > 0; otherwise position, or
-    /// velocity if kappa = inf].
+    pub rayleigh_stiffness: f64,
+    /// Form of the equations of motion [default: implicit-rate if rayleigh_stiffness > 0; otherwise position, or
+    /// velocity if bulk_modulus = inf].
     pub formulation: Option<Formulation>,
 }
 
 /// A bulk modulus: a number in Pa, or `inf`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Number", into = "Number")]
-pub struct Kappa(pub f64);
+pub struct BulkModulus(pub f64);
 
-impl From<Number> for Kappa {
+impl From<Number> for BulkModulus {
     fn from(number: Number) -> Self {
         Self(number.0)
     }
 }
 
-impl From<Kappa> for Number {
-    fn from(kappa: Kappa) -> Self {
-        Self(kappa.0)
+impl From<BulkModulus> for Number {
+    fn from(modulus: BulkModulus) -> Self {
+        Self(modulus.0)
     }
 }
 
-impl JsonSchema for Kappa {
+impl JsonSchema for BulkModulus {
     fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Kappa".into()
+        "BulkModulus".into()
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
@@ -83,7 +83,7 @@ pub struct Fixed {
 /// A prescribed displacement of a group. Other components are free. Several
 /// displacements of one group add up. Groups that share nodes must prescribe equal values there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Displacement {
+pub struct PrescribedDisplacement {
     /// Group of points, of the boundary, or of elements.
     pub group: String,
     /// Displacement along x, m.
@@ -93,7 +93,7 @@ pub struct Displacement {
     /// Displacement along z, m; in space.
     pub z: Option<Function>,
     /// Spatial factor of the components, evaluated at the nodes [default: 1].
-    pub distribution: Option<Distribution>,
+    pub spatial_factor: Option<SpatialFactor>,
 }
 
 /// A force with a fixed direction (dead load) per undeformed area of a boundary.
@@ -108,14 +108,14 @@ pub struct Traction {
     /// Component along z, Pa; in space.
     pub z: Option<Function>,
     /// Spatial factor of the components, integrated exactly up to degree 3 [default: 1].
-    pub distribution: Option<Distribution>,
+    pub spatial_factor: Option<SpatialFactor>,
 }
 
 /// Spatial factor: an expression of the undeformed coordinates `x`, `y`, `z` in m, for example
 /// `"1 - (y/0.02)^2"`, or nodal data of the mesh file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
-pub enum Distribution {
+pub enum SpatialFactor {
     /// An expression of the coordinates.
     Expression(String),
     /// Nodal data.
@@ -143,7 +143,7 @@ pub struct Pressure {
 /// An elastic foundation of a boundary with springs and dampers (Robin condition):
 /// `P N + k u + c u̇ = 0`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Bed {
+pub struct ElasticFoundation {
     /// Group of edges, in space of faces.
     pub group: String,
     /// Stiffness k per undeformed area, Pa/m.
@@ -182,5 +182,5 @@ pub struct BodyForce {
     /// Acceleration along z, m/s²; in space.
     pub z: Option<Function>,
     /// Spatial factor of the components, integrated exactly up to degree 4 [default: 1].
-    pub distribution: Option<Distribution>,
+    pub spatial_factor: Option<SpatialFactor>,
 }

@@ -53,6 +53,28 @@ impl Source {
         Ok(source)
     }
 
+    /// Returns the name of the file in messages.
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns the line of the key or list entry at `path`, and its location in words. Overrides
+    /// have no line.
+    pub(super) fn line(&self, path: &str) -> (Option<usize>, String) {
+        match self.places.get(path) {
+            Some(Place::Text { key, value }) => {
+                let start = key.as_ref().unwrap_or(value).start;
+                let line = self.text[..start].matches('\n').count() + 1;
+                (Some(line), format!("line {line}"))
+            }
+            Some(Place::Override(text)) => (None, text.clone()),
+            None => match path.rfind(['.', '[']) {
+                Some(end) => self.line(&path[..end]),
+                None => (None, self.name.clone()),
+            },
+        }
+    }
+
     /// Returns the values: TOML converted to JSON, with `inf` as the text `"inf"`.
     pub fn value(&self) -> &Value {
         &self.value
@@ -63,7 +85,7 @@ impl Source {
         &self.text
     }
 
-    /// Applies an override `key=value`: `solid.kappa=inf`, `material.0.c10=2e4`.
+    /// Applies an override `key=value`: `solid.bulk_modulus=inf`, `material.0.c10=2e4`.
     ///
     /// The value is TOML. Invalid TOML is used as a text, so that names need no quotes. Without a
     /// value, the key is removed and its default applies.
@@ -78,7 +100,7 @@ impl Source {
             .ok_or_else(|| {
                 InputError::new("an override needs a key and `=`")
                     .at(&place)
-                    .allowed("key=value, as in solid.kappa=inf")
+                    .allowed("key=value, as in solid.bulk_modulus=inf")
             })?;
         let value = match (text.trim(), DeValue::parse(text.trim())) {
             ("", _) => Value::Null,

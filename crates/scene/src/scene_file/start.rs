@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Initial state of a motion. Consistent pressures and rates are computed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Start {
+pub enum InitialState {
     /// At rest, in equilibrium under the loads at t = 0.
     Equilibrium,
     /// Undeformed, with one velocity of all free nodes.
@@ -18,7 +18,7 @@ pub enum Start {
         value: Vec<f64>,
     },
     /// Final state of another run, a motion or an equilibrium, with the same mesh.
-    Run {
+    Restart {
         /// Folder of the other run, relative to the scene.
         folder: PathBuf,
     },

@@ -43,7 +43,7 @@ impl Output {
 
     /// Returns the sampling interval of its probe, s.
     pub(super) fn every(&self, scene: &Scene) -> f64 {
-        scene.file.probe[self.probe].every
+        scene.file.probe[self.probe].interval
     }
 }
 

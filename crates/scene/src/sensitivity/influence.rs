@@ -28,12 +28,13 @@ pub(super) enum Influence {
 }
 
 /// Keys in which the equations are affine: moduli, densities, sizes of loads.
-const AFFINE: [&str; 10] = [
+const AFFINE: [&str; 11] = [
     "c10",
     "c01",
     "shear_modulus",
-    "lambda",
+    "first_lame_parameter",
     "density",
+    "stress_scale",
     "stiffness",
     "damping",
     "amplitude",
@@ -46,20 +47,20 @@ const SMOOTH: [&str; 5] = ["frequency", "end_frequency", "phase", "steepness", "
 const BREAKS: [&str; 5] = ["start", "rise", "end", "systole", "diastole"];
 /// Keys of a chain in which its equations are affine, and on which they depend smoothly.
 const CHAIN_AFFINE: [&str; 4] = ["gain", "coupling", "van_der_pol", "duffing"];
-const CHAIN_SMOOTH: [&str; 2] = ["frequency", "half_width"];
+const CHAIN_SMOOTH: [&str; 2] = ["frequency", "frequency_spread"];
 /// Tables of loads, which act outside elements.
 const LOADS: [&str; 3] = ["traction", "pressure", "body_force"];
 /// Tables whose numbers may be parameters.
 const TABLES: [&str; 9] = [
     "solid",
     "material",
-    "bed",
+    "elastic_foundation",
     "chain",
     "traction",
     "pressure",
     "body_force",
-    "displacement",
-    "start",
+    "prescribed_displacement",
+    "initial_state",
 ];
 
 /// A parameter of a scene.
@@ -87,7 +88,7 @@ impl Known {
         for (i, wanted) in scene.file.parameter.iter().enumerate() {
             let wrong = |error| scene.wrong(&format!("parameter[{i}].key"), error);
             let one = known(scene, &values, wanted).map_err(wrong)?;
-            if one.table() == "displacement" && !scene.chains.is_empty() {
+            if one.table() == "prescribed_displacement" && !scene.chains.is_empty() {
                 let error = InputError::new(format!("`{}` may drive a chain", one.key));
                 return Err(wrong(error.next("keep it fixed, or remove [[chain]]")));
             }
@@ -148,7 +149,14 @@ impl Known {
     /// Returns whether only the law's stress depends on it. Prony terms also depend on the law's constants.
     pub(super) fn is_of_stress(&self, body: &Body) -> bool {
         let name = self.key.rsplit('.').next().unwrap_or("");
-        let is_modulus = ["c10", "c01", "shear_modulus", "lambda", "stiffness"].contains(&name);
+        let is_modulus = [
+            "c10",
+            "c01",
+            "shear_modulus",
+            "first_lame_parameter",
+            "stress_scale",
+        ]
+        .contains(&name);
         self.table() == "material"
             && is_modulus
             && self.key.matches('.').count() == 1
@@ -232,7 +240,7 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<Known, Inp
             .file
             .solid
             .as_ref()
-            .map_or(0.0, |solid| 1.0 / solid.kappa.0),
+            .map_or(0.0, |solid| 1.0 / solid.bulk_modulus.0),
         (_, Some(Value::Number(number))) => number.as_f64().unwrap_or(f64::NAN),
         (_, found) => {
             let error = InputError::new(format!("the scene has no number `{key}`"));
@@ -254,8 +262,8 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<Known, Inp
                             false => error,
                         }
                     }
-                    _ if table == "start" => {
-                        error.next("give [start] type = \"velocity\" with a `value`")
+                    _ if table == "initial_state" => {
+                        error.next("give [initial_state] type = \"velocity\" with a `value`")
                     }
                     _ => error.next(
                         "write the key as for --set: material[0].c10, traction[0].y.amplitude",
@@ -306,7 +314,7 @@ fn refused(key: &str, table: &str, last: &str) -> InputError {
         ("active", true) => error.found("a number that moves a break of the tension").next(
             "keep it fixed; a constant `tension`, `contractility`, `value` and `amplitude` can be parameters",
         ),
-        ("displacement", true) => error
+        ("prescribed_displacement", true) => error
             .found("a number that moves a break of the support's acceleration")
             .next("keep it fixed; `amplitude`, `value`, `frequency` and `phase` can be parameters"),
         (_, true) => error
@@ -320,7 +328,7 @@ fn refused(key: &str, table: &str, last: &str) -> InputError {
             error.allowed(all.join(", "))
         }
         (_, false) => error.allowed(
-            "constants of materials, beds and chains, damping, kappa, sizes of loads and what is smooth of their \
+            "constants of materials, elastic foundations and chains, damping, bulk_modulus, sizes of loads and what is smooth of their \
              times, the velocity of the start",
         ),
     }
@@ -364,15 +372,15 @@ fn influence(
     // A constant load.
     let is_constant = ["x", "y", "z"].contains(&last) && found.is_some_and(Value::is_number);
     match (table, last) {
-        ("solid", "kappa") => Some(Influence::Compressibility),
-        ("solid", "alpha") => Some(Influence::Alpha),
-        ("solid", "beta") => Some(Influence::Beta),
+        ("solid", "bulk_modulus") => Some(Influence::Compressibility),
+        ("solid", "rayleigh_mass") => Some(Influence::Alpha),
+        ("solid", "rayleigh_stiffness") => Some(Influence::Beta),
         ("solid", _) => None,
-        ("start", "value") | ("chain", "initial") => Some(Influence::Start),
+        ("initial_state", "value") | ("chain", "initial") => Some(Influence::Start),
         ("chain", last) if CHAIN_AFFINE.contains(&last) => Some(Influence::Affine),
         ("chain", last) if CHAIN_SMOOTH.contains(&last) => Some(Influence::Smooth),
         ("chain", _) => None,
-        ("start", _) => None,
+        ("initial_state", _) => None,
         // Sizes of tensions; times move breaks.
         ("active", "contractility" | "value" | "amplitude") => Some(Influence::Smooth),
         ("active", "tension") if found.is_some_and(Value::is_number) => Some(Influence::Smooth),
@@ -382,7 +390,9 @@ fn influence(
             Some(Influence::Break)
         }
         // Prescribed displacements act through the law, which is not affine.
-        ("displacement", last) if AFFINE.contains(&last) || is_constant => Some(Influence::Smooth),
+        ("prescribed_displacement", last) if AFFINE.contains(&last) || is_constant => {
+            Some(Influence::Smooth)
+        }
         (_, last) if AFFINE.contains(&last) || is_constant => Some(Influence::Affine),
         (_, last) if SMOOTH.contains(&last) => Some(Influence::Smooth),
         ("material", last) if !["law", "group"].contains(&last) => Some(Influence::Smooth),

@@ -68,10 +68,10 @@ impl Parametrised {
             let place = format!("parameter[{j}].key");
             if known.influence == Influence::Compressibility && value == 0.0 {
                 let error = InputError::new(
-                    "the start of an incompressible body has no derivative by 1/kappa",
+                    "the start of an incompressible body has no derivative by 1/bulk_modulus",
                 );
-                let error =
-                    error.next("give the scene, or the `start` of a fit, a large kappa: 1e7");
+                let error = error
+                    .next("give the scene, or the `start` of a fit, a large bulk_modulus: 1e7");
                 return Err(self.scene.wrong(&place, error).into());
             }
             let of = |value_near: f64| -> Result<Vec<f64>, Error> {

@@ -97,7 +97,7 @@ pub fn unsupported_in_map(scene: &Scene) -> Option<(Unsupported, String)> {
         let body = scene.body.as_ref()?;
         let (feature, path) = match body.start {
             _ if body.muscle.solid.n_internal() > 0 => (Unsupported::Prony, "material"),
-            Start::Equilibrium => (Unsupported::Equilibrium, "start"),
+            Start::Equilibrium => (Unsupported::Equilibrium, "initial_state"),
             Start::Rest | Start::State(_) => return None,
         };
         Some((feature, path.to_owned()))

@@ -28,7 +28,7 @@ impl Axis {
             InputError::new(message.to_owned())
                 .at(format!("--vary {text}"))
                 .allowed(
-                    "key=a,b,c, key=lo..hi:n or key=lo..hi:n:log, as in solid.beta=1e-5..1e-3:5",
+                    "key=a,b,c, key=lo..hi:n or key=lo..hi:n:log, as in solid.rayleigh_stiffness=1e-5..1e-3:5",
                 )
         };
         let (key, values) = text

@@ -16,19 +16,19 @@ pub struct Grid {
     /// Region of each cell.
     pub(super) regions: Vec<usize>,
     /// Fiber direction at the center of each cell; empty for a body without fibers.
-    pub(super) fibres: Vec<[f64; 3]>,
+    pub(super) fibers: Vec<[f64; 3]>,
 }
 
 impl Grid {
     /// Creates the grid of a scene's body; its regions are the scene's materials.
     pub fn of_body(body: &Body) -> Self {
         let solid = &body.muscle.solid;
-        let fibres = match body.has_fibres {
-            true => fibres(solid),
+        let fibers = match body.has_fibers {
+            true => fibers(solid),
             false => Vec::new(),
         };
         Self {
-            fibres,
+            fibers,
             ..Self::new(solid.space(), &body.regions)
         }
     }
@@ -46,7 +46,7 @@ impl Grid {
             cells: keys.iter().map(point).collect(),
             nodes: points.iter().map(|(node, _)| *node).collect(),
             regions: regions.to_vec(),
-            fibres: Vec::new(),
+            fibers: Vec::new(),
         }
     }
 
@@ -107,7 +107,7 @@ impl Grid {
 }
 
 /// Returns the fiber directions at the centers of the elements.
-fn fibres(solid: &Solid) -> Vec<[f64; 3]> {
+fn fibers(solid: &Solid) -> Vec<[f64; 3]> {
     let n = solid.space().mesh().shape().n_vertices();
     let barycentric = Barycentric::new(&vec![1.0 / n as f64; n]);
     let axes = |element| {
@@ -117,7 +117,7 @@ fn fibres(solid: &Solid) -> Vec<[f64; 3]> {
         })
     };
     (0..solid.space().n_elements())
-        .map(|element| axes(element).fibre)
+        .map(|element| axes(element).fiber)
         .collect()
 }
 

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use myovib_dae::Problem;
 use myovib_fem::material::{ActiveStress, Bestel, ForceLength, ForceVelocity, Tension};
 use myovib_fem::{
-    AddedStress, DofMap, Fibres, Group, Law, Mesh, Solid, Space, SupportDirection, generate, load,
+    AddedStress, DofMap, Fibers, Group, Law, Mesh, Solid, Space, SupportDirection, generate, load,
 };
 use myovib_model::{Activation, Bed, Load, Muscle, MuscleDae, Parameters, Signal, formula};
 use myovib_scene::Scene;
@@ -25,30 +25,30 @@ end = 0.02
 type = "muscle3d"
 cells = [10, 2, 2]
 [solid]
-kappa = 1e5
-alpha = 1.0
+bulk_modulus = 1e5
+rayleigh_mass = 1.0
 [[material]]
 group = "muscle"
 law = "mooney-rivlin"
 density = 1e3
 c10 = 1e4
-fibre = "fibre"
-eta = 20.0
+fiber = "fiber"
+viscosity = 20.0
 active = { type = "given", tension = { type = "step", value = 8e3, rise = 0.05 }, stress = "nominal", force_length = { type = "parabola", optimal = 1.1 }, force_velocity = { v_max = 10.0 } }
 [[material]]
 group = "tendon"
 law = "mooney-rivlin"
 density = 1.2e3
 c10 = 5e4
-fibre = [1.0, 0.0, 0.0]
-kappa = 3e5
-alpha = 2.0
+fiber = [1.0, 0.0, 0.0]
+bulk_modulus = 3e5
+rayleigh_mass = 2.0
 active = { type = "bestel", contractility = 2e4, rise = 30.0, systole = 0.0, diastole = 0.3 }
-[[bed]]
+[[elastic_foundation]]
 group = "left"
 stiffness = 1e6
 damping = 1e3
-[[bed]]
+[[elastic_foundation]]
 group = "surface"
 along = "normal"
 stiffness = 3e4
@@ -64,7 +64,7 @@ quantities = ["u", "tension", "stress"]
 [[probe]]
 name = "energy"
 type = "energy"
-every = 0.001
+interval = 0.001
 "#;
 
 fn build(text: &str) -> Scene {
@@ -87,10 +87,10 @@ fn by_hand() -> Muscle {
         .collect();
     let space = Space::taylor_hood(&mesh).with_regions(&region).unwrap();
     let space = Arc::new(space);
-    let mut fibres = Fibres::new(&mesh);
-    fibres.set_nodal(&mesh, &muscle, "fibre", None).unwrap();
+    let mut fibers = Fibers::new(&mesh);
+    fibers.set_nodal(&mesh, &muscle, "fiber", None).unwrap();
     let along = [1.0, 0.0, 0.0];
-    fibres.set_constant(&mesh, &tendon, along, None).unwrap();
+    fibers.set_constant(&mesh, &tendon, along, None).unwrap();
     let of_region = |own: [f64; 2]| region.iter().map(|r| own[*r]).collect::<Vec<f64>>();
     let laws = of_region([1e4, 5e4]).into_iter();
     let laws = laws.map(|c10| Law::MooneyRivlin { c10, c01: 0.0 });
@@ -111,7 +111,7 @@ fn by_hand() -> Muscle {
     let densities = of_region([1e3, 1.2e3]);
     let solid = Solid::with_densities(space.clone(), dofs, laws.collect(), &densities)
         .unwrap()
-        .with_fibres(fibres)
+        .with_fibers(fibers)
         .with_added_stresses(&stresses)
         .unwrap();
     let own = [
@@ -188,7 +188,7 @@ fn passes(document: &Value) -> [u64; 3] {
 /// Counters of optional features. The tests of foundations, relaxation and feedback check that each
 /// of the other counters increases when its feature is used.
 const EXTRAS: [&str; 8] = [
-    "fibre_passes",
+    "fiber_passes",
     "added_passes",
     "added_tangent_passes",
     "bed_passes",
@@ -214,10 +214,10 @@ fn a_scene_without_contraction_does_none_of_its_work() {
 
     let lines = MUSCLE.lines();
     let plain: Vec<&str> = lines
-        .filter(|line| !line.starts_with("active") && !line.starts_with("eta"))
+        .filter(|line| !line.starts_with("active") && !line.starts_with("viscosity"))
         .collect();
     let plain = plain.join("\n");
-    let (body, rest) = plain.split_once("[[bed]]").unwrap();
+    let (body, rest) = plain.split_once("[[elastic_foundation]]").unwrap();
     let (_, rest) = rest.split_once("[[traction]]").unwrap();
     let held = format!("{body}[[fixed]]\ngroup = \"left\"\n[[traction]]{rest}");
     let (document, _, last) = run(&held);
@@ -233,18 +233,26 @@ fn a_scene_without_contraction_does_none_of_its_work() {
     );
     assert!(held.contains(isotropic));
     let (document, ..) = run(&held.replacen(isotropic, fibrous, 1));
-    let [fibres, others @ ..] = work(&document);
-    assert_eq!((fibres, others), (passes(&document)[0], [0; 7]));
+    let [fibers, others @ ..] = work(&document);
+    assert_eq!((fibers, others), (passes(&document)[0], [0; 7]));
 }
 
 /// Returns the scene with Prony terms in both materials.
 fn relaxing() -> String {
     let terms = [
-        "prony = [{ g = 0.5, tau = 0.01 }, { g = 0.2, tau = 0.5 }]",
-        "prony = [{ g = 0.3, tau = 0.05 }]",
+        "prony = [{ relative_modulus = 0.5, relaxation_time = 0.01 }, { relative_modulus = 0.2, relaxation_time = 0.5 }]",
+        "prony = [{ relative_modulus = 0.3, relaxation_time = 0.05 }]",
     ];
-    let muscle = MUSCLE.replacen("eta = 20.0", &format!("eta = 20.0\n{}", terms[0]), 1);
-    muscle.replacen("alpha = 2.0", &format!("alpha = 2.0\n{}", terms[1]), 1)
+    let muscle = MUSCLE.replacen(
+        "viscosity = 20.0",
+        &format!("viscosity = 20.0\n{}", terms[0]),
+        1,
+    );
+    muscle.replacen(
+        "rayleigh_mass = 2.0",
+        &format!("rayleigh_mass = 2.0\n{}", terms[1]),
+        1,
+    )
 }
 
 #[test]
@@ -274,7 +282,7 @@ fn stress_relaxes_by_the_prony_terms_of_a_material() {
 
     // Small-strain laws reject the other additions of materials first.
     let lines: Vec<String> = relaxing().lines().map(str::to_owned).collect();
-    let added = |line: &&String| line.starts_with("active") || line.starts_with("eta");
+    let added = |line: &&String| line.starts_with("active") || line.starts_with("viscosity");
     let bare: Vec<&str> = lines
         .iter()
         .filter(|line| !added(line))
@@ -288,8 +296,16 @@ fn stress_relaxes_by_the_prony_terms_of_a_material() {
             .map_or_else(String::new, |error| error.to_string())
     };
     for (from, to, messages) in [
-        ("tau = 0.01", "tau = -0.01", ["material[0].prony[0]", "tau"]),
-        ("g = 0.2", "g = -0.2", ["material[0].prony[1]", "g"]),
+        (
+            "relaxation_time = 0.01",
+            "relaxation_time = -0.01",
+            ["material[0].prony[0]", "relaxation_time"],
+        ),
+        (
+            "relative_modulus = 0.2",
+            "relative_modulus = -0.2",
+            ["material[0].prony[1]", "relative_modulus"],
+        ),
         (
             "law = \"mooney-rivlin\"\ndensity = 1.2e3\nc10 = 5e4",
             "law = \"small-strain\"\ndensity = 1.2e3\nshear_modulus = 5e4",

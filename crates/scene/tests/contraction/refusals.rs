@@ -49,22 +49,22 @@ fn what_cannot_contract_is_refused_with_its_key() {
             ["decay` is out of range", "less than 0"],
         ),
         (
-            "fibre = [1.0, 0.0, 0.0]\n",
+            "fiber = [1.0, 0.0, 0.0]\n",
             "",
             [
-                "active stress needs the direction of the fibres",
-                "give `fibre`",
+                "active stress needs the direction of the fibers",
+                "give `fiber`",
             ],
         ),
         (
-            "[1.0, 0.0, 0.0]\nkappa",
-            "[0.0, 0.0, 0.0]\nkappa",
-            ["a direction cannot be zero", "fibre"],
+            "[1.0, 0.0, 0.0]\nbulk_modulus",
+            "[0.0, 0.0, 0.0]\nbulk_modulus",
+            ["a direction cannot be zero", "fiber"],
         ),
         (
-            "fibre = \"fibre\"",
-            "fibre = \"f0\"",
-            ["the mesh has no nodal field `f0`", "fibre"],
+            "fiber = \"fiber\"",
+            "fiber = \"f0\"",
+            ["the mesh has no nodal field `f0`", "fiber"],
         ),
         (
             "optimal = 1.1",
@@ -77,35 +77,35 @@ fn what_cannot_contract_is_refused_with_its_key() {
             ["v_max` is out of range", "greater than 0"],
         ),
         (
-            "eta = 20.0",
-            "eta = -20.0",
-            ["eta` is out of range", "at least 0"],
+            "viscosity = 20.0",
+            "viscosity = -20.0",
+            ["viscosity` is out of range", "at least 0"],
         ),
         (
-            "kappa = 3e5",
-            "kappa = inf",
+            "bulk_modulus = 3e5",
+            "bulk_modulus = inf",
             [
-                "kappa = inf beside a finite kappa",
-                "give all materials a `kappa` of one sort",
+                "bulk_modulus = inf beside a finite one",
+                "give all materials a `bulk_modulus` of one sort",
             ],
         ),
         (
-            "kappa = 3e5",
-            "beta = 1e-3",
+            "bulk_modulus = 3e5",
+            "rayleigh_stiffness = 1e-3",
             [
-                "beta > 0 beside beta = 0",
-                "give all materials a `beta` of one sort",
+                "rayleigh_stiffness > 0 beside 0",
+                "give all materials a `rayleigh_stiffness` of one sort",
             ],
         ),
         (
-            "kappa = 3e5",
-            "kappa = 0",
-            ["kappa` is out of range", "greater than 0"],
+            "bulk_modulus = 3e5",
+            "bulk_modulus = 0",
+            ["bulk_modulus` is out of range", "greater than 0"],
         ),
         (
-            "alpha = 2.0",
-            "alpha = -1.0",
-            ["alpha` is out of range", "at least 0"],
+            "rayleigh_mass = 2.0",
+            "rayleigh_mass = -1.0",
+            ["rayleigh_mass` is out of range", "at least 0"],
         ),
         (
             "law = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4",
@@ -126,7 +126,7 @@ fn what_cannot_contract_is_refused_with_its_key() {
             "stiffness = 3e4\ndamping = 2e2",
             "",
             [
-                "a bed without stiffness and damping does nothing",
+                "an elastic foundation without stiffness and damping has no effect",
                 "give `stiffness`",
             ],
         ),
@@ -141,9 +141,9 @@ fn what_cannot_contract_is_refused_with_its_key() {
             ["does not know this name", "all, normal"],
         ),
         (
-            "stiffness = 1e6\ndamping = 1e3\n[[bed]]\ngroup = \"surface\"\nalong = \"normal\"\nstiffness = 3e4",
-            "damping = 1e3\n[[bed]]\ngroup = \"surface\"",
-            ["nothing holds the body", "[[bed]]"],
+            "stiffness = 1e6\ndamping = 1e3\n[[elastic_foundation]]\ngroup = \"surface\"\nalong = \"normal\"\nstiffness = 3e4",
+            "damping = 1e3\n[[elastic_foundation]]\ngroup = \"surface\"",
+            ["nothing holds the body", "[[elastic_foundation]]"],
         ),
     ] {
         let found = refusal(from, to);

@@ -13,7 +13,7 @@ use crate::common::{BLOCK, SHEET, assert_close, moments, scene, text};
 #[test]
 fn a_linear_body_force_in_space_has_the_resultant_and_moments_of_its_integral() {
     let force = "[[body_force]]\nz = { type = \"ramp\", value = 2.0, end = 2.0 }\n\
-                 distribution = \"1 + 3*y\"";
+                 spatial_factor = \"1 + 3*y\"";
     let scene = scene(&text(BLOCK, "left", force), Path::new(""));
     for (t, part) in [(1.0, 0.5), (2.0, 1.0)] {
         let (moments, resultant) = moments(&scene, t);
@@ -29,8 +29,8 @@ fn a_linear_body_force_in_space_has_the_resultant_and_moments_of_its_integral() 
 /// (y, x y) m/s² on 1e3 kg/m³.
 #[test]
 fn a_body_force_in_the_plane_has_the_resultant_and_moment_of_its_integral() {
-    let forces = "[[body_force]]\nx = 1.0\ndistribution = \"y\"\n\
-                  [[body_force]]\ny = 1.0\ndistribution = \"x*y\"";
+    let forces = "[[body_force]]\nx = 1.0\nspatial_factor = \"y\"\n\
+                  [[body_force]]\ny = 1.0\nspatial_factor = \"x*y\"";
     let (moments, resultant) = moments(&scene(&text(SHEET, "left", forces), Path::new("")), 0.0);
     assert_close(resultant[0], 1e3, 2e3);
     assert_close(resultant[1], 1e3, 2e3);
@@ -41,7 +41,7 @@ fn a_body_force_in_the_plane_has_the_resultant_and_moment_of_its_integral() {
 /// The distribution may be non-finite outside its group: here it is for x < 1.
 #[test]
 fn a_body_force_is_asked_for_in_its_group_only() {
-    let two = "[[region]]\nname = \"end\"\ncentre = [2.0, 0.5]\nradii = [1.0, 1e3]\n";
+    let two = "[[region]]\nname = \"end\"\ncenter = [2.0, 0.5]\nradii = [1.0, 1e3]\n";
     let materials = ["body", "end"].map(|group| {
         format!(
             "[[material]]\ngroup = \"{group}\"\nlaw = \"neo-hooke\"\ndensity = 1e3\n\
@@ -49,9 +49,9 @@ fn a_body_force_is_asked_for_in_its_group_only() {
         )
     });
     let text = format!(
-        "analysis = \"static\"\n[mesh]\n{SHEET}\n{two}[solid]\nkappa = 1e5\n{}[[fixed]]\n\
+        "analysis = \"static\"\n[mesh]\n{SHEET}\n{two}[solid]\nbulk_modulus = 1e5\n{}[[fixed]]\n\
          group = \"left\"\n[[body_force]]\ngroup = \"end\"\nx = 1.0\n\
-         distribution = \"x + 0*sqrt(x - 1)\"",
+         spatial_factor = \"x + 0*sqrt(x - 1)\"",
         materials.concat()
     );
     let (_, resultant) = moments(&scene(&text, Path::new("")), 0.0);
@@ -68,7 +68,7 @@ width = 2.0
 height = 2.0
 cells = [4, 4]
 [solid]
-kappa = inf
+bulk_modulus = inf
 [[material]]
 law = "small-strain"
 density = 1.0
@@ -83,10 +83,10 @@ group = "bottom"
 group = "top"
 [[body_force]]
 x = 1.0
-distribution = "40*Y*(-1.5*X^4 + 6*X^2 - 3*X^2*Y^2 + Y^2 - 2.5) - 15*X^2*(Y - 1)"
+spatial_factor = "40*Y*(-1.5*X^4 + 6*X^2 - 3*X^2*Y^2 + Y^2 - 2.5) - 15*X^2*(Y - 1)"
 [[body_force]]
 y = 1.0
-distribution = "40*X*(1.5*Y^4 - 6*Y^2 + 3*X^2*Y^2 - X^2 + 2.5) - 3*Y^2 - 5*X^3"
+spatial_factor = "40*X*(1.5*Y^4 - 6*Y^2 + 3*X^2*Y^2 - X^2 + 2.5) - 3*Y^2 - 5*X^3"
 "#;
 
 /// Returns the integrals of three functions of position, by the rule of degree 6 on 64 parts of

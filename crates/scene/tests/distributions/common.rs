@@ -12,7 +12,7 @@ pub(crate) fn text(mesh: &str, held: &str, tables: &str) -> String {
         held => format!("[[fixed]]\ngroup = \"{held}\"\n"),
     };
     format!(
-        "analysis = \"static\"\n[mesh]\n{mesh}\n[solid]\nkappa = 1e5\n[[material]]\n\
+        "analysis = \"static\"\n[mesh]\n{mesh}\n[solid]\nbulk_modulus = 1e5\n[[material]]\n\
          law = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\nc01 = 2e2\n\
          {fixed}{tables}\n"
     )

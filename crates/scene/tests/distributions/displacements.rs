@@ -40,8 +40,8 @@ fn affine_motion_of_the_boundary_moves_the_inside_by_the_same_field() {
                     String::new()
                 };
                 format!(
-                    "[[displacement]]\ngroup = \"{side}\"\n{axis} = {size:?}\n\
-                     distribution = \"{c:?} + {x:?}*x + {y:?}*y {z}\"\n"
+                    "[[prescribed_displacement]]\ngroup = \"{side}\"\n{axis} = {size:?}\n\
+                     spatial_factor = \"{c:?} + {x:?}*x + {y:?}*y {z}\"\n"
                 )
             };
             components.map(component).collect::<String>()
@@ -83,8 +83,8 @@ fn displacements_of_one_group_add_up() {
     let step = "{ type = \"step\", value = 0.05, rise = 0.5 }";
     let entry = |axis: &str, function: &str, distribution: &str| {
         format!(
-            "[[displacement]]\ngroup = \"right\"\n{axis} = {function}\n\
-             distribution = \"{distribution}\"\n"
+            "[[prescribed_displacement]]\ngroup = \"right\"\n{axis} = {function}\n\
+             spatial_factor = \"{distribution}\"\n"
         )
     };
     let tables = [
@@ -97,7 +97,7 @@ fn displacements_of_one_group_add_up() {
     let space = turned.body.as_ref().unwrap().muscle.solid.space();
     for t in [0.0, 0.1, 0.3, 1.0] {
         let value = |function: &str| {
-            let table = format!("[[displacement]]\ngroup = \"right\"\nx = {function}");
+            let table = format!("[[prescribed_displacement]]\ngroup = \"right\"\nx = {function}");
             let all = prescribed(&scene(&text(BLOCK, "left", &table), Path::new("")), t);
             all[0].1
         };
@@ -124,7 +124,7 @@ fn displacements_of_one_group_add_up() {
 fn groups_that_share_nodes_must_move_them_alike() {
     let moved = |group: &str, x: &str, distribution: &str| {
         format!(
-            "[[displacement]]\ngroup = \"{group}\"\nx = {x}\ndistribution = \"{distribution}\"\n"
+            "[[prescribed_displacement]]\ngroup = \"{group}\"\nx = {x}\nspatial_factor = \"{distribution}\"\n"
         )
     };
     let right = moved("right", "0.1", "y");

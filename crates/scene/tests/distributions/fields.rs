@@ -25,7 +25,7 @@ fn given(scene: &Scene) -> Vec<f64> {
 const TABLES: [(&str, &str); 3] = [
     ("[[traction]]\ngroup = \"load\"", "fixed"),
     ("[[body_force]]", "fixed"),
-    ("[[displacement]]\ngroup = \"fixed\"", ""),
+    ("[[prescribed_displacement]]\ngroup = \"fixed\"", ""),
 ];
 
 #[test]
@@ -48,7 +48,7 @@ fn nodal_data_and_the_expression_of_the_same_distribution_are_the_same() {
                     format!("{axis} = {:?}\n", if unit { 1.0 } else { size })
                 };
                 let components: String = axes.iter().zip(scale).map(component).collect();
-                let table = format!("{table}\n{components}distribution = {distribution}");
+                let table = format!("{table}\n{components}spatial_factor = {distribution}");
                 given(&scene(&text(FILE, held, &table), folder.path()))
             };
             let expected = given_by(false, &format!("\"{LINEAR}\""));

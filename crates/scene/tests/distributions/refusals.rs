@@ -7,7 +7,7 @@ use crate::common::{BLOCK, FILE, SHEET, mesh, refusal, text, with_data};
 
 const TABLES: [&str; 3] = [
     "[[traction]]\ngroup = \"right\"",
-    "[[displacement]]\ngroup = \"right\"",
+    "[[prescribed_displacement]]\ngroup = \"right\"",
     "[[body_force]]",
 ];
 
@@ -15,8 +15,8 @@ const TABLES: [&str; 3] = [
 fn what_is_no_distribution_is_refused_with_its_key() {
     for table in TABLES {
         for (mesh, distribution, message) in [
-            (BLOCK, "\"100*\"", "the distribution is not an expression"),
-            (BLOCK, "\"\"", "the distribution is not an expression"),
+            (BLOCK, "\"100*\"", "the spatial factor is not an expression"),
+            (BLOCK, "\"\"", "the spatial factor is not an expression"),
             (BLOCK, "\"2*r\"", "`r` is no coordinate"),
             (SHEET, "\"2*z\"", "`z` is no coordinate"),
             (BLOCK, "\"1/(x - x)\"", "has no finite value at ["),
@@ -29,10 +29,10 @@ fn what_is_no_distribution_is_refused_with_its_key() {
             ),
             (BLOCK, "{ fields = \"t\" }", "did you mean `field`?"),
         ] {
-            let table = format!("{table}\ny = 1.0\ndistribution = {distribution}");
+            let table = format!("{table}\ny = 1.0\nspatial_factor = {distribution}");
             let found = refusal(&text(mesh, "left", &table), Path::new(""));
             assert!(found.contains(message), "{table}: {found}");
-            assert!(found.contains("distribution"), "{found}");
+            assert!(found.contains("spatial_factor"), "{found}");
         }
     }
 }
@@ -46,7 +46,7 @@ fn nodal_data_that_are_no_factor_are_refused() {
     fs::write(folder.path().join("m.msh"), file).unwrap();
     for (table, held) in [
         ("[[traction]]\ngroup = \"load\"", "fixed"),
-        ("[[displacement]]\ngroup = \"fixed\"", ""),
+        ("[[prescribed_displacement]]\ngroup = \"fixed\"", ""),
         ("[[body_force]]", "fixed"),
     ] {
         for (field, message) in [
@@ -54,7 +54,7 @@ fn nodal_data_that_are_no_factor_are_refused() {
             ("half", "the nodal field `half` has no value at vertex"),
             ("hal", "its fields are: half, nine"),
         ] {
-            let table = format!("{table}\ny = 1.0\ndistribution = {{ field = \"{field}\" }}");
+            let table = format!("{table}\ny = 1.0\nspatial_factor = {{ field = \"{field}\" }}");
             let found = refusal(&text(FILE, held, &table), folder.path());
             assert!(found.contains(message), "{table}: {found}");
         }

@@ -9,7 +9,7 @@ use crate::common::{BLOCK, SHEET, assert_close, moments, on_the_right, scene};
 fn a_linear_traction_in_space_has_the_resultant_and_moments_of_its_integral() {
     let text = on_the_right(
         BLOCK,
-        "z = { type = \"ramp\", value = 100.0, end = 2.0 }\ndistribution = \"1 + 3*y\"",
+        "z = { type = \"ramp\", value = 100.0, end = 2.0 }\nspatial_factor = \"1 + 3*y\"",
     );
     let scene = scene(&text, Path::new(""));
     for (t, part) in [(1.0, 0.5), (2.0, 1.0)] {
@@ -26,8 +26,11 @@ fn a_linear_traction_in_space_has_the_resultant_and_moments_of_its_integral() {
 /// On x = 2: t = 10 y (1, x) Pa.
 #[test]
 fn a_linear_traction_in_the_plane_has_the_resultant_and_moment_of_its_integral() {
-    let linear = "[[traction]]\ngroup = \"right\"\ny = 10.0\ndistribution = \"x*y\"";
-    let text = on_the_right(SHEET, &format!("x = 10.0\ndistribution = \"y\"\n{linear}"));
+    let linear = "[[traction]]\ngroup = \"right\"\ny = 10.0\nspatial_factor = \"x*y\"";
+    let text = on_the_right(
+        SHEET,
+        &format!("x = 10.0\nspatial_factor = \"y\"\n{linear}"),
+    );
     let (moments, resultant) = moments(&scene(&text, Path::new("")), 0.0);
     assert_close(resultant[0], 5.0, 20.0);
     assert_close(resultant[1], 10.0, 20.0);

@@ -20,12 +20,12 @@ fn of_scene(parameters: &[&str], more: &str) -> String {
 }
 
 /// A round region that contracts.
-const ACTIVE: &str = "[[region]]\nname = \"r\"\ncentre = [0, 0]\nradii = [0.02, 0.02]\n[[material]]\n\
+const ACTIVE: &str = "[[region]]\nname = \"r\"\ncenter = [0, 0]\nradii = [0.02, 0.02]\n[[material]]\n\
                       group = \"r\"\nlaw = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\n\
-                      fibre = [1, 0]\nactive = { type = \"bestel\", contractility = 1e4 }";
+                      fiber = [1, 0]\nactive = { type = \"bestel\", contractility = 1e4 }";
 
 /// A round region of another law, which scenes read as mooney-rivlin.
-const NEO_HOOKE: &str = "[[region]]\nname = \"r\"\ncentre = [0, 0]\nradii = [0.02, 0.02]\n[[material]]\n\
+const NEO_HOOKE: &str = "[[region]]\nname = \"r\"\ncenter = [0, 0]\nradii = [0.02, 0.02]\n[[material]]\n\
                          group = \"r\"\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 2e4";
 
 #[test]
@@ -46,7 +46,7 @@ fn invalid_keys_of_parameters_are_refused_with_their_place() {
             NEO_HOOKE,
             "next: give the law as mooney-rivlin, of which c10 is half the shear_modulus",
         ),
-        (&["material[1].stiffness"], NEO_HOOKE, "accepted"),
+        (&["material[1].stress_scale"], NEO_HOOKE, "accepted"),
         (
             &["material[7].c10"],
             "",
@@ -66,8 +66,8 @@ fn invalid_keys_of_parameters_are_refused_with_their_place() {
             "`chain[0].seed` cannot be differentiated",
         ),
         (
-            &["displacement.0.x.value"],
-            "[[chain]]\n[[displacement]]\ngroup = \"load\"\nx = { type = \"step\", value = 0.1, rise = 0.1 }\n",
+            &["prescribed_displacement.0.x.value"],
+            "[[chain]]\n[[prescribed_displacement]]\ngroup = \"load\"\nx = { type = \"step\", value = 0.1, rise = 0.1 }\n",
             "may drive a chain",
         ),
         (
@@ -81,8 +81,8 @@ fn invalid_keys_of_parameters_are_refused_with_their_place() {
             "moves a break of the load",
         ),
         (
-            &["displacement[0].y.rise"],
-            "[[displacement]]\ngroup = \"load\"\ny = { type = \"step\", value = 1e-3, rise = 0.1 }",
+            &["prescribed_displacement[0].y.rise"],
+            "[[prescribed_displacement]]\ngroup = \"load\"\ny = { type = \"step\", value = 1e-3, rise = 0.1 }",
             "moves a break of the support's acceleration\n    next: keep it fixed",
         ),
         (
@@ -107,13 +107,13 @@ fn invalid_keys_of_parameters_are_refused_with_their_place() {
         ),
         (&["time.end"], "", "numbers of solid, material"),
         (
-            &["start.value"],
-            "[start]\ntype = \"velocity\"\nvalue = [0.1, 0.0]",
-            "choose an entry, as in `start.value[0]`",
+            &["initial_state.value"],
+            "[initial_state]\ntype = \"velocity\"\nvalue = [0.1, 0.0]",
+            "choose an entry, as in `initial_state.value[0]`",
         ),
         (
-            &["start.value[1]"],
-            "[start]\ntype = \"velocity\"\nvalue = [0.1, 0.0]",
+            &["initial_state.value[1]"],
+            "[initial_state]\ntype = \"velocity\"\nvalue = [0.1, 0.0]",
             "add `scale`, a typical size",
         ),
         (&["material[0].c10"], "", "accepted"),
@@ -131,15 +131,15 @@ fn invalid_keys_of_parameters_are_refused_with_their_place() {
 #[test]
 fn starts_without_a_derivative_are_refused_with_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
-    let moving = "[start]\ntype = \"velocity\"\nvalue = [0.1, 0.0]";
-    let path = scene(folder.path(), &["solid.kappa"], moving);
-    let of_scene = ["solid.kappa=inf", "parameter[0].scale=1e-5"];
+    let moving = "[initial_state]\ntype = \"velocity\"\nvalue = [0.1, 0.0]";
+    let path = scene(folder.path(), &["solid.bulk_modulus"], moving);
+    let of_scene = ["solid.bulk_modulus=inf", "parameter[0].scale=1e-5"];
     let it = Parametrised::load(&path, &set(&of_scene)).unwrap();
     let message = it.dependences(&it.values()).unwrap_err().to_string();
     for part in [
-        "has no derivative by 1/kappa",
-        "key = \"solid.kappa\"",
-        "a large kappa: 1e7",
+        "has no derivative by 1/bulk_modulus",
+        "key = \"solid.bulk_modulus\"",
+        "a large bulk_modulus: 1e7",
     ] {
         assert!(message.contains(part), "{message}");
     }
@@ -162,7 +162,7 @@ fn parameters_that_end_the_rest_at_the_start_are_refused() {
     ] {
         assert!(message.contains(part), "{message}");
     }
-    let from_equilibrium = set(&["start={ type = \"equilibrium\" }"]);
+    let from_equilibrium = set(&["initial_state={ type = \"equilibrium\" }"]);
     let it = Parametrised::load(&path, &[more, from_equilibrium].concat()).unwrap();
     assert!(it.dependences(&it.values()).is_ok());
 }
@@ -177,11 +177,11 @@ fn features_without_sensitivities_are_refused() {
         )
     };
     let feedback =
-        "[[chain]]\nat = [0.0, 0.0]\n[[feedback]]\nchain = \"chain\"\nunsynchronised = 0.9\n";
-    let tension = "[[chain]]\nat = [0.0, 0.0]\n[[region]]\nname = \"r\"\ncentre = [0, 0]\nradii = [0.02, 0.02]\n\
+        "[[chain]]\nat = [0.0, 0.0]\n[[feedback]]\nchain = \"chain\"\nat_zero_coherence = 0.9\n";
+    let tension = "[[chain]]\nat = [0.0, 0.0]\n[[region]]\nname = \"r\"\ncenter = [0, 0]\nradii = [0.02, 0.02]\n\
                    [[material]]\ngroup = \"r\"\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 2e4\n\
-                   fibre = [1, 0]\n\
-                   active = { type = \"coherence\", chain = \"chain\", coherent = 1e3 }\n";
+                   fiber = [1, 0]\n\
+                   active = { type = \"coherence\", chain = \"chain\", at_full_coherence = 1e3 }\n";
     let stop = "[[stop]]\ntype = \"volume\"\nbelow = 0.1";
     for (more, feature, place) in [
         (stop, Unsupported::Stop, "stop"),
@@ -199,10 +199,14 @@ fn features_without_sensitivities_are_refused() {
     assert_eq!(of_scene(&["material[0].c10"], &jump("99.0")), "accepted");
 }
 
-/// The error of a fit of `material[0].c10` and `solid.alpha`, which must have written nothing.
+/// The error of a fit of `material[0].c10` and `solid.rayleigh_mass`, which must have written nothing.
 fn error_of_fit(data: &str, more: &[&str], change: impl FnOnce(&mut FitOptions<'_>)) -> Error {
     let folder = tempfile::tempdir().unwrap();
-    let path = scene(folder.path(), &["material[0].c10", "solid.alpha"], "");
+    let path = scene(
+        folder.path(),
+        &["material[0].c10", "solid.rayleigh_mass"],
+        "",
+    );
     let file = folder.path().join("measured.csv");
     std::fs::write(&file, data).unwrap();
     let out = folder.path().join("fit");
@@ -272,7 +276,7 @@ fn settings_that_radau_does_not_have_are_wrong_input() {
     let folder = tempfile::tempdir().unwrap();
     let path = scene(folder.path(), &["material[0].c10"], "");
     let own = [
-        "integrator={ method = \"bdf\", project_every = 0.01 }",
+        "integrator={ method = \"bdf\", projection_interval = 0.01 }",
         "time.end=0.02",
     ];
     let it = Parametrised::load(&path, &set(&own)).unwrap();

@@ -7,9 +7,9 @@ use crate::derivatives::outputs_agree;
 use crate::{SMALL, scene, set};
 
 /// A chain of six at a point, of both kinds of restoring force, whose order parameters are read.
-const CHAIN: &str = "[[chain]]\nname = \"tissue\"\noscillators = 6\nhalf_width = 3.0\nduffing = 40.0\ngain = 1e6\n\
+const CHAIN: &str = "[[chain]]\nname = \"tissue\"\noscillators = 6\nfrequency_spread = 0.477464829275686\nduffing = 40.0\ngain = 1e6\n\
                      at = [0.03, 0.005]\ncomponent = [1.0, 2.0]\ninitial = 0.2\n\
-                     [[probe]]\nname = \"order\"\ntype = \"coherence\"\nchain = \"tissue\"\nevery = 0.05\n";
+                     [[probe]]\nname = \"order\"\ntype = \"coherence\"\nchain = \"tissue\"\ninterval = 0.05\n";
 
 /// Constants of the body affect a chain through the driving motion. Constants of a chain affect nothing else.
 #[test]
@@ -22,7 +22,7 @@ fn order_parameters_have_the_derivatives_of_differences_of_runs() {
         "traction[0].y.amplitude",
         "chain[0].coupling",
         "chain[0].frequency",
-        "chain[0].half_width",
+        "chain[0].frequency_spread",
         "chain[0].initial",
     ];
     let tight = [
@@ -40,13 +40,13 @@ fn chains_beside_tensions_and_stress_that_relaxes_have_their_derivatives() {
     let rest = [
         "integrator.oscillators.rtol=1e-10",
         "integrator.oscillators.atol=1e-12",
-        "start={ type = \"velocity\", value = [0.0, 0.1] }",
+        "initial_state={ type = \"velocity\", value = [0.0, 0.1] }",
         "traction[0].y.shift=1",
     ];
     for own in [
-        &["material[0].prony=[{ g = 0.5, tau = 0.02 }]"][..],
+        &["material[0].prony=[{ relative_modulus = 0.5, relaxation_time = 0.02 }]"][..],
         &[
-            "material[0].fibre=[1, 0]",
+            "material[0].fiber=[1, 0]",
             "material[0].active={ type = \"bestel\", contractility = 1e4 }",
         ],
     ] {
@@ -75,10 +75,10 @@ fn a_key_may_be_written_with_dots() {
 fn each_chain_has_parameters_of_its_own() {
     let keys = ["chain[1].coupling", "chain[0].initial", "chain[1].gain"];
     let second = "[[chain]]\nname = \"edge\"\noscillators = 3\ninitial = 0.1\ngain = 1e4\n\
-                  [[probe]]\nname = \"edge\"\ntype = \"coherence\"\nchain = \"edge\"\nevery = 0.05\n";
+                  [[probe]]\nname = \"edge\"\ntype = \"coherence\"\nchain = \"edge\"\ninterval = 0.05\n";
     let overrides = [
         "traction[0].y.shift=1",
-        "solid.kappa=inf",
+        "solid.bulk_modulus=inf",
         "chain[1].at={ vertices = \"load\" }",
         "integrator.oscillators.rtol=1e-10",
         "integrator.oscillators.atol=1e-12",

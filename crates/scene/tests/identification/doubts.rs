@@ -84,7 +84,7 @@ fn a_parameter_without_effect_is_marked() {
 fn an_interval_that_passes_a_bound_is_marked_whether_or_not_the_scene_names_the_bound() {
     for bound in ["", "low = 0.0\n"] {
         let folder = tempfile::tempdir().unwrap();
-        let alpha = format!("[[parameter]]\nkey = \"solid.alpha\"\n{bound}");
+        let alpha = format!("[[parameter]]\nkey = \"solid.rayleigh_mass\"\n{bound}");
         let (result, told) = profiled(folder.path(), &[], &alpha, 20.0);
         assert_eq!(result.outcome(), Outcome::Converged);
         let [low, _] = result.uncertainty.intervals(0.95)[0];

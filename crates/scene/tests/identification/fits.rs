@@ -23,7 +23,7 @@ const COMMON: [&str; 6] = [
     "traction[0].y.shift=1",
     "integrator.method=radau9",
     "integrator.rtol=1e-5",
-    "probe[0].every=0.01",
+    "probe[0].interval=0.01",
     "probe[0].quantities=[\"u\"]",
 ];
 
@@ -102,7 +102,11 @@ pub(crate) fn fitted<'a>(
 #[test]
 fn a_fit_is_resumed_from_its_history() {
     let folder = tempfile::tempdir().unwrap();
-    let path = scene(folder.path(), &["material[0].c10", "solid.alpha"], "");
+    let path = scene(
+        folder.path(),
+        &["material[0].c10", "solid.rayleigh_mass"],
+        "",
+    );
     let data = folder.path().join("measured.csv");
     let more = [&["material[0].c10=1.3e4"], &SMALL[..]].concat();
     measure(&path, &more, 1.0, &data);
@@ -213,7 +217,11 @@ impl Tell for Patience {
 #[test]
 fn an_interrupted_fit_keeps_its_results() {
     let folder = tempfile::tempdir().unwrap();
-    let path = scene(folder.path(), &["material[0].c10", "solid.alpha"], "");
+    let path = scene(
+        folder.path(),
+        &["material[0].c10", "solid.rayleigh_mass"],
+        "",
+    );
     let data = folder.path().join("measured.csv");
     let more = [&["material[0].c10=1.3e4"], &SMALL[..]].concat();
     measure(&path, &more, 1.0, &data);
@@ -265,11 +273,19 @@ fn three_parameters_are_found_in_noise_within_their_intervals() {
     let folder = tempfile::tempdir().unwrap();
     let path = scene(
         folder.path(),
-        &["material[0].c10", "solid.alpha", "solid.kappa"],
+        &[
+            "material[0].c10",
+            "solid.rayleigh_mass",
+            "solid.bulk_modulus",
+        ],
         "",
     );
     let data = folder.path().join("measured.csv");
-    let truth = ["material[0].c10=1.3e4", "solid.alpha=3", "solid.kappa=5e4"];
+    let truth = [
+        "material[0].c10=1.3e4",
+        "solid.rayleigh_mass=3",
+        "solid.bulk_modulus=5e4",
+    ];
     measure(&path, &truth, 1.0, &data);
     // From the values of the scene, 1e4, 1 and 1e5.
     let result = fit(path, data, &[], Loss::Squares);
@@ -303,7 +319,11 @@ fn three_parameters_are_found_in_noise_within_their_intervals() {
 #[test]
 fn starts_of_another_scale_are_left() {
     let folder = tempfile::tempdir().unwrap();
-    let path = scene(folder.path(), &["solid.kappa", "material[0].c10"], "");
+    let path = scene(
+        folder.path(),
+        &["solid.bulk_modulus", "material[0].c10"],
+        "",
+    );
     let data = folder.path().join("measured.csv");
     measure(
         &path,
@@ -340,7 +360,7 @@ fn starts_of_another_scale_are_left() {
 #[test]
 fn a_model_hundreds_of_noise_levels_off_does_not_fit() {
     let folder = tempfile::tempdir().unwrap();
-    let path = scene(folder.path(), &["solid.alpha"], "");
+    let path = scene(folder.path(), &["solid.rayleigh_mass"], "");
     let data = folder.path().join("measured.csv");
     let curves = truth(&path, &SMALL);
     let metres = table(&curves, 0.0, 3);
@@ -369,8 +389,8 @@ fn a_constant_tension_is_found() {
     let tensed = |tension: &str| {
         let active = format!("material[0].active={{ type = \"given\", tension = {tension} }}");
         let own = [
-            "material[0].fibre=[1, 0]",
-            "start={ type = \"equilibrium\" }",
+            "material[0].fiber=[1, 0]",
+            "initial_state={ type = \"equilibrium\" }",
         ]
         .map(str::to_owned);
         [&[active][..], &own, &set(&SMALL)].concat()
@@ -393,7 +413,7 @@ fn a_constant_tension_is_found() {
 fn a_fit_interrupted_in_its_first_run_is_interrupted() {
     static INTERRUPT: AtomicBool = AtomicBool::new(true);
     let folder = tempfile::tempdir().unwrap();
-    let path = scene(folder.path(), &["solid.alpha"], "");
+    let path = scene(folder.path(), &["solid.rayleigh_mass"], "");
     let data = folder.path().join("measured.csv");
     measure(&path, &SMALL, 1.0, &data);
     let error = fitted(path, data, &SMALL, |options| FitOptions {
@@ -482,15 +502,15 @@ fn several_starts_find_what_one_does_not() {
 const SIX: [(&str, f64); 6] = [
     ("material[0].c10", 1e4),
     ("material[0].density", 1.1e3),
-    ("solid.alpha", 4.0),
-    ("solid.beta", 5e-4),
-    ("solid.kappa", 5e4),
+    ("solid.rayleigh_mass", 4.0),
+    ("solid.rayleigh_stiffness", 5e-4),
+    ("solid.bulk_modulus", 5e4),
     ("traction[0].y.amplitude", 100.0),
 ];
 
 /// A true value as its parameter has it: 1/κ for κ.
 fn of_parameter((key, value): (&str, f64)) -> f64 {
-    if key == "solid.kappa" {
+    if key == "solid.bulk_modulus" {
         1.0 / value
     } else {
         value
@@ -501,7 +521,9 @@ fn of_parameter((key, value): (&str, f64)) -> f64 {
 /// factor.
 fn six(folder: &Path, off: [f64; 6]) -> PathBuf {
     let probes = [("left", -0.04), ("right", 0.05)].map(|(name, x)| {
-        format!("[[probe]]\nname = \"{name}\"\ntype = \"point\"\nat = [{x:?}, 0.0]\nevery = 0.01\n")
+        format!(
+            "[[probe]]\nname = \"{name}\"\ntype = \"point\"\nat = [{x:?}, 0.0]\ninterval = 0.01\n"
+        )
     });
     let outputs = ["origin", "left", "right"].map(|probe| {
         let column = |column| {

@@ -17,7 +17,7 @@ const ROUNDING: f64 = 1e-9;
 /// to rounding.
 fn by_forward(it: &Parametrised) -> Vec<Vec<f64>> {
     let wanted = outputs(&it.scene).unwrap();
-    let (every, t_end) = (it.scene.file.probe[0].every, it.scene.t_end);
+    let (every, t_end) = (it.scene.file.probe[0].interval, it.scene.t_end);
     let n = (t_end / every).round() as usize;
     let times: Vec<f64> = (0..=n).map(|k| (k as f64 * every).min(t_end)).collect();
     let dependences = (
@@ -62,7 +62,7 @@ fn expect_sums(it: &Parametrised, case: &str) {
 #[test]
 fn the_elements_add_up_to_the_whole_in_all_formulations() {
     let folder = tempfile::tempdir().unwrap();
-    let path = scene(folder.path(), &["material[0].stiffness"], "");
+    let path = scene(folder.path(), &["material[0].stress_scale"], "");
     for one in CASES {
         let more = set(&["probe[0].quantities=[\"u\", \"p\", \"v\"]"]);
         let it = Parametrised::load(&path, &[case(one), more].concat()).unwrap();
@@ -75,20 +75,20 @@ fn the_elements_add_up_to_the_whole_in_all_formulations() {
 #[test]
 fn elements_of_a_material_add_up_to_its_stiffness() {
     let folder = tempfile::tempdir().unwrap();
-    let keys = ["material[0].stiffness", "material[1].stiffness"];
-    let more = "[[region]]\nname = \"hard\"\ncentre = [0.03, 0.0]\nradii = [0.03, 0.02]\n\
+    let keys = ["material[0].stress_scale", "material[1].stress_scale"];
+    let more = "[[region]]\nname = \"hard\"\ncenter = [0.03, 0.0]\nradii = [0.03, 0.02]\n\
                 [[material]]\ngroup = \"hard\"\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e5\n\
-                stiffness = 0.7\nbeta = 2e-4\n\
+                stress_scale = 0.7\nrayleigh_stiffness = 2e-4\n\
                 [[traction]]\ngroup = \"load\"\n\
                 y = { type = \"step\", value = 50.0, start = 0.3, rise = 0.2 }\n\
-                [[probe]]\nname = \"end\"\ntype = \"average\"\ngroup = \"load\"\nevery = 0.01\n\
+                [[probe]]\nname = \"end\"\ntype = \"average\"\ngroup = \"load\"\ninterval = 0.01\n\
                 [[probe]]\nname = \"axis\"\ntype = \"line\"\nfrom = [0.01, 0.01]\nto = [0.09, 0.01]\npoints = 2\n\
-                quantities = [\"u\", \"v\"]\nevery = 0.01\n\
-                [start]\ntype = \"velocity\"\nvalue = [0.0, 0.01]\n";
+                quantities = [\"u\", \"v\"]\ninterval = 0.01\n\
+                [initial_state]\ntype = \"velocity\"\nvalue = [0.0, 0.01]\n";
     let path = scene(folder.path(), &keys, more);
     let own = set(&[
-        "material[0].fibre=[1, 0]",
-        "material[0].eta=10",
+        "material[0].fiber=[1, 0]",
+        "material[0].viscosity=10",
         "material[0].active={ type = \"bestel\", contractility = 1e4 }",
         "time.end=0.7",
     ]);
@@ -108,8 +108,8 @@ fn driven_chains_do_not_change_the_map() {
     };
     let listening = set(&[
         "chain=[{ name = \"c\", at = [0.05, 0.0] }]",
-        "probe=[{ name = \"origin\", type = \"point\", at = [0.05, 0.0], every = 0.01, quantities = [\"u\"] }, \
-         { name = \"order\", type = \"coherence\", chain = \"c\", every = 0.005 }]",
+        "probe=[{ name = \"origin\", type = \"point\", at = [0.05, 0.0], interval = 0.01, quantities = [\"u\"] }, \
+         { name = \"order\", type = \"coherence\", chain = \"c\", interval = 0.005 }]",
     ]);
     let [with, without] = [map(&listening), map(&[])];
     assert_eq!(with.outputs, without.outputs);
@@ -123,10 +123,13 @@ fn features_without_a_map_are_refused() {
     let path = scene(folder.path(), &[], "");
     for (overrides, feature) in [
         (
-            "material[0].prony=[{ g = 0.5, tau = 0.02 }]",
+            "material[0].prony=[{ relative_modulus = 0.5, relaxation_time = 0.02 }]",
             Unsupported::Prony,
         ),
-        ("start={ type = \"equilibrium\" }", Unsupported::Equilibrium),
+        (
+            "initial_state={ type = \"equilibrium\" }",
+            Unsupported::Equilibrium,
+        ),
         ("analysis=static", Unsupported::Analysis),
         (
             "traction[0].y={ type = \"step\", value = 1.0, start = 0.1, rise = 0 }",

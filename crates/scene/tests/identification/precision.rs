@@ -43,10 +43,10 @@ fn derivatives_in_the_error_test_are_within_its_tolerance() {
 #[test]
 fn samples_have_the_interval_of_the_probes() {
     let folder = tempfile::tempdir().unwrap();
-    let finer = "[[probe]]\nname = \"finer\"\ntype = \"point\"\nat = [0.05, 0.0]\nevery = 0.01\n\
+    let finer = "[[probe]]\nname = \"finer\"\ntype = \"point\"\nat = [0.05, 0.0]\ninterval = 0.01\n\
                  [[output]]\nname = \"tip\"\nprobe = \"origin\"\ncolumn = \"u_y\"\n";
     let path = scene(folder.path(), &["material[0].c10"], finer);
-    let own = ["probe[0].every=0.05", "time.end=0.3"].map(str::to_owned);
+    let own = ["probe[0].interval=0.05", "time.end=0.3"].map(str::to_owned);
     let it = Parametrised::load(&path, &[case(CASES[1]), own.into()].concat()).unwrap();
     let curves = compute(&it, Precision::OfMotion, Watcher::NOBODY).unwrap();
     let times: Vec<f64> = curves.samples.iter().map(|sample| sample.t).collect();

@@ -11,11 +11,11 @@ use crate::{SMALL, scene, set};
 /// A force with a value and a rate at the start, and an equilibrium with it.
 const LOADED: [&str; 2] = [
     "traction[0].y={ type = \"sum\", of = [20.0, { type = \"sine\", amplitude = 10.0, frequency = 3.0 }] }",
-    "start={ type = \"equilibrium\" }",
+    "initial_state={ type = \"equilibrium\" }",
 ];
 const WEIGHT: &str = "[[body_force]]\ny = -9.81\n";
-const RELAXING: &str = "material[0].prony=[{ g = 0.5, tau = 0.02 }]";
-const MOVING: &str = "start={ type = \"velocity\", value = [0.2, 0.1] }";
+const RELAXING: &str = "material[0].prony=[{ relative_modulus = 0.5, relaxation_time = 0.02 }]";
+const MOVING: &str = "initial_state={ type = \"velocity\", value = [0.2, 0.1] }";
 
 /// Compares ∂y_0/∂p, block by block, with central differences of recomputed starts; returns the largest entry for each
 /// parameter.
@@ -80,7 +80,7 @@ fn starts_agree(it: &Parametrised, case: &str) -> Vec<f64> {
 /// The parameters of a list but κ where it is infinite.
 fn keys<'k>(all: &[&'k str], kappa: &str) -> Vec<&'k str> {
     let keys = all.iter().copied();
-    keys.filter(|key| kappa != "inf" || *key != "solid.kappa")
+    keys.filter(|key| kappa != "inf" || *key != "solid.bulk_modulus")
         .collect()
 }
 
@@ -90,9 +90,9 @@ fn equilibria_have_the_derivatives_of_their_differences() {
     let all = [
         "material[0].c10",
         "material[0].density",
-        "material[0].stiffness",
-        "material[0].prony[0].g",
-        "solid.kappa",
+        "material[0].stress_scale",
+        "material[0].prony[0].relative_modulus",
+        "solid.bulk_modulus",
         "traction[0].y.of[0]",
         "traction[0].y.of[1].amplitude",
         "body_force[0].y",
@@ -114,7 +114,11 @@ fn equilibria_have_the_derivatives_of_their_differences() {
 #[test]
 fn velocities_of_the_start_have_the_derivatives_of_their_differences() {
     let folder = tempfile::tempdir().unwrap();
-    let all = ["start.value[0]", "start.value[1]", "material[0].c10"];
+    let all = [
+        "initial_state.value[0]",
+        "initial_state.value[1]",
+        "material[0].c10",
+    ];
     for one in CASES {
         let path = scene(folder.path(), &all, "");
         let it =
@@ -128,14 +132,14 @@ fn velocities_of_the_start_have_the_derivatives_of_their_differences() {
 fn motions_from_an_equilibrium_have_the_derivatives_of_differences_of_runs() {
     let keys = [
         "material[0].c10",
-        "material[0].prony[0].tau",
-        "solid.kappa",
+        "material[0].prony[0].relaxation_time",
+        "solid.bulk_modulus",
         "traction[0].y.of[0]",
         "traction[0].y.of[1].frequency",
         "body_force[0].y",
     ];
     for of_kappa in ["1e5", "inf"] {
-        let kappa = format!("solid.kappa={of_kappa}");
+        let kappa = format!("solid.bulk_modulus={of_kappa}");
         let more = [&LOADED[..], &SMALL, &[RELAXING, &kappa]].concat();
         outputs_agree(&self::keys(&keys, of_kappa), WEIGHT, &more);
     }
@@ -143,9 +147,13 @@ fn motions_from_an_equilibrium_have_the_derivatives_of_differences_of_runs() {
 
 #[test]
 fn motions_from_a_velocity_have_the_derivatives_of_differences_of_runs() {
-    let keys = ["start.value[1]", "start.value[0]", "material[0].c10"];
+    let keys = [
+        "initial_state.value[1]",
+        "initial_state.value[0]",
+        "material[0].c10",
+    ];
     for of_kappa in ["1e5", "inf"] {
-        let kappa = format!("solid.kappa={of_kappa}");
+        let kappa = format!("solid.bulk_modulus={of_kappa}");
         outputs_agree(&keys, "", &[&SMALL[..], &[MOVING, &kappa]].concat());
     }
 }

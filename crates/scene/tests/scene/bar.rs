@@ -15,12 +15,12 @@ analysis = "static"
 type = "file"
 path = "bar.msh"
 [solid]
-kappa = 1e6
+bulk_modulus = 1e6
 formulation = "displacement"
 [[material]]
 law = "st-venant-kirchhoff"
 density = 1e3
-lambda = 2e6
+first_lame_parameter = 2e6
 shear_modulus = 5e5
 [[fixed]]
 group = "left"
@@ -104,7 +104,7 @@ fn run(cells: [usize; 2], text: &str) -> (Value, Vec<Vec<f64>>) {
 #[test]
 fn the_weight_of_a_bar_bends_it_as_published() {
     let stiff = BAR
-        .replace("lambda = 2e6", "lambda = 8e6")
+        .replace("first_lame_parameter = 2e6", "first_lame_parameter = 8e6")
         .replace("shear_modulus = 5e5", "shear_modulus = 2e6");
     // Half of the last published digit. A bar with a straight support would miss this by far: at
     // the ends of the arc, the bar is 1 mm longer, which changes the deflection by up to 1 %.
@@ -151,9 +151,9 @@ fn the_pressure_of_a_law_without_one_is_the_mean_of_its_stress() {
 fn a_bar_let_go_swings_as_published() {
     let moving = BAR.replace(
         "analysis = \"static\"",
-        "start = { type = \"velocity\", value = [0.0, 0.0] }\n[time]\nend = 3.3\n\
+        "initial_state = { type = \"velocity\", value = [0.0, 0.0] }\n[time]\nend = 3.3\n\
          [integrator]\nmethod = \"radau9\"\nrtol = 1e-4",
-    ) + "every = 0.001\n";
+    ) + "interval = 0.001\n";
     let (_, rows) = run([16, 4], &moving);
     // In the first and the fourth period.
     let least = [0, 3].map(|period| {

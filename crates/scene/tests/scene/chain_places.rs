@@ -16,21 +16,21 @@ type = "box"
 size = [0.2, 0.1, 0.1]
 cells = [2, 1, 1]
 [solid]
-kappa = 1e5
+bulk_modulus = 1e5
 [[material]]
 law = "mooney-rivlin"
 density = 1e3
 c10 = 1e4
-fibre = [1.0, 1.0, 0.0]
+fiber = [1.0, 1.0, 0.0]
 [[fixed]]
 group = "body"
 components = ["y", "z"]
 [[body_force]]
 x = { type = "sine", amplitude = 40.0, frequency = 3.0 }
 [integrator]
-method = "radau"
+method = "radau5"
 rtol = 1e-8
-atol = { displacement = 1e-11, velocity = 1e-9, pressure = 1e-3 }
+atol = { u = 1e-11, v = 1e-9, p = 1e-3 }
 oscillators = { rtol = 1e-8, atol = 1e-10 }
 "#;
 
@@ -38,8 +38,8 @@ oscillators = { rtol = 1e-8, atol = 1e-10 }
 fn single(name: &str, at: &str, component: &str) -> String {
     format!(
         "[[chain]]\nname = \"{name}\"\nat = {at}\ncomponent = {component}\noscillators = 1\n\
-         half_width = 4.0\nvan_der_pol = 0.0\ncoupling = 0.0\ngain = 30.0\n\
-         [[probe]]\nname = \"{name}\"\ntype = \"oscillators\"\nchain = \"{name}\"\nevery = 0.3\n"
+         frequency_spread = 0.6366197723675814\nvan_der_pol = 0.0\ncoupling = 0.0\ngain = 30.0\n\
+         [[probe]]\nname = \"{name}\"\ntype = \"oscillators\"\nchain = \"{name}\"\ninterval = 0.3\n"
     )
 }
 
@@ -102,14 +102,14 @@ fn oscillators_in_a_rigid_motion_have_the_response_in_closed_form() {
         (
             "all",
             "{ vertices = \"body\" }",
-            "\"fibre\"",
+            "\"fiber\"",
             12,
             0.5_f64.sqrt(),
         ),
         (
             "cells",
             "{ elements = \"body\" }",
-            "\"fibre\"",
+            "\"fiber\"",
             12,
             0.5_f64.sqrt(),
         ),
@@ -163,13 +163,13 @@ end = 0.06
 type = "muscle3d"
 cells = [10, 2, 2]
 [solid]
-kappa = 1e5
+bulk_modulus = 1e5
 [[material]]
 group = "muscle"
 law = "mooney-rivlin"
 density = 1e3
 c10 = 1e4
-fibre = "fibre"
+fiber = "fiber"
 [[material]]
 group = "tendon"
 law = "mooney-rivlin"
@@ -183,37 +183,37 @@ y = { type = "step", value = 100.0, rise = 0.03 }
 [[chain]]
 name = "nodes"
 at = { vertices = "muscle" }
-component = "fibre"
+component = "fiber"
 oscillators = 1
-half_width = 20.0
+frequency_spread = 3.183098861837907
 gain = 4e6
-neighbourhood = 0.025
+coherence_radius = 0.025
 [[chain]]
 name = "cells"
 at = { elements = "muscle" }
 oscillators = 3
-half_width = 20.0
+frequency_spread = 3.183098861837907
 gain = 4e5
-neighbourhood = 0.025
+coherence_radius = 0.025
 [[chain]]
 name = "pair"
 at = [[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]]
 oscillators = 2
-half_width = 20.0
+frequency_spread = 3.183098861837907
 gain = 4e5
 [fields]
-every = 0.06
+interval = 0.06
 quantities = ["u"]
 [[probe]]
 name = "nodes"
 type = "oscillators"
 chain = "nodes"
-every = 0.06
+interval = 0.06
 [[probe]]
 name = "cells"
 type = "oscillators"
 chain = "cells"
-every = 0.06
+interval = 0.06
 "#;
 
 /// Returns Ψ and χ of each place of a chain, from its probe.
@@ -224,7 +224,7 @@ fn of_places(folder: &Path, chain: &DrivenChain) -> Vec<Coherence> {
 
 /// Returns the coherence of the places within a distance of each place, by a search over all
 /// places.
-fn neighbourhoods(points: &[[f64; 3]], found: &[Coherence], radius: f64) -> Vec<f64> {
+fn neighborhoods(points: &[[f64; 3]], found: &[Coherence], radius: f64) -> Vec<f64> {
     let distance = |a: &[f64; 3], b: &[f64; 3]| -> f64 {
         let squares = a.iter().zip(b).map(|(a, b)| (a - b).powi(2));
         squares.sum::<f64>().sqrt()
@@ -283,10 +283,10 @@ fn fields_have_the_coherence_of_places_and_of_their_neighbourhoods() {
     assert_near(&of("amplitude")[..n], &moduli, "amplitude");
     // A single oscillator is always coherent; the neighborhood is significant.
     assert_near(&of("coherence")[..n], &vec![1.0; n], "coherence");
-    let expected = neighbourhoods(&points[..n], &found, 0.025);
-    assert_near(&of("neighbourhood")[..n], &expected, "neighbourhood");
+    let expected = neighborhoods(&points[..n], &found, 0.025);
+    assert_near(&of("neighborhood")[..n], &expected, "neighborhood");
     assert!(expected.iter().any(|chi| *chi < 0.9), "{expected:?}");
-    assert!(of("neighbourhood")[n..].iter().all(|chi| chi.is_nan()));
+    assert!(of("neighborhood")[n..].iter().all(|chi| chi.is_nan()));
     assert_eq!(of("u").len(), 3 * points.len());
 
     // On the elements, next to the coherence of each element.
@@ -309,7 +309,7 @@ fn fields_have_the_coherence_of_places_and_of_their_neighbourhoods() {
     assert_near(&of("coherence_cells"), &coherence, "coherence of cells");
     let amplitude: Vec<f64> = found.iter().map(|place| place.centroid.norm()).collect();
     assert_near(&of("amplitude_cells"), &amplitude, "amplitude of cells");
-    let expected = neighbourhoods(&middles, &found, 0.025);
+    let expected = neighborhoods(&middles, &found, 0.025);
     assert_near(&of("neighbourhood_cells"), &expected, "around cells");
     assert!(vtu::field_of(&fields, "coherence_nodes").is_none());
 }
@@ -326,12 +326,12 @@ width = 0.2
 height = 0.1
 cells = [4, 2]
 [solid]
-kappa = 1e5
+bulk_modulus = 1e5
 [[material]]
 law = "mooney-rivlin"
 density = 1e3
 c10 = 1e4
-fibre = [0.0, 1.0]
+fiber = [0.0, 1.0]
 [[fixed]]
 group = "left"
 [[traction]]
@@ -339,8 +339,8 @@ group = "right"
 y = { type = "step", value = 100.0, rise = 0.05 }
 "#;
     let grid = "{ from = [0.0, 0.0], to = [0.2, 0.1], points = [3, 2] }";
-    let both = single("fibre", grid, "\"fibre\"") + &single("y", grid, "\"y\"");
-    let scene = build(&(text.to_owned() + &both.replace("every = 0.3", "every = 0.1")));
+    let both = single("fiber", grid, "\"fiber\"") + &single("y", grid, "\"y\"");
+    let scene = build(&(text.to_owned() + &both.replace("interval = 0.3", "interval = 0.1")));
     let point = |i: usize| {
         let at = &scene.chains[0].places[i].at;
         let space = scene.body.as_ref().unwrap().muscle.solid.space();
@@ -360,7 +360,7 @@ y = { type = "step", value = 100.0, rise = 0.05 }
         assert!(distance < 1e-12, "{:?}", point(i)); // rounding of 0.2, a thousandfold
     }
     let folder = run(&scene);
-    let [along, across] = ["fibre", "y"].map(|name| states(folder.path(), name));
+    let [along, across] = ["fiber", "y"].map(|name| states(folder.path(), name));
     assert_eq!(along, across);
     // The support does not move.
     assert_eq!((along[0][0], along[0][3]), (0.0, 0.0));
@@ -369,7 +369,7 @@ y = { type = "step", value = 100.0, rise = 0.05 }
 
 #[test]
 fn places_and_directions_that_cannot_be_are_refused() {
-    let feedback = "[[feedback]]\nchain = \"nodes\"\nunsynchronised = 1.5\n[fields]";
+    let feedback = "[[feedback]]\nchain = \"nodes\"\nat_zero_coherence = 1.5\n[fields]";
     for (from, to, messages) in [
         (
             "vertices = \"muscle\"",
@@ -412,49 +412,49 @@ fn places_and_directions_that_cannot_be_are_refused() {
             ["3 coordinates, not 2", "at"],
         ),
         (
-            "component = \"fibre\"",
             "component = \"fiber\"",
-            ["does not know this name", "did you mean `fibre`"],
+            "component = \"fibers\"",
+            ["does not know this name", "did you mean `fiber`"],
         ),
         (
-            "component = \"fibre\"",
+            "component = \"fiber\"",
             "component = [0.0, 0.0, 0.0]",
             ["a direction cannot be zero", "component"],
         ),
         (
-            "component = \"fibre\"",
+            "component = \"fiber\"",
             "component = [1.0, 0.0]",
             ["three components", "component"],
         ),
         (
-            "component = \"fibre\"",
+            "component = \"fiber\"",
             "component = [1e200, 0.0, 1e200]",
             ["cannot be meant", "component"],
         ),
         (
-            "fibre = \"fibre\"",
+            "fiber = \"fiber\"",
             "",
-            ["no material with fibres", "give `fibre`"],
+            ["no material with fibers", "give `fiber`"],
         ),
         (
             "at = { elements = \"muscle\" }",
-            "at = [[0.0, 0.0, 0.0], [0.09, 0.0, 0.0]]\ncomponent = \"fibre\"",
-            ["has no fibres", "0.09"],
+            "at = [[0.0, 0.0, 0.0], [0.09, 0.0, 0.0]]\ncomponent = \"fiber\"",
+            ["has no fibers", "0.09"],
         ),
         (
-            "neighbourhood = 0.025",
-            "neighbourhood = 0.0",
-            ["neighbourhood", "greater than 0"],
+            "coherence_radius = 0.025",
+            "coherence_radius = 0.0",
+            ["coherence_radius", "greater than 0"],
         ),
         (
-            "[fields]\nevery = 0.06\nquantities = [\"u\"]",
+            "[fields]\ninterval = 0.06\nquantities = [\"u\"]",
             "",
-            ["written with the fields", "neighbourhood"],
+            ["written with the fields", "coherence_radius"],
         ),
         (
             "at = { elements = \"muscle\" }",
             "at = [0.0, 0.0, 0.0]",
-            ["in many places", "neighbourhood"],
+            ["in many places", "coherence_radius"],
         ),
         (
             "[fields]",
@@ -470,7 +470,7 @@ fn places_and_directions_that_cannot_be_are_refused() {
     }
     // A region takes all elements of the group.
     let region =
-        "[[region]]\nname = \"all\"\ncentre = [0.0, 0.0, 0.0]\nradii = [9.0, 9.0, 9.0]\n[solid]";
+        "[[region]]\nname = \"all\"\ncenter = [0.0, 0.0, 0.0]\nradii = [9.0, 9.0, 9.0]\n[solid]";
     let text = BOX.replacen("group = \"body\"", "group = \"left\"", 1);
     let text =
         text.replacen("[solid]", region, 1) + &single("v", "{ vertices = \"body\" }", "\"x\"");

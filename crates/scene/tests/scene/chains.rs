@@ -15,7 +15,7 @@ end = 0.06
 type = "muscle3d"
 cells = [10, 2, 2]
 [solid]
-kappa = 1e5
+bulk_modulus = 1e5
 [[material]]
 law = "mooney-rivlin"
 density = 1e3
@@ -29,16 +29,16 @@ y = { type = "step", value = 100.0, rise = 0.03 }
 name = "spindles"
 at = { elements = "muscle" }
 oscillators = 4
-half_width = 2.0
+frequency_spread = 0.3183098861837907
 gain = 4e5
 [fields]
-every = 0.06
+interval = 0.06
 quantities = ["u"]
 [[probe]]
 name = "all"
 type = "coherence"
 chain = "spindles"
-every = 0.06
+interval = 0.06
 "#;
 
 fn refusal(from: &str, to: &str) -> String {
@@ -89,7 +89,7 @@ fn each_element_of_a_group_has_a_chain_with_its_own_frequencies() {
 #[test]
 fn chains_without_elements_are_refused() {
     let feedback =
-        "[[feedback]]\nchain = \"spindles\"\ngroup = \"muscle\"\nunsynchronised = 1.5\n[fields]";
+        "[[feedback]]\nchain = \"spindles\"\ngroup = \"muscle\"\nat_zero_coherence = 1.5\n[fields]";
     for (from, to, messages) in [
         (
             "elements = \"muscle\"",
@@ -121,9 +121,9 @@ fn chains_without_elements_are_refused() {
 
 /// Returns the scene with chains that stiffen and contract their elements.
 fn two_way() -> String {
-    let feedback = "[[feedback]]\nchain = \"spindles\"\nunsynchronised = 1.5\n[fields]";
-    let active = "c10 = 1e4\nfibre = \"fibre\"\ngroup = \"muscle\"\nactive = { type = \"coherence\", chain = \
-                  \"spindles\", coherent = 2e4 }\n[[material]]\nlaw = \"mooney-rivlin\"\ndensity = 1e3\n\
+    let feedback = "[[feedback]]\nchain = \"spindles\"\nat_zero_coherence = 1.5\n[fields]";
+    let active = "c10 = 1e4\nfiber = \"fiber\"\ngroup = \"muscle\"\nactive = { type = \"coherence\", chain = \
+                  \"spindles\", at_full_coherence = 2e4 }\n[[material]]\nlaw = \"mooney-rivlin\"\ndensity = 1e3\n\
                   group = \"tendon\"\nc10 = 1e4";
     let text = SCENE.replacen("[fields]", feedback, 1);
     let text = text.replacen("c10 = 1e4", active, 1);
@@ -160,14 +160,14 @@ fn chains_stiffen_and_contract_the_elements_they_are_in() {
     assert!(elements.iter().any(|&element| chi[element] > 0.5));
 }
 
-const PRONY: &str = "prony = [{ g = 0.5, tau = 0.02 }]\n";
-const FEEDBACK: &str = "[[feedback]]\nchain = \"spindles\"\nunsynchronised = 1.5\n";
+const PRONY: &str = "prony = [{ relative_modulus = 0.5, relaxation_time = 0.02 }]\n";
+const FEEDBACK: &str = "[[feedback]]\nchain = \"spindles\"\nat_zero_coherence = 1.5\n";
 
 /// Returns displacement and tension of the middle at the end: by Radau IIA, by BDF, which must
 /// agree, and without relaxation.
 fn with_and_without_relaxation(text: &str) -> [Vec<f64>; 2] {
     let probe = "[[probe]]\nname = \"middle\"\ntype = \"point\"\nat = [0.0, 0.0, 0.0]\n\
-                 quantities = [\"u\", \"tension\"]\nevery = 0.06\n";
+                 quantities = [\"u\", \"tension\"]\ninterval = 0.06\n";
     let last = |text: &str, method: &str| -> Vec<f64> {
         let method = format!("integrator.method={method}");
         let set = [method, "integrator.rtol=1e-6".to_owned()];
@@ -181,8 +181,8 @@ fn with_and_without_relaxation(text: &str) -> [Vec<f64>; 2] {
         last.map(|word| word.parse().unwrap()).collect()
     };
     assert!(text.contains(PRONY));
-    let elastic = last(&text.replacen(PRONY, "", 1), "radau");
-    let [radau, bdf] = ["radau", "bdf"].map(|method| last(text, method));
+    let elastic = last(&text.replacen(PRONY, "", 1), "radau5");
+    let [radau, bdf] = ["radau5", "bdf"].map(|method| last(text, method));
     for (i, (radau, bdf)) in radau.iter().zip(&bdf).enumerate() {
         // A thousand times the tolerance: the errors of BDF's many steps accumulate.
         let size = if i < 3 { length(&elastic) } else { 2e4 };
@@ -199,8 +199,8 @@ fn length(of: &[f64]) -> f64 {
 /// are in contracting elements or at one point. Checks that two methods agree.
 #[test]
 fn chains_contract_a_body_whose_stress_relaxes() {
-    let relaxing = format!("fibre = \"fibre\"\n{PRONY}");
-    let text = two_way().replacen("fibre = \"fibre\"\n", &relaxing, 1);
+    let relaxing = format!("fiber = \"fiber\"\n{PRONY}");
+    let text = two_way().replacen("fiber = \"fiber\"\n", &relaxing, 1);
     assert!(text.contains(FEEDBACK));
     let text = text.replacen(FEEDBACK, "", 1);
     let at_one_point = text.replacen("{ elements = \"muscle\" }", "[0.0, 0.0, 0.0]", 1);
@@ -224,12 +224,12 @@ fn chains_contract_a_body_whose_stress_relaxes() {
 #[test]
 fn chains_and_stress_that_relaxes_keep_the_balance_of_energy() {
     const RTOL: f64 = 1e-5;
-    let relaxing = format!("fibre = \"fibre\"\neta = 20.0\n{PRONY}");
-    let text = two_way().replacen("fibre = \"fibre\"\n", &relaxing, 1);
+    let relaxing = format!("fiber = \"fiber\"\nviscosity = 20.0\n{PRONY}");
+    let text = two_way().replacen("fiber = \"fiber\"\n", &relaxing, 1);
     assert!(text.contains(FEEDBACK));
     let text = text.replacen(FEEDBACK, "", 1)
-        + "[[probe]]\nname = \"energy\"\ntype = \"energy\"\nevery = 0.005\n";
-    for method in ["radau", "radau9"] {
+        + "[[probe]]\nname = \"energy\"\ntype = \"energy\"\ninterval = 0.005\n";
+    for method in ["radau5", "radau9"] {
         let set = [
             format!("integrator.method={method}"),
             format!("integrator.rtol={RTOL}"),
@@ -271,7 +271,11 @@ fn chains_stiffen_a_body_beside_stress_that_relaxes() {
 #[test]
 fn tensions_that_cannot_follow_a_chain_are_refused() {
     for (from, to, messages) in [
-        ("coherent = 2e4", "coherent = -1.0", ["coherent", "-1"]),
+        (
+            "at_full_coherence = 2e4",
+            "at_full_coherence = -1.0",
+            ["at_full_coherence", "-1"],
+        ),
         (
             "active = { type = \"coherence\", chain = \"spindles\"",
             "active = { type = \"coherence\", chain = \"none\"",
@@ -289,12 +293,12 @@ fn tensions_that_cannot_follow_a_chain_are_refused() {
         ),
         (
             "quantities = [\"u\", \"tension\"]",
-            "quantities = [\"u\"]\n[start]\ntype = \"velocity\"\nvalue = [0.0, 0.0, 1.0]",
-            ["starts at rest", "[start]"],
+            "quantities = [\"u\"]\n[initial_state]\ntype = \"velocity\"\nvalue = [0.0, 0.0, 1.0]",
+            ["starts at rest", "[initial_state]"],
         ),
         (
-            "fibre = \"fibre\"",
-            "fibre = \"fibre\"\nprony = [{ g = 0.5, tau = 0.1 }]",
+            "fiber = \"fiber\"",
+            "fiber = \"fiber\"\nprony = [{ relative_modulus = 0.5, relaxation_time = 0.1 }]",
             ["where stress relaxes (material[0].prony)", "constants stay"],
         ),
     ] {

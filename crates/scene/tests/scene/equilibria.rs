@@ -59,7 +59,7 @@ fn displacements_and_pressures_that_are_zero_are_found() {
 /// Returns an incompressible body of modulus 1e4 Pa with probes of mean values.
 fn neo_hooke(mesh: &str, rest: &str) -> String {
     format!(
-        "analysis = \"static\"\n[mesh]\n{mesh}\n[solid]\nkappa = inf\n[[material]]\nlaw = \"neo-hooke\"\n\
+        "analysis = \"static\"\n[mesh]\n{mesh}\n[solid]\nbulk_modulus = inf\n[[material]]\nlaw = \"neo-hooke\"\n\
          density = 1e3\nshear_modulus = 1e4\n{rest}[[probe]]\nname = \"all\"\ntype = \"average\"\ngroup = \"body\"\n"
     )
 }
@@ -83,7 +83,7 @@ fn the_search_for_an_equilibrium_is_told_of() {
     let at_rest = neo_hooke(beam, bent);
     let moving = at_rest.replace(
         "analysis = \"static\"",
-        "start = { type = \"equilibrium\" }",
+        "initial_state = { type = \"equilibrium\" }",
     );
     let told = |text: &str| {
         let scene = Scene::build("scene.toml", text, &[], Path::new("")).unwrap();
@@ -127,7 +127,8 @@ fn a_column_beyond_the_loads_that_buckle_it_is_said_to_be_unstable() {
                 "[[fixed]]\ngroup = \"fixed\"\n[[traction]]\ngroup = \"load\"\nx = {}\n",
                 -part * euler
             );
-            let text = neo_hooke(beam, &load).replace("kappa = inf", &format!("kappa = {kappa}"));
+            let text = neo_hooke(beam, &load)
+                .replace("bulk_modulus = inf", &format!("bulk_modulus = {kappa}"));
             let notes = run(&text, Path::new("")).notes;
             assert_eq!(
                 notes.len(),
@@ -141,10 +142,10 @@ fn a_column_beyond_the_loads_that_buckle_it_is_said_to_be_unstable() {
                     .all(|(note, said)| note.contains(said)),
                 "{notes:?}"
             );
-            let vibrating = text.replace("\"static\"", "\"modes\"\nmodes = { loads_at = 0.0 }");
+            let vibrating = text.replace("\"static\"", "\"modes\"\nmodes = { preload_time = 0.0 }");
             let found = run(&vibrating, Path::new(""));
             assert_eq!(found.notes, notes);
-            assert_eq!(found.document["loads_at"], 0.0);
+            assert_eq!(found.document["preload_time"], 0.0);
             let first = &found.document["muscles"][0]["modes"][0];
             assert_eq!(first["frequency"].is_null(), said.is_some(), "{part}");
             assert_eq!(
@@ -254,9 +255,9 @@ fn msh(points: &[[f64; 3]], groups: &[Vec<Vec<usize>>]) -> String {
 fn an_inflated_ventricle_is_that_of_the_benchmark() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("ventricle.msh"), ventricle([2, 8, 4])).unwrap();
-    let text = "analysis = \"static\"\n[mesh]\ntype = \"file\"\npath = \"ventricle.msh\"\n[solid]\nkappa = inf\n\
+    let text = "analysis = \"static\"\n[mesh]\ntype = \"file\"\npath = \"ventricle.msh\"\n[solid]\nbulk_modulus = inf\n\
                 [[material]]\nlaw = \"isochoric-guccione\"\ndensity = 1e3\nc = 1e4\nb_f = 1.0\nb_t = 1.0\nb_fs = 1.0\n\
-                fibre = [1.0, 0.0, 0.0]\n[[fixed]]\ngroup = \"base\"\n[[fixed]]\ngroup = \"x0\"\ncomponents = [\"x\"]\n\
+                fiber = [1.0, 0.0, 0.0]\n[[fixed]]\ngroup = \"base\"\n[[fixed]]\ngroup = \"x0\"\ncomponents = [\"x\"]\n\
                 [[fixed]]\ngroup = \"y0\"\ncomponents = [\"y\"]\n[[pressure]]\ngroup = \"endo\"\nvalue = 1e4\n\
                 [[probe]]\nname = \"inside\"\ntype = \"point\"\nat = [0.0, 0.0, -0.017]\n\
                 [[probe]]\nname = \"outside\"\ntype = \"point\"\nat = [0.0, 0.0, -0.02]\n";

@@ -15,10 +15,10 @@ height = 1.0
 cells = [4, 2]
 [[region]]
 name = "soft"
-centre = [0.0, 0.5]
+center = [0.0, 0.5]
 radii = [1.0, 1e3]
 [solid]
-kappa = inf
+bulk_modulus = inf
 formulation = "position"
 [[material]]
 group = "body"
@@ -38,7 +38,7 @@ components = ["x"]
 [[fixed]]
 group = "bottom"
 components = ["y"]
-[[displacement]]
+[[prescribed_displacement]]
 group = "top"
 y = 0.25
 "#;
@@ -90,10 +90,10 @@ size = [1.0, 1.0, 2.0]
 cells = [2, 2, 2]
 [[region]]
 name = "upper"
-centre = [0.5, 0.5, 2.0]
+center = [0.5, 0.5, 2.0]
 radii = [1e3, 1e3, 1.0]
 [solid]
-kappa = 1e5
+bulk_modulus = 1e5
 formulation = "position"
 [[material]]
 group = "body"
@@ -105,7 +105,7 @@ group = "upper"
 law = "small-strain"
 density = 1e3
 shear_modulus = 1e4
-kappa = 4e5
+bulk_modulus = 4e5
 [[fixed]]
 group = "left"
 components = ["x"]
@@ -121,7 +121,7 @@ components = ["y"]
 [[fixed]]
 group = "bottom"
 components = ["z"]
-[[displacement]]
+[[prescribed_displacement]]
 group = "top"
 z = -0.01
 "#;

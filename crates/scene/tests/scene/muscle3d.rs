@@ -77,8 +77,8 @@ fn replayed(network: &Network, c: &[f64]) -> Vec<f64> {
 fn the_muscle_in_space_contracts_and_vibrates_for_two_seconds() {
     let (scene, _) = SCENE.split_once("[fields]").unwrap();
     let probes = format!(
-        "{scene}\n[[probe]]\nname = \"drive\"\ntype = \"point\"\nat = [0.0, 0.0, 0.0]\nquantities = [\"u\"]\nevery = {HALF}\n\
-         [[probe]]\nname = \"states\"\ntype = \"oscillators\"\nchain = \"middle\"\nevery = 2.0\n\
+        "{scene}\n[[probe]]\nname = \"drive\"\ntype = \"point\"\nat = [0.0, 0.0, 0.0]\nquantities = [\"u\"]\ninterval = {HALF}\n\
+         [[probe]]\nname = \"states\"\ntype = \"oscillators\"\nchain = \"middle\"\ninterval = 2.0\n\
          [[probe]]\nname = \"energy\"\ntype = \"energy\"\n"
     );
     let scene = build(&probes);
@@ -215,7 +215,7 @@ fn very_many_oscillators_at_most_double_the_work_on_the_body() {
     let steps = "rtol = 1e-3\ninitial_step = 5e-4\nmax_step = 5e-4\n";
     let scene = changed(&scene, "rtol = 1e-3\n", steps);
     // Only steps are measured: one checkpoint, at the end, instead of the default ten.
-    let scene = format!("[checkpoint]\nevery = 0.05\n{scene}");
+    let scene = format!("[checkpoint]\ninterval = 0.05\n{scene}");
 
     let (before, chain) = scene.split_once("[[chain]]").unwrap();
     let (_, after) = chain.split_once("[integrator]").unwrap();
@@ -233,7 +233,8 @@ fn very_many_oscillators_at_most_double_the_work_on_the_body() {
         .lines()
         .find(|line| line.starts_with("active"))
         .unwrap();
-    let following = "active = { type = \"coherence\", chain = \"middle\", coherent = 2e4 }";
+    let following =
+        "active = { type = \"coherence\", chain = \"middle\", at_full_coherence = 2e4 }";
     let two_way = changed(&one_way, given, following);
     // One-way coupling adds nothing to the factorized matrix; two-way coupling adds a coherence for
     // each element.

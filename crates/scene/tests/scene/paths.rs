@@ -42,7 +42,7 @@ fn heart(head: &str, k: &str, formulation: &str, traction: &str, probe: &str) ->
     format!(
         "{head}formulation = \"{formulation}\"\n[mesh]\ntype = \"box\"\nsize = [0.01, 0.01, 0.01]\n\
          cells = [1, 1, 1]\n[[material]]\nlaw = \"holzapfel-ogden\"\ndensity = 1e3\na = 59\nb = 8.023\n\
-         a_f = 18472\nb_f = 16.026\na_s = 2481\nb_s = 11.12\na_fs = 216\nb_fs = 11.436\n{k}fibre = [1, 0, 0]\n\
+         a_f = 18472\nb_f = 16.026\na_s = 2481\nb_s = 11.12\na_fs = 216\nb_fs = 11.436\n{k}fiber = [1, 0, 0]\n\
          sheet = [0, 1, 0]\n{planes}[[traction]]\ngroup = \"right\"\nx = {traction}\n\
          [[probe]]\nname = \"corner\"\ntype = \"point\"\nat = [0.01, 0.01, 0.01]\n{probe}"
     )
@@ -57,17 +57,17 @@ fn an_equilibrium_is_on_the_path_that_a_slow_motion_takes() {
         for part in parts {
             let load = part * 10_359.0;
             let slow = format!("{{ type = \"step\", value = {load}, rise = 1.0 }}");
-            let head = "[time]\nend = 1.5\n[solid]\nkappa = 1e5\nalpha = 50\n";
+            let head = "[time]\nend = 1.5\n[solid]\nbulk_modulus = 1e5\nrayleigh_mass = 50\n";
             let motion = heart(
                 head,
                 k,
                 "displacement",
                 &slow,
-                "every = 0.5\n[integrator]\nmethod = \"bdf\"\n",
+                "interval = 0.5\n[integrator]\nmethod = \"bdf\"\n",
             );
             let expected = at_corner(&motion, Path::new(""), "u_y");
             for formulation in ["displacement", "position"] {
-                let head = "analysis = \"static\"\n[solid]\nkappa = 1e5\n";
+                let head = "analysis = \"static\"\n[solid]\nbulk_modulus = 1e5\n";
                 let still = heart(head, k, formulation, &load.to_string(), "");
                 let found = at_corner(&still, Path::new(""), "u_y");
                 // The motion ends within its tolerance of 1e-4 and its residual vibration.
@@ -85,7 +85,7 @@ fn an_equilibrium_is_on_the_path_that_a_slow_motion_takes() {
 #[test]
 fn a_path_ends_at_its_limit_point() {
     for formulation in ["displacement", "position"] {
-        let head = "analysis = \"static\"\n[solid]\nkappa = 1e5\n";
+        let head = "analysis = \"static\"\n[solid]\nbulk_modulus = 1e5\n";
         let text = heart(head, "k = 100\n", formulation, "10359.0", "");
         let reached = run(&text).document["load_reached"].as_f64().unwrap();
         assert!((0.97..0.98).contains(&reached), "{formulation}: {reached}");
@@ -98,11 +98,13 @@ fn a_path_ends_at_its_limit_point() {
 fn a_body_follows_its_supports_over_any_distance() {
     for distance in [1.0, 20.0] {
         let moved = |group: &str| {
-            format!("[[displacement]]\ngroup = \"{group}\"\nx = {distance}\ny = 0.0\nz = 0.0\n")
+            format!(
+                "[[prescribed_displacement]]\ngroup = \"{group}\"\nx = {distance}\ny = 0.0\nz = 0.0\n"
+            )
         };
         let bar = format!(
             "analysis = \"static\"\n[mesh]\ntype = \"box\"\nsize = [1.0, 0.1, 0.1]\ncells = [20, 1, 1]\n[solid]\n\
-             kappa = 1e8\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e6\n{}{}\
+             bulk_modulus = 1e8\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e6\n{}{}\
              [[probe]]\nname = \"middle\"\ntype = \"point\"\nat = [0.5, 0.05, 0.05]\n",
             moved("left"),
             moved("right")
@@ -119,7 +121,7 @@ fn a_body_follows_its_supports_over_any_distance() {
 fn square(rest: &str) -> String {
     format!(
         "[time]\nend = 10.0\n[mesh]\ntype = \"rectangle\"\nwidth = 0.1\nheight = 0.3\ncells = [2, 6]\n[solid]\n\
-         kappa = 1e6\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e5\n{rest}"
+         bulk_modulus = 1e6\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e5\n{rest}"
     )
 }
 
@@ -129,7 +131,7 @@ fn factors_are_zero_and_equal_up_to_rounding() {
     let held = "[[fixed]]\ngroup = \"bottom\"\n[[fixed]]\ngroup = \"top\"\n";
     let moved = |factor: &str| {
         format!(
-            "{held}[[displacement]]\ngroup = \"left\"\nx = 0.01\ny = 0.0\ndistribution = \"{factor}\"\n"
+            "{held}[[prescribed_displacement]]\ngroup = \"left\"\nx = 0.01\ny = 0.0\nspatial_factor = \"{factor}\"\n"
         )
     };
     let scene = build(&square(&moved("sin(pi*y/0.3)")), Path::new(""));
@@ -175,10 +177,13 @@ fn tables_are_linear_unless_they_say_otherwise() {
 fn a_support_that_moves_at_the_start_is_rejected() {
     let rehearsed = |alpha: f64, eta: f64, motion: &str, folder: &Path| {
         let text = square(&format!(
-            "eta = {eta}\n[[fixed]]\ngroup = \"bottom\"\n[[displacement]]\ngroup = \"top\"\nx = {motion}\ny = 0.0\n"
+            "viscosity = {eta}\n[[fixed]]\ngroup = \"bottom\"\n[[prescribed_displacement]]\ngroup = \"top\"\nx = {motion}\ny = 0.0\n"
         ));
         let text = text
-            .replace("kappa = 1e6", &format!("kappa = 1e6\nalpha = {alpha}"))
+            .replace(
+                "bulk_modulus = 1e6",
+                &format!("bulk_modulus = 1e6\nrayleigh_mass = {alpha}"),
+            )
             .replace("end = 10.0", "end = 0.02");
         let out = tempfile::tempdir().unwrap();
         compute(&build(&text, folder), &RunOptions::into_folder(out.path()))
@@ -210,14 +215,14 @@ const CUBE: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n2 1
     2 11 1 11\n2 1 2 6\n1 1 3 2\n2 4 2 3\n3 1 2 5\n4 6 5 2\n5 1 5 3\n6 7 3 5\n3 1 4 5\n7 1 2 3 5\n8 4 3 2 8\n\
     9 6 2 5 8\n10 7 5 3 8\n11 2 3 5 8\n$EndElements\n";
 
-/// Regression: "column 84 of the pattern is empty" for kappa = inf.
+/// Regression: "column 84 of the pattern is empty" for bulk_modulus = inf.
 #[test]
 fn a_corner_held_in_all_nodes_has_its_neighbors_pressure() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("gel.msh"), CUBE).unwrap();
     let text = |head: &str, load: &str| {
         format!(
-            "{head}\n[mesh]\ntype = \"file\"\npath = \"gel.msh\"\n[solid]\nkappa = inf\n[[material]]\nlaw = \"neo-hooke\"\n\
+            "{head}\n[mesh]\ntype = \"file\"\npath = \"gel.msh\"\n[solid]\nbulk_modulus = inf\n[[material]]\nlaw = \"neo-hooke\"\n\
              density = 1e3\nshear_modulus = 1e4\n[[body_force]]\nx = {load}\n[[fixed]]\ngroup = \"wall\"\n\
              [[probe]]\nname = \"corner\"\ntype = \"point\"\nat = [0, 0, 0]\n"
         )
@@ -228,7 +233,7 @@ fn a_corner_held_in_all_nodes_has_its_neighbors_pressure() {
             "[time]\nend = 0.01",
             "{ type = \"step\", value = 1.0, rise = 0.01 }",
         )
-        .replace("at = [0, 0, 0]", "at = [0, 0, 0]\nevery = 0.01"),
+        .replace("at = [0, 0, 0]", "at = [0, 0, 0]\ninterval = 0.01"),
     );
     for text in [still, moving] {
         let scene = build(&text, folder.path());

@@ -149,7 +149,7 @@ impl RandomScene {
             (_, true) => &["implicit-rate", "rate"],
         };
         let formulation = formulations.choose(rng).unwrap();
-        let method = *[Method::Bdf, Method::Radau, Method::Radau9, Method::Radau13]
+        let method = *[Method::Bdf, Method::Radau5, Method::Radau9, Method::Radau13]
             .choose(rng)
             .unwrap();
         let rtol = 10_f64.powi(-rng.random_range(3..=7));
@@ -164,13 +164,13 @@ impl RandomScene {
             "title = \"Random scene {number} of seed {seed}\"\n\
              [time]\nend = {T_END}\n\
              [mesh]\ntype = \"beam\"\nlength = 0.1\nheight = 0.02\ncells = [6, 2]\n\
-             [solid]\nkappa = {kappa}\nalpha = {alpha}\nbeta = {beta:e}\n\
+             [solid]\nbulk_modulus = {kappa}\nrayleigh_mass = {alpha}\nrayleigh_stiffness = {beta:e}\n\
              formulation = \"{formulation}\"\n\
              [[material]]\n{law}\ndensity = 1.1e3\n\
              [[fixed]]\ngroup = \"fixed\"\n\
              [[traction]]\ngroup = \"load\"\nx = {x}\ny = {y}\n\
              [integrator]\nmethod = \"{method}\"\nrtol = {rtol:e}\nmax_cpu = 60.0\n\
-             [[probe]]\nname = \"tip\"\ntype = \"point\"\nat = [0.1, 0.01]\nevery = 0.005\n\
+             [[probe]]\nname = \"tip\"\ntype = \"point\"\nat = [0.1, 0.01]\ninterval = 0.005\n\
              quantities = [{quantities}]\n",
             law = law(rng),
             method = name(method),
@@ -214,7 +214,7 @@ impl RandomScene {
 fn name(method: Method) -> &'static str {
     match method {
         Method::Bdf => "bdf",
-        Method::Radau => "radau",
+        Method::Radau5 => "radau5",
         Method::Radau9 => "radau9",
         Method::Radau13 => "radau13",
     }

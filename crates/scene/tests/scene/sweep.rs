@@ -16,7 +16,7 @@ fn a_panic_in_one_case_is_a_row_and_tried_again() {
     let sweep = |after_case: &(dyn Fn(&Path, &Scene, &RunResult) -> Result<(), Error> + Sync)| {
         let result = compute(&SweepOptions {
             scene: "cook-static".into(),
-            vary: vec!["solid.kappa=1e5,2e5,4e5".to_owned()],
+            vary: vec!["solid.bulk_modulus=1e5,2e5,4e5".to_owned()],
             results: Vec::new(),
             set: vec!["mesh.cells=[2,2]".to_owned()],
             out: folder.path().to_owned(),
@@ -80,7 +80,7 @@ fn a_wrong_value_is_told_with_its_option() {
         |vary: &str, set: &str| refusal(&out, "cook-static", &[vary], set, Cases::All).unwrap();
     let of_vary = said("solid.kapa=1,2", "mesh.cells=[2,2]");
     assert!(of_vary.contains("where: --vary solid.kapa=1"), "{of_vary}");
-    let of_set = said("solid.kappa=1,2", "mesh.cels=[2,2]");
+    let of_set = said("solid.bulk_modulus=1,2", "mesh.cels=[2,2]");
     assert!(of_set.contains("where: --set mesh.cels"), "{of_set}");
 }
 
@@ -89,10 +89,10 @@ fn a_wrong_value_is_told_with_its_option() {
 fn all_cases_are_read_before_one_is_computed() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
-    let wrong = ["solid.kappa=1e5,2e5", "material[0].density=1,-1"];
+    let wrong = ["solid.bulk_modulus=1e5,2e5", "material[0].density=1,-1"];
     let said = |cases| refusal(&out, "cook-static", &wrong, "mesh.cells=[2,2]", cases);
     let first = said(Cases::All).unwrap();
-    let case = "case: 2: solid.kappa=1e5, material[0].density=-1";
+    let case = "case: 2: solid.bulk_modulus=1e5, material[0].density=-1";
     assert!(first.contains(case), "{first}");
     // A readable value that the run rejects: a probe beyond the rod.
     let beyond = ["probe[1].at=0.05,9.0"];
@@ -135,7 +135,7 @@ fn loads_on_a_body_at_rest_are_refused_and_no_equilibrium_is_looked_for() {
         // The body is not held along y.
         let free = [
             "time.end=0.01",
-            "start={ type = \"equilibrium\" }",
+            "initial_state={ type = \"equilibrium\" }",
             "fixed[0].components=[\"x\"]",
         ];
         assert_eq!(said(&free), None, "{name}");

@@ -28,9 +28,9 @@ fn tighter() -> Run {
     let set = [
         "method=radau9",
         "rtol=1e-4",
-        "atol.displacement=1e-6",
-        "atol.velocity=1e-4",
-        "atol.pressure=10.0",
+        "atol.u=1e-6",
+        "atol.v=1e-4",
+        "atol.p=10.0",
     ];
     run_with("ventricle", &set.map(|set| format!("integrator.{set}")))
 }

@@ -27,7 +27,7 @@ fn cube(material: &str, supports: &str, tractions: &[(&str, [f64; 3])]) -> Scene
     let tractions: String = tractions.iter().map(of_group).collect();
     let text = BLOCK
         .replace("size = [2.0, 1.0, 1.0]", "size = [1.0, 1.0, 1.0]")
-        .replace("kappa = 1e5", "kappa = inf")
+        .replace("bulk_modulus = 1e5", "bulk_modulus = inf")
         .replace(
             "law = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\nc01 = 2e2",
             material,
@@ -110,7 +110,7 @@ fn an_incompressible_cube_is_sheared() {
     let law = mooney_rivlin([c10, c01]);
     for k in [0.2, 0.8] {
         let plates = format!(
-            "[[fixed]]\ngroup = \"front\"\n[[displacement]]\ngroup = \"back\"\nx = {k}\ny = 0.0\nz = 0.0\n\
+            "[[fixed]]\ngroup = \"front\"\n[[prescribed_displacement]]\ngroup = \"back\"\nx = {k}\ny = 0.0\nz = 0.0\n\
              [[probe]]\nname = \"plate\"\ntype = \"reaction\"\ngroup = \"front\"\n\
              [[probe]]\nname = \"side\"\ntype = \"point\"\nat = [1.0, 0.5, 1.0]\n"
         );
@@ -138,7 +138,7 @@ fn an_incompressible_cube_is_sheared() {
 /// stresses with closed-form stretches λ. Along: P = 2 (λ - λ⁻²)(c10 + c01/λ) + T(λ)/λ. Across: the
 /// stretch of the fiber is μ and the stretch of the other side is 1/(λ μ). Both sides are free.
 #[test]
-fn an_incompressible_cube_is_pulled_along_and_across_its_fibres() {
+fn an_incompressible_cube_is_pulled_along_and_across_its_fibers() {
     let (c10, c01, c3, c4, c5, straight) = (1e4, 2e2, 500.0, 8.0, 1.2e4, 1.1);
     let law = format!(
         "law = \"transverse-mooney-rivlin\"\ndensity = 1e3\nc10 = {c10}\nc01 = {c01}\nc3 = {c3}\nc4 = {c4}\n\
@@ -154,7 +154,7 @@ fn an_incompressible_cube_is_pulled_along_and_across_its_fibres() {
     let matrix = |a: f64, b: f64, c: f64| 2.0 * (a * a - b * b) * (c10 + c01 * c * c);
     let along = |l: f64| (matrix(l, l.powf(-0.5), l.powf(-0.5)) + tension(l)) / l;
     // Stretch μ of free fibers under λ across them, by bisection.
-    let fibre = |l: f64| {
+    let fiber = |l: f64| {
         let free = |m: f64| matrix(m, 1.0 / (l * m), l) + tension(m);
         let (mut low, mut high) = (0.5, 2.0);
         for _ in 0..60 {
@@ -168,18 +168,18 @@ fn an_incompressible_cube_is_pulled_along_and_across_its_fibres() {
         0.5 * (low + high)
     };
     let across = |l: f64| {
-        let m = fibre(l);
+        let m = fiber(l);
         (matrix(l, m, 1.0 / (l * m)) - tension(m)) / l
     };
     let pulled = |direction: &str, stress: f64| {
-        let material = format!("{law}\nfibre = {direction}");
+        let material = format!("{law}\nfiber = {direction}");
         let [x, y, z, _] = corner(&cube(&material, ROLLERS, &[("right", [stress, 0.0, 0.0])]));
         [1.0 + x, 1.0 + y, 1.0 + z]
     };
     // The cases include shortened, crimped and straight fibers.
-    assert!(fibre(1.2) < 1.0 && (1.0..straight).contains(&fibre(0.9)) && fibre(0.75) > straight);
+    assert!(fiber(1.2) < 1.0 && (1.0..straight).contains(&fiber(0.9)) && fiber(0.75) > straight);
     for l in [0.75_f64, 0.9, 1.05, 1.2] {
-        let (side, m) = (l.powf(-0.5), fibre(l));
+        let (side, m) = (l.powf(-0.5), fiber(l));
         for (found, expected) in [
             (pulled("[1, 0, 0]", along(l)), [l, side, side]),
             (pulled("[0, 1, 0]", across(l)), [l, m, 1.0 / (l * m)]),

@@ -29,7 +29,7 @@ type = "file"
 path = "{name}"
 refine = {refine}
 [solid]
-kappa = 1e5
+bulk_modulus = 1e5
 [[material]]
 group = "muscle"
 law = "mooney-rivlin"

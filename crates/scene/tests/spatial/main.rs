@@ -20,7 +20,7 @@ type = "box"
 size = [2.0, 1.0, 1.0]
 cells = [2, 1, 1]
 [solid]
-kappa = 1e5
+bulk_modulus = 1e5
 [[material]]
 law = "mooney-rivlin"
 density = 1e3
@@ -61,7 +61,7 @@ fn a_spindle_in_equilibrium_is_that_of_another_program() {
                 "type = \"file\"\npath = \"spindle_coarse.msh\"",
             )
             .replace("size = [2.0, 1.0, 1.0]\ncells = [2, 1, 1]", "")
-            .replace("kappa = 1e5", &format!("kappa = {kappa}"))
+            .replace("bulk_modulus = 1e5", &format!("bulk_modulus = {kappa}"))
             .replace("group = \"left\"", "group = \"fixed\"")
             .replace("group = \"right\"", "group = \"load\"")
             .replace("at = [2.0, 0.5, 0.5]", "at = [0.0, 0.0, 0.0]");
@@ -103,7 +103,7 @@ fn the_remedy_of_guccione_elements_that_collapse_is_told() {
         .replace("mooney-rivlin", "guccione")
         .replace(
             "c10 = 1e4\nc01 = 2e2",
-            "c = 2e3\nb_f = 8\nb_t = 2\nb_fs = 4\nfibre = [1, 0, 0]",
+            "c = 2e3\nb_f = 8\nb_t = 2\nb_fs = 4\nfiber = [1, 0, 0]",
         )
         .replace("z = 100.0", "z = 1e19");
     let of = |text: &str| {
@@ -122,7 +122,7 @@ fn the_remedy_of_guccione_elements_that_collapse_is_told() {
     // Regression: one such element hid the limit load of other elements from the advice.
     let text = text.replace("[[material]]", "[[material]]\ngroup = \"body\"");
     let both = format!(
-        "{text}[[region]]\nname = \"core\"\ncentre = [0.5, 0.5, 0.5]\nradii = [0.4, 0.4, 0.4]\n\
+        "{text}[[region]]\nname = \"core\"\ncenter = [0.5, 0.5, 0.5]\nradii = [0.4, 0.4, 0.4]\n\
          [[material]]\ngroup = \"core\"\nlaw = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\nc01 = 2e2\n"
     );
     for remedy in ["take `isochoric-guccione`", "a damped motion"] {
@@ -133,7 +133,7 @@ fn the_remedy_of_guccione_elements_that_collapse_is_told() {
 /// Case s10 with half as many cells along the beam as the scene. Another P2–P1 program gives 3.141
 /// mm with twenty cells along.
 #[test]
-fn a_beam_of_fibres_bends_as_in_another_program() {
+fn a_beam_of_fibers_bends_as_in_another_program() {
     let set = ["mesh.cells=[20,2,2]".to_owned()];
     let scene = Scene::built_in("land1", &set).unwrap();
     let results = results(&scene);

@@ -41,7 +41,7 @@ fn what_does_not_fit_the_dimension_is_refused() {
         ),
         (
             "group = \"left\"\n[[traction]]",
-            "group = \"left\"\n[[region]]\nname = \"disc\"\ncentre = [0.0, 0.0]\nradii = [1.0, 1.0]\n[[traction]]",
+            "group = \"left\"\n[[region]]\nname = \"disc\"\ncenter = [0.0, 0.0]\nradii = [1.0, 1.0]\n[[traction]]",
             "a region of this mesh needs 3 numbers",
         ),
         (
@@ -74,14 +74,16 @@ fn what_does_not_fit_the_dimension_is_refused() {
 #[test]
 fn st_venant_kirchhoff_is_for_displacements_alone() {
     const LAW: &str = "law = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\nc01 = 2e2";
-    const OTHER: &str =
-        "law = \"st-venant-kirchhoff\"\ndensity = 1e3\nlambda = 1e5\nshear_modulus = 1e4";
+    const OTHER: &str = "law = \"st-venant-kirchhoff\"\ndensity = 1e3\nfirst_lame_parameter = 1e5\nshear_modulus = 1e4";
     assert!(BLOCK.contains(LAW));
     let text = BLOCK.replace(LAW, OTHER);
     let found = refusal_of(&text, Path::new(""));
     let expected = "the law st-venant-kirchhoff has its own volume part, which is no -κ (J-1)";
     assert!(found.starts_with(expected), "{found}");
-    let text = text.replace("kappa = 1e5", "kappa = 1e5\nformulation = \"displacement\"");
+    let text = text.replace(
+        "bulk_modulus = 1e5",
+        "bulk_modulus = 1e5\nformulation = \"displacement\"",
+    );
     assert_eq!(refusal_of(&text, Path::new("")), "accepted");
 }
 
@@ -89,7 +91,7 @@ fn st_venant_kirchhoff_is_for_displacements_alone() {
 #[test]
 fn an_incompressible_body_that_is_held_everywhere_is_refused() {
     let text = BLOCK
-        .replace("kappa = 1e5", "kappa = inf")
+        .replace("bulk_modulus = 1e5", "bulk_modulus = inf")
         .replace("[[fixed]]\ngroup = \"left\"", "[[fixed]]\ngroup = \"body\"");
     let found = refusal_of(&text, Path::new(""));
     let expected =
@@ -137,36 +139,36 @@ fn a_table_is_refused_with_the_number_of_its_row() {
 }
 
 #[test]
-fn directions_of_fibres_are_asked_for_and_checked() {
+fn directions_of_fibers_are_asked_for_and_checked() {
     const LAW: &str = "law = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\nc01 = 2e2";
     let guccione = |directions: &str| {
         let law = "law = \"guccione\"\ndensity = 1e3\nc = 2e3\nb_f = 8.0\nb_t = 2.0\nb_fs = 4.0";
         refusal(LAW, &format!("{law}\n{directions}"))
     };
-    assert_eq!(guccione("fibre = [1, 0, 0]"), "accepted");
+    assert_eq!(guccione("fiber = [1, 0, 0]"), "accepted");
     for (directions, message) in [
-        ("", "the law guccione needs the direction of its fibres"),
-        ("fibre = [0, 0, 0]", "a direction cannot be zero"),
+        ("", "the law guccione needs the direction of its fibers"),
+        ("fiber = [0, 0, 0]", "a direction cannot be zero"),
         (
-            "fibre = [1, 0]",
+            "fiber = [1, 0]",
             "a direction in space has three components",
         ),
-        ("fibre = \"f0\"", "the mesh has no nodal field `f0`"),
-        ("sheet = [0, 1, 0]", "needs the direction of its fibres"),
+        ("fiber = \"f0\"", "the mesh has no nodal field `f0`"),
+        ("sheet = [0, 1, 0]", "needs the direction of its fibers"),
         (
-            "fibre = [1, 0, 0]\nsheet = [-2, 0, 0]",
-            "the sheets run along the fibres",
+            "fiber = [1, 0, 0]\nsheet = [-2, 0, 0]",
+            "the sheets run along the fibers",
         ),
         (
-            "fibre = [1, 0, 0]\nsheet = \"s0\"",
-            "`fibre` and `sheet` are of different kinds",
+            "fiber = [1, 0, 0]\nsheet = \"s0\"",
+            "`fiber` and `sheet` are of different kinds",
         ),
     ] {
         let found = guccione(directions);
         assert!(found.contains(message), "{directions}: {found}");
     }
     let heart = "law = \"holzapfel-ogden\"\ndensity = 1e3\na = 59\nb = 8.023\na_f = 18472\n\
-                 b_f = 16.026\na_s = 2481\nb_s = 11.12\na_fs = 216\nb_fs = 11.436\nfibre = [1, 0, 0]";
+                 b_f = 16.026\na_s = 2481\nb_s = 11.12\na_fs = 216\nb_fs = 11.436\nfiber = [1, 0, 0]";
     let without = refusal(LAW, heart);
     assert!(
         without.contains("needs the direction of its sheets"),
@@ -200,7 +202,7 @@ fn mesh_files_that_are_wrong_in_space_are_refused_with_their_place() {
     let text = BLOCK
         .replace("type = \"box\"", "type = \"file\"\npath = \"own.msh\"")
         .replace("size = [2.0, 1.0, 1.0]\ncells = [2, 1, 1]", "")
-        .replace("law = \"mooney", "fibre = \"f0\"\nlaw = \"mooney")
+        .replace("law = \"mooney", "fiber = \"f0\"\nlaw = \"mooney")
         .replace("group = \"right\"", "group = \"left\"")
         .replace("at = [2.0, 0.5, 0.5]", "at = [0.1, 0.1, 0.1]");
     let folder = tempfile::tempdir().unwrap();
@@ -244,16 +246,16 @@ fn mesh_files_that_are_wrong_in_space_are_refused_with_their_place() {
 
 /// Checks the note on fibers that turn by more than 120° within an element.
 #[test]
-fn fibres_that_are_not_resolved_are_told_of() {
+fn fibers_that_are_not_resolved_are_told_of() {
     let folder = tempfile::tempdir().unwrap();
     let text = BLOCK
         .replace("type = \"box\"", "type = \"file\"\npath = \"own.msh\"")
         .replace("size = [2.0, 1.0, 1.0]\ncells = [2, 1, 1]", "")
-        .replace("law = \"mooney", "fibre = \"f0\"\nlaw = \"mooney")
+        .replace("law = \"mooney", "fiber = \"f0\"\nlaw = \"mooney")
         .replace("group = \"right\"", "group = \"left\"")
         .replace("at = [2.0, 0.5, 0.5]", "at = [0.1, 0.1, 0.1]");
-    let notes = |fibre: &str| {
-        let file = mesh_file("1 1 0 0\n2 1", &format!("1 {fibre}\n2 1"));
+    let notes = |fiber: &str| {
+        let file = mesh_file("1 1 0 0\n2 1", &format!("1 {fiber}\n2 1"));
         fs::write(folder.path().join("own.msh"), file).unwrap();
         let scene = Scene::build("scene.toml", &text, &[], folder.path()).unwrap();
         scene.notes().join("; ")

@@ -33,8 +33,8 @@ pub const INTEGRATORS: [Integrator; 6] = [
     Integrator::DiffsolBdf,
     Integrator::DiffsolTrBdf2,
     Integrator::DiffsolEsdirk34,
-    Integrator::Ours(IntegratorKind::Ida, 2),
-    Integrator::Ours(IntegratorKind::Ida, 5),
+    Integrator::Ours(IntegratorKind::Bdf, 2),
+    Integrator::Ours(IntegratorKind::Bdf, 5),
     Integrator::Ours(IntegratorKind::Radau9, 9),
 ];
 
@@ -44,8 +44,8 @@ impl Integrator {
             Self::DiffsolBdf => "diffsol BDF",
             Self::DiffsolTrBdf2 => "diffsol TR-BDF2",
             Self::DiffsolEsdirk34 => "diffsol ESDIRK34",
-            Self::Ours(IntegratorKind::Ida, 2) => "ours, BDF 2",
-            Self::Ours(IntegratorKind::Ida, _) => "ours, BDF 5",
+            Self::Ours(IntegratorKind::Bdf, 2) => "ours, BDF 2",
+            Self::Ours(IntegratorKind::Bdf, _) => "ours, BDF 5",
             Self::Ours(..) => "ours, Radau IIA 9",
         }
     }

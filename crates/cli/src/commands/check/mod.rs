@@ -23,7 +23,7 @@ use myovib_report::table::{Align, Table, Tone, colored_stdout, counted, exponent
 use myovib_scene::run::{initial, rehearse, try_out};
 use myovib_scene::scene_file::active::Tension;
 use myovib_scene::scene_file::material::PronyTerm;
-use myovib_scene::scene_file::solid::{Bed, Direction};
+use myovib_scene::scene_file::solid::{Direction, ElasticFoundation};
 use myovib_scene::scene_file::{Analysis, SceneFile};
 use myovib_scene::sensitivity::Known;
 use myovib_scene::watch::Watcher;
@@ -34,19 +34,19 @@ use myovib_scene::{Body, Scene, plain};
 #[command(after_help = "Examples:\n  \
     myovib check scene.toml\n  \
     myovib check table2-4\n  \
-    myovib check scene.toml --set solid.kappa=inf --json\n\n\
+    myovib check scene.toml --set solid.bulk_modulus=inf --json\n\n\
     What is printed: each block of unknowns with its index, and whether the integrator tests its error; the \
     size of the body; the index of the system; how well pressures are held (inf–sup); the start; eigenfrequencies; the first steps \
     of the run, tried for a second; then warnings with what to change. Of an equilibrium: what the load does by \
     linear elasticity, and the time of an iteration. The letters \
-    are those of the table: to leave lambda out of the error test is `--set 'integrator.suppress=[\"pressure\"]'`.\n\n\
+    are those of the table: to leave lambda out of the error test is `--set 'integrator.error_test.exclude=[\"p\"]'`.\n\n\
     Nothing is written. Warnings do not change the exit code.")]
 pub struct CheckArgs {
     /// Scene: a TOML file or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
 
-    /// Change a value of the scene, for example solid.kappa=inf; may be repeated.
+    /// Change a value of the scene, for example solid.bulk_modulus=inf; may be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
@@ -218,10 +218,10 @@ fn added(file: &SceneFile) -> Vec<String> {
     for material in &file.material {
         let place = material.group.as_deref().unwrap_or("everywhere");
         let own = [
-            ("κ", material.kappa.map(|own| own.0), "Pa"),
-            ("α", material.alpha, "1/s"),
-            ("β", material.beta, "s"),
-            ("η", material.eta, "Pa·s"),
+            ("κ", material.bulk_modulus.map(|own| own.0), "Pa"),
+            ("α", material.rayleigh_mass, "1/s"),
+            ("β", material.rayleigh_stiffness, "s"),
+            ("η", material.viscosity, "Pa·s"),
         ];
         for (name, value, unit) in own {
             lines.extend(
@@ -230,36 +230,39 @@ fn added(file: &SceneFile) -> Vec<String> {
         }
         let terms = material.prony.iter().flatten();
         lines.extend(terms.map(|term| {
-            let PronyTerm { g, tau } = term;
+            let PronyTerm {
+                relative_modulus: g,
+                relaxation_time: tau,
+            } = term;
             format!("material        {place}: stress relaxes, g = {g:e}, τ = {tau:e} s")
         }));
         lines.extend(material.active.as_ref().map(|active| match active.tension {
             Tension::Given { .. } => format!("contraction     {place}: by a given tension"),
             Tension::Coherence {
                 ref chain,
-                unsynchronised,
-                coherent,
+                at_zero_coherence: zero,
+                at_full_coherence: full,
                 ..
             } => format!(
-                "contraction     {place}: by the coherence of `{chain}`, {unsynchronised:e} to {coherent:e} Pa"
+                "contraction     {place}: by the coherence of `{chain}`, {zero:e} to {full:e} Pa"
             ),
             Tension::Bestel { contractility, .. } => {
                 format!("contraction     {place}: by Bestel's equation, σ0 = {contractility:e} Pa")
             }
         }));
     }
-    let beds = file.bed.iter().map(|bed| {
+    let beds = file.elastic_foundation.iter().map(|bed| {
         let along = match bed.along {
             Direction::All => "in all directions",
             Direction::Normal => "along the normal",
         };
-        let Bed {
+        let ElasticFoundation {
             group,
             stiffness,
             damping,
             ..
         } = bed;
-        format!("bed             {group}: k = {stiffness:e} Pa/m, c = {damping:e} Pa·s/m, {along}")
+        format!("foundation      {group}: k = {stiffness:e} Pa/m, c = {damping:e} Pa·s/m, {along}")
     });
     lines.extend(beds);
     lines.iter().map(|line| plain(line)).collect()
@@ -312,7 +315,7 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
     });
     let sweeps = report.sweeps.iter();
     lines.extend(sweeps.filter_map(|&range| passed(range, &report.slow_modes)));
-    if body.settings.integrator == IntegratorKind::Ida {
+    if body.settings.integrator == IntegratorKind::Bdf {
         lines.push(format!(
             "BDF order       {} at most: beyond it modes faster than the steps resolve would grow",
             report.advice.max_order()

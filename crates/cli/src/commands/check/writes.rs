@@ -15,12 +15,12 @@ pub(super) fn lines(scene: &Scene) -> Vec<String> {
         _ => 1,
     };
     lines.extend(probes.map(|probe| {
-        let rows = counted(rows(probe.every), "row");
+        let rows = counted(rows(probe.interval), "row");
         format!("writes          {}.csv: {rows}", probe.name)
     }));
     lines.extend(file.fields.as_ref().map(|fields| {
         let names: Vec<&str> = fields.quantities.iter().map(|q| q.label()).collect();
-        let files = counted(rows(fields.every), "file");
+        let files = counted(rows(fields.interval), "file");
         format!(
             "writes          fields.pvd: {} in {files}",
             names.join(", ")
@@ -32,7 +32,7 @@ pub(super) fn lines(scene: &Scene) -> Vec<String> {
         .any(|chain| chain.elements().is_none() && chain.is_in_many_places())
     {
         lines.extend(file.fields.as_ref().map(|fields| {
-            let files = counted(rows(fields.every), "file");
+            let files = counted(rows(fields.interval), "file");
             format!("writes          places.pvd: oscillators in {files}")
         }));
     }

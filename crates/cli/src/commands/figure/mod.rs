@@ -42,7 +42,7 @@ use myovib_scene::{InputError, Scene};
 #[command(after_help = "Examples:\n  \
     myovib figure 4\n  \
     myovib figure 3 --json\n  \
-    myovib figure 3 --set chain[0].gain=4000 --set chain[0].half_width=0.2 --set chain[0].seed=7\n  \
+    myovib figure 3 --set chain[0].gain=4000 --set chain[0].frequency_spread=0.03 --set chain[0].seed=7\n  \
     myovib figure 7 --set 'chain[0].at=[0.03, 0.01]' --png\n  \
     myovib figure 6 --out figures --json=figure6.json\n\n\
     The figure shows a run of the built-in scene `figureN`. Writes figureN.svg, and figureN.csv\n\
@@ -87,7 +87,7 @@ pub struct Options {
     #[arg(long, value_name = "T")]
     pub t_end: Option<f64>,
 
-    /// Integrator: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`, `radau9`, `radau13`
+    /// Integrator: `bdf`, or Radau IIA of order 5, 9 or 13: `radau5`, `radau9`, `radau13`
     /// [default: ida].
     #[arg(long, value_name = "NAME", value_parser = values::integrator)]
     pub integrator: Option<IntegratorKind>,

@@ -65,7 +65,7 @@ impl MuscleRun {
             ("beta".to_owned(), json!(body.muscle.parameters.beta)),
         ]);
         if let Some(solid) = &self.scene.file.solid {
-            document.insert("kappa".to_owned(), json!(solid.kappa));
+            document.insert("kappa".to_owned(), json!(solid.bulk_modulus));
         }
         let statistics = StatisticsJson::new(&self.statistics, &body.settings, body.formulation);
         if let Value::Object(statistics) = serde_json::to_value(statistics)? {

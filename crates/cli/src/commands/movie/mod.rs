@@ -57,7 +57,7 @@ pub struct MovieArgs {
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
 
-    /// Integrator: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`, `radau9`, `radau13`
+    /// Integrator: `bdf`, or Radau IIA of order 5, 9 or 13: `radau5`, `radau9`, `radau13`
     /// [default: the scene's].
     #[arg(long, value_name = "NAME", value_parser = values::integrator)]
     pub integrator: Option<IntegratorKind>,

@@ -19,11 +19,11 @@ use crate::values;
 /// Options of `myovib sweep`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
-    myovib sweep scene.toml --vary solid.kappa=1e4,1e5,inf --out kappa\n  \
-    myovib sweep scene.toml --vary solid.beta=1e-5..1e-3:5 --vary solid.kappa=1e5,inf\n  \
-    myovib sweep scene.toml --vary solid.beta=1e-5..1e-2:4:log --result 'gain=amplitude(origin.u_y, 1)/1e-3'\n  \
-    myovib sweep scene.toml --vary solid.kappa=1e4,1e5,inf --case 2/3\n  \
-    myovib sweep scene.toml --vary solid.kappa=1e4..1e6:12:log --slurm jobs.sh --per-task 2\n\n\
+    myovib sweep scene.toml --vary solid.bulk_modulus=1e4,1e5,inf --out moduli\n  \
+    myovib sweep scene.toml --vary solid.rayleigh_stiffness=1e-5..1e-3:5 --vary solid.bulk_modulus=1e5,inf\n  \
+    myovib sweep scene.toml --vary solid.rayleigh_stiffness=1e-5..1e-2:4:log --result 'gain=amplitude(origin.u_y, 1)/1e-3'\n  \
+    myovib sweep scene.toml --vary solid.bulk_modulus=1e4,1e5,inf --case 2/3\n  \
+    myovib sweep scene.toml --vary solid.bulk_modulus=1e4..1e6:12:log --slurm jobs.sh --per-task 2\n\n\
     A range lo..hi:n has n values from lo to hi, equally spaced; with :log their logarithms are.\n\n\
     The scenes of all cases are read before one is computed: a wrong value is an error. The table, with a row for each \
     case, goes to standard output and to sweep.csv and sweep.json in the folder. A case that fails when it is run is a row \

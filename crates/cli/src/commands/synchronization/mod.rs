@@ -31,7 +31,7 @@ use crate::values;
     after_help = "Examples:\n  \
     myovib synchronization\n  \
     myovib synchronization --gamma 1,6000 --t-end 60\n  \
-    myovib synchronization --gamma 1000,4000,6000 --width 0.05,0.5 --coupling 1,3\n  \
+    myovib synchronization --gamma 1000,4000,6000 --frequency-spread 0.008,0.08 --coupling 1,3\n  \
     myovib synchronization --gamma 250,1000,4000 --frequency 7,7.5,8,8.5 --json\n  \
     myovib synchronization --body muscle --set 'chain[0].at=[0.02, 0]' --gamma 1,1000,10000\n\n\
     Rod and chain are those of the built-in scene `figure3`, muscle and chain those of `figure7`.\n\
@@ -58,10 +58,10 @@ pub struct SynchronizationArgs {
     )]
     pub gamma: Vec<f64>,
 
-    /// Half widths of the interval of natural angular frequencies, rad/s [default: the scene's:
-    /// 0.05 on the rod, 0.5 on the muscle].
-    #[arg(long, value_name = "W,…", value_delimiter = ',')]
-    pub width: Vec<f64>,
+    /// Half widths of the interval of natural frequencies, Hz [default: the scene's, 0.008 on the
+    /// rod, 0.08 on the muscle].
+    #[arg(long, value_name = "S,…", value_delimiter = ',')]
+    pub frequency_spread: Vec<f64>,
 
     /// Coupling constants D between neighbors [default: the scene's: 3].
     #[arg(long, value_name = "D,…", value_delimiter = ',')]
@@ -77,7 +77,7 @@ pub struct SynchronizationArgs {
     #[arg(long, value_name = "T")]
     pub t_end: Option<f64>,
 
-    /// Integrator of body and chains: `ida` (BDF), or Radau IIA of order 5, 9 or 13: `radau`,
+    /// Integrator of body and chains: `bdf`, or Radau IIA of order 5, 9 or 13: `radau5`,
     /// `radau9`, `radau13`. For long runs of oscillators, order 9 takes a fortieth of the time of
     /// BDF.
     #[arg(long, value_name = "NAME", default_value = "radau9", value_parser = values::integrator)]
@@ -202,11 +202,11 @@ impl SynchronizationArgs {
         let mut cases = Vec::new();
         for (drive, &frequency) in self.frequency.iter().enumerate() {
             let (_, key) = self.body.scene();
-            for width in values(&self.width, "chain[0].half_width") {
+            for spread in values(&self.frequency_spread, "chain[0].frequency_spread") {
                 for coupling in values(&self.coupling, "chain[0].coupling") {
                     for gamma in values(&self.gamma, "chain[0].gain") {
                         let load = change(key, format!("{frequency:e}"));
-                        let changes = [&[load][..], &width, &coupling, &gamma].concat();
+                        let changes = [&[load][..], &spread, &coupling, &gamma].concat();
                         let scene = self.scene(&changes)?;
                         cases.push(Case {
                             frequency,

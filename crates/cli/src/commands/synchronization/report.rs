@@ -64,7 +64,7 @@ pub(super) fn give(
     let document = document(args, results)?;
     let columns = [
         "frequency",
-        "width",
+        "frequency_spread",
         "coupling",
         "gamma",
         "psi_mean",
@@ -130,7 +130,7 @@ fn values(
 fn table(results: &[Outcome]) -> Table {
     let mut table = Table::new(&[
         ("drive Hz", Align::Right),
-        ("width", Align::Right),
+        ("± Hz", Align::Right),
         ("D", Align::Right),
         ("γ", Align::Right),
         ("|Ψ|", Align::Right),
@@ -204,10 +204,15 @@ impl Outcome {
         &self.run.scene.file.chain[0]
     }
 
-    /// Returns drive frequency, width, D and γ.
+    /// Returns drive frequency, spread, D and γ.
     fn case(&self) -> [f64; 4] {
         let chain = self.chain();
-        [self.frequency, chain.half_width, chain.coupling, chain.gain]
+        [
+            self.frequency,
+            chain.frequency_spread,
+            chain.coupling,
+            chain.gain,
+        ]
     }
 }
 
@@ -269,7 +274,7 @@ fn figure(args: &SynchronizationArgs, results: &[Outcome]) -> Figure {
 
 /// Splits the results into the runs of each curve, which differ only in γ.
 fn chunks(results: &[Outcome]) -> impl Iterator<Item = &[Outcome]> {
-    let key = |o: &Outcome| (o.frequency, o.chain().half_width, o.chain().coupling);
+    let key = |o: &Outcome| (o.frequency, o.chain().frequency_spread, o.chain().coupling);
     results.chunk_by(move |a, b| key(a) == key(b))
 }
 
@@ -279,8 +284,8 @@ fn curve_name(args: &SynchronizationArgs, result: &Outcome) -> String {
     if args.frequency.len() > 1 {
         parts.push(format!("{} Hz", result.frequency));
     }
-    if args.width.len() > 1 {
-        parts.push(format!("±{} rad/s", result.chain().half_width));
+    if args.frequency_spread.len() > 1 {
+        parts.push(format!("±{} Hz", result.chain().frequency_spread));
     }
     if args.coupling.len() > 1 {
         parts.push(format!("*D* = {}", result.chain().coupling));

@@ -116,11 +116,11 @@ pub struct ActiveStress {
 
 /// Tension τ at a point with its derivatives, and the deformed fiber.
 #[derive(Debug, Clone, Copy)]
-pub struct ActiveFibre<R, const D: usize> {
+pub struct ActiveFiber<R, const D: usize> {
     /// Undeformed fiber f0.
     reference: [R; D],
     /// Deformed fiber f = F f0.
-    fibre: [R; D],
+    fiber: [R; D],
     /// Fiber rate ḟ = V f0.
     rate: [R; D],
     /// Tension τ.
@@ -183,15 +183,15 @@ impl ActiveStress {
         h: &[[R; D]; D],
         v: &[[R; D]; D],
         tension: R,
-    ) -> ActiveFibre<R, D> {
+    ) -> ActiveFiber<R, D> {
         let (change, rate) = (apply(h, reference), apply(v, reference));
-        let mut fibre = reference;
-        for (fibre, change) in fibre.iter_mut().zip(change) {
-            *fibre = *fibre + change;
+        let mut fiber = reference;
+        for (fiber, change) in fiber.iter_mut().zip(change) {
+            *fiber = *fiber + change;
         }
         // f0·E f0 as a sum of small terms, without cancellation near rest.
         let e = dot(reference, change) + dot(change, change) * 0.5;
-        let e_rate = dot(fibre, rate);
+        let e_rate = dot(fiber, rate);
         let (one, zero) = (e.like(1.0), e.like(0.0));
         let dual = |value, rate| Dual { value, rate };
         let tension = Dual::constant(tension);
@@ -200,9 +200,9 @@ impl ActiveStress {
             Some(_) => self.tau(tension, dual(e, zero), dual(e_rate, one)).rate,
             None => zero,
         };
-        ActiveFibre {
+        ActiveFiber {
             reference,
-            fibre,
+            fiber,
             rate,
             tau: by_strain.value,
             by_strain: by_strain.rate,
@@ -211,14 +211,14 @@ impl ActiveStress {
     }
 }
 
-impl<R: Real, const D: usize> ActiveFibre<R, D> {
+impl<R: Real, const D: usize> ActiveFiber<R, D> {
     /// Returns P.
     #[inline(always)]
     pub fn stress(&self) -> [[R; D]; D] {
         let mut out = [self.reference; D];
-        for (row, fibre) in out.iter_mut().zip(self.fibre) {
+        for (row, fiber) in out.iter_mut().zip(self.fiber) {
             for entry in row {
-                *entry = self.tau * fibre * *entry;
+                *entry = self.tau * fiber * *entry;
             }
         }
         out
@@ -233,13 +233,13 @@ impl<R: Real, const D: usize> ActiveFibre<R, D> {
     /// Returns K of ∂P/∂F, which is not symmetric if the tension depends on the rate.
     #[inline(always)]
     pub fn by_displacement(&self) -> [[R; D]; D] {
-        let mut out = [self.fibre; D];
+        let mut out = [self.fiber; D];
         for (i, row) in out.iter_mut().enumerate() {
             for (k, entry) in row.iter_mut().enumerate() {
                 let change = self
                     .by_strain
                     .mul_add(*entry, self.by_strain_rate * self.rate[k]);
-                *entry = self.fibre[i] * change;
+                *entry = self.fiber[i] * change;
             }
             row[i] = row[i] + self.tau;
         }
@@ -249,10 +249,10 @@ impl<R: Real, const D: usize> ActiveFibre<R, D> {
     /// Returns K of ∂P/∂V.
     #[inline(always)]
     pub fn by_velocity(&self) -> [[R; D]; D] {
-        let mut out = [self.fibre; D];
-        for (row, fibre) in out.iter_mut().zip(self.fibre) {
+        let mut out = [self.fiber; D];
+        for (row, fiber) in out.iter_mut().zip(self.fiber) {
             for entry in row {
-                *entry = self.by_strain_rate * fibre * *entry;
+                *entry = self.by_strain_rate * fiber * *entry;
             }
         }
         out
@@ -261,7 +261,7 @@ impl<R: Real, const D: usize> ActiveFibre<R, D> {
     /// Returns the power P : V = τ Ė per reference volume.
     #[inline(always)]
     pub fn power(&self) -> R {
-        self.tau * dot(self.fibre, self.rate)
+        self.tau * dot(self.fiber, self.rate)
     }
 }
 

@@ -2,12 +2,12 @@
 
 use super::*;
 
-const FIBRE: [f64; 3] = [2.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0];
+const FIBER: [f64; 3] = [2.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0];
 const H: [[f64; 3]; 3] = [[0.1, 0.2, -0.1], [-0.1, -0.05, 0.2], [0.05, -0.2, 0.1]];
 const V: [[f64; 3]; 3] = [[0.3, -0.8, 0.4], [0.5, 0.9, -0.2], [-0.6, 0.1, -0.7]];
 
-fn at(active: &ActiveStress, h: [[f64; 3]; 3], v: [[f64; 3]; 3]) -> ActiveFibre<f64, 3> {
-    active.at(FIBRE, &h, &v, 7e4)
+fn at(active: &ActiveStress, h: [[f64; 3]; 3], v: [[f64; 3]; 3]) -> ActiveFiber<f64, 3> {
+    active.at(FIBER, &h, &v, 7e4)
 }
 
 fn materials() -> Vec<ActiveStress> {
@@ -55,7 +55,7 @@ fn derivatives_match_central_differences() {
                     let slower = at(&active, H, shift(v, -step)).stress();
                     for i in 0..3 {
                         for j in 0..3 {
-                            let dyad = FIBRE[j] * FIBRE[l];
+                            let dyad = FIBER[j] * FIBER[l];
                             let by_h = (plus[i][j] - minus[i][j]) / (2.0 * step);
                             let by_rate = (faster[i][j] - slower[i][j]) / (2.0 * step);
                             // Difference errors of order ε^(2/3) times the tension.

@@ -4,7 +4,7 @@
 use crate::material::Real;
 use crate::material::parameters::{Described, Description, Parameter, Range};
 use crate::material::three::{
-    FibreStrains, Law3, Strain3, Symmetric3, Tensor3Of, add_scaled3, scaled3,
+    FiberStrains, Law3, Strain3, Symmetric3, Tensor3Of, add_scaled3, scaled3,
 };
 
 /// Guccione's law `W = C/2 (e^Q − 1)` with
@@ -32,7 +32,7 @@ impl Described for Guccione {
                  2 b_fs (E_fs² + E_fn²)",
         about: "Passive myocardium, with axes along fiber and sheet.",
         parameters: CONSTANTS,
-        fibres: true,
+        fibers: true,
         complete: false,
     };
 }
@@ -83,24 +83,24 @@ impl Guccione {
 }
 
 impl Law3 for Guccione {
-    const FIBRES: bool = true;
+    const FIBERS: bool = true;
 
     #[inline(always)]
     fn energy<R: Real>(&self, strain: &Strain3<R>) -> R {
-        let (q, _) = self.exponent(&FibreStrains::new(strain).values);
+        let (q, _) = self.exponent(&FiberStrains::new(strain).values);
         q.exp_m1() * (0.5 * self.c)
     }
 
     #[inline(always)]
     fn stress<R: Real>(&self, strain: &Strain3<R>) -> Tensor3Of<R> {
-        let strains = FibreStrains::new(strain);
+        let strains = FiberStrains::new(strain);
         let (q, slopes) = self.exponent(&strains.values);
         scaled3(q.exp() * (0.5 * self.c), &strains.combine(&slopes))
     }
 
     #[inline(always)]
     fn tangent<R: Real>(&self, strain: &Strain3<R>) -> Symmetric3<R> {
-        let strains = FibreStrains::new(strain);
+        let strains = FiberStrains::new(strain);
         let (q, mut slopes) = self.exponent(&strains.values);
         let scale = q.exp() * (0.5 * self.c);
         let mut out = Symmetric3::zero(q);
@@ -139,7 +139,7 @@ impl Described for IsochoricGuccione {
         energy: "energy of guccione with Ē = (J^(-2/3) C - I)/2",
         about: "Same as guccione for J = 1, except for the pressure; more stable at large strains.",
         parameters: CONSTANTS,
-        fibres: true,
+        fibers: true,
         complete: false,
     };
 }
@@ -151,7 +151,7 @@ impl Described for IsochoricGuccione {
 /// ∂²Ē = x² ∂²E − 2 x⁵/3 (∂E⊗N + N⊗∂E) + c (5 x⁸/9 N⊗N − x⁵/3 ∂N)
 /// ```
 struct Isochoric<R> {
-    strains: FibreStrains<R>,
+    strains: FiberStrains<R>,
     /// Components of Ē: ff, ss, nn, sn, fn, fs.
     values: [R; 6],
     /// Components of c.
@@ -162,7 +162,7 @@ struct Isochoric<R> {
 impl<R: Real> Isochoric<R> {
     #[inline(always)]
     fn new(strain: &Strain3<R>) -> Self {
-        let strains = FibreStrains::new(strain);
+        let strains = FiberStrains::new(strain);
         let (d, one) = (strain.d, strain.d.like(1.0));
         let x = (d + one).inverse_cube_root();
         let x2 = x * x;
@@ -221,7 +221,7 @@ impl IsochoricGuccione {
 }
 
 impl Law3 for IsochoricGuccione {
-    const FIBRES: bool = true;
+    const FIBERS: bool = true;
 
     #[inline(always)]
     fn energy<R: Real>(&self, strain: &Strain3<R>) -> R {

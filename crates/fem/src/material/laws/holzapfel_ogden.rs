@@ -3,7 +3,7 @@
 use super::mooney_rivlin;
 use crate::material::parameters::{Described, Description, Parameter, Range};
 use crate::material::three::{
-    FibreStrain, Invariants, Isotropic, Law3, Slope, Strain3, Symmetric3, Tensor3Of, add_scaled3,
+    FiberStrain, Invariants, Isotropic, Law3, Slope, Strain3, Symmetric3, Tensor3Of, add_scaled3,
 };
 use crate::material::{Dual, Real};
 
@@ -61,7 +61,7 @@ impl Described for HolzapfelOgden {
             )
             .or(f64::INFINITY),
         ],
-        fibres: true,
+        fibers: true,
         complete: false,
     };
 }
@@ -77,20 +77,20 @@ impl HolzapfelOgden {
 
     /// Returns the strain and the fiber family of the three anisotropic terms.
     #[inline(always)]
-    fn terms<R: Real>(&self, strain: &Strain3<R>) -> [(FibreStrain<R>, Family); 3] {
-        let (f, s) = (strain.axes.fibre, strain.axes.sheet);
+    fn terms<R: Real>(&self, strain: &Strain3<R>) -> [(FiberStrain<R>, Family); 3] {
+        let (f, s) = (strain.axes.fiber, strain.axes.sheet);
         let family = |a, b, k| Family { a, b, k };
         [
             (
-                FibreStrain::new(strain, f, f),
+                FiberStrain::new(strain, f, f),
                 family(self.a_f, self.b_f, Some(self.k)),
             ),
             (
-                FibreStrain::new(strain, s, s),
+                FiberStrain::new(strain, s, s),
                 family(self.a_s, self.b_s, Some(self.k)),
             ),
             (
-                FibreStrain::new(strain, f, s),
+                FiberStrain::new(strain, f, s),
                 family(self.a_fs, self.b_fs, None),
             ),
         ]
@@ -177,7 +177,7 @@ impl Isotropic for Exponential {
 }
 
 impl Law3 for HolzapfelOgden {
-    const FIBRES: bool = true;
+    const FIBERS: bool = true;
 
     #[inline(always)]
     fn energy<R: Real>(&self, strain: &Strain3<R>) -> R {

@@ -41,7 +41,7 @@ impl Described for MooneyRivlin {
             )
             .or(0.0),
         ],
-        fibres: false,
+        fibers: false,
         complete: false,
     };
 }

@@ -26,7 +26,7 @@ impl Described for SmallStrain {
             Range::Positive,
             "Shear modulus ζ",
         )],
-        fibres: false,
+        fibers: false,
         complete: false,
     };
 }

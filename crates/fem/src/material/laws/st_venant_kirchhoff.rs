@@ -13,7 +13,7 @@ use crate::material::three::{Curvature, Invariants, Isotropic, Slope};
 /// intended for moderate strains: it softens in compression.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StVenantKirchhoff {
-    /// First Lamé constant λ, in Pa.
+    /// First Lamé parameter λ, in Pa.
     pub lambda: f64,
     /// Shear modulus μ, in Pa.
     pub shear_modulus: f64,
@@ -26,10 +26,15 @@ impl Described for StVenantKirchhoff {
         about: "Standard law including the volumetric part: for `displacement` only, and for \
                 moderate strains, as it softens in compression.",
         parameters: &[
-            Parameter::new("lambda", "Pa", Range::NotNegative, "First Lamé constant λ"),
+            Parameter::new(
+                "first_lame_parameter",
+                "Pa",
+                Range::NotNegative,
+                "First Lamé parameter λ",
+            ),
             SHEAR_MODULUS,
         ],
-        fibres: false,
+        fibers: false,
         complete: true,
     };
 }
@@ -50,7 +55,7 @@ impl Described for DeviatoricStVenantKirchhoff {
         about: "Based on the deviator of the Green strain; for moderate strains, as it softens in \
                 compression.",
         parameters: &[SHEAR_MODULUS],
-        fibres: false,
+        fibers: false,
         complete: false,
     };
 }

@@ -2,7 +2,7 @@
 
 use crate::material::parameters::{Described, Description, Parameter, Range};
 use crate::material::three::{
-    FibreStrain, Law3, Strain3, Symmetric3, Tensor3Of, add_scaled3, scaled3,
+    FiberStrain, Law3, Strain3, Symmetric3, Tensor3Of, add_scaled3, scaled3,
 };
 use crate::material::{Dual, MooneyRivlin, Real};
 
@@ -64,7 +64,7 @@ impl Described for TransverseMooneyRivlin {
                 "Stretch at which fibers are straight",
             ),
         ],
-        fibres: true,
+        fibers: true,
         complete: false,
     };
 }
@@ -94,7 +94,7 @@ impl TransverseMooneyRivlin {
     /// Returns F2 as a function of λ − 1: three-point Gauss rule on equal intervals up to λ_m,
     /// exact beyond.
     #[inline(always)]
-    fn fibre_energy<R: Real>(&self, beyond: R) -> R {
+    fn fiber_energy<R: Real>(&self, beyond: R) -> R {
         const INTERVALS: usize = 64;
         let one = beyond.like(1.0);
         let at_max = one * (self.stretch_max - 1.0);
@@ -135,40 +135,40 @@ impl TransverseMooneyRivlin {
 }
 
 impl Law3 for TransverseMooneyRivlin {
-    const FIBRES: bool = true;
+    const FIBERS: bool = true;
 
     #[inline(always)]
     fn energy<R: Real>(&self, strain: &Strain3<R>) -> R {
-        let fibre = strain.axes.fibre;
-        let e = strain.green_along(fibre, fibre);
+        let fiber = strain.axes.fiber;
+        let e = strain.green_along(fiber, fiber);
         let extension = Self::extension(e, strain.d);
-        Law3::energy(&self.matrix(), strain) + self.fibre_energy(extension)
+        Law3::energy(&self.matrix(), strain) + self.fiber_energy(extension)
     }
 
     #[inline(always)]
     fn stress<R: Real>(&self, strain: &Strain3<R>) -> Tensor3Of<R> {
-        let fibre = FibreStrain::new(strain, strain.axes.fibre, strain.axes.fibre);
-        let [by_e, by_d] = self.slopes(fibre.value, strain.d);
+        let fiber = FiberStrain::new(strain, strain.axes.fiber, strain.axes.fiber);
+        let [by_e, by_d] = self.slopes(fiber.value, strain.d);
         let mut stress = self.matrix().stress(strain);
-        add_scaled3(&mut stress, by_e, &fibre.gradient);
+        add_scaled3(&mut stress, by_e, &fiber.gradient);
         add_scaled3(&mut stress, by_d, &strain.cofactor);
         stress
     }
 
     #[inline(always)]
     fn tangent<R: Real>(&self, strain: &Strain3<R>) -> Symmetric3<R> {
-        let fibre = FibreStrain::new(strain, strain.axes.fibre, strain.axes.fibre);
-        let (e, d) = (fibre.value, strain.d);
+        let fiber = FiberStrain::new(strain, strain.axes.fiber, strain.axes.fiber);
+        let (e, d) = (fiber.value, strain.d);
         let (one, zero) = (d.like(1.0), d.like(0.0));
         let dual = |value, rate| Dual { value, rate };
         let [ee, ed] = self.slopes(dual(e, one), dual(d, zero));
         let [_, dd] = self.slopes(dual(e, zero), dual(d, one));
         let mut out = self.matrix().tangent(strain);
-        fibre.add_slope(&mut out, ee.value);
+        fiber.add_slope(&mut out, ee.value);
         out.add_cofactor_slope(ed.value, &strain.f);
-        out.add_square(ee.rate, &fibre.gradient);
+        out.add_square(ee.rate, &fiber.gradient);
         out.add_square(dd.rate, &strain.cofactor);
-        out.add_pair(&fibre.gradient, &scaled3(ed.rate, &strain.cofactor));
+        out.add_pair(&fiber.gradient, &scaled3(ed.rate, &strain.cofactor));
         out
     }
 }

@@ -48,13 +48,13 @@ impl CustomLaw {
             energy: "",
             about: "",
             parameters: &[],
-            fibres: self.law.has_fibres(),
+            fibers: self.law.has_fibers(),
             complete: self.law.is_complete(),
         }
     }
 
-    pub(crate) fn has_fibres(self) -> bool {
-        self.law.has_fibres()
+    pub(crate) fn has_fibers(self) -> bool {
+        self.law.has_fibers()
     }
 
     pub(crate) fn is_finite(self) -> bool {
@@ -113,7 +113,7 @@ impl CustomLaw {
             count: R::COUNT,
             h: tensor(&strain.h),
             axes: Axes {
-                fibre: strain.axes.fibre.map(SimdReal::to_array),
+                fiber: strain.axes.fiber.map(SimdReal::to_array),
                 sheet: strain.axes.sheet.map(SimdReal::to_array),
             },
             factor: factor.map(SimdReal::to_array),
@@ -197,7 +197,7 @@ struct PointBlock {
 trait DynLaw: Send + Sync {
     fn is_finite(&self) -> bool;
     fn is_complete(&self) -> bool;
-    fn has_fibres(&self) -> bool;
+    fn has_fibers(&self) -> bool;
     fn energy(&self, block: &PointBlock) -> Array;
     fn stress(&self, block: &PointBlock) -> Tensor3Of<Array>;
     fn tangent(&self, block: &PointBlock) -> Symmetric3<Array>;
@@ -212,8 +212,8 @@ impl<W: Law3 + Send + Sync> DynLaw for W {
         W::COMPLETE
     }
 
-    fn has_fibres(&self) -> bool {
-        W::FIBRES
+    fn has_fibers(&self) -> bool {
+        W::FIBERS
     }
 
     fn energy(&self, block: &PointBlock) -> Array {
@@ -246,7 +246,7 @@ impl PointBlock {
     fn part<S: Simd, W: Law3>(&self, simd: S, law: &W, part: usize) -> Part<S> {
         let mut axes = Axes::cartesian(Lanes::zero(simd));
         for i in 0..3 {
-            axes.fibre[i] = Lanes::load(simd, &self.axes.fibre[i], part);
+            axes.fiber[i] = Lanes::load(simd, &self.axes.fiber[i], part);
             axes.sheet[i] = Lanes::load(simd, &self.axes.sheet[i], part);
         }
         let mut strain = Strain3::new(law, loaded(simd, &self.h, part), axes);

@@ -19,7 +19,7 @@ pub trait Law3 {
     const COMPLETE: bool = false;
 
     /// Whether the law depends on the fiber axes.
-    const FIBRES: bool = false;
+    const FIBERS: bool = false;
 
     /// Returns W.
     fn energy<R: Real>(&self, strain: &Strain3<R>) -> R;

@@ -6,7 +6,7 @@
 //! or a penalty, for all laws. Rates are derivatives by [`Dual`](super::Dual) numbers.
 
 mod custom;
-mod fibres;
+mod fibers;
 mod isotropic;
 mod law;
 mod response;
@@ -14,7 +14,7 @@ mod strain;
 mod tensor;
 
 pub use custom::CustomLaw;
-pub use fibres::{FibreStrain, FibreStrains};
+pub use fibers::{FiberStrain, FiberStrains};
 pub use isotropic::{Curvature, Invariants, Isotropic, Slope};
 pub use law::Law3;
 pub use strain::{Axes, Strain3};

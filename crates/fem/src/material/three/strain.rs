@@ -15,7 +15,7 @@ use super::tensor::{Tensor3Of, cofactor3, contract3, gram3, trace3};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axes<R> {
     /// Fiber direction f0.
-    pub fibre: [R; 3],
+    pub fiber: [R; 3],
     /// Sheet direction s0.
     pub sheet: [R; 3],
 }
@@ -26,7 +26,7 @@ impl<R: Real> Axes<R> {
     pub fn cartesian(like: R) -> Self {
         let (one, zero) = (like.like(1.0), like.like(0.0));
         Self {
-            fibre: [one, zero, zero],
+            fiber: [one, zero, zero],
             sheet: [zero, one, zero],
         }
     }
@@ -34,7 +34,7 @@ impl<R: Real> Axes<R> {
     /// Returns the sheet normal n0 = f0 × s0.
     #[inline(always)]
     pub fn normal(&self) -> [R; 3] {
-        let (f, s) = (self.fibre, self.sheet);
+        let (f, s) = (self.fiber, self.sheet);
         [
             f[1].mul_add(s[2], -(f[2] * s[1])),
             f[2].mul_add(s[0], -(f[0] * s[2])),
@@ -45,9 +45,9 @@ impl<R: Real> Axes<R> {
     /// Returns the axes as dual numbers with zero derivative.
     #[inline(always)]
     pub(crate) fn constant(&self) -> Axes<Dual<R>> {
-        let [f, s] = [self.fibre, self.sheet];
+        let [f, s] = [self.fiber, self.sheet];
         Axes {
-            fibre: [
+            fiber: [
                 Dual::constant(f[0]),
                 Dual::constant(f[1]),
                 Dual::constant(f[2]),

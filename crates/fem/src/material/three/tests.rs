@@ -22,7 +22,7 @@ pub(crate) const VELOCITY: Tensor3 = [[0.3, -0.8, 0.4], [0.5, 0.9, -0.2], [-0.6,
 /// Returns orthonormal axes oblique to all coordinates.
 pub(crate) fn axes() -> Axes<f64> {
     Axes {
-        fibre: [2.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0],
+        fiber: [2.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0],
         sheet: [-2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0],
     }
 }

@@ -17,9 +17,9 @@ const TENDON: f64 = 0.1;
 ///
 /// Groups: `fixed` (both ends), `left`, `right`, `surface` (the boundary between the ends), `load`
 /// (top, |x| ≤ 0.02), `muscle`, `tendon` (a tenth of the length at each end), `origin` (the vertex
-/// at (0, 0, 0)). The nodal field `fibre` follows the muscle.
+/// at (0, 0, 0)). The nodal field `fiber` follows the muscle.
 /// |x| ≤ 0.02), `muscle`, `tendon` (a tenth of the length at either end), `origin` (the vertex at
-/// (0, 0, 0)). The nodal field `fibre` is along the muscle.
+/// (0, 0, 0)). The nodal field `fiber` is along the muscle.
 ///
 /// # Errors
 /// [`FemError::Parameter`] unless the number of cells along the muscle is a multiple of ten and the
@@ -73,7 +73,7 @@ pub fn muscle(cells: [usize; 3]) -> Result<Mesh, FemError> {
     };
     let named = groups.map(|(name, group)| (name.to_owned(), group));
     mesh.with_groups(named.into())?
-        .with_fields(BTreeMap::from([("fibre".to_owned(), field)]))
+        .with_fields(BTreeMap::from([("fiber".to_owned(), field)]))
 }
 
 /// Returns the faces of a group.
@@ -87,7 +87,7 @@ fn faces(mesh: &Mesh, name: &str) -> Vec<[usize; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Fibres, Space};
+    use crate::{Fibers, Space};
 
     #[test]
     fn groups_and_fibers_match_the_geometry() {
@@ -112,11 +112,11 @@ mod tests {
         assert_eq!(space.n_components() + space.n_pressures(), 10_488);
         // On the top side the fiber field is tangential: it equals the central difference of
         // neighboring vertices.
-        let mut fibres = Fibres::new(&mesh);
+        let mut fibers = Fibers::new(&mesh);
         let all: Vec<usize> = (0..mesh.n_elements()).collect();
-        fibres.set_nodal(&mesh, &all, "fibre", None).unwrap();
+        fibers.set_nodal(&mesh, &all, "fiber", None).unwrap();
         let on_top: Vec<usize> = (0..21).map(|i| (4 * 5 + 2) * 21 + i).collect();
-        let field = mesh.field("fibre").unwrap();
+        let field = mesh.field("fiber").unwrap();
         for v in on_top.windows(3) {
             let [before, fiber, after] = [
                 points[v[0]],

@@ -31,7 +31,7 @@ pub(crate) trait Constitutive<const D: usize> {
     fn is_finite(&self) -> bool;
 
     /// Returns whether the law depends on the fiber axes.
-    fn has_fibres(&self) -> bool;
+    fn has_fibers(&self) -> bool;
 
     /// Deformation at a point.
     type Strain<S: Simd>: Copy;

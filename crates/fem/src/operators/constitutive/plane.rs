@@ -50,7 +50,7 @@ impl<W: Potential> Constitutive<2> for Plane<W> {
     }
 
     #[inline(always)]
-    fn has_fibres(&self) -> bool {
+    fn has_fibers(&self) -> bool {
         false
     }
 

@@ -38,7 +38,7 @@ fn volumetric(p: f64, p_rate: f64) -> Volumetric<Lane> {
 
 fn strain(law: Spatial, h: Tensor3, axes: Axes<f64>) -> Strain3<Lane> {
     let axes = Axes {
-        fibre: axes.fibre.map(lane),
+        fiber: axes.fiber.map(lane),
         sheet: axes.sheet.map(lane),
     };
     law.strain(tensor(h), axes, None)

@@ -63,8 +63,8 @@ impl Sheet {
 
 impl Constitutive<2> for Sheet {
     #[inline(always)]
-    fn has_fibres(&self) -> bool {
-        self.0.has_fibres()
+    fn has_fibers(&self) -> bool {
+        self.0.has_fibers()
     }
 
     type Strain<S: Simd> = Strain3<Lanes<S>>;

@@ -156,8 +156,8 @@ impl Spatial {
 
 impl Constitutive<3> for Spatial {
     #[inline(always)]
-    fn has_fibres(&self) -> bool {
-        self.0.has_fibres()
+    fn has_fibers(&self) -> bool {
+        self.0.has_fibers()
     }
 
     type Strain<S: Simd> = Strain3<Lanes<S>>;

@@ -30,7 +30,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
         (number, point): (usize, &Point<D, N, P>),
         u: &[[Lanes<S>; D]; N],
     ) -> Self {
-        let axes = match law.has_fibres() {
+        let axes = match law.has_fibers() {
             true => part.axes(number),
             false => Axes::cartesian(part.zero()),
         };

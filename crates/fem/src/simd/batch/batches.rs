@@ -3,7 +3,7 @@
 use super::{Batch, Point};
 use crate::element::Barycentric;
 use crate::element::quadrature::Rule;
-use crate::material::fibres::Fibres;
+use crate::material::fibers::Fibers;
 use crate::material::three::Axes;
 use crate::simd::lanes::{Array, LANES};
 use crate::solid::element_material::ElementMaterial;
@@ -47,17 +47,17 @@ impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
 
     /// Stores the fiber axes at each point in the batches whose law depends on them or whose added
     /// stress, by its index, `is_active`.
-    pub(crate) fn set_fibres(&mut self, fibres: &Fibres, is_active: impl Fn(usize) -> bool) {
+    pub(crate) fn set_fibers(&mut self, fibers: &Fibers, is_active: impl Fn(usize) -> bool) {
         let Self { points, batches } = self;
         let needs_axes = |batch: &&mut Batch<D, N, P>| {
-            batch.material.law.has_fibres() || batch.material.added.is_some_and(&is_active)
+            batch.material.law.has_fibers() || batch.material.added.is_some_and(&is_active)
         };
         for batch in batches.iter_mut().filter(needs_axes) {
             let axes = |point: &Point<D, N, P>| {
                 let mut arrays = [[Array::ZERO; 3]; 2];
                 for (l, &element) in batch.elements.iter().enumerate() {
-                    let Axes { fibre, sheet } = fibres.axes(element, &point.psi);
-                    for (array, vector) in arrays.iter_mut().zip([fibre, sheet]) {
+                    let Axes { fiber, sheet } = fibers.axes(element, &point.psi);
+                    for (array, vector) in arrays.iter_mut().zip([fiber, sheet]) {
                         for (array, x) in array.iter_mut().zip(vector) {
                             array.0[l] = x;
                         }

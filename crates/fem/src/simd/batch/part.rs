@@ -74,9 +74,9 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
     #[inline(always)]
     pub(crate) fn axes(&self, point: usize) -> Axes<Lanes<S>> {
         let mut axes = Axes::cartesian(self.zero());
-        if let Some([fibre, sheet]) = self.batch.axes.get(point) {
+        if let Some([fiber, sheet]) = self.batch.axes.get(point) {
             for i in 0..3 {
-                axes.fibre[i] = Lanes::load(self.simd, &fibre[i], self.number);
+                axes.fiber[i] = Lanes::load(self.simd, &fiber[i], self.number);
                 axes.sheet[i] = Lanes::load(self.simd, &sheet[i], self.number);
             }
         }
@@ -144,13 +144,13 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
 
     /// Returns the fiber direction at a point.
     #[inline(always)]
-    pub(crate) fn fibre(&self, point: usize) -> [Lanes<S>; D] {
+    pub(crate) fn fiber(&self, point: usize) -> [Lanes<S>; D] {
         let axes = self.axes(point);
-        let mut fibre = [self.zero(); D];
-        for (fibre, along) in fibre.iter_mut().zip(axes.fibre) {
-            *fibre = along;
+        let mut fiber = [self.zero(); D];
+        for (fiber, along) in fiber.iter_mut().zip(axes.fiber) {
+            *fiber = along;
         }
-        fibre
+        fiber
     }
 
     /// Returns the gradients of the shape functions at a point: the reference gradients times the

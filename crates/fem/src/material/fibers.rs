@@ -13,30 +13,30 @@ use crate::space::ElementPoint;
 ///
 /// # Examples
 /// ```
-/// use myovib_fem::{Fibres, generate};
+/// use myovib_fem::{Fibers, generate};
 /// let mesh = generate::block([0.0; 3], [1.0; 3], [1, 1, 1])?;
-/// let mut fibres = Fibres::new(&mesh);
-/// fibres.set_constant(&mesh, &[0, 1, 2], [0.0, 3.0, 4.0], None)?;
-/// assert_eq!(fibres.axes(2, &[0.25; 4]).fibre, [0.0, 0.6, 0.8]);
+/// let mut fibers = Fibers::new(&mesh);
+/// fibers.set_constant(&mesh, &[0, 1, 2], [0.0, 3.0, 4.0], None)?;
+/// assert_eq!(fibers.axes(2, &[0.25; 4]).fiber, [0.0, 0.6, 0.8]);
 /// # Ok::<(), myovib_fem::FemError>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct Fibres {
+pub struct Fibers {
     elements: Vec<AtVertices>,
 }
 
 /// Unit vectors at the vertices of an element.
 #[derive(Debug, Clone, Copy)]
 struct AtVertices {
-    fibre: [[f64; 3]; 4],
+    fiber: [[f64; 3]; 4],
     sheet: Option<[[f64; 3]; 4]>,
 }
 
-impl Fibres {
+impl Fibers {
     /// Creates a field with fibers along x in all elements.
     pub fn new(mesh: &Mesh) -> Self {
         let along = AtVertices {
-            fibre: [[1.0, 0.0, 0.0]; 4],
+            fiber: [[1.0, 0.0, 0.0]; 4],
             sheet: Some([[0.0, 1.0, 0.0]; 4]),
         };
         Self {
@@ -53,16 +53,16 @@ impl Fibres {
         &mut self,
         mesh: &Mesh,
         elements: &[usize],
-        fibre: [f64; 3],
+        fiber: [f64; 3],
         sheet: Option<[f64; 3]>,
     ) -> Result<(), FemError> {
-        check_direction("fibre", 0, fibre, mesh.dimension())?;
+        check_direction("fiber", 0, fiber, mesh.dimension())?;
         if let Some(sheet) = sheet {
             check_direction("sheet", 0, sheet, mesh.dimension())?;
         }
         for &element in elements {
             self.elements[element] = AtVertices {
-                fibre: [unit_vector(fibre); 4],
+                fiber: [unit_vector(fiber); 4],
                 sheet: sheet.map(|sheet| [unit_vector(sheet); 4]),
             };
         }
@@ -79,12 +79,12 @@ impl Fibres {
         &mut self,
         mesh: &Mesh,
         elements: &[usize],
-        fibre: &str,
+        fiber: &str,
         sheet: Option<&str>,
     ) -> Result<(), FemError> {
         for &element in elements {
             self.elements[element] = AtVertices {
-                fibre: at_vertices(mesh, element, fibre)?,
+                fiber: at_vertices(mesh, element, fiber)?,
                 sheet: sheet
                     .map(|sheet| at_vertices(mesh, element, sheet))
                     .transpose()?,
@@ -99,9 +99,9 @@ impl Fibres {
     }
 
     fn directed(&self, element: usize, lambda: &[f64]) -> crate::material::Directed {
-        let AtVertices { fibre, sheet } = &self.elements[element];
+        let AtVertices { fiber, sheet } = &self.elements[element];
         let n = lambda.len();
-        axes_at(&fibre[..n], sheet.as_ref().map(|sheet| &sheet[..n]), lambda)
+        axes_at(&fiber[..n], sheet.as_ref().map(|sheet| &sheet[..n]), lambda)
     }
 
     /// Returns the number of elements with two vertices whose fibers differ by more than 120°. The
@@ -113,8 +113,8 @@ impl Fibres {
             dot(a, b) < -0.5 * (dot(a, a) * dot(b, b)).sqrt()
         };
         let is_unresolved = |at: &&AtVertices| {
-            let fibres = &at.fibre[..n];
-            fibres.iter().any(|a| fibres.iter().any(|b| far(a, b)))
+            let fibers = &at.fiber[..n];
+            fibers.iter().any(|a| fibers.iter().any(|b| far(a, b)))
         };
         self.elements.iter().filter(is_unresolved).count()
     }
@@ -155,7 +155,7 @@ fn at_vertices(mesh: &Mesh, element: usize, name: &str) -> Result<[[f64; 3]; 4],
 
 #[cfg(test)]
 mod tests {
-    use super::Fibres;
+    use super::Fibers;
     use crate::generate;
 
     /// Regression: directions shorter than 1e-6 became the x axis.
@@ -163,17 +163,17 @@ mod tests {
     fn a_direction_may_have_any_length() {
         let mesh = generate::block([0.0; 3], [1.0; 3], [1, 1, 1]).unwrap();
         let axes = |length: f64| {
-            let mut fibres = Fibres::new(&mesh);
+            let mut fibers = Fibers::new(&mesh);
             let scaled = |v: [f64; 3]| v.map(|x| length * x);
             let sheet = Some(scaled([1.0, 0.0, 1.0]));
-            let set = fibres.set_constant(&mesh, &[0], scaled([0.0, 3.0, 4.0]), sheet);
+            let set = fibers.set_constant(&mesh, &[0], scaled([0.0, 3.0, 4.0]), sheet);
             set.unwrap();
-            fibres.axes(0, &[0.25; 4])
+            fibers.axes(0, &[0.25; 4])
         };
         let unit = axes(1.0);
         for length in [1e-200, 1e-9, 1.1e-6, 1e200] {
             let found = axes(length);
-            let pairs = [(found.fibre, unit.fibre), (found.sheet, unit.sheet)];
+            let pairs = [(found.fiber, unit.fiber), (found.sheet, unit.sheet)];
             for (found, expected) in pairs {
                 for (a, b) in found.iter().zip(expected) {
                     // A few roundings of the scaled components.

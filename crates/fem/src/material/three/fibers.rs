@@ -13,7 +13,7 @@ const PAIRS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [1, 2], [0, 2], [0, 1]];
 
 /// Green strain E_xy of two unit vectors, with the quantities of its derivatives.
 #[derive(Debug, Clone, Copy)]
-pub struct FibreStrain<R> {
+pub struct FiberStrain<R> {
     /// Strain E_xy.
     pub value: R,
     /// Derivative ∂E_xy/∂F.
@@ -22,7 +22,7 @@ pub struct FibreStrain<R> {
     dyad: Tensor3Of<R>,
 }
 
-impl<R: Real> FibreStrain<R> {
+impl<R: Real> FiberStrain<R> {
     /// Creates the strain of the unit vectors `x` and `y`.
     #[inline(always)]
     pub fn new(strain: &Strain3<R>, x: [R; 3], y: [R; 3]) -> Self {
@@ -48,7 +48,7 @@ impl<R: Real> FibreStrain<R> {
 
 /// Six Green strains in the fiber axes: ff, ss, nn, sn, fn, fs.
 #[derive(Debug, Clone, Copy)]
-pub struct FibreStrains<R> {
+pub struct FiberStrains<R> {
     /// Values of the strains.
     pub values: [R; 6],
     axes: [[R; 3]; 3],
@@ -56,11 +56,11 @@ pub struct FibreStrains<R> {
     times_deformation: [[R; 3]; 3],
 }
 
-impl<R: Real> FibreStrains<R> {
+impl<R: Real> FiberStrains<R> {
     /// Creates the strains at a point.
     #[inline(always)]
     pub fn new(strain: &Strain3<R>) -> Self {
-        let axes = [strain.axes.fibre, strain.axes.sheet, strain.axes.normal()];
+        let axes = [strain.axes.fiber, strain.axes.sheet, strain.axes.normal()];
         let mut values = [strain.d; 6];
         for (value, [x, y]) in values.iter_mut().zip(PAIRS) {
             *value = strain.green_along(axes[x], axes[y]);
