@@ -28,7 +28,7 @@ SCIPY_NAMES = {
     "jac_sparsity": "it is `sparsity` here, the pattern of dF/dy and dF/dy' together",
     "lband": "give the pattern by `sparsity`",
     "uband": "give the pattern by `sparsity`",
-    "min_step": "there is no smallest step; limit the number of steps by `max_steps`",
+    "min_step": "has no minimum step; limit the number of steps by `max_steps`",
     "vectorized": "the residual is called for one state at a time",
 }
 

@@ -364,7 +364,7 @@ fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
         ),
         ("figure 4 --integrator radau5", "--integrator"),
         ("figure 3 --mesh muscle.msh", "--mesh"),
-        ("figure 3 --integrator rk4", "`rk4` is no integrator"),
+        ("figure 3 --integrator rk4", "`rk4` is not an integrator"),
         ("synchronization --t-end 0.01", "--t-end"),
         ("synchronization --mesh muscle.msh", "--body muscle"),
         (

@@ -391,10 +391,7 @@ fn columns_of_a_sweep_are_told_apart_and_known() {
         ),
         (&["--result", "case=max(origin.u_y)"], "already used"),
         (&["--result", "top=max(origin.u_z)"], "t, u_x, u_y, p"),
-        (
-            &["--result", "top=max(orign.u_y)"],
-            "there is no probe `orign`",
-        ),
+        (&["--result", "top=max(orign.u_y)"], "unknown probe `orign`"),
     ] {
         let common = [
             "sweep",

@@ -24,7 +24,9 @@ pub fn output_file(path: &str) -> Result<PathBuf, String> {
     match folder {
         Some(folder) if !folder.is_dir() => {
             let folder = folder.display();
-            Err(format!("there is no folder `{folder}`: mkdir -p {folder}"))
+            Err(format!(
+                "the folder `{folder}` does not exist: mkdir -p {folder}"
+            ))
         }
         _ => Ok(file),
     }
@@ -40,7 +42,7 @@ pub fn output_folder(path: &str) -> Result<PathBuf, String> {
         return Err("give the folder a name; `.` is the present one".to_owned());
     }
     match folder.ancestors().find(|ancestor| ancestor.exists()) {
-        Some(there) if !there.is_dir() => Err(format!("`{}` is no folder", there.display())),
+        Some(there) if !there.is_dir() => Err(format!("`{}` is not a folder", there.display())),
         _ => Ok(folder),
     }
 }
@@ -106,7 +108,7 @@ pub fn relative_tolerance(text: &str) -> Result<f64, String> {
 /// Returns the valid names.
 pub fn integrator(name: &str) -> Result<IntegratorKind, String> {
     by_name(&IntegratorKind::ALL, IntegratorKind::name, name)
-        .map_err(|names| format!("`{name}` is no integrator: {names}"))
+        .map_err(|names| format!("`{name}` is not an integrator: {names}"))
 }
 
 /// Returns the entry of `all` with this name.

@@ -198,11 +198,8 @@ mod tests {
     /// ended in a colon.
     #[test]
     fn an_empty_detail_is_called_nothing() {
-        let error = InputError::new("there is no chain `x`").allowed("");
-        assert_eq!(
-            error.to_string(),
-            "there is no chain `x`\n allowed: nothing"
-        );
+        let error = InputError::new("unknown chain `x`").allowed("");
+        assert_eq!(error.to_string(), "unknown chain `x`\n allowed: nothing");
     }
 
     /// Regression: escape sequences in names of a scene reached the terminal.

@@ -41,7 +41,7 @@ pub fn run(args: &InitArgs) -> anyhow::Result<Exit> {
         .open(&args.file)
         .map_err(|error| {
             if error.kind() == io::ErrorKind::AlreadyExists {
-                InputError::new(format!("{name} exists and is left as it is"))
+                InputError::new(format!("{name} exists and was not changed"))
                     .next("give another name: myovib init other.toml")
                     .into()
             } else {

@@ -25,7 +25,7 @@ pub fn run(args: &ManArgs, program: clap::Command) -> anyhow::Result<Exit> {
             Some(command) => command.clone().display_name(format!("myovib-{name}")),
             None => {
                 let names: Vec<&str> = program.get_subcommands().map(|c| c.get_name()).collect();
-                return Err(InputError::new(format!("there is no command `{name}`"))
+                return Err(InputError::new(format!("unknown command `{name}`"))
                     .allowed(names.join(", "))
                     .into());
             }

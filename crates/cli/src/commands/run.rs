@@ -200,7 +200,7 @@ fn errors(estimate: &Value) -> String {
         ),
     };
     format!(
-        "\nErrors in time, by a second run at rtol = {:.0e}; that of the mesh is not in them.{cut}\n{}",
+        "\nErrors in time, by a second run at rtol = {:.0e}; the error of the mesh is not included.{cut}\n{}",
         estimate["rtol"].as_f64().unwrap_or(f64::NAN),
         table.render(colored_stdout())
     )

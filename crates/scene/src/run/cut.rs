@@ -11,7 +11,7 @@ use crate::{Error, InputError};
 /// Truncates a table after the rows that a checkpoint counts. These rows must be unchanged.
 pub(super) fn cut(path: &Path, written: &Written) -> Result<(File, Option<String>), Error> {
     let missing = |found: String| {
-        InputError::new("the table is not as the checkpoint left it: rows would be missing")
+        InputError::new("the table was changed after the checkpoint: rows would be missing")
             .at(path.display())
             .found(found)
             .allowed(format!(

@@ -134,7 +134,7 @@ fn outcome_of(approach: &Approach) -> Outcome {
     let part = 100.0 * approach.reached;
     Outcome::ended(
         reason,
-        format!("{error}; what is kept is the equilibrium under {part:.1} % of the load"),
+        format!("{error}; the output is the equilibrium under {part:.1} % of the load"),
     )
 }
 

@@ -191,7 +191,7 @@ impl Builder<'_> {
         match descriptions.find(|law| law.complete) {
             Some(law) if formulation != Formulation::Displacement => {
                 let error = InputError::new(format!(
-                    "the law {} has its own volume part, which is no -κ (J-1)",
+                    "the law {} has a volumetric part other than -κ (J-1)",
                     law.name
                 ))
                 .next("take the formulation `displacement`, or deviatoric-st-venant-kirchhoff");

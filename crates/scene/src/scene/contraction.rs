@@ -148,11 +148,10 @@ impl Builder<'_> {
                 width,
             } => {
                 if file.analysis == Analysis::Static {
-                    let error =
-                        InputError::new("Bestel's tension is that of a motion: it starts at 0")
-                            .next(
-                                "give a tension, type = \"given\", or take analysis = \"dynamic\"",
-                            );
+                    let error = InputError::new(
+                        "Bestel's tension requires a motion: it starts at 0",
+                    )
+                    .next("give a tension, type = \"given\", or take analysis = \"dynamic\"");
                     return Err(self.wrong(path, error));
                 }
                 let model = Bestel {

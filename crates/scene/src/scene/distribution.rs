@@ -141,7 +141,7 @@ impl Builder<'_> {
         let axis = |name: &String| NAMES[..D].iter().position(|known| known == name);
         let variables = expression.var_names().iter();
         let axes = variables
-            .map(|name| axis(name).ok_or_else(|| wrong(format!("`{name}` is no coordinate"))))
+            .map(|name| axis(name).ok_or_else(|| wrong(format!("`{name}` is not a coordinate"))))
             .collect::<Result<Vec<usize>, _>>()?;
         Ok(move |place: [f64; D]| {
             let values: Vec<f64> = axes.iter().map(|&axis| place[axis]).collect();
@@ -160,7 +160,7 @@ impl Builder<'_> {
         if [1, 3].contains(&field.components) {
             return Ok(field);
         }
-        let error = InputError::new(format!("the nodal field `{name}` is no factor"))
+        let error = InputError::new(format!("the nodal field `{name}` is not a factor"))
             .found(format!("{} values at each node", field.components))
             .allowed("one for all components, or three, one for each");
         Err(self.wrong(key, error))

@@ -206,7 +206,7 @@ impl Builder<'_> {
         let wrong = |error| Err(self.wrong(&format!("{path}.chain"), error));
         let Some(number) = chains.iter().position(|chain| chain.name == name) else {
             let names: Vec<&str> = chains.iter().map(|chain| chain.name.as_str()).collect();
-            let error = InputError::new(format!("there is no chain `{name}`"));
+            let error = InputError::new(format!("unknown chain `{name}`"));
             return wrong(error.allowed(names.join(", ")));
         };
         let chain = &chains[number];

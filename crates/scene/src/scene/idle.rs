@@ -17,7 +17,7 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     let unused = materials.filter(|(i, _)| !body.regions.contains(i));
     notes.extend(unused.map(|(i, material)| {
         let group = material.group.as_deref().unwrap_or("body");
-        format!("material[{i}] is that of no element: a [[region]] has taken all of `{group}`")
+        format!("material[{i}] applies to no element: [[region]] entries cover all of `{group}`")
     }));
     let of_modes = file.modes.as_ref().and_then(|modes| modes.preload_time);
     let of_static = (file.analysis == Analysis::Static).then_some(t_end);
@@ -128,7 +128,7 @@ y = { type = "step", value = 1.0, rise = 0.1 }
         let all = "[[region]]\nname = \"all\"\ncenter = [0.5, 0.5]\nradii = [2.0, 2.0]\n[[material]]\n\
                    group = \"all\"\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n";
         let unused = notes(all, &[at_once]);
-        let expected = "material[0] is that of no element";
+        let expected = "material[0] applies to no element";
         assert!(
             unused.len() == 1 && unused[0].starts_with(expected),
             "{unused:?}"

@@ -153,8 +153,8 @@ impl Scene {
     /// # Errors
     /// A name that is not in [`BUILTIN`], or invalid overrides.
     pub fn built_in(name: &str, overrides: &[String]) -> Result<Self, InputError> {
-        let text = builtin_text(name)
-            .ok_or_else(|| InputError::new(format!("there is no scene `{name}`")))?;
+        let text =
+            builtin_text(name).ok_or_else(|| InputError::new(format!("unknown scene `{name}`")))?;
         Self::build(name, text, overrides, Path::new(""))
     }
 

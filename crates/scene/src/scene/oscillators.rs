@@ -102,7 +102,7 @@ impl Builder<'_> {
                 .any(|before| before.name == chain.name)
             {
                 let error = InputError::new(format!("two chains have the name `{}`", chain.name))
-                    .next("give each chain a `name` of its own");
+                    .next("give each chain a unique `name`");
                 return Err(self.wrong(&format!("chain[{i}]"), error));
             }
         }

@@ -76,7 +76,7 @@ impl Builder<'_> {
         let place = "initial_state.folder";
         let (text, name) = self.read(&folder.join(State::NAME), place)?;
         let state: State = serde_json::from_str(&text).map_err(|error| {
-            let error = InputError::new(format!("{name} is no state of a run: {error}"));
+            let error = InputError::new(format!("{name} is not a state of a run: {error}"));
             self.wrong(place, error.next("`myovib run` leaves it in its folder"))
         })?;
         if !state.is_of(body.muscle.solid.space()) {

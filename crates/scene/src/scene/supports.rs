@@ -156,7 +156,7 @@ impl Builder<'_> {
         path: &str,
     ) -> Result<Vec<(usize, String, &'f Function)>, InputError> {
         if given.iter().all(|function| function.is_none()) {
-            let error = InputError::new("none of its components is given").next(format!(
+            let error = InputError::new("no component is given").next(format!(
                 "give one at least: {}",
                 NAMES[..dimension].join(", ")
             ));

@@ -130,7 +130,7 @@ fn volume(part: &Part) -> Option<Said> {
     let poisson = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear));
     (poisson < 0.0).then(|| {
         let problem = format!(
-            "bulk_modulus = {} Pa beside a shear modulus of {} Pa: Poisson's ratio is {}, so that what is pulled gets thicker",
+            "bulk_modulus = {} Pa beside a shear modulus of {} Pa: Poisson's ratio is {}, so that the body thickens when pulled",
             readable(kappa),
             readable(shear),
             two_digits(poisson)

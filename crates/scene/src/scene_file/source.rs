@@ -247,7 +247,7 @@ impl Source {
                 }
                 Ok(x) => Number::from_f64(x)
                     .map(Value::Number)
-                    .ok_or_else(|| fail("this is no number to compute with", float.as_str()))?,
+                    .ok_or_else(|| fail("this is not a finite number", float.as_str()))?,
                 Err(_) => return Err(fail("this is no number", float.as_str())),
             },
             DeValue::Datetime(_) => return Err(fail("a scene has no dates", "a date")),

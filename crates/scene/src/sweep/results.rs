@@ -141,7 +141,7 @@ impl ResultColumn {
             .find(|v| !variables.contains(v))
         {
             return Err(wrong(format!(
-                "`{unknown}` is no reduction of a probe's column"
+                "`{unknown}` is not a reduction of a probe's column"
             )));
         }
         Ok(Self {
@@ -187,7 +187,7 @@ pub(super) fn columns(
         }
         for (probe, name) in column.places() {
             let Some((_, names)) = tables.iter().find(|(table, _)| table == probe) else {
-                let error = wrong(format!("there is no probe `{probe}`"));
+                let error = wrong(format!("unknown probe `{probe}`"));
                 let probes: Vec<&str> = tables.iter().map(|(table, _)| table.as_str()).collect();
                 return Err(error.allowed(probes.join(", ")));
             };

@@ -327,7 +327,7 @@ fn an_equilibrium_has_no_tension_of_its_own() {
     let error = Scene::build("scene.toml", text, &[], Path::new("")).unwrap_err();
     let message = error.to_string();
     assert!(
-        message.contains("Bestel's tension is that of a motion"),
+        message.contains("Bestel's tension requires a motion"),
         "{message}"
     );
 }

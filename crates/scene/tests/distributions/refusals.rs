@@ -17,8 +17,8 @@ fn what_is_no_distribution_is_refused_with_its_key() {
         for (mesh, distribution, message) in [
             (BLOCK, "\"100*\"", "the spatial factor is not an expression"),
             (BLOCK, "\"\"", "the spatial factor is not an expression"),
-            (BLOCK, "\"2*r\"", "`r` is no coordinate"),
-            (SHEET, "\"2*z\"", "`z` is no coordinate"),
+            (BLOCK, "\"2*r\"", "`r` is not a coordinate"),
+            (SHEET, "\"2*z\"", "`z` is not a coordinate"),
             (BLOCK, "\"1/(x - x)\"", "has no finite value at ["),
             (BLOCK, "\"sqrt(y - 5)\"", "has no finite value at ["),
             (BLOCK, "3.0", "has a value of the wrong kind"),

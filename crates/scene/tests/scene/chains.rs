@@ -279,7 +279,7 @@ fn tensions_that_cannot_follow_a_chain_are_refused() {
         (
             "active = { type = \"coherence\", chain = \"spindles\"",
             "active = { type = \"coherence\", chain = \"none\"",
-            ["no chain `none`", "spindles"],
+            ["unknown chain `none`", "spindles"],
         ),
         (
             "oscillators = 4",

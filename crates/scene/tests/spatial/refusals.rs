@@ -62,7 +62,7 @@ fn what_does_not_fit_the_dimension_is_refused() {
         (
             "z = 100.0",
             "",
-            "none of its components is given\n   where: scene.toml, line 16, column 1",
+            "no component is given\n   where: scene.toml, line 16, column 1",
         ),
     ] {
         let found = refusal(from, to);
@@ -78,7 +78,7 @@ fn st_venant_kirchhoff_is_for_displacements_alone() {
     assert!(BLOCK.contains(LAW));
     let text = BLOCK.replace(LAW, OTHER);
     let found = refusal_of(&text, Path::new(""));
-    let expected = "the law st-venant-kirchhoff has its own volume part, which is no -κ (J-1)";
+    let expected = "the law st-venant-kirchhoff has a volumetric part other than -κ (J-1)";
     assert!(found.starts_with(expected), "{found}");
     let text = text.replace(
         "bulk_modulus = 1e5",

@@ -43,7 +43,7 @@ pub(super) fn write(args: &SweepArgs, file: &Path) -> anyhow::Result<Jobs> {
     let script = format!(
         "{JOB_SCRIPT}\
          # {n} cases, {per_task} a task. Submit it with sbatch.\n\
-         # Submit it again when tasks were killed or failed: what is done is not computed again.\n\
+         # Submit it again when tasks were killed or failed: completed cases are not computed again.\n\
          # When all have ended, run this script with --collect: it writes the table.\n\
          #SBATCH --job-name=myovib\n\
          #SBATCH --array=1-{n_tasks}\n\
