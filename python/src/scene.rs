@@ -9,10 +9,11 @@ use clap::Parser;
 use myovib_cli::cli::Cli;
 use myovib_cli::commands;
 use myovib_report::page;
+use myovib_scene::builtin::{self, SCENES};
 use myovib_scene::run::{Existing, RunOptions, compute};
 use myovib_scene::sensitivity::Known;
 use myovib_scene::sweep::{Cases, SweepOptions, compute as compute_cases};
-use myovib_scene::{BUILTIN, Scene, atomic_file, plain};
+use myovib_scene::{Scene, atomic_file, plain};
 use myovib_sparse::resources;
 use pyo3::prelude::*;
 
@@ -135,13 +136,13 @@ pub(crate) fn use_threads(threads: NonZeroUsize) -> PyResult<()> {
 /// Returns the names of the built-in scenes.
 #[pyfunction]
 pub(crate) fn builtins() -> Vec<&'static str> {
-    BUILTIN.iter().map(|(name, _)| *name).collect()
+    SCENES.iter().map(|scene| scene.name).collect()
 }
 
 /// Returns the text of a built-in scene.
 #[pyfunction]
 pub(crate) fn builtin_text(name: &str) -> Option<&'static str> {
-    myovib_scene::builtin_text(name)
+    builtin::find(name).ok().map(|scene| scene.text)
 }
 
 /// Returns the versions of this package, of SUNDIALS, and of KLU or its replacement.

@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use myovib_scene::builtin_text;
+use myovib_scene::builtin;
 use serde_json::{Value, json};
 
 use crate::harness::{document, myovib, myovib_in};
@@ -78,7 +78,7 @@ fn absolute_tolerances_follow_the_relative_one_unless_given() {
     expect(tolerances(&[]), [1e-5, 1e-5, 1e-1]);
 
     let folder = tempfile::tempdir().unwrap();
-    let paper = builtin_text("table2-1").unwrap();
+    let paper = builtin::find("table2-1").unwrap().text;
     let tight = |line: &&str| !line.starts_with("atol") && !line.starts_with("rtol");
     let lines: Vec<_> = paper.lines().filter(tight).collect();
     let scene = lines.join("\n").replace(
@@ -183,7 +183,7 @@ fn what_only_bdf_has_is_refused_with_radau_at_its_place() {
 fn radau_integrates_a_muscle_with_feedback() {
     let folder = tempfile::tempdir().unwrap();
     let order = "method = \"bdf\"\nrtol = 1e-3\nmax_order = 3";
-    let text = builtin_text("two-way").unwrap();
+    let text = builtin::find("two-way").unwrap().text;
     assert!(text.contains(order), "the scene is for BDF");
     // The gain synchronizes the chains, which changes the stiffness.
     let text = text.replace("gain = ", "gain = 2e6 # ");

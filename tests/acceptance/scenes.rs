@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-use myovib_scene::BUILTIN;
+use myovib_scene::builtin::{BuiltinScene, SCENES};
 use serde_json::Value;
 
 use crate::harness::myovib_in;
@@ -37,7 +37,7 @@ fn run(folder: &Path, scene: &str, out: &str, more: &[&str]) -> Value {
 #[test]
 fn every_built_in_scene_runs_under_its_load() {
     let folder = tempfile::tempdir().unwrap();
-    for (name, text) in BUILTIN {
+    for BuiltinScene { name, text, .. } in SCENES {
         let end: &[&str] = match *name {
             // The default mesh of the scene has 184 thousand unknowns.
             "ventricle" => &["--set", "time.end=0.05", "--set", "mesh.resolution=coarse"],
@@ -80,7 +80,7 @@ fn a_wrong_scene_is_explained_and_writes_nothing() {
         ("material[0].group=leg", "the mesh has no group `leg`"),
         ("material[0].group=load", "holds no triangles"),
         ("probe[0].at=[1.0, 0.0]", "outside the mesh"),
-        ("solid.rayleigh_stiffness=0.0", "requires β > 0"),
+        ("solid.formulation=stabilized", "requires β = 0"),
         ("traction[0].y=100.0", "the loads do not start from zero"),
         ("mesh.type=file", "needs `path`"),
         ("fields.interval=0", "out of range"),

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use myovib_scene::BUILTIN;
+use myovib_scene::builtin;
 use serde_json::Value;
 
 use crate::harness::{Run, myovib_in};
@@ -65,11 +65,7 @@ fn a_wrong_value_of_any_case_is_refused_before_one_is_computed() {
 #[test]
 fn a_sweep_of_a_scene_that_has_changed_is_computed_again() {
     let folder = tempfile::tempdir().unwrap();
-    let text = BUILTIN
-        .iter()
-        .find(|(name, _)| *name == "cook-static")
-        .unwrap()
-        .1;
+    let text = builtin::find("cook-static").unwrap().text;
     let tips = |text: &str| {
         fs::write(folder.path().join("scene.toml"), text).unwrap();
         let arguments = [

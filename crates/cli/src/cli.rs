@@ -14,6 +14,7 @@ use crate::commands::man::ManArgs;
 use crate::commands::modes::ModesArgs;
 use crate::commands::movie::MovieArgs;
 use crate::commands::run::RunArgs;
+use crate::commands::scenes::ScenesArgs;
 use crate::commands::schema::SchemaArgs;
 use crate::commands::sensitivity::SensitivityArgs;
 use crate::commands::sweep::SweepArgs;
@@ -21,7 +22,7 @@ use crate::commands::synchronization::SynchronizationArgs;
 use crate::commands::table1::Table1Args;
 use crate::commands::table2::Table2Args;
 use crate::commands::{
-    check, completions, doctor, figure, fit, infsup, init, man, modes, movie, run, schema,
+    check, completions, doctor, figure, fit, infsup, init, man, modes, movie, run, scenes, schema,
     sensitivity, sweep, synchronization, table1, table2,
 };
 use crate::exit::Exit;
@@ -50,6 +51,8 @@ pub struct Cli {
 pub enum Command {
     /// Write a commented scene to start from.
     Init(InitArgs),
+    /// List the built-in scenes.
+    Scenes(ScenesArgs),
     /// Inspect a scene before running it: DAE index, inf–sup stability, modes, estimated cost,
     /// likely problems.
     Check(CheckArgs),
@@ -105,7 +108,11 @@ impl Command {
             Self::Sweep(args) => &args.common,
             Self::Sensitivity(args) => &args.common,
             Self::Fit(args) => &args.common,
-            Self::Init(_) | Self::Completions(_) | Self::Man(_) | Self::Schema(_) => return None,
+            Self::Init(_)
+            | Self::Scenes(_)
+            | Self::Completions(_)
+            | Self::Man(_)
+            | Self::Schema(_) => return None,
         })
     }
 
@@ -135,6 +142,7 @@ impl Command {
             Self::Figure(args) => figure::run(args),
             Self::Figures(args) => figure::run_all(args),
             Self::Init(args) => init::run(args),
+            Self::Scenes(args) => scenes::run(args),
             Self::Run(args) => run::run(args),
             Self::Completions(args) => completions::run(args, Cli::command()),
             Self::Man(args) => man::run(args, Cli::command()),

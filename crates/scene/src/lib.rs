@@ -48,5 +48,5 @@ pub mod watch;
 
 pub use error::{Error, InputError};
 pub use inputs::Input;
-pub use scene::{BUILTIN, Body, DrivenChain, DrivenPlace, Scene, builtin_text};
+pub use scene::{Body, DrivenChain, DrivenPlace, Scene, builtin};
 pub use text::{escape, plain};

@@ -17,7 +17,7 @@ use crate::values;
 use myovib_report::plot::{Axis, Figure, LinePlot, Series};
 use myovib_report::table::{Align, Table, colored_stdout};
 use myovib_scene::mesh_file;
-use myovib_scene::{InputError, Scene, builtin_text};
+use myovib_scene::{InputError, Scene, builtin};
 
 /// Options of `myovib infsup`.
 #[derive(Debug, Args)]
@@ -115,7 +115,11 @@ impl Subject {
 /// Returns whether the path is a TOML text file or the name of a built-in scene.
 fn is_scene(path: &Path) -> bool {
     let is_toml = path.extension().is_some_and(|end| end == "toml");
-    is_toml || (!path.exists() && path.to_str().and_then(builtin_text).is_some())
+    is_toml
+        || (!path.exists()
+            && path
+                .to_str()
+                .is_some_and(|name| builtin::find(name).is_ok()))
 }
 
 /// Returns the mesh of a scene with the fixed groups: the given groups, or the groups that the

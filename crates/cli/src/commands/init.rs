@@ -1,77 +1,143 @@
-//! `myovib init`: writes a commented scene to start from.
+//! `myovib init`: writes a commented scene to start from, or a built-in scene.
 
 use std::fs::OpenOptions;
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
 
 use crate::exit::Exit;
 use crate::output;
-use myovib_scene::{InputError, builtin_text};
-
-/// Returns the template scene, which runs without changes.
-fn scene() -> &'static str {
-    builtin_text("init").expect("a built-in scene")
-}
+use myovib_scene::{InputError, builtin};
 
 /// Options of `myovib init`.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  myovib init\n  myovib init leg.toml\n  myovib init - | less")]
+#[command(
+    after_help = "Examples:\n  myovib init\n  myovib init leg.toml\n  myovib init - | less\n  \
+                  myovib init --from land1 beam.toml\n  myovib init --from ventricle --mesh\n\n\
+                  `myovib scenes` lists the built-in scenes."
+)]
 pub struct InitArgs {
-    /// Output file; `-` is standard output. An existing file is not overwritten.
-    #[arg(default_value = "scene.toml", value_name = "FILE")]
-    pub file: PathBuf,
+    /// Path of the new scene; `-` is standard output. An existing file is not replaced [default:
+    /// scene.toml, or NAME.toml with --from].
+    #[arg(value_name = "FILE")]
+    pub file: Option<PathBuf>,
+
+    /// Write this built-in scene instead of the template.
+    #[arg(long, value_name = "NAME")]
+    pub from: Option<String>,
+
+    /// Also write the mesh file of the built-in scene, next to it.
+    #[arg(long, requires = "from")]
+    pub mesh: bool,
 }
 
 /// Writes the scene.
 ///
 /// # Errors
-/// Returns an error if the file exists or cannot be written.
+/// Returns an error if the scene is unknown, has no mesh file, or a file exists or cannot be
+/// written.
 pub fn run(args: &InitArgs) -> anyhow::Result<Exit> {
-    if args.file.as_os_str() == "-" {
-        output::print(scene())?;
+    let name = args.from.as_deref().unwrap_or("init");
+    let scene = builtin::find(name)?;
+    let default = match &args.from {
+        Some(name) => format!("{name}.toml"),
+        None => "scene.toml".to_owned(),
+    };
+    let path = args.file.clone().unwrap_or_else(|| default.into());
+    let mesh = match args.mesh {
+        true => Some(scene.mesh_file()?),
+        false => None,
+    };
+    if path.as_os_str() == "-" {
+        if args.mesh {
+            let error = InputError::new("a mesh file cannot be written next to standard output");
+            return Err(error
+                .next("give the scene a FILE, or remove `--mesh`")
+                .into());
+        }
+        output::print(scene.text)?;
         return Ok(Exit::Done);
     }
-    let name = args.file.display();
+    create(&path, scene.text)?;
+    let file = path.display();
+    let mut next = format!("{file} written.");
+    if let Some((name, text)) = mesh {
+        let beside = path.with_file_name(name);
+        create(&beside, text)?;
+        next += &format!(
+            " {} written; to use it: [mesh] type = \"file\", path = \"{name}\".",
+            beside.display()
+        );
+    }
+    output::print(format!(
+        "{next} Next:\n  myovib check {file}\n  myovib run {file} --out out\n"
+    ))?;
+    Ok(Exit::Done)
+}
+
+/// Writes a new file.
+///
+/// # Errors
+/// Returns an error if the file exists or cannot be written.
+fn create(path: &Path, text: &str) -> anyhow::Result<()> {
+    let name = path.display();
     let mut file = OpenOptions::new()
         .write(true)
         .create_new(true)
-        .open(&args.file)
+        .open(path)
         .map_err(|error| {
             if error.kind() == io::ErrorKind::AlreadyExists {
-                InputError::new(format!("{name} exists and was not changed"))
+                InputError::new(format!("`{name}` exists and is not replaced"))
                     .next("give another name: myovib init other.toml")
                     .into()
             } else {
                 anyhow::Error::from(error).context(format!("cannot write {name}"))
             }
         })?;
-    file.write_all(scene().as_bytes())
-        .with_context(|| format!("cannot write {name}"))?;
-    output::print(format!(
-        "{name} written. Next:\n  myovib check {name}\n  myovib run {name} --out out\n"
-    ))?;
-    Ok(Exit::Done)
+    file.write_all(text.as_bytes())
+        .with_context(|| format!("cannot write {name}"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn init(file: &Path, from: Option<&str>, mesh: bool) -> anyhow::Result<Exit> {
+        run(&InitArgs {
+            file: Some(file.to_owned()),
+            from: from.map(str::to_owned),
+            mesh,
+        })
+    }
+
     #[test]
-    fn an_existing_file_is_left_as_it_is() {
+    fn an_existing_file_is_not_replaced() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("scene.toml");
-        run(&InitArgs { file: file.clone() }).unwrap();
-        assert_eq!(std::fs::read_to_string(&file).unwrap(), scene());
+        init(&file, None, false).unwrap();
+        let template = builtin::find("init").unwrap().text;
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), template);
         std::fs::write(&file, "mine").unwrap();
-        let failure = run(&InitArgs { file: file.clone() }).unwrap_err();
-        assert!(
-            failure.to_string().contains("is left as it is"),
-            "{failure}"
-        );
+        let failure = init(&file, None, false).unwrap_err();
+        assert!(failure.is::<InputError>(), "{failure}");
         assert_eq!(std::fs::read_to_string(&file).unwrap(), "mine");
+    }
+
+    /// Checks that each built-in scene and its mesh file can be read from a folder.
+    #[test]
+    fn every_built_in_scene_can_be_written_and_read() {
+        for scene in builtin::SCENES {
+            let folder = tempfile::tempdir().unwrap();
+            let file = folder.path().join("copy.toml");
+            init(&file, Some(scene.name), scene.mesh_file().is_ok()).unwrap();
+            let text = std::fs::read_to_string(&file).unwrap();
+            assert_eq!(text, scene.text);
+            if let Ok((name, text)) = scene.mesh_file() {
+                let written = std::fs::read_to_string(folder.path().join(name)).unwrap();
+                assert_eq!(written, text);
+            }
+        }
     }
 }

@@ -11,6 +11,7 @@ pub mod man;
 pub mod modes;
 pub mod movie;
 pub mod run;
+pub mod scenes;
 pub mod schema;
 pub mod sensitivity;
 pub mod sweep;

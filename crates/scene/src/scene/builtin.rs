@@ -1,51 +1,107 @@
 //! Built-in scenes of the program.
 
+use super::mesh;
+use crate::InputError;
+use crate::scene_file::mesh::{MeshSource, Resolution};
+use crate::scene_file::read;
+
+/// A scene that is part of the program.
+#[derive(Debug, Clone, Copy)]
+pub struct BuiltinScene {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// Typical run time on one core.
+    pub run_time: &'static str,
+    /// Text of the scene file.
+    pub text: &'static str,
+}
+
+impl BuiltinScene {
+    /// Returns the title of the scene.
+    pub fn title(&self) -> String {
+        let read = read(self.name, self.text, &[]);
+        read.map_or_else(|_| String::new(), |read| read.scene.title)
+    }
+
+    /// Returns name and text of the built-in mesh file that the scene uses.
+    ///
+    /// # Errors
+    /// A scene without a mesh, or with a mesh that the program generates.
+    pub fn mesh_file(&self) -> Result<(&'static str, &'static str), InputError> {
+        let scene = read(self.name, self.text, &[])?.scene;
+        match scene.mesh.map(|mesh| mesh.source) {
+            Some(MeshSource::Muscle) => Ok(("muscle.msh", mesh::MUSCLE)),
+            Some(MeshSource::Ventricle { resolution }) => Ok(match resolution {
+                Resolution::Fine => ("ventricle.msh", mesh::VENTRICLE),
+                Resolution::Coarse => ("ventricle_coarse.msh", mesh::VENTRICLE_COARSE),
+            }),
+            found => {
+                let reason = match found {
+                    None => "it has no mesh",
+                    Some(_) => "the program generates its mesh",
+                };
+                let error = InputError::new(format!("`{}` has no mesh file", self.name));
+                Err(error.found(reason).next("remove `--mesh`"))
+            }
+        }
+    }
+}
+
 macro_rules! scenes {
-    ($($name:literal)*) => {
-        /// Name and text of each built-in scene.
-        pub const BUILTIN: &[(&str, &str)] =
-            &[$(($name, include_str!(concat!("../../data/scenes/", $name, ".toml")))),*];
+    ($($name:literal $run_time:literal)*) => {
+        /// All built-in scenes.
+        pub const SCENES: &[BuiltinScene] = &[$(BuiltinScene {
+            name: $name,
+            run_time: $run_time,
+            text: include_str!(concat!("../../data/scenes/", $name, ".toml")),
+        }),*];
     };
 }
 
 scenes! {
-    "cantilever"
-    "cook-dynamic"
-    "cook-static"
-    "figure2"
-    "figure3"
-    "figure4"
-    "figure5"
-    "figure6"
-    "figure7"
-    "hardening"
-    "init"
-    "land1"
-    "muscle3d"
-    "table1-26-finite-damped"
-    "table1-26-finite-undamped"
-    "table1-26-inf-damped"
-    "table1-26-inf-undamped"
-    "table2-1"
-    "table2-2"
-    "table2-2m"
-    "table2-3"
-    "table2-31"
-    "table2-3m"
-    "table2-4"
-    "table2-4-order2"
-    "table2-4-suppressed"
-    "two-way"
-    "ventricle"
-    "ventricle-coarse"
+    "cantilever" "below 1 s"
+    "cook-dynamic" "below 1 s"
+    "cook-static" "below 1 s"
+    "figure2" "2 s"
+    "figure3" "2 s"
+    "figure4" "below 1 s"
+    "figure5" "6 s"
+    "figure6" "6 s"
+    "figure7" "6 s"
+    "hardening" "10 s"
+    "init" "1 s"
+    "land1" "1 s"
+    "muscle3d" "10 s"
+    "table1-26-finite-damped" "1 s"
+    "table1-26-finite-undamped" "1 s"
+    "table1-26-inf-damped" "1 s"
+    "table1-26-inf-undamped" "1 s"
+    "table2-1" "1 s"
+    "table2-2" "1 s"
+    "table2-2m" "1 s"
+    "table2-3" "1 s"
+    "table2-31" "1 s"
+    "table2-3m" "1 s"
+    "table2-4" "1 s"
+    "table2-4-order2" "1 s"
+    "table2-4-suppressed" "1 s"
+    "two-way" "10 s"
+    "ventricle" "1 h"
+    "ventricle-coarse" "1 min"
 }
 
-/// Returns the text of the built-in scene with this name.
-pub fn builtin_text(name: &str) -> Option<&'static str> {
-    BUILTIN
-        .iter()
-        .find(|(known, _)| *known == name)
-        .map(|(_, text)| *text)
+/// Returns the built-in scene with this name.
+///
+/// # Errors
+/// An unknown name, with the names that exist.
+pub fn find(name: &str) -> Result<&'static BuiltinScene, InputError> {
+    let found = SCENES.iter().find(|scene| scene.name == name);
+    found.ok_or_else(|| {
+        let names: Vec<&str> = SCENES.iter().map(|scene| scene.name).collect();
+        InputError::new(format!("unknown scene `{name}`"))
+            .allowed(names.join(", "))
+            .next("`myovib scenes` lists them with their titles")
+    })
 }
 
 #[cfg(test)]
@@ -62,7 +118,8 @@ mod tests {
             .map(|path| path.file_stem().unwrap().to_string_lossy().into_owned())
             .collect();
         names.sort();
-        let known: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
+        let known: Vec<&str> = SCENES.iter().map(|scene| scene.name).collect();
         assert_eq!(names, known);
+        assert!(SCENES.iter().all(|scene| !scene.title().is_empty()));
     }
 }

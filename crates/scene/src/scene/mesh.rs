@@ -7,10 +7,10 @@ use crate::InputError;
 use crate::scene_file::mesh::{self, MeshSource, Region, Resolution};
 
 /// Muscle of the reproduced paper.
-const MUSCLE: &str = include_str!("../../data/meshes/muscle.msh");
+pub(super) const MUSCLE: &str = include_str!("../../data/meshes/muscle.msh");
 /// Ventricle of the benchmark, and a coarser version.
-const VENTRICLE: &str = include_str!("../../data/meshes/ventricle.msh");
-const VENTRICLE_COARSE: &str = include_str!("../../data/meshes/ventricle_coarse.msh");
+pub(super) const VENTRICLE: &str = include_str!("../../data/meshes/ventricle.msh");
+pub(super) const VENTRICLE_COARSE: &str = include_str!("../../data/meshes/ventricle_coarse.msh");
 /// Maximum number of elements of a scene, far above the capacity of one machine. It detects a
 /// typing error before memory is exhausted.
 const MAX_ELEMENTS: usize = 4_000_000;

@@ -7,7 +7,7 @@
 
 mod body;
 mod builder;
-mod builtin;
+pub mod builtin;
 mod chain_places;
 mod contraction;
 mod distribution;
@@ -34,10 +34,11 @@ use myovib_model::coupling::Feedback;
 use myovib_model::{Formulation, ModelError, Muscle, RodDae, Settings};
 use serde_json::Value;
 
-pub use builtin::{BUILTIN, builtin_text};
 pub use chain_places::DrivenPlace;
 pub(crate) use limits::runs_at_once;
 pub use oscillators::DrivenChain;
+
+use builtin::SCENES;
 
 use crate::InputError;
 use crate::inputs::{Input, Inputs};
@@ -127,19 +128,19 @@ impl Scene {
     /// [`InputError`] for an unreadable file or an invalid scene.
     pub fn load(path: &Path, overrides: &[String]) -> Result<Self, InputError> {
         let name = path.display().to_string();
-        match (text_of(path), builtin_text(&name)) {
+        match (text_of(path), builtin::find(&name).ok()) {
             (Ok(text), _) => {
                 let folder = path.parent().unwrap_or(Path::new(""));
                 Self::build(&name, &text, overrides, folder)
             }
-            (Err(_), Some(text)) => Self::build(&name, text, overrides, Path::new("")),
+            (Err(_), Some(scene)) => Self::build(&name, scene.text, overrides, Path::new("")),
             (Err(error), None) => {
                 let is_missing = error.kind() == io::ErrorKind::NotFound;
                 let error = InputError::new(format!("cannot read the scene `{name}`: {error}"));
                 if !is_missing {
                     return Err(error);
                 }
-                let names: Vec<&str> = BUILTIN.iter().map(|(name, _)| *name).collect();
+                let names: Vec<&str> = SCENES.iter().map(|scene| scene.name).collect();
                 let error =
                     error.allowed(format!("a file, or a built-in scene: {}", names.join(", ")));
                 let error = suggest(error, nearest(&name, &names));
@@ -151,11 +152,9 @@ impl Scene {
     /// Returns the built-in scene `name`, with overrides applied.
     ///
     /// # Errors
-    /// A name that is not in [`BUILTIN`], or invalid overrides.
+    /// A name that is not in [`SCENES`], or invalid overrides.
     pub fn built_in(name: &str, overrides: &[String]) -> Result<Self, InputError> {
-        let text =
-            builtin_text(name).ok_or_else(|| InputError::new(format!("unknown scene `{name}`")))?;
-        Self::build(name, text, overrides, Path::new(""))
+        Self::build(name, builtin::find(name)?.text, overrides, Path::new(""))
     }
 
     /// Returns the scene with all tolerances multiplied by `factor`.

@@ -92,10 +92,10 @@ fn shared_reactions(file: &SceneFile, body: &Body) -> Vec<String> {
 mod tests {
     use std::path::Path;
 
-    use crate::scene::{Scene, builtin_text};
+    use crate::scene::{Scene, builtin};
 
     fn refusal(probe: &str) -> String {
-        let text = builtin_text("init").expect("built in");
+        let text = builtin::find("init").unwrap().text;
         let text = format!("{text}\n[[probe]]\nname = \"own\"\ninterval = 0.1\n{probe}\n");
         match Scene::build("scene.toml", &text, &[], Path::new("")) {
             Ok(_) => "accepted".to_owned(),

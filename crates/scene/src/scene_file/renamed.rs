@@ -119,7 +119,8 @@ fn collect(source: &Source, value: &Value, path: &str, found: &mut Vec<Old>) {
             }
         }
         Value::Array(entries) => {
-            for (i, value) in entries.iter().enumerate() {
+            let numbered = entries.iter().enumerate();
+            for (i, value) in numbered.filter(|(_, value)| !value.is_number()) {
                 collect(source, value, &entry(path, i), found);
             }
         }

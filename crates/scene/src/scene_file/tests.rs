@@ -142,7 +142,7 @@ const WRONG: [(&str, &str, &str); 18] = [
     ),
     (
         "unknown_formulation",
-        "formulation = \"rate\"",
+        "rayleigh_mass = 1.0",
         "formulation = \"rates\"",
     ),
     ("number_as_text", "end = 2.0", "end = \"2.0\""),

@@ -34,12 +34,12 @@ fn invalid_keys_of_parameters_are_refused_with_their_place() {
         (
             &["material[0].c20"][..],
             "",
-            "allowed: c01, c10, density, stiffness",
+            "allowed: c01, c10, density, stress_scale",
         ),
         (
             &["material[1].c10"],
             NEO_HOOKE,
-            "allowed: density, stiffness\n    next: give the law as mooney-rivlin",
+            "allowed: density, stress_scale\n    next: give the law as mooney-rivlin",
         ),
         (
             &["material[1].shear_modulus"],

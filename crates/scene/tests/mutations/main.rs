@@ -14,7 +14,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use myovib_fem::{FemError, Mesh};
-use myovib_scene::{BUILTIN, Scene};
+use myovib_scene::Scene;
+use myovib_scene::builtin::{SCENES, find};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
@@ -104,8 +105,8 @@ fn damaged_meshes_are_refused_with_their_place() {
 #[test]
 fn damaged_scenes_are_refused_with_their_place() {
     // The coarse ventricle has the same text with a mesh that is faster to read.
-    let scenes = BUILTIN.iter().filter(|(name, _)| *name != "ventricle");
-    let scenes: Vec<&str> = scenes.map(|(_, text)| *text).collect();
+    let scenes = SCENES.iter().filter(|scene| scene.name != "ventricle");
+    let scenes: Vec<&str> = scenes.map(|scene| scene.text).collect();
     run("scene", &scenes, read_scene);
 }
 
@@ -155,7 +156,7 @@ fn sizes_beyond_reason_are_refused_before_anything_is_allocated() {
         ("figure2", "chain[0].oscillators", "100000000000".to_owned()),
         ("figure2", "rod.elements", "100000000000".to_owned()),
     ] {
-        let (_, text) = BUILTIN.iter().find(|(name, _)| *name == scene).unwrap();
+        let text = find(scene).unwrap().text;
         let set = [format!("{key}={value}")];
         let error = Scene::build("s.toml", text, &set, Path::new("")).unwrap_err();
         assert!(
