@@ -6,7 +6,7 @@ use myovib_cli::commands;
 use myovib_scene::Scene;
 use myovib_scene::fit::{FitOptions, Loss, compute as compute_fit};
 use myovib_scene::result_folder::Existing;
-use myovib_scene::sensitivity::{Parametrised, Precision, StiffnessMap, compute};
+use myovib_scene::sensitivity::{Parameterized, Precision, StiffnessMap, compute};
 use pyo3::prelude::*;
 
 use crate::error::of_command;
@@ -28,7 +28,7 @@ pub(crate) fn sensitivity(
         false => Precision::OfMotion,
     };
     let computed = interruptible(py, progress, |_, watcher| -> anyhow::Result<_> {
-        let scene = Parametrised::load(&scene, &set)?;
+        let scene = Parameterized::load(&scene, &set)?;
         let request = commands::sensitivity::request(&out, Existing::Refuse, &scene.scene)?;
         request.check()?;
         let curves = compute(&scene, precision, watcher)?;

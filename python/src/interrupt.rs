@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use myovib_scene::watch::{Tell, Watcher};
+use myovib_scene::watch::{ProgressSink, Watcher};
 use pyo3::prelude::*;
 
 /// Time between two checks for signals.
@@ -43,8 +43,8 @@ struct Progress {
     raised: Mutex<Option<PyErr>>,
 }
 
-impl Tell for Progress {
-    fn tell(&self, line: &dyn Fn() -> String) {
+impl ProgressSink for Progress {
+    fn on_progress(&self, line: &dyn Fn() -> String) {
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         if last.is_some_and(|last| last.elapsed() < PROGRESS_EVERY) {
             return;

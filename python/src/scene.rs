@@ -11,7 +11,7 @@ use myovib_cli::commands;
 use myovib_report::page;
 use myovib_scene::builtin::{self, SCENES};
 use myovib_scene::run::{Existing, RunOptions, compute};
-use myovib_scene::sensitivity::Known;
+use myovib_scene::sensitivity::SceneParameter;
 use myovib_scene::sweep::{Cases, SweepOptions, compute as compute_cases};
 use myovib_scene::{Scene, atomic_file, plain};
 use myovib_sparse::resources;
@@ -38,7 +38,7 @@ pub(crate) fn run(
     let computed = interruptible(py, progress, |flag, watcher| {
         let compute = || {
             let scene = Scene::load(&scene, &set)?;
-            Known::all(&scene)?;
+            SceneParameter::all(&scene)?;
             let options = RunOptions {
                 out,
                 existing,

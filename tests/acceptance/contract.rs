@@ -35,9 +35,9 @@ fn several_processes_need_a_program_that_is_built_for_them() {
             .env("OMPI_COMM_WORLD_SIZE", size)
             .output()
             .expect("the program starts");
-        let told = String::from_utf8_lossy(&started.stderr);
-        assert_eq!(started.status.code(), Some(code), "{told}");
-        assert_eq!(told.contains("--features mpi"), code == 2, "{told}");
+        let reported = String::from_utf8_lossy(&started.stderr);
+        assert_eq!(started.status.code(), Some(code), "{reported}");
+        assert_eq!(reported.contains("--features mpi"), code == 2, "{reported}");
     }
 }
 

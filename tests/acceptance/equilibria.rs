@@ -133,8 +133,8 @@ fn a_part_of_the_load_is_read_off_as_such() {
         &["run", "motion.toml", "--quiet", "--out", "motion"],
     );
     assert_eq!(moved.code, 0, "{}", moved.stderr);
-    let told = format!("with {:.1} % of the loads of that run", 100.0 * part);
-    assert!(moved.stderr.contains(&told), "{}", moved.stderr);
+    let reported = format!("with {:.1} % of the loads of that run", 100.0 * part);
+    assert!(moved.stderr.contains(&reported), "{}", moved.stderr);
     // A sweep also rejects it as the result of a case.
     let vary = format!("prescribed_displacement[0].x=-0.01,{}", -0.97);
     let sweep = [

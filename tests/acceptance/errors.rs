@@ -122,10 +122,11 @@ fn every_run_says_of_its_probes_about_how_far_off_they_are() {
             &["--overwrite"],
         );
         for method in methods {
-            let (said, document) = run(folder, "run", &[sets, method].concat(), &["--overwrite"]);
+            let (reported, document) =
+                run(folder, "run", &[sets, method].concat(), &["--overwrite"]);
             assert!(
-                said.contains("Errors in time, by the estimates of the steps"),
-                "{said}"
+                reported.contains("Errors in time, by the estimates of the steps"),
+                "{reported}"
             );
             let indicated = &document["error_indicator"]["off"];
             let report = fs::read_to_string(folder.join("run/report.html")).unwrap();
@@ -156,7 +157,7 @@ fn what_a_run_says_of_its_errors_costs_no_residual() {
     let folder = folder.path();
     scene(folder);
     let (_, with) = run(folder, "with", &["time.end=0.2"], &[]);
-    let (said, without) = run(folder, "without", &["time.end=0.2", "probe=[]"], &[]);
+    let (reported, without) = run(folder, "without", &["time.end=0.2", "probe=[]"], &[]);
     for counter in ["residual_evaluations", "steps"] {
         assert_eq!(with[counter], without[counter], "{counter}");
     }
@@ -164,7 +165,7 @@ fn what_a_run_says_of_its_errors_costs_no_residual() {
         assert_eq!(with["work"][counter], without["work"][counter], "{counter}");
     }
     assert_eq!(without["error_indicator"], serde_json::json!({}));
-    assert!(!said.contains("Errors in time"), "{said}");
+    assert!(!reported.contains("Errors in time"), "{reported}");
     let text = fs::read_to_string(folder.join("scene.toml")).unwrap();
     let (before, _) = text.rsplit_once("type = \"point\"").unwrap();
     let reaction = format!("{before}type = \"reaction\"\ngroup = \"fixed\"\ninterval = 0.01\n");

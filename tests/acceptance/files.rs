@@ -35,8 +35,8 @@ fn more_probes_than_the_system_lets_files_be_open_are_refused_before_anything_is
     write_scene(folder.path(), 60);
     let (code, stderr) = run_after(folder.path(), "ulimit -n 40");
     assert_eq!(code, Some(2), "{stderr}");
-    for said in ["60 probes", "40 files", "ulimit -n 76", "scene.toml"] {
-        assert!(stderr.contains(said), "{said}: {stderr}");
+    for printed in ["60 probes", "40 files", "ulimit -n 76", "scene.toml"] {
+        assert!(stderr.contains(printed), "{printed}: {stderr}");
     }
     assert!(!folder.path().join("out").exists());
     let (code, stderr) = run_after(folder.path(), "ulimit -n 76");
@@ -129,7 +129,7 @@ fn what_never_ends_is_not_read() {
         .current_dir(folder.path())
         .status();
     assert!(made.unwrap().success());
-    for (arguments, said) in [
+    for (arguments, printed) in [
         (
             "run init --set mesh.type=file --set mesh.path=/dev/zero",
             "not a regular file",
@@ -150,6 +150,6 @@ fn what_never_ends_is_not_read() {
             .unwrap();
         let stderr = String::from_utf8_lossy(&end.stderr);
         assert_eq!(end.status.code(), Some(2), "{arguments}: {stderr}");
-        assert!(stderr.contains(said), "{arguments}: {stderr}");
+        assert!(stderr.contains(printed), "{arguments}: {stderr}");
     }
 }

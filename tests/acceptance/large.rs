@@ -13,7 +13,7 @@ struct Left {
     code: i32,
     document: Value,
     state: String,
-    said: String,
+    printed: String,
 }
 
 fn spindle(command: &str, more: &[&str]) -> Left {
@@ -30,17 +30,17 @@ fn left(command: &str, scene: &str, more: &[&str]) -> Left {
         code: run.code,
         document: serde_json::from_str(&text("d.json")).unwrap(),
         state: text("out/state.json"),
-        said: run.stderr,
+        printed: run.stderr,
     }
 }
 
 #[test]
-fn a_body_that_does_not_fit_is_refused_before_it_is_factorised() {
+fn a_body_that_does_not_fit_is_refused_before_it_is_factorized() {
     let left = spindle("run", &["--memory", "150MiB"]);
-    assert_eq!(left.code, 4, "{}", left.said);
+    assert_eq!(left.code, 4, "{}", left.printed);
     assert!(left.document.is_null());
     for words in ["the factors need ", "MiB of memory", "coarser mesh", "BDF"] {
-        assert!(left.said.contains(words), "{words}: {}", left.said);
+        assert!(left.printed.contains(words), "{words}: {}", left.printed);
     }
 }
 
@@ -51,12 +51,12 @@ fn predicted_memory(scene: &str, threads: &str) -> (f64, Left) {
     let number = |key: &str| {
         factors[key]
             .as_f64()
-            .unwrap_or_else(|| panic!("{}", check.said))
+            .unwrap_or_else(|| panic!("{}", check.printed))
     };
     let predicted = number("bytes") + number("bytes_before");
     let run = left("run", scene, &["--threads", threads]);
     let peak = run.document["peak_memory_bytes"].as_f64();
-    let peak = peak.unwrap_or_else(|| panic!("{}", run.said));
+    let peak = peak.unwrap_or_else(|| panic!("{}", run.printed));
     (predicted / peak, run)
 }
 
@@ -78,7 +78,7 @@ fn the_peak_of_memory_is_predicted_and_threads_change_no_bit() {
 fn a_check_of_a_large_body_predicts_and_tries_nothing() {
     let check = left("check", "ventricle", &["--threads", "1"]);
     let body = &check.document["body"];
-    assert_eq!(body["cost"]["end"], "predicted", "{}", check.said);
+    assert_eq!(body["cost"]["end"], "predicted", "{}", check.printed);
     assert_eq!(body["slow_modes"].as_array().map(Vec::len), Some(0));
     // 1351 s for 167 steps on one machine.
     assert!(

@@ -45,8 +45,8 @@ fn rows_that_a_table_has_lost_are_not_invented() {
     fs::write(&csv, &short).unwrap();
     let run = myovib_in(folder.path(), &SHORT);
     assert_eq!(run.code, 2, "{}", run.stderr);
-    for said in ["origin.csv", "rows would be missing", "--overwrite"] {
-        assert!(run.stderr.contains(said), "{said}: {}", run.stderr);
+    for printed in ["origin.csv", "rows would be missing", "--overwrite"] {
+        assert!(run.stderr.contains(printed), "{printed}: {}", run.stderr);
     }
     assert_eq!(fs::read_to_string(&csv).unwrap(), short, "left as it is");
 }
@@ -60,8 +60,8 @@ fn a_field_file_that_is_gone_is_not_passed_over() {
     fs::remove_file(folder.path().join("out/fields_00001.vtu")).unwrap();
     let run = myovib_in(folder.path(), &[&SHORT[..], &fields].concat());
     assert_eq!(run.code, 2, "{}", run.stderr);
-    for said in ["fields_00001.vtu", "is gone", "--overwrite"] {
-        assert!(run.stderr.contains(said), "{said}: {}", run.stderr);
+    for printed in ["fields_00001.vtu", "is gone", "--overwrite"] {
+        assert!(run.stderr.contains(printed), "{printed}: {}", run.stderr);
     }
 }
 
@@ -231,7 +231,7 @@ fn a_full_disk_is_code_4_and_named_and_what_was_written_stays() {
 #[test]
 fn what_nobody_can_want_is_refused_with_a_message() {
     let folder = tempfile::tempdir().unwrap();
-    for (set, said) in [
+    for (set, printed) in [
         ("time.end=5e-324", "cannot be meant"),
         ("time.end=1e300", "cannot be meant"),
         ("time.end=1e19", "too many rows"),
@@ -241,7 +241,7 @@ fn what_nobody_can_want_is_refused_with_a_message() {
     ] {
         let run = myovib_in(folder.path(), &["run", "init", "--set", set]);
         assert_eq!(run.code, 2, "{set}: {}", run.stderr);
-        assert!(run.stderr.contains(said), "{set}: {}", run.stderr);
+        assert!(run.stderr.contains(printed), "{set}: {}", run.stderr);
     }
     let probe = "[[probe]]\ntype = \"energy\"\nname = \"p";
     let probes: String = (0..100_000).map(|i| format!("{probe}{i}\"\n")).collect();

@@ -181,8 +181,12 @@ fn a_finished_run_has_nothing_to_go_on_with() {
     let before = fs::read(&document).unwrap();
     let again = myovib_in(folder.path(), &[&common[..], &["--resume"]].concat());
     assert_eq!(again.code, 2, "{}", again.stderr);
-    for said in ["finished", "out", "t = 0.02 s", "--overwrite"] {
-        assert!(again.stderr.contains(said), "{said}: {}", again.stderr);
+    for printed in ["finished", "out", "t = 0.02 s", "--overwrite"] {
+        assert!(
+            again.stderr.contains(printed),
+            "{printed}: {}",
+            again.stderr
+        );
     }
     assert_eq!(fs::read(&document).unwrap(), before);
 }

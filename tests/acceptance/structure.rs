@@ -53,9 +53,9 @@ fn infsup_tells_the_spaces_apart_and_draws() {
         &["infsup", "--levels", "2", "--plot", "i.svg", "--json"],
     );
     assert_eq!(run.code, 0, "{}", run.stderr);
-    let told: Vec<&str> = run.stderr.lines().collect();
-    assert_eq!(told.len(), 4, "{}", run.stderr);
-    assert_eq!(told[1], "P2–P1, level 2 of 2: 1244 triangles");
+    let reported: Vec<&str> = run.stderr.lines().collect();
+    assert_eq!(reported.len(), 4, "{}", run.stderr);
+    assert_eq!(reported[1], "P2–P1, level 2 of 2: 1244 triangles");
     let found = document(&run.stdout, "infsup");
     let constant = |pair: usize, level: usize| {
         found["pairs"][pair]["levels"][level]["inf_sup"]
@@ -392,13 +392,13 @@ fn run_finds_the_modes_of_a_scene_as_modes_does() {
 
     let again = with_set(&["run", "init", "--quiet"]);
     assert_eq!(again.code, 2, "{}", again.stderr);
-    for (option, said) in [
+    for (option, reported) in [
         ("--resume", "nothing to go on with"),
         ("--verify", "no error in time"),
     ] {
         let refused = with_set(&["run", "init", "--out", "other", option]);
         assert_eq!(refused.code, 2, "{}", refused.stderr);
-        assert!(refused.stderr.contains(said), "{}", refused.stderr);
+        assert!(refused.stderr.contains(reported), "{}", refused.stderr);
     }
     let rod = myovib_in(
         folder.path(),
@@ -426,7 +426,7 @@ fn run_warns_once_of_what_check_warns_of() {
         let lines = text.lines().filter(|line| line.starts_with("warning: "));
         lines.map(str::to_owned).collect()
     };
-    for (sets, said) in [
+    for (sets, reported) in [
         (&in_mm[..], ["use SI units", "its length is 200.000 m"]),
         (&light, ["material[0]", "shear waves run at"]),
         (&light_modes, ["material[0]", "shear waves run at"]),
@@ -440,8 +440,8 @@ fn run_warns_once_of_what_check_warns_of() {
         let warned = of(&run.stderr);
         assert_eq!(warned, of(&check.stdout), "{}", check.stdout);
         assert_eq!(warned.len(), 1, "{}", run.stderr);
-        for said in said {
-            assert!(warned[0].contains(said), "{warned:?}");
+        for reported in reported {
+            assert!(warned[0].contains(reported), "{warned:?}");
         }
     }
     // A load of 1e19 Hz is printed with few digits.

@@ -52,11 +52,11 @@ fn a_wrong_value_of_any_case_is_refused_before_one_is_computed() {
             &[&["sweep", "cook-static", "--vary", vary][..], more].concat(),
         );
         assert_eq!(run.code, 2, "{more:?}: {}", run.stderr);
-        for said in [
+        for printed in [
             "where: --vary material[0].density=-3",
             "case: 3: material[0].density=-3",
         ] {
-            assert!(run.stderr.contains(said), "{more:?}: {}", run.stderr);
+            assert!(run.stderr.contains(printed), "{more:?}: {}", run.stderr);
         }
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "{more:?}");
     }
@@ -200,10 +200,10 @@ fn a_sweep_sees_a_changed_mesh() {
     let collect = [&["--collect"][..], &result].concat();
     let collected = sweep(folder.path(), &collect);
     assert_eq!(collected.code, 2);
-    let said = &collected.stderr;
+    let printed = &collected.stderr;
     assert!(
-        said.contains("no case of this sweep was computed"),
-        "{said}"
+        printed.contains("no case of this sweep was computed"),
+        "{printed}"
     );
     let kept = fs::read_to_string(folder.path().join("sweep/sweep.json")).unwrap();
     assert_eq!(kept, table, "nothing is written");
@@ -374,7 +374,7 @@ fn a_sweep_of_modes_has_columns_of_frequencies() {
 #[test]
 fn columns_of_a_sweep_are_told_apart_and_known() {
     let folder = tempfile::tempdir().unwrap();
-    for (more, said) in [
+    for (more, printed) in [
         (
             &["--vary", "solid.rayleigh_stiffness=1e-4"][..],
             "varies already",
@@ -397,7 +397,7 @@ fn columns_of_a_sweep_are_told_apart_and_known() {
         ];
         let run = myovib_in(folder.path(), &[&common[..], more].concat());
         assert_eq!(run.code, 2, "{more:?}: {}", run.stderr);
-        assert!(run.stderr.contains(said), "{more:?}: {}", run.stderr);
+        assert!(run.stderr.contains(printed), "{more:?}: {}", run.stderr);
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "{more:?}");
     }
 }

@@ -12,8 +12,8 @@ fn told_and_run(scene: &str, sets: &[&str]) -> (Value, Value) {
     let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
     let of = |command: &str| {
         let words = [&[command, scene, "--quiet", "--json"][..], &sets].concat();
-        let said = myovib_in(folder.path(), &words);
-        document(&said.stdout, command)
+        let printed = myovib_in(folder.path(), &words);
+        document(&printed.stdout, command)
     };
     (of("check")["body"]["cost"].clone(), of("run"))
 }
@@ -39,10 +39,10 @@ fn all_steps_of_a_short_run_are_told() {
         ("cook-dynamic", &["integrator.max_steps=20"]),
     ];
     for (scene, sets) in cases {
-        let (told, run) = told_and_run(scene, sets);
-        assert_eq!(told["end"], "finished", "{scene} {sets:?}: {told}");
-        assert_eq!(steps(&told), steps(&run), "{scene} {sets:?}");
-        assert_eq!(told["t"], run["t_reached"], "{scene} {sets:?}");
+        let (reported, run) = told_and_run(scene, sets);
+        assert_eq!(reported["end"], "finished", "{scene} {sets:?}: {reported}");
+        assert_eq!(steps(&reported), steps(&run), "{scene} {sets:?}");
+        assert_eq!(reported["t"], run["t_reached"], "{scene} {sets:?}");
     }
 }
 
@@ -54,12 +54,12 @@ fn a_run_takes_at_least_the_steps_that_are_told() {
         ("hardening", ["time.end=1.5"]),
         ("two-way", ["time.end=4.0"]),
     ] {
-        let (told, run) = told_and_run(scene, &sets);
-        let all = told["end"] == "finished";
-        assert!(all || told["end"] == "patience", "{scene}: {told}");
-        assert_eq!(steps(&told) == steps(&run), all, "{scene}: {told}");
-        assert!(steps(&told) <= steps(&run), "{scene}: {told}");
-        assert!(steps(&told) > 10, "{scene}: {told}");
+        let (reported, run) = told_and_run(scene, &sets);
+        let all = reported["end"] == "finished";
+        assert!(all || reported["end"] == "patience", "{scene}: {reported}");
+        assert_eq!(steps(&reported) == steps(&run), all, "{scene}: {reported}");
+        assert!(steps(&reported) <= steps(&run), "{scene}: {reported}");
+        assert!(steps(&reported) > 10, "{scene}: {reported}");
     }
 }
 
@@ -79,10 +79,10 @@ fn a_condition_to_stop_is_no_bound() {
 fn a_run_that_stops_is_told_to() {
     // This load inverts elements.
     let load = "traction[0].y={ type = \"step\", value = -2e4, rise = 0.2 }";
-    let (told, run) = told_and_run("table2-4", &[load]);
-    assert_eq!(told["end"], "stopped", "{told}");
-    assert_eq!(steps(&told), steps(&run));
-    assert_eq!(told["t"], run["t_reached"]);
+    let (reported, run) = told_and_run("table2-4", &[load]);
+    assert_eq!(reported["end"], "stopped", "{reported}");
+    assert_eq!(steps(&reported), steps(&run));
+    assert_eq!(reported["t"], run["t_reached"]);
     let text = myovib(&["check", "table2-4", "--set", load]).stdout;
     let words = format!(
         "cost            the run stops, as tried: {}",

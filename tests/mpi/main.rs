@@ -146,8 +146,11 @@ fn assert_ranks_agree(changes: &[(&str, &str)]) {
     );
     for ranks in [1, 2, 4] {
         let out = format!("by {ranks}");
-        let told = run(folder, ranks, &out);
-        assert!(told.contains(&format!("{ranks} processes share")), "{told}");
+        let reported = run(folder, ranks, &out);
+        assert!(
+            reported.contains(&format!("{ranks} processes share")),
+            "{reported}"
+        );
         println!("{ranks} ranks: steps, Newton iterations {:?}", work(&out));
         assert_eq!(work(&out), work("alone"), "{ranks} ranks");
         for (one, many) in alone.iter().zip(columns(folder, &out)) {
@@ -240,8 +243,11 @@ fn a_killed_rank_ends_all_and_the_last_checkpoint_is_whole() {
         .status();
     assert!(killed.unwrap().success());
     let Output { status, stderr, .. } = started.wait_with_output().unwrap();
-    let told = String::from_utf8(stderr).unwrap();
-    assert!(!status.success() && told.contains("rank 2"), "{told}");
+    let reported = String::from_utf8(stderr).unwrap();
+    assert!(
+        !status.success() && reported.contains("rank 2"),
+        "{reported}"
+    );
     for process in ranks {
         let killed = Instant::now();
         while lives(process) {
@@ -294,10 +300,13 @@ fn ranks_that_read_other_bodies_are_refused() {
         let of_one = |folder| ["-n", "1", "--wdir", folder, PROGRAM, "run", "scene.toml"];
         let arguments = [&of_one(first)[..], &[":"], &of_one(second)].concat();
         let Output { status, stderr, .. } = mpirun(here.path(), &arguments).output().unwrap();
-        let told = String::from_utf8(stderr).unwrap();
-        assert_eq!(status.code(), Some(2), "{told}");
+        let reported = String::from_utf8(stderr).unwrap();
+        assert_eq!(status.code(), Some(2), "{reported}");
         let message = "error: rank 1 does not load the same body as rank 0";
-        assert!(told.contains(message) && told.contains(reason), "{told}");
+        assert!(
+            reported.contains(message) && reported.contains(reason),
+            "{reported}"
+        );
         assert!(!here.path().join("out").exists(), "nothing is written");
     }
 }
@@ -308,7 +317,11 @@ fn a_wrong_command_is_told_once() {
     let wrong = mpirun(folder.path(), &["-n", "2", PROGRAM, "run", "--nonsense"])
         .output()
         .unwrap();
-    let told = String::from_utf8(wrong.stderr).unwrap();
-    assert_eq!(wrong.status.code(), Some(2), "{told}");
-    assert_eq!(told.matches("error: unexpected").count(), 1, "{told}");
+    let reported = String::from_utf8(wrong.stderr).unwrap();
+    assert_eq!(wrong.status.code(), Some(2), "{reported}");
+    assert_eq!(
+        reported.matches("error: unexpected").count(),
+        1,
+        "{reported}"
+    );
 }

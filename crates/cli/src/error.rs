@@ -5,17 +5,17 @@ use myovib_scene::plain;
 /// Formats an error as `error: …`, followed by its causes, one per line. A cause that the previous
 /// line already contains is omitted.
 pub fn render(failure: &anyhow::Error) -> String {
-    let mut told = plain(&failure.to_string());
-    let mut text = format!("error: {told}\n");
+    let mut reported = plain(&failure.to_string());
+    let mut text = format!("error: {reported}\n");
     for cause in failure
         .chain()
         .skip(1)
         .map(|cause| plain(&cause.to_string()))
     {
-        if !told.ends_with(&cause) {
+        if !reported.ends_with(&cause) {
             text.push_str(&format!("{:>8}: {cause}\n", "cause"));
         }
-        told = cause;
+        reported = cause;
     }
     text
 }

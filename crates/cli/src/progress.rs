@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use myovib_scene::plain;
-use myovib_scene::watch::Tell;
+use myovib_scene::watch::ProgressSink;
 
 use crate::output;
 
@@ -64,8 +64,8 @@ impl Progress {
     }
 }
 
-impl Tell for Progress {
-    fn tell(&self, line: &dyn Fn() -> String) {
+impl ProgressSink for Progress {
+    fn on_progress(&self, line: &dyn Fn() -> String) {
         self.show(line);
     }
 

@@ -2,7 +2,7 @@
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
-use crate::colouring::colour;
+use crate::coloring::color;
 use crate::linearization::Linearization;
 use crate::problem::{Problem, StepError};
 
@@ -23,7 +23,7 @@ const RESOLVED: f64 = 1e4;
 /// than the step itself would take it. ∂F/∂ẏ alone has [shorter displacements](rate_displacement).
 ///
 /// If the residual cannot be evaluated there, the unknowns of this color are moved in [other
-/// ways](Way). A smaller step would not help: 1/w_j does not become smaller with it.
+/// ways](Perturbation). A smaller step would not help: 1/w_j does not become smaller with it.
 #[derive(Debug, Clone)]
 pub(crate) struct Differences {
     groups: Vec<Vec<usize>>,
@@ -40,7 +40,7 @@ impl Differences {
     pub(crate) fn new(pattern: &SparsityPattern) -> Self {
         let n = pattern.major_dim();
         Self {
-            groups: colour(pattern),
+            groups: color(pattern),
             y: vec![0.0; n],
             y_dot: vec![0.0; n],
             base: vec![0.0; n],
@@ -89,10 +89,10 @@ impl Differences {
     ) -> Result<(), StepError> {
         let scale = a.abs().max((b * at.step).abs());
         let mut first = Ok(());
-        for way in Way::ALL {
+        for way in Perturbation::ALL {
             for &j in &self.groups[group] {
                 let wanted = match (a, way) {
-                    (0.0, Way::Usual) => rate_displacement(at, j) / scale,
+                    (0.0, Perturbation::Usual) => rate_displacement(at, j) / scale,
                     _ => displacement(at, j, way) / scale,
                 };
                 self.y[j] = at.y[j] + a * wanted;
@@ -125,7 +125,7 @@ impl Differences {
 
 /// How unknowns are moved.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Way {
+pub(crate) enum Perturbation {
     /// By δ_j.
     Usual,
     /// By −δ_j.
@@ -137,7 +137,7 @@ pub(crate) enum Way {
     SlightlyTowards,
 }
 
-impl Way {
+impl Perturbation {
     /// All, in the order in which they are tried: the shorter moves lose more to rounding.
     const ALL: [Self; 4] = [
         Self::Usual,
@@ -160,7 +160,7 @@ fn rate_displacement(at: &Linearization<'_>, j: usize) -> f64 {
 }
 
 /// Returns the signed perturbation of unknown j.
-pub(crate) fn displacement(at: &Linearization<'_>, j: usize, way: Way) -> f64 {
+pub(crate) fn displacement(at: &Linearization<'_>, j: usize, way: Perturbation) -> f64 {
     let motion = at.step * at.y_dot[j];
     let size = f64::EPSILON.sqrt() * at.y[j].abs().max(motion.abs());
     let usual = || size.max(1.0 / at.weights[j]).copysign(motion);
@@ -169,10 +169,10 @@ pub(crate) fn displacement(at: &Linearization<'_>, j: usize, way: Way) -> f64 {
         size.max(f64::EPSILON.sqrt() / at.weights[j]).copysign(away)
     };
     match way {
-        Way::Usual => usual(),
-        Way::Back => -usual(),
-        Way::SlightlyAway => slight(),
-        Way::SlightlyTowards => -slight(),
+        Perturbation::Usual => usual(),
+        Perturbation::Back => -usual(),
+        Perturbation::SlightlyAway => slight(),
+        Perturbation::SlightlyTowards => -slight(),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Which variables are differential: those whose derivative occurs in F.
 
-use crate::colouring::colour;
+use crate::coloring::color;
 use crate::draw::draw;
 use crate::problem::{Problem, StepError, VariableKind};
 
@@ -108,7 +108,7 @@ impl<P: Problem + ?Sized> Search<'_, P> {
         self.problem
             .residual(self.t, self.y, self.y_dot, &mut base)?;
         let pattern = self.problem.jacobian_pattern();
-        let groups = colour(&pattern);
+        let groups = color(&pattern);
         let mut size = 1.0;
         while size <= LARGEST {
             for trial in 0..TRIALS {

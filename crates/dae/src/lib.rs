@@ -16,7 +16,7 @@
 //! - `conformance` (a feature): the tests that every integrator passes.
 #![forbid(unsafe_code)]
 
-mod colouring;
+mod coloring;
 pub mod columns;
 #[cfg(feature = "conformance")]
 pub mod conformance;

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::problem::{Problem, VariableKind};
-use crate::remedy::Standing;
+use crate::remedy::StopContext;
 use crate::statistics::Statistics;
 use crate::stop_reason::StopReason;
 
@@ -92,7 +92,7 @@ impl Stop {
     /// method that supports problems up to the index `highest` without reformulation.
     #[must_use]
     pub fn advised(mut self, problem: &impl Problem, kinds: &[VariableKind], highest: u8) -> Self {
-        let standing = Standing::of(problem, kinds, self.statistics.steps);
+        let standing = StopContext::of(problem, kinds, self.statistics.steps);
         self.remedy = standing.remedy(self.reason, highest);
         self
     }

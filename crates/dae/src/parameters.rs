@@ -163,7 +163,7 @@ pub trait Parameters<P: ?Sized> {
     ///
     /// # Errors
     /// Errors of the problem.
-    fn linearise(
+    fn linearize(
         &mut self,
         problem: &mut P,
         jacobian: &mut Jacobian,

@@ -2,7 +2,7 @@
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
-use crate::differences::{Way, displacement};
+use crate::differences::{Perturbation, displacement};
 use crate::draw::draw;
 use crate::jacobian::Jacobian;
 use crate::linearization::Linearization;
@@ -249,8 +249,8 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
     /// slightly away from zero.
     pub(crate) fn in_a_direction(&mut self, trial: u64) -> Result<(Vec<f64>, Vec<f64>), StepError> {
         let (at, n) = (self.at, self.base.len());
-        let usual = |j| displacement(&at, j, Way::Usual);
-        let slight = |j| displacement(&at, j, Way::SlightlyAway);
+        let usual = |j| displacement(&at, j, Perturbation::Usual);
+        let slight = |j| displacement(&at, j, Perturbation::SlightlyAway);
         let random: Vec<f64> = (0..n).map(|j| draw(trial, j) * usual(j)).collect();
         let away: Vec<f64> = (0..n).map(|j| draw(trial, j).abs() * slight(j)).collect();
         match self.change_along(0..n, &random) {

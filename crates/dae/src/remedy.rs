@@ -11,7 +11,7 @@ const FIRST_STEPS: u64 = 10;
 
 /// State of an integration that failed, in addition to the reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Standing {
+pub(crate) struct StopContext {
     /// The highest index that the problem states of a variable.
     index: Option<u8>,
     /// Whether there are algebraic variables.
@@ -26,7 +26,7 @@ pub(crate) struct Standing {
 const CONSTRAINTS: &str = "stating the constraints (Problem::constraints) and correcting the initial \
                            values by them";
 
-impl Standing {
+impl StopContext {
     /// Returns the state of an integration of `problem` after this number of steps.
     pub(crate) fn of(problem: &impl Problem, kinds: &[VariableKind], steps: u64) -> Self {
         Self {
@@ -61,7 +61,7 @@ impl Standing {
             remedies.push("the derivative of the constraint in its place, which lowers the index");
         } else if self.steps == 0 {
             remedies.push(
-                "values to start from that fulfil the equations (correct_initial_values) and, above \
+                "values to start from that fulfill the equations (correct_initial_values) and, above \
                  index 1, the derivatives of the constraints",
             );
         } else {
@@ -99,8 +99,8 @@ mod tests {
     /// Regression: a different size of the first step was suggested after thousands of steps.
     #[test]
     fn a_longer_first_step_is_named_near_the_start_alone() {
-        let said = |steps| {
-            let standing = Standing {
+        let printed = |steps| {
+            let standing = StopContext {
                 index: Some(3),
                 algebraic: true,
                 are_constraints_stated: steps % 2 == 1,
@@ -109,11 +109,18 @@ mod tests {
             standing.remedy(StopReason::StepTooSmall, RADAU).unwrap()
         };
         for (steps, is_named) in [(0, true), (FIRST_STEPS, true), (FIRST_STEPS + 1, false)] {
-            let said = said(steps);
-            assert_eq!(said.contains("initial_step"), is_named, "{steps}: {said}");
-            assert!(said.contains("looser tolerances for velocities"), "{said}");
-            let are_named = said.contains("Problem::constraints");
-            assert_eq!(are_named, steps % 2 == 0, "{steps}: {said}");
+            let printed = printed(steps);
+            assert_eq!(
+                printed.contains("initial_step"),
+                is_named,
+                "{steps}: {printed}"
+            );
+            assert!(
+                printed.contains("looser tolerances for velocities"),
+                "{printed}"
+            );
+            let are_named = printed.contains("Problem::constraints");
+            assert_eq!(are_named, steps % 2 == 0, "{steps}: {printed}");
         }
     }
 }

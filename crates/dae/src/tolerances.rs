@@ -94,7 +94,7 @@ pub enum Suppressed {
     /// These components are excluded from both the error test and Newton's convergence test: their
     /// absolute tolerance is [`UNTESTED`], as in published runs of IDAS. No effect on user-defined
     /// error weights.
-    UntestedFromIndex(u8),
+    ExcludeFromIndex(u8),
 }
 
 /// Absolute tolerance of components excluded from all tests, as in published runs of IDAS.
@@ -131,7 +131,7 @@ impl Suppressed {
             }
             Self::Components(left_out) => left_out.clone(),
             Self::FromIndex(least) => from_index(*least, indices)?,
-            Self::UntestedFromIndex(_) => {
+            Self::ExcludeFromIndex(_) => {
                 indices.ok_or(NoIndices)?;
                 vec![false; n]
             }
@@ -148,7 +148,7 @@ impl Suppressed {
         tolerances: Tolerances,
         indices: Option<&[u8]>,
     ) -> Result<Tolerances, NoIndices> {
-        let Self::UntestedFromIndex(least) = self else {
+        let Self::ExcludeFromIndex(least) = self else {
             return Ok(tolerances);
         };
         let untested = from_index(*least, indices)?;
@@ -183,7 +183,7 @@ mod tests {
         let left_out = |s: Suppressed| s.left_out(&kinds, Some(&indices)).unwrap();
         assert_eq!(left_out(Suppressed::Algebraic), [false, true, true]);
         assert_eq!(left_out(Suppressed::FromIndex(2)), [false, false, true]);
-        let untested = Suppressed::UntestedFromIndex(2);
+        let untested = Suppressed::ExcludeFromIndex(2);
         assert_eq!(left_out(untested.clone()), [false; 3]);
         let given = Tolerances::vector(1e-3, [1e-4, 1e-5, 1e-6]);
         let loosened = untested.loosened(given.clone(), Some(&indices)).unwrap();

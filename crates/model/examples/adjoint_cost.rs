@@ -24,7 +24,7 @@ fn start(integrator: IntegratorKind, t_end: f64) -> Run {
         ..Settings::paper(Formulation::Position)
     };
     let options = radau::options(&dae, &settings);
-    let matrices = CondensedSolver::new(&dae, options.sparse).expect("it can be analysed");
+    let matrices = CondensedSolver::new(&dae, options.sparse).expect("it can be analyzed");
     let rest = vec![0.0; dae.n_unknowns()];
     let builder = RadauSolver::builder(dae).options(options);
     let solver = builder.build_with(matrices, 0.0, &rest, &rest);

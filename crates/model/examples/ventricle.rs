@@ -14,8 +14,8 @@ use myovib_dae::Problem;
 use myovib_fem::material::{ActiveStress, Bestel};
 use myovib_fem::{AddedStress, DofMap, Fibers, Group, Law, Mesh, Solid, Space, SupportDirection};
 use myovib_model::{
-    Activation, Bed, Formulation, IntegratorKind, ModelError, Muscle, MuscleDae, Parameters, Probe,
-    SampleTimes, Sampler, Settings, run, start_at_rest,
+    Activation, Formulation, IntegratorKind, ModelError, Muscle, MuscleDae, Parameters, Probe,
+    RobinSupport, SampleTimes, Sampler, Settings, run, start_at_rest,
 };
 
 /// Creates the probe at a point, or at a nearby interior point if the straight-sided mesh does not
@@ -62,9 +62,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .with_fibers(fibers)
         .with_added_stresses(&[(members, stress)])?;
     let muscle = Muscle {
-        beds: vec![
-            Bed::new(&solid, "epi", SupportDirection::Normal, [1e8, 5e3])?,
-            Bed::new(&solid, "base", SupportDirection::All, [1e5, 5e3])?,
+        foundations: vec![
+            RobinSupport::new(&solid, "epi", SupportDirection::Normal, [1e8, 5e3])?,
+            RobinSupport::new(&solid, "base", SupportDirection::All, [1e5, 5e3])?,
         ],
         activations: vec![(0, Activation::Bestel(Bestel::ventricle(1.5e5)))],
         ..Muscle::unloaded(solid, Parameters::new(0.0, 0.0, 1e6)?)

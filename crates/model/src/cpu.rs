@@ -38,7 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn threads_that_factorise_together_are_counted() {
+    fn threads_that_factorize_together_are_counted() {
         // No other test in this binary requests threads.
         assert!(matches!(CpuClock::start(), CpuClock::Thread(_)));
         resources::use_threads(2).unwrap();

@@ -4,7 +4,7 @@
 //! [`MuscleDae`], which implements `Problem` for the integrators.
 //!
 //! Main types:
-//! - [`Muscle`], [`Parameters`], [`Load`], [`Bed`], [`Activation`], [`Signal`]: the physics,
+//! - [`Muscle`], [`Parameters`], [`Load`], [`RobinSupport`], [`Activation`], [`Signal`]: the physics,
 //!   independent of the formulation (folders `muscle`, `signal`).
 //! - [`Formulation`]: pairs each [`Field`] of unknowns with an [`Equation`].
 //! - [`MuscleDae`]: residual and Jacobian on the integrator's vectors.
@@ -23,7 +23,7 @@
 mod analysis;
 mod assembly;
 mod blocks;
-mod colouring;
+mod coloring;
 mod counters;
 mod cpu;
 mod error;
@@ -77,9 +77,9 @@ pub use integration::verify::{ErrorEstimate, LOOSER};
 pub use matrix::{Matrix, Term};
 pub use muscle::Muscle;
 pub use muscle::activation::Activation;
-pub use muscle::bed::Bed;
 pub use muscle::load::{Load, Prescribed, PressureLoad};
 pub use muscle::parameters::Parameters;
+pub use muscle::robin_support::RobinSupport;
 pub use muscle_dae::MuscleDae;
 pub use reading::displacement::Displacement;
 pub use reading::energy::Energies;

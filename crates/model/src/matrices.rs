@@ -6,8 +6,8 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::matrix::Matrix;
 use crate::muscle::Muscle;
-use crate::muscle::bed::Bed;
 use crate::muscle::load::PressureLoad;
+use crate::muscle::robin_support::RobinSupport;
 
 /// Values of the matrices of one formulation.
 #[derive(Debug, Clone)]
@@ -20,7 +20,7 @@ pub(crate) struct Matrices {
     mass: Vec<f64>,
     stiffness: Option<Vec<f64>>,
     pressure_stiffness: Option<Vec<f64>>,
-    pressure_symmetric: Option<Symmetrised>,
+    pressure_symmetric: Option<Symmetrized>,
     rate_stiffness: Option<Vec<f64>>,
     damped_stiffness: Option<Vec<f64>>,
     damped_divergence: Option<Vec<f64>>,
@@ -30,9 +30,9 @@ pub(crate) struct Matrices {
     divergence_rate: Option<Vec<f64>>,
     multiplier_stiffness: Option<Vec<f64>>,
     /// Nonzero entries of the stiffness and damping of the elastic foundations.
-    beds: [(SparsityPattern, Vec<f64>); 2],
+    foundations: [(SparsityPattern, Vec<f64>); 2],
     added_stiffness: Option<Vec<f64>>,
-    added_symmetric: Option<Symmetrised>,
+    added_symmetric: Option<Symmetrized>,
     added_damping: Option<Vec<f64>>,
     /// Rows: free components of each active region whose tension is an unknown.
     tension_pattern: SparsityPattern,
@@ -42,14 +42,14 @@ pub(crate) struct Matrices {
     /// Workspace: a nodal force, and one tension per element.
     tension_room: [Vec<f64>; 2],
     /// Tangents of the regions with viscoelastic (Prony) stress, if there are any.
-    relaxing: Option<Relaxing>,
+    relaxing: Option<ViscoelasticMatrices>,
     /// Contribution of eliminated oscillators to the stiffness and the damping.
     coherence: Option<[Vec<f64>; 2]>,
 }
 
 /// Tangents of viscoelastic stress and the displacement (all nodes) at which they were evaluated.
 #[derive(Debug, Clone)]
-struct Relaxing {
+struct ViscoelasticMatrices {
     geometric: Vec<f64>,
     /// One array per Prony series.
     material: Vec<Vec<f64>>,
@@ -67,10 +67,12 @@ impl Matrices {
         let tension_pattern = tension_pattern(muscle);
         let n_tensions = tension_pattern.major_dim();
         let mut matrices = Self {
-            beds: [Bed::stiffness, Bed::damping].map(|constant| {
+            foundations: [RobinSupport::stiffness, RobinSupport::damping].map(|constant| {
                 let mut values = vec![0.0; solid.displacement_pattern().nnz()];
-                for bed in &muscle.beds {
-                    bed.operator().add_values(constant(bed), solid, &mut values);
+                for foundation in &muscle.foundations {
+                    foundation
+                        .operator()
+                        .add_values(constant(foundation), solid, &mut values);
                 }
                 without_zeros(solid.displacement_pattern(), &values)
             }),
@@ -130,7 +132,7 @@ impl Matrices {
                 Matrix::AddedDamping => &mut matrices.added_damping,
                 Matrix::RelaxingGeometric => {
                     let room = vec![0.0; solid.displacement_pattern().nnz()];
-                    matrices.relaxing = Some(Relaxing {
+                    matrices.relaxing = Some(ViscoelasticMatrices {
                         material: vec![room.clone(); solid.relaxation_regions().len()],
                         geometric: room,
                         at: vec![0.0; solid.dofs().n_full()],
@@ -139,12 +141,12 @@ impl Matrices {
                 }
                 Matrix::PressureSymmetricStiffness => {
                     let pattern = solid.displacement_pattern();
-                    matrices.pressure_symmetric = Some(Symmetrised::new(pattern));
+                    matrices.pressure_symmetric = Some(Symmetrized::new(pattern));
                     continue;
                 }
                 Matrix::AddedSymmetricStiffness => {
                     let pattern = solid.displacement_pattern();
-                    matrices.added_symmetric = Some(Symmetrised::new(pattern));
+                    matrices.added_symmetric = Some(Symmetrized::new(pattern));
                     continue;
                 }
                 _ => continue,
@@ -196,8 +198,8 @@ impl Matrices {
             Matrix::DisplacementIdentity => &self.displacement_identity,
             Matrix::PressureIdentity => &self.pressure_identity,
             Matrix::Mass | Matrix::DampingMass => &self.mass_pattern,
-            Matrix::BedStiffness => &self.beds[0].0,
-            Matrix::BedDamping => &self.beds[1].0,
+            Matrix::FoundationStiffness => &self.foundations[0].0,
+            Matrix::FoundationDamping => &self.foundations[1].0,
             Matrix::TensionForce => &self.tension_pattern,
             Matrix::TensionIdentity | Matrix::TensionDecay => &self.tension_identity,
             _ => Self::state_pattern(solid, matrix),
@@ -211,8 +213,8 @@ impl Matrices {
             Matrix::DisplacementIdentity | Matrix::PressureIdentity | Matrix::TensionIdentity => {
                 return &self.ones;
             }
-            Matrix::BedStiffness => return &self.beds[0].1,
-            Matrix::BedDamping => return &self.beds[1].1,
+            Matrix::FoundationStiffness => return &self.foundations[0].1,
+            Matrix::FoundationDamping => return &self.foundations[1].1,
             Matrix::TensionForce => return &self.tension_force,
             Matrix::TensionDecay => return &self.tension_decay,
             Matrix::AddedSymmetricStiffness | Matrix::PressureSymmetricStiffness => {
@@ -259,7 +261,7 @@ impl Matrices {
             .get_or_insert_with(|| [vec![0.0; nnz], vec![0.0; nnz]])
     }
 
-    fn relaxing(&self) -> &Relaxing {
+    fn relaxing(&self) -> &ViscoelasticMatrices {
         let relaxing = self.relaxing.as_ref();
         relaxing.expect("only matrices in use are requested")
     }
@@ -271,7 +273,7 @@ impl Matrices {
 
     /// Evaluates the tangents of viscoelastic stress, if there are any.
     pub(crate) fn update_relaxing(&mut self, solid: &Solid, u: &[f64], over: Overstress<'_>) {
-        if let Some(Relaxing {
+        if let Some(ViscoelasticMatrices {
             geometric,
             material,
             at,
@@ -303,7 +305,7 @@ impl Matrices {
     }
 
     /// Computes the symmetric part of the stiffness of added stresses, if used.
-    pub(crate) fn symmetrise(&mut self) {
+    pub(crate) fn symmetrize(&mut self) {
         if let (Some(part), Some(whole)) = (&mut self.added_symmetric, &self.added_stiffness) {
             part.take(whole);
         }
@@ -371,13 +373,13 @@ impl Matrices {
 
 /// Symmetric part of a matrix with a symmetric pattern.
 #[derive(Debug, Clone)]
-struct Symmetrised {
+struct Symmetrized {
     /// Position of the transposed entry.
     mirrored: Vec<u32>,
     values: Vec<f64>,
 }
 
-impl Symmetrised {
+impl Symmetrized {
     fn new(pattern: &SparsityPattern) -> Self {
         let place = |(column, row): (usize, usize)| {
             let within = pattern.lane(row).binary_search(&column);

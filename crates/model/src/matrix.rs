@@ -45,9 +45,9 @@ pub enum Matrix {
     /// ∂(B(q)ᵀμ)/∂q.
     MultiplierStiffness,
     /// Σ k R: stiffness of elastic foundations, constant.
-    BedStiffness,
+    FoundationStiffness,
     /// Σ c R: damping of elastic foundations, constant.
-    BedDamping,
+    FoundationDamping,
     /// ∂/∂q of the force of active and viscous stresses; symmetric unless one depends on v.
     AddedStiffness,
     /// Its symmetric part, used in Newton's method where all other matrices are symmetric.

@@ -82,7 +82,7 @@ impl Workspace {
     pub(crate) fn new(muscle: &Muscle) -> Self {
         let solid = &muscle.solid;
         let has_stress = !solid.added_stresses().is_empty() || solid.n_internal() > 0;
-        let has_added = has_stress || !muscle.beds.is_empty();
+        let has_added = has_stress || !muscle.foundations.is_empty();
         let nodal = vec![0.0; solid.space().n_components()];
         let vertex = vec![0.0; solid.space().n_pressures()];
         Self {

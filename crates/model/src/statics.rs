@@ -198,7 +198,7 @@ pub fn approach(
         let predicted: Vec<f64> = x.iter().zip(&slope).map(|(x, d)| x + step * d).collect();
         let before_step = newton.iterations;
         let mut interrupted = false;
-        let told = |[iteration, iterations]: [usize; 2]| {
+        let reported = |[iteration, iterations]: [usize; 2]| {
             let flow = watch(&Search {
                 load_step: load_steps + 1,
                 reached,
@@ -209,7 +209,7 @@ pub fn approach(
             interrupted |= flow.is_break();
             flow
         };
-        if let Some(solution) = newton.solve(&x, &predicted, target, told)? {
+        if let Some(solution) = newton.solve(&x, &predicted, target, reported)? {
             x = solution;
             reached = target;
             load_steps += 1;

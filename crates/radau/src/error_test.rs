@@ -257,8 +257,8 @@ mod tests {
             // The relation for a vibration holds to an order of magnitude: a decay has a real
             // argument.
             let [at_end, _] = method.errors_per_estimate(estimated);
-            let told = at_end * estimated / truth;
-            assert!((0.1..10.0).contains(&told), "s = {s}: {told}");
+            let reported = at_end * estimated / truth;
+            assert!((0.1..10.0).contains(&reported), "s = {s}: {reported}");
             // The decay within the step lowers the ratio by O(h): 1 − O(h).
             let ratio = truth / (pade * (0.5 * largest).powi(2 * stages as i32));
             assert!((0.1..1.0).contains(&ratio), "s = {s}: {ratio}");

@@ -71,7 +71,7 @@ mod work;
 
 pub use error::RadauError;
 pub use matrices::SparseDirectSolver;
-pub use memory::{Fading, FadingMemory, MemoryPart, MemoryTerm};
+pub use memory::{Fading, InternalVariables, MemoryPart, MemoryTerm};
 pub use method::{ComplexMode, Method, RealMode};
 /// The counters of the linear algebra.
 pub use myovib_dae::Work;

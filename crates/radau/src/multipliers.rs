@@ -56,7 +56,7 @@ struct Multiplier {
     /// Whether its error can be removed. The next step uses the velocities as initial values, but
     /// not the multipliers.
     removable: bool,
-    known: Known,
+    known: PreviousMultipliers,
     /// e(ε) of the current step.
     missed: f64,
     /// e(−(a + ε)) of the current step.
@@ -65,7 +65,7 @@ struct Multiplier {
 
 /// State of a multiplier, stored from step to step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Known {
+pub(crate) struct PreviousMultipliers {
     /// Value by collocation at the end of the last step.
     raw: f64,
     /// e(ε) of the last step.
@@ -75,7 +75,7 @@ pub(crate) struct Known {
     noisy: bool,
 }
 
-impl Known {
+impl PreviousMultipliers {
     pub(crate) fn numbers(&self) -> [f64; 2] {
         [self.raw, self.last]
     }
@@ -99,7 +99,7 @@ impl Multipliers {
             variable,
             index: indices[variable],
             removable: algebraic(variable),
-            known: Known {
+            known: PreviousMultipliers {
                 raw: y[variable],
                 last: 0.0,
                 noisy: false,
@@ -150,7 +150,7 @@ impl Multipliers {
     }
 
     /// Returns the state stored from step to step.
-    pub(crate) fn known(&self) -> Vec<Known> {
+    pub(crate) fn known(&self) -> Vec<PreviousMultipliers> {
         self.list
             .iter()
             .map(|multiplier| multiplier.known)
@@ -158,7 +158,7 @@ impl Multipliers {
     }
 
     /// Restores the state returned by [`known`](Self::known).
-    pub(crate) fn restore(&mut self, known: &[Known]) {
+    pub(crate) fn restore(&mut self, known: &[PreviousMultipliers]) {
         for (multiplier, known) in self.list.iter_mut().zip(known) {
             multiplier.known = *known;
         }

@@ -5,7 +5,7 @@
 use myovib_dae::Outcome;
 use myovib_model::linear::CondensedSolver;
 use myovib_model::{MuscleDae, ida};
-use myovib_scene::sensitivity::{Cost, Parametrised, Precision, follow, outputs};
+use myovib_scene::sensitivity::{Cost, Parameterized, Precision, follow, outputs};
 use myovib_scene::watch::Watcher;
 use sundials_wrap::{
     IdaOptions, IdaSolver, SensitivityMethod, SensitivityOptions, SensitivityStatistics,
@@ -27,7 +27,7 @@ const KEYS: [(&str, f64); 8] = [
 const ATOL: &str = "{ displacement = 1e-5, velocity = 1e-5, pressure = 0.1, multiplier = 5.0 }";
 
 /// Returns the scene of a row with the first `count` parameters (at least one).
-fn parametrised(row: &str, t_end: &str, count: usize, more: Option<String>) -> Parametrised {
+fn parameterized(row: &str, t_end: &str, count: usize, more: Option<String>) -> Parameterized {
     let list: Vec<String> = KEYS[..count.max(1)]
         .iter()
         .map(|(key, scale)| format!("{{ key = \"{key}\", scale = {scale:e} }}"))
@@ -37,13 +37,13 @@ fn parametrised(row: &str, t_end: &str, count: usize, more: Option<String>) -> P
         format!("time.end={t_end}"),
     ];
     let set: Vec<String> = own.into_iter().chain(more).collect();
-    Parametrised::load(row.as_ref(), &set).expect("the scene is built in")
+    Parameterized::load(row.as_ref(), &set).expect("the scene is built in")
 }
 
 fn run(row: &str, method: &str, t_end: &str, count: usize) -> (f64, Cost) {
     // Common to all rows, without the BDF settings that one row has.
     let integrator = format!("integrator={{ method = \"{method}\", rtol = 1e-3, atol = {ATOL} }}");
-    let scene = parametrised(row, t_end, count, Some(integrator));
+    let scene = parameterized(row, t_end, count, Some(integrator));
     let outputs = outputs(&scene.scene).expect("it has a probe");
     let values = scene.values();
     let watcher = Watcher {
@@ -69,11 +69,11 @@ fn run(row: &str, method: &str, t_end: &str, count: usize) -> (f64, Cost) {
 
 /// Runs a row with its BDF settings.
 fn by_idas(row: &str, t_end: &str, count: usize) -> (f64, u64, SensitivityStatistics) {
-    let scene = parametrised(row, t_end, count, None);
+    let scene = parameterized(row, t_end, count, None);
     let body = scene.scene.body.as_ref().expect("it has a body");
     let dae = MuscleDae::new(body.muscle.clone(), body.formulation).expect("it is one");
     let options = ida::options(&dae, &body.settings);
-    let solver = CondensedSolver::new(&dae, options.sparse).expect("it can be analysed");
+    let solver = CondensedSolver::new(&dae, options.sparse).expect("it can be analyzed");
     let rest = vec![0.0; dae.layout().n_unknowns()];
     let t_end = scene.scene.t_end;
     let mut builder = IdaSolver::builder(dae)
@@ -123,7 +123,7 @@ fn main() {
             let (eight, of_eight) = run(row, method, &t_end, 8);
             assert_eq!(
                 of_two.factorizations, of_eight.factorizations,
-                "no further factorisations for a parameter"
+                "no further factorizations for a parameter"
             );
             println!(
                 "{row:11} {method:8} {:5} {:6} {plain:9.3} {:10.2} {:6} {:10.2} {:6}",

@@ -5,7 +5,7 @@
 //! over a grid of values. [`sensitivity`] differentiates the outputs with respect to parameters,
 //! and [`mod@fit`] estimates parameters from measurements. [`modes`] computes eigenfrequencies.
 //! [`csv`], [`vtu`], [`json`] and [`atomic_file`] write files. This crate does not print: progress
-//! is reported to a [`watch::Tell`].
+//! is reported to a [`watch::ProgressSink`].
 //!
 //! # Examples
 //! ```

@@ -99,8 +99,8 @@ impl Modes {
         watcher: Watcher<'_>,
     ) -> Result<Self, crate::Error> {
         let muscle = body_of(scene).map(|body| &body.muscle)?;
-        let asked = scene.file.modes.as_ref();
-        let preload_time = asked.and_then(|modes| modes.preload_time);
+        let requested = scene.file.modes.as_ref();
+        let preload_time = requested.and_then(|modes| modes.preload_time);
         let at = match preload_time {
             None => Equilibrium::unloaded(muscle),
             Some(_) if muscle.models().next().is_some() => {
@@ -115,7 +115,7 @@ impl Modes {
                 statics::equilibrium_watched(muscle, Formulation::Position, t, watch)?
             }
         };
-        let count = count.or(asked.map(|modes| modes.count));
+        let count = count.or(requested.map(|modes| modes.count));
         let count = count.unwrap_or(DEFAULT_COUNT);
         Ok(Self {
             load: 0.0,

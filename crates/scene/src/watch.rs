@@ -8,19 +8,19 @@ use myovib_model::statics::Search;
 use myovib_model::{ModelError, Observer, Outcome, Step};
 
 /// Receiver of progress messages. A message is only formatted if it is shown.
-pub trait Tell: Sync {
+pub trait ProgressSink: Sync {
     /// Shows the line if it is due.
-    fn tell(&self, line: &dyn Fn() -> String);
+    fn on_progress(&self, line: &dyn Fn() -> String);
 
     /// Shows the line even if another line was shown just before, for operations that take long.
     fn tell_now(&self, line: &dyn Fn() -> String) {
-        self.tell(line);
+        self.on_progress(line);
     }
 }
 
 /// Ignores all messages.
-impl Tell for () {
-    fn tell(&self, _: &dyn Fn() -> String) {}
+impl ProgressSink for () {
+    fn on_progress(&self, _: &dyn Fn() -> String) {}
 }
 
 /// Observer of a computation.
@@ -29,7 +29,7 @@ pub struct Watcher<'a> {
     /// Flag that interrupts the computation.
     pub interrupt: Option<&'static AtomicBool>,
     /// Receiver of progress messages.
-    pub progress: &'a dyn Tell,
+    pub progress: &'a dyn ProgressSink,
 }
 
 impl Watcher<'_> {
@@ -51,14 +51,14 @@ impl Watcher<'_> {
 pub struct Watch<'a> {
     label: String,
     t_end: f64,
-    progress: &'a dyn Tell,
+    progress: &'a dyn ProgressSink,
     /// Start time of the run, s, and the wall-clock time at the start.
     start: Option<(f64, Instant)>,
 }
 
 impl<'a> Watch<'a> {
     /// Observes the run called `label` that ends at `t_end` (s).
-    pub fn new(label: String, t_end: f64, progress: &'a dyn Tell) -> Self {
+    pub fn new(label: String, t_end: f64, progress: &'a dyn ProgressSink) -> Self {
         Self {
             label,
             t_end,
@@ -73,7 +73,7 @@ impl<P> Observer<P> for Watch<'_> {
         let (t_start, began) = *self
             .start
             .get_or_insert_with(|| (step.from, Instant::now()));
-        self.progress.tell(&|| {
+        self.progress.on_progress(&|| {
             let counts = step.integrator.counts();
             let done = (step.to - t_start) / (self.t_end - t_start);
             let left = began.elapsed().as_secs_f64() * (1.0 - done) / done;
@@ -90,7 +90,7 @@ impl<P> Observer<P> for Watch<'_> {
 /// on request.
 pub(crate) fn search(watcher: Watcher<'_>) -> impl FnMut(&Search) -> ControlFlow<()> {
     move |at| {
-        watcher.progress.tell(&|| {
+        watcher.progress.on_progress(&|| {
             let [from, to] = [at.reached, at.target].map(|part| 100.0 * part);
             format!(
                 "equilibrium: step {}, {from:.1} to {to:.1} % of the load, Newton iteration {}, {} in all",

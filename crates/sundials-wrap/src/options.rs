@@ -389,6 +389,6 @@ mod tests {
         assert_eq!(id(first), Some(vec![0.0, 1.0]));
         assert_eq!(id(Suppressed::FromIndex(2)), Some(vec![1.0, 0.0]));
         assert_eq!(id(Suppressed::FromIndex(3)), None);
-        assert_eq!(id(Suppressed::UntestedFromIndex(2)), None);
+        assert_eq!(id(Suppressed::ExcludeFromIndex(2)), None);
     }
 }

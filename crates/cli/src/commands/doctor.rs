@@ -31,7 +31,7 @@ struct Findings {
     way: &'static str,
     suite_sparse: Option<String>,
     index_bits: usize,
-    optimised: bool,
+    optimized: bool,
     threads: usize,
     machine: Machine,
     build: Vec<BuildTool>,
@@ -76,7 +76,7 @@ fn examine(args: &DoctorArgs) -> Findings {
         way: requirements::WAY,
         suite_sparse: linked.sparse.map(|sparse| sparse.suite_sparse),
         index_bits: linked.index_bits,
-        optimised: !cfg!(debug_assertions),
+        optimized: !cfg!(debug_assertions),
         threads: args.common.n_threads().get(),
         machine: Machine::found(),
         build,
@@ -140,7 +140,7 @@ fn text(findings: &Findings) -> String {
     let unknown = || "unknown".to_owned();
 
     let mut facts = Table::new(&[("this program", Align::Left), ("", Align::Left)]);
-    let build_kind = if findings.optimised {
+    let build_kind = if findings.optimized {
         "release"
     } else {
         "debug: slow, build with --release"

@@ -159,7 +159,7 @@ fn of_scene(path: &Path, set: &[String], fixed: Option<Vec<String>>) -> anyhow::
 /// one takes minutes.
 fn measure(pair: Pair, subject: &Subject, args: &InfsupArgs) -> anyhow::Result<Family> {
     let fixed: Vec<&str> = subject.fixed.iter().map(String::as_str).collect();
-    let tell = |level: usize, mesh: &Mesh| {
+    let on_level = |level: usize, mesh: &Mesh| {
         if !args.common.quiet {
             let (n, plural) = (mesh.n_elements(), mesh.shape().plural);
             output::line(&format!(
@@ -169,7 +169,7 @@ fn measure(pair: Pair, subject: &Subject, args: &InfsupArgs) -> anyhow::Result<F
         }
     };
     let n_levels = usize::from(args.levels);
-    let levels = levels(pair, &subject.mesh, &fixed, n_levels, tell)?;
+    let levels = levels(pair, &subject.mesh, &fixed, n_levels, on_level)?;
     Ok(Family { pair, levels })
 }
 

@@ -9,7 +9,7 @@ use myovib_report::table::{Align, Table, colored_stdout};
 use myovib_report::{modes, page};
 use myovib_scene::run::{Existing, RunOptions, compute};
 use myovib_scene::scene_file::Analysis;
-use myovib_scene::sensitivity::Known;
+use myovib_scene::sensitivity::SceneParameter;
 use myovib_scene::{Scene, plain};
 use serde_json::{Map, Value};
 
@@ -75,7 +75,7 @@ pub struct RunArgs {
 /// written.
 pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     let mut scene = Scene::load(&args.scene, &args.set)?;
-    Known::all(&scene)?;
+    SceneParameter::all(&scene)?;
     for note in scene.notes() {
         output::note(&note);
     }
@@ -292,10 +292,10 @@ mod tests {
             "p": column(1e-25, 9e-26),
             "stress_xy": column(10.0, 1e-6),
         } });
-        let said = indicator(&probes);
+        let printed = indicator(&probes);
         assert!(
-            said.contains("about 2e-6") && said.contains("`u_x`"),
-            "{said}"
+            printed.contains("about 2e-6") && printed.contains("`u_x`"),
+            "{printed}"
         );
         let estimate = json!({ "probes": probes, "outcome": "finished", "rtol": 1e-4 });
         let table = errors(&estimate);

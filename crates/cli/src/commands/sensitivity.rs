@@ -7,7 +7,7 @@ use myovib_report::plot::{Axis, Figure, LinePlot, Panel, Series};
 use myovib_report::table::{Align, Table, colored_stdout};
 use myovib_report::{picture, stiffness_map};
 use myovib_scene::result_folder::{Existing, FolderRequest, ResultFolder};
-use myovib_scene::sensitivity::{Curves, Parametrised, Precision, StiffnessMap, compute};
+use myovib_scene::sensitivity::{Curves, Parameterized, Precision, StiffnessMap, compute};
 use myovib_scene::watch::Watcher;
 use myovib_scene::{Error, Scene, json};
 use serde_json::Value;
@@ -83,7 +83,7 @@ pub fn run(args: &SensitivityArgs) -> anyhow::Result<Exit> {
         let written = stiffness_map::write(&request.open()?, &map)?;
         (stiffness_map::SCHEMA, stiffness_map::text(&map), written)
     } else {
-        let scene = Parametrised::load(&args.scene, &args.set)?;
+        let scene = Parameterized::load(&args.scene, &args.set)?;
         let request = request(&args.out, existing, &scene.scene)?;
         request.check()?;
         let precision = match args.in_error_test {

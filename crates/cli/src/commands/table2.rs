@@ -191,7 +191,7 @@ impl Table2Args {
     fn selected_rows(&self) -> Result<Vec<Row>, InputError> {
         let offered = || {
             let rows = ROWS.iter().copied();
-            rows.filter(|row| self.is_bdf() || row.is_of_its_own())
+            rows.filter(|row| self.is_bdf() || row.is_distinct())
         };
         if self.rows.is_empty() {
             return Ok(offered().collect());

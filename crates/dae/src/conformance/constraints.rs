@@ -27,7 +27,7 @@ pub fn moves_onto_the_constraints_that_a_problem_states<M: Method>(method: &M) {
         // missing.
         let wrong = [0.72, -0.72, 0.5, 0.6, 0.0];
         let request = Request {
-            suppressed: Suppressed::UntestedFromIndex(2),
+            suppressed: Suppressed::ExcludeFromIndex(2),
             ..Request::new(Pendulum::new(form), 0.0, &wrong, &[0.0; 5])
         };
         let mut solver = method.build(request);
@@ -53,7 +53,7 @@ pub fn moves_onto_the_constraints_that_a_problem_states<M: Method>(method: &M) {
 
     let start = JayIndex2.start();
     let request = Request {
-        suppressed: Suppressed::UntestedFromIndex(2),
+        suppressed: Suppressed::ExcludeFromIndex(2),
         ..Request::new(JayIndex2, 0.0, &[1.1, 1.1, 0.3], &[0.0; 3])
     };
     let mut solver = method.build(request);
@@ -85,15 +85,18 @@ pub fn refuses_constraints_that_are_not_there_or_wrong<M: Method>(method: &M) {
     let mut solver = method.build(Request::new(Circle::new(), 0.0, &y, &y_dot));
     let mode = ConsistencyMode::Constraints;
     let error = solver.correct_initial_values(mode, 1.0).unwrap_err();
-    let said = error.to_string();
-    assert!(said.contains("states no constraints: implement"), "{said}");
+    let printed = error.to_string();
+    assert!(
+        printed.contains("states no constraints: implement"),
+        "{printed}"
+    );
 
     let mut solver = method.build(Request::new(Contradiction, 0.0, &[0.5, 0.0], &[0.0; 2]));
     let error = solver.correct_initial_values(mode, 1.0).unwrap_err();
-    let said = error.to_string();
+    let printed = error.to_string();
     assert!(
-        said.contains("incompatible with the equations: residual 1.00e0 in equation 1"),
-        "{said}"
+        printed.contains("incompatible with the equations: residual 1.00e0 in equation 1"),
+        "{printed}"
     );
     assert_eq!(solver.y(), [0.5, 0.0]);
 }
@@ -125,7 +128,7 @@ impl Problem for Contradiction {
 /// tolerances then do not apply to them.
 pub fn leaves_components_out_by_their_index<M: Method>(method: &M) {
     let start = JayIndex2.start();
-    for suppressed in [Suppressed::FromIndex(2), Suppressed::UntestedFromIndex(2)] {
+    for suppressed in [Suppressed::FromIndex(2), Suppressed::ExcludeFromIndex(2)] {
         let request = Request {
             suppressed: suppressed.clone(),
             ..Request::new(JayIndex2, 0.0, &start.y, &start.y_dot)

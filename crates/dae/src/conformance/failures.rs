@@ -71,7 +71,7 @@ pub fn names_the_function_that_failed<M: Method>(method: &M) {
         });
         problem
     };
-    for (problem, reason, said) in [
+    for (problem, reason, printed) in [
         (residual, StopReason::ResidualFailed, "a wall"),
         (nan, StopReason::ResidualFailed, "residual[0] = NaN"),
         (jacobian(0.0), StopReason::JacobianFailed, "a wall"),
@@ -83,7 +83,7 @@ pub fn names_the_function_that_failed<M: Method>(method: &M) {
     ] {
         let mut solver = method.build(request(problem));
         let stop = stopped(solver.integrate_to(10.0).unwrap());
-        assert_stop(&stop, reason, said);
+        assert_stop(&stop, reason, printed);
         // The state is the last accepted state.
         assert_eq!(stop.t, solver.t());
         assert_eq!(stop.statistics, solver.statistics());
@@ -120,8 +120,8 @@ pub fn hands_back_fatal_errors<M: Method>(method: &M) {
     for (problem, function) in [(residual, "residual"), (jacobian, "Jacobian")] {
         let mut solver = method.build(request(problem));
         let error = solver.integrate_to(1.0).unwrap_err().to_string();
-        let said = format!("the {function} failed at t = ");
-        assert!(error.starts_with(&said), "{error}");
+        let printed = format!("the {function} failed at t = ");
+        assert!(error.starts_with(&printed), "{error}");
         assert!(error.ends_with("disk on fire"), "{error}");
     }
 }
@@ -133,8 +133,11 @@ pub fn names_a_remedy_for_a_jump<M: Method>(method: &M) {
         min_step: 1e-5,
         ..request(problem)
     });
-    let said = stopped(solver.integrate_to(1.0).unwrap()).to_string();
-    assert!(said.contains("jumps") && said.contains("reinit"), "{said}");
+    let printed = stopped(solver.integrate_to(1.0).unwrap()).to_string();
+    assert!(
+        printed.contains("jumps") && printed.contains("reinit"),
+        "{printed}"
+    );
     let (y, mut y_dot) = (solver.y().to_vec(), solver.y_dot().to_vec());
     // ẋ jumps, and so does the derivative of a = x² + v².
     y_dot[0] += 30.0;
@@ -179,11 +182,11 @@ pub fn keeps_its_statistics_when_a_weight_is_lost<M: Method>(method: &M) {
             ..request(Circle::new())
         });
         let stop = stopped(solver.integrate_to(1.0).unwrap());
-        let said = match fails {
+        let printed = match fails {
             true => "no weights",
             false => "error weight[1] = 0 must be positive",
         };
-        assert_stop(&stop, StopReason::ErrorWeightsFailed, said);
+        assert_stop(&stop, StopReason::ErrorWeightsFailed, printed);
         assert!(stop.statistics.steps > 5, "{stop}");
         assert_eq!(stop.statistics, solver.statistics());
         assert!((solver.y()[0] - solver.t().sin()).abs() < 1e-4, "{stop}");

@@ -93,7 +93,7 @@ pub trait Method {
     fn build<P: Problem + 'static>(&self, request: Request<P>) -> Self::Integrator<P>;
 }
 
-/// One test for each behaviour, of the method that the expression gives.
+/// One test for each behavior, of the method that the expression gives.
 #[macro_export]
 macro_rules! conformance_tests {
     ($method:expr) => {
@@ -136,11 +136,11 @@ macro_rules! conformance_tests {
             lets_a_panic_pass,
         );
     };
-    (@each $method:expr; $($behaviour:ident),* $(,)?) => {
+    (@each $method:expr; $($behavior:ident),* $(,)?) => {
         $(
             #[test]
-            fn $behaviour() {
-                $crate::conformance::$behaviour(&$method);
+            fn $behavior() {
+                $crate::conformance::$behavior(&$method);
             }
         )*
     };
@@ -155,7 +155,7 @@ fn stopped(outcome: Outcome) -> Box<Stop> {
 }
 
 #[track_caller]
-fn assert_stop(stop: &Stop, reason: StopReason, said: &str) {
+fn assert_stop(stop: &Stop, reason: StopReason, printed: &str) {
     assert_eq!(stop.reason, reason, "{stop}");
-    assert!(stop.message.contains(said), "{stop}");
+    assert!(stop.message.contains(printed), "{stop}");
 }

@@ -39,8 +39,8 @@ pub fn gives_dense_output_within_the_last_step_only<M: Method>(method: &M) {
         for t in [from - 0.01 * h, to + 0.01 * h, -1.0, 100.0] {
             for derivative in [0, 1] {
                 let error = solver.dense_output(t, derivative, &mut out).unwrap_err();
-                let said = format!("no derivative of order {derivative} at t = {t}");
-                assert!(error.to_string().starts_with(&said), "{error}");
+                let printed = format!("no derivative of order {derivative} at t = {t}");
+                assert!(error.to_string().starts_with(&printed), "{error}");
             }
         }
         let order = solver.statistics().last_order;
@@ -164,10 +164,10 @@ pub fn says_that_there_are_no_quadratures<M: Method>(method: &M) {
     solver.step(1.0).unwrap();
     assert_eq!(solver.n_quadratures(), 0);
     let t = solver.t();
-    let asked = solver.quadrature_dense_output(t, 0, &mut []).unwrap_err();
+    let requested = solver.quadrature_dense_output(t, 0, &mut []).unwrap_err();
     let started = solver.reinit(0.0, &y, &y_dot, &[1.0]).unwrap_err();
-    for said in [asked.to_string(), started.to_string()] {
-        assert!(said.contains("quadratures"), "{said}");
+    for printed in [requested.to_string(), started.to_string()] {
+        assert!(printed.contains("quadratures"), "{printed}");
     }
     // Neither has changed anything.
     assert_eq!(solver.t(), t);

@@ -3,7 +3,7 @@
 use crate::{Problem, StepError};
 
 /// Perturbation of a value computed by [`Circle`], or a failure.
-pub(super) type Trouble = Box<dyn FnMut(f64) -> Result<f64, StepError> + Send>;
+pub(super) type Disturbance = Box<dyn FnMut(f64) -> Result<f64, StepError> + Send>;
 
 /// ẋ = v, v̇ = −x and a − x² − v² = 0: x = sin t, v = cos t, a = 1, with an optional analytic
 /// Jacobian and counted calls.
@@ -14,9 +14,9 @@ pub(super) struct Circle {
     /// Evaluations of the Jacobian, or of both its parts.
     pub(super) jacobians: u64,
     /// Returns the value added to the first entry of the residual at a time.
-    pub(super) in_residual: Trouble,
+    pub(super) in_residual: Disturbance,
     /// Returns the value added to the first entry of the Jacobian.
-    pub(super) in_jacobian: Trouble,
+    pub(super) in_jacobian: Disturbance,
 }
 
 impl Circle {

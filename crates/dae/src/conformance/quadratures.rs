@@ -92,7 +92,7 @@ pub fn stops_where_a_quadrature_fails<M: Method>(method: &M) {
     assert!((solver.y()[0] - stop.t.sin()).abs() < 1e-4, "{stop}");
     let fatal = || StepError::Fatal("the table is gone".into());
     let mut solver = method.build(spoiled(fatal));
-    let said = solver.integrate_to(10.0).unwrap_err().to_string();
-    assert!(said.contains("quadrature"), "{said}");
-    assert!(said.contains("the table is gone"), "{said}");
+    let printed = solver.integrate_to(10.0).unwrap_err().to_string();
+    assert!(printed.contains("quadrature"), "{printed}");
+    assert!(printed.contains("the table is gone"), "{printed}");
 }

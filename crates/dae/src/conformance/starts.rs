@@ -39,9 +39,9 @@ pub fn refuses_values_that_contradict_the_equations<M: Method>(method: &M) {
                 })
             };
             let mut solver = start(&wrong);
-            let said = refused(&mut solver);
+            let printed = refused(&mut solver);
             for part in ["equation 2", "left at 6.00e0", "correct_initial_values"] {
-                assert!(said.contains(part), "{said}");
+                assert!(printed.contains(part), "{printed}");
             }
             assert_eq!((solver.y(), solver.y_dot()), (&wrong[..], &y_dot[..]));
             let mode = ConsistencyMode::AlgebraicAndDerivatives;
@@ -79,8 +79,8 @@ pub fn weighs_a_start_by_the_tolerances<M: Method>(method: &M) {
         // As above.
         Outcome::Reached { .. } => assert!((solver.y()[0] - 1f64.sin()).abs() < 1e-4),
         outcome => {
-            let said = stopped(outcome).to_string();
-            assert!(said.contains("correct_initial_values"), "{said}");
+            let printed = stopped(outcome).to_string();
+            assert!(printed.contains("correct_initial_values"), "{printed}");
         }
     }
 }
@@ -137,8 +137,8 @@ pub fn refuses_values_off_the_constraints_stated<M: Method>(method: &M) {
             ..Request::new(Pendulum::new(MechanicalForm::Index3), 0.0, &y, &y_dot)
         };
         let mut solver = method.build(request);
-        let said = refused(&mut solver);
-        assert!(said.contains(part), "{said}");
+        let printed = refused(&mut solver);
+        assert!(printed.contains(part), "{printed}");
         let mode = ConsistencyMode::Constraints;
         solver.correct_initial_values(mode, 1.0).unwrap();
         let outcome = solver.step(1e-2).unwrap();

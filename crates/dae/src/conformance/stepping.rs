@@ -38,13 +38,13 @@ pub fn refuses_times_behind_and_values_that_are_no_numbers<M: Method>(method: &M
     let mut solver = method.build(request());
     solver.integrate_to(1.0).unwrap();
     for t in [0.5, f64::NAN, f64::INFINITY] {
-        let said = if t == 0.5 { "behind" } else { "finite" };
+        let printed = if t == 0.5 { "behind" } else { "finite" };
         for error in [
             solver.step(t).unwrap_err(),
             solver.integrate_to(t).unwrap_err(),
             solver.set_stop_time(t).unwrap_err(),
         ] {
-            assert!(error.to_string().contains(said), "{t}: {error}");
+            assert!(error.to_string().contains(printed), "{t}: {error}");
         }
     }
     let (y, y_dot) = Circle::start();

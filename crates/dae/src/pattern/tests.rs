@@ -104,7 +104,7 @@ fn judge(sample: &mut dyn Sample) {
             .combined(&mut full, quotients, coefficients, &mut values)
             .unwrap();
         for (k, value) in values.iter_mut().enumerate() {
-            *value = (*value * displacement(at, k / n, Way::Usual)).abs();
+            *value = (*value * displacement(at, k / n, Perturbation::Usual)).abs();
         }
         values
     };
@@ -117,7 +117,7 @@ fn judge(sample: &mut dyn Sample) {
         check_pattern(&mut Sparse { sample, pattern }, &at)
     };
     assert_eq!(check(&entries), Ok(()));
-    let mut told = 0;
+    let mut reported = 0;
     for left_out in (0..n * n).filter(|&k| entries[k]) {
         let (column, row) = (left_out / n, left_out % n);
         let share = |part: &[f64]| {
@@ -129,13 +129,13 @@ fn judge(sample: &mut dyn Sample) {
         let found = check(&less);
         if let Err(missing) = found {
             assert_eq!((missing.row, missing.column), (row, column));
-            told += 1;
+            reported += 1;
         } else {
             let shares = [share(&moved[0]), share(&moved[1])];
             assert!(!shares.iter().any(|share| *share > 0.05), "{row}, {column}");
         }
     }
-    assert!(told > 0);
+    assert!(reported > 0);
 }
 
 #[test]
@@ -277,10 +277,10 @@ fn entries_of_the_derivative_are_found_and_failures_say_nothing() {
     };
     let missing = check_diagonal(&[1.0, 1.0], coupled).unwrap_err();
     assert_eq!((missing.row, missing.column, missing.of_rate), (0, 1, true));
-    let said = missing.to_string();
+    let printed = missing.to_string();
     assert!(
-        said.starts_with("equation 0 changes with the derivative of y[1]"),
-        "{said}"
+        printed.starts_with("equation 0 changes with the derivative of y[1]"),
+        "{printed}"
     );
     let fails = |_: &[f64], _: &[f64], _: &mut [f64]| Err(StepError::Fatal("no".into()));
     assert_eq!(check_diagonal(&[1.0, 1.0], fails), Ok(()));

@@ -42,8 +42,8 @@ impl Heat2d {
 
     /// Computes the discrete Laplacian at an interior point.
     fn laplacian(&self, u: &[f64], k: usize) -> f64 {
-        let neighbours = u[k - 1] + u[k + 1] + u[k - self.m] + u[k + self.m];
-        self.inverse_square_spacing() * (neighbours - 4.0 * u[k])
+        let neighbors = u[k - 1] + u[k + 1] + u[k - self.m] + u[k + self.m];
+        self.inverse_square_spacing() * (neighbors - 4.0 * u[k])
     }
 
     /// Returns the equations that contain unknown k, in ascending order: its equation and the
@@ -116,7 +116,7 @@ impl Problem for Heat2d {
             offsets.push(rows.len());
         }
         SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows)
-            .expect("neighbours come in rising order, without repetition")
+            .expect("neighbors come in rising order, without repetition")
     }
 
     fn jacobian(

@@ -87,7 +87,7 @@ impl<M: Mechanism> Constrained<M> {
         }
     }
 
-    /// Accelerations and multipliers that fulfil the equations of index 1 at (q, v), which are
+    /// Accelerations and multipliers that fulfill the equations of index 1 at (q, v), which are
     /// linear in both.
     fn accelerations(&self, q: &[f64], v: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let (n, m) = (q.len(), self.mechanism.n_constraints());

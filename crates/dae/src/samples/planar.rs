@@ -9,7 +9,7 @@ const G: f64 = 9.81;
 /// A slider-crank: a crank turns, a rod joins its pin to a slider on the x-axis, a spring and a
 /// damper hold the slider.
 ///
-/// Positions (φ, x, y, θ, s): angle of the crank, centre and angle of the rod, place of the slider.
+/// Positions (φ, x, y, θ, s): angle of the crank, center and angle of the rod, place of the slider.
 /// The rod's ends are the pin and the slider: four constraints.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SliderCrank;
@@ -79,7 +79,7 @@ impl Mechanism for SliderCrank {
 /// A four-bar linkage let go at rest: crank, coupler and rocker between bearings at (0, 0) and
 /// (d, 0), under gravity, with a damped bearing.
 ///
-/// Positions (x, y, θ) of the centre of each bar: nine, under eight constraints, two a joint.
+/// Positions (x, y, θ) of the center of each bar: nine, under eight constraints, two a joint.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct FourBar;
 
@@ -122,7 +122,7 @@ impl Mechanism for FourBar {
     }
 
     fn constraint<S: Scalar>(&self, q: &[S], out: &mut [S]) {
-        // The ends of bar k: centre ± half.
+        // The ends of bar k: center ± half.
         let end = |bar: usize, sign: f64| {
             let (q, half) = (&q[3 * bar..], 0.5 * sign * Self::LENGTHS[bar]);
             [q[0] + q[2].cos().times(half), q[1] + q[2].sin().times(half)]

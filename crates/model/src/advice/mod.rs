@@ -362,7 +362,9 @@ impl Advice {
 fn listed(causes: &[Finding]) -> String {
     let mut words = String::new();
     for (n, cause) in causes.iter().enumerate() {
-        let is_said = causes[..n].iter().any(|said| said.problem == cause.problem);
+        let is_said = causes[..n]
+            .iter()
+            .any(|printed| printed.problem == cause.problem);
         words += &match n {
             0 => format!(". Likely cause: {cause}"),
             _ if is_said => format!(". Alternative remedy: {}", cause.remedy()),

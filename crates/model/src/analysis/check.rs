@@ -254,8 +254,8 @@ pub fn check_static(
         // A free body has no equilibrium.
         _ if is_free => (None, None),
         Some(factors) => {
-            let factorising = factors.needs.flops / Speed::measure(false)?.operations;
-            (None, Some(prospect.evaluation()? + factorising))
+            let factorizing = factors.needs.flops / Speed::measure(false)?.operations;
+            (None, Some(prospect.evaluation()? + factorizing))
         }
         // If the matrix is singular for other reasons, the run reports it.
         None => match prospect.linear_response() {

@@ -106,7 +106,7 @@ fn regular_edge(dimension: usize, measure: f64) -> f64 {
 }
 
 /// Measures `pair` on `mesh` and on `n_levels - 1` uniform refinements of it. Before each level,
-/// calls `tell` with its number, starting at 1, and its mesh.
+/// calls `on_level` with its number, starting at 1, and its mesh.
 ///
 /// # Errors
 /// Errors of [`Level::measure`].
@@ -115,7 +115,7 @@ pub fn levels(
     mesh: &Mesh,
     fixed: &[&str],
     n_levels: usize,
-    tell: impl Fn(usize, &Mesh),
+    on_level: impl Fn(usize, &Mesh),
 ) -> Result<Vec<Level>, ModelError> {
     let mut mesh = mesh.clone();
     let mut levels = Vec::new();
@@ -123,7 +123,7 @@ pub fn levels(
         if number > 1 {
             mesh = mesh.refined()?;
         }
-        tell(number, &mesh);
+        on_level(number, &mesh);
         levels.push(Level::measure(pair, &mesh, fixed)?);
     }
     Ok(levels)

@@ -154,7 +154,7 @@ pub fn warnings(muscle: &Muscle, formulation: Formulation, settings: &Settings) 
 /// it.
 pub(super) fn strange_units(muscle: &Muscle, t_end: f64) -> Option<Finding> {
     let stretching = spectrum::stretching_frequency(muscle).unwrap_or(f64::NAN);
-    let ratio = asked(muscle, t_end).0 / stretching;
+    let ratio = requested(muscle, t_end).0 / stretching;
     let fits = (FAR_BELOW_MODES..FAR_ABOVE_MODES / ABOVE_SLOWEST).contains(&ratio);
     let slow_modes = (!fits).then(|| slow_modes(muscle).unwrap_or_default())?;
     misfit(muscle, &slow_modes, t_end)
@@ -170,7 +170,7 @@ pub fn static_warnings(muscle: &Muscle, formulation: Formulation) -> Vec<Finding
 }
 
 /// Returns the characteristic frequency of a scene, Hz, and its description.
-fn asked(muscle: &Muscle, t_end: f64) -> (f64, &'static str) {
+fn requested(muscle: &Muscle, t_end: f64) -> (f64, &'static str) {
     match muscle.drive() {
         Some(drive) => (drive, "frequency of the load"),
         None => (1.0 / t_end, "inverse of the end time"),
@@ -180,8 +180,8 @@ fn asked(muscle: &Muscle, t_end: f64) -> (f64, &'static str) {
 /// Detects inconsistent units by a time scale of the scene far from the time scale of the body.
 pub(super) fn misfit(muscle: &Muscle, slow_modes: &[f64], t_end: f64) -> Option<Finding> {
     let slowest = slow_modes.iter().copied().find(|mode| *mode > 0.0)?;
-    let (asked, what) = asked(muscle, t_end);
-    let ratio = asked / slowest;
+    let (requested, what) = requested(muscle, t_end);
+    let ratio = requested / slowest;
     (!(FAR_BELOW_MODES..FAR_ABOVE_MODES).contains(&ratio)).then(|| {
         let size = extent(muscle);
         Finding {
@@ -189,7 +189,7 @@ pub(super) fn misfit(muscle: &Muscle, slow_modes: &[f64], t_end: f64) -> Option<
             problem: format!(
                 "the {what}, {} Hz, is {ratio:.1e} times the lowest eigenfrequency of the body, {} Hz; \
                  its length is {} m, and waves cross it at about {} m/s",
-                readable(asked),
+                readable(requested),
                 readable(slowest),
                 readable(size),
                 readable(2.0 * size * slowest)

@@ -167,9 +167,9 @@ pub fn damping_ratio(
         lost += shape.dot(&(by_velocity * &shape));
     }
     lost += muscle
-        .beds
+        .foundations
         .iter()
-        .map(|bed| bed.dissipation(&v))
+        .map(|foundation| foundation.dissipation(&v))
         .sum::<f64>();
     // vᵀ M v = 1.
     Ok(Some(lost / (2.0 * omega)))
@@ -288,10 +288,11 @@ fn largest_of(diagonal: &[f64], beside: &[f64]) -> f64 {
 
 /// Adds the stiffness of the foundations.
 fn bedded(muscle: &Muscle, mut stiffness: CscMatrix<f64>) -> CscMatrix<f64> {
-    for bed in &muscle.beds {
+    for foundation in &muscle.foundations {
         let values = stiffness.values_mut();
-        bed.operator()
-            .add_values(bed.stiffness(), &muscle.solid, values);
+        foundation
+            .operator()
+            .add_values(foundation.stiffness(), &muscle.solid, values);
     }
     stiffness
 }

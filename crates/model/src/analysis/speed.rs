@@ -46,7 +46,7 @@ impl Speed {
             false => real,
         };
         Ok(Self {
-            operations: all.operations / all.factorising,
+            operations: all.operations / all.factorizing,
             entries: all.entries / all.solving,
         })
     }
@@ -55,7 +55,7 @@ impl Speed {
 /// Amount of work and its time, s.
 struct Timing {
     operations: f64,
-    factorising: f64,
+    factorizing: f64,
     entries: f64,
     solving: f64,
 }
@@ -92,7 +92,7 @@ impl Timing {
         system.renew(&mut work)?;
         Ok(Self {
             operations,
-            factorising: clock.elapsed().as_secs_f64(),
+            factorizing: clock.elapsed().as_secs_f64(),
             entries,
             solving,
         })
@@ -101,7 +101,7 @@ impl Timing {
     fn with(self, other: Self) -> Self {
         Self {
             operations: self.operations + other.operations,
-            factorising: self.factorising + other.factorising,
+            factorizing: self.factorizing + other.factorizing,
             entries: self.entries + other.entries,
             solving: self.solving + other.solving,
         }
@@ -116,9 +116,9 @@ fn cube() -> SparsityPattern {
     for k in 0..SIDE.pow(3) {
         let [x, y, z] = [k % SIDE, k / SIDE % SIDE, k / SIDE.pow(2)];
         let plane = |z| near(y).flat_map(move |y| near(x).map(move |x| [x, y, z]));
-        let neighbours: Vec<usize> = near(z).flat_map(plane).map(node).collect();
+        let neighbors: Vec<usize> = near(z).flat_map(plane).map(node).collect();
         for _ in 0..COMPONENTS {
-            let own = neighbours.iter();
+            let own = neighbors.iter();
             rows.extend(own.flat_map(|n| (0..COMPONENTS).map(move |c| COMPONENTS * n + c)));
             offsets.push(rows.len());
         }

@@ -41,11 +41,11 @@ pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
             }
         }
     }
-    let centres: Vec<Vec<f64>> = sums
+    let centers: Vec<Vec<f64>> = sums
         .iter()
         .map(|(n, sum)| sum.iter().map(|x| x / *n as f64).collect())
         .collect();
-    let mut bodies = RigidBodies::new(dimension, &centres, extent(muscle));
+    let mut bodies = RigidBodies::new(dimension, &centers, extent(muscle));
     let mut is_free = vec![false; dofs.n_full()];
     for &component in dofs.free_to_full() {
         is_free[component] = true;
@@ -62,11 +62,15 @@ pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
             bodies.join([parts[0], other], space.node_point(node));
         }
     }
-    for bed in muscle.beds.iter().filter(|bed| bed.stiffness() > 0.0) {
+    for foundation in muscle
+        .foundations
+        .iter()
+        .filter(|foundation| foundation.stiffness() > 0.0)
+    {
         // At a node, the rows of its diagonal block are the directions in which the foundation
         // holds it.
         let mut rows: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
-        for &(row, column, value) in bed.operator().entries() {
+        for &(row, column, value) in foundation.operator().entries() {
             if row / dimension == column / dimension {
                 let direction = rows.entry(row).or_insert_with(|| vec![0.0; dimension]);
                 direction[column % dimension] = value;
@@ -84,7 +88,7 @@ pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
     let part = |motions: MovingBody| FreePart {
         elements: sums[motions.body].0,
         is_all: sums.len() == 1,
-        near: centres[motions.body].clone(),
+        near: centers[motions.body].clone(),
         motions,
     };
     (found.count > 0).then(|| FreeParts {

@@ -46,7 +46,7 @@ pub struct Feedback {
     /// Property that it changes.
     pub effect: Effect,
     /// g_0 or T_0: stiffness factor or tension at zero coherence.
-    pub unsynchronised: f64,
+    pub unsynchronized: f64,
     /// g_∞ or T_1: stiffness factor or tension at full coherence.
     pub coherent: f64,
     /// For each place of the network (all have equally many oscillators): (index, weight w) of the

@@ -181,13 +181,13 @@ impl FeedbackDae {
     }
 
     /// Evaluates the derivative of the forces with respect to the coherence at the state `y`.
-    pub(super) fn linearise(&mut self, t: f64, y: &[f64]) -> Result<(), StepError> {
+    pub(super) fn linearize(&mut self, t: f64, y: &[f64]) -> Result<(), StepError> {
         let places = &mut self.places;
-        places.linearise(&mut self.one_way, &self.feedbacks, t, y)
+        places.linearize(&mut self.one_way, &self.feedbacks, t, y)
     }
 
     /// Returns the system without feedback, and the places as of the last
-    /// [`linearise`](Self::linearise).
+    /// [`linearize`](Self::linearize).
     pub(super) fn parts(&mut self) -> (&mut CoupledDae<MuscleDae>, &[Place], &[Feedback]) {
         (&mut self.one_way, &self.places.list, &self.feedbacks)
     }
@@ -239,7 +239,7 @@ impl Problem for FeedbackDae {
             .jacobian(t, y, y_dot, a, b, &mut self.one_way_values)?;
         values.fill(0.0);
         self.blocks.add(0, 1.0, &self.one_way_values, values);
-        self.linearise(t, y)?;
+        self.linearize(t, y)?;
         for (k, feedback) in self.feedbacks.iter().enumerate() {
             let mut columns = vec![(0.0, &[][..]); self.one_way.range(feedback.network).len()];
             for place in self.places.list.iter().filter(|place| place.feedback == k) {

@@ -226,7 +226,7 @@ impl LinearSolver<FeedbackDae> for FeedbackSolver {
         dae.adapt(at.y);
         let (one_way, ..) = dae.parts();
         self.one_way.evaluate(one_way, at)?;
-        dae.linearise(at.t, at.y)
+        dae.linearize(at.t, at.y)
     }
 
     fn set_up(

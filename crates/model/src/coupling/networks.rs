@@ -17,7 +17,7 @@ use super::oscillators::Oscillators;
 
 /// K and d of one network and the symbolic analysis of its Newton matrix.
 #[derive(Debug)]
-struct Linearised {
+struct Linearized {
     stiffness: Vec<f64>,
     damping: Vec<f64>,
     analysis: Symbolic,
@@ -25,7 +25,7 @@ struct Linearised {
 
 /// K and d of all networks of a system.
 #[derive(Debug)]
-pub(super) struct Networks(Vec<Linearised>);
+pub(super) struct Networks(Vec<Linearized>);
 
 impl Networks {
     /// Analyzes the matrices of the networks of `dae`.
@@ -33,21 +33,21 @@ impl Networks {
         dae: &CoupledDae<B>,
         options: SparseOptions,
     ) -> Result<Self, SparseError> {
-        let linearised = |k| {
+        let linearized = |k| {
             let network = dae.oscillators(k).network();
             let pattern = network.stiffness_pattern();
-            Ok(Linearised {
+            Ok(Linearized {
                 stiffness: vec![0.0; pattern.nnz()],
                 damping: vec![0.0; network.n_oscillators()],
                 analysis: Symbolic::analyze(pattern, options)?,
             })
         };
-        let networks = (0..dae.n_networks()).map(linearised);
+        let networks = (0..dae.n_networks()).map(linearized);
         networks.collect::<Result<_, _>>().map(Self)
     }
 
     /// Linearizes all networks at the state `y` of the coupled system.
-    pub(super) fn linearise<B: Problem>(&mut self, dae: &CoupledDae<B>, y: &[f64]) {
+    pub(super) fn linearize<B: Problem>(&mut self, dae: &CoupledDae<B>, y: &[f64]) {
         for (k, own) in self.0.iter_mut().enumerate() {
             let network = dae.oscillators(k).network();
             network.linearize(&y[dae.range(k)], &mut own.stiffness, &mut own.damping);
@@ -83,7 +83,7 @@ pub(super) struct NetworkMatrix<T: Scalar> {
 }
 
 impl<T: Scalar> NetworkMatrix<T> {
-    fn new(of: &Linearised) -> Self {
+    fn new(of: &Linearized) -> Self {
         Self {
             c: T::zero(),
             rates: vec![T::zero(); of.damping.len()],
@@ -92,7 +92,7 @@ impl<T: Scalar> NetworkMatrix<T> {
         }
     }
 
-    fn set_up(&mut self, of: &Oscillators, at: &Linearised, c: T) -> Result<(), StepError> {
+    fn set_up(&mut self, of: &Oscillators, at: &Linearized, c: T) -> Result<(), StepError> {
         self.c = c;
         for (value, &stiffness) in self.values.iter_mut().zip(&at.stiffness) {
             *value = T::one() * stiffness;

@@ -8,7 +8,7 @@ use myovib_sparse::Scalar;
 
 use super::dae::CoupledDae;
 use super::effect::{Effect, Feedback};
-use crate::colouring::colours;
+use crate::coloring::colors;
 use crate::muscle_dae::MuscleDae;
 
 /// One place of a network. Its coherence sets one value g of the body.
@@ -61,7 +61,7 @@ impl Place {
         let [y, w] = self.states();
         let omega = &omega[self.oscillators.clone()];
         let coherence = feedback.coherence.squared(omega, &s[y], &s[w]);
-        feedback.coherent + (feedback.unsynchronised - feedback.coherent) * (1.0 - coherence)
+        feedback.coherent + (feedback.unsynchronized - feedback.coherent) * (1.0 - coherence)
     }
 
     /// Computes ∂g/∂s.
@@ -71,7 +71,7 @@ impl Place {
         let (by_position, by_velocity) = self.slope.split_at_mut(omega.len());
         let coherence = &feedback.coherence;
         coherence.gradient(omega, &s[y], &s[w], by_position, by_velocity);
-        let range = feedback.coherent - feedback.unsynchronised;
+        let range = feedback.coherent - feedback.unsynchronized;
         self.slope.iter_mut().for_each(|slope| *slope *= range);
     }
 }
@@ -82,7 +82,7 @@ pub(super) struct Places {
     pub(super) list: Vec<Place>,
     /// Groups of places of one effect with no row in common: one element pass yields the forces of
     /// a whole group.
-    colours: Vec<(Effect, Vec<usize>)>,
+    colors: Vec<(Effect, Vec<usize>)>,
     weights: Vec<f64>,
     response: Vec<f64>,
 }
@@ -131,20 +131,20 @@ impl Places {
         for effect in [Effect::Stiffness, Effect::Tension] {
             let of_effect = |place: &usize| feedbacks[list[*place].feedback].effect == effect;
             let own: Vec<usize> = (0..list.len()).filter(of_effect).collect();
-            let alike = colours(own.len(), |k| list[own[k]].rows.iter().copied());
-            let members = |colour: Vec<usize>| colour.into_iter().map(|k| own[k]).collect();
-            groups.extend(alike.into_iter().map(|colour| (effect, members(colour))));
+            let alike = colors(own.len(), |k| list[own[k]].rows.iter().copied());
+            let members = |color: Vec<usize>| color.into_iter().map(|k| own[k]).collect();
+            groups.extend(alike.into_iter().map(|color| (effect, members(color))));
         }
         Self {
             list,
-            colours: groups,
+            colors: groups,
             weights: Vec::new(),
             response: vec![0.0; body.layout().n_unknowns()],
         }
     }
 
     /// Evaluates ∂F/∂g and ∂g/∂s of all places at the state `y` of the coupled system.
-    pub(super) fn linearise(
+    pub(super) fn linearize(
         &mut self,
         one_way: &mut CoupledDae<MuscleDae>,
         feedbacks: &[Feedback],
@@ -159,11 +159,11 @@ impl Places {
         let own = one_way.body_range();
         let body = one_way.body_mut();
         let momentum = body.layout().momentum();
-        for (effect, colour) in &self.colours {
+        for (effect, color) in &self.colors {
             let solid = &body.muscle().solid;
             self.weights.clear();
             self.weights.resize(effect.numbers(solid), 0.0);
-            for place in colour.iter().map(|k| &self.list[*k]) {
+            for place in color.iter().map(|k| &self.list[*k]) {
                 for &(i, weight) in &feedbacks[place.feedback].weights[place.number] {
                     self.weights[i] = weight;
                 }
@@ -179,7 +179,7 @@ impl Places {
                     body.add_tension_response(t, &y[own.clone()], weights, response);
                 }
             }
-            for &k in colour {
+            for &k in color {
                 let Place { rows, force, .. } = &mut self.list[k];
                 for (force, row) in force.iter_mut().zip(rows) {
                     *force = self.response[momentum.start + *row];

@@ -96,7 +96,7 @@ impl<B: Problem, S: LinearSolver<B>> LinearSolver<CoupledDae<B>> for CoupledSolv
             ..*at
         };
         self.body.evaluate(dae.body_mut(), &of_body)?;
-        self.networks.linearise(dae, at.y);
+        self.networks.linearize(dae, at.y);
         Ok(())
     }
 

@@ -91,7 +91,7 @@ pub struct Context {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Added {
     /// Whether a foundation has stiffness, and whether one has damping.
-    pub bed: [bool; 2],
+    pub foundation: [bool; 2],
     /// Whether there are active or viscous stresses, and whether one depends on the velocity.
     pub stress: [bool; 2],
     /// Whether tensions are unknowns.
@@ -105,9 +105,15 @@ impl Added {
     pub(crate) fn of(muscle: &Muscle) -> Self {
         let stresses = muscle.solid.added_stresses();
         Self {
-            bed: [
-                muscle.beds.iter().any(|bed| bed.stiffness() > 0.0),
-                muscle.beds.iter().any(|bed| bed.damping() > 0.0),
+            foundation: [
+                muscle
+                    .foundations
+                    .iter()
+                    .any(|foundation| foundation.stiffness() > 0.0),
+                muscle
+                    .foundations
+                    .iter()
+                    .any(|foundation| foundation.damping() > 0.0),
             ],
             stress: [
                 !stresses.is_empty(),
@@ -120,7 +126,7 @@ impl Added {
 
     /// Returns whether a force depends on the velocity.
     pub(crate) fn is_damped(self) -> bool {
-        self.bed[1] || self.stress[1]
+        self.foundation[1] || self.stress[1]
     }
 }
 

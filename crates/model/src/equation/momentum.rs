@@ -42,8 +42,16 @@ pub(super) fn terms(context: &Context) -> Vec<Term> {
         terms.push(Term::value(Field::Velocity, Matrix::DampingMass, alpha));
     }
     for (acts, column, matrix) in [
-        (added.bed[0], Field::Displacement, Matrix::BedStiffness),
-        (added.bed[1], Field::Velocity, Matrix::BedDamping),
+        (
+            added.foundation[0],
+            Field::Displacement,
+            Matrix::FoundationStiffness,
+        ),
+        (
+            added.foundation[1],
+            Field::Velocity,
+            Matrix::FoundationDamping,
+        ),
         (added.stress[0], Field::Displacement, Matrix::AddedStiffness),
         (added.stress[1], Field::Velocity, Matrix::AddedDamping),
         (added.tensions, Field::Tension, Matrix::TensionForce),

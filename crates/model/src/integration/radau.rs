@@ -2,7 +2,7 @@
 
 use myovib_dae::{Problem, Suppressed};
 use myovib_radau::{
-    Fading, FadingMemory, RadauBuilder, RadauOptions, RadauSolver, SparseDirectSolver,
+    Fading, InternalVariables, RadauBuilder, RadauOptions, RadauSolver, SparseDirectSolver,
 };
 
 use crate::coupling::{ErrorTest, tested};
@@ -121,7 +121,7 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
         options: RadauOptions,
         (t, t_end): (f64, f64),
         (y, y_dot): (&[f64], &[f64]),
-        memory: FadingMemory,
+        memory: InternalVariables,
     ) -> Result<Self, ModelError>
     where
         P: Fading,

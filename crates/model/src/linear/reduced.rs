@@ -271,7 +271,7 @@ mod tests {
                 *result.unwrap_err().downcast::<String>().unwrap()
             };
             for foreign in [
-                Term::value(Field::Displacement, Matrix::BedStiffness, 1.0),
+                Term::value(Field::Displacement, Matrix::FoundationStiffness, 1.0),
                 Term::rate(Field::Displacement, Matrix::Mass, 1.0),
             ] {
                 let mut terms = dae.terms();

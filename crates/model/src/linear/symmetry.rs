@@ -18,8 +18,8 @@ fn transposed(matrix: Matrix) -> Option<Matrix> {
         | Matrix::Stiffness
         | Matrix::PressureSymmetricStiffness
         | Matrix::MultiplierStiffness
-        | Matrix::BedStiffness
-        | Matrix::BedDamping
+        | Matrix::FoundationStiffness
+        | Matrix::FoundationDamping
         | Matrix::AddedStiffness
         | Matrix::AddedSymmetricStiffness
         | Matrix::AddedDamping

@@ -17,7 +17,7 @@ pub enum Activation {
     /// step or at rest.
     Coherence {
         /// T0, Pa.
-        unsynchronised: f64,
+        unsynchronized: f64,
     },
     /// Linear function of time: linearization of a model at a state, for derivatives there.
     Line {
@@ -49,7 +49,7 @@ impl Activation {
         match self {
             Self::Given(signal) => signal.at(t).value,
             Self::Bestel(_) => unknown,
-            Self::Coherence { unsynchronised } => *unsynchronised,
+            Self::Coherence { unsynchronized } => *unsynchronized,
             Self::Line {
                 t: touches,
                 tension,
@@ -64,8 +64,8 @@ impl Activation {
         match self {
             Self::Given(signal) => Self::Given(signal.scaled(part)),
             Self::Bestel(model) => Self::Bestel(*model),
-            Self::Coherence { unsynchronised } => Self::Coherence {
-                unsynchronised: part * unsynchronised,
+            Self::Coherence { unsynchronized } => Self::Coherence {
+                unsynchronized: part * unsynchronized,
             },
             Self::Line { t, tension, slope } => Self::Line {
                 t: *t,

@@ -1,9 +1,9 @@
 //! The muscle: elastic body, damping and loads, independent of the formulation.
 
 pub(crate) mod activation;
-pub(crate) mod bed;
 pub(crate) mod load;
 pub(crate) mod parameters;
+pub(crate) mod robin_support;
 
 use myovib_fem::material::Bestel;
 use myovib_fem::{ElementScale, Solid};
@@ -12,9 +12,9 @@ use crate::error::ModelError;
 use crate::signal::Signal;
 use crate::signal::schedule::Schedule;
 use activation::Activation;
-use bed::Bed;
 use load::{Load, Prescribed, PressureLoad};
 use parameters::Parameters;
+use robin_support::RobinSupport;
 
 /// An elastic body with its physical constants and loads.
 #[derive(Debug, Clone)]
@@ -30,7 +30,7 @@ pub struct Muscle {
     /// Displacement components that follow a function of time; other constrained components are 0.
     pub prescribed: Vec<Prescribed>,
     /// Elastic and viscous foundations of its boundary.
-    pub beds: Vec<Bed>,
+    pub foundations: Vec<RobinSupport>,
     /// Tensions of the solid's added stresses, by their number; those not listed are 0.
     pub activations: Vec<(usize, Activation)>,
 }
@@ -44,7 +44,7 @@ impl Muscle {
             loads: Vec::new(),
             pressures: Vec::new(),
             prescribed: Vec::new(),
-            beds: Vec::new(),
+            foundations: Vec::new(),
             activations: Vec::new(),
         }
     }
@@ -225,11 +225,11 @@ impl Muscle {
     /// tangent at time `t` and `tensions`.
     pub(crate) fn with_tangents_of_tensions(&self, t: f64, tensions: &[f64]) -> Self {
         let mut muscle = self.clone();
-        let modelled = muscle
+        let modeled = muscle
             .activations
             .iter_mut()
             .filter(|(_, a)| a.model().is_some());
-        for ((_, activation), &tension) in modelled.zip(tensions) {
+        for ((_, activation), &tension) in modeled.zip(tensions) {
             *activation = activation.tangent_at(t, tension);
         }
         muscle

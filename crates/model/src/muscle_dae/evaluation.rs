@@ -114,7 +114,7 @@ impl MuscleDae {
             muscle
                 .solid
                 .added_tangents(&motion, self.matrices.wanted_added());
-            self.matrices.symmetrise();
+            self.matrices.symmetrize();
             self.matrices.update_tensions(muscle, t, u, v);
         }
         let internal = state.find(Field::InternalStress).map(Overstress::Internal);
@@ -325,9 +325,9 @@ fn evaluate_added(
     } else {
         added_force.fill(0.0);
     }
-    counters.bed_passes += u64::from(!muscle.beds.is_empty());
-    for bed in &muscle.beds {
-        bed.add_force(u, v, added_force);
+    counters.bed_passes += u64::from(!muscle.foundations.is_empty());
+    for foundation in &muscle.foundations {
+        foundation.add_force(u, v, added_force);
     }
 }
 

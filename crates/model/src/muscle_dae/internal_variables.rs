@@ -5,7 +5,7 @@ use std::slice::from_ref;
 use myovib_dae::{LinearSolver, Linearization, Problem, StepError, VariableKind};
 use myovib_fem::RelaxationRegion;
 use myovib_fem::material::PronyTerm;
-use myovib_radau::{Fading, FadingMemory, MemoryPart, MemoryTerm};
+use myovib_radau::{Fading, InternalVariables, MemoryPart, MemoryTerm};
 use myovib_sparse::SparseError;
 use myovib_sparse::SparseOptions;
 use nalgebra_sparse::pattern::SparsityPattern;
@@ -36,7 +36,7 @@ impl InternalVariableDae {
     ///
     /// # Panics
     /// If it has no internal stresses.
-    pub(crate) fn new(mut dae: MuscleDae, y: &[f64], absolute: f64) -> (Self, FadingMemory) {
+    pub(crate) fn new(mut dae: MuscleDae, y: &[f64], absolute: f64) -> (Self, InternalVariables) {
         let internal = dae.layout.range(Field::InternalStress);
         let internal = internal.expect("a body with Prony terms");
         let solid = &dae.muscle.solid;
@@ -48,7 +48,7 @@ impl InternalVariableDae {
             slots: part.slots.clone(),
             terms: part.prony.terms().iter().map(term).collect(),
         };
-        let memory = FadingMemory {
+        let memory = InternalVariables {
             parts: solid.relaxation_regions().iter().map(part).collect(),
             start: y[internal.clone()].to_vec(),
             absolute,

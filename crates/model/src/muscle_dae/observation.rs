@@ -109,11 +109,13 @@ impl MuscleDae {
             tensions,
             ..
         } = &self.work;
-        let Muscle { solid, beds, .. } = &self.muscle;
+        let Muscle {
+            solid, foundations, ..
+        } = &self.muscle;
         let mut energies = Energies::default();
-        for bed in beds {
-            energies.elastic += bed.energy(u);
-            energies.dissipation += bed.dissipation(v);
+        for foundation in foundations {
+            energies.elastic += foundation.energy(u);
+            energies.dissipation += foundation.dissipation(v);
         }
         if let Some(internal) = self.layout.range(Field::InternalStress) {
             let (mut force, mut rates) = (vec![0.0; u.len()], vec![0.0; internal.len()]);

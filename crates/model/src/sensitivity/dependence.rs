@@ -271,7 +271,7 @@ fn copy_of<'a>(slot: &'a mut Option<Box<MuscleDae>>, dae: &MuscleDae) -> &'a mut
 }
 
 impl Parameters<MuscleDae> for Dependences {
-    fn linearise(
+    fn linearize(
         &mut self,
         problem: &mut MuscleDae,
         jacobian: &mut Jacobian,

@@ -168,7 +168,7 @@ impl Parameters<Driving> for DrivenDependences {
         Ok(())
     }
 
-    fn linearise(
+    fn linearize(
         &mut self,
         problem: &mut Driving,
         jacobian: &mut Jacobian,

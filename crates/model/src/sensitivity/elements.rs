@@ -163,7 +163,7 @@ fn is_constant(matrix: Matrix) -> bool {
             | Matrix::PressureIdentity
             | Matrix::Mass
             | Matrix::PressureMass
-            | Matrix::BedStiffness
-            | Matrix::BedDamping
+            | Matrix::FoundationStiffness
+            | Matrix::FoundationDamping
     )
 }

@@ -45,16 +45,16 @@ impl RecordedIntegrator {
     }
 
     /// Returns the derivative of a misfit with respect to a factor of the law's stress in each
-    /// element, for the steps taken. `tell` is called before each step of the backward pass and
+    /// element, for the steps taken. `on_progress` is called before each step of the backward pass and
     /// returns whether to continue.
     ///
     /// # Errors
     /// [`ModelError::Radau`]: errors of the [adjoint](Adjoint::gradient), or interruption
-    /// by `tell`.
+    /// by `on_progress`.
     pub fn by_stiffness(
         &mut self,
         misfit: LinearMisfit<'_>,
-        tell: &mut dyn FnMut(f64) -> bool,
+        on_progress: &mut dyn FnMut(f64) -> bool,
     ) -> Result<(Vec<f64>, AdjointWork), ModelError> {
         let solver = self.inner.solver_mut();
         let stiffness = ElementStiffness::new(solver.problem());
@@ -62,7 +62,7 @@ impl RecordedIntegrator {
         let mut adjoint = Adjoint::new(solver, stiffness);
         let gradient = adjoint.gradient(solver, &self.recording, &mut |step| {
             let [t, end] = step.interval();
-            if !tell(t) {
+            if !on_progress(t) {
                 let message = "the backward pass was interrupted".to_owned();
                 return Err(RadauError::Adjoint { t, message });
             }

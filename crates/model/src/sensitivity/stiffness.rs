@@ -107,7 +107,7 @@ impl Parameters<MuscleDae> for ElementStiffness {
         }
     }
 
-    fn linearise(
+    fn linearize(
         &mut self,
         _problem: &mut MuscleDae,
         jacobian: &mut Jacobian,

@@ -16,7 +16,7 @@ pub(crate) struct Saddle {
 }
 
 impl Saddle {
-    /// Factorises, with H symmetric; a B without rows leaves H alone.
+    /// Factorizes, with H symmetric; a B without rows leaves H alone.
     pub(crate) fn factor(h: &CscMatrix<f64>, b: &CscMatrix<f64>) -> Result<Self, ModelError> {
         let (n, m) = (h.nrows(), b.nrows());
         let mut matrix = CooMatrix::new(n + m, n + m);

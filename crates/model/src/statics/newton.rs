@@ -233,8 +233,8 @@ impl<'a> Newton<'a> {
         for pressure in &muscle.pressures {
             pressure.add_at(*t, -factor, displacement, force);
         }
-        for bed in &muscle.beds {
-            bed.add_force(displacement, velocity, force);
+        for foundation in &muscle.foundations {
+            foundation.add_force(displacement, velocity, force);
         }
         if !tensions.is_empty() {
             let tensions = scaled(tensions, factor);

@@ -6,7 +6,7 @@ use myovib_fem::material::{ActiveStress, Bestel, ForceLength, ForceVelocity, Ten
 use myovib_fem::{
     AddedStress, DofMap, Fibers, Law, Mesh, Solid, Space, SupportDirection, generate,
 };
-use myovib_model::{Activation, Bed, Muscle, Parameters, Signal, paper};
+use myovib_model::{Activation, Muscle, Parameters, RobinSupport, Signal, paper};
 
 pub(crate) const INF: f64 = f64::INFINITY;
 
@@ -70,9 +70,9 @@ pub(crate) fn on_mesh(mesh: &Mesh, parameters: Parameters, stresses: [AddedStres
         .with_added_stresses(&[(left, stresses[0]), (right, stresses[1])])
         .unwrap()
         .with_fibers(fibers);
-    let beds = [
-        Bed::new(&solid, "right", SupportDirection::Normal, [3e4, 2e2]).unwrap(),
-        Bed::new(&solid, "top", SupportDirection::All, [1e4, 1e2]).unwrap(),
+    let foundations = [
+        RobinSupport::new(&solid, "right", SupportDirection::Normal, [3e4, 2e2]).unwrap(),
+        RobinSupport::new(&solid, "top", SupportDirection::All, [1e4, 1e2]).unwrap(),
     ];
     let mut activations = Vec::new();
     for (number, stress) in stresses.iter().enumerate() {
@@ -90,7 +90,7 @@ pub(crate) fn on_mesh(mesh: &Mesh, parameters: Parameters, stresses: [AddedStres
         }
     }
     Muscle {
-        beds: beds.into(),
+        foundations: foundations.into(),
         activations,
         ..Muscle::unloaded(solid, parameters)
     }
@@ -154,7 +154,7 @@ pub(crate) fn graded(dimension: usize, kappa: f64, beta: f64) -> Muscle {
         .unwrap();
     let elements: Vec<Parameters> = region.iter().map(|&region| own[region]).collect();
     Muscle {
-        beds: plain.beds,
+        foundations: plain.foundations,
         activations: plain.activations,
         ..Muscle::graded(solid, &elements).unwrap()
     }

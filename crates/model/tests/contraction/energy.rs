@@ -110,7 +110,7 @@ fn a_body_without_active_or_viscous_stress_does_none_of_their_work() {
         let mut muscle = contracting(dimension, 1e5, 0.0, [AddedStress::default(); 2]);
         muscle.solid = muscle.solid.clone().with_added_stresses(&[]).unwrap();
         if !in_bed {
-            muscle.beds.clear();
+            muscle.foundations.clear();
         }
         let formulation = Formulation::Position;
         let dae = MuscleDae::new(muscle, formulation).unwrap();

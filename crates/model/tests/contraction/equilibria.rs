@@ -5,7 +5,9 @@ use std::sync::Arc;
 use myovib_fem::material::{ActiveStress, ForceLength, Tension};
 use myovib_fem::{AddedStress, DofMap, Solid, Space, SupportDirection, generate, load};
 use myovib_model::statics::equilibrium;
-use myovib_model::{Activation, Bed, Formulation, Load, Muscle, Parameters, Probe, Signal};
+use myovib_model::{
+    Activation, Formulation, Load, Muscle, Parameters, Probe, RobinSupport, Signal,
+};
 
 use crate::common::{INF, neo_hooke};
 
@@ -123,14 +125,14 @@ fn a_loaded_muscle_carries_what_tension_and_elasticity_give() {
 fn a_muscle_shortens_against_an_elastic_bed() {
     let stiffness = 5e4;
     let mut muscle = block(ActiveStress::PLAIN);
-    let bed = Bed::new(
+    let foundation = RobinSupport::new(
         &muscle.solid,
         "right",
         SupportDirection::Normal,
         [stiffness, 0.0],
     )
     .unwrap();
-    muscle.beds.push(bed);
+    muscle.foundations.push(foundation);
     let found = stretch(&muscle);
     let left = passive(found) + found * TENSION + stiffness * (found - 1.0);
     assert!(
@@ -147,24 +149,24 @@ fn beds_hold_a_body() {
     let dofs = DofMap::new(&space, &[]).unwrap();
     let solid = Solid::uniform(space.clone(), dofs, neo_hooke(SHEAR), 1e3).unwrap();
     let (stiffness, force) = (1e6, 40.0);
-    let bed = |along| Bed::new(&solid, "left", along, [stiffness, 0.0]).unwrap();
+    let foundation = |along| RobinSupport::new(&solid, "left", along, [stiffness, 0.0]).unwrap();
     let push = load::traction(&space, "right", [force, 0.0, 0.0]).unwrap();
     let mut muscle = Muscle {
         loads: vec![Load::new(&push, Signal::constant(1.0))],
-        beds: vec![bed(SupportDirection::All)],
+        foundations: vec![foundation(SupportDirection::All)],
         ..Muscle::unloaded(solid.clone(), Parameters::new(0.0, 0.0, 1e5).unwrap())
     };
     let state = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
     let mut u = vec![0.0; space.n_components()];
     solid.dofs().expand(&state.displacement, &mut u);
     let mut reaction = vec![0.0; u.len()];
-    let operator = muscle.beds[0].operator();
+    let operator = muscle.foundations[0].operator();
     operator.add_product(stiffness, &u, &mut reaction);
     let total = |axis: usize| reaction.iter().skip(axis).step_by(3).sum::<f64>();
     // The area is 1; Newton ends at rounding.
     assert!((total(0) / force - 1.0).abs() < 1e-9, "{}", total(0));
     assert!(total(1).abs().max(total(2).abs()) < 1e-9 * force);
-    muscle.beds = vec![bed(SupportDirection::Normal)];
+    muscle.foundations = vec![foundation(SupportDirection::Normal)];
     let refused = equilibrium(&muscle, Formulation::Position, 0.0).unwrap_err();
     let free = "slide in y and slide in z and turn about x";
     assert!(refused.to_string().contains(free), "{refused}");

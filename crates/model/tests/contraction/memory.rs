@@ -170,7 +170,7 @@ fn cost(terms: &[(f64, f64)]) -> [f64; 2] {
 
 #[test]
 #[ignore = "slow"]
-fn five_terms_cost_little_of_a_step_that_factorises() {
+fn five_terms_cost_little_of_a_step_that_factorizes() {
     let five = [
         (0.3, 0.003),
         (0.2, 0.01),

@@ -7,8 +7,9 @@ use myovib_fem::material::ActiveStress;
 use myovib_fem::{AddedStress, DofMap, Solid, Space, SupportDirection, generate, load};
 use myovib_model::statics::{Equilibrium, equilibrium};
 use myovib_model::{
-    Activation, Bed, Field, Formulation, IntegratorKind, Load, ModelError, Muscle, MuscleDae,
-    Outcome, Parameters, Prescribed, PressureLoad, Signal, Start, paper, run, spectrum, start_from,
+    Activation, Field, Formulation, IntegratorKind, Load, ModelError, Muscle, MuscleDae, Outcome,
+    Parameters, Prescribed, PressureLoad, RobinSupport, Signal, Start, paper, run, spectrum,
+    start_from,
 };
 
 use crate::common::{HILL, INF, contracting, viscous};
@@ -71,7 +72,12 @@ fn expect_the_frequency(muscle: &Muscle) {
 
 /// Halves that contract by two kinds of stress, one of which follows the stretch, on elastic
 /// foundations, under a traction.
-fn contracted(dimension: usize, kappa: f64, stresses: [AddedStress; 2], bed: [f64; 2]) -> Muscle {
+fn contracted(
+    dimension: usize,
+    kappa: f64,
+    stresses: [AddedStress; 2],
+    foundation: [f64; 2],
+) -> Muscle {
     let mut muscle = contracting(dimension, kappa, 0.0, stresses);
     muscle.parameters = Parameters::new(0.0, 0.0, kappa).unwrap();
     let solid = &muscle.solid;
@@ -81,7 +87,8 @@ fn contracted(dimension: usize, kappa: f64, stresses: [AddedStress; 2], bed: [f6
         _ => load::traction(solid.space(), "right", pull),
     };
     muscle.loads = vec![Load::new(&traction.unwrap(), Signal::constant(1.0))];
-    muscle.beds = vec![Bed::new(solid, "right", SupportDirection::Normal, bed).unwrap()];
+    muscle.foundations =
+        vec![RobinSupport::new(solid, "right", SupportDirection::Normal, foundation).unwrap()];
     let given = |number, tension| (number, Activation::Given(Signal::constant(tension)));
     muscle.activations = vec![given(0, 8e3), given(1, 5e3)];
     muscle

@@ -4,7 +4,7 @@ use myovib_dae::{Problem, StepError};
 use myovib_fem::material::{ActiveStress, Bestel};
 use myovib_fem::{AddedStress, SupportDirection, generate};
 use myovib_model::index::IndexReport;
-use myovib_model::{Activation, Bed, Formulation, MuscleDae, Parameters, Signal, formula};
+use myovib_model::{Activation, Formulation, MuscleDae, Parameters, RobinSupport, Signal, formula};
 
 use crate::common::{INF, contracting, on_mesh, viscous};
 
@@ -92,13 +92,18 @@ fn tensions_that_cannot_be_are_refused() {
 #[test]
 fn beds_and_stresses_out_of_range_are_refused() {
     let muscle = contracting(2, 1e5, 0.0, viscous());
-    let bed =
-        |constants| Bed::new(&muscle.solid, "right", SupportDirection::All, constants).unwrap_err();
-    assert!(bed([-1.0, 0.0]).to_string().contains("bed stiffness = -1"));
+    let foundation = |constants| {
+        RobinSupport::new(&muscle.solid, "right", SupportDirection::All, constants).unwrap_err()
+    };
     assert!(
-        bed([0.0, f64::NAN])
+        foundation([-1.0, 0.0])
             .to_string()
-            .contains("bed damping = NaN")
+            .contains("foundation stiffness = -1")
+    );
+    assert!(
+        foundation([0.0, f64::NAN])
+            .to_string()
+            .contains("foundation damping = NaN")
     );
     let negative = AddedStress {
         active: None,

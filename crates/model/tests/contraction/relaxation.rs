@@ -68,7 +68,7 @@ fn mismatch(dae: &MuscleDae, found: &[f64], right: &[f64]) -> f64 {
 }
 
 #[test]
-fn elimination_solves_the_linearised_equations() {
+fn elimination_solves_the_linearized_equations() {
     let mut rng = StdRng::seed_from_u64(5);
     let mut cases = 0;
     for (dimension, kappa, beta) in [
@@ -298,7 +298,7 @@ fn a_stretch_that_is_held_relaxes_as_the_closed_form_says() {
 }
 
 #[test]
-fn no_more_is_factorised_or_solved_than_without_terms() {
+fn no_more_is_factorized_or_solved_than_without_terms() {
     let solid = pulled(true).solid;
     // Three components in the plane and the one across it, at each point of each triangle, for each term.
     assert_eq!(solid.n_internal(), TERMS.len() * solid.n_slots());

@@ -136,7 +136,7 @@ fn with_feedback(formulation: Formulation) -> FeedbackDae {
     let feedback = |network, share: [f64; 3]| Feedback {
         network,
         coherence: SmoothCoherence::new(0.5).unwrap(),
-        unsynchronised: 3.0,
+        unsynchronized: 3.0,
         coherent: 0.8,
         effect: Effect::Stiffness,
         weights: Feedback::of_one_place(&vec![share; n_elements].into_flattened()),

@@ -66,7 +66,7 @@ pub(crate) fn body(dimension: usize, kappa: f64, beta: f64) -> (Muscle, Vec<usiz
         .unwrap()
         .with_fibers(fibers);
     let coherence = Activation::Coherence {
-        unsynchronised: REST,
+        unsynchronized: REST,
     };
     let parameters = Parameters::new(1.0, beta, kappa).unwrap();
     let muscle = Muscle {
@@ -106,7 +106,7 @@ pub(crate) fn feedback(
     elements: &[usize],
 ) -> Feedback {
     let corners = dae.muscle().solid.space().dimension() + 1;
-    let (count, [unsynchronised, coherent]) = match effect {
+    let (count, [unsynchronized, coherent]) = match effect {
         Effect::Stiffness => (corners, [3.0, 0.8]),
         Effect::Tension => (1, [REST, COHERENT]),
     };
@@ -115,7 +115,7 @@ pub(crate) fn feedback(
         network,
         coherence: SmoothCoherence::new(0.5).unwrap(),
         effect,
-        unsynchronised,
+        unsynchronized,
         coherent,
         weights: elements
             .iter()
@@ -415,8 +415,8 @@ fn run(integrator: IntegratorKind, linear_solver: LinearSolver) -> (Vec<f64>, f6
     let mut dae = two_way((muscle, active), Formulation::ImplicitRate, false);
     // From rest, without tension.
     let without_tension = |feedback: &Feedback| Feedback {
-        unsynchronised: match feedback.effect {
-            Effect::Stiffness => feedback.unsynchronised,
+        unsynchronized: match feedback.effect {
+            Effect::Stiffness => feedback.unsynchronized,
             Effect::Tension => 0.0,
         },
         ..feedback.clone()

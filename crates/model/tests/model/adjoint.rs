@@ -102,14 +102,14 @@ impl Parameters<MuscleDae> for Directions {
         problem.add_factor_response(t, y, &at_corners, out)
     }
 
-    fn linearise(
+    fn linearize(
         &mut self,
         problem: &mut MuscleDae,
         jacobian: &mut Jacobian,
         at: &Linearization<'_>,
         parts: [&mut [f64]; 2],
     ) -> Result<(), StepError> {
-        self.stiffness.linearise(problem, jacobian, at, parts)
+        self.stiffness.linearize(problem, jacobian, at, parts)
     }
 }
 

@@ -110,7 +110,7 @@ fn what_the_integrator_or_the_system_does_not_have_is_refused() {
     let feedback = Feedback {
         network: 0,
         coherence: SmoothCoherence::new(1e-3).unwrap(),
-        unsynchronised: 2.0,
+        unsynchronized: 2.0,
         coherent: 1.0,
         effect: Effect::Stiffness,
         weights: Feedback::of_one_place(&vec![1.0; 3 * n_elements]),

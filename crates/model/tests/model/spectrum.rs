@@ -143,7 +143,7 @@ fn shapes_are_orthonormal_in_the_mass() {
         solid.apply_mass(&nodal(&a.shape), &mut image);
         for (j, b) in found.iter().enumerate() {
             let product: f64 = nodal(&b.shape).iter().zip(&image).map(|(b, m)| b * m).sum();
-            // Rounding, magnified by the orthogonalisation of a Krylov space.
+            // Rounding, magnified by the orthogonalization of a Krylov space.
             assert!(
                 (product - f64::from(u8::from(i == j))).abs() < 1e-9,
                 "{i} {j} {product}"

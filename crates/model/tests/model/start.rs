@@ -68,7 +68,7 @@ fn in_space(formulation: Formulation, kappa: f64, beta: f64) -> MuscleDae {
     MuscleDae::new(muscle, formulation).unwrap()
 }
 
-/// With a support that moves across, by a millimetre.
+/// With a support that moves across, by a millimeter.
 fn shaken(dae: &MuscleDae) -> MuscleDae {
     let mut muscle = dae.muscle().clone();
     let space = muscle.solid.space();
@@ -215,8 +215,8 @@ fn a_wrong_start_is_located() {
         (wrong[0].field, &wrong[0].worst),
         (Field::Velocity, &dae.component_name(row))
     );
-    let told = wrong[0].to_string();
-    assert!(told.starts_with("momentum: "), "{told}");
+    let reported = wrong[0].to_string();
+    assert!(reported.starts_with("momentum: "), "{reported}");
 }
 
 /// The integration of a start, one step after another.
@@ -307,7 +307,7 @@ fn off_the_slow_manifold_there_is_a_transient() {
 /// The multiplier of (33) remains zero: relative to its unit, ρ v L, it is rounding and the error
 /// of steps.
 #[test]
-fn the_stabilising_multiplier_stays_zero() {
+fn the_stabilizing_multiplier_stays_zero() {
     let mut dae = dae(Formulation::Stabilized, INFINITE, 0.0);
     let start = start(&mut dae);
     let range = dae.layout().range(Field::GglMultiplier).unwrap();

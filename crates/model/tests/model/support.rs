@@ -152,7 +152,7 @@ fn a_group_of_one_pin_leaves_a_turn() {
 /// Regression: of a body held all round elements were blamed, and motions had modes at "NaN Hz".
 #[test]
 fn a_boundary_that_is_held_leaves_the_level_of_the_pressure_open() {
-    let said = |groups: &[&str], kappa: f64| {
+    let printed = |groups: &[&str], kappa: f64| {
         let muscle = body(&block(), groups, &[0, 1], kappa);
         let report = check::check_static(&muscle, Formulation::Position, 0.0).unwrap();
         let quick = check::static_warnings(&muscle, Formulation::Position);
@@ -160,13 +160,13 @@ fn a_boundary_that_is_held_leaves_the_level_of_the_pressure_open() {
         quick.iter().map(ToString::to_string).collect::<Vec<_>>()
     };
     let all = ["left", "right", "top", "bottom"];
-    let level = said(&all, f64::INFINITY);
+    let level = printed(&all, f64::INFINITY);
     assert!(
         level.len() == 1 && level[0].contains("known but for a constant"),
         "{level:?}"
     );
-    assert_eq!(said(&all[..3], f64::INFINITY), Vec::<String>::new());
-    assert_eq!(said(&all, 1e5), Vec::<String>::new());
+    assert_eq!(printed(&all[..3], f64::INFINITY), Vec::<String>::new());
+    assert_eq!(printed(&all, 1e5), Vec::<String>::new());
 }
 
 #[test]

@@ -93,7 +93,7 @@ fn displacement_and_position_agree_under_refinement() {
             relative_difference(&ours, &at(levels, Formulation::Position))
         })
         .into();
-    // Two discretisations of one problem: their difference falls with the mesh width, by the
+    // Two discretizations of one problem: their difference falls with the mesh width, by the
     // singular corners of the clamped edge slower than the order of the elements.
     assert!(
         gaps[1] < gaps[0] / 1.5 && gaps[2] < gaps[1] / 1.5,

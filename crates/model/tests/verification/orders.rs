@@ -137,7 +137,7 @@ fn the_methods_have_their_orders_in_all_formulations_in_the_plane_and_in_space()
         // Steps for which errors are far above rounding, and resolve the highest frequency.
         for (stages, h) in [(3, 1.0 / 16.0), (5, 1.0 / 4.0), (7, 1.0 / 2.0)] {
             let [coarse, fine] = [h, 0.5 * h].map(|h| errors(dimension, case, stages, h, &exact));
-            let told = format!("{dimension}, {case:?}, {stages}: {coarse:?} {fine:?}");
+            let reported = format!("{dimension}, {case:?}, {stages}: {coarse:?} {fine:?}");
             for (k, order) in orders(case, stages as f64).into_iter().enumerate() {
                 let observed = (coarse[k] / fine[k]).log2();
                 let holds = match order {
@@ -145,7 +145,7 @@ fn the_methods_have_their_orders_in_all_formulations_in_the_plane_and_in_space()
                     Order::Exactly(order) => (observed - order).abs() < TOLERANCE,
                     Order::AtLeast(order) => observed > 0.7 * order,
                 };
-                assert!(holds, "{told}: {k} {observed}");
+                assert!(holds, "{reported}: {k} {observed}");
             }
         }
     }

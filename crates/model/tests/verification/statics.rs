@@ -45,7 +45,7 @@ fn an_equilibrium_is_one_in_every_formulation() {
             let solution = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
             for formulation in Formulation::ALL {
                 if formulation == Formulation::Displacement {
-                    continue; // has no pressure field: another discretisation, tested below
+                    continue; // has no pressure field: another discretization, tested below
                 }
                 let mut dae = MuscleDae::for_analysis(muscle.clone(), formulation);
                 let y = blocks(&dae, &solution.displacement, &solution.pressure);

@@ -64,7 +64,7 @@ pub struct MemoryPart {
 /// Specification of a fading memory. The method integrates the states like unknowns, and the error
 /// test includes their root mean square as a separate norm, but Newton's method excludes them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FadingMemory {
+pub struct InternalVariables {
     /// Parts, with consecutive slots.
     pub parts: Vec<MemoryPart>,
     /// Initial states, part by part. Within a part, all slots of the first term precede the slots
@@ -75,7 +75,7 @@ pub struct FadingMemory {
     pub absolute: f64,
 }
 
-impl FadingMemory {
+impl InternalVariables {
     /// Checks that the slots are consecutive and that the terms decay.
     fn validate(&self) -> Result<(), RadauError> {
         let mut end = 0;
@@ -193,7 +193,7 @@ fn forms(
 
 impl<P: Problem> Memory<P> {
     pub(crate) fn new(
-        given: FadingMemory,
+        given: InternalVariables,
         method: &Method,
         (relative, factor): (f64, f64),
     ) -> Result<Self, RadauError>

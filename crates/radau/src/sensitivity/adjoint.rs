@@ -8,7 +8,7 @@ use super::forward::spread;
 use super::krylov::{Krylov, Stalled, norm};
 use super::operator::{Stage, StageOperator};
 use super::recording::Recording;
-use super::trouble::Trouble;
+use super::sweep_failure::SweepFailure;
 use super::work::AdjointWork;
 use crate::dense::{Collocation, add_scaled};
 use crate::error::RadauError;
@@ -224,17 +224,17 @@ impl<Q> Adjoint<Q> {
             return Ok(());
         }
         self.solve(step, carried).map_err(|trouble| match trouble {
-            Trouble::Failed(StepError::Fatal(source)) => RadauError::Fatal {
+            SweepFailure::Failed(StepError::Fatal(source)) => RadauError::Fatal {
                 function: "adjoint",
                 t,
                 h,
                 source,
             },
-            Trouble::Failed(error) => RadauError::Adjoint {
+            SweepFailure::Failed(error) => RadauError::Adjoint {
                 t,
                 message: error.to_string(),
             },
-            Trouble::Stalled(Stalled { norm, .. }) => RadauError::Adjoint {
+            SweepFailure::Stalled(Stalled { norm, .. }) => RadauError::Adjoint {
                 t,
                 message: format!("the linear solver stagnates at {norm:.1e} times the tolerance"),
             },
@@ -246,7 +246,7 @@ impl<Q> Adjoint<Q> {
         &mut self,
         step: AcceptedStep<'_, P, M>,
         carried: &mut Carried,
-    ) -> Result<(), Trouble>
+    ) -> Result<(), SweepFailure>
     where
         Q: Parameters<P>,
     {
@@ -264,18 +264,18 @@ impl<Q> Adjoint<Q> {
         let own = &self.weights[..n];
         let old = self.factors.take().filter(|factors| factors.serve(h));
         if old.is_none() {
-            set_up(problem, matrices, method, &collocation, own).map_err(Trouble::Failed)?;
+            set_up(problem, matrices, method, &collocation, own).map_err(SweepFailure::Failed)?;
             self.work.factorizations += 1;
         }
         self.operator
-            .linearise(
+            .linearize(
                 (problem, &mut self.parameters),
                 method,
                 &collocation,
                 own,
                 true,
             )
-            .map_err(Trouble::Failed)?;
+            .map_err(SweepFailure::Failed)?;
         self.work.jacobian_evaluations += method.stages() as u64;
         // z̄ · z has the units of J. The residual of z̄ is weighted by the tolerances of z, for
         // velocities and multipliers without the powers of 1/h that the integration allows.
@@ -288,10 +288,10 @@ impl<Q> Adjoint<Q> {
         let (operator, system, counters) =
             (&mut self.operator, &mut self.system, &mut self.counters);
         let (image, parameters) = (&mut self.image, &mut self.parameters);
-        let apply = |v: &mut [f64]| -> Result<(), Trouble> {
+        let apply = |v: &mut [f64]| -> Result<(), SweepFailure> {
             system
                 .solve_transposed(problem, matrices, method, v, counters)
-                .map_err(Trouble::Failed)?;
+                .map_err(SweepFailure::Failed)?;
             image.fill(0.0);
             operator.subtract_transposed(parameters, method, v, image);
             v.iter_mut().zip(&*image).for_each(|(v, w)| *v = -w);
@@ -302,7 +302,7 @@ impl<Q> Adjoint<Q> {
             .solve(adjoint, residual, &self.weights, tolerance, apply)?;
         self.system
             .solve_transposed(problem, matrices, method, adjoint, counters)
-            .map_err(Trouble::Failed)?;
+            .map_err(SweepFailure::Failed)?;
         let directions = self.krylov.directions();
         let mut factors = old.unwrap_or_else(|| Factors::new(h, None));
         factors.note(directions);
@@ -313,7 +313,7 @@ impl<Q> Adjoint<Q> {
             let state = [&stage.y[..], &stage.y_dot];
             self.parameters
                 .add_products(problem, stage.t, state, adjoint, &mut carried.products)
-                .map_err(Trouble::Failed)?;
+                .map_err(SweepFailure::Failed)?;
         }
         self.work.steps += 1;
         Ok(())

@@ -6,7 +6,7 @@ use super::block::Block;
 use super::curves::Curves;
 use super::krylov::Stalled;
 use super::operator::{Stage, StageOperator};
-use super::trouble::Trouble;
+use super::sweep_failure::SweepFailure;
 use super::work::SensitivityWork;
 use crate::error::{RadauError, expect_finite, expect_length};
 use crate::failure::Failure;
@@ -294,18 +294,18 @@ impl<Q> ForwardSensitivities<Q> {
             .map_err(|(j, trouble)| {
                 let parameter = self.parameters.list()[j].name.clone();
                 match trouble {
-                    Trouble::Failed(StepError::Fatal(source)) => RadauError::Fatal {
+                    SweepFailure::Failed(StepError::Fatal(source)) => RadauError::Fatal {
                         function: "derivative with respect to a parameter",
                         t,
                         h,
                         source,
                     },
-                    Trouble::Failed(error) => RadauError::Sensitivity {
+                    SweepFailure::Failed(error) => RadauError::Sensitivity {
                         parameter,
                         t,
                         message: error.to_string(),
                     },
-                    Trouble::Stalled(Stalled { norm, .. }) => RadauError::Sensitivity {
+                    SweepFailure::Stalled(Stalled { norm, .. }) => RadauError::Sensitivity {
                         parameter,
                         t,
                         message: format!(
@@ -317,7 +317,7 @@ impl<Q> ForwardSensitivities<Q> {
         self.followed += 1;
         self.work.steps += 1;
         if self.is_controlling {
-            solver.heed(error);
+            solver.limit_next_step_by_error(error);
         }
         Ok(())
     }
@@ -329,7 +329,7 @@ impl<Q> ForwardSensitivities<Q> {
         step: AcceptedStep<'_, P, M>,
         contraction: f64,
         is_constrained: bool,
-    ) -> Result<f64, (usize, Trouble)>
+    ) -> Result<f64, (usize, SweepFailure)>
     where
         Q: Parameters<P>,
     {
@@ -366,16 +366,16 @@ impl<Q> ForwardSensitivities<Q> {
         } = self;
         weights
             .write_at(problem, options, &collocation.y0, h, &mut self.weights)
-            .map_err(|failure| (0, Trouble::from(failure)))?;
+            .map_err(|failure| (0, SweepFailure::from(failure)))?;
         operator
-            .linearise(
+            .linearize(
                 (problem, parameters),
                 method,
                 &collocation,
                 &self.weights,
                 false,
             )
-            .map_err(|error| (0, Trouble::Failed(error)))?;
+            .map_err(|error| (0, SweepFailure::Failed(error)))?;
         work.jacobian_evaluations += operator.stages.len() as u64;
         let stages = operator.stages.iter().take(method.stages());
         for (Stage { t, y, y_dot }, rows) in
@@ -383,7 +383,7 @@ impl<Q> ForwardSensitivities<Q> {
         {
             parameters
                 .derivatives(problem, *t, [y, y_dot], rows)
-                .map_err(|(j, error)| (j, Trouble::Failed(error)))?;
+                .map_err(|(j, error)| (j, SweepFailure::Failed(error)))?;
             rows.iter_mut().for_each(|r| *r = -*r);
             work.parameter_derivatives += n_columns as u64;
         }
@@ -393,11 +393,11 @@ impl<Q> ForwardSensitivities<Q> {
         let at = (Some(&curves.s[..]), &curves.step.increments[..]);
         operator
             .subtract(parameters, method, at, &mut curves.residual, n_columns)
-            .map_err(|error| (0, Trouble::Failed(error)))?;
+            .map_err(|error| (0, SweepFailure::Failed(error)))?;
         let residual = (&mut curves.residual[..], n_columns);
         system
             .solve_columns(problem, matrices, method, residual, counters)
-            .map_err(|error| (0, Trouble::Failed(error)))?;
+            .map_err(|error| (0, SweepFailure::Failed(error)))?;
         // p̄ S has the units of y and the same weights.
         for j in 0..n_columns {
             let scale = parameters.list()[j].scale;
@@ -405,7 +405,7 @@ impl<Q> ForwardSensitivities<Q> {
             curves.size(j, scale, &mut size);
             weights
                 .write_at(problem, options, &size, h, &mut self.weights)
-                .map_err(|failure| (j, Trouble::from(failure)))?;
+                .map_err(|failure| (j, SweepFailure::from(failure)))?;
             self.weights.iter_mut().for_each(|w| *w *= scale);
             columns::put(&self.weights, &mut self.columns_weights, j, n_columns);
         }
@@ -417,7 +417,7 @@ impl<Q> ForwardSensitivities<Q> {
                     let stages = (&mut *image, n_columns);
                     system.solve_columns(problem, matrices, method, stages, counters)
                 })
-                .map_err(Trouble::Failed)
+                .map_err(SweepFailure::Failed)
         };
         let (increments, residual) = (&mut curves.step.increments, &mut curves.residual);
         let weighted = (&self.columns_weights[..], n_columns);
@@ -430,8 +430,8 @@ impl<Q> ForwardSensitivities<Q> {
                 apply,
             )
             .map_err(|trouble| match trouble {
-                Trouble::Stalled(Stalled { column, .. }) => (column, trouble),
-                Trouble::Failed(_) => (0, trouble),
+                SweepFailure::Stalled(Stalled { column, .. }) => (column, trouble),
+                SweepFailure::Failed(_) => (0, trouble),
             })?;
         let mut largest = 0.0_f64;
         if self.is_controlling {
@@ -439,13 +439,13 @@ impl<Q> ForwardSensitivities<Q> {
             let Stage { t, y, y_dot } = &operator.stages[method.stages()];
             parameters
                 .derivatives(problem, *t, [y, y_dot], image)
-                .map_err(|(j, error)| (j, Trouble::Failed(error)))?;
+                .map_err(|(j, error)| (j, SweepFailure::Failed(error)))?;
             work.parameter_derivatives += n_columns as u64;
             image.iter_mut().for_each(|e| *e = -*e);
             operator
                 .subtract_at_start(parameters, method, &curves.step, image, n_columns)
                 .and_then(|()| matrices.solve_real_columns(problem, image, n_columns))
-                .map_err(|error| (0, Trouble::Failed(error)))?;
+                .map_err(|error| (0, SweepFailure::Failed(error)))?;
             counters.work.real_solves += n_columns as u64;
             for j in 0..n_columns {
                 let column = |of: &'_ [f64], i: usize| of[i * n_columns + j];

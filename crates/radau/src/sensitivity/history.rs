@@ -28,7 +28,7 @@ pub(super) struct History {
     /// Maximum number of stored steps.
     most: usize,
     steps: VecDeque<Past>,
-    room: Room,
+    room: Workspace,
 }
 
 /// A step: the polynomials of all columns and the state at its start.
@@ -40,7 +40,7 @@ struct Past {
 
 /// Workspace, so that a guess does not allocate.
 #[derive(Debug, Default)]
-struct Room {
+struct Workspace {
     sums: Sums,
     of_columns: Vec<Products>,
     of_state: Vec<Products>,
@@ -83,7 +83,7 @@ impl History {
         Self {
             most: if most < FEWEST { 0 } else { most },
             steps: VecDeque::new(),
-            room: Room::default(),
+            room: Workspace::default(),
         }
     }
 
@@ -148,7 +148,7 @@ impl History {
     }
 
     /// Computes the coefficients of each column for the `count` usable steps.
-    fn combine(&self, now: &Beginning<'_>, count: usize, room: &mut Room) -> bool {
+    fn combine(&self, now: &Beginning<'_>, count: usize, room: &mut Workspace) -> bool {
         let Beginning {
             h, columns, state, ..
         } = now;

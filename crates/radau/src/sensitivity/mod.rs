@@ -20,7 +20,7 @@ mod krylov;
 mod nonzeros;
 mod operator;
 mod recording;
-mod trouble;
+mod sweep_failure;
 mod work;
 
 pub use adjoint::{Adjoint, Gradient};

@@ -89,7 +89,7 @@ impl StageOperator {
     ///
     /// The `parameters` may store the tangents themselves and [multiply](Self::subtract) with them.
     /// If transposed products are needed, they do so only if they support these.
-    pub(super) fn linearise<P: Problem>(
+    pub(super) fn linearize<P: Problem>(
         &mut self,
         (problem, parameters): (&mut P, &mut impl Parameters<P>),
         method: &Method,
@@ -126,7 +126,7 @@ impl StageOperator {
             }
             let [of_value, of_rate] = &mut self.parts[i];
             let jacobian = &mut self.jacobian;
-            parameters.linearise(problem, jacobian, &at, [of_value, of_rate])?;
+            parameters.linearize(problem, jacobian, &at, [of_value, of_rate])?;
         }
         if self.is_kept {
             return Ok(());

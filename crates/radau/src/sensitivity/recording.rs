@@ -12,7 +12,7 @@ use crate::solver::{RadauSolver, RadauState};
 /// between are reproduced bitwise when they are needed.
 #[derive(Debug)]
 pub struct Recording {
-    kept: Kept,
+    kept: RecordedSteps,
     /// Request and result of each step.
     steps: Vec<Asked>,
     /// Number of starts of the [solver](RadauSolver::restarts) to which they belong.
@@ -29,7 +29,7 @@ struct Asked {
 }
 
 #[derive(Debug)]
-enum Kept {
+enum RecordedSteps {
     Stages(Vec<Collocation>),
     /// States before every `spacing`-th step, and the stages of the steps since the last state.
     Checkpoints {
@@ -53,7 +53,7 @@ impl Recording {
     pub fn of_stages<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
     ) -> Result<Self, RadauError> {
-        Self::new(solver, Kept::Stages(Vec::new()))
+        Self::new(solver, RecordedSteps::Stages(Vec::new()))
     }
 
     /// Creates a recording with two levels of checkpoints: for N steps at most √N states, and the
@@ -67,7 +67,7 @@ impl Recording {
     pub fn of_checkpoints<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
     ) -> Result<Self, RadauError> {
-        let kept = Kept::Checkpoints {
+        let kept = RecordedSteps::Checkpoints {
             states: vec![solver.save()],
             spacing: 2,
             recent: Vec::new(),
@@ -77,7 +77,7 @@ impl Recording {
 
     fn new<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
-        kept: Kept,
+        kept: RecordedSteps,
     ) -> Result<Self, RadauError> {
         if solver.statistics().steps > 0 {
             return Err(RadauError::AfterTheStart { t: solver.t() });
@@ -102,8 +102,8 @@ impl Recording {
             numbers * size_of::<f64>()
         };
         let kept = match &self.kept {
-            Kept::Stages(steps) => of_stages(steps),
-            Kept::Checkpoints {
+            RecordedSteps::Stages(steps) => of_stages(steps),
+            RecordedSteps::Checkpoints {
                 states,
                 spacing,
                 recent,
@@ -158,8 +158,8 @@ impl Recording {
         self.steps.push(Asked { bounds, h, end });
         let step = solver.accepted().collocation;
         match &mut self.kept {
-            Kept::Stages(steps) => steps.push(step),
-            Kept::Checkpoints {
+            RecordedSteps::Stages(steps) => steps.push(step),
+            RecordedSteps::Checkpoints {
                 states,
                 spacing,
                 recent,
@@ -197,8 +197,8 @@ impl Recording {
         visit: &mut Visit<'_, P, M>,
     ) -> Result<u64, RadauError> {
         match &self.kept {
-            Kept::Stages(steps) => visit(solver, 0, steps).map(|()| 0),
-            Kept::Checkpoints {
+            RecordedSteps::Stages(steps) => visit(solver, 0, steps).map(|()| 0),
+            RecordedSteps::Checkpoints {
                 states,
                 spacing,
                 recent,
@@ -233,10 +233,10 @@ impl Recording {
     ) -> Result<Vec<Collocation>, RadauError> {
         solver.restore(state)?;
         let mut steps = Vec::with_capacity(numbers.len());
-        for asked in &self.steps[numbers] {
+        for requested in &self.steps[numbers] {
             let t = solver.t();
-            solver.repeat(asked.bounds)?;
-            if solver.last_step_size() != asked.h {
+            solver.repeat(requested.bounds)?;
+            if solver.last_step_size() != requested.h {
                 return Err(RadauError::NotRepeated { t });
             }
             steps.push(solver.accepted().collocation);

@@ -436,7 +436,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.counters.statistics.linear_setups += 1;
         self.counters.work.real_factorizations += 1;
         self.counters.work.complex_factorizations += self.shifts.len() as u64;
-        self.choose_pivots_and_factorise(h)
+        self.choose_pivots_and_factorize(h)
             .map_err(Operation::LinearSetUp.failed())?;
         self.set_up_for = Some(h);
         Ok(())
@@ -444,7 +444,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
 
     /// Factorizes for a step of size h. If a matrix selects its pivots again, all matrices do, so
     /// that one evaluation and one h determine the pivots of all.
-    fn choose_pivots_and_factorise(&mut self, h: f64) -> Result<(), StepError> {
+    fn choose_pivots_and_factorize(&mut self, h: f64) -> Result<(), StepError> {
         for (shift, mode) in self.shifts.iter_mut().zip(self.method.complex_modes()) {
             *shift = mode.lambda / h;
         }

@@ -9,7 +9,7 @@ use crate::error::{RadauError, expect_finite, expect_length};
 use crate::error_test::ErrorTest;
 use crate::interpolation::Interpolation;
 use crate::matrices::SparseDirectSolver;
-use crate::memory::{Fading, FadingMemory, Memory};
+use crate::memory::{Fading, InternalVariables, Memory};
 use crate::method::Method;
 use crate::multipliers::Multipliers;
 use crate::newton::NewtonSolver;
@@ -31,12 +31,12 @@ pub struct RadauBuilder<P> {
     weights: Option<UserWeights<P>>,
     roots: Option<(Vec<Direction>, Box<RootFunctions<P>>)>,
     quadrature: Option<(Vec<f64>, Box<RootFunctions<P>>)>,
-    memory: Option<(FadingMemory, MakeMemory<P>)>,
+    memory: Option<(InternalVariables, MakeMemory<P>)>,
 }
 
 /// Creates a memory from its specification, the method, and the relative tolerance with the factor
 /// on tolerances.
-type MakeMemory<P> = fn(FadingMemory, &Method, (f64, f64)) -> Result<Memory<P>, RadauError>;
+type MakeMemory<P> = fn(InternalVariables, &Method, (f64, f64)) -> Result<Memory<P>, RadauError>;
 
 impl<P: Problem> RadauSolver<P> {
     /// Starts building a solver for `problem`.
@@ -121,7 +121,7 @@ impl<P: Problem> RadauBuilder<P> {
     /// Integrates these states along with the unknowns, eliminated from Newton's method; see
     /// [`Fading`]. Sensitivities are not supported with them.
     #[must_use]
-    pub fn fading_memory(mut self, memory: FadingMemory) -> Self
+    pub fn fading_memory(mut self, memory: InternalVariables) -> Self
     where
         P: Fading,
     {

@@ -61,7 +61,7 @@ impl<P, M> RadauSolver<P, M> {
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Limits the next step by this estimated error of the last one, in units of tolerances.
-    pub(crate) fn heed(&mut self, error: f64) {
+    pub(crate) fn limit_next_step_by_error(&mut self, error: f64) {
         if let StepSize::Adaptive = self.options.step_size {
             let h = self.collocation.h;
             let proposal = self.control.propose(h, error, 1);

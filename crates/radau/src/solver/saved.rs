@@ -9,7 +9,7 @@ use crate::control::StepHistory;
 use crate::dense::Collocation;
 use crate::error::{RadauError, expect_finite, expect_length, expect_positive, expect_vector};
 use crate::memory::MemoryState;
-use crate::multipliers::Known;
+use crate::multipliers::PreviousMultipliers;
 use crate::quadrature::QuadratureState;
 use crate::work::Counters;
 
@@ -42,7 +42,7 @@ pub struct RadauState {
     #[serde(default)]
     tried_matrices: bool,
     control: StepHistory,
-    multipliers: Vec<Known>,
+    multipliers: Vec<PreviousMultipliers>,
     /// Point at which the reusable Jacobian was evaluated, and the step size for which it is set
     /// up.
     jacobian: Option<(Linearized, Option<f64>)>,
@@ -197,7 +197,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             state.multipliers.len(),
         )?;
         let of_multipliers: Vec<f64> = (state.multipliers.iter())
-            .flat_map(Known::numbers)
+            .flat_map(PreviousMultipliers::numbers)
             .collect();
         expect_finite("multipliers of the state", &of_multipliers)?;
         let n_response = self

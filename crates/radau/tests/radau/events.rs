@@ -212,7 +212,7 @@ fn a_root_function_that_fails_stops_or_is_handed_back() {
             Ok(())
         })
     };
-    for (failure, said) in [
+    for (failure, printed) in [
         (
             (|| Err(StepError::Recoverable("no pressure".into())))
                 as fn() -> Result<f64, StepError>,
@@ -224,16 +224,16 @@ fn a_root_function_that_fails_stops_or_is_handed_back() {
             panic!("not stopped");
         };
         assert_eq!(stop.reason, StopReason::RootFunctionFailed);
-        assert!(stop.message.starts_with(said), "{}", stop.message);
+        assert!(stop.message.starts_with(printed), "{}", stop.message);
     }
     let fatal = || Err(StepError::Fatal("the probe fell off".into()));
     match failing(fatal).integrate_to(1.0) {
         Err(RadauError::Fatal {
             function, source, ..
         }) => {
-            let said = source.to_string();
+            let printed = source.to_string();
             assert_eq!(
-                (function, said.as_str()),
+                (function, printed.as_str()),
                 ("root function", "the probe fell off")
             );
         }

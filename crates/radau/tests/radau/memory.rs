@@ -4,7 +4,7 @@ use std::ops::{Div, Mul};
 
 use myovib_dae::{Direction, LinearSolver, Linearization, Outcome, Problem, StepError};
 use myovib_radau::{
-    Fading, FadingMemory, MemoryPart, MemoryTerm, RadauError, RadauSolver, Recording,
+    Fading, InternalVariables, MemoryPart, MemoryTerm, RadauError, RadauSolver, Recording,
 };
 use num_complex::Complex64;
 
@@ -124,7 +124,7 @@ impl LinearSolver<Oscillator> for Eliminated {
 }
 
 fn eliminated(stages: usize, tol: f64) -> RadauSolver<Oscillator, Eliminated> {
-    let memory = FadingMemory {
+    let memory = InternalVariables {
         parts: vec![MemoryPart {
             slots: 0..1,
             terms: TERMS

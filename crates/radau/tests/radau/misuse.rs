@@ -3,7 +3,7 @@
 use myovib_dae::samples::{MechanicalForm, Pendulum};
 use myovib_dae::{Problem, StepError, Suppressed, Tolerances, VariableKind};
 use myovib_radau::{
-    Fading, FadingMemory, MemoryPart, MemoryTerm, RadauError, RadauOptions, RadauSolver,
+    Fading, InternalVariables, MemoryPart, MemoryTerm, RadauError, RadauOptions, RadauSolver,
     RadauState, SparseDirectSolver, StepSize,
 };
 use myovib_sparse::SparseOptions;
@@ -236,7 +236,7 @@ fn a_memory_without_sense_is_refused() {
             slots: start..end,
             terms: vec![MemoryTerm { weight, time }],
         };
-        let memory = FadingMemory {
+        let memory = InternalVariables {
             parts: slots.iter().map(part).collect(),
             start: vec![0.0; slots.iter().map(|(start, end)| end - start).sum()],
             absolute,

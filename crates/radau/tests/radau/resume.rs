@@ -124,9 +124,9 @@ fn the_state_of_another_problem_or_method_is_refused() {
         ..tolerance(1e-4)
     };
     let of_method = solver(JayIndex2, five).restore(&state);
-    for (refused, said) in [(of_problem, "unknowns"), (of_method, "stages")] {
+    for (refused, printed) in [(of_problem, "unknowns"), (of_method, "stages")] {
         let error = refused.unwrap_err();
         assert!(matches!(error, RadauError::WrongLength { .. }), "{error}");
-        assert!(error.to_string().contains(said), "{error}");
+        assert!(error.to_string().contains(printed), "{error}");
     }
 }

@@ -57,7 +57,7 @@ fn groups(scene: &Scene) -> Vec<(&str, Option<[f64; 2]>)> {
     let bedded = file
         .elastic_foundation
         .iter()
-        .map(|bed| (&*bed.group, None));
+        .map(|foundation| (&*foundation.group, None));
     let all = held.chain(moved).chain(bedded).chain(loaded).chain(pressed);
     let mut once = Vec::new();
     for group in all {

@@ -32,7 +32,7 @@ impl Row {
 
     /// Returns whether the row is a separate problem. The other rows differ from such a row only in the variables that
     /// BDF excludes from the error test, or in its order.
-    pub fn is_of_its_own(&self) -> bool {
+    pub fn is_distinct(&self) -> bool {
         self.conventions.contains(&"paper")
     }
 }

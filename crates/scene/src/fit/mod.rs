@@ -24,8 +24,8 @@ use serde_json::{Value, json};
 
 use crate::inputs::sha256;
 use crate::result_folder::{Existing, FolderRequest};
-use crate::sensitivity::{Known, Parametrised, outputs};
-use crate::watch::{Tell, Watcher};
+use crate::sensitivity::{Parameterized, SceneParameter, outputs};
+use crate::watch::{ProgressSink, Watcher};
 use crate::{Error, InputError};
 use data::read_file;
 pub use data::{DataError, DataProblem, Datum, read};
@@ -63,7 +63,7 @@ pub struct FitOptions<'a> {
     /// A flag that interrupts the fit; its results are kept.
     pub interrupt: Option<&'static AtomicBool>,
     /// Receiver of progress.
-    pub progress: &'a dyn Tell,
+    pub progress: &'a dyn ProgressSink,
 }
 
 /// Ratio of residuals to noise above which the model does not describe the measurements, whatever the distribution of the
@@ -117,7 +117,7 @@ pub struct FitResult {
     /// The scene's title; may be empty.
     pub title: String,
     /// The parameters of the scene.
-    pub known: Vec<Known>,
+    pub known: Vec<SceneParameter>,
     /// The fit itself.
     pub fit: Fit,
     /// Standard errors and correlations.
@@ -176,7 +176,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         .map(|(file, _)| file.clone())
         .collect();
     request(options, &reads, Value::Null).check()?;
-    let scene = Parametrised::load(&options.scene, &options.set)?;
+    let scene = Parameterized::load(&options.scene, &options.set)?;
     let mut parameters = parameters(&scene)?;
     let experiments = experiments(options, &scene)?;
     let n_data = experiments.iter().map(|e| e.data.len()).sum::<usize>();
@@ -233,7 +233,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         };
         options
             .progress
-            .tell(&|| format!("iteration {number}: half the sum of squares {cost:.6e}{of}"));
+            .on_progress(&|| format!("iteration {number}: half the sum of squares {cost:.6e}{of}"));
         match watcher.is_interrupted() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
@@ -302,7 +302,7 @@ fn not_computed(message: impl Display) -> InputError {
 }
 
 /// Returns the parameters with their starts and bounds.
-fn parameters(scene: &Parametrised) -> Result<Vec<Parameter>, InputError> {
+fn parameters(scene: &Parameterized) -> Result<Vec<Parameter>, InputError> {
     let all = scene.parameters.iter().enumerate().map(|(i, known)| {
         let wanted = &known.wanted;
         let start = wanted.start.unwrap_or(known.value);
@@ -342,7 +342,7 @@ fn parameters(scene: &Parametrised) -> Result<Vec<Parameter>, InputError> {
 /// Restricts parameters with a nonnegative start and without a positive lower bound to the range that the scene allows:
 /// positive values if it refuses zero, nonnegative values if it refuses negative values. An unrestricted search can end
 /// at the edge of that range.
-fn restrict(scene: &Parametrised, parameters: &mut [Parameter]) {
+fn restrict(scene: &Parameterized, parameters: &mut [Parameter]) {
     let start: Vec<f64> = parameters.iter().map(|p| p.start).collect();
     for (j, parameter) in parameters.iter_mut().enumerate() {
         let is_allowed = |value: f64| {
@@ -362,7 +362,7 @@ fn restrict(scene: &Parametrised, parameters: &mut [Parameter]) {
 }
 
 /// Refuses bounds outside the range that the scene allows: the fit would fail before it reaches them.
-fn expect_bounds(scene: &Parametrised, start: &[f64]) -> Result<(), InputError> {
+fn expect_bounds(scene: &Parameterized, start: &[f64]) -> Result<(), InputError> {
     for (i, known) in scene.parameters.iter().enumerate() {
         for (key, bound) in [("low", known.wanted.low), ("high", known.wanted.high)] {
             let Some(bound) = bound else { continue };
@@ -395,7 +395,7 @@ fn origin(options: &FitOptions<'_>, experiments: &[Experiment]) -> Value {
 
 /// Refuses an experiment that sets a fitted parameter: the fit would replace its value.
 fn expect_free_parameters(
-    scene: &Parametrised,
+    scene: &Parameterized,
     file: &Path,
     set: &[String],
 ) -> Result<(), InputError> {
@@ -419,7 +419,7 @@ fn expect_free_parameters(
 
 fn experiments(
     options: &FitOptions<'_>,
-    scene: &Parametrised,
+    scene: &Parameterized,
 ) -> Result<Vec<Experiment>, InputError> {
     let given = &options.experiments;
     let experiments = given.iter().map(|(file, set)| {

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::Point;
 use super::data::Datum;
-use crate::sensitivity::{Output, Parametrised, Precision, Sample, follow};
+use crate::sensitivity::{Output, Parameterized, Precision, Sample, follow};
 use crate::watch::Watcher;
 use crate::{Error, Scene};
 
@@ -16,7 +16,7 @@ const FRACTION: f64 = 1.0;
 
 /// A scene with the measurements of one experiment.
 pub(super) struct Experiment {
-    scene: Parametrised,
+    scene: Parameterized,
     outputs: Vec<Output>,
     pub(super) data: Vec<Datum>,
     /// The distinct times of the measurements.
@@ -25,7 +25,7 @@ pub(super) struct Experiment {
 
 impl Experiment {
     /// Takes `data` of existing outputs, sorted by time.
-    pub(super) fn new(scene: Parametrised, outputs: Vec<Output>, data: Vec<Datum>) -> Self {
+    pub(super) fn new(scene: Parameterized, outputs: Vec<Output>, data: Vec<Datum>) -> Self {
         let mut times: Vec<f64> = data.iter().map(|datum| datum.t).collect();
         times.dedup();
         Self {

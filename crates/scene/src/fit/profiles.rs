@@ -4,7 +4,7 @@ use myovib_fit::{Fit, FitError, Options, Parameter, Profile, profile};
 
 use super::LEVEL;
 use super::model::SceneModel;
-use crate::watch::Tell;
+use crate::watch::ProgressSink;
 
 /// Computes the profile of each parameter, or returns the reason why it failed; the fit itself remains valid. Reports the
 /// current parameter to `progress`.
@@ -13,7 +13,7 @@ pub(super) fn profiles(
     parameters: &[Parameter],
     fit: &Fit,
     options: &Options,
-    progress: &dyn Tell,
+    progress: &dyn ProgressSink,
 ) -> Vec<Result<Profile, String>> {
     let count = parameters.len();
     let mut one = |j: usize| {

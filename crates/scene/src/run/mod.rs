@@ -34,7 +34,7 @@ pub use trial::{Trial, TrialEnd, try_out};
 use crate::modes::Modes;
 pub use crate::result_folder::Existing;
 use crate::scene_file::Analysis;
-use crate::watch::{Tell, Watcher};
+use crate::watch::{ProgressSink, Watcher};
 use crate::{Error, InputError, Scene};
 
 /// Where a run goes, and who hears of it.
@@ -47,7 +47,7 @@ pub struct RunOptions<'a> {
     /// Flag that requests an orderly end of the run.
     pub interrupt: Option<&'static AtomicBool>,
     /// Receiver of progress reports.
-    pub progress: &'a dyn Tell,
+    pub progress: &'a dyn ProgressSink,
     /// Whether to estimate the error by a second run with looser tolerances.
     pub verify: bool,
 }
@@ -171,9 +171,9 @@ mod tests {
         };
         assert_eq!(refusal(0.05, 0.05), None);
         for (probe, chain, place) in [(9.0, 0.05, "line 5"), (0.05, 9.0, "line 12")] {
-            let said = refusal(probe, chain).expect("beyond the rod");
-            assert!(said.contains("scene.toml"), "{said}");
-            assert!(said.contains(place), "{said}");
+            let printed = refusal(probe, chain).expect("beyond the rod");
+            assert!(printed.contains("scene.toml"), "{printed}");
+            assert!(printed.contains(place), "{printed}");
         }
     }
 }

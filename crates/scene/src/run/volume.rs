@@ -119,7 +119,10 @@ mod tests {
         let turned = seen(0.502);
         let found = turned.inversion().expect("the right side");
         assert_eq!(found.at[0], 1.0);
-        let said = found.note(true);
-        assert!(said.contains("t = 0.500000 s: det F = -0.004 at"), "{said}");
+        let printed = found.note(true);
+        assert!(
+            printed.contains("t = 0.500000 s: det F = -0.004 at"),
+            "{printed}"
+        );
     }
 }

@@ -73,7 +73,7 @@ impl Builder<'_> {
         }
         let body = self.at("material", Muscle::graded(solid, &own))?;
         let pressures = self.pressures(file, &body.solid)?;
-        let beds = self.beds(file, &body.solid)?;
+        let foundations = self.foundations(file, &body.solid)?;
         let prescribed = constrained
             .into_iter()
             .filter_map(|((node, axis), signal)| {
@@ -92,7 +92,7 @@ impl Builder<'_> {
             loads,
             pressures,
             prescribed,
-            beds,
+            foundations,
             activations,
             ..body
         };

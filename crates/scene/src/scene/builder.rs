@@ -119,7 +119,7 @@ mod tests {
     /// Regression: for a mesh without groups, the list of allowed groups was empty.
     #[test]
     fn how_to_name_a_group_is_told_where_a_mesh_has_none() {
-        let said = |known: &[&str]| {
+        let printed = |known: &[&str]| {
             let error = FemError::UnknownGroup {
                 name: "left".to_owned(),
                 known: known.iter().map(|&name| name.to_owned()).collect(),
@@ -127,13 +127,13 @@ mod tests {
             };
             error.explain().to_string()
         };
-        let of_none = said(&[]);
+        let of_none = printed(&[]);
         assert!(
             of_none.contains("found: a mesh without groups"),
             "{of_none}"
         );
         assert!(of_none.contains("Physical Curve(\"left\")"), "{of_none}");
-        let of_some = said(&["right"]);
+        let of_some = printed(&["right"]);
         assert!(of_some.contains("allowed: right"), "{of_some}");
         assert!(!of_some.contains("Physical"), "{of_some}");
     }

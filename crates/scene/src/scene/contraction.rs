@@ -3,7 +3,7 @@
 
 use myovib_fem::material::{ActiveStress, Bestel, ForceLength, Prony};
 use myovib_fem::{AddedStress, FemError, Solid, SupportDirection};
-use myovib_model::{Activation, Bed, Signal, Timed};
+use myovib_model::{Activation, RobinSupport, Signal, Timed};
 
 use super::builder::Builder;
 use crate::InputError;
@@ -131,7 +131,7 @@ impl Builder<'_> {
             Tension::Coherence {
                 at_zero_coherence, ..
             } => Ok(Activation::Coherence {
-                unsynchronised: at_zero_coherence,
+                unsynchronized: at_zero_coherence,
             }),
             Tension::Given { ref tension } => {
                 let path = format!("{path}.tension");
@@ -190,25 +190,29 @@ impl Builder<'_> {
     }
 
     /// Returns the elastic foundations of the boundary.
-    pub(super) fn beds(&self, file: &SceneFile, solid: &Solid) -> Result<Vec<Bed>, InputError> {
+    pub(super) fn foundations(
+        &self,
+        file: &SceneFile,
+        solid: &Solid,
+    ) -> Result<Vec<RobinSupport>, InputError> {
         let given = file.elastic_foundation.iter().enumerate();
         given
-            .map(|(i, bed)| {
+            .map(|(i, foundation)| {
                 let path = format!("elastic_foundation[{i}]");
-                if bed.stiffness == 0.0 && bed.damping == 0.0 {
+                if foundation.stiffness == 0.0 && foundation.damping == 0.0 {
                     let error = InputError::new(
                         "an elastic foundation without stiffness and damping has no effect",
                     )
                     .next("give `stiffness`, Pa/m, or `damping`, Pa·s/m");
                     return Err(self.wrong(&path, error));
                 }
-                let along = match bed.along {
+                let along = match foundation.along {
                     Direction::All => SupportDirection::All,
                     Direction::Normal => SupportDirection::Normal,
                 };
-                let constants = [bed.stiffness, bed.damping];
-                let bed = Bed::new(solid, &bed.group, along, constants);
-                self.at(&format!("{path}.group"), bed)
+                let constants = [foundation.stiffness, foundation.damping];
+                let foundation = RobinSupport::new(solid, &foundation.group, along, constants);
+                self.at(&format!("{path}.group"), foundation)
             })
             .collect()
     }

@@ -59,7 +59,7 @@ impl Builder<'_> {
                 network,
                 coherence: self.coherence(wanted.rest_amplitude, &path)?,
                 effect: Effect::Stiffness,
-                unsynchronised: wanted.at_zero_coherence,
+                unsynchronized: wanted.at_zero_coherence,
                 coherent: wanted.at_full_coherence,
                 weights,
             });
@@ -160,7 +160,7 @@ impl Builder<'_> {
                 network,
                 coherence: self.coherence(*rest_amplitude, &path)?,
                 effect: Effect::Tension,
-                unsynchronised: *at_zero_coherence,
+                unsynchronized: *at_zero_coherence,
                 coherent: *at_full_coherence,
                 weights,
             });

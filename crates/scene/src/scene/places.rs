@@ -136,10 +136,10 @@ mod tests {
             ];
             Scene::built_in("land1", &set).map(|_| ())
         };
-        let said = reaction("bottom").unwrap_err().to_string();
+        let printed = reaction("bottom").unwrap_err().to_string();
         assert!(
-            said.contains("nothing of the group `bottom` is held"),
-            "{said}"
+            printed.contains("nothing of the group `bottom` is held"),
+            "{printed}"
         );
         reaction("left").expect("the support");
     }

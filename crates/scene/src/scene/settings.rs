@@ -165,9 +165,12 @@ mod tests {
             },
             ..Integrator::default()
         };
-        let said = missing(&wanted, Formulation::Position);
-        assert_eq!(said.len(), 1);
-        assert!(said[0].contains("`position` has no p_rate"), "{said:?}");
+        let printed = missing(&wanted, Formulation::Position);
+        assert_eq!(printed.len(), 1);
+        assert!(
+            printed[0].contains("`position` has no p_rate"),
+            "{printed:?}"
+        );
         assert!(missing(&wanted, Formulation::Rate).is_empty());
     }
 
@@ -175,8 +178,8 @@ mod tests {
     #[test]
     fn settings_of_time_are_told_where_nothing_moves() {
         let source = serde_json::json!({ "integrator": { "max_cpu": 1.0, "max_steps": 1 } });
-        let said = without_effect(Analysis::Static, &source).expect("two keys");
-        assert!(said.contains("max_cpu, max_steps"), "{said}");
+        let printed = without_effect(Analysis::Static, &source).expect("two keys");
+        assert!(printed.contains("max_cpu, max_steps"), "{printed}");
         assert_eq!(without_effect(Analysis::Dynamic, &source), None);
         assert_eq!(
             without_effect(Analysis::Static, &serde_json::json!({})),

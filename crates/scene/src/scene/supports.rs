@@ -40,7 +40,7 @@ impl Builder<'_> {
     /// Returns the supports of the body.
     pub(super) fn supports(&self, file: &SceneFile, space: &Space) -> Result<Supports, InputError> {
         let dimension = space.dimension();
-        let mut said = Said::new();
+        let mut printed = Said::new();
         for (i, fixed) in file.fixed.iter().enumerate() {
             let path = format!("fixed[{i}]");
             let nodes = self.at(&format!("{path}.group"), space.nodes_of(&fixed.group))?;
@@ -51,7 +51,10 @@ impl Builder<'_> {
             for &axis in &axes {
                 self.component(axis, dimension, &format!("{path}.components"))?;
                 for &node in &nodes {
-                    said.entry((node, axis)).or_default().push((None, vec![]));
+                    printed
+                        .entry((node, axis))
+                        .or_default()
+                        .push((None, vec![]));
                 }
             }
         }
@@ -68,7 +71,7 @@ impl Builder<'_> {
                 }?;
                 let largest_factor = factors.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
                 for (&node, factor) in nodes.iter().zip(factors) {
-                    let groups = said.entry((node, axis)).or_default();
+                    let groups = printed.entry((node, axis)).or_default();
                     let moves_here = factor.abs() > EQUAL_FACTORS * largest_factor;
                     let term = moves_here.then_some((moves.len(), factor));
                     let group = Some(&*moving.group);
@@ -87,7 +90,7 @@ impl Builder<'_> {
             }
         }
         let mut constrained = Supports::new();
-        for ((node, axis), groups) in said {
+        for ((node, axis), groups) in printed {
             let terms = &groups[0].1;
             let other = groups
                 .iter()

@@ -71,9 +71,9 @@ pub(super) fn findings(file: &SceneFile, body: &Body, t_end: f64) -> Vec<Finding
         .collect();
     let counting = CHECKS.iter().filter(|(counts, _)| counts(file));
     let of_materials = counting.filter_map(|(_, check)| {
-        let mut said = parts.iter().map(check).enumerate();
-        said.find_map(|(i, said)| {
-            let (problem, usual) = said?;
+        let mut printed = parts.iter().map(check).enumerate();
+        printed.find_map(|(i, printed)| {
+            let (problem, usual) = printed?;
             Some((format!("material[{i}]: {problem}"), usual))
         })
     });
@@ -294,7 +294,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
     #[test]
     fn what_is_hardly_meant_is_told_and_what_may_be_is_not() {
         assert_eq!(found(&[]), Vec::<String>::new());
-        for (wrong, right, said) in [
+        for (wrong, right, printed) in [
             // 2/3 of 1e4 Pa.
             (
                 &["solid.bulk_modulus=6.6e3"][..],
@@ -345,7 +345,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
         ] {
             let words = found(wrong);
             assert!(
-                words.len() == 1 && words[0].contains(said),
+                words.len() == 1 && words[0].contains(printed),
                 "{wrong:?}: {words:?}"
             );
             assert_eq!(found(right), Vec::<String>::new(), "{right:?}");

@@ -4,13 +4,13 @@ use myovib_model::MuscleDae;
 use myovib_model::coupling::Oscillators;
 use myovib_model::sensitivity::ChainDependence;
 
-use super::influence::{Influence, Known};
-use super::parameters::{Parametrised, STEP, around, body};
+use super::influence::{Influence, SceneParameter};
+use super::parameters::{Parameterized, STEP, around, body};
 use crate::Error;
 use crate::run::start::driven_by;
 use crate::scene::Scene;
 
-impl Parametrised {
+impl Parameterized {
     /// Returns for each parameter of a chain how its chain depends on it, at the values of `scene`; `None` for parameters of
     /// the body.
     ///
@@ -21,12 +21,12 @@ impl Parametrised {
         values: &[f64],
         scene: &Scene,
     ) -> Result<Vec<Option<ChainDependence>>, Error> {
-        if !self.parameters.iter().any(Known::is_of_chains) {
+        if !self.parameters.iter().any(SceneParameter::is_of_chains) {
             return Ok(Vec::new());
         }
         let body = body(scene)?;
         let dae = MuscleDae::for_analysis(body.muscle.clone(), body.formulation);
-        let one = |(j, known): (usize, &Known)| match known.chain() {
+        let one = |(j, known): (usize, &SceneParameter)| match known.chain() {
             None => Ok(None),
             Some(network) if known.influence == Influence::Start => {
                 Ok(Some(ChainDependence::of_start(network)))

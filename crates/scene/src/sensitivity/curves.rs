@@ -255,7 +255,7 @@ pub(super) fn sample<P, I: Integrator<P>>(
         let t_end = scene.t_end;
         watcher
             .progress
-            .tell(&|| format!("t = {to:.3} of {t_end} s"));
+            .on_progress(&|| format!("t = {to:.3} of {t_end} s"));
         // Times beyond the end of the run by rounding are still due.
         let reach = if to >= t_end { f64::INFINITY } else { to };
         while let Some(t) = due.next_if(|t| *t <= reach) {

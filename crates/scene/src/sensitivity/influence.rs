@@ -65,7 +65,7 @@ const TABLES: [&str; 9] = [
 
 /// A parameter of a scene.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Known {
+pub struct SceneParameter {
     /// Its key in the scene.
     pub key: String,
     /// Its value in the scene.
@@ -77,7 +77,7 @@ pub struct Known {
     pub(super) influence: Influence,
 }
 
-impl Known {
+impl SceneParameter {
     /// Returns the parameters of a scene.
     ///
     /// # Errors
@@ -213,7 +213,7 @@ fn settable(scene: &Scene) -> Result<Value, InputError> {
 ///
 /// # Errors
 /// A key without a number, or a number without derivatives.
-fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<Known, InputError> {
+fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<SceneParameter, InputError> {
     let parts: Vec<&str> = wanted
         .key
         .trim()
@@ -281,7 +281,7 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<Known, Inp
         InputError::new(format!("`{key}` is 0: its typical size is unknown"))
             .next("add `scale`, a typical size, to the [[parameter]]")
     })?;
-    Ok(Known {
+    Ok(SceneParameter {
         key: key.clone(),
         value,
         scale,

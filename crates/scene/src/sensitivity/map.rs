@@ -154,7 +154,7 @@ fn integrate_adjoint(
     let mut on_step = |t: f64| {
         watcher
             .progress
-            .tell(&|| format!("{name}: back at t = {t:.3} s"));
+            .on_progress(&|| format!("{name}: back at t = {t:.3} s"));
         !watcher.is_interrupted()
     };
     let by_stiffness = integrator.by_stiffness(misfit, &mut on_step);

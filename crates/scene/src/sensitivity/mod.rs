@@ -1,6 +1,6 @@
 //! Sensitivities of a scene's outputs.
 //!
-//! [`Parametrised`] is a scene with its parameters. [`outputs`] returns the observed columns of its probes. [`follow`] runs
+//! [`Parameterized`] is a scene with its parameters. [`outputs`] returns the observed columns of its probes. [`follow`] runs
 //! the scene and samples outputs and derivatives at given times. [`compute`] samples at equal intervals and returns
 //! [`Curves`]. [`StiffnessMap`] is the sensitivity to the stiffness of each element.
 
@@ -13,9 +13,9 @@ mod start;
 mod unsupported;
 
 pub use curves::{Cost, Output, Precision, Sample, follow, outputs, settings};
-pub use influence::Known;
+pub use influence::SceneParameter;
 pub use map::{OutputMap, StiffnessMap};
-pub use parameters::Parametrised;
+pub use parameters::Parameterized;
 pub use unsupported::{Unsupported, unsupported, unsupported_in_map};
 
 use myovib_model::SampleTimes;
@@ -47,7 +47,7 @@ const MOST_SAMPLES: f64 = 5000.0;
 /// # Errors
 /// As for [`follow`].
 pub fn compute(
-    scene: &Parametrised,
+    scene: &Parameterized,
     precision: Precision,
     watcher: Watcher<'_>,
 ) -> Result<Curves, Error> {
@@ -62,7 +62,7 @@ pub fn compute(
         watcher,
     )?;
     Ok(Curves {
-        parameters: scene.parameters.iter().map(Known::label).collect(),
+        parameters: scene.parameters.iter().map(SceneParameter::label).collect(),
         scales: scene.parameters.iter().map(|p| p.scale).collect(),
         outputs: outputs.into_iter().map(|output| output.name).collect(),
         samples,

@@ -6,34 +6,34 @@ use myovib_dae as dae;
 use myovib_model::Parameters;
 use myovib_model::sensitivity::{Dependence, Dependences, Stencil};
 
-use super::influence::{Influence, Known};
+use super::influence::{Influence, SceneParameter};
 use super::unsupported::unsupported;
 use crate::scene::{Body, Scene};
 use crate::{Error, InputError};
 
 /// A scene with parameters, which can be evaluated at other values.
 #[derive(Debug, Clone)]
-pub struct Parametrised {
+pub struct Parameterized {
     path: PathBuf,
     set: Vec<String>,
     /// The scene at the values of its file.
     pub scene: Scene,
     /// The parameters.
-    pub parameters: Vec<Known>,
+    pub parameters: Vec<SceneParameter>,
 }
 
 /// Relative step of differences of order 4. For a motion of a hundred periods, truncation (about (2π f t step)⁴/30) and
 /// rounding (ε/step) are both about 1e-11.
 pub(super) const STEP: f64 = 1e-5;
 
-impl Parametrised {
+impl Parameterized {
     /// Reads the scene at `path`, with overrides, and its parameters.
     ///
     /// # Errors
     /// An invalid scene; parameters without a number or without derivatives.
     pub fn load(path: &Path, set: &[String]) -> Result<Self, InputError> {
         let scene = Scene::load(path, set)?;
-        let parameters = Known::all(&scene)?;
+        let parameters = SceneParameter::all(&scene)?;
         let it = Self {
             path: path.to_owned(),
             set: set.to_vec(),
@@ -107,7 +107,7 @@ impl Parametrised {
     }
 
     /// Returns `body`, the body at these values, with another value of parameter j.
-    pub(super) fn neighbour(
+    pub(super) fn neighbor(
         &self,
         j: usize,
         values: &[f64],
@@ -151,7 +151,7 @@ impl Parametrised {
         if known.influence == Influence::Start || known.is_of_chains() {
             return Ok(Dependence::of_start(parameter));
         }
-        let other = |value| Ok(self.neighbour(j, values, body, value)?.muscle);
+        let other = |value| Ok(self.neighbor(j, values, body, value)?.muscle);
         let dependence = if known.is_affine(formulation) {
             let next = value + known.scale;
             Dependence::affine(parameter, formulation, other(next)?, next - value)

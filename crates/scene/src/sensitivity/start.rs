@@ -4,7 +4,7 @@ use myovib_model::sensitivity::Dependence;
 use myovib_model::{MuscleDae, Start as Consistent, statics};
 
 use super::influence::Influence;
-use super::parameters::{Parametrised, around};
+use super::parameters::{Parameterized, around};
 use crate::run::start::initial;
 use crate::scene::{Body, Start};
 use crate::watch::Watcher;
@@ -14,12 +14,12 @@ use crate::{Error, InputError};
 /// 1e-16/step, and 1e-11/step for pressures, which are computed by differences in time.
 const STEP: f64 = 1e-3;
 
-impl Parametrised {
+impl Parameterized {
     /// Refuses parameters that would load a body at rest at t = 0.
     fn expect_rest(&self, values: &[f64], body: &Body) -> Result<(), Error> {
         for (j, (known, &value)) in self.parameters.iter().zip(values).enumerate() {
             if known.is_of_loads() {
-                let near = self.neighbour(j, values, body, value + known.step(STEP, value))?;
+                let near = self.neighbor(j, values, body, value + known.step(STEP, value))?;
                 let mut dae = MuscleDae::for_analysis(near.muscle.clone(), near.formulation);
                 initial(&near, &mut dae, Watcher::NOBODY).map_err(|cause| {
                     let message = format!("another `{}` loads the body at t = 0", known.key);
@@ -75,7 +75,7 @@ impl Parametrised {
                 return Err(self.scene.wrong(&place, error).into());
             }
             let of = |value_near: f64| -> Result<Vec<f64>, Error> {
-                let near = self.neighbour(j, values, body, value_near)?;
+                let near = self.neighbor(j, values, body, value_near)?;
                 let mut dae = MuscleDae::for_analysis(near.muscle.clone(), near.formulation);
                 let Some((displacement, moves)) = &equilibrium else {
                     let start = near.initial_values(&mut dae, Watcher::NOBODY)?;

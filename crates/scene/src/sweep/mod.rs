@@ -24,7 +24,7 @@ use crate::csv::{self, Table};
 use crate::result_folder::{Existing, FolderRequest, ResultFolder, program};
 use crate::run::{self, RunOptions, RunResult};
 use crate::scene::runs_at_once;
-use crate::watch::Tell;
+use crate::watch::ProgressSink;
 use crate::{Error, Input, InputError, Scene, inputs, parallel};
 use grid::{Axis, Case, axes, case_numbers, cases};
 use refusal::{caught, expect_right, read, scene_of};
@@ -51,7 +51,7 @@ pub struct SweepOptions<'a> {
     /// Flag that requests an orderly end of the sweep.
     pub interrupt: Option<&'static AtomicBool>,
     /// Receiver of progress reports.
-    pub progress: &'a dyn Tell,
+    pub progress: &'a dyn ProgressSink,
     /// Callback for each finished case, with its folder.
     pub finished: &'a (dyn Fn(&Path, &Scene, &RunResult) -> Result<(), Error> + Sync),
 }
@@ -108,12 +108,12 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
         Cases::Some(text) => &all[case_numbers(text, all.len())?],
         Cases::None => &[],
     };
-    let asked = match options.cases {
+    let requested = match options.cases {
         Cases::None => &all[..],
         _ => wanted,
     };
     // A scene that is invalid without the varied keys would be invalid in every case.
-    let scene = read(&options.scene, &options.set, &asked[0])?;
+    let scene = read(&options.scene, &options.set, &requested[0])?;
     let results = columns(&options.results, &axes, &scene)?;
     let sweep = Sweep {
         options,
@@ -143,7 +143,7 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
 
     let rows: Vec<Value> = all.iter().map(|case| sweep.row(&axes, case)).collect();
     let csv = table(&axes, &sweep.results, &rows);
-    let stopped = asked
+    let stopped = requested
         .iter()
         .filter_map(|case| stopped(&rows[case.number]))
         .collect();
@@ -299,7 +299,7 @@ impl Sweep<'_> {
             }
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             let progress = self.options.progress;
-            progress.tell(&|| format!("{done} of {} cases", cases.len()));
+            progress.on_progress(&|| format!("{done} of {} cases", cases.len()));
             Ok(())
         });
         outcomes.into_iter().collect()

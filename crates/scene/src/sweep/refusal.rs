@@ -66,11 +66,12 @@ pub(super) fn expect_right(
 
 /// Returns the result of `f`, with a panic converted to an error.
 pub(super) fn caught<T>(f: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
-    catch_unwind(AssertUnwindSafe(f)).unwrap_or_else(|panic| Err(Error::Panic(words_of(&*panic))))
+    catch_unwind(AssertUnwindSafe(f))
+        .unwrap_or_else(|panic| Err(Error::Panic(panic_message(&*panic))))
 }
 
 /// Returns the message of a panic.
-fn words_of(panic: &(dyn Any + Send)) -> String {
+fn panic_message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     text.or_else(|| panic.downcast_ref::<&str>().copied())
         .unwrap_or("no message")
@@ -105,8 +106,11 @@ mod tests {
         };
         let scene = Path::new("cook-static");
         let outcome = expect_right(scene, &[], &cases, NonZeroUsize::MIN, count);
-        let said = outcome.unwrap_err().to_string();
-        assert!(said.contains("case: 2: material[0].density=-1"), "{said}");
+        let printed = outcome.unwrap_err().to_string();
+        assert!(
+            printed.contains("case: 2: material[0].density=-1"),
+            "{printed}"
+        );
         assert_eq!(read.into_inner(), 2);
     }
 
@@ -114,6 +118,6 @@ mod tests {
     #[test]
     fn a_panic_is_an_error_of_its_own() {
         let outcome = caught(|| -> Result<(), Error> { panic!("a bound") });
-        assert!(matches!(outcome, Err(Error::Panic(said)) if said == "a bound"));
+        assert!(matches!(outcome, Err(Error::Panic(printed)) if printed == "a bound"));
     }
 }

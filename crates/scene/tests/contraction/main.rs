@@ -12,7 +12,9 @@ use myovib_fem::material::{ActiveStress, Bestel, ForceLength, ForceVelocity, Ten
 use myovib_fem::{
     AddedStress, DofMap, Fibers, Group, Law, Mesh, Solid, Space, SupportDirection, generate, load,
 };
-use myovib_model::{Activation, Bed, Load, Muscle, MuscleDae, Parameters, Signal, formula};
+use myovib_model::{
+    Activation, Load, Muscle, MuscleDae, Parameters, RobinSupport, Signal, formula,
+};
 use myovib_scene::Scene;
 use myovib_scene::run::{RunOptions, compute};
 use serde_json::Value;
@@ -135,9 +137,10 @@ fn by_hand() -> Muscle {
     };
     let traction = load::traction(&space, "right", [1.0, 0.0, 0.0]).unwrap();
     Muscle {
-        beds: vec![
-            Bed::new(&body.solid, "left", SupportDirection::All, [1e6, 1e3]).unwrap(),
-            Bed::new(&body.solid, "surface", SupportDirection::Normal, [3e4, 2e2]).unwrap(),
+        foundations: vec![
+            RobinSupport::new(&body.solid, "left", SupportDirection::All, [1e6, 1e3]).unwrap(),
+            RobinSupport::new(&body.solid, "surface", SupportDirection::Normal, [3e4, 2e2])
+                .unwrap(),
         ],
         activations: vec![
             (0, Activation::Given(step(8e3, 0.05))),

@@ -3,7 +3,7 @@
 use myovib_scene::fit::{FitOptions, Loss, compute};
 use myovib_scene::run::Existing;
 use myovib_scene::sensitivity::{
-    Parametrised, Precision, Unsupported, compute as follow, unsupported,
+    Parameterized, Precision, Unsupported, compute as follow, unsupported,
 };
 use myovib_scene::watch::Watcher;
 use myovib_scene::{Error, Scene};
@@ -13,7 +13,7 @@ use crate::{scene, set};
 fn of_scene(parameters: &[&str], more: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = scene(folder.path(), parameters, more);
-    match Parametrised::load(&path, &[]) {
+    match Parameterized::load(&path, &[]) {
         Ok(_) => "accepted".to_owned(),
         Err(error) => error.to_string(),
     }
@@ -30,7 +30,7 @@ const NEO_HOOKE: &str = "[[region]]\nname = \"r\"\ncenter = [0, 0]\nradii = [0.0
 
 #[test]
 fn invalid_keys_of_parameters_are_refused_with_their_place() {
-    for (keys, more, told) in [
+    for (keys, more, reported) in [
         (
             &["material[0].c20"][..],
             "",
@@ -119,9 +119,9 @@ fn invalid_keys_of_parameters_are_refused_with_their_place() {
         (&["material[0].c10"], "", "accepted"),
     ] {
         let found = of_scene(keys, more);
-        assert!(found.contains(told), "{keys:?}: {found}");
+        assert!(found.contains(reported), "{keys:?}: {found}");
         assert!(
-            keys.is_empty() || told == "accepted" || found.contains("line "),
+            keys.is_empty() || reported == "accepted" || found.contains("line "),
             "{found}"
         );
     }
@@ -134,7 +134,7 @@ fn starts_without_a_derivative_are_refused_with_what_to_do() {
     let moving = "[initial_state]\ntype = \"velocity\"\nvalue = [0.1, 0.0]";
     let path = scene(folder.path(), &["solid.bulk_modulus"], moving);
     let of_scene = ["solid.bulk_modulus=inf", "parameter[0].scale=1e-5"];
-    let it = Parametrised::load(&path, &set(&of_scene)).unwrap();
+    let it = Parameterized::load(&path, &set(&of_scene)).unwrap();
     let message = it.dependences(&it.values()).unwrap_err().to_string();
     for part in [
         "has no derivative by 1/bulk_modulus",
@@ -153,7 +153,7 @@ fn parameters_that_end_the_rest_at_the_start_are_refused() {
     let sine = "traction[0].y={ type = \"sine\", amplitude = 9.0, frequency = 8.0 }";
     let path = scene(folder.path(), &["traction[0].y.phase"], "");
     let more = set(&[sine, "parameter[0].scale=1.0"]);
-    let it = Parametrised::load(&path, &more).unwrap();
+    let it = Parameterized::load(&path, &more).unwrap();
     let message = it.dependences(&it.values()).unwrap_err().to_string();
     for part in [
         "another `traction[0].y.phase` loads the body at t = 0",
@@ -163,7 +163,7 @@ fn parameters_that_end_the_rest_at_the_start_are_refused() {
         assert!(message.contains(part), "{message}");
     }
     let from_equilibrium = set(&["initial_state={ type = \"equilibrium\" }"]);
-    let it = Parametrised::load(&path, &[more, from_equilibrium].concat()).unwrap();
+    let it = Parameterized::load(&path, &[more, from_equilibrium].concat()).unwrap();
     assert!(it.dependences(&it.values()).is_ok());
 }
 
@@ -193,7 +193,7 @@ fn features_without_sensitivities_are_refused() {
         let path = scene(folder.path(), &["material[0].c10"], more);
         let found = unsupported(&Scene::load(&path, &[]).unwrap());
         assert_eq!(found, Some((feature, place.to_owned())));
-        assert!(Parametrised::load(&path, &[]).is_err(), "{place}");
+        assert!(Parameterized::load(&path, &[]).is_err(), "{place}");
     }
     // A jump after the end of the run has no effect.
     assert_eq!(of_scene(&["material[0].c10"], &jump("99.0")), "accepted");
@@ -279,7 +279,7 @@ fn settings_that_radau_does_not_have_are_wrong_input() {
         "integrator={ method = \"bdf\", projection_interval = 0.01 }",
         "time.end=0.02",
     ];
-    let it = Parametrised::load(&path, &set(&own)).unwrap();
+    let it = Parameterized::load(&path, &set(&own)).unwrap();
     let error = follow(&it, Precision::OfMotion, Watcher::NOBODY).unwrap_err();
     assert!(matches!(error, Error::Input(_)), "{error:?}");
 }

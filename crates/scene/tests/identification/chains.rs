@@ -1,6 +1,6 @@
 //! Derivatives of chains: ∂F/∂p for all their numbers, and order parameters against differences of runs.
 
-use myovib_scene::sensitivity::{Parametrised, Precision, compute};
+use myovib_scene::sensitivity::{Parameterized, Precision, compute};
 use myovib_scene::watch::Watcher;
 
 use crate::derivatives::outputs_agree;
@@ -66,7 +66,7 @@ fn expect_sharp(keys: &[&str], sharpness: Vec<f64>) {
 fn a_key_may_be_written_with_dots() {
     let folder = tempfile::tempdir().unwrap();
     let path = scene(folder.path(), &["chain.0.gain"], CHAIN);
-    let it = Parametrised::load(&path, &[]).unwrap();
+    let it = Parameterized::load(&path, &[]).unwrap();
     assert_eq!(it.parameters[0].key, "chain[0].gain");
 }
 
@@ -99,7 +99,7 @@ fn an_order_parameter_at_rest_has_no_derivative() {
         "time.end=0.1",
         "chain[0].at=[0.05, 0.0]",
     ]);
-    let it = Parametrised::load(&path, &[set(&SMALL), own].concat()).unwrap();
+    let it = Parameterized::load(&path, &[set(&SMALL), own].concat()).unwrap();
     let curves = compute(&it, Precision::OfMotion, Watcher::NOBODY).unwrap();
     let angle = curves
         .outputs

@@ -3,7 +3,7 @@
 use myovib_dae::{Parameters as _, Problem};
 use myovib_model::sensitivity::{Dependences, SensitiveIntegrator, Stencil};
 use myovib_model::{Integrator as _, Muscle, MuscleDae, Parameters, Probe};
-use myovib_scene::sensitivity::{Known, Parametrised, Precision, follow, outputs};
+use myovib_scene::sensitivity::{Parameterized, Precision, SceneParameter, follow, outputs};
 use myovib_scene::watch::Watcher;
 use rand::{Rng, SeedableRng};
 
@@ -47,7 +47,7 @@ pub(crate) fn case((formulation, kappa, beta): (&str, &str, &str)) -> Vec<String
 }
 
 /// The muscle with another value of parameter j.
-fn moved(it: &Parametrised, j: usize, value: f64) -> Muscle {
+fn moved(it: &Parameterized, j: usize, value: f64) -> Muscle {
     let mut muscle = it.scene.body.as_ref().unwrap().muscle.clone();
     let Parameters { alpha, beta, .. } = muscle.parameters;
     let kappa = muscle.parameters.kappa();
@@ -74,7 +74,7 @@ fn residuals_have_the_derivatives_of_their_differences() {
         let scales = set(&["parameter[3].scale=1e-5", "parameter[5].scale=1e-4"]);
         let overrides = [case((formulation, kappa, beta)), scales].concat();
         let path = scene(folder.path(), &KEYS, "");
-        let it = Parametrised::load(&path, &overrides).unwrap();
+        let it = Parameterized::load(&path, &overrides).unwrap();
         let case = format!("{formulation}, κ = {kappa}, β = {beta}");
         let sizes = residuals_agree(&it, |j, value| moved(&it, j, value), &case);
         for (key, size) in KEYS.iter().zip(sizes) {
@@ -87,7 +87,7 @@ fn residuals_have_the_derivatives_of_their_differences() {
 /// Compares ∂F/∂p in a random state with differences over the bodies that `moved` gives; returns the
 /// largest entry for each parameter.
 fn residuals_agree(
-    it: &Parametrised,
+    it: &Parameterized,
     moved: impl Fn(usize, f64) -> Muscle,
     case: &str,
 ) -> Vec<f64> {
@@ -100,7 +100,7 @@ fn residuals_agree(
         |size: f64| -> Vec<f64> { (0..n).map(|_| size * rng.random_range(-1.0..1.0)).collect() };
     let (t, y, y_dot) = (0.37, state(1e-5), state(1e-3));
     let mut dependences = it.dependences(&it.values()).unwrap();
-    let of_parameter = |(j, parameter): (usize, &Known)| {
+    let of_parameter = |(j, parameter): (usize, &SceneParameter)| {
         let mut ours = vec![0.0; n];
         dependences
             .derivative(&mut dae, j, t, &y, &y_dot, &mut ours)
@@ -162,7 +162,7 @@ fn relaxation_stiffness_and_breaks_have_their_derivatives_in_all_formulations() 
             "material[0].stress_scale=1.5",
             "parameter[2].scale=0.1",
         ]);
-        let it = Parametrised::load(&path, &[case(one), more].concat()).unwrap();
+        let it = Parameterized::load(&path, &[case(one), more].concat()).unwrap();
         let moved = |j: usize, value: f64| {
             let mut values = it.values();
             values[j] = value;
@@ -192,7 +192,7 @@ fn constants_of_materials_beds_and_tensions_have_their_derivatives() {
                 c10 = 1e5\nbulk_modulus = 3e5\nrayleigh_stiffness = 2e-4\n\
                 [[elastic_foundation]]\ngroup = \"load\"\nstiffness = 1e4\ndamping = 10.0\n";
     let path = scene(folder.path(), &keys, more);
-    let it = Parametrised::load(
+    let it = Parameterized::load(
         &path,
         &set(&[
             "material[0].fiber=[1, 0]",
@@ -284,7 +284,7 @@ pub(crate) fn outputs_agree(keys: &[&str], more: &str, overrides: &[&str]) -> Ve
         "integrator.atol.p=1e-6",
         "integrator.atol.p_rate=1e-4",
     ];
-    let it = Parametrised::load(&path, &set(&[&own[..], overrides].concat())).unwrap();
+    let it = Parameterized::load(&path, &set(&[&own[..], overrides].concat())).unwrap();
     let watcher = Watcher {
         interrupt: None,
         progress: &(),
@@ -353,7 +353,7 @@ fn runs_with_sensitivities_take_the_steps_of_the_plain_run() {
         &["material[0].c10", "solid.bulk_modulus"],
         "",
     );
-    let it = Parametrised::load(
+    let it = Parameterized::load(
         &path,
         &set(&[
             "time.end=0.3",
@@ -381,7 +381,7 @@ fn runs_with_sensitivities_take_the_steps_of_the_plain_run() {
     };
     let plain = run(Dependences::default());
     assert_eq!(run(it.dependences(&it.values()).unwrap()), plain);
-    println!("{} steps, {} factorisations", plain.1, plain.2);
+    println!("{} steps, {} factorizations", plain.1, plain.2);
     // Three a set-up.
     assert!(plain.2 < 3 * plain.1, "no Jacobian is kept");
 }
@@ -415,7 +415,7 @@ fn curves_of_index_3(
         &format!("integrator.rtol={rtol:e}"),
     ];
     let overrides = set(&[&own[..], load, &SMALL].concat());
-    let it = Parametrised::load(&path, &overrides).unwrap();
+    let it = Parameterized::load(&path, &overrides).unwrap();
     let body = it.scene.body.as_ref().unwrap();
     let dae = MuscleDae::new(body.muscle.clone(), body.formulation).unwrap();
     let middle = Probe::at(body.muscle.solid.space(), [0.05, 0.0]).unwrap();

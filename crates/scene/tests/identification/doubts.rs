@@ -4,17 +4,17 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use myovib_scene::fit::{FitOptions, FitResult, Outcome};
-use myovib_scene::watch::Tell;
+use myovib_scene::watch::ProgressSink;
 
 use crate::fits::{fitted, measure};
 use crate::{SMALL, scene};
 
 /// Keeps the lines of progress reported unconditionally.
 #[derive(Default)]
-struct Kept(Mutex<Vec<String>>);
+struct RecordedNotes(Mutex<Vec<String>>);
 
-impl Tell for Kept {
-    fn tell(&self, _: &dyn Fn() -> String) {}
+impl ProgressSink for RecordedNotes {
+    fn on_progress(&self, _: &dyn Fn() -> String) {}
 
     fn tell_now(&self, line: &dyn Fn() -> String) {
         self.0.lock().unwrap().push(line());
@@ -27,7 +27,7 @@ fn profiled(folder: &Path, keys: &[&str], more: &str, noise: f64) -> (FitResult,
     let path = scene(folder, keys, more);
     let data = folder.join("measured.csv");
     measure(&path, &SMALL, noise, &data);
-    let kept = Kept::default();
+    let kept = RecordedNotes::default();
     let result = fitted(path, data, &SMALL, |options| FitOptions {
         profile: true,
         progress: &kept,
@@ -44,7 +44,7 @@ const LATE: &str = "[[traction]]\ngroup = \"load\"\n\
 #[test]
 fn a_parameter_without_effect_is_marked() {
     let folder = tempfile::tempdir().unwrap();
-    let (result, told) = profiled(folder.path(), &["material[0].c10"], LATE, 1.0);
+    let (result, reported) = profiled(folder.path(), &["material[0].c10"], LATE, 1.0);
     assert!(result.fit.is_converged(), "{}", result.ending());
     assert_eq!([0, 1].map(|j| result.fit.acts(j)), [true, false]);
     assert!(result.unknown().is_empty());
@@ -73,7 +73,7 @@ fn a_parameter_without_effect_is_marked() {
     assert_eq!(why, "no measurement depends on it");
     assert!(result.profiles[0].is_ok());
     assert_eq!(
-        told,
+        reported,
         ["profile 1 of 2, about ten fits each: material[0].c10"]
     );
 }
@@ -85,11 +85,11 @@ fn an_interval_that_passes_a_bound_is_marked_whether_or_not_the_scene_names_the_
     for bound in ["", "low = 0.0\n"] {
         let folder = tempfile::tempdir().unwrap();
         let alpha = format!("[[parameter]]\nkey = \"solid.rayleigh_mass\"\n{bound}");
-        let (result, told) = profiled(folder.path(), &[], &alpha, 20.0);
+        let (result, reported) = profiled(folder.path(), &[], &alpha, 20.0);
         assert_eq!(result.outcome(), Outcome::Converged);
         let [low, _] = result.uncertainty.intervals(0.95)[0];
         assert!(low < 0.0 && 0.0 < result.fit.values[0]);
-        assert_eq!(told.len(), 1, "{told:?}");
+        assert_eq!(reported.len(), 1, "{reported:?}");
         assert!(result.passes_bound(0));
         assert_eq!(result.document()["parameters"][0]["passes_bound"], true);
         let [below, above] = result.profiles[0].as_ref().unwrap().interval;

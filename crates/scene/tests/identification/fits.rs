@@ -10,9 +10,9 @@ use myovib_scene::Error;
 use myovib_scene::fit::{FitOptions, FitResult, Loss, Outcome, compute};
 use myovib_scene::run::Existing;
 use myovib_scene::sensitivity::{
-    Curves, Parametrised, Precision, compute as follow, follow as steps, outputs,
+    Curves, Parameterized, Precision, compute as follow, follow as steps, outputs,
 };
-use myovib_scene::watch::{Tell, Watcher};
+use myovib_scene::watch::{ProgressSink, Watcher};
 use rand::{Rng, SeedableRng};
 
 use crate::{SMALL, scene, set};
@@ -29,7 +29,7 @@ const COMMON: [&str; 6] = [
 
 /// The outputs of the scene at the true values.
 fn truth(path: &Path, overrides: &[&str]) -> Curves {
-    let it = Parametrised::load(path, &set(&[&COMMON[..], overrides].concat())).unwrap();
+    let it = Parameterized::load(path, &set(&[&COMMON[..], overrides].concat())).unwrap();
     let watcher = Watcher {
         interrupt: None,
         progress: &(),
@@ -204,8 +204,8 @@ struct Patience {
     interrupt: AtomicBool,
 }
 
-impl Tell for Patience {
-    fn tell(&self, _: &dyn Fn() -> String) {
+impl ProgressSink for Patience {
+    fn on_progress(&self, _: &dyn Fn() -> String) {
         if self.left.fetch_sub(1, Ordering::Relaxed) == 1 {
             self.interrupt.store(true, Ordering::Relaxed);
         }
@@ -363,15 +363,15 @@ fn a_model_hundreds_of_noise_levels_off_does_not_fit() {
     let path = scene(folder.path(), &["solid.rayleigh_mass"], "");
     let data = folder.path().join("measured.csv");
     let curves = truth(&path, &SMALL);
-    let metres = table(&curves, 0.0, 3);
-    let millimetres = metres.lines().map(|line| {
+    let meters = table(&curves, 0.0, 3);
+    let millimeters = meters.lines().map(|line| {
         let words: Vec<&str> = line.split(',').collect();
         match words[2].parse::<f64>() {
             Ok(value) => format!("{},{},{:e},{}\n", words[0], words[1], 1e3 * value, words[3]),
             Err(_) => format!("{line}\n"),
         }
     });
-    std::fs::write(&data, millimetres.collect::<String>()).unwrap();
+    std::fs::write(&data, millimeters.collect::<String>()).unwrap();
     let result = fit(path, data, &SMALL, Loss::Squares);
     println!("{:?} {:e}", result.outcome(), result.deviation());
     assert_eq!(result.outcome(), Outcome::DoesNotFit);
@@ -562,7 +562,7 @@ fn six_parameters_are_found_from_starts_half_off() {
     let sensitive = started.elapsed().as_secs_f64();
     std::fs::write(&data, table(&curves, 1.0, 3)).unwrap();
     let plain = {
-        let it = Parametrised::load(&path, &set(&[&COMMON[..], &overrides].concat())).unwrap();
+        let it = Parameterized::load(&path, &set(&[&COMMON[..], &overrides].concat())).unwrap();
         let watcher = Watcher {
             interrupt: None,
             progress: &(),

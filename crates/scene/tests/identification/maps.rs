@@ -1,7 +1,7 @@
 //! Stiffness maps against forward sensitivities.
 
 use myovib_scene::sensitivity::{
-    Parametrised, Precision, StiffnessMap, Unsupported, follow, outputs, unsupported_in_map,
+    Parameterized, Precision, StiffnessMap, Unsupported, follow, outputs, unsupported_in_map,
 };
 use myovib_scene::watch::Watcher;
 use myovib_scene::{Error, Scene};
@@ -15,7 +15,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// Returns the relative change of each output's RMS by each parameter, a factor of stress, from forward sensitivities solved
 /// to rounding.
-fn by_forward(it: &Parametrised) -> Vec<Vec<f64>> {
+fn by_forward(it: &Parameterized) -> Vec<Vec<f64>> {
     let wanted = outputs(&it.scene).unwrap();
     let (every, t_end) = (it.scene.file.probe[0].interval, it.scene.t_end);
     let n = (t_end / every).round() as usize;
@@ -35,7 +35,7 @@ fn by_forward(it: &Parametrised) -> Vec<Vec<f64>> {
 }
 
 /// Compares the sums of a map over the elements of each material with forward sensitivities to its stiffness.
-fn expect_sums(it: &Parametrised, case: &str) {
+fn expect_sums(it: &Parameterized, case: &str) {
     let map = StiffnessMap::of(&it.scene, Watcher::NOBODY).unwrap();
     let regions = &it.scene.body.as_ref().unwrap().regions;
     let names = outputs(&it.scene).unwrap();
@@ -65,7 +65,7 @@ fn the_elements_add_up_to_the_whole_in_all_formulations() {
     let path = scene(folder.path(), &["material[0].stress_scale"], "");
     for one in CASES {
         let more = set(&["probe[0].quantities=[\"u\", \"p\", \"v\"]"]);
-        let it = Parametrised::load(&path, &[case(one), more].concat()).unwrap();
+        let it = Parameterized::load(&path, &[case(one), more].concat()).unwrap();
         expect_sums(&it, &format!("{one:?}"));
     }
 }
@@ -92,7 +92,7 @@ fn elements_of_a_material_add_up_to_its_stiffness() {
         "material[0].active={ type = \"bestel\", contractility = 1e4 }",
         "time.end=0.7",
     ]);
-    let it = Parametrised::load(&path, &[case(CASES[5]), own].concat()).unwrap();
+    let it = Parameterized::load(&path, &[case(CASES[5]), own].concat()).unwrap();
     expect_sums(&it, "two materials");
 }
 

@@ -1,6 +1,6 @@
 //! How well sensitivities are known.
 
-use myovib_scene::sensitivity::{Parametrised, Precision, Sample, compute};
+use myovib_scene::sensitivity::{Parameterized, Precision, Sample, compute};
 use myovib_scene::watch::Watcher;
 
 use crate::derivatives::{CASES, case};
@@ -19,7 +19,7 @@ fn derivatives_in_the_error_test_are_within_its_tolerance() {
             "time.end=0.5".to_owned(),
             format!("integrator.rtol={rtol:e}"),
         ];
-        let it = Parametrised::load(&path, &[case(CASES[5]), own.into()].concat()).unwrap();
+        let it = Parameterized::load(&path, &[case(CASES[5]), own.into()].concat()).unwrap();
         let curves = compute(&it, precision, Watcher::NOBODY).unwrap();
         let of = |sample: &Sample| sample.derivatives[0][1];
         let values: Vec<f64> = curves.samples.iter().map(of).collect();
@@ -47,7 +47,7 @@ fn samples_have_the_interval_of_the_probes() {
                  [[output]]\nname = \"tip\"\nprobe = \"origin\"\ncolumn = \"u_y\"\n";
     let path = scene(folder.path(), &["material[0].c10"], finer);
     let own = ["probe[0].interval=0.05", "time.end=0.3"].map(str::to_owned);
-    let it = Parametrised::load(&path, &[case(CASES[1]), own.into()].concat()).unwrap();
+    let it = Parameterized::load(&path, &[case(CASES[1]), own.into()].concat()).unwrap();
     let curves = compute(&it, Precision::OfMotion, Watcher::NOBODY).unwrap();
     let times: Vec<f64> = curves.samples.iter().map(|sample| sample.t).collect();
     assert_eq!(times.len(), 7, "{times:?}");

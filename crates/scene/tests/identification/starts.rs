@@ -2,7 +2,7 @@
 
 use myovib_model::sensitivity::Stencil;
 use myovib_model::{Field, MuscleDae};
-use myovib_scene::sensitivity::Parametrised;
+use myovib_scene::sensitivity::Parameterized;
 use myovib_scene::watch::Watcher;
 
 use crate::derivatives::{CASES, case, outputs_agree};
@@ -19,7 +19,7 @@ const MOVING: &str = "initial_state={ type = \"velocity\", value = [0.2, 0.1] }"
 
 /// Compares ∂y_0/∂p, block by block, with central differences of recomputed starts; returns the largest entry for each
 /// parameter.
-fn starts_agree(it: &Parametrised, case: &str) -> Vec<f64> {
+fn starts_agree(it: &Parameterized, case: &str) -> Vec<f64> {
     let values = it.values();
     let body = it.scene.body.as_ref().unwrap();
     let dae = MuscleDae::new(body.muscle.clone(), body.formulation).unwrap();
@@ -101,7 +101,7 @@ fn equilibria_have_the_derivatives_of_their_differences() {
         let keys = keys(&all, one.1);
         let path = scene(folder.path(), &keys, WEIGHT);
         let more = set(&[&LOADED[..], &[RELAXING]].concat());
-        let it = Parametrised::load(&path, &[case(one), more].concat()).unwrap();
+        let it = Parameterized::load(&path, &[case(one), more].concat()).unwrap();
         let sizes = starts_agree(&it, &format!("{one:?}"));
         for (key, size) in keys.iter().zip(sizes) {
             // A sine is zero at t = 0; its rate moves pressures of an incompressible, damped body alone.
@@ -122,7 +122,7 @@ fn velocities_of_the_start_have_the_derivatives_of_their_differences() {
     for one in CASES {
         let path = scene(folder.path(), &all, "");
         let it =
-            Parametrised::load(&path, &[case(one), set(&[RELAXING, MOVING])].concat()).unwrap();
+            Parameterized::load(&path, &[case(one), set(&[RELAXING, MOVING])].concat()).unwrap();
         let sizes = starts_agree(&it, &format!("{one:?}"));
         assert!(sizes[0] > 0.0 && sizes[1] > 0.0, "{one:?}: {sizes:?}");
     }

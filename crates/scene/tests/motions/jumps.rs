@@ -193,7 +193,7 @@ fn a_body_whose_stress_relaxes_is_hit() {
 
 #[test]
 fn what_cannot_jump_is_refused_at_its_place() {
-    for (key, value, told) in [
+    for (key, value, reported) in [
         (
             "prescribed_displacement",
             "[{ group = \"right\", y = { type = \"step\", value = 0.01, rise = 0 } }]",
@@ -217,7 +217,7 @@ fn what_cannot_jump_is_refused_at_its_place() {
     ] {
         let refused = build(BLOCK, &[&format!("{key}={value}")], Path::new(""));
         let message = refused.map(|_| ()).unwrap_err();
-        assert!(message.contains(told), "{message}");
+        assert!(message.contains(reported), "{message}");
     }
 }
 
@@ -255,8 +255,8 @@ fn bodies_are_swept() {
     );
 
     let volume = "probe=[{ name = \"v\", type = \"volume\", group = \"body\" }]".to_owned();
-    for (set, told) in [(sweep(15.0, 0.0), "duration"), (volume, "group")] {
+    for (set, reported) in [(sweep(15.0, 0.0), "duration"), (volume, "group")] {
         let error = build(BLOCK, &[&set], folder.path()).unwrap_err();
-        assert!(error.contains(told), "{error}");
+        assert!(error.contains(reported), "{error}");
     }
 }

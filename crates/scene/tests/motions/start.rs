@@ -96,7 +96,7 @@ fn a_body_that_starts_in_equilibrium_stays_there() {
         run(BLOCK, &statics, &place("static"));
         let (moving, at_rest) = (rows(&place("moving"), "end"), rows(&place("static"), "end"));
         let sag = at_rest[0][2];
-        assert!(sag < -1e-3, "{set:?}: {sag}"); // it bends under its weight by millimetres
+        assert!(sag < -1e-3, "{set:?}: {sag}"); // it bends under its weight by millimeters
         for row in &moving {
             // Newton's method of the static solver stops at a smaller error than a step's
             // tolerance.
@@ -211,10 +211,10 @@ fn internal_stresses_go_on() {
     assert!(off < 100.0 * RTOL, "{off:e}");
     // A body with other Prony terms does not use these stresses and adds a note.
     let more = "material[0].prony=[{ relative_modulus = 0.5, relaxation_time = 0.02 }, { relative_modulus = 0.1, relaxation_time = 1.0 }]";
-    for (terms, told) in [(prony, false), (more, true)] {
+    for (terms, reported) in [(prony, false), (more, true)] {
         let scene = build(BLOCK, &[terms, swing, from], folder.path()).unwrap();
-        let said = scene.notes().concat().contains("other Prony terms");
-        assert_eq!(said, told, "{terms}");
+        let printed = scene.notes().concat().contains("other Prony terms");
+        assert_eq!(printed, reported, "{terms}");
     }
     let at_rest = ["analysis=static", "probe=[]"];
     run(BLOCK, &[&[prony][..], &at_rest].concat(), &place("static"));

@@ -253,7 +253,7 @@ fn assert_near(found: &[f64], expected: &[f64], what: &str) {
 }
 
 #[test]
-fn fields_have_the_coherence_of_places_and_of_their_neighbourhoods() {
+fn fields_have_the_coherence_of_places_and_of_their_neighborhoods() {
     let scene = build(MUSCLE);
     let space = scene.body.as_ref().unwrap().muscle.solid.space();
     let folder = run(&scene);
@@ -310,7 +310,7 @@ fn fields_have_the_coherence_of_places_and_of_their_neighbourhoods() {
     let amplitude: Vec<f64> = found.iter().map(|place| place.centroid.norm()).collect();
     assert_near(&of("amplitude_cells"), &amplitude, "amplitude of cells");
     let expected = neighborhoods(&middles, &found, 0.025);
-    assert_near(&of("neighbourhood_cells"), &expected, "around cells");
+    assert_near(&of("neighborhood_cells"), &expected, "around cells");
     assert!(vtu::field_of(&fields, "coherence_nodes").is_none());
 }
 

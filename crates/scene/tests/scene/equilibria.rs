@@ -10,7 +10,7 @@ use std::sync::Mutex;
 
 use myovib_scene::Scene;
 use myovib_scene::run::{RunOptions, RunResult, compute};
-use myovib_scene::watch::Tell;
+use myovib_scene::watch::ProgressSink;
 
 fn run(text: &str, folder: &Path) -> RunResult {
     let scene = Scene::build("scene.toml", text, &[], folder).unwrap();
@@ -68,8 +68,8 @@ fn neo_hooke(mesh: &str, rest: &str) -> String {
 #[derive(Default)]
 struct Lines(Mutex<Vec<String>>);
 
-impl Tell for Lines {
-    fn tell(&self, line: &dyn Fn() -> String) {
+impl ProgressSink for Lines {
+    fn on_progress(&self, line: &dyn Fn() -> String) {
         self.0.lock().unwrap().push(line());
     }
 }
@@ -85,7 +85,7 @@ fn the_search_for_an_equilibrium_is_told_of() {
         "analysis = \"static\"",
         "initial_state = { type = \"equilibrium\" }",
     );
-    let told = |text: &str| {
+    let reported = |text: &str| {
         let scene = Scene::build("scene.toml", text, &[], Path::new("")).unwrap();
         let (out, lines) = (tempfile::tempdir().unwrap(), Lines::default());
         let options = RunOptions {
@@ -97,7 +97,7 @@ fn the_search_for_an_equilibrium_is_told_of() {
         let of_search = lines.filter(|line| line.starts_with("equilibrium"));
         (found, of_search.collect::<Vec<_>>())
     };
-    let (found, lines) = told(&at_rest);
+    let (found, lines) = reported(&at_rest);
     let count = |key: &str| found.document[key].as_u64().unwrap();
     assert!(count("load_steps") > 1);
     assert_eq!(lines.len() as u64, count("newton_iterations"));
@@ -107,7 +107,7 @@ fn the_search_for_an_equilibrium_is_told_of() {
     assert!(last.contains(" to 100.0 % of the load"), "{last}");
     let all = format!(", {} in all", count("newton_iterations"));
     assert!(last.ends_with(&all), "{last}");
-    assert_eq!(told(&moving).1, lines);
+    assert_eq!(reported(&moving).1, lines);
 }
 
 /// Euler's load of a clamped column in plane strain is π² 4G I/(4 L²), here a traction of 3.3 Pa.
@@ -118,7 +118,7 @@ fn a_column_beyond_the_loads_that_buckle_it_is_said_to_be_unstable() {
     let euler = PI * PI / 4.0 * 4e4 * 0.02_f64.powi(2) / 12.0;
     let beam = "type = \"beam\"\nlength = 1.0\nheight = 0.02\ncells = [50, 1]";
     for kappa in ["inf", "1e6"] {
-        for (part, said) in [
+        for (part, printed) in [
             (0.8, None),
             (1.2, Some("small perturbations grow in 1 direction")),
             (10.0, Some("small perturbations grow in 2 independent")),
@@ -132,14 +132,14 @@ fn a_column_beyond_the_loads_that_buckle_it_is_said_to_be_unstable() {
             let notes = run(&text, Path::new("")).notes;
             assert_eq!(
                 notes.len(),
-                usize::from(said.is_some()),
+                usize::from(printed.is_some()),
                 "{part}: {notes:?}"
             );
             assert!(
                 notes
                     .iter()
-                    .zip(said)
-                    .all(|(note, said)| note.contains(said)),
+                    .zip(printed)
+                    .all(|(note, printed)| note.contains(printed)),
                 "{notes:?}"
             );
             let vibrating = text.replace("\"static\"", "\"modes\"\nmodes = { preload_time = 0.0 }");
@@ -147,10 +147,10 @@ fn a_column_beyond_the_loads_that_buckle_it_is_said_to_be_unstable() {
             assert_eq!(found.notes, notes);
             assert_eq!(found.document["preload_time"], 0.0);
             let first = &found.document["muscles"][0]["modes"][0];
-            assert_eq!(first["frequency"].is_null(), said.is_some(), "{part}");
+            assert_eq!(first["frequency"].is_null(), printed.is_some(), "{part}");
             assert_eq!(
                 first["omega_squared"].as_f64().unwrap() < 0.0,
-                said.is_some()
+                printed.is_some()
             );
         }
     }

@@ -190,7 +190,7 @@ fn cost(text: &str) -> Cost {
         cpu_seconds: document["cpu_seconds"].as_f64().unwrap(),
     };
     println!(
-        "{} unknowns: {} steps, {:?} factorisations, solves, residuals, tangents; {} entries of factors; {:.1} CPU s",
+        "{} unknowns: {} steps, {:?} factorizations, solves, residuals, tangents; {} entries of factors; {:.1} CPU s",
         cost.unknowns, cost.steps, cost.counts, cost.factor_entries, cost.cpu_seconds
     );
     cost

@@ -44,8 +44,8 @@ fn a_panic_in_one_case_is_a_row_and_tried_again() {
     });
     assert_eq!((&*rows[0].0, &*rows[2].0), ("finished", "finished"));
     assert_eq!(rows[1].0, "failed");
-    let said = "internal error (bug): one case meets a mistake";
-    assert!(rows[1].1.contains(said), "{}", rows[1].1);
+    let printed = "internal error (bug): one case meets a mistake";
+    assert!(rows[1].1.contains(printed), "{}", rows[1].1);
     assert_eq!(finished.swap(0, Ordering::Relaxed), 2);
     // The other cases are done; only the failed case is computed.
     let rows = sweep(&count);
@@ -76,11 +76,11 @@ fn refusal(out: &Path, scene: &str, vary: &[&str], set: &str, cases: Cases) -> O
 fn a_wrong_value_is_told_with_its_option() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
-    let said =
+    let printed =
         |vary: &str, set: &str| refusal(&out, "cook-static", &[vary], set, Cases::All).unwrap();
-    let of_vary = said("solid.kapa=1,2", "mesh.cells=[2,2]");
+    let of_vary = printed("solid.kapa=1,2", "mesh.cells=[2,2]");
     assert!(of_vary.contains("where: --vary solid.kapa=1"), "{of_vary}");
-    let of_set = said("solid.bulk_modulus=1,2", "mesh.cels=[2,2]");
+    let of_set = printed("solid.bulk_modulus=1,2", "mesh.cels=[2,2]");
     assert!(of_set.contains("where: --set mesh.cels"), "{of_set}");
 }
 
@@ -90,8 +90,8 @@ fn all_cases_are_read_before_one_is_computed() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let wrong = ["solid.bulk_modulus=1e5,2e5", "material[0].density=1,-1"];
-    let said = |cases| refusal(&out, "cook-static", &wrong, "mesh.cells=[2,2]", cases);
-    let first = said(Cases::All).unwrap();
+    let printed = |cases| refusal(&out, "cook-static", &wrong, "mesh.cells=[2,2]", cases);
+    let first = printed(Cases::All).unwrap();
     let case = "case: 2: solid.bulk_modulus=1e5, material[0].density=-1";
     assert!(first.contains(case), "{first}");
     // A readable value that the run rejects: a probe beyond the rod.
@@ -101,9 +101,9 @@ fn all_cases_are_read_before_one_is_computed() {
     assert!(!out.exists(), "nothing is written");
 
     // Unselected cases are not read.
-    let some = |cases: &str| said(Cases::Some(cases.to_owned()));
+    let some = |cases: &str| printed(Cases::Some(cases.to_owned()));
     assert_eq!(some("1/4"), None);
-    assert!(some("1-2/4").is_some_and(|said| said.contains("case: 2: ")));
+    assert!(some("1-2/4").is_some_and(|printed| printed.contains("case: 2: ")));
     // The first case is not read either unless selected. Its error is reported as for any other
     // case.
     let first = |cases: &str| {
@@ -112,7 +112,7 @@ fn all_cases_are_read_before_one_is_computed() {
         refusal(&out, "cook-static", &wrong, "mesh.cells=[2,2]", cases)
     };
     assert_eq!(first("2/2"), None);
-    assert!(first("1/2").is_some_and(|said| said.contains("case: 1: ")));
+    assert!(first("1/2").is_some_and(|printed| printed.contains("case: 1: ")));
 }
 
 /// Regression: the rehearsal started a body with chains, so that a case without equilibrium was
@@ -125,8 +125,8 @@ fn loads_on_a_body_at_rest_are_refused_and_no_equilibrium_is_looked_for() {
         ("chains", "chain=[{ name = \"c\", oscillators = 2 }]"),
     ] {
         let out = folder.path().join(name);
-        let said = |vary: &[&str]| refusal(&out, "init", vary, set, Cases::All);
-        let sudden = said(&["time.end=0.01", "traction[0].y=0.0,100.0"]).unwrap();
+        let printed = |vary: &[&str]| refusal(&out, "init", vary, set, Cases::All);
+        let sudden = printed(&["time.end=0.01", "traction[0].y=0.0,100.0"]).unwrap();
         for words in ["do not start from zero", "case: 2: time.end=0.01"] {
             assert!(sudden.contains(words), "{name}: {sudden}");
         }
@@ -138,7 +138,7 @@ fn loads_on_a_body_at_rest_are_refused_and_no_equilibrium_is_looked_for() {
             "initial_state={ type = \"equilibrium\" }",
             "fixed[0].components=[\"x\"]",
         ];
-        assert_eq!(said(&free), None, "{name}");
+        assert_eq!(printed(&free), None, "{name}");
         let table = std::fs::read_to_string(out.join("sweep.csv")).unwrap();
         assert!(table.contains("failed"), "{name}: {table}");
     }

@@ -261,8 +261,8 @@ fn fibers_that_are_not_resolved_are_told_of() {
         scene.notes().join("; ")
     };
     assert!(!notes("-0.4 1 0").contains("120°"));
-    let told = notes("-1.8 1 0");
-    assert!(told.contains("in 1 of 2 elements"), "{told}");
+    let reported = notes("-1.8 1 0");
+    assert!(reported.contains("in 1 of 2 elements"), "{reported}");
 }
 
 /// Checks that mirrored tetrahedra are reoriented with a note.

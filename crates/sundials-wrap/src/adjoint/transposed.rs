@@ -79,7 +79,7 @@ impl<P: Problem> Adjoint<P> {
     }
 
     /// Evaluates ∂F/∂y, ∂F/∂ẏ and the gradient, once for each state.
-    fn linearise(&mut self, forward: &mut P, at: &ForwardState) -> Result<(), StepError> {
+    fn linearize(&mut self, forward: &mut P, at: &ForwardState) -> Result<(), StepError> {
         if self.at.as_ref() == Some(at) {
             return Ok(());
         }
@@ -119,7 +119,7 @@ impl<P: Problem> BackwardProblem<P> for Adjoint<P> {
         rates: &[f64],
         residual: &mut [f64],
     ) -> Result<(), StepError> {
-        self.linearise(forward, at)?;
+        self.linearize(forward, at)?;
         residual.copy_from_slice(&self.gradients[0]);
         let [of_value, of_rate] = &self.parts;
         for (place, (column, row)) in self.jacobian.pattern().entries().enumerate() {
@@ -140,7 +140,7 @@ impl<P: Problem> BackwardProblem<P> for Adjoint<P> {
         (a, b): (f64, f64),
         entries: &mut [f64],
     ) -> Result<(), StepError> {
-        self.linearise(forward, at)?;
+        self.linearize(forward, at)?;
         let [of_value, of_rate] = &self.parts;
         for (entry, &place) in entries.iter_mut().zip(&self.places) {
             *entry = b * of_rate[place] - a * of_value[place];
@@ -160,7 +160,7 @@ impl<P: Problem> BackwardProblem<P> for Adjoint<P> {
         _rates: &[f64],
         out: &mut [f64],
     ) -> Result<(), StepError> {
-        self.linearise(forward, at)?;
+        self.linearize(forward, at)?;
         let Some(parameters) = &mut self.parameters else {
             return Ok(());
         };

@@ -37,7 +37,7 @@ pub(crate) trait Callbacks: BackwardCallbacks {
     fn error_weights(&mut self, y: &[f64], weights: &mut [f64]) -> Answer;
     fn quadrature(&mut self, t: f64, y: &[f64], y_dot: &[f64], rates: &mut [f64]) -> Answer;
     /// Evaluates ∂F/∂y and ∂F/∂ẏ, for the residuals of sensitivities.
-    fn linearise(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Answer;
+    fn linearize(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Answer;
     /// Evaluates the residual of the sensitivity to parameter j at the state of the last
     /// linearization.
     fn sensitivity_residual(

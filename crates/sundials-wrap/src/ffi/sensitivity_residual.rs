@@ -58,10 +58,10 @@ pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
 ) -> c_int {
     // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
+    // SAFETY: IDAS' vectors are serial and initialized; it does not touch them during the call.
     let (y, y_dot) = unsafe { state(y, y_dot) };
     let success = Answer::Success.code();
-    let code = guarded(boundary, |callbacks| callbacks.linearise(t, y, y_dot));
+    let code = guarded(boundary, |callbacks| callbacks.linearize(t, y, y_dot));
     if code != success {
         return code;
     }
@@ -96,7 +96,7 @@ pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
 ) -> c_int {
     // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
+    // SAFETY: IDAS' vectors are serial and initialized; it does not touch them during the call.
     let (y, y_dot) = unsafe { state(y, y_dot) };
     // SAFETY: each array holds n vectors of IDAS' own.
     unsafe {

@@ -83,7 +83,7 @@ pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
 ) -> c_int {
     // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
+    // SAFETY: IDAS' vectors are serial and initialized; it does not touch them during the call.
     let (y, y_dot) = unsafe { state(y, y_dot) };
     // SAFETY: as above, but possibly fresh; distinct from y and ẏ.
     let residual = unsafe { zeroed_mut(residual) };
@@ -110,7 +110,7 @@ pub(crate) unsafe extern "C" fn linear_setup<C: Callbacks>(
 ) -> c_int {
     // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
+    // SAFETY: IDAS' vectors are serial and initialized; it does not touch them during the call.
     let (y, y_dot) = unsafe { state(y, y_dot) };
     guarded(boundary, |callbacks| {
         callbacks.linear_setup(t, y, y_dot, c_j)
@@ -175,7 +175,7 @@ pub(crate) unsafe extern "C" fn roots<C: Callbacks>(
 ) -> c_int {
     // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
+    // SAFETY: IDAS' vectors are serial and initialized; it does not touch them during the call.
     let (y, y_dot) = unsafe { state(y, y_dot) };
     let n_roots = boundary.callbacks.n_roots();
     // SAFETY: IDAS allocated n_roots numbers, as passed to IDARootInit; this initialises them.
@@ -196,7 +196,7 @@ pub(crate) unsafe extern "C" fn error_weights<C: Callbacks>(
 ) -> c_int {
     // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
+    // SAFETY: IDAS' vectors are serial and initialized; it does not touch them during the call.
     let y = unsafe { view(y) };
     // SAFETY: as above, but possibly fresh; distinct from y.
     let weights = unsafe { zeroed_mut(weights) };
@@ -216,7 +216,7 @@ pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
 ) -> c_int {
     // SAFETY: IDAS hands back the address of our boundary, and callbacks do not nest.
     let boundary = unsafe { boundary::<C>(user_data) };
-    // SAFETY: IDAS' vectors are serial and initialised; it does not touch them during the call.
+    // SAFETY: IDAS' vectors are serial and initialized; it does not touch them during the call.
     let (y, y_dot) = unsafe { state(y, y_dot) };
     // SAFETY: as above, but possibly fresh; distinct from y and ẏ.
     let rates = unsafe { zeroed_mut(rates) };

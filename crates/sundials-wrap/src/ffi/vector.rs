@@ -35,7 +35,7 @@ impl NVector {
     }
 
     pub(crate) fn as_slice(&self) -> &[f64] {
-        // SAFETY: ours, serial, initialised at creation; the borrow of self keeps it alive and
+        // SAFETY: ours, serial, initialized at creation; the borrow of self keeps it alive and
         // unwritten (C writes to it only in calls that take `&mut` of the owner).
         unsafe { view(self.raw()) }
     }

@@ -56,17 +56,17 @@ unsafe extern "C" fn linear_sum(a: f64, x: N_Vector, b: f64, y: N_Vector, z: N_V
         // SAFETY: the caller's promise.
         unsafe { scale(a + b, x, z) };
     } else if z == y {
-        // SAFETY: x is initialised and another vector than y.
+        // SAFETY: x is initialized and another vector than y.
         let x = unsafe { view(x) };
         // SAFETY: as above; y is borrowed here only.
         kernels::add_scaled(a, x, b, unsafe { view_mut(y) });
     } else if z == x {
-        // SAFETY: y is initialised and another vector than x.
+        // SAFETY: y is initialized and another vector than x.
         let y = unsafe { view(y) };
         // SAFETY: as above; x is borrowed here only.
         kernels::add_scaled(b, y, a, unsafe { view_mut(x) });
     } else {
-        // SAFETY: x is initialised and another vector than z.
+        // SAFETY: x is initialized and another vector than z.
         let x = unsafe { view(x) };
         // SAFETY: so is y.
         let y = unsafe { view(y) };
@@ -90,10 +90,10 @@ unsafe extern "C" fn constant(c: f64, z: N_Vector) {
 /// As for [`linear_sum`].
 unsafe extern "C" fn scale(c: f64, x: N_Vector, z: N_Vector) {
     if z == x {
-        // SAFETY: x is initialised and borrowed here only.
+        // SAFETY: x is initialized and borrowed here only.
         kernels::scale_in_place(c, unsafe { view_mut(x) });
     } else {
-        // SAFETY: x is initialised and another vector than z.
+        // SAFETY: x is initialized and another vector than z.
         let x = unsafe { view(x) };
         // SAFETY: z is borrowed here only.
         kernels::scale(c, x, unsafe { unwritten(z) });
@@ -107,7 +107,7 @@ unsafe extern "C" fn scale(c: f64, x: N_Vector, z: N_Vector) {
 unsafe extern "C" fn absolute(x: N_Vector, z: N_Vector) {
     // SAFETY: the caller's promise.
     unsafe { scale(1.0, x, z) };
-    // SAFETY: z is initialised by now and borrowed here only.
+    // SAFETY: z is initialized by now and borrowed here only.
     kernels::absolute_in_place(unsafe { view_mut(z) });
 }
 
@@ -118,7 +118,7 @@ unsafe extern "C" fn absolute(x: N_Vector, z: N_Vector) {
 unsafe extern "C" fn invert(x: N_Vector, z: N_Vector) {
     // SAFETY: the caller's promise.
     unsafe { scale(1.0, x, z) };
-    // SAFETY: z is initialised by now and borrowed here only.
+    // SAFETY: z is initialized by now and borrowed here only.
     kernels::invert_in_place(unsafe { view_mut(z) });
 }
 
@@ -155,7 +155,7 @@ unsafe extern "C" fn linear_combination(
 /// # Safety
 /// As for [`linear_sum`].
 unsafe extern "C" fn weighted_rms(x: N_Vector, w: N_Vector) -> f64 {
-    // SAFETY: initialised, and only read.
+    // SAFETY: initialized, and only read.
     let x = unsafe { view(x) };
     // SAFETY: as above.
     kernels::weighted_rms(x, unsafe { view(w) })
@@ -166,7 +166,7 @@ unsafe extern "C" fn weighted_rms(x: N_Vector, w: N_Vector) -> f64 {
 /// # Safety
 /// As for [`linear_sum`].
 unsafe extern "C" fn weighted_rms_masked(x: N_Vector, w: N_Vector, id: N_Vector) -> f64 {
-    // SAFETY: initialised, and only read.
+    // SAFETY: initialized, and only read.
     let x = unsafe { view(x) };
     // SAFETY: as above.
     let w = unsafe { view(w) };

@@ -13,7 +13,7 @@ pub(crate) unsafe fn view<'a>(vector: N_Vector) -> &'a [f64] {
     let length = unsafe { N_VGetLength_Serial(vector) } as usize;
     // SAFETY: as above.
     let data = unsafe { N_VGetArrayPointer_Serial(vector) };
-    // SAFETY: a serial vector of positive length owns that many doubles; initialised and unwritten
+    // SAFETY: a serial vector of positive length owns that many doubles; initialized and unwritten
     // for 'a by the caller's promise.
     unsafe { slice::from_raw_parts(data, length) }
 }
@@ -38,6 +38,6 @@ pub(crate) unsafe fn view_mut<'a>(vector: N_Vector) -> &'a mut [f64] {
 pub(crate) unsafe fn zeroed_mut<'a>(vector: N_Vector) -> &'a mut [f64] {
     // SAFETY: the vector is valid, the caller's promise; this initialises its entries.
     unsafe { N_VConst(0.0, vector) };
-    // SAFETY: initialised just now; the rest is the caller's promise.
+    // SAFETY: initialized just now; the rest is the caller's promise.
     unsafe { view_mut(vector) }
 }

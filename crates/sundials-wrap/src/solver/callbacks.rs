@@ -1,7 +1,7 @@
 //! The safe side of the C boundary: the problem and the user's functions, and how they failed.
 
-use super::posed::{Posed, Repeating};
-use super::sensitivity::Linearised;
+use super::posed::{RegisteredProblem, Repeating};
+use super::sensitivity::Linearized;
 use crate::error::Error;
 use crate::ffi::callbacks::{Answer, Callbacks};
 use crate::vector_kernels::{is_finite, is_positive};
@@ -70,10 +70,10 @@ pub(super) struct UserFunctions<P> {
     pub(super) weights: Vec<f64>,
     pub(super) quadrature: Option<Box<Function<P>>>,
     pub(super) linear: Linear<P>,
-    pub(super) sensitivities: Option<Linearised<P>>,
+    pub(super) sensitivities: Option<Linearized<P>>,
     /// The rates of the quadratures' sensitivities.
     pub(super) quadrature_sensitivities: Option<Box<QuadratureSensitivities<P>>>,
-    pub(super) backward: Vec<Posed<P>>,
+    pub(super) backward: Vec<RegisteredProblem<P>>,
     pub(super) repeating: Repeating,
     /// Time over which differences move ẏ by the tolerance, during a search for initial values.
     pub(super) search_time: Option<f64>,
@@ -254,7 +254,7 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
         self.failures.answer("quadrature", t, result, rates)
     }
 
-    fn linearise(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Answer {
+    fn linearize(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Answer {
         let weighed = self.weigh_at(y);
         match self
             .failures
@@ -263,7 +263,7 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
             Answer::Success => {}
             failed => return failed,
         }
-        let Some(linearised) = &mut self.sensitivities else {
+        let Some(linearized) = &mut self.sensitivities else {
             return Answer::Fatal;
         };
         let at = Linearization {
@@ -273,7 +273,7 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
             step: 1.0,
             weights: &self.weights,
         };
-        let result = linearised.linearise(&mut self.problem, &at);
+        let result = linearized.linearize(&mut self.problem, &at);
         self.failures.answer("Jacobian", t, result, &[])
     }
 
@@ -284,10 +284,10 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
         s: [&[f64]; 2],
         residual: &mut [f64],
     ) -> Answer {
-        let Some(linearised) = &mut self.sensitivities else {
+        let Some(linearized) = &mut self.sensitivities else {
             return Answer::Fatal;
         };
-        let result = linearised.residual(&mut self.problem, j, at, s, residual);
+        let result = linearized.residual(&mut self.problem, j, at, s, residual);
         let function = "residual of a sensitivity";
         self.failures.answer(function, at.0, result, residual)
     }

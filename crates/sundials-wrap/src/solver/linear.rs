@@ -32,10 +32,10 @@ impl<P: Problem> Linear<P> {
         }
     }
 
-    /// Factorises ∂F/∂y + c_j ∂F/∂ẏ at the state of the last evaluation.
+    /// Factorizes ∂F/∂y + c_j ∂F/∂ẏ at the state of the last evaluation.
     pub(super) fn set_up(&mut self, problem: &mut P, c_j: f64) -> Result<(), StepError> {
         match self {
-            Self::Whole(lu) => lu.factorise(),
+            Self::Whole(lu) => lu.factorize(),
             Self::Own(solver) => solver.set_up(problem, c_j, &[]),
         }
     }
@@ -146,7 +146,7 @@ impl WholeLu {
         Ok(())
     }
 
-    pub(super) fn factorise(&mut self) -> Result<(), StepError> {
+    pub(super) fn factorize(&mut self) -> Result<(), StepError> {
         let rcond = match &mut self.factors {
             WholeFactors::Sparse(factors) => {
                 factors.renew(&self.values)?;

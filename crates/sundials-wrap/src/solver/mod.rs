@@ -69,7 +69,7 @@ pub struct IdaSolver<P: Problem> {
     /// Settings of the linear solvers of backward problems.
     sparse: SparseOptions,
     /// Backward problems, if checkpoints are stored.
-    kept: Option<backward::Kept>,
+    kept: Option<backward::ForwardRun>,
 }
 
 impl<P: Problem> IdaSolver<P> {
@@ -337,8 +337,8 @@ impl<P: Problem> IdaSolver<P> {
             self.start_from(self.t0, [self.ida.y().to_vec(), self.ida.y_dot().to_vec()]);
             let consistent = self.ida.consistent_sensitivities();
             let starts = self.refused(consistent)?;
-            if let Some(linearised) = &mut self.functions_mut().sensitivities {
-                linearised.starts = starts;
+            if let Some(linearized) = &mut self.functions_mut().sensitivities {
+                linearized.starts = starts;
             }
             return Ok(());
         };
@@ -425,10 +425,10 @@ impl<P: Problem> IdaSolver<P> {
             q0.len(),
         )?;
         expect_finite("initial values of the quadratures", q0)?;
-        if let Some(linearised) = &self.functions().sensitivities
-            && linearised.t_start != t0
+        if let Some(linearized) = &self.functions().sensitivities
+            && linearized.t_start != t0
         {
-            let t_start = linearised.t_start;
+            let t_start = linearized.t_start;
             return Err(Error::SensitivitiesDue { t: t0, t_start });
         }
         let goes_on = self.ida.counter(Counter::Steps) > 0 && t0 == self.t;
@@ -438,7 +438,7 @@ impl<P: Problem> IdaSolver<P> {
         self.functions_mut().linear.forget_rcond();
         self.functions_mut().zeros.clear();
         let starts = self.functions().sensitivities.as_ref();
-        let starts = starts.map_or(Vec::new(), |linearised| linearised.starts.clone());
+        let starts = starts.map_or(Vec::new(), |linearized| linearized.starts.clone());
         let result = self.ida.reinit_sensitivities(&starts);
         self.refused(result)?;
         if self.stop_time.is_some_and(|stop| stop <= t0) {

@@ -5,7 +5,7 @@ use crate::adjoint::{BackwardProblem, ForwardState};
 use myovib_dae::Tolerances;
 
 /// A backward problem with the data for its evaluation.
-pub(super) struct Posed<P> {
+pub(super) struct RegisteredProblem<P> {
     pub(super) problem: Box<dyn BackwardProblem<P> + Send>,
     pub(super) lu: WholeLu,
     pub(super) tolerances: Tolerances,

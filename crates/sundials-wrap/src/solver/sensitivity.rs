@@ -52,7 +52,7 @@ pub struct SensitivityStatistics {
 }
 
 /// The parameters with the data for their equations.
-pub(super) struct Linearised<P> {
+pub(super) struct Linearized<P> {
     pub(super) parameters: Box<dyn Parameters<P> + Send>,
     pub(super) options: SensitivityOptions,
     pub(super) starts: Vec<[Vec<f64>; 2]>,
@@ -63,7 +63,7 @@ pub(super) struct Linearised<P> {
     parts: [Vec<f64>; 2],
 }
 
-impl<P: Problem> Linearised<P> {
+impl<P: Problem> Linearized<P> {
     pub(super) fn new(
         problem: &P,
         parameters: Box<dyn Parameters<P> + Send>,
@@ -91,7 +91,7 @@ impl<P: Problem> Linearised<P> {
     }
 
     /// Evaluates ∂F/∂y and ∂F/∂ẏ.
-    pub(super) fn linearise(
+    pub(super) fn linearize(
         &mut self,
         problem: &mut P,
         at: &Linearization<'_>,
@@ -155,8 +155,8 @@ impl<P: Problem> IdaSolver<P> {
         starts: Vec<[Vec<f64>; 2]>,
     ) -> Result<(), Error> {
         expect_starts(&starts, self.n_parameters(), self.n)?;
-        if let Some(linearised) = &mut self.functions_mut().sensitivities {
-            (linearised.starts, linearised.t_start) = (starts, t0);
+        if let Some(linearized) = &mut self.functions_mut().sensitivities {
+            (linearized.starts, linearized.t_start) = (starts, t0);
         }
         self.reinit(t0, y0, y_dot0, q0)
     }
@@ -247,8 +247,8 @@ impl<P: Problem> IdaSolver<P> {
         expect_length("dense output", self.n, out.len())?;
         finite("t", t)?;
         if self.ida.counter(Counter::Steps) == 0 && t == self.t0 && derivative <= 1 {
-            if let Some(linearised) = &self.functions().sensitivities {
-                out.copy_from_slice(&linearised.starts[j][derivative]);
+            if let Some(linearized) = &self.functions().sensitivities {
+                out.copy_from_slice(&linearized.starts[j][derivative]);
             }
             return Ok(());
         }

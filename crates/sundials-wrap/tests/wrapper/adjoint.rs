@@ -277,7 +277,7 @@ impl BackwardProblem<Oscillator> for Told {
     }
 }
 
-fn told(does: fn(&mut Oscillator) -> Result<(), StepError>) -> IdaSolver<Oscillator> {
+fn reported(does: fn(&mut Oscillator) -> Result<(), StepError>) -> IdaSolver<Oscillator> {
     let mut solver = oscillator(1e-6);
     solver.integrate_to(5.0).unwrap();
     let end = solver.forward_state().unwrap();
@@ -290,13 +290,13 @@ fn told(does: fn(&mut Oscillator) -> Result<(), StepError>) -> IdaSolver<Oscilla
 
 #[test]
 fn panics_and_errors_of_backward_problems_come_back() {
-    let mut solver = told(|_| panic!("on purpose"));
+    let mut solver = reported(|_| panic!("on purpose"));
     let panic = catch_unwind(AssertUnwindSafe(|| solver.integrate_back_to(0.0))).unwrap_err();
     assert_eq!(panic.downcast_ref::<&str>(), Some(&"on purpose"));
-    let mut solver = told(|_| Err(StepError::Fatal("no more".into())));
+    let mut solver = reported(|_| Err(StepError::Fatal("no more".into())));
     let error = solver.integrate_back_to(0.0).unwrap_err();
     assert!(matches!(&error, Error::Callback { function, .. } if function.contains("backward")));
-    let mut solver = told(|_| Err(StepError::Recoverable("not here".into())));
+    let mut solver = reported(|_| Err(StepError::Recoverable("not here".into())));
     let Outcome::Stopped(stop) = solver.integrate_back_to(0.0).unwrap() else {
         panic!("went through")
     };
@@ -307,7 +307,7 @@ fn panics_and_errors_of_backward_problems_come_back() {
 /// IDAS has room for the steps it took and would write beyond it: a run that takes more is ended.
 #[test]
 fn a_run_that_does_not_repeat_itself_is_told() {
-    let mut solver = told(|oscillator| {
+    let mut solver = reported(|oscillator| {
         oscillator.omega = 3000.0;
         Ok(())
     });

@@ -15,7 +15,7 @@ use crate::decay::Decay;
 
 /// Failure of a function.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Trouble {
+enum Fault {
     None,
     Panic,
     Fail,
@@ -26,12 +26,12 @@ enum Trouble {
 #[derive(Clone)]
 struct Plan {
     function: &'static str,
-    trouble: Trouble,
+    trouble: Fault,
     calls: Arc<AtomicU64>,
 }
 
 impl Plan {
-    fn new(function: &'static str, trouble: Trouble) -> Self {
+    fn new(function: &'static str, trouble: Fault) -> Self {
         let calls = Arc::default();
         Self {
             function,
@@ -46,10 +46,10 @@ impl Plan {
             return Ok(good);
         }
         match self.trouble {
-            Trouble::None => Ok(good),
-            Trouble::Panic => panic!("the {function} panics"),
-            Trouble::Fail => Err(StepError::Fatal("disk on fire".into())),
-            Trouble::Write(value) => Ok(value),
+            Fault::None => Ok(good),
+            Fault::Panic => panic!("the {function} panics"),
+            Fault::Fail => Err(StepError::Fatal("disk on fire".into())),
+            Fault::Write(value) => Ok(value),
         }
     }
 }
@@ -126,7 +126,7 @@ const FUNCTIONS: [(&str, StopReason); 7] = [
 #[test]
 fn without_trouble_all_functions_are_called_and_agree_with_the_solution() {
     for (function, _) in FUNCTIONS {
-        let plan = Plan::new(function, Trouble::None);
+        let plan = Plan::new(function, Fault::None);
         let mut solver = solver(&plan);
         let outcome = solver.integrate_to(1.0).unwrap();
         assert_eq!(outcome, Outcome::Reached { t: 1.0 }, "{function}");
@@ -142,7 +142,7 @@ fn without_trouble_all_functions_are_called_and_agree_with_the_solution() {
 #[test]
 fn a_panic_in_any_function_comes_back_as_it_was() {
     for (function, _) in FUNCTIONS {
-        let plan = Plan::new(function, Trouble::Panic);
+        let plan = Plan::new(function, Fault::Panic);
         let mut solver = solver(&plan);
         let run = AssertUnwindSafe(|| solver.integrate_to(1.0));
         let panic = catch_unwind(run).expect_err(function);
@@ -161,7 +161,7 @@ fn a_panic_in_any_function_comes_back_as_it_was() {
 #[test]
 fn a_fatal_error_of_any_function_ends_the_integration() {
     for (function, _) in FUNCTIONS {
-        let error = solver(&Plan::new(function, Trouble::Fail))
+        let error = solver(&Plan::new(function, Fault::Fail))
             .integrate_to(1.0)
             .unwrap_err();
         let expected = format!("the {function} failed at t = ");
@@ -180,7 +180,7 @@ fn what_is_no_number_stops_with_the_function_that_wrote_it() {
             if function == "linear set-up" && value.is_infinite() {
                 continue;
             }
-            let mut solver = solver(&Plan::new(function, Trouble::Write(value)));
+            let mut solver = solver(&Plan::new(function, Fault::Write(value)));
             let outcome = solver.integrate_to(1.0).unwrap();
             let Outcome::Stopped(stop) = outcome else {
                 panic!("{function} {value}: {outcome:?}")
@@ -190,8 +190,11 @@ fn what_is_no_number_stops_with_the_function_that_wrote_it() {
                 "error weight function" => "error weight[0]",
                 other => &format!("{other}[0]"),
             };
-            let said = format!("{named} = {value}");
-            assert!(stop.message.contains(&said), "{function} {value}: {stop}");
+            let printed = format!("{named} = {value}");
+            assert!(
+                stop.message.contains(&printed),
+                "{function} {value}: {stop}"
+            );
             assert_eq!(stop.reason, reason, "{function} {value}: {stop}");
             assert!(solver.y()[0].is_finite() && solver.t() < 1.0, "{function}");
         }
@@ -204,7 +207,7 @@ fn what_is_no_number_stops_with_the_function_that_wrote_it() {
 fn huge_numbers_end_by_themselves() {
     for (function, _) in FUNCTIONS {
         for value in [1e160, -1e160, f64::MAX, f64::MIN, f64::MIN_POSITIVE, -0.0] {
-            let mut solver = solver(&Plan::new(function, Trouble::Write(value)));
+            let mut solver = solver(&Plan::new(function, Fault::Write(value)));
             match solver.integrate_to(1.0) {
                 Ok(outcome) => assert!(outcome.t().is_finite(), "{function} {value:e}"),
                 Err(error) => assert!(!error.to_string().is_empty()),

@@ -260,8 +260,8 @@ fn weights_must_be_positive() {
         let mut solver = builder.build(0.0, &[1.0], &[-1.0]).unwrap();
         let stop = stop(solver.integrate_to(1.0));
         assert_eq!(stop.reason, StopReason::ErrorWeightsFailed, "{stop}");
-        let said = format!("error weight[0] = {weight} must be positive");
-        assert!(stop.message.contains(&said), "{stop}");
+        let printed = format!("error weight[0] = {weight} must be positive");
+        assert!(stop.message.contains(&printed), "{stop}");
     }
 }
 

@@ -140,7 +140,7 @@ fn reproduces_the_published_sensitivities_of_robertson() {
 }
 
 /// The slider-crank of SUNDIALS' example idasSlCrank_FSA_dns: crank of length 1/2, rod of length 1,
-/// a spring and a damper between their midpoints, a force of 1 along x at (x + cos p); stabilised to
+/// a spring and a damper between their midpoints, a force of 1 along x at (x + cos p); stabilized to
 /// index 2. Unknowns: angle q of the crank, place x of the slider, angle p of the rod, their
 /// velocities, two multipliers of the positions and two of the velocities, and the integral of the
 /// kinetic energy, for which the example has a quadrature. Parameters: stiffness and damping.
@@ -166,7 +166,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl Crank {
-    /// The generalised forces, by virtual work.
+    /// The generalized forces, by virtual work.
     fn forces(&self, y: &[f64]) -> [f64; 3] {
         let (q, x, p, v) = (y[0], y[1], y[2], &y[3..6]);
         let half = 0.5 * CRANK;
@@ -355,9 +355,9 @@ fn closed_forms_are_met_by_both_methods_in_and_out_of_the_error_test() {
     }
 }
 
-/// A pendulum in its stabilised form, index 2: positions and velocities against the closed form.
+/// A pendulum in its stabilized form, index 2: positions and velocities against the closed form.
 #[test]
-fn the_stabilised_pendulum_has_its_sensitivity_to_gravity() {
+fn the_stabilized_pendulum_has_its_sensitivity_to_gravity() {
     let sample = Pendulum::new(MechanicalForm::Stabilized);
     let (start, list) = (
         myovib_dae::samples::Sample::start(&sample),
@@ -417,7 +417,7 @@ impl Parameters<Oscillator> for Told {
     }
 }
 
-fn told(
+fn reported(
     does: fn() -> Result<(), StepError>,
     starts: usize,
 ) -> Result<IdaSolver<Oscillator>, Error> {
@@ -430,13 +430,13 @@ fn told(
 
 #[test]
 fn a_panic_passes_through_c_and_a_fatal_error_comes_back() {
-    let mut solver = told(|| panic!("on purpose"), 1).unwrap();
+    let mut solver = reported(|| panic!("on purpose"), 1).unwrap();
     let panic = catch_unwind(AssertUnwindSafe(|| solver.integrate_to(1.0))).unwrap_err();
     assert_eq!(panic.downcast_ref::<&str>(), Some(&"on purpose"));
-    let mut solver = told(|| Err(StepError::Fatal("no more".into())), 1).unwrap();
+    let mut solver = reported(|| Err(StepError::Fatal("no more".into())), 1).unwrap();
     let error = solver.integrate_to(1.0).unwrap_err();
     assert!(matches!(&error, Error::Callback { function, .. } if function.contains("sensitivity")));
-    let mut solver = told(|| Err(StepError::Recoverable("not here".into())), 1).unwrap();
+    let mut solver = reported(|| Err(StepError::Recoverable("not here".into())), 1).unwrap();
     let outcome = solver.integrate_to(1.0).unwrap();
     assert!(
         matches!(outcome, myovib_dae::Outcome::Stopped(_)),
@@ -446,8 +446,11 @@ fn a_panic_passes_through_c_and_a_fatal_error_comes_back() {
 
 #[test]
 fn misuse_is_told_and_without_parameters_there_is_nothing() {
-    assert!(matches!(told(|| Ok(()), 2), Err(Error::WrongLength { .. })));
-    let mut solver = told(|| Ok(()), 1).unwrap();
+    assert!(matches!(
+        reported(|| Ok(()), 2),
+        Err(Error::WrongLength { .. })
+    ));
+    let mut solver = reported(|| Ok(()), 1).unwrap();
     solver.integrate_to(0.5).unwrap();
     let none = solver.sensitivity(1, &mut [0.0; 2]);
     assert!(matches!(

@@ -25,7 +25,7 @@ use myovib_scene::scene_file::active::Tension;
 use myovib_scene::scene_file::material::PronyTerm;
 use myovib_scene::scene_file::solid::{Direction, ElasticFoundation};
 use myovib_scene::scene_file::{Analysis, SceneFile};
-use myovib_scene::sensitivity::Known;
+use myovib_scene::sensitivity::SceneParameter;
 use myovib_scene::watch::Watcher;
 use myovib_scene::{Body, Scene, plain};
 
@@ -74,7 +74,7 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<Exit> {
 /// # Errors
 /// Returns an error if the model does not support the scene.
 pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serialize + use<>)> {
-    Known::all(scene)?;
+    SceneParameter::all(scene)?;
     rehearse(scene)?;
     let unusual = scene.unusual();
     let (mut equilibrium, mut modes) = (None, None);
@@ -251,8 +251,8 @@ fn added(file: &SceneFile) -> Vec<String> {
             }
         }));
     }
-    let beds = file.elastic_foundation.iter().map(|bed| {
-        let along = match bed.along {
+    let foundations = file.elastic_foundation.iter().map(|foundation| {
+        let along = match foundation.along {
             Direction::All => "in all directions",
             Direction::Normal => "along the normal",
         };
@@ -261,10 +261,10 @@ fn added(file: &SceneFile) -> Vec<String> {
             stiffness,
             damping,
             ..
-        } = bed;
+        } = foundation;
         format!("foundation      {group}: k = {stiffness:e} Pa/m, c = {damping:e} Pa·s/m, {along}")
     });
-    lines.extend(beds);
+    lines.extend(foundations);
     lines.iter().map(|line| plain(line)).collect()
 }
 
@@ -334,7 +334,7 @@ fn size_of(body: &Body) -> String {
     } = Size::of(&body.muscle);
     let sides: Vec<String> = extents.iter().map(|side| check::readable(*side)).collect();
     let (unit, depth) = match extents.len() {
-        2 => ("m²", " per metre of depth"),
+        2 => ("m²", " per meter of depth"),
         _ => ("m³", ""),
     };
     format!(

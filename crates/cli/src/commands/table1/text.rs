@@ -182,8 +182,8 @@ mod tests {
         let position = row("28", 0.0, 1e5, 1);
         let triangles = position.samples[0].triangles;
         let text = table(&[position], &[]);
-        let said = format!("meshes of {triangles} triangles, random states: 1.");
-        assert!(text.contains(&said), "{text}");
+        let reported = format!("meshes of {triangles} triangles, random states: 1.");
+        assert!(text.contains(&reported), "{text}");
         assert!(
             !text.contains(remark) && !text.contains("on the way"),
             "{text}"

@@ -82,7 +82,7 @@ impl<P: Problem> BackwardCallbacks for UserFunctions<P> {
             Answer::Success => {}
             failed => return failed,
         }
-        let result = posed.lu.factorise();
+        let result = posed.lu.factorize();
         self.failures
             .answer("linear set-up", forward.t, result, &[])
     }

@@ -5,7 +5,7 @@ mod evaluation;
 
 use super::builder::validate_quadrature_tolerances;
 use super::linear::WholeLu;
-use super::posed::{Posed, Repeating};
+use super::posed::{RegisteredProblem, Repeating};
 use super::{IdaSolver, call_error, codes};
 use crate::adjoint::{
     At, Backward, BackwardOptions, BackwardProblem, BackwardRun, Checkpoints, ForwardState,
@@ -21,7 +21,7 @@ use crate::options::{
 use myovib_dae::{Jacobian, Outcome, Problem, Statistics, Stop, kinds_at};
 
 /// Data of the backward problems of a solver with checkpoints.
-pub(super) struct Kept {
+pub(super) struct ForwardRun {
     every: usize,
     /// Initial step, set again before a run is repeated because IDAS discards it; 0 for an
     /// estimate.
@@ -70,7 +70,7 @@ impl<P: Problem> IdaSolver<P> {
         let hermite = checkpoints.interpolation == Interpolation::Hermite;
         let result = self.ida.init_adjoint(checkpoints.every, hermite);
         self.refused(result)?;
-        self.kept = Some(Kept {
+        self.kept = Some(ForwardRun {
             every: checkpoints.every,
             initial_step: options.initial_step.unwrap_or(0.0),
             runs: Vec::new(),
@@ -82,7 +82,7 @@ impl<P: Problem> IdaSolver<P> {
     /// Checks that the forward run may continue.
     pub(super) fn expect_not_left(&self) -> Result<(), Error> {
         match &self.kept {
-            Some(Kept { left: Some(_), .. }) => Err(Error::ForwardRunLeft),
+            Some(ForwardRun { left: Some(_), .. }) => Err(Error::ForwardRunLeft),
             _ => Ok(()),
         }
     }
@@ -148,7 +148,7 @@ impl<P: Problem> IdaSolver<P> {
                 n_entries,
             });
         }
-        let mut posed = Posed {
+        let mut posed = RegisteredProblem {
             problem: Box::new(problem),
             lu: WholeLu::new(Jacobian::with_pattern(pattern), self.sparse)?,
             tolerances: options.tolerances.clone(),

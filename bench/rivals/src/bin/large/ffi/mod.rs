@@ -129,7 +129,7 @@ impl<T: Rival> Mumps<T> {
                 own.as_mut_ptr(),
             )
         };
-        assert_eq!(status, 0, "MUMPS analyses");
+        assert_eq!(status, 0, "MUMPS analyzes");
         Self {
             run,
             n,

@@ -4,7 +4,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 /// Groups the columns of a pattern so that no two columns of a group have an entry in the same row,
 /// by greedy coloring in the order of the columns (Curtis, Powell, Reid 1974).
-pub(crate) fn colour(pattern: &SparsityPattern) -> Vec<Vec<usize>> {
+pub(crate) fn color(pattern: &SparsityPattern) -> Vec<Vec<usize>> {
     let mut columns_of_row = vec![Vec::new(); pattern.minor_dim()];
     for column in 0..pattern.major_dim() {
         for &row in pattern.lane(column) {
@@ -42,12 +42,12 @@ pub(crate) fn colour(pattern: &SparsityPattern) -> Vec<Vec<usize>> {
 
 #[cfg(test)]
 mod tests {
-    use super::colour;
+    use super::color;
     use nalgebra_sparse::pattern::SparsityPattern;
 
     /// Columns j of a tridiagonal matrix have rows j − 1, j, j + 1, so three colors suffice.
     #[test]
-    fn a_tridiagonal_pattern_has_three_colours_and_a_full_one_a_colour_a_column() {
+    fn a_tridiagonal_pattern_has_three_colors_and_a_full_one_a_color_a_column() {
         let n: usize = 11;
         let column = |j: usize| j.saturating_sub(1)..(j + 2).min(n);
         let mut offsets = vec![0];
@@ -56,23 +56,23 @@ mod tests {
         }
         let rows = (0..n).flat_map(column).collect();
         let pattern = SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows).unwrap();
-        let groups = colour(&pattern);
+        let groups = color(&pattern);
         assert_eq!(groups.len(), 3);
         for (g, group) in groups.iter().enumerate() {
             assert!(group.iter().all(|j| j % 3 == g), "{group:?}");
         }
-        assert_eq!(colour(&crate::problem::full_pattern(n)).len(), n);
+        assert_eq!(color(&crate::problem::full_pattern(n)).len(), n);
     }
 
     /// Regression: n = 1600 took 14 s, and 4000 would take minutes.
     #[test]
     fn a_full_pattern_is_colored_in_the_time_of_a_pass() {
-        let groups = colour(&crate::problem::full_pattern(4000));
+        let groups = color(&crate::problem::full_pattern(4000));
         assert!((0..4000).eq(groups.into_iter().flatten()));
     }
 
     #[test]
     fn empty_columns_join_the_first_group() {
-        assert_eq!(colour(&SparsityPattern::zeros(3, 3)), [[0, 1, 2]]);
+        assert_eq!(color(&SparsityPattern::zeros(3, 3)), [[0, 1, 2]]);
     }
 }

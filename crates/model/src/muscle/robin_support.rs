@@ -7,13 +7,13 @@ use crate::error::ModelError;
 /// Elastic foundation of a boundary group: `P N + k u + c u̇ = 0`, or only its normal component
 /// (Robin).
 #[derive(Debug, Clone)]
-pub struct Bed {
+pub struct RobinSupport {
     operator: RobinMatrix,
     stiffness: f64,
     damping: f64,
 }
 
-impl Bed {
+impl RobinSupport {
     /// Creates the elastic foundation of a group with stiffness k and damping c.
     ///
     /// # Units
@@ -28,7 +28,10 @@ impl Bed {
         along: SupportDirection,
         [stiffness, damping]: [f64; 2],
     ) -> Result<Self, ModelError> {
-        for (name, value) in [("bed stiffness", stiffness), ("bed damping", damping)] {
+        for (name, value) in [
+            ("foundation stiffness", stiffness),
+            ("foundation damping", damping),
+        ] {
             if !(0.0..f64::INFINITY).contains(&value) {
                 return Err(ModelError::OutOfRange {
                     name,

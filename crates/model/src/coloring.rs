@@ -4,22 +4,22 @@ use std::collections::HashSet;
 
 /// Distributes `n` items into groups whose members share none of their `nodes`. Each item joins the
 /// first possible group.
-pub(crate) fn colours<I: IntoIterator<Item = usize>>(
+pub(crate) fn colors<I: IntoIterator<Item = usize>>(
     n: usize,
     nodes: impl Fn(usize) -> I,
 ) -> Vec<Vec<usize>> {
-    let mut colours: Vec<Vec<usize>> = Vec::new();
+    let mut colors: Vec<Vec<usize>> = Vec::new();
     let mut taken: Vec<HashSet<usize>> = Vec::new();
     for thing in 0..n {
         let is_free =
             |taken: &HashSet<usize>| nodes(thing).into_iter().all(|x| !taken.contains(&x));
-        let colour = taken.iter().position(is_free).unwrap_or(colours.len());
-        if colour == colours.len() {
-            colours.push(Vec::new());
+        let color = taken.iter().position(is_free).unwrap_or(colors.len());
+        if color == colors.len() {
+            colors.push(Vec::new());
             taken.push(HashSet::new());
         }
-        colours[colour].push(thing);
-        taken[colour].extend(nodes(thing));
+        colors[color].push(thing);
+        taken[color].extend(nodes(thing));
     }
-    colours
+    colors
 }

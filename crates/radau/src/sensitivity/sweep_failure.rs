@@ -6,18 +6,18 @@ use super::krylov::Stalled;
 use crate::failure::Failure;
 
 /// Failures of the linear solves.
-pub(super) enum Trouble {
+pub(super) enum SweepFailure {
     Stalled(Stalled),
     Failed(StepError),
 }
 
-impl From<Stalled> for Trouble {
+impl From<Stalled> for SweepFailure {
     fn from(stalled: Stalled) -> Self {
         Self::Stalled(stalled)
     }
 }
 
-impl From<Failure> for Trouble {
+impl From<Failure> for SweepFailure {
     fn from(failure: Failure) -> Self {
         Self::Failed(match failure {
             Failure::Rejected(rejection) => StepError::Recoverable(rejection.message),
