@@ -18,6 +18,7 @@ from myovib import Probe, Scene, _native
 from myovib._program import main
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
+GALLERY = Path(__file__).parent.parent.parent / "examples"
 
 
 def program(*arguments, cwd):
@@ -253,6 +254,13 @@ def test_the_example_goes_from_a_mesh_to_a_figure(tmp_path):
     assert done.returncode == 0, done.stderr
     assert done.stdout.count("finished") == 2
     assert not arguments or (tmp_path / "figure.png").stat().st_size > 1000
+
+
+def test_the_pendulum_of_the_gallery_has_its_period(tmp_path):
+    done = subprocess.run(
+        [sys.executable, GALLERY / "pendulum.py"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
 
 
 def has_matplotlib():

@@ -85,7 +85,7 @@ fn copy_examples(folder: &Path) {
         let path = entry.expect("an entry").path();
         if path
             .extension()
-            .is_some_and(|extension| extension == "toml")
+            .is_some_and(|extension| extension == "toml" || extension == "csv")
         {
             fs::copy(&path, folder.join(path.file_name().expect("a name"))).expect("a copy");
         }
@@ -190,6 +190,81 @@ fn the_preloaded_strip_settles_in_equilibrium() {
     assert!(rests < -5e-4, "{rests}");
 }
 
+/// Compares with a run of order 13 in small steps of a different formulation.
+#[test]
+fn the_vibrating_muscle_follows_the_reference_solution() {
+    let folder = tempfile::tempdir().expect("a folder");
+    copy_examples(folder.path());
+    let run = myovib_in(folder.path(), &["run", "vibration.toml", "--quiet"]);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let path = root().join("data/references/muscle_undamped.json");
+    let text = fs::read_to_string(path).expect("the reference");
+    let reference: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let values: Vec<f64> = serde_json::from_value(reference["u_y"].clone()).expect("numbers");
+    let largest = values.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
+    let (found, expected) = (
+        last(folder.path(), "origin", "u_y"),
+        values[values.len() - 1],
+    );
+    // The tolerance of the run, 1e-4, with a margin for the accumulation over 18 steps.
+    assert!(
+        (found - expected).abs() < 3e-4 * largest,
+        "{found} instead of {expected}"
+    );
+}
+
+/// The restart uses the state that the motion of `preload.toml` computes first.
+#[test]
+fn a_restart_continues_from_the_stored_equilibrium() {
+    let folder = tempfile::tempdir().expect("a folder");
+    copy_examples(folder.path());
+    let run = |arguments: &[&str]| {
+        let run = myovib_in(folder.path(), &[&["run", "--quiet"], arguments].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+    };
+    let loads_at_zero = [
+        "--set",
+        "analysis=static",
+        "--set",
+        "time=",
+        "--set",
+        "initial_state=",
+    ];
+    run(&[&["preload.toml", "--out", "hanging"], &loads_at_zero[..]].concat());
+    run(&["restart.toml"]);
+    let restarted = last(folder.path(), "end", "u_y");
+    run(&["preload.toml", "--overwrite"]);
+    // Both start from the solution of the same Newton iteration.
+    let direct = last(folder.path(), "end", "u_y");
+    assert!(
+        (restarted - direct).abs() < 1e-9 * direct.abs(),
+        "{restarted} {direct}"
+    );
+}
+
+#[test]
+fn the_fit_finds_the_stiffness_behind_the_measured_force() {
+    let folder = tempfile::tempdir().expect("a folder");
+    copy_examples(folder.path());
+    let fit = [
+        "fit", "fit.toml", "--data", "fit.csv", "--json", "--quiet", "--out", "fitted",
+    ];
+    let fit = myovib_in(folder.path(), &fit);
+    assert_eq!(fit.code, 0, "{}", fit.stderr);
+    let document = crate::harness::document(&fit.stdout, "fit");
+    let c10 = document["parameters"][0]["value"]
+        .as_f64()
+        .expect("a number");
+    // Inertia adds 3e-5 of the force.
+    assert!((c10 - 5e3).abs() < 1e-4 * 5e3, "{c10}");
+
+    let run = ["sensitivity", "fit.toml", "--quiet", "--out", "out"];
+    let run = myovib_in(folder.path(), &run);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let slope = last(folder.path(), "sensitivity", "d force/d material[0].c10");
+    assert!((slope + 0.046125).abs() < 1e-4 * 0.046125, "{slope}");
+}
+
 #[test]
 fn pictures_of_pages_are_well_formed() {
     let mut pictures = 0;
@@ -204,5 +279,5 @@ fn pictures_of_pages_are_well_formed() {
             }
         }
     }
-    assert!(pictures >= 8, "{pictures} pictures");
+    assert!(pictures >= 12, "{pictures} pictures");
 }
