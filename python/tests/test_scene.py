@@ -80,7 +80,7 @@ def test_a_result_has_probes_counters_fields_and_a_report(result):
     assert result.statistics["steps"] == result.document["steps"] > 0
     assert result.fields.times == pytest.approx([0, 0.1, 0.2, 0.3])
     fields = result.fields[3]
-    assert fields["points"].shape == fields["displacement"].shape
+    assert fields["points"].shape == fields["u"].shape
     assert fields["cells"].max() == len(fields["points"]) - 1
     assert result.report().startswith("<!doctype html>")
     assert "steps" in result._repr_html_() and "finished" in repr(result)

@@ -120,7 +120,7 @@ fn figure_7_runs_muscle_and_chain_as_one_system() {
     );
     assert_eq!(json["point"], serde_json::json!([0.0, 0.0]));
     let tolerances = |block: &str| [&json["rtol"][block], &json["atol"][block]];
-    assert_eq!(tolerances("q"), [1e-3, 1e-5]);
+    assert_eq!(tolerances("u"), [1e-3, 1e-5]);
     assert_eq!(tolerances("chain"), [1e-7, 1e-10]);
     assert_eq!(
         (&json["max_order"], &json["integrator"]),

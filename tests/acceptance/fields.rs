@@ -138,7 +138,7 @@ fn check(path: &Path, mesh: &Value, kind: &Cells, arrays: &[(&str, usize)]) {
         assert_eq!(rows.len(), n_points, "{name}");
         assert!(rows.iter().all(|row| row.len() == width), "{name}");
     }
-    let flat = array(data, "displacement").iter().all(|u| u[2] == 0.0);
+    let flat = array(data, "u").iter().all(|u| u[2] == 0.0);
     assert_eq!(flat, plane, "plane strain");
     assert!(
         array(data, "J").iter().all(|j| (j[0] - 1.0).abs() < 0.1),
@@ -176,13 +176,7 @@ fn fields_are_the_grids_that_paraview_reads() {
         .collect();
     assert_eq!(times, ["0", "0.25", "0.5"]);
     for set in sets {
-        let arrays = [
-            ("displacement", 3),
-            ("velocity", 3),
-            ("pressure", 1),
-            ("J", 1),
-            ("von_mises", 1),
-        ];
+        let arrays = [("u", 3), ("v", 3), ("p", 1), ("J", 1), ("von_mises", 1)];
         let file = out.join(set.attribute("file").unwrap());
         check(&file, &summary["mesh"], &QUADRATIC_TRIANGLES, &arrays);
     }
@@ -204,8 +198,8 @@ fn fields_of_a_body_in_space_are_quadratic_tetrahedra_with_stress_and_fibers() {
     let summary = fs::read_to_string(out.join("run.json")).unwrap();
     let summary: Value = serde_json::from_str(&summary).unwrap();
     let arrays = [
-        ("displacement", 3),
-        ("pressure", 1),
+        ("u", 3),
+        ("p", 1),
         ("J", 1),
         ("strain", 6),
         ("stress", 6),
@@ -260,7 +254,7 @@ fn fields_of_a_moving_body_in_space_have_its_velocity_and_its_own_fibers() {
     let text = fs::read_to_string(folder.path().join("out/fields_00002.vtu")).unwrap();
     let document = Document::parse(&text).unwrap();
     let piece = child(child(document.root_element(), "UnstructuredGrid"), "Piece");
-    let velocity = array(child(piece, "PointData"), "velocity");
+    let velocity = array(child(piece, "PointData"), "v");
     assert!(velocity.iter().flatten().any(|v| v.abs() > 1e-4));
     let fibers = array(child(piece, "CellData"), "fiber");
     let length = |fiber: &Vec<f64>| fiber.iter().map(|x| x * x).sum::<f64>().sqrt();

@@ -17,6 +17,7 @@ mod resumption;
 mod robustness;
 mod scene_results;
 mod scenes;
+mod spelling;
 mod stability;
 mod structure;
 mod sweeps;

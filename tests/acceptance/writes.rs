@@ -46,7 +46,7 @@ key = "solid.bulk_modulus"
 "#;
 
 /// A quick command line for each command with `--json`.
-const COMMANDS: [&str; 14] = [
+const COMMANDS: [&str; 15] = [
     "check scene.toml",
     "doctor",
     "figure 4",
@@ -56,6 +56,7 @@ const COMMANDS: [&str; 14] = [
     "modes scene.toml --count 1",
     "movie chain --from 0 --to 1",
     "run scene.toml",
+    "scenes",
     "sensitivity scene.toml",
     "sweep scene.toml --vary solid.bulk_modulus=1e5,2e5",
     "synchronization --t-end 1 --gamma 10",

@@ -28,13 +28,13 @@ impl Field {
         matches!(self, Self::Displacement | Self::Velocity)
     }
 
-    /// Returns the symbol used in options and output: `q`, `v`, `lambda`, `mu`, `tension`.
-    pub fn symbol(self) -> &'static str {
+    /// Returns the name in scenes, output and messages.
+    pub fn name(self) -> &'static str {
         match self {
-            Self::Displacement => "q",
+            Self::Displacement => "u",
             Self::Velocity => "v",
-            Self::Pressure => "lambda",
-            Self::PressureRate | Self::GglMultiplier => "mu",
+            Self::Pressure => "p",
+            Self::PressureRate | Self::GglMultiplier => "p_rate",
             Self::Tension => "tension",
             Self::InternalStress => "internal_stress",
         }
@@ -43,7 +43,7 @@ impl Field {
 
 impl fmt::Display for Field {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.symbol())
+        f.write_str(self.name())
     }
 }
 

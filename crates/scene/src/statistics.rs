@@ -109,13 +109,13 @@ impl<'a> StatisticsJson<'a> {
             suppressed: settings
                 .suppressed
                 .iter()
-                .map(|field| field.symbol())
+                .map(|field| field.name())
                 .collect(),
             rtol: settings.relative_tolerance,
             atol: formulation
                 .rows()
                 .iter()
-                .map(|(field, _)| (field.symbol(), settings.absolute_tolerances.of(*field)))
+                .map(|(field, _)| (field.name(), settings.absolute_tolerances.of(*field)))
                 .collect(),
             linear_solver: settings.linear_solver.name(),
             ordering: ordering_name(settings.ordering),

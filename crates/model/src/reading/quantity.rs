@@ -62,19 +62,19 @@ macro_rules! quantities {
 quantities! {
     /// Displacement, m.
     Displacement "u" {
-        names: ["displacement", "u"],
+        names: ["u", "u"],
         components: Components::Vector,
         reading: Reading::Fields(|body, place| body.vector_at(body.displacement, place)),
     }
     /// Velocity, m/s.
     Velocity "v" {
-        names: ["velocity", "v"],
+        names: ["v", "v"],
         components: Components::Vector,
         reading: Reading::Fields(|body, place| body.vector_at(body.velocity, place)),
     }
     /// Pressure, Pa, positive in compression; -tr σ/3 for `st-venant-kirchhoff`.
     Pressure "p" {
-        names: ["pressure", "p"],
+        names: ["p", "p"],
         components: Components::Scalar,
         reading: Reading::Fields(|body, place| vec![match body.pressure {
             Pressure::Nodal(p) => body.solid.space().pressure_at(p, place),

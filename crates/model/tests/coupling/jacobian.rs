@@ -108,10 +108,10 @@ fn muscle_with_a_chain_and_an_array_at_any_point() {
         let parts = vec![in_a_line.unwrap(), in_the_plane.unwrap()];
         let mut dae = CoupledDae::new(muscle, parts);
         assert_eq!(dae.n_unknowns(), layout.n_unknowns() + 8 + 24);
-        let sizes = layout.fill(|field| match field.symbol() {
-            "q" => 0.05,
+        let sizes = layout.fill(|field| match field.name() {
+            "u" => 0.05,
             "v" => 1.0,
-            "lambda" => 1e3,
+            "p" => 1e3,
             _ => 1e4,
         });
         let size = |i: usize| sizes.get(i).copied().unwrap_or(2.0);
@@ -152,10 +152,10 @@ fn a_muscle_whose_stiffness_follows_two_chains() {
     for formulation in [Formulation::Rate, Formulation::ImplicitRate] {
         let mut dae = with_feedback(formulation);
         let layout = dae.one_way().body().layout().clone();
-        let sizes = layout.fill(|field| match field.symbol() {
-            "q" => 0.05,
+        let sizes = layout.fill(|field| match field.name() {
+            "u" => 0.05,
             "v" => 1.0,
-            "lambda" => 1e3,
+            "p" => 1e3,
             _ => 1e4,
         });
         // Oscillators near their smoothing radius, where the coherence is most curved, and at 1e-4

@@ -155,6 +155,7 @@ impl RowRun {
             .into_iter()
             .flatten()
             .filter_map(Value::as_str)
+            .map(symbol)
             .collect()
     }
 
@@ -239,7 +240,24 @@ fn row_json(run: &RowRun) -> Value {
     let entries = run.document.as_object().into_iter().flatten();
     let rest = entries.filter(|(name, _)| !of_the_folder.contains(&name.as_str()));
     row.extend(rest.map(|(name, value)| (name.clone(), value.clone())));
+    row.insert("suppressed".to_owned(), json!(run.suppressed()));
+    for key in ["atol", "indices"] {
+        if let Some(Value::Object(blocks)) = row.get_mut(key) {
+            let entries = std::mem::take(blocks).into_iter();
+            blocks.extend(entries.map(|(name, value)| (symbol(&name).to_owned(), value)));
+        }
+    }
     Value::Object(row)
+}
+
+/// Returns the paper's symbol of a block of unknowns.
+fn symbol(name: &str) -> &str {
+    match name {
+        "u" => "q",
+        "p" => "lambda",
+        "p_rate" => "mu",
+        other => other,
+    }
 }
 
 /// Returns the table as comma-separated values.
@@ -327,7 +345,7 @@ mod tests {
         let all = [
             ran("4", stopped(5)),
             ran("4-order2", finished(2, &[])),
-            ran("4-suppressed", finished(2, &["lambda"])),
+            ran("4-suppressed", finished(2, &["p"])),
         ];
         // Both lists name the runs with their actual orders.
         let notes = notes(&all, false);

@@ -172,7 +172,7 @@ fn body(muscle: &Muscle, formulation: Formulation) -> Value {
     let parameters = &muscle.parameters;
     let indices = formulation.rows().iter().map(|(field, _)| {
         (
-            field.symbol().to_owned(),
+            field.name().to_owned(),
             json!(formulation.variable_index(*field, parameters)),
         )
     });

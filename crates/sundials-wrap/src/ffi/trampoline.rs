@@ -178,7 +178,7 @@ pub(crate) unsafe extern "C" fn roots<C: Callbacks>(
     // SAFETY: IDAS' vectors are serial and initialized; it does not touch them during the call.
     let (y, y_dot) = unsafe { state(y, y_dot) };
     let n_roots = boundary.callbacks.n_roots();
-    // SAFETY: IDAS allocated n_roots numbers, as passed to IDARootInit; this initialises them.
+    // SAFETY: IDAS allocated n_roots numbers, as passed to IDARootInit; this initializes them.
     unsafe { values.write_bytes(0, n_roots) };
     // SAFETY: as above, and IDAS does not touch them during the call.
     let values = unsafe { slice::from_raw_parts_mut(values, n_roots) };

@@ -19,7 +19,7 @@ impl NVector {
         // SAFETY: the context is alive; a length in memory fits 64 bits.
         let vector = unsafe { N_VNew_Serial(n as i64, context.raw()) };
         let vector = NonNull::new(vector).ok_or(CallFailed::new("N_VNew_Serial", NULL_RESULT))?;
-        // SAFETY: the vector was just made; this initialises its n entries.
+        // SAFETY: the vector was just made; this initializes its n entries.
         unsafe { N_VConst(0.0, vector.as_ptr()) };
         if context.vectors() == VectorArithmetic::Simd {
             // SAFETY: as above.

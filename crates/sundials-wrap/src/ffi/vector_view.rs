@@ -36,7 +36,7 @@ pub(crate) unsafe fn view_mut<'a>(vector: N_Vector) -> &'a mut [f64] {
 /// # Safety
 /// As for [`view_mut`], except that the entries need not be initialized.
 pub(crate) unsafe fn zeroed_mut<'a>(vector: N_Vector) -> &'a mut [f64] {
-    // SAFETY: the vector is valid, the caller's promise; this initialises its entries.
+    // SAFETY: the vector is valid, the caller's promise; this initializes its entries.
     unsafe { N_VConst(0.0, vector) };
     // SAFETY: initialized just now; the rest is the caller's promise.
     unsafe { view_mut(vector) }

@@ -165,7 +165,7 @@ impl From<&Finding> for WarningJson {
     fn from(finding: &Finding) -> Self {
         Self {
             problem: finding.problem.clone(),
-            fields: finding.fields.iter().map(|field| field.symbol()).collect(),
+            fields: finding.fields.iter().map(|field| field.name()).collect(),
             remedies: finding.remedies.iter().map(ToString::to_string).collect(),
         }
     }
@@ -176,7 +176,7 @@ pub(super) fn document(scene: &Scene, body: &Body, report: &Report, cost: &Cost)
     let parameters = &body.muscle.parameters;
     let leave_out = report.advice.to_leave_out();
     let blocks = report.unknowns.iter().map(|(field, unknowns)| BlockJson {
-        field: field.symbol(),
+        field: field.name(),
         unknowns: *unknowns,
         index: body.formulation.variable_index(*field, parameters),
         left_out: body.settings.suppressed.contains(field),
@@ -191,7 +191,7 @@ pub(super) fn document(scene: &Scene, body: &Body, report: &Report, cost: &Cost)
     let of_body: usize = report.unknowns.iter().map(|(_, number)| number).sum();
     let of_chains: usize = chains.iter().map(|chain| chain.unknowns).sum();
     let residual = |block: &myovib_model::start::BlockResidual| ResidualJson {
-        field: block.field.symbol(),
+        field: block.field.name(),
         largest: block.largest,
         relative: block.relative,
         worst: block.worst.clone(),

@@ -202,11 +202,11 @@ fn bound(body: &Body, of: impl Fn(ElementScale) -> f64) -> &'static str {
 /// Describes a block of unknowns, including its letter in messages and statistics.
 fn in_words(field: Field) -> &'static str {
     match field {
-        Field::Displacement => "displacement q",
+        Field::Displacement => "displacement u",
         Field::Velocity => "velocity v",
-        Field::Pressure => "pressure lambda",
-        Field::PressureRate => "pressure's rate mu",
-        Field::GglMultiplier => "multiplier mu",
+        Field::Pressure => "pressure p",
+        Field::PressureRate => "pressure rate p_rate",
+        Field::GglMultiplier => "multiplier p_rate",
         Field::Tension => "tension",
         Field::InternalStress => "internal stress",
     }

@@ -43,7 +43,7 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String 
 /// Returns the findings for the JSON document.
 pub(super) fn document(report: &StaticReport) -> EquilibriumJson {
     let size = |(field, unknowns): &(myovib_model::Field, usize)| SizeJson {
-        field: field.symbol(),
+        field: field.name(),
         unknowns: *unknowns,
     };
     EquilibriumJson {

@@ -152,7 +152,7 @@ fn row_json(row: &RowResult) -> RowJson {
 /// Converts a report for the JSON document.
 pub(in crate::commands) fn report_json(report: &IndexReport) -> ReportJson {
     let block = |(field, found): &(Field, myovib_structure::VariableIndex)| BlockJson {
-        field: field.symbol(),
+        field: field.name(),
         index: found.index,
         decisive: found.verdict == Verdict::Decisive,
     };

@@ -66,9 +66,9 @@ impl RowResult {
     }
 }
 
-/// Returns the index of the block with this symbol, with a question mark if a gap is not decisive.
-fn block(report: &IndexReport, symbol: &str) -> Option<String> {
-    let (_, found) = report.blocks.iter().find(|(f, _)| f.symbol() == symbol)?;
+/// Returns the index of the block with this name, with a question mark if a gap is not decisive.
+fn block(report: &IndexReport, name: &str) -> Option<String> {
+    let (_, found) = report.blocks.iter().find(|(f, _)| f.name() == name)?;
     let doubt = if found.verdict == Verdict::Decisive {
         ""
     } else {

@@ -47,10 +47,10 @@ pub(super) fn table(rows: &[RowResult], limit: &[(Case, IndexReport)]) -> String
             exponent(case.beta).into(),
             printed.into(),
             Cell::new(computed, tone),
-            row.block("q").into(),
+            row.block("u").into(),
             row.block("v").into(),
-            row.block("lambda").into(),
-            row.block("mu").into(),
+            row.block("p").into(),
+            row.block("p_rate").into(),
             format!("{:.1}", row.gap()).into(),
             row.samples.len().to_string().into(),
         ]);

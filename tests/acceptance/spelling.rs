@@ -1,0 +1,110 @@
+//! Spelling is American in code, comments, messages and the guide.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Parts of words in British spelling.
+const BRITISH: &[&str] = &[
+    "analyse",
+    "analysing",
+    "artefact",
+    "behaviour",
+    "cancelled",
+    "catalogue",
+    "centre",
+    "characteris",
+    "colour",
+    "discretis",
+    "factoris",
+    "favour",
+    "fibre",
+    "generalis",
+    "initialis",
+    "labelled",
+    "linearis",
+    "maximis",
+    "metre",
+    "minimis",
+    "modelled",
+    "modelling",
+    "neighbour",
+    "normalis",
+    "optimis",
+    "orthogonalis",
+    "parametris",
+    "regularis",
+    "stabilis",
+    "summaris",
+    "symmetris",
+    "synchronis",
+    "visualis",
+];
+
+/// Words that contain a British part, or the file that may use it.
+const EXCEPTIONS: &[(&str, &str)] = &[
+    // American words.
+    ("analyses", ""),
+    ("characteristic", ""),
+    ("characteristics", ""),
+    ("optimism", ""),
+    ("optimistic", ""),
+    // Titles of cited papers.
+    ("modelling", "docs/src/materials.md"),
+    // Old keys of scenes, and this list.
+    ("", "crates/scene/src/scene_file/renamed.rs"),
+    ("", "tests/acceptance/spelling.rs"),
+];
+
+fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        let name = path.file_name().and_then(|name| name.to_str());
+        let name = name.unwrap_or_default();
+        let is_text = [".rs", ".md", ".py", ".pyi"]
+            .iter()
+            .any(|end| name.ends_with(end));
+        let is_scene = name.ends_with(".toml") && name != "Cargo.toml";
+        if path.is_dir() && !path.is_symlink() && !name.starts_with('.') && name != "target" {
+            collect(&path, files);
+        } else if path.is_file() && (is_text || is_scene) {
+            files.push(path);
+        }
+    }
+}
+
+#[test]
+fn spelling_is_american() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let mut files = vec![root.join("README.md"), root.join("CONTRIBUTING.md")];
+    for folder in [
+        "bench",
+        "crates",
+        "data/scenes",
+        "docs/src",
+        "examples",
+        "python",
+        "tests",
+    ] {
+        collect(&root.join(folder), &mut files);
+    }
+    let mut found = Vec::new();
+    for path in &files {
+        let name = path
+            .strip_prefix(&root)
+            .unwrap_or(path)
+            .display()
+            .to_string();
+        let text = fs::read_to_string(path).expect("a text").to_lowercase();
+        for word in text.split(|c: char| !c.is_alphabetic()) {
+            let is_allowed = |(allowed, file): &(&str, &str)| {
+                (allowed.is_empty() || *allowed == word) && (file.is_empty() || *file == name)
+            };
+            let is_british = BRITISH.iter().any(|part| word.contains(part));
+            if is_british && !EXCEPTIONS.iter().any(is_allowed) {
+                found.push(format!("{name}: {word}"));
+            }
+        }
+    }
+    assert!(files.len() > 500, "{} files", files.len());
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
