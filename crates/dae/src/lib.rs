@@ -12,8 +12,8 @@
 //! - [`Tolerances`], [`Suppressed`], [`Direction`], [`ConsistencyMode`]: settings of an
 //!   [`Integrator`].
 //! - [`Outcome`], [`Stop`], [`Statistics`]: its results.
-//! - [`samples`]: test problems with exact solutions.
-//! - `conformance` (a feature): the tests that every integrator passes.
+//! - `conformance` and `samples` (feature `conformance`): the tests that every integrator passes, and test
+//!   problems with exact solutions.
 #![forbid(unsafe_code)]
 
 mod coloring;
@@ -36,6 +36,7 @@ mod pattern;
 mod problem;
 mod projection;
 mod remedy;
+#[cfg(any(test, feature = "conformance"))]
 pub mod samples;
 mod start;
 mod statistics;

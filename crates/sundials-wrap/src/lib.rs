@@ -14,7 +14,6 @@
 //! - [`adjoint`]: backward problems along the solution, for gradients with respect to many
 //!   parameters.
 //! - [`klu`]: sparse LU factors of real and complex matrices, for other solvers.
-//! - [`samples`]: test problems with exact solutions.
 //!
 //! # Examples
 //! Robertson's kinetics to t = 40:
@@ -63,8 +62,6 @@ pub mod notes {
 }
 
 pub use error::Error;
-/// Test problems with exact solutions.
-pub use myovib_dae::samples;
 /// The problem, and the common interface of the integrators.
 pub use myovib_dae::{
     ConsistencyMode, Direction, Integrator, Jacobian, LinearSolver, Linearization, Outcome,
