@@ -241,7 +241,7 @@ fn check_says_what_an_equilibrium_takes() {
     for words in [
         &unknowns,
         "memory ",
-        "fields.pvd: displacement, pressure in 1 file",
+        "fields.pvd: u, p in 1 file",
         "inf–sup",
         "body            48.000 by 60.000 m, 1.44e3 m², ",
         "by linear elasticity the load moves the body by up to ",
