@@ -304,7 +304,7 @@ mod tests {
             let rest = vec![0.0; y.len()];
             series.write(t, &dae.snapshot(t, &y, &rest), &[]).unwrap();
             let printed = series.not_finite().map(|seen| seen.note());
-            let expected = "field `displacement` is not finite at 1 point at t = 0.5 s";
+            let expected = "field `u` is not finite at 1 point at t = 0.5 s";
             match t {
                 0.0 => assert_eq!(printed, None),
                 _ => assert!(printed.unwrap().starts_with(expected)),

@@ -119,8 +119,8 @@ fn spindle() -> Mesh {
 fn row_4_names_index_variable_and_remedy() {
     Run::new(muscle(), Formulation::Position, 0.0, &[], 5).stops_and_every_remedy_works(&[
         "index 3",
-        "lambda (index 3)",
-        "exclude lambda",
+        "p (index 3)",
+        "exclude p",
         "step-scaled",
         "order 2",
     ]);
@@ -131,7 +131,7 @@ fn row_4_names_index_variable_and_remedy() {
 fn mu_in_the_error_test() {
     Run::new(spindle(), Formulation::Rate, 1e-4, &[], 5)
         .until(1.0)
-        .stops_and_every_remedy_works(&["index 3", "mu (index 3)", "exclude lambda, mu"]);
+        .stops_and_every_remedy_works(&["index 3", "p_rate (index 3)", "exclude p, p_rate"]);
 }
 
 /// The same at a tolerance of 1e-6, order 2.
@@ -140,7 +140,12 @@ fn mu_in_the_error_test_at_a_tight_tolerance() {
     Run::new(muscle(), Formulation::Rate, 1e-4, &[], 2)
         .with_tolerance(1e-6)
         .until(1.0)
-        .stops_and_every_remedy_works(&["index 3", "mu (index 3)", "tolerance of 1e-6", "loosen"]);
+        .stops_and_every_remedy_works(&[
+            "index 3",
+            "p_rate (index 3)",
+            "tolerance of 1e-6",
+            "loosen",
+        ]);
 }
 
 /// (28) with κ = ∞ at a tight tolerance, order 2.
@@ -149,7 +154,7 @@ fn a_tight_tolerance() {
     Run::new(spindle(), Formulation::Position, 0.0, &[], 2)
         .with_tolerance(1e-6)
         .until(1.0)
-        .stops_and_every_remedy_works(&["index 3", "lambda (index 3)", "tolerance of 1e-6"]);
+        .stops_and_every_remedy_works(&["index 3", "p (index 3)", "tolerance of 1e-6"]);
 }
 
 /// Checks that `check` reports before the run the same text as the run reports when it stops.
@@ -341,7 +346,7 @@ fn only_an_inversion_that_the_run_did_not_get_past_is_at_fault() {
         };
         // Either the element is blamed or the index.
         let blamed = message.contains("element 7 is inverted");
-        assert_eq!(message.contains("lambda (index 3)"), !blamed, "{message}");
+        assert_eq!(message.contains("p (index 3)"), !blamed, "{message}");
         assert_eq!(inverted, blamed.then_some(ELEMENT));
         blamed
     };
@@ -375,10 +380,13 @@ fn a_flat_element_is_blamed_before_the_index() {
     let flat = message(0.1);
     let blame = "Likely cause: element 3 is compressed to det F = 0.100.";
     assert!(flat.contains(blame), "{flat}");
-    assert!(flat.contains("Or: in the error test: lambda"), "{flat}");
+    assert!(
+        flat.contains("Or: in the error test: p (index 3)"),
+        "{flat}"
+    );
     let sound = message(0.9);
     assert!(
-        sound.contains("Likely cause: in the error test: lambda"),
+        sound.contains("Likely cause: in the error test: p (index 3)"),
         "{sound}"
     );
     assert!(!sound.contains("compressed"), "{sound}");

@@ -8,12 +8,17 @@ use crate::common::loaded_block;
 #[test]
 fn parameters_out_of_range_are_named_with_the_range() {
     for (alpha, beta, kappa, words) in [
-        (0.0, 0.0, 0.0, "kappa = 0"),
-        (0.0, 0.0, -1e5, "kappa = -100000"),
-        (0.0, 0.0, f64::NAN, "kappa = NaN"),
-        (0.0, -1e-4, 1e5, "beta = -0.0001"),
-        (0.0, f64::INFINITY, 1e5, "beta = inf"),
-        (-1.0, 0.0, 1e5, "alpha = -1"),
+        (0.0, 0.0, 0.0, "bulk modulus = 0"),
+        (0.0, 0.0, -1e5, "bulk modulus = -100000"),
+        (0.0, 0.0, f64::NAN, "bulk modulus = NaN"),
+        (0.0, -1e-4, 1e5, "stiffness-proportional damping = -0.0001"),
+        (
+            0.0,
+            f64::INFINITY,
+            1e5,
+            "stiffness-proportional damping = inf",
+        ),
+        (-1.0, 0.0, 1e5, "mass-proportional damping = -1"),
     ] {
         let message = Parameters::new(alpha, beta, kappa).unwrap_err().to_string();
         assert!(message.starts_with(words), "{message}");

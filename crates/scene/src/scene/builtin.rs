@@ -5,7 +5,7 @@ use crate::InputError;
 use crate::scene_file::mesh::{MeshSource, Resolution};
 use crate::scene_file::read;
 
-/// A scene that is part of the program.
+/// A scene in the program.
 #[derive(Debug, Clone, Copy)]
 pub struct BuiltinScene {
     /// Name on the command line.
@@ -67,11 +67,11 @@ scenes! {
     "figure4" "below 1 s"
     "figure5" "6 s"
     "figure6" "6 s"
-    "figure7" "6 s"
-    "hardening" "10 s"
-    "init" "1 s"
+    "figure7" "30 s"
+    "hardening" "5 s"
+    "init" "below 1 s"
     "land1" "1 s"
-    "muscle3d" "10 s"
+    "muscle3d" "1 min"
     "table1-26-finite-damped" "1 s"
     "table1-26-finite-undamped" "1 s"
     "table1-26-inf-damped" "1 s"
@@ -85,7 +85,7 @@ scenes! {
     "table2-4" "1 s"
     "table2-4-order2" "1 s"
     "table2-4-suppressed" "1 s"
-    "two-way" "10 s"
+    "two-way" "5 s"
     "ventricle" "1 h"
     "ventricle-coarse" "1 min"
 }

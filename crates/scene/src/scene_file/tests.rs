@@ -48,7 +48,7 @@ fn a_number_that_is_too_large_is_not_infinity() {
     for text in ["1e999", "-1e999", "nan"] {
         let set = [format!("solid.bulk_modulus={text}")];
         let message = read("scene.toml", MINIMAL, &set).unwrap_err().to_string();
-        assert!(message.contains("no number to compute with"), "{message}");
+        assert!(message.contains("not a finite number"), "{message}");
         assert!(message.contains(text), "{message}");
     }
 }
