@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 
 class Probe(Mapping[str, Array]):
-    """Table of a probe: columns by name, ``t`` first."""
+    """Table of a probe: columns by name, ``t`` first, or the frequency ``f`` for a response."""
 
     def __init__(self, names: list[str], rows: Array) -> None:
         self._names, self._rows = names, rows
@@ -47,11 +47,15 @@ class Probe(Mapping[str, Array]):
     def __len__(self) -> int:
         return len(self._names)
 
+    def amplitude(self, name: str) -> NDArray[np.complex128]:
+        """Return the complex amplitude of a value of a response, such as ``"u_y"``."""
+        return self[f"{name}_re"] + 1j * self[f"{name}_im"]
+
     def frame(self) -> Any:
-        """Return the table as a `pandas.DataFrame` with the time as its index."""
+        """Return the table as a `pandas.DataFrame` with the time, or the frequency, as its index."""
         import pandas
 
-        return pandas.DataFrame(self._rows, columns=self._names).set_index("t")
+        return pandas.DataFrame(self._rows, columns=self._names).set_index(self._names[0])
 
     def __repr__(self) -> str:
         return f"Probe({', '.join(self._names)}; {len(self._rows)} rows)"
@@ -154,7 +158,8 @@ class RunResult:
     @classmethod
     def _of(cls, folder: Path, notes: list[str], temporary: Any) -> RunResult:
         document = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-        probes_of = document["scene"].get("probe", [])
+        is_response = document["analysis"] == "response"
+        probes_of = document["probes"] if is_response else document["scene"].get("probe", [])
         names = [probe["name"] for probe in probes_of if document["analysis"] != "modes"]
         probes = {name: Probe._read(folder / f"{name}.csv") for name in names}
         return cls(folder, document, probes, notes, temporary)

@@ -246,6 +246,44 @@ class Scene:
         document = json.loads(_native.modes(self._source, self._assignments(), count))
         return document["muscles"][0]["modes"]
 
+    def response(
+        self,
+        frequencies: Iterable[float] | str | None = None,
+        out: str | PathLike[str] | None = None,
+        *,
+        progress: Progress = False,
+        existing: Literal["refuse", "overwrite"] = "refuse",
+    ) -> RunResult:
+        """Compute the harmonic response to the loads with a ``response`` in the scene.
+
+        The body vibrates about rest or, with ``scene.set("response.preload_time", t)``, about the
+        equilibrium under the loads at the time t.
+
+        Parameters
+        ----------
+        frequencies : iterable of float or str, optional
+            Frequencies in Hz, or a range as text: ``"1..60:120"`` or ``"1..60:120:log"``. By default
+            those of the scene.
+        out : path-like, optional
+            Folder for the files of ``myovib response``. By default a temporary folder, removed
+            together with the result.
+        progress : bool or callable
+            As for `run`.
+        existing : {"refuse", "overwrite"}
+            Policy for earlier results in the folder.
+
+        Returns
+        -------
+        RunResult
+            Its probes have the frequency as ``"f"`` and the complex amplitudes as
+            ``probe.amplitude("u_y")``; its document has the ``"peaks"``.
+        """
+        scene = self.copy().set("analysis", "response")
+        if frequencies is not None:
+            given = frequencies if isinstance(frequencies, str) else [float(f) for f in frequencies]
+            scene.set("response.frequencies", given)
+        return scene.run(out, progress=progress, existing=existing)
+
     def sensitivity(
         self,
         out: str | PathLike[str] | None = None,

@@ -128,6 +128,19 @@ def test_check_and_modes():
     assert [m["frequency"] for m in modes] == pytest.approx(found["body"]["slow_modes"][:3], rel=1e-6)
 
 
+def test_response_at_zero_is_the_equilibrium():
+    scene = Scene.builtin("init").set("traction[0].response", {"y": 100.0})
+    found = scene.response([0.0, 5.0])
+    probe = found.probes["origin"]
+    assert list(probe["f"]) == [0.0, 5.0] and scene.changes.keys() == {"traction[0].response"}
+    amplitude = probe.amplitude("u_y")
+    assert amplitude[1] == pytest.approx(probe["u_y_amplitude"][1] * np.exp(1j * np.radians(probe["u_y_phase"][1])))
+    still = scene.copy().set("analysis", "static").set("traction[0].y", 1.0).run()
+    # Linear up to terms of the size of the strain, 1e-5.
+    assert amplitude[0].real == pytest.approx(100 * still.probes["origin"]["u_y"][0], rel=1e-4)
+    assert amplitude[0].imag == 0.0
+
+
 def test_a_sweep_has_a_row_for_each_case():
     scene = Scene.builtin("init").set("time.end", 0.05)
     peak = {"peak": "max(origin.u_y)"}

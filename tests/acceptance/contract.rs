@@ -83,6 +83,7 @@ fn every_command_sees_at_once_that_its_document_cannot_be_written() {
         "infsup",
         "modes",
         "movie chain",
+        "response init",
         "run init",
         "sweep init --vary solid.bulk_modulus=1e5",
         "synchronization",

@@ -163,6 +163,40 @@ fn examples_give_the_numbers_of_the_gallery() {
     }
 }
 
+/// The peak of the shaken strip and, without viscosity and Prony term, its first natural frequency.
+#[test]
+fn the_shaken_muscle_resonates_as_the_gallery_says() {
+    let folder = tempfile::tempdir().expect("a folder");
+    copy_examples(folder.path());
+    let peak = |sets: &[&str]| {
+        let sets = sets.iter().flat_map(|set| ["--set", set]);
+        let arguments: Vec<&str> = [
+            "response",
+            "shaker.toml",
+            "--quiet",
+            "--overwrite",
+            "--json",
+        ]
+        .into_iter()
+        .chain(sets)
+        .collect();
+        let run = myovib_in(folder.path(), &arguments);
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        let found: serde_json::Value = serde_json::from_str(&run.stdout).expect("a document");
+        let peaks = found["peaks"].as_array().expect("peaks").iter();
+        let mut of_middle =
+            peaks.filter(|peak| peak["probe"] == "middle" && peak["column"] == "u_y");
+        let first = of_middle.next().expect("a peak");
+        first["frequency"].as_f64().expect("a number")
+    };
+    let found = peak(&[]);
+    // The printed digits.
+    assert!((found - 17.274).abs() < 5e-4, "{found}");
+    let light = peak(&["material[0].viscosity=0.1", "material[0].prony="]);
+    // The mode has 16.953 Hz; damping of 1e-4 moves a peak by its square.
+    assert!((light - 16.953).abs() < 2e-3, "{light}");
+}
+
 /// After release, the strip converges to the equilibrium under its weight alone.
 #[test]
 fn the_preloaded_strip_settles_in_equilibrium() {

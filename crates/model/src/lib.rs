@@ -16,6 +16,7 @@
 //! - [`Start`]: consistent initial values; [`statics`]: equilibria.
 //! - [`index`], [`table1`], [`inf_sup`], [`spectrum`], [`check`]: analysis of the matrices of a
 //!   model (folder `analysis`).
+//! - [`harmonic`]: harmonic response about an equilibrium.
 //! - [`advice`]: likely causes and remedies for a run that stopped.
 #![doc = include_str!("../notes/0001-formulations.md")]
 #![forbid(unsafe_code)]
@@ -44,6 +45,7 @@ pub mod advice;
 pub mod coupling;
 pub mod equation;
 pub mod formulation;
+pub mod harmonic;
 pub mod linear;
 pub mod paper;
 pub mod sensitivity;

@@ -1,6 +1,6 @@
 //! Operators of a body as sparse matrices over its free displacement components and its pressures.
 
-use myovib_fem::{Fields, Inverted, Pressure, Solid, Tangents};
+use myovib_fem::{Fields, Inverted, Pressure, Solid, Space, Tangents};
 use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 
@@ -55,6 +55,21 @@ pub(crate) fn rest(solid: &Solid) -> Vec<f64> {
 /// Returns a zero pressure.
 pub(crate) fn no_pressure(solid: &Solid) -> Vec<f64> {
     vec![0.0; solid.space().n_pressures()]
+}
+
+/// Returns the size of the gradient of a displacement `u` of all nodes: the largest difference of
+/// the displacements of two vertices of an element divided by their distance.
+pub(crate) fn largest_gradient(space: &Space, u: &[f64]) -> f64 {
+    let (mesh, dimension) = (space.mesh(), space.dimension());
+    let distance = |values: &[f64], [a, b]: [usize; 2]| {
+        let of = |node: usize| &values[dimension * node..][..dimension];
+        let squares = of(a).iter().zip(of(b)).map(|(a, b)| (a - b).powi(2));
+        squares.sum::<f64>().sqrt()
+    };
+    let edges = mesh.elements().flat_map(|element| mesh.edges_of(element));
+    edges
+        .map(|edge| distance(u, edge) / distance(space.coordinates(), edge))
+        .fold(0.0, f64::max)
 }
 
 /// Returns the edge length of a square or cube with the mean element area or volume, m.

@@ -3,7 +3,9 @@
 use myovib_dae::{Problem, StepError, VariableKind};
 use myovib_fem::FemError;
 use myovib_fem::rod::{EndLoad, Rod};
+use myovib_structure::harmonic_response;
 use nalgebra_sparse::pattern::SparsityPattern;
+use num_complex::Complex64;
 
 use crate::error::ModelError;
 use crate::reading::displacement::Displacement;
@@ -71,6 +73,26 @@ impl RodDae {
             *rate = -missing;
         }
         Ok(y_dot)
+    }
+
+    /// Returns the amplitudes of the states (q, v) for the end load Re(τ̂ e^{st}), s = iω.
+    ///
+    /// # Errors
+    /// Errors of the factorization.
+    pub fn harmonic_response(
+        &self,
+        s: Complex64,
+        tau: Complex64,
+    ) -> Result<Vec<Complex64>, ModelError> {
+        let rest = vec![0.0; self.rod.n_states()];
+        let mut amplitudes = vec![Complex64::ZERO; rest.len()];
+        let by_tau = self.rod.end_force(self.load, 1.0, 0.0);
+        let by_rate = self.rod.end_force(self.load, 0.0, 1.0);
+        if let Some(last) = amplitudes.last_mut() {
+            *last = tau * (by_tau + s * by_rate);
+        }
+        harmonic_response(&mut self.clone(), (0.0, &rest), s, &mut amplitudes)?;
+        Ok(amplitudes)
     }
 
     /// Returns an interpolation of the displacement at the point `x` of the rod.

@@ -8,6 +8,7 @@
 //! - [`PencilStructure`]: its index, or the result that the pencil is singular, with all rank decisions
 //!   ([`RankDecision`]) and the perturbation index of every variable;
 //! - [`Vibration`]: small free vibrations with or without a constraint, and their lowest [`modes`];
+//! - [`harmonic_response`]: the response of any problem to harmonic loads;
 //! - [`RigidBodies`]: the rigid-body motions that supports leave free;
 //! - [`InfSup`]: inf–sup constants of a mixed method, and the number of uncontrolled multipliers.
 //!
@@ -24,6 +25,7 @@
 
 mod deflation;
 mod error;
+mod harmonic;
 mod inf_sup;
 mod jacobi;
 mod modes;
@@ -36,6 +38,7 @@ mod structure;
 mod vibration;
 
 pub use error::StructureError;
+pub use harmonic::harmonic_response;
 pub use inf_sup::InfSup;
 pub use modes::{Mode, modes};
 pub use pencil::Pencil;

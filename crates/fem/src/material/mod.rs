@@ -40,7 +40,7 @@ pub(crate) use laws::{with_law, with_potential};
 pub use parameters::{Described, Description, Parameter, Range};
 pub(crate) use potential::Potential;
 pub use potential::{PlaneCurvature, PlaneSlope};
-pub use prony::{Prony, PronyTerm};
+pub use prony::{Prony, PronyTerm, Springpot};
 pub use real::Real;
 pub use viscous::{GradientProducts, Viscous, ViscousTangents};
 

@@ -37,10 +37,21 @@ pub struct PronyTerm {
     pub time: f64,
 }
 
-/// Prony series of a material; empty for an elastic material.
+/// Fractional (springpot) stress in parallel to the law, for harmonic motions only: it adds w s^a to
+/// the factor of the law's linearized stress, with s^a = ω^a (cos(πa/2) + i sin(πa/2)) for s = iω.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Springpot {
+    /// Weight w, in s^a.
+    pub weight: f64,
+    /// Exponent a.
+    pub exponent: f64,
+}
+
+/// Prony series of a material, and its springpot; empty for an elastic material.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Prony {
     terms: Vec<PronyTerm>,
+    springpot: Option<Springpot>,
 }
 
 impl Prony {
@@ -53,7 +64,35 @@ impl Prony {
             Range::NotNegative.check("Prony weight", term.weight)?;
             Range::Positive.check("Prony time", term.time)?;
         }
-        Ok(Self { terms })
+        Ok(Self {
+            terms,
+            springpot: None,
+        })
+    }
+
+    /// Adds a springpot.
+    ///
+    /// # Errors
+    /// [`FemError::Parameter`] for a negative weight, or an exponent outside (0, 1).
+    pub fn with_springpot(self, springpot: Springpot) -> Result<Self, FemError> {
+        Range::NotNegative.check("springpot weight", springpot.weight)?;
+        let value = springpot.exponent;
+        if !(value > 0.0 && value < 1.0) {
+            return Err(FemError::Parameter {
+                name: "springpot exponent",
+                value,
+                condition: "between 0 and 1",
+            });
+        }
+        Ok(Self {
+            springpot: Some(springpot),
+            ..self
+        })
+    }
+
+    /// Returns whether the material is elastic.
+    pub fn is_empty(&self) -> bool {
+        self.terms.is_empty() && self.springpot.is_none()
     }
 
     /// Returns the terms.
@@ -69,9 +108,12 @@ impl Prony {
     /// Returns φ(γ), the factor of the material tangent for the shift γ.
     pub fn tangent_factor<T>(&self, shift: T) -> T
     where
-        T: ComplexFloat + Mul<f64, Output = T>,
+        T: ComplexFloat<Real = f64> + Mul<f64, Output = T>,
     {
-        self.terms.iter().fold(T::one(), |sum, term| {
+        let fractional = self.springpot.map_or(T::zero(), |springpot| {
+            shift.powf(springpot.exponent) * springpot.weight
+        });
+        self.terms.iter().fold(T::one() + fractional, |sum, term| {
             let scaled = shift * term.time;
             sum + scaled * term.weight / (T::one() + scaled)
         })

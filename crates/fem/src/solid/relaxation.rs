@@ -21,9 +21,7 @@ impl Solid {
     /// [`FemError::DuplicateAddedStress`] for an element in two regions;
     /// [`FemError::AddedToSmallStrain`] for an element with a small-strain law.
     pub fn with_relaxation(mut self, regions: &[(Vec<usize>, Prony)]) -> Result<Self, FemError> {
-        let given = regions
-            .iter()
-            .filter(|(_, prony)| !prony.terms().is_empty());
+        let given = regions.iter().filter(|(_, prony)| !prony.is_empty());
         let region_of_element =
             self.region_of_element(given.clone().map(|(members, _)| members))?;
         for (material, prony) in self.materials.iter_mut().zip(region_of_element) {

@@ -298,7 +298,7 @@ fn bedded(muscle: &Muscle, mut stiffness: CscMatrix<f64>) -> CscMatrix<f64> {
 }
 
 /// Returns the displacement of all nodes.
-fn displacement(muscle: &Muscle, at: &Equilibrium) -> Vec<f64> {
+pub(crate) fn displacement(muscle: &Muscle, at: &Equilibrium) -> Vec<f64> {
     let mut u = operators::rest(&muscle.solid);
     muscle.solid.dofs().expand(&at.displacement, &mut u);
     if let Some(t) = at.preload_time {

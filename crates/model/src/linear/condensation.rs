@@ -141,6 +141,20 @@ impl Condensation {
 
     /// Sets up the elimination for `dae`.
     pub fn new(dae: &MuscleDae) -> Self {
+        let in_space = dae.muscle().solid.space().dimension() == 3;
+        Self::build(dae, in_space, dae.has_viscous_stress())
+    }
+
+    /// Sets up the elimination for matrices at states without velocities. There the terms that
+    /// [`NearlySymmetric`] replaces and the stiffness of viscous stresses are symmetric; only
+    /// follower pressures are not.
+    pub(crate) fn at_rest(dae: &MuscleDae) -> Self {
+        Self::build(dae, dae.muscle().pressures.is_empty(), false)
+    }
+
+    /// Sets up the elimination, with a nearly symmetric matrix or an unsymmetric stiffness of added
+    /// stresses replaced by its symmetric part if requested.
+    fn build(dae: &MuscleDae, symmetrizes: bool, symmetrizes_added: bool) -> Self {
         let blocks = dae.blocks();
         let kinematic: Vec<_> = blocks
             .iter()
@@ -243,7 +257,7 @@ impl Condensation {
         );
         let mut signs = symmetric_signs(&condensed);
         if signs.is_none()
-            && dae.muscle().solid.space().dimension() == 3
+            && symmetrizes
             && let Some(nearly) = NearlySymmetric::of(&condensed)
         {
             condensed = nearly.entries;
@@ -253,7 +267,7 @@ impl Condensation {
             }
             signs = Some(nearly.signs);
         }
-        if signs.is_some() && dae.has_viscous_stress() {
+        if signs.is_some() && symmetrizes_added {
             // All other terms are symmetric: the skew part of this stiffness would save fewer
             // Newton iterations than the unsymmetric factorization costs.
             for entry in &mut condensed {

@@ -73,6 +73,15 @@ impl<T: Scalar> Condensed<T> {
         &mut self.system
     }
 
+    /// Forgets earlier pivots, so that the next setup does not depend on earlier matrices.
+    ///
+    /// # Errors
+    /// Errors of the analysis.
+    pub(crate) fn forget_history(&mut self) -> Result<(), SparseError> {
+        self.system.forget_pivots();
+        self.system.set_history([false, true])
+    }
+
     /// Returns the condensed matrix of the last setup, in the order of [`Condensation::pattern`].
     pub fn values(&self) -> &[T] {
         self.system.values()

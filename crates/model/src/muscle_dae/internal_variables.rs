@@ -82,6 +82,15 @@ impl InternalVariableDae {
     }
 }
 
+impl MuscleDae {
+    /// Sets H = 0 for all further evaluations, which then take vectors without internal stresses:
+    /// the state of a body in equilibrium.
+    pub(crate) fn relax_overstress(&mut self) {
+        let n_slots = self.muscle.solid.n_slots();
+        self.overstress = (n_slots > 0).then(|| vec![0.0; n_slots]);
+    }
+}
+
 impl Consistent for InternalVariableDae {
     fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
         let mut state = self.dae.consistent(t, &[y, &self.internal].concat())?;

@@ -16,6 +16,7 @@ use crate::field::{Field, Layout};
 use crate::formulation::Formulation;
 use crate::matrices::Matrices;
 use crate::muscle::Muscle;
+use crate::operators::largest_gradient;
 
 /// Newton's iteration ends if the increment is below this fraction of the solution. Convergence is
 /// quadratic, so the remaining error is of the order of its square, below rounding.
@@ -278,23 +279,11 @@ impl<'a> Newton<'a> {
         Ok(change)
     }
 
-    /// Returns the largest difference of the displacements of two vertices of an element divided by
-    /// their distance, for the free components `q` and `factor` times the prescribed components:
-    /// the size of the displacement gradient.
+    /// Returns the size of the displacement gradient for the free components `q` and `factor` times
+    /// the prescribed components.
     pub(super) fn gradient(&mut self, q: &[f64], factor: f64) -> f64 {
         self.deform(q, factor);
-        let space = self.muscle.solid.space();
-        let (mesh, u) = (space.mesh(), &self.displacement);
-        let dimension = space.dimension();
-        let distance = |values: &[f64], [a, b]: [usize; 2]| {
-            let of = |node: usize| &values[dimension * node..][..dimension];
-            let squares = of(a).iter().zip(of(b)).map(|(a, b)| (a - b).powi(2));
-            squares.sum::<f64>().sqrt()
-        };
-        let edges = mesh.elements().flat_map(|element| mesh.edges_of(element));
-        edges
-            .map(|edge| distance(u, edge) / distance(space.coordinates(), edge))
-            .fold(0.0, f64::max)
+        largest_gradient(self.muscle.solid.space(), &self.displacement)
     }
 
     /// Newton's iteration from the `predicted` equilibrium under `factor` times the load. `None` if `watch` ends it, if

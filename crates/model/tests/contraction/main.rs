@@ -7,6 +7,7 @@ mod common;
 mod energy;
 mod equilibria;
 mod graded;
+mod harmonic;
 mod jacobian;
 mod memory;
 mod modes;

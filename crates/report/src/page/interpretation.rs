@@ -35,6 +35,12 @@ pub(super) fn meaning(document: &Value) -> String {
                 viscosity and elastic foundations, not by Prony terms; 1 is critical.</p>\n"
             .to_owned();
     }
+    if document["analysis"] == "response" {
+        return "<p>Small harmonic motions Re(û e<sup>iωt</sup>) of the linearized body. A positive phase leads \
+                the drive. Damping ratios are half-power widths Δf/(2f), which hold for light damping and \
+                separate peaks.</p>\n"
+            .to_owned();
+    }
     let index = document["index"].as_u64().unwrap_or(0);
     let mut text = format!(
         "<p>The system has index {index}: {}.</p>\n",

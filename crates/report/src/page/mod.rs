@@ -20,6 +20,8 @@ use myovib_scene::run::RunResult;
 use myovib_scene::versions::Versions;
 use myovib_scene::{Error, Scene, escape};
 
+use crate::response;
+
 /// Name of the page in a run folder.
 pub const NAME: &str = "report.html";
 
@@ -38,9 +40,10 @@ pub fn write(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Err
     let mut html = figures::cards(document);
     html += &figures::outcome(document);
     html += &pictures::body(folder, scene)?;
-    html += &match &result.modes {
-        Some(found) => modes::section(scene, found),
-        None => probes::section(folder, scene, document)?,
+    html += &match (&result.modes, &result.response) {
+        (Some(found), _) => modes::section(scene, found),
+        (_, Some(found)) => response::section(found, is_in_space(document)),
+        _ => probes::section(folder, scene, document)?,
     };
     html += "<h2>Interpretation</h2>\n";
     html += &interpretation::meaning(document);

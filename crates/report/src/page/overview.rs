@@ -49,6 +49,10 @@ pub(super) fn sentence(scene: &Scene, document: &Value) -> String {
         let about = modes::about(document["preload_time"].as_f64());
         return format!("{text} The lowest eigenfrequencies and modes {about}.");
     }
+    if document["analysis"] == "response" {
+        let about = modes::about(document["preload_time"].as_f64());
+        return format!("{text} Harmonic response {about}.");
+    }
     if let Some(formulation) = document["formulation"].as_str() {
         let index = &document["index"];
         text += &format!(" Formulation {formulation}, index {index}.");

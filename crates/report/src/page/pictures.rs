@@ -49,8 +49,12 @@ fn groups(scene: &Scene) -> Vec<(&str, Option<[f64; 2]>)> {
     let moved = file.prescribed_displacement.iter();
     let moved = moved.map(|moving| (&*moving.group, None));
     let loaded = file.traction.iter().map(|traction| {
-        let direction =
-            [traction.x.is_some(), traction.y.is_some()].map(|g| f64::from(u8::from(g)));
+        let harmonic = traction.response.as_ref();
+        let [x, y] = [
+            traction.x.is_some() || harmonic.is_some_and(|own| own.x.is_some()),
+            traction.y.is_some() || harmonic.is_some_and(|own| own.y.is_some()),
+        ];
+        let direction = [x, y].map(|given| f64::from(u8::from(given)));
         (&*traction.group, Some(direction))
     });
     let pressed = file.pressure.iter().map(|load| (&*load.group, None));

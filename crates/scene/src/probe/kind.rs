@@ -1,7 +1,9 @@
 //! Interface of the kinds of probes: validation against a scene and measurement.
 
 use myovib_fem::Solid;
+use myovib_model::harmonic::{Amplitude, HarmonicResponse};
 use myovib_model::{Measurement, ModelError, Muscle, RodDae};
+use num_complex::Complex64;
 
 use super::balance::EnergyBalance;
 use crate::InputError;
@@ -71,7 +73,7 @@ pub(crate) trait Kind {
 }
 
 /// Measurement of a probe.
-pub(crate) trait Reading: Send {
+pub(crate) trait Reading: Send + Sync {
     /// Returns the names of the columns after the time.
     fn names(&self) -> Vec<String>;
 
@@ -106,6 +108,11 @@ pub(crate) trait Reading: Send {
         0
     }
 
+    /// Returns the measurement of its amplitudes in a harmonic motion, if it has one.
+    fn harmonic(&self) -> Option<&dyn HarmonicReading> {
+        None
+    }
+
     /// Returns its measurements at points; empty for other probes.
     fn measurements(&self) -> &[Measurement] {
         &[]
@@ -121,6 +128,30 @@ pub(crate) trait Reading: Send {
     fn balance_mut(&mut self) -> Option<&mut EnergyBalance> {
         None
     }
+}
+
+/// Harmonic motion at one frequency.
+pub(crate) enum HarmonicMotion<'a> {
+    /// Motion of a body.
+    Body(&'a HarmonicResponse, &'a Amplitude),
+    /// Amplitudes of the states (q, v) of a rod.
+    Rod(&'a [Complex64]),
+}
+
+impl<'a> HarmonicMotion<'a> {
+    /// Returns the motion of the body, or an error if it is missing.
+    pub(crate) fn body(&self) -> Result<(&'a HarmonicResponse, &'a Amplitude), ModelError> {
+        match self {
+            Self::Body(response, amplitude) => Ok((response, amplitude)),
+            Self::Rod(_) => Err(ModelError::NoSuchPart { part: "muscle" }),
+        }
+    }
+}
+
+/// Measurement of a probe in harmonic motions.
+pub(crate) trait HarmonicReading: Sync {
+    /// Returns the complex amplitudes of the probe's values.
+    fn amplitudes(&self, of: &HarmonicMotion<'_>) -> Result<Vec<Complex64>, ModelError>;
 }
 
 impl dyn Reading {

@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use balance::{EnergyBalance, nan_of_null};
-pub(crate) use kind::{Kind, Objection, Parts, Reading, Systems};
+pub(crate) use kind::{HarmonicMotion, Kind, Objection, Parts, Reading, Systems};
 
 /// Returns the difference of two angles, wrapped to half a turn.
 pub(crate) fn within_half_a_turn(difference: f64) -> f64 {

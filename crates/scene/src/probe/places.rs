@@ -1,8 +1,9 @@
 //! Quantities at points, shared by the probes for points, lines and averages.
 
 use myovib_model::{Measurement, ModelError, Quantity};
+use num_complex::Complex64;
 
-use super::kind::Reading;
+use super::kind::{HarmonicMotion, HarmonicReading, Reading};
 use crate::run::system::{System, muscle_of, stress_needs_rates};
 
 /// Returns the quantities measured by default.
@@ -52,5 +53,22 @@ impl Reading for Places {
 
     fn measurements(&self) -> &[Measurement] {
         &self.0
+    }
+
+    fn harmonic(&self) -> Option<&dyn HarmonicReading> {
+        Some(self)
+    }
+}
+
+impl HarmonicReading for Places {
+    fn amplitudes(&self, of: &HarmonicMotion<'_>) -> Result<Vec<Complex64>, ModelError> {
+        let (response, amplitude) = of.body()?;
+        Ok(response.amplitudes(amplitude, |snapshot| {
+            let mut values = Vec::new();
+            for measurement in &self.0 {
+                measurement.read(snapshot, &mut values);
+            }
+            values
+        }))
     }
 }

@@ -1,11 +1,14 @@
 //! The force of the supports at a group.
 
+use std::iter::Sum;
+
 use myovib_fem::{Group, Solid};
 use myovib_model::ModelError;
+use num_complex::Complex64;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::kind::{Kind, Objection, Reading, Systems, Wrong, at};
+use super::kind::{HarmonicMotion, HarmonicReading, Kind, Objection, Reading, Systems, Wrong, at};
 use crate::InputError;
 use crate::run::system::{System, muscle_of};
 
@@ -61,6 +64,22 @@ struct Forces {
     dimension: usize,
 }
 
+impl Forces {
+    /// Returns the sum of the nodal `force` over the nodes for each axis.
+    fn sums<T: Copy + Sum>(&self, force: &[T]) -> Vec<T> {
+        let of_node = |node: &usize, axis| force[self.dimension * node + axis];
+        let sum = |axis| self.nodes.iter().map(|node| of_node(node, axis)).sum();
+        (0..self.dimension).map(sum).collect()
+    }
+}
+
+impl HarmonicReading for Forces {
+    fn amplitudes(&self, of: &HarmonicMotion<'_>) -> Result<Vec<Complex64>, ModelError> {
+        let (response, amplitude) = of.body()?;
+        Ok(self.sums(&response.reactions(amplitude)?))
+    }
+}
+
 impl Reading for Forces {
     fn names(&self) -> Vec<String> {
         let names = ["R_x", "R_y", "R_z"].into_iter().take(self.dimension);
@@ -76,12 +95,14 @@ impl Reading for Forces {
     ) -> Result<Vec<f64>, ModelError> {
         let (dae, range) = muscle_of(system, y)?;
         let force = dae.unbalanced_force(t, &y[range.clone()], &y_dot[range])?;
-        let of_node = |node: &usize, axis| force[self.dimension * node + axis];
-        let sum = |axis| self.nodes.iter().map(|node| of_node(node, axis)).sum();
-        Ok((0..self.dimension).map(sum).collect())
+        Ok(self.sums(&force))
     }
 
     fn needs_rates(&self, _: &mut dyn System, _: &[f64]) -> bool {
         true
+    }
+
+    fn harmonic(&self) -> Option<&dyn HarmonicReading> {
+        Some(self)
     }
 }

@@ -2,10 +2,11 @@
 
 use myovib_fem::rod::PointValue;
 use myovib_model::ModelError;
+use num_complex::Complex64;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::kind::{Kind, Parts, Reading, Systems, Wrong};
+use super::kind::{HarmonicMotion, HarmonicReading, Kind, Parts, Reading, Systems, Wrong};
 use crate::InputError;
 use crate::run::system::System;
 
@@ -49,5 +50,25 @@ impl Reading for PointValue {
     ) -> Result<Vec<f64>, ModelError> {
         let n = system.rod().map_or(0, |rod| rod.rod().n_free());
         Ok(vec![self.of(&y[..n]), self.of(&y[n..2 * n])])
+    }
+
+    fn harmonic(&self) -> Option<&dyn HarmonicReading> {
+        Some(self)
+    }
+}
+
+impl HarmonicReading for PointValue {
+    fn amplitudes(&self, of: &HarmonicMotion<'_>) -> Result<Vec<Complex64>, ModelError> {
+        let HarmonicMotion::Rod(states) = of else {
+            return Err(ModelError::NoSuchPart { part: "rod" });
+        };
+        let of = |states: &[Complex64]| {
+            let entries = self.entries.iter();
+            entries
+                .map(|&(unknown, weight)| weight * states[unknown])
+                .sum()
+        };
+        let (q, v) = states.split_at(states.len() / 2);
+        Ok(vec![of(q), of(v)])
     }
 }

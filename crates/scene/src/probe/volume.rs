@@ -2,10 +2,11 @@
 
 use myovib_fem::{EnclosedVolume, FemError, Solid};
 use myovib_model::ModelError;
+use num_complex::Complex64;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::kind::{Kind, Objection, Reading, Systems, Wrong, at};
+use super::kind::{HarmonicMotion, HarmonicReading, Kind, Objection, Reading, Systems, Wrong, at};
 use crate::InputError;
 use crate::run::system::{System, muscle_of};
 use crate::scene::axis_index as index;
@@ -80,5 +81,17 @@ impl Reading for EnclosedVolume {
 
     fn has_indicator(&self) -> bool {
         false
+    }
+
+    fn harmonic(&self) -> Option<&dyn HarmonicReading> {
+        Some(self)
+    }
+}
+
+impl HarmonicReading for EnclosedVolume {
+    fn amplitudes(&self, of: &HarmonicMotion<'_>) -> Result<Vec<Complex64>, ModelError> {
+        let (response, amplitude) = of.body()?;
+        let volume = |displacement: &[f64]| vec![self.at(displacement).abs()];
+        Ok(response.amplitudes(amplitude, |snapshot| volume(snapshot.displacement)))
     }
 }

@@ -198,6 +198,7 @@ impl Driver for Motion<'_> {
             outcome,
             notes,
             modes: None,
+            response: None,
         })
     }
 }

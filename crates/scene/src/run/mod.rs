@@ -16,6 +16,7 @@ mod oscillations;
 mod outputs;
 mod recorder;
 mod rehearsal;
+mod response;
 pub(crate) mod start;
 mod statics;
 mod stop;
@@ -32,6 +33,7 @@ pub use start::{initial, muscle_alone, replayed, rod_with_chains, with_chains};
 pub use trial::{Trial, TrialEnd, try_out};
 
 use crate::modes::Modes;
+use crate::response::{Curves, Response, harmonic_probes};
 pub use crate::result_folder::Existing;
 use crate::scene_file::Analysis;
 use crate::watch::{ProgressSink, Watcher};
@@ -84,6 +86,8 @@ pub struct RunResult {
     pub notes: Vec<String>,
     /// Result of a modal analysis.
     pub modes: Option<Modes>,
+    /// Result of a harmonic response.
+    pub response: Option<Response>,
 }
 
 /// Computes a scene into its folder.
@@ -104,6 +108,10 @@ pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Err
             without_motion(options)?;
             modes::compute(scene, options)
         }
+        Analysis::Response => {
+            without_motion(options)?;
+            response::compute(scene, options)
+        }
     }
 }
 
@@ -117,6 +125,7 @@ pub fn rehearse(scene: &Scene) -> Result<(), Error> {
         Analysis::Dynamic => rehearsal::motion(scene),
         Analysis::Static => Ok(scene.readings().map(drop)?),
         Analysis::Modes => Ok(()),
+        Analysis::Response => Ok(harmonic_probes(scene).map(drop)?),
     }
 }
 
@@ -128,6 +137,12 @@ pub(crate) fn columns_of(scene: &Scene) -> Result<Vec<(String, Vec<String>)>, In
     if scene.file.analysis == Analysis::Modes {
         let columns = modes::COLUMNS.map(str::to_owned).to_vec();
         return Ok(vec![(folder::MODES.to_owned(), columns)]);
+    }
+    if scene.file.analysis == Analysis::Response {
+        let probes = harmonic_probes(scene)?.into_iter();
+        return Ok(probes
+            .map(|(name, reading)| (name, Curves::header(&reading.names())))
+            .collect());
     }
     let probes = scene.file.probe.iter().zip(scene.readings()?);
     Ok(probes

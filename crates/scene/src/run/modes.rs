@@ -46,6 +46,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
             .flat_map(|body| body.notes.clone())
             .collect(),
         modes: Some(found),
+        response: None,
     })
 }
 

@@ -119,6 +119,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
             .chain(not_finite.map(|seen| seen.note()))
             .collect(),
         modes: None,
+        response: None,
     })
 }
 

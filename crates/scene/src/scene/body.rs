@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use myovib_fem::{DofMap, FemError, Law, Mesh, Solid, Space};
+use myovib_model::harmonic::Drive;
 use myovib_model::{Formulation, LinearSolver, Muscle, Parameters, Prescribed};
+use num_complex::Complex64;
 
 use super::builder::Builder;
 use super::contraction::act_on_own_elements;
@@ -51,7 +53,7 @@ impl Builder<'_> {
             false => space,
         });
         let dimension = space.dimension();
-        let loads = self.loads(file, &space, &densities)?;
+        let (loads, force) = self.loads(file, &space, &densities)?;
         let (stresses, activations) = self.added(file, &regions)?;
         let mut solid = self.at(
             "material",
@@ -74,12 +76,21 @@ impl Builder<'_> {
         let body = self.at("material", Muscle::graded(solid, &own))?;
         let pressures = self.pressures(file, &body.solid)?;
         let foundations = self.foundations(file, &body.solid)?;
+        let drive = Drive {
+            force,
+            pressures: self.harmonic_pressures(file, &body.solid)?,
+            displacement: constrained
+                .iter()
+                .filter(|(_, support)| support.amplitude != Complex64::ZERO)
+                .map(|((node, axis), support)| (dimension * node + axis, support.amplitude))
+                .collect(),
+        };
         let prescribed = constrained
             .into_iter()
-            .filter_map(|((node, axis), signal)| {
+            .filter_map(|((node, axis), support)| {
                 Some(Prescribed {
                     component: dimension * node + axis,
-                    signal: signal?,
+                    signal: support.signal?,
                 })
             })
             .collect();
@@ -99,6 +110,7 @@ impl Builder<'_> {
         Ok(Body {
             settings: self.settings(&file.integrator, &muscle, formulation, linear_solver),
             muscle,
+            drive,
             formulation,
             start: Start::Rest, // until the scene says otherwise
             regions,

@@ -1,22 +1,26 @@
 //! Stresses that materials add to their laws (fiber tension, viscosity), and foundations of the
 //! boundary.
 
-use myovib_fem::material::{ActiveStress, Bestel, ForceLength, Prony};
+use myovib_fem::material::{ActiveStress, Bestel, ForceLength, Prony, Springpot};
 use myovib_fem::{AddedStress, FemError, Solid, SupportDirection};
 use myovib_model::{Activation, RobinSupport, Signal, Timed};
 
 use super::builder::Builder;
+use super::unusual::moduli;
 use crate::InputError;
 use crate::scene_file::active::{Active, Tension};
 use crate::scene_file::chain::Place;
 use crate::scene_file::material::Material;
 use crate::scene_file::solid::Direction;
-use crate::scene_file::{Analysis, SceneFile};
+use crate::scene_file::{self, Analysis, SceneFile};
 
 /// Minimum and maximum number of times at which the sign of a prescribed tension is checked,
 const SAMPLES: [f64; 2] = [1e3, 1e6];
 /// and number of these times per characteristic time of the tension, within these limits.
 const SAMPLES_OF_A_CHANGE: f64 = 4.0;
+
+/// Ratio of bulk to shear modulus below which a law has no volumetric part: a few rounding errors.
+const ISOCHORIC: f64 = 1e-10;
 
 /// Stresses that materials add to their laws, each with its elements, and the tensions of active
 /// materials by number.
@@ -57,7 +61,9 @@ impl Builder<'_> {
             let path = format!("material[{i}]");
             let of_region = |element: &usize| regions[*element] == i;
             let members: Vec<usize> = (0..regions.len()).filter(of_region).collect();
-            if let (true, Some(&element)) = (material.law.0.is_linear(), members.first()) {
+            let refused = material.active.is_some() || file.analysis != Analysis::Response;
+            let refused = refused && material.law.0.is_linear();
+            if let (true, Some(&element)) = (refused, members.first()) {
                 self.at(&path, Err(FemError::AddedToSmallStrain { element }))?;
             }
             let mut stress = AddedStress {
@@ -80,7 +86,7 @@ impl Builder<'_> {
         Ok((stresses, activations))
     }
 
-    /// Returns the Prony terms of the materials, each with its elements.
+    /// Returns the Prony terms and springpots of the materials, each with its elements.
     pub(super) fn relaxation(
         &self,
         file: &SceneFile,
@@ -88,24 +94,65 @@ impl Builder<'_> {
     ) -> Result<Vec<(Vec<usize>, Prony)>, InputError> {
         let mut relaxing = Vec::new();
         for (i, material) in file.material.iter().enumerate() {
-            let Some(terms) = material.prony.as_deref().filter(|terms| !terms.is_empty()) else {
-                continue;
-            };
+            let terms = material.prony.as_deref().unwrap_or_default();
             let path = format!("material[{i}].prony");
             for (k, term) in terms.iter().enumerate() {
                 let one = Prony::new(vec![term.into()]);
                 self.at(&format!("{path}[{k}]"), one)?;
             }
-            if material.law.0.is_linear() {
+            let prony = Prony::new(terms.iter().map(Into::into).collect());
+            let mut prony = self.at(&path, prony)?;
+            if let Some(springpot) = &material.springpot {
+                let path = format!("material[{i}].springpot");
+                let springpot = self.springpot(file, material, springpot, &path)?;
+                prony = self.at(&path, prony.with_springpot(springpot))?;
+            }
+            if prony.is_empty() {
+                continue;
+            }
+            if material.law.0.is_linear() && file.analysis != Analysis::Response {
                 let error = InputError::new("stress of small strains does not relax here")
                     .next("choose a law of finite strains, or Rayleigh damping");
                 return Err(self.wrong(&path, error));
             }
             let members: Vec<usize> = (0..regions.len()).filter(|e| regions[*e] == i).collect();
-            let prony = Prony::new(terms.iter().map(Into::into).collect());
-            relaxing.push((members, self.at(&path, prony)?));
+            relaxing.push((members, prony));
         }
         Ok(relaxing)
+    }
+
+    /// Returns the springpot of a material relative to the shear modulus of its law.
+    fn springpot(
+        &self,
+        file: &SceneFile,
+        material: &Material,
+        springpot: &scene_file::material::Springpot,
+        path: &str,
+    ) -> Result<Springpot, InputError> {
+        if file.analysis == Analysis::Dynamic {
+            let error = InputError::new("a springpot has no stress in the time domain")
+                .next("compute a response, or take `prony` for a motion");
+            return Err(self.wrong(path, error));
+        }
+        let law = self.at(path, material.stiffened())?;
+        let [bulk, shear] = moduli(law);
+        if law.has_fibers() || bulk.abs() > ISOCHORIC * shear {
+            let error =
+                InputError::new("a springpot needs an isotropic law without a volumetric part");
+            let error = error.next(
+                "take mooney-rivlin, neo-hooke, small-strain or deviatoric-st-venant-kirchhoff",
+            );
+            return Err(self.wrong(path, error));
+        }
+        let scene_file::material::Springpot {
+            modulus,
+            viscosity,
+            exponent,
+        } = *springpot;
+        Ok(Springpot {
+            weight: modulus.powf(1.0 - exponent) * viscosity.powf(exponent) / shear,
+            exponent,
+        })
     }
 
     fn active_stress(&self, active: &Active, path: &str) -> Result<ActiveStress, InputError> {

@@ -21,7 +21,12 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     }));
     let of_modes = file.modes.as_ref().and_then(|modes| modes.preload_time);
     let of_static = (file.analysis == Analysis::Static).then_some(t_end);
-    for (taken, key) in [(of_static, "[time] end"), (of_modes, "modes.preload_time")] {
+    let of_response = file.response.as_ref().and_then(|own| own.preload_time);
+    for (taken, key) in [
+        (of_static, "[time] end"),
+        (of_modes, "modes.preload_time"),
+        (of_response, "response.preload_time"),
+    ] {
         if let Some(t) = taken.filter(|t| rests(&body.muscle, *t)) {
             notes.push(format!(
                 "all loads are 0 at t = {t} s, when the equilibrium is taken: {key} says another time"

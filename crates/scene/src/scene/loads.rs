@@ -1,33 +1,49 @@
 //! Loads on a body: tractions, body forces and pressures.
 
 use myovib_fem::{Solid, Space, load};
-use myovib_model::{Load, PressureLoad};
+use myovib_model::{Load, PressureLoad, Signal};
+use num_complex::Complex64;
 
 use super::builder::Builder;
+use super::supports::Component;
 use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::solid::{BodyForce, Traction};
 
 impl Builder<'_> {
-    /// Returns the dead loads: tractions, then body forces, with one load per component.
-    /// `densities` contains one value per element.
+    /// Returns the dead loads: tractions, then body forces, with one load per component, and the
+    /// sum of their harmonic parts. `densities` contains one value per element.
     pub(super) fn loads(
         &self,
         file: &SceneFile,
         space: &Space,
         densities: &[f64],
-    ) -> Result<Vec<Load>, InputError> {
+    ) -> Result<(Vec<Load>, Vec<Complex64>), InputError> {
         let dimension = space.dimension();
         let mut loads = Vec::new();
+        let mut harmonic = vec![Complex64::ZERO; space.n_components()];
+        let mut add = |unit: &[f64], component: &Component<'_>| {
+            if let Some(function) = component.function {
+                loads.push(Load::new(unit, self.signal(function, &component.path)?));
+            }
+            if component.amplitude != Complex64::ZERO {
+                for (total, unit) in harmonic.iter_mut().zip(unit) {
+                    *total += component.amplitude * unit;
+                }
+            }
+            Ok(())
+        };
         for (i, traction) in file.traction.iter().enumerate() {
             let path = format!("traction[{i}]");
             let given = [&traction.x, &traction.y, &traction.z];
-            for (axis, path_of_component, function) in self.components(given, dimension, &path)? {
+            let harmonic = traction.response.as_ref();
+            for component in self.components(given, harmonic, dimension, &path)? {
+                let axis = component.axis;
                 let unit = match dimension {
                     2 => self.unit_traction::<2>(traction, space, axis, &path),
                     _ => self.unit_traction::<3>(traction, space, axis, &path),
                 }?;
-                loads.push(Load::new(&unit, self.signal(function, &path_of_component)?));
+                add(&unit, &component)?;
             }
         }
         for (i, force) in file.body_force.iter().enumerate() {
@@ -38,15 +54,17 @@ impl Builder<'_> {
                 own[element] = densities[element];
             }
             let given = [&force.x, &force.y, &force.z];
-            for (axis, path_of_component, function) in self.components(given, dimension, &path)? {
+            let harmonic = force.response.as_ref();
+            for component in self.components(given, harmonic, dimension, &path)? {
+                let axis = component.axis;
                 let unit = match dimension {
                     2 => self.unit_weight::<2>(force, space, &own, axis, &path),
                     _ => self.unit_weight::<3>(force, space, &own, axis, &path),
                 }?;
-                loads.push(Load::new(&unit, self.signal(function, &path_of_component)?));
+                add(&unit, &component)?;
             }
         }
-        Ok(loads)
+        Ok((loads, harmonic))
     }
 
     /// Returns the load of 1 Pa along an axis times the traction's distribution.
@@ -102,6 +120,23 @@ impl Builder<'_> {
                 let signal = self.signal(&pressure.value, &format!("{path}.value"))?;
                 let load = PressureLoad::new(solid, &pressure.group, signal);
                 self.at(&format!("{path}.group"), load)
+            })
+            .collect()
+    }
+
+    /// Returns the pressures of 1 Pa with a harmonic part, and its amplitudes.
+    pub(super) fn harmonic_pressures(
+        &self,
+        file: &SceneFile,
+        solid: &Solid,
+    ) -> Result<Vec<(PressureLoad, Complex64)>, InputError> {
+        let given = file.pressure.iter().enumerate();
+        let harmonic = given.filter_map(|(i, pressure)| Some((i, pressure, pressure.response?)));
+        harmonic
+            .map(|(i, pressure, amplitude)| {
+                let unit = PressureLoad::new(solid, &pressure.group, Signal::constant(1.0));
+                let unit = self.at(&format!("pressure[{i}].group"), unit)?;
+                Ok((unit, amplitude.complex()))
             })
             .collect()
     }

@@ -66,7 +66,18 @@ impl Builder<'_> {
         })?;
         let of = |region: &usize| &file.material[*region];
         let stiffened = |(i, material): (usize, &Material)| {
-            self.at(&format!("material[{i}].stress_scale"), material.stiffened())
+            let law = self.at(&format!("material[{i}].stress_scale"), material.stiffened())?;
+            match law {
+                // Viscous stresses belong to laws of finite strains, which are equal at rest.
+                Law::SmallStrain { shear_modulus } if material.is_viscous() => {
+                    self.expect_rest(file, &format!("material[{i}]"))?;
+                    Ok(Law::MooneyRivlin {
+                        c10: 0.5 * shear_modulus,
+                        c01: 0.0,
+                    })
+                }
+                law => Ok(law),
+            }
         };
         let laws = file.material.iter().enumerate().map(stiffened);
         let laws = laws.collect::<Result<Vec<Law>, _>>()?;

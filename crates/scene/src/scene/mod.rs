@@ -20,6 +20,7 @@ mod materials;
 mod mesh;
 mod oscillators;
 mod places;
+mod response;
 mod settings;
 mod start;
 mod supports;
@@ -31,6 +32,7 @@ use std::path::{Path, PathBuf};
 
 use myovib_model::advice::Finding;
 use myovib_model::coupling::Feedback;
+use myovib_model::harmonic::Drive;
 use myovib_model::{Formulation, ModelError, Muscle, RodDae, Settings};
 use serde_json::Value;
 
@@ -79,6 +81,8 @@ pub struct Scene {
 pub struct Body {
     /// Body with its loads.
     pub muscle: Muscle,
+    /// Harmonic parts of its loads, for a response.
+    pub drive: Drive,
     /// Formulation of the DAE.
     pub formulation: Formulation,
     /// Settings of the integrator.
@@ -293,6 +297,7 @@ impl Scene {
             }
             Analysis::Static => builder.without_motion(&file)?,
             Analysis::Dynamic | Analysis::Modes => {}
+            Analysis::Response => builder.response(&file)?,
         }
         let mut body = match (&file.mesh, &file.solid) {
             (Some(mesh), Some(solid)) => Some(builder.body(&file, mesh, solid)?),
@@ -327,6 +332,7 @@ impl Scene {
         if let Some(body) = &mut body {
             body.start = start;
         }
+        builder.driven(&file, body.as_ref())?;
         builder.probes(&file)?;
         if let Some(body) = &body {
             builder.places(&file, body)?;

@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 
 use myovib_fem::Space;
 use myovib_model::Signal;
+use num_complex::Complex64;
 
 use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::function::Function;
+use crate::scene_file::response::Amplitudes;
 use crate::scene_file::solid::{Axis, PrescribedDisplacement};
 
 /// Names of the components.
@@ -18,8 +20,26 @@ pub(crate) const NAMES: [&str; 3] = ["x", "y", "z"];
 /// group. It covers rounding of node coordinates in mesh files and of expressions of them.
 const EQUAL_FACTORS: f64 = 1e-10;
 
-/// Constrained components (node, axis); moved components have a function of time.
-pub(super) type Supports = BTreeMap<(usize, usize), Option<Signal>>;
+/// Constrained components (node, axis).
+pub(super) type Supports = BTreeMap<(usize, usize), Support>;
+
+/// Motion of a constrained component.
+pub(super) struct Support {
+    /// Function of time; `None` for a held component.
+    pub(super) signal: Option<Signal>,
+    /// Amplitude of the harmonic motion in a response, m.
+    pub(super) amplitude: Complex64,
+}
+
+/// A component of a load or displacement that is given.
+pub(super) struct Component<'f> {
+    pub(super) axis: usize,
+    /// Its path in the scene.
+    pub(super) path: String,
+    pub(super) function: Option<&'f Function>,
+    /// Amplitude of the harmonic part in a response.
+    pub(super) amplitude: Complex64,
+}
 
 /// Requirements of groups for the components (node, axis): moves with their factors, or an empty
 /// list if the group holds the component. The name of a group that holds the component is not
@@ -29,8 +49,7 @@ type Terms = Vec<(usize, f64)>;
 
 /// Component of a displacement.
 struct Move<'f> {
-    path: String,
-    function: &'f Function,
+    component: Component<'f>,
     signal: Signal,
     /// Largest |factor| at the nodes of the group.
     largest_factor: f64,
@@ -62,9 +81,10 @@ impl Builder<'_> {
         for (i, moving) in file.prescribed_displacement.iter().enumerate() {
             let entry = format!("prescribed_displacement[{i}]");
             let nodes = self.at(&format!("{entry}.group"), space.nodes_of(&moving.group))?;
-            for (axis, path, function) in
-                self.components([&moving.x, &moving.y, &moving.z], dimension, &entry)?
-            {
+            let given = [&moving.x, &moving.y, &moving.z];
+            let harmonic = moving.response.as_ref();
+            for component in self.components(given, harmonic, dimension, &entry)? {
+                let axis = component.axis;
                 let factors = match dimension {
                     2 => self.factors::<2>(moving, space, &nodes, axis, &entry),
                     _ => self.factors::<3>(moving, space, &nodes, axis, &entry),
@@ -80,10 +100,12 @@ impl Builder<'_> {
                         None => groups.push((group, term.into_iter().collect())),
                     }
                 }
-                let signal = self.motion(function, &path)?;
+                let signal = match component.function {
+                    Some(function) => self.motion(function, &component.path)?,
+                    None => Signal::constant(0.0),
+                };
                 moves.push(Move {
-                    path,
-                    function,
+                    component,
                     signal,
                     largest_factor,
                 });
@@ -104,9 +126,10 @@ impl Builder<'_> {
                     place.collect::<Vec<_>>().join(", ")
                 ))
                 .next("take one of the two groups, or give them other nodes or the same motion");
-                return Err(self.wrong(last.map_or("", |last| &moves[last].path), error));
+                let path = last.map_or("", |last| &moves[last].component.path);
+                return Err(self.wrong(path, error));
             }
-            constrained.insert((node, axis), signal(&moves, terms));
+            constrained.insert((node, axis), support(&moves, terms));
         }
         if constrained.is_empty()
             && file
@@ -151,29 +174,39 @@ impl Builder<'_> {
         }
     }
 
-    /// Returns the given components with their axis and path. At least one must be given.
+    /// Returns the components with a function of time or a harmonic part. At least one must be
+    /// given.
     pub(super) fn components<'f>(
         &self,
         given: [&'f Option<Function>; 3],
+        harmonic: Option<&Amplitudes>,
         dimension: usize,
         path: &str,
-    ) -> Result<Vec<(usize, String, &'f Function)>, InputError> {
-        if given.iter().all(|function| function.is_none()) {
+    ) -> Result<Vec<Component<'f>>, InputError> {
+        let harmonic = harmonic.map_or([None; 3], Amplitudes::complex);
+        let mut components = Vec::new();
+        for (axis, (function, amplitude)) in given.into_iter().zip(harmonic).enumerate() {
+            let path = match (function, amplitude) {
+                (None, None) => continue,
+                (Some(_), _) => format!("{path}.{}", NAMES[axis]),
+                (None, Some(_)) => format!("{path}.response.{}", NAMES[axis]),
+            };
+            self.component(axis, dimension, &path)?;
+            components.push(Component {
+                axis,
+                path,
+                function: function.as_ref(),
+                amplitude: amplitude.unwrap_or_default(),
+            });
+        }
+        if components.is_empty() {
             let error = InputError::new("no component is given").next(format!(
                 "give one at least: {}",
                 NAMES[..dimension].join(", ")
             ));
             return Err(self.wrong(path, error));
         }
-        let given = given.into_iter().enumerate();
-        let given = given.filter_map(|(axis, function)| Some((axis, function.as_ref()?)));
-        given
-            .map(|(axis, function)| {
-                let path = format!("{path}.{}", NAMES[axis]);
-                self.component(axis, dimension, &path)?;
-                Ok((axis, path, function))
-            })
-            .collect()
+        Ok(components)
     }
 
     /// Rejects a third component in the plane.
@@ -192,24 +225,43 @@ impl Builder<'_> {
     }
 }
 
+impl Move<'_> {
+    /// Returns whether the motion is not zero.
+    fn moves(&self) -> bool {
+        let Component {
+            function,
+            amplitude,
+            ..
+        } = self.component;
+        let rests = function.is_none_or(|function| *function == Function::Constant(0.0));
+        !rests || amplitude != Complex64::ZERO
+    }
+
+    /// Returns whether two components have the same function of time and the same harmonic part.
+    fn is_like(&self, other: &Self) -> bool {
+        let (own, other) = (&self.component, &other.component);
+        own.function == other.function && own.amplitude == other.amplitude
+    }
+}
+
 /// Returns whether two groups prescribe the same motion of a component. A motion of 0 equals a
 /// fixed component.
 fn alike(moves: &[Move<'_>], terms: &Terms, other: &Terms) -> bool {
     let moving = |terms: &Terms| {
         let terms = terms.iter().map(|&(i, factor)| (&moves[i], factor));
-        let moving = terms.filter(|(own, _)| *own.function != Function::Constant(0.0));
+        let moving = terms.filter(|(own, _)| own.moves());
         moving.collect::<Vec<_>>()
     };
     let (terms, other) = (moving(terms), moving(other));
     let same = |((a, f), (b, g)): (&(&Move<'_>, f64), &(&Move<'_>, f64))| {
         let largest = a.largest_factor.max(b.largest_factor);
-        a.function == b.function && (f - g).abs() <= EQUAL_FACTORS * largest
+        a.is_like(b) && (f - g).abs() <= EQUAL_FACTORS * largest
     };
     terms.len() == other.len() && terms.iter().zip(&other).all(same)
 }
 
-/// Returns the sum of moves times their factors, or `None` without motion.
-fn signal(moves: &[Move<'_>], terms: &Terms) -> Option<Signal> {
+/// Returns the sum of moves times their factors.
+fn support(moves: &[Move<'_>], terms: &Terms) -> Support {
     let scaled = |&(i, factor): &(usize, f64)| {
         let signal = moves[i].signal.clone();
         match factor == 1.0 {
@@ -218,9 +270,15 @@ fn signal(moves: &[Move<'_>], terms: &Terms) -> Option<Signal> {
         }
     };
     let mut parts: Vec<Signal> = terms.iter().map(scaled).collect();
-    match parts.len() {
-        0 | 1 => parts.pop(),
-        _ => Some(Signal::sum(parts)),
+    let amplitudes = terms.iter();
+    Support {
+        amplitude: amplitudes
+            .map(|&(i, factor)| factor * moves[i].component.amplitude)
+            .sum(),
+        signal: match parts.len() {
+            0 | 1 => parts.pop(),
+            _ => Some(Signal::sum(parts)),
+        },
     }
 }
 

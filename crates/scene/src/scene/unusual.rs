@@ -113,7 +113,7 @@ impl Part {
 
 /// Returns bulk and shear modulus at small strains from the law's stress alone, Pa. For a law with
 /// fibers, these are the means over all directions (Voigt average).
-fn moduli(law: Law) -> [f64; 2] {
+pub(super) fn moduli(law: Law) -> [f64; 2] {
     let c = law.tangent3([[0.0; 3]; 3], 0.0, Axes::cartesian(0.0));
     // C_iijj and C_ijij.
     let normal = [0, 4, 8];
@@ -220,6 +220,10 @@ fn times(file: &SceneFile, t_end: f64) -> Vec<f64> {
             .iter()
             .filter_map(|modes| modes.preload_time)
             .collect(),
+        Analysis::Response => {
+            let response = file.response.iter();
+            response.filter_map(|own| own.preload_time).collect()
+        }
         Analysis::Dynamic => {
             let all = (0..=TIMES).map(|i| t_end * f64::from(i) / f64::from(TIMES));
             all.collect()

@@ -8,6 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::function::{Function, Shape};
+use super::response::Amplitude;
 
 /// The damped elastic rod of the paper's section 3.1. Quantities are dimensionless.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -35,6 +36,8 @@ pub struct Rod {
     pub load_type: RodLoadType,
     /// Load τ(t) at the right end.
     pub load: Function,
+    /// Amplitude of τ in a response.
+    pub response: Option<Amplitude>,
 }
 
 /// Meaning of the load τ of a rod.
@@ -64,6 +67,7 @@ impl Default for Rod {
                 steepness: 10.0,
                 shift: 8.0,
             }))),
+            response: None,
         }
     }
 }

@@ -51,6 +51,8 @@ pub struct Material {
     /// Each term adds a stress H with `Ḣ + H/τ = g Ṡ`, where S is the stress of the law without the
     /// pressure.
     pub prony: Option<Vec<PronyTerm>>,
+    /// Springpot (fractional Kelvin–Voigt damping) of a response; the material must be isotropic.
+    pub springpot: Option<Springpot>,
     /// Bulk modulus κ, Pa [default: `solid.bulk_modulus`]; `inf` in one material requires `inf` in
     /// all.
     pub bulk_modulus: Option<BulkModulus>,
@@ -71,6 +73,13 @@ fn one() -> f64 {
 }
 
 impl Material {
+    /// Returns whether the material has a viscous, relaxing or fractional stress.
+    pub(crate) fn is_viscous(&self) -> bool {
+        self.viscosity.is_some_and(|viscosity| viscosity > 0.0)
+            || self.prony.as_ref().is_some_and(|terms| !terms.is_empty())
+            || self.springpot.is_some()
+    }
+
     /// Returns the law with its stress multiplied by `stress_scale`. Stresses are linear in constants in Pa.
     ///
     /// # Errors
@@ -98,6 +107,22 @@ pub struct PronyTerm {
     /// Relaxation time τ, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub relaxation_time: f64,
+}
+
+/// A springpot: adds `modulus^(1-a) viscosity^a (iω)^a`, a = `exponent`, to the complex shear modulus.
+/// About a preload it scales the linearized stress of the law in the same ratio.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Springpot {
+    /// Modulus μ, Pa.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub modulus: f64,
+    /// Viscosity η, Pa·s. Published values of μ belong to a given η, often 1 Pa·s.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub viscosity: f64,
+    /// Exponent a: 0 for a spring, 1 for a damper.
+    #[schemars(extend("exclusiveMinimum" = 0), extend("exclusiveMaximum" = 1))]
+    pub exponent: f64,
 }
 
 impl From<&PronyTerm> for myovib_fem::material::PronyTerm {

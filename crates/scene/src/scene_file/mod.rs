@@ -17,6 +17,7 @@ pub mod integrator;
 pub mod material;
 pub mod mesh;
 pub mod output;
+pub mod response;
 pub mod solid;
 pub mod start;
 
@@ -44,6 +45,7 @@ use integrator::Integrator;
 use material::Material;
 use mesh::{Mesh, Region};
 use output::{Fields, Probe, Stop};
+use response::Response;
 use solid::{
     BodyForce, ElasticFoundation, Fixed, PrescribedDisplacement, Pressure, Solid, Traction,
 };
@@ -119,6 +121,8 @@ pub struct SceneFile {
     pub checkpoint: Option<Checkpoint>,
     /// Number and preload of eigenmodes.
     pub modes: Option<Modes>,
+    /// Frequencies and preload of a harmonic response.
+    pub response: Option<Response>,
 }
 
 /// Type of analysis.
@@ -132,6 +136,9 @@ pub enum Analysis {
     Dynamic,
     /// Lowest eigenmodes, written to `modes.csv` without probes and fields.
     Modes,
+    /// Harmonic response to the loads with a `response`, at the frequencies of `[response]`; one table per
+    /// probe, without fields.
+    Response,
 }
 
 /// Time interval; it starts at 0.

@@ -125,6 +125,11 @@ const SECTIONS: &[Section] = &[
         example: "[modes]\ncount = 6\npreload_time = 0.0                  # s",
     },
     Section {
+        title: "`[response]`",
+        keys: &["response"],
+        example: "[response]\nfrequencies = \"1..60:120\"         # Hz\npreload_time = 0.0              # s",
+    },
+    Section {
         title: "`[[parameter]]`",
         keys: &["parameter"],
         example: "[[parameter]]\nkey = \"material[0].c10\"\nlow = 1e3                       # Pa",

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::function::Function;
 use super::number::Number;
+use super::response::{Amplitude, Amplitudes};
 
 /// Compressibility, damping and formulation, common to all materials.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -92,6 +93,9 @@ pub struct PrescribedDisplacement {
     pub y: Option<Function>,
     /// Displacement along z, m; in space.
     pub z: Option<Function>,
+    /// Amplitudes of the harmonic motion in a response, m. A component without a function is held in other
+    /// analyses.
+    pub response: Option<Amplitudes>,
     /// Spatial factor of the components, evaluated at the nodes [default: 1].
     pub spatial_factor: Option<SpatialFactor>,
 }
@@ -107,6 +111,8 @@ pub struct Traction {
     pub y: Option<Function>,
     /// Component along z, Pa; in space.
     pub z: Option<Function>,
+    /// Amplitudes of the harmonic part in a response, Pa.
+    pub response: Option<Amplitudes>,
     /// Spatial factor of the components, integrated exactly up to degree 3 [default: 1].
     pub spatial_factor: Option<SpatialFactor>,
 }
@@ -138,6 +144,8 @@ pub struct Pressure {
     pub group: String,
     /// Pressure, Pa; positive values push against the body.
     pub value: Function,
+    /// Amplitude of the harmonic part in a response, Pa.
+    pub response: Option<Amplitude>,
 }
 
 /// An elastic foundation of a boundary with springs and dampers (Robin condition):
@@ -181,6 +189,8 @@ pub struct BodyForce {
     pub y: Option<Function>,
     /// Acceleration along z, m/s²; in space.
     pub z: Option<Function>,
+    /// Amplitudes of the harmonic part in a response, m/s².
+    pub response: Option<Amplitudes>,
     /// Spatial factor of the components, integrated exactly up to degree 4 [default: 1].
     pub spatial_factor: Option<SpatialFactor>,
 }

@@ -1,8 +1,9 @@
 //! Cases of a sweep: all combinations of the values of some keys.
 
-use std::ops::Range;
+use std::ops;
 
 use crate::InputError;
+use crate::spacing::Range;
 
 /// Maximum number of cases of a sweep.
 const MAX_CASES: usize = 100_000;
@@ -37,38 +38,11 @@ impl Axis {
         if key.trim().is_empty() {
             return Err(wrong("a key is missing"));
         }
-        let values = match range(values) {
+        let values = match Range::read(values) {
             None => split(values),
-            Some((low, high, n)) => {
-                let finite = |number: &f64| number.is_finite();
-                let number = |word: &str| word.trim().parse::<f64>().ok().filter(finite);
-                let is_whole = |word: &str| word.trim().parse::<i64>().is_ok();
-                let ends_are_whole = is_whole(low) && is_whole(high);
-                let (Some(low), Some(high)) = (number(low), number(high)) else {
-                    return Err(wrong("a range is made of finite numbers"));
-                };
-                let n = n.ok_or_else(|| wrong("`:n` is missing"))?;
-                let (n, is_log) = match n.trim().strip_suffix(":log") {
-                    Some(n) => (n, true),
-                    None => (n, false),
-                };
-                if is_log && !(low > 0.0 && high > 0.0) {
-                    return Err(wrong("a logarithmic range has positive ends"));
-                }
-                let n: usize = n.trim().parse().map_err(|_| wrong("n is a whole number"))?;
-                if !(2..=MAX_CASES).contains(&n) {
-                    let error = wrong("a range has two values at least, and not too many");
-                    return Err(error.allowed(format!("n from 2 to {MAX_CASES}")));
-                }
-                let value = |i: usize| {
-                    let s = i as f64 / (n - 1) as f64;
-                    let value = match is_log {
-                        // The ends of the range are exact.
-                        _ if i == 0 => low,
-                        _ if i == n - 1 => high,
-                        true => low * (high / low).powf(s),
-                        false => (1.0 - s) * low + s * high,
-                    };
+            Some(range) => {
+                let ends_are_whole = range.has_whole_ends();
+                let written = |value: f64| {
                     // Integer keys do not accept 1e0.
                     let rounded = value.round();
                     let is_whole = (value - rounded).abs() <= 4.0 * f64::EPSILON * rounded.abs();
@@ -77,7 +51,8 @@ impl Axis {
                         false => format!("{value:e}"),
                     }
                 };
-                (0..n).map(value).collect()
+                let values = range.values().map_err(wrong)?;
+                values.into_iter().map(written).collect()
             }
         };
         Ok(Self {
@@ -107,17 +82,6 @@ fn split(values: &str) -> Vec<String> {
         }
     }
     parts.iter().map(|part| part.trim().to_owned()).collect()
-}
-
-/// Returns the parts of `lo..hi:n` if the values form a range. Paths may contain `..` too.
-fn range(values: &str) -> Option<(&str, &str, Option<&str>)> {
-    let (low, rest) = values.split_once("..")?;
-    let (high, n) = match rest.split_once(':') {
-        Some((high, n)) => (high, Some(n)),
-        None => (rest, None),
-    };
-    let is_number = |word: &str| word.trim().parse::<f64>().is_ok();
-    (is_number(low) || is_number(high)).then_some((low, high, n))
 }
 
 /// Parses the keys with their values. Each key may occur once because it names a column of the
@@ -162,7 +126,7 @@ pub(super) fn cases(axes: &[Axis]) -> Result<Vec<Case>, InputError> {
 }
 
 /// Returns the range of case numbers, from 0, for `text` = K/N or K-L/N of `count` cases.
-pub(super) fn case_numbers(text: &str, count: usize) -> Result<Range<usize>, InputError> {
+pub(super) fn case_numbers(text: &str, count: usize) -> Result<ops::Range<usize>, InputError> {
     let number = |word: &str| word.trim().parse::<usize>().ok();
     let numbers = text.split_once('/').and_then(|(cases, n)| {
         let (first, last) = cases.split_once('-').unwrap_or((cases, cases));

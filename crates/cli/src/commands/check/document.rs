@@ -6,6 +6,7 @@ use myovib_scene::{Body, Scene, json};
 use serde::Serialize;
 
 use super::cost::{Cost, CostJson};
+use super::response::ResponseJson;
 use crate::commands::table1::{ReportJson, report_json};
 
 #[derive(Serialize)]
@@ -19,6 +20,9 @@ pub(super) struct Document {
     pub(super) equilibrium: Option<EquilibriumJson>,
     /// Null unless the scene computes the modes of a body.
     pub(super) modes: Option<ModesJson>,
+    /// Null unless the scene computes the response of a body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) response: Option<ResponseJson>,
 }
 
 #[derive(Serialize)]

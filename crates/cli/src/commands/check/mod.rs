@@ -2,6 +2,7 @@
 
 mod cost;
 mod document;
+mod response;
 mod statics;
 mod writes;
 
@@ -77,7 +78,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
     SceneParameter::all(scene)?;
     rehearse(scene)?;
     let unusual = scene.unusual();
-    let (mut equilibrium, mut modes) = (None, None);
+    let (mut equilibrium, mut modes, mut response) = (None, None, None);
     let (text, body) = match (scene.file.analysis, &scene.body) {
         (Analysis::Static, Some(body)) => {
             let mut report = check::check_static(&body.muscle, body.formulation, scene.t_end)?;
@@ -106,7 +107,12 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
                 .to_owned(),
             None,
         ),
-        (Analysis::Static | Analysis::Modes, _) => {
+        (Analysis::Response, Some(body)) => {
+            let (text, document) = response::examine(scene, body)?;
+            response = Some(document);
+            (text + &warnings(&unusual), None)
+        }
+        (Analysis::Static | Analysis::Modes | Analysis::Response, _) => {
             modes = scene.body.is_some().then(|| ModesJson::of(&unusual));
             let text = format!(
                 "The scene is right. Nothing is integrated in time: there is no index, and no error test.\n{}",
@@ -124,6 +130,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
         body,
         equilibrium,
         modes,
+        response,
     };
     Ok((text, document))
 }

@@ -1,0 +1,119 @@
+//! Cost of a harmonic response before it is computed.
+
+use std::time::Instant;
+
+use myovib_model::check::Factors;
+use myovib_model::harmonic::HarmonicResponse;
+use myovib_model::statics::Equilibrium;
+use myovib_report::table::counted;
+use myovib_scene::scene_file::SceneFile;
+use myovib_scene::{Body, InputError, Scene};
+use myovib_sparse::resources;
+use serde::Serialize;
+
+use super::memory;
+
+/// Harmonic loads and cost of a response.
+#[derive(Serialize)]
+pub(super) struct ResponseJson {
+    /// Number of frequencies.
+    frequencies: usize,
+    /// Number of unknowns of each linear system.
+    unknowns: usize,
+    /// Time of one frequency on one thread, s.
+    seconds_per_frequency: f64,
+    /// Loads and displacements with a harmonic part.
+    harmonic: Vec<String>,
+    /// Time of the loads of the preload, s; null for rest.
+    preload_time: Option<f64>,
+}
+
+/// Solves for one frequency about rest, which costs as much as each frequency about a preload, and
+/// returns text and JSON.
+///
+/// # Errors
+/// Returns an error if the matrices cannot be evaluated.
+pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, ResponseJson)> {
+    let Some(wanted) = &scene.file.response else {
+        return Err(InputError::new("the scene has no table [response]").into());
+    };
+    let frequencies = wanted.frequencies.values().map_err(InputError::new)?;
+    let rest = Equilibrium::unloaded(&body.muscle);
+    let response = HarmonicResponse::about(&body.muscle, body.formulation, &rest, &body.drive)?;
+    let started = Instant::now();
+    let largest = frequencies.iter().copied().fold(0.0, f64::max);
+    response.map(&[largest.max(1.0)], |_| Ok(()))?;
+    let found = ResponseJson {
+        frequencies: frequencies.len(),
+        unknowns: response.n_unknowns(),
+        seconds_per_frequency: started.elapsed().as_secs_f64(),
+        harmonic: harmonic(&scene.file),
+        preload_time: wanted.preload_time,
+    };
+    let mut lines = vec![
+        format!("harmonic        {}", found.harmonic.join(", ")),
+        match found.preload_time {
+            None => "preload         none: the body vibrates about rest".to_owned(),
+            Some(t) => {
+                format!("preload         all loads, displacements and tensions at t = {t} s")
+            }
+        },
+    ];
+    lines.extend(response.prediction().map(|needs| {
+        memory(Factors {
+            matrices: 1,
+            needs,
+            in_use: resources::in_use(),
+        })
+    }));
+    let seconds = found.seconds_per_frequency;
+    lines.push(format!(
+        "cost            {} of {seconds:.1e} s, {:.1} s on one thread",
+        counted(found.frequencies, "solution"),
+        seconds * found.frequencies as f64
+    ));
+    let text = format!(
+        "harmonic response: {} unknowns\n\n{}\n",
+        found.unknowns,
+        lines.join("\n")
+    );
+    Ok((text, found))
+}
+
+/// Lists the loads and displacements with a harmonic part.
+fn harmonic(file: &SceneFile) -> Vec<String> {
+    let mut names = Vec::new();
+    let mut add = |key: &str, given: Vec<bool>| {
+        let given = given.into_iter().enumerate().filter(|(_, given)| *given);
+        names.extend(given.map(|(i, _)| format!("{key}[{i}]")));
+    };
+    add(
+        "traction",
+        file.traction
+            .iter()
+            .map(|own| own.response.is_some())
+            .collect(),
+    );
+    add(
+        "pressure",
+        file.pressure
+            .iter()
+            .map(|own| own.response.is_some())
+            .collect(),
+    );
+    add(
+        "body_force",
+        file.body_force
+            .iter()
+            .map(|own| own.response.is_some())
+            .collect(),
+    );
+    add(
+        "prescribed_displacement",
+        file.prescribed_displacement
+            .iter()
+            .map(|own| own.response.is_some())
+            .collect(),
+    );
+    names
+}

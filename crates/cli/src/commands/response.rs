@@ -1,0 +1,99 @@
+//! `myovib response`: harmonic response of a scene over frequencies.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use myovib_report::{page, response};
+use myovib_scene::run::{Existing, RunOptions, compute};
+use myovib_scene::sensitivity::SceneParameter;
+use myovib_scene::{Scene, plain};
+
+use crate::args::CommonArgs;
+use crate::exit::Exit;
+use crate::interrupt;
+use crate::output;
+use crate::progress::Progress;
+use crate::values;
+
+/// Options of `myovib response`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    myovib response scene.toml --frequencies 1..60:120\n  \
+    myovib response scene.toml --frequencies 0.1..100:60:log --threads 4\n  \
+    myovib response scene.toml --set response.preload_time=2\n\n\
+    Computes the small harmonic motion about rest, or about the equilibrium under the loads at \
+    response.preload_time. Loads and displacements with a `response` in the scene drive the body. Writes \
+    NAME.csv for each [[probe]]: frequency, then real part, imaginary part, amplitude and phase (degrees) of \
+    each value; run.json; and report.html with amplitude and phase over frequency.")]
+pub struct ResponseArgs {
+    /// The scene: a TOML file, or the name of a built-in scene.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+
+    /// Frequencies in Hz: LOW..HIGH:N, LOW..HIGH:N:log, or a list A,B,C [default: from the scene].
+    #[arg(long, value_name = "LIST")]
+    pub frequencies: Option<String>,
+
+    /// Change a value of the scene; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+
+    /// Folder for the results; it is made, and must not hold results already.
+    #[arg(long, value_name = "DIR", default_value = "response", value_parser = values::output_folder)]
+    pub out: PathBuf,
+
+    /// Replace the results that the folder holds.
+    #[arg(long)]
+    pub overwrite: bool,
+
+    /// Options of every command.
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+/// Computes the response.
+///
+/// # Errors
+/// Returns an error if the scene is invalid (before any file is written), if no equilibrium is
+/// found, or if an output cannot be written.
+pub fn run(args: &ResponseArgs) -> anyhow::Result<Exit> {
+    let mut set = args.set.clone();
+    set.push("analysis=response".to_owned());
+    let frequencies = args.frequencies.iter();
+    set.extend(frequencies.map(|list| format!("response.frequencies=\"{list}\"")));
+    let scene = Scene::load(&args.scene, &set)?;
+    SceneParameter::all(&scene)?;
+    for note in scene.notes() {
+        output::note(&note);
+    }
+    for finding in scene.unusual() {
+        output::warn(&finding.to_string());
+    }
+    let progress = Progress::new(args.common.quiet);
+    let result = compute(
+        &scene,
+        &RunOptions {
+            out: args.out.clone(),
+            existing: Existing::of(false, args.overwrite),
+            interrupt: Some(interrupt::flag()),
+            progress: &progress,
+            verify: false,
+        },
+    )?;
+    drop(progress);
+    for note in &result.notes {
+        output::note(note);
+    }
+    page::write(&args.out, &scene, &result)?;
+    let table = result
+        .response
+        .as_ref()
+        .map_or(String::new(), response::text);
+    let page = args.out.join(page::NAME);
+    let text = format!(
+        "{table}\nAll of it: {}\n",
+        plain(&page.display().to_string())
+    );
+    args.common.give("response", &text, &result.document)?;
+    Ok(Exit::of(&result.outcome))
+}

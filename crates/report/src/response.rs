@@ -1,0 +1,104 @@
+//! Harmonic response: table of peaks, and amplitude and phase over frequency.
+
+use myovib_scene::response::{Curves, Response, phase};
+
+use crate::page::probes::{label, unit};
+use crate::plot::{Axis, Figure, LinePlot, Series};
+use crate::table::{Align, Table, colored_stdout};
+
+/// Maximum number of values drawn for a probe; the CSV file contains the others.
+const MOST_COLUMNS: usize = 6;
+
+/// Returns the table of peaks of all values.
+pub fn text(found: &Response) -> String {
+    let mut table = Table::new(&[
+        ("probe", Align::Left),
+        ("value", Align::Left),
+        ("peak, Hz", Align::Right),
+        ("amplitude", Align::Right),
+        ("damping ratio", Align::Right),
+    ]);
+    for peak in &found.peaks {
+        let ratio = peak.damping_ratio;
+        table.row([
+            peak.probe.as_str().into(),
+            peak.column.as_str().into(),
+            format!("{:.4}", peak.frequency).into(),
+            format!("{:.4e}", peak.amplitude).into(),
+            ratio
+                .map_or("–".to_owned(), |ratio| format!("{ratio:.4}"))
+                .into(),
+        ]);
+    }
+    let about = match found.preload_time {
+        None => "about rest".to_owned(),
+        Some(t) => format!("about the equilibrium under the loads at t = {t} s"),
+    };
+    let n = found.frequencies.len();
+    let [first, last] = [found.frequencies.first(), found.frequencies.last()]
+        .map(|frequency| frequency.copied().unwrap_or_default());
+    format!(
+        "{}Harmonic response {about}, {n} frequencies from {first} to {last} Hz.\n",
+        table.render(colored_stdout())
+    )
+}
+
+/// Returns the section of the report.
+pub(crate) fn section(found: &Response, in_space: bool) -> String {
+    let figures = found.probes.iter().map(|curves| {
+        format!(
+            "<figure><figcaption>{name}</figcaption>\n{}</figure>\n",
+            figure(found, curves, in_space).render(),
+            name = curves.name,
+        )
+    });
+    let rows = found.peaks.iter().map(|peak| {
+        let ratio = peak.damping_ratio;
+        format!(
+            "<tr><td>{}</td><td>{}</td><td class=\"n\">{:.4}</td><td class=\"n\">{:.4e}</td>\
+             <td class=\"n\">{}</td></tr>\n",
+            peak.probe,
+            peak.column,
+            peak.frequency,
+            peak.amplitude,
+            ratio.map_or("–".to_owned(), |ratio| format!("{ratio:.4}")),
+        )
+    });
+    let peaks = match found.peaks.is_empty() {
+        true => String::new(),
+        false => format!(
+            "<table><tr><th>probe</th><th>value</th><th class=\"n\">peak, Hz</th><th class=\"n\">amplitude</th>\
+             <th class=\"n\">damping ratio (half power)</th></tr>\n{}</table>\n",
+            rows.collect::<String>()
+        ),
+    };
+    format!(
+        "<h2>Harmonic response</h2>\n{peaks}<div class=\"beside\">\n{}</div>\n",
+        figures.collect::<String>()
+    )
+}
+
+/// Draws amplitude and phase of the values of a probe over frequency (Bode plot).
+fn figure(found: &Response, curves: &Curves, in_space: bool) -> Figure {
+    let columns = curves.columns.iter().enumerate().take(MOST_COLUMNS);
+    let panels = columns.flat_map(|(k, name)| {
+        let values = curves.amplitudes.iter().map(|row| row[k]);
+        let amplitudes: Vec<f64> = values.clone().map(|z| z.norm()).collect();
+        let phases: Vec<f64> = values.map(phase).collect();
+        let panel = |y: Axis, values: &[f64]| {
+            let plot = LinePlot {
+                x: Axis::new("*f*", "Hz"),
+                y,
+                series: vec![Series::curve("", &found.frequencies, values)],
+                ..LinePlot::default()
+            };
+            Box::new(plot) as Box<dyn crate::plot::Panel>
+        };
+        let size = Axis::new(format!("|{}|", label(name)), unit(name, in_space));
+        [
+            panel(size, &amplitudes),
+            panel(Axis::new("phase", "°"), &phases),
+        ]
+    });
+    Figure::column(&*curves.name, panels.collect())
+}

@@ -1,0 +1,190 @@
+//! Peaks of response curves between the computed frequencies.
+//!
+//! Amplitudes are rational functions of the frequency (with Rayleigh, Kelvin–Voigt and Prony
+//! damping), so each curve is interpolated near a peak by a rational function.
+
+use nalgebra::DMatrix;
+use num_complex::Complex64;
+use serde::Serialize;
+
+/// Smallest and largest number of computed frequencies from which a peak is interpolated; odd. The
+/// interpolant of two fewer estimates the error.
+const SAMPLES: [usize; 2] = [7, 9];
+/// Maximum relative difference of the two peaks at which a peak is resolved.
+const RESOLVED: f64 = 1e-2;
+/// Number of intervals in which the half-power frequencies are searched on each side of a peak.
+const SEARCH: usize = 400;
+
+/// A local maximum of the amplitude of a value.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Peak {
+    /// Name of the probe.
+    pub probe: String,
+    /// Name of the value.
+    pub column: String,
+    /// Frequency, Hz.
+    pub frequency: f64,
+    /// Amplitude.
+    pub amplitude: f64,
+    /// Damping ratio from the half-power width, Δf/(2f); null if the width is not resolved.
+    pub damping_ratio: Option<f64>,
+}
+
+/// Position of a maximum.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Maximum {
+    pub(super) frequency: f64,
+    pub(super) amplitude: f64,
+    pub(super) damping_ratio: Option<f64>,
+}
+
+/// Rational function that interpolates a curve, in barycentric form.
+struct Rational {
+    /// Support points, values and weights.
+    support: Vec<(f64, Complex64, Complex64)>,
+}
+
+impl Rational {
+    /// Interpolates all samples: every second sample is a support point; the weights
+    /// interpolate the others.
+    fn through(samples: &[(f64, Complex64)]) -> Option<Self> {
+        let support: Vec<_> = samples.iter().step_by(2).collect();
+        let others: Vec<_> = samples.iter().skip(1).step_by(2).collect();
+        let n = support.len();
+        // Loewner matrix, with rows of zeros so that the last singular vector is in its kernel.
+        let loewner = DMatrix::from_fn(n, n, |i, j| match others.get(i) {
+            None => Complex64::ZERO,
+            Some((f, z)) => (z - support[j].1) / (f - support[j].0),
+        });
+        let kernel = loewner.svd(false, true).v_t?;
+        let weights = kernel.row(n - 1).map(|w| w.conj());
+        let support = support.iter().zip(weights.iter());
+        Some(Self {
+            support: support.map(|((f, z), w)| (*f, *z, *w)).collect(),
+        })
+    }
+
+    fn at(&self, f: f64) -> Complex64 {
+        let (mut above, mut below) = (Complex64::ZERO, Complex64::ZERO);
+        for (at, z, w) in &self.support {
+            if f == *at {
+                return *z;
+            }
+            let share = w / (f - at);
+            above += share * z;
+            below += share;
+        }
+        above / below
+    }
+
+    /// Returns the frequency of the largest amplitude between `low` and `high`, by golden sections.
+    fn maximum(&self, mut low: f64, mut high: f64) -> f64 {
+        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+        // The interval shrinks to the square root of rounding, the accuracy of a maximum.
+        while high - low > 1e-9 * high {
+            let [a, b] = [high - golden * (high - low), low + golden * (high - low)];
+            match self.at(a).norm() > self.at(b).norm() {
+                true => high = b,
+                false => low = a,
+            }
+        }
+        0.5 * (low + high)
+    }
+
+    /// Returns the frequency nearest to `from` in the direction of `to` at which the amplitude is
+    /// `level`, if there is one.
+    fn falls_to(&self, level: f64, from: f64, to: f64) -> Option<f64> {
+        let place = |i: usize| from + (to - from) * i as f64 / SEARCH as f64;
+        let below = |f: f64| self.at(f).norm() <= level;
+        let first = (1..=SEARCH).find(|&i| below(place(i)))?;
+        let (mut inside, mut outside) = (place(first - 1), place(first));
+        for _ in 0..60 {
+            let middle = 0.5 * (inside + outside);
+            match below(middle) {
+                true => outside = middle,
+                false => inside = middle,
+            }
+        }
+        Some(0.5 * (inside + outside))
+    }
+}
+
+/// Returns the local maxima of a curve at ascending frequencies.
+pub(super) fn maxima(frequencies: &[f64], values: &[Complex64]) -> Vec<Maximum> {
+    let size = |k: usize| values[k].norm();
+    let n = frequencies.len();
+    let inner =
+        (1..n.saturating_sub(1)).filter(|&k| size(k - 1) < size(k) && size(k) >= size(k + 1));
+    inner.map(|k| resolved(frequencies, values, k)).collect()
+}
+
+/// Returns the maximum near sample `k`, or the sample itself if the samples do not resolve it.
+fn resolved(frequencies: &[f64], values: &[Complex64], k: usize) -> Maximum {
+    let n = frequencies.len();
+    let unresolved = Maximum {
+        frequency: frequencies[k],
+        amplitude: values[k].norm(),
+        damping_ratio: None,
+    };
+    let [least, most] = SAMPLES;
+    let count = most.min(n - (n + 1) % 2);
+    if count < least {
+        return unresolved;
+    }
+    let [fine, coarse] = [count, count - 2].map(|count| {
+        let first = k.saturating_sub(count / 2).min(n - count);
+        let samples = frequencies.iter().copied().zip(values.iter().copied());
+        let samples: Vec<_> = samples.skip(first).take(count).collect();
+        let curve = Rational::through(&samples)?;
+        let frequency = curve.maximum(frequencies[k - 1], frequencies[k + 1]);
+        let amplitude = curve.at(frequency).norm();
+        let ends = [first, first + count - 1].map(|i| frequencies[i]);
+        Some((curve, frequency, amplitude, ends))
+    });
+    let (Some((curve, frequency, amplitude, ends)), Some((_, _, other, _))) = (fine, coarse) else {
+        return unresolved;
+    };
+    if amplitude.is_nan() || (amplitude - other).abs() > RESOLVED * amplitude {
+        return unresolved;
+    }
+    let level = amplitude / 2.0_f64.sqrt();
+    let sides = ends.map(|end| curve.falls_to(level, frequency, end));
+    let width = sides[0].zip(sides[1]).map(|(low, high)| high - low);
+    Maximum {
+        frequency,
+        amplitude,
+        damping_ratio: width.map(|width| 0.5 * width / frequency),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An oscillator of 10 Hz with damping ratio 0.02 and a second one above: the amplitude of the
+    /// first has its maximum at 10 √(1 − 2ζ²) Hz.
+    #[test]
+    fn peaks_lie_between_the_samples() {
+        let mode = |f0: f64, f: f64| 1.0 / Complex64::new(f0 * f0 - f * f, 0.04 * f0 * f);
+        let frequencies: Vec<f64> = (0..60).map(|i| 1.0 + 0.5 * f64::from(i)).collect();
+        let curve = |f: f64| mode(10.0, f) + 0.3 * mode(23.0, f);
+        let values: Vec<Complex64> = frequencies.iter().map(|f| curve(*f)).collect();
+        let found = maxima(&frequencies, &values);
+        assert_eq!(found.len(), 2);
+        let (mut best, mut at) = (0.0, 0.0);
+        for i in 0..200_000 {
+            let f = 9.9 + 1e-6 * f64::from(i);
+            if curve(f).norm() > best {
+                (best, at) = (curve(f).norm(), f);
+            }
+        }
+        // The search above has a resolution of 1e-6 Hz.
+        assert!((found[0].frequency - at).abs() < 2e-6, "{found:?} {at}");
+        assert!((found[0].amplitude / best - 1.0).abs() < 1e-9, "{found:?}");
+        // The half-power width gives ζ up to terms of its square.
+        assert!(
+            (found[0].damping_ratio.unwrap() - 0.02).abs() < 1e-4,
+            "{found:?}"
+        );
+    }
+}

@@ -1,0 +1,57 @@
+//! Harmonic response: one table per probe.
+
+use std::time::Instant;
+
+use myovib_model::{CpuClock, Outcome};
+use serde_json::json;
+
+use super::document;
+use super::folder::{request, table_of};
+use super::{RunOptions, RunResult};
+use crate::csv::CsvWriter;
+use crate::response::{Curves, Response};
+use crate::{Error, Scene};
+
+/// Computes the harmonic response of a scene.
+pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
+    let (started, cpu) = (Instant::now(), CpuClock::start());
+    let request = request(scene, options)?;
+    request.check()?;
+    let found = Response::of_scene(scene, options.watcher()).map_err(Error::before_any_output)?;
+    let folder = request.open().map_err(Error::before_any_output)?;
+    for curves in &found.probes {
+        folder.write(&table_of(&curves.name), table(&found, curves))?;
+    }
+    let mut document = json!({
+        "scene": scene.file,
+        "analysis": "response",
+        "outcome": "finished",
+        "cpu_seconds": cpu.elapsed().as_secs_f64(),
+        "wall_seconds": started.elapsed().as_secs_f64(),
+    });
+    if let Some(body) = &scene.body {
+        let of_mesh = json!({ "mesh": document::mesh(&body.muscle) });
+        document::extend(&mut document, of_mesh);
+    }
+    document::extend(&mut document, serde_json::to_value(&found)?);
+    document::write(&folder, &document)?;
+    Ok(RunResult {
+        document,
+        outcome: Outcome::Finished,
+        notes: found.notes.clone(),
+        modes: None,
+        response: Some(found),
+    })
+}
+
+/// Returns the table of a probe with one row per frequency.
+fn table(found: &Response, curves: &Curves) -> String {
+    let in_memory = "writing to memory does not fail";
+    let names = Curves::header(&curves.columns);
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let mut csv = CsvWriter::new(Vec::new(), &names).expect(in_memory);
+    for (k, &frequency) in found.frequencies.iter().enumerate() {
+        csv.row(&curves.row(k, frequency)).expect(in_memory);
+    }
+    String::from_utf8_lossy(csv.sink()).into_owned()
+}

@@ -1,0 +1,66 @@
+//! Checks of a harmonic response.
+
+use super::Body;
+use super::builder::Builder;
+use super::contraction::chains_that_act;
+use crate::InputError;
+use crate::scene_file::{Analysis, SceneFile};
+
+impl Builder<'_> {
+    /// Rejects a response without valid frequencies, and with chains that act back on the body.
+    pub(super) fn response(&self, file: &SceneFile) -> Result<(), InputError> {
+        let Some(response) = &file.response else {
+            let error = InputError::new("a response needs its frequencies").next(
+                "add a table [response] with `frequencies`, Hz, or use --frequencies 1..60:120",
+            );
+            return Err(self.wrong("analysis", error));
+        };
+        let path = "response.frequencies";
+        let allowed = "0 Hz or more: a list, or a range as \"1..60:120\" or \"1..60:120:log\"";
+        let values = response.frequencies.values();
+        let values = values
+            .map_err(|problem| self.wrong(path, InputError::new(problem).allowed(allowed)))?;
+        let is_wrong = |value: &&f64| !(0.0..f64::INFINITY).contains(*value);
+        if let Some(value) = values.iter().find(is_wrong) {
+            let error = InputError::new("a frequency is out of range").found(format!("{value} Hz"));
+            return Err(self.wrong(path, error.allowed(allowed)));
+        }
+        if let Some(chain) = chains_that_act(file).next() {
+            let error = InputError::new(format!(
+                "the chain `{chain}` acts back on the body, and its oscillators have no harmonic response"
+            ));
+            let error = error.next("remove the feedback, or compute a motion");
+            return Err(self.wrong("analysis", error));
+        }
+        Ok(())
+    }
+
+    /// Rejects a preload of a material with small strains and viscous stresses.
+    pub(super) fn expect_rest(&self, file: &SceneFile, path: &str) -> Result<(), InputError> {
+        let preload = file.response.as_ref().and_then(|own| own.preload_time);
+        if file.analysis != Analysis::Response || preload.is_none() {
+            return Ok(());
+        }
+        let error = InputError::new("viscous stresses of small strains need a response about rest");
+        let error = error.next(
+            "remove response.preload_time, which has no effect on a linear law, or take neo-hooke",
+        );
+        Err(self.wrong(path, error))
+    }
+
+    /// Rejects a response without a harmonic load.
+    pub(super) fn driven(&self, file: &SceneFile, body: Option<&Body>) -> Result<(), InputError> {
+        let rod = file.rod.as_ref().and_then(|rod| rod.response);
+        let is_driven = body.is_some_and(|body| !body.drive.is_zero())
+            || rod.is_some_and(|amplitude| amplitude.value != 0.0);
+        if file.analysis != Analysis::Response || is_driven {
+            return Ok(());
+        }
+        let error = InputError::new("no load or displacement has a harmonic part");
+        let error = error.next(
+            "give one a `response`, as response = { y = 100.0 } in a [[traction]]; for a rod or a pressure \
+             response = { value = 1.0 }",
+        );
+        Err(self.wrong("analysis", error))
+    }
+}

@@ -1,0 +1,62 @@
+//! Ranges of numbers written as `lo..hi:n` or `lo..hi:n:log`.
+
+/// Maximum number of values of a range.
+const MAX_VALUES: usize = 100_000;
+
+/// Parts of a range.
+pub(crate) struct Range<'a> {
+    low: &'a str,
+    high: &'a str,
+    n: Option<&'a str>,
+}
+
+impl<'a> Range<'a> {
+    /// Splits the text if it is a range. Other text, such as a path, may contain `..` too.
+    pub(crate) fn read(text: &'a str) -> Option<Self> {
+        let (low, rest) = text.split_once("..")?;
+        let (high, n) = match rest.split_once(':') {
+            Some((high, n)) => (high, Some(n)),
+            None => (rest, None),
+        };
+        let is_number = |word: &str| word.trim().parse::<f64>().is_ok();
+        (is_number(low) || is_number(high)).then_some(Self { low, high, n })
+    }
+
+    /// Returns whether both ends are whole numbers.
+    pub(crate) fn has_whole_ends(&self) -> bool {
+        let is_whole = |word: &str| word.trim().parse::<i64>().is_ok();
+        is_whole(self.low) && is_whole(self.high)
+    }
+
+    /// Returns the values, or the reason why the range is invalid.
+    pub(crate) fn values(&self) -> Result<Vec<f64>, &'static str> {
+        let finite = |number: &f64| number.is_finite();
+        let number = |word: &str| word.trim().parse::<f64>().ok().filter(finite);
+        let (Some(low), Some(high)) = (number(self.low), number(self.high)) else {
+            return Err("a range is made of finite numbers");
+        };
+        let n = self.n.ok_or("`:n` is missing")?;
+        let (n, is_log) = match n.trim().strip_suffix(":log") {
+            Some(n) => (n, true),
+            None => (n, false),
+        };
+        if is_log && !(low > 0.0 && high > 0.0) {
+            return Err("a logarithmic range has positive ends");
+        }
+        let n: usize = n.trim().parse().map_err(|_| "n is a whole number")?;
+        if !(2..=MAX_VALUES).contains(&n) {
+            return Err("n must be from 2 to 100000");
+        }
+        let value = |i: usize| {
+            let s = i as f64 / (n - 1) as f64;
+            match is_log {
+                // The ends of the range are exact.
+                _ if i == 0 => low,
+                _ if i == n - 1 => high,
+                true => low * (high / low).powf(s),
+                false => (1.0 - s) * low + s * high,
+            }
+        };
+        Ok((0..n).map(value).collect())
+    }
+}

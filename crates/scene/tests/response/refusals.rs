@@ -1,0 +1,103 @@
+//! Scenes without a response: one error each, at the key to change.
+
+use std::path::Path;
+
+use myovib_scene::Scene;
+use myovib_scene::response::Response;
+use myovib_scene::watch::Watcher;
+
+const SCENE: &str = r#"analysis = "response"
+[mesh]
+type = "beam"
+length = 0.1
+height = 0.02
+cells = [4, 1]
+[solid]
+bulk_modulus = 1e5
+[[material]]
+law = "neo-hooke"
+density = 1e3
+shear_modulus = 1e4
+[[fixed]]
+group = "fixed"
+[[traction]]
+group = "load"
+response = { y = 1.0 }
+[[probe]]
+name = "tip"
+type = "point"
+at = [0.1, 0.0]
+[response]
+frequencies = [1.0, 2.0]
+"#;
+
+/// Returns the error of the scene with changed values.
+fn refusal(set: &[&str]) -> Option<String> {
+    let set: Vec<String> = set.iter().map(|&set| set.to_owned()).collect();
+    let built = Scene::build("scene.toml", SCENE, &set, Path::new(""));
+    let error = match built {
+        Err(error) => return Some(error.to_string()),
+        Ok(scene) => Response::of_scene(&scene, Watcher::NOBODY).err()?,
+    };
+    Some(error.to_string())
+}
+
+#[test]
+fn invalid_responses_are_refused_at_their_key() {
+    assert_eq!(refusal(&[]), None);
+    assert_eq!(refusal(&["response.frequencies=[0.0, 1.0]"]), None);
+    for (set, place) in [
+        (
+            &["response.frequencies=[-1.0]"][..],
+            "--set response.frequencies",
+        ),
+        (&["response.frequencies=1..2"], "--set response.frequencies"),
+        (&["response.frequencies=fast"], "--set response.frequencies"),
+        // Free to slide along x, so 0 Hz has no solution.
+        (
+            &[
+                "response.frequencies=[0.0, 1.0]",
+                "fixed[0].components=[\"y\"]",
+            ],
+            "--set response.frequencies",
+        ),
+        (&["traction[0].response.y=0.0"], "line 1,"),
+        (&["traction[0].response=", "traction[0].y=1.0"], "line 1,"),
+        (&["response="], "line 1,"),
+        (&["probe=[]"], "--set probe=[]"),
+        (
+            &[
+                "material[0].prony=[{ relative_modulus = 0.1, relaxation_time = 1.0 }]",
+                "probe[0].quantities=[\"stress\"]",
+            ],
+            "--set probe[0].quantities",
+        ),
+        (
+            &[
+                "analysis=dynamic",
+                "time.end=1.0",
+                "material[0].springpot={ modulus = 1e3, viscosity = 1.0, exponent = 0.3 }",
+            ],
+            "--set material[0].springpot",
+        ),
+        (
+            &[
+                "material[0].law=small-strain",
+                "material[0].viscosity=1.0",
+                "response.preload_time=0.0",
+            ],
+            "line 9,",
+        ),
+    ] {
+        let said = refusal(set).unwrap_or_else(|| panic!("{set:?} is accepted"));
+        let line = said.lines().find(|line| line.contains("where:"));
+        let line = line.unwrap_or_else(|| panic!("no place: {said}"));
+        assert!(line.contains(place), "{set:?}: {place}: {said}");
+    }
+}
+
+/// Without the supports along x a motion remains, but not a singular matrix above 0 Hz.
+#[test]
+fn free_bodies_respond_above_zero() {
+    assert_eq!(refusal(&["fixed[0].components=[\"y\"]"]), None);
+}

@@ -1,0 +1,95 @@
+//! The response equals the settled amplitude of a motion under a small load, in all formulations.
+
+use std::f64::consts::TAU;
+use std::path::Path;
+
+use myovib_scene::Scene;
+use myovib_scene::csv::Table;
+use myovib_scene::run::{RunOptions, compute};
+use num_complex::Complex64;
+
+use crate::{column, error, response};
+
+const FREQUENCY: f64 = 20.0;
+/// Periods until the transient has decayed to e^{−αt/2} = 2e-9 (α = 50 1/s; no mode is overdamped).
+const PERIODS: usize = 16;
+/// Samples of the period after that.
+const SAMPLES: usize = 16;
+
+/// Returns a body pulled along y with a strain of about 1e-4, so that nonlinear terms, of third
+/// order in the strain, change the amplitude by 1e-8.
+fn scene(mesh: &str, solid: &str, size: f64) -> String {
+    let every = 1.0 / (FREQUENCY * SAMPLES as f64);
+    let end = (PERIODS + 1) as f64 / FREQUENCY;
+    format!(
+        "[time]\nend = {end:?}\n[mesh]\n{mesh}\n[solid]\nrayleigh_mass = 50.0\n{solid}\n\
+         [[material]]\nlaw = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 8e3\nc01 = 1e3\nviscosity = 2.0\n\
+         prony = [{{ relative_modulus = 0.3, relaxation_time = 0.01 }}]\n\
+         [[fixed]]\ngroup = \"left\"\n[[traction]]\ngroup = \"right\"\n\
+         y = {{ type = \"sine\", amplitude = {size:?}, frequency = {FREQUENCY:?} }}\n\
+         response = {{ y = {size:?} }}\n[response]\nfrequencies = [{FREQUENCY:?}]\n\
+         [[probe]]\nname = \"mean\"\ntype = \"average\"\ngroup = \"right\"\nquantities = [\"u\"]\ninterval = {every:?}\n\
+         [integrator]\nmethod = \"radau13\"\nrtol = 1e-8\natol = {{ u = 1e-13, v = 1e-11, p = 1e-6 }}\n"
+    )
+}
+
+/// Returns the amplitude of the last period of a motion under a load sin ωt.
+fn settled(text: &str) -> Complex64 {
+    let out = tempfile::tempdir().unwrap();
+    let scene = Scene::build("scene.toml", text, &[], Path::new("")).unwrap();
+    let result = compute(&scene, &RunOptions::into_folder(out.path())).unwrap();
+    assert_eq!(result.document["outcome"], "finished");
+    let table = std::fs::read_to_string(out.path().join("mean.csv")).unwrap();
+    let table = Table::parse(&table).unwrap();
+    let rows: Vec<Vec<f64>> = table
+        .rows
+        .iter()
+        .map(|row| table.numbers(row).unwrap())
+        .collect();
+    let last = &rows[rows.len() - SAMPLES..];
+    let y = table.names.iter().position(|name| name == "u_y").unwrap();
+    // u = Im(û e^{iωt}), so the mean of u e^{−iωt} is û/(2i).
+    let sum: Complex64 = last
+        .iter()
+        .map(|row| row[y] * Complex64::from_polar(1.0, -TAU * FREQUENCY * row[0]))
+        .sum();
+    2.0 * Complex64::I * sum / SAMPLES as f64
+}
+
+#[test]
+fn motions_settle_to_the_response() {
+    let plane = (
+        "type = \"rectangle\"\nwidth = 0.05\nheight = 0.03\ncells = [3, 1]",
+        3.0,
+    );
+    let space = (
+        "type = \"box\"\nsize = [0.06, 0.02, 0.02]\ncells = [2, 1, 1]",
+        5.0,
+    );
+    for ((mesh, size), solid) in [
+        (plane, "bulk_modulus = 1e5\nformulation = \"displacement\""),
+        (plane, "bulk_modulus = 1e5\nformulation = \"position\""),
+        (plane, "bulk_modulus = inf\nformulation = \"velocity\""),
+        (plane, "bulk_modulus = inf\nformulation = \"stabilized\""),
+        (
+            plane,
+            "bulk_modulus = inf\nrayleigh_stiffness = 1e-4\nformulation = \"rate\"",
+        ),
+        (
+            plane,
+            "bulk_modulus = 1e5\nrayleigh_stiffness = 1e-4\nformulation = \"implicit-rate\"",
+        ),
+        (space, "bulk_modulus = inf\nformulation = \"velocity\""),
+        (
+            space,
+            "bulk_modulus = 1e5\nrayleigh_stiffness = 1e-4\nformulation = \"implicit-rate\"",
+        ),
+    ] {
+        let text = scene(mesh, solid, size);
+        let motion = settled(&text);
+        let found = response(&format!("analysis = \"response\"\n{text}"));
+        let expected = column(&found, "mean", "u_y")[0];
+        let error = error(motion, expected);
+        assert!(error < 1e-6, "{solid}: {motion} {expected}");
+    }
+}
