@@ -8,7 +8,7 @@ use std::thread::available_parallelism;
 use clap::Parser;
 use myovib_cli::cli::Cli;
 use myovib_cli::commands;
-use myovib_report::page;
+use myovib_report::{page, sweep};
 use myovib_scene::builtin::{self, SCENES};
 use myovib_scene::run::{Existing, RunOptions, compute};
 use myovib_scene::sensitivity::SceneParameter;
@@ -76,8 +76,9 @@ pub(crate) fn sweep(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<()> {
     let all = || available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let folder = out.clone();
     let computed = interruptible(py, progress, |flag, watcher| {
-        compute_cases(&SweepOptions {
+        let result = compute_cases(&SweepOptions {
             scene,
             vary,
             set,
@@ -88,10 +89,11 @@ pub(crate) fn sweep(
             n_threads: threads.unwrap_or_else(all),
             interrupt: Some(flag),
             progress: watcher.progress,
-            finished: &page::write,
-        })
+            finished: &page::write_case,
+        })?;
+        sweep::write(&folder, &result)
     })?;
-    computed.map(drop).map_err(of_scene)
+    computed.map_err(of_scene)
 }
 
 /// Inspects a scene and returns a text and a JSON document.

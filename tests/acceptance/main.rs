@@ -1,5 +1,6 @@
 //! Acceptance tests of the program: its contract with scripts and users, and the paper's results.
 
+mod browser;
 mod chains;
 mod contract;
 mod doctor;

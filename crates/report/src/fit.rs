@@ -6,8 +6,8 @@ use myovib_scene::fit::{FitResult, LEVEL, Outcome, Point};
 use myovib_scene::{atomic_file, csv, escape, json};
 use serde_json::Value;
 
-use crate::page;
 use crate::page::probes::{label, unit};
+use crate::page::{self, PageData};
 use crate::plot::{Axis, Figure, LinePlot, Panel, Series};
 use crate::table::{Align, Table, counted};
 
@@ -16,12 +16,13 @@ use crate::table::{Align, Table, counted};
 /// # Errors
 /// Errors of the file system.
 pub fn write(out: &Path, result: &FitResult) -> anyhow::Result<Value> {
-    let figure = figure(result);
-    atomic_file::save(&out.join("residuals.svg"), figure.render())?;
+    let plots = plots(result);
+    let figure = figure(plots.clone()).render();
+    atomic_file::save(&out.join("residuals.svg"), &figure)?;
     atomic_file::save(&out.join("residuals.csv"), residuals(result))?;
     let document = result.document();
     atomic_file::save(&out.join("fit.json"), json::document("fit", &document)?)?;
-    atomic_file::save(&out.join(page::NAME), html(result, &figure))?;
+    atomic_file::save(&out.join(page::NAME), html(result, &plots, &figure))?;
     Ok(document)
 }
 
@@ -201,20 +202,40 @@ fn correlations(result: &FitResult) -> Table {
 }
 
 /// Plots the cost over the iterations.
-fn iterations(result: &FitResult) -> Figure {
+fn iterations(result: &FitResult) -> LinePlot {
     let costs: Vec<f64> = result.fit.history.iter().map(|it| it.cost).collect();
     let numbers: Vec<f64> = (0..costs.len()).map(|k| k as f64).collect();
-    let plot = LinePlot {
+    LinePlot {
         x: Axis::new("iteration", ""),
         y: Axis::new("cost", "").logarithmic(),
         series: vec![Series::curve("", &numbers, &costs).marked()],
         ..LinePlot::default()
-    };
-    Figure::of("Iterations", plot)
+    }
+}
+
+/// Plots the intervals of the parameters, those by profile if there are any, relative to the values; a line for
+/// each. Intervals without an end and values of zero are excluded.
+fn intervals(result: &FitResult) -> LinePlot {
+    let by_profile = |j: usize| result.profiles.get(j)?.as_ref().ok().map(|p| p.interval);
+    let linear = result.uncertainty.intervals(LEVEL);
+    let names = result.fit.names.iter().enumerate();
+    let series = names.filter_map(|(j, name)| {
+        let value = result.fit.values[j];
+        let [low, high] = by_profile(j).unwrap_or_else(|| linear[j].map(Some));
+        let x = [low?, value, high?].map(|end| 100.0 * (end - value) / value.abs());
+        let is_shown = x.iter().all(|x| x.is_finite());
+        is_shown.then(|| Series::curve(name, &x, &[(j + 1) as f64; 3]).marked())
+    });
+    LinePlot {
+        x: Axis::new("deviation from the value", "%"),
+        y: Axis::new("number of the parameter", ""),
+        series: series.collect(),
+        ..LinePlot::default()
+    }
 }
 
 /// Returns `report.html`.
-fn html(result: &FitResult, figure: &Figure) -> String {
+fn html(result: &FitResult, plots: &[LinePlot], svg: &str) -> String {
     let title = match result.title.as_str() {
         "" => "A fit",
         title => title,
@@ -228,12 +249,26 @@ fn html(result: &FitResult, figure: &Figure) -> String {
         "{} parameters from {n} measurements.",
         result.fit.names.len()
     );
+    let mut data = PageData::default();
+    let numbers: Vec<usize> = plots
+        .iter()
+        .filter_map(|plot| data.chart(plot, Some("t")))
+        .collect();
+    let mut drawn = |title: &str, plot: LinePlot| {
+        let number = data.chart(&plot, None);
+        page::figure("", &Figure::of(title, plot).render(), &number)
+    };
+    let intervals = match intervals(result) {
+        plot if plot.series.is_empty() => String::new(),
+        plot => drawn("Intervals", plot),
+    };
+    let iterations = drawn("Iterations", iterations(result));
     let body = format!(
-        "<p{}>{}</p>\n<div class=\"wide\">{}</div>\n{}<h2>Measurements, fit and residuals</h2>\n\
-         <figure>\n{}</figure>\n<h2>Correlation of the parameters</h2>\n<div class=\"wide\">{}</div>\n\
+        "<p{}>{}</p>\n<div class=\"wide\">{}</div>\n{}{intervals}<h2>Measurements, fit and residuals</h2>\n\
+         {}<h2>Correlation of the parameters</h2>\n<div class=\"wide\">{}</div>\n\
          <p>Two parameters with a correlation near 1 or -1 have nearly the same effect on the measurements.</p>\n\
          <h2>Iterations</h2>\n<p>The cost is half the sum of the squares, or of the losses. The first iterations may use \
-         the first part of the measurements and rough runs: see the column part of <code>history.csv</code>.</p>\n<figure>\n{}</figure>\n",
+         the first part of the measurements and rough runs: see the column part of <code>history.csv</code>.</p>\n{iterations}",
         match result.outcome() {
             Outcome::Converged => "",
             _ => " class=\"bad\"",
@@ -241,11 +276,10 @@ fn html(result: &FitResult, figure: &Figure) -> String {
         escape(&ending(result)),
         parameters(result).html(),
         findings.collect::<String>(),
-        figure.render(),
+        page::figure("", svg, &numbers),
         correlations(result).html(),
-        iterations(result).render(),
     );
-    page::framed(title, &summary, &body)
+    page::framed(title, &summary, &body, &data)
 }
 
 /// Formats an interval; an open side is a dash.
@@ -265,8 +299,16 @@ fn known(number: f64, shown: String) -> String {
     }
 }
 
-/// Plots the measurements with the fit, and the residuals below.
-fn figure(result: &FitResult) -> Figure {
+/// Draws plots below each other.
+fn figure(plots: Vec<LinePlot>) -> Figure {
+    let panels = plots
+        .into_iter()
+        .map(|plot| Box::new(plot) as Box<dyn Panel>);
+    Figure::column("Measurements and fit", panels.collect())
+}
+
+/// Plots the measurements with the fit, and last the residuals.
+fn plots(result: &FitResult) -> Vec<LinePlot> {
     let mut names: Vec<(usize, &str, &str)> = Vec::new();
     for point in &result.points {
         let name = (point.experiment, &*point.output, &*point.column);
@@ -283,7 +325,7 @@ fn figure(result: &FitResult) -> Figure {
         let t: Vec<f64> = of().map(|p| p.t).collect();
         let measured: Vec<f64> = of().map(|p| p.measured).collect();
         let fitted: Vec<f64> = of().map(|p| p.fitted).collect();
-        let plot = LinePlot {
+        LinePlot {
             title: match several {
                 true => format!("{output}, experiment {experiment}"),
                 false => output.to_owned(),
@@ -294,17 +336,16 @@ fn figure(result: &FitResult) -> Figure {
                 Series::curve("measured", &t, &measured).unjoined(),
                 Series::curve("fitted", &t, &fitted),
             ],
-        };
-        Box::new(plot) as Box<dyn Panel>
+        }
     });
-    let mut panels: Vec<Box<dyn Panel>> = panels.collect();
+    let mut panels: Vec<LinePlot> = panels.collect();
     let t: Vec<f64> = result.points.iter().map(|p| p.t).collect();
     let residuals: Vec<f64> = result.points.iter().map(|p| p.residual).collect();
-    panels.push(Box::new(LinePlot {
+    panels.push(LinePlot {
         title: "residuals".to_owned(),
         x: Axis::new("*t*", "s"),
         y: Axis::new("residual", if result.noise_is_known { "σ" } else { "" }),
         series: vec![Series::curve("", &t, &residuals).unjoined()],
-    }));
-    Figure::column("Measurements and fit", panels)
+    });
+    panels
 }

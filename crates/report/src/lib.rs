@@ -1,7 +1,8 @@
 //! Output for people: figures, tables, movies, and the report of a run.
 //!
 //! [`plot`] draws figures; [`picture`] writes a figure together with its data; [`table`] formats text tables; [`page`]
-//! is the HTML report of a run; [`fit`] shows fits, [`modes`] eigenmodes, [`response`] harmonic responses, [`stiffness_map`] stiffness sensitivities,
+//! is the HTML report of a run; [`fit`] shows fits, [`sweep`] sweeps, [`modes`] eigenmodes, [`response`] harmonic responses,
+//! [`stiffness_map`] stiffness sensitivities,
 //! [`table2`] the paper's table; [`spatial`] draws bodies in 3D. The crate reads run folders and does not integrate.
 #![forbid(unsafe_code)]
 #![allow(missing_docs, reason = "not published as a library")]
@@ -15,5 +16,6 @@ pub mod plot;
 pub mod response;
 pub mod spatial;
 pub mod stiffness_map;
+pub mod sweep;
 pub mod table;
 pub mod table2;

@@ -90,7 +90,9 @@ pub fn figure(muscle: &Muscle, body: &BodyModes) -> Figure {
     }
 }
 
-fn panel(muscle: &Muscle, n: usize, mode: &Mode) -> Box<dyn Panel> {
+/// Returns the displacement of all nodes in a mode. The amplitude of a mode is arbitrary; the largest displacement is a
+/// fraction of the body's length here.
+pub(crate) fn shape(muscle: &Muscle, mode: &Mode) -> Vec<f64> {
     let (solid, space) = (&muscle.solid, muscle.solid.space());
     let dimension = space.dimension();
     let mut shape = vec![0.0; solid.dofs().n_full()];
@@ -104,11 +106,16 @@ fn panel(muscle: &Muscle, n: usize, mode: &Mode) -> Box<dyn Panel> {
         });
         high - low
     };
-    // The amplitude of a mode is arbitrary, so the nodes are moved without a printed scale.
     let scale = DRAWN * (0..dimension).map(across).fold(0.0, f64::max) / largest;
     shape.iter_mut().for_each(|u| *u *= scale);
+    shape
+}
+
+fn panel(muscle: &Muscle, n: usize, mode: &Mode) -> Box<dyn Panel> {
+    let space = muscle.solid.space();
+    let shape = shape(muscle, mode);
     let title = format!("mode {}: {} Hz", n + 1, frequency(mode));
-    if dimension == 3 {
+    if space.dimension() == 3 {
         let shape = shape.as_chunks::<3>().0;
         return Box::new(SurfacePlot {
             title,

@@ -14,19 +14,28 @@ const ALIKE: f64 = 0.05;
 
 /// Returns the boundary faces by their six nodes: corners counterclockwise from outside, then edges.
 pub fn boundary(space: &Space) -> Vec<[usize; 6]> {
+    let faces = boundary_with_elements(space).into_iter();
+    faces.map(|(_, nodes)| nodes).collect()
+}
+
+/// Returns the boundary faces as in [`boundary`], each with its element.
+pub fn boundary_with_elements(space: &Space) -> Vec<(usize, [usize; 6])> {
     let mesh = space.mesh();
-    let mut alone: BTreeMap<[usize; 3], Option<[usize; 3]>> = BTreeMap::new();
-    for element in mesh.elements() {
+    let mut alone: BTreeMap<[usize; 3], Option<(usize, [usize; 3])>> = BTreeMap::new();
+    for (number, element) in mesh.elements().enumerate() {
         for side in mesh.shape().sides {
             let face = [0, 1, 2].map(|i| element[side[i]]);
-            let entry = alone.entry(sorted(face)).or_insert(Some(face));
-            if *entry != Some(face) {
+            let own = Some((number, face));
+            let entry = alone.entry(sorted(face)).or_insert(own);
+            if *entry != own {
                 *entry = None;
             }
         }
     }
-    let nodes =
-        |face: [usize; 3]| -> Option<[usize; 6]> { space.facet_nodes(&face).try_into().ok() };
+    let nodes = |(element, face): (usize, [usize; 3])| {
+        let nodes = space.facet_nodes(&face).try_into().ok()?;
+        Some((element, nodes))
+    };
     alone.into_values().flatten().filter_map(nodes).collect()
 }
 

@@ -3,10 +3,15 @@
 
 use std::fs;
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use myovib_report::page;
 use myovib_report::plot::raster::pixels;
 use myovib_scene::Scene;
+use myovib_scene::csv::Table;
 use myovib_scene::run::{RunOptions, compute};
+use myovib_scene::vtu;
+use serde_json::Value;
 
 /// Returns the report of a built-in scene.
 fn report(scene: &str, set: &[&str]) -> String {
@@ -89,7 +94,7 @@ fn figures_of_a_report_are_independent() {
 fn a_report_of_a_2d_body_shows_its_deformation() {
     let small = ["time.end=0.05", "integrator.method=radau5"];
     let html = report("init", &[&small[..], &["fields.interval=0.05"]].concat());
-    assert!(html.contains("Deformed body at t = 0.05 s"), "{html}");
+    assert!(html.contains("Deformed body at t = 0.05 s"));
     assert_eq!(
         figures(&html).len(),
         5,
@@ -177,7 +182,10 @@ fn a_report_has_no_control_characters_from_names() {
     ] {
         assert!(html.contains(shown), "{shown}");
     }
-    assert!(!html.contains("<script>") && !html.contains("\"<b>"));
+    let (text, _) = html.split_once("<script").unwrap();
+    assert!(!text.contains("\"<b>"));
+    let ends = html.matches("</script>").count();
+    assert_eq!(ends, 3, "the data, the library and the script of the page");
 }
 
 /// Regression: columns of a probe beyond the sixth were silently omitted.
@@ -185,18 +193,15 @@ fn a_report_has_no_control_characters_from_names() {
 fn columns_that_are_not_shown_are_counted() {
     let quantities = "probe[0].quantities=[\"u\",\"v\",\"p\",\"stress\"]"; // 2 + 2 + 1 + 4 columns
     let html = report("init", &["time.end=0.05", quantities]);
-    assert!(
-        html.contains("3 more columns are in <code>origin.csv</code>"),
-        "{html}"
-    );
+    assert!(html.contains("3 more columns are in <code>origin.csv</code>"));
 }
 
 /// Regression: a nested figure was inverted twice in dark mode.
 #[test]
 fn dark_mode_inverts_a_figure_once() {
     let html = report("init", &["time.end=0.05"]);
-    assert!(html.contains("figure>svg,.swatch{filter:invert"), "{html}");
-    assert!(!html.contains("figure svg{"), "{html}");
+    assert!(html.contains("figure>svg,.swatch{filter:invert"));
+    assert!(!html.contains("figure svg{"));
 }
 
 /// An equilibrium has no times and a single value per column.
@@ -213,4 +218,87 @@ fn a_report_of_an_equilibrium_has_no_times() {
         assert!(!html.contains(of_a_motion), "{of_a_motion}");
     }
     assert_eq!(spoiled(&figures(&html)), [0_usize; 0]);
+}
+
+/// The data of the interactive parts are the numbers of the tables and fields, to the stored precision.
+#[test]
+fn a_report_has_the_numbers_of_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let set = [
+        "time.end=0.05",
+        "integrator.method=radau5",
+        "fields.interval=0.025",
+    ];
+    let scene = Scene::built_in("init", &set.map(str::to_owned)).unwrap();
+    let result = compute(&scene, &RunOptions::into_folder(folder.path())).unwrap();
+    page::write(folder.path(), &scene, &result).unwrap();
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    let html = read("report.html");
+    let (_, rest) = html.split_once("id=\"data\">").unwrap();
+    let data: Value = serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap();
+
+    let table = Table::parse(&read("origin.csv")).unwrap();
+    let last = table.numbers(table.rows.last().unwrap()).unwrap();
+    for (j, value) in last.iter().enumerate().skip(1) {
+        let series = &data["charts"][j - 1]["series"][0];
+        let column = &data["columns"][series["y"].as_u64().unwrap() as usize];
+        assert_eq!(column["type"], "f4");
+        let bytes = STANDARD.decode(column["data"].as_str().unwrap()).unwrap();
+        let stored = bytes.as_chunks::<4>().0;
+        assert_eq!(stored.len(), table.rows.len());
+        assert_eq!(f32::from_le_bytes(stored[stored.len() - 1]), *value as f32);
+    }
+
+    let body = &data["bodies"][0];
+    assert_eq!(
+        body["labels"],
+        serde_json::json!(["t = 0 s", "t = 0.025 s", "t = 0.05 s"])
+    );
+    let space = scene.body.as_ref().unwrap().muscle.solid.space();
+    let triangles = STANDARD
+        .decode(body["triangles"].as_str().unwrap())
+        .unwrap();
+    // Four triangles of three indices per element.
+    assert_eq!(triangles.len(), space.n_elements() * 4 * 3 * 4);
+    let (_, file) = vtu::files(folder.path()).unwrap().pop().unwrap();
+    let (_, fields) = vtu::read(&file).unwrap();
+    for (k, field) in fields.iter().filter(|field| !field.of_cells).enumerate() {
+        let described = &body["fields"][k];
+        assert_eq!(described["name"], *field.name);
+        let width = field.components.len();
+        for c in 0..width {
+            let [low, high] =
+                ["lowest", "highest"].map(|end| described["ranges"][c][end].as_f64().unwrap());
+            let levels = STANDARD
+                .decode(described["frames"][2][c].as_str().unwrap())
+                .unwrap();
+            let step = (high - low) / 65534.0;
+            let errors = levels
+                .as_chunks::<2>()
+                .0
+                .iter()
+                .enumerate()
+                .map(|(point, &level)| {
+                    let value = low + step * f64::from(u16::from_le_bytes(level));
+                    (value - field.values[width * point + c]).abs()
+                });
+            // Half a level, and the rounding of three operations on each side.
+            let largest = errors.fold(0.0, f64::max);
+            let rounding = 6.0 * f64::EPSILON * high.abs().max(low.abs());
+            assert!(
+                largest <= 0.5 * step + rounding,
+                "{} {c}: {largest}",
+                field.name
+            );
+        }
+    }
+}
+
+/// Without curves, the chart library is left out.
+#[test]
+fn pages_without_curves_are_small() {
+    let html = report("init", &["analysis=modes", "modes.count=2"]);
+    assert!(!html.contains("id=\"library\""));
+    assert!(html.contains("\"oscillates\":true"));
+    assert!(html.len() < 1_000_000, "{}", html.len());
 }

@@ -15,6 +15,7 @@ use myovib_model::{Components, Quantity, Snapshot};
 use serde::{Deserialize, Serialize};
 
 pub use cloud::Cloud;
+pub use data::StoredField;
 use data::{floats, integers};
 pub use grid::Grid;
 use listing::Listing;
@@ -154,35 +155,105 @@ impl Series {
     }
 }
 
-/// Returns time and nodal displacement (three components per node) of the last file in a folder, or
-/// `None` if the file or its displacement is missing.
+/// Returns the times and files of the fields in a folder; empty without fields.
 ///
 /// # Errors
-/// Errors of the file system, and files of another mesh.
-pub fn last_displacement(folder: &Path, grid: &Grid) -> io::Result<Option<(f64, Vec<[f64; 3]>)>> {
+/// Errors of the file system.
+pub fn files(folder: &Path) -> io::Result<Vec<(f64, PathBuf)>> {
     let list = match std::fs::read_to_string(folder.join(LIST)) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
         list => list?,
     };
     let value = |line: &str, key: &str| -> Option<String> {
         let (_, rest) = line.split_once(&format!("{key}=\""))?;
         Some(rest.split_once('"')?.0.to_owned())
     };
-    let last = list.lines().rev().find_map(|line| {
+    let file = |line: &str| {
         let t: f64 = value(line, "timestep")?.parse().ok()?;
-        Some((t, value(line, "file")?))
-    });
-    let Some((t, file)) = last else {
+        Some((t, folder.join(value(line, "file")?)))
+    };
+    Ok(list.lines().filter_map(file).collect())
+}
+
+/// Mesh of a file: points at rest, and triangles or tetrahedra with nodes on their edges.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StoredMesh {
+    /// Points at rest; z = 0 in 2D.
+    pub points: Vec<[f64; 3]>,
+    /// Points of all cells: corners, then edges.
+    pub cells: Vec<Vec<usize>>,
+}
+
+/// Reads the mesh and the real fields of a file without the scene.
+///
+/// # Errors
+/// Errors of the file system, and files of other programs.
+pub fn read(file: &Path) -> io::Result<(StoredMesh, Vec<StoredField>)> {
+    let text = std::fs::read_to_string(file)?;
+    let mesh = || {
+        let points = data::read_floats(&text, "points")?
+            .as_chunks::<3>()
+            .0
+            .to_vec();
+        let connectivity = data::read_integers(&text, "connectivity")?;
+        let offsets = data::read_integers(&text, "offsets")?;
+        let starts = std::iter::once(&0).chain(&offsets);
+        let cell = |(&start, &end): (&usize, &usize)| {
+            let cell = connectivity.get(start..end)?;
+            let is_right = cell.iter().all(|&point| point < points.len());
+            is_right.then(|| cell.to_vec())
+        };
+        let cells = starts.zip(&offsets).map(cell).collect::<Option<_>>()?;
+        Some(StoredMesh { points, cells })
+    };
+    let other = || io::Error::new(io::ErrorKind::InvalidData, "not a field file of myovib");
+    Ok((mesh().ok_or_else(other)?, data::read_fields(&text)))
+}
+
+/// Reads the real fields of a file.
+///
+/// # Errors
+/// Errors of the file system, and files of another mesh.
+pub fn read_fields(file: &Path, grid: &Grid) -> io::Result<Vec<StoredField>> {
+    let fields = data::read_fields(&std::fs::read_to_string(file)?);
+    let n_cells = grid.regions.len();
+    let fits = |field: &StoredField| {
+        let n = if field.of_cells {
+            n_cells
+        } else {
+            grid.n_points()
+        };
+        field.values.len() == n * field.components.len()
+    };
+    match fields.iter().all(fits) {
+        true => Ok(fields),
+        false => Err(of_another_mesh()),
+    }
+}
+
+fn of_another_mesh() -> io::Error {
+    io::Error::new(
+        io::ErrorKind::InvalidData,
+        "the fields belong to another mesh",
+    )
+}
+
+/// Returns time and nodal displacement (three components per node) of the last file in a folder, or
+/// `None` if the file or its displacement is missing.
+///
+/// # Errors
+/// Errors of the file system, and files of another mesh.
+pub fn last_displacement(folder: &Path, grid: &Grid) -> io::Result<Option<(f64, Vec<[f64; 3]>)>> {
+    let Some((t, file)) = files(folder)?.pop() else {
         return Ok(None);
     };
-    let text = std::fs::read_to_string(folder.join(file))?;
+    let text = std::fs::read_to_string(file)?;
     let Some(values) = data::read_floats(&text, Quantity::Displacement.label()) else {
         return Ok(None);
     };
     let vectors = values.as_chunks::<3>().0;
     if vectors.len() != grid.n_points() {
-        let message = "the fields belong to another mesh";
-        return Err(io::Error::new(io::ErrorKind::InvalidData, message));
+        return Err(of_another_mesh());
     }
     let n_nodes = grid.nodes.iter().max().map_or(0, |last| last + 1);
     let mut displacement = vec![[0.0; 3]; n_nodes];

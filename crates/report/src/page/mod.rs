@@ -2,14 +2,18 @@
 //!
 //! The page consists of a description of the scene (`overview`), key figures (`figures`), the body (`pictures`), the
 //! probes (`probes`) or the modes (`modes`), an explanation of the results (`interpretation`), and, collapsed, all
-//! statistics and the scene.
+//! statistics and the scene. It is readable without JavaScript; with it, charts replace the pictures of curves.
 
+pub(crate) mod body;
+mod data;
 mod figures;
+mod frame;
 mod interpretation;
 mod modes;
 mod overview;
 mod pictures;
 pub(crate) mod probes;
+mod surface;
 
 use std::path::Path;
 
@@ -17,21 +21,32 @@ use serde_json::Value;
 
 use myovib_scene::atomic_file;
 use myovib_scene::run::RunResult;
-use myovib_scene::versions::Versions;
 use myovib_scene::{Error, Scene, escape};
 
 use crate::response;
+pub(crate) use data::PageData;
+pub(crate) use frame::framed;
 
 /// Name of the page in a run folder.
 pub const NAME: &str = "report.html";
-
-const STYLE: &str = include_str!("style.css");
 
 /// Writes the report of a run into its folder.
 ///
 /// # Errors
 /// If a table of the folder cannot be read or the report cannot be written.
 pub fn write(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Error> {
+    save(folder, scene, result, PageData::default())
+}
+
+/// Writes the report of a case of a sweep into its folder. Its curves are pictures: the report of the sweep has the charts.
+///
+/// # Errors
+/// As for [`write`].
+pub fn write_case(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Error> {
+    save(folder, scene, result, PageData::with_pictures_only())
+}
+
+fn save(folder: &Path, scene: &Scene, result: &RunResult, mut data: PageData) -> Result<(), Error> {
     let title = match scene.file.title.as_str() {
         "" => "A run without a title",
         title => title,
@@ -39,44 +54,42 @@ pub fn write(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Err
     let document = &result.document;
     let mut html = figures::cards(document);
     html += &figures::outcome(document);
-    html += &pictures::body(folder, scene)?;
+    html += &pictures::body(folder, scene, result.modes.as_ref(), &mut data)?;
     html += &match (&result.modes, &result.response) {
         (Some(found), _) => modes::section(scene, found),
         (_, Some(found)) => response::section(found, is_in_space(document)),
-        _ => probes::section(folder, scene, document)?,
+        _ => probes::section(folder, scene, document, &mut data)?,
     };
     html += "<h2>Interpretation</h2>\n";
     html += &interpretation::meaning(document);
     html += &folded("All statistics", &figures::statistics(document));
     let text = format!("<pre>{}</pre>\n", escape(scene.text()));
     html += &folded("The scene", &text);
-    let page = framed(title, &overview::sentence(scene, document), &html);
+    let page = framed(title, &overview::sentence(scene, document), &html, &data);
     atomic_file::save(&folder.join(NAME), page)
-}
-
-/// Returns a page with a title, a description, a `body` of HTML, and version numbers.
-pub(crate) fn framed(title: &str, description: &str, body: &str) -> String {
-    let (title, description) = (escape(title), escape(description));
-    let versions = Versions::found();
-    let klu = versions.klu_text();
-    let Versions {
-        myovib,
-        git,
-        sundials,
-        ..
-    } = &versions;
-    format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
-         <meta name=\"viewport\" content=\"width=device-width\">\
-         <title>{title}</title><style>\n{STYLE}</style></head><body>\n<h1>{title}</h1>\n\
-         <p class=\"description\">{description}</p>\n{body}\
-         <footer>myovib {myovib} ({git}), SUNDIALS {sundials}, KLU {klu}</footer>\n</body></html>\n"
-    )
 }
 
 /// Returns whether the run's body is 3D; forces and energies of a 2D body are per meter of depth.
 fn is_in_space(document: &Value) -> bool {
     document["mesh"]["dimension"] == 3
+}
+
+/// Returns a figure with its picture, and the attribute with the numbers of the charts that replace it.
+pub(crate) fn figure<'a>(
+    caption: &str,
+    svg: &str,
+    charts: impl IntoIterator<Item = &'a usize>,
+) -> String {
+    let charts: Vec<String> = charts.into_iter().map(usize::to_string).collect();
+    let attribute = match charts.is_empty() {
+        true => String::new(),
+        false => format!(" data-charts=\"{}\"", charts.join(" ")),
+    };
+    let caption = match caption {
+        "" => String::new(),
+        caption => format!("<figcaption>{}</figcaption>", escape(caption)),
+    };
+    format!("<figure{attribute}>{caption}\n{svg}</figure>\n")
 }
 
 /// Returns a collapsed section.

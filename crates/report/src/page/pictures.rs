@@ -3,20 +3,27 @@
 use std::path::Path;
 
 use myovib_fem::Group;
+use myovib_scene::modes::Modes;
 use myovib_scene::scene_file::Analysis;
 use myovib_scene::{Body, Error, Scene, escape, vtu};
 use serde_json::Value;
 
+use super::{PageData, body, figure};
 use crate::outline::{self, outline};
 use crate::plot::{Color, EdgeGroup, Figure, MeshPlot, Region};
 use crate::spatial;
 
-/// Returns pictures of the body and its materials, and of the last fields in the folder; empty for a scene without a
-/// body.
+/// Returns the view of the body and pictures of its materials and of the last fields in the folder; empty for a scene
+/// without a body. Without JavaScript, the picture of the deformed body takes the place of the view.
 ///
 /// # Errors
 /// If the fields cannot be read.
-pub(super) fn body(folder: &Path, scene: &Scene) -> Result<String, Error> {
+pub(super) fn body(
+    folder: &Path,
+    scene: &Scene,
+    modes: Option<&Modes>,
+    data: &mut PageData,
+) -> Result<String, Error> {
     let Some(body) = &scene.body else {
         return Ok(String::new());
     };
@@ -24,22 +31,24 @@ pub(super) fn body(folder: &Path, scene: &Scene) -> Result<String, Error> {
         2 => plane(scene, body),
         _ => surface(scene, body),
     };
-    let deformed = displacement(folder, scene, body)?;
-    let picture = figure("Mesh, supports and loads", &picture);
-    // Beside a single picture, below several ones.
-    let place = if deformed.is_empty() {
-        "wide"
-    } else {
-        "wide below"
+    let view = match modes.and_then(|modes| modes.muscles.first()) {
+        Some(modes) => body::of_modes(scene, body, modes),
+        None => body::of_run(folder, scene, body)?,
     };
+    let number = data.body(view.document);
+    let notes = view.notes.iter();
+    let notes: String = notes
+        .map(|note| format!("<p class=\"note\">{note}</p>\n"))
+        .collect();
+    let mut pictures = displacement(folder, scene, body)?.into_iter();
+    let deformed = pictures.next().unwrap_or_default();
+    let section: String = pictures.collect();
+    let picture = figure("Mesh, supports and loads", &picture, &[]);
     Ok(format!(
-        "<h2>The body</h2>\n<div class=\"beside\">\n{picture}{deformed}{}</div>\n",
-        materials(scene, place)
+        "<h2>The body</h2>\n<div class=\"view\" data-body=\"{number}\">{deformed}</div>\n{notes}\
+         <div class=\"beside\">\n{picture}{section}{}</div>\n",
+        materials(scene, "wide")
     ))
-}
-
-fn figure(caption: &str, svg: &str) -> String {
-    format!("<figure><figcaption>{caption}</figcaption>\n{svg}</figure>\n")
 }
 
 /// Returns the fixed, moved, loaded and pressurized groups; for loads with the given components.
@@ -84,12 +93,12 @@ fn surface(scene: &Scene, body: &Body) -> String {
 
 /// Draws the deformed body at the last time of its fields, in 3D its surface and a section, if the fields contain the
 /// displacement.
-fn displacement(folder: &Path, scene: &Scene, body: &Body) -> Result<String, Error> {
+fn displacement(folder: &Path, scene: &Scene, body: &Body) -> Result<Vec<String>, Error> {
     let space = body.muscle.solid.space();
     let last = vtu::last_displacement(folder, &vtu::Grid::of_body(body));
     let last = last.map_err(Error::file("read", &folder.join(vtu::LIST)))?;
     let Some((t, displacement)) = last else {
-        return Ok(String::new());
+        return Ok(Vec::new());
     };
     let figures = match space.dimension() {
         2 => {
@@ -111,7 +120,7 @@ fn displacement(folder: &Path, scene: &Scene, body: &Body) -> Result<String, Err
     };
     let figures = figures.into_iter();
     Ok(figures
-        .map(|(what, drawn)| figure(&format!("{what}{when}"), &drawn.render()))
+        .map(|(what, drawn)| figure(&format!("{what}{when}"), &drawn.render(), &[]))
         .collect())
 }
 
@@ -151,7 +160,7 @@ fn plane(scene: &Scene, body: &Body) -> String {
 }
 
 /// Returns the pale color of a material, on which the mesh is visible.
-fn shade(i: usize) -> Color {
+pub(super) fn shade(i: usize) -> Color {
     Color::of_series(i).paler()
 }
 

@@ -7,23 +7,26 @@ use myovib_scene::csv::Table;
 use myovib_scene::{Error, Scene, escape};
 use serde_json::Value;
 
-use super::is_in_space;
+use super::{PageData, figure, is_in_space};
 use crate::plot::{Axis, Figure, LinePlot, Series};
 
 /// Maximum number of columns shown for a probe; the CSV file contains the others.
 const MOST_PANELS: usize = 6;
 
+/// Maximum number of values of all interactive curves of a page: 4 MB.
+const MOST_VALUES: usize = 750_000;
+
 /// The recorded data of a probe.
-pub(super) struct Record {
-    name: String,
+pub(crate) struct Record {
+    pub(crate) name: String,
     /// Names of the columns; the first is the time.
-    columns: Vec<String>,
-    rows: Vec<Vec<f64>>,
+    pub(crate) columns: Vec<String>,
+    pub(crate) rows: Vec<Vec<f64>>,
 }
 
 impl Record {
     /// Reads the table of the probe `name`.
-    pub(super) fn read(folder: &Path, name: &str) -> Result<Self, Error> {
+    pub(crate) fn read(folder: &Path, name: &str) -> Result<Self, Error> {
         let path = folder.join(format!("{name}.csv"));
         let text = fs::read_to_string(&path).map_err(Error::file("read", &path))?;
         let table = Table::parse(&text).unwrap_or_default();
@@ -48,28 +51,34 @@ impl Record {
         Some([least, largest])
     }
 
-    /// Returns a figure for each column; empty for a single row.
-    fn figures(&self, in_space: bool) -> String {
+    /// Returns a figure for each column, with every `stride`-th row in `data`; empty for a single row.
+    fn figures(&self, in_space: bool, stride: usize, data: &mut PageData) -> String {
         if self.rows.len() < 2 {
             return String::new();
         }
         let t = self.column(0);
-        let shown = self.columns.iter().enumerate().skip(1).take(MOST_PANELS);
-        let figures = shown.map(|(j, column)| {
+        let thinned =
+            |values: &[f64]| -> Vec<f64> { values.iter().copied().step_by(stride).collect() };
+        let fewer = thinned(&t);
+        let mut figures = String::new();
+        for (j, column) in self.columns.iter().enumerate().skip(1) {
             let title = format!("{}: {column}", self.name);
-            let plot = LinePlot {
+            let values = self.column(j);
+            let plot = |t: &[f64], values: &[f64]| LinePlot {
                 x: Axis::new("*t*", "s"),
                 y: Axis::new(label(column), unit(column, in_space)),
-                series: vec![Series::curve("", &t, &self.column(j))],
+                series: vec![Series::curve("", t, values)],
                 ..LinePlot::default()
             };
-            format!(
-                "<figure><figcaption>{}</figcaption>\n{}</figure>\n",
-                escape(&title),
-                Figure::of(&*title, plot).render()
-            )
-        });
-        figures.collect()
+            let shown = plot(&fewer, &thinned(&values));
+            data.trace(&title, &shown.y, &fewer, &thinned(&values));
+            if j <= MOST_PANELS {
+                let chart = data.chart(&shown, Some("t"));
+                let svg = Figure::of(&*title, plot(&t, &values)).render();
+                figures += &figure(&title, &svg, &chart);
+            }
+        }
+        figures
     }
 
     /// Returns the rows of the table of extrema, with the errors of each column.
@@ -126,11 +135,20 @@ const VALUE: &str = "<th class=\"n\">value</th>";
 const BY_STEPS: &str = "<p>Errors in time are what the estimates of the steps add up to, which is no bound; \
      <code>myovib run … --verify</code> measures them.</p>\n";
 
+/// Place of the spectrum and the damping of a curve; hidden without JavaScript.
+const ANALYSIS: &str = "<details hidden><summary>Spectrum and damping of a curve</summary>\n\
+     <div data-analysis></div></details>\n";
+
 /// Returns the extrema of all probes and their curves; empty without probes.
 ///
 /// # Errors
 /// If a table cannot be read.
-pub(super) fn section(folder: &Path, scene: &Scene, document: &Value) -> Result<String, Error> {
+pub(super) fn section(
+    folder: &Path,
+    scene: &Scene,
+    document: &Value,
+    data: &mut PageData,
+) -> Result<String, Error> {
     let probes = scene.file.probe.iter();
     let records = probes.map(|probe| Record::read(folder, &probe.name));
     let records = records.collect::<Result<Vec<Record>, Error>>()?;
@@ -150,12 +168,24 @@ pub(super) fn section(folder: &Path, scene: &Scene, document: &Value) -> Result<
         .collect();
     let single = records.iter().all(|record| record.rows.len() == 1);
     let heads = if single { VALUE } else { EXTREMES };
-    let figures = records.iter().map(|record| record.figures(in_space));
-    let figures: String = figures.collect();
+    let values = records
+        .iter()
+        .map(|record| record.rows.len() * record.columns.len());
+    let stride = values.sum::<usize>().div_ceil(MOST_VALUES).max(1);
+    let figures = records.iter();
+    let figures: String = figures
+        .map(|record| record.figures(in_space, stride, data))
+        .collect();
+    let thinned = match stride {
+        1 => String::new(),
+        _ => format!(
+            "<p class=\"note\">The interactive curves have one row in {stride}; the tables in the folder have all.</p>\n"
+        ),
+    };
     Ok(format!(
         "<h2>Probes</h2>\n<div class=\"wide\"><table><tr><th>probe</th><th>column</th><th>unit</th>\
          {heads}</tr>\n{rows}</table></div>\n\
-         {note}<div class=\"beside\">\n{figures}</div>\n"
+         {note}{thinned}<div class=\"beside\">\n{figures}</div>\n{ANALYSIS}"
     ))
 }
 

@@ -89,6 +89,22 @@ pub(super) fn spans(label: &str, size: f64) -> String {
     spans
 }
 
+/// Returns a label as HTML, with `i`, `sub` and `sup` elements.
+pub fn html(label: &str) -> String {
+    let of_run = |run: &Run| {
+        let mut text = escape(run.text);
+        if run.italic {
+            text = format!("<i>{text}</i>");
+        }
+        match run.level {
+            Level::Base => text,
+            Level::Lowered => format!("<sub>{text}</sub>"),
+            Level::Raised => format!("<sup>{text}</sup>"),
+        }
+    };
+    runs(label).iter().map(of_run).collect()
+}
+
 fn runs(label: &str) -> Vec<Run<'_>> {
     let mut runs = Vec::new();
     let (mut level, mut italic) = (Level::Base, false);
@@ -172,6 +188,11 @@ mod tests {
             spans("a_{b}<", 10.0),
             "a<tspan dy=\"2.00\" font-size=\"7.20\">b</tspan><tspan dy=\"-2.00\">&lt;</tspan>"
         );
+    }
+
+    #[test]
+    fn labels_become_html() {
+        assert_eq!(html("*u*_{y} <b>"), "<i>u</i><sub>y</sub> &lt;b&gt;");
     }
 
     #[test]

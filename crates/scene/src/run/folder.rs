@@ -13,7 +13,7 @@ pub(super) const DOCUMENT: &str = "run.json";
 /// Name of the checkpoint file.
 pub(super) const CHECKPOINT: &str = "checkpoint.json";
 /// Name of the page that the report crate writes.
-pub(super) const PAGE: &str = "report.html";
+pub(crate) const PAGE: &str = "report.html";
 
 /// Names of files written at the end of a run.
 pub(super) const AT_THE_END: [&str; 3] = [DOCUMENT, State::NAME, PAGE];

@@ -89,6 +89,10 @@ pub struct SweepResult {
     pub document: Value,
     /// Contents of `sweep.csv`.
     pub csv: String,
+    /// Keys that are varied.
+    pub keys: Vec<String>,
+    /// Names of the requested columns.
+    pub results: Vec<String>,
     /// Reasons why requested or collected cases did not finish.
     pub stopped: Vec<String>,
     /// Whether results of a case could not be written, for example on a full disk.
@@ -155,9 +159,12 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
     ] {
         folder.write(name, text)?;
     }
+    let results = sweep.results.iter().map(|column| column.name.clone());
     Ok(SweepResult {
         document,
         csv,
+        keys: axes.iter().map(|axis| axis.key.clone()).collect(),
+        results: results.collect(),
         stopped,
         failed_to_write: sweep.failed_to_write.into_inner(),
     })
@@ -172,7 +179,7 @@ fn request<'a>(
     let of_cases = cases
         .iter()
         .flat_map(|case| [folder_of(case), record_of(case)]);
-    let tables = ["sweep.csv", "sweep.json"].map(str::to_owned);
+    let tables = ["sweep.csv", "sweep.json", run::PAGE].map(str::to_owned);
     FolderRequest {
         path: &options.out,
         command: "sweep",

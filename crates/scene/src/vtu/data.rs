@@ -51,7 +51,72 @@ pub(super) fn read_floats(text: &str, name: &str) -> Option<Vec<f64>> {
     let start = format!("<DataArray type=\"Float64\" Name=\"{}\"", escape(name));
     let (_, rest) = text.split_once(&start)?;
     let (_, rest) = rest.split_once('>')?;
-    let (content, _) = rest.split_once('<')?;
+    numbers(rest.split_once('<')?.0)
+}
+
+/// Field read from a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StoredField {
+    /// Name of the field.
+    pub name: String,
+    /// Names of the components; one empty name for a scalar.
+    pub components: Vec<String>,
+    /// Values of all points or cells, with the components of each next to each other.
+    pub values: Vec<f64>,
+    /// Whether the values belong to cells instead of points.
+    pub of_cells: bool,
+}
+
+/// Reads the real fields of points and cells from a file written by this module.
+pub(super) fn read_fields(text: &str) -> Vec<StoredField> {
+    let (of_points, of_cells) = text.split_once("<CellData>").unwrap_or((text, ""));
+    let of_points = of_points
+        .split_once("<PointData>")
+        .map_or("", |(_, rest)| rest);
+    let mut found = Vec::new();
+    for (part, of_cells) in [(of_points, false), (of_cells, true)] {
+        let arrays = part.split("<DataArray type=\"Float64\"").skip(1);
+        found.extend(arrays.filter_map(|array| {
+            let (head, rest) = array.split_once('>')?;
+            let name = unescaped(attribute(head, "Name")?);
+            let width: usize = attribute(head, "NumberOfComponents")?.parse().ok()?;
+            let component = |i| attribute(head, &format!("ComponentName{i}")).unwrap_or_default();
+            Some(StoredField {
+                components: (0..width).map(|i| component(i).to_owned()).collect(),
+                values: numbers(rest.split_once('<')?.0)?,
+                name,
+                of_cells,
+            })
+        }));
+    }
+    found
+}
+
+/// Reads the array `name` of integers from a file written by this module.
+pub(super) fn read_integers(text: &str, name: &str) -> Option<Vec<usize>> {
+    let (_, rest) = text.split_once(&format!("<DataArray type=\"Int64\" Name=\"{name}\""))?;
+    let (_, rest) = rest.split_once('>')?;
+    let bytes = STANDARD.decode(rest.split_once('<')?.0).ok()?;
+    let numbers = bytes.get(8..)?.as_chunks::<8>().0.iter();
+    let number = |bytes: &[u8; 8]| usize::try_from(i64::from_le_bytes(*bytes)).ok();
+    numbers.map(number).collect()
+}
+
+fn attribute<'a>(head: &'a str, name: &str) -> Option<&'a str> {
+    let (_, rest) = head.split_once(&format!(" {name}=\""))?;
+    Some(rest.split_once('"')?.0)
+}
+
+/// Reverses [`escape`], except for control characters, which stay spelled out.
+fn unescaped(text: &str) -> String {
+    text.replace("&lt;", "<")
+        .replace("&gt;", ">")
+        .replace("&quot;", "\"")
+        .replace("&amp;", "&")
+}
+
+/// Decodes an array: the number of bytes, followed by the numbers.
+fn numbers(content: &str) -> Option<Vec<f64>> {
     let bytes = STANDARD.decode(content).ok()?;
     let numbers = bytes.get(8..)?.as_chunks::<8>().0.iter();
     Some(numbers.map(|bytes| f64::from_le_bytes(*bytes)).collect())
@@ -88,5 +153,26 @@ mod tests {
             "{text}"
         );
         assert_eq!(read_floats(&text, name).unwrap(), values);
+    }
+
+    #[test]
+    fn fields_are_read_with_their_names_and_components() {
+        let vector = floats("u<&\">", &["x", "y"], 2, [1.0, 2.0, 3.0, 4.0].into_iter());
+        let scalar = floats("c", &[], 1, [5.0].into_iter());
+        let points = floats("points", &[], 3, [0.0; 6].into_iter());
+        let text = format!(
+            "<Points>{points}</Points><PointData>{vector}</PointData><CellData>{scalar}</CellData>"
+        );
+        let field = |name: &str, components: &[&str], values: &[f64], of_cells| StoredField {
+            name: name.to_owned(),
+            components: components.iter().map(|&name| name.to_owned()).collect(),
+            values: values.to_vec(),
+            of_cells,
+        };
+        let expected = [
+            field("u<&\">", &["x", "y"], &[1.0, 2.0, 3.0, 4.0], false),
+            field("c", &[""], &[5.0], true),
+        ];
+        assert_eq!(read_fields(&text), expected);
     }
 }

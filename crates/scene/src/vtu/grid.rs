@@ -50,6 +50,21 @@ impl Grid {
         }
     }
 
+    /// Returns the node of each point.
+    pub fn nodes(&self) -> &[usize] {
+        &self.nodes
+    }
+
+    /// Returns the points of all cells, in the order of the elements and their nodes.
+    pub fn cells(&self) -> &[usize] {
+        &self.cells
+    }
+
+    /// Returns the region of each cell.
+    pub fn regions(&self) -> &[usize] {
+        &self.regions
+    }
+
     /// Returns the number of points.
     pub fn n_points(&self) -> usize {
         self.nodes.len()

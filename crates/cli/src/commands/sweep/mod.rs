@@ -6,7 +6,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::Args;
-use myovib_report::page;
+use myovib_report::{page, sweep};
 use myovib_scene::sweep::{Cases, SweepOptions, compute};
 
 use crate::args::CommonArgs;
@@ -26,7 +26,7 @@ use crate::values;
     myovib sweep scene.toml --vary solid.bulk_modulus=1e4..1e6:12:log --slurm jobs.sh --per-task 2\n\n\
     A range lo..hi:n has n values from lo to hi, equally spaced; with :log their logarithms are.\n\n\
     The scenes of all cases are read before one is computed: a wrong value is an error. The table, with a row for each \
-    case, goes to standard output and to sweep.csv and sweep.json in the folder. A case that fails when it is run is a row \
+    case, goes to standard output and to sweep.csv and sweep.json in the folder, and report.html shows it with the curves. A case that fails when it is run is a row \
     with its message. The same line given again computes only what is missing: cases that failed, and \
     those whose scene, mesh, tables or program have changed.\n\n\
     The exit code is 0 when every case was recorded, also those that failed.")]
@@ -106,9 +106,10 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
         n_threads: args.common.n_threads(),
         interrupt: Some(interrupt::flag()),
         progress: &progress,
-        finished: &page::write,
+        finished: &page::write_case,
     })?;
     drop(progress);
+    sweep::write(&args.out, &result)?;
     tell_stopped(&result.stopped);
     args.common.give("sweep", &result.csv, &result.document)?;
     Ok(if interrupt::has_come() {

@@ -1,0 +1,237 @@
+//! Report of a sweep: the cases, results over the varied values, and the curves of all cases.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use myovib_scene::sweep::SweepResult;
+use myovib_scene::{Error, atomic_file};
+use serde_json::Value;
+
+use crate::page::probes::{Record, label, unit};
+use crate::page::{self, PageData};
+use crate::plot::{Axis, Figure, LinePlot, Series};
+use crate::table::{Align, Table};
+
+/// Maximum number of cases whose curves are drawn in one chart.
+const MOST_CURVES: usize = 24;
+/// Maximum number of columns of probes with a chart.
+const MOST_CHARTS: usize = 12;
+/// Maximum number of values of all interactive curves: 4 MB.
+const MOST_VALUES: usize = 750_000;
+
+/// Writes the report of a sweep into its folder.
+///
+/// # Errors
+/// If a table of a case cannot be read or the report cannot be written.
+pub fn write(folder: &Path, result: &SweepResult) -> Result<(), Error> {
+    let rows = result.document["rows"].as_array();
+    let rows = rows.map_or(&[][..], Vec::as_slice);
+    let mut data = PageData::default();
+    let mut html = cases(result, rows);
+    html += &over_values(result, rows, &mut data);
+    html += &curves(folder, result, rows, &mut data)?;
+    let description = format!("{} cases over {}.", rows.len(), result.keys.join(", "));
+    let page = page::framed("A sweep", &description, &html, &data);
+    atomic_file::save(&folder.join(page::NAME), page)
+}
+
+/// Formats an entry of a row; numbers with six digits.
+fn word(value: &Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(word) => word.clone(),
+        Value::Number(number) => {
+            let rounded = number
+                .as_f64()
+                .and_then(|x| format!("{x:.5e}").parse::<f64>().ok());
+            let text = format!("{:?}", rounded.unwrap_or(f64::NAN));
+            text.trim_end_matches(".0").to_owned()
+        }
+        other => other.to_string(),
+    }
+}
+
+/// Returns the table of all cases.
+fn cases(result: &SweepResult, rows: &[Value]) -> String {
+    let columns: Vec<&str> = ["case"]
+        .into_iter()
+        .chain(result.keys.iter().map(String::as_str))
+        .chain(result.results.iter().map(String::as_str))
+        .chain(["outcome", "steps", "t_reached", "message"])
+        .collect();
+    let heads: Vec<_> = columns.iter().map(|name| (*name, Align::Right)).collect();
+    let mut table = Table::new(&heads);
+    for row in rows {
+        table.row(columns.iter().map(|name| word(&row[*name]).into()));
+    }
+    format!(
+        "<div class=\"wide\">{}</div>\n<p class=\"note\">The folders <code>case-0001</code> and so on have a report of each \
+         case.</p>\n",
+        table.html()
+    )
+}
+
+/// Returns the results over the values of the first key with several numbers, with a curve for each combination of the
+/// others.
+fn over_values(result: &SweepResult, rows: &[Value], data: &mut PageData) -> String {
+    let distinct = |key: &&String| {
+        let numbers = rows.iter().filter_map(|row| row[*key].as_f64());
+        numbers.map(f64::to_bits).collect::<BTreeSet<_>>().len() > 1
+    };
+    let Some(key) = result.keys.iter().find(distinct) else {
+        return String::new();
+    };
+    let of_others = |row: &Value| {
+        let others = result.keys.iter().filter(|other| *other != key);
+        let values = others.map(|other| format!("{other} = {}", word(&row[other])));
+        values.collect::<Vec<_>>().join(", ")
+    };
+    let mut names: Vec<String> = Vec::new();
+    for name in rows.iter().map(of_others) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let is_wide = |x: &[f64]| {
+        let (low, high) = x.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &x| {
+            (low.min(x), high.max(x))
+        });
+        low > 0.0 && high >= 30.0 * low
+    };
+    let mut figures = String::new();
+    for column in result.results.iter().map(String::as_str).chain(["steps"]) {
+        let mut all = Vec::new();
+        let series = names.iter().map(|name| {
+            let own = rows.iter().filter(|row| of_others(row) == *name);
+            let points = own.filter_map(|row| Some((row[key].as_f64()?, row[column].as_f64()?)));
+            let (x, y): (Vec<f64>, Vec<f64>) = points.unzip();
+            all.extend(x.iter().copied());
+            Series::curve(name.as_str(), &x, &y).marked()
+        });
+        let series: Vec<Series> = series.collect();
+        let axis = Axis::new(key.replace(['*', '{', '}'], ""), "");
+        let plot = LinePlot {
+            x: if is_wide(&all) {
+                axis.logarithmic()
+            } else {
+                axis
+            },
+            y: Axis::new(column.replace('_', " "), ""),
+            series,
+            ..LinePlot::default()
+        };
+        figures += &drawn(column, plot, "key", data);
+    }
+    format!("<h2>Results</h2>\n<div class=\"beside\">\n{figures}</div>\n")
+}
+
+/// Returns a figure whose chart is linked to others.
+fn drawn(caption: &str, plot: LinePlot, link: &str, data: &mut PageData) -> String {
+    let chart = data.chart(&plot, Some(link));
+    page::figure(caption, &Figure::of(caption, plot).render(), &chart)
+}
+
+/// Returns the curves of the probes, those of all cases in one chart.
+fn curves(
+    folder: &Path,
+    result: &SweepResult,
+    rows: &[Value],
+    data: &mut PageData,
+) -> Result<String, Error> {
+    let stride = rows.len().div_ceil(MOST_CURVES).max(1);
+    let shown: Vec<&Value> = rows.iter().step_by(stride).collect();
+    let names = shown.iter().filter_map(|row| row["probes"].as_object());
+    let names: BTreeSet<&String> = names.flat_map(|probes| probes.keys()).collect();
+    let mut records = Vec::new();
+    for row in &shown {
+        let of_case = folder.join(format!("case-{:04}", row["case"].as_u64().unwrap_or(0)));
+        let values = result.keys.iter().map(|key| word(&row[key]));
+        let case = values.collect::<Vec<_>>().join(", ");
+        for name in &names {
+            if row["probes"].get(name.as_str()).is_some() {
+                records.push((case.clone(), Record::read(&of_case, name)?));
+            }
+        }
+    }
+    records.retain(|(_, record)| record.rows.len() > 1);
+    let n_values = records
+        .iter()
+        .map(|(_, record)| record.rows.len() * record.columns.len());
+    let thinning = n_values.sum::<usize>().div_ceil(MOST_VALUES).max(1);
+    let mut figures = Vec::new();
+    for name in names {
+        let own: Vec<_> = records
+            .iter()
+            .filter(|(_, record)| record.name == *name)
+            .collect();
+        let columns = own.first().map_or(&[][..], |(_, record)| &record.columns);
+        for (j, column) in columns.iter().enumerate().skip(1) {
+            let series = own.iter().filter(|(_, record)| record.columns.len() > j);
+            let series = series.map(|(case, record)| {
+                let points = record.rows.iter().step_by(thinning);
+                let (t, y): (Vec<f64>, Vec<f64>) = points.map(|row| (row[0], row[j])).unzip();
+                Series::curve(case, &t, &y)
+            });
+            let plot = LinePlot {
+                x: Axis::new("*t*", "s"),
+                y: Axis::new(label(column), unit(column, is_in_space(folder, &shown))),
+                series: series.collect(),
+                ..LinePlot::default()
+            };
+            if figures.len() < MOST_CHARTS {
+                figures.push(drawn(&format!("{name}: {column}"), plot, "t", data));
+            }
+        }
+    }
+    if figures.is_empty() {
+        return Ok(String::new());
+    }
+    let mut notes = String::new();
+    if stride > 1 {
+        notes += &format!(
+            "<p class=\"note\">The charts have one case in {stride}; the folders of the cases have all.</p>\n"
+        );
+    }
+    if thinning > 1 {
+        notes += &format!(
+            "<p class=\"note\">The curves have one row in {thinning}; the tables of the cases have all.</p>\n"
+        );
+    }
+    let legend = result.keys.join(", ");
+    Ok(format!(
+        "<h2>Curves</h2>\n<p>A curve for each case, named by {}.</p>\n{notes}<div class=\"beside\">\n{}</div>\n",
+        myovib_scene::escape(&legend),
+        figures.concat()
+    ))
+}
+
+/// Returns whether the bodies are 3D, by the record of the first case.
+fn is_in_space(folder: &Path, rows: &[&Value]) -> bool {
+    let number = rows
+        .first()
+        .and_then(|row| row["case"].as_u64())
+        .unwrap_or(0);
+    let text = std::fs::read_to_string(folder.join(format!("case-{number:04}.json")));
+    let record: Option<Value> = text.ok().and_then(|text| serde_json::from_str(&text).ok());
+    record.is_some_and(|record| record["result"]["mesh"]["dimension"] == 3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_six_digits() {
+        let words = [
+            Value::from(9.999_999_999_999_999e-5),
+            Value::from(1e5),
+            Value::from(11),
+            Value::from(1.142_940_510_2e-5),
+            Value::Null,
+        ];
+        assert_eq!(
+            words.map(|value| word(&value)),
+            ["0.0001", "100000", "11", "1.14294e-5", ""]
+        );
+    }
+}

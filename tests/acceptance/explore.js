@@ -1,0 +1,78 @@
+const problems = [];
+addEventListener("error", (event) => problems.push(String(event.message)));
+addEventListener("unhandledrejection", (event) => problems.push(String(event.reason)));
+addEventListener("securitypolicyviolation", (event) => problems.push(`${event.violatedDirective} ${event.blockedURI}`));
+console.error = (...words) => problems.push(words.join(" "));
+
+const wait = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
+
+/** Returns whether an action changes the picture of the body, which has a color. */
+async function changes(action) {
+  const canvas = document.querySelector("canvas.body");
+  const redraw = () => {
+    canvas.dispatchEvent(new PointerEvent("pointerup", {}));
+    return canvas.toDataURL();
+  };
+  const before = redraw();
+  await action();
+  return redraw() !== before;
+}
+
+/** Changes the value of a control. */
+function set(name, value) {
+  const control = document.querySelector(`.view [name=${name}]`);
+  control.value = value;
+  control.dispatchEvent(new Event("input"));
+  control.dispatchEvent(new Event("change"));
+}
+
+/** Uses the controls of the body; the last frame comes first, since bodies start at rest. */
+async function useBody(seen) {
+  const canvas = document.querySelector("canvas.body");
+  const frames = document.querySelector(".view [name=frame]");
+  seen.frames = frames ? (frames.options ? frames.options.length : Number(frames.max) + 1) : 0;
+  seen.changes = {};
+  if (frames) seen.changes.slider = await changes(() => set("frame", seen.frames - 1));
+  if (document.querySelector(".view [name=factor]")) seen.changes.factor = await changes(() => set("factor", 40));
+  seen.changes.color = await changes(() => set("quantity", 1));
+  seen.changes.turned = await changes(() => {
+    // A synthetic pointer cannot be captured.
+    canvas.setPointerCapture = () => {};
+    canvas.dispatchEvent(new PointerEvent("pointerdown", { clientX: 100, clientY: 100 }));
+    canvas.dispatchEvent(new PointerEvent("pointermove", { clientX: 180, clientY: 130, buttons: 1 }));
+  });
+  const play = document.querySelector(".view [name=play]");
+  if (play) {
+    seen.changes.played = await changes(async () => {
+      play.click();
+      await wait(250);
+      play.click();
+    });
+  }
+}
+
+async function explore() {
+  const root = document.documentElement;
+  for (let i = 0; i < 200 && root.dataset.state !== "ready"; i++) await wait(50);
+  const details = document.querySelector("[data-analysis]")?.closest("details");
+  if (details) details.open = true;
+  await wait(2000);
+  const charts = [...document.querySelectorAll(".js-plotly-plot")];
+  const seen = { state: root.dataset.state, images: document.querySelectorAll("img").length };
+  seen.charts = charts.filter((chart) => chart.querySelector(".trace path, .trace .point")).length;
+  const curves = charts.filter((chart) => chart.closest("[data-charts]") && chart._fullLayout.xaxis.title.text.includes("<i>t</i>"));
+  if (curves.length > 1) {
+    await Plotly.relayout(curves[0], { "xaxis.range": [0.01, 0.02] });
+    await wait(200);
+    seen.linked = curves.every((chart) => chart.layout.xaxis.range[1] === 0.02);
+  }
+  if (document.querySelector("canvas.body")) await useBody(seen);
+  seen.rows = [...document.querySelectorAll(".results tr")].map((row) => row.innerText);
+  seen.problems = problems;
+  root.dataset.seen = JSON.stringify(seen);
+}
+
+addEventListener("DOMContentLoaded", () => explore().catch((error) => {
+  problems.push(String(error));
+  document.documentElement.dataset.seen = JSON.stringify({ problems });
+}));
