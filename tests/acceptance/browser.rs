@@ -85,7 +85,7 @@ fn report_of(words: &[&str], page: &str) -> Option<Value> {
 
 #[test]
 fn the_report_of_a_run_can_be_explored() {
-    let words = "run scene.toml --quiet --set time.end=0.3 --set fields.every=0.05 --set probe[0].every=2e-3";
+    let words = "run scene.toml --quiet --set time.end=0.3 --set fields.interval=0.05 --set probe[0].interval=2e-3";
     let words: Vec<&str> = words.split(' ').collect();
     let Some(seen) = report_of(&words, "out/report.html") else {
         return;
@@ -107,7 +107,7 @@ fn the_report_of_a_run_can_be_explored() {
 
 #[test]
 fn the_report_of_a_3d_body_can_be_turned() {
-    let words = "run muscle3d --quiet --set time.end=0.05 --set mesh.cells=[10,2,2] --set probe=[] --set chain=[] --set fields.every=0.025";
+    let words = "run muscle3d --quiet --set time.end=0.05 --set mesh.cells=[10,2,2] --set probe=[] --set chain=[] --set fields.interval=0.025";
     let words: Vec<&str> = words.split(' ').collect();
     let Some(seen) = report_of(&words, "out/report.html") else {
         return;
@@ -133,7 +133,7 @@ fn modes_are_animated() {
 
 #[test]
 fn the_report_of_a_sweep_has_linked_charts() {
-    let words = "sweep scene.toml --quiet --set time.end=0.1 --vary solid.beta=1e-4,1e-3 --result top=max(origin.u_y)";
+    let words = "sweep scene.toml --quiet --set time.end=0.1 --vary solid.rayleigh_stiffness=1e-4,1e-3 --result top=max(origin.u_y)";
     let words: Vec<&str> = words.split(' ').collect();
     let Some(seen) = report_of(&words, "sweep/report.html") else {
         return;
@@ -150,7 +150,7 @@ fn texts_of_a_scene_are_not_executed() {
         "</script><script>problems.push('ran')</script><img src=x onerror=problems.push('ran')>";
     let title = format!("title=\"{attack}\"");
     let name =
-        format!("region=[{{ name = \"{attack}\", centre = [0.0, 0.0], radii = [0.02, 0.02] }}]");
+        format!("region=[{{ name = \"{attack}\", center = [0.0, 0.0], radii = [0.02, 0.02] }}]");
     let law = "law = \"neo-hooke\", density = 1e3, shear_modulus = 2e4";
     let materials =
         format!("material=[{{ group = \"muscle\", {law} }}, {{ group = \"{attack}\", {law} }}]");

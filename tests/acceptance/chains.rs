@@ -323,6 +323,49 @@ fn the_film_of_the_muscle_in_space_is_made_of_its_scene() {
     assert_moves(&folder.path().join("muscle3d.gif"), 9);
 }
 
+/// A movie of stored fields, in 2D and in 3D, and the reasons against one.
+#[test]
+fn the_fields_of_a_run_become_a_movie() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = |words: &str| {
+        let words: Vec<&str> = words.split_whitespace().collect();
+        myovib_in(folder.path(), &[&words[..], &["--quiet"]].concat())
+    };
+    let plane = "init --set time.end=0.5 --set fields.interval=0.05 --out plane";
+    let space = "muscle3d --set time.end=0.1 --set mesh.cells=[10,2,2] --set probe=[] --set chain=[] \
+                 --set fields.interval=0.02 --out space";
+    for (scene, movie, file, frames) in [
+        (plane, "plane --factor 40 --from 0.2", "plane.gif", 7),
+        (space, "space --field von_mises", "space.gif", 6),
+    ] {
+        let computed = run(&format!("run {scene}"));
+        assert_eq!(computed.code, 0, "{}", computed.stderr);
+        let made = run(&format!("movie {movie} --width-pixels 120"));
+        assert_eq!(made.code, 0, "{}", made.stderr);
+        assert_moves(&folder.path().join(file), frames);
+    }
+    let without = run("run init --set time.end=0.02 --set fields= --out without");
+    assert_eq!(without.code, 0, "{}", without.stderr);
+    for (movie, place) in [
+        ("without", "without"),
+        ("plane --from 3 --out a.gif", "--from, --to"),
+        ("plane --field nothing --out a.gif", "--field"),
+        ("plane --factor nan --out a.gif", "--factor"),
+        ("plane --set time.end=2 --out a.gif", "--set"),
+        ("chain --factor 2", "--factor"),
+        ("no-such-folder", "no-such-folder"),
+    ] {
+        let refused = run(&format!("movie {movie}"));
+        assert_eq!(refused.code, 2, "{movie}: {}", refused.stderr);
+        assert!(
+            refused.stderr.contains(place),
+            "{movie}: {}",
+            refused.stderr
+        );
+    }
+    assert!(!folder.path().join("a.gif").exists());
+}
+
 #[test]
 fn bad_input_is_code_2_with_its_reason_and_nothing_is_written() {
     for (arguments, reason) in [

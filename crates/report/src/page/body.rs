@@ -4,6 +4,7 @@ use std::path::Path;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use myovib_model::Quantity;
 use myovib_scene::modes::BodyModes;
 use myovib_scene::scene_file::Analysis;
 use myovib_scene::vtu::{self, Grid, StoredField};
@@ -109,7 +110,7 @@ pub(super) fn of_run(folder: &Path, scene: &Scene, body: &Body) -> Result<BodyDa
             if fields.len() <= k {
                 fields.push(Frames {
                     unit: unit(&field.name),
-                    moves: field.name == "displacement",
+                    moves: field.name == Quantity::Displacement.label(),
                     name: field.name,
                     components: field.components,
                     values: Vec::new(),
@@ -231,10 +232,12 @@ fn at_points(field: &StoredField, grid: &Grid, surface: &Surface) -> Vec<Vec<f64
 
 /// Returns the unit of a field of the files.
 pub(crate) fn unit(name: &str) -> &'static str {
+    use Quantity::{Displacement, Pressure, Principal, Stress, Tension, Velocity, VonMises};
+    let is_one_of = |some: &[Quantity]| some.iter().any(|quantity| quantity.label() == name);
     match name {
-        "displacement" => "m",
-        "velocity" => "m/s",
-        "pressure" | "stress" | "principal_stress" | "von_mises" | "tension" => "Pa",
+        _ if is_one_of(&[Displacement]) => "m",
+        _ if is_one_of(&[Velocity]) => "m/s",
+        _ if is_one_of(&[Pressure, Stress, Principal, VonMises, Tension]) => "Pa",
         _ => "",
     }
 }

@@ -1,9 +1,9 @@
-//! `myovib movie`: the movies of the paper's website, as animated GIFs.
+//! `myovib movie`: the stored fields of a run, or the movies of the paper's website, as animated GIFs.
 
 mod hardening;
 mod muscle3d;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use myovib_model::IntegratorKind;
@@ -17,6 +17,7 @@ use crate::output;
 use crate::overrides;
 use crate::progress::Progress;
 use crate::values;
+use myovib_report::film;
 use myovib_report::plot::{Figure, movie};
 use myovib_scene::{InputError, Scene};
 
@@ -26,16 +27,27 @@ const DELAY: u16 = 4;
 /// Options of `myovib movie`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
-    myovib movie chain\n  \
+    myovib movie out\n  \
+    myovib movie out --field von_mises --factor 20\n  \
     myovib movie chain --set chain[0].gain=6000\n  \
     myovib movie muscle --out muscle.gif --width-pixels 480\n\n\
-    The films show runs of the built-in scenes figure3, figure5, hardening and muscle3d.")]
+    The folder of a run needs the fields that [fields] of a scene writes. The movies chain, muscle, hardening and \
+    muscle3d show runs of the built-in scenes figure3, figure5, hardening and muscle3d.")]
 pub struct MovieArgs {
-    /// Subject of the movie.
-    #[arg(value_enum)]
+    /// Subject: the folder of a run, or the movie chain, muscle, hardening or muscle3d.
+    #[arg(value_name = "RUN|MOVIE", value_parser = subject)]
     pub subject: Subject,
 
-    /// Output file [default: SUBJECT.gif].
+    /// Field of a run that colors the body; of vectors and tensors, the magnitude [default: the
+    /// displacement].
+    #[arg(long, value_name = "NAME")]
+    pub field: Option<String>,
+
+    /// Magnification of the displacements of a run [default: 1].
+    #[arg(long, value_name = "X")]
+    pub factor: Option<f64>,
+
+    /// Output file [default: the name of the folder or movie, with .gif].
     #[arg(long, value_name = "FILE", value_parser = values::output_file)]
     pub out: Option<PathBuf>,
 
@@ -43,12 +55,12 @@ pub struct MovieArgs {
     #[arg(long, value_name = "N", default_value_t = 640, value_parser = clap::value_parser!(u16).range(64..=2000))]
     pub width_pixels: u16,
 
-    /// Start time of the movie of the chain, s [default: 8].
+    /// Start time of the movie of a run or of the chain, s [default: 0 (run), 8 (chain)].
     #[arg(long, value_name = "T")]
     pub from: Option<f64>,
 
-    /// End time of the movie, s [default: 14 (chain), 3 (muscle and hardening, which show the last
-    /// cycle of the load), 2 (muscle3d)].
+    /// End time of the movie, s [default: the last (run), 14 (chain), 3 (muscle and hardening, which
+    /// show the last cycle of the load), 2 (muscle3d)].
     #[arg(long, value_name = "T")]
     pub to: Option<f64>,
 
@@ -72,8 +84,17 @@ pub struct MovieArgs {
 }
 
 /// Subject of a movie.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Subject {
+    /// A movie of a built-in scene.
+    Film(Film),
+    /// The folder of a run.
+    Run(PathBuf),
+}
+
+/// Movies of built-in scenes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Film {
     /// The chain on the rod, in the complex plane: the scene `figure3`.
     Chain,
     /// Magnified deformation of the muscle: the scene `figure5`.
@@ -82,6 +103,20 @@ pub enum Subject {
     Hardening,
     /// Contraction of a 3D muscle: the scene `muscle3d`, which takes minutes.
     Muscle3d,
+}
+
+/// Returns the movie with this name; any other text is a folder.
+fn subject(text: &str) -> Result<Subject, String> {
+    let film = Film::from_str(text, false).ok();
+    if let Some(film) = film {
+        return Ok(Subject::Film(film));
+    }
+    match Path::new(text).is_dir() {
+        true => Ok(Subject::Run(PathBuf::from(text))),
+        false => {
+            Err("expected the folder of a run, or chain, muscle, hardening or muscle3d".to_owned())
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -95,21 +130,53 @@ impl MovieArgs {
     fn check(&self) -> Result<(), InputError> {
         let mesh = self.mesh.as_ref().map(|_| "--mesh");
         let from = self.from.map(|_| "--from");
-        let (beside, next) = match self.subject {
-            Subject::Chain => (vec![mesh], "the chain moves on a rod, which has no mesh"),
-            Subject::Muscle => (vec![from], "it shows the last cycle of the load"),
-            Subject::Hardening | Subject::Muscle3d => (
+        let of_a_run = [
+            self.field.as_ref().map(|_| "--field"),
+            self.factor.map(|_| "--factor"),
+        ];
+        let integrator = self.integrator.map(|_| "--integrator");
+        let set = self.set.first().map(|_| "--set");
+        let (without_effect, next) = match &self.subject {
+            Subject::Run(_) => (
+                vec![mesh, integrator, set],
+                "the run is finished; run its scene again for another one",
+            ),
+            Subject::Film(Film::Chain) => {
+                (vec![mesh], "the chain moves on a rod, which has no mesh")
+            }
+            Subject::Film(Film::Muscle) => (vec![from], "it shows the last cycle of the load"),
+            Subject::Film(Film::Hardening | Film::Muscle3d) => (
                 vec![mesh, from],
                 "it shows the scene of its name; for another write your own, and `myovib run` it \
                  with [fields]",
             ),
         };
-        match beside.into_iter().flatten().next() {
-            None => Ok(()),
-            Some(option) => Err(InputError::new("the option has no meaning for this film")
-                .at(option)
-                .next(next)),
+        if let Some(option) = without_effect.into_iter().flatten().next() {
+            let error = InputError::new("the option has no meaning for this film");
+            return Err(error.at(option).next(next));
         }
+        match (&self.subject, of_a_run.into_iter().flatten().next()) {
+            (Subject::Film(_), Some(option)) => {
+                let error = InputError::new("the option has no meaning for this film");
+                Err(error.at(option).next("it is for the folder of a run"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Returns the default name of the file.
+    fn default_name(&self) -> PathBuf {
+        let name = match &self.subject {
+            Subject::Film(film) => film
+                .to_possible_value()
+                .map_or_else(String::new, |value| value.get_name().to_owned()),
+            Subject::Run(folder) => {
+                let folder = folder.canonicalize().unwrap_or_else(|_| folder.clone());
+                let name = folder.file_name().unwrap_or_default();
+                name.to_string_lossy().into_owned()
+            }
+        };
+        PathBuf::from(format!("{name}.gif"))
     }
 
     /// Returns the scene of the movie, with the end time `to` (s), or the scene's end time.
@@ -129,10 +196,12 @@ impl MovieArgs {
 /// Returns an error if options or mesh are invalid, or if an output cannot be written.
 pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
     args.check()?;
-    let (from, to) = match args.subject {
-        Subject::Chain => (args.from.unwrap_or(8.0), args.to.unwrap_or(14.0)),
-        Subject::Muscle | Subject::Hardening | Subject::Muscle3d => (0.0, args.to.unwrap_or(3.0)),
+    let (first, last) = match args.subject {
+        Subject::Run(_) => (0.0, f64::MAX),
+        Subject::Film(Film::Chain) => (8.0, 14.0),
+        Subject::Film(_) => (0.0, 3.0),
     };
+    let (from, to) = (args.from.unwrap_or(first), args.to.unwrap_or(last));
     if !(0.0 <= from && from < to && to.is_finite()) {
         return Err(InputError::new("the movie has no duration")
             .at("--from, --to")
@@ -140,22 +209,16 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
             .allowed("0 ≤ from < to")
             .into());
     }
-    let path = args.out.clone().unwrap_or_else(|| {
-        PathBuf::from(match args.subject {
-            Subject::Chain => "chain.gif",
-            Subject::Muscle => "muscle.gif",
-            Subject::Hardening => "hardening.gif",
-            Subject::Muscle3d => "muscle3d.gif",
-        })
-    });
+    let path = args.out.clone().unwrap_or_else(|| args.default_name());
     // A path from the command line was checked before; the default is checked here.
     values::output_file(&path.display().to_string())
         .map_err(|reason| InputError::new(reason).at(path.display()))?;
-    let movie = match args.subject {
-        Subject::Chain => chain(args, from, to)?,
-        Subject::Muscle => deformation(args, to)?,
-        Subject::Hardening => hardening::film(args)?,
-        Subject::Muscle3d => muscle3d::film(args)?,
+    let movie = match &args.subject {
+        Subject::Run(folder) => stored(args, folder, [from, to])?,
+        Subject::Film(Film::Chain) => chain(args, from, to)?,
+        Subject::Film(Film::Muscle) => deformation(args, to)?,
+        Subject::Film(Film::Hardening) => hardening::film(args)?,
+        Subject::Film(Film::Muscle3d) => muscle3d::film(args)?,
     };
     if movie.frames.is_empty() && movie.exit != Exit::Done {
         output::line("no film: the run ended before the first moment to be shown");
@@ -192,6 +255,23 @@ impl Movie {
             exit,
         }
     }
+}
+
+/// Shows the stored fields of a run.
+fn stored(args: &MovieArgs, folder: &Path, between: [f64; 2]) -> anyhow::Result<Movie> {
+    let factor = args.factor.unwrap_or(1.0);
+    if !factor.is_finite() {
+        return Err(InputError::new("the factor is not a finite number")
+            .at("--factor")
+            .found(factor)
+            .into());
+    }
+    let request = film::Request {
+        field: args.field.as_deref(),
+        factor,
+        between,
+    };
+    Ok(Movie::new(film::frames(folder, request)?, Exit::Done))
 }
 
 /// Shows each sample of 0.01 s for 0.04 s: a quarter of the speed, 12.5 frames per cycle.

@@ -1,0 +1,273 @@
+//! Films of the stored fields of a run, read without its scene.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use anyhow::Context;
+use myovib_model::Quantity;
+use myovib_scene::InputError;
+use myovib_scene::vtu::{self, StoredField, StoredMesh};
+
+use crate::page::body::unit;
+use crate::plot::surface_plot::{Face, Paint};
+use crate::plot::{Axis, Field, Figure, MeshPlot, SurfacePlot};
+
+/// Margin around the moving body, as a fraction of its extent.
+const AIR: f64 = 0.04;
+
+/// What a film shows.
+#[derive(Debug, Clone, Copy)]
+pub struct Request<'a> {
+    /// Field that colors the body, by default the displacement; of several components the magnitude.
+    pub field: Option<&'a str>,
+    /// Factor of the displacements.
+    pub factor: f64,
+    /// First and last time, s.
+    pub between: [f64; 2],
+}
+
+/// Nodal values at one time.
+struct Shot {
+    t: f64,
+    displacement: Vec<[f64; 3]>,
+    values: Vec<f64>,
+}
+
+/// Returns a picture for each stored time of the run in a folder, all with the same scale and colors.
+///
+/// # Errors
+/// A folder without fields, without the requested field or without a stored time in the range; files that cannot be read.
+pub fn frames(folder: &Path, request: Request<'_>) -> anyhow::Result<Vec<Figure>> {
+    let files = vtu::files(folder).context(format!("cannot read {}", folder.display()))?;
+    if files.is_empty() {
+        return Err(InputError::new("the folder holds no fields of a run")
+            .at(folder.display())
+            .next("give the folder of a run of a scene with [fields]")
+            .into());
+    }
+    let field = request.field.unwrap_or(Quantity::Displacement.label());
+    let mut mesh = None;
+    let mut shots = Vec::new();
+    let [from, to] = request.between;
+    for (t, file) in files.iter().filter(|(t, _)| (from..=to).contains(t)) {
+        let (own, fields) = vtu::read(file).context(format!("cannot read {}", file.display()))?;
+        let n = own.points.len();
+        let values = found(&fields, field)?;
+        let width = values.components.len();
+        let displacement = fields
+            .iter()
+            .find(|field| field.name == Quantity::Displacement.label());
+        shots.push(Shot {
+            t: *t,
+            displacement: match displacement {
+                Some(field) => field.values.as_chunks::<3>().0.to_vec(),
+                None => vec![[0.0; 3]; n],
+            },
+            values: match width {
+                1 => values.values.clone(),
+                _ => values.values.chunks(width).map(magnitude).collect(),
+            },
+        });
+        mesh = Some(own);
+    }
+    let Some(mesh) = mesh else {
+        let (first, last) = (files[0].0, files[files.len() - 1].0);
+        return Err(InputError::new("no fields are stored in this time")
+            .at("--from, --to")
+            .found(format!("{from} to {to} s"))
+            .allowed(format!("times from {first} to {last} s"))
+            .into());
+    };
+    let axis = axis(field, &shots);
+    let drawing = Drawing::of(&mesh, request.factor, axis, &shots);
+    Ok(shots.iter().map(|shot| drawing.frame(shot)).collect())
+}
+
+fn magnitude(vector: &[f64]) -> f64 {
+    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Returns the field of points with this name.
+fn found<'a>(fields: &'a [StoredField], name: &str) -> anyhow::Result<&'a StoredField> {
+    let of_points = || fields.iter().filter(|field| !field.of_cells);
+    let known = || of_points().map(|field| field.name.as_str());
+    of_points().find(|field| field.name == name).ok_or_else(|| {
+        InputError::new("the run has no such field")
+            .at("--field")
+            .found(name)
+            .allowed(known().collect::<Vec<_>>().join(", "))
+            .into()
+    })
+}
+
+/// Returns the axis of the colors, from the smallest to the largest value of all times.
+fn axis(field: &str, shots: &[Shot]) -> Axis {
+    let values = shots.iter().flat_map(|shot| &shot.values);
+    let finite = values.copied().filter(|value| value.is_finite());
+    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+        (f64::min(low, x), f64::max(high, x))
+    });
+    let axis = Axis::new(field.replace('_', " "), unit(field));
+    match low < high {
+        true => axis.between(low, high),
+        false => axis,
+    }
+}
+
+/// Settings common to all frames.
+struct Drawing<'a> {
+    mesh: &'a StoredMesh,
+    factor: f64,
+    axis: Axis,
+    /// Boundary triangles of a 3D body; `None` in 2D.
+    faces: Option<Vec<[usize; 3]>>,
+    /// Corners of the box that contains all states.
+    limits: [[f64; 2]; 3],
+}
+
+impl<'a> Drawing<'a> {
+    fn of(mesh: &'a StoredMesh, factor: f64, axis: Axis, shots: &[Shot]) -> Self {
+        let is_in_space = mesh.cells.iter().any(|cell| cell.len() == 10);
+        let mut limits = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
+        for shot in shots {
+            for (x, u) in mesh.points.iter().zip(&shot.displacement) {
+                for (k, limit) in limits.iter_mut().enumerate() {
+                    for place in [x[k], x[k] + factor * u[k]]
+                        .into_iter()
+                        .filter(|x| x.is_finite())
+                    {
+                        *limit = [limit[0].min(place), limit[1].max(place)];
+                    }
+                }
+            }
+        }
+        Self {
+            faces: is_in_space.then(|| boundary(mesh)),
+            mesh,
+            factor,
+            axis,
+            limits,
+        }
+    }
+
+    fn frame(&self, shot: &Shot) -> Figure {
+        let title = format!("*t* = {:.4} s", shot.t);
+        match &self.faces {
+            Some(faces) => Figure::of("", self.surface(faces, shot, title)),
+            None => Figure::of("", self.plane(shot, title)),
+        }
+    }
+
+    fn surface(&self, faces: &[[usize; 3]], shot: &Shot, title: String) -> SurfacePlot {
+        let place = |node: usize| {
+            let (x, u) = (self.mesh.points[node], shot.displacement[node]);
+            [0, 1, 2].map(|k| x[k] + self.factor * u[k])
+        };
+        let face = |nodes: &[usize; 3]| Face {
+            corners: nodes.map(place),
+            paint: Paint::Value(nodes.map(|node| shot.values[node]).iter().sum::<f64>() / 3.0),
+        };
+        let corner = |bits: usize| [0, 1, 2].map(|k| self.limits[k][bits >> k & 1]);
+        SurfacePlot {
+            title,
+            faces: faces.iter().map(face).collect(),
+            field: Some(self.axis.clone()),
+            around: (0..8).map(corner).collect(),
+            ..SurfacePlot::default()
+        }
+    }
+
+    fn plane(&self, shot: &Shot, title: String) -> MeshPlot {
+        let plane = |points: &[[f64; 3]]| points.iter().map(|&[x, y, _]| [x, y]).collect();
+        let cells = self.mesh.cells.iter();
+        let axis = |name: &str, k: usize| {
+            let [low, high] = self.limits[k];
+            let air = AIR * (high - low);
+            Axis::new(name, "m").between(low - air, high + air)
+        };
+        MeshPlot {
+            title,
+            x: axis("*x*", 0),
+            y: axis("*y*", 1),
+            nodes: plane(&self.mesh.points),
+            triangles: cells
+                .filter_map(|cell| cell.as_slice().try_into().ok())
+                .collect(),
+            displacement: plane(&shot.displacement),
+            scale: self.factor,
+            field: Some(Field {
+                axis: self.axis.clone(),
+                values: shot.values.clone(),
+            }),
+            ..MeshPlot::default()
+        }
+    }
+}
+
+/// Returns the boundary triangles of tetrahedra, counterclockwise seen from outside. Points at the same position, which
+/// the files have between regions, count as one.
+fn boundary(mesh: &StoredMesh) -> Vec<[usize; 3]> {
+    const SIDES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+    let mut first: BTreeMap<[u64; 3], usize> = BTreeMap::new();
+    let points = mesh.points.iter().enumerate();
+    let same: Vec<usize> = points
+        .map(|(i, point)| *first.entry(point.map(f64::to_bits)).or_insert(i))
+        .collect();
+    let mut alone: BTreeMap<[usize; 3], Option<[usize; 3]>> = BTreeMap::new();
+    for cell in &mesh.cells {
+        let corners: Vec<[f64; 3]> = cell[..4].iter().map(|&node| mesh.points[node]).collect();
+        let [a, b, c] = [1, 2, 3].map(|i| [0, 1, 2].map(|k| corners[i][k] - corners[0][k]));
+        let volume = triple([a, b, c]);
+        for side in SIDES {
+            let [p, q, r] = side.map(|i| cell[i]);
+            let face = if volume > 0.0 { [p, q, r] } else { [p, r, q] };
+            let mut key = face.map(|node| same[node]);
+            key.sort_unstable();
+            let entry = alone.entry(key).or_insert(Some(face));
+            if *entry != Some(face) {
+                *entry = None;
+            }
+        }
+    }
+    alone.into_values().flatten().collect()
+}
+
+/// Returns a · (b × c).
+fn triple([a, b, c]: [[f64; 3]; 3]) -> f64 {
+    a[0] * (b[1] * c[2] - b[2] * c[1])
+        + a[1] * (b[2] * c[0] - b[0] * c[2])
+        + a[2] * (b[0] * c[1] - b[1] * c[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two tetrahedra of different regions: the common face has points of both and is not a boundary.
+    #[test]
+    fn faces_between_regions_are_inside() {
+        let points = vec![
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, -1.0],
+        ];
+        let cell = |corners: [usize; 4]| [&corners[..], &[corners[0]; 6]].concat();
+        let mesh = StoredMesh {
+            points,
+            cells: vec![cell([0, 1, 2, 3]), cell([4, 5, 6, 7])],
+        };
+        let faces = boundary(&mesh);
+        assert_eq!(faces.len(), 6);
+        // Divergence theorem: outward normals give the volume of twice 1/6.
+        let volume: f64 = faces
+            .iter()
+            .map(|face| triple(face.map(|node| mesh.points[node])))
+            .sum();
+        assert!((volume / 6.0 - 1.0 / 3.0).abs() < 1e-15);
+    }
+}
