@@ -8,7 +8,7 @@ use std::thread::available_parallelism;
 use clap::Parser;
 use myovib_cli::cli::Cli;
 use myovib_cli::commands;
-use myovib_report::{page, sweep};
+use myovib_report::page;
 use myovib_scene::builtin::{self, SCENES};
 use myovib_scene::run::{Existing, RunOptions, compute};
 use myovib_scene::sensitivity::SceneParameter;
@@ -91,7 +91,7 @@ pub(crate) fn sweep(
             progress: watcher.progress,
             finished: &page::write_case,
         })?;
-        sweep::write(&folder, &result)
+        myovib_report::sweep::write(&folder, &result)
     })?;
     computed.map_err(of_scene)
 }

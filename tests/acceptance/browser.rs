@@ -100,9 +100,32 @@ fn the_report_of_a_run_can_be_explored() {
     for what in ["slider", "color", "factor", "turned", "played"] {
         assert_eq!(seen["changes"][what], true, "{what}: {seen}");
     }
-    // The load of 8 Hz begins at rest and grows.
-    let rows = seen["rows"].as_array().expect("rows");
-    assert!(rows.len() >= 2, "{seen}");
+    assert!(
+        seen["rows"].as_array().is_some_and(|rows| rows.len() >= 2),
+        "{seen}"
+    );
+    let analyzed = &seen["analyzed"];
+    let near = |value: &Value, expected: f64, relative: f64| {
+        let value = value.as_f64().expect("a number");
+        assert!(
+            (value - expected).abs() < relative * expected,
+            "{value}, {expected}"
+        );
+    };
+    // Parabolas through 31 samples per period miss extremes by about (π/31)⁴/24 of the amplitude.
+    near(&analyzed["decrement"]["frequency"], 8.0, 1e-5);
+    near(&analyzed["decrement"]["ratio"], 0.02, 1e-4);
+    // The frequencies are 1/16 of 1/6 Hz apart; the width is 0.32 Hz.
+    near(&analyzed["width"]["frequency"], 8.0, 2e-3);
+    near(&analyzed["width"]["ratio"], 0.02, 0.03);
+    assert_eq!(analyzed["width"]["resolved"], true);
+    assert_eq!(
+        analyzed["short"]["resolved"], false,
+        "0.8 s cannot resolve 0.32 Hz"
+    );
+    // Whole periods in the window; about 50 operations with rounding errors per value.
+    near(&analyzed["peak"][0], 10.0, 1e-12);
+    near(&analyzed["peak"][1], 0.25, 1e-12);
 }
 
 #[test]
@@ -141,6 +164,7 @@ fn the_report_of_a_sweep_has_linked_charts() {
     // The result and the steps over the key; u_x, u_y and p over time.
     assert_eq!(seen["charts"], 5, "{seen}");
     assert_eq!(seen["linked"], true, "{seen}");
+    assert_eq!(seen["highlighted"], true, "{seen}");
 }
 
 /// No text of a scene becomes a script or an element of the page.

@@ -4,20 +4,17 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use myovib_scene::sweep::SweepResult;
-use myovib_scene::{Error, atomic_file};
+use myovib_scene::{Error, atomic_file, escape};
 use serde_json::Value;
 
-use crate::page::probes::{Record, label, unit};
+use crate::page::probes::{MOST_VALUES, Record, label, unit};
 use crate::page::{self, PageData};
 use crate::plot::{Axis, Figure, LinePlot, Series};
-use crate::table::{Align, Table};
 
 /// Maximum number of cases whose curves are drawn in one chart.
 const MOST_CURVES: usize = 24;
 /// Maximum number of columns of probes with a chart.
 const MOST_CHARTS: usize = 12;
-/// Maximum number of values of all interactive curves: 4 MB.
-const MOST_VALUES: usize = 750_000;
 
 /// Writes the report of a sweep into its folder.
 ///
@@ -51,23 +48,35 @@ fn word(value: &Value) -> String {
     }
 }
 
-/// Returns the table of all cases.
+/// Returns the table of all cases with links to their reports.
 fn cases(result: &SweepResult, rows: &[Value]) -> String {
-    let columns: Vec<&str> = ["case"]
-        .into_iter()
-        .chain(result.keys.iter().map(String::as_str))
-        .chain(result.results.iter().map(String::as_str))
+    let columns: Vec<&str> = result
+        .keys
+        .iter()
+        .chain(&result.results)
+        .map(String::as_str)
         .chain(["outcome", "steps", "t_reached", "message"])
         .collect();
-    let heads: Vec<_> = columns.iter().map(|name| (*name, Align::Right)).collect();
-    let mut table = Table::new(&heads);
-    for row in rows {
-        table.row(columns.iter().map(|name| word(&row[*name]).into()));
-    }
+    let heads = columns
+        .iter()
+        .map(|name| format!("<th class=\"n\">{}</th>", escape(name)));
+    let row = |row: &Value| {
+        let number = row["case"].as_u64().unwrap_or(0);
+        let link = match row["outcome"].as_str() {
+            Some("failed" | "not computed") | None => number.to_string(),
+            _ => format!("<a href=\"case-{number:04}/{}\">{number}</a>", page::NAME),
+        };
+        let words = columns.iter().map(|name| escape(&word(&row[*name])));
+        let cells = words.map(|word| format!("<td class=\"n\">{word}</td>"));
+        format!(
+            "<tr><td class=\"n\">{link}</td>{}</tr>\n",
+            cells.collect::<String>()
+        )
+    };
     format!(
-        "<div class=\"wide\">{}</div>\n<p class=\"note\">The folders <code>case-0001</code> and so on have a report of each \
-         case.</p>\n",
-        table.html()
+        "<div class=\"wide\"><table><tr><th class=\"n\">case</th>{}</tr>\n{}</table></div>\n",
+        heads.collect::<String>(),
+        rows.iter().map(row).collect::<String>()
     )
 }
 
@@ -199,8 +208,9 @@ fn curves(
     }
     let legend = result.keys.join(", ");
     Ok(format!(
-        "<h2>Curves</h2>\n<p>A curve for each case, named by {}.</p>\n{notes}<div class=\"beside\">\n{}</div>\n",
-        myovib_scene::escape(&legend),
+        "<h2>Curves</h2>\n<p>A curve for each case, named by {}. A click on a curve highlights its \
+         case in all charts.</p>\n{notes}<div class=\"beside\">\n{}</div>\n",
+        escape(&legend),
         figures.concat()
     ))
 }

@@ -16,7 +16,7 @@ use crate::modes::{frequency, shape};
 use crate::plot::Color;
 
 /// Maximum size of all frames in base64, bytes.
-const MOST_BYTES: usize = 6_000_000;
+const MOST_BYTES: usize = 4_000_000;
 /// Largest stored level; the level above it stands for values that are not finite.
 const LEVELS: f64 = 65534.0;
 /// Number of colors of the scale.

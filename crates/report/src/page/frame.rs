@@ -37,9 +37,12 @@ pub(crate) fn framed(title: &str, description: &str, body: &str, data: &PageData
         sundials,
         ..
     } = &versions;
-    let library = match data.has_charts() {
-        true => format!("<script type=\"text/plain\" id=\"library\">{LIBRARY}</script>\n"),
-        false => String::new(),
+    let (library, credit) = match data.has_charts() {
+        true => (
+            format!("<script type=\"text/plain\" id=\"library\">{LIBRARY}</script>\n"),
+            ", charts by plotly.js (MIT license)",
+        ),
+        false => (String::new(), ""),
     };
     let scripts = match data.is_empty() {
         true => String::new(),
@@ -54,7 +57,7 @@ pub(crate) fn framed(title: &str, description: &str, body: &str, data: &PageData
          <meta http-equiv=\"Content-Security-Policy\" content=\"{}\">\
          <title>{title}</title><style>\n{STYLE}</style></head><body>\n<h1>{title}</h1>\n\
          <p class=\"description\">{description}</p>\n{body}\
-         <footer>myovib {myovib} ({git}), SUNDIALS {sundials}, KLU {klu}</footer>\n{scripts}</body></html>\n",
+         <footer>myovib {myovib} ({git}), SUNDIALS {sundials}, KLU {klu}{credit}</footer>\n{scripts}</body></html>\n",
         policy()
     )
 }

@@ -13,8 +13,8 @@ use crate::plot::{Axis, Figure, LinePlot, Series};
 /// Maximum number of columns shown for a probe; the CSV file contains the others.
 const MOST_PANELS: usize = 6;
 
-/// Maximum number of values of all interactive curves of a page: 4 MB.
-const MOST_VALUES: usize = 750_000;
+/// Maximum number of values of all interactive curves of a page: about 2.5 MB.
+pub(crate) const MOST_VALUES: usize = 400_000;
 
 /// The recorded data of a probe.
 pub(crate) struct Record {

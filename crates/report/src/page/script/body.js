@@ -86,7 +86,8 @@ class States {
 /** A view of the body on a canvas. */
 class BodyView {
   constructor(canvas, body) {
-    Object.assign(this, { canvas, body, states: new States(body), frame: 0, factor: 1, phase: 1, edges: true });
+    const frame = body.oscillates ? 0 : Math.max(0, body.labels.length - 1);
+    Object.assign(this, { canvas, body, states: new States(body), frame, factor: 1, phase: 1, edges: true });
     this.gl = canvas.getContext("webgl2", { antialias: true });
     if (!this.gl) throw new Error("WebGL 2 is not available");
     this.points = decode(Float32Array, body.points);

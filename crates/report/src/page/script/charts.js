@@ -63,6 +63,16 @@ function tracesOf(chart) {
   }));
 }
 
+/** Highlights the curves with a name in linked charts, or shows all of them again. */
+function highlight(link, name) {
+  for (const chart of linked.get(link)) {
+    if (!chart.data.some((trace) => trace.name === name)) continue;
+    chart.highlighted = chart.highlighted === name ? null : name;
+    const opacity = chart.data.map((trace) => (chart.highlighted === null || trace.name === name ? 1 : 0.12));
+    Plotly.restyle(chart, { opacity });
+  }
+}
+
 const OPTIONS = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d"] };
 
 /** Draws a chart into an element and links its range of x. */
@@ -71,6 +81,7 @@ function draw(place, chart) {
   if (!chart.link) return;
   const others = linked.get(chart.link) ?? [];
   linked.set(chart.link, [...others, place]);
+  if (chart.series.length > 1) place.on("plotly_click", ({ points }) => highlight(chart.link, points[0].data.name));
   place.on("plotly_relayout", (change) => {
     const range = change["xaxis.range"] ?? [change["xaxis.range[0]"], change["xaxis.range[1]"]];
     const isReset = change["xaxis.autorange"];

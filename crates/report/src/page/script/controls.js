@@ -110,8 +110,8 @@ function startBody(place, body) {
 function timeControls(view, refresh) {
   const { body } = view;
   const last = body.labels.length - 1;
-  const slider = element("input", { name: "frame", type: "range", min: 0, max: last, value: 0 });
-  const label = element("output", {}, body.labels[0]);
+  const slider = element("input", { name: "frame", type: "range", min: 0, max: last, value: view.frame });
+  const label = element("output", {}, body.labels[view.frame]);
   const list = element("select", { name: "frame" }, ...body.labels.map((text, i) => element("option", { value: i }, text)));
   const chooser = body.oscillates ? list : slider;
   let start = null;
