@@ -1,9 +1,11 @@
 //! Harmonic response: table of peaks, and amplitude and phase over frequency.
 
+use myovib_scene::escape;
 use myovib_scene::response::{Curves, Response, phase};
 
 use crate::page::probes::{label, unit};
-use crate::plot::{Axis, Figure, LinePlot, Series};
+use crate::page::{self, PageData};
+use crate::plot::{Axis, Figure, LinePlot, Panel, Series};
 use crate::table::{Align, Table, colored_stdout};
 
 /// Maximum number of values drawn for a probe; the CSV file contains the others.
@@ -44,21 +46,24 @@ pub fn text(found: &Response) -> String {
 }
 
 /// Returns the section of the report.
-pub(crate) fn section(found: &Response, in_space: bool) -> String {
+pub(crate) fn section(found: &Response, in_space: bool, data: &mut PageData) -> String {
     let figures = found.probes.iter().map(|curves| {
-        format!(
-            "<figure><figcaption>{name}</figcaption>\n{}</figure>\n",
-            figure(found, curves, in_space).render(),
-            name = curves.name,
-        )
+        let plots = plots(found, curves, in_space);
+        let charts = plots.iter().filter_map(|plot| data.chart(plot, Some("f")));
+        let charts: Vec<usize> = charts.collect();
+        let panels = plots
+            .into_iter()
+            .map(|plot| Box::new(plot) as Box<dyn Panel>);
+        let svg = Figure::column(&*curves.name, panels.collect()).render();
+        page::figure(&curves.name, &svg, &charts)
     });
     let rows = found.peaks.iter().map(|peak| {
         let ratio = peak.damping_ratio;
         format!(
             "<tr><td>{}</td><td>{}</td><td class=\"n\">{:.4}</td><td class=\"n\">{:.4e}</td>\
              <td class=\"n\">{}</td></tr>\n",
-            peak.probe,
-            peak.column,
+            escape(&peak.probe),
+            escape(&peak.column),
             peak.frequency,
             peak.amplitude,
             ratio.map_or("–".to_owned(), |ratio| format!("{ratio:.4}")),
@@ -78,21 +83,18 @@ pub(crate) fn section(found: &Response, in_space: bool) -> String {
     )
 }
 
-/// Draws amplitude and phase of the values of a probe over frequency (Bode plot).
-fn figure(found: &Response, curves: &Curves, in_space: bool) -> Figure {
+/// Plots amplitude and phase of the values of a probe over frequency (Bode plot).
+fn plots(found: &Response, curves: &Curves, in_space: bool) -> Vec<LinePlot> {
     let columns = curves.columns.iter().enumerate().take(MOST_COLUMNS);
-    let panels = columns.flat_map(|(k, name)| {
+    let plots = columns.flat_map(|(k, name)| {
         let values = curves.amplitudes.iter().map(|row| row[k]);
         let amplitudes: Vec<f64> = values.clone().map(|z| z.norm()).collect();
         let phases: Vec<f64> = values.map(phase).collect();
-        let panel = |y: Axis, values: &[f64]| {
-            let plot = LinePlot {
-                x: Axis::new("*f*", "Hz"),
-                y,
-                series: vec![Series::curve("", &found.frequencies, values)],
-                ..LinePlot::default()
-            };
-            Box::new(plot) as Box<dyn crate::plot::Panel>
+        let panel = |y: Axis, values: &[f64]| LinePlot {
+            x: Axis::new("*f*", "Hz"),
+            y,
+            series: vec![Series::curve("", &found.frequencies, values)],
+            ..LinePlot::default()
         };
         let size = Axis::new(format!("|{}|", label(name)), unit(name, in_space));
         [
@@ -100,5 +102,5 @@ fn figure(found: &Response, curves: &Curves, in_space: bool) -> Figure {
             panel(Axis::new("phase", "°"), &phases),
         ]
     });
-    Figure::column(&*curves.name, panels.collect())
+    plots.collect()
 }

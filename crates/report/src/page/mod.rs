@@ -57,7 +57,7 @@ fn save(folder: &Path, scene: &Scene, result: &RunResult, mut data: PageData) ->
     html += &pictures::body(folder, scene, result.modes.as_ref(), &mut data)?;
     html += &match (&result.modes, &result.response) {
         (Some(found), _) => modes::section(scene, found),
-        (_, Some(found)) => response::section(found, is_in_space(document)),
+        (_, Some(found)) => response::section(found, is_in_space(document), &mut data),
         _ => probes::section(folder, scene, document, &mut data)?,
     };
     html += "<h2>Interpretation</h2>\n";
