@@ -188,12 +188,8 @@ impl SceneParameter {
     }
 }
 
-/// Remedy for the constants of a neo-hooke law.
-const AS_MOONEY_RIVLIN: &str =
-    "give the law as mooney-rivlin, of which c10 is half the shear_modulus and c01 is 0";
-
-/// Returns the scene file as a tree of settable values. A neo-hooke law is stored as mooney-rivlin, whose constants it does
-/// not accept.
+/// Returns the scene file as a tree of settable values. A neo-hooke law is stored as mooney-rivlin with half its shear
+/// modulus as c10.
 fn settable(scene: &Scene) -> Result<Value, InputError> {
     let mut values = serde_json::to_value(&scene.file).map_err(InputError::new)?;
     let written = &scene.written()["material"];
@@ -202,7 +198,10 @@ fn settable(scene: &Scene) -> Result<Value, InputError> {
         if let Some(material) = material.as_object_mut()
             && written[i]["law"] == NEO_HOOKE
         {
-            material.retain(|key, _| !["c10", "c01"].contains(&key.as_str()));
+            material.remove("c01");
+            let c10 = material.remove("c10").and_then(|c10| c10.as_f64());
+            let shear_modulus = c10.map(|c10| 2.0 * c10);
+            material.insert("shear_modulus".to_owned(), shear_modulus.into());
             material.insert("law".to_owned(), NEO_HOOKE.into());
         }
     }
@@ -256,11 +255,7 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<SceneParam
                     Some(Value::Object(members)) if !parent.is_empty() => {
                         let numbers = members.iter().filter(|(_, value)| value.is_number());
                         let names: Vec<&str> = numbers.map(|(name, _)| name.as_str()).collect();
-                        let error = error.allowed(names.join(", "));
-                        match members.get("law").is_some_and(|law| law == NEO_HOOKE) {
-                            true => error.next(AS_MOONEY_RIVLIN),
-                            false => error,
-                        }
+                        error.allowed(names.join(", "))
                     }
                     _ if table == "initial_state" => {
                         error.next("give [initial_state] type = \"velocity\" with a `value`")

@@ -181,6 +181,7 @@ fn constants_of_materials_beds_and_tensions_have_their_derivatives() {
         "solid.bulk_modulus",
         "solid.rayleigh_mass",
         "material[1].bulk_modulus",
+        "material[1].shear_modulus",
         "material[1].rayleigh_stiffness",
         "material[0].viscosity",
         "material[0].active.contractility",
@@ -188,8 +189,8 @@ fn constants_of_materials_beds_and_tensions_have_their_derivatives() {
         "elastic_foundation[0].damping",
     ];
     let more = "[[region]]\nname = \"hard\"\ncenter = [0.03, 0.0]\nradii = [0.03, 0.02]\n\
-                [[material]]\ngroup = \"hard\"\nlaw = \"mooney-rivlin\"\ndensity = 1e3\n\
-                c10 = 1e5\nbulk_modulus = 3e5\nrayleigh_stiffness = 2e-4\n\
+                [[material]]\ngroup = \"hard\"\nlaw = \"neo-hooke\"\ndensity = 1e3\n\
+                shear_modulus = 2e5\nbulk_modulus = 3e5\nrayleigh_stiffness = 2e-4\n\
                 [[elastic_foundation]]\ngroup = \"load\"\nstiffness = 1e4\ndamping = 10.0\n";
     let path = scene(folder.path(), &keys, more);
     let it = Parameterized::load(
