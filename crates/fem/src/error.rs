@@ -301,7 +301,7 @@ pub enum MshProblem {
     /// Unsupported version of the format.
     #[error(
         "MSH version {0} is not supported, only 4.1: in Gmsh export with \
-         File > Export > \"Version 4 ASCII\", or `gmsh -2 -format msh41 FILE.geo`"
+         File > Export > \"Version 4 ASCII\", or `gmsh -3 -format msh41 FILE.geo` (-2 for a plane body)"
     )]
     Version(String),
     /// Binary variant of the format.
@@ -351,12 +351,26 @@ pub enum MshProblem {
         tag: u64,
     },
     /// Node of a plane mesh with z ≠ 0.
-    #[error("node {tag} has z = {z}: a mesh without tetrahedra is plane and requires z = 0")]
+    #[error(
+        "node {tag} has z = {z}: a mesh without tetrahedra is plane and requires z = 0; for a body in space give Gmsh a \
+         volume and mesh it: `gmsh -3`"
+    )]
     NotPlane {
         /// Tag of the node.
         tag: u64,
         /// Third coordinate.
         z: f64,
+    },
+    /// Volumes without tetrahedra.
+    #[error(
+        "the volumes of the file are not meshed, only their {meshed}: `gmsh -3 -format msh41` instead of `-{dimension}`; \
+         if the volumes belong to no physical group, add them to one, since Gmsh saves only groups"
+    )]
+    NotMeshed {
+        /// Highest dimension of the elements.
+        dimension: u64,
+        /// Parts of that dimension.
+        meshed: &'static str,
     },
     /// Element of zero measure.
     #[error("element {tag} is degenerate: its {} is {measure:e}", shape.measure_name)]

@@ -179,6 +179,78 @@ fn a_plane_mesh_may_have_rounded_and_unused_nodes_off_its_plane() {
     }
 }
 
+/// Returns the square with a partition for each triangle: other entities contain the elements. `ghost` adds a copy of the
+/// second triangle, as in the file of one partition.
+fn partitioned(ghost: bool) -> String {
+    let entities = "$PartitionedEntities
+2
+1
+9 1
+1 1 2 0
+11 0 1 1 1 0 0 0 1 7
+14 1 4 1 2 0 0 0 0 1 0 1 -3 2 1 -4
+21 2 1 1 1 0 0 0 1 1 0 1 5 1 4
+22 2 1 1 2 0 0 0 1 1 0 1 5 1 4
+$EndPartitionedEntities
+$Comments";
+    let copy = if ghost { "2 9 2 1\n4 10 40 50\n" } else { "" };
+    let n_blocks = if ghost { 5 } else { 4 };
+    let elements = format!(
+        "$Elements
+{n_blocks} 4 1 4
+0 11 15 1
+1 10
+1 14 1 1
+2 50 10
+2 21 2 1
+3 10 20 40
+{copy}2 22 2 1
+4 10 40 50
+$EndElements
+$GhostElements
+1
+4 2 1 1
+$EndGhostElements
+"
+    );
+    let (before, _) = SQUARE.split_once("$Elements").expect("a section");
+    before.replacen("$Comments", entities, 1) + &elements
+}
+
+/// Regression: a partitioned mesh had no groups, and its copied elements were read twice.
+#[test]
+fn partitions_are_joined_without_their_copies() {
+    let whole = Mesh::parse_msh(SQUARE, "square.msh").unwrap();
+    for ghost in [false, true] {
+        let text = partitioned(ghost);
+        assert_eq!(Mesh::parse_msh(&text, "parts.msh").unwrap(), whole);
+    }
+    let text = partitioned(true).replacen("21 2 1 1 1", "21 2 1 one", 1);
+    let (line, problem) = problem(&text);
+    let is_expected = matches!(problem, MshProblem::Expected { .. });
+    assert!(is_expected, "{line}: {problem}");
+}
+
+/// Regression: a mesh of the surfaces of a volume was "not plane", and a mesh of its curves had "no triangles".
+#[test]
+fn volumes_without_tetrahedra_are_named() {
+    let with_volume = SQUARE.replacen("1 1 1 0\n", "1 1 1 1\n", 1).replacen(
+        "$EndEntities",
+        "1 0 0 0 1 1 1 0 1 1\n$EndEntities",
+        1,
+    );
+    assert!(Mesh::parse_msh(&with_volume, "square.msh").is_ok());
+    let not_meshed = |dimension, meshed| MshProblem::NotMeshed { dimension, meshed };
+    let surfaces = with_volume.replacen("1 1 0\n0 1 0", "1 1 1\n0 1 0", 1);
+    assert_eq!(problem(&surfaces), (31, not_meshed(2, "surfaces")));
+    let curves = with_volume.replacen("3 4 1 4", "2 2 1 2", 1).replacen(
+        "2 1 2 2\n3 10 20 40\n4 10 40 50\n",
+        "",
+        1,
+    );
+    assert_eq!(problem(&curves), (1, not_meshed(1, "curves")));
+}
+
 #[test]
 fn excessive_counts_are_errors_without_allocation() {
     let huge = "99999999999999999";

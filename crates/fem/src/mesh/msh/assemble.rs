@@ -46,6 +46,9 @@ impl MshFile {
             problem,
         };
         let parts = self.parts::<D, V>().map_err(error_at)?;
+        if parts.elements.is_empty() && self.has_volumes {
+            return Err(error_at((1, self.not_meshed())));
+        }
         let (groups, notes) = self.groups(&parts).map_err(error_at)?;
         let fields = self.fields(&parts);
         let off_vertex = self.off_vertex_notes(&parts);
@@ -71,7 +74,11 @@ impl MshFile {
             let [x, y, z] = node.position;
             if vertex.is_some() {
                 if D == 2 && z.abs() > OFF_PLANE * size {
-                    return Err((node.line, MshProblem::NotPlane { tag: node.tag, z }));
+                    let problem = match self.has_volumes {
+                        true => self.not_meshed(),
+                        false => MshProblem::NotPlane { tag: node.tag, z },
+                    };
+                    return Err((node.line, problem));
                 }
                 *vertex = Some(points.len());
                 points.push(std::array::from_fn(|m| [x, y, z][m]));
@@ -107,6 +114,14 @@ impl MshFile {
             tags,
             vertices,
         })
+    }
+
+    /// Returns the problem of volumes without tetrahedra.
+    fn not_meshed(&self) -> MshProblem {
+        let dimension = self.cells.iter().map(|cell| cell.dimension).max();
+        let dimension = dimension.unwrap_or(0);
+        let meshed = ["points", "curves", "surfaces"][dimension.min(2) as usize];
+        MshProblem::NotMeshed { dimension, meshed }
     }
 
     /// Checks that the triangles of a tetrahedral mesh are faces of tetrahedra.

@@ -1,7 +1,8 @@
 //! Reader for the Gmsh format MSH 4.1 ASCII.
 //!
-//! Reads the sections `PhysicalNames`, `Entities`, `Nodes`, `Elements` and `NodeData` with points,
-//! lines, triangles and tetrahedra of first and second order; skips other sections. Counts in
+//! Reads the sections `PhysicalNames`, `Entities`, `PartitionedEntities`, `Nodes`, `Elements` and `NodeData` with points,
+//! lines, triangles and tetrahedra of first and second order; skips other sections. The partitions
+//! of a mesh are joined; its ghost elements, which are copies, are dropped. Counts in
 //! headers are never used to reserve memory, and each counted item consumes a line, so a corrupt
 //! file always leads to an error. The module [`assemble`] builds the mesh.
 //!
@@ -185,6 +186,10 @@ struct MshFile {
     names: HashMap<(u64, i64), String>,
     /// Physical tags by entity (dimension, tag).
     physical: HashMap<(u64, i64), Vec<i64>>,
+    /// Tags of the entities that contain copies of elements of other partitions.
+    ghosts: HashSet<i64>,
+    /// Whether the geometry has volumes.
+    has_volumes: bool,
     /// Index of each node by its tag.
     node_indices: HashMap<u64, usize>,
     nodes: Vec<Node>,
@@ -213,7 +218,11 @@ fn parse(lines: &mut Lines<'_>) -> Result<MshFile, MshProblem> {
         }
         match section {
             "PhysicalNames" => file.physical_names(lines)?,
-            "Entities" => file.entities(lines)?,
+            "Entities" => {
+                file.entities(lines, false)?;
+                lines.close("$EndEntities")?;
+            }
+            "PartitionedEntities" => file.partitioned_entities(lines)?,
             "Nodes" => file.nodes(lines)?,
             "Elements" => file.elements(lines)?,
             "NodeData" => file.node_data(lines)?,
@@ -228,6 +237,11 @@ fn parse(lines: &mut Lines<'_>) -> Result<MshFile, MshProblem> {
             return Err(MshProblem::Truncated(section));
         }
     }
+    // Only elements of the highest dimension have ghosts.
+    let dimension = file.cells.iter().map(|cell| cell.dimension).max();
+    let ghosts = &file.ghosts;
+    file.cells
+        .retain(|cell| Some(cell.dimension) != dimension || !ghosts.contains(&cell.entity));
     Ok(file)
 }
 
@@ -274,18 +288,42 @@ impl MshFile {
         lines.close("$EndPhysicalNames")
     }
 
-    fn entities(&mut self, lines: &mut Lines<'_>) -> Result<(), MshProblem> {
+    /// Reads the entities of the partitions, whose elements have other entity tags than the elements of the whole.
+    fn partitioned_entities(&mut self, lines: &mut Lines<'_>) -> Result<(), MshProblem> {
+        let count = "a count of partitions";
+        number::<usize>(&mut lines.words(count)?, count)?;
+        let count = "a count of ghost entities";
+        let n_ghosts: usize = number(&mut lines.words(count)?, count)?;
+        for _ in 0..n_ghosts {
+            let mut words = lines.words("a ghost entity")?;
+            self.ghosts.insert(number(&mut words, "an entity's tag")?);
+        }
+        self.entities(lines, true)?;
+        lines.close("$EndPartitionedEntities")
+    }
+
+    /// Reads the lists of points, curves, surfaces and volumes.
+    fn entities(&mut self, lines: &mut Lines<'_>, are_partitioned: bool) -> Result<(), MshProblem> {
         let mut words = lines.words("counts of entities")?;
         let mut counts = [0_usize; 4];
         for count in &mut counts {
             *count = number(&mut words, "a count of entities")?;
         }
+        self.has_volumes |= counts[3] > 0;
         for (dimension, count) in (0..).zip(counts) {
             // Points have coordinates; other entities have a bounding box.
             let n_coordinates = if dimension == 0 { 3 } else { 6 };
             for _ in 0..count {
                 let mut words = lines.words("an entity")?;
                 let tag = number(&mut words, "an entity's tag")?;
+                if are_partitioned {
+                    number::<i64>(&mut words, "the dimension of the parent entity")?;
+                    number::<i64>(&mut words, "the tag of the parent entity")?;
+                    let n_partitions: usize = number(&mut words, "a count of partitions")?;
+                    for _ in 0..n_partitions {
+                        number::<i64>(&mut words, "a partition's tag")?;
+                    }
+                }
                 for _ in 0..n_coordinates {
                     number::<f64>(&mut words, "a coordinate")?;
                 }
@@ -299,7 +337,7 @@ impl MshFile {
                 self.physical.insert((dimension, tag), physical);
             }
         }
-        lines.close("$EndEntities")
+        Ok(())
     }
 
     fn nodes(&mut self, lines: &mut Lines<'_>) -> Result<(), MshProblem> {
