@@ -1,6 +1,6 @@
 //! Scene reference of the guide, generated from the schema in the order of a scene file.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use serde_json::Value;
 
@@ -182,6 +182,7 @@ pub fn reference() -> String {
         ),
         open: VecDeque::new(),
         printed: BTreeSet::new(),
+        anchors: BTreeMap::new(),
     };
     for section in SECTIONS {
         page.section(section);
@@ -199,6 +200,8 @@ struct Page<'a> {
     /// Definitions to print next, with their headings.
     open: VecDeque<(&'a str, String)>,
     printed: BTreeSet<&'a str>,
+    /// Anchors of definitions with a heading; the first use gives the heading.
+    anchors: BTreeMap<&'a str, String>,
 }
 
 impl<'a> Page<'a> {
@@ -412,7 +415,8 @@ impl<'a> Page<'a> {
             return several.join(" or ");
         }
         self.open.push_back((name, format!("### `{path}`")));
-        let anchor = path.replace('.', "");
+        let anchor = self.anchors.entry(name);
+        let anchor = anchor.or_insert_with(|| path.replace('.', ""));
         format!("[table](#{anchor})")
     }
 }
