@@ -41,7 +41,7 @@ pub fn write(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Err
 /// Writes the report of a case of a sweep into its folder. Its curves are pictures: the report of the sweep has the charts.
 ///
 /// # Errors
-/// As for [`write`].
+/// As for [`write()`].
 pub fn write_case(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Error> {
     save(folder, scene, result, PageData::with_pictures_only())
 }
