@@ -135,40 +135,6 @@ impl Method {
         &self.complex
     }
 
-    /// Returns two errors of a vibrating quantity per unit of its local error estimate, which is
-    /// `relative` times the amplitude of the vibration: the contribution of a step to the error at
-    /// its end, and the error of dense output within the step.
-    ///
-    /// For ẏ = iωy and a step h = θ/ω, to leading order the estimate is a θ^(s+1), a = Π c_i/(γ
-    /// s!), the error at the end is b θ^(2s), b = s! (s − 1)!/((2s − 1)! (2s)!), as for the Padé
-    /// approximation, and the error within the step is d a θ^(s+2), d = γ/(s + 1) max |∫_0^x τ
-    /// ℓ_0(τ) dτ|. `relative` determines θ.
-    pub(crate) fn errors_per_estimate(&self, relative: f64) -> [f64; 2] {
-        let s = self.stages();
-        let a = self.estimate_of_vibration();
-        let b = factorial(s) * factorial(s - 1) / (factorial(2 * s - 1) * factorial(2 * s));
-        let integral = |x: f64| self.second_ramp(x).abs();
-        // ℓ_0 changes sign at the nodes, so the integral has its extrema there.
-        let largest = self.nodes.iter().copied().map(integral).fold(0.0, f64::max);
-        let d = self.real.lambda / (s as f64 + 1.0) * largest;
-        let theta = self.vibration_angle(relative);
-        let at_end = theta.powi(s as i32 - 1) * b / a;
-        [at_end.min(1.0), (d * theta).min(1.0)]
-    }
-
-    /// Returns θ = ωh of the step of ẏ = iωy whose estimate is `relative` times the amplitude of
-    /// the vibration, to leading order.
-    pub(crate) fn vibration_angle(&self, relative: f64) -> f64 {
-        let order = self.stages() as f64 + 1.0;
-        (relative / self.estimate_of_vibration()).powf(1.0 / order)
-    }
-
-    /// Returns a = Π c_i/(γ s!): the estimate for ẏ = iωy is a θ^(s+1).
-    fn estimate_of_vibration(&self) -> f64 {
-        let nodes = self.nodes.iter().product::<f64>();
-        nodes / (self.real.lambda * factorial(self.stages()))
-    }
-
     /// Returns λ/h of the complex modes.
     pub(crate) fn shifts(&self, h: f64) -> Vec<Complex64> {
         self.complex.iter().map(|mode| mode.lambda / h).collect()
@@ -218,10 +184,6 @@ impl Method {
     pub(crate) fn basis_derivative(&self, j: usize, theta: f64) -> f64 {
         lagrange_derivative(&self.nodes, j, theta)
     }
-}
-
-fn factorial(n: usize) -> f64 {
-    (1..=n).map(|k| k as f64).product()
 }
 
 #[cfg(test)]

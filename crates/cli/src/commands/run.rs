@@ -58,8 +58,8 @@ pub struct RunArgs {
     #[arg(long)]
     pub overwrite: bool,
 
-    /// Run the scene again with ten times its tolerances, and estimate the error in time of each
-    /// probe from the difference.
+    /// Run the scene again with 30 to 300 times its tolerances, and estimate the error in time of
+    /// each probe from the difference.
     #[arg(long)]
     pub verify: bool,
 

@@ -67,17 +67,15 @@ pub trait Integrator<P> {
     /// If `t` is outside the last step or the order is too high.
     fn dense_output(&mut self, t: f64, derivative: u32, out: &mut [f64]) -> Result<(), ModelError>;
 
-    /// Writes the integrator's error estimate of the last step to `out` without evaluating the
-    /// problem.
+    /// Writes an estimate of the error that the last step adds to the solution to `out`, without
+    /// evaluating the problem. Returns false if the integrator has no such estimate: the estimates
+    /// of Radau IIA have a lower order than its error.
     ///
     /// # Errors
     /// If `out` has the wrong length.
-    fn local_error(&mut self, out: &mut [f64]) -> Result<(), ModelError>;
-
-    /// Returns, per unit of [`local_error`](Integrator::local_error), the contribution of the last
-    /// step to the error of a vibrating quantity, and the error of dense output within the step.
-    /// `relative` is the local error relative to the amplitude of the vibration.
-    fn errors_per_estimate(&self, relative: f64) -> [f64; 2];
+    fn local_error(&mut self, _out: &mut [f64]) -> Result<bool, ModelError> {
+        Ok(false)
+    }
 
     /// Returns the accumulated counts.
     fn counts(&self) -> Counts;
@@ -124,12 +122,8 @@ macro_rules! left_to_inner {
             self.inner.dense_output(t, derivative, out)
         }
 
-        fn local_error(&mut self, out: &mut [f64]) -> Result<(), $crate::error::ModelError> {
+        fn local_error(&mut self, out: &mut [f64]) -> Result<bool, $crate::error::ModelError> {
             self.inner.local_error(out)
-        }
-
-        fn errors_per_estimate(&self, relative: f64) -> [f64; 2] {
-            self.inner.errors_per_estimate(relative)
         }
 
         fn counts(&self) -> $crate::integration::statistics::Counts {

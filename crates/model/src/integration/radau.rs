@@ -229,14 +229,6 @@ impl<P: Consistent, M: myovib_dae::LinearSolver<P>> Integrator<P> for RadauInteg
         Ok(self.solver.dense_output(t, derivative as usize, out)?)
     }
 
-    fn local_error(&mut self, out: &mut [f64]) -> Result<(), ModelError> {
-        Ok(self.solver.estimated_local_errors(out)?)
-    }
-
-    fn errors_per_estimate(&self, relative: f64) -> [f64; 2] {
-        self.solver.errors_per_estimate(relative)
-    }
-
     fn counts(&self) -> Counts {
         self.before
             .followed_by(Counts::from(self.solver.statistics()))

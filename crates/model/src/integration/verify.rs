@@ -4,15 +4,33 @@
 //! The looser run has the larger error: the difference of both is about its error, and bounds the
 //! error of the tighter run if errors decrease with the tolerance.
 
-/// Ratio of the tolerances of the second run to the first.
-pub const LOOSER: f64 = 10.0;
+use crate::integration::settings::IntegratorKind;
+
+/// Largest relative tolerance of a second run.
+const LOOSEST: f64 = 0.5;
+
+/// Returns the ratio of the tolerances of the second run to the largest relative tolerance `rtol` of
+/// the first.
+///
+/// The steps of a method of high order depend little on the tolerance. If both runs take similar
+/// steps, their errors are similar and the difference is small. With these ratios, the difference
+/// bounds the error in 99 of 100 random scenes by Radau IIA and in 95 by BDF (`scripts/errors`). With a
+/// ratio of 10 it did so in 86 of 100 with order 13.
+pub fn loosening(integrator: IntegratorKind, rtol: f64) -> f64 {
+    let ratio = match integrator {
+        IntegratorKind::Bdf | IntegratorKind::Radau5 => 30.0,
+        IntegratorKind::Radau9 => 100.0,
+        IntegratorKind::Radau13 => 300.0,
+    };
+    f64::min(ratio, LOOSEST / rtol)
+}
 
 /// Estimated error of one recorded quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ErrorEstimate {
     /// Largest magnitude over the run.
     pub size: f64,
-    /// Largest difference from the run with [`LOOSER`] times the tolerance.
+    /// Largest difference from the run with looser tolerances.
     pub difference: f64,
 }
 

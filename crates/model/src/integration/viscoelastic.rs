@@ -78,17 +78,6 @@ impl Integrator<MuscleDae> for ViscoelasticRadau {
         Ok(solver.memory_dense_output(t, derivative as usize, internal)?)
     }
 
-    fn local_error(&mut self, out: &mut [f64]) -> Result<(), ModelError> {
-        let solver = self.0.solver();
-        let (body, internal) = out.split_at_mut(out.len() - solver.n_memory());
-        solver.estimated_local_errors(body)?;
-        Ok(solver.estimated_memory_errors(internal)?)
-    }
-
-    fn errors_per_estimate(&self, relative: f64) -> [f64; 2] {
-        self.0.errors_per_estimate(relative)
-    }
-
     fn counts(&self) -> Counts {
         self.0.counts()
     }

@@ -294,14 +294,6 @@ impl Integrator<Strained> for Scripted {
         Ok(())
     }
 
-    fn local_error(&mut self, _: &mut [f64]) -> Result<(), ModelError> {
-        Ok(())
-    }
-
-    fn errors_per_estimate(&self, _: f64) -> [f64; 2] {
-        [1.0, 0.0]
-    }
-
     fn counts(&self) -> Counts {
         Counts::default()
     }

@@ -136,8 +136,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// with fixed steps. It needs no evaluation of the problem. Components excluded from the test
     /// are included here.
     ///
-    /// The estimate has the order s + 1. The contribution of the step to the error is smaller, see
-    /// [`errors_per_estimate`](RadauSolver::errors_per_estimate).
+    /// The estimate has the order s + 1, and the error of the step the order 2s. So the estimate
+    /// limits the steps but does not measure their errors.
     ///
     /// # Shapes
     /// `out`: the number of unknowns.
@@ -152,13 +152,6 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             false => out.fill(0.0),
         }
         Ok(())
-    }
-
-    /// Returns two errors of a vibrating quantity per unit of its error estimate, which is
-    /// `relative` times its amplitude: the contribution of the step to the error at its end, and
-    /// the error of dense output within the step.
-    pub fn errors_per_estimate(&self, relative: f64) -> [f64; 2] {
-        self.method.errors_per_estimate(relative)
     }
 
     /// Returns the ends of the last accepted step, on which dense output is available. Both are the

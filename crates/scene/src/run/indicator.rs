@@ -1,10 +1,11 @@
 //! Error indicator for the probes from the integrator's error estimates, at negligible cost.
 //!
-//! Each step estimates its error in each unknown. The resulting change of a probe value is the
-//! error estimate of the probe. Its ratio to the amplitude of the probe determines the fraction of
-//! the estimate that the method leaves. The sum of magnitudes assumes that all errors add up and
-//! none decays. The motion may damp or amplify these errors. The largest error of dense output is
-//! added to the sum.
+//! Each step estimates the error that it adds to each unknown. The resulting change of a probe value
+//! is the error estimate of the probe. The indicator is the sum of the magnitudes over all steps: it
+//! assumes that the errors add up and none decays. Over random scenes (`scripts/errors`) it is at most
+//! four times too small, and within a factor of 5 of the error in nine of ten runs, except that
+//! pressures have larger indicators in one of six. Radau IIA has no such estimate, and its runs no
+//! indicator: indicators derived from its estimates of lower order were up to 1000 times too small.
 
 use myovib_model::{ErrorEstimate, Integrator, ModelError};
 use serde::{Deserialize, Serialize};
@@ -24,25 +25,17 @@ pub(super) struct Indicator {
 /// One column of a probe.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Sum {
-    least: f64,
-    most: f64,
-    /// Sum of the errors at the ends of steps.
-    at_ends: f64,
-    /// Largest error between the ends of steps.
-    within: f64,
+    largest: f64,
+    /// Sum of the errors of the steps.
+    error: f64,
 }
 
 impl Sum {
     /// Adds a step at whose end the probe reads `value`, with an estimated error of `estimate`.
-    fn add<P>(&mut self, integrator: &dyn Integrator<P>, value: f64, estimate: f64) {
-        // A system starts from rest, where the probe reads about zero.
-        (self.least, self.most) = (self.least.min(value), self.most.max(value));
-        let amplitude = 0.5 * (self.most - self.least);
-        let is_finite = estimate.is_finite() && amplitude.is_finite();
-        if is_finite && estimate > 0.0 && amplitude > 0.0 {
-            let [at_end, within] = integrator.errors_per_estimate(estimate / amplitude);
-            self.at_ends += at_end * estimate;
-            self.within = self.within.max(within * estimate);
+    fn add(&mut self, value: f64, estimate: f64) {
+        if value.is_finite() && estimate.is_finite() {
+            self.largest = self.largest.max(value.abs());
+            self.error += estimate;
         }
     }
 }
@@ -57,12 +50,11 @@ impl Indicator {
         state: &mut [f64],
         error: &mut [f64],
     ) -> Result<(), ModelError> {
-        if recorders.is_empty() {
+        if recorders.is_empty() || !integrator.local_error(error)? {
             return Ok(());
         }
         let t = integrator.time();
         integrator.dense_output(t, 0, state)?;
-        integrator.local_error(error)?;
         // The estimates apply to the state only. Errors of its derivative are neglected.
         let mut rates = Vec::new();
         let stresses = recorders.iter().filter(|recorder| at_places(recorder));
@@ -89,7 +81,7 @@ impl Indicator {
                     true => within_half_a_turn(difference),
                     false => difference,
                 };
-                sum.add(integrator, found[k][j], difference.abs());
+                sum.add(found[k][j], difference.abs());
             }
         }
         Ok(())
@@ -103,8 +95,8 @@ impl Indicator {
             let columns: Map<String, Value> = columns
                 .map(|(column, sum)| {
                     let estimate = ErrorEstimate {
-                        size: sum.most.max(-sum.least),
-                        difference: sum.at_ends + sum.within,
+                        size: sum.largest,
+                        difference: sum.error,
                     };
                     (column, of_column(&estimate))
                 })

@@ -9,8 +9,8 @@ use myovib_model::coupling::{
     StateTolerances, start_coupled, start_coupled_from, start_with_feedback,
 };
 use myovib_model::{
-    Displacement, Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, Start as Consistent,
-    start, start_from,
+    Displacement, Integrator, Load, ModelError, MuscleDae, Probe, RodDae, Settings, Signal,
+    Start as Consistent, start, start_from,
 };
 
 use super::checkpoint::Checkpoint;
@@ -368,7 +368,7 @@ pub fn initial(
         return Ok(start);
     }
     expect_supports_at_rest(body, body.settings.t_end, false)?;
-    refuse_sudden_loads(dae, body.settings.t_end)?;
+    refuse_sudden_loads(body, dae)?;
     let zero = vec![0.0; dae.n_unknowns()];
     Ok([zero.clone(), zero])
 }
@@ -408,7 +408,7 @@ pub(super) fn expect_start(body: &Body, dae: &mut MuscleDae) -> Result<(), Error
     match &body.start {
         Start::Rest => {
             expect_supports_at_rest(body, body.settings.t_end, false)?;
-            refuse_sudden_loads(dae, body.settings.t_end)
+            refuse_sudden_loads(body, dae)
         }
         Start::Equilibrium => Ok(expect_supports_at_rest(body, body.settings.t_end, true)?),
         Start::State(state) => {
@@ -432,7 +432,8 @@ fn expect_supports(state: &State, dae: &mut MuscleDae, y: &[f64]) -> Result<(), 
 }
 
 /// Rejects nonzero supports and loads at t = 0 for a body that starts at rest without load.
-fn refuse_sudden_loads(dae: &mut MuscleDae, t_end: f64) -> Result<(), Error> {
+fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
+    let t_end = body.settings.t_end;
     let rest = vec![0.0; dae.n_unknowns()];
     let mut largest_force = |t: f64| -> Result<f64, ModelError> {
         let force = dae.unbalanced_force(t, &rest, &rest)?;
@@ -450,7 +451,11 @@ fn refuse_sudden_loads(dae: &mut MuscleDae, t_end: f64) -> Result<(), Error> {
         return Err(InputError::new(
             "the loads do not start from zero, but the body starts at rest (tensions are loads)",
         )
-        .found(format!("a nodal force of {largest:.3e} {} at t = 0", unit_of_force(dae)))
+        .found(format!(
+            "a nodal force of {largest:.3e} {} at t = 0{}",
+            unit_of_force(dae),
+            sudden_loads(body)
+        ))
         .next(
             "let them rise: y = { type = \"step\", value = ..., rise = 0.1 }, or multiply them by one: \
              y = { type = \"product\", of = [{ type = \"step\", value = 1, rise = 0.1 }, ...] }",
@@ -460,6 +465,27 @@ fn refuse_sudden_loads(dae: &mut MuscleDae, t_end: f64) -> Result<(), Error> {
         .into());
     }
     Ok(())
+}
+
+/// Names the tractions, body forces and pressures that are not zero at t = 0.
+fn sudden_loads(body: &Body) -> String {
+    let muscle = &body.muscle;
+    let loads = body.load_keys.iter().cloned();
+    let loads = loads.zip(muscle.loads.iter().map(Load::signal));
+    let pressures = muscle.pressures.iter().enumerate();
+    let pressures = pressures.map(|(i, load)| (format!("pressure[{i}].value"), load.signal()));
+    let is_sudden = |signal: &Signal| {
+        let values = times(body.settings.t_end).map(|t| signal.at(t).value.abs());
+        signal.at(0.0).value.abs() > ZERO_AT_START * values.fold(0.0, f64::max)
+    };
+    let sudden = loads
+        .chain(pressures)
+        .filter(|(_, signal)| is_sudden(signal));
+    let keys: Vec<String> = sudden.map(|(key, _)| key).collect();
+    match keys.is_empty() {
+        true => String::new(),
+        false => format!(", by {}", keys.join(", ")),
+    }
 }
 
 /// Rejects a support that moves at t = 0, or is displaced unless `displaced` supports are part of

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use myovib_model::{ErrorEstimate, LOOSER};
+use myovib_model::ErrorEstimate;
 use serde_json::{Map, Value, json};
 
 use super::indicator::of_column;
@@ -13,7 +13,7 @@ use crate::atomic_file;
 use crate::csv::Table;
 use crate::{Error, Scene};
 
-/// Runs the scene again at [`LOOSER`] times its tolerances. Returns the largest magnitude of each
+/// Runs the scene again at looser tolerances. Returns the largest magnitude of each
 /// column of each probe and the largest difference between both runs. Returns `None` if
 /// interrupted.
 pub(super) fn error_estimate(
@@ -21,7 +21,7 @@ pub(super) fn error_estimate(
     options: &RunOptions<'_>,
 ) -> Result<Option<Value>, Error> {
     let folder = tempfile::tempdir().map_err(Error::file("make a folder in", &options.out))?;
-    let mut looser = scene.with_looser_tolerances(LOOSER);
+    let mut looser = scene.with_looser_tolerances();
     looser.file.fields = None; // only the tables are compared
     let again = RunOptions {
         interrupt: options.interrupt,

@@ -54,6 +54,7 @@ impl Builder<'_> {
         });
         let dimension = space.dimension();
         let (loads, force) = self.loads(file, &space, &densities)?;
+        let (load_keys, loads) = loads.into_iter().unzip();
         let (stresses, activations) = self.added(file, &regions)?;
         let mut solid = self.at(
             "material",
@@ -112,6 +113,7 @@ impl Builder<'_> {
             muscle,
             drive,
             formulation,
+            load_keys,
             start: Start::Rest, // until the scene says otherwise
             regions,
             has_fibers,

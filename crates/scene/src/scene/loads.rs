@@ -18,13 +18,14 @@ impl Builder<'_> {
         file: &SceneFile,
         space: &Space,
         densities: &[f64],
-    ) -> Result<(Vec<Load>, Vec<Complex64>), InputError> {
+    ) -> Result<(Vec<(String, Load)>, Vec<Complex64>), InputError> {
         let dimension = space.dimension();
         let mut loads = Vec::new();
         let mut harmonic = vec![Complex64::ZERO; space.n_components()];
         let mut add = |unit: &[f64], component: &Component<'_>| {
             if let Some(function) = component.function {
-                loads.push(Load::new(unit, self.signal(function, &component.path)?));
+                let load = Load::new(unit, self.signal(function, &component.path)?);
+                loads.push((component.path.clone(), load));
             }
             if component.amplitude != Complex64::ZERO {
                 for (total, unit) in harmonic.iter_mut().zip(unit) {

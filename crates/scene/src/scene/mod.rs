@@ -33,7 +33,7 @@ use std::path::{Path, PathBuf};
 use myovib_model::advice::Finding;
 use myovib_model::coupling::Feedback;
 use myovib_model::harmonic::Drive;
-use myovib_model::{Formulation, ModelError, Muscle, RodDae, Settings};
+use myovib_model::{Formulation, ModelError, Muscle, RodDae, Settings, loosening};
 use serde_json::Value;
 
 pub use chain_places::DrivenPlace;
@@ -85,6 +85,8 @@ pub struct Body {
     pub drive: Drive,
     /// Formulation of the DAE.
     pub formulation: Formulation,
+    /// Keys of the components of tractions and body forces, in the order of the muscle's loads.
+    pub(crate) load_keys: Vec<String>,
     /// Settings of the integrator.
     pub settings: Settings,
     /// Initial state of its motion.
@@ -161,11 +163,13 @@ impl Scene {
         Self::build(name, builtin::find(name)?.text, overrides, Path::new(""))
     }
 
-    /// Returns the scene with all tolerances multiplied by `factor`.
+    /// Returns the scene with all tolerances multiplied by [`loosening`].
     #[must_use]
-    pub fn with_looser_tolerances(&self, factor: f64) -> Self {
+    pub fn with_looser_tolerances(&self) -> Self {
         let mut scene = self.clone();
         let integrator = &mut scene.file.integrator;
+        let largest = integrator.rtol.max(integrator.oscillators.rtol);
+        let factor = loosening(integrator.method.kind(), largest);
         integrator.rtol *= factor;
         let atol = &mut integrator.atol;
         for block in [&mut atol.u, &mut atol.v, &mut atol.p, &mut atol.p_rate] {

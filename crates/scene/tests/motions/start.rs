@@ -53,7 +53,7 @@ fn a_body_that_starts_in_equilibrium_stays_there() {
         &RunOptions::into_folder(folder.path().join("refused")),
     );
     let message = refused.unwrap_err().to_string();
-    assert!(message.contains("do not start from zero"), "{message}");
+    assert!(message.contains("by body_force[0].y"), "{message}");
     for (i, set) in [
         [
             "solid.bulk_modulus=1e5",
