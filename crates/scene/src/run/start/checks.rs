@@ -1,0 +1,168 @@
+//! Checks of a start: loads and supports at t = 0 must match the state of the body.
+
+use myovib_dae::Problem;
+use myovib_model::{Load, ModelError, MuscleDae, Signal};
+
+use crate::scene::{Body, NAMES, Start};
+use crate::state::State;
+use crate::{Error, InputError};
+
+/// Tolerance for supports that do not match the initial state, relative to its largest
+/// displacement. It allows for rounding of a signal at another time.
+const SUPPORTS_AGREE: f64 = 1e-9;
+/// Loads and support motions below this fraction of their maximum count as zero at t = 0. It allows
+/// for rounding and for the slope of a spline through rows of zeros.
+const ZERO_AT_START: f64 = 1e-9;
+/// Number of intervals between the times at which loads and motions are sampled for their maximum.
+const SIZE_TIMES: u32 = 61;
+
+/// Rejects a start that contradicts the loads or the supports at t = 0, without a search for it.
+///
+/// # Errors
+/// Loads on a body at rest; supports that do not match the initial state.
+pub(in crate::run) fn expect_start(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
+    match &body.start {
+        Start::Rest => {
+            expect_supports_at_rest(body, body.settings.t_end, false)?;
+            refuse_sudden_loads(body, dae)
+        }
+        Start::Equilibrium => Ok(expect_supports_at_rest(body, body.settings.t_end, true)?),
+        Start::State(state) => {
+            let y = state.unknowns(dae);
+            Ok(expect_supports(state, dae, &y)?)
+        }
+    }
+}
+
+/// Rejects supports that do not match the initial state at t = 0, whose unknowns are `y`.
+pub(super) fn expect_supports(
+    state: &State,
+    dae: &mut MuscleDae,
+    y: &[f64],
+) -> Result<(), InputError> {
+    let moved = state.moved_by_supports(dae, y);
+    if moved > SUPPORTS_AGREE * state.largest() {
+        let error =
+            InputError::new("the supports are elsewhere at t = 0 than where the body starts");
+        return Err(error.found(format!("{moved:.3e} m apart")).next(
+            "let [[fixed]] and [[prescribed_displacement]] begin where the state to start from has them",
+        ));
+    }
+    Ok(())
+}
+
+/// Rejects nonzero supports and loads at t = 0 for a body that starts at rest without load.
+fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
+    let t_end = body.settings.t_end;
+    let rest = vec![0.0; dae.n_unknowns()];
+    let mut largest_force = |t: f64| -> Result<f64, ModelError> {
+        let force = dae.unbalanced_force(t, &rest, &rest)?;
+        let free = dae.muscle().solid.dofs().free_to_full();
+        Ok(free.iter().map(|&i| force[i].abs()).fold(0.0, f64::max))
+    };
+    let largest = largest_force(0.0)?;
+    if largest == 0.0 {
+        return Ok(());
+    }
+    // Large support motions alone may invert elements of a body at rest. Such times count as
+    // unloaded.
+    let later = times(t_end).map(|t| largest_force(t).unwrap_or(0.0));
+    if largest > ZERO_AT_START * later.fold(0.0, f64::max) {
+        return Err(InputError::new(
+            "the loads do not start from zero, but the body starts at rest (tensions are loads)",
+        )
+        .found(format!(
+            "a nodal force of {largest:.3e} {} at t = 0{}",
+            unit_of_force(dae),
+            sudden_loads(body)
+        ))
+        .next(
+            "let them rise: y = { type = \"step\", value = ..., rise = 0.1 }, or multiply them by one: \
+             y = { type = \"product\", of = [{ type = \"step\", value = 1, rise = 0.1 }, ...] }",
+        )
+        .next("or let them jump, which leaves t = 0 without load: the same with rise = 0")
+        .next("or start in equilibrium with them: [initial_state] with type = \"equilibrium\"")
+        .into());
+    }
+    Ok(())
+}
+
+/// Names the tractions, body forces and pressures that are not zero at t = 0.
+fn sudden_loads(body: &Body) -> String {
+    let muscle = &body.muscle;
+    let loads = body.load_keys.iter().cloned();
+    let loads = loads.zip(muscle.loads.iter().map(Load::signal));
+    let pressures = muscle.pressures.iter().enumerate();
+    let pressures = pressures.map(|(i, load)| (format!("pressure[{i}].value"), load.signal()));
+    let is_sudden = |signal: &Signal| {
+        let values = times(body.settings.t_end).map(|t| signal.at(t).value.abs());
+        signal.at(0.0).value.abs() > ZERO_AT_START * values.fold(0.0, f64::max)
+    };
+    let sudden = loads
+        .chain(pressures)
+        .filter(|(_, signal)| is_sudden(signal));
+    let keys: Vec<String> = sudden.map(|(key, _)| key).collect();
+    match keys.is_empty() {
+        true => String::new(),
+        false => format!(", by {}", keys.join(", ")),
+    }
+}
+
+/// Rejects a support that moves at t = 0, or is displaced unless `displaced` supports are part of
+/// the start.
+pub(super) fn expect_supports_at_rest(
+    body: &Body,
+    t_end: f64,
+    displaced: bool,
+) -> Result<(), InputError> {
+    let muscle = &body.muscle;
+    let space = muscle.solid.space();
+    for prescribed in &muscle.prescribed {
+        let now = prescribed.signal.at(0.0);
+        let sizes = times(t_end).map(|t| prescribed.signal.at(t));
+        let [u, v] = sizes.fold([0.0_f64; 2], |[u, v], size| {
+            [u.max(size.value.abs()), v.max(size.d1.abs())]
+        });
+        let found = match () {
+            () if !displaced && now.value.abs() > ZERO_AT_START * u => {
+                format!("{:.3e} m", now.value)
+            }
+            () if now.d1.abs() > ZERO_AT_START * v => format!("{:.3e} m/s", now.d1),
+            () => continue,
+        };
+        let (node, axis) = (
+            prescribed.component / space.dimension(),
+            prescribed.component % space.dimension(),
+        );
+        let place: Vec<String> = space
+            .node_point(node)
+            .iter()
+            .map(|x| format!("{x:.4}"))
+            .collect();
+        let error = InputError::new(format!(
+            "a support moves at t = 0, but the body starts at rest: the {} component at ({})",
+            NAMES[axis],
+            place.join(", ")
+        ));
+        return Err(error.found(found).next(
+            "let the motion of its [[prescribed_displacement]] rise: multiply it by a step, \
+             x = { type = \"product\", of = [{ type = \"step\", value = 1, rise = 0.1 }, ...] }",
+        ));
+    }
+    Ok(())
+}
+
+/// Returns equally spaced times after t = 0 for the maximum of loads and motions. Their number is
+/// prime: a load with a round number of periods would vanish at all times of a round number of
+/// samples.
+fn times(t_end: f64) -> impl Iterator<Item = f64> {
+    (0..=SIZE_TIMES).map(move |i| t_end * f64::from(i) / f64::from(SIZE_TIMES))
+}
+
+/// Returns the unit of force: N, or N per m of depth in the plane.
+fn unit_of_force(dae: &MuscleDae) -> &'static str {
+    match dae.muscle().solid.space().dimension() {
+        2 => "N/m",
+        _ => "N",
+    }
+}
