@@ -10,6 +10,9 @@ use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::solid::{BodyForce, Traction};
 
+/// A load with the key of its component in the scene.
+type KeyedLoad = (String, Load);
+
 impl Builder<'_> {
     /// Returns the dead loads: tractions, then body forces, with one load per component, and the
     /// sum of their harmonic parts. `densities` contains one value per element.
@@ -18,7 +21,7 @@ impl Builder<'_> {
         file: &SceneFile,
         space: &Space,
         densities: &[f64],
-    ) -> Result<(Vec<(String, Load)>, Vec<Complex64>), InputError> {
+    ) -> Result<(Vec<KeyedLoad>, Vec<Complex64>), InputError> {
         let dimension = space.dimension();
         let mut loads = Vec::new();
         let mut harmonic = vec![Complex64::ZERO; space.n_components()];
