@@ -75,7 +75,7 @@ pub enum Command {
     Table1(Table1Args),
     /// Run the paper's Table 2 and compare the step counts with the published values.
     Table2(Table2Args),
-    /// Compute one of the paper's figures and its data.
+    /// Compute a figure of the paper and its data.
     Figure(FigureArgs),
     /// Compute all figures of the paper.
     Figures(FiguresArgs),

@@ -15,7 +15,7 @@ use crate::plot::{Axis, Field, Figure, MeshPlot, SurfacePlot};
 /// Margin around the moving body, as a fraction of its extent.
 const AIR: f64 = 0.04;
 
-/// What a film shows.
+/// Content of a film.
 #[derive(Debug, Clone, Copy)]
 pub struct Request<'a> {
     /// Field that colors the body, by default the displacement; of several components the magnitude.

@@ -140,7 +140,7 @@ fn drawn(caption: &str, plot: LinePlot, link: &str, data: &mut PageData) -> Stri
     page::figure(caption, &Figure::of(caption, plot).render(), &chart)
 }
 
-/// Returns the curves of the probes, those of all cases in one chart.
+/// Returns the curves of the probes; each chart contains all cases.
 fn curves(
     folder: &Path,
     result: &SweepResult,

@@ -294,7 +294,7 @@ fn a_report_has_the_numbers_of_the_run() {
     }
 }
 
-/// Without curves, the chart library is left out.
+/// A page without curves does not contain the chart library.
 #[test]
 fn pages_without_curves_are_small() {
     let html = report("init", &["analysis=modes", "modes.count=2"]);

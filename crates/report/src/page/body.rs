@@ -17,7 +17,7 @@ use crate::plot::Color;
 
 /// Maximum size of all frames in base64, bytes.
 const MOST_BYTES: usize = 4_000_000;
-/// Largest stored level; the level above it stands for values that are not finite.
+/// Largest stored level; the next level encodes non-finite values.
 const LEVELS: f64 = 65534.0;
 /// Number of colors of the scale.
 const N_COLORS: usize = 33;

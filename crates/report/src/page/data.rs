@@ -1,4 +1,4 @@
-//! Numbers of a page for its interactive parts, as JSON in an element that is not executed.
+//! Numbers for the interactive parts of a page, as JSON in a non-executable element.
 
 use std::collections::HashMap;
 

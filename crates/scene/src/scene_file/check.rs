@@ -433,10 +433,10 @@ fn in_range(x: f64, schema: &Value, path: &str) -> Result<(), Problem> {
     Err(Problem::new(path, error))
 }
 
-/// Formats a number; small numbers have an exponent.
+/// Formats a number; small and large numbers have an exponent.
 pub(super) fn written(x: f64) -> String {
     match x.abs() {
-        small if small > 0.0 && small < 1e-4 => format!("{x:e}"),
+        size if size > 0.0 && !(1e-4..1e16).contains(&size) => format!("{x:e}"),
         _ => x.to_string(),
     }
 }

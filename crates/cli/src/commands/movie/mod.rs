@@ -158,7 +158,7 @@ impl MovieArgs {
         match (&self.subject, of_a_run.into_iter().flatten().next()) {
             (Subject::Film(_), Some(option)) => {
                 let error = InputError::new("the option has no meaning for this film");
-                Err(error.at(option).next("it is for the folder of a run"))
+                Err(error.at(option).next("use it with the folder of a run"))
             }
             _ => Ok(()),
         }
