@@ -118,7 +118,7 @@ pub(super) fn missing(wanted: &Integrator, formulation: Formulation) -> Vec<Stri
     let missing = blocks.filter(|block| !fields(**block).iter().any(|f| formulation.has(*f)));
     let words = missing.map(|block| {
         format!(
-            "integrator.error_test.exclude: `{}` has no block {}, which is ignored",
+            "integrator.error_test.exclude: `{}` has no {}, which is ignored",
             formulation.name(),
             block.name()
         )
