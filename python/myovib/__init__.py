@@ -9,8 +9,8 @@ are bitwise equal to those of the program `myovib`.
 from ._dae import DaeSolution, DenseOutput, solve_dae
 from ._identification import FitResult, SensitivityResult
 from ._native import SceneError, StepFailure, use_threads, versions
-from ._run import Fields, Probe, RunResult
-from ._scene import Scene, SweepResult
+from ._run import Fields, Probe, RunResult, SweepResult
+from ._scene import Scene
 
 __all__ = [
     "DaeSolution",

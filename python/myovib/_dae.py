@@ -295,7 +295,7 @@ def solve_dae(
     if len(tolerances) not in (1, n):
         raise ValueError(f"atol has {len(tolerances)} entries: must be 1 or {n}")
     if (tolerances < 0).any():
-        raise ValueError(f"atol = {atol}: must be at least 0")
+        raise ValueError(f"atol = {atol!r}: must be at least 0")
     t0, t_end = (float(t) for t in t_span)
     if t0 == t_end or not np.isfinite([t0, t_end]).all():
         raise ValueError(f"t_span = ({t0}, {t_end}): must be two different finite times")
@@ -501,6 +501,7 @@ class _Jacobian:
 
     def _outside(self, matrix: Any, sparse: bool) -> str:
         """Describe the first entry outside the pattern."""
+        assert self.places is not None
         rows, columns = (matrix.tocoo() if sparse else np.asarray(matrix)).nonzero()
         within = np.isin(columns * self.n + rows, self.places[1] * self.n + self.places[0])
         first = np.argmin(within)

@@ -162,12 +162,13 @@ def experiments(
     files = []
     for k, one in enumerate(data if isinstance(data, list) else [data], start=1):
         measured, changes = one if isinstance(one, tuple) else (one, {})
-        if hasattr(measured, "keys"):  # a mapping or a `pandas.DataFrame`
-            measured = {str(name): measured[name] for name in measured.keys()}
+        if isinstance(measured, (str, PathLike)):
+            path = Path(measured)
+        else:  # a mapping or a `pandas.DataFrame`
+            columns = {str(name): measured[name] for name in measured.keys()}
             path = folder / f"experiment-{k}.csv"
-            path.write_text(_csv(measured), encoding="utf-8")
-            measured = path
-        files.append((Path(measured), changes))
+            path.write_text(_csv(columns), encoding="utf-8")
+        files.append((path, changes))
     return files
 
 

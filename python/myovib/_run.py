@@ -57,12 +57,30 @@ class Probe(Mapping[str, Array]):
 
         return pandas.DataFrame(self._rows, columns=self._names).set_index(self._names[0])
 
+    def plot(self, *names: str, ax: Any = None) -> Any:
+        """Plot columns, by default all, against the time or the frequency, and return Matplotlib's axes."""
+        if ax is None:
+            from matplotlib import pyplot
+
+            ax = pyplot.figure().subplots()
+        for name in names or self._names[1:]:
+            ax.plot(self._rows[:, 0], self[name], label=name)
+        ax.set_xlabel(LABELS.get(self._names[0], self._names[0]))
+        ax.legend()
+        return ax
+
     def __repr__(self) -> str:
         return f"Probe({', '.join(self._names)}; {len(self._rows)} rows)"
 
 
+#: Labels of the first columns of probes.
+LABELS = {"t": "time, s", "f": "frequency, Hz"}
+
+
 class Fields:
     """Fields on the mesh, stored as files for ParaView.
+
+    ``fields[k]`` has the arrays at time number `k`; `field` and `mesh` take a time.
 
     Attributes
     ----------
@@ -87,6 +105,28 @@ class Fields:
 
     def __repr__(self) -> str:
         return f"Fields({len(self)} times from {self.times[0]:g} to {self.times[-1]:g} s)"
+
+    def field(self, name: str, t: float | None = None) -> NDArray[Any]:
+        """Return a field, a row per point, at the stored time nearest to `t`, by default the last."""
+        arrays = self[self._nearest(t)]
+        if name not in arrays:
+            raise KeyError(f"{name!r}: the fields are {', '.join(sorted(arrays))}")
+        return arrays[name]
+
+    def mesh(self, t: float | None = None) -> Any:
+        """Return mesh and fields at the stored time nearest to `t`, by default the last.
+
+        Returns
+        -------
+        pyvista.UnstructuredGrid
+            ``mesh.warp_by_vector("u").plot(scalars="p")`` draws the deformed body. Requires PyVista.
+        """
+        import pyvista
+
+        return pyvista.read(self.files[self._nearest(t)])
+
+    def _nearest(self, t: float | None) -> int:
+        return -1 if t is None else int(np.abs(self.times - t).argmin())
 
     def __getitem__(self, k: int) -> dict[str, NDArray[Any]]:
         """Return the fields at time number `k`.
@@ -212,17 +252,19 @@ class SweepResult:
     rows : list of dict
         For each case its number, the varied values (``inf`` as text), the outcome, the counters, and
         the last row of each probe as ``probes``.
+    axes : list of str
+        Keys that are varied.
     folder : Path
         Folder of the cases' folders.
     """
 
-    def __init__(self, folder: Path, rows: list[dict[str, Any]], temporary: Any) -> None:
-        self.folder, self.rows, self._temporary = folder, rows, temporary
+    def __init__(self, folder: Path, rows: list[dict[str, Any]], axes: list[str], temporary: Any) -> None:
+        self.folder, self.rows, self.axes, self._temporary = folder, rows, axes, temporary
 
     @classmethod
-    def _of(cls, folder: Path, temporary: Any) -> SweepResult:
+    def _of(cls, folder: Path, axes: list[str], temporary: Any) -> SweepResult:
         document = json.loads((folder / "sweep.json").read_text(encoding="utf-8"))
-        return cls(folder, document["rows"], temporary)
+        return cls(folder, document["rows"], axes, temporary)
 
     def case(self, number: int) -> RunResult:
         """Return the run of a case, counted from 1.
@@ -240,6 +282,13 @@ class SweepResult:
 
         rows = [{k: v for k, v in row.items() if k != "probes"} for row in self.rows]
         return pandas.DataFrame(rows).set_index("case")
+
+    def dataset(self) -> Any:
+        """Return the rows as an `xarray.Dataset` with a dimension for each varied key, without the probes."""
+        rows = self.frame().reset_index()
+        for axis in self.axes:
+            rows[axis] = [float(v) if v in ("inf", "-inf") else v for v in rows[axis]]
+        return rows.set_index(self.axes).to_xarray()
 
     def __len__(self) -> int:
         return len(self.rows)

@@ -223,7 +223,7 @@ class Scene:
             _native.sweep(
                 self._source, axes, self._assignments(), columns, out, overwrite, threads, show
             )
-        return SweepResult._of(out, temporary)
+        return SweepResult._of(out, list(vary), temporary)
 
     def modes(self, count: int | None = None) -> list[dict[str, float]]:
         """Compute the lowest eigenmodes of the body.

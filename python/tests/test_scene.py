@@ -88,6 +88,34 @@ def test_a_result_has_probes_counters_fields_and_a_report(result):
     assert (copy.probes["origin"]["u_y"] == origin["u_y"]).all()
 
 
+def test_a_field_is_that_of_the_nearest_time(result):
+    fields = result.fields
+    assert (fields.field("u", 0.12) == fields[1]["u"]).all()
+    assert (fields.field("u") == fields[3]["u"]).all()
+    with pytest.raises(KeyError, match="von_mises"):
+        fields.field("stress")
+
+
+def test_a_mesh_of_pyvista_has_the_fields(result):
+    pyvista = pytest.importorskip("pyvista", exc_type=ImportError)
+    mesh = result.fields.mesh(0.2)
+    assert isinstance(mesh, pyvista.UnstructuredGrid)
+    arrays = result.fields[2]
+    assert mesh.n_cells == len(arrays["cells"])
+    assert (mesh.points == arrays["points"]).all() and (mesh["u"] == arrays["u"]).all()
+
+
+def test_probes_are_plotted(result):
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("agg")
+    origin = result.probes["origin"]
+    axes = origin.plot()
+    assert [line.get_label() for line in axes.lines] == ["u_x", "u_y", "p"]
+    assert (axes.lines[1].get_ydata() == origin["u_y"]).all()
+    assert axes.get_xlabel() == "time, s"
+    assert len(origin.plot("p", ax=axes).lines) == 4
+
+
 def test_a_frame_of_pandas(result):
     pytest.importorskip("pandas")
     frame = result.probes["origin"].frame()
@@ -152,6 +180,22 @@ def test_a_sweep_has_a_row_for_each_case():
     assert (sweep.case(2).probes["origin"]["u_y"] == origin["u_y"]).all()
     assert sweep.rows[1]["peak"] == origin["u_y"].max()
     assert repr(sweep) == "SweepResult(2 cases: 2 finished)"
+
+
+def test_a_dataset_of_xarray_has_a_dimension_for_each_key():
+    pytest.importorskip("xarray")
+    scene = Scene.builtin("table2-31").set("time.end", 0.01)
+    sweep = scene.sweep(
+        {"solid.bulk_modulus": [1e5, float("inf")], "material[0].c10": [5e3, 1e4, 2e4]},
+        results={"peak": "max(origin.u_y)"},
+    )
+    peak = sweep.dataset()["peak"]
+    assert peak.shape == (2, 3) and peak.dims == tuple(sweep.axes)
+    rows = [row for row in sweep.rows if row["solid.bulk_modulus"] == "inf"]
+    assert len(rows) == 3
+    for row in rows:
+        place = {"solid.bulk_modulus": float("inf"), "material[0].c10": row["material[0].c10"]}
+        assert float(peak.sel(place)) == row["peak"]
 
 
 def test_progress_is_told():
