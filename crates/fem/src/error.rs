@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use crate::element::Shape;
 use crate::mesh::defect::{ElementName, MeshDefect};
-use crate::mesh::note::UnnamedGroup;
 
 /// Error of the setup routines of this crate.
 ///
@@ -31,18 +30,12 @@ pub enum FemError {
         problem: MshProblem,
     },
     /// Unknown physical group.
-    #[error(
-        "the mesh has no group \"{name}\"; its groups are: {}{}",
-        list(known),
-        naming_hint(name, unnamed)
-    )]
+    #[error("the mesh has no group \"{name}\"; its groups are: {}", list(known))]
     UnknownGroup {
         /// Requested group.
         name: String,
         /// Names of the available groups.
         known: Vec<String>,
-        /// Unnamed groups of the mesh file.
-        unnamed: Vec<UnnamedGroup>,
     },
     /// Unknown nodal field.
     #[error(
@@ -259,19 +252,6 @@ impl FemError {
     }
 }
 
-/// Returns a hint that unnamed groups need a name before a scene can refer to them.
-fn naming_hint(requested: &str, unnamed: &[UnnamedGroup]) -> String {
-    let Some(first) = unnamed.first() else {
-        return String::new();
-    };
-    let groups: Vec<String> = unnamed.iter().map(ToString::to_string).collect();
-    format!(
-        "; it also has the unnamed groups {}: to use one, name it in Gmsh with {}",
-        groups.join(", "),
-        first.named(requested)
-    )
-}
-
 /// Formats an edge or face by its vertices.
 fn facet(vertices: &[usize]) -> String {
     let numbers: Vec<String> = vertices.iter().map(usize::to_string).collect();
@@ -300,16 +280,13 @@ fn list(names: &[String]) -> String {
 pub enum MshProblem {
     /// Unsupported version of the format.
     #[error(
-        "MSH version {0} is not supported, only 4.1: in Gmsh export with \
+        "MSH version {0} is not supported, only 4.1 and 2.2: in Gmsh export with \
          File > Export > \"Version 4 ASCII\", or `gmsh -3 -format msh41 FILE.geo` (-2 for a plane body)"
     )]
     Version(String),
-    /// Binary variant of the format.
-    #[error(
-        "binary MSH is not supported, only ASCII: in Gmsh export with \
-         File > Export > \"Version 4 ASCII\", or set `Mesh.Binary = 0`"
-    )]
-    Binary,
+    /// Binary file with the most significant byte first.
+    #[error("the byte order of this binary file is not supported: set `Mesh.Binary = 0` in Gmsh")]
+    ByteOrder,
     /// Text that does not start with `$MeshFormat`.
     #[error("this is not a Gmsh mesh: it must start with $MeshFormat")]
     NotMsh,
@@ -343,7 +320,7 @@ pub enum MshProblem {
         "element type {0} is not supported: use triangles or tetrahedra of order 1 or 2 \
          (`Mesh.ElementOrder = 1`, no recombination into quadrangles)"
     )]
-    ElementType(u64),
+    ElementType(i64),
     /// Triangle in a tetrahedral mesh, but not a face of any tetrahedron.
     #[error("triangle {tag} is not a face of any tetrahedron: 2D and 3D elements cannot be mixed")]
     MixedDimensions {

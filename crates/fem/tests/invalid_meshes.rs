@@ -1,7 +1,7 @@
 //! Invalid mesh files are rejected with the tags of the elements; correctable defects are corrected
 //! and noted.
 
-use myovib_fem::mesh::{DefectKind, ElementName, MeshDefect, MeshNote, UnnamedGroup};
+use myovib_fem::mesh::{DefectKind, ElementName, MeshDefect, MeshNote};
 use myovib_fem::{FemError, Mesh, Space, load};
 
 /// Returns a mesh file with the given physical names, nodes (x y 0), load lines and triangles. Tags
@@ -136,21 +136,12 @@ fn inverted_triangles_are_rejected() {
 }
 
 #[test]
-fn unnamed_groups_are_listed() {
+fn unnamed_groups_are_called_by_dimension_and_tag() {
     let names = "$PhysicalNames\n1\n2 5 \"body\"\n$EndPhysicalNames\n";
     let text = file(names, &SQUARE, &[[0, 1], [1, 2]], &HALVES);
     let mesh = Mesh::parse_msh(&text, "m.msh").unwrap();
-    let Err(FemError::UnknownGroup { known, unnamed, .. }) = mesh.group("fixed") else {
-        panic!("the group is unnamed")
-    };
-    let curve = UnnamedGroup {
-        dimension: 1,
-        tag: 3,
-        elements: 2,
-    };
-    assert_eq!(known, ["body"]);
-    assert_eq!(curve.named("fixed"), "Physical Curve(\"fixed\", 3) = {…}");
-    assert_eq!(unnamed, [curve]);
+    assert_eq!(mesh.edges("curve 3").unwrap(), [[0, 1], [1, 2]]);
+    assert_eq!(mesh.groups().len(), 2);
 }
 
 /// Returns a file with four tetrahedra around a point, which may be inside or outside the large

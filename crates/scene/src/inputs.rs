@@ -38,16 +38,14 @@ impl<'a> Inputs<'a> {
         self.folder.join(file)
     }
 
-    /// Returns the text of a file without a byte-order mark. Invalid UTF-8 is passed on, so that
-    /// the reader of the format reports it.
-    pub(crate) fn read(&self, file: &Path) -> io::Result<String> {
+    /// Returns the content of a file.
+    pub(crate) fn read(&self, file: &Path) -> io::Result<Vec<u8>> {
         let bytes = content(&self.resolve(file))?;
         self.read.borrow_mut().push(Input {
             file: file.to_owned(),
             sha256: sha256(&bytes),
         });
-        let text = String::from_utf8_lossy(&bytes);
-        Ok(text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned())
+        Ok(bytes)
     }
 
     /// Returns the full paths of the files read.

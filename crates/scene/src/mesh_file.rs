@@ -18,7 +18,7 @@ pub fn load(path: Option<&Path>) -> Result<(Mesh, String), FemError> {
                 source,
             })?;
             let name = path.display().to_string();
-            let mesh = Mesh::parse_msh(&String::from_utf8_lossy(&bytes), &name)?;
+            let mesh = Mesh::parse_msh(bytes, &name)?;
             Ok((mesh, name))
         }
         None => {

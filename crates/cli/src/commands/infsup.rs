@@ -27,7 +27,7 @@ use myovib_scene::{InputError, Scene, builtin};
     myovib infsup leg.msh --fixed hip,foot --json\n  \
     myovib infsup land1 --levels 1 --set 'mesh.cells=[20,2,2]'")]
 pub struct InfsupArgs {
-    /// Mesh (Gmsh 4.1 ASCII), or a scene (TOML file or built-in) for its mesh [default: the built-in
+    /// Mesh (Gmsh), or a scene (TOML file or built-in) for its mesh [default: the built-in
     /// spindle].
     #[arg(value_name = "MESH")]
     pub mesh: Option<PathBuf>,

@@ -44,7 +44,7 @@ pub struct ModesArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=200))]
     pub count: Option<u16>,
 
-    /// Mesh (Gmsh 4.1 ASCII) with the groups `fixed` and `load` [default: the built-in spindle].
+    /// Mesh (Gmsh) with the groups `fixed` and `load` [default: the built-in spindle].
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
 

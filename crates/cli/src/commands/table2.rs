@@ -39,7 +39,7 @@ pub struct Table2Args {
     #[arg(long, value_name = "KEYS", value_delimiter = ',')]
     pub rows: Vec<String>,
 
-    /// Mesh (Gmsh 4.1 ASCII) with the groups `fixed` and `load` [default: the built-in spindle].
+    /// Mesh (Gmsh) with the groups `fixed` and `load` [default: the built-in spindle].
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
 

@@ -20,6 +20,7 @@ mod msh;
 pub(crate) mod note;
 mod parts;
 mod refine;
+mod select;
 mod simplices;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -29,7 +30,7 @@ use crate::error::FemError;
 
 pub use attributes::NodalField;
 pub use defect::{DefectKind, ElementName, MeshDefect};
-pub use note::{MeshNote, UnnamedGroup};
+pub use note::MeshNote;
 
 /// Relative measure below which an element is degenerate: measure / (longest edge)^D. The value
 /// corresponds to an angle of 1e-12 rad, at which gradients keep at most four digits.
@@ -49,6 +50,15 @@ pub enum Group {
 }
 
 impl Group {
+    /// Returns whether the group has no members.
+    pub fn is_empty(&self) -> bool {
+        match self {
+            Group::Points(members) | Group::Elements(members) => members.is_empty(),
+            Group::Edges(members) => members.is_empty(),
+            Group::Faces(members) => members.is_empty(),
+        }
+    }
+
     /// Returns the name of the members in messages about a mesh of the given shape.
     pub(crate) fn member_name(&self, shape: &Shape) -> &'static str {
         match self {
@@ -242,6 +252,16 @@ impl Mesh {
         self
     }
 
+    /// Returns the mesh with all coordinates multiplied by `factor`, which is positive.
+    pub fn scaled(mut self, factor: f64) -> Self {
+        let midside = self.midside.values_mut().flatten();
+        self.coordinates
+            .iter_mut()
+            .chain(midside)
+            .for_each(|x| *x *= factor);
+        self
+    }
+
     /// Returns the coordinates of the vertices.
     ///
     /// # Panics
@@ -310,15 +330,6 @@ impl Mesh {
         self.groups.get(name).ok_or_else(|| FemError::UnknownGroup {
             name: name.to_owned(),
             known: self.groups.keys().cloned().collect(),
-            unnamed: self.unnamed().cloned().collect(),
-        })
-    }
-
-    /// Returns the unnamed physical groups of the mesh file.
-    fn unnamed(&self) -> impl Iterator<Item = &UnnamedGroup> {
-        self.notes.iter().filter_map(|note| match note {
-            MeshNote::Unnamed(group) => Some(group),
-            _ => None,
         })
     }
 

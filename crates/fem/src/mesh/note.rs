@@ -27,8 +27,6 @@ pub enum MeshNote {
         /// Name of its members.
         kind: &'static str,
     },
-    /// The mesh file has an unnamed physical group, which scenes cannot refer to.
-    Unnamed(UnnamedGroup),
     /// A nodal field has values at non-vertex nodes; only the vertex values are used.
     OffVertexValues {
         /// Name of the field.
@@ -36,50 +34,6 @@ pub enum MeshNote {
         /// Number of dropped values.
         values: usize,
     },
-}
-
-/// Unnamed physical group of a mesh file.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct UnnamedGroup {
-    /// Dimension of the members.
-    pub dimension: u64,
-    /// Physical tag.
-    pub tag: i64,
-    /// Number of elements.
-    pub elements: usize,
-}
-
-impl UnnamedGroup {
-    /// Returns the Gmsh keyword for groups of this dimension.
-    fn keyword(&self) -> &'static str {
-        match self.dimension {
-            0 => "Point",
-            1 => "Curve",
-            2 => "Surface",
-            _ => "Volume",
-        }
-    }
-
-    /// Returns the line of a Gmsh script that names the group `name`.
-    pub fn named(&self, name: &str) -> String {
-        format!(
-            "Physical {}(\"{name}\", {}) = {{…}}",
-            self.keyword(),
-            self.tag
-        )
-    }
-}
-
-impl fmt::Display for UnnamedGroup {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { tag, elements, .. } = self;
-        let keyword = self.keyword();
-        write!(
-            f,
-            "Physical {keyword} {tag} ({elements} elements, dimension {})",
-            self.dimension
-        )
-    }
 }
 
 impl fmt::Display for MeshNote {
@@ -100,11 +54,6 @@ impl fmt::Display for MeshNote {
             Self::OffVertexValues { field, values } => write!(
                 f,
                 "field \"{field}\" is interpolated linearly from the vertices: values at {values} other nodes were ignored"
-            ),
-            Self::Unnamed(group) => write!(
-                f,
-                "{group} is unnamed and cannot be referenced: name it in Gmsh with {}",
-                group.named("name")
             ),
         }
     }

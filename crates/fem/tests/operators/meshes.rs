@@ -101,9 +101,10 @@ fn a_square_is_read_with_its_groups() {
 
 #[test]
 fn unsupported_formats_are_rejected() {
-    let old = MshProblem::Version("2.2".to_owned());
-    assert_eq!(changed("4.1 0 8", "2.2 0 8"), (2, old));
-    assert_eq!(changed("4.1 0 8", "4.1 1 8"), (2, MshProblem::Binary));
+    let old = MshProblem::Version("4.0".to_owned());
+    assert_eq!(changed("4.1 0 8", "4.0 0 8"), (2, old));
+    // The four bytes of the next line are not the number 1.
+    assert_eq!(changed("4.1 0 8", "4.1 1 8"), (1, MshProblem::ByteOrder));
     assert_eq!(problem("solid cube"), (1, MshProblem::NotMsh));
     assert_eq!(problem(""), (0, MshProblem::NotMsh));
 }
@@ -296,6 +297,111 @@ fn corrupt_words_do_not_panic() {
             let _ = Mesh::parse_msh(&damaged.concat(), "damaged");
         }
     }
+}
+
+/// Gmsh's files of one block with two groups on the same face and a nodal field.
+fn block(format: &str) -> Vec<u8> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data");
+    std::fs::read(format!("{folder}/block-{format}.msh")).unwrap()
+}
+
+#[test]
+fn versions_and_encodings_of_gmsh_give_the_same_mesh() {
+    let mesh = Mesh::parse_msh(block("4.1-ascii"), "block").unwrap();
+    let names: Vec<&String> = mesh.groups().keys().collect();
+    assert_eq!(names, ["body", "ends", "left", "right"]);
+    // Rounding of a sum of some 100 volumes of a block of 2 x 1 x 1.
+    assert!((mesh.measure() - 2.0).abs() < 1e-13);
+    let heights = &mesh.field("height").unwrap().values;
+    let z: Vec<f64> = mesh.points::<3>().iter().map(|point| point[2]).collect();
+    assert_eq!(*heights, z);
+    for format in ["4.1-binary", "2.2-ascii", "2.2-binary"] {
+        let other = Mesh::parse_msh(block(format), "block").unwrap();
+        assert_eq!(other.groups().keys().collect::<Vec<_>>(), names, "{format}");
+        for (name, group) in mesh.groups() {
+            let members = |group: &Group| match group {
+                Group::Faces(faces) => faces.len(),
+                Group::Elements(elements) => elements.len(),
+                _ => 0,
+            };
+            assert_eq!(
+                members(&other.groups()[name]),
+                members(group),
+                "{format}: {name}"
+            );
+        }
+        assert_eq!(
+            other.connectivity::<4>(),
+            mesh.connectivity::<4>(),
+            "{format}"
+        );
+        // Gmsh writes 16 digits in text; coordinates are at most 2.
+        let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-15);
+        assert!(near(other.coordinates(), mesh.coordinates()), "{format}");
+        assert!(
+            near(&other.field("height").unwrap().values, heights),
+            "{format}"
+        );
+    }
+}
+
+/// Truncated and changed files lead to an error or a mesh, without a panic or a large allocation.
+#[test]
+fn damaged_binary_files_are_rejected() {
+    for format in ["4.1-binary", "2.2-binary"] {
+        let content = block(format);
+        for end in (0..content.len()).step_by(97) {
+            assert!(
+                Mesh::parse_msh(&content[..end], "block").is_err(),
+                "{format}: {end}"
+            );
+        }
+        for at in (0..content.len()).step_by(7) {
+            let mut damaged = content.clone();
+            damaged[at] = 255 - damaged[at];
+            let _ = Mesh::parse_msh(&damaged, "block");
+        }
+    }
+}
+
+#[test]
+fn groups_are_selected_by_place_and_direction() {
+    let mesh = Mesh::parse_msh(SQUARE, "square.msh").unwrap();
+    assert_eq!(
+        mesh.points_where(|x| x[0] == 0.0),
+        Group::Points(vec![0, 3])
+    );
+    assert_eq!(
+        mesh.elements_where(|x| x[0] + x[1] >= 0.0),
+        Group::Elements(vec![0, 1])
+    );
+    assert_eq!(
+        mesh.elements_where(|x| x != [1.0, 0.0]),
+        Group::Elements(vec![1])
+    );
+    let sides = [
+        ([-1.0, 0.0], [0, 3]),
+        ([1.0, 0.0], [1, 2]),
+        ([0.0, -1.0], [0, 1]),
+        ([0.0, 1.0], [2, 3]),
+    ];
+    for (direction, edge) in sides {
+        let toward = mesh.boundary_where(|_, normal| normal == direction);
+        assert_eq!(toward, Group::Edges(vec![edge]));
+    }
+    let block = Mesh::parse_msh(block("4.1-binary"), "block").unwrap();
+    let Group::Faces(faces) = block.boundary_where(|_, normal| normal[0] < -0.99) else {
+        panic!("a mesh in space has faces")
+    };
+    assert_eq!(faces.len(), block.facets("left").unwrap().len());
+}
+
+#[test]
+fn a_scaled_mesh_has_its_midside_nodes_scaled() {
+    let mesh = Mesh::parse_msh(SQUARE, "square.msh").unwrap();
+    let scaled = mesh.clone().scaled(0.5);
+    assert_eq!(scaled.measure(), 0.25);
+    assert_eq!(scaled.groups(), mesh.groups());
 }
 
 #[test]

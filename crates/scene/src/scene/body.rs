@@ -23,7 +23,7 @@ impl Builder<'_> {
         mesh: &mesh::Mesh,
         solid: &solid::Solid,
     ) -> Result<Body, InputError> {
-        let mesh = self.mesh(mesh, &file.region)?;
+        let mesh = self.mesh(mesh, &file.region, &file.group)?;
         let parameters = self.parameters(file, solid)?;
         // All materials have the same kind of parameters as the first.
         let formulation = solid.formulation.unwrap_or_else(|| suited(&parameters[0]));

@@ -32,14 +32,29 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Reads the file named in the scene at `path`. Returns its text and its name for messages.
-    pub(super) fn read(&self, file: &Path, path: &str) -> Result<(String, String), InputError> {
+    /// Reads the file named in the scene at `path`. Returns its content and its name for messages.
+    pub(super) fn read(&self, file: &Path, path: &str) -> Result<(Vec<u8>, String), InputError> {
         let name = self.inputs.resolve(file).display().to_string();
-        let text = self.inputs.read(file).map_err(|error| {
+        let content = self.inputs.read(file).map_err(|error| {
             let error = InputError::new(format!("cannot read {name}: {error}"));
             self.wrong(path, error)
         })?;
-        Ok((text, name))
+        Ok((content, name))
+    }
+
+    /// Reads a file as `read` does, as text without a byte-order mark. Invalid UTF-8 is passed on, so that the reader of
+    /// the format reports it.
+    pub(super) fn read_text(
+        &self,
+        file: &Path,
+        path: &str,
+    ) -> Result<(String, String), InputError> {
+        let (content, name) = self.read(file, path)?;
+        let text = String::from_utf8_lossy(&content);
+        Ok((
+            text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned(),
+            name,
+        ))
     }
 
     /// Adds the location of the value at `path`, such as `traction[0].group`, to the error.
@@ -65,32 +80,17 @@ pub(super) trait Explain {
 impl Explain for FemError {
     fn explain(&self) -> InputError {
         match self {
-            FemError::UnknownGroup {
-                name,
-                known,
-                unnamed,
-            } => {
+            FemError::UnknownGroup { name, known } => {
                 let names: Vec<&str> = known.iter().map(String::as_str).collect();
                 let error = InputError::new(format!("the mesh has no group `{name}`"));
-                if known.is_empty() && unnamed.is_empty() {
+                if known.is_empty() {
                     return error.found("a mesh without groups").next(format!(
                         "name its parts in Gmsh and save it again: Physical Curve(\"{name}\") = {{…}} for edges, \
                          Physical Surface for faces and plane tissue, Physical Volume for tissue in space; once \
                          there is one, what has no name is not saved"
                     ));
                 }
-                let error = error.allowed(names.join(", "));
-                match unnamed.first() {
-                    Some(first) => {
-                        let list: Vec<String> = unnamed.iter().map(ToString::to_string).collect();
-                        error.next(format!(
-                            "name the group of the mesh file that you mean ({}), in Gmsh {}",
-                            list.join(", "),
-                            first.named(name)
-                        ))
-                    }
-                    None => suggest(error, nearest(name, &names)),
-                }
+                suggest(error.allowed(names.join(", ")), nearest(name, &names))
             }
             other => explain(other),
         }
@@ -123,7 +123,6 @@ mod tests {
             let error = FemError::UnknownGroup {
                 name: "left".to_owned(),
                 known: known.iter().map(|&name| name.to_owned()).collect(),
-                unnamed: Vec::new(),
             };
             error.explain().to_string()
         };

@@ -79,7 +79,7 @@ impl Builder<'_> {
         path: &str,
     ) -> Result<Points, InputError> {
         let place = format!("{path}.file");
-        let (text, name) = self.read(file, &place)?;
+        let (text, name) = self.read_text(file, &place)?;
         let table = Table::parse(&text)
             .map_err(|error| self.wrong(&place, InputError::new(format!("{name}: {error}"))))?;
         let position = |wanted: &str, key: &str| {

@@ -4,6 +4,7 @@ use myovib_fem::{Group, Mesh, generate};
 
 use super::builder::Builder;
 use crate::InputError;
+use crate::scene_file::group;
 use crate::scene_file::mesh::{self, MeshSource, Region, Resolution};
 
 /// Muscle of the reproduced paper.
@@ -17,7 +18,12 @@ const MAX_ELEMENTS: usize = 4_000_000;
 
 impl Builder<'_> {
     /// Returns the refined mesh with the regions as separate groups.
-    pub(super) fn mesh(&self, mesh: &mesh::Mesh, regions: &[Region]) -> Result<Mesh, InputError> {
+    pub(super) fn mesh(
+        &self,
+        mesh: &mesh::Mesh,
+        regions: &[Region],
+        selected: &[group::Group],
+    ) -> Result<Mesh, InputError> {
         if let MeshSource::Spindle { cells }
         | MeshSource::Rectangle { cells, .. }
         | MeshSource::Beam { cells, .. }
@@ -30,8 +36,8 @@ impl Builder<'_> {
         }
         let (place, coarse) = match mesh.source {
             MeshSource::File { ref path } => {
-                let (text, name) = self.read(path, "mesh.path")?;
-                ("mesh.path", Mesh::parse_msh(&text, &name))
+                let (content, name) = self.read(path, "mesh.path")?;
+                ("mesh.path", Mesh::parse_msh(content, &name))
             }
             MeshSource::Muscle => ("mesh", Mesh::parse_msh(MUSCLE, "muscle.msh")),
             MeshSource::Ventricle { resolution } => {
@@ -61,7 +67,7 @@ impl Builder<'_> {
                 ("mesh.size", generate::block([0.0; 3], size, cells))
             }
         };
-        let coarse = self.at(place, coarse)?;
+        let coarse = self.at(place, coarse)?.scaled(mesh.scale);
         let parts = if coarse.dimension() == 2 { 4 } else { 8 };
         self.check_size(product(
             coarse.n_elements(),
@@ -69,11 +75,17 @@ impl Builder<'_> {
         ))?;
         let refined = (0..mesh.refine).try_fold(coarse, |mesh, _| mesh.refined());
         let mesh = self.at("mesh.refine", refined)?;
-        regions
+        let mesh = regions
             .iter()
             .enumerate()
             .try_fold(mesh, |mesh, (i, region)| {
                 self.with_region(&mesh, region, &format!("region[{i}]"))
+            })?;
+        selected
+            .iter()
+            .enumerate()
+            .try_fold(mesh, |mesh, (i, group)| {
+                self.with_group(&mesh, group, &format!("group[{i}]"))
             })
     }
 

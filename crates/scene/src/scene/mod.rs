@@ -13,6 +13,7 @@ mod contraction;
 mod distribution;
 mod feedback;
 mod function;
+mod groups;
 mod idle;
 mod limits;
 mod loads;

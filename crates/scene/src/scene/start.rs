@@ -77,7 +77,7 @@ impl Builder<'_> {
     /// Returns the final state of the run in `folder`.
     fn ended(&self, folder: &Path, body: &Body) -> Result<State, InputError> {
         let place = "initial_state.folder";
-        let (text, name) = self.read(&folder.join(State::NAME), place)?;
+        let (text, name) = self.read_text(&folder.join(State::NAME), place)?;
         let state: State = serde_json::from_str(&text).map_err(|error| {
             let error = InputError::new(format!("{name} is not a state of a run: {error}"));
             self.wrong(place, error.next("`myovib run` leaves it in its folder"))

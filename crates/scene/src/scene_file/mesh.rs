@@ -5,13 +5,17 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Mesh of the body. Coordinates are in m. Triangles make a body in plane strain, tetrahedra a body
+/// Mesh of the body. Triangles make a body in plane strain, tetrahedra a body
 /// in space.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Mesh {
     /// Origin of the elements.
     #[serde(flatten)]
     pub source: MeshSource,
+    /// Length of a unit of the mesh's coordinates, m: 0.001 for a mesh in mm.
+    #[serde(default = "one")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub scale: f64,
     /// Number of uniform refinements; each divides a triangle into four or a tetrahedron into eight.
     #[serde(default)]
     #[schemars(range(max = 6))]
@@ -22,7 +26,8 @@ pub struct Mesh {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum MeshSource {
-    /// A Gmsh file (MSH 4.1, ASCII) with physical groups and optional nodal data.
+    /// A Gmsh file (MSH 4.1 or 2.2) with physical groups and optional nodal data. A group without a name is called by its
+    /// dimension and tag, as in `surface 3`.
     File {
         /// File name, relative to the scene.
         path: PathBuf,
@@ -102,6 +107,10 @@ pub enum Resolution {
     Coarse,
     /// 4576 vertices, 17 700 tetrahedra, as in the benchmark.
     Fine,
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 fn spindle_cells() -> [usize; 2] {

@@ -12,6 +12,7 @@ pub mod active;
 pub mod chain;
 pub mod feedback;
 pub mod function;
+pub mod group;
 pub mod identification;
 pub mod integrator;
 pub mod material;
@@ -40,6 +41,7 @@ use crate::InputError;
 use crate::modes::DEFAULT_COUNT;
 use chain::{Chain, Rod};
 use feedback::Feedback;
+use group::Group;
 use identification::{Output, Parameter};
 use integrator::Integrator;
 use material::Material;
@@ -69,6 +71,9 @@ pub struct SceneFile {
     /// Elliptical regions that become element groups.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub region: Vec<Region>,
+    /// Groups selected by position or direction, in addition to those of the mesh.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub group: Vec<Group>,
     /// Compressibility, damping and formulation of the body; required with `mesh`.
     pub solid: Option<Solid>,
     /// Materials. Each element must have exactly one.

@@ -79,7 +79,7 @@ pub struct Options {
     #[arg(long, value_name = "DIR", default_value = "figures", value_parser = values::output_folder)]
     pub out: PathBuf,
 
-    /// Mesh (Gmsh 4.1 ASCII) with the groups `fixed` and `load` [default: the built-in spindle].
+    /// Mesh (Gmsh) with the groups `fixed` and `load` [default: the built-in spindle].
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
 

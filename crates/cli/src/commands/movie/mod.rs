@@ -64,7 +64,7 @@ pub struct MovieArgs {
     #[arg(long, value_name = "T")]
     pub to: Option<f64>,
 
-    /// Mesh of the muscle (Gmsh 4.1 ASCII) with the groups `fixed` and `load` [default: the
+    /// Mesh of the muscle (Gmsh) with the groups `fixed` and `load` [default: the
     /// built-in spindle].
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,

@@ -44,7 +44,7 @@ pub struct SynchronizationArgs {
     #[arg(long, value_enum, default_value_t = BodyName::Rod)]
     pub body: BodyName,
 
-    /// Mesh of the muscle (Gmsh 4.1 ASCII) with the groups `fixed` and `load` [default: the
+    /// Mesh of the muscle (Gmsh) with the groups `fixed` and `load` [default: the
     /// built-in spindle].
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,

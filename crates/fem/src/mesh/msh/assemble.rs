@@ -9,9 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::{Cell, MshFile};
 use crate::element::Shape;
 use crate::error::{FemError, MshProblem};
-use crate::mesh::{
-    Group, Mesh, MeshNote, NodalField, UnnamedGroup, is_degenerate, measure, sorted,
-};
+use crate::mesh::{Group, Mesh, MeshNote, NodalField, is_degenerate, measure, sorted};
 
 /// Largest |z| of the vertices of a plane mesh, as a fraction of the largest coordinate: rounding.
 const OFF_PLANE: f64 = 1e-10;
@@ -49,14 +47,14 @@ impl MshFile {
         if parts.elements.is_empty() && self.has_volumes {
             return Err(error_at((1, self.not_meshed())));
         }
-        let (groups, notes) = self.groups(&parts).map_err(error_at)?;
+        let groups = self.groups(&parts).map_err(error_at)?;
         let fields = self.fields(&parts);
-        let off_vertex = self.off_vertex_notes(&parts);
+        let notes = self.off_vertex_notes(&parts);
         let midside = self.midside_nodes(&parts);
         let mesh = Mesh::new(parts.points, parts.elements, groups);
         let mesh = mesh.and_then(|mesh| mesh.with_fields(fields)?.with_midside_nodes(midside));
         let mesh = mesh.map_err(|error| error.with_tags(&parts.tags))?;
-        Ok(mesh.with_earlier_notes(notes.into_iter().chain(off_vertex).collect()))
+        Ok(mesh.with_earlier_notes(notes))
     }
 
     /// Returns the elements of the body and their vertices, in the order of the file.
@@ -148,13 +146,12 @@ impl MshFile {
         }
     }
 
-    /// Returns the named physical groups and a note on each unnamed group.
+    /// Returns the physical groups. A group without a name is called by its dimension and tag, as in `surface 3`.
     fn groups<const D: usize, const V: usize>(
         &self,
         parts: &Parts<D, V>,
-    ) -> Result<(BTreeMap<String, Group>, Vec<MeshNote>), ProblemAt> {
+    ) -> Result<BTreeMap<String, Group>, ProblemAt> {
         let mut groups = BTreeMap::new();
-        let mut unnamed = BTreeMap::new();
         let mut n_elements = 0;
         for cell in &self.cells {
             let is_in_body = cell.dimension == D as u64;
@@ -162,17 +159,18 @@ impl MshFile {
             n_elements += usize::from(is_in_body);
             let physical = self.physical.get(&(cell.dimension, cell.entity));
             for &tag in physical.into_iter().flatten() {
-                let Some(name) = self.names.get(&(cell.dimension, tag)) else {
-                    *unnamed.entry((cell.dimension, tag)).or_insert(0) += 1;
-                    continue;
-                };
+                let named = self.names.get(&(cell.dimension, tag)).cloned();
+                let name = named.unwrap_or_else(|| {
+                    let kind = ["point", "curve", "surface", "volume"][cell.dimension as usize];
+                    format!("{kind} {tag}")
+                });
                 let vertex = |&node: &usize| {
                     let unused = || (cell.line, MshProblem::UnusedNode(self.nodes[node].tag));
                     parts.vertices[node].ok_or_else(unused)
                 };
                 let vertices = cell.vertices.iter().map(vertex);
                 let vertices = vertices.collect::<Result<Vec<usize>, _>>()?;
-                let group = groups.entry(name.clone()).or_insert(match cell.dimension {
+                let group = groups.entry(name).or_insert(match cell.dimension {
                     _ if is_in_body => Group::Elements(Vec::new()),
                     0 => Group::Points(Vec::new()),
                     1 => Group::Edges(Vec::new()),
@@ -187,14 +185,7 @@ impl MshFile {
                 }
             }
         }
-        let note = |((dimension, tag), elements)| {
-            MeshNote::Unnamed(UnnamedGroup {
-                dimension,
-                tag,
-                elements,
-            })
-        };
-        Ok((groups, unnamed.into_iter().map(note).collect()))
+        Ok(groups)
     }
 
     /// Returns the nodal fields at the vertices.

@@ -1,4 +1,4 @@
-//! Reader for the Gmsh format MSH 4.1 ASCII.
+//! Reader for the Gmsh formats MSH 4.1 and 2.2, ASCII and binary.
 //!
 //! Reads the sections `PhysicalNames`, `Entities`, `PartitionedEntities`, `Nodes`, `Elements` and `NodeData` with points,
 //! lines, triangles and tetrahedra of first and second order; skips other sections. The partitions
@@ -6,10 +6,13 @@
 //! headers are never used to reserve memory, and each counted item consumes a line, so a corrupt
 //! file always leads to an error. The module [`assemble`] builds the mesh.
 //!
-//! Reference: Gmsh reference manual, "MSH file format", version 4.1.
+//! Reference: Gmsh reference manual, "MSH file format", versions 4.1 and 2.
 
 mod assemble;
+mod binary;
+mod version2;
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 use std::str::{FromStr, SplitWhitespace};
@@ -18,39 +21,42 @@ use crate::error::{FemError, MshProblem};
 use crate::mesh::Mesh;
 
 impl Mesh {
-    /// Reads a Gmsh MSH 4.1 ASCII file.
+    /// Reads a Gmsh file.
     ///
     /// # Errors
-    /// [`FemError::Io`], [`FemError::Msh`] with the line number, or an error of [`Mesh::new`].
+    /// [`FemError::Io`] and those of [`Mesh::parse_msh`].
     pub fn read_msh(path: impl AsRef<Path>) -> Result<Self, FemError> {
         let path = path.as_ref();
-        let bytes = std::fs::read(path).map_err(|source| FemError::Io {
+        let content = std::fs::read(path).map_err(|source| FemError::Io {
             path: path.to_owned(),
             source,
         })?;
-        // Binary files are not UTF-8, but their header line is; the parser reports it.
-        Self::parse_msh(
-            &String::from_utf8_lossy(&bytes),
-            &path.display().to_string(),
-        )
+        Self::parse_msh(content, &path.display().to_string())
     }
 
-    /// Parses the text of a Gmsh MSH 4.1 ASCII file; messages call the file `name`.
+    /// Parses the content of a Gmsh file; messages call the file `name`.
     ///
     /// # Errors
-    /// [`FemError::Msh`] with the line number, or an error of [`Mesh::new`].
-    pub fn parse_msh(text: &str, name: &str) -> Result<Self, FemError> {
+    /// [`FemError::Msh`] with the line number (in a binary file, of the same file as text), or an error of
+    /// [`Mesh::new`].
+    pub fn parse_msh(content: impl AsRef<[u8]>, name: &str) -> Result<Self, FemError> {
+        let error_at = |line, problem| FemError::Msh {
+            file: name.to_owned(),
+            line,
+            problem,
+        };
+        // Some editors write a byte order mark.
+        let content = content.as_ref();
+        let content = content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content);
+        let text = match binary::is_binary(content) {
+            true => Cow::Owned(binary::to_ascii(content).map_err(|problem| error_at(1, problem))?),
+            false => String::from_utf8_lossy(content),
+        };
         let mut lines = Lines {
-            // Some editors write a byte order mark.
-            text: text.strip_prefix('\u{feff}').unwrap_or(text).lines(),
+            text: text.lines(),
             number: 0,
         };
-        let parsed = parse(&mut lines);
-        let file = parsed.map_err(|problem| FemError::Msh {
-            file: name.to_owned(),
-            line: lines.number,
-            problem,
-        })?;
+        let file = parse(&mut lines).map_err(|problem| error_at(lines.number, problem))?;
         file.assemble(name)
     }
 }
@@ -121,7 +127,7 @@ fn excerpt(line: &str) -> String {
 
 /// Element type of Gmsh.
 struct ElementType {
-    number: u64,
+    number: i64,
     dimension: u64,
     vertices: usize,
     /// Edges of the midside nodes, which follow the vertices.
@@ -141,7 +147,7 @@ const ELEMENT_TYPES: [ElementType; 7] = [
 
 impl ElementType {
     const fn new(
-        number: u64,
+        number: i64,
         dimension: u64,
         vertices: usize,
         midpoints: &'static [[usize; 2]],
@@ -152,6 +158,15 @@ impl ElementType {
             vertices,
             midpoints,
         }
+    }
+
+    fn find(number: i64) -> Result<&'static Self, MshProblem> {
+        let kind = ELEMENT_TYPES.iter().find(|kind| kind.number == number);
+        kind.ok_or(MshProblem::ElementType(number))
+    }
+
+    fn n_nodes(&self) -> u64 {
+        (self.vertices + self.midpoints.len()) as u64
     }
 }
 
@@ -200,7 +215,7 @@ struct MshFile {
 }
 
 fn parse(lines: &mut Lines<'_>) -> Result<MshFile, MshProblem> {
-    header(lines)?;
+    let version = header(lines)?;
     let mut file = MshFile::default();
     let mut seen = HashSet::new();
     while let Some(line) = lines.next() {
@@ -223,7 +238,9 @@ fn parse(lines: &mut Lines<'_>) -> Result<MshFile, MshProblem> {
                 lines.close("$EndEntities")?;
             }
             "PartitionedEntities" => file.partitioned_entities(lines)?,
+            "Nodes" if version == Version::V2 => file.nodes_2(lines)?,
             "Nodes" => file.nodes(lines)?,
+            "Elements" if version == Version::V2 => file.elements_2(lines)?,
             "Elements" => file.elements(lines)?,
             "NodeData" => file.node_data(lines)?,
             other => {
@@ -245,19 +262,25 @@ fn parse(lines: &mut Lines<'_>) -> Result<MshFile, MshProblem> {
     Ok(file)
 }
 
-fn header(lines: &mut Lines<'_>) -> Result<(), MshProblem> {
+/// Version of the format.
+#[derive(PartialEq)]
+enum Version {
+    V2,
+    V4,
+}
+
+fn header(lines: &mut Lines<'_>) -> Result<Version, MshProblem> {
     if lines.next() != Some("$MeshFormat") {
         return Err(MshProblem::NotMsh);
     }
     let mut words = lines.words("the format's version")?;
-    let version = words.next().unwrap_or_default();
-    if version != "4.1" {
-        return Err(MshProblem::Version(excerpt(version)));
-    }
-    if number::<u8>(&mut words, "0 (ASCII) or 1 (binary)")? != 0 {
-        return Err(MshProblem::Binary);
-    }
-    lines.close("$EndMeshFormat")
+    let version = match words.next().unwrap_or_default() {
+        "2.2" | "2" => Version::V2,
+        "4.1" => Version::V4,
+        other => return Err(MshProblem::Version(excerpt(other))),
+    };
+    lines.close("$EndMeshFormat")?;
+    Ok(version)
 }
 
 impl MshFile {
@@ -358,25 +381,35 @@ impl MshFile {
             }
             for tag in tags {
                 let mut words = lines.words("a node's coordinates")?;
-                let mut position = [0.0; 3];
-                for x in &mut position {
-                    *x = coordinate(&mut words)?;
-                }
-                if self.node_indices.insert(tag, self.nodes.len()).is_some() {
-                    return Err(MshProblem::Duplicate {
-                        what: "node",
-                        tag: tag.to_string(),
-                    });
-                }
-                let line = lines.number;
-                self.nodes.push(Node {
-                    tag,
-                    line,
-                    position,
-                });
+                self.add_node(tag, &mut words, lines.number)?;
             }
         }
         lines.close("$EndNodes")
+    }
+
+    /// Adds a node with the coordinates in `words`.
+    fn add_node(
+        &mut self,
+        tag: u64,
+        words: &mut SplitWhitespace<'_>,
+        line: usize,
+    ) -> Result<(), MshProblem> {
+        let mut position = [0.0; 3];
+        for x in &mut position {
+            *x = coordinate(words)?;
+        }
+        if self.node_indices.insert(tag, self.nodes.len()).is_some() {
+            return Err(MshProblem::Duplicate {
+                what: "node",
+                tag: tag.to_string(),
+            });
+        }
+        self.nodes.push(Node {
+            tag,
+            line,
+            position,
+        });
+        Ok(())
     }
 
     fn elements(&mut self, lines: &mut Lines<'_>) -> Result<(), MshProblem> {
@@ -385,9 +418,7 @@ impl MshFile {
             let mut words = lines.words("an element block")?;
             let block_dimension: u64 = number(&mut words, "an entity's dimension")?;
             let entity = number(&mut words, "an entity's tag")?;
-            let type_number = number(&mut words, "an element type")?;
-            let kind = ELEMENT_TYPES.iter().find(|kind| kind.number == type_number);
-            let kind = kind.ok_or(MshProblem::ElementType(type_number))?;
+            let kind = ElementType::find(number(&mut words, "an element type")?)?;
             if kind.dimension != block_dimension {
                 return Err(MshProblem::Expected {
                     expected: "an element type of the entity's dimension",
@@ -401,17 +432,7 @@ impl MshFile {
             for _ in 0..count {
                 let mut words = lines.words("an element")?;
                 let tag = number(&mut words, "an element's tag")?;
-                let mut node = || {
-                    let tag = number(&mut words, "a node's tag")?;
-                    let index = self.node_indices.get(&tag).copied();
-                    index.ok_or(MshProblem::UnknownNode(tag))
-                };
-                let vertices = (0..kind.vertices).map(|_| node());
-                let vertices = vertices.collect::<Result<Vec<usize>, _>>()?;
-                for edge in kind.midpoints {
-                    let ends = crate::mesh::sorted(edge.map(|i| vertices[i]));
-                    self.midpoints.insert(ends, node()?);
-                }
+                let vertices = self.element_nodes(kind, &mut words)?;
                 self.cells.push(Cell {
                     tag,
                     line: lines.number,
@@ -422,6 +443,26 @@ impl MshFile {
             }
         }
         lines.close("$EndElements")
+    }
+
+    /// Reads the nodes of an element; returns its vertices, and stores its midside nodes.
+    fn element_nodes(
+        &mut self,
+        kind: &ElementType,
+        words: &mut SplitWhitespace<'_>,
+    ) -> Result<Vec<usize>, MshProblem> {
+        let mut node = || {
+            let tag = number(words, "a node's tag")?;
+            let index = self.node_indices.get(&tag).copied();
+            index.ok_or(MshProblem::UnknownNode(tag))
+        };
+        let vertices = (0..kind.vertices).map(|_| node());
+        let vertices = vertices.collect::<Result<Vec<usize>, _>>()?;
+        for edge in kind.midpoints {
+            let ends = crate::mesh::sorted(edge.map(|i| vertices[i]));
+            self.midpoints.insert(ends, node()?);
+        }
+        Ok(vertices)
     }
 
     /// Reads nodal values: string tags (the name first), real tags, integer tags (time step, number

@@ -32,6 +32,11 @@ pub(super) const SECTIONS: &[Section] = &[
                   radii = [0.01, 0.005]           # m",
     },
     Section {
+        title: "`[[group]]`",
+        keys: &["group"],
+        example: "[[group]]\nname = \"skin\"\ntype = \"direction\"\ndirection = [0.0, 1.0]\nangle = 45                      # degrees",
+    },
+    Section {
         title: "`[solid]`",
         keys: &["solid"],
         example: "[solid]\nbulk_modulus = 1e5                     # Pa, or inf\n\

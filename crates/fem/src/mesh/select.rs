@@ -1,0 +1,74 @@
+//! Groups selected by position or direction.
+
+use super::facets::{by_vertices, sorted_facets};
+use super::simplices::{Simplices, dot, minus};
+use super::{Group, Mesh};
+
+impl Mesh {
+    /// Returns the vertices that satisfy `is_inside`, a condition on coordinates (m).
+    pub fn points_where(&self, is_inside: impl Fn(&[f64]) -> bool) -> Group {
+        let points = self.coordinates().chunks_exact(self.dimension());
+        let inside = points.enumerate().filter(|(_, point)| is_inside(point));
+        Group::Points(inside.map(|(index, _)| index).collect())
+    }
+
+    /// Returns the elements whose vertices all satisfy `is_inside`.
+    pub fn elements_where(&self, is_inside: impl Fn(&[f64]) -> bool) -> Group {
+        let is_member = |element: &usize| {
+            self.element(*element)
+                .iter()
+                .all(|&v| is_inside(self.point(v)))
+        };
+        Group::Elements((0..self.n_elements()).filter(is_member).collect())
+    }
+
+    /// Returns the facets of the boundary (edges in 2D, faces in 3D) that satisfy a condition on their vertices and
+    /// outward unit normal.
+    pub fn boundary_where(&self, is_member: impl Fn(&[&[f64]], &[f64]) -> bool) -> Group {
+        let dimension = self.dimension();
+        let simplices = Simplices::new(dimension, &self.coordinates, &self.vertices);
+        let facets = sorted_facets(&simplices);
+        let mut members = Vec::new();
+        for facet in by_vertices(&facets) {
+            let &[facet] = facet else { continue };
+            let vertices = facet.vertices();
+            let normal = outward_normal(&simplices, facet.element, facet.opposite);
+            let points: Vec<&[f64]> = vertices.iter().map(|&v| self.point(v)).collect();
+            if is_member(&points, &normal[..dimension]) {
+                members.push(vertices.to_vec());
+            }
+        }
+        match dimension {
+            2 => Group::Edges(members.iter().map(|v| [v[0], v[1]]).collect()),
+            _ => Group::Faces(members.iter().map(|v| [v[0], v[1], v[2]]).collect()),
+        }
+    }
+
+    fn point(&self, vertex: usize) -> &[f64] {
+        &self.coordinates[self.dimension() * vertex..][..self.dimension()]
+    }
+}
+
+/// Returns the unit normal of the facet opposite to a vertex of an element, which points away from this vertex.
+fn outward_normal(mesh: &Simplices<'_>, element: usize, opposite: usize) -> [f64; 3] {
+    let corners = mesh.corners(element);
+    let inner = corners[opposite];
+    let others: Vec<_> = (0..corners.len())
+        .filter(|&k| k != opposite)
+        .map(|k| corners[k])
+        .collect();
+    let a = minus(others[1], others[0]);
+    let normal = match others.get(2) {
+        None => [a[1], -a[0], 0.0],
+        Some(&third) => {
+            let b = minus(third, others[0]);
+            std::array::from_fn(|i| {
+                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+                a[j] * b[k] - a[k] * b[j]
+            })
+        }
+    };
+    let toward = dot(normal, minus(others[0], inner));
+    let length = dot(normal, normal).sqrt().copysign(toward);
+    normal.map(|x| x / length)
+}

@@ -1,0 +1,132 @@
+//! Groups that a scene selects by position or direction.
+
+use myovib_fem::{self as fem, Mesh};
+
+use super::builder::Builder;
+use crate::InputError;
+use crate::scene_file::group::{Group, Members, Place};
+
+/// Distance from a box, sphere or plane within which a vertex belongs to it, as a fraction of the mesh's largest extent: mesh
+/// generators place vertices on surfaces up to rounding and solver tolerances.
+const TOLERANCE: f64 = 1e-6;
+
+impl Builder<'_> {
+    /// Returns the mesh with a group added.
+    pub(super) fn with_group(
+        &self,
+        mesh: &Mesh,
+        group: &Group,
+        path: &str,
+    ) -> Result<Mesh, InputError> {
+        if group.name.is_empty() {
+            let error =
+                InputError::new("a group needs a name, by which loads and supports refer to it");
+            return Err(self.wrong(&format!("{path}.name"), error));
+        }
+        if mesh.groups().contains_key(&group.name) {
+            let error = InputError::new(format!("the mesh has a group `{}` already", group.name));
+            return Err(self.wrong(&format!("{path}.name"), error));
+        }
+        let selected = self.select(mesh, group, path)?;
+        if selected.is_empty() {
+            let (min, max) = extent(mesh);
+            let error = InputError::new(format!("the group `{}` has no members", group.name))
+                .found(format!("a mesh from {min:?} to {max:?} m"))
+                .next("move or widen the place of the group");
+            return Err(self.wrong(path, error));
+        }
+        let mut groups = mesh.groups().clone();
+        groups.insert(group.name.clone(), selected);
+        self.at(path, mesh.with_groups(groups))
+    }
+
+    fn select(&self, mesh: &Mesh, group: &Group, path: &str) -> Result<fem::Group, InputError> {
+        let vector = |key: &str, values: &[f64]| {
+            if values.len() == mesh.dimension() {
+                return Ok(());
+            }
+            let error = InputError::new(format!(
+                "a vector of this mesh needs {} numbers",
+                mesh.dimension()
+            ));
+            Err(self.wrong(&format!("{path}.{key}"), error.found(format!("{values:?}"))))
+        };
+        let direction = |key: &str, values: &[f64]| {
+            vector(key, values)?;
+            let length = dot(values, values).sqrt();
+            if length > 0.0 && length.is_finite() {
+                return Ok(values.iter().map(|x| x / length).collect::<Vec<f64>>());
+            }
+            let error = InputError::new("a direction needs a length");
+            Err(self.wrong(&format!("{path}.{key}"), error.found(format!("{values:?}"))))
+        };
+        let (lowest, highest) = extent(mesh);
+        let sizes = lowest.iter().zip(&highest).map(|(a, b)| b - a);
+        let tolerance = TOLERANCE * sizes.fold(0.0, f64::max);
+        let is_inside: Box<dyn Fn(&[f64]) -> bool> = match &group.place {
+            Place::Box { min, max } => {
+                vector("min", min)?;
+                vector("max", max)?;
+                Box::new(move |x| {
+                    let within = |((x, min), max): ((&f64, &f64), &f64)| {
+                        min - tolerance <= *x && *x <= max + tolerance
+                    };
+                    x.iter().zip(min).zip(max).all(within)
+                })
+            }
+            Place::Sphere { center, radius } => {
+                vector("center", center)?;
+                Box::new(move |x| {
+                    let squares = x.iter().zip(center).map(|(x, c)| (x - c).powi(2));
+                    squares.sum::<f64>().sqrt() <= radius + tolerance
+                })
+            }
+            Place::Plane { point, normal } => {
+                vector("point", point)?;
+                let normal = direction("normal", normal)?;
+                let offset = dot(&normal, point);
+                Box::new(move |x| (dot(&normal, x) - offset).abs() <= tolerance)
+            }
+            Place::Direction {
+                direction: d,
+                angle,
+            } => {
+                let d = direction("direction", d)?;
+                if group.members != Members::Boundary {
+                    let error = InputError::new("a direction selects members of the boundary")
+                        .allowed("members = \"boundary\"");
+                    return Err(self.wrong(&format!("{path}.members"), error));
+                }
+                let least = angle.to_radians().cos();
+                return Ok(mesh.boundary_where(|_, normal| dot(normal, &d) >= least));
+            }
+        };
+        Ok(match group.members {
+            Members::Boundary => {
+                mesh.boundary_where(|points, _| points.iter().all(|x| is_inside(x)))
+            }
+            Members::Points => mesh.points_where(is_inside),
+            Members::Elements => mesh.elements_where(is_inside),
+        })
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Returns the smallest and largest coordinates of the vertices.
+fn extent(mesh: &Mesh) -> (Vec<f64>, Vec<f64>) {
+    let along = |axis: usize| {
+        mesh.coordinates()
+            .iter()
+            .skip(axis)
+            .step_by(mesh.dimension())
+    };
+    let axes = 0..mesh.dimension();
+    let min = axes
+        .clone()
+        .map(|axis| along(axis).copied().fold(f64::INFINITY, f64::min));
+    let max = axes.map(|axis| along(axis).copied().fold(f64::NEG_INFINITY, f64::max));
+    (min.collect(), max.collect())
+}

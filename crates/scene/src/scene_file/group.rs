@@ -1,0 +1,79 @@
+//! Groups selected by position or direction.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Group of a mesh, selected by position or direction. Coordinates are in m; a member belongs to a box, sphere or plane if all
+/// of its vertices do.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Group {
+    /// Name of the new group.
+    #[schemars(length(min = 1))]
+    pub name: String,
+    /// Type of the members.
+    #[serde(default)]
+    pub members: Members,
+    /// Place of the members.
+    #[serde(flatten)]
+    pub place: Place,
+}
+
+/// Type of the members of a group.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Members {
+    /// Edges of the boundary of a plane mesh, faces of that of a mesh in space.
+    #[default]
+    Boundary,
+    /// Vertices.
+    Points,
+    /// Triangles or tetrahedra.
+    Elements,
+}
+
+/// Place of the members of a group.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "type", rename_all = "kebab-case")]
+pub enum Place {
+    /// A box parallel to the axes.
+    Box {
+        /// Smallest coordinates, m.
+        #[schemars(length(min = 2, max = 3))]
+        min: Vec<f64>,
+        /// Largest coordinates, m.
+        #[schemars(length(min = 2, max = 3))]
+        max: Vec<f64>,
+    },
+    /// A circle or sphere.
+    Sphere {
+        /// Center, m.
+        #[schemars(length(min = 2, max = 3))]
+        center: Vec<f64>,
+        /// Radius, m.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        radius: f64,
+    },
+    /// A line or plane, within 1e-6 of the size of the mesh.
+    Plane {
+        /// Point of the plane, m.
+        #[schemars(length(min = 2, max = 3))]
+        point: Vec<f64>,
+        /// Normal of the plane, of any length.
+        #[schemars(length(min = 2, max = 3))]
+        normal: Vec<f64>,
+    },
+    /// The boundary where the outward normal has a direction.
+    Direction {
+        /// Direction, of any length.
+        #[schemars(length(min = 2, max = 3))]
+        direction: Vec<f64>,
+        /// Largest angle between normal and direction, degrees.
+        #[serde(default = "angle")]
+        #[schemars(extend("exclusiveMinimum" = 0), range(max = 180))]
+        angle: f64,
+    },
+}
+
+fn angle() -> f64 {
+    30.0
+}

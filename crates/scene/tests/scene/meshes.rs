@@ -1,0 +1,129 @@
+//! Meshes of other versions and units, and groups selected by position and direction.
+
+use std::path::Path;
+
+use myovib_scene::run::{RunOptions, compute};
+use myovib_scene::{InputError, Scene};
+
+/// A block of 2 x 1 x 1 m held on the left, pulled on the right.
+const BLOCK: &str = "analysis = \"static\"
+[mesh]
+type = \"box\"
+size = [2.0, 1.0, 1.0]
+cells = [3, 2, 2]
+[solid]
+bulk_modulus = 1e5
+[[material]]
+law = \"neo-hooke\"
+density = 1e3
+shear_modulus = 1e4
+[[fixed]]
+group = \"left\"
+[[traction]]
+group = \"right\"
+x = 100.0
+[[probe]]
+name = \"tip\"
+type = \"point\"
+at = [2.0, 1.0, 1.0]
+";
+
+fn build(text: &str) -> Result<Scene, InputError> {
+    Scene::build("scene.toml", text, &[], Path::new(""))
+}
+
+/// Returns the displacement u_x of the probe `tip`.
+fn tip(text: &str) -> f64 {
+    let out = tempfile::tempdir().unwrap();
+    let run = compute(&build(text).unwrap(), &RunOptions::into_folder(out.path())).unwrap();
+    run.document["results"]["tip"]["u_x"].as_f64().unwrap()
+}
+
+/// Replaces the group of the traction by one that the scene selects.
+fn pulled_at(group: &str) -> String {
+    BLOCK.replace("group = \"right\"", "group = \"end\"") + "[[group]]\nname = \"end\"\n" + group
+}
+
+#[test]
+fn a_selected_face_is_that_of_the_mesh() {
+    let of_mesh = tip(BLOCK);
+    for place in [
+        "type = \"plane\"\npoint = [2.0, 0.0, 0.0]\nnormal = [-3.0, 0.0, 0.0]\n",
+        "type = \"direction\"\ndirection = [1.0, 0.2, 0.0]\n",
+        "type = \"box\"\nmin = [1.9, -1.0, -1.0]\nmax = [2.1, 2.0, 2.0]\n",
+        "type = \"box\"\nmin = [2.0, 0.0, 0.0]\nmax = [2.0, 1.0, 1.0]\n",
+        // The corners of the face are 0.7071 m from its center.
+        "type = \"sphere\"\ncenter = [2.0, 0.5, 0.5]\nradius = 0.7072\n",
+    ] {
+        let selected = tip(&pulled_at(place));
+        // The loads are summed in another order; the static solution is converged to about 1e-10.
+        assert!(
+            (selected / of_mesh - 1.0).abs() < 1e-9,
+            "{place}: {selected} instead of {of_mesh}"
+        );
+    }
+}
+
+#[test]
+fn elements_are_selected() {
+    let elements = "[[group]]\nname = \"core\"\nmembers = \"elements\"\ntype = \"sphere\"\n\
+                    center = [1.0, 0.5, 0.5]\nradius = 9.0\n";
+    let text = BLOCK.replace("density", "group = \"core\"\ndensity") + elements;
+    assert_eq!(tip(&text), tip(BLOCK));
+}
+
+/// Each error shows the line of the scene that has the mistake.
+#[test]
+fn groups_that_make_no_sense_are_located() {
+    for (group, line) in [
+        (
+            "type = \"plane\"\npoint = [0.0, 0.0]\nnormal = [1.0, 0.0, 0.0]\n",
+            "point = [0.0, 0.0]",
+        ),
+        (
+            "type = \"plane\"\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 0.0, 0.0]\n",
+            "normal = [0.0, 0.0, 0.0]",
+        ),
+        (
+            "type = \"sphere\"\ncenter = [9.0, 9.0, 9.0]\nradius = 1.0\n",
+            "[[group]]",
+        ),
+        (
+            "members = \"points\"\ntype = \"direction\"\ndirection = [1.0, 0.0, 0.0]\n",
+            "members = \"points\"",
+        ),
+    ] {
+        let error = build(&pulled_at(group)).unwrap_err().to_string();
+        assert!(error.contains(&format!(" | {line}")), "{error}");
+    }
+    let taken = "[[group]]\nname = \"left\"\ntype = \"direction\"\ndirection = [1, 0, 0]\n";
+    let error = build(&(BLOCK.to_owned() + taken)).unwrap_err().to_string();
+    assert!(error.contains(" | name = \"left\""), "{error}");
+}
+
+#[test]
+fn a_mesh_in_millimeters_is_scaled() {
+    let in_mm = BLOCK.replace(
+        "size = [2.0, 1.0, 1.0]",
+        "size = [2000.0, 1000.0, 1000.0]\nscale = 1e-3",
+    );
+    // Coordinates differ by rounding.
+    assert!((tip(&in_mm) / tip(BLOCK) - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn files_of_gmsh_in_all_versions_deflect_alike() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../fem/tests/data");
+    let deflection = |format: &str| {
+        let file = format!("type = \"file\"\npath = \"{folder}/block-{format}.msh\"");
+        tip(&BLOCK.replace(
+            "type = \"box\"\nsize = [2.0, 1.0, 1.0]\ncells = [3, 2, 2]",
+            &file,
+        ))
+    };
+    let ascii = deflection("4.1-ascii");
+    for format in ["4.1-binary", "2.2-ascii", "2.2-binary"] {
+        // Gmsh rounds coordinates in text to 16 digits.
+        assert!((deflection(format) / ascii - 1.0).abs() < 1e-9, "{format}");
+    }
+}
