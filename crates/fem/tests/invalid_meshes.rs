@@ -160,9 +160,9 @@ fn around(point: [f64; 3]) -> String {
 
 #[test]
 fn inverted_tetrahedra_are_rejected() {
-    let mesh = Mesh::parse_msh(&around([0.2; 3]), "m.msh").expect("a valid mesh");
+    let mesh = Mesh::parse_msh(around([0.2; 3]), "m.msh").expect("a valid mesh");
     assert_eq!(mesh.n_elements(), 4);
-    let defect = defect_of(Mesh::parse_msh(&around([0.6; 3]), "m.msh"));
+    let defect = defect_of(Mesh::parse_msh(around([0.6; 3]), "m.msh"));
     assert_eq!(defect.kind, DefectKind::SameSide { inverted: true });
     assert_eq!(defect.elements.last(), Some(&ElementName::Tag(4)));
 }
@@ -196,7 +196,7 @@ fn six_nodes(midside: [f64; 2]) -> Result<Mesh, FemError> {
         [0.5, 0.5, 0.0],
         [0.0, 0.5, 0.0],
     ];
-    Mesh::parse_msh(&quadratic(9, 2, &nodes), "m.msh")
+    Mesh::parse_msh(quadratic(9, 2, &nodes), "m.msh")
 }
 
 /// Nodal data at midside nodes are ignored and noted.
@@ -213,7 +213,7 @@ fn field_values_off_the_vertices_are_noted() {
     let notes = |given: usize| {
         let values: String = (1..=given).map(|tag| format!("{tag} 1 0 0\n")).collect();
         let data = format!("$NodeData\n1\n\"f0\"\n1\n0\n3\n0\n3\n{given}\n{values}$EndNodeData\n");
-        let mesh = Mesh::parse_msh(&(quadratic(9, 2, &nodes) + &data), "m.msh").unwrap();
+        let mesh = Mesh::parse_msh(quadratic(9, 2, &nodes) + &data, "m.msh").unwrap();
         mesh.notes().to_vec()
     };
     assert_eq!(notes(3), []);
@@ -244,7 +244,7 @@ fn ten_nodes(midside: [f64; 3], mirrored: bool) -> Result<Mesh, FemError> {
             nodes.swap(a, b);
         }
     }
-    Mesh::parse_msh(&quadratic(11, 3, &nodes), "m.msh")
+    Mesh::parse_msh(quadratic(11, 3, &nodes), "m.msh")
 }
 
 /// If the midside node is at parameter s in [0, 1] of a straight edge, the derivative of the map at

@@ -95,7 +95,7 @@ fn a_square_is_read_with_its_groups() {
     assert_eq!(known, ["body", "corner", "left side"]);
     assert_eq!(
         mesh,
-        Mesh::parse_msh(&SQUARE.replace('\n', "\r\n"), "dos").unwrap()
+        Mesh::parse_msh(SQUARE.replace('\n', "\r\n"), "dos").unwrap()
     );
 }
 
@@ -175,7 +175,7 @@ fn invalid_entries_are_reported_with_their_line() {
 fn a_plane_mesh_may_have_rounded_and_unused_nodes_off_its_plane() {
     let plane = Mesh::parse_msh(SQUARE, "square.msh").unwrap();
     for (from, to) in [("9 9 0", "9 9 1"), ("1 1 0\n0 1 0", "1 1 -1e-17\n0 1 0")] {
-        let mesh = Mesh::parse_msh(&SQUARE.replacen(from, to, 1), "square.msh").unwrap();
+        let mesh = Mesh::parse_msh(SQUARE.replacen(from, to, 1), "square.msh").unwrap();
         assert_eq!(mesh.points::<2>(), plane.points::<2>());
     }
 }
@@ -294,7 +294,7 @@ fn corrupt_words_do_not_panic() {
             let replaced = format!("{junk}{}", &words[index][words[index].trim_end().len()..]);
             damaged[index] = &replaced;
             // Either result is valid; the parser must not panic.
-            let _ = Mesh::parse_msh(&damaged.concat(), "damaged");
+            let _ = Mesh::parse_msh(damaged.concat(), "damaged");
         }
     }
 }

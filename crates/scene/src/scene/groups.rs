@@ -10,6 +10,9 @@ use crate::scene_file::group::{Group, Members, Place};
 /// generators place vertices on surfaces up to rounding and solver tolerances.
 const TOLERANCE: f64 = 1e-6;
 
+/// Condition on the coordinates of a vertex.
+type Condition<'a> = Box<dyn Fn(&[f64]) -> bool + 'a>;
+
 impl Builder<'_> {
     /// Returns the mesh with a group added.
     pub(super) fn with_group(
@@ -63,7 +66,7 @@ impl Builder<'_> {
         let (lowest, highest) = extent(mesh);
         let sizes = lowest.iter().zip(&highest).map(|(a, b)| b - a);
         let tolerance = TOLERANCE * sizes.fold(0.0, f64::max);
-        let is_inside: Box<dyn Fn(&[f64]) -> bool> = match &group.place {
+        let is_inside: Condition<'_> = match &group.place {
             Place::Box { min, max } => {
                 vector("min", min)?;
                 vector("max", max)?;

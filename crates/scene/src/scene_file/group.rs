@@ -22,7 +22,7 @@ pub struct Group {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Members {
-    /// Edges of the boundary of a plane mesh, faces of that of a mesh in space.
+    /// Edges on the boundary of a plane mesh, faces on the boundary of a mesh in space.
     #[default]
     Boundary,
     /// Vertices.

@@ -39,7 +39,7 @@ fn tip(text: &str) -> f64 {
     run.document["results"]["tip"]["u_x"].as_f64().unwrap()
 }
 
-/// Replaces the group of the traction by one that the scene selects.
+/// Replaces the group of the traction by a selected group.
 fn pulled_at(group: &str) -> String {
     BLOCK.replace("group = \"right\"", "group = \"end\"") + "[[group]]\nname = \"end\"\n" + group
 }

@@ -24,7 +24,7 @@ impl Mesh {
     /// Reads a Gmsh file.
     ///
     /// # Errors
-    /// [`FemError::Io`] and those of [`Mesh::parse_msh`].
+    /// [`FemError::Io`], or an error of [`Mesh::parse_msh`].
     pub fn read_msh(path: impl AsRef<Path>) -> Result<Self, FemError> {
         let path = path.as_ref();
         let content = std::fs::read(path).map_err(|source| FemError::Io {

@@ -18,7 +18,7 @@ impl MshFile {
 
     /// Reads elements: tag, type, number of tags, tags (physical group, entity, partitions), nodes.
     ///
-    /// Gmsh lists an element once for each of its physical groups. Here it has an entity of its own, with these groups.
+    /// Gmsh lists an element once for each of its physical groups. Here it becomes a separate entity in these groups.
     pub(super) fn elements_2(&mut self, lines: &mut Lines<'_>) -> Result<(), MshProblem> {
         let count: usize = number(&mut lines.words("a count")?, "a count of elements")?;
         let mut entities: HashMap<Vec<usize>, i64> = HashMap::new();
