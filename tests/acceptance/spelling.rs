@@ -48,8 +48,6 @@ const EXCEPTIONS: &[(&str, &str)] = &[
     ("characteristics", ""),
     ("optimism", ""),
     ("optimistic", ""),
-    // Titles of cited papers.
-    ("modelling", "docs/src/materials.md"),
     // Old keys of scenes, and this list.
     ("", "crates/scene/src/scene_file/renamed.rs"),
     ("", "tests/acceptance/spelling.rs"),

@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 use super::kind::{Kind, Objection, Reading, Systems, Wrong, at};
 use super::places::{Places, displacement_and_pressure};
 
-/// Averages over a group, weighted by undeformed length, area or volume.
+/// Averages over a group, weighted by undeformed size.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Average {
-    /// Group of boundary facets or of elements.
+    /// Group of boundary or elements.
     pub group: String,
     /// Quantities to write.
     #[serde(default = "displacement_and_pressure")]

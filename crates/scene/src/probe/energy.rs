@@ -8,8 +8,7 @@ use super::balance::EnergyBalance;
 use super::kind::{Kind, Reading, Systems};
 use crate::run::system::System;
 
-/// Kinetic energy, elastic energy, work of the loads and dissipation, J; in the plane J per m of
-/// depth.
+/// Kinetic and elastic energy, work of the loads, dissipation and imbalance, J; in the plane J/m.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Energy {}

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::kind::{Kind, Objection, Reading, Systems, Wrong, at};
 use super::places::{Places, displacement_and_pressure};
 
-/// Values at equidistant points of a line. Columns are numbered from 0.
+/// Values at equidistant points of a line, numbered from 0.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Line {

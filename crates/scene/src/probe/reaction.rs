@@ -12,7 +12,7 @@ use super::kind::{HarmonicMotion, HarmonicReading, Kind, Objection, Reading, Sys
 use crate::InputError;
 use crate::run::system::{System, muscle_of};
 
-/// Total force of a support on the body, N; in the plane N per m of depth.
+/// Force of a support on the body, N; in the plane N/m.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Reaction {

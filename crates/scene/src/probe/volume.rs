@@ -12,15 +12,13 @@ use crate::run::system::{System, muscle_of};
 use crate::scene::axis_index as index;
 use crate::scene_file::solid::Axis;
 
-/// Volume enclosed by a connected group of the boundary, m³; in the plane m². An opening is closed by
-/// a cone with its apex at the center of the rim.
+/// Volume inside a connected group of the boundary, m³; in the plane m². A cone to the center of the rim closes an opening.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Volume {
-    /// Group of boundary facets.
+    /// Group of the boundary.
     pub group: String,
-    /// Axes across which the model ends at a plane of symmetry, where nodes of the rim are held along that axis. The
-    /// volume is that of the modeled part: times 4 for a quarter. An empty list closes openings as if there were none.
+    /// Axes across planes of symmetry on which the rim is held; `[]` closes openings instead. Only the modeled part counts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub symmetry: Option<Vec<Axis>>,
 }

@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::feedback::rest_amplitude;
 use super::function::Function;
 
-/// Active stress along the fibers, added to the stress of the law: `S = T g(λ) h(λ̇) f0⊗f0` with the
-/// tension T and the fiber stretch λ.
+/// Adds `S = T g(λ) h(λ̇) f0⊗f0` to the stress of the law, with tension T and fiber stretch λ.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Active {
     /// Source of the tension T.
@@ -29,23 +28,22 @@ pub struct Active {
 pub enum Tension {
     /// Prescribed function of time.
     Given {
-        /// Tension T, Pa; never negative, and 0 at t = 0 if the motion starts at rest.
+        /// Tension T ≥ 0, Pa; 0 at t = 0 if the motion starts at rest.
         tension: Function,
     },
-    /// Coherence of a chain: `T = at_zero_coherence + (at_full_coherence - at_zero_coherence) S`. S is |χ|², smoothed
-    /// near rest. A chain at a point sets the tension of the material; chains in elements set the
-    /// tension of their elements.
+    /// `T = at_zero_coherence + (at_full_coherence - at_zero_coherence) S`, with S = |χ|² of a chain, smoothed near rest.
+    /// Chains in elements act on their elements.
     Coherence {
         /// Name of the chain.
         chain: String,
-        /// Tension without coherence or at rest, Pa; nonzero only if the motion starts in equilibrium.
+        /// Tension without coherence or at rest, Pa; nonzero requires a start in equilibrium.
         #[serde(default)]
         #[schemars(range(min = 0))]
         at_zero_coherence: f64,
         /// Tension at full coherence, Pa.
         #[schemars(range(min = 0))]
         at_full_coherence: f64,
-        /// Amplitude below which an oscillator counts as at rest.
+        /// Amplitude of an oscillator at rest.
         #[serde(default = "rest_amplitude")]
         #[schemars(extend("exclusiveMinimum" = 0))]
         rest_amplitude: f64,
@@ -102,10 +100,10 @@ fn width() -> f64 {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stress {
-    /// Second Piola–Kirchhoff stress; the force per undeformed area is λ T.
+    /// The force per undeformed area is λ T.
     #[default]
     SecondPiolaKirchhoff,
-    /// Nominal stress; the force per undeformed area is T.
+    /// The force per undeformed area is T.
     Nominal,
 }
 
@@ -154,11 +152,10 @@ impl From<&ForceLength> for material::ForceLength {
     }
 }
 
-/// Force–velocity factor h of Hill: `(1 + s)/(1 - s/a)` with s = λ̇/v_max for shortening (-1 ≤ s ≤ 0);
-/// it tends to the plateau for lengthening.
+/// Hill's factor `(1 + s)/(1 - s/a)`, s = λ̇/v_max, for shortening; tends to the plateau for lengthening.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ForceVelocity {
-    /// Maximum rate of shortening, without force, 1/s.
+    /// Rate of shortening without force, 1/s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub v_max: f64,
     /// Curvature a.

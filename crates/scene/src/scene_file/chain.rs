@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::function::{Function, Shape};
 use super::response::Amplitude;
 
-/// The damped elastic rod of the paper's section 3.1. Quantities are dimensionless.
+/// Damped elastic rod of the paper's section 3.1, dimensionless.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Rod {
@@ -36,7 +36,7 @@ pub struct Rod {
     pub load_type: RodLoadType,
     /// Load τ(t) at the right end.
     pub load: Function,
-    /// Amplitude of τ in a response.
+    /// Harmonic part of τ in a response.
     pub response: Option<Amplitude>,
 }
 
@@ -72,19 +72,19 @@ impl Default for Rod {
     }
 }
 
-/// A chain of van der Pol oscillators (22), (24), driven by the displacement of the body.
+/// Van der Pol oscillators (22), (24), driven by the displacement of the body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Chain {
-    /// Name of the chain in output and feedback.
+    /// Name in output and feedback.
     pub name: String,
-    /// Number of oscillators N.
+    /// Number N.
     #[schemars(range(min = 1, max = 1_000_000))]
     pub oscillators: usize,
     /// Center of the natural frequencies, Hz.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub frequency: f64,
-    /// Half width of the interval of natural frequencies, Hz.
+    /// Half width of their interval, Hz.
     #[schemars(range(min = 0))]
     pub frequency_spread: f64,
     /// Random number generator of the frequencies.
@@ -103,17 +103,15 @@ pub struct Chain {
     pub driven: DrivenName,
     /// Gain γ of the forcing γ d·u, 1/s² per m.
     pub gain: f64,
-    /// Location whose displacement drives the chain: a point in m, or a position on the rod. A list of
-    /// points, a grid, or the elements or vertices of a group create one chain each [default: not
-    /// driven].
+    /// Location of the driving displacement: a point in m, or a position on the rod [default: not driven]. A list, a grid,
+    /// and elements or vertices of a group create one chain each.
     pub at: Option<Place>,
-    /// Direction d of the displacement d·u that drives the chain.
+    /// Direction d of the driving displacement d·u.
     pub component: Component,
-    /// Radius, m; if given, the coherence |χ| of all oscillators within this distance of each location
-    /// is written as a field.
+    /// Radius, m, of the neighborhood of each location whose coherence |χ| is written as a field.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub coherence_radius: Option<f64>,
-    /// Initial position of all oscillators; the initial velocity is 0.
+    /// Initial position of all oscillators, at rest.
     pub initial: f64,
 }
 
@@ -193,7 +191,7 @@ pub enum ComponentName {
     X,
     /// Second coordinate.
     Y,
-    /// Third coordinate, in space.
+    /// Third coordinate.
     Z,
     /// Local fiber direction.
     Fiber,
@@ -203,7 +201,7 @@ pub enum ComponentName {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum GeneratorName {
-    /// MT19937 with 53-bit doubles, as in MATLAB's `rand`.
+    /// MT19937, as MATLAB's `rand`.
     Matlab,
     /// ChaCha with 8 rounds.
     ChaCha8,
@@ -215,7 +213,7 @@ pub enum GeneratorName {
 pub enum EndsName {
     /// A ring.
     Periodic,
-    /// First and last oscillator have one neighbor.
+    /// The ends have one neighbor.
     Open,
 }
 

@@ -3,15 +3,14 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Effect of a chain on the stiffness. The factor
-/// `at_full_coherence + (at_zero_coherence - at_full_coherence) (1 - S)` multiplies all moduli except κ. S is |χ|²,
-/// smoothed near rest.
+/// Multiplies all moduli except κ by `at_full_coherence + (at_zero_coherence - at_full_coherence) (1 - S)`, with S = |χ|²
+/// of a chain, smoothed near rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Feedback {
-    /// Name of the chain. Chains in elements act on their elements.
+    /// Name of the chain; chains in elements act on their elements.
     pub chain: String,
-    /// Group of elements where it acts [default: all]. Without groups, each point blends all feedbacks,
-    /// weighted by the inverse squared distance to their chains.
+    /// Group of elements [default: all, where several feedbacks are blended by the inverse squared distance to their
+    /// chains].
     pub group: Option<String>,
     /// Factor without coherence or at rest.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -20,7 +19,7 @@ pub struct Feedback {
     #[serde(default = "one")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub at_full_coherence: f64,
-    /// Amplitude below which an oscillator counts as at rest.
+    /// Amplitude of an oscillator at rest.
     #[serde(default = "rest_amplitude")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rest_amplitude: f64,

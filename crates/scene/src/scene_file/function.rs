@@ -6,12 +6,11 @@ use myovib_model::formula::Formula;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
-/// A function of time: a number (constant in time) or a table with a `type`. Its values have the
-/// unit of the key that it is given for.
+/// A number, constant in time, or a table with a `type`. Values have the unit of the key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Function {
-    /// The same value at all times.
+    /// Constant value.
     Constant(f64),
     /// A value that varies in time.
     Shape(Shape),
@@ -51,14 +50,14 @@ impl JsonSchema for Shape {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum Composed {
-    /// Measured values from a CSV file, interpolated. The times must cover the run.
+    /// Measured values, interpolated; the times must cover the run.
     Table {
-        /// CSV file with a header, relative to the scene.
+        /// CSV file with header, relative to the scene.
         file: PathBuf,
-        /// Name of the column of times, s; the times must increase.
+        /// Column of increasing times, s.
         #[serde(default = "time_column")]
         time: String,
-        /// Name of the column of values.
+        /// Column of values.
         column: String,
         /// Interpolation between the rows.
         #[serde(default)]
@@ -82,12 +81,12 @@ pub enum Composed {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Interpolation {
-    /// Straight lines. Time steps end at each kink; not for displacements, whose slope must not jump.
+    /// Straight lines; steps end at each kink. Not for displacements.
     #[default]
     Linear,
-    /// Monotone cubic (PCHIP): a continuous slope, and no value beyond the rows.
+    /// Monotone cubic: no value beyond the rows.
     Pchip,
-    /// Natural cubic spline, the most accurate for smooth and closely sampled data; it may overshoot the rows.
+    /// Natural cubic spline, most accurate for smooth data; may overshoot.
     Spline,
 }
 

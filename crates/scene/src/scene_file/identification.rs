@@ -3,16 +3,15 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A scene value to differentiate with respect to (`myovib sensitivity`) or to fit (`myovib fit`).
+/// Value of the scene to differentiate with respect to, or to fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Parameter {
-    /// Key of the value, for example `material[0].c10`. The parameter of `solid.bulk_modulus` is 1/κ in
-    /// 1/Pa, so that `inf` is 0.
+    /// Key of the value; for `solid.bulk_modulus` the parameter is 1/κ, so that `inf` is 0.
     #[schemars(length(min = 1))]
     pub key: String,
     /// Starting value of a fit [default: the value in the scene].
     pub start: Option<f64>,
-    /// Typical size [default: the size of the value]; required if the value is 0.
+    /// Typical size [default: the value]; required if it is 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub scale: Option<f64>,
     /// Lower bound of a fit.
@@ -21,7 +20,7 @@ pub struct Parameter {
     pub high: Option<f64>,
 }
 
-/// A measured column of a probe. Without outputs, all columns are used as `PROBE.COLUMN`.
+/// Measured column of a probe [default: all, named `PROBE.COLUMN`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Output {
     /// Column name in the data, or `observableId`.
@@ -29,9 +28,9 @@ pub struct Output {
     pub name: String,
     /// Name of the probe.
     pub probe: String,
-    /// Column of the probe's CSV file, for example `u_y`.
+    /// Column of the probe's table.
     pub column: String,
-    /// Standard deviation of a measurement, in the unit of the column; the data may override it.
+    /// Standard deviation of a measurement, in the column's unit; the data may override it.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub noise: Option<f64>,
 }

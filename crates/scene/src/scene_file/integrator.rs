@@ -4,8 +4,7 @@ use myovib_model::IntegratorKind;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Method and tolerances of the time integration. The defaults give three correct digits of
-/// displacements and pressures.
+/// Time integration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Integrator {
@@ -17,23 +16,21 @@ pub struct Integrator {
     pub rtol: f64,
     /// Absolute tolerances of the body.
     pub atol: Atol,
-    /// Tolerances of rod and chain.
+    /// Tolerances of rod and oscillators.
     pub oscillators: OscillatorTolerances,
     /// Local error test.
     pub error_test: ErrorTest,
-    /// Weights of multipliers in the error test (BDF, body without chains).
+    /// Weights of multipliers in the error test (BDF, without chains).
     pub multiplier_weights: MultiplierWeightsName,
-    /// Highest order of BDF; use 2 for undamped modes [default: 2 with a body, otherwise 5].
+    /// Highest order of BDF; above 2 only with damping [default: 2 with a body, otherwise 5].
     pub max_order: Option<MaxOrder>,
-    /// First step, s [default: an estimate, at most 0.08 of the shortest period or rise time of loads and
-    /// oscillators].
+    /// First step, s [default: estimated].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub initial_step: Option<f64>,
     /// Largest step, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_step: Option<f64>,
-    /// Time between projections onto the volume constraint, s; they remove the drift of `velocity` (BDF,
-    /// body without chains).
+    /// Time, s, between projections onto the volume constraint, which remove the drift of `velocity` (BDF, without chains).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub projection_interval: Option<f64>,
     /// Maximum number of steps.
@@ -42,9 +39,9 @@ pub struct Integrator {
     /// Maximum CPU time, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_cpu: Option<f64>,
-    /// Column ordering of the full matrix [default: depends on the formulation].
+    /// Column ordering of the full matrix [default: by formulation].
     pub ordering: Option<OrderingName>,
-    /// Use KLU's block triangular form. Not recommended: pivots degrade.
+    /// KLU's block triangular form; not recommended, pivots degrade.
     pub btf: bool,
 }
 
@@ -75,7 +72,7 @@ impl Default for Integrator {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
-    /// Variable-order BDF (IDAS).
+    /// BDF of variable order (IDAS).
     Bdf,
     /// Radau IIA, order 5.
     Radau5,
@@ -165,7 +162,7 @@ impl JsonSchema for MaxOrder {
     }
 }
 
-/// Absolute tolerances of the blocks of unknowns. By default they are proportional to `rtol`.
+/// Absolute tolerances of the unknowns.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Atol {
@@ -178,12 +175,12 @@ pub struct Atol {
     /// Pressure, Pa [default: 1e2 rtol].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub p: Option<f64>,
-    /// Pressure rate of `rate`, Pa/s, or second multiplier of `stabilized` [default: 5e3 rtol].
+    /// Pressure rate of `rate`, Pa/s, or multiplier of `stabilized` [default: 5e3 rtol].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub p_rate: Option<f64>,
 }
 
-/// Tolerances of rod and oscillators. They are tight because the response starts near 2e-5.
+/// Tolerances of rod and oscillators.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct OscillatorTolerances {
@@ -194,7 +191,7 @@ pub struct OscillatorTolerances {
     /// Absolute tolerance.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub atol: f64,
-    /// Include the oscillators in the error test.
+    /// Test the error of oscillators.
     pub in_error_test: bool,
 }
 
@@ -212,7 +209,7 @@ impl Default for OscillatorTolerances {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct ErrorTest {
-    /// Excluded blocks of unknowns [default: none with Radau IIA; `p` and `p_rate` with BDF].
+    /// Excluded unknowns [default: none with Radau IIA; `p` and `p_rate` with BDF].
     pub exclude: Option<Vec<Block>>,
 }
 
@@ -220,13 +217,13 @@ pub struct ErrorTest {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Block {
-    /// Displacement of the nodes.
+    /// Displacement.
     U,
-    /// Velocity of the nodes.
+    /// Velocity.
     V,
     /// Pressure.
     P,
-    /// Pressure rate of `rate`, or second multiplier of `stabilized`.
+    /// Pressure rate of `rate`, or multiplier of `stabilized`.
     PRate,
 }
 
@@ -248,8 +245,8 @@ impl Block {
 pub enum MultiplierWeightsName {
     /// The tolerances.
     Plain,
-    /// The tolerances divided by (Ωh)^(i−1), with the index i of the multiplier, the angular frequency Ω
-    /// of the load and the step h. Use it to keep multipliers of index 2 and 3 in the error test.
+    /// The tolerances divided by (Ωh)^(i−1), with index i, angular frequency Ω of the load and step h; for multipliers of
+    /// index 2 and 3.
     StepScaled,
 }
 

@@ -25,7 +25,7 @@ const NEO_HOOKE_CONSTANTS: &[Parameter] = &[Parameter::new(
     "Shear modulus ζ",
 )];
 
-/// A material law and its constants on a group of elements.
+/// Law and constants of a group of elements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Material {
     /// Group of elements [default: all].
@@ -33,34 +33,29 @@ pub struct Material {
     /// Mass density ρ, kg/m³.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub density: f64,
-    /// Factor of the stress of the law.
+    /// Factor of the law's stress.
     #[serde(default = "one")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub stress_scale: f64,
     /// Direction of the fibers.
     pub fiber: Option<Direction>,
-    /// Direction of the sheets; only the component normal to the fibers is used. Required by laws with
-    /// sheets.
+    /// Direction of the sheets, made normal to the fibers.
     pub sheet: Option<Direction>,
     /// Active tension along the fibers.
     pub active: Option<Active>,
-    /// Kelvin–Voigt viscosity η, Pa·s; adds the second Piola–Kirchhoff stress `η Ė`.
+    /// Kelvin–Voigt viscosity η, Pa·s: second Piola–Kirchhoff stress `η Ė`.
     #[schemars(range(min = 0))]
     pub viscosity: Option<f64>,
-    /// Prony series of stress relaxation. The constants of the law describe the long-term response.
-    /// Each term adds a stress H with `Ḣ + H/τ = g Ṡ`, where S is the stress of the law without the
-    /// pressure.
+    /// Prony series of stress relaxation.
     pub prony: Option<Vec<PronyTerm>>,
-    /// Springpot (fractional Kelvin–Voigt damping) of a response; the material must be isotropic.
+    /// Springpot (fractional damping) of a response.
     pub springpot: Option<Springpot>,
-    /// Bulk modulus κ, Pa [default: `solid.bulk_modulus`]; `inf` in one material requires `inf` in
-    /// all.
+    /// Bulk modulus κ, Pa [default: `solid.bulk_modulus`]; `inf` in one requires `inf` in all.
     pub bulk_modulus: Option<BulkModulus>,
     /// Mass-proportional damping α, 1/s [default: `solid.rayleigh_mass`].
     #[schemars(range(min = 0))]
     pub rayleigh_mass: Option<f64>,
-    /// Stiffness-proportional damping β, s [default: `solid.rayleigh_stiffness`]; 0 in one material
-    /// requires 0 in all.
+    /// Stiffness-proportional damping β, s [default: `solid.rayleigh_stiffness`]; 0 in one requires 0 in all.
     #[schemars(range(min = 0))]
     pub rayleigh_stiffness: Option<f64>,
     /// The material law.
@@ -97,11 +92,12 @@ impl Material {
     }
 }
 
-/// A term of a Prony series.
+/// Adds a stress H with `Ḣ + H/τ = g Ṡ`, where S is the stress of the law without the pressure. The constants of the law
+/// describe the long-term response.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PronyTerm {
-    /// Weight g: ratio of the relaxing stress to the long-term stress.
+    /// Weight g, relative to the long-term stress.
     #[schemars(range(min = 0))]
     pub relative_modulus: f64,
     /// Relaxation time τ, s.
@@ -109,15 +105,15 @@ pub struct PronyTerm {
     pub relaxation_time: f64,
 }
 
-/// A springpot: adds `modulus^(1-a) viscosity^a (iω)^a`, a = `exponent`, to the complex shear modulus.
-/// About a preload it scales the linearized stress of the law in the same ratio.
+/// Adds `μ^(1-a) η^a (iω)^a` to the complex shear modulus of an isotropic law; about a preload, scales its linearized
+/// stress in this ratio.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Springpot {
     /// Modulus μ, Pa.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub modulus: f64,
-    /// Viscosity η, Pa·s. Published values of μ belong to a given η, often 1 Pa·s.
+    /// Viscosity η, Pa·s; often assumed as 1 Pa·s in published values.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub viscosity: f64,
     /// Exponent a: 0 for a spring, 1 for a damper.
@@ -134,12 +130,11 @@ impl From<&PronyTerm> for myovib_fem::material::PronyTerm {
     }
 }
 
-/// A direction: one vector for all elements, or the name of a nodal field of the mesh file
-/// (`$NodeData` with three components).
+/// One vector for all elements, or a nodal field.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Direction {
-    /// A vector of any length.
+    /// Vector of any length.
     Vector(#[schemars(length(min = 2, max = 3))] Vec<f64>),
     /// Name of a nodal field of the mesh file (`$NodeData` with three components).
     Field(String),
@@ -196,7 +191,7 @@ impl JsonSchema for Law {
         let neo_hooke = alternative(&Description {
             name: NEO_HOOKE,
             energy: "ζ/2 (Ī1 - 3)",
-            about: "Isotropic matrix with one constant: `mooney-rivlin` with c10 = ζ/2, c01 = 0.",
+            about: "`mooney-rivlin` with c10 = ζ/2, c01 = 0.",
             parameters: NEO_HOOKE_CONSTANTS,
             fibers: false,
             complete: false,

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Mesh of the body. Triangles make a body in plane strain, tetrahedra a body
-/// in space.
+/// Mesh of the body: triangles for plane strain, tetrahedra for space. A cell of a generated mesh is two triangles or six
+/// tetrahedra.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Mesh {
     /// Origin of the elements.
@@ -16,7 +16,7 @@ pub struct Mesh {
     #[serde(default = "one")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub scale: f64,
-    /// Number of uniform refinements; each divides a triangle into four or a tetrahedron into eight.
+    /// Uniform refinements; each halves the elements.
     #[serde(default)]
     #[schemars(range(max = 6))]
     pub refine: u32,
@@ -26,23 +26,23 @@ pub struct Mesh {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum MeshSource {
-    /// A Gmsh file (MSH 4.1 or 2.2) with physical groups and optional nodal data. A group without a name is called by its
-    /// dimension and tag, as in `surface 3`.
+    /// Gmsh file (MSH 4.1 or 2.2) with physical groups. A group without a name is called by its dimension and tag, as in
+    /// `surface 3`.
     File {
         /// File name, relative to the scene.
         path: PathBuf,
     },
-    /// Built-in plane muscle: a spindle of length 0.2 m with 311 triangles. Groups: `fixed` (both
-    /// ends), `load` (middle of the top), `muscle`, `origin`.
+    /// Plane spindle, 0.2 m long, 311 triangles. Groups: `fixed` (both ends), `load` (middle of the top), `muscle`,
+    /// `origin`.
     Muscle,
-    /// The plane muscle with a structured grid; same groups.
+    /// `muscle` with a structured grid.
     Spindle {
-        /// Cells along (a multiple of 10) and across (an even number); each has two triangles.
+        /// Cells along (a multiple of 10) and across (even).
         #[serde(default = "spindle_cells")]
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 2],
     },
-    /// A rectangle with one corner at (0, 0). Groups: `left`, `right`, `bottom`, `top`, `body`.
+    /// Corner at (0, 0). Groups: `left`, `right`, `bottom`, `top`, `body`.
     Rectangle {
         /// Width, m.
         #[schemars(extend("exclusiveMinimum" = 0))]
@@ -50,12 +50,11 @@ pub enum MeshSource {
         /// Height, m.
         #[schemars(extend("exclusiveMinimum" = 0))]
         height: f64,
-        /// Cells along and across; each has two triangles.
+        /// Cells along and across.
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 2],
     },
-    /// A slender rectangle around the axis y = 0. Groups: `fixed` (left end), `load` (right end),
-    /// `tip` (upper right corner), `body`.
+    /// Rectangle around the axis y = 0. Groups: `fixed` (left end), `load` (right end), `tip` (upper right corner), `body`.
     Beam {
         /// Length, m.
         #[schemars(extend("exclusiveMinimum" = 0))]
@@ -63,38 +62,35 @@ pub enum MeshSource {
         /// Height, m.
         #[schemars(extend("exclusiveMinimum" = 0))]
         height: f64,
-        /// Cells along and across; each has two triangles.
+        /// Cells along and across.
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 2],
     },
-    /// Cook's membrane with corners (0,0), (48,44), (48,60), (0,44) m. Groups as for `beam`.
+    /// Cook's membrane: corners (0,0), (48,44), (48,60), (0,44) m. Groups as for `beam`.
     Cook {
-        /// Cells along and across; each has two triangles.
+        /// Cells along and across.
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 2],
     },
-    /// A box with one corner at (0, 0, 0). Groups: `left`, `right` (x), `front`, `back` (y),
-    /// `bottom`, `top` (z), `body`.
+    /// Corner at (0, 0, 0). Groups: `left`, `right` (x), `front`, `back` (y), `bottom`, `top` (z), `body`.
     Box {
-        /// Lengths along x, y and z, m.
+        /// Edge lengths, m.
         size: [f64; 3],
-        /// Cells along x, y and z; each has six tetrahedra.
+        /// Cells along x, y and z.
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 3],
     },
-    /// A muscle in space: a spindle of length 0.2 m with tendons and the nodal field `fiber`.
-    /// Groups: `fixed` (both ends), `left`, `right`, `surface`, `load` (middle of the top),
-    /// `muscle`, `tendon`, `origin`.
+    /// Spindle in space, 0.2 m long, with tendons and the nodal field `fiber`. Groups: `fixed` (both ends), `left`, `right`,
+    /// `surface`, `load` (middle of the top), `muscle`, `tendon`, `origin`.
     Muscle3d {
-        /// Cells along (a multiple of 10) and across (even numbers); each has six tetrahedra.
+        /// Cells along (a multiple of 10) and across (even).
         #[serde(default = "muscle_cells")]
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 3],
     },
-    /// Left ventricle of the benchmark of Aróstica et al. (2025) with the nodal fields `f0` (fibers)
-    /// and `s0` (sheets). Groups: `endo`, `epi`, `base`, `myocardium`.
+    /// Left ventricle of Aróstica et al. (2025) with the nodal fields `f0` (fibers) and `s0` (sheets). Groups: `endo`, `epi`, `base`, `myocardium`.
     Ventricle {
-        /// Resolution.
+        /// Size.
         resolution: Resolution,
     },
 }
@@ -105,7 +101,7 @@ pub enum MeshSource {
 pub enum Resolution {
     /// 745 vertices, 2600 tetrahedra.
     Coarse,
-    /// 4576 vertices, 17 700 tetrahedra, as in the benchmark.
+    /// 4576 vertices, 17 700 tetrahedra.
     Fine,
 }
 
@@ -121,8 +117,7 @@ fn muscle_cells() -> [usize; 3] {
     [20, 4, 4]
 }
 
-/// An ellipse, or an ellipsoid in space. Elements whose centroid is inside move from their group to
-/// a new one.
+/// Ellipse or ellipsoid. Elements with their centroid inside form a new group.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Region {
     /// Name of the new group.

@@ -56,7 +56,7 @@ use start::InitialState;
 /// A scene: all input of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SceneFile {
-    /// Title of the scene, one line, printed in reports.
+    /// Title of reports, one line.
     #[serde(default)]
     pub title: String,
     /// Type of analysis.
@@ -139,14 +139,13 @@ pub enum Analysis {
     /// Motion from t = 0 to `time.end`.
     #[default]
     Dynamic,
-    /// Lowest eigenmodes, written to `modes.csv` without probes and fields.
+    /// Lowest eigenmodes, in `modes.csv`.
     Modes,
-    /// Harmonic response to the loads with a `response`, at the frequencies of `[response]`; one table per
-    /// probe, without fields.
+    /// Harmonic response to the loads with a `response`; no fields.
     Response,
 }
 
-/// Time interval; it starts at 0.
+/// Time interval.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Time {
     /// End time, s.
@@ -154,23 +153,22 @@ pub struct Time {
     pub end: f64,
 }
 
-/// Interval of checkpoints.
+/// Checkpoints, from which a killed run resumes [default: ten per run].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Checkpoint {
-    /// Simulated time between checkpoints, s.
+    /// Simulated time between them, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: f64,
 }
 
-/// Number and preload of eigenmodes.
+/// Eigenmodes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Modes {
     /// Number of modes, lowest first.
     #[serde(default = "count")]
     #[schemars(range(min = 1))]
     pub count: usize,
-    /// Time, s, whose loads define the equilibrium about which modes are computed [default: rest,
-    /// without loads].
+    /// Time, s, of the preload [default: rest, without loads].
     #[schemars(range(min = 0))]
     pub preload_time: Option<f64>,
 }

@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::probe::ProbeKind;
 
-/// Values written to the CSV file `NAME.csv` at fixed times.
+/// Values over time in the CSV file `NAME.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Probe {
-    /// Name of the probe and its file.
+    /// Name of probe and file.
     #[schemars(length(min = 1), regex(pattern = r"^[A-Za-z0-9_-]+$"))]
     pub name: String,
     /// Time between rows, s.
@@ -25,7 +25,7 @@ fn probe_interval() -> f64 {
     0.01
 }
 
-/// Fields of the whole body: VTU files and a PVD collection for ParaView.
+/// Fields of the whole body for ParaView: VTU files and a PVD collection.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Fields {
     /// Time between fields, s.
@@ -47,11 +47,11 @@ fn all_fields() -> Vec<Quantity> {
     ]
 }
 
-/// A condition that ends the run.
+/// Condition that ends the run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum Stop {
-    /// The displacement |u| of a point exceeds a bound.
+    /// The displacement |u| of a point is too large.
     Displacement {
         /// The point, m.
         #[schemars(length(min = 2, max = 3))]
@@ -60,7 +60,7 @@ pub enum Stop {
         #[schemars(extend("exclusiveMinimum" = 0))]
         above: f64,
     },
-    /// The volume ratio det F falls below a bound anywhere in the body.
+    /// The volume ratio det F is too small anywhere.
     Volume {
         /// Lower bound.
         #[schemars(range(min = 0), extend("exclusiveMaximum" = 1))]

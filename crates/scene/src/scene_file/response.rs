@@ -6,13 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::spacing;
 
-/// Frequencies and preload of a harmonic response.
+/// Harmonic response.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Response {
-    /// Frequencies, Hz.
+    /// Frequencies, Hz: numbers, or a range `"1..60:120"` (120 values) or `"1..60:120:log"`.
     pub frequencies: Frequencies,
-    /// Time, s, whose loads define the equilibrium about which the body vibrates [default: rest, without
-    /// loads].
+    /// Time, s, of the preload [default: rest, without loads].
     #[schemars(range(min = 0))]
     pub preload_time: Option<f64>,
 }
@@ -51,28 +50,28 @@ impl Frequencies {
     }
 }
 
-/// Harmonic part of a load in a response, Re(amplitude · e^{i(ωt + phase)}) for each component.
+/// Harmonic load Re(amplitude · e^{i(ωt + phase)}).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Amplitudes {
-    /// Amplitude along x, in the unit of the load.
+    /// Amplitude, in the unit of the load.
     pub x: Option<f64>,
-    /// Amplitude along y.
+    /// Amplitude, in the unit of the load.
     pub y: Option<f64>,
-    /// Amplitude along z; in space.
+    /// Amplitude, in the unit of the load.
     pub z: Option<f64>,
-    /// Phase, degrees; positive values lead.
+    /// Phase, degrees; positive leads.
     #[serde(default)]
     pub phase: f64,
 }
 
-/// Harmonic part of a scalar load in a response, Re(value · e^{i(ωt + phase)}).
+/// Harmonic load Re(value · e^{i(ωt + phase)}).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Amplitude {
     /// Amplitude, in the unit of the load.
     pub value: f64,
-    /// Phase, degrees; positive values lead.
+    /// Phase, degrees; positive leads.
     #[serde(default)]
     pub phase: f64,
 }

@@ -8,10 +8,10 @@ use super::function::Function;
 use super::number::Number;
 use super::response::{Amplitude, Amplitudes};
 
-/// Compressibility, damping and formulation, common to all materials.
+/// Compressibility, damping and formulation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Solid {
-    /// Bulk modulus κ, Pa; `inf` for an incompressible body.
+    /// Bulk modulus κ, Pa; `inf`: incompressible.
     pub bulk_modulus: BulkModulus,
     /// Mass-proportional damping α, 1/s.
     #[serde(default)]
@@ -21,8 +21,7 @@ pub struct Solid {
     #[serde(default)]
     #[schemars(range(min = 0))]
     pub rayleigh_stiffness: f64,
-    /// Form of the equations of motion [default: implicit-rate if rayleigh_stiffness > 0; otherwise position, or
-    /// velocity if bulk_modulus = inf].
+    /// Form of the equations [default: `implicit-rate` if β > 0; otherwise `position`, or `velocity` if κ = inf].
     pub formulation: Option<Formulation>,
 }
 
@@ -67,102 +66,98 @@ pub enum Axis {
     X,
     /// Second coordinate.
     Y,
-    /// Third coordinate, in space.
+    /// Third coordinate.
     Z,
 }
 
-/// A group whose nodes do not move.
+/// Group whose nodes do not move.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Fixed {
-    /// Group of points, of the boundary, or of elements.
+    /// Group of points, boundary or elements.
     pub group: String,
     /// Fixed components [default: all].
     #[schemars(length(min = 1))]
     pub components: Option<Vec<Axis>>,
 }
 
-/// A prescribed displacement of a group. Other components are free. Several
-/// displacements of one group add up. Groups that share nodes must prescribe equal values there.
+/// Displacement of a group; other components are free. Displacements of one group add up; groups must agree at shared
+/// nodes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PrescribedDisplacement {
-    /// Group of points, of the boundary, or of elements.
+    /// Group of points, boundary or elements.
     pub group: String,
-    /// Displacement along x, m.
+    /// Displacement, m.
     pub x: Option<Function>,
-    /// Displacement along y, m.
+    /// Displacement, m.
     pub y: Option<Function>,
-    /// Displacement along z, m; in space.
+    /// Displacement, m.
     pub z: Option<Function>,
-    /// Amplitudes of the harmonic motion in a response, m. A component without a function is held in other
-    /// analyses.
+    /// Harmonic motion in a response, m; held in other analyses.
     pub response: Option<Amplitudes>,
-    /// Spatial factor of the components, evaluated at the nodes [default: 1].
+    /// Factor, evaluated at the nodes [default: 1].
     pub spatial_factor: Option<SpatialFactor>,
 }
 
-/// A force with a fixed direction (dead load) per undeformed area of a boundary.
+/// Force per undeformed area with a fixed direction (dead load).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Traction {
-    /// Group of edges, in space of faces.
+    /// Group of edges or faces.
     pub group: String,
-    /// Component along x, Pa.
+    /// Force per area, Pa.
     pub x: Option<Function>,
-    /// Component along y, Pa.
+    /// Force per area, Pa.
     pub y: Option<Function>,
-    /// Component along z, Pa; in space.
+    /// Force per area, Pa.
     pub z: Option<Function>,
-    /// Amplitudes of the harmonic part in a response, Pa.
+    /// Harmonic part in a response, Pa.
     pub response: Option<Amplitudes>,
-    /// Spatial factor of the components, integrated exactly up to degree 3 [default: 1].
+    /// Factor, exact up to degree 3 [default: 1].
     pub spatial_factor: Option<SpatialFactor>,
 }
 
-/// Spatial factor: an expression of the undeformed coordinates `x`, `y`, `z` in m, for example
-/// `"1 - (y/0.02)^2"`, or nodal data of the mesh file.
+/// Factor that varies in space.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum SpatialFactor {
-    /// An expression of the coordinates.
+    /// Expression of the undeformed coordinates `x`, `y`, `z` in m, for example `"1 - (y/0.02)^2"`.
     Expression(String),
     /// Nodal data.
     Nodal(NodalFactor),
 }
 
-/// Nodal data of the mesh file, interpolated linearly between vertices.
+/// Nodal data of the mesh file, interpolated linearly.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NodalFactor {
-    /// Name of the field (`$NodeData`), with one value per node or one value per component. If all
-    /// components are 1, the field itself is the load in its unit.
+    /// Name of the field (`$NodeData`) with one value, or one per component. With all components 1, the field is the load.
     pub field: String,
 }
 
-/// A pressure normal to the deformed boundary (follower load), per deformed area.
+/// Pressure on the deformed boundary (follower load).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Pressure {
-    /// Group of edges, in space of faces.
+    /// Group of edges or faces.
     pub group: String,
-    /// Pressure, Pa; positive values push against the body.
+    /// Pressure, Pa; positive pushes against the body.
     pub value: Function,
-    /// Amplitude of the harmonic part in a response, Pa.
+    /// Harmonic part in a response, Pa.
     pub response: Option<Amplitude>,
 }
 
-/// An elastic foundation of a boundary with springs and dampers (Robin condition):
-/// `P N + k u + c u̇ = 0`.
+/// Springs and dampers on a boundary (Robin condition): `P N + k u + c u̇ = 0`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ElasticFoundation {
-    /// Group of edges, in space of faces.
+    /// Group of edges or faces.
     pub group: String,
-    /// Stiffness k per undeformed area, Pa/m.
+    /// Stiffness k, Pa/m.
     #[serde(default)]
     #[schemars(range(min = 0))]
     pub stiffness: f64,
-    /// Damping c per undeformed area, Pa·s/m.
+    /// Damping c, Pa·s/m.
     #[serde(default)]
     #[schemars(range(min = 0))]
     pub damping: f64,
-    /// Directions in which the foundation acts.
+    /// Directions of springs and dampers.
     #[serde(default)]
     pub along: Direction,
 }
@@ -174,23 +169,23 @@ pub enum Direction {
     /// All directions.
     #[default]
     All,
-    /// Along the normal of the undeformed boundary; the body can slide.
+    /// Normal of the undeformed boundary; the body can slide.
     Normal,
 }
 
-/// A force per mass, such as gravity. Gravity is -9.81 m/s² along the upward axis.
+/// Force per mass, such as gravity: -9.81 m/s² along the upward axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BodyForce {
     /// Group of elements [default: all].
     pub group: Option<String>,
-    /// Acceleration along x, m/s².
+    /// Acceleration, m/s².
     pub x: Option<Function>,
-    /// Acceleration along y, m/s².
+    /// Acceleration, m/s².
     pub y: Option<Function>,
-    /// Acceleration along z, m/s²; in space.
+    /// Acceleration, m/s².
     pub z: Option<Function>,
-    /// Amplitudes of the harmonic part in a response, m/s².
+    /// Harmonic part in a response, m/s².
     pub response: Option<Amplitudes>,
-    /// Spatial factor of the components, integrated exactly up to degree 4 [default: 1].
+    /// Factor, exact up to degree 4 [default: 1].
     pub spatial_factor: Option<SpatialFactor>,
 }

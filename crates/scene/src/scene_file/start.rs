@@ -5,19 +5,19 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Initial state of a motion. Consistent pressures and rates are computed.
+/// Initial state of a motion; consistent pressures and rates are computed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum InitialState {
-    /// At rest, in equilibrium under the loads at t = 0.
+    /// Equilibrium under the loads at t = 0, at rest.
     Equilibrium,
-    /// Undeformed, with one velocity of all free nodes.
+    /// Undeformed; one velocity of all free nodes.
     Velocity {
         /// Velocity, m/s.
         #[schemars(length(min = 2, max = 3))]
         value: Vec<f64>,
     },
-    /// Final state of another run, a motion or an equilibrium, with the same mesh.
+    /// Final state of another run with the same mesh.
     Restart {
         /// Folder of the other run, relative to the scene.
         folder: PathBuf,

@@ -30,7 +30,7 @@ impl Described for Guccione {
         name: "guccione",
         energy: "C/2 (exp Q - 1), Q = b_f E_ff² + b_t (E_ss² + E_nn² + 2 E_sn²) + \
                  2 b_fs (E_fs² + E_fn²)",
-        about: "Passive myocardium, with axes along fiber and sheet.",
+        about: "Passive myocardium.",
         parameters: CONSTANTS,
         fibers: true,
         complete: false,
@@ -137,7 +137,7 @@ impl Described for IsochoricGuccione {
     const DESCRIPTION: Description = Description {
         name: "isochoric-guccione",
         energy: "energy of guccione with Ē = (J^(-2/3) C - I)/2",
-        about: "Same as guccione for J = 1, except for the pressure; more stable at large strains.",
+        about: "Equal to `guccione` for J = 1 except for the pressure; more stable at large strains.",
         parameters: CONSTANTS,
         fibers: true,
         complete: false,

@@ -42,7 +42,7 @@ impl Described for HolzapfelOgden {
         name: "holzapfel-ogden",
         energy: "a/2b (exp b(Ī1-3) - 1) + Σ_f,s a_i/2b_i H(I4i) (exp b_i(I4i-1)² - 1) + \
                  a_fs/2b_fs (exp b_fs I8² - 1), H(x) = 1/(1 + exp -k(x-1))",
-        about: "Passive myocardium: fibers and sheets in an isotropic matrix.",
+        about: "Passive myocardium.",
         parameters: &[
             Parameter::new("a", "Pa", Range::Positive, "Stiffness of the matrix"),
             Parameter::new("b", "", Range::Positive, "Exponent of the matrix"),
@@ -56,8 +56,7 @@ impl Described for HolzapfelOgden {
                 "k",
                 "",
                 Range::PositiveOrInfinite,
-                "Steepness of the switch; `inf` gives a step. With a finite k the energy has a hump below \
-                 I4 = 1, and a body may have several equilibria",
+                "Steepness of the switch; `inf`: a step. A finite value may cause several equilibria",
             )
             .or(f64::INFINITY),
         ],

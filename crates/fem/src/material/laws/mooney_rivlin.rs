@@ -25,7 +25,7 @@ impl Described for MooneyRivlin {
     const DESCRIPTION: Description = Description {
         name: "mooney-rivlin",
         energy: "c10 (Ī1-3) + c01 (Ī2-3)",
-        about: "Eq. (20) of the paper; neo-Hookean for c01 = 0.",
+        about: "Eq. (20).",
         parameters: &[
             Parameter::new(
                 "c10",

@@ -19,7 +19,7 @@ impl Described for SmallStrain {
     const DESCRIPTION: Description = Description {
         name: "small-strain",
         energy: "ζ |dev ε|²",
-        about: "Eq. (26) of the paper: linear, for small displacements only.",
+        about: "Eq. (26): linear, for small displacements only.",
         parameters: &[Parameter::new(
             "shear_modulus",
             "Pa",

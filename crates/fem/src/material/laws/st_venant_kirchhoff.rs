@@ -23,8 +23,7 @@ impl Described for StVenantKirchhoff {
     const DESCRIPTION: Description = Description {
         name: "st-venant-kirchhoff",
         energy: "λ/2 (tr E)² + μ E:E",
-        about: "Standard law including the volumetric part: for `displacement` only, and for \
-                moderate strains, as it softens in compression.",
+        about: "For `displacement` only and moderate strains; softens in compression.",
         parameters: &[
             Parameter::new(
                 "first_lame_parameter",
@@ -52,8 +51,7 @@ impl Described for DeviatoricStVenantKirchhoff {
     const DESCRIPTION: Description = Description {
         name: "deviatoric-st-venant-kirchhoff",
         energy: "ζ |dev E|²",
-        about: "Based on the deviator of the Green strain; for moderate strains, as it softens in \
-                compression.",
+        about: "For moderate strains; softens in compression.",
         parameters: &[SHEAR_MODULUS],
         fibers: false,
         complete: false,

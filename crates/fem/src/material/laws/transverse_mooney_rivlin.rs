@@ -34,7 +34,7 @@ impl Described for TransverseMooneyRivlin {
         name: "transverse-mooney-rivlin",
         energy: "c10 (Ī1-3) + c01 (Ī2-3) + F2(λ), λ F2' = 0 for λ < 1, \
                  c3 (exp c4(λ-1) - 1) to stretch_max, c5 λ + c6 beyond",
-        about: "Tendon and passive muscle: fibers that uncrimp in a Mooney–Rivlin matrix.",
+        about: "Tendon and passive muscle: fibers that uncrimp.",
         parameters: &[
             Parameter::new(
                 "c10",

@@ -8,8 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::signal::timing::{Break, first, shortest};
 use crate::signal::{Jet, Objection, TimeFunction};
 
-/// Frequency sweep: `amplitude · sin(2π (f t + (end_frequency − f) t²/(2 duration)) + phase)` with
-/// f = `frequency`. From t = `duration` on, the frequency stays at `end_frequency`.
+/// Linear frequency sweep; from t = `duration` on, the frequency stays at `end_frequency`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Chirp {

@@ -12,7 +12,7 @@ use crate::signal::{Jet, TimeFunction};
 /// A sigmoid is over, to 1e-9 of its height, so many of its units from its middle.
 const SIGMOID_WIDTH: f64 = 20.0;
 
-/// The paper's load: a sine multiplied by a sigmoid with value 0 at t = 0:
+/// The paper's load, a sine that grows from 0:
 /// `amplitude · (1/(1+exp(-steepness t + shift)) - 1/(1+exp(shift))) · sin(2π frequency t)`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
@@ -27,7 +27,7 @@ pub struct RampedSine {
     #[serde(default = "paper_steepness")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub steepness: f64,
-    /// Shift of the sigmoid; its center is at `shift / steepness`, s.
+    /// Shift; the center of the sigmoid is at t = `shift / steepness`.
     #[serde(default = "paper_shift")]
     pub shift: f64,
 }

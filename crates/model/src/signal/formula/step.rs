@@ -6,9 +6,8 @@ use serde::{Deserialize, Serialize};
 use crate::signal::timing::{Break, between, first, just_after, shortest};
 use crate::signal::{Jet, TimeFunction};
 
-/// Smooth step from 0 at `start` to `value` within `rise` seconds: `s³ (6 s² - 15 s + 10)` with two
-/// continuous derivatives. `rise = 0` is a jump, which displacements reject; the value at `start`
-/// is still 0.
+/// Step from 0 at `start` to `value` by a polynomial of degree 5, smooth to second order. `rise = 0` is a jump, not for
+/// displacements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Step {

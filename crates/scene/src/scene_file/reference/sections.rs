@@ -17,19 +17,19 @@ pub(super) const SECTIONS: &[Section] = &[
     Section {
         title: "`[time]`",
         keys: &["time"],
-        example: "[time]\nend = 2.0                       # s",
+        example: "[time]\nend = 2.0",
     },
     Section {
         title: "`[mesh]`",
         keys: &["mesh"],
-        example: "[mesh]\ntype = \"rectangle\"\nwidth = 0.1                     # m\n\
-                  height = 0.02                   # m\ncells = [20, 4]",
+        example: "[mesh]\ntype = \"rectangle\"\nwidth = 0.1\n\
+                  height = 0.02\ncells = [20, 4]",
     },
     Section {
         title: "`[[region]]`",
         keys: &["region"],
-        example: "[[region]]\nname = \"inclusion\"\ncenter = [0.02, 0.0]            # m\n\
-                  radii = [0.01, 0.005]           # m",
+        example: "[[region]]\nname = \"inclusion\"\ncenter = [0.02, 0.0]\n\
+                  radii = [0.01, 0.005]",
     },
     Section {
         title: "`[[group]]`",
@@ -40,14 +40,14 @@ pub(super) const SECTIONS: &[Section] = &[
         title: "`[solid]`",
         keys: &["solid"],
         example: "[solid]\nbulk_modulus = 1e5                     # Pa, or inf\n\
-                  rayleigh_stiffness = 1e-4                     # s",
+                  rayleigh_stiffness = 1e-4",
     },
     Section {
         title: "`[[material]]`",
         keys: &["material"],
         example: "[[material]]\ngroup = \"muscle\"\nlaw = \"mooney-rivlin\"\n\
-                  density = 1.1e3                 # kg/m³\nc10 = 1e4                       # Pa\n\
-                  c01 = 2e2                       # Pa\nfiber = [1.0, 0.0]\n\
+                  density = 1.1e3\nc10 = 1e4\n\
+                  c01 = 2e2\nfiber = [1.0, 0.0]\n\
                   prony = [{ relative_modulus = 0.3, relaxation_time = 0.05 }]\n\
                   active = { type = \"given\", tension = { type = \"step\", value = 2e4, rise = 0.4 } }",
     },
@@ -60,30 +60,30 @@ pub(super) const SECTIONS: &[Section] = &[
         title: "`[[prescribed_displacement]]`",
         keys: &["prescribed_displacement"],
         example: "[[prescribed_displacement]]\ngroup = \"fixed\"\n\
-                  y = { type = \"step\", value = 0.002, rise = 0.1 }   # m",
+                  y = { type = \"step\", value = 0.002, rise = 0.1 }",
     },
     Section {
         title: "`[[elastic_foundation]]`",
         keys: &["elastic_foundation"],
         example: "[[elastic_foundation]]\ngroup = \"load\"\nalong = \"normal\"\nstiffness = 1e6                 # Pa/m\n\
-                  damping = 1e3                   # Pa·s/m",
+                  damping = 1e3",
     },
     Section {
         title: "`[[traction]]`",
         keys: &["traction"],
         example: "[[traction]]\ngroup = \"load\"\n\
-                  y = { type = \"sine\", amplitude = 50.0, frequency = 8.0 }   # Pa\n\
+                  y = { type = \"sine\", amplitude = 50.0, frequency = 8.0 }\n\
                   spatial_factor = \"1 - (x/0.02)^2\"",
     },
     Section {
         title: "`[[pressure]]`",
         keys: &["pressure"],
-        example: "[[pressure]]\ngroup = \"load\"\nvalue = { type = \"step\", value = 200.0, rise = 0.2 }   # Pa",
+        example: "[[pressure]]\ngroup = \"load\"\nvalue = { type = \"step\", value = 200.0, rise = 0.2 }",
     },
     Section {
         title: "`[[body_force]]`",
         keys: &["body_force"],
-        example: "[[body_force]]\ny = { type = \"step\", value = -9.81, rise = 0.1 }   # m/s²",
+        example: "[[body_force]]\ny = { type = \"step\", value = -9.81, rise = 0.1 }",
     },
     Section {
         title: "`[initial_state]`",
@@ -93,50 +93,50 @@ pub(super) const SECTIONS: &[Section] = &[
     Section {
         title: "`[integrator]`",
         keys: &["integrator"],
-        example: "[integrator]\nmethod = \"radau9\"\nrtol = 1e-5\nmax_cpu = 600.0                 # s",
+        example: "[integrator]\nmethod = \"radau9\"\nrtol = 1e-5\nmax_cpu = 600.0",
     },
     Section {
         title: "`[[probe]]`",
         keys: &["probe"],
-        example: "[[probe]]\nname = \"tip\"\ntype = \"point\"\nat = [0.0, 0.0]                 # m\n\
-                  quantities = [\"u\", \"von-mises\"]\ninterval = 0.01                    # s",
+        example: "[[probe]]\nname = \"tip\"\ntype = \"point\"\nat = [0.0, 0.0]\n\
+                  quantities = [\"u\", \"von-mises\"]\ninterval = 0.01",
     },
     Section {
         title: "`[fields]`",
         keys: &["fields"],
-        example: "[fields]\ninterval = 0.1                     # s\nquantities = [\"u\", \"p\", \"stress\"]",
+        example: "[fields]\ninterval = 0.1\nquantities = [\"u\", \"p\", \"stress\"]",
     },
     Section {
         title: "`[[stop]]`",
         keys: &["stop"],
-        example: "[[stop]]\ntype = \"displacement\"\nat = [0.0, 0.0]                 # m\n\
-                  above = 0.005                   # m",
+        example: "[[stop]]\ntype = \"displacement\"\nat = [0.0, 0.0]\n\
+                  above = 0.005",
     },
     Section {
         title: "`[checkpoint]`",
         keys: &["checkpoint"],
-        example: "[checkpoint]\ninterval = 0.5                     # s",
+        example: "[checkpoint]\ninterval = 0.5",
     },
     Section {
         title: "`[modes]`",
         keys: &["modes"],
-        example: "[modes]\ncount = 6\npreload_time = 0.0                  # s",
+        example: "[modes]\ncount = 6\npreload_time = 0.0",
     },
     Section {
         title: "`[response]`",
         keys: &["response"],
-        example: "[response]\nfrequencies = \"1..60:120\"         # Hz\npreload_time = 0.0              # s",
+        example: "[response]\nfrequencies = \"1..60:120\"\npreload_time = 0.0",
     },
     Section {
         title: "`[[parameter]]`",
         keys: &["parameter"],
-        example: "[[parameter]]\nkey = \"material[0].c10\"\nlow = 1e3                       # Pa",
+        example: "[[parameter]]\nkey = \"material[0].c10\"\nlow = 1e3",
     },
     Section {
         title: "`[[output]]`",
         keys: &["output"],
         example: "[[output]]\nname = \"tip\"                    # column of the data\n\
-                  probe = \"origin\"\ncolumn = \"u_y\"\nnoise = 2e-5                    # m",
+                  probe = \"origin\"\ncolumn = \"u_y\"\nnoise = 2e-5",
     },
     Section {
         title: "`[rod]`",
@@ -146,8 +146,8 @@ pub(super) const SECTIONS: &[Section] = &[
     Section {
         title: "`[[chain]]`",
         keys: &["chain"],
-        example: "[[chain]]\nname = \"belly\"\noscillators = 5\nfrequency_spread = 0.08         # Hz\n\
-                  at = [0.0, 0.0]                 # m",
+        example: "[[chain]]\nname = \"belly\"\noscillators = 5\nfrequency_spread = 0.08\n\
+                  at = [0.0, 0.0]",
     },
     Section {
         title: "`[[feedback]]`",
