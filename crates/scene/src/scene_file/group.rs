@@ -3,8 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Group of a mesh, selected by position or direction. Coordinates are in m; a member belongs to a box, sphere or plane if all
-/// of its vertices do.
+/// Group of the mesh, selected by place. A member belongs to a box, sphere or plane if all of its vertices do.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Group {
     /// Name of the new group.
@@ -22,7 +21,7 @@ pub struct Group {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Members {
-    /// Edges on the boundary of a plane mesh, faces on the boundary of a mesh in space.
+    /// Edges or faces on the boundary.
     #[default]
     Boundary,
     /// Vertices.
@@ -35,7 +34,7 @@ pub enum Members {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum Place {
-    /// A box parallel to the axes.
+    /// Box parallel to the axes.
     Box {
         /// Smallest coordinates, m.
         #[schemars(length(min = 2, max = 3))]
@@ -44,7 +43,7 @@ pub enum Place {
         #[schemars(length(min = 2, max = 3))]
         max: Vec<f64>,
     },
-    /// A circle or sphere.
+    /// Circle or sphere.
     Sphere {
         /// Center, m.
         #[schemars(length(min = 2, max = 3))]
@@ -53,7 +52,7 @@ pub enum Place {
         #[schemars(extend("exclusiveMinimum" = 0))]
         radius: f64,
     },
-    /// A line or plane, within 1e-6 of the size of the mesh.
+    /// Line or plane, within 1e-6 of the size of the mesh.
     Plane {
         /// Point of the plane, m.
         #[schemars(length(min = 2, max = 3))]
@@ -62,7 +61,7 @@ pub enum Place {
         #[schemars(length(min = 2, max = 3))]
         normal: Vec<f64>,
     },
-    /// The boundary where the outward normal has a direction.
+    /// Boundary whose outward normal has a direction.
     Direction {
         /// Direction, of any length.
         #[schemars(length(min = 2, max = 3))]
