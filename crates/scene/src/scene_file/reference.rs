@@ -29,7 +29,8 @@ pub fn reference() -> String {
         schema: &schema,
         text: String::from(
             "# Scene reference\n\nAll keys of a scene, in the usual order of a file. `[name]` occurs once, `[[name]]` may \
-             be repeated. Units are SI. **Bold** keys are required. Values are numbers unless a type is given. \
+             be repeated. Units are SI. **Bold** keys are required. Values are numbers unless a type is given; a \
+             vector is a list of 2 or 3 numbers. \
              `myovib schema --markdown` prints this page.\n",
         ),
         open: VecDeque::new(),
@@ -141,7 +142,8 @@ impl<'a> Page<'a> {
         let child = format!("{path}.{key}");
         let kind = self.kind(property, &child);
         let meaning = line(description(property));
-        let kind = Some(kind).filter(|kind| kind != "number");
+        // Numbers are the default, and names follow.
+        let kind = Some(kind).filter(|kind| kind != "number" && kind != "name");
         let notes: Vec<_> = kind.into_iter().chain(default).collect();
         let notes = match notes.join(", ") {
             notes if notes.is_empty() => notes,
@@ -257,9 +259,10 @@ impl<'a> Page<'a> {
                     (Some(a), Some(b)) => format!("list of {a} to {b}"),
                     _ => "list".to_owned(),
                 };
-                match &*entries {
-                    "number" => count,
-                    entries => format!("{count}: {entries}"),
+                match (&*count, &*entries) {
+                    ("list of 2 to 3", "number") => "vector".to_owned(),
+                    (_, "number") => count,
+                    _ => format!("{count}: {entries}"),
                 }
             }
             Some("object") => {
