@@ -32,7 +32,7 @@ impl Exit {
         match outcome.reason() {
             None | Some(StopReason::Event) => Self::Done,
             Some(StopReason::Interrupted) => Self::Interrupted,
-            Some(StopReason::NoEquilibrium) => Self::Failed,
+            Some(StopReason::NoEquilibrium | StopReason::Inverted) => Self::Failed,
             Some(_) => Self::Stopped,
         }
     }

@@ -75,6 +75,8 @@ pub enum StopReason {
     MaxSteps,
     /// No equilibrium under the whole load was found.
     NoEquilibrium,
+    /// Elements are turned inside out in the equilibrium.
+    Inverted,
     /// The limit on CPU time or work was reached.
     WorkCap,
     /// Interrupted from outside.
@@ -94,6 +96,7 @@ impl StopReason {
             Self::StepTooSmall => "step_too_small",
             Self::MaxSteps => "max_steps",
             Self::NoEquilibrium => "no_equilibrium",
+            Self::Inverted => "inverted",
             Self::WorkCap => "work_cap",
             Self::Interrupted => "interrupted",
             Self::Event => "event",

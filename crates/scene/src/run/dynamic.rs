@@ -191,7 +191,8 @@ impl Driver for Motion<'_> {
                 }
             }
         }
-        notes.extend(outputs.volumes.inversion().map(|seen| seen.note(true)));
+        let body = scene.body.as_ref();
+        notes.extend(body.and_then(|body| outputs.volumes.note(&body.muscle, true)));
         notes.extend(outputs.not_finite().map(|seen| seen.note()));
         Ok(RunResult {
             document,

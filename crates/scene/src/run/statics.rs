@@ -32,7 +32,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     request.check()?;
     let search = &mut search(options.watcher());
     let approach = statics::approach(&body.muscle, body.formulation, scene.t_end, search)?;
-    let (equilibrium, outcome) = (&approach.equilibrium, outcome_of(&approach));
+    let equilibrium = &approach.equilibrium;
     if let Some(error) = approach.error().filter(|_| equilibrium.load_steps == 0) {
         return Err(error.into());
     }
@@ -50,6 +50,21 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     let t = scene.t_end;
     let mut volumes = Volumes::default();
     volumes.see(t, &dae.snapshot(t, &y, &rest));
+    let allow_inverted = scene
+        .file
+        .solid
+        .as_ref()
+        .is_some_and(|solid| solid.allow_inverted);
+    let outcome = match (outcome_of(&approach), volumes.inversion()) {
+        (Outcome::Finished, Some(seen)) if !allow_inverted => Outcome::ended(
+            StopReason::Inverted,
+            format!(
+                "{}. `solid.allow_inverted = true` accepts it",
+                seen.note(false)
+            ),
+        ),
+        (outcome, _) => outcome,
+    };
     let drift = dae.constraint_drift(t, &y).map_err(ModelError::from)?;
     let read = readings
         .iter()
@@ -110,12 +125,16 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         "wall_seconds": started.elapsed().as_secs_f64(),
     });
     document::write(&folder, &document)?;
+    let volume_note = match outcome.reason() {
+        Some(StopReason::Inverted) => None, // its message says so
+        _ => volumes.note(muscle, false),
+    };
     Ok(RunResult {
         document,
         outcome,
         notes: instability(equilibrium)
             .into_iter()
-            .chain(volumes.inversion().map(|seen| seen.note(false)))
+            .chain(volume_note)
             .chain(not_finite.map(|seen| seen.note()))
             .collect(),
         modes: None,

@@ -1,8 +1,15 @@
 //! Volume ratios at the vertices. Forces are not integrated there, so a run continues with inverted
 //! elements and must report them.
 
-use myovib_model::Snapshot;
+use std::ops::RangeInclusive;
+
+use myovib_model::{Muscle, Snapshot};
 use serde::{Deserialize, Serialize};
+
+/// Ratio of bulk to shear modulus from which a body is nearly incompressible; Poisson's ratio is then at least 0.495.
+const NEARLY_INCOMPRESSIBLE: f64 = 100.0;
+/// Range of det F in a nearly incompressible body. Real changes of its volume are some percent.
+const PLAUSIBLE: RangeInclusive<f64> = 0.5..=2.0;
 
 /// Range of det F at the vertices of all elements over the observed times. The equations contain
 /// averages over elements, or with pressure weighted averages around a vertex. They do not detect
@@ -52,10 +59,35 @@ impl Volumes {
         self.ratios
     }
 
+    /// Returns a note on an inversion, or on implausible volumes of a nearly incompressible `muscle`. `is_motion`: whether
+    /// the time of an inversion is meaningful.
+    pub(super) fn note(&self, muscle: &Muscle, is_motion: bool) -> Option<String> {
+        if let Some(inversion) = &self.inversion {
+            return Some(inversion.note(is_motion));
+        }
+        let [smallest, largest] = self.ratios?;
+        let is_plausible = PLAUSIBLE.contains(&smallest) && PLAUSIBLE.contains(&largest);
+        (!is_plausible && is_nearly_incompressible(muscle)).then(|| {
+            format!(
+                "det F ranges from {smallest:.3} to {largest:.3} at the vertices of elements, although `bulk_modulus` is at least \
+                 {NEARLY_INCOMPRESSIBLE} times the shear modulus: the mesh does not resolve the deformation. Refine it \
+                 where the volume changes (`J` in [fields]), or reduce the load"
+            )
+        })
+    }
+
     /// Returns the first observed inversion.
     pub(super) fn inversion(&self) -> Option<&Inversion> {
         self.inversion.as_ref()
     }
+}
+
+fn is_nearly_incompressible(muscle: &Muscle) -> bool {
+    let (solid, kappa) = (&muscle.solid, muscle.parameters.kappa());
+    let mut laws = solid.laws().iter().enumerate();
+    laws.all(|(element, law)| {
+        solid.element_scale(element).kappa * kappa >= NEARLY_INCOMPRESSIBLE * law.moduli()[1]
+    })
 }
 
 impl Inversion {

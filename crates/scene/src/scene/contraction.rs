@@ -6,7 +6,6 @@ use myovib_fem::{AddedStress, FemError, Solid, SupportDirection};
 use myovib_model::{Activation, RobinSupport, Signal, Timed};
 
 use super::builder::Builder;
-use super::unusual::moduli;
 use crate::InputError;
 use crate::scene_file::active::{Active, Tension};
 use crate::scene_file::chain::Place;
@@ -135,7 +134,7 @@ impl Builder<'_> {
             return Err(self.wrong(path, error));
         }
         let law = self.at(path, material.stiffened())?;
-        let [bulk, shear] = moduli(law);
+        let [bulk, shear] = law.moduli();
         if law.has_fibers() || bulk.abs() > ISOCHORIC * shear {
             let error =
                 InputError::new("a springpot needs an isotropic law without a volumetric part");

@@ -7,7 +7,6 @@ use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
 use myovib_fem::Law;
-use myovib_fem::material::three::Axes;
 use myovib_model::Signal;
 use myovib_model::advice::{Finding, Remedy};
 use myovib_model::check::readable;
@@ -28,6 +27,12 @@ const MOST_LOSS: f64 = 5.0;
 /// Maximum ratio of load to shear modulus. At this tension, a neo-Hookean bar is 2.6 times as long,
 /// and a pressure in a neo-Hookean cavity makes it grow without bound (Gent and Lindley 1959).
 const MOST_LOAD: f64 = 2.5;
+/// Maximum length of a body, m.
+const LONGEST: f64 = 100.0;
+/// Maximum mass of a body, kg, or kg per meter of thickness: the mass of a whale.
+const HEAVIEST: f64 = 2e5;
+/// Range of the lengths of tissue samples and organs, m.
+const LENGTHS: RangeInclusive<f64> = 1e-4..=3.0;
 /// Number of intervals at which loads are sampled. It is prime: a load with a round number of
 /// periods would vanish at all times of a round number of samples.
 const TIMES: u32 = 997;
@@ -77,7 +82,10 @@ pub(super) fn findings(file: &SceneFile, body: &Body, t_end: f64) -> Vec<Finding
             Some((format!("material[{i}]: {problem}"), usual))
         })
     });
-    let all = of_materials.chain(strong_load(file, body, t_end, &parts));
+    let all = size(body, &parts)
+        .into_iter()
+        .chain(of_materials)
+        .chain(strong_load(file, body, t_end, &parts));
     all.map(|(problem, usual)| Finding {
         fields: Vec::new(),
         problem,
@@ -91,7 +99,7 @@ impl Part {
         let law = material.stiffened();
         let law = law.expect("the body was made of this law");
         let kappa = material.bulk_modulus.unwrap_or(solid.bulk_modulus).0;
-        let [own, shear] = moduli(law);
+        let [own, shear] = law.moduli();
         Self {
             law,
             density: material.density,
@@ -111,15 +119,41 @@ impl Part {
     }
 }
 
-/// Returns bulk and shear modulus at small strains from the law's stress alone, Pa. For a law with
-/// fibers, these are the means over all directions (Voigt average).
-pub(super) fn moduli(law: Law) -> [f64; 2] {
-    let c = law.tangent3([[0.0; 3]; 3], 0.0, Axes::cartesian(0.0));
-    // C_iijj and C_ijij.
-    let normal = [0, 4, 8];
-    let dilation: f64 = normal.iter().flat_map(|&i| normal.map(|j| c[i][j])).sum();
-    let trace: f64 = (0..9).map(|i| c[i][i]).sum();
-    [dilation / 9.0, (3.0 * trace - dilation) / 30.0]
+/// Checks length and mass of the body.
+fn size(body: &Body, parts: &[Part]) -> Option<Said> {
+    let space = body.muscle.solid.space();
+    let (coordinates, dimension) = (space.coordinates(), space.dimension());
+    let extent = |axis: usize| {
+        let along = coordinates.iter().skip(axis).step_by(dimension).copied();
+        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
+    };
+    let length = (0..dimension).map(extent).fold(0.0, f64::max);
+    let measure = |(element, region): (usize, &usize)| {
+        parts[*region].density * space.mesh().measure_of(element)
+    };
+    let mass: f64 = body.regions.iter().enumerate().map(measure).sum();
+    (length > LONGEST || mass > HEAVIEST).then(|| {
+        let unit = match length {
+            _ if LENGTHS.contains(&(1e-3 * length)) => {
+                "if the mesh is in mm, set `mesh.scale = 1e-3`"
+            }
+            _ if LENGTHS.contains(&(1e-6 * length)) => {
+                "if the mesh is in µm, set `mesh.scale = 1e-6`"
+            }
+            _ => "give coordinates in m and densities in kg/m³",
+        };
+        let per = if dimension == 2 {
+            "kg per meter of thickness"
+        } else {
+            "kg"
+        };
+        let problem = format!(
+            "mesh: the body is {} m long and its mass is {} {per}",
+            readable(length),
+            readable(mass)
+        );
+        (problem, unit)
+    })
 }
 
 /// Checks for a negative Poisson's ratio (3 K − 2 G)/(2 (3 K + G)), which means K < 2/3 G.
@@ -299,10 +333,29 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
     fn what_is_hardly_meant_is_told_and_what_may_be_is_not() {
         assert_eq!(found(&[]), Vec::<String>::new());
         for (wrong, right, printed) in [
+            // 1e7 kg and 1e5 kg per meter of thickness.
+            (
+                &["mesh.width=100.0", "mesh.height=100.0"][..],
+                &["mesh.width=10.0", "mesh.height=10.0"][..],
+                "mesh.scale = 1e-3",
+            ),
+            (
+                &[
+                    "mesh.width=101.0",
+                    "mesh.height=1e-3",
+                    "material[0].density=101.0",
+                ],
+                &[
+                    "mesh.width=99.0",
+                    "mesh.height=1e-3",
+                    "material[0].density=101.0",
+                ],
+                "mesh.scale = 1e-3",
+            ),
             // 2/3 of 1e4 Pa.
             (
-                &["solid.bulk_modulus=6.6e3"][..],
-                &["solid.bulk_modulus=6.7e3"][..],
+                &["solid.bulk_modulus=6.6e3"],
+                &["solid.bulk_modulus=6.7e3"],
                 "Poisson's ratio is -0.0034",
             ),
             (
@@ -312,7 +365,11 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
             ),
             // √(80 / 1) = 8.9 m/s: a body in other units.
             (
-                &["material[0].density=1e6"],
+                &[
+                    "material[0].density=1e6",
+                    "mesh.width=0.1",
+                    "mesh.height=0.1",
+                ],
                 &[
                     "material[0].density=1.0",
                     "material[0].shear_modulus=80.0",
@@ -383,7 +440,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
     /// are exact.
     #[test]
     fn moduli_at_rest_are_those_of_the_laws() {
-        let law = |name, constants: &[(&str, f64)]| moduli(Law::named(name, constants).unwrap());
+        let law = |name, constants: &[(&str, f64)]| Law::named(name, constants).unwrap().moduli();
         for (found, expected) in [
             (
                 law("mooney-rivlin", &[("c10", 1e4), ("c01", 2e2)]),

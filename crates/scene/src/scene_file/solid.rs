@@ -23,6 +23,9 @@ pub struct Solid {
     pub rayleigh_stiffness: f64,
     /// Form of the equations [default: `implicit-rate` if β > 0; otherwise `position`, or `velocity` if κ = inf].
     pub formulation: Option<Formulation>,
+    /// Accept a static equilibrium with elements turned inside out.
+    #[serde(default)]
+    pub allow_inverted: bool,
 }
 
 /// A bulk modulus: a number in Pa, or `inf`.

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use myovib_model::StopReason;
 use myovib_scene::Scene;
 use myovib_scene::csv::Table;
 use myovib_scene::run::{RunOptions, RunResult, compute};
@@ -123,6 +124,42 @@ fn square(rest: &str) -> String {
         "[time]\nend = 10.0\n[mesh]\ntype = \"rectangle\"\nwidth = 0.1\nheight = 0.3\ncells = [2, 6]\n[solid]\n\
          bulk_modulus = 1e6\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e5\n{rest}"
     )
+}
+
+/// A square whose sides are moved by -`factor` x² along x, so that det F is 1 - 2 `factor` x.
+fn squeezed(factor: f64, kappa: f64, more: &str) -> RunResult {
+    let sides: String = ["left", "right", "bottom", "top"]
+        .map(|group| {
+            format!(
+                "[[prescribed_displacement]]\ngroup = \"{group}\"\nx = -{factor}\ny = 0.0\nspatial_factor = \"x*x\"\n"
+            )
+        })
+        .concat();
+    run(&format!(
+        "analysis = \"static\"\n[mesh]\ntype = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [1, 1]\n[solid]\n\
+         bulk_modulus = {kappa}\nformulation = \"displacement\"\n{more}[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\n\
+         shear_modulus = 1e4\n{sides}[[probe]]\nname = \"middle\"\ntype = \"point\"\nat = [0.5, 0.5]\n"
+    ))
+}
+
+/// Regression: a static state with inverted elements was "finished", and det F of 0.13 in an incompressible body was not
+/// mentioned.
+#[test]
+fn inverted_elements_end_a_static_run_and_implausible_volumes_are_noted() {
+    let reason = |run: &RunResult| run.outcome.reason();
+    let inverted = squeezed(0.51, 1e5, "");
+    assert_eq!(reason(&inverted), Some(StopReason::Inverted));
+    let allowed = squeezed(0.51, 1e5, "allow_inverted = true\n");
+    assert_eq!((reason(&allowed), allowed.notes.len()), (None, 1));
+    // det F from 0.4 to 1.
+    for (kappa, notes) in [(1.1e6, 1), (0.9e6, 0)] {
+        let found = squeezed(0.3, kappa, "");
+        assert_eq!(
+            (reason(&found), found.notes.len()),
+            (None, notes),
+            "{kappa}"
+        );
+    }
 }
 
 /// Regression: a factor of 1e-17 was a motion, and `pi` was unknown.

@@ -78,6 +78,17 @@ impl Law {
         full(&law.tangent_or_rate(&strain(law, h, axes), volumetric(p, 0.0), None))
     }
 
+    /// Returns bulk and shear modulus at small strains from the law's stress alone, Pa. For a law with fibers, these are
+    /// the means over all directions (Voigt average).
+    pub fn moduli(self) -> [f64; 2] {
+        let c = self.tangent3([[0.0; 3]; 3], 0.0, Axes::cartesian(0.0));
+        // C_iijj and C_ijij.
+        let normal = [0, 4, 8];
+        let dilation: f64 = normal.iter().flat_map(|&i| normal.map(|j| c[i][j])).sum();
+        let trace: f64 = (0..9).map(|i| c[i][i]).sum();
+        [dilation / 9.0, (3.0 * trace - dilation) / 30.0]
+    }
+
     /// Returns ∂Ṗ/∂F at fixed ∇v, p and ṗ: the rate of the tangent along `v` = ∇v.
     pub fn tangent_rate3(
         self,
