@@ -29,7 +29,7 @@ use crate::commands::{
 use crate::exit::Exit;
 use crate::versions;
 
-/// Deformation and microvibration of skeletal muscle as differential-algebraic equations.
+/// Simulate deformation and vibration of soft tissue.
 #[derive(Debug, Parser)]
 #[command(
     name = "myovib",

@@ -100,9 +100,9 @@ impl Inversion {
             false => String::new(),
         };
         format!(
-            "an element is turned inside out{when}: det F = {jacobian:.3} at the vertex ({place}) of element \
-             {element}. Forces are summed between the vertices and do not see it: the result is no \
-             deformation of a body there. Refine the mesh there, or let the load rise less far"
+            "an element is inverted{when}: det F = {jacobian:.3} at the vertex ({place}) of element {element}. Such a \
+             deformation is impossible; the forces do not prevent it because they use points inside the element. Refine the \
+             mesh there, or reduce the load"
         )
     }
 }

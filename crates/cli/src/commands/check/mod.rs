@@ -399,7 +399,7 @@ fn memory(factors: Factors) -> String {
         format!("{} at the peak: ", size(in_use + needs.bytes))
     });
     format!(
-        "memory          {peak}{} for the factors of {matrices} {} with {:.1e} entries; a set-up takes {:.1e} operations",
+        "memory          {peak}{} for the factors of {matrices} {} with {:.1e} entries; a matrix setup costs {:.1e} operations",
         size(needs.bytes),
         if matrices == 1 { "matrix" } else { "matrices" },
         needs.entries as f64,
