@@ -266,7 +266,7 @@ fn square(version: &str, group: &str, triangle: &str) -> String {
 fn a_mesh_that_will_not_do_is_one_message_and_code_2() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: String| fs::write(folder.path().join(name), text).unwrap();
-    write("old.msh", square("2.2", "fixed", "1 2 3"));
+    write("old.msh", square("3.0", "fixed", "1 2 3"));
     write("group.msh", square("4.1", "left", "1 2 3"));
     write("flat.msh", square("4.1", "fixed", "1 2 2"));
     write(
@@ -275,7 +275,7 @@ fn a_mesh_that_will_not_do_is_one_message_and_code_2() {
     );
     for (mesh, words) in [
         ("missing.msh", &["missing.msh"][..]),
-        ("old.msh", &["old.msh", "2.2", "4.1"]),
+        ("old.msh", &["old.msh", "3.0", "4.1"]),
         ("group.msh", &["group.msh", "fixed", "left"]),
         ("flat.msh", &["flat.msh", "area"]),
         ("short.msh", &["short.msh"]),
