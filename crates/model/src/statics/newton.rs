@@ -18,9 +18,12 @@ use crate::matrices::Matrices;
 use crate::muscle::Muscle;
 use crate::operators::largest_gradient;
 
-/// Newton's iteration ends if the increment is below this fraction of the solution. Convergence is
-/// quadratic, so the remaining error is of the order of its square, below rounding.
+/// Newton's iteration ends if the next increment is estimated below this fraction of the solution, from the ratio of the last
+/// two as if convergence were linear. It is quadratic, so the remaining error is far smaller.
 const RELATIVE_INCREMENT: f64 = 1e-9;
+/// The same for equilibria under a part of the load, from which the next load step is predicted. Since convergence is quadratic,
+/// their error is about 1e-8 of the solution.
+const RELATIVE_INCREMENT_ON_PATH: f64 = 1e-4;
 /// Newton's iteration also ends if forces and volumes are balanced to this fraction of the loads
 /// and of the body's volume, because a displacement or pressure that is zero in equilibrium
 /// provides no scale for increments. The value is a few hundred times the unit roundoff.
@@ -307,7 +310,12 @@ impl<'a> Newton<'a> {
         let mut x = predicted.to_vec();
         let mut r = vec![0.0; x.len()];
         let longest = CORRECTION * length(predicted, start);
-        let mut last = f64::INFINITY;
+        let tolerance = if factor < 1.0 {
+            RELATIVE_INCREMENT_ON_PATH
+        } else {
+            RELATIVE_INCREMENT
+        };
+        let (mut last, mut last_ratio) = (f64::INFINITY, 0.0);
         for iteration in 1..=MAX_ITERATIONS {
             if self.residual(&x, factor, &mut r).is_err()
                 || watch([iteration, self.iterations + 1]).is_break()
@@ -326,11 +334,11 @@ impl<'a> Newton<'a> {
                 Err(error) if is_singular(&error) => return Ok(None),
                 Err(error) => return Err(error.into()),
             }
-            let is_small = self.is_small(&increment, &x) || self.size(&r) <= BALANCED * BALANCED;
+            let is_balanced = self.size(&r) <= BALANCED * BALANCED;
             x.iter_mut().zip(&increment).for_each(|(x, d)| *x -= d);
-            if is_small {
-                return Ok(self.residual(&x, factor, &mut r).is_ok().then_some(x));
-            }
+            let ratio = self.ratio(&increment, &x);
+            let next_ratio = ratio * (ratio / last_ratio).min(1.0);
+            last_ratio = ratio;
             let moved = square(&increment[..n_free]).sqrt();
             if moved > last && self.gradient(&increment[..n_free], 0.0) > SMALL_GRADIENT {
                 return Ok(None);
@@ -341,6 +349,9 @@ impl<'a> Newton<'a> {
                 if self.gradient(&correction, 0.0) > SMALL_GRADIENT {
                     return Ok(None);
                 }
+            }
+            if is_balanced || next_ratio <= tolerance {
+                return Ok(self.residual(&x, factor, &mut r).is_ok().then_some(x));
             }
             last = moved;
         }
@@ -389,13 +400,16 @@ impl<'a> Newton<'a> {
         Some(negative.saturating_sub(constraint.len()))
     }
 
-    /// Returns whether the increments of displacement and pressure are small relative to the
-    /// solution.
-    fn is_small(&self, increment: &[f64], x: &[f64]) -> bool {
-        self.layout.blocks().iter().all(|(_, range)| {
-            let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-            largest(&increment[range.clone()]) <= RELATIVE_INCREMENT * largest(&x[range.clone()])
-        })
+    /// Returns the larger ratio of increment to solution among displacement and pressure.
+    fn ratio(&self, increment: &[f64], x: &[f64]) -> f64 {
+        let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let ratios = self.layout.blocks().iter().map(|(_, range)| {
+            match largest(&increment[range.clone()]) {
+                0.0 => 0.0,
+                change => change / largest(&x[range.clone()]),
+            }
+        });
+        ratios.fold(0.0, f64::max)
     }
 
     /// Returns the size of the residual: forces relative to the initial forces, volume residuals
