@@ -21,7 +21,7 @@ pub struct Solid {
     #[serde(default)]
     #[schemars(range(min = 0))]
     pub rayleigh_stiffness: f64,
-    /// Form of the equations [default: `implicit-rate` if β > 0; otherwise `position`, or `velocity` if κ = inf].
+    /// Form of the equations [default: implicit-rate if β > 0; otherwise position, or velocity if κ = inf].
     pub formulation: Option<Formulation>,
     /// Accept a static equilibrium with inverted elements.
     #[serde(default)]
