@@ -18,7 +18,7 @@ use crate::scene_file::solid::Axis;
 pub struct Volume {
     /// Group of the boundary.
     pub group: String,
-    /// Axes across planes of symmetry on which the rim is held; `[]` closes openings instead. Only the modeled part counts.
+    /// Axes normal to planes of symmetry that hold the rim; `[]` closes openings instead. Only the modeled part counts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub symmetry: Option<Vec<Axis>>,
 }

@@ -78,13 +78,13 @@ impl Default for Rod {
 pub struct Chain {
     /// Name in output and feedback.
     pub name: String,
-    /// Number N.
+    /// Number of oscillators N.
     #[schemars(range(min = 1, max = 1_000_000))]
     pub oscillators: usize,
     /// Center of the natural frequencies, Hz.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub frequency: f64,
-    /// Half width of their interval, Hz.
+    /// Half width of the interval of frequencies, Hz.
     #[schemars(range(min = 0))]
     pub frequency_spread: f64,
     /// Random number generator of the frequencies.

@@ -90,7 +90,7 @@ pub enum MeshSource {
     },
     /// Left ventricle of Aróstica et al. (2025) with the nodal fields `f0` (fibers) and `s0` (sheets). Groups: `endo`, `epi`, `base`, `myocardium`.
     Ventricle {
-        /// Size.
+        /// Mesh size.
         resolution: Resolution,
     },
 }

@@ -156,7 +156,7 @@ pub struct Time {
 /// Checkpoints, from which a killed run resumes [default: ten per run].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Checkpoint {
-    /// Simulated time between them, s.
+    /// Simulated time between checkpoints, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: f64,
 }

@@ -95,7 +95,7 @@ pub struct PrescribedDisplacement {
     pub y: Option<Function>,
     /// Displacement, m.
     pub z: Option<Function>,
-    /// Harmonic motion in a response, m; held in other analyses.
+    /// Harmonic motion in a response, m; in other analyses these components are held.
     pub response: Option<Amplitudes>,
     /// Factor, evaluated at the nodes [default: 1].
     pub spatial_factor: Option<SpatialFactor>,
