@@ -239,7 +239,7 @@ fn strong_load(file: &SceneFile, body: &Body, t_end: f64, parts: &[Part]) -> Opt
             );
             (
                 problem,
-                "look at the units, Pa: loads far above the modulus turn elements inside out",
+                "look at the units, Pa: loads far above the modulus invert elements",
             )
         })
     })
