@@ -156,7 +156,7 @@ fn check_matrices(
 
 /// Corrects the initial values.
 ///
-/// The first step is the time scale for the search of the derivatives. If it is estimated from the
+/// The first step is the time scale of the search for the derivatives. If it is estimated from the
 /// span, which may be much longer than the time scale at the start, shorter steps are also tried.
 fn correct<I: Integrator<PythonDae>>(
     solver: &mut I,

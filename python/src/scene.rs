@@ -168,7 +168,7 @@ pub(crate) fn program(py: Python<'_>, arguments: Vec<OsString>) -> i32 {
     })
 }
 
-/// Returns the policy for earlier results by its name.
+/// Returns the policy for earlier results that has this name.
 pub(crate) fn existing_of(name: &str) -> PyResult<Existing> {
     match name {
         "refuse" => Ok(Existing::Refuse),

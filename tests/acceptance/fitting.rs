@@ -179,7 +179,7 @@ fn the_fit_of_the_guide_finds_the_truth_and_shows_it_on_a_page() {
     assert!(page.contains("3 parameters from "));
 }
 
-/// The sum over the elements of a map equals the derivative by the common stiffness, computed with
+/// The sum over the elements of a map equals the derivative with respect to the common stiffness, computed with
 /// forward sensitivities. The file for ParaView has the densities.
 #[test]
 fn a_map_says_where_an_output_sees_the_stiffness() {

@@ -393,7 +393,7 @@ fn run_finds_the_modes_of_a_scene_as_modes_does() {
     let again = with_set(&["run", "init", "--quiet"]);
     assert_eq!(again.code, 2, "{}", again.stderr);
     for (option, reported) in [
-        ("--resume", "nothing to go on with"),
+        ("--resume", "nothing to continue"),
         ("--verify", "no error in time"),
     ] {
         let refused = with_set(&["run", "init", "--out", "other", option]);

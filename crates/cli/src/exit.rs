@@ -26,7 +26,7 @@ pub enum Exit {
 }
 
 impl Exit {
-    /// Returns the result of a command that shows a run up to its last time. A stop by a requested
+    /// Returns the exit status of a command that shows a run, finished or not. A stop at a requested
     /// event counts as success.
     pub fn of(outcome: &Outcome) -> Self {
         match outcome.reason() {

@@ -30,8 +30,8 @@ struct State<'a> {
 /// `t_first`, t_first − t, or, if that fails, over h.
 ///
 /// For [`ConsistencyMode::AlgebraicAndDerivatives`] the matrix is ∂F/∂y + c ∂F/∂ẏ with c = 1/h: a
-/// correction δ moves algebraic y by δ and differential ẏ by c δ. That neglects what differential y
-/// would change, which is small for a small h; h starts at a thousandth of `t_first` − t. For
+/// correction δ moves algebraic y by δ and differential ẏ by c δ. This neglects the change of
+/// differential y, which is small for a small h; h starts at a thousandth of `t_first` − t. For
 /// [`ConsistencyMode::States`] c = 0, and a correction moves all of y.
 ///
 /// # Shapes

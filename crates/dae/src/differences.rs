@@ -20,7 +20,7 @@ const RESOLVED: f64 = 1e4;
 ///
 /// as IDA moves it for its own dense and banded Jacobians (SUNDIALS, IDALS). For a ∂F/∂y + b ∂F/∂ẏ,
 /// y_j moves by a σ and ẏ_j by b σ with σ = δ_j / max(|a|, |b h|), so that neither moves further
-/// than the step itself would take it. ∂F/∂ẏ alone has [shorter displacements](rate_displacement).
+/// than in the step itself. ∂F/∂ẏ alone has [shorter displacements](rate_displacement).
 ///
 /// If the residual cannot be evaluated there, the unknowns of this color are moved in [other
 /// ways](Perturbation). A smaller step would not help: 1/w_j does not become smaller with it.
@@ -50,7 +50,8 @@ impl Differences {
         }
     }
 
-    /// Differences a ∂F/∂y + b ∂F/∂ẏ into `values`, in the order of the pattern.
+    /// Computes a ∂F/∂y + b ∂F/∂ẏ by differences and writes it to `values`, in the order of the
+    /// pattern.
     pub(crate) fn evaluate<P: Problem + ?Sized>(
         &mut self,
         problem: &mut P,

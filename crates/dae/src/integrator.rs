@@ -15,7 +15,7 @@ pub enum ConsistencyMode {
     AlgebraicAndDerivatives,
     /// All of y, ẏ being given, for instance zero for a steady state.
     States,
-    /// All of y and ẏ, by the constraints that the problem states, for systems of index 2 and 3: see
+    /// All of y and ẏ, from the constraints that the problem declares, for systems of index 2 and 3: see
     /// [`project_onto_constraints`](crate::project_onto_constraints).
     Constraints,
 }

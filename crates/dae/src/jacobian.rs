@@ -1,4 +1,4 @@
-//! The Jacobian of a problem: its own, or by differences.
+//! The Jacobian of a problem, evaluated by the problem or by differences.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 

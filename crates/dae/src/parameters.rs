@@ -12,7 +12,7 @@ pub struct Parameter {
     pub name: String,
     /// Its value p.
     pub value: f64,
-    /// Its typical size p̄ > 0: p̄ ∂y/∂p has the units of y, and is allowed the error that y is.
+    /// Its typical size p̄ > 0: p̄ ∂y/∂p has the units and the error tolerances of y.
     pub scale: f64,
 }
 

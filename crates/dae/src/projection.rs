@@ -16,7 +16,7 @@ const DIFFERENCE: f64 = 6e-6;
 const RANK: f64 = 1e-9;
 /// Accepted residual of an equation relative to its terms; differences have errors of about 1e-10.
 const LEFT: f64 = 1e-6;
-/// Accepted residual relative to its change when y and ẏ change in their last digits.
+/// Accepted residual, relative to the change that rounding of y and ẏ causes in it.
 const ROUNDING: f64 = 100.0;
 
 /// Moves y onto the constraints stated by the problem ([`Problem::constraints`]), by the smallest

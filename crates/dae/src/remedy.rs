@@ -6,7 +6,8 @@ use crate::stop_reason::StopReason;
 /// Highest index supported by Radau IIA.
 const RADAU: u8 = 3;
 
-/// After so many steps the size of the first is forgotten: each may be eight times as long as the one before.
+/// Number of steps after which the size of the first step no longer matters: each step may be
+/// eight times as long as the previous one.
 const FIRST_STEPS: u64 = 10;
 
 /// State of an integration that failed, in addition to the reason.

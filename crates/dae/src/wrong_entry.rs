@@ -232,8 +232,8 @@ mod tests {
         }
     }
 
-    /// Checks a sample at its start moved by 10 %, unchanged and with each entry doubled or negated; returns
-    /// how many of the changes were found.
+    /// Checks a sample near its start (y moved by 10 %), first unchanged, then with each entry doubled or
+    /// negated; returns how many of the changes were found.
     fn found<S: Sample + Clone>(sample: &S) -> (usize, usize) {
         let start = sample.start();
         let y: Vec<f64> = start.y.iter().map(|y| 1.1 * y + 0.1).collect();

@@ -60,7 +60,7 @@ impl Fit {
         self.ended == Ended::Converged
     }
 
-    /// Returns whether any measurement depends on parameter `j` (a derivative by it is nonzero).
+    /// Returns whether any measurement depends on parameter `j` (a derivative with respect to it is nonzero).
     pub fn acts(&self, j: usize) -> bool {
         self.jacobian.column(j).norm() > 0.0
     }

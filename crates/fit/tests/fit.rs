@@ -41,7 +41,7 @@ fn parameters<const N: usize>(starts: [f64; N]) -> [Parameter; N] {
     })
 }
 
-/// Draper and Smith's formulas for the line through four points, by hand: mean x 1.5, Sxx 5.
+/// Draper and Smith's formulas for the line through four points, by hand with mean x = 1.5 and Sxx = 5.
 const POINTS: [(f64, f64); 4] = [(0.0, 1.1), (1.0, 2.9), (2.0, 5.2), (3.0, 6.8)];
 
 #[test]

@@ -1,5 +1,5 @@
-//! A parameter of a differential-algebraic equation of index 3 from where it ends: gravity from a
-//! pendulum in Cartesian coordinates, by Radau IIA and its forward sensitivities.
+//! Estimates a parameter of a differential-algebraic equation of index 3 from its final state: gravity
+//! from a pendulum in Cartesian coordinates, by Radau IIA and its forward sensitivities.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use myovib_dae::samples::{MechanicalForm, ParametricSample, Pendulum};
@@ -16,7 +16,7 @@ const MEASURED: [f64; 2] = [-0.231625, -0.443109];
 struct Gravity;
 
 impl Gravity {
-    /// Position at t = 2 and its derivative by g.
+    /// Position at t = 2 and its derivative with respect to g.
     fn run(g: f64) -> Result<[[f64; 2]; 2], Failed> {
         let [x, y] = START;
         // At rest the acceleration is along the circle: λ = −g y/ℓ².
@@ -72,8 +72,9 @@ impl Model for Gravity {
     }
 }
 
-/// The issue: the end implies g = 9.8265. The six decimals of the end tell g to 5e-7 over dx/dg,
-/// which is near 0.1: to 1e-5, and its source gives four decimals.
+/// Reference from the issue: the final position implies g = 9.8265. The position has six decimals
+/// (error 5e-7) and dx/dg is about 0.1, so they determine g to about 1e-5; the source gives four
+/// decimals of g.
 #[test]
 fn gravity_is_found_from_the_end_of_a_swing() {
     let start = [Parameter::new("g", 9.5).within(8.0, 12.0)];

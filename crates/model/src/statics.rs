@@ -19,7 +19,7 @@ pub(crate) use prospect::Prospect;
 
 /// Maximum number of iterations of a load step after which the next step may be twice as long.
 const QUICK: usize = 4;
-/// Largest displacement gradient that a load step may add, by the prediction.
+/// Largest predicted increment of the displacement gradient in a load step.
 const GRADIENT_STEP: f64 = 0.2;
 /// Smallest load increment, as a fraction of the whole load.
 const SMALLEST_LOAD_STEP: f64 = 1.0 / 1024.0;

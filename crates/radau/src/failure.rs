@@ -139,8 +139,8 @@ impl Failures {
         self.unsolved > 0
     }
 
-    /// Returns a count of zero after a step for which the problem did or did not
-    /// [reject](Self::refused) a larger size.
+    /// Returns zero counts at the start of a new step; `refused` records whether the problem
+    /// [rejected](Self::refused) a larger size of the previous one.
     pub(crate) fn after(refused: bool) -> Self {
         Self {
             refused,

@@ -24,7 +24,7 @@ const BEYOND: usize = 3;
 pub struct InfSup {
     /// Smallest non-zero values of β, ascending.
     pub constants: Vec<f64>,
-    /// Decision which of the smallest values of β² are zero; their number is the nullity of Bᵀ.
+    /// Decision on which of the smallest values of β² are zero; their number is the nullity of Bᵀ.
     pub decision: RankDecision,
 }
 

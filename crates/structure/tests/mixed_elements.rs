@@ -101,7 +101,7 @@ fn taylor_hood_is_stable() {
 }
 
 /// P1–P1 on the right-diagonal square: three pressures are not controlled, and the smallest non-zero constant decreases
-/// under refinement. Reference: the model's specification, to its digits.
+/// under refinement. The reference values are from the model's specification and are compared to its printed digits.
 #[test]
 fn equal_order_is_unstable() {
     for (n, expected) in [(4, 0.115), (8, 0.085), (16, 0.048), (24, 0.033)] {
@@ -112,7 +112,8 @@ fn equal_order_is_unstable() {
     }
 }
 
-/// The spindle of the paper's muscle at two levels. Reference: the model's specification, to its digits.
+/// The spindle of the paper's muscle at two levels. The reference values are from the model's
+/// specification and are compared to its printed digits.
 #[test]
 fn the_spindle() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/meshes/muscle.msh");

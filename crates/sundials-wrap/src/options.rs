@@ -113,7 +113,7 @@ pub struct InitialValueOptions {
     pub nonlinear_coefficient: f64,
     /// Values of h in c_j = 1/h to be tried; 5 by default.
     pub max_scales: usize,
-    /// Jacobians allowed for each of them; 4 by default.
+    /// Jacobians allowed for each value of h; 4 by default.
     pub max_jacobians: usize,
     /// Newton iterations allowed for each Jacobian; 10 by default.
     pub max_iterations: usize,

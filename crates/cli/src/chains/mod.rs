@@ -11,5 +11,5 @@ pub use document::{SettledJson, chain_document};
 pub use run::{ChainRun, on_its_body, record, replay};
 
 /// Sampling interval of the coherence, s: 12.5 samples per cycle of 8 Hz, 6 per cycle of the 16 Hz
-/// ripple. The centroid passes zero in less time; its frequency therefore counts full turns.
+/// ripple. The centroid passes zero in less time; its frequency is therefore computed from full turns.
 pub const EVERY: f64 = 0.01;

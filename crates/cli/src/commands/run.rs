@@ -196,7 +196,7 @@ fn errors(estimate: &Value) -> String {
     let cut = match estimate["outcome"].as_str() {
         Some("finished") => String::new(),
         _ => format!(
-            " It ended at t = {:.3} s: they are those up to then.",
+            " The second run ended at t = {:.3} s; the errors cover the time until then.",
             estimate["t_reached"].as_f64().unwrap_or(f64::NAN)
         ),
     };

@@ -164,7 +164,7 @@ impl Table2Args {
         self.integrator == IntegratorKind::Bdf
     }
 
-    /// Returns the changes of the rows' scenes by the options.
+    /// Returns the overrides by which the options change the scenes of the rows.
     fn overrides(&self) -> Vec<String> {
         let mut set = match self.integrator {
             IntegratorKind::Bdf => Vec::new(),

@@ -95,7 +95,8 @@ pub fn names_the_function_that_failed<M: Method>(method: &M) {
     }
 }
 
-/// Checks that a time that no step can cross is reached and reported with the cause.
+/// Checks that the integration stops just before a time that no step can cross, and reports it
+/// with the cause.
 pub fn stops_before_a_wall<M: Method>(method: &M) {
     let problem = Circle::with_residual(|t| match t > 0.5 {
         true => Err(recoverable("a wall")),

@@ -4,8 +4,7 @@ use super::*;
 use crate::samples::*;
 use crate::tolerances::Tolerances;
 
-/// A sample with an exact pattern, from its Jacobian near the start, without one entry, and without
-/// the Jacobian.
+/// A sample with the given sparsity pattern and without a Jacobian.
 struct Sparse<'a> {
     sample: &'a mut dyn Sample,
     pattern: SparsityPattern,

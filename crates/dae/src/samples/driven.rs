@@ -74,7 +74,7 @@ impl Equations for TimeScales {
     }
 }
 
-/// A low-pass filter of two stages under pulses with edges, and a nonlinear reading of it.
+/// A low-pass filter of two stages under pulses with steep edges, and a nonlinear function of its output.
 ///
 /// ```text
 /// τ1 ẏ1 = w(t) − y1,  τ2 ẏ2 = y1 − y2,  0 = z + z³ − y2
@@ -85,7 +85,7 @@ impl Equations for TimeScales {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pulses;
 
-/// Pieces of w: from when, w there, its slope; the last lasts.
+/// Pieces of w: start time, value at the start, slope; the last piece does not end.
 const PIECES: [(f64, f64, f64); 7] = [
     (0.0, 0.0, 0.0),
     (0.1, 0.0, 1e3),

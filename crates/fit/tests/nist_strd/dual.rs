@@ -5,7 +5,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// Most parameters of a NIST model.
 pub(crate) const MOST: usize = 9;
 
-/// A number with its derivatives by the parameters.
+/// A number with its derivatives with respect to the parameters.
 #[derive(Clone, Copy)]
 pub(crate) struct Dual {
     pub(crate) value: f64,

@@ -12,8 +12,8 @@ use crate::integration::settings::{LinearSolver, Settings};
 use crate::integration::viscoelastic::ViscoelasticRadau;
 use crate::muscle_dae::MuscleDae;
 
-/// Starts a muscle at rest at t = 0 with the integrator selected in `settings`. The message of a
-/// stop includes advice on the index.
+/// Starts a muscle at rest at t = 0 with the integrator selected in `settings`. If the
+/// integration stops early, its message includes advice on the index.
 ///
 /// # Errors
 /// Settings that the integrator does not support.

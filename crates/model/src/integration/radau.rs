@@ -147,7 +147,7 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
         &self.solver
     }
 
-    /// Returns the solver for components that follow its steps.
+    /// Returns the solver, for components that are integrated with its steps.
     pub(crate) fn solver_mut(&mut self) -> &mut RadauSolver<P, M> {
         &mut self.solver
     }

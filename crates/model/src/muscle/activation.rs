@@ -13,8 +13,8 @@ pub enum Activation {
     /// Unknown that follows Bestel's equation and is zero at the start of a run.
     Bestel(Bestel),
     /// Tension that follows the coherence of oscillators, by a
-    /// [`Feedback`](crate::coupling::Feedback). This value applies while the oscillators are out of
-    /// step or at rest.
+    /// [`Feedback`](crate::coupling::Feedback). This value applies while the oscillators are
+    /// incoherent or at rest.
     Coherence {
         /// T0, Pa.
         unsynchronized: f64,

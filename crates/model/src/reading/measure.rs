@@ -19,7 +19,8 @@ pub struct Measurement {
 }
 
 impl Measurement {
-    /// Measures quantities at a point, or next to one outside the mesh as [`Probe::near`](crate::Probe::near) does.
+    /// Measures quantities at a point. A point slightly outside the mesh is replaced by a
+    /// near point of the mesh, as in [`Probe::near`](crate::Probe::near).
     ///
     /// # Errors
     /// [`ModelError::Coordinates`], [`ModelError::OutsideMesh`].

@@ -25,7 +25,7 @@ const ROUNDING: f64 = 1e-12;
 pub struct Schedule {
     /// With the derivatives of it that the equations contain.
     drives: Vec<(Arc<dyn Timed>, u8)>,
-    /// The shortest time of the system itself, s.
+    /// Shortest time scale of the system without its drives, s.
     own_time: Option<f64>,
 }
 

@@ -143,7 +143,7 @@ pub(crate) fn observe<B: Body>(
     (history, statistics)
 }
 
-/// From rest to `t_end` with the default tolerances.
+/// Integrates from rest to `t_end` with the default tolerances.
 pub(crate) fn from_rest(chain: &Chain, gain: f64, t_end: f64) -> (CoherenceHistory, Statistics) {
     let dae = rod_and_chain(chain, gain);
     let y = vec![0.0; dae.n_unknowns()];

@@ -207,7 +207,7 @@ fn tension_follows_chains_where_stress_relaxes() {
     }
 }
 
-/// The body, the stress of half of whose active elements relaxes.
+/// The body with stress relaxation in half of its active elements.
 pub(crate) fn relaxing_body(dimension: usize, kappa: f64, beta: f64) -> (Muscle, Vec<usize>) {
     let (mut muscle, active) = body(dimension, kappa, beta);
     let terms = [[0.4, 0.02], [0.3, 0.2]];

@@ -11,8 +11,9 @@ pub(super) const STEPS: usize = 8;
 /// Starts of those steps and of the next step.
 pub(super) const PLACES: usize = STEPS + 1;
 
-/// Weight of the state relative to a column, both scaled by their norms. The state indicates how
-/// the forcing of a column continues; the starts of the column indicate more.
+/// Weight of the state relative to a column, both scaled by their norms. The state helps to
+/// predict how the forcing of a column continues, but the earlier starts of the column are more
+/// reliable.
 const SHARE_OF_STATE: f64 = 0.1;
 
 /// Number of rows above which only a sample of rows is compared; eight coefficients need no more.

@@ -94,7 +94,7 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     pub(super) memory: Option<Memory<P>>,
     /// Quadratures integrated along with the solution.
     pub(super) quadrature: Option<Quadrature<P>>,
-    /// `t_out` and the limit in the call for the last accepted step.
+    /// `t_out` and the time limit, as passed to the call that accepted the last step.
     pub(super) bounds: [f64; 2],
     /// Time within the last step at which the integration pauses.
     pub(super) pause: Option<Pause>,

@@ -97,8 +97,8 @@ fn total<S: ParametricSample>(sample: S, gradient: &Gradient) -> Vec<f64> {
         .collect()
 }
 
-/// The gradient by forward sensitivities: to the parameters, including the initial values, or to
-/// the initial value of the unknown `moved` alone.
+/// The gradient by forward sensitivities, with respect to the parameters (including their effect on
+/// the initial values) or only to the initial value of the unknown `moved`.
 fn forward<S: ParametricSample + Copy + 'static>(
     sample: S,
     options: RadauOptions,

@@ -255,7 +255,7 @@ fn of_body(
     let free = frequencies.first().filter(|first| **first == 0.0);
     if let Some(free) = free.and_then(|_| support::free_parts(muscle)) {
         let error = InputError::new(format!("at 0 Hz the supports do not hold the body: {free}"));
-        let error = error.next("take frequencies above 0 Hz, or fix more components");
+        let error = error.next("use frequencies above 0 Hz, or fix more components");
         return Err(scene.wrong("response.frequencies", error).into());
     }
     let at = equilibrium(scene, muscle, body.formulation, preload_time, watcher)?;

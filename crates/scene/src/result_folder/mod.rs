@@ -276,7 +276,7 @@ impl<'a> FolderRequest<'a> {
     }
 }
 
-/// A folder that takes the results of one command. Other processes are kept out while it exists.
+/// Folder for the results of one command, locked against other processes while this value exists.
 #[derive(Debug)]
 pub struct ResultFolder {
     path: PathBuf,

@@ -180,7 +180,7 @@ fn a_killed_program_leaves_nothing_behind_and_nothing_unknown() {
     assert_eq!(left, [LOCK, manifest::NAME].map(str::to_owned).into());
 }
 
-/// The manifest of a hostile or damaged folder leads nowhere else.
+/// A hostile or damaged manifest gives no access to files outside the folder.
 #[test]
 fn a_manifest_that_names_files_elsewhere_is_refused() {
     let folder = used();

@@ -77,7 +77,7 @@ pub(super) struct Totals {
 }
 
 impl Totals {
-    /// Returns the sum with the counts of the current part.
+    /// Returns these totals plus the counts of the current part of the run.
     pub(super) fn plus(&self, counts: Counts) -> Self {
         Self {
             counts: self.counts.followed_by(counts),
@@ -132,10 +132,10 @@ impl Checkpoint {
         if checkpoint.t > scene.t_end {
             let t = checkpoint.t;
             return Err(
-                InputError::new("the run is finished: there is nothing to go on with")
+                InputError::new("the run is finished: there is nothing to continue")
                     .at(folder.path().display())
                     .found(format!("t = {t} s"))
-                    .next("a later end goes on with it: --resume --set time.end=…")
+                    .next("set a later end to continue it: --resume --set time.end=…")
                     .next("--overwrite computes it again"),
             );
         }
@@ -260,10 +260,10 @@ pub(super) fn expect_incomplete(
         return Ok(());
     };
     Err(
-        InputError::new("the run is finished: there is nothing to go on with")
+        InputError::new("the run is finished: there is nothing to continue")
             .at(folder.display())
             .found(format!("t = {t} s"))
-            .next("a later end goes on with it: --resume --set time.end=…")
+            .next("set a later end to continue it: --resume --set time.end=…")
             .next("--overwrite computes it again"),
     )
 }

@@ -159,7 +159,7 @@ fn without_motion(options: &RunOptions<'_>) -> Result<(), InputError> {
     };
     match options {
         _ if options.existing == Existing::Resume => {
-            wrong("--resume", "there is nothing to go on with")
+            wrong("--resume", "there is nothing to continue")
         }
         _ if options.verify => wrong("--verify", "it has no error in time"),
         _ => Ok(()),

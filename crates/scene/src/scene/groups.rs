@@ -34,7 +34,7 @@ impl Builder<'_> {
         if selected.is_empty() {
             let (min, max) = extent(mesh);
             let error = InputError::new(format!("the group `{}` has no members", group.name))
-                .found(format!("a mesh from {min:?} to {max:?} m"))
+                .found(format!("the mesh extends from {min:?} to {max:?} m"))
                 .next("move or widen the place of the group");
             return Err(self.wrong(path, error));
         }
@@ -96,8 +96,9 @@ impl Builder<'_> {
             } => {
                 let d = direction("direction", d)?;
                 if group.members != Members::Boundary {
-                    let error = InputError::new("a direction selects members of the boundary")
-                        .allowed("members = \"boundary\"");
+                    let error =
+                        InputError::new("a direction can only select facets of the boundary")
+                            .allowed("members = \"boundary\"");
                     return Err(self.wrong(&format!("{path}.members"), error));
                 }
                 let least = angle.to_radians().cos();

@@ -51,7 +51,7 @@ impl Builder<'_> {
             let error = InputError::new("the scene has too many probes")
                 .found(file.probe.len())
                 .allowed(format!("at most {MAX_PROBES}: each has a file open"))
-                .next("take lines of points, or write fields");
+                .next("use lines of points, or write fields");
             return Err(self.wrong(&format!("probe[{MAX_PROBES}]"), error));
         }
         if let Some(files) = open_files() {

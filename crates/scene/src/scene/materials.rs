@@ -40,7 +40,7 @@ impl Builder<'_> {
             for &element in &members {
                 if given[element].is_some() {
                     let error = InputError::new(format!(
-                        "{} {element} has two materials: this one and one before it",
+                        "{} {element} has two materials: this one and an earlier one",
                         mesh.shape().name
                     ))
                     .next("give each one material, by groups that do not overlap");

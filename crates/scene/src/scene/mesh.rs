@@ -102,7 +102,7 @@ impl Builder<'_> {
     /// Moves the elements of a region into a separate group.
     fn with_region(&self, mesh: &Mesh, region: &Region, path: &str) -> Result<Mesh, InputError> {
         if region.name.is_empty() {
-            let error = InputError::new("a region needs a name, by which materials find it");
+            let error = InputError::new("a region needs a name, to which materials refer");
             return Err(self.wrong(&format!("{path}.name"), error));
         }
         let dimension = mesh.dimension();

@@ -128,7 +128,7 @@ impl Builder<'_> {
                 return Err(self.wrong(&place, error));
             }
             (Some(_), None, _) => {
-                let error = InputError::new("a point needs a muscle, and the scene has no mesh")
+                let error = InputError::new("a point requires a body, but the scene has no mesh")
                     .next("for a rod, give the position as one number");
                 return Err(self.wrong(&place, error));
             }
@@ -200,9 +200,9 @@ impl Builder<'_> {
         let path = format!("{path}.coherence_radius");
         let (Some(body), 2.., Some(_)) = (body, places.len(), &file.fields) else {
             let error = InputError::new(
-                "a neighborhood is of places of the body, and is written with the fields",
+                "a coherence radius requires a chain at several positions of the body, and [fields]",
             )
-            .next("let the chain be in many places, and add [fields]; or leave it out");
+            .next("place the chain at many positions and add [fields], or remove the radius");
             return Err(self.wrong(&path, error));
         };
         let space = body.muscle.solid.space();

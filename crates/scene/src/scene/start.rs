@@ -62,10 +62,11 @@ impl Builder<'_> {
             InitialState::Velocity { value } => {
                 let space = body.muscle.solid.space();
                 if value.len() != space.dimension() {
-                    let error =
-                        InputError::new("the velocity has a component for each of the mesh's axes")
-                            .found(value.len())
-                            .allowed(space.dimension());
+                    let error = InputError::new(
+                        "the velocity needs one component for each axis of the mesh",
+                    )
+                    .found(value.len())
+                    .allowed(space.dimension());
                     return Err(self.wrong("initial_state.value", error));
                 }
                 Ok(Start::State(State::moving(space, value)))

@@ -164,12 +164,12 @@ fn volume(part: &Part) -> Option<Said> {
     let poisson = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear));
     (poisson < 0.0).then(|| {
         let problem = format!(
-            "bulk_modulus = {} Pa beside a shear modulus of {} Pa: Poisson's ratio is {}, so that the body thickens when pulled",
+            "bulk_modulus = {} Pa with a shear modulus of {} Pa: Poisson's ratio is {}, so the body thickens when pulled",
             readable(kappa),
             readable(shear),
             two_digits(poisson)
         );
-        (problem, "take a bulk_modulus far above the shear modulus: tissue has a hundred times as much and more, or `inf`")
+        (problem, "use a bulk_modulus far above the shear modulus (in tissue at least a hundred times as large), or `inf`")
     })
 }
 
@@ -209,10 +209,10 @@ fn damping(part: &Part) -> Option<Said> {
     let loss = TAU * frequency * beta;
     (loss > MOST_LOSS).then(|| {
         let problem = format!(
-            "rayleigh_stiffness = {beta:e} s makes viscous stress {loss:.1} times the elastic one at {} Hz",
+            "rayleigh_stiffness = {beta:e} s makes the viscous stress {loss:.1} times the elastic stress at {} Hz",
             readable(frequency)
         );
-        (problem, "take a smaller rayleigh_stiffness, in s: tissue has viscous stress of 0.05 to 1 times the elastic one")
+        (problem, "use a smaller rayleigh_stiffness, in s: in tissue the viscous stress is 0.05 to 1 times the elastic stress")
     })
 }
 

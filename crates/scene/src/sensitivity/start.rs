@@ -68,7 +68,7 @@ impl Parameterized {
             let place = format!("parameter[{j}].key");
             if known.influence == Influence::Compressibility && value == 0.0 {
                 let error = InputError::new(
-                    "the start of an incompressible body has no derivative by 1/bulk_modulus",
+                    "the initial state of an incompressible body has no derivative with respect to 1/bulk_modulus",
                 );
                 let error = error
                     .next("give the scene, or the `start` of a fit, a large bulk_modulus: 1e7");
@@ -89,7 +89,10 @@ impl Parameterized {
             };
             let delta = known.step(STEP, value);
             let (stencil, starts) = around(value, delta, of).map_err(|cause| {
-                let message = format!("the start has no derivative by `{}`", known.key);
+                let message = format!(
+                    "the initial state has no derivative with respect to `{}`",
+                    known.key
+                );
                 let error = InputError::new(message).found(cause);
                 Error::from(self.scene.wrong(&place, error.next("keep it fixed")))
             })?;

@@ -38,7 +38,7 @@ fn a_body_force_in_the_plane_has_the_resultant_and_moment_of_its_integral() {
     assert_close(moments[0][1] - moments[1][0], 1e3 * (4.0 - 2.0) / 3.0, 2e3);
 }
 
-/// The distribution may be non-finite outside its group: here it is for x < 1.
+/// The distribution may be non-finite outside its group, here for x < 1.
 #[test]
 fn a_body_force_is_asked_for_in_its_group_only() {
     let two = "[[region]]\nname = \"end\"\ncenter = [2.0, 0.5]\nradii = [1.0, 1e3]\n";

@@ -133,7 +133,7 @@ fn starts_without_a_derivative_are_refused_with_what_to_do() {
     let it = Parameterized::load(&path, &set(&of_scene)).unwrap();
     let message = it.dependences(&it.values()).unwrap_err().to_string();
     for part in [
-        "has no derivative by 1/bulk_modulus",
+        "has no derivative with respect to 1/bulk_modulus",
         "key = \"solid.bulk_modulus\"",
         "a large bulk_modulus: 1e7",
     ] {

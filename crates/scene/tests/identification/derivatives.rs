@@ -23,7 +23,7 @@ const KEYS: [&str; 10] = [
     "traction[0].y.shift",
 ];
 
-/// The formulations with each κ and β that they take.
+/// The formulations with the values of κ and β that they accept.
 pub(crate) const CASES: [(&str, &str, &str); 9] = [
     ("displacement", "1e5", "0"),
     ("position", "1e5", "0"),
@@ -65,8 +65,8 @@ fn moved(it: &Parameterized, j: usize, value: f64) -> Muscle {
     muscle
 }
 
-/// Every parameter, formulation and kind of κ against differences that take short steps where ours
-/// take long ones.
+/// Compares the derivatives for every parameter, formulation and kind of κ with finite differences
+/// whose steps are shorter than those of the program.
 #[test]
 fn residuals_have_the_derivatives_of_their_differences() {
     let folder = tempfile::tempdir().unwrap();

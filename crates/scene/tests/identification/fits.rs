@@ -481,7 +481,8 @@ fn robust_losses_pass_over_an_outlier() {
     assert!(cauchy < 0.05 * squares, "{cauchy:e} {squares:e}");
 }
 
-/// From 15 Hz a load of 8 Hz is not found; of three starts between 4 and 16 Hz one leads there.
+/// A fit that starts at 15 Hz misses a load of 8 Hz; one of three starts between 4 and 16 Hz
+/// finds it.
 #[test]
 fn several_starts_find_what_one_does_not() {
     let folder = tempfile::tempdir().unwrap();

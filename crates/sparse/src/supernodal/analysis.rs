@@ -77,7 +77,7 @@ pub struct Analysis {
 
 impl Analysis {
     /// Analyzes a compressed-column pattern, which is symmetrized. Unknowns without a diagonal entry, and those listed
-    /// in `constraints`, are eliminated after unknowns they act on.
+    /// in `constraints`, are eliminated after the unknowns they act on.
     ///
     /// # Errors
     /// [`SparseError::NotSquare`]; [`SparseError::EmptyColumn`] if an unknown is in no equation.

@@ -121,7 +121,7 @@ pub(crate) unsafe extern "C" fn residual_with<C: Callbacks>(
 /// Implements IDAResFnB.
 ///
 /// # Safety
-/// As for [`residual_with`], of a link without parameters.
+/// As for [`residual_with`], for a link without parameters.
 pub(crate) unsafe extern "C" fn residual<C: Callbacks>(
     t: realtype,
     y: N_Vector,
@@ -167,7 +167,7 @@ pub(crate) unsafe extern "C" fn setup_with<C: Callbacks>(
 /// Implements IDALsJacFnB.
 ///
 /// # Safety
-/// As for [`setup_with`], of a link without parameters.
+/// As for [`setup_with`], for a link without parameters.
 pub(crate) unsafe extern "C" fn setup<C: Callbacks>(
     t: realtype,
     c_j: realtype,
@@ -244,7 +244,7 @@ pub(crate) unsafe extern "C" fn quadrature_with<C: Callbacks>(
 /// Implements IDAQuadRhsFnB.
 ///
 /// # Safety
-/// As for [`quadrature_with`], of a link without parameters.
+/// As for [`quadrature_with`], for a link without parameters.
 pub(crate) unsafe extern "C" fn quadrature<C: Callbacks>(
     t: realtype,
     y: N_Vector,

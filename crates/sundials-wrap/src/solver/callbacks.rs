@@ -75,7 +75,8 @@ pub(super) struct UserFunctions<P> {
     pub(super) quadrature_sensitivities: Option<Box<QuadratureSensitivities<P>>>,
     pub(super) backward: Vec<RegisteredProblem<P>>,
     pub(super) repeating: Repeating,
-    /// Time over which differences move ẏ by the tolerance, during a search for initial values.
+    /// During a search for initial values: difference quotients move ẏ by the tolerance divided by this
+    /// time.
     pub(super) search_time: Option<f64>,
     /// Time of the last call with a time, for messages of calls without a time.
     pub(super) t_called: f64,

@@ -58,7 +58,7 @@ pub struct IdaSolver<P: Problem> {
     min_step: f64,
     initial_values: InitialValueOptions,
     max_steps: Option<usize>,
-    /// Steps and time when it was last seen that t moves.
+    /// Number of steps and time at the last check that found progress of t.
     mark: (u64, f64),
     /// Not to be stepped over, until it is reached.
     stop_time: Option<f64>,

@@ -29,7 +29,7 @@ fn printed(ours: f64, printed: f64) -> bool {
     (ours / printed - 1.0).abs() < 1e-4
 }
 
-/// G = ∫ y1 dt of the Akzo Nobel problem, and its gradient by the initial values, as SUNDIALS' example
+/// G = ∫ y1 dt of the Akzo Nobel problem, and its gradient with respect to the initial values, as SUNDIALS' example
 /// idasAkzoNob_ASAi_dns prints them, with either interpolation. F is −(ẏ − f) here: λᵀ ∂F/∂ẏ is −λ.
 #[test]
 fn reproduces_the_published_gradient_of_akzo_nobel() {
@@ -90,7 +90,7 @@ fn reproduces_the_published_gradient_of_akzo_nobel() {
     }
 }
 
-/// G = ∫ y3 dt of Robertson's kinetics to 4e10 and its gradient by the three rates, then again from t = 50
+/// G = ∫ y3 dt of Robertson's kinetics to 4e10 and its gradient with respect to the three rates, then again from t = 50
 /// with values to be corrected, as the example idasRoberts_ASAi_klu prints them. The example itself, compiled
 /// here against SUNDIALS 6.4.1, takes 774, 1199 and 430 steps where 774, 1263 and 436 are printed: rounding
 /// alone moves the steps back by five in a hundred, so that ten are allowed.
@@ -315,7 +315,7 @@ fn a_run_that_does_not_repeat_itself_is_told() {
     assert!(matches!(error, Error::NotRepeated { .. }), "{error}");
 }
 
-/// A restart gives the same results; until then the forward run has ended.
+/// After a backward run the forward run can only be restarted; it then gives the same results.
 #[test]
 fn a_forward_run_that_was_left_is_started_again_only() {
     let mut solver = oscillator(1e-8);

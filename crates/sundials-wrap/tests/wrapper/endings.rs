@@ -111,7 +111,7 @@ fn solver(plan: &Plan) -> IdaSolver<Decay> {
     builder.build(0.0, &[1.0], &[-1.0]).unwrap()
 }
 
-/// Every function, and how an integration ends that it alone spoils.
+/// Each function, and the reason for the stop if only this function fails.
 const FUNCTIONS: [(&str, StopReason); 7] = [
     ("residual", StopReason::ResidualFailed),
     ("Jacobian", StopReason::JacobianFailed),

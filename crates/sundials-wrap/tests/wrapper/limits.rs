@@ -1,4 +1,4 @@
-//! Limits on the number of steps, by the tolerance, and by a constraint.
+//! Integrations limited by the number of steps, the smallest tolerance, or a constraint.
 
 use myovib_dae::{Outcome, StopReason, Tolerances};
 

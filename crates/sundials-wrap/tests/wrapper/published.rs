@@ -166,7 +166,7 @@ fn heat_equation_reproduces_the_published_run() {
     assert_eq!(stats.newton_failures, published["ncfn"].as_u64().unwrap());
 }
 
-/// Against the matrix exponential of the same semi-discrete system.
+/// Comparison with the matrix exponential of the same semi-discrete system.
 #[test]
 fn heat_equation_is_accurate_at_a_tight_tolerance() {
     let tol = 1e-12;

@@ -6,7 +6,7 @@ use sundials_wrap::adjoint::{BackwardOptions, BackwardProblem, Checkpoints, Forw
 use sundials_wrap::{IdaOptions, IdaSolver, SensitivityMethod, SensitivityOptions};
 
 /// The adjoint λ of G = ∫ |y|²/2 dt of Robertson's kinetics with its derivative μ = ∂λ/∂p_k, k = 0 or 1, and
-/// as quadratures ∂G/∂p1, ∂G/∂p2 and their derivatives by p_k.
+/// as quadratures ∂G/∂p1, ∂G/∂p2 and their derivatives with respect to p_k.
 struct SecondOrder {
     k: usize,
 }

@@ -141,7 +141,7 @@ fn reproduces_the_published_sensitivities_of_robertson() {
 
 /// The slider-crank of SUNDIALS' example idasSlCrank_FSA_dns: crank of length 1/2, rod of length 1,
 /// a spring and a damper between their midpoints, a force of 1 along x at (x + cos p); stabilized to
-/// index 2. Unknowns: angle q of the crank, place x of the slider, angle p of the rod, their
+/// index 2. Unknowns: angle q of the crank, position x of the slider, angle p of the rod, their
 /// velocities, two multipliers of the positions and two of the velocities, and the integral of the
 /// kinetic energy, for which the example has a quadrature. Parameters: stiffness and damping.
 #[derive(Clone, Copy)]

@@ -18,7 +18,8 @@ use num_complex::Complex64;
 use serde_json::json;
 use solid::Solid;
 
-/// Numbers of cubes; b: a compact block, s: a shell of two layers; the number gives thousands of unknowns.
+/// Bodies by their numbers of cubes: `b` is a compact block, `s` a shell of two layers; the number
+/// in the name is the number of unknowns in thousands.
 const CASES: [(&str, [usize; 3]); 7] = [
     ("b10", [5, 5, 13]),
     ("b30", [8, 8, 17]),

@@ -298,7 +298,9 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
     {
         lines.push("start           all equations hold at t = 0".to_owned());
     } else {
-        lines.extend(residuals.map(|block| format!("start           missed at t = 0: {block}")));
+        lines.extend(
+            residuals.map(|block| format!("start           not satisfied at t = 0: {block}")),
+        );
     }
     let slow: Vec<String> = report
         .slow_modes
@@ -311,9 +313,11 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
     };
     lines.push(match slow.is_empty() {
         true if report.too_large_for_modes => {
-            format!("modes           not looked for in so large a body; `myovib modes` finds them; {drive}")
+            format!("modes           not computed for so large a body; use `myovib modes`; {drive}")
         }
-        true => format!("modes           not looked for where pressures are not held; {drive}"),
+        true => format!(
+            "modes           not computed because the pressures are not determined; {drive}"
+        ),
         false => format!(
             "modes           the lowest at {} Hz, the highest at {:.0} Hz; {drive}",
             slow.join(", "),
@@ -324,7 +328,7 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
     lines.extend(sweeps.filter_map(|&range| passed(range, &report.slow_modes)));
     if body.settings.integrator == IntegratorKind::Bdf {
         lines.push(format!(
-            "BDF order       {} at most: beyond it modes faster than the steps resolve would grow",
+            "BDF order       at most {}: at higher orders, modes too fast for the steps to resolve would grow",
             report.advice.max_order()
         ));
     }

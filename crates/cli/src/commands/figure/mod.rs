@@ -88,7 +88,7 @@ pub struct Options {
     pub t_end: Option<f64>,
 
     /// Integrator: `bdf`, or Radau IIA of order 5, 9 or 13: `radau5`, `radau9`, `radau13`
-    /// [default: ida].
+    /// [default: bdf].
     #[arg(long, value_name = "NAME", value_parser = values::integrator)]
     pub integrator: Option<IntegratorKind>,
 
