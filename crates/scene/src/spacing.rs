@@ -33,7 +33,7 @@ impl<'a> Range<'a> {
         let finite = |number: &f64| number.is_finite();
         let number = |word: &str| word.trim().parse::<f64>().ok().filter(finite);
         let (Some(low), Some(high)) = (number(self.low), number(self.high)) else {
-            return Err("a range is made of finite numbers");
+            return Err("a range requires finite numbers");
         };
         let n = self.n.ok_or("`:n` is missing")?;
         let (n, is_log) = match n.trim().strip_suffix(":log") {

@@ -217,7 +217,7 @@ impl Table2Args {
         if self.max_order.is_some() && !self.is_bdf() {
             return Err(InputError::new("Radau IIA has no `--max-order`")
                 .at("--max-order")
-                .next("remove `--max-order`, or take --integrator bdf"));
+                .next("remove `--max-order`, or use --integrator bdf"));
         }
         if self.probe.is_some() && rows.len() != 1 {
             return Err(InputError::new("the CSV of a probe holds one run")

@@ -45,7 +45,7 @@ impl Builder<'_> {
         if dofs.n_free() == 0 && parameters[0].is_incompressible() {
             let error =
                 InputError::new("every node is held: no displacement answers the pressures")
-                    .next("hold or move fewer groups, or take a finite bulk_modulus");
+                    .next("hold or move fewer groups, or use a finite bulk_modulus");
             return Err(self.wrong("fixed", error));
         }
         let space = Arc::new(match parameters[0].is_incompressible() {
@@ -136,7 +136,7 @@ impl Builder<'_> {
                  pressure",
                 place(vertex)
             ))
-            .next("leave that part out of the mesh, hold fewer groups, or take a finite bulk_modulus");
+            .next("leave that part out of the mesh, hold fewer groups, or use a finite bulk_modulus");
             return Err(self.wrong("fixed", error));
         }
         if let Some(&vertex) = held.tied.first() {
@@ -208,7 +208,7 @@ impl Builder<'_> {
                     "the law {} has a volumetric part other than -κ (J-1)",
                     law.name
                 ))
-                .next("take the formulation `displacement`, or deviatoric-st-venant-kirchhoff");
+                .next("use the formulation `displacement`, or deviatoric-st-venant-kirchhoff");
                 Err(self.wrong("solid.formulation", error))
             }
             _ => Ok(()),

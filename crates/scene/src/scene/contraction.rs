@@ -130,7 +130,7 @@ impl Builder<'_> {
     ) -> Result<Springpot, InputError> {
         if file.analysis == Analysis::Dynamic {
             let error = InputError::new("a springpot has no stress in the time domain")
-                .next("compute a response, or take `prony` for a motion");
+                .next("compute a response, or use `prony` for a motion");
             return Err(self.wrong(path, error));
         }
         let law = self.at(path, material.stiffened())?;
@@ -139,7 +139,7 @@ impl Builder<'_> {
             let error =
                 InputError::new("a springpot needs an isotropic law without a volumetric part");
             let error = error.next(
-                "take mooney-rivlin, neo-hooke, small-strain or deviatoric-st-venant-kirchhoff",
+                "use mooney-rivlin, neo-hooke, small-strain or deviatoric-st-venant-kirchhoff",
             );
             return Err(self.wrong(path, error));
         }
@@ -197,7 +197,7 @@ impl Builder<'_> {
                     let error = InputError::new(
                         "Bestel's tension requires a motion: it starts at 0",
                     )
-                    .next("give a tension, type = \"given\", or take analysis = \"dynamic\"");
+                    .next("give a tension, type = \"given\", or use analysis = \"dynamic\"");
                     return Err(self.wrong(path, error));
                 }
                 let model = Bestel {

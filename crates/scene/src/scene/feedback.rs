@@ -215,7 +215,7 @@ impl Builder<'_> {
                 "the chains `{name}` at several points have no part of the body to act on"
             ));
             return wrong(error.next(
-                "put one into each element, `at = { elements = \"group\" }`, or take one chain at a point",
+                "put one into each element, `at = { elements = \"group\" }`, or use one chain at a point",
             ));
         }
         Ok(number)

@@ -94,7 +94,7 @@ impl Builder<'_> {
         let (mut times, mut values) = (Vec::<f64>::new(), Vec::new());
         for (i, row) in table.rows.iter().enumerate() {
             let wrong = |problem: &str| {
-                let message = format!("row {} under the header {problem}", i + 1);
+                let message = format!("row {} after the header {problem}", i + 1);
                 self.wrong(&place, InputError::new(message).found(row.join(",")))
             };
             let number = |j: usize| {
@@ -102,10 +102,10 @@ impl Builder<'_> {
                 number.ok().filter(|x| x.is_finite())
             };
             let [Some(t), Some(value)] = columns.map(number) else {
-                return Err(wrong("is not made of finite numbers"));
+                return Err(wrong("needs a finite time and a finite value"));
             };
             if times.last().is_some_and(|last| t <= *last) {
-                return Err(wrong("is not later than the one before it"));
+                return Err(wrong("is not later than the previous row"));
             }
             times.push(t);
             values.push(value);

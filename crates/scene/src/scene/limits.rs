@@ -65,7 +65,7 @@ impl Builder<'_> {
                             "{most}: a process may have {files} files open here, and needs others"
                         ))
                         .next(format!(
-                            "ulimit -n {}, or take lines of points",
+                            "ulimit -n {}, or use lines of points",
                             n + OTHER_FILES
                         ));
                 return Err(self.wrong(&format!("probe[{most}]"), error));

@@ -229,7 +229,7 @@ impl Builder<'_> {
             None => Ok(()),
             Some(place) => {
                 let error = InputError::new("a static scene has no motion, which this needs")
-                    .next("remove it, or take analysis = \"dynamic\"");
+                    .next("remove it, or use analysis = \"dynamic\"");
                 Err(self.wrong(&place, error))
             }
         }

@@ -43,7 +43,7 @@ impl Builder<'_> {
         }
         let error = InputError::new("viscous stresses of small strains need a response about rest");
         let error = error.next(
-            "remove response.preload_time, which has no effect on a linear law, or take neo-hooke",
+            "remove response.preload_time, which has no effect on a linear law, or use neo-hooke",
         );
         Err(self.wrong(path, error))
     }

@@ -78,7 +78,7 @@ impl Builder<'_> {
             let path = format!("integrator.{key}");
             if wanted.method != Method::Bdf {
                 let error = InputError::new(format!("Radau IIA has no `{key}`"))
-                    .next(format!("remove `{key}`, or take method = \"bdf\""));
+                    .next(format!("remove `{key}`, or use method = \"bdf\""));
                 return Err(self.wrong(&path, error));
             }
             let of_muscle = key != "max_order";

@@ -125,7 +125,7 @@ impl Builder<'_> {
                     NAMES[axis],
                     place.collect::<Vec<_>>().join(", ")
                 ))
-                .next("take one of the two groups, or give them other nodes or the same motion");
+                .next("keep one of the two groups, or give them other nodes or the same motion");
                 let path = last.map_or("", |last| &moves[last].component.path);
                 return Err(self.wrong(path, error));
             }

@@ -125,11 +125,11 @@ fn a_table_is_refused_with_the_number_of_its_row() {
     for (rows, message) in [
         (
             "0,1\n0.5,nan\n1,2\n",
-            "row 2 under the header is not made of finite numbers",
+            "row 2 after the header needs a finite time and a finite value",
         ),
         (
             "0,1\n0.5,2\n0.5,3\n",
-            "row 3 under the header is not later than the one before it",
+            "row 3 after the header is not later than the previous row",
         ),
     ] {
         std::fs::write(folder.path().join("load.csv"), format!("t,force\n{rows}")).unwrap();
