@@ -65,7 +65,7 @@ fn adjoint(integrator: IntegratorKind, with_checkpoints: bool) -> Gradient {
     gradient.unwrap()
 }
 
-/// Directions in the space of the elements' factors, as parameters.
+/// Directions in the space of the stiffness factors of all elements, each of which is one parameter.
 struct Directions {
     list: Vec<Parameter>,
     all: Vec<Vec<f64>>,
