@@ -1,6 +1,7 @@
 //! Generalized conjugate residuals for several right-hand sides at once.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Arch, Simd};
+use pulp_macro::with_simd;
 
 use super::krylov::Stalled;
 
@@ -155,12 +156,7 @@ impl Columns<'_> {
     fn sums(&self, a: &[f64], b: &[f64]) -> Vec<[f64; 3]> {
         let room = vec![0.0; ROWS * self.n_columns];
         let mut lanes = [room.clone(), room.clone(), room];
-        Arch::new().dispatch(Sums {
-            lanes: &mut lanes,
-            weights: self.weights,
-            a,
-            b,
-        });
+        add_squares(&mut lanes, self.weights, a, b);
         let of = |j: usize| {
             let column = (j, self.n_columns);
             lanes
@@ -173,7 +169,7 @@ impl Columns<'_> {
     /// Computes y ← y + share x with a share for each column.
     fn add_scaled(&self, y: &mut [f64], shares: &[f64], x: &[f64]) {
         let shares = &shares.repeat(ROWS);
-        Arch::new().dispatch(AddScaled { y, shares, x });
+        add_scaled(y, shares, x);
     }
 
     /// Computes x ← x + share p and r ← r + share q with a share for each column; returns the norms
@@ -181,15 +177,13 @@ impl Columns<'_> {
     fn step(&self, [x, r]: [&mut [f64]; 2], [p, q]: [&[f64]; 2], shares: &[f64]) -> Vec<f64> {
         let mut lanes = vec![0.0; ROWS * self.n_columns];
         let length = r.len();
-        Arch::new().dispatch(Step {
-            lanes: &mut lanes,
-            weights: self.weights,
-            shares: &shares.repeat(ROWS),
-            x,
-            r,
-            p,
-            q,
-        });
+        step(
+            &mut lanes,
+            self.weights,
+            &shares.repeat(ROWS),
+            [x, r],
+            [p, q],
+        );
         let columns = (0..self.n_columns).map(|j| (j, self.n_columns));
         let squares = columns.map(|column| mean_of_column(&lanes, column, length));
         squares.map(f64::sqrt).collect()
@@ -203,95 +197,75 @@ pub(super) fn mean_of_column(lanes: &[f64], (j, n_columns): (usize, usize), leng
 }
 
 /// Accumulates w² (a + b)², w² b² and w² a b in lanes.
-struct Sums<'a> {
-    lanes: &'a mut [Vec<f64>; 3],
-    weights: &'a [f64],
-    a: &'a [f64],
-    b: &'a [f64],
-}
-
-impl WithSimd for Sums<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let (length, width) = (self.weights.len(), self.lanes[0].len());
-        let stages = self.a.chunks_exact(length).zip(self.b.chunks_exact(length));
-        let [of_sums, squares, products] = self.lanes;
-        for (a, b) in stages {
-            let parts = a.chunks(width).zip(b.chunks(width));
-            for ((a, b), w) in parts.zip(self.weights.chunks(width)) {
-                let n = a.len();
-                let (b, w) = (&b[..n], &w[..n]);
-                let of_sums = &mut of_sums[..n];
-                let (squares, products) = (&mut squares[..n], &mut products[..n]);
-                for k in 0..n {
-                    let (a, b) = (a[k] * w[k], b[k] * w[k]);
-                    of_sums[k] += (a + b) * (a + b);
-                    squares[k] += b * b;
-                    products[k] += a * b;
-                }
+#[with_simd(add_squares = Arch::new())]
+#[inline(always)]
+fn add_squares_with<S: Simd>(
+    _: S,
+    lanes: &mut [Vec<f64>; 3],
+    weights: &[f64],
+    a: &[f64],
+    b: &[f64],
+) {
+    let (length, width) = (weights.len(), lanes[0].len());
+    let [of_sums, squares, products] = lanes;
+    for (a, b) in a.chunks_exact(length).zip(b.chunks_exact(length)) {
+        let parts = a.chunks(width).zip(b.chunks(width));
+        for ((a, b), w) in parts.zip(weights.chunks(width)) {
+            let n = a.len();
+            let (b, w) = (&b[..n], &w[..n]);
+            let of_sums = &mut of_sums[..n];
+            let (squares, products) = (&mut squares[..n], &mut products[..n]);
+            for k in 0..n {
+                let (a, b) = (a[k] * w[k], b[k] * w[k]);
+                of_sums[k] += (a + b) * (a + b);
+                squares[k] += b * b;
+                products[k] += a * b;
             }
         }
     }
 }
 
 /// Computes y ← y + x times periodically repeated shares.
-struct AddScaled<'a> {
-    y: &'a mut [f64],
-    shares: &'a [f64],
-    x: &'a [f64],
-}
-
-impl WithSimd for AddScaled<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let width = self.shares.len();
-        for (y, x) in self.y.chunks_mut(width).zip(self.x.chunks(width)) {
-            let n = y.len();
-            let (x, shares) = (&x[..n], &self.shares[..n]);
-            for k in 0..n {
-                y[k] += shares[k] * x[k];
-            }
+#[with_simd(add_scaled = Arch::new())]
+#[inline(always)]
+fn add_scaled_with<S: Simd>(_: S, y: &mut [f64], shares: &[f64], x: &[f64]) {
+    let width = shares.len();
+    for (y, x) in y.chunks_mut(width).zip(x.chunks(width)) {
+        let n = y.len();
+        let (x, shares) = (&x[..n], &shares[..n]);
+        for k in 0..n {
+            y[k] += shares[k] * x[k];
         }
     }
 }
 
 /// Computes x ← x + p and r ← r + q times periodically repeated shares, and sums w² r² in lanes.
-struct Step<'a> {
-    lanes: &'a mut [f64],
-    weights: &'a [f64],
-    shares: &'a [f64],
-    x: &'a mut [f64],
-    r: &'a mut [f64],
-    p: &'a [f64],
-    q: &'a [f64],
-}
-
-impl WithSimd for Step<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let (length, width) = (self.weights.len(), self.lanes.len());
-        let mut start = 0;
-        while start < self.x.len() {
-            // A stage starts with a full row.
-            let within = start % length;
-            let n = width.min(length - within);
-            let (x, r) = (&mut self.x[start..][..n], &mut self.r[start..][..n]);
-            let (p, q) = (&self.p[start..][..n], &self.q[start..][..n]);
-            let (w, shares) = (&self.weights[within..][..n], &self.shares[..n]);
-            let lanes = &mut self.lanes[..n];
-            for k in 0..n {
-                x[k] += shares[k] * p[k];
-                r[k] += shares[k] * q[k];
-                lanes[k] += (r[k] * w[k]) * (r[k] * w[k]);
-            }
-            start += n;
+#[with_simd(step = Arch::new())]
+#[inline(always)]
+fn step_with<S: Simd>(
+    _: S,
+    lanes: &mut [f64],
+    weights: &[f64],
+    shares: &[f64],
+    [x, r]: [&mut [f64]; 2],
+    [p, q]: [&[f64]; 2],
+) {
+    let (length, width) = (weights.len(), lanes.len());
+    let mut start = 0;
+    while start < x.len() {
+        // A stage starts with a full row.
+        let within = start % length;
+        let n = width.min(length - within);
+        let (x, r) = (&mut x[start..][..n], &mut r[start..][..n]);
+        let (p, q) = (&p[start..][..n], &q[start..][..n]);
+        let (w, shares) = (&weights[within..][..n], &shares[..n]);
+        let lanes = &mut lanes[..n];
+        for k in 0..n {
+            x[k] += shares[k] * p[k];
+            r[k] += shares[k] * q[k];
+            lanes[k] += (r[k] * w[k]) * (r[k] * w[k]);
         }
+        start += n;
     }
 }
 

@@ -1,7 +1,8 @@
 //! Least-squares approximation of vectors by linear combinations of others.
 
 use nalgebra::{SMatrix, SVector};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Arch, Simd};
+use pulp_macro::with_simd;
 
 use super::block::{ROWS, mean_of_column};
 
@@ -51,15 +52,8 @@ impl Sums {
         for (part, factor) in [1.0, h * h].into_iter().enumerate() {
             self.lanes.clear();
             self.lanes.resize(count * (count + 1) / 2 * width, 0.0);
-            Arch::new().dispatch(AddProducts {
-                lanes: &mut self.lanes,
-                scaled: &mut self.scaled,
-                width,
-                every,
-                vectors,
-                part,
-                weights,
-            });
+            let Self { lanes, scaled } = &mut *self;
+            add_products(lanes, scaled, (width, every), vectors, part, weights);
             let pairs = (0..count).flat_map(|k| (0..=k).map(move |l| (k, l)));
             for (pair, lanes) in pairs.zip(self.lanes.chunks_exact(width)) {
                 for (j, sum) in sums.iter_mut().enumerate() {
@@ -100,47 +94,39 @@ pub(super) fn combination(
     factors.map_or(SVector::zeros(), |factors| factors.solve(&rhs))
 }
 
-/// Accumulates w² a b in lanes for all pairs of vectors.
-struct AddProducts<'a> {
-    lanes: &'a mut [f64],
-    /// Workspace for `width` values of each vector.
-    scaled: &'a mut [f64],
-    width: usize,
-    /// One of this many blocks of rows is used.
-    every: usize,
-    vectors: &'a [[&'a [f64]; 2]],
-    /// 0: values, 1: derivatives.
+/// Accumulates w² a b in lanes for all pairs of vectors: of their values (`part` 0) or derivatives
+/// (1), for one of `every` blocks of `width` values. `scaled` is workspace for a block of each
+/// vector.
+#[with_simd(add_products = Arch::new())]
+#[inline(always)]
+fn add_products_with<S: Simd>(
+    _: S,
+    lanes: &mut [f64],
+    scaled: &mut [f64],
+    (width, every): (usize, usize),
+    vectors: &[[&[f64]; 2]],
     part: usize,
-    weights: &'a [f64],
-}
-
-impl WithSimd for AddProducts<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let width = self.width;
-        let parts = self.weights.chunks(width).enumerate();
-        for (number, weights) in parts.step_by(self.every) {
-            let (start, n) = (number * width, weights.len());
-            for (k, vector) in self.vectors.iter().enumerate() {
-                let vector = &vector[self.part][start..][..n];
-                let scaled = &mut self.scaled[k * width..][..n];
-                for i in 0..n {
-                    scaled[i] = weights[i] * vector[i];
-                }
+    weights: &[f64],
+) {
+    for (number, weights) in weights.chunks(width).enumerate().step_by(every) {
+        let (start, n) = (number * width, weights.len());
+        for (k, vector) in vectors.iter().enumerate() {
+            let vector = &vector[part][start..][..n];
+            let scaled = &mut scaled[k * width..][..n];
+            for i in 0..n {
+                scaled[i] = weights[i] * vector[i];
             }
-            let mut pair = 0;
-            for k in 0..self.vectors.len() {
-                let a = &self.scaled[k * width..][..n];
-                for l in 0..=k {
-                    let b = &self.scaled[l * width..][..n];
-                    let lanes = &mut self.lanes[pair * width..][..n];
-                    for i in 0..n {
-                        lanes[i] += a[i] * b[i];
-                    }
-                    pair += 1;
+        }
+        let mut pair = 0;
+        for k in 0..vectors.len() {
+            let a = &scaled[k * width..][..n];
+            for l in 0..=k {
+                let b = &scaled[l * width..][..n];
+                let lanes = &mut lanes[pair * width..][..n];
+                for i in 0..n {
+                    lanes[i] += a[i] * b[i];
                 }
+                pair += 1;
             }
         }
     }

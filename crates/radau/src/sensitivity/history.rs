@@ -3,7 +3,8 @@
 use std::collections::VecDeque;
 
 use nalgebra::SVector;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Arch, Simd};
+use pulp_macro::with_simd;
 
 use super::block::ROWS;
 use super::combination::{DIGITS, PLACES, Products, STEPS, Sums, combination};
@@ -134,13 +135,9 @@ impl History {
                 // The polynomials over a step of the current length; for equal steps, these are
                 // their own stages.
                 method.write_bases(now.h / past.curves.h, &mut room.basis);
-                Arch::new().dispatch(AddPolynomials {
-                    z,
-                    numbers: now.columns.weights.len(),
-                    shares: &room.shares,
-                    increments: &past.curves.increments,
-                    basis: &room.basis,
-                });
+                let numbers = now.columns.weights.len();
+                let increments = &past.curves.increments;
+                add_polynomials(z, numbers, &room.shares, increments, &room.basis);
             }
         }
         self.room = room;
@@ -184,46 +181,37 @@ impl History {
     }
 }
 
-/// Computes z_i ← z_i + Σ_j b_ij z_j of a step, times the share of each column.
-struct AddPolynomials<'a> {
-    z: &'a mut [f64],
-    /// Number of values per stage.
+/// Computes z_i ← z_i + Σ_j b_ij z_j of a step, times the share of each column. A stage has
+/// `numbers` values, `shares` are repeated periodically, `basis` holds b_ij stage by stage.
+#[with_simd(add_polynomials = Arch::new())]
+#[inline(always)]
+fn add_polynomials_with<S: Simd>(
+    _: S,
+    z: &mut [f64],
     numbers: usize,
-    /// Repeated periodically.
-    shares: &'a [f64],
-    increments: &'a [f64],
-    /// b_ij, stage by stage.
-    basis: &'a [f64],
-}
-
-impl WithSimd for AddPolynomials<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let (numbers, width) = (self.numbers, self.shares.len());
-        let stages = self.z.len() / numbers;
-        let mut start = 0;
-        while start < numbers {
-            let n = width.min(numbers - start);
-            for i in 0..stages {
-                let z = &mut self.z[i * numbers + start..][..n];
-                for j in 0..stages {
-                    let b = self.basis[i * stages + j];
-                    if b == 0.0 {
-                        continue;
-                    }
-                    let (x, shares) = (
-                        &self.increments[j * numbers + start..][..n],
-                        &self.shares[..n],
-                    );
-                    for k in 0..n {
-                        z[k] += b * shares[k] * x[k];
-                    }
+    shares: &[f64],
+    increments: &[f64],
+    basis: &[f64],
+) {
+    let width = shares.len();
+    let stages = z.len() / numbers;
+    let mut start = 0;
+    while start < numbers {
+        let n = width.min(numbers - start);
+        for i in 0..stages {
+            let z = &mut z[i * numbers + start..][..n];
+            for j in 0..stages {
+                let b = basis[i * stages + j];
+                if b == 0.0 {
+                    continue;
+                }
+                let (x, shares) = (&increments[j * numbers + start..][..n], &shares[..n]);
+                for k in 0..n {
+                    z[k] += b * shares[k] * x[k];
                 }
             }
-            start += n;
         }
+        start += n;
     }
 }
 
