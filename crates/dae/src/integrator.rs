@@ -170,6 +170,62 @@ pub trait Integrator<P: Problem> {
     fn problem_mut(&mut self) -> &mut P;
 }
 
+/// Implements [`Integrator`] for a solver by its own methods of the same names, except for `reinit`,
+/// whose name is given. The generic parameters of the implementation are given in brackets:
+/// `integrator_by_own_methods!([P: Problem] Solver<P>, P, SolverError, reinit);`
+#[macro_export]
+macro_rules! integrator_by_own_methods {
+    ([$($generics:tt)*] $solver:ty, $problem:ty, $error:ty, $reinit:ident) => {
+        impl<$($generics)*> $crate::Integrator<$problem> for $solver {
+            type Error = $error;
+
+            fn reinit(
+                &mut self,
+                t0: f64,
+                y0: &[f64],
+                y_dot0: &[f64],
+                q0: &[f64],
+            ) -> Result<(), $error> {
+                Self::$reinit(self, t0, y0, y_dot0, q0)
+            }
+
+            $crate::integrator_by_own_methods! { @methods
+                mut step(t_out: f64) -> Result<$crate::Outcome, $error>;
+                mut integrate_to(t_out: f64) -> Result<$crate::Outcome, $error>;
+                mut set_stop_time(t: f64) -> Result<(), $error>;
+                mut correct_initial_values(
+                    mode: $crate::ConsistencyMode, t_first: f64
+                ) -> Result<(), $error>;
+                mut dense_output(
+                    t: f64, derivative: usize, out: &mut [f64]
+                ) -> Result<(), $error>;
+                mut quadrature_dense_output(
+                    t: f64, derivative: usize, out: &mut [f64]
+                ) -> Result<(), $error>;
+                mut problem_mut() -> &mut $problem;
+                ref problem -> &$problem;
+                ref t -> f64;
+                ref y -> &[f64];
+                ref y_dot -> &[f64];
+                ref last_step_interval -> [f64; 2];
+                ref n_quadratures -> usize;
+                ref statistics -> $crate::Statistics;
+            }
+        }
+    };
+    (@methods
+        $(mut $change:ident($($argument:ident: $type:ty),*) -> $changed:ty;)*
+        $(ref $read:ident -> $value:ty;)*
+    ) => {
+        $(fn $change(&mut self, $($argument: $type),*) -> $changed {
+            Self::$change(self, $($argument),*)
+        })*
+        $(fn $read(&self) -> $value {
+            Self::$read(self)
+        })*
+    };
+}
+
 /// Returns whether `t` is in a step `[from, to]`, which may go backward in time, up to the rounding
 /// that IDAS also allows.
 pub fn covers([from, to]: [f64; 2], t: f64) -> bool {

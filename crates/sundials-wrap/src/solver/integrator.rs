@@ -1,75 +1,8 @@
-//! IDAS as an [`Integrator`].
+//! IDAS as an [`Integrator`](myovib_dae::Integrator).
 
-use myovib_dae::{ConsistencyMode, Integrator, Outcome, Problem, Statistics};
+use myovib_dae::{Problem, integrator_by_own_methods};
 
 use super::IdaSolver;
 use crate::error::Error;
 
-impl<P: Problem> Integrator<P> for IdaSolver<P> {
-    type Error = Error;
-
-    fn step(&mut self, t_out: f64) -> Result<Outcome, Error> {
-        self.step(t_out)
-    }
-
-    fn integrate_to(&mut self, t_out: f64) -> Result<Outcome, Error> {
-        self.integrate_to(t_out)
-    }
-
-    fn set_stop_time(&mut self, t: f64) -> Result<(), Error> {
-        self.set_stop_time(t)
-    }
-
-    fn reinit(&mut self, t0: f64, y0: &[f64], y_dot0: &[f64], q0: &[f64]) -> Result<(), Error> {
-        self.reinit(t0, y0, y_dot0, q0)
-    }
-
-    fn correct_initial_values(&mut self, mode: ConsistencyMode, t_first: f64) -> Result<(), Error> {
-        self.correct_initial_values(mode, t_first)
-    }
-
-    fn t(&self) -> f64 {
-        self.t()
-    }
-
-    fn y(&self) -> &[f64] {
-        self.y()
-    }
-
-    fn y_dot(&self) -> &[f64] {
-        self.y_dot()
-    }
-
-    fn last_step_interval(&self) -> [f64; 2] {
-        self.last_step_interval()
-    }
-
-    fn dense_output(&mut self, t: f64, derivative: usize, out: &mut [f64]) -> Result<(), Error> {
-        self.dense_output(t, derivative, out)
-    }
-
-    fn n_quadratures(&self) -> usize {
-        self.n_quadratures()
-    }
-
-    fn quadrature_dense_output(
-        &mut self,
-        t: f64,
-        derivative: usize,
-        out: &mut [f64],
-    ) -> Result<(), Error> {
-        self.quadrature_dense_output(t, derivative, out)
-    }
-
-    fn statistics(&self) -> Statistics {
-        self.statistics()
-    }
-
-    fn problem(&self) -> &P {
-        self.problem()
-    }
-
-    fn problem_mut(&mut self) -> &mut P {
-        self.problem_mut()
-    }
-}
+integrator_by_own_methods!([P: Problem] IdaSolver<P>, P, Error, reinit);
