@@ -72,6 +72,111 @@ pub enum Matrix {
     RelaxingStiffness(usize),
 }
 
+/// Pattern in which the values of a matrix are ordered.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Pattern {
+    DisplacementIdentity,
+    PressureIdentity,
+    TensionIdentity,
+    /// Entries that couple equal components.
+    Mass,
+    FoundationStiffness,
+    FoundationDamping,
+    Tensions,
+    Displacement,
+    Pressure,
+    Divergence,
+}
+
+/// Origin of the values of a matrix.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Source {
+    /// Independent of the state.
+    Constant,
+    /// Computed at each state.
+    Computed,
+    /// Uses the values of another matrix.
+    TransposeOf(Matrix),
+    /// Transpose of another matrix with scaled rows.
+    ScaledRows(Matrix),
+    /// Computed from another matrix.
+    SymmetricPartOf(Matrix),
+    /// Computed with the other tangents of viscoelastic stress.
+    Relaxation,
+    /// Computed by the linear solver of coupled systems.
+    Coherence,
+}
+
+/// Properties of a matrix.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Properties {
+    pub(crate) pattern: Pattern,
+    pub(crate) source: Source,
+    /// Transpose among the other matrices, if it exists. The stiffness of added stresses counts as
+    /// symmetric: otherwise its symmetric part is used.
+    pub(crate) transpose: Option<Matrix>,
+}
+
+impl Matrix {
+    /// Returns the pattern, the source and the transpose.
+    pub(crate) fn properties(self) -> Properties {
+        use Matrix::*;
+        use Source::*;
+        let symmetric = Some(self);
+        let (pattern, source, transpose) = match self {
+            DisplacementIdentity => (Pattern::DisplacementIdentity, Constant, symmetric),
+            PressureIdentity => (Pattern::PressureIdentity, Constant, symmetric),
+            TensionIdentity => (Pattern::TensionIdentity, Constant, None),
+            Mass | DampingMass => (Pattern::Mass, Constant, symmetric),
+            PressureMass => (Pattern::Pressure, Constant, symmetric),
+            FoundationStiffness => (Pattern::FoundationStiffness, Constant, symmetric),
+            FoundationDamping => (Pattern::FoundationDamping, Constant, symmetric),
+            Stiffness | MultiplierStiffness | AddedStiffness | AddedDamping => {
+                (Pattern::Displacement, Computed, symmetric)
+            }
+            RateStiffness | DampedStiffness | PressureStiffness => {
+                (Pattern::Displacement, Computed, None)
+            }
+            PressureSymmetricStiffness => {
+                let source = SymmetricPartOf(PressureStiffness);
+                (Pattern::Displacement, source, symmetric)
+            }
+            AddedSymmetricStiffness => {
+                let source = SymmetricPartOf(AddedStiffness);
+                (Pattern::Displacement, source, symmetric)
+            }
+            Divergence => (Pattern::Divergence, Computed, Some(DivergenceTransposed)),
+            DivergenceTransposed => {
+                let source = TransposeOf(Divergence);
+                (Pattern::Divergence, source, Some(Divergence))
+            }
+            DivergenceRate => {
+                let transpose = Some(DivergenceRateTransposed);
+                (Pattern::Divergence, Computed, transpose)
+            }
+            DivergenceRateTransposed => {
+                let source = TransposeOf(DivergenceRate);
+                (Pattern::Divergence, source, Some(DivergenceRate))
+            }
+            DampedDivergenceTransposed => (Pattern::Divergence, ScaledRows(Divergence), None),
+            DampedDivergenceRateTransposed => {
+                (Pattern::Divergence, ScaledRows(DivergenceRate), None)
+            }
+            TensionForce => (Pattern::Tensions, Computed, None),
+            TensionDecay => (Pattern::TensionIdentity, Computed, None),
+            CoherenceStiffness | CoherenceDamping => (Pattern::Displacement, Coherence, None),
+            RelaxingGeometric | RelaxingStiffness(_) => {
+                (Pattern::Displacement, Relaxation, symmetric)
+            }
+        };
+        Properties {
+            pattern,
+            source,
+            transpose,
+        }
+    }
+}
+
 /// `(a · df_dy + b · df_dyp) · matrix` in the columns of one block of unknowns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Term {

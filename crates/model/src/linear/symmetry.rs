@@ -6,46 +6,10 @@ use super::Quadratic;
 use crate::assembly::Entry;
 use crate::matrix::Matrix;
 
-/// Returns the transpose of a matrix among the other matrices, if it exists. The stiffness of added
-/// stresses counts as symmetric: otherwise its symmetric part is used.
-fn transposed(matrix: Matrix) -> Option<Matrix> {
-    match matrix {
-        Matrix::DisplacementIdentity
-        | Matrix::PressureIdentity
-        | Matrix::Mass
-        | Matrix::DampingMass
-        | Matrix::PressureMass
-        | Matrix::Stiffness
-        | Matrix::PressureSymmetricStiffness
-        | Matrix::MultiplierStiffness
-        | Matrix::FoundationStiffness
-        | Matrix::FoundationDamping
-        | Matrix::AddedStiffness
-        | Matrix::AddedSymmetricStiffness
-        | Matrix::AddedDamping
-        | Matrix::RelaxingGeometric
-        | Matrix::RelaxingStiffness(_) => Some(matrix),
-        Matrix::Divergence => Some(Matrix::DivergenceTransposed),
-        Matrix::DivergenceTransposed => Some(Matrix::Divergence),
-        Matrix::DivergenceRate => Some(Matrix::DivergenceRateTransposed),
-        Matrix::DivergenceRateTransposed => Some(Matrix::DivergenceRate),
-        Matrix::RateStiffness
-        | Matrix::DampedStiffness
-        | Matrix::DampedDivergenceTransposed
-        | Matrix::DampedDivergenceRateTransposed
-        | Matrix::PressureStiffness
-        | Matrix::CoherenceStiffness
-        | Matrix::CoherenceDamping
-        | Matrix::TensionForce
-        | Matrix::TensionIdentity
-        | Matrix::TensionDecay => None,
-    }
-}
-
 /// Returns the signs, by the first row of each block, that make the matrix of these `entries`
 /// symmetric for every c, with a positive sign for the first block; `None` if no signs do.
 pub(super) fn symmetric_signs(entries: &[Entry<Quadratic>]) -> Option<HashMap<usize, f64>> {
-    signs_of(&sums(entries), transposed)
+    signs_of(&sums(entries), |matrix| matrix.properties().transpose)
 }
 
 /// Returns the nonzero coefficients by row, column and matrix.
@@ -141,7 +105,7 @@ impl NearlySymmetric {
         let signs = signs_of(&sums(&near), |matrix| match matrix {
             // Third derivatives of an energy along a velocity, and parts of the stiffness.
             Matrix::RateStiffness | Matrix::DampedStiffness => Some(matrix),
-            _ => transposed(matrix),
+            _ => matrix.properties().transpose,
         });
         Some(Self {
             entries: near,

@@ -10,6 +10,7 @@ use super::MuscleDae;
 use crate::counters::WorkCounters;
 use crate::equation::{Context, PressureRateSource};
 use crate::field::Field;
+use crate::matrix::Matrix;
 use crate::muscle::Muscle;
 use crate::muscle::activation::Activation;
 use crate::muscle::parameters::Parameters;
@@ -114,7 +115,7 @@ impl MuscleDae {
             muscle
                 .solid
                 .added_tangents(&motion, self.matrices.wanted_added());
-            self.matrices.symmetrize();
+            self.matrices.symmetrize(Matrix::AddedSymmetricStiffness);
             self.matrices.update_tensions(muscle, t, u, v);
         }
         let internal = state.find(Field::InternalStress).map(Overstress::Internal);
