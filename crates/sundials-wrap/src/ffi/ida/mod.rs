@@ -88,6 +88,17 @@ pub(crate) struct Ida<C: Callbacks> {
 // callbacks, which must be Send themselves.
 unsafe impl<C: Callbacks + Send> Send for Ida<C> {}
 
+/// Defines methods that return a value of the given type from a getter of IDAS.
+macro_rules! getters {
+    ($($name:ident($value:ty) $getter:ident;)+) => {
+        $(
+            pub(crate) fn $name(&self) -> $value {
+                self.get(sys::$getter)
+            }
+        )+
+    };
+}
+
 impl<C: Callbacks> Ida<C> {
     /// Creates an integrator at (t0, y0, ẏ0) with provisional tolerances.
     ///
@@ -332,7 +343,6 @@ impl<C: Callbacks> Ida<C> {
         Ok(self.scratch.as_slice())
     }
 
-    /// Returns the number of quadratures.
     pub(crate) fn n_quadratures(&self) -> usize {
         self.quadrature
             .as_ref()
@@ -377,31 +387,13 @@ impl<C: Callbacks> Ida<C> {
         self.get(sys::IDAGetCurrentOrder).max(0) as usize
     }
 
-    pub(crate) fn last_step(&self) -> f64 {
-        self.get(sys::IDAGetLastStep)
-    }
-
-    pub(crate) fn current_step(&self) -> f64 {
-        self.get(sys::IDAGetCurrentStep)
-    }
-
-    pub(crate) fn initial_step(&self) -> f64 {
-        self.get(sys::IDAGetActualInitStep)
-    }
-
-    pub(crate) fn internal_time(&self) -> f64 {
-        self.get(sys::IDAGetCurrentTime)
-    }
-
-    pub(crate) fn c_j(&self) -> f64 {
-        self.get(sys::IDAGetCurrentCj)
-    }
-
-    pub(crate) fn tolerance_scale_factor(&self) -> f64 {
-        self.get(sys::IDAGetTolScaleFactor)
-    }
-
-    pub(crate) fn last_linear_flag(&self) -> i64 {
-        self.get(sys::IDAGetLastLinFlag)
+    getters! {
+        last_step(f64) IDAGetLastStep;
+        current_step(f64) IDAGetCurrentStep;
+        initial_step(f64) IDAGetActualInitStep;
+        internal_time(f64) IDAGetCurrentTime;
+        c_j(f64) IDAGetCurrentCj;
+        tolerance_scale_factor(f64) IDAGetTolScaleFactor;
+        last_linear_flag(i64) IDAGetLastLinFlag;
     }
 }

@@ -20,7 +20,6 @@ pub(crate) struct Sensitivities {
     quadratures: Vec<NVector>,
 }
 
-/// Returns the raw vectors.
 pub(super) fn raw(vectors: &[NVector]) -> Vec<sys::N_Vector> {
     vectors.iter().map(NVector::raw).collect()
 }
@@ -171,7 +170,6 @@ impl<C: Callbacks> Ida<C> {
         Ok(pairs.map(copied).collect())
     }
 
-    /// Returns the number of parameters.
     pub(crate) fn n_parameters(&self) -> usize {
         self.sensitivities.as_ref().map_or(0, |all| all.s.len())
     }

@@ -11,55 +11,37 @@ use super::super::vector::NVector;
 use super::Ida;
 use crate::options::InitialValueOptions;
 
+/// Defines methods that pass a value of the given type to a setter of IDAS.
+macro_rules! setters {
+    ($($(#[$doc:meta])* $name:ident($value:ty) $setter:ident;)+) => {
+        $(
+            $(#[$doc])*
+            pub(crate) fn $name(&mut self, value: $value) -> Result<(), CallFailed> {
+                self.set(stringify!($setter), sys::$setter, value)
+            }
+        )+
+    };
+}
+
 impl<C: Callbacks> Ida<C> {
     pub(crate) fn set_weight_function(&mut self) -> Result<(), CallFailed> {
         let function: sys::IDAEwtFn = Some(trampoline::error_weights::<C>);
         self.set("IDAWFtolerances", sys::IDAWFtolerances, function)
     }
 
-    pub(crate) fn set_max_order(&mut self, order: i32) -> Result<(), CallFailed> {
-        self.set("IDASetMaxOrd", sys::IDASetMaxOrd, order)
-    }
-
-    pub(crate) fn set_initial_step(&mut self, step: f64) -> Result<(), CallFailed> {
-        self.set("IDASetInitStep", sys::IDASetInitStep, step)
-    }
-
-    pub(crate) fn set_min_step(&mut self, step: f64) -> Result<(), CallFailed> {
-        self.set("IDASetMinStep", sys::IDASetMinStep, step)
-    }
-
-    pub(crate) fn set_max_step(&mut self, step: f64) -> Result<(), CallFailed> {
-        self.set("IDASetMaxStep", sys::IDASetMaxStep, step)
-    }
-
-    /// Sets the maximum number of steps per solve call.
-    pub(crate) fn set_max_steps(&mut self, steps: i64) -> Result<(), CallFailed> {
-        self.set("IDASetMaxNumSteps", sys::IDASetMaxNumSteps, steps)
-    }
-
-    pub(crate) fn set_stop_time(&mut self, t: f64) -> Result<(), CallFailed> {
-        self.set("IDASetStopTime", sys::IDASetStopTime, t)
-    }
-
-    pub(crate) fn set_max_error_test_failures(&mut self, count: i32) -> Result<(), CallFailed> {
-        self.set("IDASetMaxErrTestFails", sys::IDASetMaxErrTestFails, count)
-    }
-
-    pub(crate) fn set_max_convergence_failures(&mut self, count: i32) -> Result<(), CallFailed> {
-        self.set("IDASetMaxConvFails", sys::IDASetMaxConvFails, count)
-    }
-
-    pub(crate) fn set_max_newton_iterations(&mut self, count: i32) -> Result<(), CallFailed> {
-        self.set("IDASetMaxNonlinIters", sys::IDASetMaxNonlinIters, count)
-    }
-
-    pub(crate) fn set_nonlinear_coefficient(&mut self, value: f64) -> Result<(), CallFailed> {
-        self.set("IDASetNonlinConvCoef", sys::IDASetNonlinConvCoef, value)
-    }
-
-    pub(crate) fn set_delta_cj(&mut self, value: f64) -> Result<(), CallFailed> {
-        self.set("IDASetDeltaCjLSetup", sys::IDASetDeltaCjLSetup, value)
+    setters! {
+        set_max_order(i32) IDASetMaxOrd;
+        set_initial_step(f64) IDASetInitStep;
+        set_min_step(f64) IDASetMinStep;
+        set_max_step(f64) IDASetMaxStep;
+        /// Sets the maximum number of steps per solve call.
+        set_max_steps(i64) IDASetMaxNumSteps;
+        set_stop_time(f64) IDASetStopTime;
+        set_max_error_test_failures(i32) IDASetMaxErrTestFails;
+        set_max_convergence_failures(i32) IDASetMaxConvFails;
+        set_max_newton_iterations(i32) IDASetMaxNonlinIters;
+        set_nonlinear_coefficient(f64) IDASetNonlinConvCoef;
+        set_delta_cj(f64) IDASetDeltaCjLSetup;
     }
 
     pub(crate) fn set_linear_solution_scaling(&mut self, on: bool) -> Result<(), CallFailed> {
