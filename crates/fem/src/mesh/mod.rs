@@ -96,7 +96,6 @@ pub struct Mesh {
     /// Vertex indices, `n_vertices` values per element.
     vertices: Vec<usize>,
     groups: BTreeMap<String, Group>,
-    /// Nodal fields, by name.
     fields: BTreeMap<String, NodalField>,
     /// Midside nodes off the midpoint of their edge, by the sorted ends of the edge.
     midside: BTreeMap<[usize; 2], [f64; 3]>,

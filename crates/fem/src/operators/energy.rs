@@ -3,7 +3,6 @@
 use pulp::{Simd, WithSimd};
 
 use crate::material::Real;
-use crate::material::three::Axes;
 use crate::operators::constitutive::{Constitutive, Spatial};
 use crate::operators::fields::{Fields, Pressure};
 use crate::simd::batch::{Batches, Part, Point};
@@ -62,10 +61,7 @@ fn element_energies<S: Simd, const D: usize, const N: usize, const P: usize>(
             Some(factors) => Some(part.interpolate(factors, point)),
             None => None,
         };
-        let axes = match law.has_fibers() {
-            true => part.axes(number),
-            false => Axes::cartesian(part.zero()),
-        };
+        let axes = part.axes(number, law.has_fibers());
         let mut h = [[part.zero(); 3]; 3];
         for (row, gradient) in h.iter_mut().zip(part.gradient(&u, point)) {
             for (entry, slope) in row.iter_mut().zip(gradient) {

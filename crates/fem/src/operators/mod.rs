@@ -5,6 +5,7 @@ pub(crate) mod constitutive;
 pub(crate) mod energy;
 pub(crate) mod fields;
 pub(crate) mod mass;
+pub(crate) mod pass;
 pub(crate) mod power;
 pub(crate) mod product;
 pub(crate) mod relaxation;

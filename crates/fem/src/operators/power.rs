@@ -4,7 +4,6 @@ use pulp::{Simd, WithSimd};
 
 use crate::material::Real;
 use crate::material::tensor::Volumetric;
-use crate::material::three::Axes;
 use crate::operators::constitutive::{Constitutive, Spatial};
 use crate::operators::fields::{Fields, Inverted};
 use crate::simd::batch::{Batches, Part, Point};
@@ -63,10 +62,7 @@ fn element_powers<S: Simd, const D: usize, const N: usize, const P: usize>(
     let mut sum = zero;
     for (number, point) in points.iter().enumerate() {
         part.move_to(number);
-        let axes = match law.has_fibers() {
-            true => part.axes(number),
-            false => Axes::cartesian(zero),
-        };
+        let axes = part.axes(number, law.has_fibers());
         let mut gradients = [[[zero; 3]; 3]; 2];
         let requested = if beta > 0.0 { 2 } else { 1 };
         for (gradient, field) in gradients.iter_mut().zip([&u, &v]).take(requested) {
@@ -81,9 +77,9 @@ fn element_powers<S: Simd, const D: usize, const N: usize, const P: usize>(
         if law.is_finite() {
             part.expect_not_inverted(point, law.dilation(&strain))?;
         }
-        let mut stress = law.stress(&strain, no_volume);
+        let mut stress = law.stress(&strain, no_volume, None);
         if beta > 0.0 {
-            let rates = law.stress_rate(&strain, h_rate, no_volume);
+            let rates = law.stress(&strain, no_volume, Some(&h_rate));
             for (row, rates) in stress.iter_mut().zip(rates) {
                 for (entry, rate) in row.iter_mut().zip(rates) {
                     *entry = rate.mul_add(zero.like(beta), *entry);

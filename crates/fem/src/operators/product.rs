@@ -6,17 +6,16 @@
 use pulp::{Simd, WithSimd};
 
 use crate::material::Real;
-use crate::operators::constitutive::{
-    Constitutive, Tangent, Tensor, with_plane_law, with_spatial_law,
-};
+use crate::operators::constitutive::{Constitutive, Tangent, Tensor};
 use crate::operators::fields::{Change, Fields, Inverted, Linearized};
+use crate::operators::pass::Kernel;
 use crate::operators::residual::{AtPoint, Local};
 use crate::operators::tangent::pull_back;
-use crate::simd::batch::{Batch, Batches, Part, Point, add_dot, add_scaled};
+use crate::simd::batch::{Part, Point, add_dot, add_scaled};
 use crate::simd::lanes::{Lanes, outlined};
 
 /// Moduli at a quadrature point of a part, pulled back and multiplied by the quadrature weight.
-struct Moduli<S: Simd, const D: usize> {
+pub(crate) struct Moduli<S: Simd, const D: usize> {
     /// Tangent ∂P/∂F.
     tangent: Tangent<Lanes<S>, D>,
     /// Tangent ∂(P + β Ṗ)/∂F.
@@ -92,11 +91,11 @@ fn moduli<S: Simd, const D: usize, const N: usize, const P: usize, C: Constituti
     for (number, point) in points.iter().enumerate() {
         part.move_to(number);
         let state = AtPoint::new(law, part, (number, point), &local)?;
-        let a = law.tangent(&state.strain, state.volumetric);
+        let a = law.tangent(&state.strain, state.volumetric, None);
         let tangent = pull_back(part, point, &a);
         let mut total = tangent;
         if at.beta > 0.0 {
-            let a = law.tangent_rate(&state.strain, state.v, state.volumetric);
+            let a = law.tangent(&state.strain, state.volumetric, Some(&state.v));
             let rate = pull_back(part, point, &a);
             for i in 0..D {
                 for k in i..D {
@@ -110,12 +109,12 @@ fn moduli<S: Simd, const D: usize, const N: usize, const P: usize, C: Constituti
         }
         let mut cofactor_rate = [[part.zero(); D]; D];
         if at.has_rates() {
-            cofactor_rate = part.pull_back(point, &law.cofactor_rate(&state.strain, state.v));
+            cofactor_rate = part.pull_back(point, &law.cofactor(&state.strain, Some(&state.v)));
         }
         out.push(Moduli {
             tangent,
             total,
-            cofactor: part.pull_back(point, &law.cofactor(&state.strain)),
+            cofactor: part.pull_back(point, &law.cofactor(&state.strain, None)),
             cofactor_rate,
         });
     }
@@ -177,55 +176,44 @@ fn add_change<S: Simd, const D: usize, const N: usize, const P: usize>(
     }
 }
 
-/// Pass over all batches.
-pub(crate) struct Multiply<'a, 'b, const D: usize, const N: usize, const P: usize> {
-    pub(crate) elements: &'a Batches<D, N, P>,
+/// Kernel for products with several directions.
+pub(crate) struct Multiply<'a, 'b> {
     pub(crate) fields: &'a Fields<'a>,
     pub(crate) at: Linearized,
     pub(crate) changes: &'a mut [Change<'b>],
 }
 
-/// Pass over batches of one law, compiled as a separate function.
-struct Run<'a, 'b, C, const D: usize, const N: usize, const P: usize> {
-    law: C,
-    batches: &'a [Batch<D, N, P>],
-    points: &'a [Point<D, N, P>],
-    fields: &'a Fields<'a>,
-    at: Linearized,
-    changes: &'a mut [Change<'b>],
-}
+impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P> for Multiply<'_, '_> {
+    type Workspace<S: Simd> = Vec<Moduli<S, D>>;
 
-impl<C, const D: usize, const N: usize, const P: usize> WithSimd for Run<'_, '_, C, D, N, P>
-where
-    C: Constitutive<D>,
-{
-    type Output = Result<(), Inverted>;
+    fn clear(&mut self) {
+        for change in self.changes.iter_mut() {
+            change.force.fill(0.0);
+            let volume_residual = change.volume_residual.as_deref_mut();
+            volume_residual.unwrap_or_default().fill(0.0);
+        }
+    }
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { points, at, .. } = self;
-        let mut moduli_at_points = Vec::with_capacity(points.len());
-        for batch in self.batches {
-            for part in 0..batch.n_parts(simd) {
-                let part = &mut batch.part(simd, part);
-                moduli(
-                    &self.law,
-                    part,
-                    points,
-                    (self.fields, at),
-                    &mut moduli_at_points,
-                )?;
-                let changes = Changes {
-                    part,
-                    points,
-                    at,
-                    moduli: &moduli_at_points,
-                    changes: &mut *self.changes,
-                };
-                // Compiled once for all laws.
-                outlined(simd, changes);
-            }
-        }
+    fn part<S: Simd, C: Constitutive<D>, const RATES: bool>(
+        &mut self,
+        law: &C,
+        part: &mut Part<'_, S, D, N, P>,
+        points: &[Point<D, N, P>],
+        _: usize,
+        moduli_at_points: &mut Vec<Moduli<S, D>>,
+    ) -> Result<(), Inverted> {
+        let at = self.at;
+        moduli(law, part, points, (self.fields, at), moduli_at_points)?;
+        let changes = Changes {
+            part,
+            points,
+            at,
+            moduli: moduli_at_points,
+            changes: &mut *self.changes,
+        };
+        // Compiled once for all laws.
+        outlined(part.zero().simd(), changes);
         Ok(())
     }
 }
@@ -251,43 +239,3 @@ impl<T: Simd, const D: usize, const N: usize, const P: usize> WithSimd
         }
     }
 }
-
-/// Implements the pass in one dimension; `$with_law` binds the laws of that dimension.
-macro_rules! pass {
-    ($dimension:literal, $with_law:ident) => {
-        impl<const N: usize, const P: usize> WithSimd for Multiply<'_, '_, $dimension, N, P> {
-            type Output = Result<(), Inverted>;
-
-            #[inline(always)]
-            fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-                let Self {
-                    elements: Batches { points, batches },
-                    fields,
-                    at,
-                    changes,
-                } = self;
-                for change in changes.iter_mut() {
-                    change.force.fill(0.0);
-                    change.volume_residual.as_deref_mut().unwrap_or_default().fill(0.0);
-                }
-                for batches in batches.chunk_by(|a, b| a.material.law == b.material.law) {
-                    $with_law!(batches[0].material.law, law => outlined(
-                        simd,
-                        Run::<_, $dimension, N, P> {
-                            law,
-                            batches,
-                            points,
-                            fields,
-                            at,
-                            changes: &mut *changes,
-                        },
-                    )?);
-                }
-                Ok(())
-            }
-        }
-    };
-}
-
-pass!(2, with_plane_law);
-pass!(3, with_spatial_law);

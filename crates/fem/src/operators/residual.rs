@@ -1,16 +1,14 @@
 //! Element pass for all vectors: force, volume residual, their rates and Bᵀμ.
 
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
 use crate::material::Real;
 use crate::material::tensor::Volumetric;
-use crate::material::three::Axes;
-use crate::operators::constitutive::{
-    Constitutive, Tensor, with_plane_law, with_sheet_law, with_spatial_law,
-};
+use crate::operators::constitutive::{Constitutive, Tensor};
 use crate::operators::fields::{Fields, Inverted, Pressure, Vectors};
-use crate::simd::batch::{Batch, BatchRange, Part, Point, add_dot};
-use crate::simd::lanes::{Lanes, outlined};
+use crate::operators::pass::Kernel;
+use crate::simd::batch::{Part, Point, add_dot};
+use crate::simd::lanes::Lanes;
 
 /// Nodal values of the fields for a part of a batch.
 ///
@@ -73,10 +71,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> AtPoint<S, D, C> {
             Some(factors) => Some(part.interpolate(factors, point)),
             None => None,
         };
-        let axes = match law.has_fibers() {
-            true => part.axes(number),
-            false => Axes::cartesian(part.zero()),
-        };
+        let axes = part.axes(number, law.has_fibers());
         let strain = law.strain(part.gradient(&local.u, point), axes, factor);
         if law.is_finite() {
             part.expect_not_inverted(point, law.dilation(&strain))?;
@@ -154,166 +149,87 @@ fn scaled<S: Simd, const D: usize>(
     cofactor
 }
 
-#[inline(always)]
-fn evaluate_part<
-    S: Simd,
-    const D: usize,
-    const N: usize,
-    const P: usize,
-    const RATES: bool,
-    C: Constitutive<D>,
->(
-    law: &C,
-    part: &mut Part<'_, S, D, N, P>,
-    points: &[Point<D, N, P>],
-    fields: &Fields<'_>,
-    out: &mut Vectors<'_>,
-) -> Result<(), Inverted> {
-    let local = Local::<S, D, N, P, RATES>::gather(part, fields, out.has_rates());
-    let zero = [[part.zero(); D]; N];
-    let (mut force, mut force_rate, mut multiplier_force) = (zero, zero, zero);
-    let (mut volume_residual, mut volume_residual_rate) = ([part.zero(); P], [part.zero(); P]);
-    for (number, point) in points.iter().enumerate() {
-        part.move_to(number);
-        let at = AtPoint::new(law, part, (number, point), &local)?;
-        if out.force.is_some() {
-            let flux = law.stress(&at.strain, at.volumetric);
-            accumulate(&mut force, part, point, &flux);
-        }
-        if RATES && out.force_rate.is_some() {
-            let flux = law.stress_rate(&at.strain, at.v, at.volumetric);
-            accumulate(&mut force_rate, part, point, &flux);
-        }
-        if RATES && out.multiplier_force.is_some() {
-            let flux = scaled(at.mu, law.cofactor(&at.strain));
-            accumulate(&mut multiplier_force, part, point, &flux);
-        }
-        if out.volume_residual.is_some() {
-            accumulate_scalar(&mut volume_residual, part, point, law.dilation(&at.strain));
-        }
-        if RATES && out.volume_residual_rate.is_some() {
-            let rate = law.dilation_rate(&at.strain, at.v);
-            accumulate_scalar(&mut volume_residual_rate, part, point, rate);
-        }
-    }
-    if let Some(global) = &mut out.force {
-        part.scatter_vector(&force, global);
-    }
-    if let Some(global) = &mut out.volume_residual {
-        part.scatter_scalar(&volume_residual, global);
-    }
-    if RATES {
-        let beta = part.scale().beta;
-        if beta != 1.0 {
-            for entry in force_rate.iter_mut().flatten() {
-                *entry = *entry * beta;
-            }
-        }
-        for (local, global) in [
-            (&force_rate, &mut out.force_rate),
-            (&multiplier_force, &mut out.multiplier_force),
-        ] {
-            if let Some(global) = global {
-                part.scatter_vector(local, global);
-            }
-        }
-        if let Some(global) = &mut out.volume_residual_rate {
-            part.scatter_scalar(&volume_residual_rate, global);
-        }
-    }
-    Ok(())
-}
-
-/// Pass over all batches.
-pub(crate) struct Evaluate<'a, 'b, const D: usize, const N: usize, const P: usize> {
-    pub(crate) elements: BatchRange<'a, D, N, P>,
+/// Kernel for the requested vectors.
+pub(crate) struct Evaluate<'a, 'b> {
     pub(crate) fields: &'a Fields<'a>,
-    pub(crate) out: &'a mut Vectors<'b>,
+    pub(crate) out: Vectors<'b>,
 }
 
-/// Pass over batches of one law, compiled as a separate function.
-struct Run<'a, 'b, C, const D: usize, const N: usize, const P: usize, const RATES: bool> {
-    law: C,
-    batches: &'a [Batch<D, N, P>],
-    points: &'a [Point<D, N, P>],
-    element_wise: bool,
-    fields: &'a Fields<'a>,
-    out: &'a mut Vectors<'b>,
-}
+impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P> for Evaluate<'_, '_> {
+    const SPLIT: bool = true;
 
-impl<C, const D: usize, const N: usize, const P: usize, const RATES: bool> WithSimd
-    for Run<'_, '_, C, D, N, P, RATES>
-where
-    C: Constitutive<D>,
-{
-    type Output = Result<(), Inverted>;
+    type Workspace<S: Simd> = ();
+
+    fn clear(&mut self) {
+        self.out.all_mut().for_each(|vector| vector.fill(0.0));
+    }
+
+    fn has_rates(&self) -> bool {
+        self.out.has_rates()
+    }
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        for batch in self.batches {
-            for part in 0..batch.n_parts(simd) {
-                let part = &mut batch.part(simd, part).element_wise(self.element_wise);
-                evaluate_part::<_, _, _, _, RATES, _>(
-                    &self.law,
-                    part,
-                    self.points,
-                    self.fields,
-                    self.out,
-                )?;
+    fn part<S: Simd, C: Constitutive<D>, const RATES: bool>(
+        &mut self,
+        law: &C,
+        part: &mut Part<'_, S, D, N, P>,
+        points: &[Point<D, N, P>],
+        _: usize,
+        (): &mut (),
+    ) -> Result<(), Inverted> {
+        let Self { fields, out } = self;
+        let local = Local::<S, D, N, P, RATES>::gather(part, fields, out.has_rates());
+        let zero = [[part.zero(); D]; N];
+        let (mut force, mut force_rate, mut multiplier_force) = (zero, zero, zero);
+        let (mut volume_residual, mut volume_residual_rate) = ([part.zero(); P], [part.zero(); P]);
+        for (number, point) in points.iter().enumerate() {
+            part.move_to(number);
+            let at = AtPoint::new(law, part, (number, point), &local)?;
+            if out.force.is_some() {
+                let flux = law.stress(&at.strain, at.volumetric, None);
+                accumulate(&mut force, part, point, &flux);
+            }
+            if RATES && out.force_rate.is_some() {
+                let flux = law.stress(&at.strain, at.volumetric, Some(&at.v));
+                accumulate(&mut force_rate, part, point, &flux);
+            }
+            if RATES && out.multiplier_force.is_some() {
+                let flux = scaled(at.mu, law.cofactor(&at.strain, None));
+                accumulate(&mut multiplier_force, part, point, &flux);
+            }
+            if out.volume_residual.is_some() {
+                accumulate_scalar(&mut volume_residual, part, point, law.dilation(&at.strain));
+            }
+            if RATES && out.volume_residual_rate.is_some() {
+                let rate = law.dilation_rate(&at.strain, at.v);
+                accumulate_scalar(&mut volume_residual_rate, part, point, rate);
+            }
+        }
+        if let Some(global) = &mut out.force {
+            part.scatter_vector(&force, global);
+        }
+        if let Some(global) = &mut out.volume_residual {
+            part.scatter_scalar(&volume_residual, global);
+        }
+        if RATES {
+            let beta = part.scale().beta;
+            if beta != 1.0 {
+                for entry in force_rate.iter_mut().flatten() {
+                    *entry = *entry * beta;
+                }
+            }
+            for (local, global) in [
+                (&force_rate, &mut out.force_rate),
+                (&multiplier_force, &mut out.multiplier_force),
+            ] {
+                if let Some(global) = global {
+                    part.scatter_vector(local, global);
+                }
+            }
+            if let Some(global) = &mut out.volume_residual_rate {
+                part.scatter_scalar(&volume_residual_rate, global);
             }
         }
         Ok(())
     }
 }
-
-/// Implements the pass for one element type; `$with_law` binds its laws.
-macro_rules! pass {
-    ($dimension:literal, $nodes:literal, $pressures:literal, $with_law:ident) => {
-        impl WithSimd for Evaluate<'_, '_, $dimension, $nodes, $pressures> {
-            type Output = Result<(), Inverted>;
-
-            #[inline(always)]
-            fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-                // In 3D the run-time test is negligible, so one loop serves both cases.
-                if $dimension == 3 || self.out.has_rates() {
-                    self.pass::<S, true>(simd)
-                } else {
-                    self.pass::<S, false>(simd)
-                }
-            }
-        }
-
-        impl Evaluate<'_, '_, $dimension, $nodes, $pressures> {
-            #[inline(always)]
-            fn pass<S: Simd, const RATES: bool>(self, simd: S) -> Result<(), Inverted> {
-                let Self {
-                    elements: BatchRange { points, batches, element_wise },
-                    fields,
-                    out,
-                } = self;
-                for vector in out.all_mut() {
-                    vector.fill(0.0);
-                }
-                for batches in batches.chunk_by(|a, b| a.material.law == b.material.law) {
-                    $with_law!(batches[0].material.law, law => outlined(
-                        simd,
-                        Run::<_, $dimension, $nodes, $pressures, RATES> {
-                            law,
-                            batches,
-                            points,
-                            element_wise,
-                            fields,
-                            out,
-                        },
-                    )?);
-                }
-                Ok(())
-            }
-        }
-    };
-}
-
-pass!(2, 3, 3, with_sheet_law);
-pass!(2, 6, 3, with_plane_law);
-pass!(3, 4, 4, with_spatial_law);
-pass!(3, 10, 4, with_spatial_law);

@@ -3,12 +3,11 @@
 use pulp::{Simd, WithSimd};
 
 use crate::material::Real;
-use crate::operators::constitutive::{
-    Constitutive, Tangent, Tensor, with_plane_law, with_sheet_law, with_spatial_law,
-};
+use crate::operators::constitutive::{Constitutive, Tangent, Tensor};
 use crate::operators::fields::{Fields, Inverted, Tangents};
+use crate::operators::pass::Kernel;
 use crate::operators::residual::{AtPoint, Local};
-use crate::simd::batch::{Batch, BatchRange, Part, Point, add_dot, dot, dot_numbers};
+use crate::simd::batch::{Part, Point, add_dot, dot, dot_numbers};
 use crate::simd::lanes::{Lanes, outlined};
 use crate::space::sparsity::{NO_ENTRY, ScatterMap};
 
@@ -221,180 +220,98 @@ pub(crate) fn zero_if<T: Copy>(requested: bool, zero: T) -> Option<T> {
     if requested { Some(zero) } else { None }
 }
 
-#[inline(always)]
-fn tangents_part<
-    S: Simd,
-    const D: usize,
-    const N: usize,
-    const P: usize,
-    const RATES: bool,
-    C: Constitutive<D>,
->(
-    law: &C,
-    part: &mut Part<'_, S, D, N, P>,
-    map: &ScatterMap<D, N, P>,
-    points: &[Point<D, N, P>],
-    fields: &Fields<'_>,
-    out: &mut Tangents<'_>,
-) -> Result<(), Inverted> {
-    let local = Local::<S, D, N, P, RATES>::gather(part, fields, out.has_rates());
-    let zero: Matrix<S, D, N> = [[[[part.zero(); D]; D]; N]; N];
-    let mut stiffness = zero_if(
-        out.stiffness.is_some() || out.damped_stiffness.is_some(),
-        zero,
-    );
-    let mut rate_stiffness = zero_if(RATES && out.rate_stiffness.is_some(), zero);
-    let mut multiplier_stiffness = zero_if(RATES && out.multiplier_stiffness.is_some(), zero);
-    let zero: Divergence<S, D, N, P> = [[[part.zero(); D]; N]; P];
-    let mut divergence = zero_if(out.divergence.is_some(), zero);
-    let mut divergence_rate = zero_if(RATES && out.divergence_rate.is_some(), zero);
-    for (number, point) in points.iter().enumerate() {
-        part.move_to(number);
-        let at = AtPoint::new(law, part, (number, point), &local)?;
-        if let Some(stiffness) = &mut stiffness {
-            let a = law.tangent(&at.strain, at.volumetric);
-            add(stiffness, part, point, &a);
-        }
-        if let Some(rate_stiffness) = &mut rate_stiffness {
-            let a = law.tangent_rate(&at.strain, at.v, at.volumetric);
-            add(rate_stiffness, part, point, &a);
-        }
-        if let Some(multiplier_stiffness) = &mut multiplier_stiffness {
-            let a = law.volume_tangent(&at.strain, at.mu);
-            add(multiplier_stiffness, part, point, &a);
-        }
-        if let Some(divergence) = &mut divergence {
-            accumulate_divergence(divergence, part, point, &law.cofactor(&at.strain));
-        }
-        if let Some(divergence_rate) = &mut divergence_rate {
-            let cofactor = law.cofactor_rate(&at.strain, at.v);
-            accumulate_divergence(divergence_rate, part, point, &cofactor);
-        }
-    }
-    let beta = part.scale().beta;
-    scale(&mut rate_stiffness, beta);
-    if let (Some(local), Some(global)) = (&stiffness, &mut out.stiffness) {
-        scatter(part, map, local, global);
-    }
-    if out.damped_stiffness.is_some() {
-        scale(&mut stiffness, beta);
-    }
-    for (local, global) in [
-        (&stiffness, &mut out.damped_stiffness),
-        (&rate_stiffness, &mut out.rate_stiffness),
-        (&multiplier_stiffness, &mut out.multiplier_stiffness),
-    ] {
-        if let (Some(local), Some(global)) = (local, global) {
-            scatter(part, map, local, global);
-        }
-    }
-    for (local, global) in [
-        (&divergence, &mut out.divergence),
-        (&divergence_rate, &mut out.divergence_rate),
-    ] {
-        if let (Some(local), Some(global)) = (local, global) {
-            scatter_divergence(part, map, local, global);
-        }
-    }
-    Ok(())
-}
-
-/// Pass over all batches.
+/// Kernel for the requested tangents.
 pub(crate) struct Linearize<'a, 'b, const D: usize, const N: usize, const P: usize> {
-    pub(crate) elements: BatchRange<'a, D, N, P>,
     pub(crate) maps: &'a [ScatterMap<D, N, P>],
     pub(crate) fields: &'a Fields<'a>,
-    pub(crate) out: &'a mut Tangents<'b>,
+    pub(crate) out: Tangents<'b>,
 }
 
-/// Pass over batches of one law, compiled as a separate function.
-struct Run<'a, 'b, C, const D: usize, const N: usize, const P: usize, const RATES: bool> {
-    law: C,
-    batches: &'a [Batch<D, N, P>],
-    maps: &'a [ScatterMap<D, N, P>],
-    points: &'a [Point<D, N, P>],
-    fields: &'a Fields<'a>,
-    out: &'a mut Tangents<'b>,
-}
-
-impl<C, const D: usize, const N: usize, const P: usize, const RATES: bool> WithSimd
-    for Run<'_, '_, C, D, N, P, RATES>
-where
-    C: Constitutive<D>,
+impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P>
+    for Linearize<'_, '_, D, N, P>
 {
-    type Output = Result<(), Inverted>;
+    const SPLIT: bool = true;
+
+    type Workspace<S: Simd> = ();
+
+    fn clear(&mut self) {
+        self.out.all_mut().for_each(|values| values.fill(0.0));
+    }
+
+    fn has_rates(&self) -> bool {
+        self.out.has_rates()
+    }
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        for (batch, map) in self.batches.iter().zip(self.maps) {
-            for part in 0..batch.n_parts(simd) {
-                let part = &mut batch.part(simd, part);
-                tangents_part::<_, _, _, _, RATES, _>(
-                    &self.law,
-                    part,
-                    map,
-                    self.points,
-                    self.fields,
-                    self.out,
-                )?;
+    fn part<S: Simd, C: Constitutive<D>, const RATES: bool>(
+        &mut self,
+        law: &C,
+        part: &mut Part<'_, S, D, N, P>,
+        points: &[Point<D, N, P>],
+        batch: usize,
+        (): &mut (),
+    ) -> Result<(), Inverted> {
+        let Self { maps, fields, out } = self;
+        let map = &maps[batch];
+        let local = Local::<S, D, N, P, RATES>::gather(part, fields, out.has_rates());
+        let zero: Matrix<S, D, N> = [[[[part.zero(); D]; D]; N]; N];
+        let mut stiffness = zero_if(
+            out.stiffness.is_some() || out.damped_stiffness.is_some(),
+            zero,
+        );
+        let mut rate_stiffness = zero_if(RATES && out.rate_stiffness.is_some(), zero);
+        let mut multiplier_stiffness = zero_if(RATES && out.multiplier_stiffness.is_some(), zero);
+        let zero: Divergence<S, D, N, P> = [[[part.zero(); D]; N]; P];
+        let mut divergence = zero_if(out.divergence.is_some(), zero);
+        let mut divergence_rate = zero_if(RATES && out.divergence_rate.is_some(), zero);
+        for (number, point) in points.iter().enumerate() {
+            part.move_to(number);
+            let at = AtPoint::new(law, part, (number, point), &local)?;
+            if let Some(stiffness) = &mut stiffness {
+                let a = law.tangent(&at.strain, at.volumetric, None);
+                add(stiffness, part, point, &a);
+            }
+            if let Some(rate_stiffness) = &mut rate_stiffness {
+                let a = law.tangent(&at.strain, at.volumetric, Some(&at.v));
+                add(rate_stiffness, part, point, &a);
+            }
+            if let Some(multiplier_stiffness) = &mut multiplier_stiffness {
+                let a = law.volume_tangent(&at.strain, at.mu);
+                add(multiplier_stiffness, part, point, &a);
+            }
+            if let Some(divergence) = &mut divergence {
+                accumulate_divergence(divergence, part, point, &law.cofactor(&at.strain, None));
+            }
+            if let Some(divergence_rate) = &mut divergence_rate {
+                let cofactor = law.cofactor(&at.strain, Some(&at.v));
+                accumulate_divergence(divergence_rate, part, point, &cofactor);
+            }
+        }
+        let beta = part.scale().beta;
+        scale(&mut rate_stiffness, beta);
+        if let (Some(local), Some(global)) = (&stiffness, &mut out.stiffness) {
+            scatter(part, map, local, global);
+        }
+        if out.damped_stiffness.is_some() {
+            scale(&mut stiffness, beta);
+        }
+        for (local, global) in [
+            (&stiffness, &mut out.damped_stiffness),
+            (&rate_stiffness, &mut out.rate_stiffness),
+            (&multiplier_stiffness, &mut out.multiplier_stiffness),
+        ] {
+            if let (Some(local), Some(global)) = (local, global) {
+                scatter(part, map, local, global);
+            }
+        }
+        for (local, global) in [
+            (&divergence, &mut out.divergence),
+            (&divergence_rate, &mut out.divergence_rate),
+        ] {
+            if let (Some(local), Some(global)) = (local, global) {
+                scatter_divergence(part, map, local, global);
             }
         }
         Ok(())
     }
 }
-
-/// Implements the pass for one element type; `$with_law` binds its laws.
-macro_rules! pass {
-    ($dimension:literal, $nodes:literal, $pressures:literal, $with_law:ident) => {
-        impl WithSimd for Linearize<'_, '_, $dimension, $nodes, $pressures> {
-            type Output = Result<(), Inverted>;
-
-            #[inline(always)]
-            fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-                // In 3D the run-time test is negligible, so one loop serves both cases.
-                if $dimension == 3 || self.out.has_rates() {
-                    self.pass::<S, true>(simd)
-                } else {
-                    self.pass::<S, false>(simd)
-                }
-            }
-        }
-
-        impl Linearize<'_, '_, $dimension, $nodes, $pressures> {
-            #[inline(always)]
-            fn pass<S: Simd, const RATES: bool>(self, simd: S) -> Result<(), Inverted> {
-                let Self {
-                    elements: BatchRange { points, batches, .. },
-                    maps,
-                    fields,
-                    out,
-                } = self;
-                for values in out.all_mut() {
-                    values.fill(0.0);
-                }
-                let mut rest = maps;
-                for batches in batches.chunk_by(|a, b| a.material.law == b.material.law) {
-                    let (maps, after) = rest.split_at(batches.len());
-                    rest = after;
-                    $with_law!(batches[0].material.law, law => outlined(
-                        simd,
-                        Run::<_, $dimension, $nodes, $pressures, RATES> {
-                            law,
-                            batches,
-                            maps,
-                            points,
-                            fields,
-                            out,
-                        },
-                    )?);
-                }
-                Ok(())
-            }
-        }
-    };
-}
-
-pass!(2, 3, 3, with_sheet_law);
-pass!(2, 6, 3, with_plane_law);
-pass!(3, 4, 4, with_spatial_law);
-pass!(3, 10, 4, with_spatial_law);

@@ -71,7 +71,6 @@ impl<S: Simd> Lanes<S> {
         array.0[part * values.len()..][..values.len()].copy_from_slice(values);
     }
 
-    /// Returns the numbers as a slice.
     #[inline(always)]
     pub(crate) fn as_slice(&self) -> &[f64] {
         cast_slice(from_ref(&self.value))

@@ -2,6 +2,7 @@
 
 use crate::operators::energy::StrainEnergy;
 use crate::operators::fields::{Change, Fields, Inverted, Linearized, Pressure, Tangents, Vectors};
+use crate::operators::pass::ElementPass;
 use crate::operators::power::Powers;
 use crate::operators::product::Multiply;
 use crate::operators::residual::Evaluate;
@@ -37,10 +38,9 @@ impl Solid {
             self.threads.as_ref(),
             threads::VECTORS,
             out.slots(),
-            |elements, _, slots| mapped.evaluate(self.arch, Evaluate {
+            |elements, _, slots| mapped.evaluate(self.arch, ElementPass {
                 elements,
-                fields,
-                out: &mut Vectors::from(slots),
+                kernel: Evaluate { fields, out: Vectors::from(slots) },
             }),
         ));
         self.end(out.all_mut(), local)
@@ -75,11 +75,9 @@ impl Solid {
             self.threads.as_ref(),
             threads::TANGENTS,
             out.slots(),
-            |elements, maps, slots| narrow(self.arch, Linearize {
+            |elements, maps, slots| narrow(self.arch, ElementPass {
                 elements,
-                maps,
-                fields,
-                out: &mut Tangents::from(slots),
+                kernel: Linearize { maps, fields, out: Tangents::from(slots) },
             }),
         ));
         self.end(out.all_mut(), local)
@@ -117,11 +115,9 @@ impl Solid {
             fields.v.is_some() || !at.has_rates(),
             "rates need a velocity"
         );
-        with_elements!(&self.elements, mapped => narrow(self.arch, Multiply {
-            elements: &mapped.batches,
-            fields,
-            at,
-            changes,
+        with_elements!(&self.elements, mapped => narrow(self.arch, ElementPass {
+            elements: mapped.batches.all(),
+            kernel: Multiply { fields, at, changes },
         }))
     }
 

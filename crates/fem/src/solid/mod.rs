@@ -200,7 +200,6 @@ pub struct Solid {
     prony: Vec<Prony>,
     /// Layout of the internal stresses.
     internal: InternalStresses,
-    /// Material of each element.
     materials: Vec<ElementMaterial>,
     densities: Vec<f64>,
     displacement_pattern: SparsityPattern,

@@ -3,6 +3,7 @@
 use crate::error::FemError;
 use crate::material::Prony;
 use crate::material::three::{Tensor3, add_scaled3, cofactor3, product3};
+use crate::operators::pass::ElementPass;
 use crate::operators::relaxation::{
     InternalStresses, Overstress, Relax, RelaxationRegion, Requested,
 };
@@ -10,6 +11,7 @@ use crate::operators::relaxation::{
 use crate::space::ElementPoint;
 
 use super::evaluation::check_length;
+use super::partition::assert_infallible;
 use super::{Elements, Solid, narrow, with_elements};
 
 impl Solid {
@@ -227,13 +229,11 @@ impl Solid {
     fn relax(&self, u: &[f64], requested: Requested<'_>) {
         check_length(self.space.n_components(), Some(u), "u");
         let layout: &InternalStresses = &self.internal;
-        with_elements!(&self.elements, mapped => narrow(self.arch, Relax {
-            elements: &mapped.batches,
-            maps: &mapped.maps,
-            layout,
-            u,
-            requested,
+        let done = with_elements!(&self.elements, mapped => narrow(self.arch, ElementPass {
+            elements: mapped.batches.all(),
+            kernel: Relax { maps: &mapped.maps, layout, u, requested },
         }));
+        assert_infallible(done);
     }
 }
 

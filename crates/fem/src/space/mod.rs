@@ -44,7 +44,6 @@ pub struct Space {
     coordinates: Vec<f64>,
     /// Midpoint nodes by the sorted ends of their edge; empty for degree one.
     midpoints: HashMap<[usize; 2], usize>,
-    /// Nodes of each element.
     element_nodes: Vec<usize>,
     /// Pressures at the vertices of each element.
     element_pressures: Vec<usize>,

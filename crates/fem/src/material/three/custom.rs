@@ -143,7 +143,6 @@ impl PartialEq for CustomLaw {
 
 /// Number type that can be stored in a block.
 pub(crate) trait SimdReal: Real {
-    /// Number of values.
     const COUNT: usize;
 
     /// Returns an array that starts with these values.

@@ -25,7 +25,8 @@ pub(crate) type Tangent<R, const D: usize> = [[[[R; D]; D]; D]; D];
 
 /// Material law as evaluated by element passes.
 ///
-/// Notation: H = ∇u, V = ∇v. The functions are evaluated on vector registers and inlined.
+/// Notation: H = ∇u, V = ∇v. The functions are evaluated on vector registers and inlined. With a
+/// velocity gradient V they return rates.
 pub(crate) trait Constitutive<const D: usize> {
     /// Returns whether strains are finite (d = J − 1) or small (d = div u).
     fn is_finite(&self) -> bool;
@@ -48,47 +49,30 @@ pub(crate) trait Constitutive<const D: usize> {
     /// Returns d.
     fn dilation<S: Simd>(&self, strain: &Self::Strain<S>) -> Lanes<S>;
 
-    /// Returns the cofactor N = ∂d/∂F.
-    fn cofactor<S: Simd>(&self, strain: &Self::Strain<S>) -> Tensor<Lanes<S>, D>;
-
-    /// Returns Ṅ along V.
-    fn cofactor_rate<S: Simd>(
-        &self,
-        strain: &Self::Strain<S>,
-        v: Tensor<Lanes<S>, D>,
-    ) -> Tensor<Lanes<S>, D>;
-
     /// Returns ḋ = N : V.
     fn dilation_rate<S: Simd>(&self, strain: &Self::Strain<S>, v: Tensor<Lanes<S>, D>) -> Lanes<S>;
 
-    /// Returns P.
+    /// Returns the cofactor N = ∂d/∂F, or Ṅ along V.
+    fn cofactor<S: Simd>(
+        &self,
+        strain: &Self::Strain<S>,
+        v: Option<&Tensor<Lanes<S>, D>>,
+    ) -> Tensor<Lanes<S>, D>;
+
+    /// Returns P, or Ṗ along V and ṗ.
     fn stress<S: Simd>(
         &self,
         strain: &Self::Strain<S>,
         volumetric: Volumetric<Lanes<S>>,
+        v: Option<&Tensor<Lanes<S>, D>>,
     ) -> Tensor<Lanes<S>, D>;
 
-    /// Returns Ṗ along V and ṗ.
-    fn stress_rate<S: Simd>(
-        &self,
-        strain: &Self::Strain<S>,
-        v: Tensor<Lanes<S>, D>,
-        volumetric: Volumetric<Lanes<S>>,
-    ) -> Tensor<Lanes<S>, D>;
-
-    /// Returns A = ∂P/∂F.
+    /// Returns A = ∂P/∂F, or ∂Ṗ/∂F along V and ṗ.
     fn tangent<S: Simd>(
         &self,
         strain: &Self::Strain<S>,
         volumetric: Volumetric<Lanes<S>>,
-    ) -> Tangent<Lanes<S>, D>;
-
-    /// Returns ∂Ṗ/∂F along V and ṗ.
-    fn tangent_rate<S: Simd>(
-        &self,
-        strain: &Self::Strain<S>,
-        v: Tensor<Lanes<S>, D>,
-        volumetric: Volumetric<Lanes<S>>,
+        v: Option<&Tensor<Lanes<S>, D>>,
     ) -> Tangent<Lanes<S>, D>;
 
     /// Returns m ∂N/∂F.

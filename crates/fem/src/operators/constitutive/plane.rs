@@ -74,20 +74,6 @@ impl<W: Potential> Constitutive<2> for Plane<W> {
     }
 
     #[inline(always)]
-    fn cofactor<S: Simd>(&self, strain: &Strain<Lanes<S>>) -> Tensor<Lanes<S>, 2> {
-        strain.cofactor
-    }
-
-    #[inline(always)]
-    fn cofactor_rate<S: Simd>(
-        &self,
-        _: &Strain<Lanes<S>>,
-        v: Tensor<Lanes<S>, 2>,
-    ) -> Tensor<Lanes<S>, 2> {
-        volume_gradient_rate(&self.0, v)
-    }
-
-    #[inline(always)]
     fn dilation_rate<S: Simd>(
         &self,
         strain: &Strain<Lanes<S>>,
@@ -97,22 +83,28 @@ impl<W: Potential> Constitutive<2> for Plane<W> {
     }
 
     #[inline(always)]
+    fn cofactor<S: Simd>(
+        &self,
+        strain: &Strain<Lanes<S>>,
+        v: Option<&Tensor<Lanes<S>, 2>>,
+    ) -> Tensor<Lanes<S>, 2> {
+        match v {
+            None => strain.cofactor,
+            Some(v) => volume_gradient_rate(&self.0, *v),
+        }
+    }
+
+    #[inline(always)]
     fn stress<S: Simd>(
         &self,
         strain: &Strain<Lanes<S>>,
         volumetric: Volumetric<Lanes<S>>,
+        v: Option<&Tensor<Lanes<S>, 2>>,
     ) -> Tensor<Lanes<S>, 2> {
-        strain.stress(&self.0, volumetric)
-    }
-
-    #[inline(always)]
-    fn stress_rate<S: Simd>(
-        &self,
-        strain: &Strain<Lanes<S>>,
-        v: Tensor<Lanes<S>, 2>,
-        volumetric: Volumetric<Lanes<S>>,
-    ) -> Tensor<Lanes<S>, 2> {
-        strain.stress_rate(&self.0, v, volumetric)
+        match v {
+            None => strain.stress(&self.0, volumetric),
+            Some(v) => strain.stress_rate(&self.0, *v, volumetric),
+        }
     }
 
     #[inline(always)]
@@ -120,18 +112,12 @@ impl<W: Potential> Constitutive<2> for Plane<W> {
         &self,
         strain: &Strain<Lanes<S>>,
         volumetric: Volumetric<Lanes<S>>,
+        v: Option<&Tensor<Lanes<S>, 2>>,
     ) -> Tangent<Lanes<S>, 2> {
-        unfold(strain.tangent(&self.0, volumetric))
-    }
-
-    #[inline(always)]
-    fn tangent_rate<S: Simd>(
-        &self,
-        strain: &Strain<Lanes<S>>,
-        v: Tensor<Lanes<S>, 2>,
-        volumetric: Volumetric<Lanes<S>>,
-    ) -> Tangent<Lanes<S>, 2> {
-        unfold(strain.tangent_rate(&self.0, v, volumetric))
+        match v {
+            None => unfold(strain.tangent(&self.0, volumetric)),
+            Some(v) => unfold(strain.tangent_rate(&self.0, *v, volumetric)),
+        }
     }
 
     #[inline(always)]

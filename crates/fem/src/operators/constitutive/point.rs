@@ -9,7 +9,6 @@ use crate::material::tensor::Volumetric;
 use crate::material::three::{Axes, Strain3, Symmetric3, Tangent3, Tensor3, UPPER3};
 use crate::simd::lanes::Lanes;
 
-/// Single-lane number.
 type Lane = Lanes<Scalar>;
 
 fn lane(value: f64) -> Lane {
@@ -55,7 +54,7 @@ impl Law {
     /// Returns the first Piola–Kirchhoff stress P = ∂W/∂F − p cof F.
     pub fn stress3(self, h: Tensor3, p: f64, axes: Axes<f64>) -> Tensor3 {
         let law = Spatial(self);
-        let stress = law.stress_or_rate(&strain(law, h, axes), volumetric(p, 0.0), None);
+        let stress = law.stress(&strain(law, h, axes), volumetric(p, 0.0), None);
         stress.map(|row| row.map(value))
     }
 
@@ -68,14 +67,14 @@ impl Law {
         axes: Axes<f64>,
     ) -> Tensor3 {
         let (law, v) = (Spatial(self), tensor(v));
-        let rate = law.stress_or_rate(&strain(law, h, axes), volumetric(p, p_rate), Some(&v));
+        let rate = law.stress(&strain(law, h, axes), volumetric(p, p_rate), Some(&v));
         rate.map(|row| row.map(value))
     }
 
     /// Returns ∂P/∂F at fixed p.
     pub fn tangent3(self, h: Tensor3, p: f64, axes: Axes<f64>) -> Tangent3 {
         let law = Spatial(self);
-        full(&law.tangent_or_rate(&strain(law, h, axes), volumetric(p, 0.0), None))
+        full(&law.packed_tangent(&strain(law, h, axes), volumetric(p, 0.0), None))
     }
 
     /// Returns bulk and shear modulus at small strains from the law's stress alone, Pa. For a law with fibers, these are
@@ -98,7 +97,7 @@ impl Law {
         axes: Axes<f64>,
     ) -> Tangent3 {
         let (law, v) = (Spatial(self), tensor(v));
-        full(&law.tangent_or_rate(&strain(law, h, axes), volumetric(p, p_rate), Some(&v)))
+        full(&law.packed_tangent(&strain(law, h, axes), volumetric(p, p_rate), Some(&v)))
     }
 
     /// Returns J − 1, or div u for small strains.

@@ -23,6 +23,15 @@ fn embed<R: Real>(h: &Tensor<R, 2>) -> Tensor<R, 3> {
     ]
 }
 
+/// Embeds a gradient, if there is one.
+#[inline(always)]
+fn embed_some<R: Real>(h: Option<&Tensor<R, 2>>) -> Option<Tensor<R, 3>> {
+    match h {
+        Some(h) => Some(embed(h)),
+        None => None,
+    }
+}
+
 /// Returns the in-plane components.
 #[inline(always)]
 fn in_plane<R: Real>(t: &Tensor<R, 3>) -> Tensor<R, 2> {
@@ -90,20 +99,6 @@ impl Constitutive<2> for Sheet {
     }
 
     #[inline(always)]
-    fn cofactor<S: Simd>(&self, strain: &Strain3<Lanes<S>>) -> Tensor<Lanes<S>, 2> {
-        in_plane(&self.spatial().cofactor(strain))
-    }
-
-    #[inline(always)]
-    fn cofactor_rate<S: Simd>(
-        &self,
-        strain: &Strain3<Lanes<S>>,
-        v: Tensor<Lanes<S>, 2>,
-    ) -> Tensor<Lanes<S>, 2> {
-        in_plane(&self.spatial().cofactor_rate(strain, embed(&v)))
-    }
-
-    #[inline(always)]
     fn dilation_rate<S: Simd>(
         &self,
         strain: &Strain3<Lanes<S>>,
@@ -113,22 +108,23 @@ impl Constitutive<2> for Sheet {
     }
 
     #[inline(always)]
+    fn cofactor<S: Simd>(
+        &self,
+        strain: &Strain3<Lanes<S>>,
+        v: Option<&Tensor<Lanes<S>, 2>>,
+    ) -> Tensor<Lanes<S>, 2> {
+        in_plane(&self.spatial().cofactor(strain, embed_some(v).as_ref()))
+    }
+
+    #[inline(always)]
     fn stress<S: Simd>(
         &self,
         strain: &Strain3<Lanes<S>>,
         volumetric: Volumetric<Lanes<S>>,
+        v: Option<&Tensor<Lanes<S>, 2>>,
     ) -> Tensor<Lanes<S>, 2> {
-        in_plane(&self.spatial().stress(strain, volumetric))
-    }
-
-    #[inline(always)]
-    fn stress_rate<S: Simd>(
-        &self,
-        strain: &Strain3<Lanes<S>>,
-        v: Tensor<Lanes<S>, 2>,
-        volumetric: Volumetric<Lanes<S>>,
-    ) -> Tensor<Lanes<S>, 2> {
-        in_plane(&self.spatial().stress_rate(strain, embed(&v), volumetric))
+        let v = embed_some(v);
+        in_plane(&self.spatial().stress(strain, volumetric, v.as_ref()))
     }
 
     #[inline(always)]
@@ -136,18 +132,10 @@ impl Constitutive<2> for Sheet {
         &self,
         strain: &Strain3<Lanes<S>>,
         volumetric: Volumetric<Lanes<S>>,
+        v: Option<&Tensor<Lanes<S>, 2>>,
     ) -> Tangent<Lanes<S>, 2> {
-        in_plane_tangent(&self.spatial().tangent(strain, volumetric))
-    }
-
-    #[inline(always)]
-    fn tangent_rate<S: Simd>(
-        &self,
-        strain: &Strain3<Lanes<S>>,
-        v: Tensor<Lanes<S>, 2>,
-        volumetric: Volumetric<Lanes<S>>,
-    ) -> Tangent<Lanes<S>, 2> {
-        in_plane_tangent(&self.spatial().tangent_rate(strain, embed(&v), volumetric))
+        let v = embed_some(v);
+        in_plane_tangent(&self.spatial().tangent(strain, volumetric, v.as_ref()))
     }
 
     #[inline(always)]

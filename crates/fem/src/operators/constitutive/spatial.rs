@@ -119,26 +119,9 @@ impl Spatial {
         )
     }
 
-    /// Returns P, or Ṗ if a velocity gradient is given.
-    #[inline(always)]
-    pub(super) fn stress_or_rate<S: Simd>(
-        &self,
-        strain: &Strain3<Lanes<S>>,
-        volumetric: Volumetric<Lanes<S>>,
-        velocity_gradient: Option<&Tensor<Lanes<S>, 3>>,
-    ) -> Tensor<Lanes<S>, 3> {
-        let volumetric = &volumetric;
-        with_law!(self.0, law => outlined(strain.d.simd(), Stress(At {
-            law,
-            strain,
-            volumetric,
-            velocity_gradient,
-        })), custom => custom.stress(strain, volumetric, velocity_gradient))
-    }
-
     /// Returns A, or Ȧ if a velocity gradient is given.
     #[inline(always)]
-    pub(super) fn tangent_or_rate<S: Simd>(
+    pub(super) fn packed_tangent<S: Simd>(
         &self,
         strain: &Strain3<Lanes<S>>,
         volumetric: Volumetric<Lanes<S>>,
@@ -188,23 +171,6 @@ impl Constitutive<3> for Spatial {
     }
 
     #[inline(always)]
-    fn cofactor<S: Simd>(&self, strain: &Strain3<Lanes<S>>) -> Tensor<Lanes<S>, 3> {
-        strain.cofactor
-    }
-
-    #[inline(always)]
-    fn cofactor_rate<S: Simd>(
-        &self,
-        strain: &Strain3<Lanes<S>>,
-        v: Tensor<Lanes<S>, 3>,
-    ) -> Tensor<Lanes<S>, 3> {
-        match self.is_finite() {
-            true => strain.volume_gradient_rate(&FINITE, &v),
-            false => strain.volume_gradient_rate(&SMALL, &v),
-        }
-    }
-
-    #[inline(always)]
     fn dilation_rate<S: Simd>(
         &self,
         strain: &Strain3<Lanes<S>>,
@@ -214,22 +180,32 @@ impl Constitutive<3> for Spatial {
     }
 
     #[inline(always)]
+    fn cofactor<S: Simd>(
+        &self,
+        strain: &Strain3<Lanes<S>>,
+        v: Option<&Tensor<Lanes<S>, 3>>,
+    ) -> Tensor<Lanes<S>, 3> {
+        match v {
+            None => strain.cofactor,
+            Some(v) if self.is_finite() => strain.volume_gradient_rate(&FINITE, v),
+            Some(v) => strain.volume_gradient_rate(&SMALL, v),
+        }
+    }
+
+    #[inline(always)]
     fn stress<S: Simd>(
         &self,
         strain: &Strain3<Lanes<S>>,
         volumetric: Volumetric<Lanes<S>>,
+        velocity_gradient: Option<&Tensor<Lanes<S>, 3>>,
     ) -> Tensor<Lanes<S>, 3> {
-        self.stress_or_rate(strain, volumetric, None)
-    }
-
-    #[inline(always)]
-    fn stress_rate<S: Simd>(
-        &self,
-        strain: &Strain3<Lanes<S>>,
-        v: Tensor<Lanes<S>, 3>,
-        volumetric: Volumetric<Lanes<S>>,
-    ) -> Tensor<Lanes<S>, 3> {
-        self.stress_or_rate(strain, volumetric, Some(&v))
+        let volumetric = &volumetric;
+        with_law!(self.0, law => outlined(strain.d.simd(), Stress(At {
+            law,
+            strain,
+            volumetric,
+            velocity_gradient,
+        })), custom => custom.stress(strain, volumetric, velocity_gradient))
     }
 
     #[inline(always)]
@@ -237,18 +213,9 @@ impl Constitutive<3> for Spatial {
         &self,
         strain: &Strain3<Lanes<S>>,
         volumetric: Volumetric<Lanes<S>>,
+        v: Option<&Tensor<Lanes<S>, 3>>,
     ) -> Tangent<Lanes<S>, 3> {
-        unfold(&self.tangent_or_rate(strain, volumetric, None))
-    }
-
-    #[inline(always)]
-    fn tangent_rate<S: Simd>(
-        &self,
-        strain: &Strain3<Lanes<S>>,
-        v: Tensor<Lanes<S>, 3>,
-        volumetric: Volumetric<Lanes<S>>,
-    ) -> Tangent<Lanes<S>, 3> {
-        unfold(&self.tangent_or_rate(strain, volumetric, Some(&v)))
+        unfold(&self.packed_tangent(strain, volumetric, v))
     }
 
     #[inline(always)]

@@ -14,17 +14,17 @@
 mod layout;
 mod point;
 
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
 use crate::material::Real;
 use crate::material::tensor::Volumetric;
-use crate::operators::constitutive::{
-    Constitutive, Tensor, with_plane_law, with_sheet_law, with_spatial_law,
-};
+use crate::operators::constitutive::{Constitutive, Tensor};
+use crate::operators::fields::Inverted;
+use crate::operators::pass::Kernel;
 use crate::operators::residual::accumulate;
 use crate::operators::tangent::{Matrix, add, scatter};
-use crate::simd::batch::{Batch, Batches, Part, Point};
-use crate::simd::lanes::{Lanes, outlined};
+use crate::simd::batch::{Part, Point};
+use crate::simd::lanes::Lanes;
 use crate::space::sparsity::ScatterMap;
 pub(crate) use layout::InternalStresses;
 pub use layout::RelaxationRegion;
@@ -68,52 +68,38 @@ pub(crate) enum Requested<'a> {
     },
 }
 
-/// Pass over the viscoelastic elements.
+/// Kernel for the viscoelastic elements.
 pub(crate) struct Relax<'a, 'b, const D: usize, const N: usize, const P: usize> {
-    pub(crate) elements: &'a Batches<D, N, P>,
     pub(crate) maps: &'a [ScatterMap<D, N, P>],
     pub(crate) layout: &'a InternalStresses,
     pub(crate) u: &'a [f64],
     pub(crate) requested: Requested<'b>,
 }
 
-/// Pass over one batch, compiled as a separate function for each law.
-struct Run<'a, 'b, C, const D: usize, const N: usize, const P: usize> {
-    law: C,
-    batch: &'a Batch<D, N, P>,
-    map: &'a ScatterMap<D, N, P>,
-    points: &'a [Point<D, N, P>],
-    u: &'a [f64],
-    series: &'a RelaxationRegion,
-    first: usize,
-    requested: &'a mut Requested<'b>,
-    number: usize,
-}
+impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P> for Relax<'_, '_, D, N, P> {
+    /// Several velocities or forces.
+    type Workspace<S: Simd> = Vec<[[Lanes<S>; D]; N]>;
 
-impl<C, const D: usize, const N: usize, const P: usize> Run<'_, '_, C, D, N, P>
-where
-    C: Constitutive<D>,
-{
-    /// Computes one part; `columns` is a work buffer for several velocities or forces.
     #[inline(always)]
-    fn part<S: Simd>(
+    fn part<S: Simd, C: Constitutive<D>, const RATES: bool>(
         &mut self,
+        law: &C,
         part: &mut Part<'_, S, D, N, P>,
+        points: &[Point<D, N, P>],
+        batch: usize,
         columns: &mut Vec<[[Lanes<S>; D]; N]>,
-    ) {
-        let Self {
-            law,
-            batch,
-            map,
-            points,
-            series,
-            ..
-        } = self;
-        let full_law = batch.material.law;
+    ) -> Result<(), Inverted> {
+        let Some(region) = part.batch.material.prony else {
+            return Ok(());
+        };
+        let (map, first) = (&self.maps[batch], self.layout.first[batch]);
+        let series = &self.layout.parts[region];
+        let count = part.batch.count;
+        let full_law = part.law();
         let u = part.gather_vector(Some(self.u));
         let mut local_force = [[part.zero(); D]; N];
         columns.clear();
-        match &*self.requested {
+        match &self.requested {
             Requested::StressRates { v, .. } => {
                 for v in *v {
                     columns.push(part.gather_vector(Some(v)));
@@ -130,12 +116,12 @@ where
             part.move_to(number);
             let slots = Slots {
                 part,
-                first: self.first + number * batch.count * Slots::<S, D, N, P>::COMPONENTS,
-                count: batch.count,
+                first: first + number * count * Slots::<S, D, N, P>::COMPONENTS,
+                count,
             };
             // Index of the internal stresses of term k at these slots.
             let states = |k: usize| series.states.start + k * width - series.slots.start;
-            if let Requested::ForceOf { tensors, .. } = &*self.requested {
+            if let Requested::ForceOf { tensors, .. } = &self.requested {
                 // These forces do not depend on the law.
                 let h = part.gradient(&u, point);
                 for (local_force, tensors) in columns.iter_mut().zip(*tensors) {
@@ -149,7 +135,7 @@ where
                 continue;
             }
             let at = At::<S, D, C>::new(law, part, (number, point), &u);
-            match self.requested {
+            match &mut self.requested {
                 Requested::ForceOf { .. } => {}
                 Requested::Vectors {
                     internal,
@@ -218,7 +204,7 @@ where
                             over
                         }
                     };
-                    let mut a = law.tangent(&at.strain, Volumetric::pressure(part.zero()));
+                    let mut a = law.tangent(&at.strain, Volumetric::pressure(part.zero()), None);
                     for i in 0..D {
                         for j in 0..D {
                             for l in 0..D {
@@ -231,7 +217,7 @@ where
                 }
             }
         }
-        match self.requested {
+        match &mut self.requested {
             Requested::Vectors { force, .. } => {
                 if let Some(force) = force {
                     part.scatter_vector(&local_force, force);
@@ -249,11 +235,12 @@ where
                 ..
             } => {
                 if let Some([local_material, local_geometric]) = &matrices {
-                    scatter(part, map, local_material, &mut material[self.number]);
+                    scatter(part, map, local_material, &mut material[region]);
                     scatter(part, map, local_geometric, geometric);
                 }
             }
         }
+        Ok(())
     }
 }
 
@@ -267,7 +254,6 @@ fn scaled<R: Real, const D: usize>(tensor: &Tensor<R, D>, factor: f64) -> Tensor
     out
 }
 
-/// Subtracts `tensor` from `from`.
 #[inline(always)]
 fn subtract<R: Real, const D: usize>(from: &mut Tensor<R, D>, tensor: &Tensor<R, D>) {
     for (from, entry) in from.iter_mut().flatten().zip(tensor.iter().flatten()) {
@@ -303,63 +289,3 @@ fn add_geometric<S: Simd, const D: usize, const N: usize, const P: usize>(
         }
     }
 }
-
-impl<C, const D: usize, const N: usize, const P: usize> WithSimd for Run<'_, '_, C, D, N, P>
-where
-    C: Constitutive<D>,
-{
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(mut self, simd: S) {
-        let mut columns = Vec::new();
-        for part in 0..self.batch.n_parts(simd) {
-            let part = &mut self.batch.part(simd, part);
-            self.part(part, &mut columns);
-        }
-    }
-}
-
-/// Implements the pass for one element type; `$with_law` binds its laws.
-macro_rules! pass {
-    ($dimension:literal, $nodes:literal, $pressures:literal, $with_law:ident) => {
-        impl WithSimd for Relax<'_, '_, $dimension, $nodes, $pressures> {
-            type Output = ();
-
-            #[inline(always)]
-            fn with_simd<S: Simd>(mut self, simd: S) {
-                let Self {
-                    elements: Batches { points, batches },
-                    maps,
-                    layout,
-                    u,
-                    ref mut requested,
-                } = self;
-                for (index, batch) in batches.iter().enumerate() {
-                    let Some(number) = batch.material.prony else {
-                        continue;
-                    };
-                    $with_law!(batch.material.law, law => outlined(
-                        simd,
-                        Run::<_, $dimension, $nodes, $pressures> {
-                            law,
-                            batch,
-                            map: &maps[index],
-                            points,
-                            u,
-                            series: &layout.parts[number],
-                            first: layout.first[index],
-                            requested,
-                            number,
-                        },
-                    ));
-                }
-            }
-        }
-    };
-}
-
-pass!(2, 3, 3, with_sheet_law);
-pass!(2, 6, 3, with_plane_law);
-pass!(3, 4, 4, with_spatial_law);
-pass!(3, 10, 4, with_spatial_law);

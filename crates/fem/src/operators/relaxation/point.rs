@@ -30,22 +30,19 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
         (number, point): (usize, &Point<D, N, P>),
         u: &[[Lanes<S>; D]; N],
     ) -> Self {
-        let axes = match law.has_fibers() {
-            true => part.axes(number),
-            false => Axes::cartesian(part.zero()),
-        };
+        let axes = part.axes(number, law.has_fibers());
         let h = part.gradient(u, point);
         let strain = law.strain(h, axes, None);
         let d = law.dilation(&strain);
         let mut at = Self {
             h,
-            cofactor: law.cofactor(&strain),
+            cofactor: law.cofactor(&strain, None),
             inverse_jacobian: d.like(1.0) / (d + d.like(1.0)),
             stress: h,
             strain,
             axes,
         };
-        let piola = law.stress(&at.strain, Volumetric::pressure(d.like(0.0)));
+        let piola = law.stress(&at.strain, Volumetric::pressure(d.like(0.0)), None);
         at.stress = at.pulled_back(&piola);
         at
     }
@@ -68,7 +65,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
     #[inline(always)]
     pub(super) fn stress_across(&self, law: Law) -> Option<Lanes<S>> {
         let across = self.across(law)?;
-        Some(across.stress())
+        Some(across.stress::<D>(None))
     }
 
     /// Returns F⁻¹ T = Nᵀ T/J with N = cof F.
@@ -96,7 +93,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
         v: &Tensor<Lanes<S>, D>,
     ) -> Rate<S, D> {
         let zero = self.inverse_jacobian.like(0.0);
-        let mut rate = law.stress_rate(&self.strain, *v, Volumetric::pressure(zero));
+        let mut rate = law.stress(&self.strain, Volumetric::pressure(zero), Some(v));
         for i in 0..D {
             for j in 0..D {
                 for k in 0..D {
@@ -105,7 +102,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
             }
         }
         let across = match across {
-            Some(across) => Some(across.stress_rate(v)),
+            Some(across) => Some(across.stress(Some(v))),
             None => None,
         };
         (self.pulled_back(&rate), across)
@@ -174,18 +171,16 @@ pub(super) struct OutOfPlane<S: Simd> {
 }
 
 impl<S: Simd> OutOfPlane<S> {
+    /// Returns the stress component, or its rate along a velocity gradient.
     #[inline(always)]
-    fn stress(&self) -> Lanes<S> {
+    fn stress<const D: usize>(&self, v: Option<&Tensor<Lanes<S>, D>>) -> Lanes<S> {
         let zero = self.law.dilation(&self.strain).like(0.0);
-        self.law.stress(&self.strain, Volumetric::pressure(zero))[2][2]
-    }
-
-    #[inline(always)]
-    fn stress_rate<const D: usize>(&self, v: &Tensor<Lanes<S>, D>) -> Lanes<S> {
-        let zero = self.law.dilation(&self.strain).like(0.0);
+        let v = match v {
+            Some(v) => Some(embed(v, zero)),
+            None => None,
+        };
         let pressure = Volumetric::pressure(zero);
-        let v = embed(v, zero);
-        self.law.stress_rate(&self.strain, v, pressure)[2][2]
+        self.law.stress(&self.strain, pressure, v.as_ref())[2][2]
     }
 }
 
@@ -224,7 +219,6 @@ pub(super) struct Slots<'a, 'p, S: Simd, const D: usize, const N: usize, const P
 }
 
 impl<S: Simd, const D: usize, const N: usize, const P: usize> Slots<'_, '_, S, D, N, P> {
-    /// Number of components.
     pub(super) const COMPONENTS: usize = component_indices(D).len();
     /// Index of the out-of-plane component.
     pub(super) const OUT_OF_PLANE: usize = Self::COMPONENTS - 1;

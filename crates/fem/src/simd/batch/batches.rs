@@ -27,7 +27,6 @@ pub(crate) struct Batches<const D: usize, const N: usize, const P: usize> {
 }
 
 impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
-    /// Returns all batches.
     pub(crate) fn all(&self) -> BatchRange<'_, D, N, P> {
         BatchRange {
             points: &self.points,

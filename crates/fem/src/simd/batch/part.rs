@@ -14,7 +14,7 @@ use crate::solid::element_material::ElementScale;
 /// Elements of a batch that fit in a register.
 pub(crate) struct Part<'a, S: Simd, const D: usize, const N: usize, const P: usize> {
     simd: S,
-    pub(super) batch: &'a Batch<D, N, P>,
+    pub(crate) batch: &'a Batch<D, N, P>,
     /// Index of the part in the batch.
     number: usize,
     /// Lanes of the batch, including unused ones.
@@ -32,7 +32,6 @@ impl<const D: usize, const N: usize, const P: usize> Batch<D, N, P> {
         self.count.div_ceil(S::F64_LANES)
     }
 
-    /// Returns a part.
     #[inline(always)]
     pub(crate) fn part<S: Simd>(&self, simd: S, part: usize) -> Part<'_, S, D, N, P> {
         let (inverse, measure) = self.geometry[0].load(simd, part);
@@ -70,11 +69,11 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         Lanes::zero(self.simd)
     }
 
-    /// Returns the fiber axes at a point.
+    /// Returns the fiber axes at a point; unless they are `needed`, the coordinate axes.
     #[inline(always)]
-    pub(crate) fn axes(&self, point: usize) -> Axes<Lanes<S>> {
+    pub(crate) fn axes(&self, point: usize, needed: bool) -> Axes<Lanes<S>> {
         let mut axes = Axes::cartesian(self.zero());
-        if let Some([fiber, sheet]) = self.batch.axes.get(point) {
+        if needed && let Some([fiber, sheet]) = self.batch.axes.get(point) {
             for i in 0..3 {
                 axes.fiber[i] = Lanes::load(self.simd, &fiber[i], self.number);
                 axes.sheet[i] = Lanes::load(self.simd, &sheet[i], self.number);
@@ -89,7 +88,6 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         self.batch.material.law
     }
 
-    /// Returns the scales of the elements.
     #[inline(always)]
     pub(crate) fn scale(&self) -> ElementScale {
         self.batch.material.scale
@@ -145,7 +143,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
     /// Returns the fiber direction at a point.
     #[inline(always)]
     pub(crate) fn fiber(&self, point: usize) -> [Lanes<S>; D] {
-        let axes = self.axes(point);
+        let axes = self.axes(point, true);
         let mut fiber = [self.zero(); D];
         for (fiber, along) in fiber.iter_mut().zip(axes.fiber) {
             *fiber = along;
