@@ -5,7 +5,6 @@ use std::path::Path;
 use myovib_model::IntegratorKind;
 use serde_json::json;
 
-/// Returns `key=value`.
 pub(crate) fn change(key: &str, value: impl std::fmt::Display) -> String {
     format!("{key}={value}")
 }

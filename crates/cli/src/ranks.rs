@@ -33,9 +33,6 @@ mod alone {
     }
 
     /// Does nothing: there is a single process.
-    ///
-    /// # Errors
-    /// Never returns an error.
     pub fn share(_: &mut Scene) -> anyhow::Result<()> {
         Ok(())
     }

@@ -99,7 +99,6 @@ impl Call {
         }
     }
 
-    /// Returns the pass to be computed.
     pub(crate) fn pass(&self) -> Pass<'_> {
         let [kind, wanted, kappa, _] = self.words;
         let [u, v, scalar, p_rate, mu, factors] = self.vectors.each_ref().map(|v| v.as_deref());
@@ -132,7 +131,6 @@ const ADDED_FORCE: u8 = 2;
 const ACTIVE_FORCE: u8 = 3;
 const ADDED_TANGENTS: u8 = 4;
 
-/// Sends a pass.
 pub(crate) fn send_pass(world: &World, pass: &Pass<'_>) {
     let of_fields = |kind: u8, fields: &Fields<'_>, wanted: f64| {
         let (p, kappa) = match fields.pressure {

@@ -23,7 +23,6 @@ pub(crate) fn ending(own: Result<(), Inverted>) -> Ending {
     numbers
 }
 
-/// Returns the first failure.
 fn first_failure(endings: &[Ending]) -> Result<(), Inverted> {
     match endings.iter().find(|ending| ending[0] >= 0.0) {
         None => Ok(()),

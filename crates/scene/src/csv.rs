@@ -29,9 +29,6 @@ pub struct CsvWriter<W: Write> {
 
 impl<W: Write> CsvWriter<W> {
     /// Writes the header.
-    ///
-    /// # Errors
-    /// Errors of the sink.
     pub fn new(sink: W, names: &[&str]) -> io::Result<Self> {
         let mut csv = Self::continued(sink, names.len(), Written::default());
         csv.line(line(names))?;
@@ -49,9 +46,6 @@ impl<W: Write> CsvWriter<W> {
 
     /// Writes one row.
     ///
-    /// # Errors
-    /// Errors of the sink.
-    ///
     /// # Panics
     /// If the number of values differs from the number of names.
     pub fn row(&mut self, values: &[f64]) -> io::Result<()> {
@@ -67,7 +61,6 @@ impl<W: Write> CsvWriter<W> {
         &self.written
     }
 
-    /// Returns the sink.
     pub fn sink(&self) -> &W {
         &self.sink
     }

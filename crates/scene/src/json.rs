@@ -29,9 +29,6 @@ pub fn document(command: &str, body: &impl Serialize) -> serde_json::Result<Stri
 
 /// Serializes a bulk modulus: a number, or `"inf"` for an incompressible muscle (JSON has no
 /// infinity). For `#[serde(serialize_with = "json::kappa")]`.
-///
-/// # Errors
-/// Errors of the serializer.
 pub fn kappa<S: Serializer>(kappa: &f64, serializer: S) -> Result<S::Ok, S::Error> {
     if kappa.is_infinite() {
         serializer.serialize_str("inf")

@@ -132,9 +132,6 @@ impl Series {
 
     /// Writes the body at time `t` with values of some elements, then the list of all files.
     /// Returns the number of computed states (det F, stress).
-    ///
-    /// # Errors
-    /// Errors of the file system.
     pub fn write(
         &mut self,
         t: f64,
@@ -156,9 +153,6 @@ impl Series {
 }
 
 /// Returns the times and files of the fields in a folder; empty without fields.
-///
-/// # Errors
-/// Errors of the file system.
 pub fn files(folder: &Path) -> io::Result<Vec<(f64, PathBuf)>> {
     let list = match std::fs::read_to_string(folder.join(LIST)) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),

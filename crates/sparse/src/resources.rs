@@ -40,7 +40,6 @@ pub fn threads() -> Option<Arc<ThreadPool>> {
     THREADS.get().cloned()
 }
 
-/// Creates a thread pool.
 pub(crate) fn pool_of(threads: usize) -> Result<Arc<ThreadPool>, SparseError> {
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map(Arc::new).map_err(|error| SparseError::Threads {

@@ -96,12 +96,10 @@ impl Vibration {
         u.dot(&(&self.stiffness * &u)) / u.dot(&self.mass_times(&u))
     }
 
-    /// Number of displacements.
     pub(crate) fn n_displacements(&self) -> usize {
         self.mass.nrows()
     }
 
-    /// Number of multipliers.
     pub(crate) fn n_multipliers(&self) -> usize {
         self.constraint.as_ref().map_or(0, |c| c.operator.nrows())
     }

@@ -14,9 +14,6 @@ use serde_json::{Map, Value, json};
 use super::ChainRun;
 
 /// Returns the chain, the body that drives it, the statistics and the settings of a run.
-///
-/// # Errors
-/// Returns an error if a value cannot be serialized.
 pub fn chain_document(run: &ChainRun) -> anyhow::Result<Map<String, Value>> {
     let mut document = Map::new();
     let settings = match (&run.scene.body, run.has_body) {

@@ -46,16 +46,12 @@ impl ChainRun {
         Exit::of(&self.statistics.outcome)
     }
 
-    /// Returns the number of oscillators.
     pub fn n_oscillators(&self) -> usize {
         self.scene.chains[0].chain.omega.len()
     }
 }
 
 /// Runs the body of `scene` and its chain as one system.
-///
-/// # Errors
-/// Returns the fatal errors of the run.
 pub fn on_its_body(scene: Scene, progress: &Progress) -> anyhow::Result<ChainRun> {
     match scene.body {
         Some(_) => observe(&mut *run::with_chains(&scene)?, scene, true, progress),
@@ -64,9 +60,6 @@ pub fn on_its_body(scene: Scene, progress: &Progress) -> anyhow::Result<ChainRun
 }
 
 /// Runs the chain of `scene` alone, driven by a recorded motion.
-///
-/// # Errors
-/// Returns the fatal errors of the run.
 pub fn replay(
     scene: Scene,
     motion: &Arc<Recording>,

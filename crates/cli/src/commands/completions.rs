@@ -16,9 +16,6 @@ pub struct CompletionsArgs {
 }
 
 /// Prints the completions of `program`.
-///
-/// # Errors
-/// Returns an error if standard output cannot be written.
 pub fn run(args: &CompletionsArgs, mut program: clap::Command) -> anyhow::Result<Exit> {
     let mut text = Vec::new();
     clap_complete::generate(args.shell, &mut program, "myovib", &mut text);

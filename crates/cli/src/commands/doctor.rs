@@ -47,9 +47,6 @@ struct BuildTool {
 }
 
 /// Prints the findings.
-///
-/// # Errors
-/// Returns an error if the output cannot be written.
 pub fn run(args: &DoctorArgs) -> anyhow::Result<Exit> {
     let findings = examine(args);
     args.common.give("doctor", &text(&findings), &findings)?;

@@ -22,9 +22,6 @@ pub struct ScenesArgs {
 }
 
 /// Prints name, run time and title of each scene.
-///
-/// # Errors
-/// Returns an error if the output cannot be written.
 pub fn run(args: &ScenesArgs) -> anyhow::Result<Exit> {
     if let Some(target) = &args.json {
         let scenes = SCENES.iter().map(|scene| {

@@ -20,9 +20,6 @@ pub struct SchemaArgs {
 }
 
 /// Prints the schema.
-///
-/// # Errors
-/// Returns an error if standard output cannot be written.
 pub fn run(args: &SchemaArgs) -> anyhow::Result<Exit> {
     let text = if args.markdown {
         scene_file::reference()

@@ -101,9 +101,6 @@ pub fn run(args: &SensitivityArgs) -> anyhow::Result<Exit> {
 }
 
 /// Returns the description of the command, stored in its folder.
-///
-/// # Errors
-/// Returns an error if the scene cannot be converted to JSON.
 pub fn request<'a>(
     out: &'a Path,
     existing: Existing,
@@ -115,9 +112,6 @@ pub fn request<'a>(
 }
 
 /// Returns the description of a stiffness map, stored in its folder.
-///
-/// # Errors
-/// Returns an error if the scene cannot be converted to JSON.
 pub fn request_of_map<'a>(
     out: &'a Path,
     existing: Existing,
@@ -129,9 +123,6 @@ pub fn request_of_map<'a>(
 
 /// Writes `sensitivity.csv`, its figure and `sensitivity.json`. Returns the paths of the first two
 /// and the body of the JSON document.
-///
-/// # Errors
-/// Returns an error if a file cannot be written.
 pub fn write(folder: &ResultFolder, curves: &Curves) -> anyhow::Result<(Vec<String>, Value)> {
     let (columns, rows) = (curves.columns(), curves.rows());
     let table = (&columns[..], &rows[..]);

@@ -231,9 +231,6 @@ impl Table2Args {
 }
 
 /// Runs the rows and prints the table.
-///
-/// # Errors
-/// Returns an error if options or mesh are invalid, or if an output cannot be written.
 pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
     let rows = args.selected_rows()?;
     args.check(&rows)?;

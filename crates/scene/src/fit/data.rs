@@ -16,7 +16,6 @@ pub use error::{DataError, DataProblem};
 pub struct Datum {
     /// Time, s.
     pub t: f64,
-    /// Number of the output.
     pub output: usize,
     /// Measured value.
     pub value: f64,

@@ -111,12 +111,10 @@ const MAX_STARTS: usize = 10_000;
 /// Relative distance from a bound at which the scene must be valid, in units of the distance between start and bound.
 const WITHIN: f64 = 1e-6;
 
-/// Result of a fit.
 #[derive(Debug)]
 pub struct FitResult {
     /// The scene's title; may be empty.
     pub title: String,
-    /// The parameters of the scene.
     pub known: Vec<SceneParameter>,
     /// The fit itself.
     pub fit: Fit,
@@ -143,15 +141,12 @@ pub struct FitResult {
 pub struct Point {
     /// Number of the experiment, from 1.
     pub experiment: usize,
-    /// Name of the output.
     pub output: String,
     /// Name of the probe's column.
     pub column: String,
     /// Time, s.
     pub t: f64,
-    /// Measured value.
     pub measured: f64,
-    /// Fitted value.
     pub fitted: f64,
     /// (fitted − measured)/σ; σ = 1 if it is unknown.
     pub residual: f64,

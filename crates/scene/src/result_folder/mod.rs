@@ -138,9 +138,6 @@ impl<'a> FolderRequest<'a> {
     }
 
     /// The same for a folder that several processes may write to at a time, each different files.
-    ///
-    /// # Errors
-    /// As [`open`](Self::open).
     pub fn open_shared(self) -> Result<ResultFolder, Error> {
         self.check()?;
         let path = self.path.to_owned();
@@ -311,9 +308,6 @@ impl ResultFolder {
     }
 
     /// Writes a file whole.
-    ///
-    /// # Errors
-    /// As [`claim`](Self::claim).
     pub fn write(&self, name: &str, contents: impl AsRef<[u8]>) -> Result<(), Error> {
         atomic_file::save(&self.claim(name)?, contents)
     }
@@ -328,9 +322,6 @@ impl ResultFolder {
     }
 
     /// Removes a file of the folder, if it is there.
-    ///
-    /// # Errors
-    /// As [`claim`](Self::claim).
     pub fn remove(&self, name: &str) -> Result<(), Error> {
         remove(&self.claim(name)?)
     }

@@ -7,7 +7,6 @@ use super::supports::NAMES;
 use crate::scene_file::solid::Traction;
 use crate::scene_file::{Analysis, SceneFile};
 
-/// Returns the notes.
 pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     let tractions = file.traction.iter().enumerate();
     let mut notes: Vec<String> = tractions

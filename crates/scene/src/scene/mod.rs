@@ -73,7 +73,6 @@ pub struct Scene {
     pub inputs: Vec<Input>,
     /// Paths of the input files.
     pub(crate) paths: Vec<PathBuf>,
-    /// Notes from reading the values.
     reading_notes: Vec<String>,
 }
 

@@ -71,7 +71,6 @@ impl DrivenChain {
 }
 
 impl Builder<'_> {
-    /// Creates the rod.
     pub(super) fn rod(&self, rod: &chain::Rod) -> Result<RodDae, InputError> {
         let data = RodData {
             axial_stiffness: rod.stiffness,

@@ -13,9 +13,6 @@ use crate::scene::Scene;
 impl Parameterized {
     /// Returns for each parameter of a chain how its chain depends on it, at the values of `scene`; `None` for parameters of
     /// the body.
-    ///
-    /// # Errors
-    /// Values that the scene does not allow.
     pub(super) fn of_chains(
         &self,
         values: &[f64],

@@ -18,11 +18,9 @@ use crate::{Error, InputError};
 /// An output of a scene: a column of a probe.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Output {
-    /// Its name.
     pub name: String,
     /// Name of the probe's column.
     pub column_name: String,
-    /// Number of the probe.
     probe: usize,
     /// Number of the column, without the time.
     column: usize,
@@ -155,7 +153,6 @@ pub struct Sample {
 /// Work of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Cost {
-    /// Number of steps.
     pub steps: u64,
     /// Number of real and complex factorizations.
     pub factorizations: u64,
@@ -179,18 +176,12 @@ pub(super) struct Readings<'a> {
 
 impl<'a> Readings<'a> {
     /// Prepares the probes of `scene`.
-    ///
-    /// # Errors
-    /// Errors of the probes.
     pub(super) fn new(scene: &Scene, outputs: &'a [Output]) -> Result<Self, InputError> {
         let probes = scene.readings()?;
         Ok(Self { outputs, probes })
     }
 
     /// Returns the outputs of a state; each probe is read once.
-    ///
-    /// # Errors
-    /// Errors of the probes.
     pub(super) fn values(
         &self,
         system: &mut dyn System,

@@ -63,7 +63,6 @@ const TABLES: [&str; 9] = [
     "initial_state",
 ];
 
-/// A parameter of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneParameter {
     /// Its key in the scene.

@@ -18,7 +18,6 @@ use crate::{Error, InputError};
 /// Sensitivity of the RMS of each output to the stiffness of each element. Chains driven by the body are not computed.
 #[derive(Debug, Clone)]
 pub struct StiffnessMap {
-    /// The scene.
     pub scene: Scene,
     /// Displacements and velocities among the outputs.
     pub outputs: Vec<OutputMap>,

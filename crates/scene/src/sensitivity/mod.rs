@@ -29,11 +29,9 @@ use crate::{Error, Scene};
 pub struct Curves {
     /// The parameters' labels.
     pub parameters: Vec<String>,
-    /// The outputs' names.
     pub outputs: Vec<String>,
     /// Typical sizes p̄ of the parameters, which make derivatives comparable.
     pub scales: Vec<f64>,
-    /// The samples.
     pub samples: Vec<Sample>,
     /// Work of the run.
     pub cost: Cost,
@@ -43,9 +41,6 @@ pub struct Curves {
 const MOST_SAMPLES: f64 = 5000.0;
 
 /// Computes the sensitivities of a scene's outputs, sampled as often as the finest of their probes.
-///
-/// # Errors
-/// As for [`follow`].
 pub fn compute(
     scene: &Parameterized,
     precision: Precision,

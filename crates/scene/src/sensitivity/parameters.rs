@@ -18,7 +18,6 @@ pub struct Parameterized {
     set: Vec<String>,
     /// The scene at the values of its file.
     pub scene: Scene,
-    /// The parameters.
     pub parameters: Vec<SceneParameter>,
 }
 
@@ -52,17 +51,11 @@ impl Parameterized {
     }
 
     /// Returns the scene with more overrides: another experiment with the same parameters.
-    ///
-    /// # Errors
-    /// As for [`load`](Self::load).
     pub fn with(&self, set: &[String]) -> Result<Self, InputError> {
         Self::load(&self.path, &[&self.set[..], set].concat())
     }
 
     /// Returns the scene at other values of its parameters.
-    ///
-    /// # Errors
-    /// Values that the scene does not allow.
     ///
     /// # Panics
     /// Unless there is a value for each parameter.
@@ -84,9 +77,6 @@ impl Parameterized {
     }
 
     /// Returns how the body, its start and the chains depend on the parameters at these values.
-    ///
-    /// # Errors
-    /// Values that the scene does not allow.
     ///
     /// # Panics
     /// Unless there is a value for each parameter.
@@ -184,7 +174,6 @@ pub(super) fn around<T>(
     all(Stencil::Central).or_else(|_: Error| all(Stencil::Ahead))
 }
 
-/// Returns the body of a scene.
 pub(crate) fn body(scene: &Scene) -> Result<&Body, InputError> {
     let body = scene.body.as_ref();
     body.ok_or_else(|| InputError::new("the scene has no body"))

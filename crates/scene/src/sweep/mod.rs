@@ -42,7 +42,6 @@ pub struct SweepOptions<'a> {
     pub set: Vec<String>,
     /// Folder for the cases.
     pub out: PathBuf,
-    /// Cases to compute.
     pub cases: Cases,
     /// Whether to recompute finished cases.
     pub overwrite: bool,
@@ -214,7 +213,6 @@ fn existing(
     }
 }
 
-/// Returns the folder name of a case.
 fn folder_of(case: &Case) -> String {
     format!("case-{:04}", case.number + 1)
 }

@@ -70,7 +70,6 @@ pub(super) fn caught<T>(f: impl FnOnce() -> Result<T, Error>) -> Result<T, Error
         .unwrap_or_else(|panic| Err(Error::Panic(panic_message(&*panic))))
 }
 
-/// Returns the message of a panic.
 fn panic_message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     text.or_else(|| panic.downcast_ref::<&str>().copied())
@@ -78,7 +77,6 @@ fn panic_message(panic: &(dyn Any + Send)) -> String {
         .to_owned()
 }
 
-/// Adds the case to the error.
 fn of_case(error: Error, case: &Case) -> Error {
     match error {
         Error::Input(error) => {

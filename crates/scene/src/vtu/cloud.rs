@@ -37,9 +37,6 @@ impl Cloud {
     }
 
     /// Writes the displacement and further named fields of all places at time `t`.
-    ///
-    /// # Errors
-    /// Errors of the file system.
     pub fn write(
         &mut self,
         t: f64,

@@ -65,7 +65,6 @@ impl Grid {
         &self.regions
     }
 
-    /// Returns the number of points.
     pub fn n_points(&self) -> usize {
         self.nodes.len()
     }

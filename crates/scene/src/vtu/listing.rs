@@ -52,9 +52,6 @@ impl Listing {
     }
 
     /// Writes the file of a time, then the list of all files.
-    ///
-    /// # Errors
-    /// Errors of the file system.
     pub(super) fn add(&mut self, t: f64, text: &str) -> io::Result<()> {
         let name = name(self.stem, self.entries.len());
         atomic_file::write(&self.folder.join(&name), |file| {

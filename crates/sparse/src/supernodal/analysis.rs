@@ -24,7 +24,6 @@ pub(super) struct Supernode {
 }
 
 impl Supernode {
-    /// Number of columns.
     pub(super) fn n_columns(&self) -> usize {
         self.shape.columns.len()
     }

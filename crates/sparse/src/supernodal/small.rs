@@ -82,7 +82,6 @@ pub(super) fn minus_dot<T: Scalar, R: Row<T>>(a: &[T], b: &[R]) -> R {
     sum_lanes(lanes).plus(tail)
 }
 
-/// Returns the sum of the lanes.
 #[inline(always)]
 pub(super) fn sum_lanes<T: Scalar, R: Row<T>>(mut lanes: [R; LANES]) -> R {
     for half in [4, 2, 1] {

@@ -16,7 +16,6 @@ use super::memory;
 /// Harmonic loads and cost of a response.
 #[derive(Serialize)]
 pub(super) struct ResponseJson {
-    /// Number of frequencies.
     frequencies: usize,
     /// Number of unknowns of each linear system.
     unknowns: usize,

@@ -102,9 +102,6 @@ pub struct Options {
 }
 
 /// Draws one figure.
-///
-/// # Errors
-/// Returns an error if options or mesh are invalid, or if an output cannot be written.
 pub fn run(args: &FigureArgs) -> anyhow::Result<Exit> {
     args.check()?;
     draw(&[args.number], &args.set, &args.options, "figure")

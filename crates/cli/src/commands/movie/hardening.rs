@@ -17,7 +17,6 @@ use myovib_report::plot::{Axis, Color, EdgeGroup, Field, Figure};
 use myovib_scene::vtu::Grid;
 use myovib_scene::{Scene, run};
 
-/// Name of the scene.
 const SCENE: &str = "hardening";
 /// Group of the inclusion's triangles.
 const INCLUSION: &str = "hardened";

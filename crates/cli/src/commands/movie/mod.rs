@@ -191,9 +191,6 @@ impl MovieArgs {
 }
 
 /// Makes a movie.
-///
-/// # Errors
-/// Returns an error if options or mesh are invalid, or if an output cannot be written.
 pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
     args.check()?;
     let (first, last) = match args.subject {

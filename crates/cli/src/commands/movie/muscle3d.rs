@@ -16,7 +16,6 @@ use myovib_report::plot::{Axis, Figure};
 use myovib_report::spatial::{displacement_plot, surroundings};
 use myovib_scene::run::with_chains;
 
-/// Name of the scene.
 const SCENE: &str = "muscle3d";
 /// Time between frames, s: eight frames per period of the vibration.
 const EVERY: f64 = 1.0 / 64.0;
