@@ -28,13 +28,24 @@ impl<'a> Range<'a> {
         is_whole(self.low) && is_whole(self.high)
     }
 
-    /// Returns the values, or the reason why the range is invalid.
-    pub(crate) fn values(&self) -> Result<Vec<f64>, &'static str> {
+    /// Returns the part after the ends, such as `120:log`.
+    pub(crate) fn spacing(&self) -> Option<&'a str> {
+        self.n
+    }
+
+    /// Returns the ends, or the reason why they are invalid.
+    pub(crate) fn ends(&self) -> Result<[f64; 2], &'static str> {
         let finite = |number: &f64| number.is_finite();
         let number = |word: &str| word.trim().parse::<f64>().ok().filter(finite);
-        let (Some(low), Some(high)) = (number(self.low), number(self.high)) else {
-            return Err("a range requires finite numbers");
-        };
+        match (number(self.low), number(self.high)) {
+            (Some(low), Some(high)) => Ok([low, high]),
+            _ => Err("a range requires finite numbers"),
+        }
+    }
+
+    /// Returns the values, or the reason why the range is invalid.
+    pub(crate) fn values(&self) -> Result<Vec<f64>, &'static str> {
+        let [low, high] = self.ends()?;
         let n = self.n.ok_or("`:n` is missing")?;
         let (n, is_log) = match n.trim().strip_suffix(":log") {
             Some(n) => (n, true),

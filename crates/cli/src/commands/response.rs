@@ -18,6 +18,7 @@ use crate::values;
 /// Options of `myovib response`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
+    myovib response scene.toml --frequencies 1..60:adaptive\n  \
     myovib response scene.toml --frequencies 1..60:120\n  \
     myovib response scene.toml --frequencies 0.1..100:60:log --threads 4\n  \
     myovib response scene.toml --set response.preload_time=2\n\n\
@@ -30,7 +31,7 @@ pub struct ResponseArgs {
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
 
-    /// Frequencies in Hz: LOW..HIGH:N, LOW..HIGH:N:log, or a list A,B,C [default: from the scene].
+    /// Frequencies in Hz: LOW..HIGH:N, LOW..HIGH:N:log, LOW..HIGH:adaptive, or a list A,B,C [default: from the scene].
     #[arg(long, value_name = "LIST")]
     pub frequencies: Option<String>,
 

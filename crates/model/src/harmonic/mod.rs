@@ -178,9 +178,9 @@ impl HarmonicResponse {
         self.elimination.prediction::<Complex64>()
     }
 
-    /// Solves for each frequency (Hz) and returns what `read` makes of the amplitudes, in the order
+    /// Solves for each frequency (Hz) and returns what `read` makes of the amplitudes, with its frequency, in the order
     /// of the frequencies. Frequencies are distributed over the threads of this process; the
-    /// results do not depend on their number.
+    /// results do not depend on their number. If `read` returns [`ModelError::Interrupted`], the results so far are returned.
     ///
     /// # Errors
     /// [`ModelError::NotHeld`] for frequency 0 of a body that can move without strain; errors of
@@ -189,7 +189,7 @@ impl HarmonicResponse {
         &self,
         frequencies: &[f64],
         read: impl Fn(&Amplitude) -> Result<R, ModelError> + Sync,
-    ) -> Result<Vec<R>, ModelError> {
+    ) -> Result<Vec<(f64, R)>, ModelError> {
         if frequencies.contains(&0.0) {
             expect_held(self.dae.muscle())?;
         }
@@ -224,7 +224,12 @@ impl HarmonicResponse {
         }
         let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
         results.sort_by_key(|(k, _)| *k);
-        results.into_iter().map(|(_, result)| result).collect()
+        let found = results.into_iter().filter_map(|(k, result)| match result {
+            Ok(result) => Some(Ok((frequencies[k], result))),
+            Err(ModelError::Interrupted) => None,
+            Err(error) => Some(Err(error)),
+        });
+        found.collect()
     }
 
     /// Solves for one s = iω.

@@ -58,7 +58,7 @@ fn drive(muscle: &Muscle) -> Drive {
 
 fn solve(response: &HarmonicResponse) -> Amplitude {
     let read = |found: &Amplitude| Ok::<_, ModelError>(found.clone());
-    response.map(&[FREQUENCY], read).unwrap().remove(0)
+    response.map(&[FREQUENCY], read).unwrap().remove(0).1
 }
 
 fn largest(values: &[Complex64]) -> f64 {

@@ -1,8 +1,11 @@
 //! Harmonic response of scenes.
 
+mod adaptive;
 mod peaks;
+mod rational;
 
 use std::f64::consts::TAU;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use myovib_model::harmonic::HarmonicResponse;
 use myovib_model::statics::{self, Equilibrium};
@@ -12,9 +15,12 @@ use serde::Serialize;
 
 use crate::modes::instability;
 use crate::probe::{HarmonicMotion, Reading};
+use crate::scene_file::response::Grid;
 use crate::watch::{Watcher, search};
 use crate::{Body, Error, InputError, Scene};
 
+pub use adaptive::Adaptive;
+use peaks::Maximum;
 pub use peaks::Peak;
 
 /// Amplitudes below this fraction of the largest of their kind are rounding errors.
@@ -36,6 +42,11 @@ pub struct Response {
     pub peaks: Vec<Peak>,
     /// Number of unknowns of each linear system.
     pub unknowns: usize,
+    /// Largest relative error of the predictions of the last adaptive frequencies; null for given frequencies.
+    pub interpolation_error: Option<f64>,
+    /// Whether the response was interrupted before its last frequency.
+    #[serde(skip)]
+    pub is_interrupted: bool,
     /// Notes on probes without amplitudes, chains, and stability.
     #[serde(skip)]
     pub notes: Vec<String>,
@@ -81,7 +92,6 @@ impl Curves {
 impl Curves {
     /// Returns the local maxima of the amplitudes, except rounding errors.
     fn peaks(&self, frequencies: &[f64]) -> Vec<Peak> {
-        let kind = |name: &str| name.split('_').next().unwrap_or_default().to_owned();
         let largest = |k: usize| {
             let sizes = self.amplitudes.iter().map(|row| row[k].norm());
             sizes.fold(0.0, f64::max)
@@ -89,23 +99,32 @@ impl Curves {
         let mut peaks = Vec::new();
         for (k, column) in self.columns.iter().enumerate() {
             let names = self.columns.iter().enumerate();
-            let alike = names.filter(|(_, other)| kind(other) == kind(column));
+            let alike = names.filter(|(_, other)| kind_of(other) == kind_of(column));
             let size_of_kind = alike.map(|(j, _)| largest(j)).fold(0.0, f64::max);
             if largest(k) <= ROUNDING * size_of_kind {
                 continue;
             }
             let values: Vec<Complex64> = self.amplitudes.iter().map(|row| row[k]).collect();
             let maxima = peaks::maxima(frequencies, &values).into_iter();
-            peaks.extend(maxima.map(|maximum| Peak {
-                probe: self.name.clone(),
-                column: column.clone(),
-                frequency: maximum.frequency,
-                amplitude: maximum.amplitude,
-                damping_ratio: maximum.damping_ratio,
-            }));
+            peaks.extend(maxima.map(|maximum| self.peak(column, maximum)));
         }
         peaks
     }
+
+    fn peak(&self, column: &str, maximum: Maximum) -> Peak {
+        Peak {
+            probe: self.name.clone(),
+            column: column.to_owned(),
+            frequency: maximum.frequency,
+            amplitude: maximum.amplitude,
+            damping_ratio: maximum.damping_ratio,
+        }
+    }
+}
+
+/// Returns the part of a column's name that values of the same unit share: `u` of `u_x`.
+fn kind_of(column: &str) -> &str {
+    column.split('_').next().unwrap_or_default()
 }
 
 /// Returns the phase in degrees; positive if the value leads the drive.
@@ -122,21 +141,21 @@ impl Response {
         let Some(wanted) = &scene.file.response else {
             return Err(InputError::new("the scene has no table [response]").into());
         };
-        let mut frequencies = wanted.frequencies.values().map_err(InputError::new)?;
-        frequencies.sort_by(f64::total_cmp);
-        frequencies.dedup();
+        let grid = wanted.frequencies.grid().map_err(InputError::new)?;
         let probes = harmonic_probes(scene)?;
         let mut found = match (&scene.body, &scene.rod, &scene.file.rod) {
-            (Some(body), ..) => of_body(scene, body, frequencies, &probes, watcher)?,
+            (Some(body), ..) => of_body(scene, body, &grid, &probes, watcher)?,
             (None, Some(rod), Some(file)) => {
                 let tau = file.response.map_or(Complex64::ZERO, |tau| tau.complex());
-                let rows = frequencies.iter().map(|frequency| {
-                    let s = Complex64::new(0.0, TAU * frequency);
-                    let states = rod.harmonic_response(s, tau)?;
-                    read(&probes, &HarmonicMotion::Rod(&states))
-                });
-                let rows = rows.collect::<Result<Vec<_>, ModelError>>()?;
-                Self::new(frequencies, &probes, rows, rod.rod().n_states())
+                Self::new(&grid, &probes, rod.rod().n_states(), |frequencies| {
+                    let rows = frequencies.iter().map(|frequency| {
+                        let s = Complex64::new(0.0, TAU * frequency);
+                        let states = rod.harmonic_response(s, tau)?;
+                        read(&probes, &HarmonicMotion::Rod(&states))
+                    });
+                    let rows = rows.collect::<Result<Vec<_>, ModelError>>()?;
+                    Ok((frequencies.to_vec(), rows))
+                })?
             }
             _ => {
                 let error = InputError::new("the scene has no body and no rod that could vibrate");
@@ -159,36 +178,95 @@ impl Response {
         Ok(found)
     }
 
+    /// Computes the response of the probes with `unknowns` unknowns on a grid. `compute` returns the amplitudes of all values at
+    /// ascending frequencies, or fewer if it was interrupted.
     fn new(
-        frequencies: Vec<f64>,
+        grid: &Grid,
         probes: &[(String, Box<dyn Reading>)],
-        rows: Vec<Vec<Vec<Complex64>>>,
         unknowns: usize,
-    ) -> Self {
-        let mut curves: Vec<Curves> = probes
+        mut compute: impl FnMut(&[f64]) -> Result<(Vec<f64>, Vec<Vec<Complex64>>), ModelError>,
+    ) -> Result<Self, ModelError> {
+        let columns: Vec<Vec<String>> = probes.iter().map(|(_, reading)| reading.names()).collect();
+        let mut is_interrupted = false;
+        let mut computed = |frequencies: &[f64]| {
+            let found = compute(frequencies)?;
+            is_interrupted |= found.0.len() < frequencies.len();
+            Ok::<_, ModelError>(found)
+        };
+        let (frequencies, rows, interpolation_error, maxima) = match grid {
+            Grid::Fixed(frequencies) => {
+                let (frequencies, rows) = computed(frequencies)?;
+                (frequencies, rows, None, None)
+            }
+            Grid::Adaptive(adaptive) => {
+                let names: Vec<&String> = columns.iter().flatten().collect();
+                let same = |name: &&String| {
+                    let first = names
+                        .iter()
+                        .position(|other| kind_of(other) == kind_of(name));
+                    first.unwrap_or_default()
+                };
+                let kinds: Vec<usize> = names.iter().map(same).collect();
+                let samples = adaptive.resolve(&kinds, computed)?;
+                (
+                    samples.frequencies,
+                    samples.rows,
+                    samples.error,
+                    Some(samples.peaks),
+                )
+            }
+        };
+        let mut first = 0;
+        let curves: Vec<Curves> = probes
             .iter()
-            .map(|(name, reading)| Curves {
-                name: name.clone(),
-                columns: reading.names(),
-                amplitudes: Vec::with_capacity(frequencies.len()),
+            .zip(columns)
+            .map(|((name, _), columns)| {
+                let range = first..first + columns.len();
+                first = range.end;
+                Curves {
+                    name: name.clone(),
+                    columns,
+                    amplitudes: rows.iter().map(|row| row[range.clone()].to_vec()).collect(),
+                }
             })
             .collect();
-        for row in rows {
-            for (curves, values) in curves.iter_mut().zip(row) {
-                curves.amplitudes.push(values);
-            }
-        }
-        Self {
-            preload_time: None,
-            peaks: curves
+        let each = || {
+            curves
                 .iter()
-                .flat_map(|curves| curves.peaks(&frequencies))
+                .flat_map(|of| of.columns.iter().map(move |column| (of, column)))
+        };
+        let peaks = match maxima {
+            None => curves
+                .iter()
+                .flat_map(|of| of.peaks(&frequencies))
                 .collect(),
+            Some(maxima) => {
+                let peak = |(k, maximum): (usize, Maximum)| {
+                    each().nth(k).map(|(of, column)| of.peak(column, maximum))
+                };
+                maxima.into_iter().filter_map(peak).collect()
+            }
+        };
+        let mut notes = Vec::new();
+        if let Grid::Adaptive(Adaptive { tolerance, .. }) = grid
+            && !is_interrupted
+            && interpolation_error.is_none_or(|error| error > *tolerance)
+        {
+            notes.push(format!(
+                "the response is not resolved with {} frequencies: peaks may be missing. Divide the range, or loosen its tolerance",
+                frequencies.len()
+            ));
+        }
+        Ok(Self {
+            preload_time: None,
+            peaks,
             frequencies,
             probes: curves,
             unknowns,
-            notes: Vec::new(),
-        }
+            interpolation_error,
+            is_interrupted,
+            notes,
+        })
     }
 }
 
@@ -229,20 +307,21 @@ pub(crate) fn harmonic_probes(scene: &Scene) -> Result<HarmonicProbes, InputErro
     Ok(probes)
 }
 
-/// Returns the amplitudes of each probe.
+/// Returns the amplitudes of all values of the probes.
 fn read(
     probes: &[(String, Box<dyn Reading>)],
     of: &HarmonicMotion<'_>,
-) -> Result<Vec<Vec<Complex64>>, ModelError> {
+) -> Result<Vec<Complex64>, ModelError> {
     let readings = probes.iter().filter_map(|(_, reading)| reading.harmonic());
-    readings.map(|reading| reading.amplitudes(of)).collect()
+    let amplitudes: Result<Vec<_>, _> = readings.map(|reading| reading.amplitudes(of)).collect();
+    Ok(amplitudes?.concat())
 }
 
 /// Computes the response of a body.
 fn of_body(
     scene: &Scene,
     body: &Body,
-    frequencies: Vec<f64>,
+    grid: &Grid,
     probes: &[(String, Box<dyn Reading>)],
     watcher: Watcher<'_>,
 ) -> Result<Response, Error> {
@@ -252,7 +331,11 @@ fn of_body(
         .response
         .as_ref()
         .and_then(|own| own.preload_time);
-    let free = frequencies.first().filter(|first| **first == 0.0);
+    let first = match grid {
+        Grid::Fixed(frequencies) => frequencies.first().copied(),
+        Grid::Adaptive(adaptive) => Some(adaptive.range[0]),
+    };
+    let free = first.filter(|first| *first == 0.0);
     if let Some(free) = free.and_then(|_| support::free_parts(muscle)) {
         let error = InputError::new(format!("at 0 Hz the supports do not hold the body: {free}"));
         let error = error.next("use frequencies above 0 Hz, or fix more components");
@@ -260,19 +343,21 @@ fn of_body(
     }
     let at = equilibrium(scene, muscle, body.formulation, preload_time, watcher)?;
     let response = HarmonicResponse::about(muscle, body.formulation, &at, &body.drive)?;
-    let n = frequencies.len();
-    let done = std::sync::atomic::AtomicUsize::new(0);
-    let rows = response.map(&frequencies, |amplitude| {
-        if watcher.is_interrupted() {
-            return Err(ModelError::Interrupted);
-        }
-        let k = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-        watcher
-            .progress
-            .on_progress(&|| format!("response: {k} of {n} frequencies"));
-        read(probes, &HarmonicMotion::Body(&response, amplitude))
+    let done = AtomicUsize::new(0);
+    let mut found = Response::new(grid, probes, response.n_unknowns(), |frequencies| {
+        let n = done.load(Relaxed) + frequencies.len();
+        let found = response.map(frequencies, |amplitude| {
+            if watcher.is_interrupted() {
+                return Err(ModelError::Interrupted);
+            }
+            let k = 1 + done.fetch_add(1, Relaxed);
+            watcher
+                .progress
+                .on_progress(&|| format!("response: {k} of {n} frequencies"));
+            read(probes, &HarmonicMotion::Body(&response, amplitude))
+        });
+        Ok(found?.into_iter().unzip())
     })?;
-    let mut found = Response::new(frequencies, probes, rows, response.n_unknowns());
     found.preload_time = preload_time;
     found.notes.extend(instability(&at));
     Ok(found)

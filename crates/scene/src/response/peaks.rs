@@ -76,37 +76,41 @@ impl Rational {
         }
         above / below
     }
+}
 
-    /// Returns the frequency of the largest amplitude between `low` and `high`, by golden sections.
-    fn maximum(&self, mut low: f64, mut high: f64) -> f64 {
-        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-        // The interval shrinks to the square root of rounding, the accuracy of a maximum.
-        while high - low > 1e-9 * high {
-            let [a, b] = [high - golden * (high - low), low + golden * (high - low)];
-            match self.at(a).norm() > self.at(b).norm() {
-                true => high = b,
-                false => low = a,
-            }
+/// Returns the frequency of the largest amplitude between `low` and `high`, by golden sections.
+pub(super) fn maximum(amplitude: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    // The interval shrinks to the square root of rounding, the accuracy of a maximum.
+    while high - low > 1e-9 * high {
+        let [a, b] = [high - golden * (high - low), low + golden * (high - low)];
+        match amplitude(a) > amplitude(b) {
+            true => high = b,
+            false => low = a,
         }
-        0.5 * (low + high)
     }
+    0.5 * (low + high)
+}
 
-    /// Returns the frequency nearest to `from` in the direction of `to` at which the amplitude is
-    /// `level`, if there is one.
-    fn falls_to(&self, level: f64, from: f64, to: f64) -> Option<f64> {
-        let place = |i: usize| from + (to - from) * i as f64 / SEARCH as f64;
-        let below = |f: f64| self.at(f).norm() <= level;
-        let first = (1..=SEARCH).find(|&i| below(place(i)))?;
-        let (mut inside, mut outside) = (place(first - 1), place(first));
-        for _ in 0..60 {
-            let middle = 0.5 * (inside + outside);
-            match below(middle) {
-                true => outside = middle,
-                false => inside = middle,
-            }
+/// Returns the frequency nearest to `from` in the direction of `to` at which the amplitude is `level`, if there is one.
+pub(super) fn falls_to(
+    amplitude: impl Fn(f64) -> f64,
+    level: f64,
+    from: f64,
+    to: f64,
+) -> Option<f64> {
+    let place = |i: usize| from + (to - from) * i as f64 / SEARCH as f64;
+    let below = |f: f64| amplitude(f) <= level;
+    let first = (1..=SEARCH).find(|&i| below(place(i)))?;
+    let (mut inside, mut outside) = (place(first - 1), place(first));
+    for _ in 0..60 {
+        let middle = 0.5 * (inside + outside);
+        match below(middle) {
+            true => outside = middle,
+            false => inside = middle,
         }
-        Some(0.5 * (inside + outside))
     }
+    Some(0.5 * (inside + outside))
 }
 
 /// Returns the local maxima of a curve at ascending frequencies.
@@ -136,7 +140,8 @@ fn resolved(frequencies: &[f64], values: &[Complex64], k: usize) -> Maximum {
         let samples = frequencies.iter().copied().zip(values.iter().copied());
         let samples: Vec<_> = samples.skip(first).take(count).collect();
         let curve = Rational::through(&samples)?;
-        let frequency = curve.maximum(frequencies[k - 1], frequencies[k + 1]);
+        let amplitude_at = |f: f64| curve.at(f).norm();
+        let frequency = maximum(amplitude_at, frequencies[k - 1], frequencies[k + 1]);
         let amplitude = curve.at(frequency).norm();
         let ends = [first, first + count - 1].map(|i| frequencies[i]);
         Some((curve, frequency, amplitude, ends))
@@ -148,7 +153,7 @@ fn resolved(frequencies: &[f64], values: &[Complex64], k: usize) -> Maximum {
         return unresolved;
     }
     let level = amplitude / 2.0_f64.sqrt();
-    let sides = ends.map(|end| curve.falls_to(level, frequency, end));
+    let sides = ends.map(|end| falls_to(|f| curve.at(f).norm(), level, frequency, end));
     let width = sides[0].zip(sides[1]).map(|(low, high)| high - low);
     Maximum {
         frequency,

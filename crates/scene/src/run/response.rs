@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use myovib_model::{CpuClock, Outcome};
+use myovib_model::{CpuClock, Outcome, StopReason};
 use serde_json::json;
 
 use super::document;
@@ -22,10 +22,18 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     for curves in &found.probes {
         folder.write(&table_of(&curves.name), table(&found, curves))?;
     }
+    let outcome = match found.is_interrupted {
+        false => Outcome::Finished,
+        true => Outcome::ended(
+            StopReason::Interrupted,
+            format!("interrupted after {} frequencies", found.frequencies.len()),
+        ),
+    };
     let mut document = json!({
         "scene": scene.file,
         "analysis": "response",
-        "outcome": "finished",
+        "outcome": outcome.name(),
+        "reason": outcome.reason().map(StopReason::name),
         "cpu_seconds": cpu.elapsed().as_secs_f64(),
         "wall_seconds": started.elapsed().as_secs_f64(),
     });
@@ -37,7 +45,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     document::write(&folder, &document)?;
     Ok(RunResult {
         document,
-        outcome: Outcome::Finished,
+        outcome,
         notes: found.notes.clone(),
         modes: None,
         response: Some(found),

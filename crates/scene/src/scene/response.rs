@@ -16,15 +16,9 @@ impl Builder<'_> {
             return Err(self.wrong("analysis", error));
         };
         let path = "response.frequencies";
-        let allowed = "0 Hz or more: a list, or a range as \"1..60:120\" or \"1..60:120:log\"";
-        let values = response.frequencies.values();
-        let values = values
-            .map_err(|problem| self.wrong(path, InputError::new(problem).allowed(allowed)))?;
-        let is_wrong = |value: &&f64| !(0.0..f64::INFINITY).contains(*value);
-        if let Some(value) = values.iter().find(is_wrong) {
-            let error = InputError::new("a frequency is out of range").found(format!("{value} Hz"));
-            return Err(self.wrong(path, error.allowed(allowed)));
-        }
+        let allowed = "0 Hz or more: a list, or a range as \"1..60:120\", \"1..60:120:log\" or \"1..60:adaptive\"";
+        let grid = response.frequencies.grid();
+        grid.map_err(|problem| self.wrong(path, InputError::new(problem).allowed(allowed)))?;
         if let Some(chain) = chains_that_act(file).next() {
             let error = InputError::new(format!(
                 "the chain `{chain}` acts back on the body, and its oscillators have no harmonic response"

@@ -4,12 +4,13 @@ use num_complex::Complex64;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::response::Adaptive;
 use crate::spacing;
 
 /// Harmonic response.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Response {
-    /// Frequencies, Hz: numbers, or a range `"1..60:120"` (120 values) or `"1..60:120:log"`.
+    /// Frequencies, Hz: numbers, or a range `"1..60:120"` (120 values), `"1..60:120:log"` or `"1..60:adaptive"`.
     pub frequencies: Frequencies,
     /// Time, s, of the preload [default: rest, without loads].
     #[schemars(range(min = 0))]
@@ -17,7 +18,8 @@ pub struct Response {
 }
 
 /// Frequencies: a list, or `"1..60:120"` for 120 equidistant values from 1 to 60, or `"1..60:120:log"`
-/// for logarithmic spacing.
+/// for logarithmic spacing, or `"1..60:adaptive"` for values where the response needs them; `"1..60:adaptive:1e-4"` has a
+/// relative tolerance (1e-3 by default).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Frequencies {
@@ -30,23 +32,69 @@ pub enum Frequencies {
 }
 
 impl Frequencies {
-    /// Returns the frequencies, or the reason why the text is invalid.
+    /// Returns the frequencies in ascending order, or the reason why they are invalid.
     ///
     /// # Errors
-    /// The text is neither a range nor a list of numbers.
-    pub fn values(&self) -> Result<Vec<f64>, &'static str> {
-        match self {
-            Self::List(values) => Ok(values.clone()),
-            Self::One(value) => Ok(vec![*value]),
+    /// The text is neither a range nor a list of numbers, or a frequency is negative.
+    pub fn grid(&self) -> Result<Grid, &'static str> {
+        let mut values = match self {
+            Self::List(values) => values.clone(),
+            Self::One(value) => vec![*value],
             Self::Text(text) => match spacing::Range::read(text) {
-                Some(range) => range.values(),
+                Some(range) => match range.spacing().map(str::trim) {
+                    Some(spacing) if spacing.starts_with("adaptive") => {
+                        return adaptive(range.ends()?, spacing);
+                    }
+                    _ => range.values()?,
+                },
                 None => {
                     let numbers = text.split(',').map(|word| word.trim().parse());
                     let numbers: Result<Vec<f64>, _> = numbers.collect();
-                    numbers.map_err(|_| "neither a range nor a list of numbers")
+                    numbers.map_err(|_| "neither a range nor a list of numbers")?
                 }
             },
+        };
+        if !values
+            .iter()
+            .all(|value| (0.0..f64::INFINITY).contains(value))
+        {
+            return Err("a frequency is out of range");
         }
+        values.sort_by(f64::total_cmp);
+        values.dedup();
+        Ok(Grid::Fixed(values))
+    }
+}
+
+/// Frequencies of a response.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Grid {
+    /// Given frequencies in ascending order, Hz.
+    Fixed(Vec<f64>),
+    /// Frequencies chosen by the response.
+    Adaptive(Adaptive),
+}
+
+/// Default tolerance of adaptive frequencies: a tenth of a percent of the amplitude, far below the accuracy of measurements.
+const TOLERANCE: f64 = 1e-3;
+
+/// Reads `adaptive` or `adaptive:1e-3`.
+fn adaptive([low, high]: [f64; 2], spacing: &str) -> Result<Grid, &'static str> {
+    if !(0.0 <= low && low < high) {
+        return Err("an adaptive range ascends from 0 Hz or more");
+    }
+    let tolerance = match spacing.strip_prefix("adaptive").unwrap_or_default() {
+        "" => Some(TOLERANCE),
+        rest => rest
+            .strip_prefix(':')
+            .and_then(|word| word.trim().parse().ok()),
+    };
+    match tolerance.filter(|tolerance| (1e-8..=0.5).contains(tolerance)) {
+        Some(tolerance) => Ok(Grid::Adaptive(Adaptive {
+            range: [low, high],
+            tolerance,
+        })),
+        None => Err("the tolerance of adaptive frequencies is between 1e-8 and 0.5"),
     }
 }
 

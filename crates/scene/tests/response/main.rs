@@ -9,6 +9,7 @@ use myovib_scene::watch::Watcher;
 use num_complex::Complex64;
 use serde_json::Value;
 
+mod adaptive;
 mod muscle;
 mod refusals;
 mod rod;

@@ -7,6 +7,7 @@ use myovib_model::harmonic::HarmonicResponse;
 use myovib_model::statics::Equilibrium;
 use myovib_report::table::counted;
 use myovib_scene::scene_file::SceneFile;
+use myovib_scene::scene_file::response::Grid;
 use myovib_scene::{Body, InputError, Scene};
 use myovib_sparse::resources;
 use serde::Serialize;
@@ -16,7 +17,8 @@ use super::memory;
 /// Harmonic loads and cost of a response.
 #[derive(Serialize)]
 pub(super) struct ResponseJson {
-    frequencies: usize,
+    /// Number of frequencies; null if the response chooses them.
+    frequencies: Option<usize>,
     /// Number of unknowns of each linear system.
     unknowns: usize,
     /// Time of one frequency on one thread, s.
@@ -36,14 +38,16 @@ pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, Res
     let Some(wanted) = &scene.file.response else {
         return Err(InputError::new("the scene has no table [response]").into());
     };
-    let frequencies = wanted.frequencies.values().map_err(InputError::new)?;
+    let (frequencies, largest) = match wanted.frequencies.grid().map_err(InputError::new)? {
+        Grid::Fixed(values) => (Some(values.len()), values.last().copied().unwrap_or(0.0)),
+        Grid::Adaptive(adaptive) => (None, adaptive.range[1]),
+    };
     let rest = Equilibrium::unloaded(&body.muscle);
     let response = HarmonicResponse::about(&body.muscle, body.formulation, &rest, &body.drive)?;
     let started = Instant::now();
-    let largest = frequencies.iter().copied().fold(0.0, f64::max);
     response.map(&[largest.max(1.0)], |_| Ok(()))?;
     let found = ResponseJson {
-        frequencies: frequencies.len(),
+        frequencies,
         unknowns: response.n_unknowns(),
         seconds_per_frequency: started.elapsed().as_secs_f64(),
         harmonic: harmonic(&scene.file),
@@ -66,11 +70,14 @@ pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, Res
         })
     }));
     let seconds = found.seconds_per_frequency;
-    lines.push(format!(
-        "cost            {} of {seconds:.1e} s, {:.1} s on one thread",
-        counted(found.frequencies, "solution"),
-        seconds * found.frequencies as f64
-    ));
+    lines.push(match found.frequencies {
+        Some(n) => format!(
+            "cost            {} of {seconds:.1e} s, {:.1} s on one thread",
+            counted(n, "solution"),
+            seconds * n as f64
+        ),
+        None => format!("cost            {seconds:.1e} s for each frequency, which are chosen during the computation"),
+    });
     let text = format!(
         "harmonic response: {} unknowns\n\n{}\n",
         found.unknowns,

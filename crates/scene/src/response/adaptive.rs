@@ -1,0 +1,334 @@
+//! Frequencies chosen where the response needs them.
+//!
+//! A rational function through the computed responses predicts the next one. Where it differs from the rational function of
+//! the last round, responses are computed and compared with it, until all of them are predicted within the tolerance. Then
+//! each peak and its half-power frequencies are added.
+
+use num_complex::Complex64;
+
+use super::peaks::{Maximum, falls_to, maximum};
+use super::rational::Rational;
+
+/// Number of frequencies of the first round.
+const FIRST: usize = 12;
+/// Maximum number of frequencies of a later round.
+const ROUND: usize = 6;
+/// Number of predictions between adjacent frequencies.
+const BETWEEN: usize = 24;
+/// Maximum number of frequencies.
+pub(super) const MOST: usize = 400;
+/// Amplitude, as a fraction of the size of its curve, below which the tolerance is absolute: next to zeros of the curve.
+const SMALL: f64 = 0.01;
+/// Smallest size of a curve relative to the largest of its kind: rounding errors are below a tolerance of 1e-6 then.
+const WEAKEST: f64 = 1e-5;
+/// Ratio of range ends from which the first frequencies are spaced logarithmically.
+const WIDE: f64 = 30.0;
+
+/// Range of frequencies to be resolved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Adaptive {
+    /// Ends of the range, Hz.
+    pub range: [f64; 2],
+    /// Accepted error of the interpolation, relative to the amplitude, or to a hundredth of its median if that is larger.
+    pub tolerance: f64,
+}
+
+/// Amplitudes at ascending frequencies.
+pub(super) struct Samples {
+    pub(super) frequencies: Vec<f64>,
+    /// Amplitudes of all curves at each frequency.
+    pub(super) rows: Vec<Vec<Complex64>>,
+    /// Largest error of the predictions of the last round; null if the first round was not completed.
+    pub(super) error: Option<f64>,
+    /// Local maxima of the curves, with the curve's number.
+    pub(super) peaks: Vec<(usize, Maximum)>,
+}
+
+impl Samples {
+    fn add(&mut self, frequencies: &[f64], rows: Vec<Vec<Complex64>>) {
+        for (f, row) in frequencies.iter().zip(rows) {
+            let place = self.frequencies.partition_point(|other| other < f);
+            self.frequencies.insert(place, *f);
+            self.rows.insert(place, row);
+        }
+    }
+
+    /// Returns the size of each curve: its median amplitude, or `WEAKEST` times the largest median of its kind if that is
+    /// larger; 0 for curves of rounding errors.
+    fn sizes(&self, kinds: &[usize]) -> Vec<f64> {
+        let amplitudes = |k: usize| {
+            let mut all: Vec<f64> = self.rows.iter().map(|row| row[k].norm()).collect();
+            all.sort_by(f64::total_cmp);
+            all
+        };
+        let curves: Vec<Vec<f64>> = (0..kinds.len()).map(amplitudes).collect();
+        let of_kind = |kind: usize, of: &dyn Fn(&Vec<f64>) -> f64| {
+            let alike = curves
+                .iter()
+                .zip(kinds)
+                .filter(|(_, other)| **other == kind);
+            alike.map(|(curve, _)| of(curve)).fold(0.0, f64::max)
+        };
+        let largest = |curve: &Vec<f64>| curve.last().copied().unwrap_or(0.0);
+        let median = |curve: &Vec<f64>| curve.get(curve.len() / 2).copied().unwrap_or(0.0);
+        let size = |(curve, kind): (&Vec<f64>, &usize)| {
+            if largest(curve) > super::ROUNDING * of_kind(*kind, &largest) {
+                median(curve).max(WEAKEST * of_kind(*kind, &median))
+            } else {
+                0.0
+            }
+        };
+        curves.iter().zip(kinds).map(size).collect()
+    }
+}
+
+impl Adaptive {
+    /// Computes the responses. `kinds` has a number for each curve; curves of one kind have the same unit. `compute` returns
+    /// the amplitudes at ascending frequencies, or fewer if it was interrupted.
+    pub(super) fn resolve<E>(
+        &self,
+        kinds: &[usize],
+        mut compute: impl FnMut(&[f64]) -> Result<(Vec<f64>, Vec<Vec<Complex64>>), E>,
+    ) -> Result<Samples, E> {
+        let mut samples = Samples {
+            frequencies: Vec::new(),
+            rows: Vec::new(),
+            error: None,
+            peaks: Vec::new(),
+        };
+        let mut wanted = self.first();
+        let mut earlier: Option<Rational> = None;
+        let mut has_peaks = false;
+        loop {
+            let (frequencies, rows) = compute(&wanted)?;
+            let is_interrupted = frequencies.len() < wanted.len();
+            if let Some(prediction) = &earlier {
+                let sizes = samples.sizes(kinds);
+                let errors = frequencies
+                    .iter()
+                    .zip(&rows)
+                    .map(|(f, row)| distance(&prediction.at(*f, kinds.len()), row, &sizes));
+                samples.error = Some(errors.fold(0.0, f64::max));
+            }
+            samples.add(&frequencies, rows);
+            let sizes = samples.sizes(kinds);
+            let fitted = Rational::fit(&samples.frequencies, &samples.rows, &sizes);
+            let peaks = peaks(&samples.frequencies, &fitted, &sizes);
+            if is_interrupted || samples.frequencies.len() >= MOST {
+                samples.peaks = peaks;
+                return Ok(samples);
+            }
+            let before = earlier.unwrap_or_else(|| {
+                let every_second = |n: usize| (0..n).step_by(2);
+                let n = samples.frequencies.len();
+                let f: Vec<f64> = every_second(n).map(|k| samples.frequencies[k]).collect();
+                let rows: Vec<_> = every_second(n).map(|k| samples.rows[k].clone()).collect();
+                Rational::fit(&f, &rows, &sizes)
+            });
+            let is_predicted = samples.error.is_some_and(|error| error <= self.tolerance);
+            wanted =
+                self.least_certain(&samples.frequencies, &fitted, &before, &sizes, is_predicted);
+            if wanted.is_empty() && !has_peaks {
+                has_peaks = true;
+                wanted = self.near(&peaks, &samples.frequencies);
+            }
+            if wanted.is_empty() {
+                samples.peaks = peaks;
+                return Ok(samples);
+            }
+            earlier = Some(fitted);
+        }
+    }
+
+    fn first(&self) -> Vec<f64> {
+        let [low, high] = self.range;
+        let is_wide = low > 0.0 && high > WIDE * low;
+        let place = |k: usize| {
+            let s = k as f64 / (FIRST - 1) as f64;
+            match k {
+                0 => low,
+                _ if k == FIRST - 1 => high,
+                _ if is_wide => low * (high / low).powf(s),
+                _ => low + s * (high - low),
+            }
+        };
+        (0..FIRST).map(place).collect()
+    }
+
+    /// Returns the frequencies at which two predictions differ most, at most one between adjacent frequencies, ascending. If
+    /// the last responses were predicted, only those where they differ by more than the tolerance.
+    fn least_certain(
+        &self,
+        computed: &[f64],
+        fitted: &Rational,
+        before: &Rational,
+        sizes: &[f64],
+        is_predicted: bool,
+    ) -> Vec<f64> {
+        let gaps = computed.windows(2).map(|ends| {
+            let between = (1..=BETWEEN).map(|i| {
+                let f = ends[0] + (ends[1] - ends[0]) * i as f64 / (BETWEEN + 1) as f64;
+                let now = fitted.at(f, sizes.len());
+                (f, distance(&before.at(f, sizes.len()), &now, sizes))
+            });
+            between.fold(
+                (ends[0], 0.0),
+                |worst, one| if one.1 > worst.1 { one } else { worst },
+            )
+        });
+        let mut gaps: Vec<(f64, f64)> = gaps.collect();
+        gaps.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let least = if is_predicted { self.tolerance } else { 0.0 };
+        let wanted = gaps.iter().filter(|(_, difference)| *difference > least);
+        let mut wanted: Vec<f64> = wanted.take(ROUND).map(|(f, _)| *f).collect();
+        wanted.sort_by(f64::total_cmp);
+        wanted
+    }
+
+    /// Returns the frequencies of the peaks and those at half of their power, ascending, except where responses are computed
+    /// nearby.
+    fn near(&self, peaks: &[(usize, Maximum)], computed: &[f64]) -> Vec<f64> {
+        let mut wanted = Vec::new();
+        for (_, peak) in peaks {
+            let half_width = peak
+                .damping_ratio
+                .map_or(0.0, |ratio| ratio * peak.frequency);
+            wanted.extend([-half_width, 0.0, half_width].map(|shift| peak.frequency + shift));
+        }
+        wanted.sort_by(f64::total_cmp);
+        let [low, high] = self.range;
+        let nearby = 1e-4 * (high - low);
+        wanted.dedup_by(|a, b| (*a - *b).abs() < nearby);
+        wanted.retain(|f| {
+            (low..=high).contains(f) && computed.iter().all(|other| (f - other).abs() > nearby)
+        });
+        wanted
+    }
+}
+
+/// Returns the local maxima of the curves of a rational function between the computed frequencies.
+fn peaks(computed: &[f64], fitted: &Rational, sizes: &[f64]) -> Vec<(usize, Maximum)> {
+    let between = |ends: &[f64]| {
+        let [low, high] = [ends[0], ends[1]];
+        (0..BETWEEN).map(move |i| low + (high - low) * i as f64 / BETWEEN as f64)
+    };
+    let last = computed.last().copied();
+    let fine: Vec<f64> = computed.windows(2).flat_map(between).chain(last).collect();
+    let rows: Vec<Vec<Complex64>> = fine.iter().map(|f| fitted.at(*f, sizes.len())).collect();
+    let mut peaks = Vec::new();
+    for (curve, size) in sizes.iter().enumerate().filter(|(_, size)| **size > 0.0) {
+        let exact = |f: f64| fitted.at(f, sizes.len())[curve].norm();
+        let amplitude = |k: usize| rows[k][curve].norm();
+        for k in 1..fine.len().saturating_sub(1) {
+            let here = amplitude(k);
+            if here <= SMALL * size || amplitude(k - 1) >= here || here < amplitude(k + 1) {
+                continue;
+            }
+            let frequency = maximum(exact, fine[k - 1], fine[k + 1]);
+            let amplitude_there = exact(frequency);
+            let half = amplitude_there / 2.0_f64.sqrt();
+            let below = (0..k).rev().find(|&j| amplitude(j) <= half);
+            let above = (k + 1..fine.len()).find(|&j| amplitude(j) <= half);
+            let side = |end: Option<usize>| falls_to(exact, half, frequency, fine[end?]);
+            let width = side(below).zip(side(above)).map(|(low, high)| high - low);
+            peaks.push((
+                curve,
+                Maximum {
+                    frequency,
+                    amplitude: amplitude_there,
+                    damping_ratio: width.map(|width| 0.5 * width / frequency),
+                },
+            ));
+        }
+    }
+    peaks
+}
+
+/// Returns the largest difference of `values` from `exact`, relative to the amplitude or to `SMALL` times the size of its curve.
+fn distance(values: &[Complex64], exact: &[Complex64], sizes: &[f64]) -> f64 {
+    let differences = values.iter().zip(exact).zip(sizes);
+    let differences = differences.filter(|(_, size)| **size > 0.0);
+    differences.fold(0.0, |largest, ((a, b), size)| {
+        let difference = (a - b).norm() / b.norm().max(SMALL * size);
+        if difference > largest || difference.is_nan() {
+            difference
+        } else {
+            largest
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sum of lightly damped modes, 8 between 1 and 60 Hz; the third has a half-power width of 0.02 Hz.
+    fn modes(f: f64) -> Vec<Complex64> {
+        let mode = |f0: f64, zeta: f64, size: f64| {
+            size * f0 * f0 / Complex64::new(f0 * f0 - f * f, 2.0 * zeta * f0 * f)
+        };
+        let all = [
+            (3.0, 0.05, 1.0),
+            (7.3, 0.02, 0.7),
+            (10.0, 0.001, 0.1),
+            (17.0, 0.03, 0.5),
+            (24.0, 0.01, 0.3),
+            (33.0, 0.04, 0.2),
+            (45.0, 0.02, 0.2),
+            (58.0, 0.03, 0.1),
+            (90.0, 0.03, 0.1),
+        ];
+        let sum = |sign: f64| {
+            let terms = all.iter().enumerate().map(|(k, &(f0, zeta, size))| {
+                (if k % 2 == 1 { sign } else { 1.0 }) * mode(f0, zeta, size)
+            });
+            terms.sum::<Complex64>()
+        };
+        vec![sum(1.0), sum(-1.0)]
+    }
+
+    #[test]
+    fn all_peaks_are_resolved_with_few_frequencies() {
+        let adaptive = Adaptive {
+            range: [1.0, 60.0],
+            tolerance: 1e-3,
+        };
+        let compute = |f: &[f64]| Ok::<_, ()>((f.to_vec(), f.iter().map(|f| modes(*f)).collect()));
+        let samples = adaptive.resolve(&[0, 0], compute).unwrap();
+        assert!(
+            samples.error.unwrap() <= adaptive.tolerance,
+            "{:?}",
+            samples.error
+        );
+        let sizes = samples.sizes(&[0, 0]);
+        let fitted = Rational::fit(&samples.frequencies, &samples.rows, &sizes);
+        let largest = (0..59_000).map(|i| {
+            let f = 1.0 + 1e-3 * f64::from(i);
+            distance(&fitted.at(f, 2), &modes(f), &sizes)
+        });
+        let largest = largest.fold(0.0, f64::max);
+        assert!(largest < adaptive.tolerance, "{largest}");
+        assert!(
+            samples.frequencies.len() < 100,
+            "{}",
+            samples.frequencies.len()
+        );
+        // The narrow peak has a computed frequency within its half-power width.
+        assert!(samples.frequencies.iter().any(|f| (f - 10.0).abs() < 0.01));
+    }
+
+    #[test]
+    fn an_interrupted_round_keeps_its_responses() {
+        let adaptive = Adaptive {
+            range: [1.0, 60.0],
+            tolerance: 1e-3,
+        };
+        let mut rounds = 0;
+        let samples = adaptive.resolve(&[0, 0], |f| {
+            rounds += 1;
+            let n = if rounds == 2 { 1 } else { f.len() };
+            Ok::<_, ()>((f[..n].to_vec(), f[..n].iter().map(|f| modes(*f)).collect()))
+        });
+        assert_eq!((samples.unwrap().frequencies.len(), rounds), (FIRST + 1, 2));
+    }
+}

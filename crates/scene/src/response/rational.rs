@@ -1,0 +1,100 @@
+//! Rational functions that interpolate several curves at once, by the AAA algorithm (Nakatsukasa, Sète and Trefethen 2018,
+//! doi:10.1137/16M1106122) with support points and weights common to all curves (Lietaert et al. 2022,
+//! doi:10.1093/imanum/drab098).
+
+use nalgebra::DMatrix;
+use num_complex::Complex64;
+
+/// Residual, relative to the value or to the size of its curve, at which all samples are represented; far above rounding errors
+/// of the values and far below the tolerances of responses.
+const REPRESENTED: f64 = 1e-8;
+
+/// Rational functions in barycentric form.
+pub(super) struct Rational {
+    support: Vec<f64>,
+    weights: Vec<Complex64>,
+    /// Values of all curves at each support point.
+    values: Vec<Vec<Complex64>>,
+}
+
+impl Rational {
+    /// Approximates the curves with the given `rows` of values at the frequencies `f`. Each curve is weighted by the
+    /// inverse of its `sizes`; curves of size 0 have no weight.
+    pub(super) fn fit(f: &[f64], rows: &[Vec<Complex64>], sizes: &[f64]) -> Self {
+        let weight = |size: f64| if size > 0.0 { 1.0 / size } else { 0.0 };
+        let curve_weights: Vec<f64> = sizes.iter().map(|size| weight(*size)).collect();
+        let distance = |row: &[Complex64], other: &[Complex64]| {
+            let differences = row.iter().zip(other).zip(&curve_weights);
+            differences.fold(0.0, |largest, ((a, b), w)| {
+                (w * (a - b).norm() / (w * a.norm()).max(1.0)).max(largest)
+            })
+        };
+        let mut is_support = vec![false; f.len()];
+        let mut fitted = Self {
+            support: Vec::new(),
+            weights: Vec::new(),
+            values: Vec::new(),
+        };
+        // As many weights as other samples determine.
+        while 2 * fitted.support.len() < f.len() {
+            let others = (0..f.len()).filter(|&k| !is_support[k]);
+            let residuals = others.map(|k| (k, distance(&rows[k], &fitted.at(f[k], sizes.len()))));
+            let Some((worst, residual)) = residuals.max_by(|a, b| a.1.total_cmp(&b.1)) else {
+                break;
+            };
+            if residual <= REPRESENTED {
+                break;
+            }
+            is_support[worst] = true;
+            fitted.support.push(f[worst]);
+            fitted.values.push(rows[worst].clone());
+            let others: Vec<usize> = (0..f.len()).filter(|&k| !is_support[k]).collect();
+            fitted.weights = fitted.loewner_weights(f, rows, &others, &curve_weights);
+        }
+        fitted
+    }
+
+    /// Returns the weights of the smallest linearized residual: the last right singular vector of the Loewner matrix.
+    fn loewner_weights(
+        &self,
+        f: &[f64],
+        rows: &[Vec<Complex64>],
+        others: &[usize],
+        curve_weights: &[f64],
+    ) -> Vec<Complex64> {
+        let (n, n_curves) = (self.support.len(), curve_weights.len());
+        // At least as many rows as columns, so that all right singular vectors are computed.
+        let n_rows = (others.len() * n_curves).max(n);
+        let loewner = DMatrix::from_fn(n_rows, n, |i, j| {
+            let (Some(&k), curve) = (others.get(i / n_curves), i % n_curves) else {
+                return Complex64::ZERO;
+            };
+            let difference = rows[k][curve] - self.values[j][curve];
+            curve_weights[curve] * difference / (f[k] - self.support[j])
+        });
+        let directions = loewner.svd(false, true).v_t;
+        let last = directions.map(|v| v.row(n - 1).map(|w| w.conj()).iter().copied().collect());
+        last.unwrap_or_else(|| vec![Complex64::ONE; n])
+    }
+
+    /// Returns the values of all curves; zeros without support points.
+    pub(super) fn at(&self, f: f64, n_curves: usize) -> Vec<Complex64> {
+        let mut above = vec![Complex64::ZERO; n_curves];
+        let mut below = Complex64::ZERO;
+        for ((at, values), weight) in self.support.iter().zip(&self.values).zip(&self.weights) {
+            if f == *at {
+                return values.clone();
+            }
+            let share = weight / (f - at);
+            below += share;
+            above
+                .iter_mut()
+                .zip(values)
+                .for_each(|(sum, value)| *sum += share * value);
+        }
+        if !self.support.is_empty() {
+            above.iter_mut().for_each(|sum| *sum /= below);
+        }
+        above
+    }
+}

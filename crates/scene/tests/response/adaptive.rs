@@ -1,0 +1,94 @@
+//! Frequencies chosen by the response.
+
+use std::f64::consts::PI;
+use std::path::Path;
+
+use myovib_scene::Scene;
+use myovib_scene::modes::Modes;
+use myovib_scene::response::{Peak, Response};
+use myovib_scene::watch::Watcher;
+
+use super::response;
+
+/// A beam that is pushed at its tip; without damping in the limit of zero `damping` (s).
+fn beam(frequencies: &str, damping: f64) -> String {
+    format!(
+        "analysis = \"response\"\n[response]\nfrequencies = \"{frequencies}\"\n[mesh]\ntype = \"beam\"\nlength = 0.1\n\
+         height = 0.02\ncells = [10, 2]\n[solid]\nbulk_modulus = 1e5\nrayleigh_stiffness = {damping}\n[[material]]\n\
+         law = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n[[fixed]]\ngroup = \"fixed\"\n[[traction]]\n\
+         group = \"load\"\nresponse = {{ x = 1.0, y = 1.0 }}\n[[probe]]\nname = \"tip\"\ntype = \"point\"\nat = [0.1, 0.0]\n\
+         quantities = [\"u\"]\n"
+    )
+}
+
+fn peaks<'a>(found: &'a Response, column: &str) -> Vec<&'a Peak> {
+    found
+        .peaks
+        .iter()
+        .filter(|peak| peak.column == column)
+        .collect()
+}
+
+/// A fixed grid that resolves the same peaks has more than three times as many frequencies.
+#[test]
+fn adaptive_frequencies_find_the_peaks_of_a_fine_grid() {
+    let damping = 2e-5;
+    let fine = response(&beam("1..100:397", damping));
+    let found = response(&beam("1..100:adaptive:1e-4", damping));
+    assert!(found.interpolation_error.unwrap() <= 1e-4);
+    let n = found.frequencies.len();
+    assert!(3 * n < fine.frequencies.len(), "{n} frequencies");
+    for column in ["u_x", "u_y"] {
+        let (found, fine) = (peaks(&found, column), peaks(&fine, column));
+        assert_eq!(found.len(), fine.len(), "{column}: {found:?} {fine:?}");
+        for (a, b) in found.iter().zip(fine) {
+            // Both are interpolated; the accepted error of an amplitude is 1e-4 (adaptive) and 1e-2 (fixed grid).
+            assert!(
+                (a.frequency / b.frequency - 1.0).abs() < 1e-4,
+                "{a:?} {b:?}"
+            );
+            assert!(
+                (a.amplitude / b.amplitude - 1.0).abs() < 1e-2,
+                "{a:?} {b:?}"
+            );
+        }
+    }
+}
+
+/// Widths of 1e-3 Hz to 0.1 Hz, far below the distance of the first frequencies (9 Hz).
+#[test]
+fn narrow_peaks_lie_at_the_natural_frequencies() {
+    let damping = 2e-7;
+    let text = beam("1..100:adaptive", damping);
+    let found = response(&text);
+    let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+    let modes = Modes::of_scene(&scene, Some(12), Watcher::NOBODY).unwrap();
+    let modes: Vec<f64> = modes.muscles[0]
+        .modes
+        .iter()
+        .filter_map(|mode| mode.frequency)
+        .collect();
+    let modes: Vec<f64> = modes.into_iter().filter(|f| *f < 99.0).collect();
+    assert!(modes.len() >= 5, "{modes:?}");
+    for frequency in modes {
+        let mut all = peaks(&found, "u_x").into_iter().chain(peaks(&found, "u_y"));
+        // The damping ratio is π f β; other modes shift a peak by less than its half-power width.
+        let width = 2.0 * PI * frequency * damping;
+        let is_there = all.any(|peak| (peak.frequency / frequency - 1.0).abs() < width);
+        assert!(is_there, "{frequency} Hz: {:?}", found.peaks);
+    }
+}
+
+#[test]
+fn invalid_adaptive_ranges_are_refused() {
+    for frequencies in [
+        "60..1:adaptive",
+        "-1..60:adaptive",
+        "1..60:adaptive:0",
+        "1..60:adaptive:x",
+        "1..60:adaptively",
+    ] {
+        let built = Scene::build("scene.toml", &beam(frequencies, 1e-5), &[], Path::new(""));
+        assert!(built.is_err(), "{frequencies}");
+    }
+}
