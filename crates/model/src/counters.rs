@@ -3,9 +3,10 @@
 use myovib_dae::StepError;
 use myovib_fem::Inverted;
 use myovib_sparse::LinearWork;
+use serde::{Deserialize, Serialize};
 
 /// Counts of element passes and assemblies.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct WorkCounters {
     /// Element passes for residuals.
     pub residual_passes: u64,
@@ -39,6 +40,7 @@ pub struct WorkCounters {
     /// step.
     pub inversions: u64,
     /// The element inverted last.
+    #[serde(skip)]
     pub inverted: Option<Inverted>,
 }
 

@@ -370,7 +370,6 @@ impl<T: Scalar> SparseSystem<T> {
             x.copy_from_slice(&self.rhs);
             error = self.solve_and_refine(x, work)?;
         }
-        work.largest_backward_error = work.largest_backward_error.max(error);
         if error.is_infinite()
             || (error > REJECTION_THRESHOLD && self.normwise_error() > REJECTION_THRESHOLD)
         {
@@ -380,6 +379,7 @@ impl<T: Scalar> SparseSystem<T> {
                 backward_error: error,
             });
         }
+        work.largest_backward_error = work.largest_backward_error.max(error);
         Ok(())
     }
 

@@ -1,9 +1,9 @@
 //! Counters for the solution of linear systems.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Cost and accuracy of linear solves.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct LinearWork {
     /// Number of factorizations.
     pub factorizations: u64,
@@ -15,7 +15,7 @@ pub struct LinearWork {
     pub solves: u64,
     /// Number of refinements.
     pub refinements: u64,
-    /// Largest componentwise backward error, max_i |b − A x|_i / (|A||x| + |b|)_i, of the checked solutions: the first
-    /// one after each factorization and all refined ones.
+    /// Largest componentwise backward error, max_i |b − A x|_i / (|A||x| + |b|)_i, of the accepted solutions that were
+    /// checked: the first one after each factorization and all refined ones. It is finite.
     pub largest_backward_error: f64,
 }

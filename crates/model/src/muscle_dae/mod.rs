@@ -197,6 +197,11 @@ impl MuscleDae {
         &self.counters
     }
 
+    /// Sets the work counters, for example to the counters of the earlier part of a resumed run.
+    pub fn set_counters(&mut self, counters: WorkCounters) {
+        self.counters = counters;
+    }
+
     /// Returns the counters for use by a linear solver.
     pub(crate) fn counters_mut(&mut self) -> &mut WorkCounters {
         &mut self.counters

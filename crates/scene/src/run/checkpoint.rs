@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use myovib_model::{Continuation, Counts, StopReason};
+use myovib_model::{Continuation, Counts, StopReason, WorkCounters};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -52,6 +52,8 @@ pub(super) struct Checkpoint {
     pub(super) indicator: Indicator,
     /// Output work outside the integration.
     pub(super) work: OutputWork,
+    /// Work counters of the body.
+    pub(super) body_work: WorkCounters,
     /// Statistics of the earlier parts of the run. A [`Continuation`] continues the statistics of
     /// the first part.
     pub(super) counts: Totals,

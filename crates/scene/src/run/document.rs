@@ -33,7 +33,6 @@ pub(super) fn dynamic<P: System>(
     timing: &Timing,
 ) -> Result<Value, Error> {
     let system = integrator.problem();
-    let work = system.counters();
     let total = outputs.before.plus(integrator.counts());
     let mut document = json!({
         "scene": scene.file,
@@ -41,23 +40,7 @@ pub(super) fn dynamic<P: System>(
         "unknowns": system.n_unknowns(),
         "t_end": scene.t_end,
         "resumed": total.resumed,
-        "work": {
-            "residual_passes": work.residual_passes,
-            "force_rate_passes": work.force_rate_passes,
-            "fiber_passes": work.fiber_passes,
-            "tangent_passes": work.tangent_passes,
-            "rate_tangent_passes": work.rate_tangent_passes,
-            "added_passes": work.added_passes,
-            "coherence_passes": work.coherence_passes,
-            "added_tangent_passes": work.added_tangent_passes,
-            "bed_passes": work.bed_passes,
-            "relaxing_passes": work.relaxing_passes,
-            "relaxing_tangent_passes": work.relaxing_tangent_passes,
-            "relaxing_solve_passes": work.relaxing_solve_passes,
-            "matrix_sums": work.matrix_sums,
-            "inversions": work.inversions,
-            "linear": work.linear,
-        },
+        "work": system.counters(),
         "output_work": outputs.work,
         "wall_seconds_by_part": timing,
         "peak_memory_bytes": resources::peak(),

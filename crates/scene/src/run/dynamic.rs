@@ -105,6 +105,11 @@ impl Driver for Motion<'_> {
             let restored = integrator.restore(continuation);
             restored.map_err(|error| Error::before_any_output(error.into()))?;
         }
+        if let Some(checkpoint) = checkpoint
+            && let Some((dae, _)) = integrator.problem_mut().muscle_at(&checkpoint.y)
+        {
+            dae.set_counters(checkpoint.body_work);
+        }
         // All input was checked. Files are written from here on.
         let origin = self.request.origin.clone();
         let folder = match self.folder {

@@ -245,6 +245,7 @@ impl Outputs<'_> {
             not_finite: self.not_finite(),
             indicator: self.indicator.clone(),
             work: self.work,
+            body_work: integrator.problem().counters(),
         };
         checkpoint
             .write(self.folder, &self.origin)

@@ -421,6 +421,8 @@ fn an_inaccurate_solution_is_an_error() {
         matches!(refused, Err(SparseError::Inaccurate { n: 2, .. })),
         "{refused:?}"
     );
+    // Rejected solutions do not count: the checkpoint stores this number and must be readable.
+    assert_eq!(work.largest_backward_error, 0.0);
     let refused = system.solve(&mut [f64::NAN, 1.0], &mut work);
     assert!(
         matches!(refused, Err(SparseError::NotFinite { position: 0, .. })),
