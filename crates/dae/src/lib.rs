@@ -61,6 +61,7 @@ pub use parameters::{Differenced, Parameter, Parameters};
 pub use pattern::{MissingEntry, check_pattern};
 pub use problem::{Problem, StepError, VariableKind};
 pub use projection::project_onto_constraints;
+pub use remedy::Remedy;
 pub use start::{InconsistentStart, check_start};
 pub use statistics::{Statistics, Work};
 pub use stop_reason::StopReason;

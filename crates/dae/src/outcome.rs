@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::problem::{Problem, VariableKind};
-use crate::remedy::StopContext;
+use crate::remedy::{Remedy, StopContext};
 use crate::statistics::Statistics;
 use crate::stop_reason::StopReason;
 
@@ -65,8 +65,8 @@ pub struct Stop {
     pub statistics: Statistics,
     /// Components with the largest weighted local errors in the last attempt, in descending order.
     pub worst_components: Vec<WorstComponent>,
-    /// Suggested remedy, or `None` if unknown.
-    pub remedy: Option<String>,
+    /// Suggested remedies, the most likely first; empty if none is known.
+    pub remedies: Vec<Remedy>,
 }
 
 impl Stop {
@@ -84,16 +84,16 @@ impl Stop {
             t,
             statistics,
             worst_components,
-            remedy: None,
+            remedies: Vec::new(),
         }
     }
 
-    /// Adds a suggested remedy for an integration of `problem` with variables of these `kinds` by a
+    /// Adds suggested remedies for an integration of `problem` with variables of these `kinds` by a
     /// method that supports problems up to the index `highest` without reformulation.
     #[must_use]
     pub fn advised(mut self, problem: &impl Problem, kinds: &[VariableKind], highest: u8) -> Self {
-        let standing = StopContext::of(problem, kinds, self.statistics.steps);
-        self.remedy = standing.remedy(self.reason, highest);
+        let context = StopContext::of(problem, kinds, self.statistics.steps);
+        self.remedies = context.remedies(self.reason, highest);
         self
     }
 }
@@ -105,7 +105,7 @@ impl fmt::Display for Stop {
             message,
             t,
             statistics,
-            remedy,
+            remedies,
             ..
         } = self;
         let Statistics {
@@ -119,10 +119,15 @@ impl fmt::Display for Stop {
             "stopped at t = {t} after {steps} steps (last step {last_step:e}, order \
              {last_order}): {reason}: {message}"
         )?;
-        match remedy {
-            Some(remedy) => write!(f, "; suggested remedy: {remedy}"),
-            None => Ok(()),
+        for (i, remedy) in remedies.iter().enumerate() {
+            let before = if i == 0 {
+                "; suggested remedy:"
+            } else {
+                "; or"
+            };
+            write!(f, "{before} {remedy}")?;
         }
+        Ok(())
     }
 }
 

@@ -1,14 +1,68 @@
 //! Suggested remedies for an integration that stopped.
 
+use std::fmt;
+
 use crate::problem::{Problem, VariableKind};
 use crate::stop_reason::StopReason;
 
 /// Highest index supported by Radau IIA.
 const RADAU: u8 = 3;
 
-/// Number of steps after which the size of the first step no longer matters: each step may be
-/// eight times as long as the previous one.
-const FIRST_STEPS: u64 = 10;
+/// Suggested remedy for an integration that stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Remedy {
+    /// Call the integrator again.
+    AnotherCall,
+    /// Permit more steps.
+    MoreSteps,
+    /// Replace constraints by their derivatives, which lowers the index.
+    LowerIndex,
+    /// Start from values that satisfy the equations and the derivatives of the constraints.
+    ConsistentStart,
+    /// Restart at the time of a jump or a kink with the values after it.
+    RestartAtBreak,
+    /// Loosen all tolerances.
+    LooserTolerances,
+    /// Loosen the tolerances of velocities and multipliers.
+    LooserMultipliers,
+    /// State the constraints and correct the initial values by them.
+    StateConstraints,
+    /// State the index of each variable.
+    StateIndices,
+    /// Use Radau IIA.
+    Radau,
+}
+
+impl fmt::Display for Remedy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::AnotherCall => "another call, which continues",
+            Self::MoreSteps => "a higher max_steps",
+            Self::LowerIndex => {
+                "the derivative of the constraint instead of the constraint, which lowers the index"
+            }
+            Self::ConsistentStart => {
+                "initial values that satisfy the equations (correct_initial_values) and, above \
+                 index 1, the derivatives of the constraints"
+            }
+            Self::RestartAtBreak => {
+                "integrating to the time where an input or a characteristic jumps or has a kink, if \
+                 there is one near, and restarting there with the values after it (reinit)"
+            }
+            Self::LooserTolerances => "looser tolerances",
+            Self::LooserMultipliers => "looser tolerances for velocities and multipliers",
+            Self::StateConstraints => {
+                "stating the constraints (Problem::constraints) and correcting the initial values \
+                 by them"
+            }
+            Self::StateIndices => {
+                "stating the index of each variable (Problem::indices), if one is above 1"
+            }
+            Self::Radau => "Radau IIA, which supports indices up to 3 without changes",
+        })
+    }
+}
 
 /// State of an integration that failed, in addition to the reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,10 +77,6 @@ pub(crate) struct StopContext {
     steps: u64,
 }
 
-/// A remedy for mechanisms.
-const CONSTRAINTS: &str = "stating the constraints (Problem::constraints) and correcting the initial \
-                           values by them";
-
 impl StopContext {
     /// Returns the state of an integration of `problem` after this number of steps.
     pub(crate) fn of(problem: &impl Problem, kinds: &[VariableKind], steps: u64) -> Self {
@@ -38,56 +88,47 @@ impl StopContext {
         }
     }
 
-    /// Returns a remedy for this `reason`; `highest` is the highest index that the method supports
-    /// directly.
-    pub(crate) fn remedy(self, reason: StopReason, highest: u8) -> Option<String> {
+    /// Returns the remedies for this `reason`; `highest` is the highest index that the method
+    /// supports directly.
+    pub(crate) fn remedies(self, reason: StopReason, highest: u8) -> Vec<Remedy> {
         let mut remedies = match reason {
-            StopReason::MaxSteps => vec!["another call, which goes on", "a higher max_steps"],
-            StopReason::ToleranceTooTight => return Some("looser tolerances".to_owned()),
+            StopReason::MaxSteps => vec![Remedy::AnotherCall, Remedy::MoreSteps],
+            StopReason::ToleranceTooTight => return vec![Remedy::LooserTolerances],
             StopReason::ErrorTestFailures
             | StopReason::ConvergenceFailures
             | StopReason::StepTooSmall
-            | StopReason::LinearSetupFailed => self.against_failed_steps(highest),
-            _ => return None,
+            | StopReason::LinearSetupFailed => self.against_failed_steps(reason, highest),
+            _ => return Vec::new(),
         };
         if highest < RADAU {
-            remedies.push("Radau IIA, which takes indices up to 3 as they stand");
+            remedies.push(Remedy::Radau);
         }
-        Some(remedies.join("; or "))
+        remedies
     }
 
-    fn against_failed_steps(self, highest: u8) -> Vec<&'static str> {
+    fn against_failed_steps(self, reason: StopReason, highest: u8) -> Vec<Remedy> {
         let mut remedies = Vec::new();
-        if self.index.is_some_and(|index| index > highest) {
-            remedies.push("the derivative of the constraint in its place, which lowers the index");
-        } else if self.steps == 0 {
-            remedies.push(
-                "values to start from that fulfill the equations (correct_initial_values) and, above \
-                 index 1, the derivatives of the constraints",
-            );
-        } else {
-            remedies.push(
-                "integrating to the time where an input jumps or bends, if there is one near, and \
-                 starting afresh from there (reinit)",
-            );
-            remedies.push("looser tolerances");
-        }
         let is_hidden = |index: u8| (2..=highest).contains(&index);
-        if self.index.is_some_and(is_hidden) {
-            if self.steps <= FIRST_STEPS {
-                remedies.push(
-                    "a longer first step (initial_step), because short ones magnify what violates a \
-                     constraint",
-                );
+        let has_hidden_constraints = self.index.is_some_and(is_hidden);
+        if self.index.is_some_and(|index| index > highest) {
+            remedies.push(Remedy::LowerIndex);
+        } else {
+            if self.steps == 0 {
+                remedies.push(Remedy::ConsistentStart);
+                if has_hidden_constraints && !self.are_constraints_stated {
+                    remedies.push(Remedy::StateConstraints);
+                }
             }
-            remedies.push("looser tolerances for velocities and multipliers");
-            if !self.are_constraints_stated {
-                remedies.push(CONSTRAINTS);
+            // The minimum step may be too long for consistent initial values, too.
+            if self.steps > 0 || reason == StopReason::StepTooSmall {
+                remedies.extend([Remedy::RestartAtBreak, Remedy::LooserTolerances]);
+                if has_hidden_constraints {
+                    remedies.push(Remedy::LooserMultipliers);
+                }
             }
         }
         if self.index.is_none() && self.algebraic {
-            remedies
-                .push("stating the index of each variable (Problem::indices), if one is above 1");
+            remedies.push(Remedy::StateIndices);
         }
         remedies
     }
@@ -97,31 +138,31 @@ impl StopContext {
 mod tests {
     use super::*;
 
-    /// Regression: a different size of the first step was suggested after thousands of steps.
+    /// Regression: remedies for the start were suggested after thousands of steps, and looser
+    /// tolerances for initial values that violate a constraint.
     #[test]
-    fn a_longer_first_step_is_named_near_the_start_alone() {
-        let printed = |steps| {
-            let standing = StopContext {
+    fn remedies_for_the_start_are_named_before_the_first_step_alone() {
+        use Remedy::{
+            ConsistentStart, LooserMultipliers, LooserTolerances, RestartAtBreak, StateConstraints,
+        };
+        let remedies = |reason, steps, are_constraints_stated| {
+            let context = StopContext {
                 index: Some(3),
                 algebraic: true,
-                are_constraints_stated: steps % 2 == 1,
+                are_constraints_stated,
                 steps,
             };
-            standing.remedy(StopReason::StepTooSmall, RADAU).unwrap()
+            context.remedies(reason, RADAU)
         };
-        for (steps, is_named) in [(0, true), (FIRST_STEPS, true), (FIRST_STEPS + 1, false)] {
-            let printed = printed(steps);
-            assert_eq!(
-                printed.contains("initial_step"),
-                is_named,
-                "{steps}: {printed}"
-            );
-            assert!(
-                printed.contains("looser tolerances for velocities"),
-                "{printed}"
-            );
-            let are_named = printed.contains("Problem::constraints");
-            assert_eq!(are_named, steps % 2 == 0, "{steps}: {printed}");
-        }
+        let failures = StopReason::ErrorTestFailures;
+        let at_the_start = remedies(failures, 0, false);
+        assert_eq!(at_the_start, [ConsistentStart, StateConstraints]);
+        assert_eq!(remedies(failures, 0, true), [ConsistentStart]);
+        let later = [RestartAtBreak, LooserTolerances, LooserMultipliers];
+        assert_eq!(remedies(failures, 1, false), later);
+        assert_eq!(remedies(failures, 1, true), later);
+        let of_short_steps = remedies(StopReason::StepTooSmall, 0, true);
+        assert_eq!(of_short_steps[0], ConsistentStart);
+        assert_eq!(of_short_steps[1..], later);
     }
 }

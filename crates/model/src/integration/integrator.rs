@@ -147,7 +147,7 @@ impl Advance {
         match outcome {
             wrap::Outcome::Stopped(mut stop) => {
                 // The model gives more specific advice.
-                stop.remedy = None;
+                stop.remedies.clear();
                 let worst: Vec<_> = stop
                     .worst_components
                     .iter()
