@@ -165,7 +165,9 @@ impl Law {
             parameter.range.check(parameter.name, value)?;
             values.push(value);
         }
-        Ok(Law::from_values(description.name, &values))
+        let law = Law::from_values(description.name, &values);
+        law.check_shear_modulus()?;
+        Ok(law)
     }
 
     /// Checks the ranges of all constants.
@@ -176,6 +178,23 @@ impl Law {
         let parameters = self.description().parameters.iter();
         parameters
             .zip(self.values())
-            .try_for_each(|(parameter, value)| parameter.range.check(parameter.name, value))
+            .try_for_each(|(parameter, value)| parameter.range.check(parameter.name, value))?;
+        self.check_shear_modulus()
+    }
+
+    /// Checks that a negative coefficient of the second invariant leaves a positive shear modulus.
+    fn check_shear_modulus(self) -> Result<(), FemError> {
+        let (Law::MooneyRivlin { c10, c01 } | Law::TransverseMooneyRivlin { c10, c01, .. }) = self
+        else {
+            return Ok(());
+        };
+        if c01 >= 0.0 || c10 + c01 > 0.0 {
+            return Ok(());
+        }
+        Err(FemError::Parameter {
+            name: "c01",
+            value: c01,
+            condition: "above -c10: the initial shear modulus is 2 (c10 + c01)",
+        })
     }
 }

@@ -12,6 +12,9 @@ use crate::material::{PlaneCurvature, PlaneSlope, Real};
 
 /// Mooney–Rivlin law `W = c10 (I1 J^(−2/3) − 3) + c01 (I2 J^(−4/3) − 3)`; neo-Hookean for c01 = 0.
 ///
+/// A negative c01 must leave the initial shear modulus 2 (c10 + c01) positive. The law is then stable
+/// for moderate strains only.
+///
 /// Valid for J > 0. Paper, eq. (20).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MooneyRivlin {
@@ -36,8 +39,8 @@ impl Described for MooneyRivlin {
             Parameter::new(
                 "c01",
                 "Pa",
-                Range::NotNegative,
-                "Coefficient of the second invariant",
+                Range::Finite,
+                "Coefficient of the second invariant, above -c10",
             )
             .or(0.0),
         ],
@@ -151,15 +154,43 @@ mod tests {
         law_tests! {
             mooney_rivlin: Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
             second_invariant_only: Law::MooneyRivlin { c10: 0.0, c01: 5e3 };
+            negative_second: Law::MooneyRivlin { c10: 4.8e4, c01: -4e4 };
         }
     }
 
     mod space {
+        use crate::error::FemError;
         use crate::material::three::tests::*;
 
         law_tests! {
             mooney_rivlin: Law::MooneyRivlin { c10: 1e4, c01: 2e2 }, STATES;
             second_invariant_only: Law::MooneyRivlin { c10: 0.0, c01: 5e3 }, STATES;
+            negative_second: Law::MooneyRivlin { c10: 4.8e4, c01: -4e4 }, STATES;
+        }
+
+        /// Regression: published constants with a negative c01 were rejected.
+        #[test]
+        fn a_negative_second_coefficient_needs_a_positive_shear_modulus() {
+            let fibers = [
+                ("c3", 1e6),
+                ("c4", 10.0),
+                ("c5", 1e9),
+                ("stretch_max", 1.03),
+            ];
+            for (name, more) in [
+                ("mooney-rivlin", &[][..]),
+                ("transverse-mooney-rivlin", &fibers),
+            ] {
+                let law = |c01| Law::named(name, &[&[("c10", 4.8e4), ("c01", c01)], more].concat());
+                assert!(law(-4.7e4).is_ok());
+                for c01 in [-4.8e4, -1e5] {
+                    let error = law(c01).unwrap_err();
+                    assert!(
+                        matches!(error, FemError::Parameter { name: "c01", .. }),
+                        "{error}"
+                    );
+                }
+            }
         }
     }
 }

@@ -45,8 +45,8 @@ impl Described for TransverseMooneyRivlin {
             Parameter::new(
                 "c01",
                 "Pa",
-                Range::NotNegative,
-                "Coefficient of the second invariant",
+                Range::Finite,
+                "Coefficient of the second invariant, above -c10",
             )
             .or(0.0),
             Parameter::new("c3", "Pa", Range::NotNegative, "Scale of the exponential"),
