@@ -1,4 +1,5 @@
-//! Harmonic response: table of peaks, and amplitude and phase over frequency.
+//! Harmonic response: table of peaks, amplitude and phase over frequency (Bode plot), and curves in the
+//! complex plane (Nyquist plot).
 
 use myovib_scene::escape;
 use myovib_scene::response::{Curves, Response, phase};
@@ -49,7 +50,8 @@ pub fn text(found: &Response) -> String {
 pub(crate) fn section(found: &Response, in_space: bool, data: &mut PageData) -> String {
     let figures = found.probes.iter().map(|curves| {
         let plots = plots(found, curves, in_space);
-        let charts = plots.iter().filter_map(|plot| data.chart(plot, Some("f")));
+        let link = |plot: &LinePlot| (plot.x.unit == "Hz").then_some("f");
+        let charts = plots.iter().filter_map(|plot| data.chart(plot, link(plot)));
         let charts: Vec<usize> = charts.collect();
         let panels = plots
             .into_iter()
@@ -83,23 +85,33 @@ pub(crate) fn section(found: &Response, in_space: bool, data: &mut PageData) -> 
     )
 }
 
-/// Plots amplitude and phase of the values of a probe over frequency (Bode plot).
+/// Plots the values of a probe: amplitude and phase over frequency, and the complex plane.
 fn plots(found: &Response, curves: &Curves, in_space: bool) -> Vec<LinePlot> {
     let columns = curves.columns.iter().enumerate().take(MOST_COLUMNS);
     let plots = columns.flat_map(|(k, name)| {
         let values = curves.amplitudes.iter().map(|row| row[k]);
         let amplitudes: Vec<f64> = values.clone().map(|z| z.norm()).collect();
-        let phases: Vec<f64> = values.map(phase).collect();
+        let phases: Vec<f64> = values.clone().map(phase).collect();
+        let re: Vec<f64> = values.clone().map(|z| z.re).collect();
+        let im: Vec<f64> = values.map(|z| z.im).collect();
         let panel = |y: Axis, values: &[f64]| LinePlot {
             x: Axis::new("*f*", "Hz"),
             y,
             series: vec![Series::curve("", &found.frequencies, values)],
             ..LinePlot::default()
         };
-        let size = Axis::new(format!("|{}|", label(name)), unit(name, in_space));
+        let axis = |text: String| Axis::new(text, unit(name, in_space));
+        let size = axis(format!("|{}|", label(name)));
+        let nyquist = LinePlot {
+            x: axis(format!("Re {}", label(name))),
+            y: axis(format!("Im {}", label(name))),
+            series: vec![Series::curve("", &re, &im)],
+            ..LinePlot::default()
+        };
         [
             panel(size, &amplitudes),
             panel(Axis::new("phase", "°"), &phases),
+            nyquist,
         ]
     });
     plots.collect()
