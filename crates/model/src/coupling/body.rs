@@ -99,7 +99,14 @@ impl Body for FeedbackDae {
     }
 }
 
-impl Body for NoBody {}
+impl Body for NoBody {
+    fn condensed_solver(
+        &mut self,
+        _: SparseOptions,
+    ) -> Result<Option<SystemMatrices<Self>>, SparseError> {
+        Ok(Some(Box::new(Self)))
+    }
+}
 
 impl Consistent for NoBody {
     fn consistent(&mut self, _: f64, _: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {

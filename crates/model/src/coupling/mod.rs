@@ -15,11 +15,13 @@
 //! each direction. A [`Recording`] replays a body's motion to oscillators integrated
 //! later. [`ErrorTest`] holds the tolerances of each part. [`CoupledSolver`] extends a body's
 //! linear solver to the oscillators. [`start_coupled`] creates an integrator. [`CoherenceHistory`]
-//! records the coherence, and [`LockCriterion`] evaluates it. With a [`Feedback`] the coupling is
-//! two-way: [`FeedbackDae`] and [`FeedbackSolver`].
+//! records the coherence, and [`LockCriterion`] evaluates it. [`Multirate`] integrates a body and its
+//! oscillators with separate steps. With a [`Feedback`] the coupling is two-way: [`FeedbackDae`] and
+//! [`FeedbackSolver`].
 #![doc = include_str!("../../notes/0003-a-chain-beside-a-muscle.md")]
 
 mod body;
+mod chebyshev;
 mod dae;
 mod effect;
 mod error_test;
@@ -28,6 +30,7 @@ mod feedback_solver;
 mod history;
 mod ida;
 mod locking;
+mod multirate;
 mod networks;
 mod no_body;
 mod nonlocal;
@@ -37,6 +40,7 @@ mod reach;
 mod recording;
 mod solver;
 mod start;
+mod step_motion;
 
 pub use body::{Body, SystemMatrices};
 pub use dae::CoupledDae;
@@ -46,9 +50,11 @@ pub use feedback::FeedbackDae;
 pub use feedback_solver::FeedbackSolver;
 pub use history::{CoherenceHistory, Settling};
 pub use locking::{LockCriterion, Synchrony};
+pub use multirate::{ChainIntegrator, Multirate};
 pub use no_body::NoBody;
 pub use oscillators::{Oscillators, Source};
 pub(crate) use radau::tested;
 pub use recording::{Recorder, Recording};
 pub use solver::CoupledSolver;
 pub use start::{CoupledOptions, start_coupled, start_coupled_from, start_with_feedback};
+pub use step_motion::StepPoint;

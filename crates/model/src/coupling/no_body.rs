@@ -1,7 +1,8 @@
 //! An empty body for systems of oscillators alone.
 
-use myovib_dae::{Problem, StepError, VariableKind};
+use myovib_dae::{LinearSolver, Linearization, Problem, StepError, VariableKind};
 use nalgebra_sparse::pattern::SparsityPattern;
+use num_complex::Complex64;
 
 /// A body without unknowns or equations. Oscillators on it are free or follow a given motion.
 #[derive(Debug, Clone, Copy, Default)]
@@ -38,5 +39,29 @@ impl Problem for NoBody {
 
     fn indices(&self) -> Option<Vec<u8>> {
         Some(Vec::new())
+    }
+}
+
+/// Solves the Newton systems of an empty body, which have no unknowns.
+impl LinearSolver<Self> for NoBody {
+    fn evaluate(&mut self, _: &mut Self, _: &Linearization<'_>) -> Result<(), StepError> {
+        Ok(())
+    }
+
+    fn set_up(&mut self, _: &mut Self, _: f64, _: &[Complex64]) -> Result<(), StepError> {
+        Ok(())
+    }
+
+    fn solve_real(&mut self, _: &mut Self, _: &mut [f64]) -> Result<(), StepError> {
+        Ok(())
+    }
+
+    fn solve_complex(
+        &mut self,
+        _: &mut Self,
+        _: usize,
+        _: &mut [Complex64],
+    ) -> Result<(), StepError> {
+        Ok(())
     }
 }

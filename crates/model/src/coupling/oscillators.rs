@@ -6,6 +6,7 @@ use std::sync::Arc;
 use myovib_oscillators::{Drive, Network};
 
 use super::recording::Recording;
+use super::step_motion::{StepMotion, StepPoint};
 use crate::error::ModelError;
 use crate::reading::displacement::Displacement;
 use crate::signal::Signal;
@@ -24,6 +25,8 @@ pub enum Source {
     Given(Signal),
     /// A previously recorded motion.
     Recorded(Arc<Recording>),
+    /// A point of a separately integrated body.
+    Step(StepPoint),
 }
 
 impl Source {
@@ -35,6 +38,7 @@ impl Source {
             Self::Body(point) => point.at(t, y),
             Self::Given(signal) => signal.at(t).value,
             Self::Recorded(recording) => return recording.at(t),
+            Self::Step(point) => point.at(t),
         })
     }
 
@@ -42,7 +46,7 @@ impl Source {
     pub(super) fn unknowns(&self) -> &[(usize, f64)] {
         match self {
             Self::Body(point) => &point.unknowns,
-            Self::Rest | Self::Given(_) | Self::Recorded(_) => &[],
+            Self::Rest | Self::Given(_) | Self::Recorded(_) | Self::Step(_) => &[],
         }
     }
 
@@ -89,6 +93,23 @@ impl Oscillators {
         })
     }
 
+    /// Replaces the points of the body by their `motion` over its steps, and appends them to
+    /// `places`.
+    pub(super) fn following(
+        mut self,
+        motion: &Arc<StepMotion>,
+        places: &mut Vec<Displacement>,
+    ) -> Self {
+        for source in &mut self.sources {
+            if let Source::Body(place) = source {
+                let point = StepPoint::new(motion, places.len(), place);
+                places.push(std::mem::take(place));
+                *source = Source::Step(point);
+            }
+        }
+        self
+    }
+
     /// Returns the equations of the oscillators.
     pub fn network(&self) -> &Network {
         &self.network
@@ -106,6 +127,7 @@ impl Oscillators {
             match source {
                 Source::Given(signal) => schedule.add(signal.clone(), 0),
                 Source::Recorded(recording) => schedule.add(recording.clone(), 0),
+                Source::Step(point) => schedule.add(point.motion().clone(), 0),
                 // The body's own schedule contains the prescribed motion of the point.
                 Source::Rest | Source::Body(_) => {}
             }

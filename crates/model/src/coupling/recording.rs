@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use super::chebyshev;
 use crate::error::ModelError;
 use crate::integration::run::{Observer, Step};
 use crate::integration::statistics::Outcome;
@@ -12,13 +13,11 @@ use crate::signal::timing::{Break, FRACTION, Timed, shortest};
 
 /// Points per step. They determine a polynomial of degree 8, the degree of the dense output of
 /// Radau IIA with seven stages; the degree of BDF is 5 at most.
-const POINTS: usize = 9;
+pub(super) const POINTS: usize = 9;
 
-/// Returns Chebyshev point `k` of the second kind on [0, 1], ordered from the start of a step to
-/// its end.
+/// Returns Chebyshev point `k`, ordered from the start of a step (0) to its end (1).
 fn place(k: usize) -> f64 {
-    let angle = PI * k as f64 / (POINTS - 1) as f64;
-    (1.0 - angle.cos()) / 2.0
+    chebyshev::point(k, POINTS)
 }
 
 /// Displacement at a point over a run, as accurate between steps as at their ends.
@@ -65,7 +64,7 @@ impl Recording {
             self.ends[step - 1]
         };
         let place = (t - from) / (self.ends[step] - from);
-        Some(interpolate(&self.values[step], place) + self.prescribed.prescribed_at(t))
+        Some(chebyshev::interpolate(&self.values[step], place) + self.prescribed.prescribed_at(t))
     }
 }
 
@@ -111,22 +110,6 @@ fn curvature(values: &[f64; POINTS]) -> f64 {
         (value - (1.0 - x) * first - x * last).abs()
     });
     8.0 * sagitta.fold(0.0, f64::max)
-}
-
-/// Evaluates the polynomial through `values` at the Chebyshev points by the barycentric formula.
-fn interpolate(values: &[f64; POINTS], x: f64) -> f64 {
-    let (mut numerator, mut denominator) = (0.0, 0.0);
-    for (k, value) in values.iter().enumerate() {
-        let distance = x - place(k);
-        if distance == 0.0 {
-            return *value;
-        }
-        let half = if k == 0 || k == POINTS - 1 { 0.5 } else { 1.0 };
-        let weight = half * if k % 2 == 0 { 1.0 } else { -1.0 } / distance;
-        numerator += weight * value;
-        denominator += weight;
-    }
-    numerator / denominator
 }
 
 /// Records the displacement at a point step by step.
@@ -185,18 +168,6 @@ impl<P> Observer<P> for Recorder {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_polynomial_of_degree_eight_is_reproduced() {
-        let coefficients = [1.0, 2.0, -3.0, 0.5, 4.0, -2.5, 1.0, -3.0, 2.0];
-        let p = |x: f64| coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c);
-        let values = std::array::from_fn(|k| p(place(k)));
-        for x in [0.0, 0.1, 0.37, 0.5, 0.93, 1.0] {
-            // The values are of size 1; the condition number of interpolation at nine points is
-            // below 3.
-            assert!((interpolate(&values, x) - p(x)).abs() < 20.0 * f64::EPSILON);
-        }
-    }
 
     #[test]
     fn there_is_no_motion_outside_the_times_covered() {

@@ -57,6 +57,14 @@ impl CoupledOptions {
         }
     }
 
+    /// Returns the options for oscillators that are integrated separately.
+    pub fn of_oscillators(integrator: IntegratorKind) -> Self {
+        Self {
+            linear_solver: LinearSolver::Condensed,
+            ..Self::of_states(integrator)
+        }
+    }
+
     /// Sets the first and the largest step (s); `None` leaves the choice to the integrator.
     pub fn with_steps(mut self, initial: Option<f64>, largest: Option<f64>) -> Self {
         (self.ida.initial_step, self.radau.initial_step) = (initial, initial);

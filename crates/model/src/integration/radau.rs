@@ -235,11 +235,11 @@ impl<P: Consistent, M: myovib_dae::LinearSolver<P>> Integrator<P> for RadauInteg
     }
 
     fn save(&self) -> Option<Continuation> {
-        Some(Continuation {
-            radau: self.solver.save(),
-            shortened: self.pace.shortened(),
-            before: self.before,
-        })
+        Some(Continuation::new(
+            self.solver.save(),
+            self.pace.shortened(),
+            self.before,
+        ))
     }
 
     fn restore(&mut self, continuation: &Continuation) -> Result<(), ModelError> {

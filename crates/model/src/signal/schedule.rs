@@ -18,7 +18,7 @@ const AHEAD: f64 = 80.0;
 
 /// Times with a relative difference below this value are equal: a few thousand times the unit
 /// roundoff, shorter than any step of an integrator.
-const ROUNDING: f64 = 1e-12;
+pub(crate) const ROUNDING: f64 = 1e-12;
 
 /// Signals that drive a system.
 #[derive(Clone, Default)]

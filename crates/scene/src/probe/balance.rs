@@ -109,7 +109,7 @@ impl EnergyBalance {
         integrator: &mut dyn Integrator<P>,
         t: f64,
     ) -> Result<Energies, ModelError> {
-        let n = integrator.problem().n_unknowns();
+        let n = integrator.problem().state_len();
         let [y, y_dot] = &mut self.state;
         y.resize(n, 0.0);
         y_dot.resize(n, 0.0);

@@ -74,15 +74,19 @@ pub(super) struct OutputWork {
 pub(super) struct Totals {
     #[serde(flatten)]
     pub(super) counts: Counts,
+    /// Counts of chains that are integrated separately.
+    #[serde(default)]
+    pub(super) chains: Counts,
     /// Number of resumes.
     pub(super) resumed: u64,
 }
 
 impl Totals {
     /// Returns these totals plus the counts of the current part of the run.
-    pub(super) fn plus(&self, counts: Counts) -> Self {
+    pub(super) fn plus(&self, counts: Counts, chains: Option<Counts>) -> Self {
         Self {
             counts: self.counts.followed_by(counts),
+            chains: chains.map_or(self.chains, |chains| self.chains.followed_by(chains)),
             resumed: self.resumed,
         }
     }

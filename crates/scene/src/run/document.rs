@@ -33,11 +33,12 @@ pub(super) fn dynamic<P: System>(
     timing: &Timing,
 ) -> Result<Value, Error> {
     let system = integrator.problem();
-    let total = outputs.before.plus(integrator.counts());
+    let chains = system.chain_counts();
+    let total = outputs.before.plus(integrator.counts(), chains);
     let mut document = json!({
         "scene": scene.file,
         "analysis": "dynamic",
-        "unknowns": system.n_unknowns(),
+        "unknowns": system.state_len(),
         "t_end": scene.t_end,
         "resumed": total.resumed,
         "work": system.counters(),
@@ -45,6 +46,9 @@ pub(super) fn dynamic<P: System>(
         "wall_seconds_by_part": timing,
         "peak_memory_bytes": resources::peak(),
     });
+    if chains.is_some() {
+        extend(&mut document, json!({ "chains": total.chains }));
+    }
     // Counts are totals over all parts of a resumed run.
     let whole = Statistics {
         counts: total.counts,

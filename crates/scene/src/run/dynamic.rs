@@ -123,7 +123,7 @@ impl Driver for Motion<'_> {
                 folder.remove(name)?; // they are of the earlier end
             }
         }
-        let n = integrator.problem().n_unknowns();
+        let n = integrator.problem().state_len();
         let mut outputs = Outputs {
             recorders,
             fields,

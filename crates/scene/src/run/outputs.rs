@@ -227,7 +227,10 @@ impl Outputs<'_> {
             t,
             counts: match continuation {
                 Some(_) => self.before,
-                None => self.before.plus(integrator.counts()),
+                None => {
+                    let chains = integrator.problem().chain_counts();
+                    self.before.plus(integrator.counts(), chains)
+                }
             },
             continuation,
             y: self.y.clone(),

@@ -2,13 +2,14 @@
 
 mod checks;
 
+use std::slice::SliceIndex;
 use std::sync::Arc;
 
 use myovib_dae::Problem;
 use myovib_model::advice::{Advice, Advised, WithMuscle};
 use myovib_model::coupling::{
-    CoupledDae, CoupledOptions, ErrorTest, FeedbackDae, NoBody, Oscillators, Recording, Source,
-    StateTolerances, start_coupled, start_coupled_from, start_with_feedback,
+    CoupledDae, CoupledOptions, ErrorTest, FeedbackDae, Multirate, NoBody, Oscillators, Recording,
+    Source, StateTolerances, start_coupled, start_coupled_from, start_with_feedback,
 };
 use myovib_model::{
     Displacement, Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, Start as Consistent,
@@ -47,10 +48,14 @@ pub(super) fn start<D: Driver>(
     let wrong = Error::before_any_output;
     match (&scene.body, &scene.rod) {
         (Some(body), _) if scene.chains.is_empty() => {
-            driver.drive(muscle(body, checkpoint, watcher).map_err(wrong)?)
+            let (integrator, _) = muscle(body, checkpoint, watcher).map_err(wrong)?;
+            driver.drive(integrator)
         }
         (Some(body), _) if !scene.feedbacks.is_empty() => {
             driver.drive(muscle_with_feedback(scene, body, checkpoint, watcher).map_err(wrong)?)
+        }
+        (Some(body), _) if scene.has_separate_chains() => {
+            driver.drive(muscle_beside_chains(scene, body, checkpoint, watcher).map_err(wrong)?)
         }
         (Some(body), _) => {
             driver.drive(muscle_and_chains(scene, body, checkpoint, watcher).map_err(wrong)?)
@@ -66,7 +71,7 @@ pub(super) fn start<D: Driver>(
 /// A scene without a body, or a body that cannot start; errors of the integrator.
 pub fn muscle_alone(scene: &Scene) -> Result<Box<dyn Integrator<MuscleDae>>, Error> {
     match &scene.body {
-        Some(body) => muscle(body, None, Watcher::NOBODY),
+        Some(body) => Ok(muscle(body, None, Watcher::NOBODY)?.0),
         None => Err(ModelError::NoSuchPart { part: "muscle" }.into()),
     }
 }
@@ -93,25 +98,86 @@ pub fn replayed(
     chains_on(scene, None, || Source::Recorded(Arc::clone(motion)))
 }
 
+/// Integrator of a body and its state.
+type Started<B> = (Box<dyn Integrator<B>>, Vec<f64>);
+
 /// Starts a muscle without chains.
 fn muscle(
     body: &Body,
     checkpoint: Option<&Checkpoint>,
     watcher: Watcher<'_>,
-) -> Result<Box<dyn Integrator<MuscleDae>>, Error> {
+) -> Result<Started<MuscleDae>, Error> {
     let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
     let Some(Checkpoint {
         t, y, y_dot, step, ..
     }) = checkpoint
     else {
         let [y, y_dot] = initial(body, &mut dae, watcher)?;
-        return Ok(start_from(dae, &body.settings, 0.0, &y, &y_dot)?);
+        return Ok((start_from(dae, &body.settings, 0.0, &y, &y_dot)?, y));
     };
+    let [y, y_dot] = [y, y_dot].map(|of_all| &of_all[..dae.n_unknowns()]);
     let settings = Settings {
         initial_step: Some(*step),
         ..body.settings.clone()
     };
-    Ok(start_from(dae, &settings, *t, y, y_dot)?)
+    Ok((start_from(dae, &settings, *t, y, y_dot)?, y.to_vec()))
+}
+
+/// Starts a muscle and separately integrated chains.
+fn muscle_beside_chains(
+    scene: &Scene,
+    body: &Body,
+    checkpoint: Option<&Checkpoint>,
+    watcher: Watcher<'_>,
+) -> Result<Box<dyn Integrator<Multirate<MuscleDae>>>, Error> {
+    let muscle = muscle(body, checkpoint, watcher)?;
+    let oscillators = driven_by(scene, muscle.0.problem())?;
+    beside(scene, muscle, oscillators, checkpoint)
+}
+
+/// Starts the chains of a scene beside a body with its state.
+fn beside<B: 'static>(
+    scene: &Scene,
+    (body, y): Started<B>,
+    oscillators: Vec<Oscillators>,
+    checkpoint: Option<&Checkpoint>,
+) -> Result<Box<dyn Integrator<Multirate<B>>>, Error> {
+    let wanted = &scene.file.integrator;
+    let kind = wanted.method.kind();
+    let at = (body.time(), &y[..]);
+    let start = |dae: CoupledDae<NoBody>| {
+        let test = ErrorTest::of_states(0, tolerances(scene));
+        let options =
+            CoupledOptions::of_oscillators(kind).with_steps(wanted.initial_step, wanted.max_step);
+        let resumed = checkpoint.map(|checkpoint| Resumed {
+            step: wanted.initial_step, // the last step is the body's
+            ..checkpoint.of(y.len()..)
+        });
+        coupled(scene, dae, test, options, resumed, &[])
+    };
+    let both = Multirate::new(body, at, oscillators, kind, start)?;
+    Ok(Box::new(both))
+}
+
+/// Part of the state of a checkpoint.
+struct Resumed<'a> {
+    t: f64,
+    y: &'a [f64],
+    y_dot: &'a [f64],
+    /// First step, s.
+    step: Option<f64>,
+}
+
+impl Checkpoint {
+    /// Returns the unknowns in this range.
+    fn of(&self, range: impl SliceIndex<[f64], Output = [f64]> + Clone) -> Resumed<'_> {
+        Resumed {
+            t: self.t,
+            y: &self.y[range.clone()],
+            y_dot: &self.y_dot[range],
+            step: Some(self.step),
+        }
+    }
 }
 
 /// Returns an integrator for the muscle of a scene coupled to its chains, from its start.
@@ -133,7 +199,8 @@ fn muscle_and_chains(
     watcher: Watcher<'_>,
 ) -> Result<Box<dyn Integrator<CoupledDae<MuscleDae>>>, Error> {
     let (dae, test, options, start) = one_way(scene, (body, &body.settings), checkpoint, watcher)?;
-    let integrator = coupled(scene, dae, test, options, checkpoint, &start)?;
+    let resumed = checkpoint.map(|checkpoint| checkpoint.of(..));
+    let integrator = coupled(scene, dae, test, options, resumed, &start)?;
     Ok(advised(integrator, body))
 }
 
@@ -239,14 +306,18 @@ fn rod(
     rod: &RodDae,
     checkpoint: Option<&Checkpoint>,
 ) -> Result<Box<dyn Integrator<CoupledDae<RodDae>>>, Error> {
-    let source = |chain: &DrivenChain| match &chain.at {
+    let test = ErrorTest::of_states(rod.n_unknowns(), tolerances(scene));
+    let dae = CoupledDae::new(rod.clone(), driven_by_rod(scene, rod)?);
+    let resumed = checkpoint.map(|checkpoint| checkpoint.of(..));
+    coupled(scene, dae, test, options(scene), resumed, &[])
+}
+
+/// Returns the chains of a scene driven by a rod.
+fn driven_by_rod(scene: &Scene, rod: &RodDae) -> Result<Vec<Oscillators>, Error> {
+    oscillators(scene, |chain| match &chain.at {
         Some(Place::Position(x)) => Ok(vec![Source::Body(rod.displacement_at(*x)?)]),
         _ => Ok(vec![Source::Rest]),
-    };
-    let oscillators = oscillators(scene, source)?;
-    let test = ErrorTest::of_states(rod.n_unknowns(), tolerances(scene));
-    let dae = CoupledDae::new(rod.clone(), oscillators);
-    coupled(scene, dae, test, options(scene), checkpoint, &[])
+    })
 }
 
 /// Starts chains without a body.
@@ -265,7 +336,8 @@ fn chains_on(
     let sources = |chain: &DrivenChain| Ok((0..chain.n_places()).map(|_| source()).collect());
     let dae = CoupledDae::new(NoBody, oscillators(scene, sources)?);
     let test = ErrorTest::of_states(0, tolerances(scene));
-    coupled(scene, dae, test, options(scene), checkpoint, &[])
+    let resumed = checkpoint.map(|checkpoint| checkpoint.of(..));
+    coupled(scene, dae, test, options(scene), resumed, &[])
 }
 
 impl DrivenPlace {
@@ -281,21 +353,19 @@ fn coupled<B: CoupledBody>(
     dae: CoupledDae<B>,
     test: ErrorTest,
     options: CoupledOptions,
-    checkpoint: Option<&Checkpoint>,
+    resumed: Option<Resumed<'_>>,
     start: &[f64],
 ) -> Result<Box<dyn Integrator<CoupledDae<B>>>, Error> {
     let test = test.with_oscillators(&dae, tolerances(scene));
     let largest = scene.file.integrator.max_step;
-    Ok(match checkpoint {
+    Ok(match resumed {
         None => {
             let y = initial_state(scene, &dae, start);
             start_coupled(dae, test, options, scene.t_end, &y)?
         }
-        Some(Checkpoint {
-            t, y, y_dot, step, ..
-        }) => {
-            let options = options.with_steps(Some(*step), largest);
-            start_coupled_from(dae, test, options, [*t, scene.t_end], y, y_dot)?
+        Some(Resumed { t, y, y_dot, step }) => {
+            let options = options.with_steps(step, largest);
+            start_coupled_from(dae, test, options, [t, scene.t_end], y, y_dot)?
         }
     })
 }

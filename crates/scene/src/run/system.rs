@@ -3,12 +3,15 @@
 use std::ops::Range;
 
 use myovib_dae::Problem;
-use myovib_model::coupling::{self, CoupledDae, FeedbackDae, NoBody};
-use myovib_model::{ModelError, MuscleDae, RodDae, WorkCounters};
+use myovib_model::coupling::{self, CoupledDae, FeedbackDae, Multirate, NoBody};
+use myovib_model::{Counts, ModelError, MuscleDae, RodDae, WorkCounters};
 use myovib_oscillators::Network;
 
 /// Interface of a system for outputs.
-pub(crate) trait System: Problem {
+pub(crate) trait System {
+    /// Returns the length of the state `y`.
+    fn state_len(&self) -> usize;
+
     /// Returns the muscle in state `y`, if there is one, and the range of its unknowns.
     fn muscle_at(&mut self, y: &[f64]) -> Option<(&mut MuscleDae, Range<usize>)>;
 
@@ -29,6 +32,11 @@ pub(crate) trait System: Problem {
 
     /// Returns the work counters of the body.
     fn counters(&self) -> WorkCounters;
+
+    /// Returns the counts of the chains' integrator if they are integrated separately.
+    fn chain_counts(&self) -> Option<Counts> {
+        None
+    }
 }
 
 /// Returns the muscle of a system, or an error if it has no muscle.
@@ -57,6 +65,10 @@ pub(crate) fn stress_needs_rates<P: System + ?Sized>(system: &mut P, y: &[f64]) 
 }
 
 impl System for MuscleDae {
+    fn state_len(&self) -> usize {
+        self.n_unknowns()
+    }
+
     fn muscle_at(&mut self, _: &[f64]) -> Option<(&mut MuscleDae, Range<usize>)> {
         let n = self.n_unknowns();
         Some((self, 0..n))
@@ -100,7 +112,40 @@ impl Body for RodDae {
 
 impl Body for NoBody {}
 
+impl<B: System> System for Multirate<B> {
+    fn state_len(&self) -> usize {
+        self.n_unknowns().iter().sum()
+    }
+
+    fn muscle_at(&mut self, y: &[f64]) -> Option<(&mut MuscleDae, Range<usize>)> {
+        let [n_body, _] = self.n_unknowns();
+        self.body_mut().muscle_at(&y[..n_body])
+    }
+
+    fn rod(&self) -> Option<&RodDae> {
+        self.body().rod()
+    }
+
+    fn network(&self, k: usize) -> Option<(&Network, Range<usize>)> {
+        let [n_body, _] = self.n_unknowns();
+        let (network, range) = self.chains().network(k)?;
+        Some((network, n_body + range.start..n_body + range.end))
+    }
+
+    fn counters(&self) -> WorkCounters {
+        self.body().counters()
+    }
+
+    fn chain_counts(&self) -> Option<Counts> {
+        Some(Multirate::chain_counts(self))
+    }
+}
+
 impl<B: Body> System for CoupledDae<B> {
+    fn state_len(&self) -> usize {
+        self.n_unknowns()
+    }
+
     fn muscle_at(&mut self, _: &[f64]) -> Option<(&mut MuscleDae, Range<usize>)> {
         let range = self.body_range();
         self.body_mut().as_muscle().map(|muscle| (muscle, range))
@@ -120,6 +165,10 @@ impl<B: Body> System for CoupledDae<B> {
 }
 
 impl System for FeedbackDae {
+    fn state_len(&self) -> usize {
+        self.n_unknowns()
+    }
+
     fn muscle_at(&mut self, y: &[f64]) -> Option<(&mut MuscleDae, Range<usize>)> {
         let range = self.one_way().body_range();
         Some((FeedbackDae::muscle_at(self, y), range))

@@ -47,6 +47,7 @@ use crate::InputError;
 use crate::inputs::{Input, Inputs};
 use crate::probe::{Reading, Systems};
 use crate::scene_file::check::{nearest, suggest};
+use crate::scene_file::integrator::ChainSteps;
 use crate::scene_file::output::Probe;
 use crate::scene_file::{self, Analysis, SceneFile, Source};
 use builder::Builder;
@@ -182,6 +183,12 @@ impl Scene {
             body.settings = settings.with_relative_tolerance(integrator.rtol);
         }
         scene
+    }
+
+    /// Returns whether a body drives separately integrated chains.
+    pub(crate) fn has_separate_chains(&self) -> bool {
+        let is_separate = self.file.integrator.chains == ChainSteps::Separate;
+        is_separate && self.body.is_some() && !self.chains.is_empty()
     }
 
     /// Returns notes on corrections of the mesh, ignored grid points, settings, loads and materials
@@ -332,6 +339,7 @@ impl Scene {
         let rod = file.rod.as_ref().map(|rod| builder.rod(rod)).transpose()?;
         let chains = builder.chains(&file, body.as_ref())?;
         let feedbacks = builder.feedbacks(&file, body.as_ref(), &chains)?;
+        builder.chain_steps(&file, &feedbacks)?;
         let start = builder.start(&file, body.as_ref())?;
         if let Some(body) = &mut body {
             body.start = start;

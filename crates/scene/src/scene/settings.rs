@@ -1,6 +1,7 @@
 //! Integrator settings of a scene.
 
 use myovib_model::advice::Advice;
+use myovib_model::coupling::Feedback;
 use myovib_model::{
     AbsoluteTolerances, Field, Formulation, LinearSolver, MultiplierWeights, Muscle, Settings,
     default_ordering,
@@ -12,7 +13,7 @@ use serde_json::Value;
 use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::integrator::{
-    Block, Integrator, MaxOrder, Method, MultiplierWeightsName, OrderingName,
+    Block, ChainSteps, Integrator, MaxOrder, Method, MultiplierWeightsName, OrderingName,
 };
 use crate::scene_file::{Analysis, SceneFile};
 
@@ -95,6 +96,36 @@ impl Builder<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Rejects separate steps of chains that act on the body or are not in the error test.
+    pub(super) fn chain_steps(
+        &self,
+        file: &SceneFile,
+        feedbacks: &[Feedback],
+    ) -> Result<(), InputError> {
+        let wanted = &file.integrator;
+        let wrong = |message: &str| {
+            let error = InputError::new(message.to_owned())
+                .found("\"separate\"")
+                .allowed("\"together\"")
+                .next("remove `chains`");
+            Err(self.wrong("integrator.chains", error))
+        };
+        match wanted.chains {
+            ChainSteps::Together => Ok(()),
+            ChainSteps::Separate if file.chain.is_empty() => wrong("the scene has no chains"),
+            ChainSteps::Separate if file.solid.is_none() => {
+                wrong("separate steps need a body with [solid]")
+            }
+            ChainSteps::Separate if !feedbacks.is_empty() => {
+                wrong("chains that act on the body need its steps")
+            }
+            ChainSteps::Separate if !wanted.oscillators.in_error_test => {
+                wrong("separate steps need the oscillators in the error test")
+            }
+            ChainSteps::Separate => Ok(()),
+        }
     }
 }
 

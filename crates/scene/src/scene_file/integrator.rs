@@ -18,6 +18,8 @@ pub struct Integrator {
     pub atol: Atol,
     /// Tolerances of rod and oscillators.
     pub oscillators: OscillatorTolerances,
+    /// Steps of a body's chains without feedback, in runs. Sensitivities and fits use one system.
+    pub chains: ChainSteps,
     /// Local error test.
     pub error_test: ErrorTest,
     /// Weights of multipliers in the error test (BDF, without chains).
@@ -54,6 +56,7 @@ impl Default for Integrator {
             rtol: 1e-4,
             atol: Atol::default(),
             oscillators: OscillatorTolerances::default(),
+            chains: ChainSteps::Together,
             error_test: ErrorTest::default(),
             multiplier_weights: MultiplierWeightsName::Plain,
             max_order: None,
@@ -203,6 +206,17 @@ impl Default for OscillatorTolerances {
             in_error_test: true,
         }
     }
+}
+
+/// Steps of chains without feedback.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ChainSteps {
+    /// Body and chains are one system with the same steps.
+    Together,
+    /// The body takes the steps that it takes without chains. After each of them the chains follow with
+    /// their own steps and error test (BDF: up to order 5).
+    Separate,
 }
 
 /// Local error test.

@@ -11,5 +11,6 @@ mod meshes;
 mod muscle3d;
 mod paths;
 mod random;
+mod separate_chains;
 mod sweep;
 mod ventricle;

@@ -1,0 +1,280 @@
+//! A body and its oscillators, each integrated with its own steps.
+//!
+//! Oscillators without feedback never act on the body. The body therefore takes the steps that it
+//! takes without them. After each accepted step, the oscillators are integrated over the same
+//! interval with their own steps and tolerances, driven by the body's dense output:
+//!
+//! ```text
+//! F_b(t, y, ẏ) = 0 over [t_n, t_{n+1}],   then   F_o(s, ṡ; γ ũ(t)) = 0,  ũ the dense output of u.
+//! ```
+//!
+//! # Error
+//! Besides their own tolerance, the oscillators have the error of the forcing, γ |ũ − u|: the gain
+//! times the error of the body's displacement at the driving point. A single system has the same
+//! error at the ends of the body's steps. Between them, the dense output of Radau IIA has a lower
+//! order than the method. Tighten the body's tolerance if γ times its error of u matters.
+
+use std::sync::Arc;
+
+use super::chebyshev;
+use super::dae::CoupledDae;
+use super::no_body::NoBody;
+use super::oscillators::Oscillators;
+use super::step_motion::StepMotion;
+use crate::error::ModelError;
+use crate::integration::integrator::{Advance, Continuation, Integrator};
+use crate::integration::settings::IntegratorKind;
+use crate::integration::statistics::Counts;
+use crate::reading::displacement::Displacement;
+use crate::signal::schedule::ROUNDING;
+
+/// Integrator of oscillators without a body.
+pub type ChainIntegrator = Box<dyn Integrator<CoupledDae<NoBody>>>;
+
+/// A body `B` and the oscillators it drives, with an integrator for each. It is the integrator of
+/// both, and the system that this integrator solves: Y = (y, s_1, s_2, …), as for [`CoupledDae`].
+pub struct Multirate<B> {
+    body: Box<dyn Integrator<B>>,
+    n_body: usize,
+    chains: ChainIntegrator,
+    /// Driving points, and their motion over the last step of the body.
+    places: Vec<Displacement>,
+    motion: Arc<StepMotion>,
+    /// Steps of the oscillators within the last step of the body.
+    steps: Steps,
+    /// Sum of the magnitudes of the local errors of these steps; `None` without an estimate.
+    error: Option<Vec<f64>>,
+    /// Whether the integrator of the oscillators gave up.
+    chains_stopped: bool,
+    y: Vec<f64>,
+}
+
+/// Interpolating polynomials of consecutive steps.
+struct Steps {
+    n_states: usize,
+    /// Number of values that determine a polynomial.
+    n_points: usize,
+    /// Number of steps in use; further ones are kept for reuse.
+    n: usize,
+    list: Vec<Interpolated>,
+}
+
+/// States over one step.
+#[derive(Default)]
+struct Interpolated {
+    from: f64,
+    to: f64,
+    /// States at the Chebyshev points, one after the other.
+    states: Vec<f64>,
+}
+
+impl Steps {
+    /// Adds the last step of `chains`, which began at `from`.
+    fn add(&mut self, chains: &mut ChainIntegrator, from: f64) -> Result<(), ModelError> {
+        if self.n == self.list.len() {
+            self.list.push(Interpolated::default());
+        }
+        let (n_states, n_points, to) = (self.n_states, self.n_points, chains.time());
+        let step = &mut self.list[self.n];
+        (step.from, step.to) = (from, to);
+        step.states.resize(n_points * n_states, 0.0);
+        for k in 0..n_points {
+            let t = if k == n_points - 1 {
+                to
+            } else {
+                from + chebyshev::point(k, n_points) * (to - from)
+            };
+            chains.dense_output(t, 0, &mut step.states[k * n_states..(k + 1) * n_states])?;
+        }
+        self.n += 1;
+        Ok(())
+    }
+
+    /// Writes the states at time `t` to `out`; returns false before the first step.
+    fn at(&self, t: f64, out: &mut [f64]) -> bool {
+        let steps = &self.list[..self.n];
+        let after = steps.partition_point(|step| step.to < t);
+        let Some(step) = steps.get(after).or(steps.last()) else {
+            return false;
+        };
+        // The body's step begins later than the first of these steps by rounding after a jump.
+        let x = ((t - step.from) / (step.to - step.from)).clamp(0.0, 1.0);
+        out.fill(0.0);
+        chebyshev::weights(x, self.n_points, |k, weight| {
+            let states = &step.states[k * self.n_states..(k + 1) * self.n_states];
+            for (out, state) in out.iter_mut().zip(states) {
+                *out += weight * state;
+            }
+        });
+        true
+    }
+}
+
+impl<B> Multirate<B> {
+    /// Combines the integrator of a `body`, at time `t` in state `y`, with `oscillators` that it
+    /// drives. `start` creates the integrator of the oscillators, of the given kind.
+    ///
+    /// # Errors
+    /// Errors of `start`.
+    pub fn new<E>(
+        body: Box<dyn Integrator<B>>,
+        (t, y): (f64, &[f64]),
+        oscillators: Vec<Oscillators>,
+        kind: IntegratorKind,
+        start: impl FnOnce(CoupledDae<NoBody>) -> Result<ChainIntegrator, E>,
+    ) -> Result<Self, E> {
+        let (motion, mut places) = (Arc::new(StepMotion::default()), Vec::new());
+        let follow = |own: Oscillators| own.following(&motion, &mut places);
+        let oscillators: Vec<Oscillators> = oscillators.into_iter().map(follow).collect();
+        motion.start(t, y, &places);
+        let n_states = oscillators.iter().map(|own| own.network().n_states()).sum();
+        Ok(Self {
+            body,
+            n_body: y.len(),
+            chains: start(CoupledDae::new(NoBody, oscillators))?,
+            places,
+            motion,
+            steps: Steps {
+                n_states,
+                // The degree of the dense output is one more than the number of stages, or at most
+                // the order of BDF.
+                n_points: kind.stages().unwrap_or(4) + 2,
+                n: 0,
+                list: Vec::new(),
+            },
+            error: None,
+            chains_stopped: false,
+            y: vec![0.0; y.len()],
+        })
+    }
+
+    /// Returns the number of unknowns of the body, which come first, and of the oscillators.
+    pub fn n_unknowns(&self) -> [usize; 2] {
+        [self.n_body, self.steps.n_states]
+    }
+
+    /// Returns the body.
+    pub fn body(&self) -> &B {
+        self.body.problem()
+    }
+
+    /// Returns the body for evaluations outside the time integration.
+    pub fn body_mut(&mut self) -> &mut B {
+        self.body.problem_mut()
+    }
+
+    /// Returns the oscillators.
+    pub fn chains(&self) -> &CoupledDae<NoBody> {
+        self.chains.problem()
+    }
+
+    /// Returns the counts of the oscillators' integrator.
+    pub fn chain_counts(&self) -> Counts {
+        self.chains.counts()
+    }
+
+    /// Integrates the oscillators to `to`, the end of the body's last step.
+    fn advance_chains(&mut self, to: f64) -> Result<Option<Advance>, ModelError> {
+        self.steps.n = 0;
+        self.error = None;
+        let mut local = vec![0.0; self.steps.n_states];
+        while self.chains.time() + ROUNDING * self.chains.time().abs() < to {
+            let from = self.chains.time();
+            if let Advance::Stopped {
+                reason, message, ..
+            } = self.chains.advance()?
+            {
+                self.chains_stopped = true;
+                return Ok(Some(Advance::Stopped {
+                    reason,
+                    message: format!("oscillators: {message}"),
+                    inverted: None,
+                }));
+            }
+            self.steps.add(&mut self.chains, from)?;
+            if self.chains.local_error(&mut local)? {
+                let error = self.error.get_or_insert_with(|| vec![0.0; local.len()]);
+                for (error, local) in error.iter_mut().zip(&local) {
+                    *error += local.abs();
+                }
+            }
+        }
+        Ok(None)
+    }
+}
+
+impl<B> Integrator<Multirate<B>> for Multirate<B> {
+    fn pass_jump(&mut self) -> Result<(), ModelError> {
+        self.body.pass_jump()
+    }
+
+    fn advance(&mut self) -> Result<Advance, ModelError> {
+        self.body.pass_jump()?;
+        let from = self.body.time();
+        let advance = self.body.advance()?;
+        if matches!(advance, Advance::Stopped { .. }) {
+            return Ok(advance);
+        }
+        let to = self.body.time();
+        let body = &mut *self.body;
+        self.motion
+            .follow(body, [from, to], &self.places, &mut self.y)?;
+        Ok(self.advance_chains(to)?.unwrap_or(advance))
+    }
+
+    fn time(&self) -> f64 {
+        match self.chains_stopped {
+            true => self.chains.time(),
+            false => self.body.time(),
+        }
+    }
+
+    fn dense_output(&mut self, t: f64, derivative: u32, out: &mut [f64]) -> Result<(), ModelError> {
+        let (body, chains) = out.split_at_mut(self.n_body);
+        self.body.dense_output(t, derivative, body)?;
+        if !self.steps.at(t, chains) {
+            return self.chains.dense_output(t, derivative, chains);
+        }
+        if derivative > 0 {
+            // Only first derivatives are read. The equations of the oscillators yield theirs.
+            let (rates, _) = self.chains.problem_mut().derivatives_at(t, chains)?;
+            chains.copy_from_slice(&rates);
+        }
+        Ok(())
+    }
+
+    fn local_error(&mut self, out: &mut [f64]) -> Result<bool, ModelError> {
+        let (body, chains) = out.split_at_mut(self.n_body);
+        let Some(error) = &self.error else {
+            return Ok(false);
+        };
+        chains.copy_from_slice(error);
+        self.body.local_error(body)
+    }
+
+    /// Returns the counts of the body's integrator.
+    fn counts(&self) -> Counts {
+        self.body.counts()
+    }
+
+    fn save(&self) -> Option<Continuation> {
+        let chains = self.chains.save()?;
+        Some(self.body.save()?.with_chains(chains))
+    }
+
+    fn restore(&mut self, continuation: &Continuation) -> Result<(), ModelError> {
+        self.body.restore(continuation)?;
+        match continuation.chains() {
+            Some(chains) => self.chains.restore(chains),
+            None => Ok(()),
+        }
+    }
+
+    fn problem(&self) -> &Self {
+        self
+    }
+
+    fn problem_mut(&mut self) -> &mut Self {
+        self
+    }
+}
