@@ -45,13 +45,10 @@ pub use real::Real;
 pub use viscous::{GradientProducts, Viscous, ViscousTangents};
 
 use tensor::{Strain, Volumetric};
-use three::{Axes, CustomLaw, Law3, Tangent3, Tensor3};
+use three::{Axes, CustomLaw, Law3, Tensor3};
 
 /// 2 × 2 tensor: ∇u, a stress or a velocity gradient.
 pub type Tensor = [[f64; 2]; 2];
-
-/// Derivative of a tensor with respect to a tensor; rows and columns in the order 00, 01, 10, 11.
-pub type Tangent = [[f64; 4]; 4];
 
 /// Point evaluation in plane strain: the in-plane components of the 3D law at F33 = 1.
 ///
@@ -112,53 +109,9 @@ impl Law {
         )
     }
 
-    /// Returns Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ with `v` = ∇v.
-    pub fn stress_rate(self, h: Tensor, v: Tensor, p: f64, p_rate: f64) -> Tensor {
-        let volumetric = Volumetric {
-            p,
-            p_rate,
-            kappa: 0.0,
-        };
-        with_potential!(
-            self,
-            w => Strain::new(&w, h).stress_rate(&w, v, volumetric),
-            else => in_plane(self.stress_rate3(embed(h), embed(v), [p, p_rate], along_x()))
-        )
-    }
-
-    /// Returns ∂P/∂F at fixed p.
-    pub fn tangent(self, h: Tensor, p: f64) -> Tangent {
-        let volumetric = Volumetric::pressure(p);
-        with_potential!(
-            self,
-            w => Strain::new(&w, h).tangent(&w, volumetric).full(),
-            else => in_plane_tangent(&self.tangent3(embed(h), p, along_x()))
-        )
-    }
-
-    /// Returns ∂Ṗ/∂F at fixed ∇v, p and ṗ: the rate of the tangent along `v` = ∇v.
-    pub fn tangent_rate(self, h: Tensor, v: Tensor, p_rate: f64) -> Tangent {
-        let volumetric = Volumetric {
-            p: 0.0,
-            p_rate,
-            kappa: 0.0,
-        };
-        with_potential!(
-            self,
-            w => Strain::new(&w, h).tangent_rate(&w, v, volumetric).full(),
-            // In 2D the cofactor is linear in F, so the result does not depend on p.
-            else => in_plane_tangent(&self.tangent_rate3(embed(h), embed(v), [0.0, p_rate], along_x()))
-        )
-    }
-
     /// Returns J − 1, or div u for small strains.
     pub fn volume_change(self, h: Tensor) -> f64 {
         self.volume_change3(embed(h))
-    }
-
-    /// Returns ∂(J − 1)/∂F = cof F, or I for small strains.
-    pub fn volume_gradient(self, h: Tensor) -> Tensor {
-        in_plane(self.volume_gradient3(embed(h)))
     }
 
     /// Returns the out-of-plane stress P33 that maintains F33 = 1.
@@ -203,11 +156,6 @@ fn embed([[a, b], [c, d]]: Tensor) -> Tensor3 {
 /// Returns the in-plane components.
 fn in_plane([[a, b, _], [c, d, _], _]: Tensor3) -> Tensor {
     [[a, b], [c, d]]
-}
-
-fn in_plane_tangent(a: &Tangent3) -> Tangent {
-    const INDICES: [usize; 4] = [0, 1, 3, 4];
-    INDICES.map(|row| INDICES.map(|column| a[row][column]))
 }
 
 fn along_x() -> Axes<f64> {

@@ -13,7 +13,7 @@
 //! written identically, so the compiler evaluates them once.
 
 use super::potential::Potential;
-use super::{Dual, PlaneCurvature, PlaneSlope, Real, Tangent};
+use super::{Dual, PlaneCurvature, PlaneSlope, Real};
 
 /// 2 × 2 tensor.
 pub(crate) type TensorOf<R> = [[R; 2]; 2];
@@ -51,19 +51,13 @@ impl<R: Real> Volumetric<R> {
     }
 }
 
-/// Symmetric derivative of a tensor with respect to a tensor: the upper triangle of [`Tangent`] by
+/// Symmetric derivative of a tensor with respect to a tensor: the upper triangle by
 /// rows.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Symmetric<R>(pub(crate) [R; 10]);
 
 /// Index of (row, column) in [`Symmetric`].
 pub(crate) const UPPER: [[usize; 4]; 4] = [[0, 1, 2, 3], [1, 4, 5, 6], [2, 5, 7, 8], [3, 6, 8, 9]];
-
-impl Symmetric<f64> {
-    pub(crate) fn full(self) -> Tangent {
-        UPPER.map(|row| row.map(|index| self.0[index]))
-    }
-}
 
 impl<R: Real> Symmetric<R> {
     /// Returns a 𝔻 + c ℂ.
@@ -189,7 +183,7 @@ impl<R: Real> Strain<R> {
 
     /// Multiplies a derivative of W by the factor.
     #[inline(always)]
-    fn scaled_matrices(&self, derivative: R) -> R {
+    fn times_factor(&self, derivative: R) -> R {
         match self.factor {
             Some(factor) => factor * derivative,
             None => derivative,
@@ -201,11 +195,11 @@ impl<R: Real> Strain<R> {
     fn first<W: Potential>(&self, w: &W, volumetric: Volumetric<R>) -> PlaneSlope<R> {
         let slope = w.first(self.e, self.d);
         PlaneSlope {
-            e: self.scaled_matrices(slope.e),
+            e: self.times_factor(slope.e),
             d: if W::COMPLETE {
-                self.scaled_matrices(slope.d) - volumetric.p
+                self.times_factor(slope.d) - volumetric.p
             } else {
-                self.scaled_matrices(slope.d) + self.d * volumetric.kappa - volumetric.p
+                self.times_factor(slope.d) + self.d * volumetric.kappa - volumetric.p
             },
         }
     }
@@ -214,12 +208,12 @@ impl<R: Real> Strain<R> {
     fn second<W: Potential>(&self, w: &W, volumetric: Volumetric<R>) -> PlaneCurvature<R> {
         let slope = w.second(self.e, self.d);
         PlaneCurvature {
-            ee: self.scaled_matrices(slope.ee),
-            ed: self.scaled_matrices(slope.ed),
+            ee: self.times_factor(slope.ee),
+            ed: self.times_factor(slope.ed),
             dd: if W::COMPLETE {
-                self.scaled_matrices(slope.dd)
+                self.times_factor(slope.dd)
             } else {
-                self.scaled_matrices(slope.dd) + self.d.like(volumetric.kappa)
+                self.times_factor(slope.dd) + self.d.like(volumetric.kappa)
             },
         }
     }
@@ -229,14 +223,14 @@ impl<R: Real> Strain<R> {
     fn moving_second<W: Potential>(&self, w: &W, e_rate: R, d_rate: R) -> PlaneCurvature<Dual<R>> {
         let moving = |value, rate| Dual { value, rate };
         let curve = w.second(moving(self.e, e_rate), moving(self.d, d_rate));
-        let scaled_matrices = |entry: Dual<R>| Dual {
-            value: self.scaled_matrices(entry.value),
-            rate: self.scaled_matrices(entry.rate),
+        let times_factor = |entry: Dual<R>| Dual {
+            value: self.times_factor(entry.value),
+            rate: self.times_factor(entry.rate),
         };
         PlaneCurvature {
-            ee: scaled_matrices(curve.ee),
-            ed: scaled_matrices(curve.ed),
-            dd: scaled_matrices(curve.dd),
+            ee: times_factor(curve.ee),
+            ed: times_factor(curve.ed),
+            dd: times_factor(curve.dd),
         }
     }
 

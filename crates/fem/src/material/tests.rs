@@ -1,6 +1,68 @@
 //! Identities and central differences for every law in plane strain.
 
-pub(crate) use super::{Law, Tangent, Tensor};
+use super::tensor::{Strain, Symmetric, UPPER, Volumetric};
+use super::three::Tangent3;
+pub(crate) use super::{Law, Tensor};
+use super::{along_x, embed, in_plane as in_plane_of, with_potential};
+
+/// Derivative of a tensor with respect to a tensor; rows and columns in the order 00, 01, 10, 11.
+pub(crate) type Tangent = [[f64; 4]; 4];
+
+/// Tangents and rates in plane strain.
+impl Law {
+    /// Returns Ṗ = ∂P/∂F : ∇v + ∂P/∂p ṗ with `v` = ∇v.
+    pub(crate) fn stress_rate(self, h: Tensor, v: Tensor, p: f64, p_rate: f64) -> Tensor {
+        let volumetric = Volumetric {
+            p,
+            p_rate,
+            kappa: 0.0,
+        };
+        with_potential!(
+            self,
+            w => Strain::new(&w, h).stress_rate(&w, v, volumetric),
+            else => in_plane_of(self.stress_rate3(embed(h), embed(v), [p, p_rate], along_x()))
+        )
+    }
+
+    /// Returns ∂P/∂F at fixed p.
+    pub(crate) fn tangent(self, h: Tensor, p: f64) -> Tangent {
+        let volumetric = Volumetric::pressure(p);
+        with_potential!(
+            self,
+            w => full(Strain::new(&w, h).tangent(&w, volumetric)),
+            else => in_plane_tangent(&self.tangent3(embed(h), p, along_x()))
+        )
+    }
+
+    /// Returns ∂Ṗ/∂F at fixed ∇v, p and ṗ: the rate of the tangent along `v` = ∇v.
+    pub(crate) fn tangent_rate(self, h: Tensor, v: Tensor, p_rate: f64) -> Tangent {
+        let volumetric = Volumetric {
+            p: 0.0,
+            p_rate,
+            kappa: 0.0,
+        };
+        with_potential!(
+            self,
+            w => full(Strain::new(&w, h).tangent_rate(&w, v, volumetric)),
+            // In 2D the cofactor is linear in F, so the result does not depend on p.
+            else => in_plane_tangent(&self.tangent_rate3(embed(h), embed(v), [0.0, p_rate], along_x()))
+        )
+    }
+
+    /// Returns ∂(J − 1)/∂F = cof F, or I for small strains.
+    pub(crate) fn volume_gradient(self, h: Tensor) -> Tensor {
+        in_plane_of(self.volume_gradient3(embed(h)))
+    }
+}
+
+fn full(packed: Symmetric<f64>) -> Tangent {
+    UPPER.map(|row| row.map(|index| packed.0[index]))
+}
+
+fn in_plane_tangent(a: &Tangent3) -> Tangent {
+    const INDICES: [usize; 4] = [0, 1, 3, 4];
+    INDICES.map(|row| INDICES.map(|column| a[row][column]))
+}
 
 /// Step of central differences: ε^(1/3) balances truncation and rounding at a relative error of
 /// about 1e-10.
