@@ -14,7 +14,7 @@ use crate::field::Field;
 use crate::formulation::Formulation;
 use crate::muscle::Muscle;
 use crate::operators;
-use newton::{Newton, is_singular};
+use newton::{Newton, RELATIVE_INCREMENT, RELATIVE_INCREMENT_ON_PATH, is_singular};
 pub(crate) use prospect::Prospect;
 
 /// Maximum number of iterations of a load step after which the next step may be twice as long.
@@ -209,7 +209,12 @@ pub fn approach(
             interrupted |= flow.is_break();
             flow
         };
-        if let Some(solution) = newton.solve(&x, &predicted, target, reported)? {
+        let tolerance = if target < 1.0 {
+            RELATIVE_INCREMENT_ON_PATH
+        } else {
+            RELATIVE_INCREMENT
+        };
+        if let Some(solution) = newton.solve(&x, &predicted, target, tolerance, reported)? {
             x = solution;
             reached = target;
             load_steps += 1;
@@ -225,6 +230,12 @@ pub fn approach(
             shortfall = (increment < SMALLEST_LOAD_STEP)
                 .then(|| not_converged(&newton, muscle, formulation));
         }
+    }
+    if matches!(shortfall, Some(Shortfall::NotConverged { .. })) && reached > 0.0 {
+        let polished = newton.solve(&x, &x, reached, RELATIVE_INCREMENT, |_| {
+            ControlFlow::Continue(())
+        })?;
+        x = polished.unwrap_or(x);
     }
     let (displacement, pressure) = x.split_at(n_free);
     Ok(Approach {

@@ -20,10 +20,10 @@ use crate::operators::largest_gradient;
 
 /// Newton's iteration ends if the next increment is estimated below this fraction of the solution, from the ratio of the last
 /// two as if convergence were linear. It is quadratic, so the remaining error is far smaller.
-const RELATIVE_INCREMENT: f64 = 1e-9;
+pub(super) const RELATIVE_INCREMENT: f64 = 1e-9;
 /// The same for equilibria under a part of the load, from which the next load step is predicted. Since convergence is quadratic,
 /// their error is about 1e-8 of the solution.
-const RELATIVE_INCREMENT_ON_PATH: f64 = 1e-4;
+pub(super) const RELATIVE_INCREMENT_ON_PATH: f64 = 1e-4;
 /// Newton's iteration also ends if forces and volumes are balanced to this fraction of the loads
 /// and of the body's volume, because a displacement or pressure that is zero in equilibrium
 /// provides no scale for increments. The value is a few hundred times the unit roundoff.
@@ -299,6 +299,7 @@ impl<'a> Newton<'a> {
         start: &[f64],
         predicted: &[f64],
         factor: f64,
+        tolerance: f64,
         mut watch: impl FnMut([usize; 2]) -> ControlFlow<()>,
     ) -> Result<Option<Vec<f64>>, ModelError> {
         let n_free = self.muscle.solid.dofs().n_free();
@@ -310,11 +311,6 @@ impl<'a> Newton<'a> {
         let mut x = predicted.to_vec();
         let mut r = vec![0.0; x.len()];
         let longest = CORRECTION * length(predicted, start);
-        let tolerance = if factor < 1.0 {
-            RELATIVE_INCREMENT_ON_PATH
-        } else {
-            RELATIVE_INCREMENT
-        };
         let (mut last, mut last_ratio) = (f64::INFINITY, 0.0);
         for iteration in 1..=MAX_ITERATIONS {
             if self.residual(&x, factor, &mut r).is_err()
