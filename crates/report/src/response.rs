@@ -48,8 +48,12 @@ pub fn text(found: &Response) -> String {
 
 /// Returns the section of the report.
 pub(crate) fn section(found: &Response, in_space: bool, data: &mut PageData) -> String {
-    let figures = found.probes.iter().map(|curves| {
-        let plots = plots(found, curves, in_space);
+    let (frequencies, drawn) = match &found.drawn {
+        Some((frequencies, drawn)) => (frequencies, drawn),
+        None => (&found.frequencies, &found.probes),
+    };
+    let figures = drawn.iter().map(|curves| {
+        let plots = plots(frequencies, curves, in_space);
         let link = |plot: &LinePlot| (plot.x.unit == "Hz").then_some("f");
         let charts = plots.iter().filter_map(|plot| data.chart(plot, link(plot)));
         let charts: Vec<usize> = charts.collect();
@@ -86,7 +90,7 @@ pub(crate) fn section(found: &Response, in_space: bool, data: &mut PageData) -> 
 }
 
 /// Plots the values of a probe: amplitude and phase over frequency, and the complex plane.
-fn plots(found: &Response, curves: &Curves, in_space: bool) -> Vec<LinePlot> {
+fn plots(frequencies: &[f64], curves: &Curves, in_space: bool) -> Vec<LinePlot> {
     let columns = curves.columns.iter().enumerate().take(MOST_COLUMNS);
     let plots = columns.flat_map(|(k, name)| {
         let values = curves.amplitudes.iter().map(|row| row[k]);
@@ -97,7 +101,7 @@ fn plots(found: &Response, curves: &Curves, in_space: bool) -> Vec<LinePlot> {
         let panel = |y: Axis, values: &[f64]| LinePlot {
             x: Axis::new("*f*", "Hz"),
             y,
-            series: vec![Series::curve("", &found.frequencies, values)],
+            series: vec![Series::curve("", frequencies, values)],
             ..LinePlot::default()
         };
         let axis = |text: String| Axis::new(text, unit(name, in_space));

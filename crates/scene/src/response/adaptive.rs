@@ -15,6 +15,8 @@ const FIRST: usize = 12;
 const ROUND: usize = 6;
 /// Number of predictions between adjacent frequencies.
 const BETWEEN: usize = 24;
+/// Number of intervals between adjacent frequencies in plots.
+const DRAWN: usize = 8;
 /// Maximum number of frequencies.
 pub(super) const MOST: usize = 400;
 /// Amplitude, as a fraction of the size of its curve, below which the tolerance is absolute: next to zeros of the curve.
@@ -42,15 +44,40 @@ pub(super) struct Samples {
     pub(super) error: Option<f64>,
     /// Local maxima of the curves, with the curve's number.
     pub(super) peaks: Vec<(usize, Maximum)>,
+    /// Frequencies and amplitudes of the rational function, for smooth plots.
+    pub(super) drawn: Option<(Vec<f64>, Vec<Vec<Complex64>>)>,
 }
 
 impl Samples {
+    /// Returns responses at given frequencies, in ascending order.
+    pub(super) fn given(frequencies: Vec<f64>, rows: Vec<Vec<Complex64>>) -> Self {
+        Self {
+            frequencies,
+            rows,
+            error: None,
+            peaks: Vec::new(),
+            drawn: None,
+        }
+    }
+
     fn add(&mut self, frequencies: &[f64], rows: Vec<Vec<Complex64>>) {
         for (f, row) in frequencies.iter().zip(rows) {
             let place = self.frequencies.partition_point(|other| other < f);
             self.frequencies.insert(place, *f);
             self.rows.insert(place, row);
         }
+    }
+
+    fn with_curves(mut self, fitted: &Rational, peaks: Vec<(usize, Maximum)>) -> Self {
+        let n_curves = self.rows.first().map_or(0, Vec::len);
+        let frequencies = refined(&self.frequencies, DRAWN);
+        let rows = frequencies
+            .iter()
+            .map(|f| fitted.at(*f, n_curves))
+            .collect();
+        self.drawn = Some((frequencies, rows));
+        self.peaks = peaks;
+        self
     }
 
     /// Returns the size of each curve: its median amplitude, or `WEAKEST` times the largest median of its kind if that is
@@ -90,12 +117,7 @@ impl Adaptive {
         kinds: &[usize],
         mut compute: impl FnMut(&[f64]) -> Result<(Vec<f64>, Vec<Vec<Complex64>>), E>,
     ) -> Result<Samples, E> {
-        let mut samples = Samples {
-            frequencies: Vec::new(),
-            rows: Vec::new(),
-            error: None,
-            peaks: Vec::new(),
-        };
+        let mut samples = Samples::given(Vec::new(), Vec::new());
         let mut wanted = self.first();
         let mut earlier: Option<Rational> = None;
         let mut has_peaks = false;
@@ -115,8 +137,7 @@ impl Adaptive {
             let fitted = Rational::fit(&samples.frequencies, &samples.rows, &sizes);
             let peaks = peaks(&samples.frequencies, &fitted, &sizes);
             if is_interrupted || samples.frequencies.len() >= MOST {
-                samples.peaks = peaks;
-                return Ok(samples);
+                return Ok(samples.with_curves(&fitted, peaks));
             }
             let before = earlier.unwrap_or_else(|| {
                 let every_second = |n: usize| (0..n).step_by(2);
@@ -133,8 +154,7 @@ impl Adaptive {
                 wanted = self.near(&peaks, &samples.frequencies);
             }
             if wanted.is_empty() {
-                samples.peaks = peaks;
-                return Ok(samples);
+                return Ok(samples.with_curves(&fitted, peaks));
             }
             earlier = Some(fitted);
         }
@@ -206,14 +226,23 @@ impl Adaptive {
     }
 }
 
-/// Returns the local maxima of the curves of a rational function between the computed frequencies.
-fn peaks(computed: &[f64], fitted: &Rational, sizes: &[f64]) -> Vec<(usize, Maximum)> {
+/// Returns the frequencies with `n` equal intervals between adjacent ones.
+fn refined(frequencies: &[f64], n: usize) -> Vec<f64> {
     let between = |ends: &[f64]| {
         let [low, high] = [ends[0], ends[1]];
-        (0..BETWEEN).map(move |i| low + (high - low) * i as f64 / BETWEEN as f64)
+        (0..n).map(move |i| low + (high - low) * i as f64 / n as f64)
     };
-    let last = computed.last().copied();
-    let fine: Vec<f64> = computed.windows(2).flat_map(between).chain(last).collect();
+    let last = frequencies.last().copied();
+    frequencies
+        .windows(2)
+        .flat_map(between)
+        .chain(last)
+        .collect()
+}
+
+/// Returns the local maxima of the curves of a rational function between the computed frequencies.
+fn peaks(computed: &[f64], fitted: &Rational, sizes: &[f64]) -> Vec<(usize, Maximum)> {
+    let fine = refined(computed, BETWEEN);
     let rows: Vec<Vec<Complex64>> = fine.iter().map(|f| fitted.at(*f, sizes.len())).collect();
     let mut peaks = Vec::new();
     for (curve, size) in sizes.iter().enumerate().filter(|(_, size)| **size > 0.0) {

@@ -20,6 +20,7 @@ use crate::watch::{Watcher, search};
 use crate::{Body, Error, InputError, Scene};
 
 pub use adaptive::Adaptive;
+use adaptive::Samples;
 use peaks::Maximum;
 pub use peaks::Peak;
 
@@ -44,6 +45,9 @@ pub struct Response {
     pub unknowns: usize,
     /// Largest relative error of the predictions of the last adaptive frequencies; null for given frequencies.
     pub interpolation_error: Option<f64>,
+    /// Frequencies and curves of the rational function through adaptive responses, for smooth plots.
+    #[serde(skip)]
+    pub drawn: Option<(Vec<f64>, Vec<Curves>)>,
     /// Whether the response was interrupted before its last frequency.
     #[serde(skip)]
     pub is_interrupted: bool,
@@ -122,6 +126,25 @@ impl Curves {
     }
 }
 
+/// Returns the curves of the probes from rows with the values of all probes.
+fn curves_of(
+    probes: &[(String, Box<dyn Reading>)],
+    columns: &[Vec<String>],
+    rows: &[Vec<Complex64>],
+) -> Vec<Curves> {
+    let mut first = 0;
+    let curves = probes.iter().zip(columns).map(|((name, _), columns)| {
+        let range = first..first + columns.len();
+        first = range.end;
+        Curves {
+            name: name.clone(),
+            columns: columns.clone(),
+            amplitudes: rows.iter().map(|row| row[range.clone()].to_vec()).collect(),
+        }
+    });
+    curves.collect()
+}
+
 /// Returns the part of a column's name that values of the same unit share: `u` of `u_x`.
 fn kind_of(column: &str) -> &str {
     column.split('_').next().unwrap_or_default()
@@ -193,10 +216,10 @@ impl Response {
             is_interrupted |= found.0.len() < frequencies.len();
             Ok::<_, ModelError>(found)
         };
-        let (frequencies, rows, interpolation_error, maxima) = match grid {
+        let samples = match grid {
             Grid::Fixed(frequencies) => {
                 let (frequencies, rows) = computed(frequencies)?;
-                (frequencies, rows, None, None)
+                Samples::given(frequencies, rows)
             }
             Grid::Adaptive(adaptive) => {
                 let names: Vec<&String> = columns.iter().flatten().collect();
@@ -207,46 +230,28 @@ impl Response {
                     first.unwrap_or_default()
                 };
                 let kinds: Vec<usize> = names.iter().map(same).collect();
-                let samples = adaptive.resolve(&kinds, computed)?;
-                (
-                    samples.frequencies,
-                    samples.rows,
-                    samples.error,
-                    Some(samples.peaks),
-                )
+                adaptive.resolve(&kinds, computed)?
             }
         };
-        let mut first = 0;
-        let curves: Vec<Curves> = probes
-            .iter()
-            .zip(columns)
-            .map(|((name, _), columns)| {
-                let range = first..first + columns.len();
-                first = range.end;
-                Curves {
-                    name: name.clone(),
-                    columns,
-                    amplitudes: rows.iter().map(|row| row[range.clone()].to_vec()).collect(),
-                }
-            })
-            .collect();
-        let each = || {
-            curves
-                .iter()
-                .flat_map(|of| of.columns.iter().map(move |column| (of, column)))
-        };
-        let peaks = match maxima {
-            None => curves
-                .iter()
-                .flat_map(|of| of.peaks(&frequencies))
-                .collect(),
-            Some(maxima) => {
-                let peak = |(k, maximum): (usize, Maximum)| {
-                    each().nth(k).map(|(of, column)| of.peak(column, maximum))
-                };
-                maxima.into_iter().filter_map(peak).collect()
+        let (frequencies, interpolation_error) = (samples.frequencies, samples.error);
+        let curves = curves_of(probes, &columns, &samples.rows);
+        let peaks = match grid {
+            Grid::Fixed(_) => {
+                let peaks = curves.iter().flat_map(|of| of.peaks(&frequencies));
+                peaks.collect()
+            }
+            Grid::Adaptive(_) => {
+                let each = curves
+                    .iter()
+                    .flat_map(|of| of.columns.iter().map(move |name| (of, name)));
+                let each: Vec<(&Curves, &String)> = each.collect();
+                let peak = |(k, maximum): (usize, Maximum)| each[k].0.peak(each[k].1, maximum);
+                samples.peaks.into_iter().map(peak).collect()
             }
         };
+        let drawn = samples
+            .drawn
+            .map(|(f, rows)| (f, curves_of(probes, &columns, &rows)));
         let mut notes = Vec::new();
         if let Grid::Adaptive(Adaptive { tolerance, .. }) = grid
             && !is_interrupted
@@ -265,6 +270,7 @@ impl Response {
             unknowns,
             interpolation_error,
             is_interrupted,
+            drawn,
             notes,
         })
     }
