@@ -14,7 +14,7 @@ use crate::field::Field;
 use crate::formulation::Formulation;
 use crate::muscle::Muscle;
 use crate::operators;
-use newton::{Newton, RELATIVE_INCREMENT, RELATIVE_INCREMENT_ON_PATH, is_singular};
+use newton::{Newton, is_singular};
 pub(crate) use prospect::Prospect;
 
 /// Maximum number of iterations of a load step after which the next step may be twice as long.
@@ -209,12 +209,7 @@ pub fn approach(
             interrupted |= flow.is_break();
             flow
         };
-        let tolerance = if target < 1.0 {
-            RELATIVE_INCREMENT_ON_PATH
-        } else {
-            RELATIVE_INCREMENT
-        };
-        if let Some(solution) = newton.solve(&x, &predicted, target, tolerance, reported)? {
+        if let Some(solution) = newton.solve(&x, &predicted, target, target < 1.0, reported)? {
             x = solution;
             reached = target;
             load_steps += 1;
@@ -232,9 +227,7 @@ pub fn approach(
         }
     }
     if matches!(shortfall, Some(Shortfall::NotConverged { .. })) && reached > 0.0 {
-        let polished = newton.solve(&x, &x, reached, RELATIVE_INCREMENT, |_| {
-            ControlFlow::Continue(())
-        })?;
+        let polished = newton.solve(&x, &x, reached, false, |_| ControlFlow::Continue(()))?;
         x = polished.unwrap_or(x);
     }
     let (displacement, pressure) = x.split_at(n_free);

@@ -18,12 +18,12 @@ use crate::matrices::Matrices;
 use crate::muscle::Muscle;
 use crate::operators::largest_gradient;
 
-/// Newton's iteration ends if the next increment is estimated below this fraction of the solution, from the ratio of the last
-/// two as if convergence were linear. It is quadratic, so the remaining error is far smaller.
-pub(super) const RELATIVE_INCREMENT: f64 = 1e-9;
-/// The same for equilibria under a part of the load, from which the next load step is predicted. Since convergence is quadratic,
-/// their error is about 1e-8 of the solution.
-pub(super) const RELATIVE_INCREMENT_ON_PATH: f64 = 1e-4;
+/// Newton's iteration ends if the increment is below this fraction of the solution. Convergence is
+/// quadratic, so the remaining error is of the order of its square, below rounding.
+const RELATIVE_INCREMENT: f64 = 1e-9;
+/// An equilibrium on the path, from which the next load step is predicted, is accepted if the next increment is estimated below
+/// this fraction of the solution, from the ratio of the last two as if convergence were linear.
+const RELATIVE_INCREMENT_ON_PATH: f64 = 1e-4;
 /// Newton's iteration also ends if forces and volumes are balanced to this fraction of the loads
 /// and of the body's volume, because a displacement or pressure that is zero in equilibrium
 /// provides no scale for increments. The value is a few hundred times the unit roundoff.
@@ -299,7 +299,7 @@ impl<'a> Newton<'a> {
         start: &[f64],
         predicted: &[f64],
         factor: f64,
-        tolerance: f64,
+        is_on_path: bool,
         mut watch: impl FnMut([usize; 2]) -> ControlFlow<()>,
     ) -> Result<Option<Vec<f64>>, ModelError> {
         let n_free = self.muscle.solid.dofs().n_free();
@@ -346,7 +346,12 @@ impl<'a> Newton<'a> {
                     return Ok(None);
                 }
             }
-            if is_balanced || next_ratio <= tolerance {
+            let is_solved = if is_on_path {
+                next_ratio <= RELATIVE_INCREMENT_ON_PATH
+            } else {
+                ratio <= RELATIVE_INCREMENT
+            };
+            if is_balanced || is_solved {
                 return Ok(self.residual(&x, factor, &mut r).is_ok().then_some(x));
             }
             last = moved;

@@ -334,6 +334,10 @@ fn parameters(scene: &Parameterized) -> Result<Vec<Parameter>, InputError> {
     all.collect()
 }
 
+/// Multiple of a parameter's typical size by which it may become negative if the scene allows that at all. A constant with a
+/// lower bound that depends on other constants, such as `c01`, stays nonnegative unless it has a `low`.
+const FAR: f64 = 1e6;
+
 /// Restricts parameters with a nonnegative start and without a positive lower bound to the range that the scene allows:
 /// positive values if it refuses zero, nonnegative values if it refuses negative values. An unrestricted search can end
 /// at the edge of that range.
@@ -350,7 +354,7 @@ fn restrict(scene: &Parameterized, parameters: &mut [Parameter]) {
         }
         if parameter.start > 0.0 && !is_allowed(0.0) {
             *parameter = parameter.clone().positive();
-        } else if parameter.low < 0.0 && !is_allowed(-parameter.scale) {
+        } else if parameter.low < 0.0 && !is_allowed(parameter.low.max(-FAR * parameter.scale)) {
             parameter.low = 0.0;
         }
     }

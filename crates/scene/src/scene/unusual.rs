@@ -381,7 +381,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
             (
                 &["solid.rayleigh_stiffness=0.1"],
                 &["solid.rayleigh_stiffness=0.099"],
-                "5.0 times the elastic one at 8.000 Hz",
+                "5.0 times the elastic stress at 8.000 Hz",
             ),
             (
                 &["traction[0].y={ type = \"step\", value = 2.6e4, rise = 0.1 }"],

@@ -337,7 +337,7 @@ fn starts_that_make_no_sense_are_refused() {
         ),
         (
             &["initial_state={ type = \"velocity\", value = [1.0, 2.0, 3.0] }"],
-            "for each of the mesh's axes",
+            "one component for each axis",
         ),
         (
             &["initial_state={ type = \"restart\", folder = \"nowhere\" }"],

@@ -449,12 +449,12 @@ fn places_and_directions_that_cannot_be_are_refused() {
         (
             "[fields]\ninterval = 0.06\nquantities = [\"u\"]",
             "",
-            ["written with the fields", "coherence_radius"],
+            ["and [fields]", "coherence_radius"],
         ),
         (
             "at = { elements = \"muscle\" }",
             "at = [0.0, 0.0, 0.0]",
-            ["in many places", "coherence_radius"],
+            ["at several positions", "coherence_radius"],
         ),
         (
             "[fields]",
