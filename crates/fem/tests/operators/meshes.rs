@@ -310,7 +310,7 @@ fn versions_and_encodings_of_gmsh_give_the_same_mesh() {
     let mesh = Mesh::parse_msh(block("4.1-ascii"), "block").unwrap();
     let names: Vec<&String> = mesh.groups().keys().collect();
     assert_eq!(names, ["body", "ends", "left", "right"]);
-    // Rounding of a sum of some 100 volumes of a block of 2 x 1 x 1.
+    // Rounding of a sum of about 100 volumes of a block of 2 x 1 x 1.
     assert!((mesh.measure() - 2.0).abs() < 1e-13);
     let heights = &mesh.field("height").unwrap().values;
     let z: Vec<f64> = mesh.points::<3>().iter().map(|point| point[2]).collect();

@@ -57,7 +57,7 @@ impl CoupledOptions {
         }
     }
 
-    /// Returns the options for oscillators that are integrated separately.
+    /// Returns the options for separately integrated oscillators.
     pub fn of_oscillators(integrator: IntegratorKind) -> Self {
         Self {
             linear_solver: LinearSolver::Condensed,

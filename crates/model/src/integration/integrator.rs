@@ -37,7 +37,7 @@ pub struct Continuation {
     /// Counts up to the last jump.
     #[serde(default)]
     pub(crate) before: Counts,
-    /// Data of oscillators that are integrated separately.
+    /// Data of separately integrated oscillators.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     chains: Option<Box<Continuation>>,
 }

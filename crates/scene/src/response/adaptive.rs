@@ -31,7 +31,7 @@ const WIDE: f64 = 30.0;
 pub struct Adaptive {
     /// Ends of the range, Hz.
     pub range: [f64; 2],
-    /// Accepted error of the interpolation, relative to the amplitude, or to a hundredth of its median if that is larger.
+    /// Accepted error of the interpolation, relative to the larger of the amplitude and a hundredth of its median.
     pub tolerance: f64,
 }
 
@@ -80,8 +80,8 @@ impl Samples {
         self
     }
 
-    /// Returns the size of each curve: its median amplitude, or `WEAKEST` times the largest median of its kind if that is
-    /// larger; 0 for curves of rounding errors.
+    /// Returns the size of each curve: the larger of its median amplitude and `WEAKEST` times the largest median of its
+    /// kind; 0 for curves of rounding errors.
     fn sizes(&self, kinds: &[usize]) -> Vec<f64> {
         let amplitudes = |k: usize| {
             let mut all: Vec<f64> = self.rows.iter().map(|row| row[k].norm()).collect();

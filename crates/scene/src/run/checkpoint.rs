@@ -74,7 +74,7 @@ pub(super) struct OutputWork {
 pub(super) struct Totals {
     #[serde(flatten)]
     pub(super) counts: Counts,
-    /// Counts of chains that are integrated separately.
+    /// Counts of separately integrated chains.
     #[serde(default)]
     pub(super) chains: Counts,
     /// Number of resumes.
