@@ -236,7 +236,8 @@ def solve_dae(
     first_step, max_step : float, optional
         First and maximum step. The step size is controlled by errors at the times
         at which F is evaluated: an input that acts or oscillates between them is
-        missed. Limit the step to a fraction of its duration or period.
+        missed. Limit the step to a fraction of its duration or period. A warning
+        names an equation that is not satisfied within one of the first steps.
     max_order : int
         Maximum order of "bdf".
     max_steps : int or inf, optional
@@ -352,8 +353,7 @@ def solve_dae(
             "dense": bool(dense_output),
         }
     )
-    warning = found.pop("warning")
-    if warning is not None:
+    for warning in found.pop("warnings"):
         warnings.warn(warning, stacklevel=2)
     return _solution(found, n, len(watched.functions), method)
 

@@ -4,7 +4,7 @@ use std::sync::{Arc, PoisonError};
 
 use myovib_dae::{
     ConsistencyMode, Direction, Integrator, Linearization, Outcome, Statistics, Suppressed,
-    Tolerances, VariableKind, check_jacobian, check_pattern,
+    Tolerances, Unsatisfied, VariableKind, check_between, check_jacobian, check_pattern,
 };
 use myovib_radau::{RadauOptions, RadauSolver};
 use myovib_sparse::resources;
@@ -71,8 +71,10 @@ struct Record {
     /// 0 at the end of the span, 1 after an event, −1 if the integrator failed.
     status: i8,
     message: String,
-    /// Warning about an entry of the Jacobian that seems wrong.
-    warning: Option<String>,
+    /// Equation violated between the ends of a step.
+    unsatisfied: Option<Unsatisfied>,
+    /// Warnings about the Jacobian and about inputs faster than the steps.
+    warnings: Vec<String>,
     statistics: Statistics,
 }
 
@@ -183,10 +185,44 @@ fn correct<I: Integrator<PythonDae>>(
     failed.map_or(Ok(()), Err)
 }
 
-/// Integrates over the span.
+/// Fractions of a step at which the equations are checked, one in each step.
+const FRACTIONS: [f64; 3] = [0.31, 0.62, 0.87];
+
+/// Number of checked first steps, followed by steps whose number is a power of two.
+const FIRST_STEPS: usize = 12;
+
+/// Checks the equations within the last step, which is step number `n_steps`. Returns a violated
+/// equation.
+fn check_last_step<I: Integrator<PythonDae>>(
+    solver: &mut I,
+    tolerances: &Tolerances,
+    n_steps: usize,
+) -> Result<Option<Unsatisfied>, Failure> {
+    let [from, to] = solver.last_step_interval();
+    let n = solver.y().len();
+    let [mut y, mut y_dot, mut weights] = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
+    let t = from + FRACTIONS[n_steps % FRACTIONS.len()] * (to - from);
+    for (derivative, out) in [&mut y, &mut y_dot].into_iter().enumerate() {
+        solver
+            .dense_output(t, derivative, out)
+            .map_err(Failure::of)?;
+    }
+    tolerances.write_weights(&y, &mut weights);
+    match check_between(solver.problem_mut(), (t, &y, &y_dot), to - from, &weights) {
+        Ok(found) => Ok(found),
+        // F need not have a value there.
+        Err(_) => {
+            forget_raised(solver.problem())?;
+            Ok(None)
+        }
+    }
+}
+
+/// Integrates over the span. With `tolerances`, equations are checked between the ends of steps.
 fn integrate<I: Integrator<PythonDae>>(
     solver: &mut I,
     request: &Request,
+    tolerances: Option<&Tolerances>,
     degree: usize,
 ) -> Result<Record, Failure> {
     let (t0, t_end) = request.t_span;
@@ -256,6 +292,15 @@ fn integrate<I: Integrator<PythonDae>>(
         };
         let at_a_step = !matches!(outcome, Outcome::Root { .. });
         let gave_up = matches!(outcome, Outcome::Stopped(_));
+        let is_checked = n_steps <= FIRST_STEPS || n_steps.is_power_of_two();
+        if let Some(tolerances) = tolerances
+            && is_checked
+            && at_a_step
+            && !gave_up
+            && record.unsatisfied.is_none()
+        {
+            record.unsatisfied = check_last_step(solver, tolerances, n_steps)?;
+        }
         while let [next, rest @ ..] = due
             && forward * (t - *next) >= 0.0
             && !gave_up
@@ -352,14 +397,22 @@ fn compute(request: &Request, mut problem: PythonDae) -> Result<(Record, usize),
         expect_room(problem.n, &request.method)?;
     }
     let warning = check_matrices(&mut problem, request, &tolerances)?;
-    let (record, degree) =
+    let (mut record, degree) =
         solve_with(request, problem, tolerances).map_err(|failure| match (failure, &warning) {
             (Failure::Integrator(message), Some(warning)) => {
                 Failure::Integrator(format!("{message}; {warning}"))
             }
             (failure, _) => failure,
         })?;
-    Ok((Record { warning, ..record }, degree))
+    record.warnings.extend(warning);
+    if let Some(Unsatisfied { equation, t, .. }) = record.unsatisfied {
+        record.warnings.push(format!(
+            "equation {equation} is violated at t = {t}, between the ends of a step: an input \
+             may act or oscillate within steps. Limit `max_step` to a fraction of its duration or \
+             period"
+        ));
+    }
+    Ok((record, degree))
 }
 
 /// Integrates with the requested method.
@@ -369,6 +422,8 @@ fn solve_with(
     tolerances: Tolerances,
 ) -> Result<(Record, usize), Failure> {
     let (t0, y0, y_dot0) = (request.t_span.0, &request.y0, &request.yp0);
+    // Excluded variables have errors of any size.
+    let known = request.suppress.is_none().then(|| tolerances.clone());
     let suppressed = match &request.suppress {
         Some(components) => Suppressed::Components(components.clone()),
         None => Suppressed::Nothing,
@@ -401,16 +456,20 @@ fn solve_with(
             }
             let mut solver = builder.build(t0, y0, y_dot0).map_err(Failure::of)?;
             let degree = request.max_order;
-            return Ok((integrate(&mut solver, request, degree)?, degree));
+            let record = integrate(&mut solver, request, known.as_ref(), degree)?;
+            return Ok((record, degree));
         }
         "radau5" => 3,
         "radau9" => 5,
         _ => 7,
     };
+    // Without dense output, the solution between the ends of steps is less accurate.
+    let dense_output = request.dense || request.t_eval.is_some() || !directions.is_empty();
+    let known = known.filter(|_| dense_output);
     let options = RadauOptions {
         stages,
         tolerances,
-        dense_output: request.dense || request.t_eval.is_some() || !directions.is_empty(),
+        dense_output,
         suppressed,
         initial_step: request.first_step,
         max_step: request.max_step,
@@ -423,7 +482,8 @@ fn solve_with(
     let mut solver = builder.build(t0, y0, y_dot0).map_err(Failure::of)?;
     // The degree is the number of stages plus 1 for the slope at the start.
     let degree = stages + 1;
-    Ok((integrate(&mut solver, request, degree)?, degree))
+    let record = integrate(&mut solver, request, known.as_ref(), degree)?;
+    Ok((record, degree))
 }
 
 /// Integrates F(t, y, ẏ) = 0; see `myovib.solve_dae`.
@@ -505,7 +565,7 @@ fn result(py: Python<'_>, record: Record, degree: usize) -> PyResult<Bound<'_, P
     result.set_item("yp", array(py, &record.y_dot))?;
     result.set_item("segments", array(py, &record.segments))?;
     result.set_item("samples", array(py, &record.samples))?;
-    result.set_item("warning", record.warning)?;
+    result.set_item("warnings", record.warnings)?;
     result.set_item("nodes", array(py, &nodes(degree)))?;
     let crossings = record.events.iter();
     let events: Vec<_> = crossings.map(|(k, t, y)| (*k, *t, array(py, y))).collect();

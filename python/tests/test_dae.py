@@ -231,6 +231,20 @@ def test_full_storage_of_a_large_sparse_jacobian_is_told():
         assert run(sparsity=one).success
 
 
+def test_an_input_faster_than_the_steps_is_reported():
+    # A heater at 50 Hz with a mean of 500 W. The steps of IDA end at zeros of its power.
+    def heater(t, y, yp):
+        return yp - 1000 * np.sin(100 * np.pi * t) ** 2
+
+    run = lambda **kw: solve_dae(heater, (0, 10), [0.0], [0.0], t_eval=[0, 10], **kw)
+    with pytest.warns(UserWarning, match="equation 0 .* `max_step`"):
+        run()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        # The manual promises 1000 times the tolerance.
+        assert run(max_step=2e-3, rtol=1e-6).y[0, -1] == pytest.approx(5e3, rel=1e-3)
+
+
 AKZO = [0.444, 0.00123, 0, 0.007, 0, 115.83 * 0.444 * 0.007]
 
 # Mazzia & Magherini, Test Set for IVP Solvers 2.4, problem CHEMAKZO, at t = 180.

@@ -16,6 +16,7 @@
 //!   problems with exact solutions.
 #![forbid(unsafe_code)]
 
+mod between;
 mod coloring;
 pub mod columns;
 #[cfg(feature = "conformance")]
@@ -44,6 +45,7 @@ mod stop_reason;
 mod tolerances;
 mod wrong_entry;
 
+pub use between::{Unsatisfied, check_between};
 pub use consistent::correct_initial_values;
 pub use direction::Direction;
 pub use inconsistent::Inconsistent;

@@ -1,0 +1,102 @@
+//! Check of the equations between the ends of steps.
+
+use crate::draw::draw;
+use crate::problem::{Problem, StepError};
+
+/// Equation violated between the ends of a step.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Unsatisfied {
+    /// Index of the equation.
+    pub equation: usize,
+    /// Time at which the residual was evaluated.
+    pub t: f64,
+    /// Residual in units of the change that errors of y and ẏ within the tolerances explain.
+    pub ratio: f64,
+}
+
+/// Perturbations by which the effect of errors within the tolerances is measured.
+const PERTURBATIONS: u64 = 4;
+
+/// Ratio above which a residual is reported. Errors of y between the ends of a step may be some
+/// times the tolerance, and errors of ẏ some times the tolerance divided by the step: 2500 is 50
+/// for both.
+const FAR: f64 = 2500.0;
+
+/// Checks F(t, y, ẏ) at a time within a step of size `h`, where y and ẏ are values of dense output
+/// and `weights` the inverses of the tolerances.
+///
+/// Integrators evaluate F at the ends of steps or at stages only. An input that acts between them,
+/// or oscillates many times in a step, is not seen by the error test, but the dense output does not
+/// satisfy the equation there. The residual is compared with its change if y and ẏ change by their
+/// tolerances, 1/w and 1/(w h). It costs five evaluations of F.
+///
+/// # Errors
+/// Errors of the residual. Dense output may be outside of its domain.
+pub fn check_between<P: Problem + ?Sized>(
+    problem: &mut P,
+    (t, y, y_dot): (f64, &[f64], &[f64]),
+    h: f64,
+    weights: &[f64],
+) -> Result<Option<Unsatisfied>, StepError> {
+    let n = y.len();
+    let mut residual = vec![0.0; n];
+    problem.residual(t, y, y_dot, &mut residual)?;
+    let (mut explained, mut changed) = (vec![0.0_f64; n], vec![0.0; n]);
+    for trial in 0..PERTURBATIONS {
+        let sign = |i: usize| draw(trial, i).signum();
+        let moved: Vec<f64> = (0..n).map(|i| y[i] + sign(i) / weights[i]).collect();
+        let rates = (0..n).map(|i| y_dot[i] + sign(n + i) / (weights[i] * h));
+        let rates: Vec<f64> = rates.collect();
+        problem.residual(t, &moved, &rates, &mut changed)?;
+        for i in 0..n {
+            explained[i] = explained[i].max((changed[i] - residual[i]).abs());
+        }
+    }
+    // An equation that no perturbation changes has no scale.
+    let ratios = (0..n).filter(|&i| explained[i] > 0.0);
+    let ratios = ratios.map(|i| (i, residual[i].abs() / explained[i]));
+    let worst = ratios.max_by(|a, b| a.1.total_cmp(&b.1));
+    let far = worst.filter(|&(_, ratio)| ratio > FAR);
+    Ok(far.map(|(equation, ratio)| Unsatisfied { equation, t, ratio }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// ẏ = 1 + sin² ωt
+    struct Heater {
+        omega: f64,
+    }
+
+    impl Problem for Heater {
+        fn n_unknowns(&self) -> usize {
+            1
+        }
+
+        fn residual(
+            &mut self,
+            t: f64,
+            _: &[f64],
+            v: &[f64],
+            r: &mut [f64],
+        ) -> Result<(), StepError> {
+            r[0] = v[0] - 1.0 - (self.omega * t).sin().powi(2);
+            Ok(())
+        }
+    }
+
+    /// A solution that follows the mean of the input is reported, an error of ten tolerances is not.
+    #[test]
+    fn an_input_that_is_not_seen_is_reported() {
+        let (h, weights) = (1.0, [1e6]);
+        let mut fast = Heater { omega: 1e4 };
+        let seen = check_between(&mut fast, (0.3, &[0.3], &[1.0]), h, &weights).unwrap();
+        assert_eq!(seen.map(|found| found.equation), Some(0));
+        let mut slow = Heater { omega: 1.0 };
+        let rate = 1.0 + 0.3_f64.sin().powi(2) + 1e-5;
+        let seen = check_between(&mut slow, (0.3, &[0.3], &[rate]), h, &weights).unwrap();
+        assert_eq!(seen, None);
+    }
+}
