@@ -139,7 +139,9 @@ fn what_never_ends_is_not_read() {
             "not a regular file",
         ),
         ("modes --mesh /dev/zero", "not a regular file"),
-        ("check /dev/zero", "has more than"),
+        ("check /dev/zero", "not a regular file"),
+        ("check pipe", "not a regular file"),
+        ("check /dev/stdin </dev/zero", "has more than"),
     ] {
         // An endless read exceeds the limit on memory or the limit on time.
         let limited = format!("ulimit -v 8000000; exec timeout 60 \"$0\" {arguments}");

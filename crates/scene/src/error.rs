@@ -169,13 +169,24 @@ impl fmt::Display for InputError {
         write!(f, "{}", plain(&self.message))?;
         for (label, text) in &self.details {
             // Continuation lines are aligned with the first line.
-            let text = match text.as_str() {
-                "" => "nothing".to_owned(),
-                text => plain(text).replace('\n', "\n          "),
+            let lines: Vec<String> = text.lines().map(shortened).collect();
+            let text = match lines.join("\n          ") {
+                text if text.is_empty() => "nothing".to_owned(),
+                text => text,
             };
             write!(f, "\n{label:>8}: {text}")?;
         }
         Ok(())
+    }
+}
+
+/// Longest line of a detail, characters. Values of a scene may be as long as the file.
+const LONGEST_LINE: usize = 1000;
+
+fn shortened(line: &str) -> String {
+    match line.char_indices().nth(LONGEST_LINE) {
+        Some((end, _)) => plain(&line[..end]) + "…",
+        None => plain(line),
     }
 }
 
@@ -200,6 +211,13 @@ mod tests {
     fn an_empty_detail_is_called_nothing() {
         let error = InputError::new("unknown chain `x`").allowed("");
         assert_eq!(error.to_string(), "unknown chain `x`\n allowed: nothing");
+    }
+
+    /// Regression: a message repeated a value of 40 000 characters.
+    #[test]
+    fn long_values_are_shortened() {
+        let error = InputError::new("not an expression").found("(".repeat(40_000));
+        assert!(error.to_string().chars().count() < LONGEST_LINE + 100);
     }
 
     /// Regression: escape sequences in names of a scene reached the terminal.

@@ -64,13 +64,14 @@ pub fn peak() -> Option<usize> {
 }
 
 /// Returns the memory available to this process in bytes: the minimum of the free memory of the machine, of its control
-/// group (a container or a cluster job) and of its limit. `None` if no value is known.
+/// group (a container or a cluster job), of its address space (`ulimit -v`) and of its limit. `None` if no value is known.
 pub fn available() -> Option<usize> {
     let own = LIMIT
         .get()
         .map(|limit| limit.saturating_sub(in_use().unwrap_or(0)));
     let machine = kibibytes("/proc/meminfo", "MemAvailable:");
-    [own, machine, in_group()].into_iter().flatten().min()
+    let all = [own, machine, in_group(), in_address_space()];
+    all.into_iter().flatten().min()
 }
 
 /// Checks that the factors fit into memory. `n_complex` is the number of complex matrices.
@@ -94,6 +95,16 @@ fn kibibytes(file: &str, name: &str) -> Option<usize> {
     let value = text.lines().find_map(|line| line.strip_prefix(name))?;
     let number: usize = value.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(1024 * number)
+}
+
+/// Returns the rest of the limited address space (`RLIMIT_AS`).
+fn in_address_space() -> Option<usize> {
+    let limits = fs::read_to_string("/proc/self/limits").ok()?;
+    let limit = limits
+        .lines()
+        .find_map(|line| line.strip_prefix("Max address space"))?;
+    let soft = limit.split_whitespace().next()?.parse::<usize>().ok()?; // "unlimited" means no limit
+    Some(soft.saturating_sub(kibibytes("/proc/self/status", "VmSize:")?))
 }
 
 /// Returns the memory left in the control group (version 2).

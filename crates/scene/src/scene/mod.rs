@@ -27,7 +27,7 @@ mod start;
 mod supports;
 mod unusual;
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
@@ -107,11 +107,22 @@ pub struct Body {
 /// elements around an apex, where all directions meet, are always unresolved.
 const RARE: usize = 50;
 
-/// Maximum size of a scene file, bytes. Larger input is probably an endless device.
+/// Maximum size of a scene file, bytes. A larger file is hardly a scene.
 const MOST_BYTES: u64 = 1 << 26;
 
-/// Reads the text of a scene file, which may be a pipe.
+/// Reads the text of a scene file. An open pipe may stand in for a file, as in `<(command)` of a
+/// shell. A named pipe may wait forever for a writer, and a device may be endless.
 fn text_of(path: &Path) -> io::Result<String> {
+    let is_open = ["/dev/fd", "/dev/stdin", "/proc/self/fd"]
+        .iter()
+        .any(|open| path.starts_with(open));
+    let there = fs::metadata(path)?;
+    if there.is_dir() {
+        return Err(io::ErrorKind::IsADirectory.into());
+    }
+    if !there.is_file() && !is_open {
+        return Err(io::Error::other("it is not a regular file"));
+    }
     let mut bytes = Vec::new();
     let read = File::open(path)?
         .take(MOST_BYTES + 1)
