@@ -2,7 +2,7 @@
 //! complex plane (Nyquist plot).
 
 use myovib_scene::escape;
-use myovib_scene::response::{Curves, Response, phase};
+use myovib_scene::response::{Curves, Peak, Response, phase};
 
 use crate::page::probes::{label, unit};
 use crate::page::{self, PageData};
@@ -20,17 +20,16 @@ pub fn text(found: &Response) -> String {
         ("peak, Hz", Align::Right),
         ("amplitude", Align::Right),
         ("damping ratio", Align::Right),
+        ("nearest mode, Hz", Align::Right),
     ]);
     for peak in &found.peaks {
-        let ratio = peak.damping_ratio;
         table.row([
             peak.probe.as_str().into(),
             peak.column.as_str().into(),
             format!("{:.4}", peak.frequency).into(),
             format!("{:.4e}", peak.amplitude).into(),
-            ratio
-                .map_or("–".to_owned(), |ratio| format!("{ratio:.4}"))
-                .into(),
+            damping_ratio(peak).into(),
+            nearest_mode(peak).into(),
         ]);
     }
     let about = match found.preload_time {
@@ -44,6 +43,20 @@ pub fn text(found: &Response) -> String {
         "{}Harmonic response {about}, {n} frequencies from {first} to {last} Hz.\n",
         table.render(colored_stdout())
     )
+}
+
+/// Returns the damping ratio, or a dash.
+fn damping_ratio(peak: &Peak) -> String {
+    let ratio = peak.damping_ratio;
+    ratio.map_or("–".to_owned(), |ratio| format!("{ratio:.4}"))
+}
+
+/// Returns the frequency and the number of the nearest mode, or a dash.
+fn nearest_mode(peak: &Peak) -> String {
+    let mode = peak.nearest_mode;
+    mode.map_or("–".to_owned(), |mode| {
+        format!("{:.4} (mode {})", mode.frequency, mode.number)
+    })
 }
 
 /// Returns the section of the report.
@@ -64,22 +77,23 @@ pub(crate) fn section(found: &Response, in_space: bool, data: &mut PageData) -> 
         page::figure(&curves.name, &svg, &charts)
     });
     let rows = found.peaks.iter().map(|peak| {
-        let ratio = peak.damping_ratio;
         format!(
             "<tr><td>{}</td><td>{}</td><td class=\"n\">{:.4}</td><td class=\"n\">{:.4e}</td>\
-             <td class=\"n\">{}</td></tr>\n",
+             <td class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n",
             escape(&peak.probe),
             escape(&peak.column),
             peak.frequency,
             peak.amplitude,
-            ratio.map_or("–".to_owned(), |ratio| format!("{ratio:.4}")),
+            damping_ratio(peak),
+            nearest_mode(peak),
         )
     });
     let peaks = match found.peaks.is_empty() {
         true => String::new(),
         false => format!(
             "<table><tr><th>probe</th><th>value</th><th class=\"n\">peak, Hz</th><th class=\"n\">amplitude</th>\
-             <th class=\"n\">damping ratio (half power)</th></tr>\n{}</table>\n",
+             <th class=\"n\">damping ratio (half power)</th>\
+             <th class=\"n\">nearest mode, Hz</th></tr>\n{}</table>\n",
             rows.collect::<String>()
         ),
     };

@@ -9,11 +9,11 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use myovib_model::harmonic::HarmonicResponse;
 use myovib_model::statics::{self, Equilibrium};
-use myovib_model::{Formulation, ModelError, Muscle, support};
+use myovib_model::{Field, Formulation, ModelError, Muscle, support};
 use num_complex::Complex64;
 use serde::Serialize;
 
-use crate::modes::instability;
+use crate::modes::{BodyModes, instability};
 use crate::probe::{HarmonicMotion, Reading};
 use crate::scene_file::response::Grid;
 use crate::watch::{Watcher, search};
@@ -22,10 +22,13 @@ use crate::{Body, Error, InputError, Scene};
 pub use adaptive::Adaptive;
 use adaptive::Samples;
 use peaks::Maximum;
-pub use peaks::Peak;
+pub use peaks::{NearestMode, Peak};
 
 /// Amplitudes below this fraction of the largest of their kind are rounding errors.
 const ROUNDING: f64 = 1e-10;
+
+/// Number of modes that are compared with the peaks; their cost is that of a few frequencies.
+const MODES: usize = 20;
 
 /// Names of the columns for a value `u`: `u_re`, `u_im`, `u_amplitude` and `u_phase`.
 const PARTS: [&str; 4] = ["re", "im", "amplitude", "phase"];
@@ -122,6 +125,7 @@ impl Curves {
             frequency: maximum.frequency,
             amplitude: maximum.amplitude,
             damping_ratio: maximum.damping_ratio,
+            nearest_mode: None,
         }
     }
 }
@@ -366,6 +370,15 @@ fn of_body(
     })?;
     found.preload_time = preload_time;
     found.notes.extend(instability(&at));
+    // Follower pressures without an energy have no modes; their peaks are still valid.
+    if !found.peaks.is_empty()
+        && body.formulation.has(Field::Pressure)
+        && let Ok(of_body) = BodyModes::about(muscle, &at, MODES)
+    {
+        for peak in &mut found.peaks {
+            peak.nearest_mode = NearestMode::to(peak.frequency, &of_body.modes);
+        }
+    }
     Ok(found)
 }
 
