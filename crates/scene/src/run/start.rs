@@ -60,7 +60,10 @@ pub(super) fn start<D: Driver>(
         (Some(body), _) => {
             driver.drive(muscle_and_chains(scene, body, checkpoint, watcher).map_err(wrong)?)
         }
-        (None, Some(body)) => driver.drive(rod(scene, body, checkpoint).map_err(wrong)?),
+        (None, Some(rod)) if scene.has_separate_chains() => {
+            driver.drive(rod_beside_chains(scene, rod, checkpoint).map_err(wrong)?)
+        }
+        (None, Some(rod)) => driver.drive(rod_and_chains(scene, rod, checkpoint).map_err(wrong)?),
         (None, None) => driver.drive(chains(scene, checkpoint).map_err(wrong)?),
     }
 }
@@ -82,7 +85,7 @@ pub fn muscle_alone(scene: &Scene) -> Result<Box<dyn Integrator<MuscleDae>>, Err
 /// A scene without a rod; errors of the integrator.
 pub fn rod_with_chains(scene: &Scene) -> Result<Box<dyn Integrator<CoupledDae<RodDae>>>, Error> {
     match &scene.rod {
-        Some(body) => rod(scene, body, None),
+        Some(rod) => rod_and_chains(scene, rod, None),
         None => Err(ModelError::NoSuchPart { part: "rod" }.into()),
     }
 }
@@ -301,14 +304,36 @@ fn advised<P: WithMuscle + 'static>(
 }
 
 /// Starts a rod, with or without chains.
-fn rod(
+fn rod_and_chains(
     scene: &Scene,
     rod: &RodDae,
     checkpoint: Option<&Checkpoint>,
 ) -> Result<Box<dyn Integrator<CoupledDae<RodDae>>>, Error> {
-    let test = ErrorTest::of_states(rod.n_unknowns(), tolerances(scene));
-    let dae = CoupledDae::new(rod.clone(), driven_by_rod(scene, rod)?);
     let resumed = checkpoint.map(|checkpoint| checkpoint.of(..));
+    rod_with(scene, rod, driven_by_rod(scene, rod)?, resumed)
+}
+
+/// Starts a rod and separately integrated chains.
+fn rod_beside_chains(
+    scene: &Scene,
+    rod: &RodDae,
+    checkpoint: Option<&Checkpoint>,
+) -> Result<Box<dyn Integrator<Multirate<CoupledDae<RodDae>>>>, Error> {
+    let n = rod.n_unknowns();
+    let resumed = checkpoint.map(|checkpoint| checkpoint.of(..n));
+    let y = resumed.as_ref().map_or(vec![0.0; n], |own| own.y.to_vec());
+    let alone = rod_with(scene, rod, Vec::new(), resumed)?;
+    beside(scene, (alone, y), driven_by_rod(scene, rod)?, checkpoint)
+}
+
+fn rod_with(
+    scene: &Scene,
+    rod: &RodDae,
+    chains: Vec<Oscillators>,
+    resumed: Option<Resumed<'_>>,
+) -> Result<Box<dyn Integrator<CoupledDae<RodDae>>>, Error> {
+    let test = ErrorTest::of_states(rod.n_unknowns(), tolerances(scene));
+    let dae = CoupledDae::new(rod.clone(), chains);
     coupled(scene, dae, test, options(scene), resumed, &[])
 }
 
@@ -375,7 +400,7 @@ fn coupled<B: CoupledBody>(
 fn initial_state<B: CoupledBody>(scene: &Scene, dae: &CoupledDae<B>, body: &[f64]) -> Vec<f64> {
     let mut y = vec![0.0; dae.n_unknowns()];
     y[dae.body_range()][..body.len()].copy_from_slice(body);
-    for (k, chain) in scene.chains.iter().enumerate() {
+    for (k, chain) in scene.chains.iter().enumerate().take(dae.n_networks()) {
         let n = dae.oscillators(k).network().n_oscillators();
         y[dae.range(k)][..n].fill(chain.initial);
     }

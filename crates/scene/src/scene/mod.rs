@@ -196,10 +196,9 @@ impl Scene {
         scene
     }
 
-    /// Returns whether a body drives separately integrated chains.
+    /// Returns whether the chains are integrated beside the body or rod.
     pub(crate) fn has_separate_chains(&self) -> bool {
-        let is_separate = self.file.integrator.chains == ChainSteps::Separate;
-        is_separate && self.body.is_some() && !self.chains.is_empty()
+        self.file.integrator.chains == ChainSteps::Separate && !self.chains.is_empty()
     }
 
     /// Returns notes on corrections of the mesh, ignored grid points, settings, loads and materials

@@ -115,8 +115,8 @@ impl Builder<'_> {
         match wanted.chains {
             ChainSteps::Together => Ok(()),
             ChainSteps::Separate if file.chain.is_empty() => wrong("the scene has no chains"),
-            ChainSteps::Separate if file.solid.is_none() => {
-                wrong("separate steps need a body with [solid]")
+            ChainSteps::Separate if file.solid.is_none() && file.rod.is_none() => {
+                wrong("separate steps need a body or a rod that drives the chains")
             }
             ChainSteps::Separate if !feedbacks.is_empty() => {
                 wrong("chains that act on the body need its steps")

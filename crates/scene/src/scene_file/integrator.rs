@@ -18,7 +18,7 @@ pub struct Integrator {
     pub atol: Atol,
     /// Tolerances of rod and oscillators.
     pub oscillators: OscillatorTolerances,
-    /// Steps of a body's chains without feedback, in runs. Sensitivities and fits use one system.
+    /// Steps of the chains of a body or rod without feedback, in runs. Sensitivities and fits use one system.
     pub chains: ChainSteps,
     /// Local error test.
     pub error_test: ErrorTest,

@@ -37,13 +37,25 @@ quantities = ["u"]
 interval = 0.01
 "#;
 
-const ROD: &str = "[time]\nend = 1.0\n[rod]\nload = 0.0\n";
+/// The paper's rod, whose load starts at 8 s unless shifted.
+const ROD: &str = r#"
+[time]
+end = 2.0
+[rod]
+load = { type = "ramped-sine", amplitude = 1.0, frequency = 8.0, steepness = 10.0, shift = 0.3 }
+[[probe]]
+name = "drive"
+type = "rod"
+at = 0.07
+interval = 0.01
+"#;
 
-/// A chain at the origin with this gain.
-fn chain(oscillators: usize, gain: f64) -> String {
+/// `body` with a chain with this gain, driven by the point of its probe.
+fn with_chain(body: &str, oscillators: usize, gain: f64) -> String {
+    let at = if body == ROD { "0.07" } else { "[0.0, 0.0]" };
     format!(
-        "[[chain]]\nname = \"chain\"\noscillators = {oscillators}\nfrequency_spread = 0.1\n\
-         at = [0.0, 0.0]\ngain = {gain:?}\n\
+        "{body}[[chain]]\nname = \"chain\"\noscillators = {oscillators}\nfrequency_spread = 0.1\n\
+         at = {at}\ngain = {gain:?}\n\
          [[probe]]\nname = \"states\"\ntype = \"oscillators\"\nchain = \"chain\"\ninterval = 0.01\n\
          [[probe]]\nname = \"order\"\ntype = \"coherence\"\nchain = \"chain\"\ninterval = 0.01\n"
     )
@@ -90,17 +102,21 @@ const COUNTS: [&str; 7] = [
 #[test]
 fn the_body_moves_as_without_chains() {
     let folder = tempfile::tempdir().unwrap();
-    for gain in [1.0, 1e4] {
+    for (name, body, gain) in [
+        ("muscle", MUSCLE, 1.0),
+        ("muscle", MUSCLE, 1e4),
+        ("rod", ROD, 1e3),
+    ] {
         for method in ["radau5", "radau9", "bdf"] {
             let method = format!("integrator.method={method}");
-            let out = |name: &str| folder.path().join(format!("{name} {method} {gain}"));
-            let alone = run(MUSCLE, &[&method], &out("alone"));
-            let with = format!("{MUSCLE}{}", chain(3, gain));
+            let out = |run: &str| folder.path().join(format!("{run} {name} {method} {gain}"));
+            let alone = run(body, &[&method], &out("alone"));
+            let with = with_chain(body, 3, gain);
             let beside = run(&with, &[&method, SEPARATE], &out("beside"));
             assert_eq!(alone["outcome"], "finished");
             assert_eq!(text(&out("alone"), "drive"), text(&out("beside"), "drive"));
             for count in COUNTS {
-                assert_eq!(alone[count], beside[count], "{method}: {count}");
+                assert_eq!(alone[count], beside[count], "{name} {method}: {count}");
             }
             assert!(alone["chains"].is_null());
             assert!(beside["chains"]["steps"].as_u64() >= alone["steps"].as_u64());
@@ -125,7 +141,7 @@ fn compare(one: &[Vec<f64>], other: &[Vec<f64>], columns: &[usize]) -> [f64; 2] 
 fn separate_steps_agree_with_one_system_at_tighter_tolerances() {
     let folder = tempfile::tempdir().unwrap();
     for (n, gain) in [(1, 1.0), (5, 1e5)] {
-        let with = format!("{MUSCLE}{}", chain(n, gain));
+        let with = with_chain(MUSCLE, n, gain);
         let together = folder.path().join(format!("together {gain}"));
         let tight = "integrator.oscillators={ rtol = 1e-7, atol = 1e-10 }";
         let set = ["integrator.method=radau9", tight, "integrator.rtol=1e-8"];
@@ -170,12 +186,16 @@ impl ProgressSink for Interrupt {
 fn a_resumed_run_of_radau_iia_is_the_uninterrupted_run() {
     static FLAG: AtomicBool = AtomicBool::new(false);
     let folder = tempfile::tempdir().unwrap();
-    for method in ["radau5", "radau9"] {
+    for (name, body, method) in [
+        ("muscle", MUSCLE, "radau5"),
+        ("muscle", MUSCLE, "radau9"),
+        ("rod", ROD, "radau9"),
+    ] {
         let method = format!("integrator.method={method}");
         let set = [&*method, SEPARATE];
-        let with = format!("{MUSCLE}{}", chain(3, 1e4));
+        let with = with_chain(body, 3, 1e4);
         let [whole, parts] =
-            ["whole", "parts"].map(|name| folder.path().join(name.to_owned() + &method));
+            ["whole", "parts"].map(|run| folder.path().join(format!("{run} {name} {method}")));
         let document = run(&with, &set, &whole);
         let scene = build(&with, &set).unwrap();
         let interrupt = Interrupt(AtomicU32::new(12), &FLAG);
@@ -203,7 +223,7 @@ fn a_resumed_run_of_radau_iia_is_the_uninterrupted_run() {
 #[test]
 fn a_stop_within_a_step_of_the_body_ends_the_chains_there() {
     let folder = tempfile::tempdir().unwrap();
-    let with = format!("{MUSCLE}{}", chain(3, 1e4));
+    let with = with_chain(MUSCLE, 3, 1e4);
     let stop = "[[stop]]\ntype = \"displacement\"\nat = [0.0, 0.0]\nabove = 1e-4\n";
     let [whole, part] = ["whole", "part"].map(|name| folder.path().join(name));
     run(&with, &[SEPARATE], &whole);
@@ -221,21 +241,26 @@ fn a_stop_within_a_step_of_the_body_ends_the_chains_there() {
 
 #[test]
 fn separate_steps_where_they_are_impossible_are_refused() {
-    let with = format!("{MUSCLE}{}", chain(3, 1e4));
-    let rod = format!("{ROD}{}", chain(3, 1.0).replace("[0.0, 0.0]", "0.05"));
-    assert!(build(&rod, &[]).is_ok());
+    let with = with_chain(MUSCLE, 3, 1e4);
+    let free = with.split_once("[[chain]]").map(|(_, chain)| {
+        let chain = chain.replace("at = [0.0, 0.0]\n", "");
+        format!("[time]\nend = 1.0\n[[chain]]{chain}")
+    });
+    let free = free.unwrap();
     let feedback = format!("{with}[[feedback]]\nchain = \"chain\"\nat_zero_coherence = 1.5\n");
     let untested = "integrator.oscillators={ in_error_test = false }";
     assert!(build(&with, &[SEPARATE]).is_ok());
+    assert!(build(&with_chain(ROD, 3, 1.0), &[SEPARATE]).is_ok());
     assert!(build(&feedback, &[]).is_ok());
+    assert!(build(&free, &[]).is_ok());
     assert!(build(&with, &[untested]).is_ok());
     for (text, set) in [
         (&*feedback, &[SEPARATE][..]),
         (&*with, &[SEPARATE, untested]),
         (MUSCLE, &[SEPARATE]),
-        (&*rod, &[SEPARATE]),
+        (&*free, &[SEPARATE]),
     ] {
         let error = build(text, set).unwrap_err().to_string();
-        assert!(error.contains("chains"), "{error}");
+        assert!(error.contains("integrator.chains"), "{error}");
     }
 }
