@@ -1,6 +1,9 @@
 //! Static equilibrium by continuation in the load, with Newton's method at each load step.
 
+mod arc_length;
+mod loads;
 mod newton;
+mod path;
 mod prospect;
 mod response;
 
@@ -8,21 +11,17 @@ use std::ops::ControlFlow;
 
 use myovib_fem::{Inverted, Law};
 
-use crate::analysis::support::expect_held;
 use crate::error::ModelError;
 use crate::field::Field;
 use crate::formulation::Formulation;
 use crate::muscle::Muscle;
 use crate::operators;
-use newton::{Newton, is_singular};
+use newton::Newton;
+pub use path::{Control, CriticalKind, CriticalPoint, PathEnd, PathState, follow};
 pub(crate) use prospect::Prospect;
 
-/// Maximum number of iterations of a load step after which the next step may be twice as long.
-const QUICK: usize = 4;
 /// Largest predicted increment of the displacement gradient in a load step.
 const GRADIENT_STEP: f64 = 0.2;
-/// Smallest load increment, as a fraction of the whole load.
-const SMALLEST_LOAD_STEP: f64 = 1.0 / 1024.0;
 
 /// A body at rest under its loads, or without.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,14 +85,22 @@ pub enum Shortfall {
 impl Approach {
     /// Returns the reason why no equilibrium under the full load was found.
     pub fn error(&self) -> Option<ModelError> {
-        Some(match self.shortfall.clone()? {
-            Shortfall::Interrupted => ModelError::Interrupted,
-            Shortfall::NotConverged { inverted, remedy } => ModelError::NoEquilibrium {
-                reached: self.reached,
+        let shortfall = self.shortfall.clone()?;
+        Some(shortfall.error(self.reached))
+    }
+}
+
+impl Shortfall {
+    /// Returns the error of a search that ended at the load factor `reached`.
+    pub fn error(self, reached: f64) -> ModelError {
+        match self {
+            Self::Interrupted => ModelError::Interrupted,
+            Self::NotConverged { inverted, remedy } => ModelError::NoEquilibrium {
+                reached,
                 inverted,
                 remedy,
             },
-        })
+        }
     }
 }
 
@@ -162,90 +169,35 @@ pub fn approach(
     t: f64,
     watch: &mut dyn FnMut(&Search) -> ControlFlow<()>,
 ) -> Result<Approach, ModelError> {
-    muscle.check()?;
-    expect_held(muscle)?;
-    if !formulation.has(Field::Pressure) {
-        formulation.check(&muscle.parameters)?;
-    }
-    let mut newton = Newton::new(muscle, formulation, t)?;
     let n_free = muscle.solid.dofs().n_free();
-    let mut x = vec![0.0; newton.layout.n_unknowns()];
-    let (mut reached, mut increment) = (0.0, 1.0_f64);
-    let mut load_steps = 0;
-    let mut shortfall = None;
-    let mut direction = None;
-    while reached < 1.0 && shortfall.is_none() {
-        let slope = match direction.take() {
-            Some(slope) => slope,
-            None => match newton.direction(&x, reached) {
-                Ok(slope) => slope,
-                Err(ModelError::Factorization(error)) if reached > 0.0 && is_singular(&error) => {
-                    shortfall = Some(not_converged(&newton, muscle, formulation));
-                    break;
-                }
-                Err(error) => return Err(error),
-            },
-        };
-        let gradient = newton.gradient(&slope[..n_free], 1.0);
-        let step = increment
-            .min((GRADIENT_STEP / gradient).max(SMALLEST_LOAD_STEP))
-            .min(1.0 - reached);
-        let target = if step < 1.0 - reached {
-            reached + step
-        } else {
-            1.0
-        };
-        let predicted: Vec<f64> = x.iter().zip(&slope).map(|(x, d)| x + step * d).collect();
-        let before_step = newton.iterations;
-        let mut interrupted = false;
-        let reported = |[iteration, iterations]: [usize; 2]| {
-            let flow = watch(&Search {
-                load_step: load_steps + 1,
-                reached,
-                target,
-                iteration,
-                iterations,
-            });
-            interrupted |= flow.is_break();
-            flow
-        };
-        if let Some(solution) = newton.solve(&x, &predicted, target, target < 1.0, reported)? {
-            x = solution;
-            reached = target;
-            load_steps += 1;
-            increment = match newton.iterations - before_step {
-                ..=QUICK => 2.0 * step,
-                _ => step,
-            };
-        } else if interrupted {
-            shortfall = Some(Shortfall::Interrupted);
-        } else {
-            increment = 0.5 * step;
-            direction = Some(slope);
-            shortfall = (increment < SMALLEST_LOAD_STEP)
-                .then(|| not_converged(&newton, muscle, formulation));
-        }
+    let mut last = PathState {
+        load: 0.0,
+        displacement: vec![0.0; n_free],
+        pressure: operators::no_pressure(&muscle.solid),
+        instabilities: None,
+        newton_iterations: 0,
+    };
+    if !formulation.has(Field::Pressure) {
+        last.pressure.clear();
     }
-    if matches!(shortfall, Some(Shortfall::NotConverged { .. })) && reached > 0.0 {
-        let polished = newton.solve(&x, &x, reached, false, |_| ControlFlow::Continue(()))?;
-        x = polished.unwrap_or(x);
-    }
-    let (displacement, pressure) = x.split_at(n_free);
+    let mut keep = |state: PathState| {
+        last = state;
+        ControlFlow::Continue(())
+    };
+    let control = Control::Load(vec![1.0]);
+    let end = follow(muscle, formulation, t, &control, watch, &mut keep)?;
     Ok(Approach {
         equilibrium: Equilibrium {
-            displacement: displacement.to_vec(),
-            pressure: pressure.to_vec(),
+            displacement: last.displacement,
+            pressure: last.pressure,
             preload_time: Some(t),
-            newton_iterations: newton.iterations,
-            load_steps,
+            newton_iterations: end.newton_iterations,
+            load_steps: end.load_steps,
             // The factors of an incomplete search belong to its last trial.
-            instabilities: match shortfall {
-                None => newton.instabilities(),
-                Some(_) => None,
-            },
+            instabilities: last.instabilities.filter(|_| end.shortfall.is_none()),
         },
-        reached,
-        shortfall,
+        reached: last.load,
+        shortfall: end.shortfall,
     })
 }
 
@@ -253,20 +205,21 @@ pub fn approach(
 pub(crate) const COLLAPSE: &str = "elements with the law `guccione` and pressures collapse under large strains: take \
      `isochoric-guccione`, the same material where the volume stays";
 /// Remedy at a limit load.
-const LIMIT_LOAD: &str = "if that is a limit load, a damped motion gets past it";
+const LIMIT_LOAD: &str = "if that is a limit load, `method = \"arc-length\"` of [static], or a damped motion, gets past it";
 
-fn not_converged(newton: &Newton, muscle: &Muscle, formulation: Formulation) -> Shortfall {
+fn not_converged(newton: &Newton<'_>) -> Shortfall {
     Shortfall::NotConverged {
         inverted: newton.inverted,
-        remedy: remedy(muscle, formulation),
+        remedy: remedy(newton),
     }
 }
 
 /// Returns a remedy for a failure of Newton's method.
-fn remedy(muscle: &Muscle, formulation: Formulation) -> String {
-    let is_uniform = muscle.solid.laws().iter().all(is_guccione);
-    match collapses(muscle, formulation) {
-        true if is_uniform => COLLAPSE.to_owned(),
+fn remedy(newton: &Newton<'_>) -> String {
+    let is_mixed = newton.layout.range(Field::Pressure).is_some();
+    let laws = newton.muscle.solid.laws();
+    match is_mixed && laws.iter().any(is_guccione) {
+        true if laws.iter().all(is_guccione) => COLLAPSE.to_owned(),
         true => format!("{COLLAPSE}; or, {LIMIT_LOAD}"),
         false => LIMIT_LOAD.to_owned(),
     }

@@ -79,7 +79,7 @@ impl BodyModes {
             modes: modes.collect::<Result<_, ModelError>>()?,
             notes: not_held(muscle)
                 .into_iter()
-                .chain(instability(at))
+                .chain(at.instabilities.and_then(instability))
                 .collect(),
         })
     }
@@ -148,8 +148,8 @@ fn not_held(muscle: &Muscle) -> Option<String> {
 
 /// Returns a note for an unstable equilibrium. Newton's method finds such states, for example a
 /// straight column beyond its buckling load.
-pub(crate) fn instability(at: &Equilibrium) -> Option<String> {
-    let motions = match at.instabilities? {
+pub(crate) fn instability(directions: usize) -> Option<String> {
+    let motions = match directions {
         0 => return None,
         1 => "small perturbations grow in 1 direction".to_owned(),
         n => format!("small perturbations grow in {n} independent directions"),

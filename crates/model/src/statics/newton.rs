@@ -1,5 +1,7 @@
 //! Equations of an equilibrium, and Newton's method at one load.
 
+mod arc;
+
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -17,6 +19,7 @@ use crate::formulation::Formulation;
 use crate::matrices::Matrices;
 use crate::muscle::Muscle;
 use crate::operators::largest_gradient;
+pub(super) use arc::{Metric, Point};
 
 /// Newton's iteration ends if the increment is below this fraction of the solution. Convergence is
 /// quadratic, so the remaining error is of the order of its square, below rounding.
@@ -41,7 +44,7 @@ const PROBING_GRADIENT: f64 = 1e-5;
 
 /// The equations of an equilibrium, and the factors of their matrix.
 pub(super) struct Newton<'a> {
-    muscle: &'a Muscle,
+    pub(super) muscle: &'a Muscle,
     pub(super) layout: Layout,
     /// Coefficients of ∂F/∂y.
     assembly: Assembly<f64>,
@@ -191,6 +194,11 @@ impl<'a> Newton<'a> {
         self.muscle.solid.dofs().expand(q, &mut self.displacement);
     }
 
+    /// Returns the number of free displacement components, which come first among the unknowns.
+    pub(super) fn n_free(&self) -> usize {
+        self.muscle.solid.dofs().n_free()
+    }
+
     /// Returns the largest |u| of a node for the unknowns `x` under the full load, m.
     pub(super) fn largest_displacement(&mut self, x: &[f64]) -> f64 {
         let solid = &self.muscle.solid;
@@ -262,10 +270,21 @@ impl<'a> Newton<'a> {
 
     /// Computes the derivative of the equilibrium with respect to the load factor, at the
     /// equilibrium `x` under `factor` times the load, by the equations linearized there.
+    pub(super) fn direction(&mut self, x: &[f64], factor: f64) -> Result<Vec<f64>, ModelError> {
+        let n_free = self.muscle.solid.dofs().n_free();
+        let mut change = self.load_derivative(x, factor)?;
+        self.force_square = self.force_square.max(square(&change[..n_free]));
+        self.tangent(x, factor)?;
+        self.system.renew(&mut self.work)?;
+        self.system.solve(&mut change, &mut self.work)?;
+        Ok(change)
+    }
+
+    /// Computes the negative derivative of the residual with respect to the load factor at fixed unknowns.
     ///
     /// Supports move only by a small part of their displacement, so that no element inverts for any
     /// total displacement.
-    pub(super) fn direction(&mut self, x: &[f64], factor: f64) -> Result<Vec<f64>, ModelError> {
+    fn load_derivative(&mut self, x: &[f64], factor: f64) -> Result<Vec<f64>, Inverted> {
         let n_free = self.muscle.solid.dofs().n_free();
         let gradient = self.gradient(&vec![0.0; n_free], 1.0);
         let step = (PROBING_GRADIENT / gradient).min(0.5);
@@ -275,10 +294,6 @@ impl<'a> Newton<'a> {
         for (change, before) in change.iter_mut().zip(before) {
             *change = (before - *change) / (2.0 * step);
         }
-        self.force_square = self.force_square.max(square(&change[..n_free]));
-        self.tangent(x, factor)?;
-        self.system.renew(&mut self.work)?;
-        self.system.solve(&mut change, &mut self.work)?;
         Ok(change)
     }
 
@@ -386,14 +401,22 @@ impl<'a> Newton<'a> {
     }
 
     /// Returns the number of directions in which the energy decreases among the displacements that
-    /// conserve the volume, or pay for its change by κ. Newton's matrix (K, −Bᵀ; B, M_p/κ) has the
-    /// inertia of (K, −Bᵀ; −B, −M_p/κ) after a change of sign of its last rows: one negative pivot
-    /// for each pressure and one more for each such direction (Sylvester's law). An undetermined
-    /// pressure has a pivot of either sign, and hides one direction at most.
+    /// conserve the volume, or pay for its change by κ; `None` without an energy.
     pub(super) fn instabilities(&self) -> Option<usize> {
-        if !self.muscle.pressures.is_empty() {
-            return None;
-        }
+        self.negative_directions().filter(|_| self.is_symmetric())
+    }
+
+    /// Returns whether the tangent is symmetric, up to the sign of rows.
+    pub(super) fn is_symmetric(&self) -> bool {
+        self.muscle.pressures.is_empty()
+    }
+
+    /// Returns the number of negative pivots beyond one for each pressure, if all pivots are on the diagonal. Newton's
+    /// matrix (K, −Bᵀ; B, M_p/κ) has the inertia of (K, −Bᵀ; −B, −M_p/κ) after a change of sign of its last rows: one
+    /// negative pivot for each pressure and one more for each direction in which the energy decreases (Sylvester's law).
+    /// An undetermined pressure has a pivot of either sign, and hides one direction at most. Of an unsymmetric tangent
+    /// only the parity of the number is meaningful, which is the sign of the determinant.
+    pub(super) fn negative_directions(&self) -> Option<usize> {
         let pivots = self.system.pivots()?;
         let (momentum, constraint) = pivots.split_at(self.muscle.solid.dofs().n_free());
         let negative = momentum.iter().filter(|pivot| **pivot < 0.0).count()

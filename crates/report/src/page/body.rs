@@ -120,6 +120,7 @@ pub(super) fn of_run(folder: &Path, scene: &Scene, body: &Body) -> Result<BodyDa
         }
     }
     let label = |&i: &usize| match scene.file.analysis {
+        Analysis::Static if scene.file.loading_path.is_some() => format!("state {}", files[i].0),
         Analysis::Static => String::new(),
         _ => format!("t = {} s", files[i].0),
     };

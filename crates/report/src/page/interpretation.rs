@@ -23,8 +23,23 @@ pub(super) fn meaning(document: &Value) -> String {
         let under = part.map_or(String::new(), |part| {
             format!(" under {:.1} % of the load", 100.0 * part)
         });
+        let points = document["critical_points"].as_array().into_iter().flatten();
+        let points = points.map(|point| {
+            let [from, to] = [0, 1].map(|i| point["loads"][i].as_f64().unwrap_or(f64::NAN));
+            match point["type"] == "limit" {
+                true => format!("<li>limit point at the load factor {from:.6}</li>\n"),
+                false => {
+                    format!("<li>bifurcation between the load factors {from:.6} and {to:.6}</li>\n")
+                }
+            }
+        });
+        let points: String = points.collect();
+        let points = match points.is_empty() {
+            true => points,
+            false => format!("<p>On the path of equilibria:</p>\n<ul>\n{points}</ul>\n"),
+        };
         return format!(
-            "<p>Newton's method found the equilibrium{under} in {} over {}.{}</p>\n",
+            "<p>Newton's method found the equilibrium{under} in {} over {}.{}</p>\n{points}",
             counted(&document["newton_iterations"], "iteration"),
             counted(&document["load_steps"], "load step"),
             volumes(document)

@@ -19,7 +19,7 @@ pub(crate) const MOST_VALUES: usize = 400_000;
 /// The recorded data of a probe.
 pub(crate) struct Record {
     pub(crate) name: String,
-    /// Names of the columns; the first is the time.
+    /// Names of the columns; the first is the time, or the load factor of a path.
     pub(crate) columns: Vec<String>,
     pub(crate) rows: Vec<Vec<f64>>,
 }
@@ -36,6 +36,11 @@ impl Record {
             rows: rows.collect(),
             columns: table.names,
         })
+    }
+
+    /// Returns whether the rows belong to the states of a loading path.
+    fn is_of_path(&self) -> bool {
+        self.columns.first().is_some_and(|first| first == "load")
     }
 
     fn column(&self, j: usize) -> Vec<f64> {
@@ -64,16 +69,38 @@ impl Record {
         for (j, column) in self.columns.iter().enumerate().skip(1) {
             let title = format!("{}: {column}", self.name);
             let values = self.column(j);
-            let plot = |t: &[f64], values: &[f64]| LinePlot {
-                x: Axis::new("*t*", "s"),
-                y: Axis::new(label(column), unit(column, in_space)),
-                series: vec![Series::curve("", t, values)],
-                ..LinePlot::default()
+            let own = Axis::new(label(column), unit(column, in_space));
+            let is_displacement = column.starts_with("u_");
+            let plot = |t: &[f64], values: &[f64]| {
+                let (x, y, series) = match self.is_of_path() {
+                    // A force–displacement curve.
+                    true if is_displacement => {
+                        let load = Axis::new("load factor", "");
+                        (own.clone(), load, Series::curve("", values, t))
+                    }
+                    true => {
+                        let load = Axis::new("load factor", "");
+                        (load, own.clone(), Series::curve("", t, values))
+                    }
+                    false => {
+                        let time = Axis::new("*t*", "s");
+                        (time, own.clone(), Series::curve("", t, values))
+                    }
+                };
+                LinePlot {
+                    x,
+                    y,
+                    series: vec![series],
+                    ..LinePlot::default()
+                }
             };
             let shown = plot(&fewer, &thinned(&values));
-            data.trace(&title, &shown.y, &fewer, &thinned(&values));
+            if !self.is_of_path() {
+                data.trace(&title, &shown.y, &fewer, &thinned(&values));
+            }
             if j <= MOST_PANELS {
-                let chart = data.chart(&shown, Some("t"));
+                let link = (!self.is_of_path()).then_some("t");
+                let chart = data.chart(&shown, link);
                 let svg = Figure::of(&*title, plot(&t, &values)).render();
                 figures += &figure(&title, &svg, &chart);
             }
@@ -87,6 +114,7 @@ impl Record {
         let rows = columns.filter_map(|(j, name)| {
             let [least, largest] = self.extremes(j)?;
             let error = errors[&self.name][name]["error"].as_f64();
+            let second = if self.is_of_path() { "" } else { " s" };
             if self.rows.len() == 1 {
                 return Some(format!(
                     "<tr><td>{}</td><td>{}</td><td>{}</td><td class=\"n\">{:.6e}</td></tr>\n",
@@ -98,7 +126,7 @@ impl Record {
             }
             Some(format!(
                 "<tr><td>{}</td><td>{}</td><td>{}</td><td class=\"n\">{:.6e}</td>\
-                 <td class=\"n\">{:.4} s</td><td class=\"n\">{:.6e}</td><td class=\"n\">{:.4} s</td>\
+                 <td class=\"n\">{:.4}{second}</td><td class=\"n\">{:.6e}</td><td class=\"n\">{:.4}{second}</td>\
                  <td class=\"n\">{}</td></tr>\n",
                 escape(&self.name),
                 escape(name),

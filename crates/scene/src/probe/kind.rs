@@ -155,9 +155,9 @@ pub(crate) trait HarmonicReading: Sync {
 }
 
 impl dyn Reading {
-    /// Returns the names of all columns.
-    pub(crate) fn columns(&self) -> Vec<String> {
-        std::iter::once("t".to_owned())
+    /// Returns the names of all columns; the first one is the time or the `parameter` of a path.
+    pub(crate) fn columns(&self, parameter: &str) -> Vec<String> {
+        std::iter::once(parameter.to_owned())
             .chain(self.names())
             .collect()
     }

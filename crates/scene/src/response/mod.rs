@@ -369,7 +369,7 @@ fn of_body(
         Ok(found?.into_iter().unzip())
     })?;
     found.preload_time = preload_time;
-    found.notes.extend(instability(&at));
+    found.notes.extend(at.instabilities.and_then(instability));
     // Follower pressures without an energy have no modes; their peaks are still valid.
     if !found.peaks.is_empty()
         && body.formulation.has(Field::Pressure)

@@ -10,7 +10,7 @@ use myovib_model::{
 
 use super::checkpoint::{Checkpoint, OutputWork, Totals, expect_incomplete};
 use super::document::{self, Timing};
-use super::folder::{AT_THE_END, expect_same_run, request};
+use super::folder::{AT_THE_END, expect_same_run, parameter, request};
 use super::indicator::Indicator;
 use super::oscillations::Oscillations;
 use super::outputs::{CHECKPOINT_AFTER, Outputs};
@@ -239,7 +239,9 @@ fn open(
     let (path, t_end) = (folder.path(), scene.t_end);
     let probes = scene.file.probe.iter().zip(readings);
     let Some(checkpoint) = checkpoint else {
-        let recorders = probes.map(|(probe, what)| Recorder::new(probe, what, t_end, folder));
+        let parameter = parameter(&scene.file);
+        let recorders =
+            probes.map(|(probe, what)| Recorder::new(probe, what, t_end, parameter, folder));
         return Ok((recorders.collect::<Result<_, _>>()?, Vec::new()));
     };
     let (mut recorders, mut notes) = (Vec::new(), Vec::new());

@@ -74,6 +74,14 @@ pub(super) fn without_end(origin: &Value) -> Value {
     origin
 }
 
+/// Returns the name of the first column of a probe's table: the time, or the load factor of a path.
+pub(super) fn parameter(file: &SceneFile) -> &'static str {
+    match (file.analysis, &file.loading_path) {
+        (Analysis::Static, Some(_)) => "load",
+        _ => "t",
+    }
+}
+
 /// Name of the table of modes, which replaces the name of a probe.
 pub(super) const MODES: &str = "modes";
 

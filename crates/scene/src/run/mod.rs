@@ -124,7 +124,11 @@ pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Err
 pub fn rehearse(scene: &Scene) -> Result<(), Error> {
     match scene.file.analysis {
         Analysis::Dynamic => rehearsal::motion(scene),
-        Analysis::Static => Ok(scene.readings().map(drop)?),
+        Analysis::Static => {
+            scene.control()?;
+            dynamic::conditions(scene)?;
+            Ok(scene.readings().map(drop)?)
+        }
         Analysis::Modes => Ok(()),
         Analysis::Response => Ok(harmonic_probes(scene).map(drop)?),
     }
@@ -145,9 +149,10 @@ pub(crate) fn columns_of(scene: &Scene) -> Result<Vec<(String, Vec<String>)>, In
             .map(|(name, reading)| (name, Curves::header(&reading.names())))
             .collect());
     }
+    let parameter = folder::parameter(&scene.file);
     let probes = scene.file.probe.iter().zip(scene.readings()?);
     Ok(probes
-        .map(|(probe, what)| (probe.name.clone(), what.columns()))
+        .map(|(probe, what)| (probe.name.clone(), what.columns(parameter)))
         .collect())
 }
 

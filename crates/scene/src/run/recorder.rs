@@ -29,11 +29,12 @@ impl Recorder {
         probe: &Probe,
         what: Box<dyn Reading>,
         t_end: f64,
+        parameter: &str,
         folder: &ResultFolder,
     ) -> Result<Self, Error> {
         let name = table_of(&probe.name);
         let path = folder.path().join(&name);
-        let names = what.columns();
+        let names = what.columns(parameter);
         let header: Vec<&str> = names.iter().map(String::as_str).collect();
         let csv =
             CsvWriter::new(folder.create(&name)?, &header).map_err(Error::file("write", &path))?;

@@ -1,61 +1,73 @@
-//! Static analysis: equilibrium under constant loads.
+//! Static analysis: equilibrium under constant loads, or a path of equilibria.
 
+use std::ops::ControlFlow;
 use std::time::Instant;
 
 use myovib_dae::Problem;
-use myovib_model::statics::{self, Approach};
+use myovib_model::statics::{self, Control, CriticalKind, CriticalPoint, PathEnd, PathState};
 use myovib_model::{
     CpuClock, Formulation, ModelError, Muscle, MuscleDae, Outcome, Parameters, StopReason,
 };
-use serde_json::json;
+use serde_json::{Map, Value, json};
 
 use super::document;
-use super::folder::request;
+use super::dynamic::conditions;
+use super::folder::{parameter, request};
 use super::recorder::Recorder;
+use super::stop::Condition;
 use super::volume::Volumes;
 use super::{RunOptions, RunResult};
 use crate::modes::instability;
-use crate::scene::Scene;
+use crate::probe::Reading;
+use crate::result_folder::{FolderRequest, ResultFolder};
+use crate::scene::{Body, Scene};
 use crate::state::State;
 use crate::vtu::{self, Grid, Series};
 use crate::watch::search;
 use crate::{Error, InputError};
 
-/// Computes the equilibrium of a scene under its loads at the end time.
+/// Computes the equilibrium of a scene under its loads at the end time, or the path to it.
 pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     let (started, cpu) = (Instant::now(), CpuClock::start());
     let Some(body) = &scene.body else {
         return Err(InputError::new("a static scene needs a [mesh] with [solid]").into());
     };
-    let readings = scene.readings()?;
     let request = request(scene, options)?;
     request.check()?;
-    let search = &mut search(options.watcher());
-    let approach = statics::approach(&body.muscle, body.formulation, scene.t_end, search)?;
-    let equilibrium = &approach.equilibrium;
-    if let Some(error) = approach.error().filter(|_| equilibrium.load_steps == 0) {
-        return Err(error.into());
-    }
-
-    // Outputs use the loads for which this state is the equilibrium.
-    let muscle = match approach.reached < 1.0 {
-        true => &body.muscle.under_part_of_loads(approach.reached),
-        false => &body.muscle,
+    let mut recording = Recording {
+        readings: scene.readings()?,
+        conditions: conditions(scene)?,
+        ..Recording::new(scene, body, request)
     };
-    let mut dae = at_rest(muscle, body.formulation)?;
-    let mut y = equilibrium.displacement.clone();
-    y.resize(2 * equilibrium.displacement.len(), 0.0);
-    y.extend(&equilibrium.pressure);
-    let rest = vec![0.0; dae.n_unknowns()];
-    let t = scene.t_end;
-    let mut volumes = Volumes::default();
-    volumes.see(t, &dae.snapshot(t, &y, &rest));
+    let control = scene.control()?;
+    let search = &mut search(options.watcher());
+    let mut written = Ok(());
+    let end = statics::follow(
+        &body.muscle,
+        body.formulation,
+        scene.t_end,
+        &control,
+        search,
+        &mut |state| {
+            let recorded = recording.record(&state);
+            let flow = *recorded.as_ref().unwrap_or(&ControlFlow::Break(()));
+            written = recorded.map(drop);
+            flow
+        },
+    )?;
+    written?;
+    let Some((folder, last)) = recording.folder.as_ref().zip(recording.last.as_ref()) else {
+        let shortfall = end.shortfall.expect("a path without a state ends early");
+        return Err(shortfall.error(end.reached).into());
+    };
+
     let allow_inverted = scene
         .file
         .solid
         .as_ref()
         .is_some_and(|solid| solid.allow_inverted);
-    let outcome = match (outcome_of(&approach), volumes.inversion()) {
+    let volumes = &recording.volumes;
+    let outcome = match (outcome_of(&end, last.load), volumes.inversion()) {
         (Outcome::Finished, Some(seen)) if !allow_inverted => Outcome::ended(
             StopReason::Inverted,
             format!(
@@ -63,77 +75,55 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
                 seen.note(false)
             ),
         ),
+        (Outcome::Finished, None) if recording.stopped.is_some() => Outcome::ended(
+            StopReason::Event,
+            recording.stopped.clone().unwrap_or_default(),
+        ),
         (outcome, _) => outcome,
     };
-    let drift = dae.constraint_drift(t, &y).map_err(ModelError::from)?;
-    let read = readings
-        .iter()
-        .map(|what| what.values(&mut dae, t, &y, &rest));
-    let values: Vec<_> = read.collect::<Result<_, _>>()?;
-
-    let folder = request.open().map_err(Error::before_any_output)?;
-    let mut results = serde_json::Map::new();
-    for ((probe, what), values) in scene.file.probe.iter().zip(readings).zip(&values) {
-        let named = what
-            .names()
-            .into_iter()
-            .zip(values.iter().map(|value| json!(value)));
-        results.insert(
-            probe.name.clone(),
-            named.collect::<serde_json::Map<_, _>>().into(),
-        );
-        Recorder::new(probe, what, t, &folder)?.write(t, values)?;
-    }
-    let mut not_finite = None;
-    if let Some(fields) = &scene.file.fields {
-        let mut series = Series::new(
-            folder.path(),
-            Grid::of_body(body),
-            fields.quantities.clone(),
-            &[],
-        );
-        for name in series.next_files() {
-            folder.claim(&name)?;
-        }
-        series
-            .write(t, &dae.snapshot(t, &y, &rest), &[])
-            .map_err(Error::file("write", &folder.path().join(vtu::LIST)))?;
-        not_finite = series.not_finite();
-    }
-    let mut state = State::of(&mut dae, t, &y);
-    state.load_reached = Some(approach.reached);
-    folder.write(State::NAME, serde_json::to_string(&state)?)?;
-    let document = json!({
+    let not_finite = recording.series.as_ref().and_then(Series::not_finite);
+    folder.write(State::NAME, serde_json::to_string(&last.state)?)?;
+    let critical: Vec<Value> = end.critical_points.iter().map(described).collect();
+    let mut document = json!({
         "scene": scene.file,
         "analysis": "static",
         "outcome": outcome.name(),
         "reason": outcome.reason().map(StopReason::name),
         "message": outcome.message(),
-        "load_reached": approach.reached,
-        "unknowns": equilibrium.displacement.len() + equilibrium.pressure.len(),
+        "load_reached": last.load,
+        "unknowns": last.unknowns,
         "unknowns_paper": body.muscle.n_unknowns_paper(),
         "mesh": document::mesh(&body.muscle),
         "opposed_fibers": body.opposed_fibers,
-        "newton_iterations": equilibrium.newton_iterations,
-        "load_steps": equilibrium.load_steps,
-        "constraint_drift": drift,
-        "results": results,
+        "newton_iterations": end.newton_iterations,
+        "load_steps": end.load_steps,
+        "critical_points": critical,
+        "constraint_drift": recording.drift,
+        "results": last.results,
         "inversion": volumes.inversion(),
         "volume_ratios": volumes.ratios(),
         "not_finite": not_finite,
         "cpu_seconds": cpu.elapsed().as_secs_f64(),
         "wall_seconds": started.elapsed().as_secs_f64(),
     });
-    document::write(&folder, &document)?;
+    if scene.file.loading_path.is_some() {
+        document["path"] = json!(recording.states);
+    }
+    document::write(folder, &document)?;
     let volume_note = match outcome.reason() {
         Some(StopReason::Inverted) => None, // its message says so
-        _ => volumes.note(muscle, false),
+        _ => volumes.note(&body.muscle, false),
     };
+    let is_path = scene.file.loading_path.is_some();
+    let critical = is_path.then(|| note_of(&end.critical_points)).flatten();
+    let unfinished = unfinished(&control, &end, recording.stopped.is_some());
     Ok(RunResult {
         document,
         outcome,
-        notes: instability(equilibrium)
+        notes: critical
             .into_iter()
+            .chain(unfinished)
+            .chain(last.instabilities.and_then(instability))
             .chain(volume_note)
             .chain(not_finite.map(|seen| seen.note()))
             .collect(),
@@ -142,16 +132,197 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     })
 }
 
+/// Outputs of the states of a path.
+struct Recording<'a> {
+    scene: &'a Scene,
+    body: &'a Body,
+    /// `None` after the folder is open.
+    request: Option<FolderRequest<'a>>,
+    /// Empty after the folder is open.
+    readings: Vec<Box<dyn Reading>>,
+    conditions: Vec<Condition>,
+    folder: Option<ResultFolder>,
+    recorders: Vec<Recorder>,
+    series: Option<Series>,
+    volumes: Volumes,
+    /// Largest of all states.
+    drift: f64,
+    /// Description of the condition that ended the path.
+    stopped: Option<String>,
+    states: Vec<Value>,
+    last: Option<Last>,
+}
+
+/// The last state that was recorded.
+struct Last {
+    load: f64,
+    instabilities: Option<usize>,
+    unknowns: usize,
+    /// Values of the probes.
+    results: Map<String, Value>,
+    state: State,
+}
+
+impl<'a> Recording<'a> {
+    fn new(scene: &'a Scene, body: &'a Body, request: FolderRequest<'a>) -> Self {
+        Self {
+            scene,
+            body,
+            request: Some(request),
+            readings: Vec::new(),
+            conditions: Vec::new(),
+            folder: None,
+            recorders: Vec::new(),
+            series: None,
+            volumes: Volumes::default(),
+            drift: 0.0,
+            stopped: None,
+            states: Vec::new(),
+            last: None,
+        }
+    }
+
+    /// Writes a state; a path begins with the unloaded body.
+    fn record(&mut self, state: &PathState) -> Result<ControlFlow<()>, Error> {
+        if let Some(request) = self.request.take() {
+            self.open(request)?;
+            if self.scene.file.loading_path.is_some() {
+                self.write(&PathState {
+                    load: 0.0,
+                    displacement: vec![0.0; state.displacement.len()],
+                    pressure: vec![0.0; state.pressure.len()],
+                    instabilities: Some(0),
+                    newton_iterations: 0,
+                })?;
+            }
+        }
+        self.write(state)?;
+        Ok(match self.stopped {
+            Some(_) => ControlFlow::Break(()),
+            None => ControlFlow::Continue(()),
+        })
+    }
+
+    /// Opens the folder and the tables of the probes.
+    fn open(&mut self, request: FolderRequest<'_>) -> Result<(), Error> {
+        let (file, body) = (&self.scene.file, self.body);
+        let folder = request.open().map_err(Error::before_any_output)?;
+        let parameter = parameter(file);
+        for (probe, what) in file.probe.iter().zip(self.readings.drain(..)) {
+            let t_end = self.scene.t_end;
+            let recorder = Recorder::new(probe, what, t_end, parameter, &folder)?;
+            self.recorders.push(recorder);
+        }
+        self.series = file.fields.as_ref().map(|fields| {
+            let (grid, quantities) = (Grid::of_body(body), fields.quantities.clone());
+            Series::new(folder.path(), grid, quantities, &[])
+        });
+        self.folder = Some(folder);
+        Ok(())
+    }
+
+    fn write(&mut self, state: &PathState) -> Result<(), Error> {
+        // Outputs use the loads for which this state is the equilibrium.
+        let whole = &self.body.muscle;
+        let muscle = match state.load {
+            1.0 => whole,
+            load => &whole.under_part_of_loads(load),
+        };
+        let mut dae = at_rest(muscle, self.body.formulation)?;
+        let mut y = state.displacement.clone();
+        y.resize(2 * state.displacement.len(), 0.0);
+        y.extend(&state.pressure);
+        let rest = vec![0.0; dae.n_unknowns()];
+        let t = self.scene.t_end;
+        let is_path = self.scene.file.loading_path.is_some();
+        let parameter = if is_path { state.load } else { t };
+        let drift = dae.constraint_drift(t, &y).map_err(ModelError::from)?;
+        self.drift = self.drift.max(drift);
+        let mut results = Map::new();
+        for (probe, recorder) in self.scene.file.probe.iter().zip(&mut self.recorders) {
+            let values = recorder.what.values(&mut dae, t, &y, &rest)?;
+            recorder.write(parameter, &values)?;
+            let named = recorder.what.names().into_iter();
+            let named: Map<_, _> = named.zip(values.into_iter().map(Value::from)).collect();
+            results.insert(probe.name.clone(), named.into());
+        }
+        let snapshot = dae.snapshot(t, &y, &rest);
+        self.volumes.see(t, &snapshot);
+        if let (Some(series), Some(folder)) = (&mut self.series, &self.folder) {
+            for name in series.next_files() {
+                folder.claim(&name)?;
+            }
+            // Load factors may recur.
+            let place = if is_path { self.states.len() as f64 } else { t };
+            let written = series.write(place, &snapshot, &[]);
+            written.map_err(Error::file("write", &folder.path().join(vtu::LIST)))?;
+        }
+        let mut met = self.conditions.iter();
+        let met = met.find(|condition| condition.excess(&snapshot) > 0.0);
+        self.stopped = met.map(Condition::describe);
+        self.states.push(json!({
+            "load": state.load,
+            "instabilities": state.instabilities,
+            "newton_iterations": state.newton_iterations,
+        }));
+        let mut saved = State::of(&mut dae, t, &y);
+        saved.load_reached = Some(state.load);
+        self.last = Some(Last {
+            load: state.load,
+            instabilities: state.instabilities,
+            unknowns: state.displacement.len() + state.pressure.len(),
+            results,
+            state: saved,
+        });
+        Ok(())
+    }
+}
+
+fn described(point: &CriticalPoint) -> Value {
+    let kind = match point.kind {
+        CriticalKind::Limit => "limit",
+        CriticalKind::Bifurcation => "bifurcation",
+    };
+    json!({ "type": kind, "loads": point.loads })
+}
+
+/// Returns a note on limit and bifurcation points, if there are any.
+fn note_of(points: &[CriticalPoint]) -> Option<String> {
+    let words = points.iter().map(|point| {
+        let [from, to] = point.loads;
+        match point.kind {
+            CriticalKind::Limit => format!("limit point at the load factor {from:.6}"),
+            CriticalKind::Bifurcation => {
+                format!("bifurcation between the load factors {from:.6} and {to:.6}")
+            }
+        }
+    });
+    let words: Vec<String> = words.collect();
+    (!words.is_empty()).then(|| format!("critical points of the path: {}", words.join("; ")))
+}
+
+/// Returns a note if a path by arc length used all its steps.
+fn unfinished(control: &Control, end: &PathEnd, stopped: bool) -> Option<String> {
+    let is_short = matches!(control, Control::ArcLength { .. }) && end.reached.abs() < 1.0;
+    (is_short && !stopped && end.shortfall.is_none()).then(|| {
+        format!(
+            "the path ends at the load factor {:.6} after {} steps: `static.steps` allows more",
+            end.reached, end.load_steps
+        )
+    })
+}
+
 /// Returns the outcome of the search with a description of the saved state.
-fn outcome_of(approach: &Approach) -> Outcome {
-    let Some(error) = approach.error() else {
+fn outcome_of(end: &PathEnd, load: f64) -> Outcome {
+    let Some(shortfall) = end.shortfall.clone() else {
         return Outcome::Finished;
     };
+    let error = shortfall.error(end.reached);
     let reason = match error {
         ModelError::Interrupted => StopReason::Interrupted,
         _ => StopReason::NoEquilibrium,
     };
-    let part = 100.0 * approach.reached;
+    let part = 100.0 * load;
     Outcome::ended(
         reason,
         format!("{error}; the output is the equilibrium under {part:.1} % of the load"),

@@ -34,6 +34,7 @@ use std::path::{Path, PathBuf};
 use myovib_model::advice::Finding;
 use myovib_model::coupling::Feedback;
 use myovib_model::harmonic::Drive;
+use myovib_model::statics::Control;
 use myovib_model::{Formulation, ModelError, Muscle, RodDae, Settings, loosening};
 use serde_json::Value;
 
@@ -236,6 +237,20 @@ impl Scene {
             ));
         }
         notes
+    }
+
+    /// Returns how the loading path of a static analysis is followed.
+    ///
+    /// # Errors
+    /// Keys without effect.
+    pub(crate) fn control(&self) -> Result<Control, InputError> {
+        let Some(path) = &self.file.loading_path else {
+            return Ok(Control::Load(vec![1.0]));
+        };
+        path.control().map_err(|(key, message)| {
+            let error = InputError::new(message).next(format!("remove `{key}`"));
+            self.wrong(&format!("static.{key}"), error)
+        })
     }
 
     /// Returns the values as written in the scene, with overrides and without defaults.

@@ -218,7 +218,6 @@ impl Builder<'_> {
             ("rod", file.rod.is_some()),
             ("chain[0]", !file.chain.is_empty()),
             ("feedback[0]", !file.feedback.is_empty()),
-            ("stop[0]", !file.stop.is_empty()),
         ];
         let part = parts.into_iter().find(|(_, given)| *given);
         let of_motion = |probe: &Probe| probe.kind.kind().is_of_motion();

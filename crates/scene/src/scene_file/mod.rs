@@ -15,6 +15,7 @@ pub mod function;
 pub mod group;
 pub mod identification;
 pub mod integrator;
+pub mod loading;
 pub mod material;
 pub mod mesh;
 pub mod output;
@@ -44,6 +45,7 @@ use feedback::Feedback;
 use group::Group;
 use identification::{Output, Parameter};
 use integrator::Integrator;
+use loading::LoadingPath;
 use material::Material;
 use mesh::{Mesh, Region};
 use output::{Fields, Probe, Stop};
@@ -124,6 +126,9 @@ pub struct SceneFile {
     pub stop: Vec<Stop>,
     /// Interval of checkpoints, from which a killed run resumes.
     pub checkpoint: Option<Checkpoint>,
+    /// Loading path of a static analysis [default: the equilibrium under all loads alone].
+    #[serde(rename = "static")]
+    pub loading_path: Option<LoadingPath>,
     /// Number and preload of eigenmodes.
     pub modes: Option<Modes>,
     /// Frequencies and preload of a harmonic response.
@@ -134,7 +139,7 @@ pub struct SceneFile {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Analysis {
-    /// Equilibrium under the loads at `time.end` (at 0 without `[time]`).
+    /// Equilibrium under the loads at `time.end` (at 0 without `[time]`), or a path to it (`[static]`).
     Static,
     /// Motion from t = 0 to `time.end`.
     #[default]

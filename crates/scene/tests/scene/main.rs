@@ -7,6 +7,7 @@ mod chain_places;
 mod chains;
 mod equilibria;
 mod interfaces;
+mod load_paths;
 mod meshes;
 mod muscle3d;
 mod paths;

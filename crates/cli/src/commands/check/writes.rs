@@ -10,17 +10,18 @@ pub(super) fn lines(scene: &Scene) -> Vec<String> {
     let file = &scene.file;
     let mut lines = Vec::new();
     let probes = file.probe.iter();
-    let rows = |every: f64| match (file.analysis, &file.time) {
-        (Analysis::Dynamic, Some(time)) => times(every, time.end),
-        _ => 1,
+    let rows = |every: f64, unit: &str| match (file.analysis, &file.time, &file.loading_path) {
+        (Analysis::Dynamic, Some(time), _) => counted(times(every, time.end), unit),
+        (Analysis::Static, _, Some(_)) => format!("a {unit} for each state of the path"),
+        _ => counted(1, unit),
     };
     lines.extend(probes.map(|probe| {
-        let rows = counted(rows(probe.interval), "row");
+        let rows = rows(probe.interval, "row");
         format!("writes          {}.csv: {rows}", probe.name)
     }));
     lines.extend(file.fields.as_ref().map(|fields| {
         let names: Vec<&str> = fields.quantities.iter().map(|q| q.label()).collect();
-        let files = counted(rows(fields.interval), "file");
+        let files = rows(fields.interval, "file");
         format!(
             "writes          fields.pvd: {} in {files}",
             names.join(", ")
@@ -32,7 +33,7 @@ pub(super) fn lines(scene: &Scene) -> Vec<String> {
         .any(|chain| chain.elements().is_none() && chain.is_in_many_places())
     {
         lines.extend(file.fields.as_ref().map(|fields| {
-            let files = counted(rows(fields.interval), "file");
+            let files = rows(fields.interval, "file");
             format!("writes          places.pvd: oscillators in {files}")
         }));
     }

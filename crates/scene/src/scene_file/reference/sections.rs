@@ -118,6 +118,11 @@ pub(super) const SECTIONS: &[Section] = &[
         example: "[checkpoint]\ninterval = 0.5",
     },
     Section {
+        title: "`[static]`",
+        keys: &["static"],
+        example: "[static]\nmethod = \"arc-length\"\nsteps = 40",
+    },
+    Section {
         title: "`[modes]`",
         keys: &["modes"],
         example: "[modes]\ncount = 6\npreload_time = 0.0",

@@ -1,0 +1,167 @@
+//! Equilibria under given load factors.
+
+use std::ops::ControlFlow;
+
+use super::newton::{Newton, is_singular};
+use super::path::{PathEnd, PathState, Stability};
+use super::{GRADIENT_STEP, Search, Shortfall, not_converged};
+use crate::error::ModelError;
+
+/// Maximum number of iterations of a load step after which the next step may be twice as long.
+const QUICK: usize = 4;
+/// Smallest load increment, as a fraction of the whole load.
+const SMALLEST_LOAD_STEP: f64 = 1.0 / 1024.0;
+
+/// A path that is followed in steps of the load.
+pub(super) struct LoadSteps<'n, 'm> {
+    newton: &'n mut Newton<'m>,
+    x: Vec<f64>,
+    reached: f64,
+    /// Largest increment of the next step.
+    increment: f64,
+    load_steps: usize,
+    stability: Stability,
+}
+
+impl<'n, 'm> LoadSteps<'n, 'm> {
+    pub(super) fn new(newton: &'n mut Newton<'m>) -> Self {
+        Self {
+            x: vec![0.0; newton.layout.n_unknowns()],
+            newton,
+            reached: 0.0,
+            increment: 1.0,
+            load_steps: 0,
+            stability: Stability::default(),
+        }
+    }
+
+    /// Computes the equilibria under all `loads`.
+    pub(super) fn follow(
+        mut self,
+        loads: &[f64],
+        watch: &mut dyn FnMut(&Search) -> ControlFlow<()>,
+        record: &mut dyn FnMut(PathState) -> ControlFlow<()>,
+    ) -> Result<PathEnd, ModelError> {
+        let mut shortfall = None;
+        for &load in loads {
+            let from = self.reached;
+            shortfall = self.advance_to(load, watch)?;
+            if shortfall.is_none() || self.reached != from {
+                let state = PathState::new(self.newton, &self.x, self.reached);
+                if record(state).is_break() {
+                    break;
+                }
+            }
+            if shortfall.is_some() {
+                break;
+            }
+        }
+        Ok(PathEnd {
+            reached: self.reached,
+            load_steps: self.load_steps,
+            newton_iterations: self.newton.iterations,
+            critical_points: self.stability.points,
+            shortfall,
+        })
+    }
+
+    /// Advances to the `end` load factor, or as far as possible.
+    fn advance_to(
+        &mut self,
+        end: f64,
+        watch: &mut dyn FnMut(&Search) -> ControlFlow<()>,
+    ) -> Result<Option<Shortfall>, ModelError> {
+        let n_free = self.newton.n_free();
+        let mut direction = None;
+        while self.reached != end {
+            let slope = match direction.take() {
+                Some(slope) => slope,
+                None => match self.newton.direction(&self.x, self.reached) {
+                    Ok(slope) => {
+                        self.observe();
+                        slope
+                    }
+                    Err(ModelError::Factorization(error))
+                        if self.load_steps > 0 && is_singular(&error) =>
+                    {
+                        return self.give_up();
+                    }
+                    Err(error) => return Err(error),
+                },
+            };
+            let gradient = self.newton.gradient(&slope[..n_free], 1.0);
+            let left = end - self.reached;
+            let step = self
+                .increment
+                .min((GRADIENT_STEP / gradient).max(SMALLEST_LOAD_STEP));
+            let is_last = step >= left.abs();
+            let step = if is_last { left } else { step.copysign(left) };
+            let target = if is_last { end } else { self.reached + step };
+            let x = self.x.iter().zip(&slope);
+            let predicted: Vec<f64> = x.map(|(x, d)| x + step * d).collect();
+            let before_step = self.newton.iterations;
+            let mut interrupted = false;
+            let at = Search {
+                load_step: self.load_steps + 1,
+                reached: self.reached,
+                target,
+                iteration: 0,
+                iterations: 0,
+            };
+            let reported = |[iteration, iterations]: [usize; 2]| {
+                let flow = watch(&Search {
+                    iteration,
+                    iterations,
+                    ..at
+                });
+                interrupted |= flow.is_break();
+                flow
+            };
+            let found = self
+                .newton
+                .solve(&self.x, &predicted, target, !is_last, reported)?;
+            if let Some(solution) = found {
+                self.x = solution;
+                self.reached = target;
+                self.load_steps += 1;
+                let longest = match self.newton.iterations - before_step {
+                    ..=QUICK => 2.0 * step.abs(),
+                    _ => step.abs(),
+                };
+                // A step that ends at a requested load may be shorter than possible.
+                self.increment = match is_last {
+                    true => self.increment.max(longest),
+                    false => longest,
+                };
+            } else if interrupted {
+                return Ok(Some(Shortfall::Interrupted));
+            } else {
+                self.increment = 0.5 * step.abs();
+                direction = Some(slope);
+                if self.increment < SMALLEST_LOAD_STEP {
+                    return self.give_up();
+                }
+            }
+        }
+        self.observe();
+        Ok(None)
+    }
+
+    fn observe(&mut self) {
+        let negative = self.newton.negative_directions();
+        self.stability
+            .observe(self.newton, negative, self.reached, None);
+    }
+
+    /// Converges the last equilibrium fully.
+    fn give_up(&mut self) -> Result<Option<Shortfall>, ModelError> {
+        let shortfall = not_converged(self.newton);
+        if self.load_steps > 0 {
+            let goes_on = |_| ControlFlow::Continue(());
+            let (x, reached) = (&self.x, self.reached);
+            let polished = self.newton.solve(x, x, reached, false, goes_on)?;
+            self.x = polished.unwrap_or_else(|| self.x.clone());
+        }
+        Ok(Some(shortfall))
+    }
+}

@@ -1,0 +1,68 @@
+//! Loading path of a static analysis.
+
+use myovib_model::statics::Control;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Default number of load increments.
+const INCREMENTS: usize = 10;
+/// Default maximum number of steps by arc length.
+const MAX_STEPS: usize = 100;
+/// Default load factor of the first step by arc length.
+const FIRST_LOAD: f64 = 0.1;
+
+/// Loading path of a static analysis, with a row of each probe for each equilibrium. The loads at `time.end` are
+/// multiplied by the load factor.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LoadingPath {
+    /// How the path is followed.
+    #[serde(default)]
+    pub method: PathMethod,
+    /// Number of equal load increments [default: 10], or maximum number of steps by arc length [default: 100].
+    #[schemars(range(min = 1))]
+    pub steps: Option<usize>,
+    /// Load factors of the equilibria in their order, instead of `steps`.
+    #[schemars(length(min = 1))]
+    pub loads: Option<Vec<f64>>,
+    /// Load factor of the first step by arc length, which determines its length [default: 0.1].
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub first_load: Option<f64>,
+}
+
+/// How a loading path is followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PathMethod {
+    /// Given load factors.
+    #[default]
+    Load,
+    /// Steps along the path, which pass limit points, until the load factor is 1 or -1.
+    ArcLength,
+}
+
+impl LoadingPath {
+    /// Returns the control of the path, or a key without effect and the reason.
+    pub(crate) fn control(&self) -> Result<Control, (&'static str, &'static str)> {
+        match self.method {
+            PathMethod::Load if self.first_load.is_some() => Err((
+                "first_load",
+                "only method = \"arc-length\" has a first load",
+            )),
+            PathMethod::ArcLength if self.loads.is_some() => Err((
+                "loads",
+                "with method = \"arc-length\" the loads are unknown",
+            )),
+            _ if self.loads.is_some() && self.steps.is_some() => {
+                Err(("loads", "either `steps` or `loads` determines the path"))
+            }
+            PathMethod::Load => Ok(Control::Load(self.loads.clone().unwrap_or_else(|| {
+                let n = self.steps.unwrap_or(INCREMENTS);
+                (1..=n).map(|i| i as f64 / n as f64).collect()
+            }))),
+            PathMethod::ArcLength => Ok(Control::ArcLength {
+                first_load: self.first_load.unwrap_or(FIRST_LOAD),
+                max_steps: self.steps.unwrap_or(MAX_STEPS),
+            }),
+        }
+    }
+}

@@ -1,0 +1,322 @@
+//! Force–displacement curves: given load factors, and limit points passed by arc length.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use myovib_model::StopReason;
+use myovib_scene::Scene;
+use myovib_scene::csv::Table;
+use myovib_scene::run::{RunOptions, RunResult, compute};
+
+/// Runs a scene and returns the columns of its probe `probe`.
+fn run(text: &str, folder: &Path, probe: &str) -> (RunResult, BTreeMap<String, Vec<f64>>) {
+    let scene = Scene::build("scene.toml", text, &[], folder).unwrap();
+    let out = tempfile::tempdir().unwrap();
+    let found = compute(&scene, &RunOptions::into_folder(out.path())).unwrap();
+    let csv = fs::read_to_string(out.path().join(format!("{probe}.csv"))).unwrap();
+    let table = Table::parse(&csv).unwrap();
+    let rows: Vec<Vec<f64>> = table
+        .rows
+        .iter()
+        .map(|row| table.numbers(row).unwrap())
+        .collect();
+    let names = table.names.iter().enumerate();
+    let columns = names.map(|(j, name)| (name.clone(), rows.iter().map(|row| row[j]).collect()));
+    (found, columns.collect())
+}
+
+/// A second-order mesh in Gmsh's format 4.1 of nodes on a lattice, which `place` maps to their positions.
+struct Lattice<const D: usize> {
+    dimension: usize,
+    numbers: BTreeMap<[usize; D], usize>,
+    points: Vec<[f64; 3]>,
+    place: fn([usize; D]) -> [f64; 3],
+}
+
+impl<const D: usize> Lattice<D> {
+    fn new(dimension: usize, place: fn([usize; D]) -> [f64; 3]) -> Self {
+        Self {
+            dimension,
+            numbers: BTreeMap::new(),
+            points: Vec::new(),
+            place,
+        }
+    }
+
+    fn node(&mut self, at: [usize; D]) -> usize {
+        *self.numbers.entry(at).or_insert_with(|| {
+            self.points.push((self.place)(at));
+            self.points.len()
+        })
+    }
+
+    /// Returns the nodes of a simplex: its corners, then its edges in Gmsh's order.
+    fn simplex(&mut self, corners: &[[usize; D]]) -> Vec<usize> {
+        let edges: &[[usize; 2]] = match corners.len() {
+            2 => &[[0, 1]],
+            3 => &[[0, 1], [1, 2], [2, 0]],
+            _ => &[[0, 1], [1, 2], [2, 0], [3, 0], [3, 2], [3, 1]],
+        };
+        let middles = edges
+            .iter()
+            .map(|[a, b]| std::array::from_fn(|i| (corners[*a][i] + corners[*b][i]) / 2));
+        let all: Vec<[usize; D]> = corners.iter().copied().chain(middles).collect();
+        all.into_iter().map(|at| self.node(at)).collect()
+    }
+
+    /// Formats the mesh with groups of the given names; the last one is the body.
+    fn msh(&self, groups: &[(&str, Vec<Vec<usize>>)]) -> String {
+        let last = groups.len();
+        let own = |k: usize| self.dimension - usize::from(k < last);
+        let mut text = format!("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n{last}\n");
+        for (k, (name, _)) in (1..).zip(groups) {
+            writeln!(text, "{} {k} \"{name}\"", own(k)).unwrap();
+        }
+        text += "$EndPhysicalNames\n$Entities\n";
+        text += if self.dimension == 2 { "0 " } else { "0 0 " };
+        writeln!(
+            text,
+            "{} 1{}",
+            last - 1,
+            if self.dimension == 2 { " 0" } else { "" }
+        )
+        .unwrap();
+        for k in 1..=last {
+            writeln!(text, "{k} -1 -1 -1 1 1 1 1 {k} 0").unwrap();
+        }
+        let n = self.points.len();
+        writeln!(
+            text,
+            "$EndEntities\n$Nodes\n1 {n} 1 {n}\n{} {last} 0 {n}",
+            self.dimension
+        )
+        .unwrap();
+        (1..=n).for_each(|number| writeln!(text, "{number}").unwrap());
+        for [x, y, z] in &self.points {
+            writeln!(text, "{x:e} {y:e} {z:e}").unwrap();
+        }
+        let total: usize = groups.iter().map(|(_, elements)| elements.len()).sum();
+        writeln!(text, "$EndNodes\n$Elements\n{last} {total} 1 {total}").unwrap();
+        let mut number = 0;
+        for (k, (_, elements)) in (1..).zip(groups) {
+            let kind = match elements[0].len() {
+                3 => 8,
+                6 => 9,
+                _ => 11,
+            };
+            writeln!(text, "{} {k} {kind} {}", own(k), elements.len()).unwrap();
+            for nodes in elements {
+                number += 1;
+                let nodes: Vec<String> = nodes.iter().map(usize::to_string).collect();
+                writeln!(text, "{number} {}", nodes.join(" ")).unwrap();
+            }
+        }
+        text + "$EndElements\n"
+    }
+}
+
+/// Half the numbers of cells of the arch along and across.
+const CELLS: [usize; 2] = [32, 2];
+
+/// A circular arch with a span of 100 mm, a rise of 15 mm and a thickness of 4 mm, clamped at both ends, and loaded over
+/// 4 mm at its crown.
+fn arch() -> String {
+    let mut lattice = Lattice::new(2, |[i, j]: [usize; 2]| {
+        let (s, h, t) = (0.05_f64, 0.015, 0.004);
+        let radius = (s * s + h * h) / (2.0 * h);
+        let (whole, crown) = ((s / radius).asin(), 0.002 / radius);
+        // The two cells beside the middle cover the loaded strip.
+        let n = 2 * CELLS[0] as i64;
+        let i = i as i64 - n;
+        let angle = match i.abs() {
+            ..=2 => crown * i as f64 / 2.0,
+            _ => {
+                let part = (i.abs() - 2) as f64 / (n - 2) as f64;
+                (crown + (whole - crown) * part).copysign(i as f64)
+            }
+        };
+        let r = radius + t * (j as f64 / (2 * CELLS[1]) as f64 - 0.5);
+        [r * angle.sin(), r * angle.cos() + h - radius, 0.0]
+    });
+    let [nx, ny] = [2 * CELLS[0], CELLS[1]];
+    let (mut ends, mut crown, mut triangles) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, j) in (0..nx).flat_map(|i| (0..ny).map(move |j| (i, j))) {
+        let [a, b, c, d] = [[0, 0], [2, 0], [2, 2], [0, 2]].map(|[x, y]| [2 * i + x, 2 * j + y]);
+        // Triangles symmetric about the crown.
+        let halves = match i < nx / 2 {
+            true => [[a, b, c], [a, c, d]],
+            false => [[a, b, d], [b, c, d]],
+        };
+        triangles.extend(halves.map(|corners| lattice.simplex(&corners)));
+        if i == 0 {
+            ends.push(lattice.simplex(&[a, d]));
+        }
+        if i == nx - 1 {
+            ends.push(lattice.simplex(&[b, c]));
+        }
+        if j == ny - 1 && (nx / 2 - 1..=nx / 2).contains(&i) {
+            crown.push(lattice.simplex(&[c, d]));
+        }
+    }
+    lattice.msh(&[("ends", ends), ("crown", crown), ("arch", triangles)])
+}
+
+/// The arch under a load of its crown, with a path to follow.
+fn loaded_arch(path: &str, load: &str, probe: &str) -> (RunResult, BTreeMap<String, Vec<f64>>) {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("arch.msh"), arch()).unwrap();
+    let text = format!(
+        "analysis = \"static\"\n[static]\n{path}\n[mesh]\ntype = \"file\"\npath = \"arch.msh\"\n[solid]\n\
+         bulk_modulus = inf\n[[material]]\nlaw = \"neo-hooke\"\nshear_modulus = 1e5\ndensity = 1e3\n[[fixed]]\n\
+         group = \"ends\"\n{load}[[probe]]\nname = \"crown\"\n{probe}group = \"crown\"\n"
+    );
+    run(&text, folder.path(), "crown")
+}
+
+/// Snap-through with a prescribed displacement of the crown. Another program (FElupe, biquadratic quadrilaterals) gives a
+/// peak of 6.019 N/m and a valley of 3.212 N/m.
+#[test]
+fn a_shallow_arch_has_the_published_peak_and_valley() {
+    let moved = "[[prescribed_displacement]]\ngroup = \"crown\"\ny = -0.03\n";
+    let (found, curve) = loaded_arch("steps = 40", moved, "type = \"reaction\"\n");
+    assert_eq!(found.document["path"].as_array().unwrap().len(), 41);
+    let force: Vec<f64> = curve["R_y"].iter().map(|force| -force).collect();
+    let peak = force[..20].iter().copied().fold(0.0, f64::max);
+    let valley = force[10..].iter().copied().fold(peak, f64::min);
+    // Half a percent, for the meshes and for the distance of a row from the extremum.
+    assert!((peak / 6.019 - 1.0).abs() < 5e-3, "{peak}");
+    assert!((valley / 3.212 - 1.0).abs() < 5e-3, "{valley}");
+}
+
+/// The limit loads that the arc length locates separate loads that are reached from loads that are not.
+#[test]
+fn a_shallow_arch_snaps_through_under_its_load() {
+    let load = |factor: f64| format!("[[traction]]\ngroup = \"crown\"\ny = {}\n", -2e3 * factor);
+    let average = "type = \"average\"\nquantities = [\"u\"]\n";
+    let arc = "method = \"arc-length\"\nsteps = 40";
+    let (found, curve) = loaded_arch(arc, &load(1.0), average);
+    assert_eq!(found.document["load_reached"], 1.0);
+    let points = found.document["critical_points"].as_array().unwrap().iter();
+    let points: Vec<_> = points
+        .map(|point| {
+            (
+                point["type"].as_str().unwrap(),
+                point["loads"][0].as_f64().unwrap(),
+            )
+        })
+        .collect();
+    let [("limit", peak), ("limit", valley)] = points[..] else {
+        panic!("{points:?}");
+    };
+    assert!(valley < peak);
+    for extremum in [peak, valley] {
+        assert!(curve["load"].contains(&extremum));
+    }
+    let states = found.document["path"].as_array().unwrap();
+    let unstable = states.iter().filter(|state| state["instabilities"] == 1);
+    let between = curve["u_y"].windows(2).zip(curve["load"].windows(2));
+    let falling = between.filter(|(_, load)| load[1] < load[0]).count();
+    // The states between the two limit points are unstable.
+    assert_eq!(unstable.count(), falling - 1);
+    for (part, reached) in [(0.999, true), (1.001, false)] {
+        let (found, _) = loaded_arch("steps = 1", &load(part * peak), average);
+        let end = found.document["load_reached"].as_f64().unwrap();
+        assert_eq!(end == 1.0, reached, "{part}: {end}");
+    }
+}
+
+/// Number of cells along an edge of the octant.
+const SIDE: usize = 3;
+
+/// An eighth of a hollow sphere with radii of 10 and 11 mm.
+fn sphere() -> String {
+    let mut lattice = Lattice::new(3, |[i, j, k]: [usize; 3]| {
+        let n = 2 * SIDE;
+        let direction = [i, j, n - i - j].map(|part| part as f64);
+        let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+        direction.map(|x| (0.01 + 0.001 * k as f64 / 2.0) * x / length)
+    });
+    let mut groups: [Vec<Vec<usize>>; 4] = Default::default();
+    let mut tetrahedra = Vec::new();
+    let n = 2 * SIDE;
+    for (i, j) in (0..SIDE).flat_map(|i| (0..SIDE - i).map(move |j| (2 * i, 2 * j))) {
+        let mut triangles = vec![[[i, j], [i + 2, j], [i, j + 2]]];
+        if i + j + 4 <= n {
+            triangles.push([[i + 2, j], [i + 2, j + 2], [i, j + 2]]);
+        }
+        for mut triangle in triangles {
+            triangle.sort_unstable();
+            let bottom = triangle.map(|[i, j]| [i, j, 0]);
+            let top = triangle.map(|[i, j]| [i, j, 2]);
+            for first in 0..3 {
+                let corners = [&bottom[..=first], &top[first..]].concat();
+                tetrahedra.push(lattice.simplex(&corners));
+            }
+            groups[3].push(lattice.simplex(&bottom));
+            for side in [[0, 1], [0, 2], [1, 2]] {
+                let of = |axis: usize| {
+                    side.iter().all(|&c| {
+                        let [i, j] = triangle[c];
+                        [i, j, n - i - j][axis] == 0
+                    })
+                };
+                for axis in (0..3).filter(|&axis| of(axis)) {
+                    let [a, b] = side;
+                    groups[axis].push(lattice.simplex(&[bottom[a], bottom[b], top[b]]));
+                    groups[axis].push(lattice.simplex(&[bottom[a], top[a], top[b]]));
+                }
+            }
+        }
+    }
+    let [x, y, z, inner] = groups;
+    lattice.msh(&[
+        ("x0", x),
+        ("y0", y),
+        ("z0", z),
+        ("inner", inner),
+        ("wall", tetrahedra),
+    ])
+}
+
+/// Inner pressure of the sphere, of shear modulus 1e5 Pa, whose inner radius is stretched by `stretch`.
+fn pressure(stretch: f64) -> f64 {
+    // For neo-Hooke's law the integral over the wall is elementary.
+    let outer = ((1.331 - 1.0 + stretch.powi(3)) / 1.331).cbrt();
+    let part = |l: f64| 2.0 / l + 0.5 / l.powi(4);
+    1e5 * (part(outer) - part(stretch))
+}
+
+/// The limit pressure of a hollow sphere, and the branch beyond it.
+#[test]
+fn a_sphere_is_inflated_beyond_its_limit_pressure() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("sphere.msh"), sphere()).unwrap();
+    let planes: String = ["x", "y", "z"]
+        .map(|axis| format!("[[fixed]]\ngroup = \"{axis}0\"\ncomponents = [\"{axis}\"]\n"))
+        .concat();
+    let text = format!(
+        "analysis = \"static\"\n[static]\nmethod = \"arc-length\"\n[mesh]\ntype = \"file\"\npath = \"sphere.msh\"\n[solid]\n\
+         bulk_modulus = inf\n[[material]]\nlaw = \"neo-hooke\"\nshear_modulus = 1e5\ndensity = 1e3\n{planes}\
+         [[pressure]]\ngroup = \"inner\"\nvalue = 2e4\n[[probe]]\nname = \"pole\"\ntype = \"point\"\nat = [0.0, 0.0, 0.01]\n\
+         quantities = [\"u\"]\n[[stop]]\ntype = \"displacement\"\nat = [0.0, 0.0, 0.01]\nabove = 0.02\n"
+    );
+    let (found, curve) = run(&text, folder.path(), "pole");
+    let limit = (40..200)
+        .map(|i| pressure(1.0 + 0.005 * f64::from(i)))
+        .fold(0.0, f64::max);
+    let points = found.document["critical_points"].as_array().unwrap();
+    assert_eq!(points.len(), 1);
+    let load = points[0]["loads"][0].as_f64().unwrap();
+    assert!((2e4 * load / limit - 1.0).abs() < 1e-3, "{load}");
+    let states = curve["load"].iter().zip(&curve["u_z"]);
+    let beyond: Vec<_> = states.filter(|(_, u)| **u > 0.005).collect();
+    assert!(beyond.len() > 5);
+    for (load, u) in beyond {
+        let expected = pressure(1.0 + u / 0.01);
+        // The mesh, as above.
+        assert!((2e4 * load / expected - 1.0).abs() < 1e-3, "{u}: {load}");
+    }
+    assert_eq!(found.outcome.reason(), Some(StopReason::Event));
+}
