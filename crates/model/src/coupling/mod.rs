@@ -50,7 +50,7 @@ pub use feedback::FeedbackDae;
 pub use feedback_solver::FeedbackSolver;
 pub use history::{CoherenceHistory, Settling};
 pub use locking::{LockCriterion, Synchrony};
-pub use multirate::{ChainIntegrator, Multirate};
+pub use multirate::{ChainIntegrator, Driven, Driving, Multirate};
 pub use no_body::NoBody;
 pub use oscillators::{Oscillators, Source};
 pub(crate) use radau::tested;

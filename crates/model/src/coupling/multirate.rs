@@ -10,16 +10,18 @@
 //!
 //! # Error
 //! Besides their own tolerance, the oscillators have the error of the forcing, γ |ũ − u|: the gain
-//! times the error of the body's displacement at the driving point. A single system has the same
-//! error at the ends of the body's steps. Between them, the dense output of Radau IIA has a lower
-//! order than the method. Tighten the body's tolerance if γ times its error of u matters.
+//! times the error of the body's displacement at the driving point. A slow change of the forcing by
+//! this moves an oscillator by γ |ũ − u|/ω². [`Driving`] has the numbers of this estimate: with BDF
+//! the sum of the local errors of u. Radau IIA has no estimate of its error. Its dense output within
+//! steps is not the main part: replacing it by the integral of the dense output of the velocity, which
+//! has a higher order, did not change the error of the oscillators.
 
 use std::sync::Arc;
 
 use super::chebyshev;
 use super::dae::CoupledDae;
 use super::no_body::NoBody;
-use super::oscillators::Oscillators;
+use super::oscillators::{Oscillators, Source};
 use super::step_motion::StepMotion;
 use crate::error::ModelError;
 use crate::integration::integrator::{Advance, Continuation, Integrator};
@@ -27,6 +29,7 @@ use crate::integration::settings::IntegratorKind;
 use crate::integration::statistics::Counts;
 use crate::reading::displacement::Displacement;
 use crate::signal::schedule::ROUNDING;
+use serde::{Deserialize, Serialize};
 
 /// Integrator of oscillators without a body.
 pub type ChainIntegrator = Box<dyn Integrator<CoupledDae<NoBody>>>;
@@ -40,6 +43,7 @@ pub struct Multirate<B> {
     /// Driving points, and their motion over the last step of the body.
     places: Vec<Displacement>,
     motion: Arc<StepMotion>,
+    driven: Driven,
     /// Steps of the oscillators within the last step of the body.
     steps: Steps,
     /// Sum of the magnitudes of the local errors of these steps; `None` without an estimate.
@@ -47,6 +51,30 @@ pub struct Multirate<B> {
     /// Whether the integrator of the oscillators gave up.
     chains_stopped: bool,
     y: Vec<f64>,
+}
+
+/// Magnitudes of the driving displacements and the driven positions over a run.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Driven {
+    /// Largest displacement of each driving point and the sum of its local errors, m.
+    places: Vec<[f64; 2]>,
+    /// Whether the body's integrator estimates its local errors.
+    has_errors: bool,
+    /// Largest magnitude of the positions of each network.
+    positions: Vec<f64>,
+}
+
+/// The driving of a network over a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Driving {
+    /// Largest change of the position by a slow unit displacement, γ/ω², 1/m.
+    pub response: f64,
+    /// Largest displacement of the driving points without prescribed parts, m.
+    pub displacement: f64,
+    /// Largest estimated error of these displacements, m; `None` without an estimate.
+    pub error: Option<f64>,
+    /// Largest position.
+    pub position: f64,
 }
 
 /// Interpolating polynomials of consecutive steps.
@@ -66,6 +94,17 @@ struct Interpolated {
     to: f64,
     /// States at the Chebyshev points, one after the other.
     states: Vec<f64>,
+}
+
+impl Driven {
+    /// Updates the largest positions by the `states` of `chains`.
+    fn see(&mut self, states: &[f64], chains: &CoupledDae<NoBody>) {
+        for (k, largest) in self.positions.iter_mut().enumerate() {
+            let n = chains.oscillators(k).network().n_oscillators();
+            let positions = &states[chains.range(k)][..n];
+            *largest = positions.iter().fold(*largest, |max, y| max.max(y.abs()));
+        }
+    }
 }
 
 impl Steps {
@@ -88,6 +127,11 @@ impl Steps {
         }
         self.n += 1;
         Ok(())
+    }
+
+    /// Returns the states at the end of the last step.
+    fn last_states(&self) -> &[f64] {
+        &self.list[self.n - 1].states[(self.n_points - 1) * self.n_states..]
     }
 
     /// Writes the states at time `t` to `out`; returns false before the first step.
@@ -128,7 +172,13 @@ impl<B> Multirate<B> {
         let oscillators: Vec<Oscillators> = oscillators.into_iter().map(follow).collect();
         motion.start(t, y, &places);
         let n_states = oscillators.iter().map(|own| own.network().n_states()).sum();
+        let driven = Driven {
+            places: vec![[0.0; 2]; places.len()],
+            has_errors: false,
+            positions: vec![0.0; oscillators.len()],
+        };
         Ok(Self {
+            driven,
             body,
             n_body: y.len(),
             chains: start(CoupledDae::new(NoBody, oscillators))?,
@@ -173,6 +223,66 @@ impl<B> Multirate<B> {
         self.chains.counts()
     }
 
+    /// Returns the magnitudes of the driving so far.
+    pub fn driven(&self) -> &Driven {
+        &self.driven
+    }
+
+    /// Continues the magnitudes of an earlier part of the run of the same body and oscillators.
+    pub fn set_driven(&mut self, driven: &Driven) {
+        self.driven.clone_from(driven);
+    }
+
+    /// Returns the driving of network `k`, or `None` if the body does not drive it.
+    pub fn driving(&self, k: usize) -> Option<Driving> {
+        let own = self.chains().oscillators(k);
+        let points = own.sources().iter().filter_map(Source::step_point);
+        let magnitudes = points.map(|i| self.driven.places[i]);
+        let [displacement, error] = magnitudes.reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])])?;
+        let omega = own.network().omega().iter();
+        let slowest = omega.copied().fold(f64::INFINITY, f64::min);
+        Some(Driving {
+            response: own.drive().gain.abs() / slowest.powi(2),
+            displacement,
+            error: self.driven.has_errors.then_some(error),
+            position: self.driven.positions[k],
+        })
+    }
+
+    /// Adds the local errors of the body's last step to the driving errors, and their effect to the
+    /// errors of the oscillators: γ |δu|/ω² for y and γ |δu|/ω for ẏ.
+    fn add_local_errors(&mut self) -> Result<(), ModelError> {
+        let Some(error) = &mut self.error else {
+            return Ok(());
+        };
+        if self.places.is_empty() || !self.body.local_error(&mut self.y)? {
+            return Ok(());
+        }
+        let of_places: Vec<f64> = self.places.iter().map(|p| p.of(&self.y).abs()).collect();
+        self.driven.has_errors = true;
+        for ([_, sum], own) in self.driven.places.iter_mut().zip(&of_places) {
+            *sum += own;
+        }
+        let chains = self.chains.problem();
+        for k in 0..chains.n_networks() {
+            let (own, start) = (chains.oscillators(k), chains.range(k).start);
+            let (network, gain) = (own.network(), own.drive().gain.abs());
+            let n = network.n_oscillators();
+            for (channel, source) in own.sources().iter().enumerate() {
+                let Some(place) = source.step_point() else {
+                    continue;
+                };
+                for row in network.forced_rows(channel) {
+                    let omega = network.omega()[row - n];
+                    let moved = gain * of_places[place] / omega;
+                    error[start + row] += moved;
+                    error[start + row - n] += moved / omega;
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Integrates the oscillators to `to`, the end of the body's last step.
     fn advance_chains(&mut self, to: f64) -> Result<Option<Advance>, ModelError> {
         self.steps.n = 0;
@@ -192,6 +302,8 @@ impl<B> Multirate<B> {
                 }));
             }
             self.steps.add(&mut self.chains, from)?;
+            self.driven
+                .see(self.steps.last_states(), self.chains.problem());
             if self.chains.local_error(&mut local)? {
                 let error = self.error.get_or_insert_with(|| vec![0.0; local.len()]);
                 for (error, local) in error.iter_mut().zip(&local) {
@@ -216,10 +328,17 @@ impl<B> Integrator<Multirate<B>> for Multirate<B> {
             return Ok(advance);
         }
         let to = self.body.time();
+        let seen = &mut self.driven.places;
         let body = &mut *self.body;
         self.motion
-            .follow(body, [from, to], &self.places, &mut self.y)?;
-        Ok(self.advance_chains(to)?.unwrap_or(advance))
+            .follow(body, [from, to], &self.places, &mut self.y, |i, u| {
+                seen[i][0] = seen[i][0].max(u);
+            })?;
+        if let Some(stopped) = self.advance_chains(to)? {
+            return Ok(stopped);
+        }
+        self.add_local_errors()?;
+        Ok(advance)
     }
 
     fn time(&self) -> f64 {
@@ -241,6 +360,13 @@ impl<B> Integrator<Multirate<B>> for Multirate<B> {
             chains.copy_from_slice(&rates);
         }
         Ok(())
+    }
+
+    /// Returns the ends of the oscillators' steps within the last step.
+    fn inner_ends(&self) -> Vec<f64> {
+        let steps = &self.steps.list[..self.steps.n];
+        let inner = steps.iter().take(self.steps.n.saturating_sub(1));
+        inner.map(|step| step.to).collect()
     }
 
     fn local_error(&mut self, out: &mut [f64]) -> Result<bool, ModelError> {

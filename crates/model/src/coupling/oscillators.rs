@@ -42,6 +42,14 @@ impl Source {
         })
     }
 
+    /// Returns the number of the point of a separately integrated body.
+    pub(super) fn step_point(&self) -> Option<usize> {
+        match self {
+            Self::Step(point) => Some(point.number()),
+            Self::Rest | Self::Body(_) | Self::Given(_) | Self::Recorded(_) => None,
+        }
+    }
+
     /// Returns the body's unknowns that form u with their weights.
     pub(super) fn unknowns(&self) -> &[(usize, f64)] {
         match self {

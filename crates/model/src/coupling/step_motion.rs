@@ -39,13 +39,15 @@ impl StepMotion {
     }
 
     /// Reads the displacements of the `places` over the last step `[from, to]` of `body`; `y` is a
-    /// workspace for its unknowns.
+    /// workspace for its unknowns. Calls `see` with the number of each place and its largest
+    /// displacement.
     pub(super) fn follow<B>(
         &self,
         body: &mut dyn Integrator<B>,
         [from, to]: [f64; 2],
         places: &[Displacement],
         y: &mut [f64],
+        mut see: impl FnMut(usize, f64),
     ) -> Result<(), ModelError> {
         let mut own = self.0.write().unwrap_or_else(PoisonError::into_inner);
         (own.from, own.to) = (from, to);
@@ -62,6 +64,9 @@ impl StepMotion {
             for (values, place) in own.values.iter_mut().zip(places) {
                 values[k] = place.of(y);
             }
+        }
+        for (i, values) in own.values.iter().enumerate() {
+            see(i, values.iter().fold(0.0, |max, u| u.abs().max(max)));
         }
         Ok(())
     }
@@ -104,6 +109,11 @@ impl StepPoint {
                 prescribed: place.prescribed.clone(),
             },
         }
+    }
+
+    /// Returns the number of the point.
+    pub(super) fn number(&self) -> usize {
+        self.number
     }
 
     /// Returns the shared motion.

@@ -95,6 +95,11 @@ pub trait Integrator<P> {
     /// If `t` is outside the last step or the order is too high.
     fn dense_output(&mut self, t: f64, derivative: u32, out: &mut [f64]) -> Result<(), ModelError>;
 
+    /// Returns the times, s, within the last step that separate polynomials of the dense output.
+    fn inner_ends(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
     /// Writes an estimate of the error that the last step adds to the solution to `out`, without
     /// evaluating the problem. Returns false if the integrator has no such estimate: the estimates
     /// of Radau IIA have a lower order than its error.

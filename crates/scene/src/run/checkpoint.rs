@@ -6,6 +6,7 @@
 
 use std::path::Path;
 
+use myovib_model::coupling::Driven;
 use myovib_model::{Continuation, Counts, StopReason, WorkCounters};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -48,6 +49,9 @@ pub(super) struct Checkpoint {
     /// Non-finite values in the fields.
     #[serde(default)]
     pub(super) not_finite: Option<NotFinite>,
+    /// Magnitudes of the driving of separately integrated chains.
+    #[serde(default)]
+    pub(super) driven: Option<Driven>,
     /// Accumulated error estimates of the integrator at the probes.
     pub(super) indicator: Indicator,
     /// Output work outside the integration.

@@ -10,6 +10,7 @@ use myovib_model::{
 
 use super::checkpoint::{Checkpoint, OutputWork, Totals, expect_incomplete};
 use super::document::{self, Timing};
+use super::driving::DrivingError;
 use super::folder::{AT_THE_END, expect_same_run, parameter, request};
 use super::indicator::Indicator;
 use super::oscillations::Oscillations;
@@ -110,6 +111,9 @@ impl Driver for Motion<'_> {
         {
             dae.set_counters(checkpoint.body_work);
         }
+        if let Some(driven) = checkpoint.and_then(|c| c.driven.as_ref()) {
+            integrator.problem_mut().set_driven(driven);
+        }
         // All input was checked. Files are written from here on.
         let origin = self.request.origin.clone();
         let folder = match self.folder {
@@ -180,7 +184,11 @@ impl Driver for Motion<'_> {
             integration: (statistics.wall_seconds - outputs.seconds.as_secs_f64()).max(0.0),
             output: outputs.seconds.as_secs_f64(),
         };
+        let driving = DrivingError::all(scene, integrator.problem());
         let mut document = document::dynamic(scene, &*integrator, &statistics, &outputs, &timing)?;
+        if !driving.is_empty() {
+            document["driving_error"] = serde_json::to_value(&driving)?;
+        }
         document::write(&folder, &document)?;
         let mut outcome = statistics.outcome;
         if let Some(verify) = self.verify.filter(|_| ended) {
@@ -199,6 +207,7 @@ impl Driver for Motion<'_> {
         let body = scene.body.as_ref();
         notes.extend(body.and_then(|body| outputs.volumes.note(&body.muscle, true)));
         notes.extend(outputs.not_finite().map(|seen| seen.note()));
+        notes.extend(driving.iter().filter_map(DrivingError::note));
         Ok(RunResult {
             document,
             outcome,

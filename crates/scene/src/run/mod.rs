@@ -6,6 +6,7 @@
 mod checkpoint;
 mod cut;
 mod document;
+mod driving;
 mod dynamic;
 #[cfg(test)]
 mod faults;

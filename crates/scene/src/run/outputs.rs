@@ -1,6 +1,7 @@
 //! Outputs of a run in progress. The observer inspects each accepted step and writes only the
 //! requested outputs.
 
+use std::iter;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
@@ -184,10 +185,22 @@ impl Outputs<'_> {
         let mut first: Option<(f64, Outcome)> = None;
         for condition in &self.conditions {
             let end = first.as_ref().map_or(to, |(t, _)| *t);
-            let met = first_positive(integrator, [from, end], &mut self.y, |system, t, y| {
-                let (dae, range) = muscle_of(system, y)?;
-                Ok(condition.excess(&dae.snapshot(t, &y[range], &[])))
-            })?;
+            let mut ends = match condition.is_of_chain() {
+                true => integrator.inner_ends(),
+                false => Vec::new(),
+            };
+            ends.retain(|t| from < *t && *t < end);
+            let starts: Vec<f64> = iter::once(from).chain(ends.iter().copied()).collect();
+            ends.push(end);
+            let mut met = None;
+            for part in starts.into_iter().zip(ends) {
+                met = first_positive(integrator, part.into(), &mut self.y, |system, t, y| {
+                    condition.excess(system, t, y)
+                })?;
+                if met.is_some() {
+                    break;
+                }
+            }
             if let Some(t) = met {
                 let message = format!("at t = {t:.9} s, {}", condition.describe());
                 first = Some((t, Outcome::ended(StopReason::Event, message)));
@@ -246,6 +259,7 @@ impl Outputs<'_> {
             drift: self.drift,
             volumes: self.volumes.clone(),
             not_finite: self.not_finite(),
+            driven: integrator.problem().driven().cloned(),
             indicator: self.indicator.clone(),
             work: self.work,
             body_work: integrator.problem().counters(),

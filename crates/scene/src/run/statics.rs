@@ -258,7 +258,7 @@ impl<'a> Recording<'a> {
             written.map_err(Error::file("write", &folder.path().join(vtu::LIST)))?;
         }
         let mut met = self.conditions.iter();
-        let met = met.find(|condition| condition.excess(&snapshot) > 0.0);
+        let met = met.find(|condition| condition.excess_of_body(&snapshot) > 0.0);
         self.stopped = met.map(Condition::describe);
         self.states.push(json!({
             "load": state.load,

@@ -1,13 +1,21 @@
 //! Conditions of a scene that end the run.
 
 use myovib_model::{ModelError, Probe, Snapshot};
+use myovib_oscillators::Coherence;
 
+use super::system::{System, muscle_of, network_of};
 use crate::scene::Scene;
 use crate::scene_file::output::Stop;
 
-/// A condition on the body's state.
+/// A condition on the state.
 pub(super) enum Condition {
-    /// u| at a point exceeds a bound, m.
+    /// |Ψ| of a chain exceeds a bound.
+    Coherence {
+        chain: String,
+        network: usize,
+        above: f64,
+    },
+    /// |u| at a point exceeds a bound, m.
     Displacement { probe: Probe, above: f64 },
     /// det F falls below a bound at a quadrature point.
     Volume { below: f64 },
@@ -16,28 +24,63 @@ pub(super) enum Condition {
 impl Condition {
     /// Creates the condition from `stop` for this scene.
     pub(super) fn new(stop: &Stop, scene: &Scene) -> Result<Self, ModelError> {
-        let body = scene
-            .body
-            .as_ref()
-            .ok_or(ModelError::NoSuchPart { part: "muscle" })?;
-        let space = body.muscle.solid.space();
+        let body = scene.body.as_ref();
+        let body = body.ok_or(ModelError::NoSuchPart { part: "muscle" });
         Ok(match stop {
             Stop::Displacement { at, above } => Self::Displacement {
-                probe: Probe::near(space, at)?.0,
+                probe: Probe::near(body?.muscle.solid.space(), at)?.0,
                 above: *above,
             },
-            Stop::Volume { below } => Self::Volume { below: *below },
+            Stop::Volume { below } => body.map(|_| Self::Volume { below: *below })?,
+            Stop::Coherence { chain, above } => {
+                let part = "chain of that name";
+                let mut chains = scene.chains.iter();
+                let network = chains.position(|own| own.name == *chain);
+                Self::Coherence {
+                    chain: chain.clone(),
+                    network: network.ok_or(ModelError::NoSuchPart { part })?,
+                    above: *above,
+                }
+            }
         })
     }
 
-    /// Returns a positive value if the condition is met.
-    pub(super) fn excess(&self, snapshot: &Snapshot<'_>) -> f64 {
+    /// Returns whether it depends on a chain.
+    pub(super) fn is_of_chain(&self) -> bool {
+        matches!(self, Self::Coherence { .. })
+    }
+
+    /// Returns a positive value if the condition is met at time `t` in state `y`.
+    pub(super) fn excess<P: System>(
+        &self,
+        system: &mut P,
+        t: f64,
+        y: &[f64],
+    ) -> Result<f64, ModelError> {
+        match self {
+            Self::Displacement { .. } | Self::Volume { .. } => {
+                let (dae, range) = muscle_of(system, y)?;
+                Ok(self.excess_of_body(&dae.snapshot(t, &y[range], &[])))
+            }
+            Self::Coherence { network, above, .. } => {
+                let (network, range) = network_of(system, *network)?;
+                let (position, velocity) = y[range].split_at(network.n_oscillators());
+                let found = Coherence::new(network.omega(), position, velocity);
+                Ok(found.centroid.norm() - above)
+            }
+        }
+    }
+
+    /// Returns a positive value if the body meets the condition. It never meets a condition on a
+    /// chain.
+    pub(super) fn excess_of_body(&self, snapshot: &Snapshot<'_>) -> f64 {
         match self {
             Self::Displacement { probe, above } => {
                 let [x, y, z] = probe.vector(snapshot.displacement);
                 x.hypot(y).hypot(z) - above
             }
             Self::Volume { below } => below - smallest_volume_ratio(snapshot),
+            Self::Coherence { .. } => f64::NEG_INFINITY,
         }
     }
 
@@ -50,6 +93,9 @@ impl Condition {
                 format!("|u| at ({point}) exceeds {above} m")
             }
             Self::Volume { below } => format!("det F is below {below}"),
+            Self::Coherence { chain, above, .. } => {
+                format!("|Ψ| of chain `{chain}` exceeds {above}")
+            }
         }
     }
 }

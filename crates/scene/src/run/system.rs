@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use myovib_dae::Problem;
-use myovib_model::coupling::{self, CoupledDae, FeedbackDae, Multirate, NoBody};
+use myovib_model::coupling::{self, CoupledDae, Driven, Driving, FeedbackDae, Multirate, NoBody};
 use myovib_model::{Counts, ModelError, MuscleDae, RodDae, WorkCounters};
 use myovib_oscillators::Network;
 
@@ -35,6 +35,19 @@ pub(crate) trait System {
 
     /// Returns the counts of the chains' integrator if they are integrated separately.
     fn chain_counts(&self) -> Option<Counts> {
+        None
+    }
+
+    /// Returns the magnitudes of the driving of separately integrated chains.
+    fn driven(&self) -> Option<&Driven> {
+        None
+    }
+
+    /// Continues these magnitudes from an earlier part of the run.
+    fn set_driven(&mut self, _driven: &Driven) {}
+
+    /// Returns the driving of network number `k` if a separately integrated body drives it.
+    fn driving(&self, _k: usize) -> Option<Driving> {
         None
     }
 }
@@ -138,6 +151,18 @@ impl<B: System> System for Multirate<B> {
 
     fn chain_counts(&self) -> Option<Counts> {
         Some(Multirate::chain_counts(self))
+    }
+
+    fn driven(&self) -> Option<&Driven> {
+        Some(Multirate::driven(self))
+    }
+
+    fn set_driven(&mut self, driven: &Driven) {
+        Multirate::set_driven(self, driven);
+    }
+
+    fn driving(&self, k: usize) -> Option<Driving> {
+        Multirate::driving(self, k)
     }
 }
 

@@ -13,7 +13,7 @@ use crate::InputError;
 use crate::probe::Parts;
 use crate::scene_file::SceneFile;
 use crate::scene_file::chain::{self, GeneratorName, Place, RodLoadType};
-use crate::scene_file::output::Probe;
+use crate::scene_file::output::{Probe, Stop};
 
 /// Chain with its drive.
 #[derive(Debug, Clone)]
@@ -241,6 +241,13 @@ impl Builder<'_> {
             chains: file.chain.iter().map(|chain| &*chain.name).collect(),
             feedback: !file.feedback.is_empty(),
         };
+        for (i, stop) in file.stop.iter().enumerate() {
+            if let Stop::Coherence { chain, .. } = stop {
+                let checked = parts.expect_chain(chain);
+                checked
+                    .or_else(|(key, error)| Err(self.wrong(&format!("stop[{i}]{key}"), error)))?;
+            }
+        }
         for (i, probe) in file.probe.iter().enumerate() {
             let path = format!("probe[{i}]");
             let fails = |key: &str, error| Err(self.wrong(&format!("{path}{key}"), error));

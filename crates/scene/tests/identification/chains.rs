@@ -70,6 +70,28 @@ fn a_key_may_be_written_with_dots() {
     assert_eq!(it.parameters[0].key, "chain[0].gain");
 }
 
+/// Sensitivities integrate chains with separate steps as one system with the body.
+#[test]
+fn the_key_for_separate_steps_leaves_sensitivities_unchanged() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &["material[0].c10", "chain[0].gain"], CHAIN);
+    let samples = ["separate", "together"].map(|chains| {
+        let own = set(&["time.end=0.1", "chain[0].at=[0.05, 0.0]"]);
+        let chains = set(&[&*format!("integrator.chains={chains}")]);
+        let it = Parameterized::load(&path, &[set(&SMALL), own, chains].concat()).unwrap();
+        compute(&it, Precision::OfMotion, Watcher::NOBODY)
+            .unwrap()
+            .samples
+    });
+    let [separate, together] = samples;
+    assert_eq!(separate.len(), together.len());
+    for (one, other) in separate.iter().zip(&together) {
+        assert_eq!(one.values, other.values);
+        assert_eq!(one.derivatives, other.derivatives);
+        assert!(one.derivatives.len() == 2);
+    }
+}
+
 /// Each parameter affects only its chain, at many places of an incompressible body.
 #[test]
 fn each_chain_has_parameters_of_its_own() {

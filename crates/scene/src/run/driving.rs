@@ -1,0 +1,63 @@
+//! Effect of the body's error on separately integrated chains.
+
+use myovib_model::Field;
+use serde::Serialize;
+
+use super::system::System;
+use crate::Scene;
+
+/// Largest effect without a note, in tolerances: the errors of many steps of a chain add up to this.
+const MOST: f64 = 20.0;
+
+/// Effect of the error of the driving displacement on a chain.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct DrivingError {
+    chain: String,
+    /// Error δu of the driving displacement, m: the sum of BDF's local errors, or the tolerance of
+    /// Radau IIA.
+    displacement: f64,
+    /// Change of the positions, γ δu/ω².
+    position: f64,
+    /// The same, in tolerances of the oscillators.
+    tolerances: f64,
+}
+
+impl DrivingError {
+    /// Returns the effect on each chain that is integrated separately.
+    pub(super) fn all(scene: &Scene, system: &impl System) -> Vec<Self> {
+        let wanted = &scene.file.integrator.oscillators;
+        let [relative, absolute] = match &scene.body {
+            Some(body) => {
+                let settings = &body.settings;
+                let absolute = settings.absolute_tolerances.of(Field::Displacement);
+                [settings.relative_tolerance, absolute]
+            }
+            None => [wanted.rtol, wanted.atol],
+        };
+        let chains = scene.chains.iter().enumerate();
+        let effects = chains.filter_map(|(k, chain)| {
+            let driving = system.driving(k)?;
+            let tolerance = relative * driving.displacement + absolute;
+            let displacement = driving.error.unwrap_or(tolerance);
+            let position = driving.response * displacement;
+            Some(Self {
+                chain: chain.name.clone(),
+                displacement,
+                position,
+                tolerances: position / (wanted.rtol * driving.position + wanted.atol),
+            })
+        });
+        effects.collect()
+    }
+
+    /// Returns a note on a large effect.
+    pub(super) fn note(&self) -> Option<String> {
+        (self.tolerances > MOST).then(|| {
+            format!(
+                "chain `{}`: the error of the driving displacement, about {:.1e} m, changes the oscillators by about \
+                 {:.1e}, {:.0} times their tolerance; decrease integrator.rtol, or use integrator.chains = \"together\"",
+                self.chain, self.displacement, self.position, self.tolerances
+            )
+        })
+    }
+}
