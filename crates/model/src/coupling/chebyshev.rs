@@ -1,26 +1,38 @@
 //! Interpolation at Chebyshev points of the second kind on [0, 1].
 
+use std::array;
 use std::f64::consts::PI;
+use std::sync::LazyLock;
 
-/// Returns point `k` of `n`, ordered from 0 to 1.
-pub(super) fn point(k: usize, n: usize) -> f64 {
-    let angle = PI * k as f64 / (n - 1) as f64;
-    (1.0 - angle.cos()) / 2.0
+/// Largest number of points.
+const MOST: usize = 9;
+
+/// Returns the `n` points, at most nine, from 0 to 1.
+pub(super) fn points(n: usize) -> &'static [f64] {
+    static POINTS: LazyLock<[Vec<f64>; MOST + 1]> = LazyLock::new(|| {
+        array::from_fn(|n| {
+            let angle = |k: usize| PI * k as f64 / (n - 1) as f64;
+            (0..n).map(|k| (1.0 - angle(k).cos()) / 2.0).collect()
+        })
+    });
+    &POINTS[n]
 }
 
 /// Calls `add(k, w)` for each point k with its weight w: the interpolating polynomial has the value
 /// Σ w f_k at `x` (barycentric formula).
 pub(super) fn weights(x: f64, n: usize, mut add: impl FnMut(usize, f64)) {
-    let barycentric = |k: usize| {
-        let half = if k == 0 || k == n - 1 { 0.5 } else { 1.0 };
-        let sign = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
-        half * sign / (x - point(k, n))
-    };
-    if let Some(k) = (0..n).find(|k| x == point(*k, n)) {
+    let points = points(n);
+    if let Some(k) = points.iter().position(|point| *point == x) {
         return add(k, 1.0);
     }
-    let sum: f64 = (0..n).map(barycentric).sum();
-    (0..n).for_each(|k| add(k, barycentric(k) / sum));
+    let mut barycentric = [0.0; MOST];
+    for (k, (weight, point)) in barycentric.iter_mut().zip(points).enumerate() {
+        let half = if k == 0 || k == n - 1 { 0.5 } else { 1.0 };
+        let sign = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+        *weight = half * sign / (x - point);
+    }
+    let sum: f64 = barycentric[..n].iter().sum();
+    (0..n).for_each(|k| add(k, barycentric[k] / sum));
 }
 
 /// Evaluates the polynomial through `values` at the points.
@@ -38,7 +50,7 @@ mod tests {
     fn a_polynomial_of_degree_eight_is_reproduced() {
         let coefficients = [1.0, 2.0, -3.0, 0.5, 4.0, -2.5, 1.0, -3.0, 2.0];
         let p = |x: f64| coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c);
-        let values: [f64; 9] = std::array::from_fn(|k| p(point(k, 9)));
+        let values: [f64; 9] = array::from_fn(|k| p(points(9)[k]));
         for x in [0.0, 0.1, 0.37, 0.5, 0.93, 1.0] {
             // The values are of size 1; the condition number of interpolation at nine points is
             // below 3.

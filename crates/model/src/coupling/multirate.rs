@@ -121,7 +121,7 @@ impl Steps {
             let t = if k == n_points - 1 {
                 to
             } else {
-                from + chebyshev::point(k, n_points) * (to - from)
+                from + chebyshev::points(n_points)[k] * (to - from)
             };
             chains.dense_output(t, 0, &mut step.states[k * n_states..(k + 1) * n_states])?;
         }

@@ -17,7 +17,7 @@ pub(super) const POINTS: usize = 9;
 
 /// Returns Chebyshev point `k`, ordered from the start of a step (0) to its end (1).
 fn place(k: usize) -> f64 {
-    chebyshev::point(k, POINTS)
+    chebyshev::points(POINTS)[k]
 }
 
 /// Displacement at a point over a run, as accurate between steps as at their ends.

@@ -58,7 +58,7 @@ impl StepMotion {
             let t = if k == POINTS - 1 {
                 to
             } else {
-                from + chebyshev::point(k, POINTS) * (to - from)
+                from + chebyshev::points(POINTS)[k] * (to - from)
             };
             body.dense_output(t, 0, y)?;
             for (values, place) in own.values.iter_mut().zip(places) {
