@@ -244,8 +244,7 @@ impl Builder<'_> {
         for (i, stop) in file.stop.iter().enumerate() {
             if let Stop::Coherence { chain, .. } = stop {
                 let checked = parts.expect_chain(chain);
-                checked
-                    .or_else(|(key, error)| Err(self.wrong(&format!("stop[{i}]{key}"), error)))?;
+                checked.map_err(|(key, error)| self.wrong(&format!("stop[{i}]{key}"), error))?;
             }
         }
         for (i, probe) in file.probe.iter().enumerate() {
