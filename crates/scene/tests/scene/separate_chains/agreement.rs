@@ -132,3 +132,54 @@ fn random_scenes_agree_with_one_system_at_tighter_tolerances() {
 fn more_random_scenes_agree_with_one_system_at_tighter_tolerances() {
     expect_agreement(3..27, 1000, &["radau5", "radau9", "bdf"]);
 }
+
+/// Loads that jump, a preload, moving supports, and chains in all elements.
+#[test]
+fn scenes_of_other_kinds_agree_with_one_system() {
+    let folder = tempfile::tempdir().unwrap();
+    let with = with_chain(MUSCLE, 3, 1e4);
+    let load = "y = { type = \"step\", value = 100.0, start = 0.02, rise = 0.03 }";
+    let sine = "y = { type = \"sine\", amplitude = 50.0, frequency = 8.0, phase = 1.0 }\n\
+                [initial_state]\ntype = \"equilibrium\"";
+    let fixed = "[[fixed]]\ngroup = \"fixed\"";
+    let moved = "[[prescribed_displacement]]\ngroup = \"fixed\"\nx = 0.0\n\
+                 y = { type = \"step\", value = 0.005, rise = 0.1 }";
+    for (name, from, to, n) in [
+        ("jump", "rise = 0.03", "rise = 0.0", 3),
+        ("equilibrium", load, sine, 3),
+        ("support", fixed, moved, 3),
+        (
+            "at a support",
+            "at = [0.0, 0.0]\ngain",
+            "at = [-0.1, 0.0]\ngain",
+            3,
+        ),
+        (
+            "elements",
+            "at = [0.0, 0.0]\ngain",
+            "at = { elements = \"muscle\" }\ngain",
+            900,
+        ),
+    ] {
+        assert!(with.contains(from), "{name}");
+        let scene = with
+            .replace(from, to)
+            .replace(fixed, if name == "at a support" { moved } else { fixed });
+        let tables = ["separate", "together"].map(|chains| {
+            let out = folder.path().join(format!("{name} {chains}"));
+            let chains = format!("integrator.chains={chains}");
+            let tolerances = "integrator.oscillators={ rtol = 1e-6, atol = 1e-9 }";
+            run(
+                &scene,
+                &[&chains, "time.end=0.2", "integrator.rtol=1e-7", tolerances],
+                &out,
+            );
+            rows(&out, "states")
+        });
+        let columns: Vec<usize> = (1..=n).collect();
+        let [size, off] = compare(&tables[0], &tables[1], &columns);
+        // Both have the tolerance, and the body's is a tenth of it.
+        assert!(off < 1e-6 * size + 1e-9, "{name}: {off:e} of {size:e}");
+        assert!(size > 1e-4, "{name}: {size:e}");
+    }
+}
