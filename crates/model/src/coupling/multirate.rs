@@ -10,11 +10,12 @@
 //!
 //! # Error
 //! Besides their own tolerance, the oscillators have the error of the forcing, γ |ũ − u|: the gain
-//! times the error of the body's displacement at the driving point. A slow change of the forcing by
-//! this moves an oscillator by γ |ũ − u|/ω². [`Driving`] has the numbers of this estimate: with BDF
-//! the sum of the local errors of u. Radau IIA has no estimate of its error. Its dense output within
-//! steps is not the main part: replacing it by the integral of the dense output of the velocity, which
-//! has a higher order, did not change the error of the oscillators.
+//! times the error δu of the body's displacement at the driving point. If it is constant, it moves an
+//! oscillator by γ δu/ω². At resonance, or along a limit cycle, whose phase is free, its effects add up
+//! to γ δu T/(2ω) in the time T. [`Driving`] has the numbers of the bound γ δu (1/ω² + T/(2ω)): with
+//! BDF, δu is the sum of the local errors of u. Radau IIA has no estimate of its error. Its dense
+//! output within steps is not the main part: replacing it by the integral of the dense output of the
+//! velocity, which has a higher order, did not change the error of the oscillators.
 
 use std::sync::Arc;
 
@@ -67,7 +68,7 @@ pub struct Driven {
 /// The driving of a network over a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Driving {
-    /// Largest change of the position by a slow unit displacement, γ/ω², 1/m.
+    /// Largest change of the position by a unit displacement, γ (1/ω² + T/(2ω)) until now, 1/m.
     pub response: f64,
     /// Largest displacement of the driving points without prescribed parts, m.
     pub displacement: f64,
@@ -242,16 +243,17 @@ impl<B> Multirate<B> {
         let omega = own.network().omega().iter();
         let slowest = omega.copied().fold(f64::INFINITY, f64::min);
         Some(Driving {
-            response: own.drive().gain.abs() / slowest.powi(2),
+            response: own.drive().gain.abs() * (1.0 / slowest + 0.5 * self.time()) / slowest,
             displacement,
             error: self.driven.has_errors.then_some(error),
             position: self.driven.positions[k],
         })
     }
 
-    /// Adds the local errors of the body's last step to the driving errors, and their effect to the
-    /// errors of the oscillators: γ |δu|/ω² for y and γ |δu|/ω for ẏ.
-    fn add_local_errors(&mut self) -> Result<(), ModelError> {
+    /// Adds the local errors |e| of the body's last step, of length h, to the driving errors δu, and
+    /// their effects to the errors of the oscillators: γ (|e|/ω² + δu h/(2ω)) for y and ω times this
+    /// for ẏ.
+    fn add_local_errors(&mut self, h: f64) -> Result<(), ModelError> {
         let Some(error) = &mut self.error else {
             return Ok(());
         };
@@ -274,7 +276,8 @@ impl<B> Multirate<B> {
                 };
                 for row in network.forced_rows(channel) {
                     let omega = network.omega()[row - n];
-                    let moved = gain * of_places[place] / omega;
+                    let [_, sum] = self.driven.places[place];
+                    let moved = gain * (of_places[place] / omega + 0.5 * sum * h);
                     error[start + row] += moved;
                     error[start + row - n] += moved / omega;
                 }
@@ -337,7 +340,7 @@ impl<B> Integrator<Multirate<B>> for Multirate<B> {
         if let Some(stopped) = self.advance_chains(to)? {
             return Ok(stopped);
         }
-        self.add_local_errors()?;
+        self.add_local_errors(to - from)?;
         Ok(advance)
     }
 

@@ -6,9 +6,6 @@ use serde::Serialize;
 use super::system::System;
 use crate::Scene;
 
-/// Largest effect without a note, in tolerances: the errors of many steps of a chain add up to this.
-const MOST: f64 = 20.0;
-
 /// Effect of the error of the driving displacement on a chain.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct DrivingError {
@@ -16,7 +13,7 @@ pub(super) struct DrivingError {
     /// Error δu of the driving displacement, m: the sum of BDF's local errors, or the tolerance of
     /// Radau IIA.
     displacement: f64,
-    /// Change of the positions, γ δu/ω².
+    /// Bound on the change of the positions, γ δu (1/ω² + T/(2ω)).
     position: f64,
     /// The same, in tolerances of the oscillators.
     tolerances: f64,
@@ -50,11 +47,12 @@ impl DrivingError {
         effects.collect()
     }
 
-    /// Returns a note on a large effect.
-    pub(super) fn note(&self) -> Option<String> {
-        (self.tolerances > MOST).then(|| {
+    /// Returns a note on an effect above the sum of the errors of many steps of a chain. The
+    /// tolerances of a rod are those of its chains.
+    pub(super) fn note(&self, scene: &Scene) -> Option<String> {
+        (scene.body.is_some() && self.tolerances > 20.0).then(|| {
             format!(
-                "chain `{}`: the error of the driving displacement, about {:.1e} m, changes the oscillators by about \
+                "chain `{}`: the error of the driving displacement, about {:.1e} m, changes the oscillators by at most \
                  {:.1e}, {:.0} times their tolerance; decrease integrator.rtol, or use integrator.chains = \"together\"",
                 self.chain, self.displacement, self.position, self.tolerances
             )

@@ -207,7 +207,7 @@ impl Driver for Motion<'_> {
         let body = scene.body.as_ref();
         notes.extend(body.and_then(|body| outputs.volumes.note(&body.muscle, true)));
         notes.extend(outputs.not_finite().map(|seen| seen.note()));
-        notes.extend(driving.iter().filter_map(DrivingError::note));
+        notes.extend(driving.iter().filter_map(|error| error.note(scene)));
         Ok(RunResult {
             document,
             outcome,

@@ -279,7 +279,6 @@ fn the_amplitude_of_a_chain_ends_a_run_within_a_step_of_the_body() {
     assert!(error.contains("`other`"), "{error}");
 }
 
-/// The estimate has the error of BDF's indicator: at most four times too small (`scripts/errors`).
 #[test]
 fn the_error_of_the_driving_displacement_is_reported() {
     let folder = tempfile::tempdir().unwrap();
@@ -304,8 +303,10 @@ fn the_error_of_the_driving_displacement_is_reported() {
         let number = |key: &str| found[key].as_f64().unwrap();
         let tables = [&out, &reference].map(|out| rows(out, "states"));
         let [size, off] = compare(&tables[0], &tables[1], &[1, 2, 3]);
+        // The oscillators have errors of their own steps besides.
+        let own = 20.0 * (1e-7 * size + 1e-10);
         assert!(
-            off < 4.0 * number("position"),
+            off < number("position") + own,
             "{method} {rtol}: {off:e} {found}"
         );
         let tolerances = number("position") / (1e-7 * size + 1e-10);
@@ -323,7 +324,7 @@ fn the_error_of_the_driving_displacement_is_reported() {
             let found = indicator.as_object().unwrap().values();
             let largest = found.map(|column| column["error"].as_f64().unwrap());
             let largest = largest.fold(0.0, f64::max);
-            assert!(off < 4.0 * largest, "{off:e} {largest:e}");
+            assert!(off < largest, "{off:e} {largest:e}");
         }
     }
     let together = run(&with, &[], &folder.path().join("together"));
