@@ -20,7 +20,7 @@ pub(super) struct DrivingError {
 }
 
 impl DrivingError {
-    /// Returns the effect on each chain that is integrated separately.
+    /// Returns the effect on each separately integrated chain.
     pub(super) fn all(scene: &Scene, system: &impl System) -> Vec<Self> {
         let wanted = &scene.file.integrator.oscillators;
         let [relative, absolute] = match &scene.body {
@@ -47,8 +47,8 @@ impl DrivingError {
         effects.collect()
     }
 
-    /// Returns a note on an effect above the sum of the errors of many steps of a chain. The
-    /// tolerances of a rod are those of its chains.
+    /// Returns a note on an effect above the sum of the errors of many steps of a chain. A rod
+    /// and its chains have the same tolerances.
     pub(super) fn note(&self, scene: &Scene) -> Option<String> {
         (scene.body.is_some() && self.tolerances > 20.0).then(|| {
             format!(

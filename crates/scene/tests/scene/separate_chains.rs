@@ -303,7 +303,7 @@ fn the_error_of_the_driving_displacement_is_reported() {
         let number = |key: &str| found[key].as_f64().unwrap();
         let tables = [&out, &reference].map(|out| rows(out, "states"));
         let [size, off] = compare(&tables[0], &tables[1], &[1, 2, 3]);
-        // The oscillators have errors of their own steps besides.
+        // The steps of the oscillators add their errors.
         let own = 20.0 * (1e-7 * size + 1e-10);
         assert!(
             off < number("position") + own,
