@@ -118,7 +118,6 @@ fn a_static_scene_has_nothing_of_a_motion() {
     for set in [
         "probe=[{ name = \"e\", type = \"energy\" }]",
         "chain=[{ name = \"a\" }]",
-        "stop=[{ type = \"volume\", below = 0.5 }]",
     ] {
         for command in ["run", "check"] {
             let run = myovib_in(folder.path(), &[command, "cook-static", "--set", set]);
