@@ -179,8 +179,6 @@ fn samples_lack_nothing_and_what_they_are_made_to_lack_is_named() {
         samples.push(Box::new(Differentiated::new(Constrained::new(
             Charges, form,
         ))));
-    }
-    for form in [Index2, Index3, Stabilized] {
         samples.push(Box::new(CarAxis::new(form)));
     }
     for mut sample in samples {

@@ -22,6 +22,7 @@ const K: f64 = EPS * EPS * M / 2.0;
 /// g1 = x_l x_b + y_l y_b,   g2 = (x_l − x_r)² + (y_l − y_r)² − L²,   G = ∂g/∂p
 /// index 3:    g = 0
 /// index 2:    G v + g_t = 0 instead
+/// index 1:    the derivative of G v + g_t instead
 /// stabilized: both, with ṗ = v + Gᵀ μ
 /// ```
 ///
@@ -34,19 +35,26 @@ pub struct CarAxis {
     form: MechanicalForm,
 }
 
-/// The road under the right wheel: (x_b, y_b) and its velocity.
+/// The road under the right wheel: (x_b, y_b), its velocity and its acceleration.
 struct Road {
     at: [f64; 2],
     speed: [f64; 2],
+    acceleration: [f64; 2],
 }
 
 impl Road {
     fn new(t: f64) -> Self {
         let (yb, yb_dot) = (R * (W * t).sin(), R * W * (W * t).cos());
+        let yb_ddot = -W * W * yb;
         let xb = (L * L - yb * yb).sqrt();
+        let xb_dot = -yb * yb_dot / xb;
         Self {
             at: [xb, yb],
-            speed: [-yb * yb_dot / xb, yb_dot],
+            speed: [xb_dot, yb_dot],
+            acceleration: [
+                -(yb_dot * yb_dot + yb * yb_ddot + xb_dot * xb_dot) / xb,
+                yb_ddot,
+            ],
         }
     }
 }
@@ -64,7 +72,7 @@ fn spring_slope(q: [f64; 2], i: usize, j: usize) -> f64 {
 }
 
 impl CarAxis {
-    /// Creates the car axis with its constraints in one of three forms.
+    /// Creates the car axis with its constraints in one of four forms.
     pub fn new(form: MechanicalForm) -> Self {
         Self { form }
     }
@@ -157,10 +165,23 @@ impl Problem for CarAxis {
             rate[0] + p[0] * road.speed[0] + p[1] * road.speed[1],
             rate[1],
         ];
-        let primary = if self.form == MechanicalForm::Index2 {
-            velocity
-        } else {
-            position
+        let second = slopes.map(|row| {
+            row.iter()
+                .zip(&y_dot[4..8])
+                .map(|(g, a)| g * a)
+                .sum::<f64>()
+        });
+        let acceleration = [
+            second[0]
+                + 2.0 * (v[0] * road.speed[0] + v[1] * road.speed[1])
+                + p[0] * road.acceleration[0]
+                + p[1] * road.acceleration[1],
+            second[1] + 2.0 * ((v[0] - v[2]).powi(2) + (v[1] - v[3]).powi(2)),
+        ];
+        let primary = match self.form {
+            MechanicalForm::Index1 => acceleration,
+            MechanicalForm::Index2 => velocity,
+            MechanicalForm::Index3 | MechanicalForm::Stabilized => position,
         };
         residual[8..10].copy_from_slice(&primary);
         if self.is_stabilized() {
@@ -173,11 +194,12 @@ impl Problem for CarAxis {
         &mut self,
         t: f64,
         y: &[f64],
-        _y_dot: &[f64],
+        y_dot: &[f64],
         a: f64,
         b: f64,
         values: &mut [f64],
     ) -> Result<(), StepError> {
+        use MechanicalForm::{Index1, Index2, Index3, Stabilized};
         let road = Road::new(t);
         let (p, v, lambda, mu) = (&y[..4], &y[4..8], &y[8..10], self.mu(y));
         let slopes = Self::constraint_slopes(p, &road);
@@ -191,11 +213,12 @@ impl Problem for CarAxis {
             }
         }
         // ∂(G v + g_t)/∂p, in addition to G.
-        let d = [2.0 * (v[0] - v[2]), 2.0 * (v[1] - v[3])];
-        let rate_slopes = [
-            [road.speed[0], road.speed[1], 0.0, 0.0],
-            [d[0], d[1], -d[0], -d[1]],
-        ];
+        let slopes_of = |[x, y]: [f64; 2], v: &[f64]| {
+            let d = [2.0 * (v[0] - v[2]), 2.0 * (v[1] - v[3])];
+            [[x, y, 0.0, 0.0], [d[0], d[1], -d[0], -d[1]]]
+        };
+        let rate_slopes = slopes_of(road.speed, v);
+        let second_slopes = slopes_of(road.acceleration, &y_dot[4..8]);
         for i in 0..4 {
             matrix.add(i, i, b);
             matrix.add(i, 4 + i, -a);
@@ -205,10 +228,15 @@ impl Problem for CarAxis {
                 if self.is_stabilized() {
                     matrix.add(i, 10 + c, -a * slopes[c][i]);
                 }
-                if self.form != MechanicalForm::Index2 {
+                if self.form == Index1 {
+                    let rate = 2.0 * a * rate_slopes[c][i] + b * slopes[c][i];
+                    matrix.add(8 + c, i, a * second_slopes[c][i]);
+                    matrix.add(8 + c, 4 + i, rate);
+                }
+                if matches!(self.form, Index3 | Stabilized) {
                     matrix.add(8 + c, i, a * slopes[c][i]);
                 }
-                if self.form != MechanicalForm::Index3 {
+                if matches!(self.form, Index2 | Stabilized) {
                     matrix.add(velocity_row + c, i, a * rate_slopes[c][i]);
                     matrix.add(velocity_row + c, 4 + i, a * slopes[c][i]);
                 }

@@ -14,8 +14,8 @@
 //! | [`Oscillator`] | 0 | 2 | linear, with a parameter, exact |
 //! | [`ScaledLinear`] | 1 | 2 | linear, with two parameters, exact |
 //! | [`ScaledJay`] | 2 | 3 | Jay's system with two parameters, exact |
-//! | [`Pendulum`] | 2 or 3 | 5 or 6 | constrained mechanics, exact |
-//! | [`CarAxis`] | 2 or 3 | 10 or 12 | constrained mechanics, stiff springs |
+//! | [`Pendulum`] | 1 to 3 | 5 or 6 | constrained mechanics, exact |
+//! | [`CarAxis`] | 1 to 3 | 10 or 12 | constrained mechanics, stiff springs |
 //! | [`VanDerPol`] | 0 | 2 | relaxation oscillation, an ordinary differential equation |
 
 mod akzo;

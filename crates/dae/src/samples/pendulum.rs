@@ -10,6 +10,7 @@ use crate::problem::{Problem, StepError, VariableKind};
 /// ẋ = u, ẏ = v, u̇ = −λ x, v̇ = −λ y − g
 /// index 3:    x² + y² = ℓ²
 /// index 2:    x u + y v = 0 instead
+/// index 1:    x u̇ + y v̇ + u² + v² = 0 instead
 /// stabilized: both, with ẋ = u − μ x, ẏ = v − μ y
 /// ```
 ///
@@ -30,7 +31,7 @@ pub struct Pendulum {
 
 impl Pendulum {
     /// Creates the pendulum of length 1 under a gravity of 9.81, with its constraint in one of
-    /// three forms.
+    /// four forms.
     pub fn new(form: MechanicalForm) -> Self {
         Self {
             form,
@@ -162,10 +163,10 @@ impl Problem for Pendulum {
         residual[2] = dot[2] + lambda * x;
         residual[3] = dot[3] + lambda * y + self.gravity;
         let (length, speed) = (x * x + y * y - self.length * self.length, x * u + y * v);
-        residual[4] = if self.form == MechanicalForm::Index2 {
-            speed
-        } else {
-            length
+        residual[4] = match self.form {
+            MechanicalForm::Index1 => x * dot[2] + y * dot[3] + u * u + v * v,
+            MechanicalForm::Index2 => speed,
+            MechanicalForm::Index3 | MechanicalForm::Stabilized => length,
         };
         if self.is_stabilized() {
             residual[5] = speed;
@@ -177,11 +178,12 @@ impl Problem for Pendulum {
         &mut self,
         _t: f64,
         unknowns: &[f64],
-        _dot: &[f64],
+        dot: &[f64],
         a: f64,
         b: f64,
         values: &mut [f64],
     ) -> Result<(), StepError> {
+        use MechanicalForm::{Index1, Index2, Index3, Stabilized};
         let (position, velocity) = (&unknowns[..2], &unknowns[2..4]);
         let (lambda, mu) = (unknowns[4], self.mu(unknowns));
         let mut matrix = FullMatrix::zeroed(self.n_unknowns(), values);
@@ -195,10 +197,14 @@ impl Problem for Pendulum {
             if self.is_stabilized() {
                 matrix.add(i, 5, a * position[i]);
             }
-            if self.form != MechanicalForm::Index2 {
+            if self.form == Index1 {
+                matrix.add(4, i, a * dot[2 + i]);
+                matrix.add(4, 2 + i, 2.0 * a * velocity[i] + b * position[i]);
+            }
+            if matches!(self.form, Index3 | Stabilized) {
                 matrix.add(4, i, 2.0 * a * position[i]);
             }
-            if self.form != MechanicalForm::Index3 {
+            if matches!(self.form, Index2 | Stabilized) {
                 matrix.add(speed_row, i, a * velocity[i]);
                 matrix.add(speed_row, 2 + i, a * position[i]);
             }

@@ -8,6 +8,7 @@ mod conformance;
 mod control;
 mod events;
 mod failures;
+mod forms;
 mod implicit;
 mod memory;
 mod misuse;
