@@ -9,6 +9,7 @@ mod control;
 mod events;
 mod failures;
 mod forms;
+mod generated;
 mod implicit;
 mod memory;
 mod misuse;
