@@ -257,6 +257,7 @@ fn an_incompressible_damped_body_gets_past_the_break_of_a_load() {
         y = { type = "ramped-sine", amplitude = 5.0, frequency = 3.0 }
         [integrator]
         rtol = 1e-3
+        atol = { u = 1e-5, v = 1e-5, p = 0.1, p_rate = 5.0 }
         max_cpu = 20.0
     "#;
     fs::write(folder.path().join("body.toml"), scene).unwrap();

@@ -24,6 +24,7 @@ bulk_modulus = 1e5
 rayleigh_mass = 1.0
 rayleigh_stiffness = 0.0
 formulation = "position"
+allow_inverted = true
 
 [[material]]
 law = "mooney-rivlin"

@@ -27,8 +27,8 @@ pub(crate) fn integrator(kind: IntegratorKind) -> Vec<String> {
         return vec![change("integrator.method", "bdf")];
     }
     let mut changes = vec![change("integrator.method", kind.name())];
-    // Order, absolute tolerances and error test exclusions are settings of BDF.
-    for of_bdf in ["max_order", "atol", "error_test"] {
+    // Order and exclusions from the error test are settings of BDF.
+    for of_bdf in ["max_order", "error_test"] {
         changes.push(change(&format!("integrator.{of_bdf}"), ""));
     }
     changes

@@ -75,6 +75,7 @@ pub use integration::settings::{
     AbsoluteTolerances, IntegratorKind, LinearSolver, MultiplierWeights, Settings, default_ordering,
 };
 pub use integration::statistics::{Counts, Outcome, Statistics, StopReason};
+pub use integration::typical::TypicalValues;
 pub use integration::verify::{ErrorEstimate, loosening};
 pub use matrix::{Matrix, Term};
 pub use muscle::Muscle;

@@ -20,11 +20,11 @@ pub enum StepSize {
     Fixed(f64),
 }
 
-/// Errors multiplied by h^(k−1), with k the index of the variable.
+/// Errors multiplied by (h/T)^(k−1), with k the index of the variable and T the
+/// [`time_scale`](RadauOptions::time_scale).
 ///
 /// The error of a variable of index k is larger by h^(1−k) than the errors of the variables it
-/// depends on, and contributes h^(k−1) times itself to them (Hairer & Wanner VII.7). The unit of h
-/// is the unit of the problem's t.
+/// depends on, and contributes h^(k−1) times itself to them (Hairer & Wanner VII.7).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum IndexScaling {
@@ -86,9 +86,13 @@ pub struct RadauOptions {
     /// relative tolerance is 0, the estimate is tested against the tolerances without this
     /// conversion.
     pub tolerances_for_solution: bool,
-    /// Errors multiplied by h^(k−1), with k the index of the variable, in the error test
+    /// Errors multiplied by (h/T)^(k−1), with k the index of the variable, in the error test
     /// and in Newton's convergence test; [`IndexScaling::Algebraic`] by default.
     pub index_scaling: IndexScaling,
+    /// The time T in which the tolerated errors of a variable of index 2 change the variables it
+    /// acts on by their tolerances; 1 by default. With a T that follows the unit of time, the steps
+    /// do not depend on it.
+    pub time_scale: f64,
     /// Components excluded from the error test (but not from Newton's convergence test); none by
     /// default.
     pub suppressed: Suppressed,
@@ -141,6 +145,7 @@ impl Default for RadauOptions {
             tolerances: Tolerances::scalar(1e-4, 1e-8),
             tolerances_for_solution: true,
             index_scaling: IndexScaling::default(),
+            time_scale: 1.0,
             suppressed: Suppressed::Nothing,
             dense_output: true,
             step_size: StepSize::Adaptive,
@@ -196,7 +201,8 @@ impl RadauOptions {
             expect_length("suppressed components", n, left_out.len())?;
         }
         let newton = self.newton_tolerance.unwrap_or(1.0);
-        expect_positive("newton_tolerance", newton)
+        expect_positive("newton_tolerance", newton)?;
+        expect_positive("time_scale", self.time_scale)
     }
 
     fn validate_steps(&self) -> Result<(), RadauError> {

@@ -14,8 +14,10 @@ pub(crate) struct Weights<P> {
     user: Option<UserWeights<P>>,
     /// Inverse tolerances at y.
     plain: Vec<f64>,
-    /// Powers of h by which the errors of components of higher index are reduced.
+    /// Powers of h/T by which the errors of components of higher index are reduced.
     powers: Vec<i32>,
+    /// The time T.
+    time_scale: f64,
     /// Product of both.
     scaled: Vec<f64>,
     /// Ratio of the tolerance for the estimate to the tolerance for the solution.
@@ -35,7 +37,12 @@ impl<P> std::fmt::Debug for Weights<P> {
 }
 
 impl<P: Problem> Weights<P> {
-    pub(crate) fn new(user: Option<UserWeights<P>>, powers: Vec<i32>, factors: [f64; 2]) -> Self {
+    pub(crate) fn new(
+        user: Option<UserWeights<P>>,
+        powers: Vec<i32>,
+        time_scale: f64,
+        factors: [f64; 2],
+    ) -> Self {
         let [loosened, own] = factors;
         Self {
             user,
@@ -44,6 +51,7 @@ impl<P: Problem> Weights<P> {
             plain: vec![0.0; powers.len()],
             scaled: vec![0.0; powers.len()],
             powers,
+            time_scale,
         }
     }
 
@@ -69,7 +77,7 @@ impl<P: Problem> Weights<P> {
     ) -> Result<(), Failure> {
         write(&mut self.user, problem, options, y, out)?;
         for (w, &power) in out.iter_mut().zip(&self.powers) {
-            *w *= h.powi(power);
+            *w *= (h / self.time_scale).powi(power);
         }
         Ok(())
     }
@@ -134,7 +142,7 @@ impl<P> Weights<P> {
         for (scaled, (w, &power)) in self.scaled.iter_mut().zip(weights) {
             *scaled = match power {
                 0 => *w,
-                _ => w * h.powi(power),
+                _ => w * (h / self.time_scale).powi(power),
             };
         }
     }

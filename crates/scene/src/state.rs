@@ -149,8 +149,13 @@ impl State {
     }
 
     /// Returns the largest component of the displacement, m.
-    pub(crate) fn largest(&self) -> f64 {
+    pub(crate) fn largest_displacement(&self) -> f64 {
         self.displacement.iter().fold(0.0, |m, u| m.max(u.abs()))
+    }
+
+    /// Returns the largest component of the velocity, m/s.
+    pub(crate) fn largest_velocity(&self) -> f64 {
+        self.velocity.iter().fold(0.0, |m, v| m.max(v.abs()))
     }
 }
 

@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use anyhow::Context;
 use clap::Args;
-use myovib_model::IntegratorKind;
+use myovib_model::{Formulation, IntegratorKind, Settings};
 use myovib_report::table2::{self, ROWS, Row, RowRun, Verdict};
 use myovib_scene::result_folder::FolderRequest;
 use myovib_scene::run::{Existing, RunOptions, compute};
@@ -159,6 +159,19 @@ impl FromStr for Suppress {
     }
 }
 
+/// Returns the paper's absolute tolerances in proportion to a relative tolerance.
+fn in_proportion(rtol: f64) -> String {
+    let paper = Settings::paper(Formulation::Rate).with_relative_tolerance(rtol);
+    let atol = paper.absolute_tolerances;
+    change(
+        "integrator.atol",
+        format!(
+            "{{ u = {:e}, v = {:e}, p = {:e}, p_rate = {:e} }}",
+            atol.displacement, atol.velocity, atol.pressure, atol.multiplier
+        ),
+    )
+}
+
 impl Table2Args {
     fn is_bdf(&self) -> bool {
         self.integrator == IntegratorKind::Bdf
@@ -172,12 +185,15 @@ impl Table2Args {
         };
         set.extend(self.mesh.as_deref().map(overrides::mesh));
         set.extend(self.t_end.map(overrides::end));
-        for (key, value) in [
-            ("integrator.rtol", self.rtol),
-            ("integrator.atol.v", self.atol_velocity),
-        ] {
-            set.extend(value.map(|value| change(key, format!("{value:e}"))));
+        if let Some(rtol) = self.rtol {
+            set.push(change("integrator.rtol", format!("{rtol:e}")));
+            // The rows of BDF keep the paper's absolute tolerances.
+            if !self.is_bdf() {
+                set.push(in_proportion(rtol));
+            }
         }
+        let velocity = self.atol_velocity;
+        set.extend(velocity.map(|v| change("integrator.atol.v", format!("{v:e}"))));
         if let Some(order) = &self.max_order {
             set.push(change("integrator.max_order", order));
         }

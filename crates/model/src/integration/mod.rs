@@ -17,5 +17,6 @@ pub(crate) mod run;
 pub(crate) mod settings;
 pub(crate) mod statistics;
 pub mod step_weights;
+pub(crate) mod typical;
 pub(crate) mod verify;
 pub(crate) mod viscoelastic;

@@ -12,6 +12,7 @@ use crate::integration::integrator::{Advance, Continuation, Integrator};
 use crate::integration::pace::{Bounds, Pace};
 use crate::integration::settings::{LinearSolver, Settings};
 use crate::integration::statistics::Counts;
+use crate::integration::typical::transit_time;
 use crate::linear::CondensedSolver;
 use crate::muscle_dae::MuscleDae;
 use crate::signal::schedule::Schedule;
@@ -195,6 +196,7 @@ pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
         stages: settings.integrator.stages().unwrap_or(3),
         initial_step: settings.initial_step,
         max_step: settings.max_step,
+        time_scale: transit_time(dae.muscle()),
         jacobian_reuse: 0.1,
         step_window: (1.0, 2.0),
         sparse: settings.sparse_options(),

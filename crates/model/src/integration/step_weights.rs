@@ -19,6 +19,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use crate::field::{Field, Layout};
 use crate::formulation::Formulation;
 use crate::integration::settings::{AbsoluteTolerances, Settings};
+use crate::integration::typical::transit_time;
 use crate::muscle_dae::MuscleDae;
 
 /// Size of the next step, shared by an integrator and its weights; 0 before the first step.
@@ -55,8 +56,8 @@ pub struct StepWeights {
 }
 
 impl StepWeights {
-    /// Creates weights for `dae` with the tolerances of `settings`. Without a drive frequency, Ω =
-    /// 1/s.
+    /// Creates weights for `dae` with the tolerances of `settings`. Without a drive frequency, 1/Ω is the time in which
+    /// shear waves cross the body.
     pub fn new(dae: &MuscleDae, settings: &Settings, step_size: StepSize) -> Self {
         let muscle = dae.muscle();
         Self {
@@ -65,7 +66,9 @@ impl StepWeights {
             absolute: settings.absolute_tolerances,
             formulation: dae.formulation(),
             damped: muscle.parameters.is_damped(),
-            omega: muscle.drive().map_or(1.0, |frequency| TAU * frequency),
+            omega: muscle
+                .drive()
+                .map_or_else(|| 1.0 / transit_time(muscle), |frequency| TAU * frequency),
             step_size,
         }
     }

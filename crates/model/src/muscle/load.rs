@@ -40,6 +40,11 @@ impl Load {
         }
     }
 
+    /// Returns the sum of the magnitudes of its nodal forces where the function of time is 1, N.
+    pub(crate) fn magnitude(&self) -> f64 {
+        self.entries.iter().map(|(_, value)| value.abs()).sum()
+    }
+
     /// Adds the load at time `t` to `total`.
     pub fn add_at(&self, t: f64, total: &mut [f64]) {
         let factor = self.signal.at(t).value;
@@ -78,6 +83,13 @@ impl PressureLoad {
             operator: self.operator.clone(),
             signal: self.signal.scaled(part),
         }
+    }
+
+    /// Returns the sum of the magnitudes of the nodal forces of 1 Pa on the undeformed body with `n` nodal components, N.
+    pub(crate) fn magnitude(&self, n: usize) -> f64 {
+        let mut force = vec![0.0; n];
+        self.operator.add_force(1.0, &vec![0.0; n], &mut force);
+        force.iter().map(|f| f.abs()).sum()
     }
 
     /// Adds `factor` times the load at time `t` and the displacement `u` of all nodes to `total`.

@@ -109,11 +109,12 @@ impl Schedule {
         let next = if next < last { next } else { t_end };
         let left = next - t;
         let step = self.longest_step(t, proposed.min(left));
+        let reached = t + proposed + ROUNDING * next.abs();
         match () {
             () if step < proposed.min(left) => t + step,
             // The interval that remains before a break is divided between two steps, so that
             // neither is tiny.
-            () if next < t_end && proposed < left && left < 2.0 * proposed => t + 0.5 * left,
+            () if next < t_end && reached < next && left < 2.0 * proposed => t + 0.5 * left,
             () => next,
         }
     }
@@ -152,6 +153,10 @@ mod tests {
         assert_eq!(pulse.limit(0.0, 5.0, 10.0), 1.0);
         assert_eq!(pulse.limit(0.0, 0.7, 10.0), 0.5);
         assert_eq!(pulse.limit(0.0, 0.1, 10.0), 1.0);
+        assert_eq!(pulse.limit(0.5, 0.4, 10.0), 0.75);
+        // Regression: a step that ended a rounding error before the break was divided in two, and
+        // the number of steps depended on the unit of time.
+        assert_eq!(pulse.limit(0.5, 0.5 - 1e-16, 10.0), 1.0);
         assert_eq!(pulse.limit(1.0, 0.7, 10.0), 1.0 + 0.005);
         assert_eq!(pulse.limit(1.02, 0.7, 10.0), 10.0);
         assert_eq!(pulse.limit(0.0, 5.0, 0.4), 0.4);

@@ -7,6 +7,7 @@ use super::motion::{Motion, largest};
 use super::saddle::Saddle;
 use crate::error::ModelError;
 use crate::field::Field;
+use crate::integration::typical::transit_time;
 use crate::muscle::Muscle;
 use crate::muscle_dae::MuscleDae;
 use crate::operators::{compliance, element_size, mass};
@@ -238,12 +239,15 @@ impl<'a> Incompressible<'a> {
         let way = DIFFERENCE * element_size(&self.muscle.solid);
         let by_velocity = way / largest(self.v);
         let by_acceleration = (way / largest(acceleration)).sqrt();
-        by_velocity.min(by_acceleration).min(LONGEST_DIFFERENCE)
+        by_velocity
+            .min(by_acceleration)
+            .min(LONGEST_DIFFERENCE * transit_time(self.muscle))
     }
 }
 
-/// Time step of differences for a body without loads, s: short compared with any load.
-const LONGEST_DIFFERENCE: f64 = 1e-4;
+/// Longest time step of differences, relative to the time in which shear waves cross the body. A body at rest without
+/// loads has no other scale.
+const LONGEST_DIFFERENCE: f64 = 1e-3;
 
 /// Evaluates the rows of the balance of momentum.
 fn momentum(

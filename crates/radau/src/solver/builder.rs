@@ -247,7 +247,12 @@ impl<P: Problem> RadauBuilder<P> {
                 .filter(|&i| kinds[i] == VariableKind::Algebraic)
                 .collect(),
             kinds,
-            weights: Weights::new(weights, powers, options.weight_factors(relative)),
+            weights: Weights::new(
+                weights,
+                powers,
+                options.time_scale,
+                options.weight_factors(relative),
+            ),
             weighed: Ok(()),
             quadrature,
             memory,

@@ -140,6 +140,7 @@ impl Driver for Motion<'_> {
             drift_times: times(scene.t_end / DRIFT_SAMPLES, scene.t_end, checkpoint),
             drift: checkpoint.map_or((0.0, 0.0), |c| c.drift),
             volumes: checkpoint.map_or(Volumes::default(), |c| c.volumes.clone()),
+            allows_inverted: scene.allows_inverted(),
             indicator: checkpoint.map_or(Indicator::default(), |c| c.indicator.clone()),
             folder: &folder,
             before: checkpoint.map_or(Totals::default(), |c| c.counts.resumed()),
@@ -205,7 +206,10 @@ impl Driver for Motion<'_> {
             }
         }
         let body = scene.body.as_ref();
-        notes.extend(body.and_then(|body| outputs.volumes.note(&body.muscle, true)));
+        // The message of a run that ended at an inversion describes it.
+        if let Some(body) = body.filter(|_| outcome.reason() != Some(StopReason::Inverted)) {
+            notes.extend(outputs.volumes.note(&body.muscle, true));
+        }
         notes.extend(outputs.not_finite().map(|seen| seen.note()));
         notes.extend(driving.iter().filter_map(|error| error.note(scene)));
         Ok(RunResult {

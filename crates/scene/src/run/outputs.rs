@@ -47,6 +47,8 @@ pub(super) struct Outputs<'a> {
     pub(super) drift: (f64, f64),
     /// Volume ratios at the vertices.
     pub(super) volumes: Volumes,
+    /// Whether the run continues with inverted elements.
+    pub(super) allows_inverted: bool,
     /// Accumulated error estimates of the integrator at the probes.
     pub(super) indicator: Indicator,
     pub(super) folder: &'a ResultFolder,
@@ -95,6 +97,11 @@ impl Outputs<'_> {
         }
         if let Some((_, stopped)) = stopped {
             return Ok(ControlFlow::Break(stopped));
+        }
+        if !self.allows_inverted
+            && let Some(refused) = self.volumes.refusal(true)
+        {
+            return Ok(ControlFlow::Break(refused));
         }
         let mut due = self.last_checkpoint.elapsed() >= self.checkpoint_after;
         while self.checkpoints.due(to).is_some() {

@@ -61,20 +61,10 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         return Err(shortfall.error(end.reached).into());
     };
 
-    let allow_inverted = scene
-        .file
-        .solid
-        .as_ref()
-        .is_some_and(|solid| solid.allow_inverted);
     let volumes = &recording.volumes;
-    let outcome = match (outcome_of(&end, last.load), volumes.inversion()) {
-        (Outcome::Finished, Some(seen)) if !allow_inverted => Outcome::ended(
-            StopReason::Inverted,
-            format!(
-                "{}. `solid.allow_inverted = true` accepts it",
-                seen.note(false)
-            ),
-        ),
+    let refused = volumes.refusal(false).filter(|_| !scene.allows_inverted());
+    let outcome = match (outcome_of(&end, last.load), refused) {
+        (Outcome::Finished, Some(refused)) => refused,
         (Outcome::Finished, None) if recording.stopped.is_some() => Outcome::ended(
             StopReason::Event,
             recording.stopped.clone().unwrap_or_default(),

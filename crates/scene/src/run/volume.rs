@@ -1,9 +1,9 @@
-//! Volume ratios at the vertices. Forces are not integrated there, so a run continues with inverted
-//! elements and must report them.
+//! Volume ratios at the vertices. Forces are not integrated there, so the equations do not detect
+//! inverted elements.
 
 use std::ops::RangeInclusive;
 
-use myovib_model::{Muscle, Snapshot};
+use myovib_model::{Muscle, Outcome, Snapshot, StopReason};
 use serde::{Deserialize, Serialize};
 
 /// Ratio of bulk to shear modulus from which a body is nearly incompressible; Poisson's ratio is then at least 0.495.
@@ -74,6 +74,15 @@ impl Volumes {
                  where the volume changes (`J` in [fields]), or reduce the load"
             )
         })
+    }
+
+    /// Returns the end of a run at an inversion, if there is one; `is_motion`: whether its time is meaningful.
+    pub(super) fn refusal(&self, is_motion: bool) -> Option<Outcome> {
+        let message = self.inversion.as_ref()?.note(is_motion);
+        Some(Outcome::ended(
+            StopReason::Inverted,
+            format!("{message}. `solid.allow_inverted = true` accepts it"),
+        ))
     }
 
     /// Returns the first observed inversion.

@@ -7,10 +7,10 @@ use myovib_model::harmonic::Drive;
 use myovib_model::{Formulation, LinearSolver, Muscle, Parameters, Prescribed};
 use num_complex::Complex64;
 
+use super::Body;
 use super::builder::Builder;
 use super::contraction::act_on_own_elements;
 use super::materials::Materials;
-use super::{Body, Start};
 use crate::InputError;
 use crate::scene_file::solid;
 use crate::scene_file::{SceneFile, mesh};
@@ -108,13 +108,20 @@ impl Builder<'_> {
             activations,
             ..body
         };
+        let start = self.start(file, Some(&muscle))?;
         Ok(Body {
-            settings: self.settings(&file.integrator, &muscle, formulation, linear_solver),
+            settings: self.settings(
+                &file.integrator,
+                &muscle,
+                &start,
+                formulation,
+                linear_solver,
+            ),
             muscle,
             drive,
             formulation,
             load_keys,
-            start: Start::Rest, // until the scene says otherwise
+            start,
             regions,
             has_fibers,
             opposed_fibers,

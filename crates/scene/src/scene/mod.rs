@@ -197,6 +197,12 @@ impl Scene {
         scene
     }
 
+    /// Returns whether states with inverted elements are accepted.
+    pub(crate) fn allows_inverted(&self) -> bool {
+        let solid = self.file.solid.as_ref();
+        solid.is_some_and(|solid| solid.allow_inverted)
+    }
+
     /// Returns whether the chains are integrated beside the body or rod.
     pub(crate) fn has_separate_chains(&self) -> bool {
         self.file.integrator.chains == ChainSteps::Separate && !self.chains.is_empty()
@@ -335,7 +341,7 @@ impl Scene {
             Analysis::Dynamic | Analysis::Modes => {}
             Analysis::Response => builder.response(&file)?,
         }
-        let mut body = match (&file.mesh, &file.solid) {
+        let body = match (&file.mesh, &file.solid) {
             (Some(mesh), Some(solid)) => Some(builder.body(&file, mesh, solid)?),
             (None, None) => None,
             (Some(_), None) => {
@@ -365,9 +371,8 @@ impl Scene {
         let chains = builder.chains(&file, body.as_ref())?;
         let feedbacks = builder.feedbacks(&file, body.as_ref(), &chains)?;
         builder.chain_steps(&file, &feedbacks)?;
-        let start = builder.start(&file, body.as_ref())?;
-        if let Some(body) = &mut body {
-            body.start = start;
+        if body.is_none() {
+            builder.start(&file, None)?;
         }
         builder.driven(&file, body.as_ref())?;
         builder.probes(&file)?;

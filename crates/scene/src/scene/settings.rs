@@ -4,12 +4,13 @@ use myovib_model::advice::Advice;
 use myovib_model::coupling::Feedback;
 use myovib_model::{
     AbsoluteTolerances, Field, Formulation, LinearSolver, MultiplierWeights, Muscle, Settings,
-    default_ordering,
+    TypicalValues, default_ordering,
 };
 use myovib_sparse::Ordering;
 
 use serde_json::Value;
 
+use super::Start;
 use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::integrator::{
@@ -18,25 +19,31 @@ use crate::scene_file::integrator::{
 use crate::scene_file::{Analysis, SceneFile};
 
 impl Builder<'_> {
-    /// Returns the settings for `muscle` in `formulation`.
+    /// Returns the settings for `muscle` in `formulation`, which begins its motion from `start`.
     pub(super) fn settings(
         &self,
         wanted: &Integrator,
         muscle: &Muscle,
+        start: &Start,
         formulation: Formulation,
         linear_solver: LinearSolver,
     ) -> Settings {
         let defaults = Settings::paper(formulation)
             .with_integrator(wanted.method.kind())
             .with_relative_tolerance(wanted.rtol);
-        let (atol, in_proportion) = (&wanted.atol, defaults.absolute_tolerances);
+        let at_start = match start {
+            Start::State(state) => [state.largest_displacement(), state.largest_velocity()],
+            Start::Rest | Start::Equilibrium => [0.0; 2],
+        };
+        let typical = TypicalValues::of(muscle, self.t_end, at_start);
+        let (atol, default) = (&wanted.atol, typical.tolerances(wanted.rtol));
         let mut settings = Settings {
             t_end: self.t_end,
             absolute_tolerances: AbsoluteTolerances {
-                displacement: atol.u.unwrap_or(in_proportion.displacement),
-                velocity: atol.v.unwrap_or(in_proportion.velocity),
-                pressure: atol.p.unwrap_or(in_proportion.pressure),
-                multiplier: atol.p_rate.unwrap_or(in_proportion.multiplier),
+                displacement: atol.u.unwrap_or(default.displacement),
+                velocity: atol.v.unwrap_or(default.velocity),
+                pressure: atol.p.unwrap_or(default.pressure),
+                multiplier: atol.p_rate.unwrap_or(default.multiplier),
             },
             suppressed: match &wanted.error_test.exclude {
                 Some(blocks) => suppressed(blocks, formulation),

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::Body;
+use myovib_model::Muscle;
+
 use super::builder::Builder;
 use super::contraction::chains_that_act;
 use crate::InputError;
@@ -24,7 +25,11 @@ pub(crate) enum Start {
 
 impl Builder<'_> {
     /// Returns the initial state of the scene's motion.
-    pub(super) fn start(&self, file: &SceneFile, body: Option<&Body>) -> Result<Start, InputError> {
+    pub(super) fn start(
+        &self,
+        file: &SceneFile,
+        muscle: Option<&Muscle>,
+    ) -> Result<Start, InputError> {
         let Some(start) = &file.initial_state else {
             return Ok(Start::Rest);
         };
@@ -32,7 +37,7 @@ impl Builder<'_> {
             let error = InputError::new(message).next(next);
             Err(self.wrong("initial_state", error))
         };
-        let Some(body) = body else {
+        let Some(muscle) = muscle else {
             return wrong(
                 "only a body on a mesh can start elsewhere than at rest",
                 "remove [initial_state]",
@@ -60,7 +65,7 @@ impl Builder<'_> {
         match start {
             InitialState::Equilibrium => Ok(Start::Equilibrium),
             InitialState::Velocity { value } => {
-                let space = body.muscle.solid.space();
+                let space = muscle.solid.space();
                 if value.len() != space.dimension() {
                     let error = InputError::new(
                         "the velocity needs one component for each axis of the mesh",
@@ -71,19 +76,19 @@ impl Builder<'_> {
                 }
                 Ok(Start::State(State::moving(space, value)))
             }
-            InitialState::Restart { folder } => Ok(Start::State(self.ended(folder, body)?)),
+            InitialState::Restart { folder } => Ok(Start::State(self.ended(folder, muscle)?)),
         }
     }
 
     /// Returns the final state of the run in `folder`.
-    fn ended(&self, folder: &Path, body: &Body) -> Result<State, InputError> {
+    fn ended(&self, folder: &Path, muscle: &Muscle) -> Result<State, InputError> {
         let place = "initial_state.folder";
         let (text, name) = self.read_text(&folder.join(State::NAME), place)?;
         let state: State = serde_json::from_str(&text).map_err(|error| {
             let error = InputError::new(format!("{name} is not a state of a run: {error}"));
             self.wrong(place, error.next("`myovib run` leaves it in its folder"))
         })?;
-        if !state.is_of(body.muscle.solid.space()) {
+        if !state.is_of(muscle.solid.space()) {
             let error = InputError::new(format!("{name} is of another mesh"))
                 .next("start from a run on the mesh of this scene, refined alike");
             return Err(self.wrong(place, error));

@@ -165,20 +165,23 @@ impl JsonSchema for MaxOrder {
     }
 }
 
-/// Absolute tolerances of the unknowns.
+/// Absolute tolerances of the unknowns. By default they are `rtol` times a tenth of the typical
+/// magnitude of the unknowns, which follows from the length L and the shear modulus G of the body,
+/// the speed c of shear waves, and a typical strain ε: the largest of stress/G for the loads,
+/// displacement/L for the supports, and both for the initial state; at most 1.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Atol {
-    /// Displacement, m [default: 1e-2 rtol].
+    /// Displacement, m [default: rtol ε L/10].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub u: Option<f64>,
-    /// Velocity, m/s [default: 1e-2 rtol].
+    /// Velocity, m/s [default: rtol ε c/10].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub v: Option<f64>,
-    /// Pressure, Pa [default: 1e2 rtol].
+    /// Pressure, Pa [default: rtol ε G/10].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub p: Option<f64>,
-    /// Pressure rate of `rate`, Pa/s, or multiplier of `stabilized` [default: 5e3 rtol].
+    /// Pressure rate of `rate`, Pa/s, or multiplier of `stabilized` [default: rtol ε G c/(10 L)].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub p_rate: Option<f64>,
 }

@@ -23,7 +23,7 @@ pub struct Solid {
     pub rayleigh_stiffness: f64,
     /// Form of the equations [default: implicit-rate if β > 0; otherwise position, or velocity if κ = inf].
     pub formulation: Option<Formulation>,
-    /// Accept a static equilibrium with inverted elements.
+    /// Accept equilibria and motions with inverted elements.
     #[serde(default)]
     pub allow_inverted: bool,
 }

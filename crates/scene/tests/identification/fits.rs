@@ -108,7 +108,7 @@ fn a_fit_is_resumed_from_its_history() {
         "",
     );
     let data = folder.path().join("measured.csv");
-    let more = [&["material[0].c10=1.3e4"], &SMALL[..]].concat();
+    let more = [&["material[0].c10=3e4"], &SMALL[..]].concat();
     measure(&path, &more, 1.0, &data);
     let run = |existing, max_iterations| {
         fitted(path.clone(), data.clone(), &more[1..], |options| {

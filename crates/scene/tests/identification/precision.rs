@@ -18,6 +18,12 @@ fn derivatives_in_the_error_test_are_within_its_tolerance() {
             "traction[0].y.shift=1".to_owned(),
             "time.end=0.5".to_owned(),
             format!("integrator.rtol={rtol:e}"),
+            format!(
+                "integrator.atol={{ u = {u:e}, v = {u:e}, p = {p:e}, p_rate = {rate:e} }}",
+                u = 1e-2 * rtol,
+                p = 1e2 * rtol,
+                rate = 5e3 * rtol,
+            ),
         ];
         let it = Parameterized::load(&path, &[case(CASES[5]), own.into()].concat()).unwrap();
         let curves = compute(&it, precision, Watcher::NOBODY).unwrap();

@@ -14,4 +14,5 @@ mod paths;
 mod random;
 mod separate_chains;
 mod sweep;
+mod units;
 mod ventricle;

@@ -159,18 +159,34 @@ fn a_bar_is_stretched_in_as_many_iterations_for_any_mesh() {
 
 /// A square whose sides are moved by -`factor` x² along x, so that det F is 1 - 2 `factor` x.
 fn squeezed(factor: f64, kappa: f64, more: &str) -> RunResult {
+    run(&square_squeezed(
+        "analysis = \"static\"",
+        &format!("-{factor}"),
+        kappa,
+        more,
+    ))
+}
+
+/// The square squeezed by a factor of 0.51 in a motion of 1 s. It is inverted once the factor
+/// exceeds 1/2.
+fn squeezed_in_time(more: &str) -> RunResult {
+    let factor = "{ type = \"step\", value = -0.51, rise = 1.0 }";
+    run(&square_squeezed("[time]\nend = 1.0", factor, 1e5, more))
+}
+
+fn square_squeezed(analysis: &str, factor: &str, kappa: f64, more: &str) -> String {
     let sides: String = ["left", "right", "bottom", "top"]
         .map(|group| {
             format!(
-                "[[prescribed_displacement]]\ngroup = \"{group}\"\nx = -{factor}\ny = 0.0\nspatial_factor = \"x*x\"\n"
+                "[[prescribed_displacement]]\ngroup = \"{group}\"\nx = {factor}\ny = 0.0\nspatial_factor = \"x*x\"\n"
             )
         })
         .concat();
-    run(&format!(
-        "analysis = \"static\"\n[mesh]\ntype = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [1, 1]\n[solid]\n\
+    format!(
+        "{analysis}\n[mesh]\ntype = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [1, 1]\n[solid]\n\
          bulk_modulus = {kappa}\nformulation = \"displacement\"\n{more}[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\n\
          shear_modulus = 1e4\n{sides}[[probe]]\nname = \"middle\"\ntype = \"point\"\nat = [0.5, 0.5]\n"
-    ))
+    )
 }
 
 /// Regression: a static state with inverted elements was "finished", and det F of 0.13 in an incompressible body was not
@@ -191,6 +207,29 @@ fn inverted_elements_end_a_static_run_and_implausible_volumes_are_noted() {
             "{kappa}"
         );
     }
+}
+
+/// Regression: a motion with inverted elements was "finished". It ends with the step in which they
+/// are observed, with the steps that it takes if they are accepted.
+#[test]
+fn inverted_elements_end_a_motion() {
+    let allowed = squeezed_in_time("allow_inverted = true\n");
+    assert_eq!((allowed.outcome.reason(), allowed.notes.len()), (None, 1));
+    let ended = squeezed_in_time("");
+    assert_eq!(ended.outcome.reason(), Some(StopReason::Inverted));
+    let number = |run: &RunResult, key: &str| run.document[key].as_f64().unwrap();
+    let (t, inverted) = (
+        number(&ended, "t_reached"),
+        ended.document["inversion"]["t"].as_f64().unwrap(),
+    );
+    // The step is 1/(2 × 0.51) of its value at t = 0.866.
+    assert!(0.866 < inverted && inverted <= t && t < 1.0);
+    assert_eq!(
+        allowed.document["inversion"]["t"].as_f64().unwrap(),
+        inverted
+    );
+    let steps = |run: &RunResult| run.document["steps"].as_u64().unwrap();
+    assert!(steps(&ended) < steps(&allowed));
 }
 
 /// Regression: a factor of 1e-17 was a motion, and `pi` was unknown.

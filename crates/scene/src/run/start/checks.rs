@@ -41,7 +41,7 @@ pub(super) fn expect_supports(
     y: &[f64],
 ) -> Result<(), InputError> {
     let moved = state.moved_by_supports(dae, y);
-    if moved > SUPPORTS_AGREE * state.largest() {
+    if moved > SUPPORTS_AGREE * state.largest_displacement() {
         let error =
             InputError::new("the supports are elsewhere at t = 0 than where the body starts");
         return Err(error.found(format!("{moved:.3e} m apart")).next(
