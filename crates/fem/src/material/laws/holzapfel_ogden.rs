@@ -166,12 +166,7 @@ impl Isotropic for Exponential {
     #[inline(always)]
     fn slope<R: Real>(&self, at: Invariants<R>) -> Slope<R> {
         let (y, slope) = mooney_rivlin::first_invariant(at);
-        let scale = (y * self.b).exp() * (0.5 * self.a);
-        Slope {
-            a: scale * slope.a,
-            b: slope.b,
-            d: scale * slope.d,
-        }
+        slope.scaled((y * self.b).exp() * (0.5 * self.a))
     }
 }
 

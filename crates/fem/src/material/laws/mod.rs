@@ -125,6 +125,9 @@ laws! {
             DeviatoricStVenantKirchhoff { shear_modulus }
             StVenantKirchhoff { lambda, shear_modulus }
         }
+        gent { Gent { shear_modulus, limit } }
+        veronda_westmann { VerondaWestmann { c1, c2 } }
+        yeoh { Yeoh { c10, c20, c30 } }
     }
     others {
         guccione {

@@ -43,6 +43,72 @@ fn mooney_rivlin_under_uniaxial_and_equibiaxial_stretch() {
     }
 }
 
+/// Laws of Ī1 and Ī2 with their derivatives W1 and W2 by the two invariants.
+fn laws_of_invariants() -> [(Law, fn(f64) -> [f64; 2]); 3] {
+    [
+        (
+            Law::Yeoh {
+                c10: 1e4,
+                c20: -1e3,
+                c30: 4e2,
+            },
+            |y| [1e4 - 2e3 * y + 1.2e3 * y * y, 0.0],
+        ),
+        (
+            Law::Gent {
+                shear_modulus: 1e4,
+                limit: 40.0,
+            },
+            |y| [5e3 / (1.0 - y / 40.0), 0.0],
+        ),
+        (Law::VerondaWestmann { c1: 5e3, c2: 0.7 }, |y| {
+            [3.5e3 * (0.7 * y).exp(), -1.75e3]
+        }),
+    ]
+}
+
+/// Uniaxial, equibiaxial and shear stresses of incompressible isotropic bodies:
+/// 2 (λ − λ⁻²) (W1 + W2/λ), 2 (λ − λ⁻⁵) (W1 + W2 λ²) and 2 γ (W1 + W2).
+#[test]
+fn laws_of_invariants_under_stretch_and_shear() {
+    for (law, slopes) in laws_of_invariants() {
+        for l in [0.7_f64, 0.95, 1.3, 1.8] {
+            let [w1, w2] = slopes(l * l + 2.0 / l - 3.0);
+            let exact = 2.0 * (l - l.powi(-2)) * (w1 + w2 / l);
+            // Rounding of terms that cancel in part.
+            assert!(
+                (uniaxial(law, l) - exact).abs() < 1e-12 * 1e5,
+                "{law:?} {l}"
+            );
+            let [w1, w2] = slopes(2.0 * l * l + l.powi(-4) - 3.0);
+            let exact = 2.0 * (l - l.powi(-5)) * (w1 + w2 * l * l);
+            let [along, across, _] = free_side(law, [l, l, l.powi(-2)], NONE);
+            let scale = exact.abs().max(1e5);
+            assert!((along - exact).abs() < 1e-12 * scale, "{law:?} {l}");
+            assert!((along - across).abs() < 1e-12 * scale);
+        }
+        check_simple_shear(law, |_, _, gamma| {
+            let [w1, w2] = slopes(gamma * gamma);
+            2.0 * gamma * (w1 + w2)
+        });
+    }
+}
+
+/// Beyond its limit, Gent's law has no stress that a solver could accept.
+#[test]
+fn a_locked_body_has_no_stress() {
+    let law = Law::Gent {
+        shear_modulus: 1e4,
+        limit: 2.0,
+    };
+    let stretched = |stretch: f64| {
+        let h = [[stretch - 1.0, 0.0, 0.0], [0.0; 3], [0.0; 3]];
+        law.stress3(h, 0.0, Axes::cartesian(0.0))[0][0]
+    };
+    assert!(stretched(1.5).is_finite());
+    assert!(stretched(4.0).is_nan());
+}
+
 #[test]
 fn mooney_rivlin_in_simple_shear_for_any_pressure() {
     let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };

@@ -38,6 +38,18 @@ pub struct Slope<R> {
     pub d: R,
 }
 
+impl<R: Real> Slope<R> {
+    /// Returns the derivatives multiplied by `factor`: those of w(y) with w' = `factor`, if `self` are those of y.
+    #[inline(always)]
+    pub fn scaled(self, factor: R) -> Self {
+        Self {
+            a: factor * self.a,
+            b: factor * self.b,
+            d: factor * self.d,
+        }
+    }
+}
+
 /// Second partial derivatives of W(a, b, d).
 #[derive(Debug, Clone, Copy)]
 pub struct Curvature<R> {
