@@ -8,7 +8,6 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 use crate::matrix::{Matrix, Pattern, Properties, Source};
 use crate::muscle::Muscle;
-use crate::muscle::load::PressureLoad;
 use crate::muscle::robin_support::RobinSupport;
 
 /// Values of the matrices of one formulation.
@@ -202,19 +201,13 @@ impl Matrices {
         }
     }
 
-    /// Evaluates the load stiffness of follower pressures and its symmetric part, if used: `factor`
-    /// times the stiffness of `loads` at time `t` and displacement `u` of all nodes.
-    pub(crate) fn update_pressures(
-        &mut self,
-        loads: &[PressureLoad],
-        t: f64,
-        factor: f64,
-        u: &[f64],
-    ) {
+    /// Evaluates the stiffness of the muscle's surface loads and its symmetric part, if used: under a `part` of the
+    /// loads at time `t` and displacement `u` of all nodes.
+    pub(crate) fn update_surface_loads(&mut self, muscle: &Muscle, t: f64, part: f64, u: &[f64]) {
         if let Some(values) = self.values.get_mut(&Matrix::PressureStiffness) {
             values.fill(0.0);
-            for load in loads {
-                load.add_stiffness_at(t, factor, u, values);
+            for load in muscle.surface_loads() {
+                load.add_stiffness(t, part, u, values);
             }
         }
         self.symmetrize(Matrix::PressureSymmetricStiffness);

@@ -3,7 +3,10 @@
 pub(crate) use crate::boundary::facet::area_vector;
 use crate::boundary::facet::{FacetPoint, facet_points};
 use crate::element::Shape;
+use crate::solid::Solid;
 use crate::space::Space;
+use crate::space::dofs::CONSTRAINED;
+use crate::space::sparsity::entry_index;
 
 /// Facets of a group with quadrature in the deformed configuration.
 ///
@@ -39,6 +42,31 @@ impl DeformedFacets {
                 .collect(),
             coordinates: space.coordinates().to_vec(),
         }
+    }
+
+    /// Returns the entry indices of each facet in the displacement pattern, by row (node, component) and
+    /// column; `None` for constrained components.
+    pub(crate) fn matrix_indices(&self, solid: &Solid) -> Vec<Vec<Option<u32>>> {
+        let dimension = self.dimension;
+        let free = solid.dofs().full_to_free();
+        let pattern = solid.displacement_pattern();
+        let indices = self.facets.iter().map(|nodes| {
+            let components = || {
+                let of_node = |&node: &usize| dimension * node..dimension * (node + 1);
+                nodes.iter().flat_map(of_node)
+            };
+            let entries =
+                components().flat_map(|row| components().map(move |column| (row, column)));
+            let index = |(row, column): (usize, usize)| {
+                let both_free = free[row] != CONSTRAINED && free[column] != CONSTRAINED;
+                both_free.then(|| {
+                    let index = entry_index(pattern, free[row] as usize, free[column] as usize);
+                    u32::try_from(index).expect("fewer than 2^32 matrix entries")
+                })
+            };
+            entries.map(index).collect()
+        });
+        indices.collect()
     }
 
     /// Returns Σ factor · (position of the node at displacement `u`). With shape function values as

@@ -255,6 +255,15 @@ fn sides(mesh: &Mesh, group: &str) -> Result<Vec<Side>, FemError> {
     Ok(keys.map(side).collect())
 }
 
+/// Returns the element of each member of a boundary group.
+///
+/// # Errors
+/// [`FemError::UnknownGroup`], [`FemError::WrongGroup`].
+pub(crate) fn owners(mesh: &Mesh, group: &str) -> Result<Vec<usize>, FemError> {
+    let sides = sides(mesh, group)?;
+    Ok(sides.into_iter().map(|side| side.element).collect())
+}
+
 /// Returns the members of a boundary group with vertices ordered so that normals point outward.
 ///
 /// # Errors

@@ -4,8 +4,6 @@ use crate::boundary::deformed::DeformedFacets;
 use crate::boundary::facet::{area_vector, outward_facets};
 use crate::error::FemError;
 use crate::solid::Solid;
-use crate::space::dofs::CONSTRAINED;
-use crate::space::sparsity::entry_index;
 
 /// Load −∫_group p (cof F N)·φ ds of a pressure p on the deformed group, positive toward the body.
 ///
@@ -20,8 +18,7 @@ use crate::space::sparsity::entry_index;
 #[derive(Debug, Clone)]
 pub struct FollowerPressure {
     boundary: DeformedFacets,
-    /// Entry indices of each facet in the displacement pattern, by row (node, component) and
-    /// column.
+    /// As in [`DeformedFacets::matrix_indices`].
     indices: Vec<Vec<Option<u32>>>,
 }
 
@@ -33,28 +30,9 @@ impl FollowerPressure {
     /// [`FemError::InteriorFacet`] for a member with elements on both sides.
     pub fn new(solid: &Solid, group: &str) -> Result<Self, FemError> {
         let space = solid.space();
-        let dimension = space.dimension();
         let boundary = DeformedFacets::new(space, &outward_facets(space, group)?);
-        let free = solid.dofs().full_to_free();
-        let pattern = solid.displacement_pattern();
-        let indices = boundary.facets.iter().map(|nodes| {
-            let components = || {
-                let of_node = |&node: &usize| dimension * node..dimension * (node + 1);
-                nodes.iter().flat_map(of_node)
-            };
-            let entries =
-                components().flat_map(|row| components().map(move |column| (row, column)));
-            let index = |(row, column): (usize, usize)| {
-                let both_free = free[row] != CONSTRAINED && free[column] != CONSTRAINED;
-                both_free.then(|| {
-                    let index = entry_index(pattern, free[row] as usize, free[column] as usize);
-                    u32::try_from(index).expect("fewer than 2^32 matrix entries")
-                })
-            };
-            entries.map(index).collect()
-        });
         Ok(Self {
-            indices: indices.collect(),
+            indices: boundary.matrix_indices(solid),
             boundary,
         })
     }

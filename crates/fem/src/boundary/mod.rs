@@ -1,5 +1,6 @@
-//! Integrals over boundary facets: loads, supports and enclosed volumes.
+//! Integrals over boundary facets: loads, supports, contact and enclosed volumes.
 
+pub(crate) mod contact;
 pub(crate) mod deformed;
 pub(crate) mod enclosed;
 pub(crate) mod facet;

@@ -50,7 +50,7 @@ pub fn vibration(muscle: &Muscle, at: &Equilibrium) -> Result<Vibration, ModelEr
             let [by_displacement, _] = added(muscle, at, u);
             stiffness = stiffness + by_displacement;
         }
-        if !muscle.pressures.is_empty() {
+        if muscle.has_surface_loads() {
             stiffness = stiffness - following(muscle, t, u)?;
         }
     }
@@ -86,12 +86,12 @@ fn added(muscle: &Muscle, at: &Equilibrium, u: &[f64]) -> [CscMatrix<f64>; 2] {
     values.map(|values| operators::matrix(solid.displacement_pattern(), values))
 }
 
-/// Returns ∂/∂u of the force of follower pressures at time `t`.
+/// Returns ∂/∂u of the force of follower pressures and contacts at time `t`.
 fn following(muscle: &Muscle, t: f64, u: &[f64]) -> Result<CscMatrix<f64>, ModelError> {
     let pattern = muscle.solid.displacement_pattern();
     let mut values = vec![0.0; pattern.nnz()];
-    for load in &muscle.pressures {
-        load.add_stiffness_at(t, 1.0, u, &mut values);
+    for load in muscle.surface_loads() {
+        load.add_stiffness(t, 1.0, u, &mut values);
     }
     let stiffness = operators::matrix(pattern, values);
     let largest = |of: &CscMatrix<f64>| of.values().iter().fold(0.0_f64, |m, x| m.max(x.abs()));

@@ -135,10 +135,10 @@ impl HarmonicResponse {
             let by_v = self.slope(u, &still, |v, force| added(&self.u, v, force));
             add(s, &by_v, &mut total.force);
         }
-        for pressure in &muscle.pressures {
+        for load in muscle.surface_loads() {
             let by_u = self.slope(u, &self.u, |u, force| {
                 force.fill(0.0);
-                pressure.add_at(self.t, -1.0, u, force);
+                load.add_force(self.t, 1.0, -1.0, u, force);
             });
             add(Complex64::ONE, &by_u, &mut total.force);
         }

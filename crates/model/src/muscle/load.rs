@@ -1,8 +1,12 @@
 //! Loads and prescribed displacements of the muscle.
 
-use myovib_fem::{FemError, FollowerPressure, Solid};
+use myovib_fem::{ContactSums, FemError, FollowerPressure, Obstacle, RigidContact, Solid};
 
 use crate::signal::Signal;
+
+/// Motion of an obstacle in which the contact force is nearly linear, as a fraction of the depth over which its stiffness
+/// sets in.
+const LINEAR: f64 = 1e-3;
 
 /// A force on the nodes: a constant vector times a function of time.
 #[derive(Debug, Clone)]
@@ -54,6 +58,16 @@ impl Load {
     }
 }
 
+/// A force on the deformed boundary.
+pub(crate) trait SurfaceLoad {
+    /// Adds `sign` times the force at time `t` under a `part` of all loads and motions, at the displacement `u` of all
+    /// nodes, to `total`.
+    fn add_force(&self, t: f64, part: f64, sign: f64, u: &[f64], total: &mut [f64]);
+
+    /// Adds the derivative of the force with respect to the free components of u, at `u`, to `values`.
+    fn add_stiffness(&self, t: f64, part: f64, u: &[f64], values: &mut [f64]);
+}
+
 /// A pressure on the deformed boundary that follows a function of time.
 #[derive(Debug, Clone)]
 pub struct PressureLoad {
@@ -97,12 +111,102 @@ impl PressureLoad {
         let pressure = factor * self.signal.at(t).value;
         self.operator.add_force(pressure, u, total);
     }
+}
 
-    /// Adds `factor` times the derivative of the load with respect to the free components of u, at
-    /// `u`, to `values`.
-    pub(crate) fn add_stiffness_at(&self, t: f64, factor: f64, u: &[f64], values: &mut [f64]) {
-        let pressure = factor * self.signal.at(t).value;
+impl SurfaceLoad for PressureLoad {
+    fn add_force(&self, t: f64, part: f64, sign: f64, u: &[f64], total: &mut [f64]) {
+        self.add_at(t, part * sign, u, total);
+    }
+
+    fn add_stiffness(&self, t: f64, part: f64, u: &[f64], values: &mut [f64]) {
+        let pressure = part * self.signal.at(t).value;
         self.operator.add_stiffness(pressure, u, values);
+    }
+}
+
+/// Contact of the boundary with a rigid obstacle that moves as functions of time.
+#[derive(Debug, Clone)]
+pub struct Contact {
+    group: String,
+    operator: RigidContact,
+    /// Displacement of the obstacle along each axis, m.
+    motion: Vec<Signal>,
+}
+
+impl Contact {
+    /// Creates the contact of a group of the boundary with an obstacle. The default of the
+    /// `stiffness` (Pa/m) follows from the body: see [`RigidContact::new`].
+    ///
+    /// # Shapes
+    /// `motion`: one displacement (m) per axis.
+    ///
+    /// # Errors
+    /// [`FemError`] for a group that contains no parts of the boundary.
+    pub fn new(
+        solid: &Solid,
+        group: &str,
+        obstacle: Obstacle,
+        stiffness: Option<f64>,
+        motion: Vec<Signal>,
+    ) -> Result<Self, FemError> {
+        Ok(Self {
+            group: group.to_owned(),
+            operator: RigidContact::new(solid, group, obstacle, stiffness)?,
+            motion,
+        })
+    }
+
+    /// Returns the name of the group.
+    pub fn group(&self) -> &str {
+        &self.group
+    }
+
+    /// Returns the contact stiffness, Pa/m.
+    pub fn stiffness(&self) -> f64 {
+        self.operator.stiffness()
+    }
+
+    /// Returns the displacement of the obstacle along each axis.
+    pub fn motion(&self) -> &[Signal] {
+        &self.motion
+    }
+
+    /// Returns the contact with the motion of the obstacle scaled by `part`.
+    #[must_use]
+    pub fn scaled(&self, part: f64) -> Self {
+        Self {
+            motion: self.motion.iter().map(|own| own.scaled(part)).collect(),
+            ..self.clone()
+        }
+    }
+
+    /// Returns force, area and penetration at time `t` under a `part` of all loads and motions, at the displacement `u`
+    /// of all nodes.
+    pub fn sums(&self, t: f64, part: f64, u: &[f64]) -> ContactSums {
+        self.operator.sums(&self.offset(t, part), u)
+    }
+
+    /// Returns the part of the obstacle's displacement at time `t` in which the force is nearly linear.
+    pub(crate) fn smooth_part(&self, t: f64) -> f64 {
+        let squares = self.offset(t, 1.0).into_iter().map(|x| x * x);
+        LINEAR * self.operator.smoothing() / squares.sum::<f64>().sqrt()
+    }
+
+    fn offset(&self, t: f64, part: f64) -> Vec<f64> {
+        let motion = self.motion.iter();
+        motion.map(|own| part * own.at(t).value).collect()
+    }
+}
+
+impl SurfaceLoad for Contact {
+    fn add_force(&self, t: f64, part: f64, sign: f64, u: &[f64], total: &mut [f64]) {
+        let offset = self.offset(t, part);
+        self.operator.add_force(&offset, sign, u, total);
+    }
+
+    fn add_stiffness(&self, t: f64, part: f64, u: &[f64], values: &mut [f64]) {
+        self.operator
+            .add_stiffness(&self.offset(t, part), u, values);
     }
 }
 

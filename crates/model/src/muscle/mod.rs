@@ -12,7 +12,7 @@ use crate::error::ModelError;
 use crate::signal::Signal;
 use crate::signal::schedule::Schedule;
 use activation::Activation;
-use load::{Load, Prescribed, PressureLoad};
+use load::{Contact, Load, Prescribed, PressureLoad, SurfaceLoad};
 use parameters::Parameters;
 use robin_support::RobinSupport;
 
@@ -27,6 +27,8 @@ pub struct Muscle {
     pub loads: Vec<Load>,
     /// Pressures on its deformed boundary.
     pub pressures: Vec<PressureLoad>,
+    /// Contacts of its boundary with rigid obstacles.
+    pub contacts: Vec<Contact>,
     /// Displacement components that follow a function of time; other constrained components are 0.
     pub prescribed: Vec<Prescribed>,
     /// Elastic and viscous foundations of its boundary.
@@ -43,6 +45,7 @@ impl Muscle {
             parameters,
             loads: Vec::new(),
             pressures: Vec::new(),
+            contacts: Vec::new(),
             prescribed: Vec::new(),
             foundations: Vec::new(),
             activations: Vec::new(),
@@ -194,6 +197,7 @@ impl Muscle {
         Self {
             loads: self.loads.iter().map(|load| load.scaled(part)).collect(),
             pressures: self.pressures.iter().map(|own| own.scaled(part)).collect(),
+            contacts: self.contacts.iter().map(|own| own.scaled(part)).collect(),
             prescribed: self
                 .prescribed
                 .iter()
@@ -209,6 +213,18 @@ impl Muscle {
                 .collect(),
             ..self.clone()
         }
+    }
+
+    /// Returns the loads that depend on the displacement of the boundary.
+    pub(crate) fn surface_loads(&self) -> impl Iterator<Item = &dyn SurfaceLoad> {
+        let pressures = self.pressures.iter().map(|own| own as &dyn SurfaceLoad);
+        let contacts = self.contacts.iter().map(|own| own as &dyn SurfaceLoad);
+        pressures.chain(contacts)
+    }
+
+    /// Returns whether a load depends on the displacement of the boundary.
+    pub(crate) fn has_surface_loads(&self) -> bool {
+        self.surface_loads().next().is_some()
     }
 
     /// Returns the body with its stress relaxed at all times, without Prony terms.
@@ -268,6 +284,9 @@ impl Muscle {
         for pressure in &self.pressures {
             schedule.add(pressure.signal().clone(), 0);
         }
+        for signal in self.contacts.iter().flat_map(Contact::motion) {
+            schedule.add(signal.clone(), 0);
+        }
         for prescribed in &self.prescribed {
             schedule.add(prescribed.signal.clone(), 2);
         }
@@ -285,7 +304,8 @@ impl Muscle {
     pub(crate) fn signals(&self) -> impl Iterator<Item = &Signal> {
         let loads = self.loads.iter().map(Load::signal);
         let pressures = self.pressures.iter().map(PressureLoad::signal);
-        let motions = self.prescribed.iter().map(|p| &p.signal);
+        let obstacles = self.contacts.iter().flat_map(Contact::motion);
+        let motions = self.prescribed.iter().map(|p| &p.signal).chain(obstacles);
         let tensions = self
             .activations
             .iter()

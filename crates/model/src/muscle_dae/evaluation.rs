@@ -81,17 +81,14 @@ impl MuscleDae {
     /// # Errors
     /// [`StepError::Recoverable`] for an element with det F ≤ 0.
     pub fn update_matrices(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Result<(), StepError> {
-        let Muscle {
-            solid, pressures, ..
-        } = &self.muscle;
-        let constant = solid.is_linear() && self.factors.is_none() && self.has_matrices;
-        if constant && pressures.is_empty() {
+        let constant = self.muscle.solid.is_linear() && self.factors.is_none() && self.has_matrices;
+        if constant && !self.muscle.has_surface_loads() {
             // Linear laws have no added stress.
             return Ok(());
         }
         self.expand(t, y, None);
-        let (pressures, u) = (&self.muscle.pressures, &self.work.displacement);
-        self.matrices.update_pressures(pressures, t, 1.0, u);
+        let (muscle, u) = (&self.muscle, &self.work.displacement);
+        self.matrices.update_surface_loads(muscle, t, 1.0, u);
         if constant {
             return Ok(());
         }
@@ -152,7 +149,7 @@ impl MuscleDae {
 
     /// Adds `factor` times the load at (t, y) to its rows in `rows`.
     pub(crate) fn add_load(&mut self, t: f64, y: &[f64], factor: f64, rows: &mut [f64]) {
-        if !self.muscle.pressures.is_empty() {
+        if self.muscle.has_surface_loads() {
             self.expand(t, y, None);
         }
         self.sum_loads(t);
@@ -218,8 +215,8 @@ impl MuscleDae {
         for load in &muscle.loads {
             load.add_at(t, &mut work.load);
         }
-        for pressure in &muscle.pressures {
-            pressure.add_at(t, 1.0, &work.displacement, &mut work.load);
+        for load in muscle.surface_loads() {
+            load.add_force(t, 1.0, 1.0, &work.displacement, &mut work.load);
         }
     }
 

@@ -283,7 +283,7 @@ fn context(muscle: &Muscle, formulation: Formulation) -> Context {
         } else {
             PressureRateSource::None
         },
-        pressed: !muscle.pressures.is_empty(),
+        pressed: muscle.has_surface_loads(),
         added: Added::of(muscle),
         graded: muscle.solid.has_element_scales(),
         coherence: false,

@@ -98,7 +98,7 @@ impl<'a> Newton<'a> {
             inv_kappa: muscle.parameters.inv_kappa,
             has_pressure,
             pressure_rate: PressureRateSource::None,
-            pressed: !muscle.pressures.is_empty(),
+            pressed: muscle.has_surface_loads(),
             // All stress has relaxed.
             added: Added {
                 relaxing: 0,
@@ -242,8 +242,8 @@ impl<'a> Newton<'a> {
         solid.evaluate(&fields, &mut vectors).inspect_err(|at| {
             self.inverted = Some(*at);
         })?;
-        for pressure in &muscle.pressures {
-            pressure.add_at(*t, -factor, displacement, force);
+        for load in muscle.surface_loads() {
+            load.add_force(*t, factor, -1.0, displacement, force);
         }
         for foundation in &muscle.foundations {
             foundation.add_force(displacement, velocity, force);
@@ -282,12 +282,14 @@ impl<'a> Newton<'a> {
 
     /// Computes the negative derivative of the residual with respect to the load factor at fixed unknowns.
     ///
-    /// Supports move only by a small part of their displacement, so that no element inverts for any
-    /// total displacement.
+    /// Supports and obstacles move only by a small part of their displacement, so that no element inverts and
+    /// contacts remain as they are for any total displacement.
     fn load_derivative(&mut self, x: &[f64], factor: f64) -> Result<Vec<f64>, Inverted> {
         let n_free = self.muscle.solid.dofs().n_free();
         let gradient = self.gradient(&vec![0.0; n_free], 1.0);
-        let step = (PROBING_GRADIENT / gradient).min(0.5);
+        let contacts = self.muscle.contacts.iter();
+        let of_contacts = contacts.map(|contact| contact.smooth_part(self.t));
+        let step = of_contacts.fold((PROBING_GRADIENT / gradient).min(0.5), f64::min);
         let (mut change, mut before) = (vec![0.0; x.len()], vec![0.0; x.len()]);
         self.residual(x, factor + step, &mut change)?;
         self.residual(x, factor - step, &mut before)?;
@@ -304,9 +306,18 @@ impl<'a> Newton<'a> {
         largest_gradient(self.muscle.solid.space(), &self.displacement)
     }
 
+    /// Returns the largest penetration of a contact, m.
+    fn penetration(&mut self, x: &[f64], factor: f64) -> f64 {
+        self.deform(&x[..self.muscle.solid.dofs().n_free()], factor);
+        let contacts = self.muscle.contacts.iter();
+        let sums = contacts.map(|contact| contact.sums(self.t, factor, &self.displacement));
+        sums.fold(0.0, |most, sums| most.max(sums.penetration))
+    }
+
     /// Newton's iteration from the `predicted` equilibrium under `factor` times the load. `None` if `watch` ends it, if
     /// an element inverts, if the matrix is singular, if an increment is longer than the one before, or if the
-    /// displacement moves by more than `CORRECTION` times the length of the prediction from `start`.
+    /// displacement moves by more than `CORRECTION` times the length of the prediction from `start`. A body in contact
+    /// may also give way, on average by the largest penetration of the prediction.
     ///
     /// `watch` receives the number of each iteration, in this load step and in total, before it begins.
     pub(super) fn solve(
@@ -325,7 +336,8 @@ impl<'a> Newton<'a> {
         self.inverted = None;
         let mut x = predicted.to_vec();
         let mut r = vec![0.0; x.len()];
-        let longest = CORRECTION * length(predicted, start);
+        let given_way = (n_free as f64).sqrt() * self.penetration(predicted, factor);
+        let longest = CORRECTION * length(predicted, start) + given_way;
         let (mut last, mut last_ratio) = (f64::INFINITY, 0.0);
         for iteration in 1..=MAX_ITERATIONS {
             if self.residual(&x, factor, &mut r).is_err()
@@ -376,16 +388,16 @@ impl<'a> Newton<'a> {
 
     /// Assembles the matrix of the linear system at `x`.
     pub(super) fn tangent(&mut self, x: &[f64], factor: f64) -> Result<(), Inverted> {
-        let Muscle {
-            solid, pressures, ..
-        } = self.muscle;
+        let muscle = self.muscle;
+        let solid = &muscle.solid;
         self.deform(&x[..solid.dofs().n_free()], factor);
         let pressure = self.layout.range(Field::Pressure).map(|range| &x[range]);
         let pressure = self.muscle.parameters.pressure(pressure);
         let fields = Fields::new(&self.displacement, pressure);
         solid.tangents(&fields, &mut self.matrices.wanted())?;
         let u = &self.displacement;
-        self.matrices.update_pressures(pressures, self.t, factor, u);
+        self.matrices
+            .update_surface_loads(muscle, self.t, factor, u);
         if !self.tensions.is_empty() {
             let tensions = scaled(&self.tensions, factor);
             let motion = at_rest(u, &self.velocity, &tensions);

@@ -19,6 +19,8 @@ pub(crate) struct Parts<'a> {
     pub(crate) chains: Vec<&'a str>,
     /// Whether a chain acts back on the body.
     pub(crate) feedback: bool,
+    /// Groups of its contacts.
+    pub(crate) contacts: Vec<&'a str>,
 }
 
 /// Parts of a scene after they are built.

@@ -55,6 +55,7 @@ probes! {
     average Average
     reaction Reaction
     volume Volume
+    contact Contact
     energy Energy
     coherence Coherence
     oscillators Oscillators

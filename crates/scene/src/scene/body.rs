@@ -76,6 +76,7 @@ impl Builder<'_> {
         }
         let body = self.at("material", Muscle::graded(solid, &own))?;
         let pressures = self.pressures(file, &body.solid)?;
+        let contacts = self.contacts(file, &body.solid)?;
         let foundations = self.foundations(file, &body.solid)?;
         let drive = Drive {
             force,
@@ -103,6 +104,7 @@ impl Builder<'_> {
         let muscle = Muscle {
             loads,
             pressures,
+            contacts,
             prescribed,
             foundations,
             activations,

@@ -62,6 +62,38 @@ impl<'a> Builder<'a> {
         self.source.report(Problem::new(path, error))
     }
 
+    /// Returns a vector of the mesh's dimension, with zero for a missing third component.
+    pub(super) fn coordinates(
+        &self,
+        values: &[f64],
+        dimension: usize,
+        path: &str,
+    ) -> Result<[f64; 3], InputError> {
+        if values.len() == dimension {
+            return Ok(std::array::from_fn(|i| {
+                values.get(i).copied().unwrap_or(0.0)
+            }));
+        }
+        let error = InputError::new(format!("a vector of this mesh needs {dimension} numbers"));
+        Err(self.wrong(path, error.found(format!("{values:?}"))))
+    }
+
+    /// Returns the unit vector along `values`.
+    pub(super) fn unit_vector(
+        &self,
+        values: &[f64],
+        dimension: usize,
+        path: &str,
+    ) -> Result<[f64; 3], InputError> {
+        let vector = self.coordinates(values, dimension, path)?;
+        let length = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if length > 0.0 && length.is_finite() {
+            return Ok(vector.map(|x| x / length));
+        }
+        let error = InputError::new("a direction needs a length");
+        Err(self.wrong(path, error.found(format!("{values:?}"))))
+    }
+
     /// Returns the value, or the library's error with the location of the value at `path`.
     pub(super) fn at<T, E: Explain>(
         &self,

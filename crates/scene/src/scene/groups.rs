@@ -44,25 +44,9 @@ impl Builder<'_> {
     }
 
     fn select(&self, mesh: &Mesh, group: &Group, path: &str) -> Result<fem::Group, InputError> {
-        let vector = |key: &str, values: &[f64]| {
-            if values.len() == mesh.dimension() {
-                return Ok(());
-            }
-            let error = InputError::new(format!(
-                "a vector of this mesh needs {} numbers",
-                mesh.dimension()
-            ));
-            Err(self.wrong(&format!("{path}.{key}"), error.found(format!("{values:?}"))))
-        };
-        let direction = |key: &str, values: &[f64]| {
-            vector(key, values)?;
-            let length = dot(values, values).sqrt();
-            if length > 0.0 && length.is_finite() {
-                return Ok(values.iter().map(|x| x / length).collect::<Vec<f64>>());
-            }
-            let error = InputError::new("a direction needs a length");
-            Err(self.wrong(&format!("{path}.{key}"), error.found(format!("{values:?}"))))
-        };
+        let dimension = mesh.dimension();
+        let vector = |key, values| self.coordinates(values, dimension, &format!("{path}.{key}"));
+        let direction = |key, values| self.unit_vector(values, dimension, &format!("{path}.{key}"));
         let (lowest, highest) = extent(mesh);
         let sizes = lowest.iter().zip(&highest).map(|(a, b)| b - a);
         let tolerance = TOLERANCE * sizes.fold(0.0, f64::max);

@@ -1,6 +1,6 @@
 //! Notes on parts of a scene's body without effect: valid, but probably not intended.
 
-use myovib_model::Muscle;
+use myovib_model::{Contact, Muscle};
 
 use super::Body;
 use super::supports::NAMES;
@@ -64,6 +64,8 @@ fn rests(muscle: &Muscle, t: f64) -> bool {
         .map(|load| load.signal().at(t).value);
     let moved = muscle.prescribed.iter().map(|own| own.signal.at(t).value);
     let tensions = muscle.activations.iter().map(|(_, own)| own.at(t, 0.0));
+    let obstacles = muscle.contacts.iter().flat_map(Contact::motion);
+    let moved = moved.chain(obstacles.map(|signal| signal.at(t).value));
     let values: Vec<f64> = loads
         .chain(pressures)
         .chain(moved)

@@ -9,6 +9,7 @@ mod body;
 mod builder;
 pub mod builtin;
 mod chain_places;
+mod contact;
 mod contraction;
 mod distribution;
 mod feedback;

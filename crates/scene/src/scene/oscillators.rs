@@ -240,6 +240,7 @@ impl Builder<'_> {
             rod: file.rod.is_some(),
             chains: file.chain.iter().map(|chain| &*chain.name).collect(),
             feedback: !file.feedback.is_empty(),
+            contacts: file.contact.iter().map(|contact| &*contact.group).collect(),
         };
         for (i, stop) in file.stop.iter().enumerate() {
             if let Stop::Coherence { chain, .. } = stop {

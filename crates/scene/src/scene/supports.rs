@@ -132,6 +132,7 @@ impl Builder<'_> {
             constrained.insert((node, axis), support(&moves, terms));
         }
         if constrained.is_empty()
+            && file.contact.is_empty()
             && file
                 .elastic_foundation
                 .iter()

@@ -10,6 +10,7 @@
 
 pub mod active;
 pub mod chain;
+pub mod contact;
 pub mod feedback;
 pub mod function;
 pub mod group;
@@ -41,6 +42,7 @@ pub use source::Source;
 use crate::InputError;
 use crate::modes::DEFAULT_COUNT;
 use chain::{Chain, Rod};
+use contact::Contact;
 use feedback::Feedback;
 use group::Group;
 use identification::{Output, Parameter};
@@ -96,6 +98,9 @@ pub struct SceneFile {
     /// Pressures normal to the deformed boundary.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pressure: Vec<Pressure>,
+    /// Contacts with rigid obstacles.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contact: Vec<Contact>,
     /// Forces per mass, such as gravity.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub body_force: Vec<BodyForce>,

@@ -5,6 +5,7 @@
 mod bar;
 mod chain_places;
 mod chains;
+mod contact;
 mod equilibria;
 mod interfaces;
 mod load_paths;

@@ -291,6 +291,11 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
         ),
         held(report.held),
     ];
+    let contacts = body.muscle.contacts.iter();
+    lines.extend(contacts.map(|contact| {
+        let (group, stiffness) = (plain(contact.group()), contact.stiffness());
+        format!("contact         {group}: rigid obstacle, k = {stiffness:.3e} Pa/m")
+    }));
     let residuals = report.residuals.iter();
     if residuals
         .clone()

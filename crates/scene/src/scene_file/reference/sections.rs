@@ -81,6 +81,12 @@ pub(super) const SECTIONS: &[Section] = &[
         example: "[[pressure]]\ngroup = \"load\"\nvalue = { type = \"step\", value = 200.0, rise = 0.2 }",
     },
     Section {
+        title: "`[[contact]]`",
+        keys: &["contact"],
+        example: "[[contact]]                    # an indenter that moves down by 2 mm\ngroup = \"top\"\ntype = \"sphere\"\n\
+                  center = [0.0, 0.03]\nradius = 0.01\ny = { type = \"ramp\", value = -0.002, end = 0.1 }",
+    },
+    Section {
         title: "`[[body_force]]`",
         keys: &["body_force"],
         example: "[[body_force]]\ny = { type = \"step\", value = -9.81, rise = 0.1 }",

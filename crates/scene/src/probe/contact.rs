@@ -1,0 +1,78 @@
+//! Contact of a group with rigid obstacles.
+
+use myovib_model::ModelError;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::kind::{Kind, Parts, Reading, Systems, Wrong};
+use crate::InputError;
+use crate::run::system::{System, muscle_of};
+
+/// Force of the obstacles on the body, N; undeformed area in contact, m²; largest penetration, m. In the plane N/m and m.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(inline)]
+pub struct Contact {
+    /// Group of a `[[contact]]`.
+    pub group: String,
+}
+
+impl Kind for Contact {
+    fn check_part(&self, parts: &Parts<'_>) -> Result<(), Wrong<InputError>> {
+        match parts.contacts.contains(&&*self.group) {
+            true => Ok(()),
+            false => Err((
+                ".group",
+                InputError::new(format!("no [[contact]] has the group `{}`", self.group))
+                    .allowed(parts.contacts.join(", ")),
+            )),
+        }
+    }
+
+    fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
+        Ok(Box::new(Sums {
+            group: self.group.clone(),
+            dimension: of.solid()?.space().dimension(),
+        }))
+    }
+}
+
+/// Sums over all contacts of a group.
+struct Sums {
+    group: String,
+    dimension: usize,
+}
+
+impl Reading for Sums {
+    fn names(&self) -> Vec<String> {
+        let forces = ["F_x", "F_y", "F_z"].into_iter().take(self.dimension);
+        let names = forces.chain(["area", "penetration"]);
+        names.map(str::to_owned).collect()
+    }
+
+    fn values(
+        &self,
+        system: &mut dyn System,
+        t: f64,
+        y: &[f64],
+        _: &[f64],
+    ) -> Result<Vec<f64>, ModelError> {
+        let (dae, range) = muscle_of(system, y)?;
+        let u = dae.nodal_motion(t, &y[range]).0.to_vec();
+        let mut values = vec![0.0; self.dimension + 2];
+        let contacts = dae.muscle().contacts.iter();
+        for contact in contacts.filter(|contact| contact.group() == self.group) {
+            let sums = contact.sums(t, 1.0, &u);
+            for (value, force) in values[..self.dimension].iter_mut().zip(sums.force) {
+                *value += force;
+            }
+            values[self.dimension] += sums.area;
+            let deepest = &mut values[self.dimension + 1];
+            *deepest = deepest.max(sums.penetration);
+        }
+        Ok(values)
+    }
+
+    fn has_indicator(&self) -> bool {
+        false
+    }
+}

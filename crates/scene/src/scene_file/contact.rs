@@ -1,0 +1,61 @@
+//! Contact with rigid obstacles.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::function::Function;
+
+/// Frictionless contact of the boundary with a rigid obstacle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Contact {
+    /// Group of edges or faces.
+    pub group: String,
+    /// Shape of the obstacle.
+    #[serde(flatten)]
+    pub obstacle: Obstacle,
+    /// Displacement of the obstacle, m [default: 0].
+    pub x: Option<Function>,
+    /// Displacement of the obstacle, m [default: 0].
+    pub y: Option<Function>,
+    /// Displacement of the obstacle, m [default: 0].
+    pub z: Option<Function>,
+    /// Contact pressure per penetration, Pa/m [default: 100 times the shear modulus over the size of the facets].
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub stiffness: Option<f64>,
+}
+
+/// Shape of a rigid obstacle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "type", rename_all = "kebab-case")]
+pub enum Obstacle {
+    /// Half-space behind a plane.
+    Plane {
+        /// Point of the plane, m.
+        #[schemars(length(min = 2, max = 3))]
+        point: Vec<f64>,
+        /// Normal that points from the obstacle to the body, of any length.
+        #[schemars(length(min = 2, max = 3))]
+        normal: Vec<f64>,
+    },
+    /// Ball, in the plane a disk.
+    Sphere {
+        /// Center, m.
+        #[schemars(length(min = 2, max = 3))]
+        center: Vec<f64>,
+        /// Radius, m.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        radius: f64,
+    },
+    /// Infinite cylinder in space.
+    Cylinder {
+        /// Point of the axis, m.
+        #[schemars(length(min = 3, max = 3))]
+        point: Vec<f64>,
+        /// Direction of the axis, of any length.
+        #[schemars(length(min = 3, max = 3))]
+        axis: Vec<f64>,
+        /// Radius, m.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        radius: f64,
+    },
+}
