@@ -2,13 +2,15 @@
 
 use std::ops::ControlFlow;
 
-use super::newton::{Newton, is_singular};
+use super::newton::{Newton, is_singular, square};
 use super::path::{PathEnd, PathState, Stability};
 use super::{GRADIENT_STEP, Search, Shortfall, not_converged};
 use crate::error::ModelError;
 
 /// Maximum number of iterations of a load step after which the next step may be twice as long.
 const QUICK: usize = 4;
+/// Largest second-order part of a prediction, relative to the first-order part.
+const LARGEST_CHANGE: f64 = 0.5;
 /// Smallest load increment, as a fraction of the whole load.
 const SMALLEST_LOAD_STEP: f64 = 1.0 / 1024.0;
 
@@ -20,6 +22,8 @@ pub(super) struct LoadSteps<'n, 'm> {
     /// Largest increment of the next step.
     increment: f64,
     load_steps: usize,
+    /// Increment of the last step, and the direction at its start.
+    before: Option<(f64, Vec<f64>)>,
     stability: Stability,
 }
 
@@ -31,6 +35,7 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
             reached: 0.0,
             increment: 1.0,
             load_steps: 0,
+            before: None,
             stability: Stability::default(),
         }
     }
@@ -97,8 +102,7 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
             let is_last = step >= left.abs();
             let step = if is_last { left } else { step.copysign(left) };
             let target = if is_last { end } else { self.reached + step };
-            let x = self.x.iter().zip(&slope);
-            let predicted: Vec<f64> = x.map(|(x, d)| x + step * d).collect();
+            let predicted = self.predicted(&slope, step);
             let before_step = self.newton.iterations;
             let mut interrupted = false;
             let at = Search {
@@ -122,6 +126,7 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
                 .solve(&self.x, &predicted, target, !is_last, reported)?;
             if let Some(solution) = found {
                 self.x = solution;
+                self.before = Some((step, slope));
                 self.reached = target;
                 self.load_steps += 1;
                 let longest = match self.newton.iterations - before_step {
@@ -145,6 +150,29 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
         }
         self.observe();
         Ok(None)
+    }
+
+    /// Predicts the equilibrium after a `step` by the direction there, and by its change over the step before.
+    fn predicted(&self, direction: &[f64], step: f64) -> Vec<f64> {
+        let x = self.x.iter().zip(direction);
+        let mut predicted: Vec<f64> = x.map(|(x, d)| x + step * d).collect();
+        if let Some((length, before)) = &self.before {
+            let change = direction
+                .iter()
+                .zip(before)
+                .map(|(now, before)| now - before);
+            let change: Vec<f64> = change.map(|d| 0.5 * step * step / length * d).collect();
+            let n_free = self.newton.n_free();
+            // Where the direction changes fast, such as before a limit point, its change is not constant.
+            if square(&change[..n_free])
+                <= (LARGEST_CHANGE * step).powi(2) * square(&direction[..n_free])
+            {
+                for (predicted, change) in predicted.iter_mut().zip(change) {
+                    *predicted += change;
+                }
+            }
+        }
+        predicted
     }
 
     fn observe(&mut self) {

@@ -477,6 +477,6 @@ fn scaled(tensions: &[f64], factor: f64) -> Vec<f64> {
     tensions.iter().map(|tension| factor * tension).collect()
 }
 
-fn square(v: &[f64]) -> f64 {
+pub(super) fn square(v: &[f64]) -> f64 {
     v.iter().map(|v| v * v).sum()
 }

@@ -26,6 +26,7 @@ mod response;
 mod settings;
 mod start;
 mod supports;
+mod unused;
 mod unusual;
 
 use std::fs::{self, File};
@@ -324,7 +325,7 @@ impl Scene {
         folder: &Path,
     ) -> Result<Self, InputError> {
         let scene_file::Read {
-            scene: file,
+            scene: mut file,
             source,
         } = scene_file::read(name, text, overrides)?;
         let t_end = file.time.as_ref().map_or(0.0, |time| time.end);
@@ -338,8 +339,7 @@ impl Scene {
                     .next("add a table [time] with `end`, in s");
                 return Err(builder.wrong("", error));
             }
-            Analysis::Static => builder.without_motion(&file)?,
-            Analysis::Dynamic | Analysis::Modes => {}
+            Analysis::Static | Analysis::Dynamic | Analysis::Modes => {}
             Analysis::Response => builder.response(&file)?,
         }
         let body = match (&file.mesh, &file.solid) {
@@ -380,6 +380,11 @@ impl Scene {
         if let Some(body) = &body {
             builder.places(&file, body)?;
         }
+        let mut reading_notes = builder.notes.take();
+        reading_notes.extend(unused::notes(&file));
+        if file.analysis == Analysis::Static {
+            file.probe.retain(|probe| !probe.kind.kind().is_of_motion());
+        }
         Ok(Self {
             t_end,
             body,
@@ -387,7 +392,7 @@ impl Scene {
             chains,
             feedbacks,
             paths: inputs.paths(),
-            reading_notes: builder.notes.take(),
+            reading_notes,
             inputs: inputs.into_read(),
             file,
             source,

@@ -13,7 +13,7 @@ use crate::InputError;
 use crate::probe::Parts;
 use crate::scene_file::SceneFile;
 use crate::scene_file::chain::{self, GeneratorName, Place, RodLoadType};
-use crate::scene_file::output::{Probe, Stop};
+use crate::scene_file::output::Stop;
 
 /// Chain with its drive.
 #[derive(Debug, Clone)]
@@ -210,27 +210,6 @@ impl Builder<'_> {
         Ok(Some(
             self.at(&path, neighborhood.map_err(ModelError::from))?,
         ))
-    }
-
-    /// Rejects settings of a static scene that affect only motions.
-    pub(super) fn without_motion(&self, file: &SceneFile) -> Result<(), InputError> {
-        let parts = [
-            ("rod", file.rod.is_some()),
-            ("chain[0]", !file.chain.is_empty()),
-            ("feedback[0]", !file.feedback.is_empty()),
-        ];
-        let part = parts.into_iter().find(|(_, given)| *given);
-        let of_motion = |probe: &Probe| probe.kind.kind().is_of_motion();
-        let probe = file.probe.iter().position(of_motion);
-        let place = part.map(|(path, _)| path.to_owned());
-        match place.or(probe.map(|i| format!("probe[{i}].type"))) {
-            None => Ok(()),
-            Some(place) => {
-                let error = InputError::new("a static scene has no motion, which this needs")
-                    .next("remove it, or use analysis = \"dynamic\"");
-                Err(self.wrong(&place, error))
-            }
-        }
     }
 
     /// Checks that probes refer to parts of the scene and have unique names.

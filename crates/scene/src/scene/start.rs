@@ -43,11 +43,8 @@ impl Builder<'_> {
                 "remove [initial_state]",
             );
         };
-        if file.analysis == Analysis::Response {
-            return Ok(Start::Rest); // the response of a scene of a motion
-        }
         if file.analysis != Analysis::Dynamic {
-            return wrong("only a motion has a start", "remove [initial_state]");
+            return Ok(Start::Rest);
         }
         if !file.feedback.is_empty() {
             return wrong(

@@ -319,7 +319,6 @@ fn a_condition_ends_a_run_inside_a_step() {
 #[test]
 fn starts_that_make_no_sense_are_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let equilibrium = "initial_state={ type = \"equilibrium\" }";
     let statics = ["analysis=static", "probe=[]", "body_force=[{ y = -1.0 }]"];
     run(BLOCK, &statics, &folder.path().join("sag"));
     let from = "initial_state={ type = \"restart\", folder = \"sag\" }";
@@ -332,11 +331,7 @@ fn starts_that_make_no_sense_are_refused() {
     };
     for (set, message) in [
         (
-            &[equilibrium, "analysis=static", "probe=[]"][..],
-            "only a motion has a start",
-        ),
-        (
-            &["initial_state={ type = \"velocity\", value = [1.0, 2.0, 3.0] }"],
+            &["initial_state={ type = \"velocity\", value = [1.0, 2.0, 3.0] }"][..],
             "one component for each axis",
         ),
         (
@@ -354,4 +349,31 @@ fn starts_that_make_no_sense_are_refused() {
         assert!(found.contains(message), "{set:?}: {found}");
     }
     assert!(!folder.path().join("out").exists());
+}
+
+/// Regression: an equilibrium rejected the sections of a motion.
+#[test]
+fn sections_of_other_analyses_are_ignored_with_a_note() {
+    let folder = tempfile::tempdir().unwrap();
+    let more = [
+        "initial_state={ type = \"equilibrium\" }",
+        "chain=[{ name = \"c\", oscillators = 3, at = [0.0, 0.0] }]",
+        "stop=[{ type = \"volume\", below = 0.1 }]",
+        "probe=[{ name = \"e\", type = \"energy\" }, { name = \"v\", type = \"volume\", group = \"right\" }]",
+        "body_force=[{ y = -1.0 }]",
+    ];
+    let notes = |analysis: &str| {
+        let scene = build(BLOCK, &[&more[..], &[analysis]].concat(), folder.path()).unwrap();
+        let notes = scene.notes().into_iter();
+        notes
+            .filter(|note| note.starts_with("not used"))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(notes("analysis=dynamic"), Vec::<String>::new());
+    let expected = "not used by this analysis: [initial_state], [[chain]], probe `e`";
+    assert_eq!(notes("analysis=static"), [expected]);
+    assert_eq!(notes("analysis=modes").len(), 1);
+    let out = folder.path().join("sag");
+    run(BLOCK, &[&more[..], &["analysis=static"]].concat(), &out);
+    assert!(out.join("v.csv").exists() && !out.join("e.csv").exists());
 }
