@@ -50,7 +50,7 @@ z = { type = "step", value = 500.0, rise = 0.3 }
 
 [integrator]
 method = "radau5"
-rtol = 1e-6
+rtol = 1e-7
 max_steps = 50
 
 [[probe]]
@@ -225,7 +225,7 @@ fn lives(process: u32) -> bool {
 
 #[test]
 fn a_killed_rank_ends_all_and_the_last_checkpoint_is_whole() {
-    let folder = folder(&[("rtol = 1e-6", "rtol = 1e-9"), ("max_steps = 50\n", "")]);
+    let folder = folder(&[("rtol = 1e-7", "rtol = 1e-9"), ("max_steps = 50\n", "")]);
     let folder = folder.path();
     let arguments = ["-n", "3", PROGRAM, "run", "scene.toml", "--quiet"];
     let mut started = mpirun(folder, &arguments)
