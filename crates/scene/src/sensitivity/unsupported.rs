@@ -7,6 +7,7 @@ use crate::InputError;
 use crate::scene::{Scene, Start};
 use crate::scene_file::Analysis;
 use crate::scene_file::active::Tension;
+use crate::scene_file::contact::Contact;
 use crate::scene_file::material::Material;
 
 /// A feature without sensitivities.
@@ -22,6 +23,8 @@ pub enum Unsupported {
     Stop,
     /// Loads that jump.
     Jump,
+    /// Contacts with the default stiffness, which depends on the parameters.
+    ContactStiffness,
     /// Prony terms, in stiffness maps.
     Prony,
     /// A start from equilibrium, in stiffness maps.
@@ -38,6 +41,9 @@ impl fmt::Display for Unsupported {
                 "sensitivities do not support stop conditions, whose time depends on the parameters"
             }
             Self::Jump => "sensitivities do not support loads that jump",
+            Self::ContactStiffness => {
+                "sensitivities require a given contact stiffness, because the default depends on the parameters"
+            }
             Self::Prony => "stiffness maps do not support Prony terms",
             Self::Equilibrium => "stiffness maps do not support a start from equilibrium",
         })
@@ -52,6 +58,7 @@ impl Unsupported {
             Self::Feedback => "remove [[feedback]] and tensions of the type coherence",
             Self::Stop => "remove [[stop]]",
             Self::Jump => "give the step a `rise` above 0",
+            Self::ContactStiffness => "give `stiffness`; `myovib check` prints the default",
             Self::Prony => "remove `prony`",
             Self::Equilibrium => "start from rest, or from the folder of another run",
         }
@@ -85,6 +92,10 @@ pub fn unsupported(scene: &Scene) -> Option<(Unsupported, String)> {
     }
     if !file.stop.is_empty() {
         return found(Unsupported::Stop, "stop");
+    }
+    let is_default = |contact: &Contact| contact.stiffness.is_none();
+    if let Some(i) = file.contact.iter().position(is_default) {
+        return found(Unsupported::ContactStiffness, &format!("contact[{i}]"));
     }
     let values = serde_json::to_value(file).unwrap_or_default();
     let jump = first_jump(&values, "", scene.t_end)?;

@@ -6,6 +6,7 @@ use std::path::Path;
 use myovib_scene::Scene;
 use myovib_scene::csv::Table;
 use myovib_scene::run::{RunOptions, compute};
+use myovib_scene::sensitivity::{Unsupported, unsupported};
 
 /// Returns the table of a probe of the scene.
 fn table(text: &str, probe: &str) -> Table {
@@ -119,6 +120,22 @@ fn a_block_that_bounces_keeps_its_energy() {
         (total - kinetic).abs() < 1e-3 * kinetic,
         "{total} {kinetic}"
     );
+}
+
+/// Regression: the default stiffness followed a parameter in the reading of the contact force, but not in the equations, and
+/// the derivative of the force was twice the difference quotient.
+#[test]
+fn sensitivities_need_a_given_contact_stiffness() {
+    let scene = |contact: &str| {
+        let text = pressed("[time]\nend = 1.0\n", contact);
+        Scene::build("scene.toml", &text, &[], Path::new("")).unwrap()
+    };
+    let (feature, key) = unsupported(&scene("")).unwrap();
+    assert_eq!(
+        (feature, &*key),
+        (Unsupported::ContactStiffness, "contact[0]")
+    );
+    assert!(unsupported(&scene("stiffness = 1e8")).is_none());
 }
 
 /// A contact that does not fit the mesh is one error at its key.
