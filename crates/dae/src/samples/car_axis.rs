@@ -72,7 +72,7 @@ fn spring_slope(q: [f64; 2], i: usize, j: usize) -> f64 {
 }
 
 impl CarAxis {
-    /// Creates the car axis with its constraints in one of four forms.
+    /// Creates the car axis with its constraints in this form.
     pub fn new(form: MechanicalForm) -> Self {
         Self { form }
     }

@@ -433,7 +433,7 @@ mod tests {
         }
     }
 
-    /// The sums are those of the nodal forces, and a flat contact has the pressure of its penetration.
+    /// Nodal forces add up to the sums, and the pressure of a flat contact follows from its penetration.
     #[test]
     fn a_plane_presses_with_the_pressure_of_its_penetration() {
         for dimension in [2, 3] {

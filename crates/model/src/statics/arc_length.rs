@@ -16,7 +16,7 @@ const SMALLEST_COSINE: f64 = 0.5;
 /// Smallest length of a step relative to the first one.
 const SMALLEST_STEP: f64 = 1.0 / 1024.0;
 
-/// A path that is followed in steps of given length.
+/// A path in steps of given length.
 pub(super) struct ArcLength<'n, 'm> {
     newton: &'n mut Newton<'m>,
     metric: Metric,

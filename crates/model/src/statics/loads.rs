@@ -14,7 +14,7 @@ const LARGEST_CHANGE: f64 = 0.5;
 /// Smallest load increment, as a fraction of the whole load.
 const SMALLEST_LOAD_STEP: f64 = 1.0 / 1024.0;
 
-/// A path that is followed in steps of the load.
+/// A path in steps of the load.
 pub(super) struct LoadSteps<'n, 'm> {
     newton: &'n mut Newton<'m>,
     x: Vec<f64>,

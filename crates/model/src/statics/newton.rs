@@ -22,7 +22,7 @@ use crate::operators::largest_gradient;
 pub(super) use arc::{Metric, Point};
 
 /// Newton's iteration ends if the increment is below this fraction of the solution. Convergence is
-/// quadratic, so the remaining error is of the order of its square, below rounding.
+/// quadratic, so the remaining error is about its square, below rounding.
 const RELATIVE_INCREMENT: f64 = 1e-9;
 /// An equilibrium on the path, from which the next load step is predicted, is accepted if the next increment is estimated below
 /// this fraction of the solution, from the ratio of the last two as if convergence were linear.
@@ -283,7 +283,7 @@ impl<'a> Newton<'a> {
     /// Computes the negative derivative of the residual with respect to the load factor at fixed unknowns.
     ///
     /// Supports and obstacles move only by a small part of their displacement, so that no element inverts and
-    /// contacts remain as they are for any total displacement.
+    /// contacts remain unchanged for any total displacement.
     fn load_derivative(&mut self, x: &[f64], factor: f64) -> Result<Vec<f64>, Inverted> {
         let n_free = self.muscle.solid.dofs().n_free();
         let gradient = self.gradient(&vec![0.0; n_free], 1.0);
@@ -317,7 +317,7 @@ impl<'a> Newton<'a> {
     /// Newton's iteration from the `predicted` equilibrium under `factor` times the load. `None` if `watch` ends it, if
     /// an element inverts, if the matrix is singular, if an increment is longer than the one before, or if the
     /// displacement moves by more than `CORRECTION` times the length of the prediction from `start`. A body in contact
-    /// may also give way, on average by the largest penetration of the prediction.
+    /// may also move by the largest penetration of the prediction on average.
     ///
     /// `watch` receives the number of each iteration, in this load step and in total, before it begins.
     pub(super) fn solve(
@@ -336,8 +336,8 @@ impl<'a> Newton<'a> {
         self.inverted = None;
         let mut x = predicted.to_vec();
         let mut r = vec![0.0; x.len()];
-        let given_way = (n_free as f64).sqrt() * self.penetration(predicted, factor);
-        let longest = CORRECTION * length(predicted, start) + given_way;
+        let pushed = (n_free as f64).sqrt() * self.penetration(predicted, factor);
+        let longest = CORRECTION * length(predicted, start) + pushed;
         let (mut last, mut last_ratio) = (f64::INFINITY, 0.0);
         for iteration in 1..=MAX_ITERATIONS {
             if self.residual(&x, factor, &mut r).is_err()

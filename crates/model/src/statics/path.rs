@@ -51,7 +51,7 @@ pub enum CriticalKind {
     Bifurcation,
 }
 
-/// A point of the path where the tangent is singular.
+/// A point of the path with a singular tangent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CriticalPoint {
     /// Its kind.

@@ -157,7 +157,7 @@ pub(crate) trait HarmonicReading: Sync {
 }
 
 impl dyn Reading {
-    /// Returns the names of all columns; the first one is the time or the `parameter` of a path.
+    /// Returns the names of all columns. The first column has the time or the `parameter` of a path.
     pub(crate) fn columns(&self, parameter: &str) -> Vec<String> {
         std::iter::once(parameter.to_owned())
             .chain(self.names())

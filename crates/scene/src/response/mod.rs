@@ -27,7 +27,7 @@ pub use peaks::{NearestMode, Peak};
 /// Amplitudes below this fraction of the largest of their kind are rounding errors.
 const ROUNDING: f64 = 1e-10;
 
-/// Number of modes that are compared with the peaks; their cost is that of a few frequencies.
+/// Number of modes to compare with the peaks; they cost as much as a few frequencies.
 const MODES: usize = 20;
 
 /// Names of the columns for a value `u`: `u_re`, `u_im`, `u_amplitude` and `u_phase`.

@@ -110,10 +110,10 @@ pub struct Body {
 /// elements around an apex, where all directions meet, are always unresolved.
 const RARE: usize = 50;
 
-/// Maximum size of a scene file, bytes. A larger file is hardly a scene.
+/// Maximum size of a scene file, bytes. A larger file is probably not a scene.
 const MOST_BYTES: u64 = 1 << 26;
 
-/// Reads the text of a scene file. An open pipe may stand in for a file, as in `<(command)` of a
+/// Reads the text of a scene file. An open pipe is accepted, as in `<(command)` of a
 /// shell. A named pipe may wait forever for a writer, and a device may be endless.
 fn text_of(path: &Path) -> io::Result<String> {
     let is_open = ["/dev/fd", "/dev/stdin", "/proc/self/fd"]

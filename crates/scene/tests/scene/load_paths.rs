@@ -66,7 +66,7 @@ impl<const D: usize> Lattice<D> {
         all.into_iter().map(|at| self.node(at)).collect()
     }
 
-    /// Formats the mesh with groups of the given names; the last one is the body.
+    /// Formats the mesh with groups of the given names; the last name belongs to the body.
     fn msh(&self, groups: &[(&str, Vec<Vec<usize>>)]) -> String {
         let last = groups.len();
         let own = |k: usize| self.dimension - usize::from(k < last);
@@ -190,7 +190,7 @@ fn a_shallow_arch_has_the_published_peak_and_valley() {
     assert!((valley / 3.212 - 1.0).abs() < 5e-3, "{valley}");
 }
 
-/// The limit loads that the arc length locates separate loads that are reached from loads that are not.
+/// Loads below the limit load of the arc length are reached, loads above it are not.
 #[test]
 fn a_shallow_arch_snaps_through_under_its_load() {
     let load = |factor: f64| format!("[[traction]]\ngroup = \"crown\"\ny = {}\n", -2e3 * factor);

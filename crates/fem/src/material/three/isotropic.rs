@@ -39,7 +39,8 @@ pub struct Slope<R> {
 }
 
 impl<R: Real> Slope<R> {
-    /// Returns the derivatives multiplied by `factor`: those of w(y) with w' = `factor`, if `self` are those of y.
+    /// Returns the derivatives multiplied by `factor`. If `self` has the derivatives of y, and `factor` is w'(y), the
+    /// result has the derivatives of w(y).
     #[inline(always)]
     pub fn scaled(self, factor: R) -> Self {
         Self {
