@@ -199,6 +199,28 @@ fn the_shaken_muscle_resonates_as_the_gallery_says() {
     assert!((light - 16.953).abs() < 2e-3, "{light}");
 }
 
+/// The moduli were computed from these constants and rounded to 0.1 Pa, 1e-4 of their value.
+#[test]
+fn the_springpot_of_the_gallery_is_the_published_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    copy_examples(folder.path());
+    let arguments = [
+        "fit",
+        "elastography.toml",
+        "--data",
+        "elastography.csv",
+        "--quiet",
+        "--json",
+    ];
+    let run = myovib_in(folder.path(), &arguments);
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    let found: serde_json::Value = serde_json::from_str(&run.stdout).expect("a document");
+    for (j, published) in [2680.0, 0.253].into_iter().enumerate() {
+        let value = found["parameters"][j]["value"].as_f64().expect("a number");
+        assert!((value / published - 1.0).abs() < 1e-3, "{value}");
+    }
+}
+
 /// After release, the strip converges to the equilibrium under its weight alone.
 #[test]
 fn the_preloaded_strip_settles_in_equilibrium() {

@@ -28,20 +28,23 @@ pub fn write(out: &Path, result: &FitResult) -> anyhow::Result<Value> {
 
 /// Returns `residuals.csv`: a row for each measurement.
 fn residuals(result: &FitResult) -> String {
+    let abscissas = result.abscissas();
     let row = |point: &Point| {
-        let numbers = [point.t, point.measured, point.fitted, point.residual];
-        let numbers = numbers.map(|number| format!("{number:.16e}"));
+        let number = |number: f64| format!("{number:.16e}");
+        let at = abscissas
+            .iter()
+            .map(|name| match *name == point.abscissa() {
+                true => number(point.t),
+                false => String::new(),
+            });
         let names = [point.experiment.to_string(), point.output.clone()];
-        csv::line(&[&names[..], &numbers].concat())
+        let numbers = [point.measured, point.fitted, point.residual].map(number);
+        let cells = names.into_iter().chain(at).chain(numbers);
+        csv::line(&cells.collect::<Vec<_>>())
     };
-    let header = csv::line(&[
-        "experiment",
-        "output",
-        "t",
-        "measured",
-        "fitted",
-        "residual",
-    ]);
+    let names = ["experiment", "output"].iter().chain(&abscissas);
+    let names = names.chain(&["measured", "fitted", "residual"]).copied();
+    let header = csv::line(&names.collect::<Vec<_>>());
     std::iter::once(header)
         .chain(result.points.iter().map(row))
         .collect()
@@ -252,7 +255,7 @@ fn html(result: &FitResult, plots: &[LinePlot], svg: &str) -> String {
     let mut data = PageData::default();
     let numbers: Vec<usize> = plots
         .iter()
-        .filter_map(|plot| data.chart(plot, Some("t")))
+        .filter_map(|plot| data.chart(plot, Some(&plot.x.quantity)))
         .collect();
     let mut drawn = |title: &str, plot: LinePlot| {
         let number = data.chart(&plot, None);
@@ -307,31 +310,57 @@ fn figure(plots: Vec<LinePlot>) -> Figure {
     Figure::column("Measurements and fit", panels.collect())
 }
 
-/// Plots the measurements with the fit, and last the residuals.
-fn plots(result: &FitResult) -> Vec<LinePlot> {
-    let mut names: Vec<(usize, &str, &str)> = Vec::new();
-    for point in &result.points {
-        let name = (point.experiment, &*point.output, &*point.column);
-        if !names.contains(&name) {
-            names.push(name);
+/// Returns the axis of a column.
+fn ordinate(point: &Point, in_space: bool) -> Axis {
+    let column = &*point.column;
+    let of_value = |name: &str| (label(name), unit(name, in_space));
+    match column.rsplit_once('_').filter(|_| point.is_harmonic) {
+        Some((value, "phase")) => Axis::new(format!("phase of {}", label(value)), "°"),
+        Some((value, part)) => {
+            let (name, unit) = of_value(value);
+            let name = match part {
+                "re" => format!("Re {name}"),
+                "im" => format!("Im {name}"),
+                _ => format!("|{name}|"),
+            };
+            Axis::new(name, unit)
+        }
+        None => {
+            let (name, unit) = of_value(column);
+            Axis::new(name, unit)
         }
     }
-    let several = names.iter().any(|(experiment, ..)| *experiment > 1);
-    let panels = names.iter().map(|&(experiment, output, column)| {
-        let of = || {
-            let points = result.points.iter();
-            points.filter(move |p| p.experiment == experiment && p.output == output)
-        };
+}
+
+fn abscissa(name: &str) -> Axis {
+    match name {
+        "f" => Axis::new("*f*", "Hz"),
+        _ => Axis::new("*t*", "s"),
+    }
+}
+
+/// Plots the measurements with the fit, and last the residuals.
+fn plots(result: &FitResult) -> Vec<LinePlot> {
+    let is_same = |a: &Point, b: &Point| a.experiment == b.experiment && a.output == b.output;
+    let mut firsts: Vec<&Point> = Vec::new();
+    for point in &result.points {
+        if !firsts.iter().any(|first| is_same(first, point)) {
+            firsts.push(point);
+        }
+    }
+    let several = firsts.iter().any(|first| first.experiment > 1);
+    let panels = firsts.iter().map(|first| {
+        let of = || result.points.iter().filter(|p| is_same(p, first));
         let t: Vec<f64> = of().map(|p| p.t).collect();
         let measured: Vec<f64> = of().map(|p| p.measured).collect();
         let fitted: Vec<f64> = of().map(|p| p.fitted).collect();
         LinePlot {
             title: match several {
-                true => format!("{output}, experiment {experiment}"),
-                false => output.to_owned(),
+                true => format!("{}, experiment {}", first.output, first.experiment),
+                false => first.output.clone(),
             },
-            x: Axis::new("*t*", "s"),
-            y: Axis::new(label(column), unit(column, result.in_space)),
+            x: abscissa(first.abscissa()),
+            y: ordinate(first, result.in_space),
             series: vec![
                 Series::curve("measured", &t, &measured).unjoined(),
                 Series::curve("fitted", &t, &fitted),
@@ -339,13 +368,16 @@ fn plots(result: &FitResult) -> Vec<LinePlot> {
         }
     });
     let mut panels: Vec<LinePlot> = panels.collect();
-    let t: Vec<f64> = result.points.iter().map(|p| p.t).collect();
-    let residuals: Vec<f64> = result.points.iter().map(|p| p.residual).collect();
-    panels.push(LinePlot {
-        title: "residuals".to_owned(),
-        x: Axis::new("*t*", "s"),
-        y: Axis::new("residual", if result.noise_is_known { "σ" } else { "" }),
-        series: vec![Series::curve("", &t, &residuals).unjoined()],
-    });
+    panels.extend(result.abscissas().into_iter().map(|name| {
+        let of = || result.points.iter().filter(|p| p.abscissa() == name);
+        let t: Vec<f64> = of().map(|p| p.t).collect();
+        let residuals: Vec<f64> = of().map(|p| p.residual).collect();
+        LinePlot {
+            title: "residuals".to_owned(),
+            x: abscissa(name),
+            y: Axis::new("residual", if result.noise_is_known { "σ" } else { "" }),
+            series: vec![Series::curve("", &t, &residuals).unjoined()],
+        }
+    }));
     panels
 }

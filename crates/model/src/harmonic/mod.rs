@@ -13,6 +13,7 @@
 //! factorization of a matrix in (û, p̂). It is symmetric except under follower pressures and for
 //! damping β that varies between elements.
 
+mod neighbors;
 mod operator;
 
 use std::sync::Arc;
@@ -34,6 +35,9 @@ use crate::muscle_dae::MuscleDae;
 use crate::operators;
 use crate::reading::snapshot::Snapshot;
 use crate::statics::Equilibrium;
+use operator::Balance;
+
+pub use neighbors::Neighbors;
 
 /// Complex amplitudes of the harmonic parts of loads and support motions: Re(amplitude e^{iωt}).
 #[derive(Debug, Clone)]
@@ -67,8 +71,8 @@ pub struct Amplitude {
     pub pressure: Vec<Complex64>,
 }
 
-/// Linearization of a body about an equilibrium, and its harmonic loads.
-pub struct HarmonicResponse {
+/// Dynamic stiffness of a body about an equilibrium, and its harmonic loads.
+pub struct DynamicStiffness {
     dae: MuscleDae,
     /// Displacement of all nodes at the equilibrium.
     u: Vec<f64>,
@@ -82,21 +86,23 @@ pub struct HarmonicResponse {
     force: Vec<Complex64>,
     /// Harmonic motion of the supports at all nodal components; zero for free components.
     supports: Vec<Complex64>,
+}
+
+/// Response of a body to its harmonic loads: one factorization per frequency.
+pub struct HarmonicResponse {
+    stiffness: DynamicStiffness,
     plan: Arc<Condensation>,
     elimination: Arc<Elimination>,
 }
 
-impl HarmonicResponse {
+impl DynamicStiffness {
     /// Linearizes `muscle` about the equilibrium `at` of a formulation with or without pressure.
-    ///
-    /// # Errors
-    /// [`ModelError::Inverted`] for a state without stress; errors of the symbolic analysis.
     pub fn about(
         muscle: &Muscle,
         formulation: Formulation,
         at: &Equilibrium,
         drive: &Drive,
-    ) -> Result<Self, ModelError> {
+    ) -> Self {
         let muscle = match at.preload_time {
             Some(_) => muscle.clone(),
             None => Muscle {
@@ -116,20 +122,10 @@ impl HarmonicResponse {
         };
         let mut dae = MuscleDae::for_analysis(muscle, formulation);
         dae.relax_overstress();
-        let mut y = vec![0.0; dae.layout().n_unknowns()];
-        let mut set = |field, values: &[f64]| {
-            if let Some(range) = dae.layout().range(field) {
-                y[range].copy_from_slice(values);
-            }
+        let p = match formulation.has(Field::Pressure) {
+            true => at.pressure.clone(),
+            false => Vec::new(),
         };
-        set(Field::Displacement, &at.displacement);
-        set(Field::Pressure, &at.pressure);
-        let n_internal = dae.muscle().solid.n_internal();
-        y.truncate(y.len() - n_internal);
-        let rest = vec![0.0; y.len()];
-        dae.update_matrices(t, &y, &rest)?;
-        let p = dae.pressure(&y).unwrap_or_default().to_vec();
-
         let solid = &dae.muscle().solid;
         let mut force = drive.force.clone();
         force.resize(u.len(), Complex64::ZERO);
@@ -144,13 +140,7 @@ impl HarmonicResponse {
         for &(component, amplitude) in &drive.displacement {
             supports[component] = amplitude;
         }
-        let plan = Condensation::at_rest(&dae);
-        let elimination = plan.elimination(SparseOptions {
-            ordering: Ordering::Amd,
-            btf: false,
-            ..SparseOptions::default()
-        })?;
-        Ok(Self {
+        Self {
             tensions: dae.muscle().tensions_at_rest(t),
             dae,
             u,
@@ -158,14 +148,62 @@ impl HarmonicResponse {
             t,
             force,
             supports,
-            plan: Arc::new(plan),
-            elimination: Arc::new(elimination),
-        })
+        }
     }
 
     /// Returns whether stresses relax, so that stresses are not functions of the current motion.
     pub fn relaxes(&self) -> bool {
         self.dae.muscle().solid.n_slots() > 0
+    }
+
+    /// Evaluates the matrices of the equilibrium.
+    fn update_matrices(&mut self) -> Result<(), ModelError> {
+        let layout = self.dae.layout();
+        let mut y = vec![0.0; layout.n_unknowns()];
+        if let Some(range) = layout.range(Field::Displacement) {
+            let free = self.dae.muscle().solid.dofs().free_to_full().iter();
+            let free = free.map(|&i| self.u[i]);
+            y[range].iter_mut().zip(free).for_each(|(q, u)| *q = u);
+        }
+        if let Some(range) = layout.range(Field::Pressure) {
+            y[range].copy_from_slice(&self.p);
+        }
+        let n_internal = self.dae.muscle().solid.n_internal();
+        y.truncate(y.len() - n_internal);
+        let rest = vec![0.0; y.len()];
+        Ok(self.dae.update_matrices(self.t, &y, &rest)?)
+    }
+}
+
+impl HarmonicResponse {
+    /// Linearizes `muscle` about the equilibrium `at` of a formulation with or without pressure.
+    ///
+    /// # Errors
+    /// [`ModelError::Inverted`] for a state without stress; errors of the symbolic analysis.
+    pub fn about(
+        muscle: &Muscle,
+        formulation: Formulation,
+        at: &Equilibrium,
+        drive: &Drive,
+    ) -> Result<Self, ModelError> {
+        let mut stiffness = DynamicStiffness::about(muscle, formulation, at, drive);
+        stiffness.update_matrices()?;
+        let plan = Condensation::at_rest(&stiffness.dae);
+        let elimination = plan.elimination(SparseOptions {
+            ordering: Ordering::Amd,
+            btf: false,
+            ..SparseOptions::default()
+        })?;
+        Ok(Self {
+            stiffness,
+            plan: Arc::new(plan),
+            elimination: Arc::new(elimination),
+        })
+    }
+
+    /// Returns the dynamic stiffness, for readings of amplitudes.
+    pub fn stiffness(&self) -> &DynamicStiffness {
+        &self.stiffness
     }
 
     /// Returns the number of unknowns of each linear system.
@@ -190,8 +228,22 @@ impl HarmonicResponse {
         frequencies: &[f64],
         read: impl Fn(&Amplitude) -> Result<R, ModelError> + Sync,
     ) -> Result<Vec<(f64, R)>, ModelError> {
+        self.map_with_derivatives(frequencies, &[], |amplitude, _| read(amplitude))
+    }
+
+    /// Does the same with the derivatives of the amplitudes by parameters, each of which costs a solution with the same
+    /// factors.
+    ///
+    /// # Errors
+    /// As for [`map`](Self::map).
+    pub fn map_with_derivatives<R: Send>(
+        &self,
+        frequencies: &[f64],
+        neighbors: &[Neighbors],
+        read: impl Fn(&Amplitude, &[Amplitude]) -> Result<R, ModelError> + Sync,
+    ) -> Result<Vec<(f64, R)>, ModelError> {
         if frequencies.contains(&0.0) {
-            expect_held(self.dae.muscle())?;
+            expect_held(self.stiffness.dae.muscle())?;
         }
         let next = AtomicUsize::new(0);
         let results = Mutex::new(Vec::new());
@@ -206,7 +258,12 @@ impl HarmonicResponse {
                     Condensed::new(self.plan.clone(), self.elimination.clone())
                 });
                 let s = Complex64::new(0.0, std::f64::consts::TAU * frequency);
-                let result = self.solve(matrix, s).and_then(|found| read(&found));
+                let result = self.solve(matrix, s).and_then(|found| {
+                    let derivatives = neighbors
+                        .iter()
+                        .map(|near| self.derivative(matrix, &found, near));
+                    read(&found, &derivatives.collect::<Result<Vec<_>, _>>()?)
+                });
                 if result.is_err() {
                     next.store(frequencies.len(), Relaxed);
                 }
@@ -240,24 +297,42 @@ impl HarmonicResponse {
     ) -> Result<Amplitude, ModelError> {
         let mut work = LinearWork::default();
         matrix.forget_history()?;
-        matrix.set_up(s, |values| self.dae.matrix_values(values), &mut work)?;
-        let still = vec![Complex64::ZERO; self.p.len()];
-        let moved = self.product(s, &self.supports, &still)?;
-        let dofs = self.dae.muscle().solid.dofs();
-        let layout = self.dae.layout();
+        matrix.set_up(
+            s,
+            |values| self.stiffness.dae.matrix_values(values),
+            &mut work,
+        )?;
+        let supports = &self.stiffness.supports;
+        let still = vec![Complex64::ZERO; self.stiffness.p.len()];
+        let moved = self.stiffness.unbalanced(s, supports, &still)?;
+        self.balance(matrix, s, &moved, supports)
+    }
+
+    /// Returns the motion of the free components that balances `unbalanced`, together with `supports`; `matrix` is
+    /// factorized for `s`.
+    fn balance(
+        &self,
+        matrix: &mut Condensed<Complex64>,
+        s: Complex64,
+        unbalanced: &Balance,
+        supports: &[Complex64],
+    ) -> Result<Amplitude, ModelError> {
+        let dae = &self.stiffness.dae;
+        let free_to_full = dae.muscle().solid.dofs().free_to_full();
+        let layout = dae.layout();
         let mut x = vec![Complex64::ZERO; layout.n_unknowns()];
-        for (row, &i) in x[layout.momentum()].iter_mut().zip(dofs.free_to_full()) {
-            *row = self.force[i] - moved.force[i];
+        for (row, &i) in x[layout.momentum()].iter_mut().zip(free_to_full) {
+            *row = -unbalanced.force[i];
         }
         let pressures = layout.range(Field::Pressure).unwrap_or_default();
-        for (row, volume) in x[pressures.clone()].iter_mut().zip(moved.volume) {
+        for (row, volume) in x[pressures.clone()].iter_mut().zip(&unbalanced.volume) {
             *row = -volume;
         }
-        matrix.solve(&mut x, &mut work)?;
-        let mut displacement = self.supports.clone();
+        matrix.solve(&mut x, &mut LinearWork::default())?;
+        let mut displacement = supports.to_vec();
         let free = layout.range(Field::Displacement);
         let free = &x[free.expect("all formulations have q")];
-        for (&i, value) in dofs.free_to_full().iter().zip(free) {
+        for (&i, value) in free_to_full.iter().zip(free) {
             displacement[i] = *value;
         }
         Ok(Amplitude {
@@ -267,15 +342,45 @@ impl HarmonicResponse {
         })
     }
 
+    /// Returns the derivative of the amplitude `at` by a parameter: K û' = −∂(K û − f̂)/∂p.
+    fn derivative(
+        &self,
+        matrix: &mut Condensed<Complex64>,
+        at: &Amplitude,
+        near: &Neighbors,
+    ) -> Result<Amplitude, ModelError> {
+        let mut supports = vec![Complex64::ZERO; at.displacement.len()];
+        let mut change = Balance {
+            force: supports.clone(),
+            volume: vec![Complex64::ZERO; at.pressure.len()],
+        };
+        let add = |weight: f64, from: &[Complex64], to: &mut [Complex64]| {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to += weight * from;
+            }
+        };
+        for (weight, other) in near.weighted() {
+            // The weights add up to zero.
+            let mut moved = at.displacement.clone();
+            add(1.0, &other.supports, &mut moved);
+            add(-1.0, &self.stiffness.supports, &mut moved);
+            let unbalanced = other.unbalanced(at.s, &moved, &at.pressure)?;
+            add(weight, &unbalanced.force, &mut change.force);
+            add(weight, &unbalanced.volume, &mut change.volume);
+            add(weight, &other.supports, &mut supports);
+        }
+        self.balance(matrix, at.s, &change, &supports)
+    }
+}
+
+impl DynamicStiffness {
     /// Returns the amplitudes of the forces of the supports on the body at all nodal components, N;
     /// zero up to rounding for free components.
     ///
     /// # Errors
     /// [`ModelError::Inverted`] for an equilibrium without stress.
     pub fn reactions(&self, at: &Amplitude) -> Result<Vec<Complex64>, ModelError> {
-        let balance = self.product(at.s, &at.displacement, &at.pressure)?;
-        let forces = balance.force.into_iter().zip(&self.force);
-        Ok(forces.map(|(force, given)| force - given).collect())
+        Ok(self.unbalanced(at.s, &at.displacement, &at.pressure)?.force)
     }
 
     /// Returns the amplitudes of functions of the body's state: their derivatives

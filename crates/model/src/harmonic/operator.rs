@@ -4,7 +4,7 @@ use myovib_fem::output::StressContext;
 use myovib_fem::{AddedMotion, Change, Fields, Linearized};
 use num_complex::Complex64;
 
-use super::{HarmonicResponse, Part};
+use super::{DynamicStiffness, Part};
 use crate::error::ModelError;
 use crate::operators;
 use crate::reading::snapshot::Snapshot;
@@ -19,12 +19,29 @@ pub(super) struct Balance {
     pub(super) volume: Vec<Complex64>,
 }
 
-impl HarmonicResponse {
+impl DynamicStiffness {
+    /// Returns the forces and volumes of the motion (û, p̂) that its loads do not balance.
+    ///
+    /// # Errors
+    /// [`ModelError::Inverted`] for an equilibrium without stress.
+    pub(super) fn unbalanced(
+        &self,
+        s: Complex64,
+        u: &[Complex64],
+        p: &[Complex64],
+    ) -> Result<Balance, ModelError> {
+        let mut balance = self.product(s, u, p)?;
+        for (force, load) in balance.force.iter_mut().zip(&self.force) {
+            *force -= load;
+        }
+        Ok(balance)
+    }
+
     /// Applies the dynamic stiffness for s = iω to the motion (û, p̂), without forming a matrix.
     ///
     /// # Errors
     /// [`ModelError::Inverted`] for an equilibrium without stress.
-    pub(super) fn product(
+    fn product(
         &self,
         s: Complex64,
         u: &[Complex64],

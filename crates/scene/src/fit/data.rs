@@ -14,7 +14,7 @@ pub use error::{DataError, DataProblem};
 /// One measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Datum {
-    /// Time, s.
+    /// Time, s, or frequency, Hz.
     pub t: f64,
     pub output: usize,
     /// Measured value.
@@ -23,12 +23,35 @@ pub struct Datum {
     pub noise: Option<f64>,
 }
 
-/// Names of the time column in plain tables.
-const TIME: [&str; 2] = ["t", "time"];
+/// Independent variable of measurements, and its range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Domain {
+    /// Time between 0 and `end`, s.
+    Time { end: f64 },
+    /// Frequency, Hz.
+    Frequency { low: f64, high: f64 },
+}
+
+impl Domain {
+    /// Returns the names of its column in plain tables; PEtab's tables use the last name.
+    fn names(self) -> [&'static str; 2] {
+        match self {
+            Self::Time { .. } => ["t", "time"],
+            Self::Frequency { .. } => ["f", "frequency"],
+        }
+    }
+}
+
 /// Suffix of columns of standard deviations in plain tables.
 const NOISE: &str = ".noise";
 /// Required and optional columns of PEtab's measurement table.
-const USED: [&str; 4] = ["observableId", "time", "measurement", "noiseParameters"];
+const USED: [&str; 5] = [
+    "observableId",
+    "time",
+    "frequency",
+    "measurement",
+    "noiseParameters",
+];
 /// Columns of PEtab that must have a single value, as a file is one experiment.
 const CONDITIONS: [&str; 3] = ["simulationConditionId", "experimentId", "modelId"];
 /// Columns of PEtab that label measurements without changing their meaning.
@@ -46,9 +69,9 @@ const NEUTRAL: [(&str, &str); 2] = [
 pub(super) fn read_file(
     file: &Path,
     outputs: &[Output],
-    t_end: f64,
+    domain: Domain,
 ) -> Result<Vec<Datum>, DataError> {
-    let reader = Reader::new(file, outputs, t_end);
+    let reader = Reader::new(file, outputs, domain);
     let bytes =
         content(file).map_err(|error| reader.error(DataProblem::Unreadable).found(error))?;
     let text = String::from_utf8(bytes).map_err(|error| {
@@ -59,11 +82,11 @@ pub(super) fn read_file(
     reader.read(text.strip_prefix('\u{feff}').unwrap_or(&text))
 }
 
-/// Reads measurements of `outputs` between 0 and `t_end`, sorted by time.
+/// Reads measurements of `outputs` within a range of times or frequencies, sorted by them.
 ///
-/// The text is either a plain table, with a column `t` or `time`, a column for each measured output and
+/// The text is either a plain table, with a column `t` or `time` (`f` or `frequency`), a column for each measured output and
 /// optional columns NAME.noise of standard deviations; or PEtab's long table with the columns
-/// `observableId`, `time`, `measurement` and optionally `noiseParameters`. An empty cell is not a measurement.
+/// `observableId`, `time` (`frequency`), `measurement` and optionally `noiseParameters`. An empty cell is not a measurement.
 /// Columns are separated by commas, or by tabs if the header contains one.
 ///
 /// # Errors
@@ -72,23 +95,23 @@ pub fn read(
     name: &Path,
     text: &str,
     outputs: &[Output],
-    t_end: f64,
+    domain: Domain,
 ) -> Result<Vec<Datum>, DataError> {
-    Reader::new(name, outputs, t_end).read(text)
+    Reader::new(name, outputs, domain).read(text)
 }
 
 struct Reader<'a> {
     file: String,
     outputs: &'a [Output],
-    t_end: f64,
+    domain: Domain,
 }
 
 impl<'a> Reader<'a> {
-    fn new(file: &Path, outputs: &'a [Output], t_end: f64) -> Self {
+    fn new(file: &Path, outputs: &'a [Output], domain: Domain) -> Self {
         Self {
             file: file.display().to_string(),
             outputs,
-            t_end,
+            domain,
         }
     }
 
@@ -225,11 +248,20 @@ impl<'a> Reader<'a> {
         let t = self
             .number(table, row, column)?
             .ok_or_else(|| error(DataProblem::MissingTime))?;
-        match (0.0..=self.t_end).contains(&t) {
-            true => Ok(t),
-            false => Err(error(DataProblem::OutsideRun)
-                .found(format!("t = {t} s"))
-                .allowed(format!("0 to {} s, the scene's time.end", self.t_end))),
+        match self.domain {
+            Domain::Time { end } if !(0.0..=end).contains(&t) => {
+                Err(error(DataProblem::OutsideRun)
+                    .found(format!("t = {t} s"))
+                    .allowed(format!("0 to {end} s, the scene's time.end")))
+            }
+            Domain::Frequency { low, high } if !(low..=high).contains(&t) => {
+                Err(error(DataProblem::OutsideFrequencies)
+                    .found(format!("f = {t} Hz"))
+                    .allowed(format!(
+                        "{low} to {high} Hz, the range of the scene's response.frequencies"
+                    )))
+            }
+            _ => Ok(t),
         }
     }
 
@@ -255,7 +287,8 @@ impl<'a> Reader<'a> {
 
     fn long(&self, table: &Table) -> Result<Vec<Datum>, DataError> {
         let id = self.column(table, &["observableId"])?;
-        let time = self.column(table, &["time"])?;
+        let [_, time] = self.domain.names();
+        let time = self.column(table, &[time])?;
         let measurement = self.column(table, &["measurement"])?;
         let noise = table
             .names
@@ -285,7 +318,7 @@ impl<'a> Reader<'a> {
     }
 
     fn plain(&self, table: &Table) -> Result<Vec<Datum>, DataError> {
-        let time = self.column(table, &TIME)?;
+        let time = self.column(table, &self.domain.names())?;
         let mut columns = Vec::new();
         for (column, name) in table.names.iter().enumerate() {
             if column == time {

@@ -26,9 +26,9 @@ use crate::inputs::sha256;
 use crate::result_folder::{Existing, FolderRequest};
 use crate::sensitivity::{Parameterized, SceneParameter, outputs};
 use crate::watch::{ProgressSink, Watcher};
-use crate::{Error, InputError};
+use crate::{Error, InputError, Scene};
 use data::read_file;
-pub use data::{DataError, DataProblem, Datum, read};
+pub use data::{DataError, DataProblem, Datum, Domain, read};
 use history::{HISTORY, History};
 use model::{Experiment, SceneModel};
 use phases::fit_in_phases;
@@ -144,8 +144,10 @@ pub struct Point {
     pub output: String,
     /// Name of the probe's column.
     pub column: String,
-    /// Time, s.
+    /// Time, s, or frequency, Hz.
     pub t: f64,
+    /// Whether it is a measurement over frequency instead of time.
+    pub is_harmonic: bool,
     pub measured: f64,
     pub fitted: f64,
     /// (fitted − measured)/σ; σ = 1 if it is unknown.
@@ -416,6 +418,17 @@ fn expect_free_parameters(
     }
 }
 
+/// Returns the range of the measurements of a scene.
+fn domain(scene: &Scene) -> Result<Domain, InputError> {
+    let response = scene.file.response.as_ref();
+    let Some(response) = response.filter(|_| scene.is_response()) else {
+        return Ok(Domain::Time { end: scene.t_end });
+    };
+    let grid = response.frequencies.grid().map_err(InputError::new)?;
+    let [low, high] = grid.ends();
+    Ok(Domain::Frequency { low, high })
+}
+
 fn experiments(
     options: &FitOptions<'_>,
     scene: &Parameterized,
@@ -425,7 +438,8 @@ fn experiments(
         expect_free_parameters(scene, file, set)?;
         let scene = scene.with(set)?;
         let outputs = outputs(&scene.scene)?;
-        let data = read_file(file, &outputs, scene.scene.t_end);
+        let domain = domain(&scene.scene)?;
+        let data = read_file(file, &outputs, domain);
         let data = data.map_err(DataError::into_input_error)?;
         Ok(Experiment::new(scene, outputs, data))
     });

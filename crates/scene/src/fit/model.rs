@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::Point;
 use super::data::Datum;
-use crate::sensitivity::{Output, Parameterized, Precision, Sample, follow};
+use crate::sensitivity::{Output, Parameterized, Precision, Sample, follow, respond};
 use crate::watch::Watcher;
 use crate::{Error, Scene};
 
@@ -19,7 +19,7 @@ pub(super) struct Experiment {
     scene: Parameterized,
     outputs: Vec<Output>,
     pub(super) data: Vec<Datum>,
-    /// The distinct times of the measurements.
+    /// The distinct times or frequencies of the measurements.
     times: Vec<f64>,
 }
 
@@ -54,6 +54,18 @@ impl Experiment {
 
     /// Reports whether the scene and its derivatives exist at these values.
     pub(super) fn expect_computable(&self, values: &[f64]) -> Result<(), Error> {
+        if self.scene().is_response() {
+            let first = &self.times[..1];
+            return respond(
+                &self.scene,
+                values,
+                &self.outputs,
+                first,
+                true,
+                Watcher::NOBODY,
+            )
+            .map(|_| ());
+        }
         self.scene.dependences(values).map(|_| ())
     }
 
@@ -63,7 +75,7 @@ impl Experiment {
         &self.data[..self.data.partition_point(|datum| datum.t <= end)]
     }
 
-    /// Returns the outputs at the times of the measurements within `effort`.
+    /// Returns the outputs at the times of the measurements within `effort`, or at their frequencies.
     fn run(
         &self,
         p: &[f64],
@@ -71,6 +83,9 @@ impl Experiment {
         effort: Effort,
         watcher: Watcher<'_>,
     ) -> Result<Vec<Sample>, Error> {
+        if self.scene().is_response() {
+            return respond(&self.scene, p, &self.outputs, &self.times, with, watcher);
+        }
         let dependences = match with {
             true => self.scene.dependences(p)?,
             false => Dependences::default(),
@@ -153,6 +168,12 @@ impl<'a> SceneModel<'a> {
         self.effort = effort;
     }
 
+    /// Returns whether some measurements are of harmonic responses, which cannot be shortened to a part of their time.
+    pub(super) fn has_responses(&self) -> bool {
+        let mut all = self.experiments.iter();
+        all.any(|experiment| experiment.scene().is_response())
+    }
+
     pub(super) fn is_interrupted(&self) -> bool {
         self.watcher.is_interrupted()
     }
@@ -180,6 +201,7 @@ impl<'a> SceneModel<'a> {
                 output: experiment.outputs[datum.output].name.clone(),
                 column: experiment.outputs[datum.output].column_name.clone(),
                 t: datum.t,
+                is_harmonic: experiment.scene().is_response(),
                 measured: datum.value,
                 fitted: datum.value + residual * deviation(datum),
                 residual,

@@ -1,4 +1,4 @@
-//! Fits in phases: first to short runs at loose tolerances, then to the full runs.
+//! Fits of motions in phases: first to short runs at loose tolerances, then to the full runs.
 
 use std::ops::ControlFlow;
 
@@ -35,7 +35,8 @@ const NEAR: f64 = 1e-2;
 /// Called with the part of the measurements' time and each iteration.
 pub(super) type Observe<'a> = dyn FnMut(f64, &Iteration) -> ControlFlow<()> + 'a;
 
-/// Fits short and rough runs from all `starts`, and continues from the best result with the full runs.
+/// Fits short and rough runs from all `starts`, and continues from the best result with the full runs. Fits with harmonic
+/// responses have one phase.
 pub(super) fn fit_in_phases(
     model: &mut SceneModel<'_>,
     starts: &[Vec<Parameter>],
@@ -47,21 +48,9 @@ pub(super) fn fit_in_phases(
         history: Vec::new(),
         evaluations: 0,
     };
-    let mut reached: Option<Effort> = None;
-    let rough = best_fit(starts, &mut |start| {
-        let (fit, effort) = phases.before(model, start, requested)?;
-        // The cost of fewer measurements is smaller but cannot be compared.
-        if reached.is_some_and(|reached| effort.part < reached.part) {
-            return Err(FitError::Start("interrupted".into()));
-        }
-        reached = Some(effort);
-        Ok(fit)
-    });
-    let fit = if model.is_interrupted() {
-        model.set_effort(reached.unwrap_or(Effort::FULL));
-        rough
-    } else {
-        phases.last(model, starts, rough, requested)
+    let fit = match model.has_responses() {
+        true => phases.full(model, starts, requested),
+        false => phases.all(model, starts, requested),
     };
     let mut fit = fit?;
     (fit.history, fit.evaluations) = (phases.history, phases.evaluations);
@@ -83,6 +72,46 @@ struct Phases<'a, 'o> {
 }
 
 impl Phases<'_, '_> {
+    /// Fits short and rough runs from all starts, then the full runs from the best.
+    fn all(
+        &mut self,
+        model: &mut SceneModel<'_>,
+        starts: &[Vec<Parameter>],
+        requested: &Options,
+    ) -> Result<Fit, FitError> {
+        let mut reached: Option<Effort> = None;
+        let rough = best_fit(starts, &mut |start| {
+            let (fit, effort) = self.before(model, start, requested)?;
+            // The cost of fewer measurements is smaller but cannot be compared.
+            if reached.is_some_and(|reached| effort.part < reached.part) {
+                return Err(FitError::Start("interrupted".into()));
+            }
+            reached = Some(effort);
+            Ok(fit)
+        });
+        if model.is_interrupted() {
+            model.set_effort(reached.unwrap_or(Effort::FULL));
+            rough
+        } else {
+            self.last(model, starts, rough, requested)
+        }
+    }
+
+    /// Fits the full runs from all starts.
+    fn full(
+        &mut self,
+        model: &mut SceneModel<'_>,
+        starts: &[Vec<Parameter>],
+        requested: &Options,
+    ) -> Result<Fit, FitError> {
+        model.set_effort(Effort::FULL);
+        best_fit(starts, &mut |start| {
+            self.one(1.0, &mut |observe| {
+                fit_observed(model, start, requested, observe)
+            })
+        })
+    }
+
     /// Fits the phases before the last from one start; returns the fit and the effort of the last completed phase.
     fn before(
         &mut self,
@@ -130,11 +159,7 @@ impl Phases<'_, '_> {
                 refine(model, &starts[0], &rough, requested, observe)
             }),
             // Full runs may succeed where rough ones fail.
-            Err(_) => best_fit(starts, &mut |start| {
-                self.one(1.0, &mut |observe| {
-                    fit_observed(model, start, requested, observe)
-                })
-            }),
+            Err(_) => self.full(model, starts, requested),
         }
     }
 

@@ -3,7 +3,7 @@
 use myovib_fit::{Direction, Ended};
 use serde_json::{Value, json};
 
-use super::{FitResult, HOPELESS, LEVEL, Outcome};
+use super::{FitResult, HOPELESS, LEVEL, Outcome, Point};
 
 /// A combination of parameters counts as undetermined if a relative change of 1 changes the weighted residuals by less than
 /// this number of standard deviations.
@@ -85,6 +85,12 @@ impl FitResult {
         shown.map(term).collect::<Vec<_>>().join("  ")
     }
 
+    /// Returns the names of the independent variables: `t`, `f` or both.
+    pub fn abscissas(&self) -> Vec<&'static str> {
+        let is_used = |name: &&str| self.points.iter().any(|point| point.abscissa() == *name);
+        ["t", "f"].into_iter().filter(is_used).collect()
+    }
+
     /// Returns the body of `fit.json`.
     pub fn document(&self) -> Value {
         let intervals = self.uncertainty.intervals(LEVEL);
@@ -108,9 +114,9 @@ impl FitResult {
             row.map(finite).collect()
         };
         let direction = |d: &Direction| json!({"sensitivity": d.sensitivity, "shares": d.shares});
-        let point = |p: &super::Point| {
+        let point = |p: &Point| {
             json!({
-                "experiment": p.experiment, "output": p.output, "t": p.t,
+                "experiment": p.experiment, "output": p.output, p.abscissa(): p.t,
                 "measured": p.measured, "fitted": p.fitted, "residual": p.residual,
             })
         };
@@ -131,6 +137,13 @@ impl FitResult {
             "runs_with_sensitivities": self.runs[1],
             "residuals": self.points.iter().map(point).collect::<Vec<_>>(),
         })
+    }
+}
+
+impl Point {
+    /// Returns the name of the independent variable: `t` or `f`.
+    pub fn abscissa(&self) -> &'static str {
+        if self.is_harmonic { "f" } else { "t" }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Interface of the kinds of probes: validation against a scene and measurement.
 
 use myovib_fem::Solid;
-use myovib_model::harmonic::{Amplitude, HarmonicResponse};
+use myovib_model::harmonic::{Amplitude, DynamicStiffness};
 use myovib_model::{Measurement, ModelError, Muscle, RodDae};
 use num_complex::Complex64;
 
@@ -135,16 +135,16 @@ pub(crate) trait Reading: Send + Sync {
 /// Harmonic motion at one frequency.
 pub(crate) enum HarmonicMotion<'a> {
     /// Motion of a body.
-    Body(&'a HarmonicResponse, &'a Amplitude),
+    Body(&'a DynamicStiffness, &'a Amplitude),
     /// Amplitudes of the states (q, v) of a rod.
     Rod(&'a [Complex64]),
 }
 
 impl<'a> HarmonicMotion<'a> {
     /// Returns the motion of the body, or an error if it is missing.
-    pub(crate) fn body(&self) -> Result<(&'a HarmonicResponse, &'a Amplitude), ModelError> {
+    pub(crate) fn body(&self) -> Result<(&'a DynamicStiffness, &'a Amplitude), ModelError> {
         match self {
-            Self::Body(response, amplitude) => Ok((response, amplitude)),
+            Self::Body(stiffness, amplitude) => Ok((stiffness, amplitude)),
             Self::Rod(_) => Err(ModelError::NoSuchPart { part: "muscle" }),
         }
     }

@@ -4,24 +4,23 @@ mod balance;
 mod kind;
 mod places;
 
-use std::f64::consts::TAU;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use balance::{EnergyBalance, nan_of_null};
 pub(crate) use kind::{HarmonicMotion, Kind, Objection, Parts, Reading, Systems};
 
-/// Returns the difference of two angles, wrapped to half a turn.
-pub(crate) fn within_half_a_turn(difference: f64) -> f64 {
-    difference - TAU * (difference / TAU).round()
+/// Returns the difference of two angles, wrapped to half a `turn`: 2π or 360°.
+pub(crate) fn within_half_a_turn(difference: f64, turn: f64) -> f64 {
+    difference - turn * (difference / turn).round()
 }
 
 #[cfg(test)]
 #[test]
 fn angles_differ_by_half_a_turn_at_most() {
+    use std::f64::consts::TAU;
     for (difference, within) in [(0.5, 0.5), (TAU - 0.5, -0.5), (0.5 - TAU, 0.5), (3.0, 3.0)] {
-        assert!((within_half_a_turn(difference) - within).abs() < 1e-15);
+        assert!((within_half_a_turn(difference, TAU) - within).abs() < 1e-15);
     }
 }
 

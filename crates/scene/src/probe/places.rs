@@ -62,8 +62,8 @@ impl Reading for Places {
 
 impl HarmonicReading for Places {
     fn amplitudes(&self, of: &HarmonicMotion<'_>) -> Result<Vec<Complex64>, ModelError> {
-        let (response, amplitude) = of.body()?;
-        Ok(response.amplitudes(amplitude, |snapshot| {
+        let (stiffness, amplitude) = of.body()?;
+        Ok(stiffness.amplitudes(amplitude, |snapshot| {
             let mut values = Vec::new();
             for measurement in &self.0 {
                 measurement.read(snapshot, &mut values);

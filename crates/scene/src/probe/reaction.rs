@@ -75,8 +75,8 @@ impl Forces {
 
 impl HarmonicReading for Forces {
     fn amplitudes(&self, of: &HarmonicMotion<'_>) -> Result<Vec<Complex64>, ModelError> {
-        let (response, amplitude) = of.body()?;
-        Ok(self.sums(&response.reactions(amplitude)?))
+        let (stiffness, amplitude) = of.body()?;
+        Ok(self.sums(&stiffness.reactions(amplitude)?))
     }
 }
 

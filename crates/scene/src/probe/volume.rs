@@ -88,8 +88,8 @@ impl Reading for EnclosedVolume {
 
 impl HarmonicReading for EnclosedVolume {
     fn amplitudes(&self, of: &HarmonicMotion<'_>) -> Result<Vec<Complex64>, ModelError> {
-        let (response, amplitude) = of.body()?;
+        let (stiffness, amplitude) = of.body()?;
         let volume = |displacement: &[f64]| vec![self.at(displacement).abs()];
-        Ok(response.amplitudes(amplitude, |snapshot| volume(snapshot.displacement)))
+        Ok(stiffness.amplitudes(amplitude, |snapshot| volume(snapshot.displacement)))
     }
 }

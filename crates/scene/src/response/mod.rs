@@ -1,6 +1,7 @@
 //! Harmonic response of scenes.
 
 mod adaptive;
+mod part;
 mod peaks;
 mod rational;
 
@@ -21,6 +22,7 @@ use crate::{Body, Error, InputError, Scene};
 
 pub use adaptive::Adaptive;
 use adaptive::Samples;
+pub(crate) use part::Part;
 use peaks::Maximum;
 pub use peaks::{NearestMode, Peak};
 
@@ -29,9 +31,6 @@ const ROUNDING: f64 = 1e-10;
 
 /// Number of modes to compare with the peaks; they cost as much as a few frequencies.
 const MODES: usize = 20;
-
-/// Names of the columns for a value `u`: `u_re`, `u_im`, `u_amplitude` and `u_phase`.
-const PARTS: [&str; 4] = ["re", "im", "amplitude", "phase"];
 
 /// Harmonic response of a scene at ascending frequencies.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -83,14 +82,13 @@ fn pairs<S: serde::Serializer>(rows: &[Vec<Complex64>], json: S) -> Result<S::Ok
 impl Curves {
     /// Returns the names of the columns of its table.
     pub(crate) fn header(names: &[String]) -> Vec<String> {
-        let parts = |name: &String| PARTS.map(|part| format!("{name}_{part}"));
-        let columns = names.iter().flat_map(parts);
+        let columns = names.iter().flat_map(|name| Part::columns(name));
         std::iter::once("f".to_owned()).chain(columns).collect()
     }
 
     /// Returns the row of its table for frequency number `k`, `frequency`.
     pub(crate) fn row(&self, k: usize, frequency: f64) -> Vec<f64> {
-        let parts = |z: &Complex64| [z.re, z.im, z.norm(), phase(*z)];
+        let parts = |z: &Complex64| Part::ALL.map(|part| part.of(*z));
         let values = self.amplitudes[k].iter().flat_map(parts);
         std::iter::once(frequency).chain(values).collect()
     }
@@ -341,12 +339,10 @@ fn of_body(
         .response
         .as_ref()
         .and_then(|own| own.preload_time);
-    let first = match grid {
-        Grid::Fixed(frequencies) => frequencies.first().copied(),
-        Grid::Adaptive(adaptive) => Some(adaptive.range[0]),
-    };
-    let free = first.filter(|first| *first == 0.0);
-    if let Some(free) = free.and_then(|_| support::free_parts(muscle)) {
+    let [first, _] = grid.ends();
+    if first == 0.0
+        && let Some(free) = support::free_parts(muscle)
+    {
         let error = InputError::new(format!("at 0 Hz the supports do not hold the body: {free}"));
         let error = error.next("use frequencies above 0 Hz, or fix more components");
         return Err(scene.wrong("response.frequencies", error).into());
@@ -364,7 +360,10 @@ fn of_body(
             watcher
                 .progress
                 .on_progress(&|| format!("response: {k} of {n} frequencies"));
-            read(probes, &HarmonicMotion::Body(&response, amplitude))
+            read(
+                probes,
+                &HarmonicMotion::Body(response.stiffness(), amplitude),
+            )
         });
         Ok(found?.into_iter().unzip())
     })?;
@@ -383,7 +382,7 @@ fn of_body(
 }
 
 /// Returns the equilibrium under the loads at a time, or the unloaded body.
-fn equilibrium(
+pub(crate) fn equilibrium(
     scene: &Scene,
     muscle: &Muscle,
     formulation: Formulation,

@@ -7,6 +7,8 @@
 //! pressures have larger indicators in one of six. Radau IIA has no such estimate, and its runs no
 //! indicator: indicators derived from its estimates of lower order were up to 1000 times too small.
 
+use std::f64::consts::TAU;
+
 use myovib_model::{ErrorEstimate, Integrator, ModelError};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -78,7 +80,7 @@ impl Indicator {
             for (j, sum) in sums.iter_mut().enumerate() {
                 let difference = shifted[k][j] - found[k][j];
                 let difference = match recorders[k].what.is_angle(j) {
-                    true => within_half_a_turn(difference),
+                    true => within_half_a_turn(difference, TAU),
                     false => difference,
                 };
                 sum.add(found[k][j], difference.abs());

@@ -143,6 +143,11 @@ fn text_of(path: &Path) -> io::Result<String> {
 }
 
 impl Scene {
+    /// Returns whether its analysis is a harmonic response.
+    pub(crate) fn is_response(&self) -> bool {
+        self.file.analysis == Analysis::Response
+    }
+
     /// Reads the scene at `path`, or the built-in scene of that name, with overrides applied.
     ///
     /// # Errors

@@ -75,6 +75,18 @@ pub enum Grid {
     Adaptive(Adaptive),
 }
 
+impl Grid {
+    /// Returns the lowest and the highest frequency; NaN for an empty list.
+    pub fn ends(&self) -> [f64; 2] {
+        match self {
+            Self::Fixed(values) => {
+                [values.first(), values.last()].map(|end| end.copied().unwrap_or(f64::NAN))
+            }
+            Self::Adaptive(adaptive) => adaptive.range,
+        }
+    }
+}
+
 /// Default tolerance of adaptive frequencies: a tenth of a percent of the amplitude, far below the accuracy of measurements.
 const TOLERANCE: f64 = 1e-3;
 

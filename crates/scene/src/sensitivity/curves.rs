@@ -1,5 +1,7 @@
 //! Runs that sample outputs and their derivatives.
 
+use std::f64::consts::TAU;
+
 use myovib_dae::LinearSolver;
 use myovib_model::sensitivity::{
     Dependences, DrivingIntegrator, PerturbedSystems, SensitiveIntegrator,
@@ -9,9 +11,11 @@ use myovib_model::{Advance, Integrator, IntegratorKind, ModelError, MuscleDae, S
 
 use super::parameters::body;
 use crate::probe::{Reading, within_half_a_turn};
+use crate::response::{Part, harmonic_probes};
 use crate::run::start::{driving, initial};
 use crate::run::system::System;
 use crate::scene::Scene;
+use crate::scene_file::identification::Output as Wanted;
 use crate::watch::Watcher;
 use crate::{Error, InputError};
 
@@ -21,21 +25,21 @@ pub struct Output {
     pub name: String,
     /// Name of the probe's column.
     pub column_name: String,
-    probe: usize,
-    /// Number of the column, without the time.
-    column: usize,
+    pub(super) probe: usize,
+    /// Number of the column, without the time or frequency.
+    pub(super) column: usize,
     /// Standard deviation of a measurement, if the scene gives it.
     pub noise: Option<f64>,
-    /// Whether it is an angle, defined up to a full turn.
-    is_angle: bool,
+    /// A full turn if it is an angle, which is defined up to that.
+    turn: Option<f64>,
 }
 
 impl Output {
     /// Returns the difference of two values; of angles, within half a turn.
     pub(crate) fn difference(&self, value: f64, other: f64) -> f64 {
-        match self.is_angle {
-            true => within_half_a_turn(value - other),
-            false => value - other,
+        match self.turn {
+            Some(turn) => within_half_a_turn(value - other, turn),
+            None => value - other,
         }
     }
 
@@ -55,31 +59,54 @@ impl Output {
             probe: 0,
             column: 0,
             noise,
-            is_angle: false,
+            turn: None,
         }
     }
 }
 
-/// Returns the outputs of a scene: its `[[output]]` entries, or all columns of its probes.
+/// Returns the names of a probe's columns in a motion, or in a response: the parts of its complex values.
+fn column_names(is_response: bool, probe: &dyn Reading) -> Vec<String> {
+    let names = probe.names();
+    match (is_response, probe.harmonic()) {
+        (false, _) => names,
+        (true, Some(_)) => names.iter().flat_map(|name| Part::columns(name)).collect(),
+        (true, None) => Vec::new(),
+    }
+}
+
+/// Returns a full turn in the unit of a probe's column if it is an angle.
+fn turn(scene: &Scene, probe: &dyn Reading, column: usize) -> Option<f64> {
+    match scene.is_response() {
+        true => (Part::of_column(column) == Part::Phase).then_some(360.0),
+        false => probe.is_angle(column).then_some(TAU),
+    }
+}
+
+/// Returns the outputs of a scene: its `[[output]]` entries, or all columns of its probes. If a scene has outputs for motions and
+/// for responses, the outputs for its analysis are returned.
 ///
 /// # Errors
 /// An unknown probe or column; a probe that accumulates over time; duplicate names.
 pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
     let probes = scene.readings()?;
+    if scene.is_response() {
+        harmonic_probes(scene)?;
+    }
     let file = &scene.file;
     if file.output.is_empty() {
         let columns = file.probe.iter().zip(&probes).enumerate();
         let all: Vec<Output> = columns
             .filter(|(_, (_, what))| what.balance().is_none())
             .flat_map(|(k, (probe, what))| {
-                let names = what.names().into_iter().enumerate();
+                let names = column_names(scene.is_response(), &**what);
+                let names = names.into_iter().enumerate();
                 names.map(move |(column, name)| Output {
                     name: format!("{}.{name}", probe.name),
                     column_name: name,
                     probe: k,
                     column,
                     noise: None,
-                    is_angle: what.is_angle(column),
+                    turn: turn(scene, &**what, column),
                 })
             })
             .collect();
@@ -89,6 +116,20 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
             false => Ok(all),
         };
     }
+    // Outputs for the other analysis are skipped if the scene has both.
+    let has_column = |is_response: bool, k: usize, column: &str| {
+        let names = column_names(is_response, &*probes[k]);
+        names.iter().any(|name| name == column)
+    };
+    let is_own = |wanted: &Wanted| {
+        let k = file
+            .probe
+            .iter()
+            .position(|probe| probe.name == wanted.probe);
+        k.is_some_and(|k| has_column(scene.is_response(), k, &wanted.column))
+    };
+    let has_own = file.output.iter().any(is_own);
+    let is_other = |k: usize, column: &str| has_own && has_column(!scene.is_response(), k, column);
     let named = file.output.iter().enumerate().map(|(i, wanted)| {
         let path = format!("output[{i}]");
         let k = file
@@ -112,14 +153,15 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
                 ),
             ));
         }
-        let names = probes[k].names();
-        let Some(column) = names.iter().position(|name| *name == wanted.column) else {
+        let names = column_names(scene.is_response(), &*probes[k]);
+        let column = names.iter().position(|name| *name == wanted.column);
+        if column.is_none() && !is_other(k, &wanted.column) {
             let error = InputError::new(format!(
                 "`{}` has no column `{}`",
                 wanted.probe, wanted.column
             ));
             return Err(scene.wrong(&format!("{path}.column"), error.allowed(names.join(", "))));
-        };
+        }
         if file.output[..i]
             .iter()
             .any(|other| other.name == wanted.name)
@@ -127,22 +169,22 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
             let error = InputError::new(format!("duplicate output name `{}`", wanted.name));
             return Err(scene.wrong(&format!("{path}.name"), error));
         }
-        Ok(Output {
+        Ok(column.map(|column| Output {
             name: wanted.name.clone(),
             column_name: wanted.column.clone(),
             probe: k,
             column,
             noise: wanted.noise,
-            is_angle: probes[k].is_angle(column),
-        })
+            turn: turn(scene, &*probes[k], column),
+        }))
     });
-    named.collect()
+    named.filter_map(Result::transpose).collect()
 }
 
 /// The outputs at one time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
-    /// Time, s.
+    /// Time, s, or frequency, Hz.
     pub t: f64,
     /// Values of the outputs.
     pub values: Vec<f64>,

@@ -6,6 +6,7 @@
 
 mod chains;
 mod curves;
+mod frequency;
 mod influence;
 mod map;
 mod parameters;
@@ -13,6 +14,7 @@ mod start;
 mod unsupported;
 
 pub use curves::{Cost, Output, Precision, Sample, follow, outputs, settings};
+pub use frequency::respond;
 pub use influence::SceneParameter;
 pub use map::{OutputMap, StiffnessMap};
 pub use parameters::Parameterized;
@@ -46,6 +48,9 @@ pub fn compute(
     precision: Precision,
     watcher: Watcher<'_>,
 ) -> Result<Curves, Error> {
+    if let Some((feature, path)) = unsupported(&scene.scene) {
+        return Err(feature.at(&scene.scene, &path).into());
+    }
     let outputs = outputs(&scene.scene)?;
     let times = sample_times(&scene.scene, &outputs);
     let dependences = scene.dependences(&scene.values())?;

@@ -7,7 +7,7 @@ use myovib_model::Parameters;
 use myovib_model::sensitivity::{Dependence, Dependences, Stencil};
 
 use super::influence::{Influence, SceneParameter};
-use super::unsupported::unsupported;
+use super::unsupported::unsupported_in_fit;
 use crate::scene::{Body, Scene};
 use crate::{Error, InputError};
 
@@ -39,7 +39,7 @@ impl Parameterized {
             scene,
             parameters,
         };
-        if let Some((feature, path)) = unsupported(&it.scene) {
+        if let Some((feature, path)) = unsupported_in_fit(&it.scene) {
             return Err(feature.at(&it.scene, &path));
         }
         if it.parameters.is_empty() {

@@ -102,6 +102,15 @@ pub fn unsupported(scene: &Scene) -> Option<(Unsupported, String)> {
     found(Unsupported::Jump, &jump)
 }
 
+/// Returns the first feature of a scene that cannot be fitted, and its key.
+pub(super) fn unsupported_in_fit(scene: &Scene) -> Option<(Unsupported, String)> {
+    match (scene.is_response(), &scene.body) {
+        (false, _) => unsupported(scene),
+        (true, Some(_)) => None,
+        (true, None) => Some((Unsupported::NoBody, String::new())),
+    }
+}
+
 /// Returns the first feature of a scene without a stiffness map, and its key.
 pub fn unsupported_in_map(scene: &Scene) -> Option<(Unsupported, String)> {
     unsupported(scene).or_else(|| {

@@ -31,10 +31,12 @@ pub enum DataProblem {
     LongRow,
     /// A cell without a finite number.
     NotANumber,
-    /// A measurement without a time.
+    /// A measurement without a time or frequency.
     MissingTime,
     /// A time before 0 or after the end of the run.
     OutsideRun,
+    /// A frequency outside the range of the response.
+    OutsideFrequencies,
     /// A standard deviation of zero or less.
     NonpositiveNoise,
     /// Some measurements have a standard deviation, others do not.
@@ -60,8 +62,9 @@ impl fmt::Display for DataProblem {
             Self::NotANumber => {
                 "times, measurements and standard deviations must be finite numbers"
             }
-            Self::MissingTime => "a measurement needs a time",
+            Self::MissingTime => "a measurement needs a time or a frequency",
             Self::OutsideRun => "the time is outside the run",
+            Self::OutsideFrequencies => "the frequency is outside the response",
             Self::NonpositiveNoise => "a standard deviation must be positive",
             Self::PartialNoise => "some measurements have a standard deviation, others do not",
         })

@@ -1,6 +1,8 @@
 use super::*;
 use DataProblem::*;
 
+const RUN: Domain = Domain::Time { end: 2.0 };
+
 fn outputs() -> Vec<Output> {
     [("tip", Some(0.1)), ("root", Some(0.2))]
         .map(|(name, noise)| Output::of_test(name, noise))
@@ -8,7 +10,7 @@ fn outputs() -> Vec<Output> {
 }
 
 fn read_text(text: &str) -> Result<Vec<Datum>, DataError> {
-    read(Path::new("m.csv"), text, &outputs(), 2.0)
+    read(Path::new("m.csv"), text, &outputs(), RUN)
 }
 
 /// Plain tables and PEtab's tables, separated by commas or tabs, with the columns that do not change
@@ -115,12 +117,36 @@ fn rejected_tables_name_the_line_and_the_column() {
 }
 
 #[test]
+fn frequencies_are_within_the_response() {
+    let read_text = |text: &str| {
+        let domain = Domain::Frequency {
+            low: 1.0,
+            high: 60.0,
+        };
+        read(Path::new("m.csv"), text, &outputs(), domain)
+    };
+    let plain = read_text("frequency,tip\n60,2\n1,3\n").unwrap();
+    assert_eq!(plain, read_text("f,tip\n1,3\n60,2\n").unwrap());
+    let long = "observableId,frequency,measurement\ntip,60,2\ntip,1,3\n";
+    assert_eq!(plain, read_text(long).unwrap());
+    for (text, problem, line) in [
+        ("f,tip\n61,1\n", OutsideFrequencies, Some(2)),
+        ("f,tip\n1,1\n-1,1\n", OutsideFrequencies, Some(3)),
+        ("t,tip\n1,1\n", MissingColumn, None),
+        ("f,tip\n,1\n", MissingTime, Some(2)),
+    ] {
+        let error = read_text(text).unwrap_err();
+        assert_eq!((error.problem, error.line), (problem, line), "{text:?}");
+    }
+}
+
+#[test]
 fn files_that_are_not_text_are_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let latin = folder.path().join("latin.csv");
     std::fs::write(&latin, b"t,tip\n0,1\n1,\xe9\n").unwrap();
     let problem = |file: &Path| {
-        let error = read_file(file, &outputs(), 2.0).unwrap_err();
+        let error = read_file(file, &outputs(), RUN).unwrap_err();
         (error.problem, error.line)
     };
     assert_eq!(problem(&latin), (NotUtf8, Some(3)));

@@ -1,0 +1,66 @@
+//! Real columns of complex values.
+
+use num_complex::Complex64;
+
+use super::phase;
+
+/// A real number that belongs to a complex value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Part {
+    Real,
+    Imaginary,
+    Amplitude,
+    /// In degrees.
+    Phase,
+}
+
+impl Part {
+    /// All parts in the order of the columns.
+    pub(crate) const ALL: [Self; 4] = [Self::Real, Self::Imaginary, Self::Amplitude, Self::Phase];
+
+    /// Returns the names of the columns for a value `u`: `u_re`, `u_im`, `u_amplitude` and `u_phase`.
+    pub(crate) fn columns(value: &str) -> [String; 4] {
+        ["re", "im", "amplitude", "phase"].map(|part| format!("{value}_{part}"))
+    }
+
+    /// Returns the part in column number `column`, without the frequency.
+    pub(crate) fn of_column(column: usize) -> Self {
+        Self::ALL[column % Self::ALL.len()]
+    }
+
+    /// Returns this part of a complex value.
+    pub(crate) fn of(self, z: Complex64) -> f64 {
+        match self {
+            Self::Real => z.re,
+            Self::Imaginary => z.im,
+            Self::Amplitude => z.norm(),
+            Self::Phase => phase(z),
+        }
+    }
+
+    /// Returns the derivative of this part of `z`, from the derivative of `z`; NaN for the phase of zero.
+    pub(crate) fn derivative(self, z: Complex64, derivative: Complex64) -> f64 {
+        match self {
+            Self::Real => derivative.re,
+            Self::Imaginary => derivative.im,
+            Self::Amplitude => (z.conj() * derivative).re / z.norm(),
+            Self::Phase => (derivative / z).im.to_degrees(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn derivatives_are_those_of_the_parts() {
+        let (z, derivative, step) = (Complex64::new(-0.3, 1.2), Complex64::new(2.0, 0.7), 1e-5);
+        for part in Part::ALL {
+            let at = |step: f64| part.of(z + step * derivative);
+            let slope = (at(step) - at(-step)) / (2.0 * step);
+            // The square of the step, and rounding errors of 1e-16 of a phase of 100° divided by the step.
+            assert!((part.derivative(z, derivative) - slope).abs() < 1e-8 * slope.abs());
+        }
+    }
+}

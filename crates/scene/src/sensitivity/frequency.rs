@@ -1,0 +1,121 @@
+//! Outputs of harmonic responses and their derivatives.
+
+use myovib_model::harmonic::{Amplitude, DynamicStiffness, HarmonicResponse, Neighbors};
+use myovib_model::{ModelError, statics::Equilibrium};
+use num_complex::Complex64;
+
+use super::curves::{Output, Sample};
+use super::parameters::{Parameterized, around, body};
+use crate::probe::{HarmonicMotion, Reading};
+use crate::response::{Part, equilibrium};
+use crate::scene::Body;
+use crate::watch::Watcher;
+use crate::{Error, Scene};
+
+/// Relative step of differences of order 4 between the equations at other values of a parameter: truncation and the errors of
+/// equilibria are both below 1e-9.
+const STEP: f64 = 1e-3;
+
+/// Computes the outputs of a response at ascending frequencies, and their derivatives if requested, by solutions with the same
+/// factors. A preload equilibrium changes with the parameters.
+///
+/// # Errors
+/// An invalid scene at these values; errors of equilibria and factorizations.
+pub fn respond(
+    scene: &Parameterized,
+    values: &[f64],
+    outputs: &[Output],
+    frequencies: &[f64],
+    with_derivatives: bool,
+    watcher: Watcher<'_>,
+) -> Result<Vec<Sample>, Error> {
+    let at = scene.at(values)?;
+    let body = body(&at)?;
+    let probes = at.readings()?;
+    let response = HarmonicResponse::about(
+        &body.muscle,
+        body.formulation,
+        &preloaded(&at, body, watcher)?,
+        &body.drive,
+    )?;
+    let neighbors = |j: usize| {
+        let step = scene.parameters[j].step(STEP, values[j]);
+        let (stencil, bodies) = around(values[j], step, |value| {
+            let near = scene.neighbor(j, values, body, value)?;
+            let rest = preloaded(&at, &near, watcher)?;
+            Ok(DynamicStiffness::about(
+                &near.muscle,
+                near.formulation,
+                &rest,
+                &near.drive,
+            ))
+        })?;
+        Ok(Neighbors::new(stencil, step, bodies))
+    };
+    let count = if with_derivatives { values.len() } else { 0 };
+    let neighbors = (0..count).map(neighbors);
+    let neighbors = neighbors.collect::<Result<Vec<_>, Error>>()?;
+    let read = |stiffness: &DynamicStiffness, amplitude: &Amplitude| {
+        read(
+            &probes,
+            outputs,
+            &HarmonicMotion::Body(stiffness, amplitude),
+        )
+    };
+    let rows =
+        response.map_with_derivatives(frequencies, &neighbors, |amplitude, derivatives| {
+            if watcher.is_interrupted() {
+                return Err(ModelError::Interrupted);
+            }
+            let values = read(response.stiffness(), amplitude)?;
+            let derivatives = neighbors.iter().zip(derivatives);
+            let derivatives = derivatives
+                .map(|(near, derivative)| near.differentiate(amplitude, derivative, read));
+            Ok((values, derivatives.collect::<Result<Vec<_>, _>>()?))
+        })?;
+    if rows.len() < frequencies.len() {
+        return Err(Error::Stopped("interrupted".to_owned()));
+    }
+    let part = |output: &Output| Part::of_column(output.column);
+    let samples = rows.into_iter().map(|(frequency, (values, derivatives))| {
+        let derivative = |of_p: &Vec<Complex64>| {
+            let pairs = values.iter().zip(of_p).zip(outputs);
+            let real = pairs.map(|((z, dz), output)| part(output).derivative(*z, *dz));
+            real.collect()
+        };
+        let reals = values.iter().zip(outputs);
+        Sample {
+            t: frequency,
+            values: reals.map(|(z, output)| part(output).of(*z)).collect(),
+            derivatives: derivatives.iter().map(derivative).collect(),
+        }
+    });
+    Ok(samples.collect())
+}
+
+/// Returns the state about which a body vibrates.
+fn preloaded(scene: &Scene, body: &Body, watcher: Watcher<'_>) -> Result<Equilibrium, Error> {
+    let response = scene.file.response.as_ref();
+    let preload_time = response.and_then(|response| response.preload_time);
+    equilibrium(scene, &body.muscle, body.formulation, preload_time, watcher)
+}
+
+/// Returns the complex value of each output; each probe is read once.
+fn read(
+    probes: &[Box<dyn Reading>],
+    outputs: &[Output],
+    motion: &HarmonicMotion<'_>,
+) -> Result<Vec<Complex64>, ModelError> {
+    let rows = probes.iter().enumerate().map(|(k, probe)| {
+        let is_output = outputs.iter().any(|output| output.probe == k);
+        match probe.harmonic().filter(|_| is_output) {
+            Some(reading) => reading.amplitudes(motion),
+            None => Ok(Vec::new()),
+        }
+    });
+    let rows = rows.collect::<Result<Vec<_>, _>>()?;
+    let values = outputs
+        .iter()
+        .map(|output| rows[output.probe][output.column / Part::ALL.len()]);
+    Ok(values.collect())
+}
