@@ -118,7 +118,10 @@ fn plots(frequencies: &[f64], curves: &Curves, in_space: bool) -> Vec<LinePlot> 
             series: vec![Series::curve("", frequencies, values)],
             ..LinePlot::default()
         };
-        let axis = |text: String| Axis::new(text, unit(name, in_space));
+        // The unit of a ratio is unknown.
+        let is_ratio = *name == curves.name;
+        let unit = if is_ratio { "" } else { unit(name, in_space) };
+        let axis = |text: String| Axis::new(text, unit);
         let size = axis(format!("|{}|", label(name)));
         let nyquist = LinePlot {
             x: axis(format!("Re {}", label(name))),

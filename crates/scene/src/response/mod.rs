@@ -4,6 +4,7 @@ mod adaptive;
 mod part;
 mod peaks;
 mod rational;
+mod values;
 
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
@@ -25,6 +26,7 @@ use adaptive::Samples;
 pub(crate) use part::Part;
 use peaks::Maximum;
 pub use peaks::{NearestMode, Peak};
+pub(crate) use values::Values;
 
 /// Amplitudes below this fraction of the largest of their kind are rounding errors.
 const ROUNDING: f64 = 1e-10;
@@ -39,7 +41,7 @@ pub struct Response {
     pub preload_time: Option<f64>,
     /// Frequencies, Hz.
     pub frequencies: Vec<f64>,
-    /// Curves of the probes.
+    /// Curves of the probes and of ratios of their values.
     pub probes: Vec<Curves>,
     /// Local maxima of the amplitudes.
     pub peaks: Vec<Peak>,
@@ -128,14 +130,10 @@ impl Curves {
     }
 }
 
-/// Returns the curves of the probes from rows with the values of all probes.
-fn curves_of(
-    probes: &[(String, Box<dyn Reading>)],
-    columns: &[Vec<String>],
-    rows: &[Vec<Complex64>],
-) -> Vec<Curves> {
+/// Returns the curves of the tables from rows with the values of all tables.
+fn curves_of(tables: &[(String, Vec<String>)], rows: &[Vec<Complex64>]) -> Vec<Curves> {
     let mut first = 0;
-    let curves = probes.iter().zip(columns).map(|((name, _), columns)| {
+    let curves = tables.iter().map(|(name, columns)| {
         let range = first..first + columns.len();
         first = range.end;
         Curves {
@@ -167,16 +165,16 @@ impl Response {
             return Err(InputError::new("the scene has no table [response]").into());
         };
         let grid = wanted.frequencies.grid().map_err(InputError::new)?;
-        let probes = harmonic_probes(scene)?;
+        let values = Values::of_scene(scene)?;
         let mut found = match (&scene.body, &scene.rod, &scene.file.rod) {
-            (Some(body), ..) => of_body(scene, body, &grid, &probes, watcher)?,
+            (Some(body), ..) => of_body(scene, body, &grid, &values, watcher)?,
             (None, Some(rod), Some(file)) => {
                 let tau = file.response.map_or(Complex64::ZERO, |tau| tau.complex());
-                Self::new(&grid, &probes, rod.rod().n_states(), |frequencies| {
+                Self::new(&grid, &values, rod.rod().n_states(), |frequencies| {
                     let rows = frequencies.iter().map(|frequency| {
                         let s = Complex64::new(0.0, TAU * frequency);
                         let states = rod.harmonic_response(s, tau)?;
-                        read(&probes, &HarmonicMotion::Rod(&states))
+                        values.read(s, &HarmonicMotion::Rod(&states))
                     });
                     let rows = rows.collect::<Result<Vec<_>, ModelError>>()?;
                     Ok((frequencies.to_vec(), rows))
@@ -203,15 +201,15 @@ impl Response {
         Ok(found)
     }
 
-    /// Computes the response of the probes with `unknowns` unknowns on a grid. `compute` returns the amplitudes of all values at
+    /// Computes the response of the values with `unknowns` unknowns on a grid. `compute` returns the amplitudes of all values at
     /// ascending frequencies, or fewer if it was interrupted.
     fn new(
         grid: &Grid,
-        probes: &[(String, Box<dyn Reading>)],
+        values: &Values,
         unknowns: usize,
         mut compute: impl FnMut(&[f64]) -> Result<(Vec<f64>, Vec<Vec<Complex64>>), ModelError>,
     ) -> Result<Self, ModelError> {
-        let columns: Vec<Vec<String>> = probes.iter().map(|(_, reading)| reading.names()).collect();
+        let tables = values.tables();
         let mut is_interrupted = false;
         let mut computed = |frequencies: &[f64]| {
             let found = compute(frequencies)?;
@@ -224,7 +222,7 @@ impl Response {
                 Samples::given(frequencies, rows)
             }
             Grid::Adaptive(adaptive) => {
-                let names: Vec<&String> = columns.iter().flatten().collect();
+                let names: Vec<&String> = tables.iter().flat_map(|(_, columns)| columns).collect();
                 let same = |name: &&String| {
                     let first = names
                         .iter()
@@ -236,7 +234,7 @@ impl Response {
             }
         };
         let (frequencies, interpolation_error) = (samples.frequencies, samples.error);
-        let curves = curves_of(probes, &columns, &samples.rows);
+        let curves = curves_of(&tables, &samples.rows);
         let peaks = match grid {
             Grid::Fixed(_) => {
                 let peaks = curves.iter().flat_map(|of| of.peaks(&frequencies));
@@ -253,7 +251,7 @@ impl Response {
         };
         let drawn = samples
             .drawn
-            .map(|(f, rows)| (f, curves_of(probes, &columns, &rows)));
+            .map(|(f, rows)| (f, curves_of(&tables, &rows)));
         let mut notes = Vec::new();
         if let Grid::Adaptive(Adaptive { tolerance, .. }) = grid
             && !is_interrupted
@@ -315,22 +313,12 @@ pub(crate) fn harmonic_probes(scene: &Scene) -> Result<HarmonicProbes, InputErro
     Ok(probes)
 }
 
-/// Returns the amplitudes of all values of the probes.
-fn read(
-    probes: &[(String, Box<dyn Reading>)],
-    of: &HarmonicMotion<'_>,
-) -> Result<Vec<Complex64>, ModelError> {
-    let readings = probes.iter().filter_map(|(_, reading)| reading.harmonic());
-    let amplitudes: Result<Vec<_>, _> = readings.map(|reading| reading.amplitudes(of)).collect();
-    Ok(amplitudes?.concat())
-}
-
 /// Computes the response of a body.
 fn of_body(
     scene: &Scene,
     body: &Body,
     grid: &Grid,
-    probes: &[(String, Box<dyn Reading>)],
+    values: &Values,
     watcher: Watcher<'_>,
 ) -> Result<Response, Error> {
     let muscle = &body.muscle;
@@ -350,7 +338,7 @@ fn of_body(
     let at = equilibrium(scene, muscle, body.formulation, preload_time, watcher)?;
     let response = HarmonicResponse::about(muscle, body.formulation, &at, &body.drive)?;
     let done = AtomicUsize::new(0);
-    let mut found = Response::new(grid, probes, response.n_unknowns(), |frequencies| {
+    let mut found = Response::new(grid, values, response.n_unknowns(), |frequencies| {
         let n = done.load(Relaxed) + frequencies.len();
         let found = response.map(frequencies, |amplitude| {
             if watcher.is_interrupted() {
@@ -360,10 +348,8 @@ fn of_body(
             watcher
                 .progress
                 .on_progress(&|| format!("response: {k} of {n} frequencies"));
-            read(
-                probes,
-                &HarmonicMotion::Body(response.stiffness(), amplitude),
-            )
+            let motion = HarmonicMotion::Body(response.stiffness(), amplitude);
+            values.read(amplitude.s, &motion)
         });
         Ok(found?.into_iter().unzip())
     })?;

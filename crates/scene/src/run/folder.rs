@@ -85,13 +85,16 @@ pub(super) fn parameter(file: &SceneFile) -> &'static str {
 /// Name of the table of modes, which replaces the name of a probe.
 pub(super) const MODES: &str = "modes";
 
-/// Returns the names of the tables that a run of the scene writes: one per probe, or the table of
-/// modes.
+/// Returns the names of the tables that a run of the scene writes: one per probe, and per ratio of
+/// a response, or the table of modes.
 fn tables_of(file: &SceneFile) -> impl Iterator<Item = &str> {
     let of_modes = file.analysis == Analysis::Modes;
     let probes = file.probe.iter().map(|probe| probe.name.as_str());
     let modes = of_modes.then_some(MODES).into_iter();
-    modes.chain(probes.filter(move |_| !of_modes))
+    let response = file.response.iter();
+    let ratios = response.filter(|_| file.analysis == Analysis::Response);
+    let ratios = ratios.flat_map(|own| own.ratio.iter().map(|ratio| ratio.name.as_str()));
+    modes.chain(probes.filter(move |_| !of_modes)).chain(ratios)
 }
 
 /// Returns the file name of a table.

@@ -35,7 +35,7 @@ pub use start::{initial, muscle_alone, replayed, rod_with_chains, with_chains};
 pub use trial::{Trial, TrialEnd, try_out};
 
 use crate::modes::Modes;
-use crate::response::{Curves, Response, harmonic_probes};
+use crate::response::{Curves, Response, Values};
 pub use crate::result_folder::Existing;
 use crate::scene_file::Analysis;
 use crate::watch::{ProgressSink, Watcher};
@@ -131,7 +131,7 @@ pub fn rehearse(scene: &Scene) -> Result<(), Error> {
             Ok(scene.readings().map(drop)?)
         }
         Analysis::Modes => Ok(()),
-        Analysis::Response => Ok(harmonic_probes(scene).map(drop)?),
+        Analysis::Response => Ok(Values::of_scene(scene).map(drop)?),
     }
 }
 
@@ -145,9 +145,9 @@ pub(crate) fn columns_of(scene: &Scene) -> Result<Vec<(String, Vec<String>)>, In
         return Ok(vec![(folder::MODES.to_owned(), columns)]);
     }
     if scene.file.analysis == Analysis::Response {
-        let probes = harmonic_probes(scene)?.into_iter();
-        return Ok(probes
-            .map(|(name, reading)| (name, Curves::header(&reading.names())))
+        let tables = Values::of_scene(scene)?.tables().into_iter();
+        return Ok(tables
+            .map(|(name, columns)| (name, Curves::header(&columns)))
             .collect());
     }
     let parameter = folder::parameter(&scene.file);

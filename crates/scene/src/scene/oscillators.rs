@@ -227,25 +227,36 @@ impl Builder<'_> {
                 checked.map_err(|(key, error)| self.wrong(&format!("stop[{i}]{key}"), error))?;
             }
         }
+        self.table_names(file)?;
         for (i, probe) in file.probe.iter().enumerate() {
-            let path = format!("probe[{i}]");
-            let fails = |key: &str, error| Err(self.wrong(&format!("{path}{key}"), error));
-            let good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-            if probe.name.is_empty() || !probe.name.chars().all(good) {
-                let error = InputError::new("a probe's name becomes a file's name")
-                    .found(&probe.name)
-                    .allowed("letters, digits, `_` and `-`");
-                return fails(".name", error);
-            }
-            if file.probe[..i]
-                .iter()
-                .any(|before| before.name == probe.name)
-            {
-                let error = InputError::new(format!("two probes have the name `{}`", probe.name));
-                return fails(".name", error);
-            }
             let checked = probe.kind.kind().check_part(&parts);
-            checked.or_else(|(key, error)| fails(key, error))?;
+            checked.map_err(|(key, error)| self.wrong(&format!("probe[{i}]{key}"), error))?;
+        }
+        Ok(())
+    }
+
+    /// Checks the names of the tables of probes and ratios.
+    fn table_names(&self, file: &SceneFile) -> Result<(), InputError> {
+        let probes = file.probe.iter().map(|probe| &probe.name);
+        let probes = probes
+            .enumerate()
+            .map(|(i, name)| (format!("probe[{i}]"), name));
+        let ratios = file.response.iter().flat_map(|response| &response.ratio);
+        let ratios = ratios.map(|ratio| &ratio.name).enumerate();
+        let ratios = ratios.map(|(i, name)| (format!("response.ratio[{i}]"), name));
+        let all: Vec<(String, &String)> = probes.chain(ratios).collect();
+        for (i, (path, name)) in all.iter().enumerate() {
+            let wrong = |error| Err(self.wrong(&format!("{path}.name"), error));
+            let good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+            if name.is_empty() || !name.chars().all(good) {
+                let error = InputError::new("the name becomes the name of a file");
+                return wrong(error.found(name).allowed("letters, digits, `_` and `-`"));
+            }
+            if all[..i].iter().any(|(_, before)| before == name) {
+                return wrong(InputError::new(format!(
+                    "the name `{name}` is already used"
+                )));
+            }
         }
         Ok(())
     }

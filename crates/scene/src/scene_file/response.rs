@@ -15,6 +15,22 @@ pub struct Response {
     /// Time, s, of the preload [default: rest, without loads].
     #[schemars(range(min = 0))]
     pub preload_time: Option<f64>,
+    /// Ratios of two values, such as transmissibility, impedance or apparent mass.
+    #[serde(default)]
+    pub ratio: Vec<Ratio>,
+}
+
+/// Ratio of the complex amplitudes of two values. Its table is `NAME.csv`, its value `NAME`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Ratio {
+    /// Name of the ratio.
+    pub name: String,
+    /// `PROBE.COLUMN`, such as `"clamp.R_x"`. A probe with a displacement `u_x` also has the velocity `v_x` and the acceleration
+    /// `a_x`.
+    pub numerator: String,
+    /// `PROBE.COLUMN`, such as `"tip.v_x"`.
+    pub denominator: String,
 }
 
 /// Frequencies: a list, or `"1..60:120"` for 120 equidistant values from 1 to 60, or `"1..60:120:log"`

@@ -12,6 +12,7 @@ use serde_json::Value;
 mod adaptive;
 mod fits;
 mod muscle;
+mod ratios;
 mod refusals;
 mod rod;
 mod settled;

@@ -33,8 +33,13 @@ frequencies = [1.0, 2.0]
 
 /// Returns the error of the scene with changed values.
 fn refusal(set: &[&str]) -> Option<String> {
+    refusal_of(SCENE, set)
+}
+
+/// Returns the error of a scene with changed values.
+pub(crate) fn refusal_of(text: &str, set: &[&str]) -> Option<String> {
     let set: Vec<String> = set.iter().map(|&set| set.to_owned()).collect();
-    let built = Scene::build("scene.toml", SCENE, &set, Path::new(""));
+    let built = Scene::build("scene.toml", text, &set, Path::new(""));
     let error = match built {
         Err(error) => return Some(error.to_string()),
         Ok(scene) => Response::of_scene(&scene, Watcher::NOBODY).err()?,

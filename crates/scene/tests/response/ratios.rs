@@ -1,0 +1,124 @@
+//! Transmissibility, impedance and apparent mass of a shaken slab against closed forms.
+
+use num_complex::Complex64;
+
+use crate::refusals::refusal_of;
+use crate::{column, response};
+
+/// Frequencies, Hz.
+const FREQUENCIES: [f64; 3] = [10.0, 40.0, 70.0];
+
+const RATIOS: [&str; 3] = ["transmissibility", "impedance", "apparent-mass"];
+
+/// A viscous slab on a rigid base, shaken at its upper face, with `n` cells across.
+fn slab(n: usize) -> String {
+    let width = 0.03 / n as f64;
+    let held = ["left", "right", "top"]
+        .map(|group| format!("[[fixed]]\ngroup = \"{group}\"\ncomponents = [\"y\"]\n"));
+    format!(
+        r#"analysis = "response"
+[mesh]
+type = "rectangle"
+width = {width:?}
+height = 0.03
+cells = [1, {n}]
+[solid]
+bulk_modulus = inf
+[[material]]
+law = "neo-hooke"
+density = 1100.0
+shear_modulus = 20400.0
+viscosity = 10.0
+[[fixed]]
+group = "bottom"
+{held}
+[[prescribed_displacement]]
+group = "top"
+response = {{ x = 1e-3, phase = 30.0 }}
+[[probe]]
+name = "top"
+type = "point"
+at = [0.0, 0.03]
+quantities = ["u"]
+[[probe]]
+name = "middle"
+type = "point"
+at = [0.0, 0.015]
+quantities = ["u", "v"]
+[[probe]]
+name = "face"
+type = "reaction"
+group = "top"
+[response]
+frequencies = {FREQUENCIES:?}
+[[response.ratio]]
+name = "transmissibility"
+numerator = "middle.v_x"
+denominator = "top.v_x"
+[[response.ratio]]
+name = "impedance"
+numerator = "face.R_x"
+denominator = "top.v_x"
+[[response.ratio]]
+name = "apparent-mass"
+numerator = "face.R_x"
+denominator = "top.a_x"
+"#,
+        held = held.concat()
+    )
+}
+
+/// Returns the largest relative error of each ratio.
+fn errors(n: usize) -> [f64; 3] {
+    let found = response(&slab(n));
+    let width = 0.03 / n as f64;
+    let mut errors = [0.0_f64; 3];
+    for (i, f) in FREQUENCIES.into_iter().enumerate() {
+        let s = Complex64::new(0.0, std::f64::consts::TAU * f);
+        let modulus = 20400.0 + s * 10.0 / 2.0;
+        let wavenumber = s / Complex64::I * (1100.0 / modulus).sqrt();
+        let phase = wavenumber * 0.03;
+        let stiffness = width * modulus * wavenumber * phase.cos() / phase.sin();
+        let exact = [
+            (0.5 * phase).sin() / phase.sin(),
+            stiffness / s,
+            stiffness / (s * s),
+        ];
+        for ((error, exact), name) in errors.iter_mut().zip(exact).zip(RATIOS) {
+            let relative = (column(&found, name, name)[i] / exact - 1.0).norm();
+            *error = error.max(relative);
+        }
+    }
+    errors
+}
+
+#[test]
+fn ratios_of_a_slab_converge_to_the_closed_form() {
+    let [coarse, fine] = [16, 32].map(errors);
+    for ((coarse, fine), name) in coarse.into_iter().zip(fine).zip(RATIOS) {
+        // Quadratic elements: order 3 at points, 4 of the force.
+        assert!(
+            fine < 1e-4 && fine < coarse / 7.0,
+            "{name}: {coarse:e} {fine:e}"
+        );
+    }
+}
+
+#[test]
+fn invalid_ratios_are_refused_at_their_key() {
+    for (from, to, place) in [
+        ("\"middle.v_x\"", "\"middle.v_z\"", "numerator"),
+        ("\"middle.v_x\"", "\"middle.p\"", "numerator"),
+        ("\"top.a_x\"", "\"face.v_x\"", "denominator"),
+        ("\"impedance\"", "\"face\"", "name"),
+        ("\"impedance\"", "\"a/b\"", "name"),
+        // The bottom does not move.
+        ("at = [0.0, 0.03]", "at = [0.0, 0.0]", "denominator"),
+        ("[10.0, 40.0, 70.0]", "[0.0]", "denominator"),
+    ] {
+        let text = slab(2);
+        assert!(text.contains(from));
+        let error = refusal_of(&text.replacen(from, to, 1), &[]).unwrap();
+        assert!(error.contains(place), "{to}: {error}");
+    }
+}
