@@ -284,6 +284,34 @@ class Scene:
             scene.set("response.frequencies", given)
         return scene.run(out, progress=progress, existing=existing)
 
+    def periodic(
+        self,
+        out: str | PathLike[str] | None = None,
+        *,
+        progress: Progress = False,
+        existing: Literal["refuse", "overwrite"] = "refuse",
+    ) -> RunResult:
+        """Find the motion that repeats with the period of the loads, and its stability.
+
+        Parameters
+        ----------
+        out : path-like, optional
+            Folder for the files of ``myovib periodic``. By default a temporary folder, removed
+            together with the result.
+        progress : bool or callable
+            As for `run`.
+        existing : {"refuse", "overwrite"}
+            Policy for earlier results in the folder.
+
+        Returns
+        -------
+        RunResult
+            Its probes cover one period; its document has ``"multipliers"``, ``"is_stable"`` and the
+            harmonics of the ``"probes"``.
+        """
+        scene = self.copy().set("analysis", "periodic")
+        return scene.run(out, progress=progress, existing=existing)
+
     def sensitivity(
         self,
         out: str | PathLike[str] | None = None,

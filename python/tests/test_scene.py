@@ -156,6 +156,14 @@ def test_check_and_modes():
     assert [m["frequency"] for m in modes] == pytest.approx(found["body"]["slow_modes"][:3], rel=1e-6)
 
 
+def test_a_periodic_state_repeats():
+    scene = Scene.builtin("figure3").set("integrator.method", "radau9").set("integrator.max_order", None)
+    scene.set("rod.load", {"type": "sine", "amplitude": 1.0, "frequency": 8.0})
+    found = scene.set("chain", []).set("probe", [{"name": "end", "type": "rod", "at": 0.05}]).periodic()
+    u = found.probes["end"]["u"]
+    assert found.document["is_stable"] and abs(u[0] - u[-1]) < 1e-5 * max(abs(u))
+
+
 def test_response_at_zero_is_the_equilibrium():
     scene = Scene.builtin("init").set("traction[0].response", {"y": 100.0})
     found = scene.response([0.0, 5.0])

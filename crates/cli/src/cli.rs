@@ -13,6 +13,7 @@ use crate::commands::init::InitArgs;
 use crate::commands::man::ManArgs;
 use crate::commands::modes::ModesArgs;
 use crate::commands::movie::MovieArgs;
+use crate::commands::periodic::PeriodicArgs;
 use crate::commands::response::ResponseArgs;
 use crate::commands::run::RunArgs;
 use crate::commands::scenes::ScenesArgs;
@@ -23,8 +24,8 @@ use crate::commands::synchronization::SynchronizationArgs;
 use crate::commands::table1::Table1Args;
 use crate::commands::table2::Table2Args;
 use crate::commands::{
-    check, completions, doctor, figure, fit, infsup, init, man, modes, movie, response, run,
-    scenes, schema, sensitivity, sweep, synchronization, table1, table2,
+    check, completions, doctor, figure, fit, infsup, init, man, modes, movie, periodic, response,
+    run, scenes, schema, sensitivity, sweep, synchronization, table1, table2,
 };
 use crate::exit::Exit;
 use crate::versions;
@@ -57,7 +58,7 @@ pub enum Command {
     /// Inspect a scene before running it: DAE index, inf–sup stability, modes, estimated cost,
     /// likely problems.
     Check(CheckArgs),
-    /// Compute a scene: a motion, an equilibrium, eigenmodes, or a harmonic response.
+    /// Compute a scene: a motion, an equilibrium, eigenmodes, a harmonic response, or a periodic state.
     Run(RunArgs),
     /// Run a scene for a grid of parameter values in parallel and collect the results in a table.
     Sweep(SweepArgs),
@@ -65,6 +66,8 @@ pub enum Command {
     Modes(ModesArgs),
     /// Compute the harmonic response of a scene over frequencies.
     Response(ResponseArgs),
+    /// Find the periodic state of a scene under periodic loads, and whether it is stable.
+    Periodic(PeriodicArgs),
     /// Compute the sensitivities of a scene's outputs to its parameters.
     Sensitivity(SensitivityArgs),
     /// Fit parameters of a scene to measurements.
@@ -102,6 +105,7 @@ impl Command {
             Self::Infsup(args) => &args.common,
             Self::Modes(args) => &args.common,
             Self::Response(args) => &args.common,
+            Self::Periodic(args) => &args.common,
             Self::Table1(args) => &args.common,
             Self::Table2(args) => &args.common,
             Self::Figure(args) => &args.options.common,
@@ -142,6 +146,7 @@ impl Command {
             Self::Infsup(args) => infsup::run(args),
             Self::Modes(args) => modes::run(args),
             Self::Response(args) => response::run(args),
+            Self::Periodic(args) => periodic::run(args),
             Self::Table1(args) => table1::run(args),
             Self::Table2(args) => table2::run(args),
             Self::Figure(args) => figure::run(args),

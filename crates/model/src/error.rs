@@ -120,8 +120,27 @@ pub enum ModelError {
         /// Suggested remedy.
         remedy: String,
     },
-    /// The search for an equilibrium was interrupted.
-    #[error("interrupted before the equilibrium was found")]
+    /// Newton's method found no periodic state.
+    #[error(
+        "no periodic state: the ends of the period differ by {residual:.1e} of the size of the state, and Newton's \
+         method does not reduce this to {tolerance:.1e}"
+    )]
+    NoPeriodicState {
+        /// Remaining relative difference of the states at the ends of the period.
+        residual: f64,
+        /// Requested tolerance.
+        tolerance: f64,
+    },
+    /// The integration over a period stopped before its end.
+    #[error("the integration over a period stopped at t = {t} s: {message}")]
+    PeriodStopped {
+        /// Time reached, s.
+        t: f64,
+        /// Description of the cause.
+        message: String,
+    },
+    /// The search for an equilibrium or a periodic state was interrupted.
+    #[error("interrupted before a result was found")]
     Interrupted,
     /// Pressure loads whose work is path-dependent.
     #[error(

@@ -17,6 +17,7 @@
 //! - [`index`], [`table1`], [`inf_sup`], [`spectrum`], [`check`]: analysis of the matrices of a
 //!   model (folder `analysis`).
 //! - [`harmonic`]: harmonic response about an equilibrium.
+//! - [`periodic`]: periodic states, their multipliers, and curves of them.
 //! - [`advice`]: likely causes and remedies for a run that stopped.
 #![doc = include_str!("../notes/0001-formulations.md")]
 #![forbid(unsafe_code)]
@@ -48,6 +49,7 @@ pub mod formulation;
 pub mod harmonic;
 pub mod linear;
 pub mod paper;
+pub mod periodic;
 pub mod sensitivity;
 pub mod start;
 pub mod statics;

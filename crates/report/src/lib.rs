@@ -2,7 +2,7 @@
 //!
 //! [`plot`] draws figures; [`picture`] writes a figure together with its data; [`table`] formats text tables; [`page`]
 //! is the HTML report of a run; [`fit`] shows fits, [`sweep`] sweeps, [`modes`] eigenmodes, [`response`] harmonic
-//! responses, [`stiffness_map`] stiffness sensitivities, [`table2`] the paper's table; [`spatial`] draws bodies in 3D;
+//! responses, [`periodic`] periodic states, [`stiffness_map`] stiffness sensitivities, [`table2`] the paper's table; [`spatial`] draws bodies in 3D;
 //! [`film`] draws the stored fields of a run. The crate reads run folders and does not integrate.
 #![forbid(unsafe_code)]
 #![allow(missing_docs, reason = "not published as a library")]
@@ -12,6 +12,7 @@ pub mod fit;
 pub mod modes;
 pub mod outline;
 pub mod page;
+pub mod periodic;
 pub mod picture;
 pub mod plot;
 pub mod response;

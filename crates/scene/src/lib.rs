@@ -32,6 +32,7 @@ pub mod json;
 pub mod mesh_file;
 pub mod modes;
 pub mod parallel;
+pub mod periodic;
 pub mod probe;
 pub mod response;
 pub mod result_folder;

@@ -10,6 +10,7 @@ pub mod init;
 pub mod man;
 pub mod modes;
 pub mod movie;
+pub mod periodic;
 pub mod response;
 pub mod run;
 pub mod scenes;

@@ -6,7 +6,7 @@ use clap::Args;
 use myovib_model::advice::Finding;
 use myovib_model::check;
 use myovib_report::table::{Align, Table, colored_stdout};
-use myovib_report::{modes, page, response};
+use myovib_report::{modes, page, periodic, response};
 use myovib_scene::run::{Existing, RunOptions, compute};
 use myovib_scene::scene_file::Analysis;
 use myovib_scene::sensitivity::SceneParameter;
@@ -105,7 +105,10 @@ pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     let text = match (&result.modes, &result.response) {
         (Some(found), _) => modes::text(found),
         (_, Some(found)) => response::text(found),
-        _ => text(&result.document),
+        _ => match &result.periodic {
+            Some(found) => periodic::text(found),
+            None => text(&result.document),
+        },
     };
     let text = format!(
         "{text}\nAll of it: {}\n",

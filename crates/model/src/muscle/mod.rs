@@ -301,7 +301,7 @@ impl Muscle {
     }
 
     /// Returns the functions of time of loads, tensions and prescribed motions.
-    pub(crate) fn signals(&self) -> impl Iterator<Item = &Signal> {
+    pub fn signals(&self) -> impl Iterator<Item = &Signal> {
         let loads = self.loads.iter().map(Load::signal);
         let pressures = self.pressures.iter().map(PressureLoad::signal);
         let obstacles = self.contacts.iter().flat_map(Contact::motion);

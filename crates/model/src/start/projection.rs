@@ -10,9 +10,9 @@ use crate::operators;
 
 /// Newton's method converges quadratically or not at all: a few more iterations than digits ask.
 const MAX_ITERATIONS: usize = 30;
-/// A projected volume defect below this is rounding: J - 1 is a sum of some hundred terms of order
-/// the strain times the machine's precision.
-const ROUNDING: f64 = 1e-14;
+/// Projected volume defect below which Newton's method has converged if it does not decrease any further. Rounding
+/// leaves about 1e-16 times the number of terms; index 3 amplifies a larger defect at the first step.
+const CONVERGED: f64 = 1e-7;
 
 /// Computes the displacement with ∫ψ (J - 1) = 0 nearest to `q` in the H1 norm, which spreads the
 /// correction without adding unnecessary strain.
@@ -26,8 +26,8 @@ pub(super) fn displacement(muscle: &Muscle, t: f64, q: &[f64]) -> Result<Vec<f64
         let motion = Motion::new(muscle, t, &q, &rest, &rest);
         let volume_residual = motion.volume_residual()?;
         let size = largest_projected(solid, &volume_residual);
-        // Newton's last step brings it to rounding; there it no longer decreases.
-        if size < ROUNDING || (size < ROUNDING.sqrt() && size >= 0.5 * last) {
+        // Newton's last step reduces it to rounding, where it no longer decreases.
+        if size == 0.0 || (size < CONVERGED && size >= 0.5 * last) {
             return Ok(q);
         }
         last = size;

@@ -13,6 +13,7 @@ mod events;
 mod inf_sup;
 mod long_runs;
 mod own_material;
+mod periodic;
 mod radau;
 mod radau_coupled;
 mod radau_rows;

@@ -56,6 +56,12 @@ pub(super) fn meaning(document: &Value) -> String {
                 separate peaks.</p>\n"
             .to_owned();
     }
+    if document["analysis"] == "periodic" {
+        return "<p>The motion that repeats with the period of the loads, found without its transient. A Floquet \
+                multiplier is the factor by which a small deviation grows over a period: the motion is stable if all \
+                are inside the unit circle. Curves show one period.</p>\n"
+            .to_owned();
+    }
     let index = document["index"].as_u64().unwrap_or(0);
     let mut text = format!(
         "<p>The system has index {index}: {}.</p>\n",

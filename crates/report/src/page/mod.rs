@@ -23,7 +23,7 @@ use myovib_scene::atomic_file;
 use myovib_scene::run::RunResult;
 use myovib_scene::{Error, Scene, escape};
 
-use crate::response;
+use crate::{periodic, response};
 pub(crate) use data::PageData;
 pub(crate) use frame::framed;
 
@@ -55,6 +55,10 @@ fn save(folder: &Path, scene: &Scene, result: &RunResult, mut data: PageData) ->
     let mut html = figures::cards(document);
     html += &figures::outcome(document);
     html += &pictures::body(folder, scene, result.modes.as_ref(), &mut data)?;
+    html += &result
+        .periodic
+        .as_ref()
+        .map_or(String::new(), periodic::section);
     html += &match (&result.modes, &result.response) {
         (Some(found), _) => modes::section(scene, found),
         (_, Some(found)) => response::section(found, is_in_space(document), &mut data),

@@ -53,6 +53,9 @@ pub(super) fn sentence(scene: &Scene, document: &Value) -> String {
         let about = modes::about(document["preload_time"].as_f64());
         return format!("{text} Harmonic response {about}.");
     }
+    if document["analysis"] == "periodic" {
+        return format!("{text} Periodic state at {} Hz.", document["frequency"]);
+    }
     if let Some(formulation) = document["formulation"].as_str() {
         let index = &document["index"];
         text += &format!(" Formulation {formulation}, index {index}.");

@@ -218,6 +218,7 @@ impl Driver for Motion<'_> {
             notes,
             modes: None,
             response: None,
+            periodic: None,
         })
     }
 }

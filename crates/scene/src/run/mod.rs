@@ -15,6 +15,7 @@ mod indicator;
 mod modes;
 mod oscillations;
 mod outputs;
+mod periodic;
 mod recorder;
 mod rehearsal;
 mod response;
@@ -35,6 +36,7 @@ pub use start::{initial, muscle_alone, replayed, rod_with_chains, with_chains};
 pub use trial::{Trial, TrialEnd, try_out};
 
 use crate::modes::Modes;
+use crate::periodic::Periodic;
 use crate::response::{Curves, Response, Values};
 pub use crate::result_folder::Existing;
 use crate::scene_file::Analysis;
@@ -90,6 +92,8 @@ pub struct RunResult {
     pub modes: Option<Modes>,
     /// Result of a harmonic response.
     pub response: Option<Response>,
+    /// Periodic state.
+    pub periodic: Option<Periodic>,
 }
 
 /// Computes a scene into its folder.
@@ -114,6 +118,10 @@ pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Err
             without_motion(options)?;
             response::compute(scene, options)
         }
+        Analysis::Periodic => {
+            without_motion(options)?;
+            periodic::compute(scene, options)
+        }
     }
 }
 
@@ -132,6 +140,7 @@ pub fn rehearse(scene: &Scene) -> Result<(), Error> {
         }
         Analysis::Modes => Ok(()),
         Analysis::Response => Ok(Values::of_scene(scene).map(drop)?),
+        Analysis::Periodic => Ok(scene.readings().map(drop)?),
     }
 }
 

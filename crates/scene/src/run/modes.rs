@@ -47,6 +47,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
             .collect(),
         modes: Some(found),
         response: None,
+        periodic: None,
     })
 }
 

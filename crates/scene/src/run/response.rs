@@ -49,6 +49,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         notes: found.notes.clone(),
         modes: None,
         response: Some(found),
+        periodic: None,
     })
 }
 

@@ -338,7 +338,7 @@ fn rod_with(
 }
 
 /// Returns the chains of a scene driven by a rod.
-fn driven_by_rod(scene: &Scene, rod: &RodDae) -> Result<Vec<Oscillators>, Error> {
+pub(super) fn driven_by_rod(scene: &Scene, rod: &RodDae) -> Result<Vec<Oscillators>, Error> {
     oscillators(scene, |chain| match &chain.at {
         Some(Place::Position(x)) => Ok(vec![Source::Body(rod.displacement_at(*x)?)]),
         _ => Ok(vec![Source::Rest]),
@@ -397,7 +397,11 @@ fn coupled<B: CoupledBody>(
 
 /// Returns the initial state: the body as given (at rest if `body` is empty) and the oscillators at
 /// the positions from the scene.
-fn initial_state<B: CoupledBody>(scene: &Scene, dae: &CoupledDae<B>, body: &[f64]) -> Vec<f64> {
+pub(super) fn initial_state<B: CoupledBody>(
+    scene: &Scene,
+    dae: &CoupledDae<B>,
+    body: &[f64],
+) -> Vec<f64> {
     let mut y = vec![0.0; dae.n_unknowns()];
     y[dae.body_range()][..body.len()].copy_from_slice(body);
     for (k, chain) in scene.chains.iter().enumerate().take(dae.n_networks()) {
@@ -423,7 +427,7 @@ fn oscillators(
         .collect()
 }
 
-fn tolerances(scene: &Scene) -> StateTolerances {
+pub(super) fn tolerances(scene: &Scene) -> StateTolerances {
     let wanted = &scene.file.integrator.oscillators;
     StateTolerances {
         relative: wanted.rtol,
@@ -433,7 +437,7 @@ fn tolerances(scene: &Scene) -> StateTolerances {
 }
 
 /// Returns the options for systems without a muscle.
-fn options(scene: &Scene) -> CoupledOptions {
+pub(super) fn options(scene: &Scene) -> CoupledOptions {
     let wanted = &scene.file.integrator;
     let mut options = CoupledOptions::of_states(wanted.method.kind())
         .with_steps(wanted.initial_step, wanted.max_step);

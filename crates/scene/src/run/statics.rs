@@ -119,6 +119,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
             .collect(),
         modes: None,
         response: None,
+        periodic: None,
     })
 }
 

@@ -21,6 +21,7 @@ mod loads;
 mod materials;
 mod mesh;
 mod oscillators;
+mod periodic;
 mod places;
 mod response;
 mod settings;
@@ -54,6 +55,7 @@ use crate::scene_file::integrator::ChainSteps;
 use crate::scene_file::output::Probe;
 use crate::scene_file::{self, Analysis, SceneFile, Source};
 use builder::Builder;
+pub(crate) use settings::absolute_tolerances;
 pub(crate) use start::Start;
 pub(crate) use supports::{NAMES, index as axis_index};
 
@@ -73,6 +75,8 @@ pub struct Scene {
     pub chains: Vec<DrivenChain>,
     /// Feedback of chains on the body.
     pub feedbacks: Vec<Feedback>,
+    /// Frequency of a periodic state, Hz; `None` for other analyses.
+    pub frequency: Option<f64>,
     /// Input files: mesh and tables.
     pub inputs: Vec<Input>,
     /// Paths of the input files.
@@ -186,10 +190,16 @@ impl Scene {
     /// Returns the scene with all tolerances multiplied by [`loosening`].
     #[must_use]
     pub fn with_looser_tolerances(&self) -> Self {
+        let integrator = &self.file.integrator;
+        let largest = integrator.rtol.max(integrator.oscillators.rtol);
+        self.with_scaled_tolerances(loosening(integrator.method.kind(), largest))
+    }
+
+    /// Returns the scene with all tolerances multiplied by a factor.
+    #[must_use]
+    pub(crate) fn with_scaled_tolerances(&self, factor: f64) -> Self {
         let mut scene = self.clone();
         let integrator = &mut scene.file.integrator;
-        let largest = integrator.rtol.max(integrator.oscillators.rtol);
-        let factor = loosening(integrator.method.kind(), largest);
         integrator.rtol *= factor;
         let atol = &mut integrator.atol;
         for block in [&mut atol.u, &mut atol.v, &mut atol.p, &mut atol.p_rate] {
@@ -344,7 +354,7 @@ impl Scene {
                     .next("add a table [time] with `end`, in s");
                 return Err(builder.wrong("", error));
             }
-            Analysis::Static | Analysis::Dynamic | Analysis::Modes => {}
+            Analysis::Static | Analysis::Dynamic | Analysis::Modes | Analysis::Periodic => {}
             Analysis::Response => builder.response(&file)?,
         }
         let body = match (&file.mesh, &file.solid) {
@@ -381,6 +391,10 @@ impl Scene {
             builder.start(&file, None)?;
         }
         builder.driven(&file, body.as_ref())?;
+        let frequency = match file.analysis {
+            Analysis::Periodic => Some(builder.periodic(&file, body.as_ref(), rod.as_ref())?),
+            _ => None,
+        };
         builder.probes(&file)?;
         if let Some(body) = &body {
             builder.places(&file, body)?;
@@ -396,6 +410,7 @@ impl Scene {
             rod,
             chains,
             feedbacks,
+            frequency,
             paths: inputs.paths(),
             reading_notes,
             inputs: inputs.into_read(),

@@ -35,16 +35,9 @@ impl Builder<'_> {
             Start::State(state) => [state.largest_displacement(), state.largest_velocity()],
             Start::Rest | Start::Equilibrium => [0.0; 2],
         };
-        let typical = TypicalValues::of(muscle, self.t_end, at_start);
-        let (atol, default) = (&wanted.atol, typical.tolerances(wanted.rtol));
         let mut settings = Settings {
             t_end: self.t_end,
-            absolute_tolerances: AbsoluteTolerances {
-                displacement: atol.u.unwrap_or(default.displacement),
-                velocity: atol.v.unwrap_or(default.velocity),
-                pressure: atol.p.unwrap_or(default.pressure),
-                multiplier: atol.p_rate.unwrap_or(default.multiplier),
-            },
+            absolute_tolerances: absolute_tolerances(wanted, muscle, self.t_end, at_start),
             suppressed: match &wanted.error_test.exclude {
                 Some(blocks) => suppressed(blocks, formulation),
                 None => defaults.suppressed,
@@ -133,6 +126,24 @@ impl Builder<'_> {
             }
             ChainSteps::Separate => Ok(()),
         }
+    }
+}
+
+/// Returns the given absolute tolerances, or those for loads up to `t_end` (s) and the largest displacement (m) and
+/// velocity (m/s) at the start.
+pub(crate) fn absolute_tolerances(
+    wanted: &Integrator,
+    muscle: &Muscle,
+    t_end: f64,
+    at_start: [f64; 2],
+) -> AbsoluteTolerances {
+    let typical = TypicalValues::of(muscle, t_end, at_start);
+    let (atol, default) = (&wanted.atol, typical.tolerances(wanted.rtol));
+    AbsoluteTolerances {
+        displacement: atol.u.unwrap_or(default.displacement),
+        velocity: atol.v.unwrap_or(default.velocity),
+        pressure: atol.p.unwrap_or(default.pressure),
+        multiplier: atol.p_rate.unwrap_or(default.multiplier),
     }
 }
 

@@ -43,7 +43,7 @@ impl Builder<'_> {
                 "remove [initial_state]",
             );
         };
-        if file.analysis != Analysis::Dynamic {
+        if !matches!(file.analysis, Analysis::Dynamic | Analysis::Periodic) {
             return Ok(Start::Rest);
         }
         if !file.feedback.is_empty() {

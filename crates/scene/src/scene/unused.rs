@@ -9,14 +9,15 @@ pub(super) fn notes(file: &SceneFile) -> Option<String> {
     let sections = [
         (
             "[initial_state]",
-            !is(Analysis::Dynamic) && file.initial_state.is_some(),
+            !(is(Analysis::Dynamic) || is(Analysis::Periodic)) && file.initial_state.is_some(),
         ),
         ("[[chain]]", is_equilibrium && !file.chain.is_empty()),
         ("[[feedback]]", is_equilibrium && !file.feedback.is_empty()),
         ("[static]", !is_equilibrium && file.loading_path.is_some()),
         (
             "[[stop]]",
-            (is(Analysis::Modes) || is(Analysis::Response)) && !file.stop.is_empty(),
+            (is(Analysis::Modes) || is(Analysis::Response) || is(Analysis::Periodic))
+                && !file.stop.is_empty(),
         ),
     ];
     let sections = sections.into_iter().filter(|(_, given)| *given);

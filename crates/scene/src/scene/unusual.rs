@@ -262,6 +262,7 @@ fn times(file: &SceneFile, t_end: f64) -> Vec<f64> {
             let all = (0..=TIMES).map(|i| t_end * f64::from(i) / f64::from(TIMES));
             all.collect()
         }
+        Analysis::Periodic => Vec::new(),
     }
 }
 

@@ -20,6 +20,7 @@ pub mod loading;
 pub mod material;
 pub mod mesh;
 pub mod output;
+pub mod periodic;
 pub mod response;
 pub mod solid;
 pub mod start;
@@ -51,6 +52,7 @@ use loading::LoadingPath;
 use material::Material;
 use mesh::{Mesh, Region};
 use output::{Fields, Probe, Stop};
+use periodic::Periodic;
 use response::Response;
 use solid::{
     BodyForce, ElasticFoundation, Fixed, PrescribedDisplacement, Pressure, Solid, Traction,
@@ -138,6 +140,8 @@ pub struct SceneFile {
     pub modes: Option<Modes>,
     /// Frequencies and preload of a harmonic response.
     pub response: Option<Response>,
+    /// Frequency and accuracy of a periodic state.
+    pub periodic: Option<Periodic>,
 }
 
 /// Type of analysis.
@@ -153,6 +157,8 @@ pub enum Analysis {
     Modes,
     /// Harmonic response to the loads with a `response`; no fields.
     Response,
+    /// Periodic motion under periodic loads, with its stability; no fields.
+    Periodic,
 }
 
 /// Time interval.

@@ -12,6 +12,7 @@ use serde_json::Value;
 mod adaptive;
 mod fits;
 mod muscle;
+mod periodic;
 mod ratios;
 mod refusals;
 mod rod;

@@ -112,7 +112,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
             response = Some(document);
             (text + &warnings(&unusual), None)
         }
-        (Analysis::Static | Analysis::Modes | Analysis::Response, _) => {
+        (Analysis::Static | Analysis::Modes | Analysis::Response | Analysis::Periodic, _) => {
             modes = scene.body.is_some().then(|| ModesJson::of(&unusual));
             let text = format!(
                 "The scene is right. Nothing is integrated in time: there is no index, and no error test.\n{}",

@@ -139,6 +139,11 @@ pub(super) const SECTIONS: &[Section] = &[
         example: "[response]\nfrequencies = \"1..60:120\"\npreload_time = 0.0",
     },
     Section {
+        title: "`[periodic]`",
+        keys: &["periodic"],
+        example: "[periodic]\nfrequency = 8.0\nsettling_periods = 5",
+    },
+    Section {
         title: "`[[parameter]]`",
         keys: &["parameter"],
         example: "[[parameter]]\nkey = \"material[0].c10\"\nlow = 1e3",

@@ -1,0 +1,93 @@
+//! `myovib periodic`: periodic state of a scene and its stability.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use myovib_report::{page, periodic};
+use myovib_scene::run::{Existing, RunOptions, compute};
+use myovib_scene::sensitivity::SceneParameter;
+use myovib_scene::{Scene, plain};
+
+use crate::args::CommonArgs;
+use crate::exit::Exit;
+use crate::interrupt;
+use crate::output;
+use crate::progress::Progress;
+use crate::values;
+
+/// Options of `myovib periodic`.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    myovib periodic scene.toml\n  \
+    myovib periodic scene.toml --set periodic.frequency=4\n  \
+    myovib periodic scene.toml --set periodic.settling_periods=20 --set periodic.multipliers=8\n\n\
+    Finds the motion that repeats with the period of the loads, without its transient, by Newton's method for the \
+    state after one period. It starts from the motion after periodic.settling_periods periods. The largest Floquet \
+    multipliers show whether the motion is stable. Writes NAME.csv for each [[probe]] over one period; run.json with \
+    multipliers and harmonics; state.json, from which a motion can start; and report.html.")]
+pub struct PeriodicArgs {
+    /// The scene: a TOML file, or the name of a built-in scene.
+    #[arg(value_name = "SCENE")]
+    pub scene: PathBuf,
+
+    /// Change a value of the scene; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+
+    /// Folder for the results; it is made, and must not hold results already.
+    #[arg(long, value_name = "DIR", default_value = "periodic", value_parser = values::output_folder)]
+    pub out: PathBuf,
+
+    /// Replace the results that the folder holds.
+    #[arg(long)]
+    pub overwrite: bool,
+
+    /// Options of every command.
+    #[command(flatten)]
+    pub common: CommonArgs,
+}
+
+/// Computes the periodic state.
+///
+/// # Errors
+/// Returns an error if the scene is invalid (before any file is written), if no periodic state is
+/// found, or if an output cannot be written.
+pub fn run(args: &PeriodicArgs) -> anyhow::Result<Exit> {
+    let mut set = args.set.clone();
+    set.push("analysis=periodic".to_owned());
+    let scene = Scene::load(&args.scene, &set)?;
+    SceneParameter::all(&scene)?;
+    for note in scene.notes() {
+        output::note(&note);
+    }
+    for finding in scene.unusual() {
+        output::warn(&finding.to_string());
+    }
+    let progress = Progress::new(args.common.quiet);
+    let result = compute(
+        &scene,
+        &RunOptions {
+            out: args.out.clone(),
+            existing: Existing::of(false, args.overwrite),
+            interrupt: Some(interrupt::flag()),
+            progress: &progress,
+            verify: false,
+        },
+    )?;
+    drop(progress);
+    for note in &result.notes {
+        output::note(note);
+    }
+    page::write(&args.out, &scene, &result)?;
+    let table = result
+        .periodic
+        .as_ref()
+        .map_or(String::new(), periodic::text);
+    let page = args.out.join(page::NAME);
+    let text = format!(
+        "{table}\nAll of it: {}\n",
+        plain(&page.display().to_string())
+    );
+    args.common.give("periodic", &text, &result.document)?;
+    Ok(Exit::of(&result.outcome))
+}

@@ -1,0 +1,125 @@
+//! The map of a system over one period.
+
+use myovib_dae::{VariableKind, kinds_at};
+
+use crate::error::ModelError;
+use crate::integration::integrator::Integrator;
+use crate::integration::run::{Observer, run};
+use crate::integration::statistics::{Counts, Outcome, StopReason};
+use crate::start::Consistent;
+
+/// Integrates a system over one period from consistent values.
+///
+/// The unknowns of the map are the differential variables. Before each integration they are projected onto the
+/// constraints ([`Consistent`]), which also gives the algebraic variables and the derivatives. A state that
+/// returns to itself satisfies the constraints, because the end of an integration does.
+pub struct PeriodMap<P, S> {
+    dae: P,
+    start: S,
+    times: [f64; 2],
+    differential: Vec<usize>,
+    n_unknowns: usize,
+    evaluations: u64,
+    counts: Counts,
+}
+
+impl<P, S> PeriodMap<P, S>
+where
+    P: Consistent + Clone,
+    S: FnMut(P, [f64; 2], &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+{
+    /// Creates the map from the first to the second of the `times`, s. `start` starts an integrator over the
+    /// times from consistent y and ẏ; `y` is any state.
+    ///
+    /// # Errors
+    /// Errors of the problem.
+    pub fn new(mut dae: P, start: S, times: [f64; 2], y: &[f64]) -> Result<Self, ModelError> {
+        let [y, y_dot] = dae.consistent(times[0], y)?;
+        let kinds = kinds_at(&mut dae, times[0], &y, &y_dot)?;
+        let differential = (0..y.len()).filter(|&i| kinds[i] == VariableKind::Differential);
+        Ok(Self {
+            differential: differential.collect(),
+            n_unknowns: y.len(),
+            dae,
+            start,
+            times,
+            evaluations: 0,
+            counts: Counts::default(),
+        })
+    }
+
+    /// Returns the differential variables of a state.
+    pub fn restrict(&self, y: &[f64]) -> Vec<f64> {
+        self.differential.iter().map(|&i| y[i]).collect()
+    }
+
+    /// Returns the indices of the differential variables.
+    pub fn differential(&self) -> &[usize] {
+        &self.differential
+    }
+
+    /// Returns the system for evaluations outside the integrations.
+    pub fn problem_mut(&mut self) -> &mut P {
+        &mut self.dae
+    }
+
+    /// Returns the number of integrations.
+    pub fn evaluations(&self) -> u64 {
+        self.evaluations
+    }
+
+    /// Returns the counts of all integrations.
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// Returns consistent y at the start for these differential variables.
+    ///
+    /// # Errors
+    /// Errors of [`Consistent::consistent`].
+    pub fn consistent(&mut self, state: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
+        let mut y = vec![0.0; self.n_unknowns];
+        for (&i, value) in self.differential.iter().zip(state) {
+            y[i] = *value;
+        }
+        self.dae.consistent(self.times[0], &y)
+    }
+
+    /// Returns the differential variables after one period.
+    ///
+    /// # Errors
+    /// Errors of [`consistent`](Self::consistent) and of the integrator; [`ModelError::PeriodStopped`].
+    pub fn map(&mut self, state: &[f64]) -> Result<Vec<f64>, ModelError> {
+        self.observed(state, &mut [])
+    }
+
+    /// Returns the differential variables after one period and calls the observers after each step.
+    ///
+    /// # Errors
+    /// As for [`map`](Self::map).
+    pub fn observed(
+        &mut self,
+        state: &[f64],
+        observers: &mut [&mut dyn Observer<P>],
+    ) -> Result<Vec<f64>, ModelError> {
+        let [y, y_dot] = self.consistent(state)?;
+        let mut integrator = (self.start)(self.dae.clone(), self.times, &y, &y_dot)?;
+        let ended = run(&mut *integrator, observers)?;
+        self.evaluations += 1;
+        self.counts = self.counts.followed_by(ended.counts);
+        match ended.outcome {
+            Outcome::Finished => {
+                let mut y = vec![0.0; self.n_unknowns];
+                integrator.dense_output(self.times[1], 0, &mut y)?;
+                Ok(self.restrict(&y))
+            }
+            outcome if outcome.reason() == Some(StopReason::Interrupted) => {
+                Err(ModelError::Interrupted)
+            }
+            outcome => Err(ModelError::PeriodStopped {
+                t: ended.t_reached,
+                message: outcome.message().unwrap_or_default().to_owned(),
+            }),
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! Newton's method for states that return to themselves, and their multipliers.
+
+use num_complex::Complex64;
+
+use super::krylov::{Product, eigenvalues, gmres, norm};
+use crate::error::ModelError;
+
+/// Reduction of the residual by the linear solve of a Newton iteration.
+const REDUCTION: f64 = 1e-3;
+/// Maximum number of halvings of a correction.
+const HALVINGS: usize = 8;
+
+/// A function that computes the state after one period.
+pub(super) type Map<'a> = dyn FnMut(&[f64]) -> Result<Vec<f64>, ModelError> + 'a;
+
+/// Options of shooting.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shooting {
+    /// Size of each component of the state: differences and residuals are relative to it.
+    pub scales: Vec<f64>,
+    /// Maximum relative difference of the states at the ends of the period.
+    pub tolerance: f64,
+    /// Relative error of the map, which gives the increment of differences.
+    pub map_error: f64,
+    /// Maximum number of Newton iterations.
+    pub max_iterations: usize,
+    /// Maximum number of products of a linear solve or a set of multipliers.
+    pub max_products: usize,
+}
+
+impl Shooting {
+    /// Returns the default options for these scales.
+    pub fn new(scales: Vec<f64>) -> Self {
+        Self {
+            scales,
+            tolerance: 1e-6,
+            map_error: 1e-8,
+            max_iterations: 20,
+            max_products: 60,
+        }
+    }
+
+    /// Returns the increment h that balances the truncation error of central differences, h², and the error of
+    /// the map, ε/h.
+    pub(super) fn increment(&self) -> f64 {
+        self.map_error.cbrt()
+    }
+
+    pub(super) fn scaled(&self, state: &[f64]) -> Vec<f64> {
+        state.iter().zip(&self.scales).map(|(x, s)| x / s).collect()
+    }
+
+    pub(super) fn unscaled(&self, state: &[f64]) -> Vec<f64> {
+        state.iter().zip(&self.scales).map(|(x, s)| x * s).collect()
+    }
+
+    /// Returns the product of the derivative of `function` at `x` with `v`, by central differences.
+    pub(super) fn product(
+        &self,
+        function: &mut Product<'_>,
+        x: &[f64],
+        v: &[f64],
+    ) -> Result<Vec<f64>, ModelError> {
+        let h = self.increment() / largest(v);
+        let moved = |h: f64| -> Vec<f64> { x.iter().zip(v).map(|(x, v)| x + h * v).collect() };
+        let (ahead, behind) = (function(&moved(h))?, function(&moved(-h))?);
+        let both = ahead.iter().zip(&behind);
+        Ok(both.map(|(a, b)| (a - b) / (2.0 * h)).collect())
+    }
+
+    /// Solves `residual`(x) = 0 by Newton's method from `x`. Returns x, the norm of its residual, and the number
+    /// of iterations.
+    pub(super) fn solve(
+        &self,
+        residual: &mut Product<'_>,
+        mut x: Vec<f64>,
+    ) -> Result<(Vec<f64>, f64, usize), ModelError> {
+        let mut left = residual(&x)?;
+        for iteration in 0..self.max_iterations {
+            if largest(&left) <= self.tolerance {
+                return Ok((x, largest(&left), iteration));
+            }
+            let right: Vec<f64> = left.iter().map(|r| -r).collect();
+            // One-sided differences suffice for the reduction of the residual.
+            let h = self.map_error.sqrt();
+            let mut product = |v: &[f64]| {
+                let h = h / largest(v);
+                let moved: Vec<f64> = x.iter().zip(v).map(|(x, v)| x + h * v).collect();
+                let ahead = residual(&moved)?;
+                Ok(ahead.iter().zip(&left).map(|(a, b)| (a - b) / h).collect())
+            };
+            let correction = gmres(&mut product, &right, REDUCTION, self.max_products)?;
+            let mut length = 1.0;
+            let (moved, reduced) = loop {
+                let both = x.iter().zip(&correction);
+                let moved: Vec<f64> = both.map(|(x, d)| x + length * d).collect();
+                match residual(&moved) {
+                    Ok(next) if norm(&next) < (1.0 - 1e-4 * length) * norm(&left) => {
+                        break (moved, next);
+                    }
+                    Err(ModelError::Interrupted) => return Err(ModelError::Interrupted),
+                    _ if length <= 0.5_f64.powi(HALVINGS as i32) => {
+                        return Err(self.failure(&left));
+                    }
+                    _ => length *= 0.5,
+                }
+            };
+            (x, left) = (moved, reduced);
+        }
+        match largest(&left) <= self.tolerance {
+            true => Ok((x, largest(&left), self.max_iterations)),
+            false => Err(self.failure(&left)),
+        }
+    }
+
+    fn failure(&self, left: &[f64]) -> ModelError {
+        ModelError::NoPeriodicState {
+            residual: largest(left),
+            tolerance: self.tolerance,
+        }
+    }
+}
+
+/// A state that returns to itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PeriodicState {
+    /// State at the start of the period.
+    pub state: Vec<f64>,
+    /// Maximum relative difference of the states at the ends of the period.
+    pub residual: f64,
+    /// Number of Newton iterations.
+    pub iterations: usize,
+}
+
+/// Finds a state near `guess` that returns to itself after one period.
+///
+/// # Errors
+/// [`ModelError::NoPeriodicState`] if Newton's method fails; errors of the map at the guess.
+pub fn shoot(
+    map: &mut Map<'_>,
+    guess: &[f64],
+    shooting: &Shooting,
+) -> Result<PeriodicState, ModelError> {
+    let mut residual = |x: &[f64]| {
+        let end = shooting.scaled(&map(&shooting.unscaled(x))?);
+        Ok(end.iter().zip(x).map(|(end, x)| end - x).collect())
+    };
+    let (x, left, iterations) = shooting.solve(&mut residual, shooting.scaled(guess))?;
+    Ok(PeriodicState {
+        state: shooting.unscaled(&x),
+        residual: left,
+        iterations,
+    })
+}
+
+/// Leading Floquet multipliers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Multipliers {
+    /// Multipliers in descending order of magnitude.
+    pub values: Vec<Complex64>,
+    /// Residual norm of each: an estimate of its error.
+    pub residuals: Vec<f64>,
+}
+
+impl Multipliers {
+    /// Returns the largest magnitude, 0 without multipliers.
+    pub fn spectral_radius(&self) -> f64 {
+        self.values.first().map_or(0.0, |value| value.norm())
+    }
+}
+
+/// Returns the `count` multipliers of largest magnitude of a periodic state, and the conjugate of the last.
+///
+/// # Errors
+/// Errors of the map near the state.
+pub fn multipliers(
+    map: &mut Map<'_>,
+    state: &[f64],
+    shooting: &Shooting,
+    count: usize,
+) -> Result<Multipliers, ModelError> {
+    let x = shooting.scaled(state);
+    let mut image = |x: &[f64]| Ok(shooting.scaled(&map(&shooting.unscaled(x))?));
+    let mut product = |v: &[f64]| shooting.product(&mut image, &x, v);
+    // One application removes what decays within a period. Equidistributed components exclude no direction.
+    let golden = 0.5 * (5_f64.sqrt() - 1.0);
+    let all: Vec<f64> = (1..=x.len())
+        .map(|i| (golden * i as f64).fract() - 0.5)
+        .collect();
+    let start = product(&all)?;
+    if norm(&start) <= shooting.map_error {
+        return Ok(Multipliers {
+            values: vec![Complex64::ZERO],
+            residuals: vec![norm(&start)],
+        });
+    }
+    // Differences resolve multipliers to the square of their increment.
+    let tolerance = shooting.increment().powi(2);
+    let most = shooting.max_products.min(x.len());
+    let found = eigenvalues(&mut product, &start, count.min(x.len()), tolerance, most)?;
+    let (values, residuals) = found.into_iter().unzip();
+    Ok(Multipliers { values, residuals })
+}
+
+/// Returns max |x_i|.
+pub(super) fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |m, x| m.max(x.abs()))
+}

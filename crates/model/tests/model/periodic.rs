@@ -1,0 +1,306 @@
+//! Periodic states of forced oscillators. Reference: Fourier collocation, with 10 digits of orbits and folds and
+//! 9 of multipliers.
+
+use std::f64::consts::TAU;
+
+use myovib_dae::{Problem, StepError, Tolerances, VariableKind};
+use myovib_model::periodic::{
+    Continuation, Curve, PeriodMap, PeriodicState, Point, Shooting, follow, multipliers, shoot,
+};
+use myovib_model::start::Consistent;
+use myovib_model::{Integrator, ModelError, RadauIntegrator};
+use myovib_radau::{RadauOptions, SparseDirectSolver};
+use num_complex::Complex64;
+
+/// Relative tolerance of the integrator. The map then has errors of about 1e-11, and differences errors of 1e-7.
+const RTOL: f64 = 1e-13;
+/// Six digits of values of order 1.
+const SIX_DIGITS: f64 = 1e-6;
+
+/// ẍ + d(x) ẋ + x + b x³ = F cos Ωt.
+#[derive(Clone, Copy)]
+struct Oscillator {
+    damping: fn(f64) -> f64,
+    cubic: f64,
+    force: f64,
+    omega: f64,
+    form: Form,
+}
+
+#[derive(Clone, Copy)]
+enum Form {
+    /// Unknowns (x, v).
+    Explicit,
+    /// Unknowns (x, s, v, w, λ) of index 3: 0.5 v̇ + λ = F cos Ωt, 0.5 ẇ + d(s) w + s + b s³ − λ = 0, x − s = 0.
+    Constrained,
+}
+
+fn duffing(form: Form) -> Oscillator {
+    Oscillator {
+        damping: |_| 0.1,
+        cubic: 1.0,
+        force: 0.2,
+        omega: 0.0,
+        form,
+    }
+}
+
+fn van_der_pol(force: f64) -> Oscillator {
+    Oscillator {
+        damping: |x| -0.2 * (1.0 - x * x),
+        cubic: 0.0,
+        force,
+        omega: 0.0,
+        form: Form::Explicit,
+    }
+}
+
+impl Oscillator {
+    fn drive(&self, t: f64) -> f64 {
+        self.force * (self.omega * t).cos()
+    }
+
+    fn resistance(&self, x: f64, v: f64) -> f64 {
+        (self.damping)(x) * v + x + self.cubic * x.powi(3)
+    }
+}
+
+impl Problem for Oscillator {
+    fn n_unknowns(&self) -> usize {
+        match self.form {
+            Form::Explicit => 2,
+            Form::Constrained => 5,
+        }
+    }
+
+    fn residual(&mut self, t: f64, y: &[f64], yp: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        match self.form {
+            Form::Explicit => {
+                r[0] = yp[0] - y[1];
+                r[1] = yp[1] + self.resistance(y[0], y[1]) - self.drive(t);
+            }
+            Form::Constrained => {
+                r[0] = yp[0] - y[2];
+                r[1] = yp[1] - y[3];
+                r[2] = 0.5 * yp[2] + y[4] - self.drive(t);
+                r[3] = 0.5 * yp[3] + self.resistance(y[1], y[3]) - y[4];
+                r[4] = y[0] - y[1];
+            }
+        }
+        Ok(())
+    }
+
+    fn kinds(&self) -> Option<Vec<VariableKind>> {
+        let mut kinds = vec![VariableKind::Differential; self.n_unknowns()];
+        if let Form::Constrained = self.form {
+            kinds[4] = VariableKind::Algebraic;
+        }
+        Some(kinds)
+    }
+
+    fn indices(&self) -> Option<Vec<u8>> {
+        match self.form {
+            Form::Explicit => None,
+            Form::Constrained => Some(vec![1, 1, 2, 2, 3]),
+        }
+    }
+}
+
+impl Consistent for Oscillator {
+    fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
+        let acceleration = |x: f64, v: f64| self.drive(t) - self.resistance(x, v);
+        Ok(match self.form {
+            Form::Explicit => [y.to_vec(), vec![y[1], acceleration(y[0], y[1])]],
+            Form::Constrained => {
+                let (x, v) = (0.5 * (y[0] + y[1]), 0.5 * (y[2] + y[3]));
+                let a = acceleration(x, v);
+                let lambda = self.drive(t) - 0.5 * a;
+                [vec![x, x, v, v, lambda], vec![v, v, a, a, 0.0]]
+            }
+        })
+    }
+}
+
+fn start(
+    dae: Oscillator,
+    times: [f64; 2],
+    y: &[f64],
+    y_dot: &[f64],
+) -> Result<Box<dyn Integrator<Oscillator>>, ModelError> {
+    let options = RadauOptions {
+        stages: 7,
+        tolerances: Tolerances::scalar(RTOL, RTOL),
+        ..RadauOptions::default()
+    };
+    let matrices = SparseDirectSolver::new(&dae.jacobian_pattern(), options.sparse)?;
+    let times = times.into();
+    let integrator = RadauIntegrator::new(dae, matrices, options, times, y, y_dot)?;
+    Ok(Box::new(integrator))
+}
+
+/// Returns the state after one period.
+fn map(mut dae: Oscillator, state: &[f64], omega: f64) -> Result<Vec<f64>, ModelError> {
+    dae.omega = omega;
+    let rest = vec![0.0; dae.n_unknowns()];
+    PeriodMap::new(dae, start, [0.0, TAU / omega], &rest)?.map(state)
+}
+
+fn shooting(dae: Oscillator) -> Shooting {
+    let n = match dae.form {
+        Form::Explicit => 2,
+        Form::Constrained => 4,
+    };
+    Shooting {
+        tolerance: 1e-9,
+        map_error: 1e-11,
+        ..Shooting::new(vec![1.0; n])
+    }
+}
+
+/// Returns the state (x, v) of the differential variables.
+fn xv(dae: Oscillator, state: &[f64]) -> [f64; 2] {
+    match dae.form {
+        Form::Explicit => [state[0], state[1]],
+        Form::Constrained => [state[0], state[2]],
+    }
+}
+
+fn guess(dae: Oscillator, [x, v]: [f64; 2]) -> Vec<f64> {
+    match dae.form {
+        Form::Explicit => vec![x, v],
+        Form::Constrained => vec![x, x, v, v],
+    }
+}
+
+fn found(dae: Oscillator, omega: f64, near: [f64; 2]) -> (PeriodicState, Vec<Complex64>) {
+    let shooting = shooting(dae);
+    let mut map = |state: &[f64]| map(dae, state, omega);
+    let found = shoot(&mut map, &guess(dae, near), &shooting).unwrap();
+    let leading = multipliers(&mut map, &found.state, &shooting, 2).unwrap();
+    (found, leading.values)
+}
+
+fn curve(dae: Oscillator, from: (f64, [f64; 2]), is_descending: bool, range: [f64; 2]) -> Curve {
+    let (state, _) = found(dae, from.0, from.1);
+    let continuation = Continuation {
+        shooting: shooting(dae),
+        parameter_scale: 1.0,
+        range,
+        is_descending,
+        max_step: 0.5,
+        max_points: 100,
+    };
+    let mut family = |state: &[f64], omega: f64| map(dae, state, omega);
+    follow(&mut family, (&state.state, from.0), &continuation).unwrap()
+}
+
+fn assert_close(found: f64, expected: f64) {
+    assert!((found - expected).abs() < SIX_DIGITS, "{found} {expected}");
+}
+
+/// Ω, (x(0), x'(0)), leading multiplier, guess.
+type Row = (f64, [f64; 2], (f64, f64), [f64; 2]);
+
+/// At Ω = 1.4 three states exist.
+const DUFFING: [Row; 4] = [
+    (
+        0.9,
+        [0.49750720810, 0.11313328180],
+        (-0.1757413745, 0.6831024156),
+        [0.0, 0.0],
+    ),
+    (
+        1.4,
+        [0.63621448140, 1.37947090874],
+        (0.6396284447, 0.4788213523),
+        [0.6, 1.4],
+    ),
+    (
+        1.4,
+        [-0.69532311105, 1.11253193477],
+        (1.5567839668, 0.0),
+        [-0.7, 1.1],
+    ),
+    (
+        1.4,
+        [-0.21134045523, 0.04500057368],
+        (-0.0617441858, 0.7966066094),
+        [0.0, 0.0],
+    ),
+];
+
+#[test]
+fn states_of_a_duffing_oscillator_of_index_0_and_3_have_their_multipliers() {
+    for form in [Form::Explicit, Form::Constrained] {
+        let dae = duffing(form);
+        for (omega, expected, (re, im), near) in DUFFING {
+            let (state, multipliers) = found(dae, omega, near);
+            let own = xv(dae, &state.state);
+            (0..2).for_each(|i| assert_close(own[i], expected[i]));
+            assert_close(multipliers[0].re, re);
+            assert_close(multipliers[0].im, im);
+            // The determinant of the monodromy matrix of the free coordinates.
+            let determinant = (multipliers[0] * multipliers[1]).re;
+            assert_close(determinant, (-0.1 * TAU / omega).exp());
+        }
+    }
+}
+
+/// Ω, x(0), x'(0), and the other multiplier of a fold.
+type Fold = (f64, [f64; 2], f64);
+
+fn expect_folds(dae: Oscillator, folds: &[Point], expected: &[Fold]) {
+    assert_eq!(folds.len(), expected.len());
+    for (fold, (omega, state, other)) in folds.iter().zip(expected) {
+        assert_close(fold.parameter, *omega);
+        let own = xv(dae, &fold.state);
+        (0..2).for_each(|i| assert_close(own[i], state[i]));
+        let mut map = |state: &[f64]| map(dae, state, fold.parameter);
+        let found = multipliers(&mut map, &fold.state, &shooting(dae), 2).unwrap();
+        assert_close(found.values[0].re, 1.0);
+        assert_close(found.values[1].re, *other);
+    }
+}
+
+#[test]
+fn the_resonance_curve_of_a_duffing_oscillator_turns_at_its_folds() {
+    let folds = [
+        (1.52244802905, [-0.0714315460, 1.8429002596], 0.6618589727),
+        (1.25201495911, [-0.4919152667, 0.2197168734], 0.6054121184),
+    ];
+    let near = (1.3, [0.75, 0.99]);
+    for form in [Form::Explicit, Form::Constrained] {
+        let dae = duffing(form);
+        let curve = curve(dae, near, false, [1.2, 1.6]);
+        expect_folds(dae, &curve.folds, &folds);
+        let last = curve.points.last().unwrap();
+        assert!(last.parameter > 1.6, "the curve ends at {}", last.parameter);
+    }
+}
+
+/// The locked states are a closed curve, apart from the states that continue from low frequencies.
+#[test]
+fn locking_of_a_van_der_pol_oscillator_ends_at_its_folds() {
+    let dae = van_der_pol(0.15);
+    let upper = (1.03551168973, [-1.8659824710, -0.3937224032], 0.3746665642);
+    let lower = (0.95867687219, [1.8748825708, -0.4211918823], 0.3223478714);
+    let near = (1.0, [-0.38, 2.2]);
+    for (is_descending, fold) in [(false, upper), (true, lower)] {
+        let curve = curve(dae, near, is_descending, [0.9, 1.1]);
+        expect_folds(dae, &curve.folds[..1], &[fold]);
+    }
+}
+
+/// Beyond the torus bifurcation at Ω = 1.245 the state is unstable.
+#[test]
+fn a_strongly_forced_van_der_pol_oscillator_loses_stability_on_a_torus() {
+    let dae = van_der_pol(0.8);
+    for (omega, near, (re, im)) in [
+        (1.2, [-1.8, -0.1], (0.4058682321, 0.6016159585)),
+        (1.3, [-1.1, -0.3], (0.1484911577, 1.1869529648)),
+    ] {
+        let (_, multipliers) = found(dae, omega, near);
+        assert_close(multipliers[0].re, re);
+        assert_close(multipliers[0].im, im);
+    }
+}

@@ -1,0 +1,115 @@
+//! Periodic states of scenes.
+
+use std::f64::consts::TAU;
+
+use num_complex::Complex64;
+use serde::Serialize;
+
+use crate::response::phase;
+
+/// Highest multiple of the frequency in the harmonics of probes.
+const MOST_HARMONICS: usize = 10;
+
+/// Periodic state of a scene.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Periodic {
+    /// Frequency, Hz.
+    pub frequency: f64,
+    /// Period, s.
+    pub period: f64,
+    /// Time at which the period starts, s.
+    pub start_time: f64,
+    /// Number of differential variables.
+    pub differential_variables: usize,
+    /// Maximum difference of the states at the ends of the period, relative to the size of the motion.
+    pub residual: f64,
+    /// Number of Newton iterations.
+    pub newton_iterations: usize,
+    /// Number of integrations over a period.
+    pub integrations: u64,
+    /// Steps of all integrations.
+    pub steps: u64,
+    /// Largest magnitude of the multipliers.
+    pub spectral_radius: f64,
+    /// Whether all multipliers are inside the unit circle.
+    pub is_stable: bool,
+    /// Leading Floquet multipliers as [real part, imaginary part], largest magnitude first.
+    pub multipliers: Vec<[f64; 2]>,
+    /// Harmonics of the probes.
+    pub probes: Vec<Harmonics>,
+}
+
+/// Harmonics of the values of a probe.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Harmonics {
+    /// Name of the probe.
+    pub name: String,
+    /// Values of the probe.
+    pub columns: Vec<Column>,
+}
+
+/// Mean, range and harmonics of a value: mean + Σ a_k cos(2π k f t + φ_k).
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Column {
+    /// Name of the value.
+    pub name: String,
+    /// Mean.
+    pub mean: f64,
+    /// Minimum of the samples.
+    pub minimum: f64,
+    /// Maximum of the samples.
+    pub maximum: f64,
+    /// Amplitudes a_1, a_2, …
+    pub amplitudes: Vec<f64>,
+    /// Phases φ_1, φ_2, … in degrees.
+    pub phases: Vec<f64>,
+}
+
+impl Column {
+    /// Analyzes equidistant samples of a period that starts at `start` periods; the end of the period is not a sample.
+    pub(crate) fn new(name: String, samples: &[f64], start: f64) -> Self {
+        let n = samples.len() as f64;
+        let coefficient = |k: usize| -> Complex64 {
+            let terms = samples.iter().enumerate().map(|(i, value)| {
+                let angle = -TAU * k as f64 * (start + i as f64 / n);
+                Complex64::from_polar(2.0 * value / n, angle)
+            });
+            terms.sum()
+        };
+        let most = MOST_HARMONICS.min((samples.len() - 1) / 2);
+        let harmonics: Vec<Complex64> = (1..=most).map(coefficient).collect();
+        let fold = |of: fn(f64, f64) -> f64| samples.iter().copied().reduce(of).unwrap_or(f64::NAN);
+        Self {
+            name,
+            mean: samples.iter().sum::<f64>() / n,
+            minimum: fold(f64::min),
+            maximum: fold(f64::max),
+            amplitudes: harmonics.iter().map(|z| z.norm()).collect(),
+            phases: harmonics.iter().map(|z| phase(*z)).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn harmonics_are_those_of_the_samples() {
+        let start = 0.3;
+        let value = |i: usize| {
+            let s = TAU * (start + i as f64 / 32.0);
+            2.0 + 3.0 * (s + 0.5).cos() + 0.1 * (3.0 * s - 1.0).cos()
+        };
+        let samples: Vec<f64> = (0..32).map(value).collect();
+        let found = Column::new("u".to_owned(), &samples, start);
+        let expected = [3.0, 0.0, 0.1];
+        // Rounding of 32 terms of size 0.2.
+        assert!((found.mean - 2.0).abs() < 1e-14);
+        for (amplitude, expected) in found.amplitudes.iter().zip(expected) {
+            assert!((amplitude - expected).abs() < 1e-14);
+        }
+        assert!((found.phases[0] - 0.5_f64.to_degrees()).abs() < 1e-12);
+        assert!((found.phases[2] + 1.0_f64.to_degrees()).abs() < 1e-10);
+    }
+}

@@ -1,0 +1,136 @@
+//! Checks of a periodic state: its frequency, and loads that repeat.
+
+use myovib_model::{RodDae, Signal};
+
+use super::Body;
+use super::builder::Builder;
+use super::contraction::chains_that_act;
+use crate::InputError;
+use crate::scene_file::SceneFile;
+use crate::scene_file::integrator::Method;
+use crate::scene_file::periodic::Periodic;
+
+/// Number of times in a period at which values are compared: a prime, since the harmonics of a load vanish at
+/// common fractions of its period.
+const TIMES: u32 = 97;
+/// Periods after which the loads are compared with the first.
+const PERIODS: [f64; 3] = [1.0, 2.0, 7.0];
+/// Allowed change of a load after a period, relative to its maximum: rounding of a frequency such as 33.333.
+const CHANGE: f64 = 1e-6;
+
+impl Builder<'_> {
+    /// Returns the frequency of the periodic state, Hz.
+    ///
+    /// # Errors
+    /// Parts without periodic states; loads without a common period.
+    pub(super) fn periodic(
+        &self,
+        file: &SceneFile,
+        body: Option<&Body>,
+        rod: Option<&RodDae>,
+    ) -> Result<f64, InputError> {
+        if let Some(chain) = chains_that_act(file).next() {
+            let error = InputError::new(format!(
+                "the chain `{chain}` acts back on the body: such periodic states are not supported"
+            ));
+            let error = error.next("remove the feedback, or compute a motion");
+            return Err(self.wrong("analysis", error));
+        }
+        if body.is_some_and(|body| body.muscle.models().next().is_some()) {
+            let error = InputError::new("the activation model `bestel` has no period");
+            let error = error.next("use a tension of type = \"given\"");
+            return Err(self.wrong("analysis", error));
+        }
+        if file.integrator.method == Method::Bdf {
+            let error = InputError::new("periodic states need Radau IIA");
+            let error = error.found("\"bdf\"").allowed("radau5, radau9, radau13");
+            return Err(self.wrong("integrator.method", error));
+        }
+        let of_energy = |(i, probe): (usize, &crate::scene_file::output::Probe)| {
+            let is_energy = matches!(probe.kind, crate::probe::ProbeKind::Energy(_));
+            is_energy.then_some(i)
+        };
+        if let Some(i) = file.probe.iter().enumerate().find_map(of_energy) {
+            let error = InputError::new("an energy balance needs a motion from its start");
+            let error = error.next("remove this probe, or compute a motion");
+            return Err(self.wrong(&format!("probe[{i}].type"), error));
+        }
+        let signals = signals(body, rod);
+        let periodic = file.periodic.clone().unwrap_or_default();
+        let frequency = match periodic.frequency {
+            Some(frequency) => frequency,
+            None => self.only_frequency(&signals)?,
+        };
+        for (path, signal) in &signals {
+            if let Some((t, change)) = change(signal, &periodic, frequency) {
+                let error = InputError::new(format!(
+                    "the load does not repeat after 1/{frequency} s: it changes by {change:.1e} at t = {t:.4} s"
+                ));
+                let error = error
+                    .allowed("constants, and sines with multiples of this frequency")
+                    .next("give periodic.frequency, of which the frequencies of all loads are multiples")
+                    .next("or give periodic.start_time, a time after which loads that rise repeat");
+                return Err(self.wrong(path, error));
+            }
+        }
+        Ok(frequency)
+    }
+
+    /// Returns the frequency that all periodic loads have, Hz.
+    fn only_frequency(&self, signals: &[(String, &Signal)]) -> Result<f64, InputError> {
+        let frequencies = signals.iter().filter_map(|(_, signal)| signal.frequency());
+        let mut frequencies: Vec<f64> = frequencies.collect();
+        frequencies.sort_by(f64::total_cmp);
+        frequencies.dedup();
+        match frequencies[..] {
+            [frequency] => Ok(frequency),
+            [] => {
+                let error = InputError::new("no load or displacement is periodic");
+                let error = error.next(
+                    "give one a sine, as y = { type = \"sine\", amplitude = 100.0, frequency = 8.0 } in a [[traction]]",
+                );
+                Err(self.wrong("analysis", error))
+            }
+            _ => {
+                let frequencies: Vec<String> = frequencies.iter().map(f64::to_string).collect();
+                let error = InputError::new("the loads have several frequencies")
+                    .found(format!("{} Hz", frequencies.join(", ")))
+                    .next("give periodic.frequency, Hz, of which all are multiples");
+                Err(self.wrong("analysis", error))
+            }
+        }
+    }
+}
+
+/// Returns the functions of time of the loads and motions with their paths in the scene.
+fn signals<'a>(body: Option<&'a Body>, rod: Option<&'a RodDae>) -> Vec<(String, &'a Signal)> {
+    let mut signals = Vec::new();
+    if let Some(body) = body {
+        let muscle = &body.muscle;
+        let mut keys = body.load_keys.clone();
+        keys.extend((0..muscle.pressures.len()).map(|i| format!("pressure[{i}].value")));
+        let motions = std::iter::repeat_n("prescribed_displacement", muscle.prescribed.len());
+        keys.extend(motions.map(str::to_owned));
+        // Obstacles and tensions follow.
+        let keys = keys
+            .into_iter()
+            .chain(std::iter::repeat("analysis".to_owned()));
+        signals.extend(keys.zip(muscle.signals()));
+    }
+    signals.extend(rod.map(|rod| ("rod.load".to_owned(), rod.signal())));
+    signals
+}
+
+/// Returns the first time at which a load differs after some periods, and the difference.
+fn change(signal: &Signal, periodic: &Periodic, frequency: f64) -> Option<(f64, f64)> {
+    let period = 1.0 / frequency;
+    let times =
+        (0..TIMES).map(|i| periodic.start_time + period * (f64::from(i) + 0.5) / f64::from(TIMES));
+    let value = |t: f64| signal.at(t).value;
+    let largest = times.clone().map(|t| value(t).abs()).fold(0.0, f64::max);
+    let mut changes = times.flat_map(|t| {
+        let later = PERIODS.map(|n| (t, (value(t + n * period) - value(t)).abs()));
+        later.into_iter()
+    });
+    changes.find(|(_, change)| *change > CHANGE * largest || change.is_nan())
+}

@@ -1,0 +1,179 @@
+//! Periodic states equal the harmonic response under small loads and the settled motion under large loads.
+
+use std::path::Path;
+
+use myovib_scene::Scene;
+use myovib_scene::csv::Table;
+use myovib_scene::periodic::{Column, Periodic};
+use myovib_scene::run::{RunOptions, compute};
+use num_complex::Complex64;
+
+use crate::{column, error, response};
+
+const FREQUENCY: f64 = 20.0;
+
+/// Returns a body under a shear traction of this amplitude.
+fn body(solid: &str, material: &str, amplitude: f64) -> String {
+    format!(
+        "[mesh]\ntype = \"rectangle\"\nwidth = 0.05\nheight = 0.02\ncells = [1, 1]\n[solid]\nrayleigh_mass = 100.0\n{solid}\n\
+         [[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 2e4\n{material}\n\
+         [[fixed]]\ngroup = \"left\"\n[[traction]]\ngroup = \"right\"\n\
+         y = {{ type = \"sine\", amplitude = {amplitude:?}, frequency = {FREQUENCY:?} }}\n\
+         response = {{ y = {amplitude:?} }}\n[response]\nfrequencies = [{FREQUENCY:?}]\n\
+         [[probe]]\nname = \"tip\"\ntype = \"point\"\nat = [0.05, 0.01]\nquantities = [\"u\"]\ninterval = 0.003125\n"
+    )
+}
+
+fn built(text: &str, set: &[&str]) -> Result<Scene, String> {
+    let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
+    Scene::build("scene.toml", text, &set, Path::new("")).map_err(|error| error.to_string())
+}
+
+/// Computes a scene and returns the periodic state, if it has one, and the table of the probe `tip`.
+fn computed(text: &str, set: &[&str]) -> (Option<Periodic>, Vec<Vec<f64>>) {
+    let out = tempfile::tempdir().unwrap();
+    let scene = built(text, set).unwrap();
+    let result = compute(&scene, &RunOptions::into_folder(out.path())).unwrap();
+    assert_eq!(result.document["outcome"], "finished");
+    let table = std::fs::read_to_string(out.path().join("tip.csv")).unwrap();
+    let table = Table::parse(&table).unwrap();
+    let rows = table.rows.iter().map(|row| table.numbers(row).unwrap());
+    (result.periodic, rows.collect())
+}
+
+fn periodic(text: &str, set: &[&str]) -> (Periodic, Vec<Vec<f64>>) {
+    let (found, rows) = computed(text, &[&["analysis=periodic"], set].concat());
+    (found.unwrap(), rows)
+}
+
+fn of<'a>(found: &'a Periodic, name: &str) -> &'a Column {
+    let columns = &found.probes[0].columns;
+    columns.iter().find(|column| column.name == name).unwrap()
+}
+
+/// A strain of 3e-4 changes the amplitude by its square. The periodic state has a tolerance of 1e-7.
+#[test]
+fn a_small_periodic_motion_is_the_harmonic_response() {
+    let prony = "viscosity = 2.0\nprony = [{ relative_modulus = 0.3, relaxation_time = 0.01 }]";
+    for (solid, material) in [
+        ("bulk_modulus = 1e6\nformulation = \"displacement\"", ""),
+        ("bulk_modulus = inf\nformulation = \"position\"", prony),
+        ("bulk_modulus = inf\nformulation = \"velocity\"", ""),
+        ("bulk_modulus = inf\nformulation = \"stabilized\"", ""),
+        (
+            "bulk_modulus = inf\nrayleigh_stiffness = 1e-3\nformulation = \"rate\"",
+            "",
+        ),
+        (
+            "bulk_modulus = 1e6\nrayleigh_stiffness = 1e-3\nformulation = \"implicit-rate\"",
+            prony,
+        ),
+    ] {
+        let text = body(solid, material, 2.0);
+        let (found, _) = periodic(
+            &text,
+            &["periodic.tolerance=1e-7", "periodic.multipliers=1"],
+        );
+        let u = of(&found, "u_y");
+        let own = Complex64::from_polar(u.amplitudes[0], u.phases[0].to_radians());
+        // The load is sin ωt = Re(−i e^{iωt}).
+        let analysis = format!("analysis = \"response\"\n{text}");
+        let expected = -Complex64::I * column(&response(&analysis), "tip", "u_y")[0];
+        assert!(error(own, expected) < 1e-6, "{solid}: {own} {expected}");
+        assert!(found.is_stable);
+    }
+}
+
+/// After 24 periods the transient has decayed to e^{−αt/2} = 1e-26, so the integration alone has errors.
+#[test]
+fn a_large_periodic_motion_is_the_settled_motion() {
+    let text = body("bulk_modulus = inf", "", 2000.0);
+    let (found, rows) = periodic(&text, &["periodic.samples=16", "periodic.tolerance=1e-8"]);
+    let motion = ["time.end=1.25", "integrator.rtol=1e-9"];
+    let (_, all) = computed(&text, &motion);
+    let last = &all[all.len() - 17..];
+    let largest = of(&found, "u_y").maximum;
+    assert!(largest > 0.005, "the strain is not large: {largest}");
+    for (own, settled) in rows.iter().zip(last) {
+        assert!((own[0] - (settled[0] - 1.2)).abs() < 1e-12);
+        for (own, settled) in own[1..].iter().zip(&settled[1..]) {
+            assert!((own - settled).abs() < 1e-7 * largest, "{own} {settled}");
+        }
+    }
+    // A modulus that does not depend on the deformation gives no second harmonic along the load.
+    let u = of(&found, "u_x");
+    assert!(u.amplitudes[1] > 0.01 * largest);
+    // Multipliers of modes under the damping α: their modulus is e^{−αT/2}, up to the nonlinearity.
+    let damped = (-0.5 * 100.0 / FREQUENCY).exp();
+    assert!((found.spectral_radius / damped - 1.0).abs() < 0.2);
+}
+
+/// A run that restarts from the periodic state continues it.
+#[test]
+fn a_motion_continues_the_periodic_state() {
+    let out = tempfile::tempdir().unwrap();
+    let text = body("bulk_modulus = inf", "", 200.0);
+    let scene = built(&text, &["analysis=periodic"]).unwrap();
+    compute(&scene, &RunOptions::into_folder(out.path())).unwrap();
+    let restart = format!(
+        "{text}[initial_state]\ntype = \"restart\"\nfolder = {:?}\n[time]\nend = 0.05\n",
+        out.path()
+    );
+    let (_, rows) = computed(&restart, &["integrator.rtol=1e-8"]);
+    let (first, last) = (&rows[0], &rows[rows.len() - 1]);
+    let largest = rows.iter().map(|row| row[2].abs()).fold(0.0, f64::max);
+    // The tolerance of the periodic state is 1e-6.
+    assert!((first[2] - last[2]).abs() < 1e-5 * largest);
+}
+
+/// A rod whose chain is far from its limit cycle: the chain follows the rod.
+#[test]
+fn a_chain_follows_the_rod_that_drives_it() {
+    let text = "[rod]\nelements = 8\nrayleigh_mass = 20.0\n\
+         load = { type = \"sine\", amplitude = 0.5, frequency = 8.0 }\n\
+         [[chain]]\nname = \"c\"\noscillators = 3\nvan_der_pol = -20.0\nat = 0.1\ngain = 5e3\n\
+         [[probe]]\nname = \"tip\"\ntype = \"coherence\"\nchain = \"c\"\n";
+    let (found, rows) = periodic(text, &[]);
+    assert!(found.is_stable);
+    let (first, last) = (&rows[0], &rows[rows.len() - 1]);
+    assert!((first[1] - last[1]).abs() < 1e-4 * first[1]);
+    let chi = of(&found, "chi_abs");
+    assert!(chi.minimum > 0.0 && chi.maximum <= 1.0 + 1e-12);
+    assert!((found.period - 0.125).abs() < 1e-15);
+}
+
+#[test]
+fn scenes_without_a_period_are_refused_where_the_reason_is() {
+    let text = body("bulk_modulus = inf", "", 1.0);
+    let second = "[[pressure]]\ngroup = \"top\"\nvalue = { type = \"sine\", amplitude = 1.0, frequency = 30.0 }\n";
+    let two = format!("{text}{second}");
+    let refused = |text: &str, set: &[&str]| {
+        built(text, &[&["analysis=periodic"], set].concat()).unwrap_err()
+    };
+    let found = refused(&two, &[]);
+    assert!(found.contains("20, 30 Hz"), "{found}");
+    assert!(built(&two, &["analysis=periodic", "periodic.frequency=10"]).is_ok());
+    let found = refused(&two, &["periodic.frequency=20"]);
+    assert!(
+        found.contains("pressure[0].value") || found.contains("value ="),
+        "{found}"
+    );
+    let ramped = text.replace("\"sine\"", "\"ramped-sine\"");
+    let found = refused(&ramped, &[]);
+    assert!(found.contains("y = "), "{found}");
+    assert!(built(&ramped, &["analysis=periodic", "periodic.start_time=9"]).is_ok());
+    let constant = text.replace(
+        "{ type = \"sine\", amplitude = 1.0, frequency = 20.0 }",
+        "1.0",
+    );
+    for (text, set) in [
+        (&constant, "periodic.samples=8"),
+        (&text, "integrator.method=\"bdf\""),
+        (&text, "periodic.frequency=0"),
+        (&text, "periodic.samples=4"),
+    ] {
+        assert!(built(text, &["analysis=periodic", set]).is_err(), "{set}");
+    }
+    let energy = format!("{text}[[probe]]\nname = \"e\"\ntype = \"energy\"\ninterval = 0.1\n");
+    assert!(refused(&energy, &[]).contains("energy"));
+}
