@@ -46,7 +46,7 @@ pub enum Error {
         n_entries: usize,
     },
     /// The output time is before the time reached.
-    #[error("output time {t_out} lies behind t = {t}, the time reached")]
+    #[error("output time {t_out} is before t = {t}, the time reached")]
     TimeBehind {
         /// Requested output time.
         t_out: f64,
@@ -100,7 +100,7 @@ pub enum Error {
     #[error("this solver keeps no checkpoints: build it with IdaBuilder::checkpoints")]
     NoCheckpoints,
     /// A feature that is not repeated when a run is repeated from a checkpoint.
-    #[error("{what}: not where checkpoints are kept; integrate up to it, and start afresh there")]
+    #[error("{what}: not available with checkpoints; integrate up to it, and start again there")]
     NotWithCheckpoints {
         /// Requested feature.
         what: &'static str,

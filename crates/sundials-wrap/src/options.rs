@@ -378,7 +378,7 @@ mod tests {
 
     /// Checks that an excluded component has a 0 in IDAS' vector.
     #[test]
-    fn what_is_left_out_of_the_error_test_has_a_zero() {
+    fn excluded_variables_have_a_zero_in_the_mask() {
         let kinds = [VariableKind::Differential, VariableKind::Algebraic];
         let id = |suppressed: Suppressed| {
             error_test_id(&suppressed, &kinds, Some(&[1, 2])).expect("two components")

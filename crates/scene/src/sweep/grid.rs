@@ -94,7 +94,7 @@ pub(super) fn axes(vary: &[String]) -> Result<Vec<Axis>, InputError> {
         None => Ok(axes),
         Some(i) => Err(InputError::new("this key varies already")
             .at(format!("--vary {}", vary[i]))
-            .next("give all its values at once: key=a,b,c")),
+            .next("list all its values at once: key=a,b,c")),
     }
 }
 
@@ -136,7 +136,7 @@ pub(super) fn case_numbers(text: &str, count: usize) -> Result<ops::Range<usize>
         Some([first, last, n]) if n == count && 1 <= first && first <= last && last <= n => {
             Ok(first - 1..last)
         }
-        _ => Err(InputError::new("there are no such cases")
+        _ => Err(InputError::new("these cases do not exist")
             .at("--case")
             .found(text)
             .allowed(format!(
@@ -210,7 +210,7 @@ mod tests {
     /// Regression: a range of 10⁹ values used all memory, and a path with `..` was rejected as a
     /// path.
     #[test]
-    fn a_range_is_bounded_and_a_path_is_no_range() {
+    fn ranges_are_bounded_and_paths_are_not_ranges() {
         assert!(Axis::parse("k=1..2:1000000000").is_err());
         let many = ["a=0..1:1000", "b=0..1:1000"].map(|text| Axis::parse(text).unwrap());
         assert!(cases(&many).unwrap_err().to_string().contains("1000000"));

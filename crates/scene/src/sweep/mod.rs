@@ -4,11 +4,12 @@
 //! Each case can therefore be computed alone, on any machine, with the same result.
 
 mod grid;
+mod record;
 mod refusal;
 mod results;
+mod table;
 
-use std::collections::{BTreeMap, HashMap};
-use std::fs;
+use std::collections::HashMap;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -17,18 +18,18 @@ use std::thread;
 use std::time::Duration;
 
 use myovib_model::{ModelError, StopReason};
-use serde::{Deserialize, Serialize};
-use serde_json::{Number, Value, json};
+use serde_json::{Value, json};
 
-use crate::csv::{self, Table};
 use crate::result_folder::{Existing, FolderRequest, ResultFolder, program};
 use crate::run::{self, RunOptions, RunResult};
 use crate::scene::runs_at_once;
 use crate::watch::ProgressSink;
-use crate::{Error, Input, InputError, Scene, inputs, parallel};
-use grid::{Axis, Case, axes, case_numbers, cases};
+use crate::{Error, Input, InputError, Scene, parallel};
+use grid::{Case, axes, case_numbers, cases};
+use record::Record;
 use refusal::{caught, expect_right, read, scene_of};
-use results::{COLUMNS, ResultColumn, columns};
+use results::{ResultColumn, columns};
+use table::{numbered, stopped, table};
 
 /// Scene, varied keys and output folder of a sweep.
 pub struct SweepOptions<'a> {
@@ -131,7 +132,7 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
         let error = InputError::new("no case of this sweep was computed in the folder")
             .at("--collect")
             .found(options.out.display())
-            .next("give the scene, --vary, --set and --out with which the cases were computed");
+            .next("use the scene, --vary, --set and --out with which the cases were computed");
         return Err(error.into());
     }
     let request = request(options, &scene, &all);
@@ -208,7 +209,7 @@ fn existing(
         ))
         .at("--out")
         .found(other)
-        .next("give another folder, or --overwrite")),
+        .next("choose another folder, or --overwrite")),
         _ => Ok(Existing::Add),
     }
 }
@@ -238,19 +239,6 @@ struct Sweep<'a> {
     failed_to_write: AtomicBool,
 }
 
-/// Result of a case with its inputs. It is valid while all inputs are unchanged.
-#[derive(Debug, Serialize, Deserialize)]
-struct Record {
-    program: String,
-    scene: String,
-    common: Vec<String>,
-    set: Vec<String>,
-    inputs: Vec<Input>,
-    /// Whether the case ended reproducibly: a repeated run would end in the same way.
-    done: bool,
-    result: Value,
-}
-
 impl Sweep<'_> {
     fn is_interrupted(&self) -> bool {
         let flag = self.options.interrupt;
@@ -273,21 +261,6 @@ impl Sweep<'_> {
     /// Returns whether a case must be computed: it has no result, or recomputation is requested.
     fn is_due(&self, case: &Case) -> bool {
         self.options.overwrite || !self.is_done(case)
-    }
-
-    /// Returns whether a case has its result and its tables.
-    fn is_done(&self, case: &Case) -> bool {
-        let folder = self.folder(case);
-        let record = self.record(case).filter(|record| record.done);
-        record.is_some_and(|record| {
-            let result = &record.result;
-            let probes = result["scene"]["probe"].as_array().into_iter().flatten();
-            let names = probes.filter_map(|probe| probe["name"].as_str());
-            result["analysis"] == "modes"
-                || names
-                    .map(|name| folder.join(format!("{name}.csv")))
-                    .all(|table| table.is_file())
-        })
     }
 
     fn compute_all(&self, cases: &[Case], folder: &ResultFolder) -> Result<(), Error> {
@@ -320,28 +293,6 @@ impl Sweep<'_> {
             }
         }
         Ok(())
-    }
-
-    /// Returns the record of a case if its scene, overrides, files and program are the same.
-    fn record(&self, case: &Case) -> Option<Record> {
-        let text = fs::read_to_string(self.options.out.join(record_of(case))).ok()?;
-        let record: Record = serde_json::from_str(&text).ok()?;
-        let same = record.program == self.program
-            && record.scene == self.scene
-            && record.common == self.options.set
-            && record.set == case.set
-            && record.inputs.iter().all(|input| self.is_unchanged(input));
-        same.then_some(record)
-    }
-
-    fn is_unchanged(&self, input: &Input) -> bool {
-        let folder = self.options.scene.parent().unwrap_or(Path::new(""));
-        let path = folder.join(&input.file);
-        let mut hashes = self.hashes.lock().expect("no thread panics with the lock");
-        let hash = hashes
-            .entry(path)
-            .or_insert_with_key(|path| Some(inputs::sha256(&inputs::content(path).ok()?)));
-        hash.as_ref() == Some(&input.sha256)
     }
 
     /// Computes a case and records its result. A failure is also a result, but the case is tried
@@ -400,108 +351,4 @@ impl Sweep<'_> {
         (options.finished)(&run.out, &scene, &result)?;
         Ok(result)
     }
-
-    fn row(&self, axes: &[Axis], case: &Case) -> Value {
-        let mut row = serde_json::Map::new();
-        row.insert("case".to_owned(), json!(case.number + 1));
-        for (axis, set) in axes.iter().zip(&case.set) {
-            let value = set.split_once('=').map_or("", |(_, value)| value);
-            row.insert(axis.key.clone(), json!(value));
-        }
-        let folder = self.folder(case);
-        let result = match self.record(case) {
-            Some(record) => record.result,
-            None => json!({ "outcome": "not computed" }),
-        };
-        // The folder may contain tables of another scene, mesh or program. A valid result names its
-        // scene.
-        let is_of_this = !result["scene"].is_null();
-        // Values of a run that stopped early do not belong to the case.
-        let is_whole = is_complete(&result);
-        for column in COLUMNS {
-            row.insert(column.to_owned(), result[column].clone());
-        }
-        for column in &self.results {
-            let value = (is_of_this && is_whole)
-                .then(|| column.value(&folder))
-                .flatten();
-            row.insert(column.name.clone(), json!(value));
-        }
-        row.insert("message".to_owned(), result["message"].clone());
-        let probes = last_rows(&folder, &result["scene"]["probe"]);
-        row.insert("probes".to_owned(), json!(probes));
-        Value::Object(row)
-    }
-}
-
-/// Returns whether a run reached its end or a stop condition of the scene.
-fn is_complete(result: &Value) -> bool {
-    result["outcome"] == "finished" || result["reason"] == StopReason::Event.name()
-}
-
-/// Returns the reason why an attempted case did not finish.
-fn stopped(row: &Value) -> Option<String> {
-    if is_complete(row) {
-        return None;
-    }
-    let is_stopped = ["stopped", "failed"]
-        .iter()
-        .any(|how| row["outcome"] == *how);
-    let why = row["message"].as_str().or(row["outcome"].as_str());
-    is_stopped.then(|| format!("case {}: {}", row["case"], why.unwrap_or_default()))
-}
-
-/// Parses a TOML number. Returns `None` for infinity, which JSON cannot represent.
-fn number(word: &str) -> Option<Number> {
-    let table: toml::Table = format!("x={word}").parse().ok()?;
-    match table["x"] {
-        toml::Value::Integer(number) => Some(number.into()),
-        toml::Value::Float(number) => Number::from_f64(number),
-        _ => None,
-    }
-}
-
-/// Returns the row with numeric varied values converted to numbers.
-fn numbered(axes: &[Axis], mut row: Value) -> Value {
-    for axis in axes {
-        let word = row[&axis.key].as_str().unwrap_or_default();
-        if let Some(number) = number(word) {
-            row[&axis.key] = Value::Number(number);
-        }
-    }
-    row
-}
-
-/// Returns the last row of each probe of the run; failed probes are excluded.
-fn last_rows(folder: &Path, probes: &Value) -> BTreeMap<String, Vec<f64>> {
-    let names = probes.as_array().into_iter().flatten();
-    names
-        .filter_map(|probe| {
-            let name = probe["name"].as_str()?;
-            let text = fs::read_to_string(folder.join(format!("{name}.csv"))).ok()?;
-            let table = Table::parse(&text).ok()?;
-            let values = table.numbers(table.rows.last()?)?;
-            Some((name.to_owned(), values))
-        })
-        .collect()
-}
-
-fn table(axes: &[Axis], results: &[ResultColumn], rows: &[Value]) -> String {
-    let keys = axes.iter().map(|axis| axis.key.as_str());
-    let results = results.iter().map(|column| column.name.as_str());
-    let names = std::iter::once("case").chain(keys).chain(results);
-    let names: Vec<&str> = names.chain(COLUMNS).collect();
-    let mut text = csv::line(&names);
-    for row in rows {
-        let words: Vec<String> = names
-            .iter()
-            .map(|name| match &row[*name] {
-                Value::String(word) => word.clone(),
-                Value::Null => String::new(),
-                other => other.to_string(),
-            })
-            .collect();
-        text += &csv::line(&words);
-    }
-    text
 }

@@ -114,7 +114,7 @@ mod tests {
 
     /// Regression: a panic while reading a scene ended the program.
     #[test]
-    fn a_panic_is_an_error_of_its_own() {
+    fn a_panic_is_a_separate_error() {
         let outcome = caught(|| -> Result<(), Error> { panic!("a bound") });
         assert!(matches!(outcome, Err(Error::Panic(printed)) if printed == "a bound"));
     }

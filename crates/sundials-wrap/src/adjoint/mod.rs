@@ -12,7 +12,7 @@
 //!
 //! 1. [`IdaBuilder::checkpoints`](crate::IdaBuilder::checkpoints) enables storage of the forward run.
 //! 2. [`IdaSolver::add_backward`](crate::IdaSolver::add_backward) adds a [`BackwardProblem`] at T:
-//!    [`Adjoint`] is the problem above for constant ∂F/∂ẏ.
+//!    [`AdjointProblem`] is the problem above for constant ∂F/∂ẏ.
 //! 3. [`IdaSolver::integrate_back_to`](crate::IdaSolver::integrate_back_to) integrates all of them to t0;
 //!    [`IdaSolver::backward`](crate::IdaSolver::backward) returns λ and its quadratures.
 //!
@@ -34,7 +34,7 @@ mod transposed;
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
-pub use transposed::Adjoint;
+pub use transposed::AdjointProblem;
 
 use myovib_dae::{Problem, Statistics, StepError, Tolerances};
 

@@ -17,7 +17,7 @@ type Gradient<P> =
 ///
 /// so that q(t0) = ∫ (∂g/∂p − λᵀ ∂F/∂p) dt. Its Jacobian is the transpose of the problem's
 /// Jacobian.
-pub struct Adjoint<P> {
+pub struct AdjointProblem<P> {
     gradient: Box<Gradient<P>>,
     parameters: Option<Box<dyn Parameters<P> + Send>>,
     /// Of the forward problem.
@@ -33,7 +33,7 @@ pub struct Adjoint<P> {
     column: Vec<f64>,
 }
 
-impl<P: Problem> Adjoint<P> {
+impl<P: Problem> AdjointProblem<P> {
     /// Creates the adjoint of `problem` for an integrand with this gradient: ∂g/∂y and ∂g/∂p, to be
     /// written into arrays of zeros.
     pub fn new(
@@ -106,7 +106,7 @@ impl<P: Problem> Adjoint<P> {
     }
 }
 
-impl<P: Problem> BackwardProblem<P> for Adjoint<P> {
+impl<P: Problem> BackwardProblem<P> for AdjointProblem<P> {
     fn n_unknowns(&self) -> usize {
         self.column.len()
     }

@@ -55,12 +55,12 @@ impl Plan {
 }
 
 /// Newton's matrix of ẏ = −y: 1 + c_j.
-struct Scalar {
+struct ScalarSolver {
     plan: Plan,
     matrix: f64,
 }
 
-impl LinearSolver<Decay> for Scalar {
+impl LinearSolver<Decay> for ScalarSolver {
     fn evaluate(&mut self, _: &mut Decay, _: &Linearization<'_>) -> Result<(), StepError> {
         Ok(())
     }
@@ -106,7 +106,7 @@ fn solver(plan: &Plan) -> IdaSolver<Decay> {
         });
     if plan.function.starts_with("linear") {
         let (plan, matrix) = (of(), f64::NAN);
-        builder = builder.linear_solver(Scalar { plan, matrix });
+        builder = builder.linear_solver(ScalarSolver { plan, matrix });
     }
     builder.build(0.0, &[1.0], &[-1.0]).unwrap()
 }
@@ -172,7 +172,7 @@ fn a_fatal_error_of_any_function_ends_the_integration() {
 }
 
 #[test]
-fn what_is_no_number_stops_with_the_function_that_wrote_it() {
+fn non_finite_values_stop_and_name_the_function() {
     for (function, reason) in FUNCTIONS {
         for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             // A structured solver's matrix is its own affair, its solution is looked at; and
@@ -237,7 +237,7 @@ fn huge_and_tiny_scales_are_solved_or_refused() {
 }
 
 #[test]
-fn a_solver_goes_on_or_says_why_not_after_each_kind_of_end() {
+fn a_solver_continues_or_explains_after_each_kind_of_end() {
     let options = IdaOptions {
         stop_time: Some(0.5),
         ..IdaOptions::default()

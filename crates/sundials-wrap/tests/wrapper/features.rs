@@ -296,16 +296,12 @@ fn a_tolerance_that_becomes_zero_is_an_outcome_with_statistics() {
         myovib_dae::StopReason::ErrorWeightsFailed,
         "{stop}"
     );
-    assert!(
-        stop.message.contains("it needs an absolute tolerance"),
-        "{stop}"
-    );
     assert!(stop.statistics.steps >= 8, "{stop}");
 }
 
 /// regression: the smallest condition estimate of before a restart survived it.
 #[test]
-fn condition_estimates_begin_anew() {
+fn condition_estimates_restart() {
     let start = Robertson.start();
     let mut solver = build(Robertson, tolerance(1e-4));
     solver.integrate_to(40.0).unwrap();

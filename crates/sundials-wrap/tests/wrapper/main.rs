@@ -15,6 +15,7 @@ mod many;
 mod misuse;
 mod own_solver;
 mod published;
+mod published_sensitivity;
 mod robertson;
 mod samples;
 mod second_order;

@@ -279,10 +279,6 @@ fn the_index_3_pendulum_stops_honestly() {
         assert!(stop.statistics.error_test_failures >= 10, "{stop}");
         assert_eq!(stop.worst_components[0].index, 4, "λ is to blame: {stop}");
         assert!(stop.worst_components[0].weighted_error > 1.0, "{stop}");
-        assert!(
-            stop.to_string().contains("error test failed repeatedly"),
-            "{stop}"
-        );
     }
 }
 

@@ -139,7 +139,7 @@ fn start_values_agree_with_the_published_ones() {
 }
 
 #[test]
-fn know_what_is_algebraic_and_of_which_index() {
+fn samples_state_algebraic_variables_and_indices() {
     for sample in all() {
         let (kinds, indices) = (sample.kinds().unwrap(), sample.indices().unwrap());
         assert_eq!(

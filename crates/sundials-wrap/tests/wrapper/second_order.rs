@@ -1,6 +1,6 @@
 //! Second derivatives: adjoints along forward sensitivities, against SUNDIALS' own example.
 
-use crate::sensitivity::Kinetics;
+use crate::published_sensitivity::Kinetics;
 use myovib_dae::{Differenced, Parameter, StepError, Tolerances};
 use sundials_wrap::adjoint::{BackwardOptions, BackwardProblem, Checkpoints, ForwardState};
 use sundials_wrap::{IdaOptions, IdaSolver, SensitivityMethod, SensitivityOptions};

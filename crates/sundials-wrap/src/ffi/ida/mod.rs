@@ -47,15 +47,15 @@ pub(crate) enum InitialUnknowns {
 }
 
 /// IDAS' memory block, freed on drop.
-struct Memory(NonNull<c_void>);
+struct IdaMemory(NonNull<c_void>);
 
-impl Memory {
+impl IdaMemory {
     fn raw(&self) -> *mut c_void {
         self.0.as_ptr()
     }
 }
 
-impl Drop for Memory {
+impl Drop for IdaMemory {
     fn drop(&mut self) {
         let mut memory = self.raw();
         // SAFETY: the block came from IDACreate and is freed here only, before everything it
@@ -69,7 +69,7 @@ impl Drop for Memory {
 /// Fields are dropped in declaration order: the integrator before the linear solver, matrix,
 /// vectors and callbacks it points to. The context, to which all objects point, is dropped last.
 pub(crate) struct Ida<C: Callbacks> {
-    memory: Memory,
+    memory: IdaMemory,
     linear_solver: LinearSolver,
     _matrix: Matrix,
     y: NVector,
@@ -132,7 +132,7 @@ impl<C: Callbacks> Ida<C> {
         // SAFETY: the context is alive.
         let memory = unsafe { sys::IDACreate(context.raw()) };
         let memory = NonNull::new(memory).ok_or(CallFailed::new("IDACreate", NULL_RESULT))?;
-        let memory = Memory(memory);
+        let memory = IdaMemory(memory);
         let mut ida = Self {
             memory,
             linear_solver,

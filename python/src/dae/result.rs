@@ -1,0 +1,96 @@
+//! Result of an integration, and its conversion to Python objects.
+
+use myovib_dae::{Statistics, Unsatisfied};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::problem::array;
+
+/// Result of an integration.
+#[derive(Default)]
+pub(super) struct Record {
+    pub(super) t: Vec<f64>,
+    pub(super) y: Vec<f64>,
+    pub(super) y_dot: Vec<f64>,
+    /// Index of the event, time and solution of each crossing.
+    pub(super) events: Vec<(usize, f64, Vec<f64>)>,
+    /// Step ends and nodal values of y for each step; empty unless stored.
+    pub(super) segments: Vec<f64>,
+    pub(super) samples: Vec<f64>,
+    /// 0 at the end of the span, 1 after an event, −1 if the integrator failed.
+    pub(super) status: i8,
+    pub(super) message: String,
+    /// Equation violated between the ends of a step.
+    pub(super) unsatisfied: Option<Unsatisfied>,
+    /// Warnings about the Jacobian and about inputs faster than the steps.
+    pub(super) warnings: Vec<String>,
+    pub(super) statistics: Statistics,
+}
+
+impl Record {
+    pub(super) fn push(&mut self, t: f64, y: &[f64], y_dot: &[f64]) {
+        self.t.push(t);
+        self.y.extend_from_slice(y);
+        self.y_dot.extend_from_slice(y_dot);
+    }
+}
+
+/// Returns the nodes of the polynomial of degree `degree` on [−1, 1]: Chebyshev nodes with both
+/// ends.
+pub(super) fn nodes(degree: usize) -> Vec<f64> {
+    let angle = |k: usize| std::f64::consts::PI * k as f64 / degree as f64;
+    (0..=degree).map(|k| -angle(k).cos()).collect()
+}
+
+/// Replaces names of the library in a message by arguments of `solve_dae`.
+pub(super) fn in_python(message: &str) -> String {
+    let names = [
+        (
+            "call correct_initial_values",
+            "request initial=\"algebraic\"",
+        ),
+        ("correct_initial_values", "initial=\"algebraic\""),
+        (" (reinit)", ""),
+        ("(initial_step)", "(first_step)"),
+        ("(suppressed)", "(suppress)"),
+        ("Problem::indices", "index="),
+        // Constraints are available only in Rust.
+        (
+            "; or stating the constraints (Problem::constraints) and correcting the initial values by them",
+            "",
+        ),
+    ];
+    let rename = |message: String, (ours, python): (&str, &str)| message.replace(ours, python);
+    names.into_iter().fold(message.to_owned(), rename)
+}
+
+/// Converts the record to arrays, in row-major order.
+pub(super) fn result(py: Python<'_>, record: Record, degree: usize) -> PyResult<Bound<'_, PyDict>> {
+    let result = PyDict::new(py);
+    result.set_item("t", array(py, &record.t))?;
+    result.set_item("y", array(py, &record.y))?;
+    result.set_item("yp", array(py, &record.y_dot))?;
+    result.set_item("segments", array(py, &record.segments))?;
+    result.set_item("samples", array(py, &record.samples))?;
+    result.set_item("warnings", record.warnings)?;
+    result.set_item("nodes", array(py, &nodes(degree)))?;
+    let crossings = record.events.iter();
+    let events: Vec<_> = crossings.map(|(k, t, y)| (*k, *t, array(py, y))).collect();
+    result.set_item("events", events)?;
+    result.set_item("status", record.status)?;
+    result.set_item("message", in_python(&record.message))?;
+    let s = &record.statistics;
+    for (name, count) in [
+        ("nfev", s.residual_evaluations + s.difference_evaluations),
+        ("njev", s.jacobian_evaluations),
+        ("nlu", s.linear_setups),
+        ("nsteps", s.steps),
+        ("nni", s.newton_iterations),
+        ("netf", s.error_test_failures),
+        ("ncfn", s.step_solve_failures),
+        ("ngev", s.root_evaluations),
+    ] {
+        result.set_item(name, count)?;
+    }
+    Ok(result)
+}

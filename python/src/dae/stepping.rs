@@ -1,0 +1,196 @@
+//! Correction of the initial values, and the loop over the steps.
+
+use std::sync::PoisonError;
+
+use myovib_dae::{ConsistencyMode, Integrator, Outcome, Tolerances};
+use pyo3::exceptions::PyException;
+use pyo3::prelude::*;
+
+use super::checks::{FIRST_STEPS, check_last_step};
+use super::result::{Record, in_python, nodes};
+use super::{Failure, Request};
+use crate::problem::PythonDae;
+
+/// Clears an exception raised near the start, where functions are only evaluated on trial. Ctrl-C
+/// and similar exceptions are kept.
+pub(super) fn forget_raised(problem: &PythonDae) -> Result<(), Failure> {
+    let raised = problem.raised.lock();
+    match raised.unwrap_or_else(PoisonError::into_inner).take() {
+        Some(error) if !Python::attach(|py| error.is_instance_of::<PyException>(py)) => {
+            Err(Failure::Raised(error))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Corrects the initial values.
+///
+/// The first step is the time scale of the search for the derivatives. If it is estimated from the
+/// span, which may be much longer than the time scale at the start, shorter steps are also tried.
+fn correct<I: Integrator<PythonDae>>(
+    solver: &mut I,
+    mode: ConsistencyMode,
+    request: &Request,
+) -> Result<(), Failure> {
+    let (t0, t_end) = request.t_span;
+    let guesses: Vec<f64> = match request.first_step {
+        Some(size) => vec![size.copysign(t_end - t0)],
+        None => [3, 6, 9, 12].map(|k| (t_end - t0) * 0.1_f64.powi(k)).into(),
+    };
+    let mut failed = None;
+    for first in guesses {
+        forget_raised(solver.problem())?;
+        match solver.correct_initial_values(mode, t0 + first) {
+            Ok(()) => return Ok(()),
+            Err(error) => failed = failed.or(Some(Failure::of(error))),
+        }
+        let raised = solver.problem().raised.lock();
+        if raised.unwrap_or_else(PoisonError::into_inner).is_some() {
+            break;
+        }
+    }
+    failed.map_or(Ok(()), Err)
+}
+
+/// Integrates over the span. With `tolerances`, equations are checked between the ends of steps.
+pub(super) fn integrate<I: Integrator<PythonDae>>(
+    solver: &mut I,
+    request: &Request,
+    tolerances: Option<&Tolerances>,
+    degree: usize,
+) -> Result<Record, Failure> {
+    let (t0, t_end) = request.t_span;
+    let forward = if t_end >= t0 { 1.0 } else { -1.0 };
+    let mut record = Record::default();
+    let mut out = [vec![0.0; request.y0.len()], vec![0.0; request.y0.len()]];
+    let mode = match request.initial.as_str() {
+        "algebraic" => Some(ConsistencyMode::AlgebraicAndDerivatives),
+        "states" => Some(ConsistencyMode::States),
+        _ => None,
+    };
+    if let Some(mode) = mode {
+        correct(solver, mode, request)?;
+    }
+    forget_raised(solver.problem())?;
+    let mut due = request.t_eval.as_deref().unwrap_or(&[]);
+    if request.t_eval.is_none() {
+        record.push(t0, solver.y(), solver.y_dot());
+    }
+    while let [t, rest @ ..] = due
+        && *t == t0
+    {
+        record.push(t0, solver.y(), solver.y_dot());
+        due = rest;
+    }
+    solver.set_stop_time(t_end).map_err(Failure::of)?;
+    let nodes = nodes(degree);
+    let mut occurrences = vec![0; request.terminal.len()];
+    let mut n_steps = 0;
+    let mut t_halfway = t0;
+    loop {
+        Python::attach(|py| py.check_signals()).map_err(Failure::Raised)?;
+        let outcome = match solver.step(t_end) {
+            Ok(outcome) => outcome,
+            // The result up to this time is kept.
+            Err(error) if n_steps > 0 && !has_raised(solver.problem()) => {
+                (record.status, record.message) = (-1, in_python(&error.to_string()));
+                record.statistics = solver.statistics();
+                return Ok(record);
+            }
+            Err(error) => return Err(Failure::of(error)),
+        };
+        let t = outcome.t();
+        let ended = match &outcome {
+            Outcome::StepTaken { .. } => {
+                n_steps += 1;
+                if request.max_steps.is_some_and(|most| n_steps == most / 2) {
+                    t_halfway = t;
+                }
+                (request.max_steps == Some(n_steps))
+                    .then(|| (-1, limit_reached(request, n_steps, [t_halfway, t])))
+            }
+            Outcome::Root { crossings, .. } => {
+                let crossed = (0..crossings.len()).filter(|&k| crossings[k] != 0);
+                let mut last = None;
+                for k in crossed {
+                    occurrences[k] += 1;
+                    record.events.push((k, t, solver.y().to_vec()));
+                    if occurrences[k] == request.terminal[k] {
+                        last = Some((1, format!("event {k} ended the integration at t = {t}")));
+                    }
+                }
+                last
+            }
+            Outcome::Stopped(stop) => Some((-1, stop.to_string())),
+            _ => Some((0, "the end of the span was reached".to_owned())),
+        };
+        let at_a_step = !matches!(outcome, Outcome::Root { .. });
+        let gave_up = matches!(outcome, Outcome::Stopped(_));
+        let is_checked = n_steps <= FIRST_STEPS || n_steps.is_power_of_two();
+        if let Some(tolerances) = tolerances
+            && is_checked
+            && at_a_step
+            && !gave_up
+            && record.unsatisfied.is_none()
+        {
+            record.unsatisfied = check_last_step(solver, tolerances, n_steps)?;
+        }
+        while let [next, rest @ ..] = due
+            && forward * (t - *next) >= 0.0
+            && !gave_up
+        {
+            for (derivative, out) in out.iter_mut().enumerate() {
+                solver
+                    .dense_output(*next, derivative, out)
+                    .map_err(Failure::of)?;
+            }
+            record.push(*next, &out[0], &out[1]);
+            due = rest;
+        }
+        if (at_a_step || ended.is_some()) && !gave_up {
+            if request.t_eval.is_none() {
+                record.push(t, solver.y(), solver.y_dot());
+            }
+            if request.dense {
+                let [from, _] = solver.last_step_interval();
+                record.segments.extend([from, t]);
+                for node in &nodes {
+                    let at = 0.5 * ((1.0 - node) * from + (1.0 + node) * t);
+                    solver
+                        .dense_output(at, 0, &mut out[0])
+                        .map_err(Failure::of)?;
+                    record.samples.extend_from_slice(&out[0]);
+                }
+            }
+        }
+        if let Some((status, message)) = ended {
+            (record.status, record.message) = (status, message);
+            record.statistics = solver.statistics();
+            return Ok(record);
+        }
+    }
+}
+
+/// Returns whether a function has raised an exception, which is passed on.
+fn has_raised(problem: &PythonDae) -> bool {
+    let raised = problem.raised.lock();
+    raised.unwrap_or_else(PoisonError::into_inner).is_some()
+}
+
+/// Explains that the step limit was reached at `t`; half of the steps were done at `t_halfway`.
+fn limit_reached(request: &Request, n_steps: usize, [t_halfway, t]: [f64; 2]) -> String {
+    let (t0, _) = request.t_span;
+    let limit = match request.has_default_limit {
+        true => "the default of max_steps",
+        false => "max_steps",
+    };
+    let mut message = format!("the limit of {n_steps} steps ({limit}) was reached at t = {t}");
+    // The steps have become much shorter.
+    if n_steps > 1 && (t - t_halfway).abs() < 0.1 * (t_halfway - t0).abs() {
+        message += ": the last half of them covers less than a tenth of the time of the first. F may \
+                    switch back and forth at every step (chattering), for instance as dry friction or a \
+                    relay without hysteresis does: make the switch smooth, or end at an event and start \
+                    again behind it";
+    }
+    message
+}
