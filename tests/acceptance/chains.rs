@@ -43,7 +43,7 @@ fn table(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
 }
 
 #[test]
-fn figure_3_gives_what_it_shows_in_numbers() {
+fn figure_3_prints_its_numbers() {
     let (folder, run) = run("figure 3 --t-end 4 --json --png --quiet");
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
     let json = &document(&run.stdout, "figure")["figures"][0];

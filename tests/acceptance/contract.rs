@@ -103,7 +103,7 @@ fn every_command_sees_at_once_that_its_document_cannot_be_written() {
 }
 
 #[test]
-fn a_reader_that_has_gone_is_no_failure() {
+fn a_closed_pipe_is_not_a_failure() {
     for arguments in [&["schema"][..], &["schema", "--markdown"], &["init", "-"]] {
         let mut child = Command::new(env!("CARGO_BIN_EXE_myovib"))
             .args(arguments)

@@ -27,7 +27,7 @@ fn ctrl_c_ends_the_search_for_an_equilibrium() {
 
 /// The equilibrium of the last load step is kept, which belongs to a partial load.
 #[test]
-fn no_equilibrium_is_code_4_and_what_was_reached_stays() {
+fn no_equilibrium_is_code_4_and_keeps_the_last_state() {
     let folder = tempfile::tempdir().unwrap();
     let run = |words: &[&str]| {
         myovib_in(
@@ -42,11 +42,6 @@ fn no_equilibrium_is_code_4_and_what_was_reached_stays() {
     let load = 2e4; // three thousand times that of the scene
     let whole = run(&["--set", &format!("traction[0].y={load}"), "--out", "a"]);
     assert_eq!(whole.code, 4, "{}", whole.stderr);
-    assert!(
-        whole.stdout.contains("no static equilibrium"),
-        "{}",
-        whole.stdout
-    );
     let found = document("a");
     assert_eq!(found["reason"], "no_equilibrium");
     let reached = found["load_reached"].as_f64().unwrap();
@@ -123,11 +118,7 @@ fn a_part_of_the_load_is_read_off_as_such() {
     ];
     let replaced = myovib_in(folder.path(), &words);
     assert_eq!(replaced.code, 2, "{}", replaced.stderr);
-    assert!(
-        replaced.stderr.contains("a file that the command reads"),
-        "{}",
-        replaced.stderr
-    );
+    assert!(replaced.stderr.contains("weighed"), "{}", replaced.stderr);
     let moved = myovib_in(
         folder.path(),
         &["run", "motion.toml", "--quiet", "--out", "motion"],
@@ -201,11 +192,7 @@ fn a_folder_that_holds_a_run_is_refused_before_an_equilibrium_is_sought() {
         &[&["run", "cook-static"][..], &load].concat(),
     );
     assert_eq!(second.code, 2, "{}", second.stderr);
-    assert!(
-        second.stderr.contains("holds the results of"),
-        "{}",
-        second.stderr
-    );
+    assert!(second.stderr.contains("--overwrite"), "{}", second.stderr);
     assert!(!second.stderr.contains("--resume"), "{}", second.stderr);
     // The same holds if a motion starts in equilibrium.
     let motion = [
@@ -221,9 +208,5 @@ fn a_folder_that_holds_a_run_is_refused_before_an_equilibrium_is_sought() {
         .collect();
     let third = myovib_in(folder.path(), &words);
     assert_eq!(third.code, 2, "{}", third.stderr);
-    assert!(
-        third.stderr.contains("holds the results of"),
-        "{}",
-        third.stderr
-    );
+    assert!(third.stderr.contains("--overwrite"), "{}", third.stderr);
 }

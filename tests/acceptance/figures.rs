@@ -102,7 +102,7 @@ fn an_interrupted_run_is_code_130_and_drawn_as_far_as_it_got() {
 
 /// An interrupted command without results does not report an input error.
 #[test]
-fn what_is_interrupted_before_its_first_result_is_code_130() {
+fn an_interruption_before_the_first_result_is_code_130() {
     let folder = tempfile::tempdir().expect("a folder");
     for arguments in [
         &["synchronization", "--t-end", "1e5"][..],

@@ -148,11 +148,7 @@ fn the_fit_of_the_guide_finds_the_truth_and_shows_it_on_a_page() {
     let into = [&words[..], &["--out", "run"]].concat();
     let refused = myovib_in(folder.path(), &into);
     assert_eq!(refused.code, 2, "{}", refused.stderr);
-    assert!(
-        refused.stderr.contains("was not made by this program"),
-        "{}",
-        refused.stderr
-    );
+    assert!(refused.stderr.contains("report.html"), "{}", refused.stderr);
 
     let found = document(&run.stdout, "fit");
     let read = |name: &str| fs::read_to_string(folder.path().join("fit").join(name));
@@ -176,19 +172,19 @@ fn the_fit_of_the_guide_finds_the_truth_and_shows_it_on_a_page() {
     // The intervals, the curves with the residuals, and the costs of the iterations.
     assert_eq!(page.matches("<svg xmlns=").count(), 3);
     assert!(page.contains("<h1>A muscle to be identified</h1>"));
-    assert!(page.contains("3 parameters from "));
+    assert!(page.contains("3 parameters"));
 }
 
 /// The sum over the elements of a map equals the derivative with respect to the common stiffness, computed with
 /// forward sensitivities. The file for ParaView has the densities.
 #[test]
-fn a_map_says_where_an_output_sees_the_stiffness() {
+fn a_map_shows_the_influence_of_the_stiffness() {
     let folder = tempfile::tempdir().expect("a folder");
     let short = ["init", "--set", "time.end=0.5", "--quiet"];
     let words = [&["sensitivity"], &short[..], &["--map", "--out", "map"]].concat();
     let run = myovib_in(folder.path(), &words);
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
-    assert!(run.stdout.contains("displacements or velocities: origin.p"));
+    assert!(run.stdout.contains("origin.p"));
     let read = |name: &str| fs::read_to_string(folder.path().join("map").join(name));
     let document = document(
         &read("stiffness.json").expect("stiffness.json"),

@@ -16,7 +16,7 @@ fn short_table(arguments: &[&str]) -> Value {
 }
 
 #[test]
-fn radau_tests_all_variables_of_the_five_problems_and_says_so() {
+fn radau_reports_that_it_tests_all_variables() {
     let table = short_table(&["--integrator", "radau5"]);
     let rows = table["rows"].as_array().unwrap();
     let keys: Vec<_> = rows.iter().map(|row| row["key"].clone()).collect();
@@ -47,7 +47,7 @@ fn radau_tests_all_variables_of_the_five_problems_and_says_so() {
 }
 
 #[test]
-fn radau_leaves_out_what_it_is_told_to() {
+fn radau_excludes_the_requested_variables() {
     let arguments = ["--integrator", "radau9", "--rows", "4", "--suppress"];
     let table = short_table(&[&arguments[..], &["lambda"]].concat());
     let row = &table["rows"][0];
@@ -106,7 +106,7 @@ fn absolute_tolerances_follow_the_relative_one_unless_given() {
 }
 
 #[test]
-fn what_only_bdf_has_is_refused_with_radau() {
+fn settings_of_bdf_are_rejected_with_radau() {
     for (arguments, option) in [
         (["--max-order", "2"], "--max-order"),
         (
@@ -130,7 +130,7 @@ fn what_only_bdf_has_is_refused_with_radau() {
 }
 
 #[test]
-fn a_scene_with_radau_tests_all_variables_unless_told_otherwise() {
+fn a_scene_with_radau_tests_all_variables_by_default() {
     let folder = tempfile::tempdir().unwrap();
     let run = |out: &str, more: &[&str]| {
         let arguments = [
@@ -164,7 +164,7 @@ fn a_scene_with_radau_tests_all_variables_unless_told_otherwise() {
 }
 
 #[test]
-fn what_only_bdf_has_is_refused_with_radau_at_its_place() {
+fn keys_of_bdf_are_rejected_with_radau_and_their_location() {
     let folder = tempfile::tempdir().unwrap();
     let scene = |line: &str| {
         let text = myovib(&["init", "-"]).stdout;

@@ -114,19 +114,11 @@ fn infsup_measures_the_mesh_of_a_scene() {
     assert_eq!(coarser["pairs"][0]["levels"][0]["tetrahedra"], 6 * 2);
     let of_mesh = myovib(&["infsup", "--set", "mesh.refine=1"]);
     assert_eq!(of_mesh.code, 2);
-    assert!(
-        of_mesh.stderr.contains("a mesh has no keys"),
-        "{}",
-        of_mesh.stderr
-    );
+    assert!(of_mesh.stderr.contains("--set"), "{}", of_mesh.stderr);
 
     let partly = infsup("components = [\"x\"]\n", &[]);
     assert_eq!((partly.code, partly.stdout.as_str()), (2, ""));
-    assert!(
-        partly.stderr.contains("some components of `right`"),
-        "{}",
-        partly.stderr
-    );
+    assert!(partly.stderr.contains("`right`"), "{}", partly.stderr);
     let named = infsup("components = [\"x\"]\n", &["--fixed", "left"]);
     assert_eq!(named.code, 0, "{}", named.stderr);
     assert_eq!(
@@ -170,7 +162,7 @@ fn modes_of_a_scene_are_those_of_its_body() {
 
     let rod = myovib(&["modes", "figure3"]);
     assert_eq!((rod.code, rod.stdout.as_str()), (2, ""));
-    assert!(rod.stderr.contains("no body"), "{}", rod.stderr);
+    assert!(rod.stderr.contains("body"), "{}", rod.stderr);
 }
 
 /// Row 4 of Table 2 as a scene: the warning names index, variable and remedy before the run.
@@ -204,7 +196,7 @@ fn check_warns_of_row_4() {
 
 /// For an equilibrium, `check` reports size, memory and output files, in agreement with the run.
 #[test]
-fn check_says_what_an_equilibrium_takes() {
+fn check_reports_the_cost_of_an_equilibrium() {
     let folder = tempfile::tempdir().expect("a folder");
     let fields = [
         "--set",
@@ -405,13 +397,13 @@ fn run_finds_the_modes_of_a_scene_as_modes_does() {
         &["run", "figure3", "--out", "rod", set[0], set[1]],
     );
     assert_eq!((rod.code, rod.stdout.as_str()), (2, ""));
-    assert!(rod.stderr.contains("no body"), "{}", rod.stderr);
+    assert!(rod.stderr.contains("body"), "{}", rod.stderr);
     assert!(!folder.path().join("rod").exists());
 }
 
 /// Issue 15, E4: `check` warned of a gross mismatch of units, but `run` did not.
 #[test]
-fn run_warns_once_of_what_check_warns_of() {
+fn run_repeats_the_warnings_of_check_once() {
     let folder = tempfile::tempdir().expect("a folder");
     let in_mm = [
         "mesh={ type = \"beam\", length = 200.0, height = 40.0, cells = [10, 2] }",
@@ -462,10 +454,7 @@ fn run_warns_once_of_what_check_warns_of() {
     ];
     let run = myovib_in(folder.path(), &[&fast[..], &["--set", load]].concat());
     let warned = of(&run.stderr);
-    assert!(
-        warned[0].contains("frequency of the load, 1.000e19 Hz"),
-        "{warned:?}"
-    );
+    assert!(warned[0].contains("1.000e19 Hz"), "{warned:?}");
     // Row 4 of Table 2, for which `check` warns of the index.
     let end = ["--quiet", "--set", "time.end=1e-3", "--out", "row4"];
     let run = myovib_in(folder.path(), &[&["run", "table2-4"][..], &end].concat());

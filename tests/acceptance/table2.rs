@@ -154,7 +154,7 @@ fn the_document_follows_the_contract() {
 /// In row 1 no mode is damped; in row 2 the damping of the fast modes is several percent. The
 /// statistics give this reason.
 #[test]
-fn the_order_follows_the_damping_and_says_why() {
+fn the_order_follows_the_damping_with_a_reason() {
     let table = short_table(&["--rows", "1,2m", "--max-order", "auto"]);
     for row in table["rows"].as_array().unwrap() {
         assert_eq!(row["max_order"], 2);

@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::harness::{document, myovib, myovib_in};
 
 /// Returns the cost predicted by `check`, and the document of the run.
-fn told_and_run(scene: &str, sets: &[&str]) -> (Value, Value) {
+fn predicted_and_run(scene: &str, sets: &[&str]) -> (Value, Value) {
     let folder = tempfile::tempdir().unwrap();
     let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", set]).collect();
     let of = |command: &str| {
@@ -25,7 +25,7 @@ fn steps(of: &Value) -> u64 {
 /// `check` computes a short run completely: a body with each method, a body with chains, a
 /// contracting body, and a body with two-way coupled chains.
 #[test]
-fn all_steps_of_a_short_run_are_told() {
+fn the_cost_counts_all_steps_of_a_short_run() {
     let chain = "chain=[{ name = \"here\", at = [0.0, 0.0], oscillators = 2 }]";
     let fibers = "material[0].fiber=[1.0, 0.0]";
     let tension = "material[0].active={ type = \"given\", tension = { type = \"step\", value = 1e4, rise = 0.2 } }";
@@ -39,7 +39,7 @@ fn all_steps_of_a_short_run_are_told() {
         ("cook-dynamic", &["integrator.max_steps=20"]),
     ];
     for (scene, sets) in cases {
-        let (reported, run) = told_and_run(scene, sets);
+        let (reported, run) = predicted_and_run(scene, sets);
         assert_eq!(reported["end"], "finished", "{scene} {sets:?}: {reported}");
         assert_eq!(steps(&reported), steps(&run), "{scene} {sets:?}");
         assert_eq!(reported["t"], run["t_reached"], "{scene} {sets:?}");
@@ -49,12 +49,12 @@ fn all_steps_of_a_short_run_are_told() {
 /// For a longer run, `check` gives a lower bound: for a small vibration, and for a vibration that has not
 /// started yet.
 #[test]
-fn a_run_takes_at_least_the_steps_that_are_told() {
+fn the_predicted_steps_are_a_lower_bound() {
     for (scene, sets) in [
         ("hardening", ["time.end=1.5"]),
         ("two-way", ["time.end=4.0"]),
     ] {
-        let (reported, run) = told_and_run(scene, &sets);
+        let (reported, run) = predicted_and_run(scene, &sets);
         let all = reported["end"] == "finished";
         assert!(all || reported["end"] == "patience", "{scene}: {reported}");
         assert_eq!(steps(&reported) == steps(&run), all, "{scene}: {reported}");
@@ -65,21 +65,18 @@ fn a_run_takes_at_least_the_steps_that_are_told() {
 
 /// `check` ignores stop conditions, and reports this.
 #[test]
-fn a_condition_to_stop_is_no_bound() {
+fn stop_conditions_do_not_bound_the_cost() {
     let stop = "stop=[{ type = \"displacement\", at = [0.0, 0.0], above = 1.0 }]";
     let text = myovib(&["check", "init", "--set", stop, "--set", "time.end=0.1"]).stdout;
-    assert!(
-        text.contains("was tried, unless a [[stop]] ends it before\n"),
-        "{text}"
-    );
+    assert!(text.contains("[[stop]]"), "{text}");
 }
 
 /// `check` predicts that a run stops before its end time.
 #[test]
-fn a_run_that_stops_is_told_to() {
+fn a_stop_of_the_run_is_predicted() {
     // This load inverts elements.
     let load = "traction[0].y={ type = \"step\", value = -2e4, rise = 0.2 }";
-    let (reported, run) = told_and_run("table2-4", &[load]);
+    let (reported, run) = predicted_and_run("table2-4", &[load]);
     assert_eq!(reported["end"], "stopped", "{reported}");
     assert_eq!(steps(&reported), steps(&run));
     assert_eq!(reported["t"], run["t_reached"]);
@@ -93,7 +90,7 @@ fn a_run_that_stops_is_told_to() {
 
 /// A sweep passes modes at 5.13, 12.43 and 15.69 Hz.
 #[test]
-fn check_says_which_modes_a_sweep_passes() {
+fn check_reports_the_modes_that_a_chirp_passes() {
     let passed = |from: f64, to: f64, duration: f64| {
         let load = format!(
             "traction[0].y={{ type = \"chirp\", amplitude = 10.0, frequency = {from:?}, \

@@ -312,7 +312,7 @@ fn ranks_that_read_other_bodies_are_refused() {
 }
 
 #[test]
-fn a_wrong_command_is_told_once() {
+fn a_wrong_command_is_reported_once() {
     let folder = folder(&[]);
     let wrong = mpirun(folder.path(), &["-n", "2", PROGRAM, "run", "--nonsense"])
         .output()

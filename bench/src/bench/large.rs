@@ -57,7 +57,7 @@ struct Run {
     t: [f64; 2],
     cpu_seconds: f64,
     parts: Vec<Part>,
-    memory: Memory,
+    memory: MemoryUse,
 }
 
 /// A part of a run: number of calls, and time of one call at the end of the run.
@@ -72,7 +72,7 @@ struct Part {
 
 /// Memory of the process in MiB.
 #[derive(Serialize)]
-struct Memory {
+struct MemoryUse {
     /// Memory in use after allocation of the matrices, plus the prediction for their factors.
     predicted: f64,
     /// Peak memory.
@@ -254,7 +254,7 @@ fn twenty_steps(
         t: [begin, t],
         cpu_seconds,
         parts: parts.into_iter().map(part).collect(),
-        memory: Memory {
+        memory: MemoryUse {
             predicted,
             peak,
             off: peak / predicted - 1.0,
@@ -375,7 +375,7 @@ fn exponents(levels: &[Level]) -> Vec<(&'static str, f64)> {
 fn text(document: &Document) -> anyhow::Result<String> {
     let mut text = String::new();
     for run in &document.runs {
-        let Memory {
+        let MemoryUse {
             predicted, peak, ..
         } = run.memory;
         writeln!(

@@ -40,7 +40,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_message_tells_is_not_told_again() {
+    fn causes_contained_in_a_message_are_not_repeated() {
         let failure = Err::<(), _>(io::Error::other("disk on fire"))
             .context("cannot write `a.csv`: disk on fire")
             .unwrap_err();

@@ -79,7 +79,7 @@ mod tests {
 
     /// Regression: for the same scene `check` returned 2 and `run` returned 4.
     #[test]
-    fn too_little_memory_is_no_wrong_scene() {
+    fn too_little_memory_is_not_an_input_error() {
         let memory = || SparseError::Memory {
             needed: 2,
             available: 1,

@@ -148,7 +148,7 @@ mod tests {
     /// A zero variable, with zero derivative, is added to a variable of order one. If it
     /// moved by √ε of its tolerance, it would be lost in the sum, and its column would be zero.
     #[test]
-    fn a_variable_at_zero_moves_by_what_its_tolerance_allows() {
+    fn increments_at_zero_follow_the_tolerance() {
         let mut jacobian = Jacobian::of(&Sum);
         let at = Linearization {
             t: 0.0,

@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn terms_that_may_cancel_do_not_hide_what_the_tolerances_allow() {
+    fn canceling_terms_do_not_hide_errors_above_the_tolerances() {
         let of: fn(f64, f64) -> f64 = |x, z| 1e9 * (x - z);
         for off in [-1e-6, 1e-6] {
             assert_eq!(check(of, [1.0, 1.0 + off]), Ok(()));
@@ -221,12 +221,12 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_evaluated_near_by_is_not_judged() {
+    fn starts_without_nearby_evaluations_are_not_judged() {
         assert_eq!(check(|_, z| z.sqrt() - 1.0, [0.0; 2]), Ok(()));
     }
 
     #[test]
-    fn rounding_is_no_contradiction_where_tolerances_are_zero() {
+    fn rounding_errors_are_accepted_with_zero_tolerances() {
         let of: fn(f64, f64) -> f64 = |x, z| x * x - z;
         let y = [0.1, 0.1 * 0.1 * (1.0 + f64::EPSILON)];
         assert_ne!(of(y[0], y[1]), 0.0);

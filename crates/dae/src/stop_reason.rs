@@ -69,7 +69,7 @@ mod tests {
     use super::StopReason::{self, *};
 
     #[test]
-    fn every_reason_has_a_name_of_its_own() {
+    fn every_reason_has_a_unique_name() {
         let reasons: [StopReason; 14] = [
             ErrorTestFailures,
             ConvergenceFailures,

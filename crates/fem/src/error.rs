@@ -155,7 +155,7 @@ pub enum FemError {
     },
     /// An axis across which a model has no plane of symmetry, or several.
     #[error(
-        "no single plane across {} at the rim of the group has all its nodes held along that axis",
+        "the rim of the group is not in one plane normal to {} with all nodes fixed along that axis",
         ["x", "y", "z"][*axis]
     )]
     NoSymmetryPlane {

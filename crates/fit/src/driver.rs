@@ -318,8 +318,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Returns the linearized problem in the parameters that no bound holds, their indices, and the distance from its
-    /// minimum.
+    /// Returns the linearized problem in the free parameters (those without an active bound), the indices of these
+    /// parameters, and the distance from the minimum.
     fn linear_problem(&mut self) -> (Linearized, Vec<usize>, Slope) {
         let weights: Vec<f64> = self
             .residuals

@@ -16,7 +16,7 @@ pub enum FitError {
         value: f64,
     },
     /// Fewer measurements than parameters, or no parameters.
-    #[error("{n_residuals} measurements cannot fix {n_parameters} parameters")]
+    #[error("{n_residuals} measurements cannot determine {n_parameters} parameters")]
     TooFewMeasurements {
         /// Number of measurements.
         n_residuals: usize,

@@ -8,7 +8,7 @@ use myovib_fit::{Failed, Model, Options, Parameter, fit};
 use myovib_radau::{ForwardSensitivities, RadauOptions, RadauSolver};
 use nalgebra::DMatrix;
 
-/// Length 0.5, let go at (0.4, −0.3): where it is at t = 2.
+/// Pendulum of length 0.5, released at rest at (0.4, −0.3), with its measured position at t = 2.
 const LENGTH: f64 = 0.5;
 const START: [f64; 2] = [0.4, -0.3];
 const MEASURED: [f64; 2] = [-0.231625, -0.443109];

@@ -36,14 +36,14 @@ pub enum ModelError {
         objection: &'static str,
     },
     /// An invalid strain at a rod's end.
-    #[error("the strain at the rod's end cannot be given: {objection}")]
+    #[error("the strain at the rod's end cannot be prescribed: {objection}")]
     RodStrain {
         /// Reason and remedy.
         objection: &'static str,
     },
     /// A jump in a load; sensitivities across jumps are not supported.
     #[error(
-        "the load jumps at t = {t} s, and sensitivities across a jump are not supported: give the step a rise time"
+        "the load jumps at t = {t} s, and sensitivities across a jump are not supported: set a rise time of the step"
     )]
     Jump {
         /// Time of the jump, s.
@@ -175,7 +175,7 @@ pub enum ModelError {
     Evaluation(#[from] myovib_dae::StepError),
     /// No displacement with ∫ψ (J - 1) = 0 was found near the given displacement.
     #[error(
-        "no incompressible displacement is found near the one given: a projected volume defect of {volume_residual:.1e} remains"
+        "no incompressible displacement was found near the given displacement: a projected volume residual of {volume_residual:.1e} remains"
     )]
     NotIncompressible {
         /// Largest remaining projected defect, defined as in the constraint drift.

@@ -72,7 +72,7 @@ pub use integration::launch::{start_at_rest, start_from};
 pub use integration::projected::Projected;
 pub use integration::radau::RadauIntegrator;
 pub use integration::recorder::{SampleTimes, Sampler};
-pub use integration::run::{Limits, Observer, Step, run};
+pub use integration::run::{AcceptedStep, Limits, Observer, run};
 pub use integration::settings::{
     AbsoluteTolerances, IntegratorKind, LinearSolver, MultiplierWeights, Settings, default_ordering,
 };

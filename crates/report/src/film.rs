@@ -42,7 +42,7 @@ pub fn frames(folder: &Path, request: Request<'_>) -> anyhow::Result<Vec<Figure>
     if files.is_empty() {
         return Err(InputError::new("the folder holds no fields of a run")
             .at(folder.display())
-            .next("give the folder of a run of a scene with [fields]")
+            .next("name the folder of a run of a scene with [fields]")
             .into());
     }
     let field = request.field.unwrap_or(Quantity::Displacement.label());

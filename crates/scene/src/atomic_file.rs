@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn files_wait_for_the_disk_again_after_what_passes() {
+    fn atomic_files_retry_after_transient_errors() {
         passing(|| {
             passing(|| assert!(PASSING.get()));
             assert!(PASSING.get());

@@ -352,7 +352,7 @@ mod tests {
     use crate::Scene;
 
     #[test]
-    fn values_that_are_not_finite_are_told_with_their_first_time() {
+    fn non_finite_values_are_reported_with_their_first_time() {
         let text = "[time]\nend = 1.0\n[mesh]\ntype = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [2, 2]\n\
                     [solid]\nbulk_modulus = 1e5\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
                     [[fixed]]\ngroup = \"left\"\n";

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use myovib_model::statics::Search;
-use myovib_model::{ModelError, Observer, Outcome, Step};
+use myovib_model::{AcceptedStep, ModelError, Observer, Outcome};
 
 /// Receiver of progress messages. A message is only formatted if it is shown.
 pub trait ProgressSink: Sync {
@@ -69,7 +69,10 @@ impl<'a> Watch<'a> {
 }
 
 impl<P> Observer<P> for Watch<'_> {
-    fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
+    fn accepted(
+        &mut self,
+        step: &mut AcceptedStep<'_, P>,
+    ) -> Result<ControlFlow<Outcome>, ModelError> {
         let (t_start, began) = *self
             .start
             .get_or_insert_with(|| (step.from, Instant::now()));

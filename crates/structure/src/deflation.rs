@@ -13,7 +13,7 @@ use crate::jacobi::left_svd;
 use crate::rank::RankDecision;
 
 /// One deflation step, in the notation of the formulas above.
-pub(crate) struct Step {
+pub(crate) struct DeflationStep {
     pub(crate) u1: DMatrix<f64>,
     pub(crate) u2: DMatrix<f64>,
     pub(crate) w: DMatrix<f64>,
@@ -28,7 +28,7 @@ pub(crate) struct Step {
 
 /// The complete deflation.
 pub(crate) struct Deflation {
-    pub(crate) steps: Vec<Step>,
+    pub(crate) steps: Vec<DeflationStep>,
     pub(crate) decisions: Vec<RankDecision>,
     pub(crate) end: End,
 }
@@ -84,7 +84,7 @@ pub(crate) fn deflate(mut e: DMatrix<f64>, mut a: DMatrix<f64>) -> Deflation {
         }
         let (u1e, u1a) = (u1.tr_mul(&e), u1.tr_mul(&a));
         (e, a) = (&u1e * &z, &u1a * &z);
-        steps.push(Step {
+        steps.push(DeflationStep {
             ew: u1e * &w,
             aw: u1a * &w,
             u1,

@@ -13,14 +13,14 @@
 
 use nalgebra::DMatrix;
 
-use crate::deflation::Step;
+use crate::deflation::DeflationStep;
 
 /// A polynomial in s with matrix coefficients, constant term first.
 pub(crate) type Polynomial = Vec<DMatrix<f64>>;
 
 /// Returns the polynomial part of (sE + A)⁻¹ from the deflation steps and the final (E, A).
 pub(crate) fn resolvent_polynomial(
-    steps: &[Step],
+    steps: &[DeflationStep],
     e: &DMatrix<f64>,
     a: &DMatrix<f64>,
 ) -> Polynomial {

@@ -127,7 +127,7 @@ fn is_scene(path: &Path) -> bool {
 fn of_scene(path: &Path, set: &[String], fixed: Option<Vec<String>>) -> anyhow::Result<Subject> {
     let scene = Scene::load(path, set)?;
     let Some(body) = &scene.body else {
-        return Err(InputError::new("the scene has no body, whose pressures could be held").into());
+        return Err(InputError::new("the scene has no body").into());
     };
     let mesh = body.muscle.solid.space().mesh().clone();
     let file = &scene.file;
@@ -141,10 +141,10 @@ fn of_scene(path: &Path, set: &[String], fixed: Option<Vec<String>>) -> anyhow::
     let all: Vec<_> = held.chain(moved).collect();
     if let (None, Some((group, _))) = (&fixed, all.iter().find(|(_, whole)| !whole)) {
         let error = InputError::new(format!(
-            "the scene holds some components of `{group}` only, and groups are held whole here"
+            "the scene fixes only some components of `{group}`; this command requires all"
         ));
         return Err(error
-            .next("name the groups to hold by --fixed; `myovib check` measures the scene itself")
+            .next("name the fixed groups by --fixed; `myovib check` measures the scene itself")
             .into());
     }
     let groups = || all.iter().map(|(group, _)| (*group).clone()).collect();

@@ -54,7 +54,7 @@ pub fn run(args: &InitArgs) -> anyhow::Result<Exit> {
         if args.mesh {
             let error = InputError::new("a mesh file cannot be written next to standard output");
             return Err(error
-                .next("give the scene a FILE, or remove `--mesh`")
+                .next("name a FILE for the scene, or remove `--mesh`")
                 .into());
         }
         output::print(scene.text)?;
@@ -90,7 +90,7 @@ fn create(path: &Path, text: &str) -> anyhow::Result<()> {
         .map_err(|error| {
             if error.kind() == io::ErrorKind::AlreadyExists {
                 InputError::new(format!("`{name}` exists and is not replaced"))
-                    .next("give another name: myovib init other.toml")
+                    .next("choose another name: myovib init other.toml")
                     .into()
             } else {
                 anyhow::Error::from(error).context(format!("cannot write {name}"))

@@ -86,16 +86,13 @@ pub fn refuses_constraints_that_are_not_there_or_wrong<M: Method>(method: &M) {
     let mode = ConsistencyMode::Constraints;
     let error = solver.correct_initial_values(mode, 1.0).unwrap_err();
     let printed = error.to_string();
-    assert!(
-        printed.contains("states no constraints: implement"),
-        "{printed}"
-    );
+    assert!(printed.contains("Problem::constraints"), "{printed}");
 
     let mut solver = method.build(Request::new(Contradiction, 0.0, &[0.5, 0.0], &[0.0; 2]));
     let error = solver.correct_initial_values(mode, 1.0).unwrap_err();
     let printed = error.to_string();
     assert!(
-        printed.contains("incompatible with the equations: residual 1.00e0 in equation 1"),
+        printed.contains("1.00e0") && printed.contains("equation 1"),
         "{printed}"
     );
     assert_eq!(solver.y(), [0.5, 0.0]);

@@ -138,7 +138,7 @@ fn judge(sample: &mut dyn Sample) {
 }
 
 #[test]
-fn samples_lack_nothing_and_what_they_are_made_to_lack_is_named() {
+fn complete_patterns_pass_and_removed_entries_are_named() {
     use MechanicalForm::{Index1, Index2, Index3, Stabilized};
     let mut samples: Vec<Box<dyn Sample>> = vec![
         Box::new(Robertson),
@@ -224,7 +224,7 @@ fn check_diagonal(
 /// H D H x with Householder's H = 1 − 2 u uᵀ and D = 3: three times x, and rounding of all x in
 /// all rows.
 #[test]
-fn rounding_is_no_entry() {
+fn rounding_errors_are_not_entries() {
     let n = 16;
     let reflect = |x: &mut Vec<f64>| {
         let sum = 2.0 * x.iter().sum::<f64>() / x.len() as f64;

@@ -1,7 +1,7 @@
 //! Nonlinear circuits by nodal analysis.
 
 use super::Start;
-use super::dual::Scalar;
+use super::dual::Differentiable;
 use super::equations::Equations;
 use crate::problem::VariableKind;
 
@@ -28,7 +28,7 @@ impl Doubler {
     /// I_s in A and U_T in V.
     const DIODE: [f64; 2] = [1e-9, 0.045];
 
-    fn diode<S: Scalar>(u: S) -> S {
+    fn diode<S: Differentiable>(u: S) -> S {
         let [saturation, thermal] = Self::DIODE;
         (u.times(1.0 / thermal).exp() - S::from(1.0)).times(saturation)
     }
@@ -39,7 +39,7 @@ impl Equations for Doubler {
         3
     }
 
-    fn residual<S: Scalar>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
+    fn residual<S: Differentiable>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
         let ([size, frequency], [source, load]) = (Self::SOURCE, Self::RESISTORS);
         let [c1, c2] = Self::CAPACITORS;
         let charging = (y_dot[0] - y_dot[1]).times(c1);
@@ -97,7 +97,7 @@ impl Amplifier {
     /// I_s in A, U_T in V and α.
     const TRANSISTOR: [f64; 3] = [1e-6, 0.026, 0.99];
 
-    fn emitter<S: Scalar>(u: S) -> S {
+    fn emitter<S: Differentiable>(u: S) -> S {
         let [saturation, thermal, _] = Self::TRANSISTOR;
         (u.times(1.0 / thermal).exp() - S::from(1.0)).times(saturation)
     }
@@ -108,7 +108,7 @@ impl Equations for Amplifier {
         5
     }
 
-    fn residual<S: Scalar>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
+    fn residual<S: Differentiable>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
         let ([supply, base], [r0, r1, r_e, r_c, r_l]) = (Self::SUPPLY, Self::RESISTORS);
         let ([c1, c_e, c2], [.., alpha]) = (Self::CAPACITORS, Self::TRANSISTOR);
         let pi = std::f64::consts::PI;
@@ -186,13 +186,13 @@ impl CapacitorLoop {
     /// I_s in A and U_T in V.
     const DIODE: [f64; 2] = [1e-6, 0.1];
 
-    fn diode<S: Scalar>(u: S) -> S {
+    fn diode<S: Differentiable>(u: S) -> S {
         let [saturation, thermal] = Self::DIODE;
         (u.times(1.0 / thermal).exp() - S::from(1.0)).times(saturation)
     }
 
     /// Returns q̇(u) for u and its rate.
-    fn charging<S: Scalar>(u: S, rate: S) -> S {
+    fn charging<S: Differentiable>(u: S, rate: S) -> S {
         let [_, c2, c3] = Self::CAPACITORS;
         (S::from(c2) + (u * u).times(3.0 * c3)) * rate
     }
@@ -217,7 +217,7 @@ impl Equations for CapacitorLoop {
         3
     }
 
-    fn residual<S: Scalar>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
+    fn residual<S: Differentiable>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
         let (u, rate) = Self::voltages(t);
         let source = Self::diode(u[1]) - Self::charging(u[0] - u[1], rate[0] - rate[1]);
         let charging = Self::charging(y[0] - y[1], y_dot[0] - y_dot[1]);

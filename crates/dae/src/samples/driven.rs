@@ -1,7 +1,7 @@
 //! Driven systems with exact solutions: several time scales, and breaks in the input.
 
 use super::Start;
-use super::dual::Scalar;
+use super::dual::Differentiable;
 use super::equations::Equations;
 use crate::problem::VariableKind;
 
@@ -34,7 +34,7 @@ impl Equations for TimeScales {
         4
     }
 
-    fn residual<S: Scalar>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
+    fn residual<S: Differentiable>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
         let mut sum = S::from(0.0);
         for i in 0..3 {
             let (sin, cos) = (Self::FREQUENCIES[i] * t).sin_cos();
@@ -135,7 +135,7 @@ impl Equations for Pulses {
         3
     }
 
-    fn residual<S: Scalar>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
+    fn residual<S: Differentiable>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
         let [a, b] = Self::TIMES;
         residual[0] = y_dot[0].times(a) - S::from(Self::input(t)) + y[0];
         residual[1] = y_dot[1].times(b) - y[0] + y[1];

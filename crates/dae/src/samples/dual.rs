@@ -3,7 +3,7 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Scalar type of equations: f64, or a number with derivatives.
-pub trait Scalar:
+pub trait Differentiable:
     Copy
     + From<f64>
     + Add<Output = Self>
@@ -38,7 +38,7 @@ pub trait Scalar:
     }
 }
 
-impl Scalar for f64 {
+impl Differentiable for f64 {
     fn value(self) -> f64 {
         self
     }
@@ -70,7 +70,7 @@ pub struct Dual<S> {
     pub slope: S,
 }
 
-impl<S: Scalar> Dual<S> {
+impl<S: Differentiable> Dual<S> {
     /// Creates the number x with derivative `slope`.
     pub fn new(value: S, slope: S) -> Self {
         Self { value, slope }
@@ -82,13 +82,13 @@ impl<S: Scalar> Dual<S> {
     }
 }
 
-impl<S: Scalar> From<f64> for Dual<S> {
+impl<S: Differentiable> From<f64> for Dual<S> {
     fn from(value: f64) -> Self {
         Self::new(S::from(value), S::from(0.0))
     }
 }
 
-impl<S: Scalar> Add for Dual<S> {
+impl<S: Differentiable> Add for Dual<S> {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
@@ -96,7 +96,7 @@ impl<S: Scalar> Add for Dual<S> {
     }
 }
 
-impl<S: Scalar> Sub for Dual<S> {
+impl<S: Differentiable> Sub for Dual<S> {
     type Output = Self;
 
     fn sub(self, other: Self) -> Self {
@@ -104,7 +104,7 @@ impl<S: Scalar> Sub for Dual<S> {
     }
 }
 
-impl<S: Scalar> Mul for Dual<S> {
+impl<S: Differentiable> Mul for Dual<S> {
     type Output = Self;
 
     fn mul(self, other: Self) -> Self {
@@ -113,7 +113,7 @@ impl<S: Scalar> Mul for Dual<S> {
     }
 }
 
-impl<S: Scalar> Div for Dual<S> {
+impl<S: Differentiable> Div for Dual<S> {
     type Output = Self;
 
     fn div(self, other: Self) -> Self {
@@ -125,7 +125,7 @@ impl<S: Scalar> Div for Dual<S> {
     }
 }
 
-impl<S: Scalar> Neg for Dual<S> {
+impl<S: Differentiable> Neg for Dual<S> {
     type Output = Self;
 
     fn neg(self) -> Self {
@@ -133,7 +133,7 @@ impl<S: Scalar> Neg for Dual<S> {
     }
 }
 
-impl<S: Scalar> Scalar for Dual<S> {
+impl<S: Differentiable> Differentiable for Dual<S> {
     fn value(self) -> f64 {
         self.value.value()
     }
@@ -162,7 +162,7 @@ mod tests {
     use super::*;
 
     /// f = sin x · eˣ / √(1 + x²) − cos x, for any scalar type.
-    fn function<S: Scalar>(x: S) -> S {
+    fn function<S: Differentiable>(x: S) -> S {
         x.sin() * x.exp() / (S::from(1.0) + x * x).sqrt() - x.cos()
     }
 

@@ -1,6 +1,6 @@
 //! Problems from equations written once: dual numbers give the Jacobian.
 
-use super::dual::{Dual, Scalar};
+use super::dual::{Differentiable, Dual};
 use super::{Sample, Start};
 use crate::problem::{Problem, StepError, VariableKind};
 
@@ -10,7 +10,7 @@ pub trait Equations {
     fn n_unknowns(&self) -> usize;
 
     /// Evaluates F(t, y, ẏ) into `residual`.
-    fn residual<S: Scalar>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]);
+    fn residual<S: Differentiable>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]);
 
     /// Returns how each variable enters F.
     fn kinds(&self) -> Vec<VariableKind>;

@@ -1,6 +1,6 @@
 //! Mechanical systems with constraints, from inertia, forces and constraints alone.
 
-use super::dual::{Dual, Scalar};
+use super::dual::{Differentiable, Dual};
 use super::equations::Equations;
 use super::{MechanicalForm, Start};
 use crate::problem::VariableKind;
@@ -14,13 +14,13 @@ pub trait Mechanism {
     fn n_constraints(&self) -> usize;
 
     /// Evaluates M(q) a.
-    fn inertia<S: Scalar>(&self, q: &[S], a: &[S], out: &mut [S]);
+    fn inertia<S: Differentiable>(&self, q: &[S], a: &[S], out: &mut [S]);
 
     /// Evaluates f(q, v), including all terms quadratic in v.
-    fn force<S: Scalar>(&self, q: &[S], v: &[S], out: &mut [S]);
+    fn force<S: Differentiable>(&self, q: &[S], v: &[S], out: &mut [S]);
 
     /// Evaluates g(q).
-    fn constraint<S: Scalar>(&self, q: &[S], out: &mut [S]);
+    fn constraint<S: Differentiable>(&self, q: &[S], out: &mut [S]);
 
     /// Positions with g(q) = 0, and velocities with G v = 0.
     fn start(&self) -> (Vec<f64>, Vec<f64>);
@@ -50,7 +50,7 @@ impl<M: Mechanism> Constrained<M> {
     }
 
     /// Subtracts G(q)ᵀ m from `out`.
-    fn subtract_reaction<S: Scalar>(&self, q: &[S], m: &[S], out: &mut [S]) {
+    fn subtract_reaction<S: Differentiable>(&self, q: &[S], m: &[S], out: &mut [S]) {
         let mut along: Vec<Dual<S>> = q.iter().map(|&q| Dual::new(q, S::from(0.0))).collect();
         let mut g = vec![Dual::from(0.0); self.mechanism.n_constraints()];
         for (j, out) in out.iter_mut().enumerate() {
@@ -64,7 +64,7 @@ impl<M: Mechanism> Constrained<M> {
     }
 
     /// Evaluates G(q) v.
-    fn constraint_rate<S: Scalar>(&self, q: &[S], v: &[S], out: &mut [S]) {
+    fn constraint_rate<S: Differentiable>(&self, q: &[S], v: &[S], out: &mut [S]) {
         let pairs = q.iter().zip(v);
         let along: Vec<_> = pairs.map(|(&q, &v)| Dual::new(q, v)).collect();
         let mut g = vec![Dual::from(0.0); out.len()];
@@ -75,7 +75,7 @@ impl<M: Mechanism> Constrained<M> {
     }
 
     /// Evaluates d²g/dt² = G a + Ġ v.
-    fn constraint_acceleration<S: Scalar>(&self, q: &[S], v: &[S], a: &[S], out: &mut [S]) {
+    fn constraint_acceleration<S: Differentiable>(&self, q: &[S], v: &[S], a: &[S], out: &mut [S]) {
         let along = |x: &[S], rate: &[S]| -> Vec<Dual<S>> {
             let pairs = x.iter().zip(rate);
             pairs.map(|(&x, &rate)| Dual::new(x, rate)).collect()
@@ -114,7 +114,7 @@ impl<M: Mechanism> Constrained<M> {
     }
 
     /// Evaluates M a − f + Gᵀ λ.
-    fn balance<S: Scalar>(&self, q: &[S], v: &[S], a: &[S], lambda: &[S], out: &mut [S]) {
+    fn balance<S: Differentiable>(&self, q: &[S], v: &[S], a: &[S], lambda: &[S], out: &mut [S]) {
         let mut force = vec![S::from(0.0); q.len()];
         self.mechanism.force(q, v, &mut force);
         self.subtract_reaction(q, lambda, &mut force);
@@ -134,7 +134,7 @@ impl<M: Mechanism> Equations for Constrained<M> {
         2 * self.mechanism.n_positions() + multipliers * self.mechanism.n_constraints()
     }
 
-    fn residual<S: Scalar>(&self, _t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
+    fn residual<S: Differentiable>(&self, _t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
         let (n, m) = (self.mechanism.n_positions(), self.mechanism.n_constraints());
         let (q, v, multipliers) = (&y[..n], &y[n..2 * n], &y[2 * n..]);
         let (lambda, mu) = multipliers.split_at(m);

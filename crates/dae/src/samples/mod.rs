@@ -40,7 +40,7 @@ pub use akzo::Akzo;
 pub use car_axis::CarAxis;
 pub use circuits::{Amplifier, CapacitorLoop, Doubler};
 pub use driven::{Pulses, TimeScales};
-pub use dual::{Dual, Scalar};
+pub use dual::{Differentiable, Dual};
 pub use equations::{Differentiated, Equations};
 pub use exact::{JayIndex2, LinearIndex1};
 pub use heat2d::Heat2d;

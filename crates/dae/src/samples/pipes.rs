@@ -1,5 +1,5 @@
 use super::Start;
-use super::dual::Scalar;
+use super::dual::Differentiable;
 use super::equations::Equations;
 use crate::problem::VariableKind;
 
@@ -54,7 +54,7 @@ impl Equations for Pipes {
         11
     }
 
-    fn residual<S: Scalar>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
+    fn residual<S: Differentiable>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
         let (levels, flows, pressures) = (&y[..2], &y[2..8], &y[8..]);
         // Net outflow of each node through the pipes.
         let mut loss = [S::from(0.0); 5];

@@ -1,6 +1,6 @@
 //! Planar linkages of one degree of freedom.
 
-use super::dual::Scalar;
+use super::dual::Differentiable;
 use super::mechanism::Mechanism;
 
 /// Gravity, m/s².
@@ -36,7 +36,7 @@ impl Mechanism for SliderCrank {
         4
     }
 
-    fn inertia<S: Scalar>(&self, _q: &[S], a: &[S], out: &mut [S]) {
+    fn inertia<S: Differentiable>(&self, _q: &[S], a: &[S], out: &mut [S]) {
         let turning = Self::ROD * Self::LENGTHS[1].powi(2) / 12.0;
         let masses = [Self::CRANK, Self::ROD, Self::ROD, turning, Self::SLIDER];
         for ((out, a), mass) in out.iter_mut().zip(a).zip(masses) {
@@ -44,14 +44,14 @@ impl Mechanism for SliderCrank {
         }
     }
 
-    fn force<S: Scalar>(&self, q: &[S], v: &[S], out: &mut [S]) {
+    fn force<S: Differentiable>(&self, q: &[S], v: &[S], out: &mut [S]) {
         let [stiffness, damping, rest] = Self::SPRING;
         out.fill(S::from(0.0));
         out[2] = S::from(-G * Self::ROD);
         out[4] = (S::from(rest) - q[4]).times(stiffness) - v[4].times(damping);
     }
 
-    fn constraint<S: Scalar>(&self, q: &[S], out: &mut [S]) {
+    fn constraint<S: Differentiable>(&self, q: &[S], out: &mut [S]) {
         let [crank, rod] = Self::LENGTHS;
         let (half_x, half_y) = (q[3].cos().times(0.5 * rod), q[3].sin().times(0.5 * rod));
         out[0] = q[1] - half_x - q[0].cos().times(crank);
@@ -103,7 +103,7 @@ impl Mechanism for FourBar {
         8
     }
 
-    fn inertia<S: Scalar>(&self, _q: &[S], a: &[S], out: &mut [S]) {
+    fn inertia<S: Differentiable>(&self, _q: &[S], a: &[S], out: &mut [S]) {
         for (bar, length) in Self::LENGTHS.into_iter().enumerate() {
             let mass = Self::DENSITY * length;
             let of_bar = [mass, mass, mass * length * length / 12.0];
@@ -113,7 +113,7 @@ impl Mechanism for FourBar {
         }
     }
 
-    fn force<S: Scalar>(&self, _q: &[S], v: &[S], out: &mut [S]) {
+    fn force<S: Differentiable>(&self, _q: &[S], v: &[S], out: &mut [S]) {
         out.fill(S::from(0.0));
         for (bar, length) in Self::LENGTHS.into_iter().enumerate() {
             out[3 * bar + 1] = S::from(-G * Self::DENSITY * length);
@@ -121,7 +121,7 @@ impl Mechanism for FourBar {
         out[2] = v[2].times(-Self::DAMPING);
     }
 
-    fn constraint<S: Scalar>(&self, q: &[S], out: &mut [S]) {
+    fn constraint<S: Differentiable>(&self, q: &[S], out: &mut [S]) {
         // The ends of bar k: center ± half.
         let end = |bar: usize, sign: f64| {
             let (q, half) = (&q[3 * bar..], 0.5 * sign * Self::LENGTHS[bar]);
@@ -197,7 +197,7 @@ impl Press {
     }
 
     /// Returns the vector of bar k.
-    fn bar<S: Scalar>(q: &[S], k: usize) -> [S; 2] {
+    fn bar<S: Differentiable>(q: &[S], k: usize) -> [S; 2] {
         [q[k].cos(), q[k].sin()].map(|c| c.times(Self::LENGTHS[k]))
     }
 }
@@ -211,7 +211,7 @@ impl Mechanism for Press {
         4
     }
 
-    fn inertia<S: Scalar>(&self, q: &[S], a: &[S], out: &mut [S]) {
+    fn inertia<S: Differentiable>(&self, q: &[S], a: &[S], out: &mut [S]) {
         for (i, out) in out.iter_mut().enumerate() {
             *out = S::from(0.0);
             for (j, &a) in a.iter().enumerate() {
@@ -220,7 +220,7 @@ impl Mechanism for Press {
         }
     }
 
-    fn force<S: Scalar>(&self, q: &[S], v: &[S], out: &mut [S]) {
+    fn force<S: Differentiable>(&self, q: &[S], v: &[S], out: &mut [S]) {
         for (i, out) in out.iter_mut().enumerate() {
             *out = S::from(0.0);
             for j in 0..v.len() {
@@ -239,7 +239,7 @@ impl Mechanism for Press {
         out[3] = out[3] + pull * (reach[1] * bar[0] - reach[0] * bar[1]);
     }
 
-    fn constraint<S: Scalar>(&self, q: &[S], out: &mut [S]) {
+    fn constraint<S: Differentiable>(&self, q: &[S], out: &mut [S]) {
         let [a, b, _] = Self::PLACES;
         let bars = [0, 1, 2, 3, 4].map(|k| Self::bar(q, k));
         for k in 0..2 {

@@ -1,7 +1,7 @@
 //! Spatial mechanisms: a holonomic one, and one with a constraint on velocities alone.
 
 use super::Start;
-use super::dual::Scalar;
+use super::dual::Differentiable;
 use super::equations::Equations;
 use super::mechanism::Mechanism;
 use crate::problem::VariableKind;
@@ -29,20 +29,20 @@ impl Mechanism for SphericalPendulums {
         2
     }
 
-    fn inertia<S: Scalar>(&self, _q: &[S], a: &[S], out: &mut [S]) {
+    fn inertia<S: Differentiable>(&self, _q: &[S], a: &[S], out: &mut [S]) {
         for (i, (out, a)) in out.iter_mut().zip(a).enumerate() {
             *out = a.times(Self::MASSES[i / 3]);
         }
     }
 
-    fn force<S: Scalar>(&self, _q: &[S], _v: &[S], out: &mut [S]) {
+    fn force<S: Differentiable>(&self, _q: &[S], _v: &[S], out: &mut [S]) {
         out.fill(S::from(0.0));
         for (body, mass) in Self::MASSES.into_iter().enumerate() {
             out[3 * body + 2] = S::from(-G * mass);
         }
     }
 
-    fn constraint<S: Scalar>(&self, q: &[S], out: &mut [S]) {
+    fn constraint<S: Differentiable>(&self, q: &[S], out: &mut [S]) {
         let square = |p: [S; 3]| p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
         let [l1, l2] = Self::LENGTHS;
         out[0] = (square([q[0], q[1], q[2]]) - S::from(l1 * l1)).times(0.5);
@@ -78,11 +78,11 @@ impl Mechanism for Charges {
         Self::NUMBER
     }
 
-    fn inertia<S: Scalar>(&self, _q: &[S], a: &[S], out: &mut [S]) {
+    fn inertia<S: Differentiable>(&self, _q: &[S], a: &[S], out: &mut [S]) {
         out.copy_from_slice(a);
     }
 
-    fn force<S: Scalar>(&self, q: &[S], v: &[S], out: &mut [S]) {
+    fn force<S: Differentiable>(&self, q: &[S], v: &[S], out: &mut [S]) {
         for (out, v) in out.iter_mut().zip(v) {
             *out = v.times(-Self::DAMPING);
         }
@@ -100,7 +100,7 @@ impl Mechanism for Charges {
         }
     }
 
-    fn constraint<S: Scalar>(&self, q: &[S], out: &mut [S]) {
+    fn constraint<S: Differentiable>(&self, q: &[S], out: &mut [S]) {
         for (out, p) in out.iter_mut().zip(q.chunks_exact(3)) {
             let square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
             *out = (square - S::from(1.0)).times(0.5);
@@ -147,7 +147,7 @@ impl Equations for Skate {
         7
     }
 
-    fn residual<S: Scalar>(&self, _t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
+    fn residual<S: Differentiable>(&self, _t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
         let (sin, cos, lambda) = (y[2].sin(), y[2].cos(), y[6]);
         for k in 0..3 {
             residual[k] = y_dot[k] - y[3 + k];

@@ -1,7 +1,7 @@
 //! Circuits that switch: diodes that block, gates under pulses, and a pump whose current jumps.
 
 use super::Start;
-use super::dual::Scalar;
+use super::dual::Differentiable;
 use super::equations::Equations;
 use crate::problem::VariableKind;
 
@@ -26,7 +26,7 @@ impl Polyline {
 }
 
 /// I_s (exp(u/U_T) − 1)
-fn diode<S: Scalar>([saturation, thermal]: [f64; 2], u: S) -> S {
+fn diode<S: Differentiable>([saturation, thermal]: [f64; 2], u: S) -> S {
     (u.times(1.0 / thermal).exp() - S::from(1.0)).times(saturation)
 }
 
@@ -56,7 +56,7 @@ impl Bridge {
     /// G, S.
     const LEAK: f64 = 1e-6;
 
-    fn branch<S: Scalar>(u: S) -> S {
+    fn branch<S: Differentiable>(u: S) -> S {
         diode(Self::DIODE, u) + u.times(Self::LEAK)
     }
 }
@@ -66,7 +66,7 @@ impl Equations for Bridge {
         4
     }
 
-    fn residual<S: Scalar>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
+    fn residual<S: Differentiable>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
         let ([size, omega], [inductance, resistance]) = (Self::SOURCE, Self::CHOKE);
         let [capacity, load] = Self::LOAD;
         let (i, p, a, b) = (y[0], y[1], y[2], y[3]);
@@ -137,7 +137,7 @@ impl Inverters {
     }
 
     /// Returns the current that charges output k, minus the current of the gate.
-    fn charging<S: Scalar>(supply: S, gate: S, output: S) -> S {
+    fn charging<S: Differentiable>(supply: S, gate: S, output: S) -> S {
         let [_, threshold, soft] = Self::VOLTAGES;
         let over = gate - S::from(threshold);
         let drawn = match over.value() > 0.0 {
@@ -153,7 +153,7 @@ impl Equations for Inverters {
         5
     }
 
-    fn residual<S: Scalar>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
+    fn residual<S: Differentiable>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
         let [load, feed] = Self::RESISTORS;
         let supply = y[4];
         let mut gate = S::from(Self::INPUT.value(t));
@@ -234,7 +234,7 @@ impl Equations for Pump {
         3
     }
 
-    fn residual<S: Scalar>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
+    fn residual<S: Differentiable>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]) {
         let [c1, c2, c3] = Self::CAPACITORS;
         let (u, rate) = (y[0] - y[1], y_dot[0] - y_dot[1]);
         let charging = (S::from(c2) + (u * u).times(3.0 * c3)) * rate;

@@ -46,11 +46,11 @@ pub enum Computed {
 
 /// Predicted cost of the factors of the Newton matrices.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Factors {
+pub struct FactorizationCost {
     /// Number of matrices stored at the same time: one for BDF and for an equilibrium, one real and
     /// several complex matrices for Radau IIA.
     pub matrices: usize,
-    /// Their entries, the operations of one setup, and their total memory.
+    /// Entries of the factors, operations of one setup, and total memory.
     pub needs: Prediction,
     /// Memory in use before factorization, B, if the system reports it.
     pub in_use: Option<usize>,
@@ -120,7 +120,7 @@ pub struct Report {
     /// Lowest and highest frequency of each load with a frequency sweep, Hz.
     pub sweeps: Vec<[f64; 2]>,
     /// Predicted cost of the factors; `None` if the full matrix, or an external solver, is used.
-    pub factors: Option<Factors>,
+    pub factors: Option<FactorizationCost>,
     /// Predicted CPU time of a step, s, if the matrices are too large for trial steps.
     pub step_time: Option<f64>,
     /// Likely problems with suggested changes.
@@ -212,7 +212,7 @@ pub struct StaticReport {
     /// in seconds.
     pub held: Option<Held>,
     /// Predicted cost of the factors of Newton's matrix, if known.
-    pub factors: Option<Factors>,
+    pub factors: Option<FactorizationCost>,
     /// Largest displacement under the whole load by linear elasticity, m; `None` for a body that is
     /// too large or not held.
     pub linear_displacement: Option<f64>,
@@ -234,7 +234,7 @@ pub fn check_static(
     let mut prospect = Prospect::new(muscle, formulation, t)?;
     let blocks = prospect.layout().blocks().iter();
     let unknowns = blocks.map(|(f, range)| (*f, range.len())).collect();
-    let factors = prospect.needs().map(|needs| Factors {
+    let factors = prospect.needs().map(|needs| FactorizationCost {
         matrices: 1,
         needs,
         in_use: prospect.in_use(),
@@ -303,13 +303,13 @@ impl Sizes {
     }
 
     /// Returns the predictions if the run factorizes these matrices.
-    fn factors(&self, settings: &Settings) -> Result<Option<Factors>, ModelError> {
+    fn factors(&self, settings: &Settings) -> Result<Option<FactorizationCost>, ModelError> {
         let condensed = settings.linear_solver == LinearSolver::Condensed;
         let Some(needs) = self.all.filter(|_| condensed) else {
             return Ok(None);
         };
         resources::expect_memory(needs.bytes, self.n_complex)?;
-        Ok(Some(Factors {
+        Ok(Some(FactorizationCost {
             matrices: 1 + self.n_complex,
             needs,
             in_use: self.in_use,

@@ -224,7 +224,7 @@ impl<B> Multirate<B> {
         self.chains.counts()
     }
 
-    /// Returns the magnitudes of the driving so far.
+    /// Returns the largest displacements of the driving points and positions of the oscillators so far.
     pub fn driven(&self) -> &Driven {
         &self.driven
     }

@@ -123,7 +123,7 @@ impl Oscillators {
         &self.network
     }
 
-    /// Returns the gain and reach of the forcing.
+    /// Returns the gain of the forcing, and the oscillators on which it acts.
     pub fn drive(&self) -> Drive {
         self.drive
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::chebyshev;
 use crate::error::ModelError;
-use crate::integration::run::{Observer, Step};
+use crate::integration::run::{AcceptedStep, Observer};
 use crate::integration::statistics::Outcome;
 use crate::reading::displacement::Displacement;
 use crate::signal::timing::{Break, FRACTION, Timed, shortest};
@@ -143,7 +143,10 @@ impl Recorder {
 }
 
 impl<P> Observer<P> for Recorder {
-    fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
+    fn accepted(
+        &mut self,
+        step: &mut AcceptedStep<'_, P>,
+    ) -> Result<ControlFlow<Outcome>, ModelError> {
         let recording = &mut self.recording;
         if recording.ends.is_empty() {
             recording.start = step.from;
@@ -170,7 +173,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn there_is_no_motion_outside_the_times_covered() {
+    fn recordings_reject_times_outside_their_range() {
         let recording = Recording {
             start: 1.0,
             ends: vec![1.5, 2.0],

@@ -148,7 +148,7 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
         &self.solver
     }
 
-    /// Returns the solver, for components that are integrated with its steps.
+    /// Returns the solver for exclusive access.
     pub(crate) fn solver_mut(&mut self) -> &mut RadauSolver<P, M> {
         &mut self.solver
     }

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use myovib_dae::Problem;
 
 use crate::error::ModelError;
-use crate::integration::run::{Observer, Step};
+use crate::integration::run::{AcceptedStep, Observer};
 use crate::integration::statistics::Outcome;
 
 /// Equidistant times `0, every, 2 every, …` up to and including the end time.
@@ -76,7 +76,10 @@ where
     P: Problem,
     S: FnMut(&mut P, f64, &[f64]) -> Result<(), ModelError>,
 {
-    fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
+    fn accepted(
+        &mut self,
+        step: &mut AcceptedStep<'_, P>,
+    ) -> Result<ControlFlow<Outcome>, ModelError> {
         while let Some(t) = self.times.due(step.to) {
             // Times between a jump and the next step are assigned to the start of that step.
             step.integrator

@@ -9,7 +9,7 @@ use crate::integration::integrator::{Advance, Integrator};
 use crate::integration::statistics::{Outcome, Statistics, StopReason};
 
 /// An accepted step with its dense output.
-pub struct Step<'a, P> {
+pub struct AcceptedStep<'a, P> {
     /// Time before the step, s.
     pub from: f64,
     /// Time after the step, s. An observer that ends the run within the step sets it to that time.
@@ -24,7 +24,10 @@ pub trait Observer<P> {
     ///
     /// # Errors
     /// An error of the observer ends the run.
-    fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError>;
+    fn accepted(
+        &mut self,
+        step: &mut AcceptedStep<'_, P>,
+    ) -> Result<ControlFlow<Outcome>, ModelError>;
 }
 
 /// Runs `integrator` to its end time and calls all `observers` after each accepted step.
@@ -71,7 +74,7 @@ fn drive<P>(
         }
         let to = integrator.time();
         for observer in observers.iter_mut() {
-            let mut step = Step {
+            let mut step = AcceptedStep {
                 from,
                 to,
                 integrator: &mut *integrator,
@@ -115,7 +118,10 @@ impl<'a> Limits<'a> {
 }
 
 impl<P> Observer<P> for Limits<'_> {
-    fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
+    fn accepted(
+        &mut self,
+        step: &mut AcceptedStep<'_, P>,
+    ) -> Result<ControlFlow<Outcome>, ModelError> {
         let stop = |reason, message| Ok(ControlFlow::Break(Outcome::ended(reason, message)));
         if self
             .interrupted

@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_linear_in_nodal_components_is_the_sum_of_its_terms() {
+    fn linear_quantities_are_sums_over_nodal_components() {
         let solid = solid();
         let space = solid.space();
         let u: Vec<f64> = (0..solid.dofs().n_full())

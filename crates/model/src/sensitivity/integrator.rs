@@ -244,7 +244,7 @@ where
 mod tests {
     use super::{STEPS, is_smooth};
 
-    /// Returns whether one of the steps finds a function smooth at x.
+    /// Returns whether the test with at least one of the steps classifies a function as smooth at x.
     fn has_slope(x: f64, of: fn(f64) -> f64) -> bool {
         let mut before = f64::NAN;
         STEPS.into_iter().any(|step| {

@@ -277,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn the_frequency_is_that_of_what_oscillates() {
+    fn the_frequency_is_the_frequency_of_the_oscillating_factor() {
         let sine = |frequency| {
             Signal::from(formula::Sine {
                 amplitude: 1.0,

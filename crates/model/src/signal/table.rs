@@ -76,7 +76,7 @@ impl Points {
         shortest([self.spread / slopes.fold(0.0, f64::max)])
     }
 
-    /// Returns the value if it is equal at all points of the intervals between two times.
+    /// Returns the value between two times if it is constant there.
     fn constant_over(&self, from: f64, to: f64) -> Option<f64> {
         let (first, last) = (self.interval(from), self.interval(to.next_down()));
         let values = &self.values[first..=last.max(first) + 1];

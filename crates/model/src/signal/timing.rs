@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gate_that_is_shut_hides_what_it_multiplies() {
+    fn a_zero_factor_hides_the_jumps_of_the_other_factor() {
         let burst = Signal::product(vec![
             Signal::sum(vec![step(1.0, 1.0), step(-1.0, 2.0)]),
             sine(500.0),

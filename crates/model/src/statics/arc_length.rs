@@ -9,7 +9,7 @@ use crate::error::ModelError;
 
 /// Number of iterations for which the length of the steps is chosen.
 const ITERATIONS: f64 = 5.0;
-/// Distance of an equilibrium from its prediction, relative to the step, for which the length is chosen.
+/// Target distance between an equilibrium and its prediction, relative to the step length, which is chosen accordingly.
 const DISTANCE: f64 = 0.1;
 /// Smallest cosine of the angle between the tangents at the ends of a step; beyond it the step may leave the branch.
 const SMALLEST_COSINE: f64 = 0.5;
@@ -90,7 +90,7 @@ impl<'n, 'm> ArcLength<'n, 'm> {
     fn next(
         &mut self,
         watch: &mut dyn FnMut(&Search) -> ControlFlow<()>,
-    ) -> Result<Result<Step, Shortfall>, ModelError> {
+    ) -> Result<Result<PathStep, Shortfall>, ModelError> {
         let n_free = self.newton.n_free();
         loop {
             let tangent = &self.tangent;
@@ -122,7 +122,7 @@ impl<'n, 'm> ArcLength<'n, 'm> {
                 let distance = self.metric.length(&to.plus(-1.0, &predicted)) / length;
                 let factor = (ITERATIONS / iterations).sqrt().min(DISTANCE / distance);
                 self.length = length * factor.clamp(0.5, 2.0);
-                return Ok(Ok(Step {
+                return Ok(Ok(PathStep {
                     to,
                     tangent,
                     length,
@@ -151,7 +151,7 @@ impl<'n, 'm> ArcLength<'n, 'm> {
     /// Locates a limit point and the end of the path within a step, and records the states.
     fn finish(
         &mut self,
-        step: Step,
+        step: PathStep,
         record: &mut dyn FnMut(PathState) -> ControlFlow<()>,
     ) -> Result<ControlFlow<()>, ModelError> {
         self.load_steps += 1;
@@ -216,7 +216,7 @@ impl<'n, 'm> ArcLength<'n, 'm> {
 }
 
 /// A step to another equilibrium.
-struct Step {
+struct PathStep {
     to: Point,
     /// Unit tangent of the path there.
     tangent: Point,

@@ -61,8 +61,8 @@ pub(super) struct Newton<'a> {
     load: Vec<f64>,
     /// The tension of each element.
     tensions: Vec<f64>,
-    /// Square of the forces that forces are measured by: all loads on the undeformed body, or the forces of the supports'
-    /// motion, whichever is larger.
+    /// Square of the reference force of the convergence test: the norm of all loads on the undeformed body, or of the
+    /// forces that move the supports, whichever is larger.
     force_square: f64,
     /// The prescribed components and their values, m.
     prescribed: Vec<(usize, f64)>,

@@ -6,8 +6,8 @@ use std::ops::ControlFlow;
 use myovib_dae::Problem;
 use myovib_fem::AddedStress;
 use myovib_model::{
-    Energies, Formulation, IntegratorKind, LinearSolver, ModelError, MuscleDae, Observer, Outcome,
-    Settings, Start, Step, run, start_from,
+    AcceptedStep, Energies, Formulation, IntegratorKind, LinearSolver, ModelError, MuscleDae,
+    Observer, Outcome, Settings, Start, run, start_from,
 };
 
 use crate::common::{contracting, viscous};
@@ -25,7 +25,7 @@ pub(crate) struct Balance {
     pub(crate) gap: f64,
 }
 
-fn energies(step: &mut Step<'_, MuscleDae>, t: f64) -> Result<Energies, ModelError> {
+fn energies(step: &mut AcceptedStep<'_, MuscleDae>, t: f64) -> Result<Energies, ModelError> {
     let n = step.integrator.problem().n_unknowns();
     let (mut y, mut y_dot) = (vec![0.0; n], vec![0.0; n]);
     step.integrator.dense_output(t, 0, &mut y)?;
@@ -36,7 +36,7 @@ fn energies(step: &mut Step<'_, MuscleDae>, t: f64) -> Result<Energies, ModelErr
 impl Observer<MuscleDae> for Balance {
     fn accepted(
         &mut self,
-        step: &mut Step<'_, MuscleDae>,
+        step: &mut AcceptedStep<'_, MuscleDae>,
     ) -> Result<ControlFlow<Outcome>, ModelError> {
         let (from, to) = (step.from, step.to);
         let first = energies(step, from)?;

@@ -103,7 +103,7 @@ fn a_part_of_the_loads_is_a_part_of_the_tension() {
 
 /// Isotonic: a dead load at the end is as large as the tension, or larger.
 #[test]
-fn a_loaded_muscle_carries_what_tension_and_elasticity_give() {
+fn a_loaded_muscle_balances_tension_and_elasticity() {
     let pull = 9e3;
     let mut muscle = block(ActiveStress::PLAIN);
     let traction = load::traction(muscle.solid.space(), "right", [pull, 0.0, 0.0]).unwrap();

@@ -115,7 +115,7 @@ fn a_contracted_body_vibrates_at_the_frequencies_about_its_equilibrium() {
 /// Hill's curve under a tension, viscosity and a foundation dissipate the energy that the motion
 /// loses in a period.
 #[test]
-fn a_contracted_body_is_damped_as_its_mode_says() {
+fn a_contracted_body_has_the_damping_of_its_mode() {
     let muscle = contracted(2, 1e5, viscous(), [3e4, 2e2]);
     let at = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
     let mode = &spectrum::lowest(&muscle, &at, 1).unwrap()[0];

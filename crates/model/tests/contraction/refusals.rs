@@ -90,7 +90,7 @@ fn tensions_that_cannot_be_are_refused() {
 }
 
 #[test]
-fn beds_and_stresses_out_of_range_are_refused() {
+fn invalid_foundations_and_stresses_are_rejected() {
     let muscle = contracting(2, 1e5, 0.0, viscous());
     let foundation = |constants| {
         RobinSupport::new(&muscle.solid, "right", SupportDirection::All, constants).unwrap_err()
@@ -98,12 +98,12 @@ fn beds_and_stresses_out_of_range_are_refused() {
     assert!(
         foundation([-1.0, 0.0])
             .to_string()
-            .contains("foundation stiffness = -1")
+            .contains("stiffness = -1")
     );
     assert!(
         foundation([0.0, f64::NAN])
             .to_string()
-            .contains("foundation damping = NaN")
+            .contains("damping = NaN")
     );
     let negative = AddedStress {
         active: None,
@@ -118,6 +118,6 @@ fn beds_and_stresses_out_of_range_are_refused() {
         viscosity: 1.0,
         ..negative
     };
-    assert!(add(&[(vec![0, 1], fine), (vec![1], fine)]).contains("element 1 is in two regions"));
-    assert!(add(&[(vec![10_000], fine)]).contains("out of range"));
+    assert!(add(&[(vec![0, 1], fine), (vec![1], fine)]).contains("element 1 "));
+    assert!(add(&[(vec![10_000], fine)]).contains("10000"));
 }

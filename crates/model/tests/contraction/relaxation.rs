@@ -258,7 +258,7 @@ fn forces(muscle: Muscle, kind: IntegratorKind, rtol: f64, times: &[f64]) -> (Ve
 }
 
 #[test]
-fn a_stretch_that_is_held_relaxes_as_the_closed_form_says() {
+fn a_held_stretch_relaxes_as_in_the_closed_form() {
     let times = [0.03, 0.06, 0.1, 0.2, 0.5, 0.9];
     let kinds = [
         (IntegratorKind::Radau5, 1e-5),
@@ -312,7 +312,7 @@ fn no_more_is_factorized_or_solved_than_without_terms() {
 }
 
 #[test]
-fn what_relaxes_closes_the_balance_of_energy() {
+fn relaxation_closes_the_energy_balance() {
     let formulation = Formulation::ImplicitRate;
     let relative = |rtol: f64| {
         let mut dae = MuscleDae::new(relaxing(3, 1e5, 1e-3), formulation).unwrap();
@@ -332,7 +332,7 @@ fn what_relaxes_closes_the_balance_of_energy() {
 }
 
 #[test]
-fn a_start_has_relaxed_or_keeps_what_it_is_given() {
+fn initial_overstress_is_relaxed_or_given() {
     let mut dae = MuscleDae::new(pulled(true), Formulation::Velocity).unwrap();
     let rest = vec![0.0; dae.muscle().solid.dofs().n_free()];
     // At t = 0.9 s the right side is displaced: the start projects the rest onto J = 1.

@@ -105,7 +105,7 @@ fn end_state(dae: CoupledDae<RodDae>, t_end: f64) -> (Vec<f64>, CoupledDae<RodDa
 }
 
 #[test]
-fn a_run_moves_each_place_as_a_run_of_its_own() {
+fn each_location_moves_as_in_a_separate_run() {
     let points = [0.02, paper::ROD_POINT, 0.1, paper::ROD_POINT];
     let (y, dae) = end_state(at_points(&points), 2.0);
     let all = &y[dae.range(0)];

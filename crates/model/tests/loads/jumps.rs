@@ -39,7 +39,7 @@ fn rows<P: Problem>(integrator: &mut dyn Integrator<P>, every: f64, t_end: f64) 
 
 /// A rod of one element is an oscillator: m ü + k u = f, of 5 Hz here, hit at t = 0, 0.31 and 0.62.
 #[test]
-fn an_oscillator_that_is_hit_moves_as_the_closed_form_says() {
+fn an_oscillator_under_an_impact_moves_as_in_the_closed_form() {
     let rod = Rod::new(RodData {
         axial_stiffness: 100.0 * (TAU * 0.5).powi(2) / 3.0,
         density: 1.0,
@@ -219,7 +219,7 @@ fn a_run_saved_at_a_jump_goes_on_bit_by_bit() {
 }
 
 #[test]
-fn what_cannot_jump_is_refused_with_a_remedy() {
+fn jumps_of_smooth_quantities_are_rejected_with_a_remedy() {
     let hit = jump(1.0, 0.1);
     let rod = Rod::new(RodData::default()).unwrap();
     let strained = RodDae::new(rod.clone(), EndLoad::Strain, hit.clone()).unwrap_err();

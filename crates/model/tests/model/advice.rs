@@ -198,7 +198,7 @@ fn check_names_units_that_do_not_go_together_and_endless_runs() {
     run.mesh = Mesh::new(in_mm, triangles, run.mesh.groups().clone()).unwrap();
     let words = found(&run);
     assert!(
-        words.contains("its length is 200.000 m") && words.contains("a mesh in mm times 1e-3"),
+        words.contains("200.000 m") && words.contains("1e-3"),
         "{words}"
     );
 }
@@ -337,7 +337,7 @@ fn only_an_inversion_that_the_run_did_not_get_past_is_at_fault() {
             panic!("the script ends in a stop");
         };
         // Either the element is blamed or the index.
-        let blamed = message.contains("element 7 is inverted");
+        let blamed = message.contains("element 7");
         assert_eq!(message.contains("p (index 3)"), !blamed, "{message}");
         assert_eq!(inverted, blamed.then_some(ELEMENT));
         blamed
@@ -370,16 +370,10 @@ fn a_flat_element_is_blamed_before_the_index() {
         message
     };
     let flat = message(0.1);
-    let blame = "Likely cause: element 3 is compressed to det F = 0.100.";
-    assert!(flat.contains(blame), "{flat}");
-    assert!(
-        flat.contains("Or: in the error test: p (index 3)"),
-        "{flat}"
-    );
+    let place = |text: &str, part: &str| text.find(part).unwrap_or_else(|| panic!("{text}"));
+    assert!(flat.contains("det F = 0.100"), "{flat}");
+    assert!(place(&flat, "element 3") < place(&flat, "p (index 3)"));
     let sound = message(0.9);
-    assert!(
-        sound.contains("Likely cause: in the error test: p (index 3)"),
-        "{sound}"
-    );
-    assert!(!sound.contains("compressed"), "{sound}");
+    assert!(sound.contains("p (index 3)"), "{sound}");
+    assert!(!sound.contains("element 3"), "{sound}");
 }

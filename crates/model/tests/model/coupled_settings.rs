@@ -79,7 +79,7 @@ fn a_chain_changes_neither_projection_nor_weights() {
 }
 
 #[test]
-fn what_the_integrator_or_the_system_does_not_have_is_refused() {
+fn settings_without_effect_on_integrator_or_system_are_rejected() {
     let radau = settings().with_integrator(IntegratorKind::Radau5);
     let projected = Settings {
         projection_interval: Some(0.1),

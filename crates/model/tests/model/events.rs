@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use myovib_dae::Problem;
 use myovib_fem::generate;
 use myovib_model::{
-    Formulation, Integrator, IntegratorKind, ModelError, MuscleDae, Observer, Outcome, Probe,
-    Settings, Signal, Step, StopReason, first_positive, paper, run, start_at_rest,
+    AcceptedStep, Formulation, Integrator, IntegratorKind, ModelError, MuscleDae, Observer,
+    Outcome, Probe, Settings, Signal, StopReason, first_positive, paper, run, start_at_rest,
 };
 
 fn start(integrator: IntegratorKind) -> (Box<dyn Integrator<MuscleDae>>, Probe) {
@@ -37,7 +37,7 @@ struct Raster {
 impl Observer<MuscleDae> for Raster {
     fn accepted(
         &mut self,
-        step: &mut Step<'_, MuscleDae>,
+        step: &mut AcceptedStep<'_, MuscleDae>,
     ) -> Result<ControlFlow<Outcome>, ModelError> {
         for k in 0..=400 {
             let t = step.from + (step.to - step.from) * f64::from(k) / 400.0;
@@ -59,7 +59,7 @@ struct Stop {
 impl Observer<MuscleDae> for Stop {
     fn accepted(
         &mut self,
-        step: &mut Step<'_, MuscleDae>,
+        step: &mut AcceptedStep<'_, MuscleDae>,
     ) -> Result<ControlFlow<Outcome>, ModelError> {
         let Self { tip, above, y } = self;
         let met = first_positive(step.integrator, [step.from, step.to], y, |dae, t, y| {

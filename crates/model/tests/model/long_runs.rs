@@ -10,8 +10,8 @@ use myovib_dae::{Problem, Suppressed, Tolerances};
 use myovib_fem::Mesh;
 use myovib_model::coupling::{Body, CoupledDae, ErrorTest, Oscillators, Source, StateTolerances};
 use myovib_model::{
-    Displacement, Formulation, IdaIntegrator, LinearSolver, ModelError, MuscleDae, Observer,
-    Outcome, Probe, Settings, Step, ida, paper, run,
+    AcceptedStep, Displacement, Formulation, IdaIntegrator, LinearSolver, ModelError, MuscleDae,
+    Observer, Outcome, Probe, Settings, ida, paper, run,
 };
 use myovib_oscillators::Drive;
 
@@ -35,7 +35,10 @@ struct Halves<F> {
 }
 
 impl<P: Problem, F: FnMut(&mut P, f64, &[f64]) -> f64> Observer<P> for Halves<F> {
-    fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
+    fn accepted(
+        &mut self,
+        step: &mut AcceptedStep<'_, P>,
+    ) -> Result<ControlFlow<Outcome>, ModelError> {
         let t = step.to;
         step.integrator.dense_output(t, 0, &mut self.y)?;
         let value = (self.quantity)(step.integrator.problem_mut(), t, &self.y);

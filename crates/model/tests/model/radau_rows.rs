@@ -5,8 +5,9 @@ use std::ops::ControlFlow;
 use myovib_dae::Problem;
 use myovib_fem::Mesh;
 use myovib_model::{
-    Formulation, Integrator, IntegratorKind, ModelError, MuscleDae, Observer, Outcome, Probe,
-    RadauIntegrator, SampleTimes, Sampler, Settings, Step, paper, radau, run, start_at_rest,
+    AcceptedStep, Formulation, Integrator, IntegratorKind, ModelError, MuscleDae, Observer,
+    Outcome, Probe, RadauIntegrator, SampleTimes, Sampler, Settings, paper, radau, run,
+    start_at_rest,
 };
 use myovib_radau::{RadauOptions, StepSize};
 
@@ -66,7 +67,7 @@ impl Steps {
 impl Observer<MuscleDae> for Steps {
     fn accepted(
         &mut self,
-        step: &mut Step<'_, MuscleDae>,
+        step: &mut AcceptedStep<'_, MuscleDae>,
     ) -> Result<ControlFlow<Outcome>, ModelError> {
         self.0.push([step.from, step.to]);
         Ok(ControlFlow::Continue(()))

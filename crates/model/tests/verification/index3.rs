@@ -103,7 +103,7 @@ fn plain_weights_stop_it_with_lambda_at_fault() {
     let Outcome::Stopped { message, .. } = statistics.outcome else {
         panic!("went through: the weights that follow the step are then for nothing")
     };
-    assert!(message.contains("exclude p"), "{message}");
+    assert!(message.contains("p (index 3)"), "{message}");
 }
 
 /// Checks that the multipliers of the index-3 and index-2 forms are equally accurate at equal

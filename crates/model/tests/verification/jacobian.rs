@@ -92,7 +92,7 @@ fn jacobian_is_affine_in_a_and_b() {
 /// Each formulation with allowed parameters, and whether its equations contain a rate of the
 /// pressure.
 #[test]
-fn what_is_algebraic_has_no_rate_in_the_equations() {
+fn algebraic_unknowns_have_no_rate_in_the_equations() {
     const INF: f64 = f64::INFINITY;
     let mut rng = StdRng::seed_from_u64(3);
     for (formulation, kappa, beta) in [

@@ -8,8 +8,9 @@ use myovib_fem::{DofMap, Mesh, Solid, Space, generate, load};
 use myovib_model::advice::Advice;
 use myovib_model::statics::equilibrium;
 use myovib_model::{
-    Formulation, Load, ModelError, Muscle, MuscleDae, Observer, Outcome, Parameters, Prescribed,
-    PressureLoad, Probe, Settings, Signal, Statistics, Step, formula, paper, run, start_at_rest,
+    AcceptedStep, Formulation, Load, ModelError, Muscle, MuscleDae, Observer, Outcome, Parameters,
+    Prescribed, PressureLoad, Probe, Settings, Signal, Statistics, formula, paper, run,
+    start_at_rest,
 };
 
 const KAPPA: f64 = 1e5;
@@ -94,7 +95,7 @@ struct Sizes(Vec<f64>);
 impl Observer<MuscleDae> for Sizes {
     fn accepted(
         &mut self,
-        step: &mut Step<'_, MuscleDae>,
+        step: &mut AcceptedStep<'_, MuscleDae>,
     ) -> Result<ControlFlow<Outcome>, ModelError> {
         self.0.push(step.to - step.from);
         Ok(ControlFlow::Continue(()))

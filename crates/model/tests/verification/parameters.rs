@@ -31,7 +31,7 @@ fn parameters_out_of_range_are_named_with_the_range() {
 }
 
 #[test]
-fn formulations_that_do_not_go_with_kappa_and_beta_say_what_does() {
+fn incompatible_formulations_list_the_compatible_ones() {
     use Formulation::{Displacement, ImplicitRate, Position, Rate, Stabilized, Velocity};
     const INF: f64 = f64::INFINITY;
     for (formulation, kappa, beta, words) in [
@@ -80,7 +80,7 @@ fn formulations_go_by_their_names_and_the_papers_numbers() {
     }
     let error = "velocities".parse::<Formulation>().unwrap_err();
     assert!(
-        error.contains("`velocities`") && error.contains("stabilized, implicit-rate"),
+        error.contains("`velocities`") && error.contains("stabilized"),
         "{error}"
     );
 }

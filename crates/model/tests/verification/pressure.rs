@@ -158,7 +158,7 @@ fn a_pulse_of_pressure_is_followed_with_either_linear_solver() {
 }
 
 #[test]
-fn without_pressure_there_is_no_matrix_for_it() {
+fn without_pressure_the_pressure_matrices_are_missing() {
     let terms = |pressed: bool| {
         Equation::Momentum.terms(&Context {
             alpha: 1.0,

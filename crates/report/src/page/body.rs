@@ -171,7 +171,7 @@ pub(super) fn of_modes(scene: &Scene, body: &Body, modes: &BodyModes) -> BodyDat
     let labels: Vec<String> = labels.collect();
     let mut notes = thinning(&surface);
     if shown.len() < modes.modes.len() {
-        notes.push(format!("The view has the lowest {} modes.", shown.len()));
+        notes.push(format!("The view shows the lowest {} modes.", shown.len()));
     }
     let document = document(scene, body, &grid, &surface, &[motion], &labels, true);
     BodyData { document, notes }

@@ -190,12 +190,12 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     if !noise_is_known && experiments.iter().any(|e| e.data[0].noise.is_some()) {
         let error = InputError::new("only some experiments have standard deviations");
         return Err(error
-            .next("give `noise` to each [[output]], or to none")
+            .next("set `noise` of every [[output]], or remove it from all")
             .into());
     }
     if !noise_is_known && options.loss != Loss::Squares {
         let error = InputError::new("a robust loss needs the noise, which defines outliers");
-        return Err(error.next("give `noise` to each [[output]]").into());
+        return Err(error.next("set `noise` of every [[output]]").into());
     }
     let start: Vec<f64> = parameters.iter().map(|p| p.start).collect();
     for experiment in &experiments {
@@ -295,7 +295,7 @@ fn explain(error: FitError, model: &SceneModel<'_>) -> Error {
 fn not_computed(message: impl Display) -> InputError {
     InputError::new("the scene cannot be computed at the starting values")
         .found(message)
-        .next("give the [[parameter]] a `start` at which `myovib run` succeeds")
+        .next("set a `start` of the [[parameter]] at which `myovib run` succeeds")
 }
 
 /// Returns the parameters with their starts and bounds.
@@ -321,7 +321,7 @@ fn parameters(scene: &Parameterized) -> Result<Vec<Parameter>, InputError> {
                 .found(format!("start = {start:e}, low = {low:e}, high = {high:e}"));
             return refuse(
                 key,
-                error.next("move the bound, or give a `start` between the bounds"),
+                error.next("move the bound, or set a `start` between the bounds"),
             );
         }
         Ok(Parameter {
@@ -451,7 +451,7 @@ fn experiments(
         let error = InputError::new("duplicate measurements").at("--data");
         return Err(error
             .found(given[k].0.display())
-            .next("give each experiment once"));
+            .next("name each experiment once"));
     }
     Ok(experiments)
 }

@@ -8,7 +8,7 @@ use super::kind::{Kind, Parts, Reading, Systems, Wrong};
 use crate::InputError;
 use crate::run::system::{System, muscle_of};
 
-/// Force of the obstacles on the body, N; undeformed area in contact, m²; largest penetration, m. In the plane N/m and m.
+/// Force of the obstacles on the body, N; undeformed area in contact, m²; largest penetration, m.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Contact {

@@ -28,14 +28,14 @@ impl Kind for Feedback {
 
     fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
         let names = of.feedbacks.iter().map(|chain| format!("factor_{chain}"));
-        Ok(Box::new(Factors(names.collect())))
+        Ok(Box::new(FactorReading(names.collect())))
     }
 }
 
 /// The factors, by the names of their columns.
-struct Factors(Vec<String>);
+struct FactorReading(Vec<String>);
 
-impl Reading for Factors {
+impl Reading for FactorReading {
     fn names(&self) -> Vec<String> {
         self.0.clone()
     }

@@ -43,7 +43,7 @@ impl Kind for Reaction {
         }
         let group = &self.group;
         let error = InputError::new(format!(
-            "nothing of the group `{group}` is held, so that it has no reaction"
+            "no component of the group `{group}` is fixed, so it has no reaction"
         ));
         let error = error.next("name the group of a [[fixed]] or [[prescribed_displacement]]");
         Err((".group", Objection::Input(error)))

@@ -12,13 +12,13 @@ use crate::run::system::{System, muscle_of};
 use crate::scene::axis_index as index;
 use crate::scene_file::solid::Axis;
 
-/// Volume inside a connected group of the boundary, m³; in the plane m². A cone to the center of the rim closes an opening.
+/// Volume inside a connected group of the boundary, m³; a cone to the center of the rim closes an opening.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Volume {
     /// Group of the boundary.
     pub group: String,
-    /// Axes normal to planes of symmetry that hold the rim; `[]` closes openings instead. Only the modeled part counts.
+    /// Normals of the planes of symmetry that hold the rim; `[]` closes openings instead.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub symmetry: Option<Vec<Axis>>,
 }

@@ -69,7 +69,7 @@ pub struct FolderRequest<'a> {
 }
 
 impl<'a> FolderRequest<'a> {
-    /// Returns a request to add `files` to a folder, for commands without a scene of the user.
+    /// Returns a request to add `files` to a folder, for commands that do not read a scene file.
     pub fn to_add(path: &'a Path, command: &'static str, files: Vec<String>) -> Self {
         Self {
             path,
@@ -216,7 +216,7 @@ impl<'a> FolderRequest<'a> {
                 };
                 let command = self.command;
                 let error = self.wrong(format!("holds the results of `myovib {command}` already"));
-                return Err(error.next(format!("give another folder, or --overwrite{resume}")));
+                return Err(error.next(format!("choose another folder, or --overwrite{resume}")));
             }
             (None, Existing::Resume) => {
                 let error = self.wrong("holds no results to continue".to_owned());
@@ -357,11 +357,11 @@ fn is_bare(folder: &Path) -> bool {
 fn not_ours(path: &Path) -> InputError {
     InputError::new("the file exists and was not made by this program, which does not replace it")
         .at(path.display())
-        .next("move it, or give another folder")
+        .next("move it, or choose another folder")
 }
 
-/// Removes a file; of a folder with a manifest, the files that it lists, and the folder if nothing
-/// else is in it.
+/// Removes a file, or the files that the manifest of a folder lists. Then removes the folder if it
+/// is empty.
 fn remove(path: &Path) -> Result<(), Error> {
     let fail = || Error::file("remove", path);
     let is_folder = match fs::symlink_metadata(path) {

@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use myovib_model::{
-    Counts, Integrator, Limits, ModelError, Observer, Outcome, SampleTimes, Statistics, Step,
-    StopReason, run,
+    AcceptedStep, Counts, Integrator, Limits, ModelError, Observer, Outcome, SampleTimes,
+    Statistics, StopReason, run,
 };
 
 use super::checkpoint::{Checkpoint, OutputWork, Totals, expect_incomplete};
@@ -285,7 +285,7 @@ fn fields(
         .with_seen(checkpoint.and_then(|c| c.not_finite));
     let oscillations = Oscillations::new(scene, folder.path(), done);
     if let Some(file) = series.missing().or(oscillations.missing()) {
-        let error = InputError::new("a file that the checkpoint counts on is gone")
+        let error = InputError::new("a file that the checkpoint requires is missing")
             .at(file.display())
             .next("--overwrite computes the run from its start");
         return Err(error.into());
@@ -325,7 +325,10 @@ struct StepLimit {
 }
 
 impl<P> Observer<P> for StepLimit {
-    fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
+    fn accepted(
+        &mut self,
+        step: &mut AcceptedStep<'_, P>,
+    ) -> Result<ControlFlow<Outcome>, ModelError> {
         let steps = step.integrator.counts().steps;
         Ok(match self.most {
             Some(most) if steps >= most && step.to < self.t_end => {

@@ -6,7 +6,8 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use myovib_model::{
-    Integrator, ModelError, Observer, Outcome, SampleTimes, Step, StopReason, first_positive,
+    AcceptedStep, Integrator, ModelError, Observer, Outcome, SampleTimes, StopReason,
+    first_positive,
 };
 
 use super::checkpoint::{Checkpoint, OutputWork, Totals};
@@ -65,7 +66,7 @@ pub(super) struct Outputs<'a> {
 impl Outputs<'_> {
     fn observe<P: System>(
         &mut self,
-        step: &mut Step<'_, P>,
+        step: &mut AcceptedStep<'_, P>,
     ) -> Result<ControlFlow<Outcome>, ModelError> {
         let from = step.from;
         let integrator = &mut *step.integrator;
@@ -311,7 +312,10 @@ impl Outputs<'_> {
 }
 
 impl<P: System> Observer<P> for Outputs<'_> {
-    fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
+    fn accepted(
+        &mut self,
+        step: &mut AcceptedStep<'_, P>,
+    ) -> Result<ControlFlow<Outcome>, ModelError> {
         let started = Instant::now();
         let flow = self.observe(step);
         self.seconds += started.elapsed();

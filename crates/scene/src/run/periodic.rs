@@ -8,7 +8,7 @@ use myovib_model::coupling::{CoupledDae, CoupledOptions, ErrorTest, start_couple
 use myovib_model::periodic::{PeriodMap, Shooting, multipliers, shoot};
 use myovib_model::start::Consistent;
 use myovib_model::{
-    CpuClock, Integrator, Limits, ModelError, MuscleDae, Observer, Outcome, Settings, Step,
+    AcceptedStep, CpuClock, Integrator, Limits, ModelError, MuscleDae, Observer, Outcome, Settings,
     start_from,
 };
 use serde_json::json;
@@ -269,7 +269,10 @@ struct Extent<'a> {
 }
 
 impl<P> Observer<P> for Extent<'_> {
-    fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
+    fn accepted(
+        &mut self,
+        step: &mut AcceptedStep<'_, P>,
+    ) -> Result<ControlFlow<Outcome>, ModelError> {
         step.integrator.dense_output(step.to, 0, &mut self.y)?;
         for (size, block) in self.sizes.iter_mut().zip(self.blocks) {
             let values = self.y[block.clone()].iter();
@@ -313,7 +316,10 @@ impl<'a> Samples<'a> {
 }
 
 impl<P: System> Observer<P> for Samples<'_> {
-    fn accepted(&mut self, step: &mut Step<'_, P>) -> Result<ControlFlow<Outcome>, ModelError> {
+    fn accepted(
+        &mut self,
+        step: &mut AcceptedStep<'_, P>,
+    ) -> Result<ControlFlow<Outcome>, ModelError> {
         while let Some(&t) = self.times.get(self.next).filter(|t| **t <= step.to) {
             self.next += 1;
             let integrator = &mut *step.integrator;

@@ -29,11 +29,11 @@ pub struct Trial {
 /// Reason for the end of a [`Trial`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum TrialEnd {
-    /// The CPU time for the trial is used up; the run would continue.
+    /// The CPU time for the trial is used up. The run itself would continue.
     Patience,
-    /// As in the run: at its last time, or after the maximum number of steps.
+    /// The run would end here too: at its last time, or after the maximum number of steps.
     Finished,
-    /// As in the run: the integrator failed with this message.
+    /// The run would stop here too; the integrator failed with this message.
     Stopped(String),
 }
 

@@ -128,7 +128,7 @@ mod tests {
 
     /// Regression: a motion that inverted elements ended without a warning.
     #[test]
-    fn a_vertex_turned_inside_out_is_told_with_its_place() {
+    fn an_inverted_vertex_is_reported_with_its_position() {
         let text = "[time]\nend = 1.0\n[mesh]\ntype = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [4, 3]\n\
                     [solid]\nbulk_modulus = 1e5\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
                     [[fixed]]\ngroup = \"left\"\n";

@@ -44,7 +44,7 @@ impl Builder<'_> {
         let dofs = self.at("fixed", DofMap::new(&space, &components))?;
         if dofs.n_free() == 0 && parameters[0].is_incompressible() {
             let error =
-                InputError::new("every node is held: no displacement answers the pressures")
+                InputError::new("all nodes are fixed: no displacement can balance the pressures")
                     .next("hold or move fewer groups, or use a finite bulk_modulus");
             return Err(self.wrong("fixed", error));
         }
@@ -199,7 +199,7 @@ impl Builder<'_> {
             let error = InputError::new(format!(
                 "{problem}: the index of the equations would differ"
             ))
-            .next(format!("give all materials a `{key}` of one sort"));
+            .next(format!("set `{key}` of the same kind in all materials"));
             return Err(self.wrong(&format!("material[{i}].{key}"), error));
         }
         match parameters.is_empty() {

@@ -186,7 +186,7 @@ impl Builder<'_> {
         }
         if found.is_empty() {
             let [low, high] = extent(space);
-            let error = InputError::new("no point of the grid lies in the body")
+            let error = InputError::new("no point of the grid is in the body")
                 .found(format!("{n} points from {from:?} to {to:?}"))
                 .allowed(format!(
                     "points of the body, which extends from {low:?} to {high:?} m"

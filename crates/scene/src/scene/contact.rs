@@ -62,7 +62,7 @@ impl Builder<'_> {
             } => {
                 if dimension == 2 {
                     let error = InputError::new("a body in the plane cannot touch a cylinder")
-                        .next("take type = \"sphere\", which is a disk in the plane");
+                        .next("use type = \"sphere\", which is a disk in the plane");
                     return Err(self.wrong(&format!("{path}.type"), error));
                 }
                 fem::Obstacle::Cylinder {

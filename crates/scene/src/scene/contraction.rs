@@ -194,10 +194,9 @@ impl Builder<'_> {
                 width,
             } => {
                 if file.analysis == Analysis::Static {
-                    let error = InputError::new(
-                        "Bestel's tension requires a motion: it starts at 0",
-                    )
-                    .next("give a tension, type = \"given\", or use analysis = \"dynamic\"");
+                    let error =
+                        InputError::new("Bestel's tension requires a motion: it starts at 0")
+                            .next("use a tension of type = \"given\", or analysis = \"dynamic\"");
                     return Err(self.wrong(path, error));
                 }
                 let model = Bestel {
@@ -249,7 +248,7 @@ impl Builder<'_> {
                     let error = InputError::new(
                         "an elastic foundation without stiffness and damping has no effect",
                     )
-                    .next("give `stiffness`, Pa/m, or `damping`, Pa·s/m");
+                    .next("set `stiffness`, Pa/m, or `damping`, Pa·s/m");
                     return Err(self.wrong(&path, error));
                 }
                 let along = match foundation.along {

@@ -47,7 +47,7 @@ impl<const D: usize> Factor<'_, D> {
                         ));
                         let error = error
                             .found(factor)
-                            .next("give an expression that is finite all over the group");
+                            .next("use an expression that is finite on the whole group");
                         (self.path.clone(), error)
                     });
                 }
@@ -66,8 +66,7 @@ impl<const D: usize> Factor<'_, D> {
                         let error = InputError::new(format!(
                             "the nodal field `{name}` has no value at vertex {vertex} at {place:?}"
                         ));
-                        let error =
-                            error.next("give it a finite value at each vertex of the group");
+                        let error = error.next("add a finite value at each vertex of the group");
                         (format!("{}.field", self.path), error)
                     });
                 }

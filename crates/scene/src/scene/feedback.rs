@@ -45,7 +45,7 @@ impl Builder<'_> {
                 }
                 (Some(_), Some(_)) => {
                     let error = InputError::new("chains in elements act on their own elements")
-                        .next("leave out `group`, or name a chain at a point");
+                        .next("remove `group`, or name a chain at a point");
                     return Err(self.wrong(&format!("{path}.group"), error));
                 }
                 (None, Some(group)) => Feedback::of_one_place(&self.indicator(mesh, group, &path)?),
@@ -130,10 +130,10 @@ impl Builder<'_> {
             let driven = &chains[network];
             if driven.initial != 0.0 && at_zero_coherence != at_full_coherence {
                 let error = InputError::new(format!(
-                    "the oscillators of `{chain}` start in step, and the tension with a jump"
+                    "the oscillators of `{chain}` start with equal phases, so the tension would jump at the start"
                 ))
                 .found(format!("initial = {}", driven.initial))
-                .next("leave out `initial` of the chain: its oscillators start at rest");
+                .next("remove `initial` of the chain: its oscillators start at rest");
                 return Err(self.wrong(&path, error));
             }
             let is_member = |element: &usize| solid.added_number(*element) == Some(*number);
@@ -148,7 +148,7 @@ impl Builder<'_> {
                         let error = InputError::new(format!(
                             "{without} elements of the material have no chain `{chain}` to follow"
                         ))
-                        .next("let the chain be in all elements of the material's group");
+                        .next("place the chain in all elements of the material's group");
                         return Err(self.wrong(&format!("{path}.chain"), error));
                     }
                     let own = |element: &usize| is_member(element).then_some((*element, 1.0));
@@ -188,7 +188,7 @@ impl Builder<'_> {
                 Some(Place::Elements { .. }) => {}
                 _ => {
                     let error = InputError::new("the chain has no place on the body")
-                        .next("give the chain a point `at`, or the feedback a `group`");
+                        .next("set `at` of the chain to a point, or `group` of the feedback");
                     return Err(self.wrong(&path, error));
                 }
             }

@@ -28,7 +28,7 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     ] {
         if let Some(t) = taken.filter(|t| rests(&body.muscle, *t)) {
             notes.push(format!(
-                "all loads are 0 at t = {t} s, when the equilibrium is taken: {key} says another time"
+                "all loads are 0 at t = {t} s, when the equilibrium is computed: {key} sets another time"
             ));
         }
     }
@@ -110,14 +110,14 @@ y = { type = "step", value = 1.0, rise = 0.1 }
 
     /// Regression: all of these scenes were accepted silently.
     #[test]
-    fn what_does_nothing_is_told() {
+    fn settings_without_effect_are_reported() {
         let at_once = "traction[0].y=1.0";
         assert_eq!(notes("", &[at_once]), Vec::<String>::new());
         assert_eq!(notes("", &["time.end=0.1"]), Vec::<String>::new());
 
         let early = notes("", &[]);
         assert!(
-            early.len() == 1 && early[0].contains("all loads are 0 at t = 0 s"),
+            early.len() == 1 && early[0].contains("t = 0 s"),
             "{early:?}"
         );
 

@@ -44,7 +44,7 @@ impl Builder<'_> {
         if file.time.is_some() && !(self.t_end / DRIFT_SAMPLES).is_normal() {
             let error = InputError::new("the end time cannot be divided into samples")
                 .found(format!("{:e} s", self.t_end))
-                .allowed("a time that matters, s");
+                .allowed("a longer time, s");
             return Err(self.wrong("time.end", error));
         }
         if file.probe.len() > MAX_PROBES {
@@ -59,7 +59,7 @@ impl Builder<'_> {
             if file.probe.len() > most {
                 let n = file.probe.len();
                 let error =
-                    InputError::new("each probe has a file open: more than the system allows")
+                    InputError::new("each probe keeps a file open, and the system allows fewer")
                         .found(format!("{n} probes"))
                         .allowed(format!(
                             "{most}: a process may have {files} files open here, and needs others"

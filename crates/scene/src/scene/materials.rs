@@ -43,7 +43,7 @@ impl Builder<'_> {
                         "{} {element} has two materials: this one and an earlier one",
                         mesh.shape().name
                     ))
-                    .next("give each one material, by groups that do not overlap");
+                    .next("use groups of materials that do not overlap");
                     return Err(self.wrong(&path, error));
                 }
                 given[element] = Some(i);
@@ -129,7 +129,7 @@ impl Builder<'_> {
             return Ok(());
         }
         let error = InputError::new("the material has no stiffness: all its moduli are 0")
-            .next(format!("give one above 0: {}", names.join(", ")));
+            .next(format!("set one above 0: {}", names.join(", ")));
         Err(self.wrong(path, error))
     }
 
@@ -150,7 +150,7 @@ impl Builder<'_> {
         if material.sheet.is_none() && has_sheets(law) {
             let error =
                 InputError::new(format!("the law {name} needs the direction of its sheets"))
-                    .next("give `sheet`, as `fiber` is given");
+                    .next("set `sheet` in the same form as `fiber`");
             return Err(self.wrong(path, error));
         }
         Ok(())
@@ -176,7 +176,7 @@ impl Builder<'_> {
                 };
                 if sheet.is_some_and(|sheet| are_parallel(fiber, sheet)) {
                     let error = InputError::new("the sheets run along the fibers")
-                        .next("give a direction across the fibers");
+                        .next("set a direction across the fibers");
                     return Err(self.wrong(&of_sheet, error));
                 }
                 self.at(&of_fiber, fibers.set_constant(mesh, members, fiber, sheet))
@@ -208,14 +208,14 @@ impl Builder<'_> {
                                 "at all vertices of {} {element}",
                                 mesh.shape().name
                             ))
-                            .next("give a direction across the fibers");
+                            .next("set a direction across the fibers");
                         Err(self.wrong(&of_sheet, error))
                     }
                 }
             }
             _ => {
                 let error = InputError::new("`fiber` and `sheet` are of different kinds")
-                    .next("give two vectors, or the names of two nodal fields");
+                    .next("use two vectors, or the names of two nodal fields");
                 Err(self.wrong(&of_sheet, error))
             }
         }
@@ -252,7 +252,7 @@ fn about_field(error: FemError, mesh: &Mesh) -> InputError {
             match known.is_empty() {
                 true => error
                     .found("a mesh without $NodeData")
-                    .next("give a vector, as [1, 0, 0], or add the field to the mesh file"),
+                    .next("use a vector, as [1, 0, 0], or add the field to the mesh file"),
                 false => error.allowed(known.join(", ")),
             }
         }
@@ -276,7 +276,7 @@ fn about_field(error: FemError, mesh: &Mesh) -> InputError {
                 place = place.unwrap_or_default()
             ))
             .found(format!("{vector:?}"))
-            .next("give it a direction at each vertex of the group")
+            .next("add a direction at each vertex of the group")
         }
         error => InputError::new(error),
     }

@@ -138,7 +138,7 @@ impl Builder<'_> {
         let inside: Vec<usize> = (0..mesh.n_elements()).filter(is_inside).collect();
         if inside.is_empty() {
             let error = InputError::new(format!(
-                "no {}'s center lies in the region",
+                "the region contains no center of a {}",
                 mesh.shape().name
             ))
             .next("move or widen it, or refine the mesh");

@@ -101,7 +101,7 @@ impl Builder<'_> {
                 .any(|before| before.name == chain.name)
             {
                 let error = InputError::new(format!("two chains have the name `{}`", chain.name))
-                    .next("give each chain a unique `name`");
+                    .next("set a unique `name` of each chain");
                 return Err(self.wrong(&format!("chain[{i}]"), error));
             }
         }
@@ -123,12 +123,12 @@ impl Builder<'_> {
             (Some(Place::Position(_)), _, true) | (None, ..) => {}
             (Some(Place::Position(_)), _, false) => {
                 let error = InputError::new("a position needs a rod, and the scene has none")
-                    .next("for a muscle, give the point as a list of its coordinates");
+                    .next("for a muscle, write the point as a list of its coordinates");
                 return Err(self.wrong(&place, error));
             }
             (Some(_), None, _) => {
                 let error = InputError::new("a point requires a body, but the scene has no mesh")
-                    .next("for a rod, give the position as one number");
+                    .next("for a rod, write the position as one number");
                 return Err(self.wrong(&place, error));
             }
             (Some(_), Some(_), _) => {}

@@ -107,19 +107,13 @@ mod tests {
     #[test]
     fn probes_where_nothing_can_be_measured_are_refused() {
         let outside = refusal("type = \"point\"\nat = [1.0, 0.0]");
-        assert!(outside.contains("(1, 0) is outside the mesh"), "{outside}");
+        assert!(outside.contains("(1, 0)"), "{outside}");
         let line = "type = \"line\"\nfrom = [0.0, 0.0]\nto = [0.0, 9.0]\npoints = 3";
-        assert!(refusal(line).contains("is outside the mesh"));
+        assert!(refusal(line).contains("(0, 4.5)"));
         let in_space = refusal("type = \"point\"\nat = [0.0, 0.0, 0.0]");
-        assert!(
-            in_space.contains("a point of the body has 2 coordinates, not 3"),
-            "{in_space}"
-        );
+        assert!(in_space.contains("2 coordinates"), "{in_space}");
         let free = refusal("type = \"reaction\"\ngroup = \"load\"");
-        assert!(
-            free.contains("nothing of the group `load` is held"),
-            "{free}"
-        );
+        assert!(free.contains("`load`"), "{free}");
         assert_eq!(
             refusal("type = \"reaction\"\ngroup = \"fixed\""),
             "accepted"
@@ -137,10 +131,7 @@ mod tests {
             Scene::built_in("land1", &set).map(|_| ())
         };
         let printed = reaction("bottom").unwrap_err().to_string();
-        assert!(
-            printed.contains("nothing of the group `bottom` is held"),
-            "{printed}"
-        );
+        assert!(printed.contains("`bottom`"), "{printed}");
         reaction("left").expect("the support");
     }
 }

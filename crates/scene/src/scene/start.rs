@@ -83,11 +83,11 @@ impl Builder<'_> {
         let (text, name) = self.read_text(&folder.join(State::NAME), place)?;
         let state: State = serde_json::from_str(&text).map_err(|error| {
             let error = InputError::new(format!("{name} is not a state of a run: {error}"));
-            self.wrong(place, error.next("`myovib run` leaves it in its folder"))
+            self.wrong(place, error.next("`myovib run` writes it to its folder"))
         })?;
         if !state.is_of(muscle.solid.space()) {
             let error = InputError::new(format!("{name} is of another mesh"))
-                .next("start from a run on the mesh of this scene, refined alike");
+                .next("start from a run with the mesh of this scene and the same refinement");
             return Err(self.wrong(place, error));
         }
         Ok(state)

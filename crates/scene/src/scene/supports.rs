@@ -121,11 +121,11 @@ impl Builder<'_> {
                 let last = terms.iter().chain(other).map(|term| term.0).max();
                 let place = space.node_point(node).iter().map(|x| format!("{x:.6}"));
                 let error = InputError::new(format!(
-                    "the {} component at ({}) is held or moved in two ways",
+                    "the {} component at ({}) has two different prescribed motions",
                     NAMES[axis],
                     place.collect::<Vec<_>>().join(", ")
                 ))
-                .next("keep one of the two groups, or give them other nodes or the same motion");
+                .next("keep one of the two groups, or use separate nodes or the same motion");
                 let path = last.map_or("", |last| &moves[last].component.path);
                 return Err(self.wrong(path, error));
             }
@@ -202,7 +202,7 @@ impl Builder<'_> {
         }
         if components.is_empty() {
             let error = InputError::new("no component is given").next(format!(
-                "give one at least: {}",
+                "set at least one: {}",
                 NAMES[..dimension].join(", ")
             ));
             return Err(self.wrong(path, error));

@@ -331,7 +331,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
     /// Regression: `check` accepted all of these scenes. The second of each pair is on the other
     /// side of the bound.
     #[test]
-    fn what_is_hardly_meant_is_told_and_what_may_be_is_not() {
+    fn unusual_values_are_reported_and_plausible_values_are_not() {
         assert_eq!(found(&[]), Vec::<String>::new());
         for (wrong, right, printed) in [
             // 1e7 kg and 1e5 kg per meter of thickness.
@@ -426,7 +426,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
 
     /// Checks that the density of a body without weight is not checked at rest, nor is its damping.
     #[test]
-    fn what_does_not_count_is_not_told() {
+    fn unusual_values_without_effect_are_not_reported() {
         let at_rest = [
             "analysis=static",
             "solid.rayleigh_stiffness=1.0",

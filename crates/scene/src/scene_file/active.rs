@@ -31,8 +31,7 @@ pub enum Tension {
         /// Tension T ≥ 0, Pa; 0 at t = 0 if the motion starts at rest.
         tension: Function,
     },
-    /// `T = at_zero_coherence + (at_full_coherence - at_zero_coherence) S`, with S = |χ|² of a chain, smoothed near rest.
-    /// Chains in elements act on their elements.
+    /// Tension that grows linearly with S = |χ|² of a chain. Chains in elements act on their elements.
     Coherence {
         /// Name of the chain.
         chain: String,

@@ -103,12 +103,12 @@ pub struct Chain {
     pub driven: DrivenName,
     /// Gain γ of the forcing γ d·u, 1/s² per m.
     pub gain: f64,
-    /// Location of the driving displacement: a point in m, or a position on the rod [default: not driven]. A list, a grid,
-    /// and elements or vertices of a group create one chain each.
+    /// Location of the driving displacement: a point, m, or a position on the rod [default: not driven]. Lists,
+    /// grids and groups create several chains.
     pub at: Option<Place>,
     /// Direction d of the driving displacement d·u.
     pub component: Component,
-    /// Radius, m, of the neighborhood of each location whose coherence |χ| is written as a field.
+    /// Radius of the neighborhood whose |χ| is written as a field, m.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub coherence_radius: Option<f64>,
     /// Initial position of all oscillators, at rest.

@@ -19,7 +19,7 @@ pub struct Contact {
     pub y: Option<Function>,
     /// Displacement of the obstacle, m [default: 0].
     pub z: Option<Function>,
-    /// Contact pressure per penetration, Pa/m [default: 100 times the shear modulus over the size of the facets].
+    /// Contact pressure per penetration, Pa/m [default: 100 shear moduli per facet size].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub stiffness: Option<f64>,
 }

@@ -3,14 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Multiplies all moduli except κ by `at_full_coherence + (at_zero_coherence - at_full_coherence) (1 - S)`, with S = |χ|²
-/// of a chain, smoothed near rest.
+/// Multiplies all moduli except κ by a factor that changes linearly with S = |χ|² of a chain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Feedback {
     /// Name of the chain; chains in elements act on their elements.
     pub chain: String,
-    /// Group of elements [default: all, where several feedbacks are blended by the inverse squared distance to their
-    /// chains].
+    /// Group of elements [default: all; several feedbacks are blended by inverse squared distance].
     pub group: Option<String>,
     /// Factor without coherence or at rest.
     #[schemars(extend("exclusiveMinimum" = 0))]

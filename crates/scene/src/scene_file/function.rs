@@ -6,7 +6,7 @@ use myovib_model::formula::Formula;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
-/// A number, constant in time, or a table with a `type`. Values have the unit of the key.
+/// A number, or a table with a `type`. Values have the unit of the key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Function {
@@ -86,7 +86,7 @@ pub enum Interpolation {
     Linear,
     /// Monotone cubic: no value beyond the rows.
     Pchip,
-    /// Natural cubic spline, most accurate for smooth data; may overshoot.
+    /// Natural cubic spline; may overshoot.
     Spline,
 }
 

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Group of the mesh, selected by place. A member belongs to a box, sphere or plane if all of its vertices do.
+/// Group selected by location: members with all vertices inside.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Group {
     /// Name of the new group.

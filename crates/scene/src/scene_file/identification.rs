@@ -30,7 +30,7 @@ pub struct Output {
     pub probe: String,
     /// Column of the probe's table.
     pub column: String,
-    /// Standard deviation of a measurement, in the column's unit; the data may override it.
+    /// Standard deviation of a measurement; the data may override it.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub noise: Option<f64>,
 }

@@ -18,7 +18,7 @@ pub struct Integrator {
     pub atol: Atol,
     /// Tolerances of rod and oscillators.
     pub oscillators: OscillatorTolerances,
-    /// Steps of the chains of a body or rod without feedback, in runs. Sensitivities and fits use one system.
+    /// Steps of chains without feedback.
     pub chains: ChainSteps,
     /// Local error test.
     pub error_test: ErrorTest,
@@ -32,7 +32,7 @@ pub struct Integrator {
     /// Largest step, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_step: Option<f64>,
-    /// Time, s, between projections onto the volume constraint, which remove the drift of `velocity` (BDF, without chains).
+    /// Time between projections, s, which remove the drift of `velocity` (BDF, without chains).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub projection_interval: Option<f64>,
     /// Maximum number of steps.
@@ -43,7 +43,7 @@ pub struct Integrator {
     pub max_cpu: Option<f64>,
     /// Column ordering of the full matrix [default: by formulation].
     pub ordering: Option<OrderingName>,
-    /// KLU's block triangular form; not recommended, pivots degrade.
+    /// KLU's block triangular form; not recommended.
     pub btf: bool,
 }
 
@@ -165,10 +165,8 @@ impl JsonSchema for MaxOrder {
     }
 }
 
-/// Absolute tolerances of the unknowns. By default they are `rtol` times a tenth of the typical
-/// magnitude of the unknowns, which follows from the length L and the shear modulus G of the body,
-/// the speed c of shear waves, and a typical strain ε: the largest of stress/G for the loads,
-/// displacement/L for the supports, and both for the initial state; at most 1.
+/// Absolute tolerances. The defaults follow from the length L, the shear modulus G, the speed c of shear waves and
+/// a typical strain ε: stress/G of loads, displacement/L of supports.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Atol {
@@ -217,8 +215,7 @@ impl Default for OscillatorTolerances {
 pub enum ChainSteps {
     /// Body and chains are one system with the same steps.
     Together,
-    /// The body takes the steps that it takes without chains. After each of them the chains follow with
-    /// their own steps and error test (BDF: up to order 5).
+    /// The chains follow the body with their own steps.
     Separate,
 }
 
@@ -262,8 +259,7 @@ impl Block {
 pub enum MultiplierWeightsName {
     /// The tolerances.
     Plain,
-    /// The tolerances divided by (Ωh)^(i−1), with index i, angular frequency Ω of the load and step h; for multipliers of
-    /// index 2 and 3.
+    /// The tolerances divided by (Ωh)^(i−1), with index i, angular frequency Ω of the load and step h.
     StepScaled,
 }
 

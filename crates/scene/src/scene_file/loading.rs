@@ -11,20 +11,19 @@ const MAX_STEPS: usize = 100;
 /// Default load factor of the first step by arc length.
 const FIRST_LOAD: f64 = 0.1;
 
-/// Loading path of a static analysis, with a row of each probe for each equilibrium. The loads at `time.end` are
-/// multiplied by the load factor.
+/// Loading path of a static analysis. A load factor multiplies the loads at `time.end`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LoadingPath {
     /// How the path is followed.
     #[serde(default)]
     pub method: PathMethod,
-    /// Number of equal load increments [default: 10], or maximum number of steps by arc length [default: 100].
+    /// Equal load increments [default: 10], or most steps by arc length [default: 100].
     #[schemars(range(min = 1))]
     pub steps: Option<usize>,
     /// Load factors of the equilibria in their order, instead of `steps`.
     #[schemars(length(min = 1))]
     pub loads: Option<Vec<f64>>,
-    /// Load factor of the first step by arc length, which determines its length [default: 0.1].
+    /// Load factor of the first step by arc length [default: 0.1].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub first_load: Option<f64>,
 }
@@ -36,7 +35,7 @@ pub enum PathMethod {
     /// Given load factors.
     #[default]
     Load,
-    /// Steps along the path, which pass limit points, until the load factor is 1 or -1.
+    /// Steps along the path, past limit points, until the load factor is 1 or -1.
     ArcLength,
 }
 

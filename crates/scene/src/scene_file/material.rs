@@ -92,8 +92,7 @@ impl Material {
     }
 }
 
-/// Adds a stress H with `Ḣ + H/τ = g Ṡ`, where S is the stress of the law without the pressure. The constants of the law
-/// describe the long-term response.
+/// Adds a stress H with `Ḣ + H/τ = g Ṡ`, S the stress of the law without pressure, which is the long-term stress.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PronyTerm {
@@ -105,15 +104,14 @@ pub struct PronyTerm {
     pub relaxation_time: f64,
 }
 
-/// Adds `μ^(1-a) η^a (iω)^a` to the complex shear modulus of an isotropic law; about a preload, scales its linearized
-/// stress in this ratio.
+/// Adds `μ^(1-a) η^a (iω)^a` to the complex shear modulus of an isotropic law.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Springpot {
     /// Modulus μ, Pa.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub modulus: f64,
-    /// Viscosity η, Pa·s; often assumed as 1 Pa·s in published values.
+    /// Viscosity η, Pa·s; often assumed to be 1 Pa·s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub viscosity: f64,
     /// Exponent a: 0 for a spring, 1 for a damper.

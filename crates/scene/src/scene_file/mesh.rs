@@ -5,14 +5,13 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Mesh of the body: triangles for plane strain, tetrahedra for space. A cell of a generated mesh is two triangles or six
-/// tetrahedra.
+/// Mesh of the body: triangles for plane strain, tetrahedra for space.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Mesh {
     /// Origin of the elements.
     #[serde(flatten)]
     pub source: MeshSource,
-    /// Length of a unit of the mesh's coordinates, m: 0.001 for a mesh in mm.
+    /// Unit of the coordinates, m: 0.001 for a mesh in mm.
     #[serde(default = "one")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub scale: f64,
@@ -26,8 +25,7 @@ pub struct Mesh {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum MeshSource {
-    /// Gmsh file (MSH 4.1 or 2.2) with physical groups. A group without a name is called by its dimension and tag, as in
-    /// `surface 3`.
+    /// Gmsh file (MSH 4.1 or 2.2). Unnamed physical groups are called by dimension and tag: `surface 3`.
     File {
         /// File name, relative to the scene.
         path: PathBuf,
@@ -37,7 +35,7 @@ pub enum MeshSource {
     Muscle,
     /// `muscle` with a structured grid.
     Spindle {
-        /// Cells along (a multiple of 10) and across (even).
+        /// Cells along (multiple of 10) and across (even).
         #[serde(default = "spindle_cells")]
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 2],
@@ -80,15 +78,16 @@ pub enum MeshSource {
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 3],
     },
-    /// Spindle in space, 0.2 m long, with tendons and the nodal field `fiber`. Groups: `fixed` (both ends), `left`, `right`,
+    /// Spindle in space with tendons and the nodal field `fiber`. Groups: `fixed` (both ends), `left`, `right`,
     /// `surface`, `load` (middle of the top), `muscle`, `tendon`, `origin`.
     Muscle3d {
-        /// Cells along (a multiple of 10) and across (even).
+        /// Cells along (multiple of 10) and across (even).
         #[serde(default = "muscle_cells")]
         #[schemars(inner(range(min = 1, max = 1_000_000)))]
         cells: [usize; 3],
     },
-    /// Left ventricle of Aróstica et al. (2025) with the nodal fields `f0` (fibers) and `s0` (sheets). Groups: `endo`, `epi`, `base`, `myocardium`.
+    /// Left ventricle (Aróstica et al. 2025) with nodal fields `f0` (fibers), `s0` (sheets). Groups: `endo`, `epi`,
+    /// `base`, `myocardium`.
     Ventricle {
         /// Mesh size.
         resolution: Resolution,
@@ -117,7 +116,7 @@ fn muscle_cells() -> [usize; 3] {
     [20, 4, 4]
 }
 
-/// Ellipse or ellipsoid. Elements with their centroid inside form a new group.
+/// Ellipse or ellipsoid; elements with their centroid inside form a group.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Region {
     /// Name of the new group.

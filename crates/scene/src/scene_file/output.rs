@@ -66,7 +66,7 @@ pub enum Stop {
         #[schemars(range(min = 0), extend("exclusiveMaximum" = 1))]
         below: f64,
     },
-    /// The order parameter |Ψ| of a chain, the amplitude of the common motion, is too large.
+    /// The order parameter |Ψ| of a chain is too large.
     Coherence {
         /// Name of the chain.
         chain: String,

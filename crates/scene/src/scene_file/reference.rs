@@ -194,7 +194,7 @@ impl<'a> Page<'a> {
                     self.object(one, path);
                     let list = self.text[start..].to_owned();
                     match lists.iter().find(|(other, _)| *other == list) {
-                        Some((_, first)) if list.len() > 200 => {
+                        Some((_, first)) if list.len() > 100 => {
                             self.text.truncate(start);
                             self.text += &format!("\nKeys as for `{first}`.\n");
                         }
@@ -262,6 +262,9 @@ impl<'a> Page<'a> {
                 match (&*count, &*entries) {
                     ("list of 2 to 3", "number") => "vector".to_owned(),
                     (_, "number") => count,
+                    (_, "integer ≥1") => {
+                        format!("{} integers ≥1", count.trim_start_matches("list of "))
+                    }
                     _ => format!("{count}: {entries}"),
                 }
             }
@@ -363,7 +366,7 @@ fn scalar(name: Option<&str>, range: &str) -> String {
     let name = match name {
         Some("integer") => "integer",
         Some("string") => "text",
-        Some("boolean") => "true or false",
+        Some("boolean") => "boolean",
         Some("number") if !range.is_empty() => "",
         Some(other) => other,
         None => "value",
@@ -371,10 +374,14 @@ fn scalar(name: Option<&str>, range: &str) -> String {
     format!("{name} {range}").trim().to_owned()
 }
 
+/// Bounds of this size only protect against typing errors, or are widths of integer types; they
+/// are not printed.
+const LARGE: f64 = 1e6;
+
 fn range(schema: &Value) -> String {
     let (low, high) = (schema["minimum"].as_f64(), schema["maximum"].as_f64());
     if let (Some(low), Some(high)) = (low, high)
-        && high < 4e9
+        && high < LARGE
     {
         return format!("{} to {}", written(low), written(high));
     }
@@ -386,8 +393,7 @@ fn range(schema: &Value) -> String {
     ];
     let ranges = bounds.iter().filter_map(|(key, sign)| {
         let bound = schema[*key].as_f64()?;
-        // Widths of integer types are not physical ranges.
-        (bound.abs() < 4e9).then(|| format!("{sign}{}", written(bound)))
+        (bound.abs() < LARGE).then(|| format!("{sign}{}", written(bound)))
     });
     ranges.collect::<Vec<_>>().join(", ")
 }

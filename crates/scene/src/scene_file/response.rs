@@ -10,7 +10,7 @@ use crate::spacing;
 /// Harmonic response.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Response {
-    /// Frequencies, Hz: numbers, or a range `"1..60:120"` (120 values), `"1..60:120:log"` or `"1..60:adaptive"`.
+    /// Frequencies, Hz: numbers, or `"1..60:120"`, `"1..60:120:log"`, `"1..60:adaptive"`.
     pub frequencies: Frequencies,
     /// Time, s, of the preload [default: rest, without loads].
     #[schemars(range(min = 0))]

@@ -21,7 +21,7 @@ pub struct Solid {
     #[serde(default)]
     #[schemars(range(min = 0))]
     pub rayleigh_stiffness: f64,
-    /// Form of the equations [default: implicit-rate if β > 0; otherwise position, or velocity if κ = inf].
+    /// Form of the equations [default: implicit-rate if β > 0, else position, or velocity if κ = inf].
     pub formulation: Option<Formulation>,
     /// Accept equilibria and motions with inverted elements.
     #[serde(default)]
@@ -83,8 +83,7 @@ pub struct Fixed {
     pub components: Option<Vec<Axis>>,
 }
 
-/// Displacement of a group; other components are free. Displacements of one group add up; groups must agree at shared
-/// nodes.
+/// Displacement of a group; other components are free. Displacements of one group add up.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PrescribedDisplacement {
     /// Group of points, boundary or elements.
@@ -95,7 +94,7 @@ pub struct PrescribedDisplacement {
     pub y: Option<Function>,
     /// Displacement, m.
     pub z: Option<Function>,
-    /// Harmonic motion in a response, m; in other analyses these components are held.
+    /// Harmonic motion in a response, m; held in other analyses.
     pub response: Option<Amplitudes>,
     /// Factor, evaluated at the nodes [default: 1].
     pub spatial_factor: Option<SpatialFactor>,
@@ -122,7 +121,7 @@ pub struct Traction {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum SpatialFactor {
-    /// Expression of the undeformed coordinates `x`, `y`, `z` in m, for example `"1 - (y/0.02)^2"`.
+    /// Expression of the undeformed coordinates, m, such as `"1 - (y/0.02)^2"`.
     Expression(String),
     /// Nodal data.
     Nodal(NodalFactor),
@@ -132,7 +131,7 @@ pub enum SpatialFactor {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NodalFactor {
-    /// Name of the field (`$NodeData`) with one value, or one per component. With all components 1, the field is the load.
+    /// Field (`$NodeData`) with one value, or one per component.
     pub field: String,
 }
 

@@ -257,7 +257,7 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<SceneParam
                         error.allowed(names.join(", "))
                     }
                     _ if table == "initial_state" => {
-                        error.next("give [initial_state] type = \"velocity\" with a `value`")
+                        error.next("set [initial_state] type = \"velocity\" with a `value`")
                     }
                     _ => error.next(
                         "write the key as for --set: material[0].c10, traction[0].y.amplitude",
@@ -305,14 +305,14 @@ fn last_name<'k>(parts: &[&'k str]) -> &'k str {
 fn refused(key: &str, table: &str, last: &str) -> InputError {
     let error = InputError::new(format!("`{key}` cannot be differentiated"));
     match (table, BREAKS.contains(&last)) {
-        ("active", true) => error.found("a number that moves a break of the tension").next(
+        ("active", true) => error.found("a value that shifts a discontinuity of the tension").next(
             "keep it fixed; a constant `tension`, `contractility`, `value` and `amplitude` can be parameters",
         ),
         ("prescribed_displacement", true) => error
-            .found("a number that moves a break of the support's acceleration")
+            .found("a value that shifts a discontinuity of the support's acceleration")
             .next("keep it fixed; `amplitude`, `value`, `frequency` and `phase` can be parameters"),
         (_, true) => error
-            .found("a number that moves a break of the load")
+            .found("a value that shifts a discontinuity of the load")
             .next(
                 "write the load as a step with a `rise` above 0, whose `start` and `rise` can be parameters",
             )
@@ -322,8 +322,8 @@ fn refused(key: &str, table: &str, last: &str) -> InputError {
             error.allowed(all.join(", "))
         }
         (_, false) => error.allowed(
-            "constants of materials, elastic foundations and chains, damping, bulk_modulus, sizes of loads and what is smooth of their \
-             times, the velocity of the start",
+            "constants of materials, elastic foundations and chains, damping, bulk_modulus, sizes of loads, times of \
+             smooth loads, the initial velocity",
         ),
     }
 }

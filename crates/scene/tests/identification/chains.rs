@@ -94,7 +94,7 @@ fn the_key_for_separate_steps_leaves_sensitivities_unchanged() {
 
 /// Each parameter affects only its chain, at many places of an incompressible body.
 #[test]
-fn each_chain_has_parameters_of_its_own() {
+fn each_chain_has_separate_parameters() {
     let keys = ["chain[1].coupling", "chain[0].initial", "chain[1].gain"];
     let second = "[[chain]]\nname = \"edge\"\noscillators = 3\ninitial = 0.1\ngain = 1e4\n\
                   [[probe]]\nname = \"edge\"\ntype = \"coherence\"\nchain = \"edge\"\ninterval = 0.05\n";

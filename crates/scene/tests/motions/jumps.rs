@@ -104,7 +104,7 @@ fn bodies_are_hit_and_released() {
 /// error was up to five hundred tolerances. The whole run is one interval of the probe, so that the
 /// probe does not shorten steps.
 #[test]
-fn the_imbalance_is_what_the_integrator_loses() {
+fn the_imbalance_is_the_energy_that_the_integrator_loses() {
     let folder = tempfile::tempdir().unwrap();
     let rise = "body_force=[{ y = { type = \"step\", value = -9.81, rise = 0.02 } }]";
     for method in ["radau9", "radau13"] {
@@ -192,7 +192,7 @@ fn a_body_whose_stress_relaxes_is_hit() {
 }
 
 #[test]
-fn what_cannot_jump_is_refused_at_its_place() {
+fn jumps_of_smooth_quantities_are_rejected_with_their_location() {
     for (key, value, reported) in [
         (
             "prescribed_displacement",

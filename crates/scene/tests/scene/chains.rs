@@ -284,7 +284,7 @@ fn tensions_that_cannot_follow_a_chain_are_refused() {
         (
             "oscillators = 4",
             "oscillators = 4\ninitial = 1.0",
-            ["start in step", "initial"],
+            ["jump at the start", "initial"],
         ),
         (
             "elements = \"muscle\"",

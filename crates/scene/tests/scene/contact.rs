@@ -138,7 +138,7 @@ fn sensitivities_need_a_given_contact_stiffness() {
     assert!(unsupported(&scene("stiffness = 1e8")).is_none());
 }
 
-/// A contact that does not fit the mesh is one error at its key.
+/// Checks that a contact that is incompatible with the mesh gives one error, with its key.
 #[test]
 fn obstacles_that_do_not_fit_are_rejected() {
     let text = pressed("[time]\nend = 1.0\n", "");

@@ -98,7 +98,7 @@ fn the_supports_of_a_block_carry_its_load() {
 
 /// Checks that the advice about collapsing elements names the law that does not collapse.
 #[test]
-fn the_remedy_of_guccione_elements_that_collapse_is_told() {
+fn collapsed_guccione_elements_are_reported_with_the_remedy() {
     let text = BLOCK
         .replace("mooney-rivlin", "guccione")
         .replace(
@@ -112,11 +112,7 @@ fn the_remedy_of_guccione_elements_that_collapse_is_told() {
         let found = equilibrium(&body.muscle, body.formulation, 0.0);
         found.expect_err("so large a load").to_string()
     };
-    assert!(
-        of(&text).contains("take `isochoric-guccione`"),
-        "{}",
-        of(&text)
-    );
+    assert!(of(&text).contains("`isochoric-guccione`"), "{}", of(&text));
     let other = text.replace("\"guccione\"", "\"isochoric-guccione\"");
     assert!(of(&other).contains("a damped motion"), "{}", of(&other));
     // Regression: one such element hid the limit load of other elements from the advice.

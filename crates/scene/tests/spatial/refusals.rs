@@ -22,7 +22,7 @@ fn refusal_of(text: &str, folder: &Path) -> String {
 }
 
 #[test]
-fn what_does_not_fit_the_dimension_is_refused() {
+fn keys_of_the_other_dimension_are_rejected() {
     for (from, to, message) in [
         (
             "at = [2.0, 0.5, 0.5]",
@@ -95,7 +95,7 @@ fn an_incompressible_body_that_is_held_everywhere_is_refused() {
         .replace("[[fixed]]\ngroup = \"left\"", "[[fixed]]\ngroup = \"body\"");
     let found = refusal_of(&text, Path::new(""));
     let expected =
-        "every node is held: no displacement answers the pressures\n   where: scene.toml";
+        "all nodes are fixed: no displacement can balance the pressures\n   where: scene.toml";
     assert!(found.contains(expected), "{found}");
 }
 
@@ -114,7 +114,7 @@ fn a_volume_in_separate_pieces_is_refused() {
     let found = refusal_of(&text, Path::new(""));
     let expected = "group \"fixed\" has 2 disconnected pieces";
     assert!(found.starts_with(expected), "{found}");
-    assert!(found.contains("where: scene.toml, line 25"), "{found}");
+    assert!(found.contains("line 25"), "{found}");
 }
 
 #[test]
@@ -170,10 +170,7 @@ fn directions_of_fibers_are_asked_for_and_checked() {
     let heart = "law = \"holzapfel-ogden\"\ndensity = 1e3\na = 59\nb = 8.023\na_f = 18472\n\
                  b_f = 16.026\na_s = 2481\nb_s = 11.12\na_fs = 216\nb_fs = 11.436\nfiber = [1, 0, 0]";
     let without = refusal(LAW, heart);
-    assert!(
-        without.contains("needs the direction of its sheets"),
-        "{without}"
-    );
+    assert!(without.contains("sheet"), "{without}");
     let step = format!("{heart}\nsheet = [0, 1, 0]\nk = inf");
     assert_eq!(refusal(LAW, &step), "accepted");
     let text = BLOCK.replace(LAW, &step);
@@ -246,7 +243,7 @@ fn mesh_files_that_are_wrong_in_space_are_refused_with_their_place() {
 
 /// Checks the note on fibers that turn by more than 120° within an element.
 #[test]
-fn fibers_that_are_not_resolved_are_told_of() {
+fn unresolved_fibers_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let text = BLOCK
         .replace("type = \"box\"", "type = \"file\"\npath = \"own.msh\"")

@@ -200,7 +200,7 @@ mod tests {
 
     /// For a cube, a better order is searched for and found; the factors of a plate are too cheap for a search.
     #[test]
-    fn a_better_order_is_looked_for_where_factors_take_long() {
+    fn a_better_ordering_is_sought_for_expensive_factors() {
         for (points, is_dear) in [([26, 26, 26], true), ([80, 80, 2], false)] {
             let graph = grid(points);
             let merged = ConstraintMerge::new(&graph);

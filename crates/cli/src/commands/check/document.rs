@@ -1,7 +1,7 @@
 //! JSON document of `check`.
 
 use myovib_model::advice::Finding;
-use myovib_model::check::{Computed, Factors, Report, Size};
+use myovib_model::check::{Computed, FactorizationCost, Report, Size};
 use myovib_scene::{Body, Scene, json};
 use serde::Serialize;
 
@@ -153,8 +153,8 @@ pub(super) struct WarningJson {
     remedies: Vec<String>,
 }
 
-impl From<Factors> for FactorsJson {
-    fn from(factors: Factors) -> Self {
+impl From<FactorizationCost> for FactorsJson {
+    fn from(factors: FactorizationCost) -> Self {
         Self {
             matrices: factors.matrices,
             entries: factors.needs.entries,

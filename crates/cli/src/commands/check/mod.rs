@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use clap::Args;
 use myovib_fem::ElementScale;
 use myovib_model::advice::Finding;
-use myovib_model::check::{self, Computed, Factors, Held, Report, Size};
+use myovib_model::check::{self, Computed, FactorizationCost, Held, Report, Size};
 use myovib_model::{Field, IntegratorKind, MuscleDae};
 use serde::Serialize;
 
@@ -398,8 +398,8 @@ fn held(held: Option<Held>) -> String {
 }
 
 /// Formats the predicted memory of the factors and of the whole run.
-fn memory(factors: Factors) -> String {
-    let Factors {
+fn memory(factors: FactorizationCost) -> String {
+    let FactorizationCost {
         matrices,
         needs,
         in_use,

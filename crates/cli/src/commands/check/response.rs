@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use myovib_model::check::Factors;
+use myovib_model::check::FactorizationCost;
 use myovib_model::harmonic::HarmonicResponse;
 use myovib_model::statics::Equilibrium;
 use myovib_report::table::counted;
@@ -63,7 +63,7 @@ pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, Res
         },
     ];
     lines.extend(response.prediction().map(|needs| {
-        memory(Factors {
+        memory(FactorizationCost {
             matrices: 1,
             needs,
             in_use: resources::in_use(),

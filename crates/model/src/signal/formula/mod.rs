@@ -1,4 +1,4 @@
-//! The functions of time that a scene knows by a name, a file each.
+//! Functions of time that scenes select by `type`, one file each.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -12,8 +12,7 @@ use crate::signal::{Jet, TimeFunction};
 /// A sigmoid is over, to 1e-9 of its height, so many of its units from its middle.
 const SIGMOID_WIDTH: f64 = 20.0;
 
-/// The paper's load, a sine that grows from 0:
-/// `amplitude · (1/(1+exp(-steepness t + shift)) - 1/(1+exp(shift))) · sin(2π frequency t)`.
+/// The paper's load: `amplitude · (1/(1+exp(-steepness t + shift)) - 1/(1+exp(shift))) · sin(2π frequency t)`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct RampedSine {
@@ -45,8 +44,8 @@ fn paper_shift() -> f64 {
 }
 
 impl RampedSine {
-    /// The time in which the sigmoid rises, s, if it does between two times: its slope is a quarter
-    /// of its steepness at most.
+    /// Returns the rise time of the sigmoid, s, if it rises between two times. Its largest slope is
+    /// a quarter of its steepness.
     fn rise(&self, from: f64, to: f64) -> Option<f64> {
         let [first, last] = [from, to].map(|t| self.steepness * t - self.shift);
         let rises = first.min(last) < SIGMOID_WIDTH && first.max(last) > -SIGMOID_WIDTH;

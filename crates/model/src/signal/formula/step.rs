@@ -6,8 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::signal::timing::{Break, between, first, just_after, shortest};
 use crate::signal::{Jet, TimeFunction};
 
-/// Step from 0 at `start` to `value` by a polynomial of degree 5, smooth to second order. `rise = 0` is a jump, not for
-/// displacements.
+/// Smooth step from 0 at `start` to `value`; `rise = 0` is a jump, not for displacements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Step {

@@ -42,10 +42,9 @@ pub(super) fn expect_supports(
 ) -> Result<(), InputError> {
     let moved = state.moved_by_supports(dae, y);
     if moved > SUPPORTS_AGREE * state.largest_displacement() {
-        let error =
-            InputError::new("the supports are elsewhere at t = 0 than where the body starts");
+        let error = InputError::new("the supports do not match the initial state at t = 0");
         return Err(error.found(format!("{moved:.3e} m apart")).next(
-            "let [[fixed]] and [[prescribed_displacement]] begin where the state to start from has them",
+            "start [[fixed]] and [[prescribed_displacement]] at the displacements of the initial state",
         ));
     }
     Ok(())
@@ -80,7 +79,7 @@ fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
             "let them rise: y = { type = \"step\", value = ..., rise = 0.1 }, or multiply them by one: \
              y = { type = \"product\", of = [{ type = \"step\", value = 1, rise = 0.1 }, ...] }",
         )
-        .next("or let them jump, which leaves t = 0 without load: the same with rise = 0")
+        .next("or apply them suddenly after t = 0: the same with rise = 0")
         .next("or start in equilibrium with them: [initial_state] with type = \"equilibrium\"")
         .into());
     }
@@ -152,9 +151,8 @@ pub(super) fn expect_supports_at_rest(
     Ok(())
 }
 
-/// Returns equally spaced times after t = 0 for the maximum of loads and motions. Their number is
-/// prime: a load with a round number of periods would vanish at all times of a round number of
-/// samples.
+/// Returns equally spaced times at which loads and motions are sampled to find their maximum. The
+/// number of intervals is prime, so that a load with a whole number of periods cannot vanish at all of them.
 fn times(t_end: f64) -> impl Iterator<Item = f64> {
     (0..=SIZE_TIMES).map(move |i| t_end * f64::from(i) / f64::from(SIZE_TIMES))
 }
