@@ -182,8 +182,11 @@ impl Law {
         self.check_shear_modulus()
     }
 
-    /// Checks that a negative coefficient of the second invariant leaves a positive shear modulus.
+    /// Checks that coefficients that may be negative leave a positive shear modulus.
     fn check_shear_modulus(self) -> Result<(), FemError> {
+        if let Law::Ogden { .. } = self {
+            return check_ogden_terms(&self.values());
+        }
         let (Law::MooneyRivlin { c10, c01 } | Law::TransverseMooneyRivlin { c10, c01, .. }) = self
         else {
             return Ok(());
@@ -197,4 +200,28 @@ impl Law {
             condition: "above -c10: the initial shear modulus is 2 (c10 + c01)",
         })
     }
+}
+
+/// Checks the terms of Ogden's law, given by coefficients and exponents in turn.
+fn check_ogden_terms(values: &[f64]) -> Result<(), FemError> {
+    let parameters = super::Ogden::DESCRIPTION.parameters;
+    let mut modulus = 0.0;
+    for (parameter, term) in parameters.chunks(2).zip(values.chunks(2)) {
+        if term[0] != 0.0 && term[1] == 0.0 {
+            return Err(FemError::Parameter {
+                name: parameter[1].name,
+                value: term[1],
+                condition: "different from 0",
+            });
+        }
+        modulus += 0.5 * term[0] * term[1];
+    }
+    if modulus > 0.0 {
+        return Ok(());
+    }
+    Err(FemError::Parameter {
+        name: parameters[0].name,
+        value: values[0],
+        condition: "such that the initial shear modulus, the sum of mu_i alpha_i/2, is positive",
+    })
 }

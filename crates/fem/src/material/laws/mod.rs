@@ -4,7 +4,8 @@ use super::three::CustomLaw;
 use super::{Described, Description};
 
 /// Declares the modules, [`Law`] and the functions over all laws. Isotropic laws have a potential
-/// of two invariants in plane strain; other laws are evaluated in 3D there too.
+/// of two invariants in plane strain; other laws are evaluated in 3D there too, also isotropic
+/// laws whose code is too long to be compiled into each plane kernel.
 macro_rules! laws {
     (
         isotropic { $($plane_file:ident { $($plane:ident { $($plane_field:ident),* })* })* }
@@ -135,6 +136,11 @@ laws! {
             IsochoricGuccione { c, b_f, b_t, b_fs }
         }
         holzapfel_ogden { HolzapfelOgden { a, b, a_f, b_f, a_s, b_s, a_fs, b_fs, k } }
+        ogden {
+            Ogden {
+                mu_1, alpha_1, mu_2, alpha_2, mu_3, alpha_3, mu_4, alpha_4, mu_5, alpha_5, mu_6, alpha_6
+            }
+        }
         transverse_mooney_rivlin {
             TransverseMooneyRivlin { c10, c01, c3, c4, c5, stretch_max }
         }

@@ -96,6 +96,36 @@ fn laws_of_invariants_under_stretch_and_shear() {
     }
 }
 
+/// Nominal stresses Σ μ (λ^(α−1) − λ^(−α/2−1)) in uniaxial and Σ μ (λ^(α−1) − λ^(−2α−1)) in equibiaxial
+/// stretch; in simple shear, Σ μ (λ^α − λ^−α)/(λ + 1/λ) with the stretch λ − 1/λ = γ.
+#[test]
+fn ogden_under_stretch_and_shear() {
+    let terms = [(0.63e6, 1.3), (1.2e3, 5.0), (-1e4, -2.0)];
+    let names = ["mu_1", "alpha_1", "mu_2", "alpha_2", "mu_3", "alpha_3"];
+    let values = terms.iter().flat_map(|(mu, alpha)| [*mu, *alpha]);
+    let law = Law::named("ogden", &names.into_iter().zip(values).collect::<Vec<_>>()).unwrap();
+    let sum = |term: &dyn Fn(f64) -> f64| -> f64 {
+        terms.iter().map(|(mu, alpha)| mu * term(*alpha)).sum()
+    };
+    for l in [0.3_f64, 0.95, 1.3, 2.5, 7.0] {
+        let exact = sum(&|a| l.powf(a - 1.0) - l.powf(-0.5 * a - 1.0));
+        // Rounding of terms that cancel in part.
+        assert!(
+            (uniaxial(law, l) - exact).abs() < 1e-12 * exact.abs().max(1e6),
+            "{l}"
+        );
+        let exact = sum(&|a| l.powf(a - 1.0) - l.powf(-2.0 * a - 1.0));
+        let [along, across, _] = free_side(law, [l, l, l.powi(-2)], NONE);
+        let scale = exact.abs().max(1e6);
+        assert!((along - exact).abs() < 1e-12 * scale, "{l} {along} {exact}");
+        assert!((along - across).abs() < 1e-12 * scale);
+    }
+    check_simple_shear(law, |_, _, gamma| {
+        let l = 0.5 * (gamma + (gamma * gamma + 4.0).sqrt());
+        sum(&|a| l.powf(a) - l.powf(-a)) / (l + 1.0 / l)
+    });
+}
+
 /// Beyond its limit, Gent's law has no stress that a solver could accept.
 #[test]
 fn a_locked_body_has_no_stress() {
