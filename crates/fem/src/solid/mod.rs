@@ -441,6 +441,23 @@ impl Solid {
         self.mass.apply_interleaved(self.space.dimension(), a, out);
     }
 
+    /// Returns the mass density of each element, kg/m³.
+    pub fn densities(&self) -> &[f64] {
+        &self.densities
+    }
+
+    /// Returns the solid without its mass matrix, for quasi-static motions. Densities are kept.
+    #[must_use]
+    pub fn without_inertia(mut self) -> Self {
+        self.mass.values.fill(0.0);
+        self
+    }
+
+    /// Returns whether the mass matrix is different from zero.
+    pub fn has_inertia(&self) -> bool {
+        self.mass.values.iter().any(|mass| *mass != 0.0)
+    }
+
     /// Returns ∫ ψ_k, the weights of projected volume residuals.
     pub fn pressure_weights(&self) -> &[f64] {
         &self.pressure_weights

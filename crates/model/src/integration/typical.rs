@@ -108,21 +108,12 @@ fn mean_shear_modulus(muscle: &Muscle) -> f64 {
     volume / compliance
 }
 
+/// Returns the mean density, kg/m³, also for a body whose inertia is neglected.
 fn mean_density(muscle: &Muscle) -> f64 {
-    let solid = &muscle.solid;
-    let dimension = solid.space().dimension();
-    // The force that accelerates all nodes along the first axis.
-    let first = |i: usize| {
-        if i.is_multiple_of(dimension) {
-            1.0
-        } else {
-            0.0
-        }
-    };
-    let acceleration: Vec<f64> = (0..solid.space().n_components()).map(first).collect();
-    let mut force = vec![0.0; acceleration.len()];
-    solid.apply_mass(&acceleration, &mut force);
-    force.iter().sum::<f64>() / solid.volume()
+    let (solid, mesh) = (&muscle.solid, muscle.solid.space().mesh());
+    let densities = solid.densities().iter().enumerate();
+    let masses = densities.map(|(element, density)| density * mesh.measure_of(element));
+    masses.sum::<f64>() / solid.volume()
 }
 
 /// Returns the sum of the magnitudes of the nodal forces of all loads, N, each at its largest value up to the time `t_end`.

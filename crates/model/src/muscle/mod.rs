@@ -93,13 +93,14 @@ impl Muscle {
     }
 
     /// Checks the prescribed motions and tensions: each prescribed component is constrained, occurs
-    /// once and moves with continuous velocity; each tension belongs to an active stress.
+    /// once and moves with continuous velocity, which may jump if the body has no inertia; each
+    /// tension belongs to an active stress.
     ///
     /// # Errors
     /// [`ModelError::Prescribed`], [`ModelError::Activation`].
     pub fn check(&self) -> Result<(), ModelError> {
         self.check_activations()?;
-        let dofs = self.solid.dofs();
+        let (dofs, has_inertia) = (self.solid.dofs(), self.solid.has_inertia());
         for (k, prescribed) in self.prescribed.iter().enumerate() {
             let component = prescribed.component;
             let again = |other: &Prescribed| other.component == component;
@@ -109,6 +110,7 @@ impl Muscle {
                     "it is free: constrain it in the solid's DofMap"
                 }
                 () if self.prescribed[..k].iter().any(again) => "it is prescribed twice",
+                () if !has_inertia && prescribed.signal.lowest_jump() > 0 => continue,
                 () => match prescribed.signal.unfit_for_motion() {
                     Some(objection) => objection,
                     None => continue,
@@ -274,25 +276,36 @@ impl Muscle {
         sweeps
     }
 
+    /// Returns the first time up to `t_end` at which a load, a tension or a prescribed motion jumps,
+    /// s.
+    pub fn first_jump(&self, t_end: f64) -> Option<f64> {
+        let first = |signal: &Signal| {
+            let mut breaks = signal.breaks(0.0_f64.next_down(), t_end);
+            breaks.find(|next| next.order == 0).map(|jump| jump.t)
+        };
+        self.signals().filter_map(first).reduce(f64::min)
+    }
+
     /// Returns the schedule of all signals: loads, and prescribed motions with their velocity and
-    /// acceleration.
+    /// acceleration; without inertia all of them with their slope, at whose jumps rates jump.
     pub fn schedule(&self) -> Schedule {
         let mut schedule = Schedule::default();
+        let (of_loads, of_motions) = if self.solid.has_inertia() { (0, 2) } else { (1, 1) };
         for load in &self.loads {
-            schedule.add(load.signal().clone(), 0);
+            schedule.add(load.signal().clone(), of_loads);
         }
         for pressure in &self.pressures {
-            schedule.add(pressure.signal().clone(), 0);
+            schedule.add(pressure.signal().clone(), of_loads);
         }
         for signal in self.contacts.iter().flat_map(Contact::motion) {
-            schedule.add(signal.clone(), 0);
+            schedule.add(signal.clone(), of_loads);
         }
         for prescribed in &self.prescribed {
-            schedule.add(prescribed.signal.clone(), 2);
+            schedule.add(prescribed.signal.clone(), of_motions);
         }
         for (_, activation) in &self.activations {
             match activation {
-                Activation::Given(signal) => schedule.add(signal.clone(), 0),
+                Activation::Given(signal) => schedule.add(signal.clone(), of_loads),
                 Activation::Bestel(model) => schedule.add(*model, 0),
                 Activation::Coherence { .. } | Activation::Line { .. } => {}
             }

@@ -408,17 +408,16 @@ impl Problem for MuscleDae {
     }
 
     fn kinds(&self) -> Option<Vec<VariableKind>> {
-        Some(
-            self.layout
-                .fill(|field| self.formulation.kind(field, &self.muscle.parameters)),
-        )
+        let has_inertia = self.muscle.solid.has_inertia();
+        Some(self.layout.fill(|field| match field {
+            // The derivative of the displacement only defines the velocity.
+            Field::Displacement | Field::Velocity if !has_inertia => VariableKind::Algebraic,
+            _ => self.formulation.kind(field, &self.muscle.parameters),
+        }))
     }
 
     fn indices(&self) -> Option<Vec<u8>> {
-        Some(self.layout.fill(|field| {
-            self.formulation
-                .variable_index(field, &self.muscle.parameters)
-        }))
+        Some(self.layout.fill(|field| self.variable_index(field)))
     }
 
     fn component_name(&self, i: usize) -> String {

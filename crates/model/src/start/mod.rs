@@ -57,6 +57,10 @@ pub trait Consistent: Problem {
 
 impl Consistent for MuscleDae {
     fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError> {
+        if !self.muscle().solid.has_inertia() {
+            // Loads of a quasi-static motion do not jump, so that its state is continuous.
+            return Ok([y.to_vec(), rates_without_inertia(self, t, y)]);
+        }
         // λ + β λ̇ balances the momentum; λ is unchanged.
         let parameters = &self.muscle().parameters;
         let is_free = parameters.is_incompressible() && parameters.is_damped();
@@ -204,8 +208,43 @@ impl Start {
         let (muscle, formulation) = (dae.muscle(), dae.formulation());
         let equilibrium = statics::equilibrium_watched(muscle, formulation, t, watch)?;
         let rest = vec![0.0; equilibrium.displacement.len()];
-        Self::new(dae, t, &equilibrium.displacement, &rest)
+        if muscle.solid.has_inertia() {
+            return Self::new(dae, t, &equilibrium.displacement, &rest);
+        }
+        // Without inertia, the equilibrium has all unknowns.
+        let [internal, _] = internal_stresses(muscle, t, [&equilibrium.displacement, &rest], None);
+        let layout = dae.layout();
+        let mut y = vec![0.0; layout.n_unknowns()];
+        for (field, range) in layout.blocks() {
+            let value = match field {
+                Field::Displacement => &equilibrium.displacement,
+                Field::Pressure => &equilibrium.pressure,
+                Field::InternalStress => &internal,
+                _ => continue,
+            };
+            y[range.clone()].copy_from_slice(value);
+        }
+        Ok(Self {
+            y_dot: rates_without_inertia(dae, t, &y),
+            y,
+            displacement_moved: 0.0,
+            velocity_moved: 0.0,
+            on_slow_manifold: false,
+        })
     }
+}
+
+/// Returns the rates of tensions in the state `y`; other rates of a body without inertia are unknown
+/// before a step, and zero here.
+fn rates_without_inertia(dae: &MuscleDae, t: f64, y: &[f64]) -> Vec<f64> {
+    let mut y_dot = vec![0.0; y.len()];
+    if let Some(range) = dae.layout().range(Field::Tension) {
+        let models = dae.muscle().models().zip(&y[range.clone()]);
+        for (rate, ((_, model), &tension)) in y_dot[range].iter_mut().zip(models) {
+            *rate = model.rate(t, tension);
+        }
+    }
+    y_dot
 }
 
 /// Returns internal stresses and their rates: the given values, or the values of a body with

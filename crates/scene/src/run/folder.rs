@@ -23,7 +23,7 @@ pub(super) fn request<'a>(
     scene: &'a Scene,
     options: &'a RunOptions<'_>,
 ) -> Result<FolderRequest<'a>, Error> {
-    let is_motion = scene.file.analysis == Analysis::Dynamic;
+    let is_motion = scene.file.analysis.is_in_time();
     let mut files: Vec<String> = tables_of(&scene.file).map(table_of).collect();
     files.extend(AT_THE_END.map(str::to_owned));
     if is_motion {

@@ -102,7 +102,7 @@ pub struct RunResult {
 /// An invalid scene (before any file is written), or an output that cannot be written.
 pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     match scene.file.analysis {
-        Analysis::Dynamic => {
+        Analysis::Dynamic | Analysis::QuasiStatic => {
             let verify: dynamic::Verify = verify::error_estimate;
             dynamic::compute(scene, options, options.verify.then_some(verify))
         }
@@ -132,7 +132,7 @@ pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Err
 /// Probes and conditions that refer to missing parts; loads on a body at rest; invalid chains.
 pub fn rehearse(scene: &Scene) -> Result<(), Error> {
     match scene.file.analysis {
-        Analysis::Dynamic => rehearsal::motion(scene),
+        Analysis::Dynamic | Analysis::QuasiStatic => rehearsal::motion(scene),
         Analysis::Static => {
             scene.control()?;
             dynamic::conditions(scene)?;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use myovib_fem::{DofMap, FemError, Law, Mesh, Solid, Space};
 use myovib_model::harmonic::Drive;
-use myovib_model::{Formulation, LinearSolver, Muscle, Parameters, Prescribed};
+use myovib_model::{Field, Formulation, LinearSolver, Muscle, Parameters, Prescribed};
 use num_complex::Complex64;
 
 use super::Body;
@@ -13,7 +13,7 @@ use super::contraction::act_on_own_elements;
 use super::materials::Materials;
 use crate::InputError;
 use crate::scene_file::solid;
-use crate::scene_file::{SceneFile, mesh};
+use crate::scene_file::{Analysis, SceneFile, mesh};
 
 impl Builder<'_> {
     /// Creates the body of a scene with its loads, formulation and settings.
@@ -26,7 +26,14 @@ impl Builder<'_> {
         let mesh = self.mesh(mesh, &file.region, &file.group)?;
         let parameters = self.parameters(file, solid)?;
         // All materials have the same kind of parameters as the first.
-        let formulation = solid.formulation.unwrap_or_else(|| suited(&parameters[0]));
+        let is_quasi_static = file.analysis == Analysis::QuasiStatic;
+        let formulation = solid.formulation.unwrap_or_else(|| match is_quasi_static {
+            true => Formulation::Position,
+            false => suited(&parameters[0]),
+        });
+        if is_quasi_static {
+            self.without_inertia(formulation, &parameters)?;
+        }
         self.at("solid.formulation", formulation.check(&parameters[0]))?;
         let Materials {
             laws,
@@ -111,14 +118,24 @@ impl Builder<'_> {
             ..body
         };
         let start = self.start(file, Some(&muscle))?;
+        let mut settings = self.settings(
+            &file.integrator,
+            &muscle,
+            &start,
+            formulation,
+            linear_solver,
+        );
+        let mut muscle = muscle;
+        if is_quasi_static {
+            self.expect_no_jump(&muscle)?;
+            muscle.solid = muscle.solid.without_inertia();
+            if file.integrator.error_test.exclude.is_none() {
+                // It jumps where the slope of a load does.
+                settings.suppressed = vec![Field::Velocity];
+            }
+        }
         Ok(Body {
-            settings: self.settings(
-                &file.integrator,
-                &muscle,
-                &start,
-                formulation,
-                linear_solver,
-            ),
+            settings,
             muscle,
             drive,
             formulation,

@@ -23,6 +23,7 @@ mod mesh;
 mod oscillators;
 mod periodic;
 mod places;
+mod quasi_static;
 mod response;
 mod settings;
 mod start;
@@ -349,11 +350,12 @@ impl Scene {
         builder.limits(&file)?;
         builder.integrator(&file)?;
         match file.analysis {
-            Analysis::Dynamic if file.time.is_none() => {
-                let error = InputError::new("a dynamic scene needs its time interval")
+            analysis if analysis.is_in_time() && file.time.is_none() => {
+                let error = InputError::new("the analysis needs its time interval")
                     .next("add a table [time] with `end`, in s");
                 return Err(builder.wrong("", error));
             }
+            Analysis::QuasiStatic => builder.quasi_static(&file)?,
             Analysis::Static | Analysis::Dynamic | Analysis::Modes | Analysis::Periodic => {}
             Analysis::Response => builder.response(&file)?,
         }

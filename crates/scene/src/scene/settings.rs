@@ -153,7 +153,7 @@ pub(super) fn without_effect(analysis: Analysis, source: &Value) -> Option<Strin
     let given = source["integrator"].as_object()?.keys();
     let limits = given.filter(|key| ["max_cpu", "max_steps"].contains(&key.as_str()));
     let keys: Vec<&str> = limits.map(String::as_str).collect();
-    (analysis != Analysis::Dynamic && !keys.is_empty()).then(|| {
+    (!analysis.is_in_time() && !keys.is_empty()).then(|| {
         format!(
             "[integrator]: the scene has no motion, which {} would limit",
             keys.join(", ")

@@ -43,7 +43,7 @@ impl Builder<'_> {
                 "remove [initial_state]",
             );
         };
-        if !matches!(file.analysis, Analysis::Dynamic | Analysis::Periodic) {
+        if !file.analysis.has_initial_state() {
             return Ok(Start::Rest);
         }
         if !file.feedback.is_empty() {
@@ -53,6 +53,12 @@ impl Builder<'_> {
             );
         }
         let of_equilibrium = matches!(start, InitialState::Equilibrium);
+        if file.analysis == Analysis::QuasiStatic && !of_equilibrium {
+            return wrong(
+                "a quasi-static motion starts without load or in equilibrium",
+                "give [initial_state] type = \"equilibrium\", or remove it",
+            );
+        }
         if chains_that_act(file).next().is_some() && !of_equilibrium {
             return wrong(
                 "a body whose tension follows a coherence starts at rest or in equilibrium",

@@ -8,10 +8,10 @@ use num_complex::Complex64;
 
 use super::builder::Builder;
 use crate::InputError;
-use crate::scene_file::SceneFile;
 use crate::scene_file::function::Function;
 use crate::scene_file::response::Amplitudes;
 use crate::scene_file::solid::{Axis, PrescribedDisplacement};
+use crate::scene_file::{Analysis, SceneFile};
 
 /// Names of the components.
 pub(crate) const NAMES: [&str; 3] = ["x", "y", "z"];
@@ -101,7 +101,7 @@ impl Builder<'_> {
                     }
                 }
                 let signal = match component.function {
-                    Some(function) => self.motion(function, &component.path)?,
+                    Some(function) => self.motion(file, function, &component.path)?,
                     None => Signal::constant(0.0),
                 };
                 moves.push(Move {
@@ -162,9 +162,18 @@ impl Builder<'_> {
         Ok(factors)
     }
 
-    /// Returns a function of time that a displacement can follow from rest.
-    fn motion(&self, function: &Function, path: &str) -> Result<Signal, InputError> {
+    /// Returns a function of time that a displacement can follow from rest. Without inertia, its
+    /// slope may jump.
+    fn motion(
+        &self,
+        file: &SceneFile,
+        function: &Function,
+        path: &str,
+    ) -> Result<Signal, InputError> {
         let signal = self.signal(function, path)?;
+        if file.analysis == Analysis::QuasiStatic && signal.lowest_jump() > 0 {
+            return Ok(signal);
+        }
         match signal.unfit_for_motion() {
             Some(objection) => {
                 let error =

@@ -9,7 +9,7 @@ pub(super) fn notes(file: &SceneFile) -> Option<String> {
     let sections = [
         (
             "[initial_state]",
-            !(is(Analysis::Dynamic) || is(Analysis::Periodic)) && file.initial_state.is_some(),
+            !file.analysis.has_initial_state() && file.initial_state.is_some(),
         ),
         ("[[chain]]", is_equilibrium && !file.chain.is_empty()),
         ("[[feedback]]", is_equilibrium && !file.feedback.is_empty()),

@@ -181,7 +181,8 @@ fn two_digits(value: f64) -> String {
 
 /// Returns whether the density has an effect.
 fn has_mass(file: &SceneFile) -> bool {
-    file.analysis != Analysis::Static || !file.body_force.is_empty()
+    let has_inertia = !matches!(file.analysis, Analysis::Static | Analysis::QuasiStatic);
+    has_inertia || !file.body_force.is_empty()
 }
 
 /// Checks that the density or the speed √(G/ρ) is in the range of tissue.
@@ -258,7 +259,7 @@ fn times(file: &SceneFile, t_end: f64) -> Vec<f64> {
             let response = file.response.iter();
             response.filter_map(|own| own.preload_time).collect()
         }
-        Analysis::Dynamic => {
+        Analysis::Dynamic | Analysis::QuasiStatic => {
             let all = (0..=TIMES).map(|i| t_end * f64::from(i) / f64::from(TIMES));
             all.collect()
         }

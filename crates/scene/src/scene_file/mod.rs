@@ -146,19 +146,33 @@ pub struct SceneFile {
 
 /// Type of analysis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum Analysis {
     /// Equilibrium under the loads at `time.end` (at 0 without `[time]`), or a path to it (`[static]`).
     Static,
     /// Motion from t = 0 to `time.end`.
     #[default]
     Dynamic,
+    /// Relaxation, creep and slow loads from t = 0 to `time.end`, without inertia.
+    QuasiStatic,
     /// Lowest eigenmodes, in `modes.csv`.
     Modes,
     /// Harmonic response to the loads with a `response`; no fields.
     Response,
     /// Periodic motion under periodic loads, with its stability; no fields.
     Periodic,
+}
+
+impl Analysis {
+    /// Returns whether the state of the scene is integrated in time.
+    pub fn is_in_time(self) -> bool {
+        matches!(self, Self::Dynamic | Self::QuasiStatic)
+    }
+
+    /// Returns whether the scene's initial state is used.
+    pub fn has_initial_state(self) -> bool {
+        self.is_in_time() || self == Self::Periodic
+    }
 }
 
 /// Time interval.

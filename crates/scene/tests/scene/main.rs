@@ -12,6 +12,7 @@ mod load_paths;
 mod meshes;
 mod muscle3d;
 mod paths;
+mod quasi_static;
 mod random;
 mod separate_chains;
 mod sweep;

@@ -112,6 +112,14 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
             response = Some(document);
             (text + &warnings(&unusual), None)
         }
+        (Analysis::QuasiStatic, _) => {
+            modes = scene.body.is_some().then(|| ModesJson::of(&unusual));
+            let text = format!(
+                "The scene is right. Inertia is neglected: displacements have index 1, velocities index 2.\n{}",
+                warnings(&unusual)
+            );
+            (text, None)
+        }
         (Analysis::Static | Analysis::Modes | Analysis::Response | Analysis::Periodic, _) => {
             modes = scene.body.is_some().then(|| ModesJson::of(&unusual));
             let text = format!(

@@ -11,7 +11,9 @@ pub(super) fn lines(scene: &Scene) -> Vec<String> {
     let mut lines = Vec::new();
     let probes = file.probe.iter();
     let rows = |every: f64, unit: &str| match (file.analysis, &file.time, &file.loading_path) {
-        (Analysis::Dynamic, Some(time), _) => counted(times(every, time.end), unit),
+        (Analysis::Dynamic | Analysis::QuasiStatic, Some(time), _) => {
+            counted(times(every, time.end), unit)
+        }
         (Analysis::Static, _, Some(_)) => format!("a {unit} for each state of the path"),
         _ => counted(1, unit),
     };

@@ -1,0 +1,72 @@
+//! Requirements of quasi-static analyses.
+
+use myovib_model::{Formulation, Muscle, Parameters};
+
+use super::builder::Builder;
+use crate::InputError;
+use crate::scene_file::SceneFile;
+use crate::scene_file::integrator::Method;
+
+impl Builder<'_> {
+    /// Rejects parts of a scene that need inertia, and methods without it.
+    pub(super) fn quasi_static(&self, file: &SceneFile) -> Result<(), InputError> {
+        let parts = [
+            ("rod", file.rod.is_some()),
+            ("chain", !file.chain.is_empty()),
+            ("feedback", !file.feedback.is_empty()),
+        ];
+        if let Some((part, _)) = parts.into_iter().find(|(_, given)| *given) {
+            let error = InputError::new(
+                "a quasi-static analysis needs a body on a mesh, without rods and chains",
+            )
+            .next(format!("remove `{part}`, or use analysis = \"dynamic\""));
+            return Err(self.wrong(part, error));
+        }
+        if file.integrator.method == Method::Bdf {
+            let error = InputError::new("BDF does not integrate a motion without inertia")
+                .allowed("radau5, radau9, radau13");
+            return Err(self.wrong("integrator.method", error));
+        }
+        Ok(())
+    }
+
+    /// Rejects formulations and damping that a body without inertia does not have.
+    pub(super) fn without_inertia(
+        &self,
+        formulation: Formulation,
+        parameters: &[Parameters],
+    ) -> Result<(), InputError> {
+        if parameters
+            .iter()
+            .any(|own| own.alpha > 0.0 || own.beta > 0.0)
+        {
+            let error = InputError::new("a quasi-static analysis has no Rayleigh damping")
+                .next("set rayleigh_mass and rayleigh_stiffness to 0; use `viscosity` or `prony`");
+            return Err(self.wrong("solid", error));
+        }
+        match formulation {
+            Formulation::Position | Formulation::Displacement => Ok(()),
+            _ => {
+                let error =
+                    InputError::new("a quasi-static analysis does not use this formulation")
+                        .found(formulation.name())
+                        .allowed("position, displacement");
+                Err(self.wrong("solid.formulation", error))
+            }
+        }
+    }
+
+    /// Rejects loads and supports that jump, which a body without inertia would follow at once.
+    pub(super) fn expect_no_jump(&self, muscle: &Muscle) -> Result<(), InputError> {
+        match muscle.first_jump(self.t_end) {
+            None => Ok(()),
+            Some(t) => {
+                let error =
+                    InputError::new("a load, tension or support of a quasi-static analysis jumps")
+                        .found(format!("a jump at t = {t} s"))
+                        .next("give it a short `rise`, or rows of a table with different times");
+                Err(self.wrong("analysis", error))
+            }
+        }
+    }
+}

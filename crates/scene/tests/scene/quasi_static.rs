@@ -1,0 +1,189 @@
+//! Relaxation and creep without inertia.
+
+use std::path::Path;
+
+use myovib_scene::Scene;
+use myovib_scene::csv::Table;
+use myovib_scene::run::{RunOptions, compute};
+
+/// Shear modulus, Pa.
+const G: f64 = 1e4;
+/// Width of the strip, m; its length is ten times this.
+const WIDTH: f64 = 0.01;
+
+/// A strip in plane strain, pulled along x and free along y: its strain is homogeneous.
+fn strip(head: &str, material: &str, bulk: &str, pull: &str) -> String {
+    format!(
+        "{head}[time]\nend = 2.0\n[mesh]\ntype = \"rectangle\"\nwidth = 0.1\nheight = {WIDTH}\ncells = [4, 1]\n\
+         [solid]\nbulk_modulus = {bulk}\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1060.0\n\
+         shear_modulus = {G}\n{material}\n[[fixed]]\ngroup = \"left\"\ncomponents = [\"x\"]\n\
+         [[fixed]]\ngroup = \"bottom\"\ncomponents = [\"y\"]\n{pull}\n\
+         [[probe]]\nname = \"force\"\ntype = \"reaction\"\ngroup = \"left\"\ninterval = 0.1\n\
+         [[probe]]\nname = \"end\"\ntype = \"point\"\nat = [0.1, 0.0]\ninterval = 0.1\nquantities = [\"u\"]\n"
+    )
+}
+
+/// Returns the times and the values of a column of a probe's table.
+fn curve(text: &str, probe: &str, column: &str) -> Vec<[f64; 2]> {
+    let out = tempfile::tempdir().unwrap();
+    let scene = Scene::build("scene.toml", text, &[], Path::new("")).unwrap();
+    let run = compute(&scene, &RunOptions::into_folder(out.path())).unwrap();
+    assert!(run.outcome.reason().is_none(), "{:?}", run.outcome.reason());
+    let text = std::fs::read_to_string(out.path().join(format!("{probe}.csv"))).unwrap();
+    let table = Table::parse(&text).unwrap();
+    let position = table.names.iter().position(|name| name == column).unwrap();
+    let rows = table.rows.iter();
+    rows.map(|row| {
+        let row = table.numbers(row).unwrap();
+        [row[0], row[position]]
+    })
+    .collect()
+}
+
+const QUASI_STATIC: &str = "analysis = \"quasi-static\"\n";
+const PRONY: &str = "prony = [{ relative_modulus = 0.5, relaxation_time = 0.4 }]";
+/// A ramp to a stretch of 1.3 within 0.5 s, and a hold.
+const RAMP: &str = "[[prescribed_displacement]]\ngroup = \"right\"\n\
+     x = { type = \"ramp\", end = 0.5, value = 0.03 }";
+
+fn stretch(t: f64) -> f64 {
+    1.0 + 0.3 * (t / 0.5).min(1.0)
+}
+
+/// Second Piola–Kirchhoff stresses G (1 − λᵢ⁻² I1/3) along x and y at a stretch along x, for J = 1.
+fn stresses(stretch: f64) -> [f64; 2] {
+    let squares = [stretch * stretch, stretch.powi(-2)];
+    let third = (squares[0] + squares[1] + 1.0) / 3.0;
+    squares.map(|square| G * (1.0 - third / square))
+}
+
+/// Returns the force per depth from the stresses without pressure; σ_y = 0 gives the pressure.
+fn force(stretch: f64, [x, y]: [f64; 2]) -> f64 {
+    WIDTH * (stretch * x - stretch.powi(-3) * y)
+}
+
+/// H = g ∫ exp(−(t − s)/τ) dS, with Simpson's rule over the ramp.
+fn overstress(t: f64) -> [f64; 2] {
+    let (end, n) = (t.min(0.5), 400);
+    let h = end / f64::from(n);
+    let slope = |s: f64| {
+        let step = 1e-5;
+        let [a, b] = [stretch(s) - step, stretch(s) + step].map(stresses);
+        [0, 1].map(|i| (b[i] - a[i]) / (2.0 * step) * 0.6)
+    };
+    let mut sum = [0.0; 2];
+    for k in 0..=n {
+        let s = h * f64::from(k);
+        let weight = match k {
+            k if k == 0 || k == n => 1.0,
+            k if k % 2 == 1 => 4.0,
+            _ => 2.0,
+        };
+        let decayed = 0.5 * (-(t - s) / 0.4).exp() * weight * h / 3.0;
+        let slope = slope(s);
+        (0..2).for_each(|i| sum[i] += decayed * slope[i]);
+    }
+    sum
+}
+
+#[test]
+fn a_stretched_strip_relaxes_as_its_prony_term_says() {
+    let rows = curve(&strip(QUASI_STATIC, PRONY, "inf", RAMP), "force", "R_x");
+    assert_eq!(rows.len(), 21);
+    for [t, found] in rows {
+        let (l, s, h) = (stretch(t), stresses(stretch(t)), overstress(t));
+        let exact = force(l, [s[0] + h[0], s[1] + h[1]]);
+        // Three times the default relative tolerance of 1e-4 of the largest force.
+        // The left end is pulled to the left.
+        assert!((found + exact).abs() < 3e-4 * 100.0, "{t}: {found} {exact}");
+    }
+}
+
+/// Creep under a traction that rises within 0.1 s; the stretch solves η λ̇ (λ² + λ⁻⁶) + G (λ − λ⁻³) = T.
+#[test]
+fn a_kelvin_voigt_strip_creeps() {
+    let (eta, traction) = (4e3, 4e3);
+    let load = |t: f64| traction * (t / 0.1).min(1.0);
+    let material = format!("viscosity = {eta}");
+    let pull = format!(
+        "[[traction]]\ngroup = \"right\"\n\
+         x = {{ type = \"ramp\", end = 0.1, value = {traction} }}"
+    );
+    let rate = |t: f64, l: f64| (load(t) - G * (l - l.powi(-3))) / (eta * (l * l + l.powi(-6)));
+    let (mut l, h) = (1.0, 1e-3);
+    let rows = curve(&strip(QUASI_STATIC, &material, "inf", &pull), "end", "u_x");
+    for (k, [_, found]) in rows.into_iter().enumerate() {
+        let exact = 0.1 * (l - 1.0);
+        assert!((found - exact).abs() < 3e-4 * 0.03, "{k}: {found} {exact}");
+        // Runge–Kutta steps to the next row, whose error is far below the tolerance.
+        for i in 0..100 {
+            let t = 0.1 * k as f64 + h * f64::from(i);
+            let a = rate(t, l);
+            let b = rate(t + 0.5 * h, l + 0.5 * h * a);
+            let c = rate(t + 0.5 * h, l + 0.5 * h * b);
+            let d = rate(t + h, l + h * c);
+            l += h / 6.0 * (a + 2.0 * b + 2.0 * c + d);
+        }
+    }
+}
+
+/// The inertia of a motion of 0.5 s, with a transit time of 0.03 s, changes the end by little; both
+/// formulations and a finite bulk modulus work.
+#[test]
+fn a_slow_motion_ends_at_the_same_force() {
+    let pull = "[[prescribed_displacement]]\ngroup = \"right\"\nx = { type = \"step\", value = 0.03, rise = 0.5 }";
+    let last = |head: &str, solid: &str| {
+        let text = strip(head, PRONY, solid, pull);
+        curve(&text, "force", "R_x").last().unwrap()[1]
+    };
+    let slow = last("", "1e6\nrayleigh_mass = 20.0");
+    for formulation in ["position", "displacement"] {
+        let solid = format!("1e6\nformulation = \"{formulation}\"");
+        let found = last(QUASI_STATIC, &solid);
+        // Residual vibrations of the motion and twice the tolerance.
+        assert!(
+            (found / slow - 1.0).abs() < 1e-3,
+            "{formulation}: {found} {slow}"
+        );
+    }
+}
+
+/// An equilibrium under a preload is a state without rates.
+#[test]
+fn a_preloaded_strip_rests() {
+    let head = format!("{QUASI_STATIC}[initial_state]\ntype = \"equilibrium\"\n");
+    let pull = "[[traction]]\ngroup = \"right\"\nx = 4e3";
+    let rows = curve(&strip(&head, PRONY, "inf", pull), "end", "u_x");
+    let first = rows[0][1];
+    // λ − λ⁻³ = 0.4 at rest.
+    let l = 1.0 + first / 0.1;
+    assert!((l - l.powi(-3) - 0.4).abs() < 1e-9, "{l}");
+    assert!(rows.iter().all(|row| (row[1] - first).abs() < 1e-4 * first));
+}
+
+#[test]
+fn parts_that_need_inertia_are_rejected() {
+    let scene = |head: &str, material: &str, bulk: &str, pull: &str| {
+        let text = strip(&format!("{QUASI_STATIC}{head}"), material, bulk, pull);
+        Scene::build("scene.toml", &text, &[], Path::new("")).map(drop)
+    };
+    assert!(scene("", PRONY, "inf", RAMP).is_ok());
+    let jump = "[[traction]]\ngroup = \"right\"\nx = { type = \"step\", value = 1.0, rise = 0.0 }";
+    for (head, bulk, pull) in [
+        ("[integrator]\nmethod = \"bdf\"\n", "inf", RAMP),
+        ("", "inf\nrayleigh_mass = 1.0", RAMP),
+        ("", "inf\nformulation = \"velocity\"", RAMP),
+        ("", "inf", jump),
+        (
+            "[initial_state]\ntype = \"velocity\"\nvalue = [1.0, 0.0]\n",
+            "inf",
+            RAMP,
+        ),
+        ("[[chain]]\nname = \"c\"\noscillators = 2\n", "inf", RAMP),
+    ] {
+        assert!(
+            scene(head, PRONY, bulk, pull).is_err(),
+            "{head}{bulk}{pull}"
+        );
+    }
+}
