@@ -150,12 +150,21 @@ fn examples_give_the_numbers_of_the_gallery() {
     let (shear, width) = (1e4, 0.02);
     // Force per depth of an incompressible neo-Hookean strip in plane strain.
     let force = |stretch: f64| shear * (stretch - stretch.powi(-3)) * width;
+    // Nominal stress of Ogden's incompressible law, Pa.
+    let ogden = |stretch: f64| -> f64 {
+        let terms = [(0.63e6, 1.3), (1.2e3, 5.0), (-1e4, -2.0)];
+        let stress = |(mu, alpha): (f64, f64)| {
+            mu * (stretch.powf(alpha - 1.0) - stretch.powf(-0.5 * alpha - 1.0))
+        };
+        terms.into_iter().map(stress).sum()
+    };
     let relaxed = 1.0 + 0.5 * f64::exp(-(3.0 - 0.025) / 0.4);
     let cases = [
         // Homogeneous strain: the discrete solution is exact; Newton's method has an error of
         // 1e-10.
         ("compression", "plate", "R_y", force(0.8), 1e-9),
         ("contraction", "force", "R_x", 400.0, 1e-9),
+        ("rubber", "clamp", "R_x", 1e-4 * ogden(7.16), 1e-9),
         // Computed with elements of a quarter of the size, which change the force by 1.2 %.
         ("indentation", "indenter", "F_y", -98.935, 1.5e-2),
         // The default tolerance is 1e-4; `relaxed` uses the mean time of the stretch.

@@ -8,7 +8,10 @@ pub(crate) mod robin_support;
 use myovib_fem::material::Bestel;
 use myovib_fem::{ElementScale, Solid};
 
+use crate::equation::Added;
 use crate::error::ModelError;
+use crate::field::Field;
+use crate::formulation::Formulation;
 use crate::signal::Signal;
 use crate::signal::schedule::Schedule;
 use activation::Activation;
@@ -276,6 +279,31 @@ impl Muscle {
         sweeps
     }
 
+    /// Returns the differentiation index of the body in a formulation.
+    pub fn index(&self, formulation: Formulation) -> u8 {
+        let fields = formulation.rows().iter().map(|(field, _)| *field);
+        let indices = fields.map(|field| self.variable_index(formulation, field));
+        indices.max().unwrap_or(0)
+    }
+
+    /// Returns the perturbation index of one block of unknowns.
+    ///
+    /// Without inertia the displacement and the pressure balance the forces and have index 1, and
+    /// the velocity is a derivative of the displacement. Where viscous stresses balance the forces,
+    /// the pressure of an incompressible body has index 2.
+    pub fn variable_index(&self, formulation: Formulation, field: Field) -> u8 {
+        let parameters = &self.parameters;
+        let is_viscous = || Added::of(self).is_damped() && parameters.is_incompressible();
+        match field {
+            _ if self.solid.has_inertia() => formulation.variable_index(field, parameters),
+            Field::Displacement => 1,
+            Field::Velocity => 2,
+            Field::Pressure if is_viscous() => 2,
+            Field::Pressure => 1,
+            _ => formulation.variable_index(field, parameters),
+        }
+    }
+
     /// Returns the first time up to `t_end` at which a load, a tension or a prescribed motion jumps,
     /// s.
     pub fn first_jump(&self, t_end: f64) -> Option<f64> {
@@ -290,7 +318,11 @@ impl Muscle {
     /// acceleration; without inertia all of them with their slope, at whose jumps rates jump.
     pub fn schedule(&self) -> Schedule {
         let mut schedule = Schedule::default();
-        let (of_loads, of_motions) = if self.solid.has_inertia() { (0, 2) } else { (1, 1) };
+        let (of_loads, of_motions) = if self.solid.has_inertia() {
+            (0, 2)
+        } else {
+            (1, 1)
+        };
         for load in &self.loads {
             schedule.add(load.signal().clone(), of_loads);
         }

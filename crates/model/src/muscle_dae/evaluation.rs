@@ -417,7 +417,11 @@ impl Problem for MuscleDae {
     }
 
     fn indices(&self) -> Option<Vec<u8>> {
-        Some(self.layout.fill(|field| self.variable_index(field)))
+        let (muscle, formulation) = (&self.muscle, self.formulation);
+        Some(
+            self.layout
+                .fill(|field| muscle.variable_index(formulation, field)),
+        )
     }
 
     fn component_name(&self, i: usize) -> String {

@@ -184,31 +184,7 @@ impl MuscleDae {
 
     /// Returns the differentiation index of the system.
     pub fn index(&self) -> u8 {
-        let fields = self.formulation.rows().iter().map(|(field, _)| *field);
-        fields
-            .map(|field| self.variable_index(field))
-            .max()
-            .unwrap_or(0)
-    }
-
-    /// Returns the perturbation index of one block of unknowns.
-    ///
-    /// Without inertia the displacement and the pressure balance the forces and have index 1, and
-    /// the velocity is a derivative of the displacement. Where viscous stresses balance the forces,
-    /// the pressure of an incompressible body has index 2.
-    pub(crate) fn variable_index(&self, field: Field) -> u8 {
-        let parameters = &self.muscle.parameters;
-        let viscous = self.context.added.is_damped() && parameters.is_incompressible();
-        match field {
-            _ if self.muscle.solid.has_inertia() => {
-                self.formulation.variable_index(field, parameters)
-            }
-            Field::Displacement => 1,
-            Field::Velocity => 2,
-            Field::Pressure if viscous => 2,
-            Field::Pressure => 1,
-            _ => self.formulation.variable_index(field, parameters),
-        }
+        self.muscle.index(self.formulation)
     }
 
     /// Returns the layout of the blocks of unknowns.

@@ -156,17 +156,14 @@ fn seed(scene: &Scene) -> Value {
 
 /// Returns size, formulation and index of the muscle.
 fn body(muscle: &Muscle, formulation: Formulation) -> Value {
-    let parameters = &muscle.parameters;
     let indices = formulation.rows().iter().map(|(field, _)| {
-        (
-            field.name().to_owned(),
-            json!(formulation.variable_index(*field, parameters)),
-        )
+        let index = muscle.variable_index(formulation, *field);
+        (field.name().to_owned(), json!(index))
     });
     json!({
         "formulation": formulation.name(),
         "equation": formulation.equation(),
-        "index": formulation.index(parameters),
+        "index": muscle.index(formulation),
         "indices": indices.collect::<serde_json::Map<_, _>>(),
         "unknowns_paper": muscle.n_unknowns_paper(),
         "mesh": mesh(muscle),
