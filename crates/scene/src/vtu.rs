@@ -125,6 +125,11 @@ impl Series {
         self.quantities.iter().any(|own| own.is_of_stress())
     }
 
+    /// Returns whether the acceleration is among the fields.
+    pub fn has_acceleration(&self) -> bool {
+        self.quantities.contains(&Quantity::Acceleration)
+    }
+
     /// Returns a written file that no longer exists or is empty.
     pub fn missing(&self) -> Option<PathBuf> {
         self.listing.missing()

@@ -407,20 +407,23 @@ impl DynamicStiffness {
 struct Part {
     displacement: Vec<f64>,
     velocity: Vec<f64>,
+    acceleration: Vec<f64>,
     pressure: Vec<f64>,
     pressure_rate: Vec<f64>,
 }
 
 impl Amplitude {
     fn part(&self, part: fn(Complex64) -> f64) -> Part {
-        let value = |amplitudes: &[Complex64]| amplitudes.iter().map(|z| part(*z)).collect();
-        let rate = |amplitudes: &[Complex64]| {
-            let rates = amplitudes.iter().map(|z| part(self.s * z));
-            rates.collect()
+        let times = |factor: Complex64, amplitudes: &[Complex64]| {
+            let products = amplitudes.iter().map(|z| part(factor * z));
+            products.collect()
         };
+        let value = |amplitudes: &[Complex64]| times(Complex64::ONE, amplitudes);
+        let rate = |amplitudes: &[Complex64]| times(self.s, amplitudes);
         Part {
             displacement: value(&self.displacement),
             velocity: rate(&self.displacement),
+            acceleration: times(self.s * self.s, &self.displacement),
             pressure: value(&self.pressure),
             pressure_rate: rate(&self.pressure),
         }

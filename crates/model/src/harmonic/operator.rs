@@ -222,6 +222,7 @@ impl DynamicStiffness {
             solid: &muscle.solid,
             displacement: &moved(&self.u, step, &motion.displacement),
             velocity: &scaled(&motion.velocity),
+            acceleration: &scaled(&motion.acceleration),
             pressure: parameters.pressure(has_pressure.then_some(&pressure)),
             factors: None,
             p_rate: (has_pressure && parameters.is_damped()).then_some(&p_rate),

@@ -28,10 +28,15 @@ impl MuscleDae {
         self.context.beta > 0.0 && self.context.pressure_rate == PressureRateSource::Derivative
     }
 
-    /// Returns the body at time `t` for measurements. `y_dot` may be empty unless a stress is
-    /// measured that [needs it](Self::stress_needs_rates).
+    /// Returns the body at time `t` for measurements. `y_dot` may be empty for a body at rest, or
+    /// unless an acceleration or a stress is measured that [needs it](Self::stress_needs_rates).
     pub fn snapshot<'a>(&'a mut self, t: f64, y: &'a [f64], y_dot: &'a [f64]) -> Snapshot<'a> {
-        self.expand(t, y, None);
+        if y_dot.is_empty() {
+            self.expand(t, y, None);
+            self.work.acceleration.fill(0.0);
+        } else {
+            self.expand(t, y, Some(y_dot));
+        }
         let pressure = self.muscle.parameters.pressure(self.pressure(y));
         let p_rate = match self.context.pressure_rate {
             PressureRateSource::None => None,
@@ -43,6 +48,7 @@ impl MuscleDae {
             solid: &self.muscle.solid,
             displacement: &self.work.displacement,
             velocity: &self.work.velocity,
+            acceleration: &self.work.acceleration,
             pressure,
             factors: self.factors.as_deref(),
             p_rate,

@@ -72,6 +72,11 @@ impl Measurement {
         self.quantities.iter().any(|own| own.is_of_stress())
     }
 
+    /// Returns whether it contains an acceleration.
+    pub fn has_acceleration(&self) -> bool {
+        self.quantities.contains(&Quantity::Acceleration)
+    }
+
     /// Returns the number of states (det F, stress) computed per reading.
     pub fn stress_evaluations(&self) -> usize {
         let states = self
@@ -137,6 +142,7 @@ mod tests {
             solid,
             displacement: u,
             velocity: u,
+            acceleration: u,
             pressure: Pressure::Nodal(p),
             factors: None,
             p_rate: None,

@@ -72,6 +72,12 @@ quantities! {
         components: Components::Vector,
         reading: Reading::Fields(|body, place| body.vector_at(body.velocity, place)),
     }
+    /// Acceleration, m/s²; zero in an equilibrium.
+    Acceleration "a" {
+        names: ["a", "a"],
+        components: Components::Vector,
+        reading: Reading::Fields(|body, place| body.vector_at(body.acceleration, place)),
+    }
     /// Pressure, Pa, positive in compression; -tr σ/3 for `st-venant-kirchhoff`.
     Pressure "p" {
         names: ["p", "p"],

@@ -6,7 +6,7 @@ use myovib_fem::{ElementPoint, Fields, Pressure, Solid};
 /// State of a body at one time.
 ///
 /// # Shapes
-/// `displacement`, `velocity`: all nodal components.
+/// `displacement`, `velocity`, `acceleration`: all nodal components.
 #[derive(Debug, Clone, Copy)]
 pub struct Snapshot<'a> {
     /// Operators of the body.
@@ -15,6 +15,8 @@ pub struct Snapshot<'a> {
     pub displacement: &'a [f64],
     /// Velocity, m/s.
     pub velocity: &'a [f64],
+    /// Acceleration, m/s²; zero for a body at rest.
+    pub acceleration: &'a [f64],
     /// Pressure, or κ for a formulation without pressure.
     pub pressure: Pressure<'a>,
     /// Factors of the law's energy, if any.

@@ -223,6 +223,7 @@ pub(crate) fn unit(name: &str, in_space: bool) -> &'static str {
         "t" => "s",
         "u" | "penetration" => "m",
         "v" => "m/s",
+        "a" => "m/s²",
         "principal" if name.starts_with("principal_strain") => "",
         "p" | "stress" | "principal" | "von" | "tension" => "Pa",
         "V" if in_space => "m³",

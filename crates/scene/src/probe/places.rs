@@ -44,7 +44,8 @@ impl Reading for Places {
     }
 
     fn needs_rates(&self, system: &mut dyn System, y: &[f64]) -> bool {
-        self.0.iter().any(Measurement::has_stress) && stress_needs_rates(system, y)
+        self.0.iter().any(Measurement::has_acceleration)
+            || self.0.iter().any(Measurement::has_stress) && stress_needs_rates(system, y)
     }
 
     fn stress_evaluations(&self) -> u64 {

@@ -157,7 +157,10 @@ impl Outputs<'_> {
         while let Some(t) = times.due(to) {
             let inside = t.max(from);
             integrator.dense_output(inside, 0, &mut self.y)?;
-            if series.has_stress() && stress_needs_rates(integrator.problem_mut(), &self.y) {
+            let has_stress = series.has_stress();
+            if series.has_acceleration()
+                || has_stress && stress_needs_rates(integrator.problem_mut(), &self.y)
+            {
                 integrator.dense_output(inside, 1, &mut self.y_dot)?;
             }
             let measured = oscillations.measure(integrator.problem(), &self.y)?;

@@ -91,6 +91,7 @@ impl Grid {
         match quantity {
             Quantity::Displacement => return of_nodes(snapshot.displacement),
             Quantity::Velocity => return of_nodes(snapshot.velocity),
+            Quantity::Acceleration => return of_nodes(snapshot.acceleration),
             _ => {}
         }
         let width = quantity.columns(dimension).len();
