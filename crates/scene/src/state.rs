@@ -56,13 +56,18 @@ impl State {
         }
     }
 
-    /// Returns the undeformed body with a uniform velocity of the given components, m/s.
-    pub(crate) fn moving(space: &Space, velocity: &[f64]) -> Self {
+    /// Returns the undeformed body with the same velocity of these nodes, m/s, and the other nodes at rest.
+    pub(crate) fn moving(space: &Space, nodes: &[usize], velocity: &[f64]) -> Self {
+        let dimension = velocity.len();
+        let mut velocities = vec![0.0; space.n_nodes() * dimension];
+        for node in nodes {
+            velocities[dimension * node..][..dimension].copy_from_slice(velocity);
+        }
         Self {
             t: 0.0,
             mesh: key(space),
-            displacement: vec![0.0; space.n_nodes() * velocity.len()],
-            velocity: velocity.repeat(space.n_nodes()),
+            displacement: vec![0.0; velocities.len()],
+            velocity: velocities,
             tensions: Vec::new(),
             internal_stresses: Vec::new(),
             load_reached: None,

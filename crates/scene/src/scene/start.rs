@@ -67,7 +67,7 @@ impl Builder<'_> {
         }
         match start {
             InitialState::Equilibrium => Ok(Start::Equilibrium),
-            InitialState::Velocity { value } => {
+            InitialState::Velocity { group, value } => {
                 let space = muscle.solid.space();
                 if value.len() != space.dimension() {
                     let error = InputError::new(
@@ -77,7 +77,11 @@ impl Builder<'_> {
                     .allowed(space.dimension());
                     return Err(self.wrong("initial_state.value", error));
                 }
-                Ok(Start::State(State::moving(space, value)))
+                let nodes = match group {
+                    None => (0..space.n_nodes()).collect(),
+                    Some(group) => self.at("initial_state.group", space.nodes_of(group))?,
+                };
+                Ok(Start::State(State::moving(space, &nodes, value)))
             }
             InitialState::Restart { folder } => Ok(Start::State(self.ended(folder, muscle)?)),
         }

@@ -11,8 +11,11 @@ use serde::{Deserialize, Serialize};
 pub enum InitialState {
     /// Equilibrium under the loads at t = 0, at rest.
     Equilibrium,
-    /// Undeformed; one velocity of all free nodes.
+    /// Undeformed; one velocity of all free nodes, or of the free nodes of a group. For an incompressible
+    /// body, it is projected onto velocities that keep the volume.
     Velocity {
+        /// Group of nodes [default: all].
+        group: Option<String>,
         /// Velocity, m/s.
         #[schemars(length(min = 2, max = 3))]
         value: Vec<f64>,

@@ -135,6 +135,28 @@ fn a_body_may_start_with_a_velocity() {
     }
 }
 
+/// Only the nodes of the named group move at the start.
+#[test]
+fn a_group_may_start_with_a_velocity() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let set = [
+        "body_force=[]",
+        "time.end=1e-3",
+        "probe[0].interval=1e-3",
+        "probe[1].type=point",
+        "probe[1].at=[0.05, 0.02]",
+        "probe[1].quantities=[\"v\"]",
+        "probe[1].interval=1e-3",
+        "initial_state={ type = \"velocity\", group = \"right\", value = [0.1, 0.3] }",
+    ];
+    run(BLOCK, &set, &out);
+    assert_eq!(rows(&out, "end")[0][3..5], [0.1, 0.3]);
+    assert_eq!(rows(&out, "energy")[0][1..3], [0.0, 0.0]);
+    let wrong = "initial_state={ type = \"velocity\", group = \"rihgt\", value = [0.1, 0.3] }";
+    assert!(build(BLOCK, &["body_force=[]", wrong], folder.path()).is_err());
+}
+
 /// Checks that two consecutive runs equal one run within the tolerance, and so does an extended
 /// run.
 #[test]
