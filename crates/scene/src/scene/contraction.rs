@@ -128,7 +128,7 @@ impl Builder<'_> {
         springpot: &scene_file::material::Springpot,
         path: &str,
     ) -> Result<Springpot, InputError> {
-        if file.analysis.is_in_time() {
+        if file.analysis.is_in_time() || file.analysis == Analysis::Periodic {
             let error = InputError::new("a springpot has no stress in the time domain")
                 .next("compute a response, or use `prony` for a motion");
             return Err(self.wrong(path, error));
