@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use myovib_fem::Space;
 use myovib_fem::space::Degree;
 use myovib_model::{Components, Quantity, Snapshot};
+use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 pub use cloud::Cloud;
@@ -32,6 +33,8 @@ fn cell_type(space: &Space) -> usize {
 
 /// Name of the list of the fields on the mesh.
 pub const LIST: &str = "fields.pvd";
+/// Name of the list of the complex fields of a response.
+pub const AMPLITUDES_LIST: &str = "amplitudes.pvd";
 /// Name of the list of the values at places of chains.
 pub const PLACES_LIST: &str = "places.pvd";
 
@@ -97,6 +100,37 @@ impl Series {
             quantities,
             not_finite: None,
         }
+    }
+
+    /// Creates a series of complex fields in an existing `folder`, one file for each frequency.
+    pub(crate) fn of_amplitudes(folder: &Path, grid: Grid) -> Self {
+        Self {
+            listing: Listing::new(folder, listing::AMPLITUDES, &[]),
+            grid,
+            quantities: Vec::new(),
+            not_finite: None,
+        }
+    }
+
+    /// Writes real and imaginary parts of quantities at all points, as `u_re` and `u_im`, then the list of all files.
+    pub(crate) fn write_amplitudes(
+        &mut self,
+        frequency: f64,
+        space: &Space,
+        fields: &[(Quantity, Vec<Complex64>)],
+    ) -> io::Result<()> {
+        let mut points = String::new();
+        for (quantity, values) in fields {
+            let names = component_names(quantity.components());
+            let width = values.len() / self.grid.n_points();
+            let re: fn(&Complex64) -> f64 = |z| z.re;
+            for (suffix, part) in [("re", re), ("im", |z| z.im)] {
+                let name = format!("{}_{suffix}", quantity.label());
+                points += &floats(&name, names, width, values.iter().map(part));
+            }
+        }
+        let text = file(space, &self.grid, &points, &[]);
+        self.listing.add(frequency, &text)
     }
 
     /// Sets the non-finite values found in earlier files.

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use myovib_model::harmonic::HarmonicResponse;
 use myovib_model::statics::{self, Equilibrium};
-use myovib_model::{Field, Formulation, ModelError, Muscle, support};
+use myovib_model::{Field, Formulation, ModelError, Muscle, Quantity, Snapshot, support};
 use num_complex::Complex64;
 use serde::Serialize;
 
@@ -19,7 +19,7 @@ use crate::modes::{BodyModes, instability};
 use crate::probe::{HarmonicMotion, Reading};
 use crate::scene_file::response::Grid;
 use crate::watch::{Watcher, search};
-use crate::{Body, Error, InputError, Scene};
+use crate::{Body, Error, InputError, Scene, vtu};
 
 pub use adaptive::Adaptive;
 use adaptive::Samples;
@@ -52,12 +52,24 @@ pub struct Response {
     /// Frequencies and curves of the rational function through adaptive responses, for smooth plots.
     #[serde(skip)]
     pub drawn: Option<(Vec<f64>, Vec<Curves>)>,
+    /// Complex fields at the points of the body's grid.
+    #[serde(skip)]
+    pub fields: Vec<ComplexFields>,
     /// Whether the response was interrupted before its last frequency.
     #[serde(skip)]
     pub is_interrupted: bool,
     /// Notes on probes without amplitudes, chains, and stability.
     #[serde(skip)]
     pub notes: Vec<String>,
+}
+
+/// Complex fields at one frequency.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ComplexFields {
+    /// Frequency, Hz.
+    pub frequency: f64,
+    /// Values of all components at all points of the grid.
+    pub values: Vec<(Quantity, Vec<Complex64>)>,
 }
 
 /// Complex amplitudes of the values of a probe.
@@ -271,6 +283,7 @@ impl Response {
             interpolation_error,
             is_interrupted,
             drawn,
+            fields: Vec::new(),
             notes,
         })
     }
@@ -354,6 +367,11 @@ fn of_body(
         Ok(found?.into_iter().unzip())
     })?;
     found.preload_time = preload_time;
+    if let Some(own) = &scene.file.response
+        && !own.fields.is_empty()
+    {
+        found.fields = fields(&response, &vtu::Grid::of_body(body), &own.fields)?;
+    }
     found.notes.extend(at.instabilities.and_then(instability));
     // Follower pressures without an energy have no modes; their peaks are still valid.
     if !found.peaks.is_empty()
@@ -365,6 +383,26 @@ fn of_body(
         }
     }
     Ok(found)
+}
+
+/// Computes the fields of displacement and pressure at the given frequencies.
+fn fields(
+    response: &HarmonicResponse,
+    grid: &vtu::Grid,
+    frequencies: &[f64],
+) -> Result<Vec<ComplexFields>, ModelError> {
+    let found = response.map(frequencies, |amplitude| {
+        let field = |quantity| {
+            let read = |snapshot: &Snapshot<'_>| grid.values(snapshot, quantity).concat();
+            (quantity, response.stiffness().amplitudes(amplitude, read))
+        };
+        Ok([Quantity::Displacement, Quantity::Pressure]
+            .map(field)
+            .to_vec())
+    })?;
+    let fields = found.into_iter();
+    let fields = fields.map(|(frequency, values)| ComplexFields { frequency, values });
+    Ok(fields.collect())
 }
 
 /// Returns the equilibrium under the loads at a time, or the unloaded body.

@@ -10,6 +10,7 @@ use super::folder::{request, table_of};
 use super::{RunOptions, RunResult};
 use crate::csv::CsvWriter;
 use crate::response::{Curves, Response};
+use crate::vtu::{AMPLITUDES_LIST, Grid, Series};
 use crate::{Error, Scene};
 
 /// Computes the harmonic response of a scene.
@@ -21,6 +22,17 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     let folder = request.open().map_err(Error::before_any_output)?;
     for curves in &found.probes {
         folder.write(&table_of(&curves.name), table(&found, curves))?;
+    }
+    if let (Some(body), [_, ..]) = (&scene.body, &found.fields[..]) {
+        let mut series = Series::of_amplitudes(folder.path(), Grid::of_body(body));
+        for fields in &found.fields {
+            for name in series.next_files() {
+                folder.claim(&name)?;
+            }
+            let space = body.muscle.solid.space();
+            let written = series.write_amplitudes(fields.frequency, space, &fields.values);
+            written.map_err(Error::file("write", &folder.path().join(AMPLITUDES_LIST)))?;
+        }
     }
     let outcome = match found.is_interrupted {
         false => Outcome::Finished,

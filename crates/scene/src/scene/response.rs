@@ -19,6 +19,18 @@ impl Builder<'_> {
         let allowed = "0 Hz or more: a list, or a range as \"1..60:120\", \"1..60:120:log\" or \"1..60:adaptive\"";
         let grid = response.frequencies.grid();
         grid.map_err(|problem| self.wrong(path, InputError::new(problem).allowed(allowed)))?;
+        let is_valid = |frequency: &f64| (0.0..f64::INFINITY).contains(frequency);
+        if !response.fields.iter().all(is_valid) {
+            let error = InputError::new("a frequency is out of range").allowed("0 Hz or more");
+            return Err(self.wrong("response.fields", error));
+        }
+        if let (Some(_), [_, ..]) = (&file.rod, &response.fields[..]) {
+            let error = InputError::new("a rod has no fields");
+            return Err(self.wrong(
+                "response.fields",
+                error.next("remove the key, or use probes"),
+            ));
+        }
         if let Some(chain) = chains_that_act(file).next() {
             let error = InputError::new(format!(
                 "the chain `{chain}` acts back on the body, and its oscillators have no harmonic response"

@@ -157,7 +157,7 @@ pub enum Analysis {
     QuasiStatic,
     /// Lowest eigenmodes, in `modes.csv`.
     Modes,
-    /// Harmonic response to the loads with a `response`; no fields.
+    /// Harmonic response to the loads with a `response`.
     Response,
     /// Periodic motion under periodic loads, with its stability; no fields.
     Periodic,

@@ -15,6 +15,9 @@ pub struct Response {
     /// Time, s, of the preload [default: rest, without loads].
     #[schemars(range(min = 0))]
     pub preload_time: Option<f64>,
+    /// Frequencies, Hz, of the complex fields of displacement and pressure, which are listed in `amplitudes.pvd`.
+    #[serde(default)]
+    pub fields: Vec<f64>,
     /// Ratios of two values, such as transmissibility, impedance or apparent mass.
     #[serde(default)]
     pub ratio: Vec<Ratio>,

@@ -10,6 +10,9 @@ pub(super) const FIELDS: &str = "fields";
 /// Values at the places of chains.
 pub(super) const PLACES: &str = "places";
 
+/// Complex fields of a response.
+pub(super) const AMPLITUDES: &str = "amplitudes";
+
 /// Files of a series, one for each time.
 #[derive(Debug)]
 pub(super) struct Listing {

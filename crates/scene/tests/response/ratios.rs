@@ -11,7 +11,7 @@ const FREQUENCIES: [f64; 3] = [10.0, 40.0, 70.0];
 const RATIOS: [&str; 3] = ["transmissibility", "impedance", "apparent-mass"];
 
 /// A viscous slab on a rigid base, shaken at its upper face, with `n` cells across.
-fn slab(n: usize) -> String {
+pub(crate) fn slab(n: usize) -> String {
     let width = 0.03 / n as f64;
     let held = ["left", "right", "top"]
         .map(|group| format!("[[fixed]]\ngroup = \"{group}\"\ncomponents = [\"y\"]\n"));
