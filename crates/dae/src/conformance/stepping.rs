@@ -38,7 +38,7 @@ pub fn refuses_times_behind_and_values_that_are_no_numbers<M: Method>(method: &M
     let mut solver = method.build(request());
     solver.integrate_to(1.0).unwrap();
     for t in [0.5, f64::NAN, f64::INFINITY] {
-        let printed = if t == 0.5 { "behind" } else { "finite" };
+        let printed = if t == 0.5 { "t = 1" } else { "finite" };
         for error in [
             solver.step(t).unwrap_err(),
             solver.integrate_to(t).unwrap_err(),

@@ -109,7 +109,7 @@ fn chains_without_elements_are_refused() {
         (
             "[fields]",
             feedback,
-            ["act on their own elements", "leave out `group`"],
+            ["act on their own elements", "remove `group`"],
         ),
     ] {
         let found = refusal(from, to);
