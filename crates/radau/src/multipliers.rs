@@ -1,5 +1,7 @@
 //! Error of collocation in multipliers, and its removal.
 
+mod within;
+
 use myovib_dae::{LinearSolver, Problem, VariableKind};
 use serde::{Deserialize, Serialize};
 
@@ -46,6 +48,8 @@ pub(crate) struct Multipliers {
     y_dot: Vec<f64>,
     plain: Vec<f64>,
     defect: Vec<f64>,
+    /// Errors of all multipliers between the stages, point by point.
+    between: Vec<f64>,
 }
 
 /// A multiplier or a velocity of index 2.
@@ -61,6 +65,8 @@ struct Multiplier {
     missed: f64,
     /// e(−(a + ε)) of the current step.
     jump: f64,
+    /// e(ε) and the unexplained part, measured within the current step.
+    within: [f64; 2],
 }
 
 /// State of a multiplier, stored from step to step.
@@ -106,6 +112,7 @@ impl Multipliers {
             },
             missed: 0.0,
             jump: 0.0,
+            within: [0.0; 2],
         };
         let of_higher_index = (0..n).filter(|&i| indices[i] > 1);
         let list: Vec<_> = of_higher_index.map(multiplier).collect();
@@ -121,6 +128,7 @@ impl Multipliers {
             y_dot: room.clone(),
             plain: room.clone(),
             defect: room,
+            between: Vec::new(),
         }
     }
 
@@ -361,6 +369,11 @@ impl Multipliers {
 }
 
 impl Multiplier {
+    /// Returns whether this is an algebraic variable of index 2.
+    fn is_tested(&self) -> bool {
+        self.index == 2 && self.removable
+    }
+
     /// Returns the error to remove at t_n + θ h.
     fn removed_at(&self, method: &Method, theta: f64) -> f64 {
         let [of_missed, of_jump] = profile(method, self.index, theta);

@@ -3,75 +3,15 @@
 use myovib_dae::{LinearSolver, Linearization, Problem, StepError, StopReason};
 
 use super::state::{Jacobian, RadauSolver, step_of};
-use crate::dense::add_scaled;
 use crate::failure::{Failure, Failures, Operation, Rejection};
 use crate::memory::Memory;
 use crate::newton::{Newton, norm};
 use crate::options::StepSize;
 use crate::rounding::Sampling;
 
-/// Maximum number of times that a first step is halved.
-const MOST_HALVINGS: usize = 20;
-
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Attempts a step of size `h` and returns the size proposed for the next one. Only Newton's
-    /// state and the Jacobian change.
-    ///
-    /// The size of a first step is halved until its polynomial agrees, at its middle, with the end
-    /// of a step of half the size. This is necessary because the error estimate excludes the error
-    /// of algebraic variables, and high orders permit first steps that are longer than the time
-    /// scale of the input.
-    pub(super) fn attempt(&mut self, h: &mut f64, failures: Failures) -> Result<f64, Failure> {
-        if !self.fresh || self.options.step_size != StepSize::Adaptive {
-            return self.attempt_once(*h, failures);
-        }
-        let mut last = f64::INFINITY;
-        for _ in 0..MOST_HALVINGS {
-            self.attempt_once(0.5 * *h, failures)?;
-            let middle = self.newton.z[self.newton.z.len() - self.y.len()..].to_vec();
-            self.control.forget();
-            let proposal = self.attempt_once(*h, failures)?;
-            let [error, of_index_2] = self.differences(&middle);
-            // A difference that does not decrease is caused by rounding.
-            if error < 1.0 && (of_index_2 < 1.0 || of_index_2 > 0.5 * last) {
-                return Ok(proposal);
-            }
-            last = of_index_2;
-            self.control.forget();
-            *h *= 0.5;
-        }
-        self.attempt_once(*h, failures)
-    }
-
-    /// Returns the largest differences, for the variables of index 1 and of index 2, between the
-    /// increments `at_middle` and the polynomial of the last solved step at its middle, in units of
-    /// the tolerances.
-    fn differences(&self, at_middle: &[f64]) -> [f64; 2] {
-        let n = self.y.len();
-        let mut differences: Vec<f64> = at_middle.iter().map(|z| -z).collect();
-        for (j, z) in self.newton.z.chunks_exact(n).enumerate() {
-            add_scaled(&mut differences, self.method.basis(j, 0.5), z);
-        }
-        let mask = self.error_test.mask();
-        let mut largest = [0.0_f64; 2];
-        for i in 0..n {
-            let difference = mask[i] * differences[i].abs();
-            match self.multipliers.index(i) {
-                0 | 1 => {
-                    let tolerance = match self.interpolation.active {
-                        true => self.weights.solution_tolerance(i),
-                        false => 1.0 / self.weights.plain()[i],
-                    };
-                    largest[0] = largest[0].max(difference / tolerance);
-                }
-                2 => largest[1] = largest[1].max(difference / self.weights.own_tolerance(i)),
-                _ => {}
-            }
-        }
-        largest
-    }
-
-    fn attempt_once(&mut self, h: f64, failures: Failures) -> Result<f64, Failure> {
+    /// Solves a step of size `h` and tests its error. Returns the size proposed for the next step.
+    pub(super) fn attempt_once(&mut self, h: f64, failures: Failures) -> Result<f64, Failure> {
         if let Some(memory) = &mut self.memory {
             memory.begin(&mut self.problem, (&self.method, h), self.t, &self.y)?;
         }
@@ -102,20 +42,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Rejects a step whose rounding exceeds the tolerances because it is too short, and all
     /// shorter steps.
     fn expect_small_rounding(&mut self, h: f64) -> Result<(), Failure> {
-        let step = step_of!(self, h);
-        let (problem, matrices) = (&mut self.problem, &mut self.matrices);
-        let (rounding, counters) = (&mut self.rounding, &mut self.counters);
-        let at_start = (&self.y_dot[..], None);
-        rounding.sample(
-            problem,
-            matrices,
-            &step,
-            at_start,
-            Sampling::THOROUGH,
-            counters,
-        )?;
-        let n = step.y.len();
-        if norm((0..n).map(|i| rounding.of(i) * step.weights[i]), n) < 1.0 {
+        self.sample_rounding(h, None)?;
+        let (n, weights) = (self.y.len(), self.weights.scaled());
+        if norm((0..n).map(|i| self.rounding.of(i) * weights[i]), n) < 1.0 {
             return Ok(());
         }
         Err(Failure::Rejected(Rejection {
@@ -123,6 +52,22 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             message: format!("rounding exceeds the tolerances at h = {h:e}"),
             step_factor: 0.0,
         }))
+    }
+
+    /// Measures the rounding of the step of size `h` after a step of size `last` thoroughly.
+    pub(super) fn sample_rounding(&mut self, h: f64, last: Option<f64>) -> Result<(), Failure> {
+        let step = step_of!(self, h);
+        let (problem, matrices) = (&mut self.problem, &mut self.matrices);
+        let (rounding, counters) = (&mut self.rounding, &mut self.counters);
+        let at_start = (&self.y_dot[..], last);
+        rounding.sample(
+            problem,
+            matrices,
+            &step,
+            at_start,
+            Sampling::THOROUGH,
+            counters,
+        )
     }
 
     /// Evaluates the integrands at the stages, with the multipliers corrected for their errors.
@@ -197,6 +142,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             }
             let for_multipliers = self.measure_multipliers(h)?;
             let for_multipliers = for_multipliers.min(self.limit_for_index_2(h)?);
+            self.expect_smooth_multipliers(h)?;
             let proposal = self.control.accept(h, error, iterations);
             return Ok(proposal.min(for_multipliers).min(for_output));
         }

@@ -267,6 +267,7 @@ impl<P: Problem> RadauBuilder<P> {
             fresh: true,
             began_afresh: false,
             refused: None,
+            jump: None,
             next_limit: None,
             problem,
             matrices,

@@ -1,8 +1,8 @@
 //! The integrator.
 //!
 //! [`RadauSolver`] is constructed in `builder`; `state` lists its data. `stepping` drives it: it
-//! repeats an `attempt` until a step is accepted, and `events` stops within steps. `output` returns
-//! results between steps.
+//! repeats an `attempt` until a step is accepted, and `events` stops within steps. `verification`
+//! repeats first steps and steps with jumps of multipliers. `output` returns results between steps.
 
 mod attempt;
 mod builder;
@@ -14,6 +14,7 @@ mod restart;
 mod saved;
 mod state;
 mod stepping;
+mod verification;
 
 pub use builder::RadauBuilder;
 pub(crate) use last_step::AcceptedStep;

@@ -65,6 +65,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.control = self.options.control(self.multipliers.any());
         self.multipliers.restart(y0);
         (self.fresh, self.refused, self.next_limit) = (true, None, None);
+        self.jump = None;
         self.jacobian = Jacobian::Due;
         self.set_up_for = None;
         self.pause = None;
@@ -117,7 +118,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             self.weigh();
         }
         self.start_afresh();
-        (self.h, self.refused) = (None, None);
+        (self.h, self.refused, self.jump) = (None, None, None);
     }
 
     /// Restarts the memory at (t, y) with its current states. If it cannot be evaluated there, the

@@ -31,6 +31,8 @@ pub struct RadauState {
     fresh: bool,
     #[serde(default)]
     refused: Option<String>,
+    #[serde(default)]
+    jump: Option<[f64; 2]>,
     next_limit: Option<f64>,
     stop_time: Option<f64>,
     last: Collocation,
@@ -99,6 +101,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             h: self.h,
             fresh: self.fresh,
             refused: self.refused.clone(),
+            jump: self.jump,
             next_limit: self.next_limit,
             stop_time: self.options.stop_time,
             last: self.collocation.clone(),
@@ -139,6 +142,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.y_dot.copy_from_slice(&state.y_dot);
         (self.fresh, self.refused, self.next_limit) =
             (state.fresh, state.refused.clone(), state.next_limit);
+        self.jump = state.jump;
         self.options.stop_time = state.stop_time;
         self.collocation = state.last.clone();
         self.predictor.restore(state.continues);
@@ -179,6 +183,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let times = [Some(state.t), state.stop_time];
         let times: Vec<f64> = times.into_iter().flatten().collect();
         expect_finite("times of the state", &times)?;
+        expect_finite(
+            "jump of the state",
+            state.jump.as_ref().map_or(&[], |jump| jump),
+        )?;
         let steps = [
             state.h,
             state.next_limit,

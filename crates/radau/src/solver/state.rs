@@ -54,6 +54,9 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     pub(super) began_afresh: bool,
     /// Reason why the problem has rejected steps longer than the next one, if any.
     pub(super) refused: Option<String>,
+    /// End of the first step in which a multiplier of index 2 jumped, and the size down to which
+    /// steps before this time are shortened; when a step contains the jump, its start and 0.
+    pub(super) jump: Option<[f64; 2]>,
     /// Limit for the next step only.
     pub(super) next_limit: Option<f64>,
     /// Polynomial of the last accepted step.

@@ -169,6 +169,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     fn taken(&mut self, h: f64, wanted: f64, limit: f64, proposal: f64) -> Outcome {
         let at_limit = h >= limit - self.t;
         self.accept(h, if at_limit { limit } else { self.t + h });
+        if self.last_step_jumped() {
+            self.start_afresh();
+        }
         // After a step that was shortened to meet a limit, the next one may grow by the largest
         // permitted factor.
         let next = if h < wanted && proposal >= FACTORS.1 * h {

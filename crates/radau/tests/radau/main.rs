@@ -3,6 +3,7 @@
 
 mod adjoint;
 mod between;
+mod circuits;
 mod common;
 mod conformance;
 mod control;

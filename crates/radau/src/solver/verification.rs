@@ -1,0 +1,175 @@
+//! Verification of first steps, and of multipliers of index 2 in all steps.
+
+use myovib_dae::{LinearSolver, Problem, StopReason};
+
+use super::state::{RadauSolver, step_of};
+use crate::dense::add_scaled;
+use crate::failure::{Failure, Failures, Rejection};
+use crate::options::StepSize;
+
+/// Maximum number of times that a first step is halved.
+const MOST_HALVINGS: usize = 20;
+
+/// Unexplained error of a multiplier of index 2, in units of its tolerance, that indicates a jump.
+/// A multiplier may lose two digits, and the step size control keeps this error of a smooth solution
+/// below about ten tolerances.
+const UNEXPLAINED: f64 = 30.0;
+
+/// Difference between the leading errors of a multiplier of index 2 within the step and from the
+/// last step, in units of its tolerance, that indicates a jump. The leading error of a smooth
+/// solution is removed and may change by some hundred tolerances from step to step.
+const DIFFERENT: f64 = 300.0;
+
+/// Fraction of a rejected step below which a step that contains a jump is accepted.
+const SHORTEST: f64 = 1.0 / 4096.0;
+
+impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
+    /// Attempts a step of size `h` and returns the size proposed for the next one. Only Newton's
+    /// state and the Jacobian change.
+    ///
+    /// The size of a first step is halved until its polynomial agrees, at its middle, with the end
+    /// of a step of half the size. This is necessary because the error estimate excludes the error
+    /// of algebraic variables, and high orders permit first steps that are longer than the time
+    /// scale of the input.
+    pub(super) fn attempt(&mut self, h: &mut f64, failures: Failures) -> Result<f64, Failure> {
+        if !self.fresh || self.options.step_size != StepSize::Adaptive {
+            return self.attempt_once(*h, failures);
+        }
+        let mut last = f64::INFINITY;
+        for _ in 0..MOST_HALVINGS {
+            self.attempt_once(0.5 * *h, failures)?;
+            let middle = self.newton.z[self.newton.z.len() - self.y.len()..].to_vec();
+            self.control.forget();
+            let proposal = self.attempt_once(*h, failures)?;
+            let [error, of_index_2] = self.differences(&middle);
+            // A difference that does not decrease is caused by rounding.
+            let is_accurate = error < 1.0 && (of_index_2 < 1.0 || of_index_2 > 0.5 * last);
+            if is_accurate && self.is_smooth_within(*h)? {
+                return Ok(proposal);
+            }
+            last = of_index_2;
+            self.control.forget();
+            *h *= 0.5;
+        }
+        self.attempt_once(*h, failures)
+    }
+
+    /// Returns the largest differences, for the variables of index 1 and of index 2, between the
+    /// increments `at_middle` and the polynomial of the last solved step at its middle, in units of
+    /// the tolerances.
+    fn differences(&self, at_middle: &[f64]) -> [f64; 2] {
+        let n = self.y.len();
+        let mut differences: Vec<f64> = at_middle.iter().map(|z| -z).collect();
+        for (j, z) in self.newton.z.chunks_exact(n).enumerate() {
+            let basis = self.method.basis(j, 0.5);
+            add_scaled(&mut differences, basis, z);
+            if self.last_step_jumped() {
+                // The values of multipliers at the start are not known.
+                for &i in &self.algebraic {
+                    differences[i] += basis * (self.method.nodes()[j] / 0.5 - 1.0) * z[i];
+                }
+            }
+        }
+        let mask = self.error_test.mask();
+        let mut largest = [0.0_f64; 2];
+        for i in 0..n {
+            let difference = mask[i] * differences[i].abs();
+            match self.multipliers.index(i) {
+                0 | 1 => {
+                    let tolerance = match self.interpolation.active {
+                        true => self.weights.solution_tolerance(i),
+                        false => 1.0 / self.weights.plain()[i],
+                    };
+                    largest[0] = largest[0].max(difference / tolerance);
+                }
+                2 => largest[1] = largest[1].max(difference / self.weights.own_tolerance(i)),
+                _ => {}
+            }
+        }
+        largest
+    }
+
+    /// Rejects a step in which a multiplier of index 2 jumps. The error estimate does not contain
+    /// its error.
+    ///
+    /// Multipliers of index 2 contain the derivative of the polynomial. If an input or a
+    /// characteristic has a kink between the stages, they jump and are wrong at the end of the step,
+    /// although all equations are satisfied at the stages. Shorter steps locate the kink, until a
+    /// step of the fraction [`SHORTEST`] contains it. This step is accepted without a removal of
+    /// errors, and the next one is a first step.
+    pub(super) fn expect_smooth_multipliers(&mut self, h: f64) -> Result<(), Failure> {
+        let (step, last) = (step_of!(self, h), self.collocation.h);
+        let tolerance = |i| self.weights.solution_tolerance(i);
+        let is_tested = !self.fresh && self.multipliers.grow_suddenly(&step, last, tolerance);
+        if !is_tested || self.is_smooth_within(h)? {
+            return Ok(());
+        }
+        let known = self.jump.filter(|[end, _]| self.t < *end);
+        let [end, shortest] = known.unwrap_or([self.t + h, SHORTEST * h]);
+        if h <= shortest {
+            self.multipliers.discard();
+            self.jump = Some([self.t, 0.0]);
+            return Ok(());
+        }
+        self.jump = Some([end, shortest]);
+        Err(Failure::Rejected(Rejection {
+            reason: StopReason::ErrorTestFailures,
+            message: format!("a multiplier of index 2 jumps in the step of size h = {h:e}"),
+            step_factor: 0.25,
+        }))
+    }
+
+    /// Returns whether the last step contains a jump of a multiplier.
+    pub(super) fn last_step_jumped(&self) -> bool {
+        self.jump == Some([self.collocation.t0, 0.0])
+    }
+
+    /// Returns whether the multipliers of index 2 are smooth within the step.
+    fn is_smooth_within(&mut self, h: f64) -> Result<bool, Failure> {
+        // Internal variables are not known between the stages. The fit needs three points.
+        let is_possible = self.memory.is_none() && self.method.stages() > 2;
+        if !is_possible || !self.multipliers.are_of_index_2() {
+            return Ok(true);
+        }
+        let step = step_of!(self, h);
+        let (problem, matrices) = (&mut self.problem, &mut self.matrices);
+        let (solved, counters) = (
+            (&self.newton.z[..], &self.algebraic[..]),
+            &mut self.counters,
+        );
+        let multipliers = &mut self.multipliers;
+        match multipliers.measure_within(problem, matrices, &step, solved, counters) {
+            Ok(()) => {}
+            // F need not have a value between the stages.
+            Err(Failure::Rejected(_)) => return Ok(true),
+            Err(fatal) => return Err(fatal),
+        }
+        if self.unexplained(|_| 0.0) >= 1.0 {
+            self.sample_rounding(h, (!self.fresh).then_some(self.collocation.h))?;
+            if self.unexplained(|i| self.rounding.of(i)) >= 1.0 {
+                return Ok(false);
+            }
+        }
+        if self.fresh {
+            let tolerance = |i| DIFFERENT * self.weights.solution_tolerance(i);
+            self.multipliers.use_within(&self.method, tolerance);
+        }
+        Ok(true)
+    }
+
+    /// Returns the largest error beyond `rounding`, in units of the error at which a multiplier
+    /// jumps.
+    fn unexplained(&self, rounding: impl Fn(usize) -> f64) -> f64 {
+        let errors = self.multipliers.within(&self.method).map(|within| {
+            let i = within.variable;
+            let different = match self.fresh {
+                true => 0.0,
+                false => (within.difference - rounding(i)) / DIFFERENT,
+            };
+            let unexplained = (within.unexplained - rounding(i)) / UNEXPLAINED;
+            self.error_test.mask()[i] * unexplained.max(different)
+                / self.weights.solution_tolerance(i)
+        });
+        errors.fold(0.0, f64::max)
+    }
+}
