@@ -79,7 +79,7 @@ impl Advice {
 
     /// Returns the multipliers of index 2 and higher, which should be excluded from the error test
     /// of BDF. Radau IIA scales their errors by powers of the step.
-    pub fn to_leave_out(&self) -> Vec<Field> {
+    pub fn to_exclude(&self) -> Vec<Field> {
         if !self.is_bdf() {
             return Vec::new();
         }
@@ -242,7 +242,7 @@ impl Advice {
             return None;
         }
         let tested: Vec<Field> = self
-            .to_leave_out()
+            .to_exclude()
             .into_iter()
             .filter(|field| !self.settings.suppressed.contains(field))
             .collect();
@@ -256,7 +256,7 @@ impl Advice {
                 format!("{field} (index {index})")
             })
             .collect();
-        let mut remedies = vec![Remedy::LeaveOut(tested.clone())];
+        let mut remedies = vec![Remedy::Exclude(tested.clone())];
         remedies.extend(self.order_bound());
         Some(Finding {
             problem: format!(
@@ -303,7 +303,7 @@ impl Advice {
             let remedies = std::iter::once(remedy).chain(self.order_bound());
             self.of_highest_index(problem, remedies.collect())
         };
-        let multipliers = !self.to_leave_out().is_empty();
+        let multipliers = !self.to_exclude().is_empty();
         if multipliers && self.weighs_plainly() {
             causes.push(finding(self.magnified(), Remedy::WeighByStep));
         }
@@ -313,6 +313,12 @@ impl Advice {
         }
         if let Some(remedy) = self.lower() {
             causes.push(finding(self.magnified(), remedy));
+        }
+        if self.is_bdf() {
+            causes.push(finding(
+                self.magnified(),
+                Remedy::Method(IntegratorKind::Radau9),
+            ));
         }
         if causes.is_empty() {
             let change = "use a finite kappa, which lowers the index";

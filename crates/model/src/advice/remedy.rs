@@ -4,17 +4,19 @@ use std::fmt;
 
 use crate::field::Field;
 use crate::formulation::Formulation;
-use crate::integration::settings::{MultiplierWeights, Settings};
+use crate::integration::settings::{IntegratorKind, MultiplierWeights, Settings};
 
 /// A change of formulation or settings.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Remedy {
     /// Exclude these blocks from the error test.
-    LeaveOut(Vec<Field>),
+    Exclude(Vec<Field>),
     /// Scale the error weights of multipliers by the step.
     WeighByStep,
     /// Limit the order of BDF.
     MaxOrder(u8),
+    /// Use another integrator.
+    Method(IntegratorKind),
     /// Use another formulation of the same physics with this index.
     Reformulate(Formulation, u8),
     /// Loosen the relative tolerance to this value, and the absolute tolerances by the same factor.
@@ -31,7 +33,7 @@ impl Remedy {
     /// exclusions from the error test.
     pub fn apply(&self, formulation: &mut Formulation, settings: &mut Settings) {
         match self {
-            Self::LeaveOut(fields) => {
+            Self::Exclude(fields) => {
                 for field in fields {
                     if !settings.suppressed.contains(field) {
                         settings.suppressed.push(*field);
@@ -40,6 +42,7 @@ impl Remedy {
             }
             Self::WeighByStep => settings.multiplier_weights = MultiplierWeights::StepScaled,
             Self::MaxOrder(order) => settings.max_order = settings.max_order.min(*order),
+            Self::Method(other) => *settings = settings.clone().with_integrator(*other),
             Self::Reformulate(other, _) => {
                 let defaults = Settings::paper(*other).with_integrator(settings.integrator);
                 settings.suppressed = defaults.suppressed;
@@ -57,7 +60,7 @@ impl Remedy {
 impl fmt::Display for Remedy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::LeaveOut(fields) => {
+            Self::Exclude(fields) => {
                 write!(f, "exclude {} from the error test", symbols(fields))
             }
             Self::WeighByStep => write!(
@@ -66,6 +69,7 @@ impl fmt::Display for Remedy {
                 MultiplierWeights::StepScaled.name()
             ),
             Self::MaxOrder(order) => write!(f, "use order {order} at most"),
+            Self::Method(other) => write!(f, "use the method `{}`", other.name()),
             Self::Reformulate(other, index) => {
                 write!(f, "use the formulation `{other}` (index {index})")
             }

@@ -165,7 +165,7 @@ fn check_warns_in_the_same_words() {
     let report = check::check(&muscle, bad.formulation, &bad.settings, None).unwrap();
     assert_eq!(report.advice.index(), 3);
     assert_eq!(report.computed.decided(), Some(3));
-    assert_eq!(report.advice.to_leave_out(), [Field::Pressure]);
+    assert_eq!(report.advice.to_exclude(), [Field::Pressure]);
     assert_eq!(report.findings[0], bad.advice().causes()[0]);
     assert!(report.residuals.iter().all(|block| block.largest == 0.0));
 

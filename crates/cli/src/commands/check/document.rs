@@ -178,13 +178,13 @@ impl From<&Finding> for WarningJson {
 /// Returns the findings for a body and its chains.
 pub(super) fn document(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> BodyJson {
     let parameters = &body.muscle.parameters;
-    let leave_out = report.advice.to_leave_out();
+    let to_exclude = report.advice.to_exclude();
     let blocks = report.unknowns.iter().map(|(field, unknowns)| BlockJson {
         field: field.name(),
         unknowns: *unknowns,
         index: body.formulation.variable_index(*field, parameters),
         left_out: body.settings.suppressed.contains(field),
-        better_left_out: leave_out.contains(field),
+        better_left_out: to_exclude.contains(field),
     });
     let chains = scene.chains.iter().map(|chain| ChainJson {
         name: chain.name.clone(),

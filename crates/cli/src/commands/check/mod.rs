@@ -151,7 +151,7 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
         ("index", Align::Right),
         ("error test", Align::Left),
     ]);
-    let leave_out = report.advice.to_leave_out();
+    let to_exclude = report.advice.to_exclude();
     let mut total = 0;
     let mut row = |name: String, number: usize, index: u8, tested: &str| {
         total += number;
@@ -165,7 +165,7 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
     for (field, number) in &report.unknowns {
         let tested = match body.settings.suppressed.contains(field) {
             true => "left out",
-            false if leave_out.contains(field) => "in, better left out",
+            false if to_exclude.contains(field) => "in, better left out",
             false => "in",
         };
         let index = body.formulation.variable_index(*field, parameters);
