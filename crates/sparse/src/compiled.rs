@@ -2,7 +2,7 @@
 
 use crate::product::Product;
 use crate::supernodal::Supernodal;
-use crate::{Factorization, Scalar, SparseError};
+use crate::{Factorization, Number, Scalar, SparseError};
 
 impl Product {
     /// Subtracts A x: `y` -= A `x`. `values` holds the entries of A in the order of the pattern.
@@ -46,7 +46,7 @@ impl Product {
     }
 }
 
-impl<T: Scalar> Supernodal<T> {
+impl<T: Number> Supernodal<T> {
     /// Factorizes the matrix with these `values`, given in the order of the analyzed pattern.
     ///
     /// # Errors
@@ -57,17 +57,19 @@ impl<T: Scalar> Supernodal<T> {
 
     /// Solves A x = b in place with the last factors.
     pub fn solve(&mut self, rhs: &mut [T]) {
-        T::solve_by_blocks(self, rhs, 1, false);
-    }
-
-    /// Solves A X = B in place with the last factors. B is stored by rows.
-    pub fn solve_columns(&mut self, rhs: &mut [T], n_columns: usize) {
-        T::solve_by_blocks(self, rhs, n_columns, false);
+        T::solve_by_blocks(self, rhs, false);
     }
 
     /// Solves Aᵀ x = b in place (transposed, not conjugated) with the last factors.
     pub fn solve_transposed(&mut self, rhs: &mut [T]) {
-        T::solve_by_blocks(self, rhs, 1, true);
+        T::solve_by_blocks(self, rhs, true);
+    }
+}
+
+impl<T: Scalar> Supernodal<T> {
+    /// Solves A X = B in place with the last factors. B is stored by rows.
+    pub fn solve_columns(&mut self, rhs: &mut [T], n_columns: usize) {
+        T::solve_columns_by_blocks(self, rhs, n_columns);
     }
 }
 

@@ -1,4 +1,4 @@
-//! Settings of factorizations with pivoting.
+//! Settings of factorizations.
 
 /// Fill-reducing ordering of the columns (with AMD also of the rows).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -47,10 +47,25 @@ impl Scaling {
     }
 }
 
-/// Settings of factorizations with pivoting. The defaults are KLU's. faer, which replaces KLU in builds without it,
-/// ignores them.
+/// Precision of factors. Matrices and solutions are always in double precision.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Precision {
+    /// Double precision.
+    #[default]
+    Double,
+    /// Single precision with iterative refinement, and double precision if the refinement does not converge. For
+    /// Newton's method: after a factorization, only the first solution is refined if its error was small.
+    Mixed,
+    /// [`Mixed`](Self::Mixed) for large matrices.
+    Auto,
+}
+
+/// Settings of factorizations. Except for `precision`, they apply to factorizations with pivoting; the defaults are KLU's.
+/// faer, which replaces KLU in builds without it, ignores them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SparseOptions {
+    /// Precision of factors without pivoting; [`Precision::Double`] by default.
+    pub precision: Precision,
     /// Fill-reducing ordering; [`Ordering::Amd`] by default.
     pub ordering: Ordering,
     /// Whether to permute to block triangular form first; on by default. The permutation starts from a maximum
@@ -80,6 +95,7 @@ pub(crate) struct RawOptions {
 impl Default for SparseOptions {
     fn default() -> Self {
         Self {
+            precision: Precision::default(),
             ordering: Ordering::default(),
             btf: true,
             scaling: Scaling::default(),

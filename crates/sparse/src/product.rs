@@ -69,6 +69,24 @@ impl Product {
         }
     }
 
+    /// Calls `visit` with the index, the row and the column of each entry.
+    pub(crate) fn for_each_entry(&self, mut visit: impl FnMut(usize, usize, usize)) {
+        for group in &self.groups {
+            let pairs = self.rows[group.pairs.clone()].iter();
+            let pairs = pairs.flat_map(|&row| [row as usize, row as usize + 1]);
+            let single = self.rows[group.single.clone()]
+                .iter()
+                .map(|&row| row as usize);
+            let rows = pairs.chain(single).enumerate();
+            for column in 0..=usize::from(group.is_double) {
+                let first = group.entries.start + column * group.entries.len();
+                for (k, row) in rows.clone() {
+                    visit(first + k, row, group.column + column);
+                }
+            }
+        }
+    }
+
     /// Returns the size on the heap in bytes.
     pub(crate) fn n_bytes(&self) -> usize {
         size_of_val(&self.groups[..]) + size_of_val(&self.rows[..])

@@ -1,11 +1,11 @@
 //! Rows of several right-hand sides, held in vector registers.
 
-use num_complex::Complex64;
+use num_complex::Complex;
 
-use crate::Scalar;
+use crate::Number;
 
 /// The entries of one row of several right-hand sides, which are multiplied by the same matrix
-/// entry: one number, or [several](Scalar::Columns).
+/// entry: one number, or [several](Number::Columns).
 pub trait Row<T>: Copy + Send + Sync + std::fmt::Debug {
     /// A row of zeros.
     fn zeros() -> Self;
@@ -29,7 +29,7 @@ pub trait Row<T>: Copy + Send + Sync + std::fmt::Debug {
     fn minus_product(self, a: T, x: Self) -> Self;
 }
 
-impl<T: Scalar> Row<T> for T {
+impl<T: Number> Row<T> for T {
     #[inline(always)]
     fn zeros() -> Self {
         Self::zero()
@@ -63,27 +63,27 @@ impl<T: Scalar> Row<T> for T {
 
 /// A row of `C` real numbers.
 #[derive(Debug, Clone, Copy)]
-pub struct Reals<const C: usize>([f64; C]);
+pub struct Reals<F, const C: usize>([F; C]);
 
 /// A row of `C` complex numbers: all real parts, then all imaginary parts.
 #[derive(Debug, Clone, Copy)]
-pub struct Complexes<const C: usize>([[f64; C]; 2]);
+pub struct Complexes<F, const C: usize>([[F; C]; 2]);
 
-impl<const C: usize> Row<f64> for Reals<C> {
+impl<F: Number, const C: usize> Row<F> for Reals<F, C> {
     #[inline(always)]
     fn zeros() -> Self {
-        Self([0.0; C])
+        Self([F::zero(); C])
     }
 
     #[inline(always)]
-    fn load(row: &[f64]) -> Self {
-        let mut values = [0.0; C];
+    fn load(row: &[F]) -> Self {
+        let mut values = [F::zero(); C];
         values.copy_from_slice(&row[..C]);
         Self(values)
     }
 
     #[inline(always)]
-    fn store(self, row: &mut [f64]) {
+    fn store(self, row: &mut [F]) {
         row[..C].copy_from_slice(&self.0);
     }
 
@@ -96,7 +96,7 @@ impl<const C: usize> Row<f64> for Reals<C> {
     }
 
     #[inline(always)]
-    fn times(mut self, a: f64) -> Self {
+    fn times(mut self, a: F) -> Self {
         for c in 0..C {
             self.0[c] *= a;
         }
@@ -104,22 +104,25 @@ impl<const C: usize> Row<f64> for Reals<C> {
     }
 
     #[inline(always)]
-    fn minus_product(mut self, a: f64, x: Self) -> Self {
+    fn minus_product(mut self, a: F, x: Self) -> Self {
         for c in 0..C {
-            self.0[c] = a.mul_add(-x.0[c], self.0[c]);
+            self.0[c] = self.0[c].plus_product(a, -x.0[c]);
         }
         self
     }
 }
 
-impl<const C: usize> Row<Complex64> for Complexes<C> {
+impl<F: Number, const C: usize> Row<Complex<F>> for Complexes<F, C>
+where
+    Complex<F>: Number,
+{
     #[inline(always)]
     fn zeros() -> Self {
-        Self([[0.0; C]; 2])
+        Self([[F::zero(); C]; 2])
     }
 
     #[inline(always)]
-    fn load(row: &[Complex64]) -> Self {
+    fn load(row: &[Complex<F>]) -> Self {
         let mut values = Self::zeros();
         let [re, im] = &mut values.0;
         for ((re, im), x) in re.iter_mut().zip(im).zip(&row[..C]) {
@@ -129,7 +132,7 @@ impl<const C: usize> Row<Complex64> for Complexes<C> {
     }
 
     #[inline(always)]
-    fn store(self, row: &mut [Complex64]) {
+    fn store(self, row: &mut [Complex<F>]) {
         let [re, im] = self.0;
         for ((re, im), x) in re.iter().zip(&im).zip(&mut row[..C]) {
             (x.re, x.im) = (*re, *im);
@@ -139,37 +142,43 @@ impl<const C: usize> Row<Complex64> for Complexes<C> {
     #[inline(always)]
     fn plus(mut self, other: Self) -> Self {
         let parts = self.0.as_flattened_mut();
-        for (own, other) in parts.iter_mut().zip(other.0.as_flattened()) {
+        for (own, &other) in parts.iter_mut().zip(other.0.as_flattened()) {
             *own += other;
         }
         self
     }
 
     #[inline(always)]
-    fn times(self, a: Complex64) -> Self {
+    fn times(self, a: Complex<F>) -> Self {
         Self::zeros().minus_product(-a, self)
     }
 
     #[inline(always)]
-    fn minus_product(mut self, a: Complex64, x: Self) -> Self {
+    fn minus_product(mut self, a: Complex<F>, x: Self) -> Self {
         // The parts of two columns do not fill a vector register.
         if C < 4 {
             let ([re, im], [x_re, x_im]) = (&mut self.0, x.0);
             for c in 0..C {
-                re[c] = a.im.mul_add(x_im[c], a.re.mul_add(-x_re[c], re[c]));
-                im[c] = a.im.mul_add(-x_re[c], a.re.mul_add(-x_im[c], im[c]));
+                re[c] = re[c]
+                    .plus_product(a.re, -x_re[c])
+                    .plus_product(a.im, x_im[c]);
+                im[c] = im[c]
+                    .plus_product(a.re, -x_im[c])
+                    .plus_product(a.im, -x_re[c]);
             }
             return self;
         }
         // −i x.
         let mut turned = [x.0[1]; 2];
-        for (turned, re) in turned[1].iter_mut().zip(&x.0[0]) {
+        for (turned, &re) in turned[1].iter_mut().zip(&x.0[0]) {
             *turned = -re;
         }
         let parts = self.0.as_flattened_mut();
         let (x, turned) = (x.0.as_flattened(), turned.as_flattened());
         for k in 0..2 * C {
-            parts[k] = a.im.mul_add(turned[k], a.re.mul_add(-x[k], parts[k]));
+            parts[k] = parts[k]
+                .plus_product(a.re, -x[k])
+                .plus_product(a.im, turned[k]);
         }
         self
     }

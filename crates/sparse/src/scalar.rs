@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use faer::traits::ComplexField;
 use nalgebra_sparse::pattern::SparsityPattern;
-use num_complex::{Complex64, ComplexFloat};
+use num_complex::{Complex32, Complex64, ComplexFloat};
 
 use crate::engine::Engine;
 #[cfg(not(klu))]
@@ -20,25 +20,31 @@ use crate::supernodal::Supernodal;
 use crate::{Factorization, Kind, SparseError};
 
 mod sealed {
-    #[cfg(klu)]
-    pub trait Sealed: crate::ffi::klu::Entry {}
-    #[cfg(not(klu))]
-    pub trait Sealed {}
+    pub trait Number {}
 
-    impl Sealed for f64 {}
-    impl Sealed for super::Complex64 {}
+    impl Number for f32 {}
+    impl Number for f64 {}
+    impl Number for super::Complex32 {}
+    impl Number for super::Complex64 {}
+
+    #[cfg(klu)]
+    pub trait Scalar: crate::ffi::klu::Entry {}
+    #[cfg(not(klu))]
+    pub trait Scalar {}
+
+    impl Scalar for f64 {}
+    impl Scalar for super::Complex64 {}
 }
 
-/// The scalar type of a matrix: `f64` or `Complex64`.
+/// An entry of [`Supernodal`] factors: real or complex, in single or double precision.
 ///
 /// The methods are used by this crate; they instantiate its kernels.
-pub trait Scalar:
-    sealed::Sealed
-    + ComplexFloat<Real = f64>
+pub trait Number:
+    sealed::Number
+    + ComplexFloat
     + ComplexField
     + Send
     + Sync
-    + Mul<f64, Output = Self>
     + AddAssign
     + MulAssign
     + SubAssign
@@ -51,13 +57,6 @@ pub trait Scalar:
     /// Returns `self` + a b, with fused multiply-adds: one instruction if the processor has it.
     fn plus_product(self, a: Self, b: Self) -> Self;
 
-    /// Allocates a matrix of this type and its factors in an `engine`.
-    fn factors_of(
-        engine: &dyn Engine,
-        pattern: &Arc<SparsityPattern>,
-        kind: Kind,
-    ) -> Box<dyn Factorization<Self>>;
-
     /// [`Supernodal::factor`].
     ///
     /// # Errors
@@ -65,12 +64,33 @@ pub trait Scalar:
     fn factor(factors: &mut Supernodal<Self>, values: &[Self]) -> Result<(), SparseError>;
 
     /// Solves with [`Supernodal`] factors.
-    fn solve_by_blocks(
-        factors: &mut Supernodal<Self>,
-        rhs: &mut [Self],
-        n_columns: usize,
-        is_transposed: bool,
-    );
+    fn solve_by_blocks(factors: &mut Supernodal<Self>, rhs: &mut [Self], is_transposed: bool);
+}
+
+/// The scalar type of a matrix: `f64` or `Complex64`.
+///
+/// The methods are used by this crate; they instantiate its kernels.
+pub trait Scalar:
+    sealed::Scalar + Number + ComplexFloat<Real = f64> + Mul<f64, Output = Self>
+{
+    /// The corresponding type in single precision.
+    type Single: Number;
+
+    /// Rounds to single precision.
+    fn to_single(self) -> Self::Single;
+
+    /// Converts from single precision.
+    fn from_single(single: Self::Single) -> Self;
+
+    /// Allocates a matrix of this type and its factors in an `engine`.
+    fn factors_of(
+        engine: &dyn Engine,
+        pattern: &Arc<SparsityPattern>,
+        kind: Kind,
+    ) -> Box<dyn Factorization<Self>>;
+
+    /// [`Supernodal::solve_columns`].
+    fn solve_columns_by_blocks(factors: &mut Supernodal<Self>, rhs: &mut [Self], n: usize);
 
     /// [`Product::subtract`].
     fn subtract(product: &Product, values: &[Self], x: &[Self], y: &mut [Self]);
@@ -106,15 +126,60 @@ pub trait Scalar:
     fn solve_lu(lu: &mut Lu<Self>, x: &mut [Self], is_transposed: bool);
 }
 
-macro_rules! scalars {
-    ($($T:ident: $Columns:ident, $new_factors:ident, |$s:ident, $a:ident, $b:ident| $product:expr;)*) => {$(
-        impl Scalar for $T {
-            type Columns<const C: usize> = $Columns<C>;
+macro_rules! numbers {
+    ($($T:ident: $Columns:ident<$F:ident>, |$s:ident, $a:ident, $b:ident| $product:expr;)*) => {$(
+        impl Number for $T {
+            type Columns<const C: usize> = $Columns<$F, C>;
 
             #[inline(always)]
             fn plus_product(self, $a: Self, $b: Self) -> Self {
                 let $s = self;
                 $product
+            }
+
+            fn factor(factors: &mut Supernodal<$T>, values: &[$T]) -> Result<(), SparseError> {
+                factors.factor_by_blocks(values)
+            }
+
+            fn solve_by_blocks(
+                factors: &mut Supernodal<$T>,
+                rhs: &mut [$T],
+                is_transposed: bool,
+            ) {
+                factors.run_one(rhs, is_transposed);
+            }
+        }
+    )*};
+}
+
+numbers! {
+    f32: Reals<f32>, |sum, a, b| a.mul_add(b, sum);
+    f64: Reals<f64>, |sum, a, b| a.mul_add(b, sum);
+    Complex32: Complexes<f32>, |sum, a, b| Self {
+        re: (-a.im).mul_add(b.im, a.re.mul_add(b.re, sum.re)),
+        im: a.im.mul_add(b.re, a.re.mul_add(b.im, sum.im)),
+    };
+    Complex64: Complexes<f64>, |sum, a, b| Self {
+        re: (-a.im).mul_add(b.im, a.re.mul_add(b.re, sum.re)),
+        im: a.im.mul_add(b.re, a.re.mul_add(b.im, sum.im)),
+    };
+}
+
+macro_rules! scalars {
+    ($($T:ident: $Single:ident, $new_factors:ident, |$double:ident| $to_single:expr, |$single:ident| $from_single:expr;)*) => {$(
+        impl Scalar for $T {
+            type Single = $Single;
+
+            #[inline(always)]
+            #[allow(clippy::cast_possible_truncation)] // the purpose
+            fn to_single(self) -> $Single {
+                let $double = self;
+                $to_single
+            }
+
+            #[inline(always)]
+            fn from_single($single: $Single) -> Self {
+                $from_single
             }
 
             fn factors_of(
@@ -125,17 +190,8 @@ macro_rules! scalars {
                 engine.$new_factors(pattern, kind)
             }
 
-            fn factor(factors: &mut Supernodal<$T>, values: &[$T]) -> Result<(), SparseError> {
-                factors.factor_by_blocks(values)
-            }
-
-            fn solve_by_blocks(
-                factors: &mut Supernodal<$T>,
-                rhs: &mut [$T],
-                n_columns: usize,
-                is_transposed: bool,
-            ) {
-                factors.run(rhs, n_columns, is_transposed);
+            fn solve_columns_by_blocks(factors: &mut Supernodal<$T>, rhs: &mut [$T], n: usize) {
+                factors.run(rhs, n, false);
             }
 
             fn subtract(product: &Product, values: &[$T], x: &[$T], y: &mut [$T]) {
@@ -183,9 +239,8 @@ macro_rules! scalars {
 }
 
 scalars! {
-    f64: Reals, real, |sum, a, b| a.mul_add(b, sum);
-    Complex64: Complexes, complex, |sum, a, b| Self {
-        re: (-a.im).mul_add(b.im, a.re.mul_add(b.re, sum.re)),
-        im: a.im.mul_add(b.re, a.re.mul_add(b.im, sum.im)),
-    };
+    f64: f32, real, |double| double as f32, |single| Self::from(single);
+    Complex64: Complex32, complex,
+        |double| Complex32::new(double.re as f32, double.im as f32),
+        |single| Self::new(single.re.into(), single.im.into());
 }

@@ -7,12 +7,13 @@ use std::sync::Arc;
 use nalgebra_sparse::pattern::SparsityPattern;
 use rayon::ThreadPool;
 
-use crate::SparseOptions;
 use crate::engine::{self, Engine};
 use crate::finite::expect_finite;
+use crate::options::{Precision, SparseOptions};
 use crate::pivoting::{Factors, Symbolic};
 use crate::product::Product;
 use crate::resources;
+use crate::single::SingleFactors;
 use crate::supernodal::{Analysis, Supernodal};
 use crate::{Factorization, Kind, LinearWork, Prediction, Scalar, SparseError};
 
@@ -37,6 +38,21 @@ const MAX_PIVOTING_WORK: f64 = 1e9;
 /// Below a few milliseconds, waking the threads costs more than it saves.
 const MIN_THREADED_WORK: f64 = 1e8;
 
+/// Matrices that take more multiplications have factors in single precision with [`Precision::Auto`]. Below, scaling and
+/// refinement cost about as much time as the factorization saves.
+const MIN_MIXED_WORK: f64 = 1e9;
+
+/// Backward error at which the refinement of a solution by factors in single precision ends.
+const MIXED_THRESHOLD: f64 = 1e-10;
+
+/// Maximum number of refinements of a solution by factors in single precision. The first solutions have errors of 1e-7
+/// to 1e-3; each refinement contracts the error by as much.
+const MAX_MIXED_REFINEMENTS: usize = 4;
+
+/// Solutions by factors in single precision are used without refinement if refinement would change them by less. The
+/// convergence rate of a simplified Newton iteration changes by the same amount.
+const MIXED_ACCURACY: f64 = 1e-3;
+
 /// Known structure of a matrix beyond its pattern.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Structure {
@@ -52,7 +68,10 @@ pub struct Structure {
 pub struct Elimination {
     n: usize,
     n_entries: usize,
+    /// [`Structure::constraints`].
+    constraints: Range<usize>,
     product: Product,
+    precision: Precision,
     backend: Backend,
 }
 
@@ -78,8 +97,7 @@ struct Blocks {
 }
 
 impl Elimination {
-    /// Analyzes the compressed-column `pattern`, or delegates it to an installed [`engine`]. `options` apply
-    /// to factorizations with pivoting.
+    /// Analyzes the compressed-column `pattern`, or delegates it to an installed [`engine`], without `options`.
     ///
     /// # Errors
     /// [`SparseError::NotSquare`], [`SparseError::EmptyColumn`].
@@ -91,6 +109,7 @@ impl Elimination {
         if let Some(engine) = engine::installed() {
             return Ok(Self::with_engine(engine, pattern, structure.kind));
         }
+        let constraints = structure.constraints.clone();
         let analysis = Analysis::new(pattern, structure.kind, structure.constraints)?;
         let work = analysis.n_multiplications();
         let blocks = Blocks {
@@ -99,7 +118,8 @@ impl Elimination {
             analysis: Arc::new(analysis),
             threads: resources::threads().filter(|_| work > MIN_THREADED_WORK),
         };
-        Ok(Self::of(pattern, Backend::Blocks(Box::new(blocks))))
+        let backend = Backend::Blocks(Box::new(blocks));
+        Ok(Self::of(pattern, constraints, options.precision, backend))
     }
 
     /// Delegates matrices with this compressed-column `pattern` to an `engine`.
@@ -109,14 +129,21 @@ impl Elimination {
             pattern: Arc::new(pattern.clone()),
             kind,
         };
-        Self::of(pattern, backend)
+        Self::of(pattern, 0..0, Precision::Double, backend)
     }
 
-    fn of(pattern: &SparsityPattern, backend: Backend) -> Self {
+    fn of(
+        pattern: &SparsityPattern,
+        constraints: Range<usize>,
+        precision: Precision,
+        backend: Backend,
+    ) -> Self {
         Self {
+            constraints,
             n: pattern.major_dim(),
             n_entries: pattern.nnz(),
             product: Product::new(pattern),
+            precision,
             backend,
         }
     }
@@ -135,12 +162,41 @@ impl Elimination {
         Ok(self)
     }
 
-    /// Allocates a matrix and its factors.
-    fn factors<T: Scalar>(&self) -> Box<dyn Factorization<T>> {
+    /// Returns whether factors are in single precision unless that fails.
+    fn is_mixed(&self) -> bool {
+        match (&self.backend, self.precision) {
+            (Backend::Engine { .. }, _) | (_, Precision::Double) => false,
+            (_, Precision::Mixed) => true,
+            (Backend::Blocks(blocks), Precision::Auto) => {
+                blocks.analysis.n_multiplications() > MIN_MIXED_WORK
+            }
+        }
+    }
+
+    pub(crate) fn n(&self) -> usize {
+        self.n
+    }
+
+    pub(crate) fn n_entries(&self) -> usize {
+        self.n_entries
+    }
+
+    pub(crate) fn product(&self) -> &Product {
+        &self.product
+    }
+
+    /// Allocates factors, in single precision if `is_single`.
+    fn factors<T: Scalar>(self: &Arc<Self>, is_single: bool) -> Box<dyn Factorization<T>> {
         match &self.backend {
             Backend::Blocks(blocks) => {
                 let (analysis, threads) = (blocks.analysis.clone(), blocks.threads.clone());
-                Box::new(Supernodal::in_threads(analysis, threads))
+                match is_single {
+                    true => {
+                        let factors = Supernodal::in_threads(analysis, threads);
+                        Box::new(SingleFactors::new(self, factors))
+                    }
+                    false => Box::new(Supernodal::in_threads(analysis, threads)),
+                }
             }
             Backend::Engine {
                 engine,
@@ -181,25 +237,34 @@ impl Elimination {
     /// Predicts the cost of one matrix of type `T` and its factors; `None` if an engine factorizes. The analysis is
     /// counted for each matrix, although matrices with the same pattern share it.
     pub fn prediction<T: Scalar>(&self) -> Option<Prediction> {
+        self.prediction_in::<T>(self.is_mixed())
+    }
+
+    /// Predicts the cost with factors in single precision if `is_single`.
+    fn prediction_in<T: Scalar>(&self, is_single: bool) -> Option<Prediction> {
         let Backend::Blocks(blocks) = &self.backend else {
             return None;
         };
         let analysis = &blocks.analysis;
         let threads = blocks.threads.as_ref();
         let n_threads = threads.map_or(1, |pool| pool.current_num_threads());
-        let beside = self.n_entries + 2 * self.n;
-        let entries = Supernodal::<T>::n_kept(analysis, n_threads) + beside;
-        let kept = blocks.pattern.iter();
-        let pattern: usize = kept.map(|p| size_of_val(p.minor_indices())).sum();
-        let indices = pattern + self.product.n_bytes();
-        let per_multiplication = if size_of::<T>() == size_of::<f64>() {
-            2.0
-        } else {
-            8.0
+        let kept = Supernodal::<T>::n_kept(analysis, n_threads);
+        let of_factors = match is_single {
+            true => {
+                // The matrix and the right-hand side are copied, and rows have scales.
+                let single = kept + self.n_entries + self.n;
+                single * size_of::<T::Single>() + 2 * self.n * size_of::<f64>()
+            }
+            false => kept * size_of::<T>(),
         };
+        let values = (self.n_entries + 2 * self.n) * size_of::<T>();
+        let patterns = blocks.pattern.iter();
+        let pattern: usize = patterns.map(|p| size_of_val(p.minor_indices())).sum();
+        let indices = pattern + self.product.n_bytes();
+        let per_multiplication = if T::IS_REAL { 2.0 } else { 8.0 };
         Some(Prediction {
             entries: analysis.n_entries(),
-            bytes: entries * size_of::<T>() + analysis.n_bytes() + indices,
+            bytes: of_factors + values + analysis.n_bytes() + indices,
             flops: per_multiplication * analysis.n_multiplications(),
         })
     }
@@ -219,6 +284,10 @@ pub struct SparseSystem<T: Scalar> {
     /// Whether the current factors are those with pivoting.
     is_pivoted: bool,
     check: bool,
+    /// Whether `direct` is in single precision.
+    is_single: bool,
+    /// Whether the next matrix is factorized in single precision.
+    is_single_next: bool,
     rhs: Vec<T>,
     residual: Vec<T>,
     scale: Vec<f64>,
@@ -227,9 +296,11 @@ pub struct SparseSystem<T: Scalar> {
 impl<T: Scalar> SparseSystem<T> {
     /// Allocates a matrix and its factors.
     pub fn new(elimination: Arc<Elimination>) -> Self {
-        let n = elimination.n;
+        let (n, is_single) = (elimination.n, elimination.is_mixed());
         Self {
-            direct: elimination.factors(),
+            direct: elimination.factors(is_single),
+            is_single,
+            is_single_next: is_single,
             pivoting: None,
             pivots_next: false,
             is_pivoted: false,
@@ -261,9 +332,17 @@ impl<T: Scalar> SparseSystem<T> {
         if self.pivots_next {
             return self.pivot(work).map(drop);
         }
-        let Err(failure) = self.direct.renew(&self.values) else {
-            self.is_pivoted = false;
+        if self.is_single != self.is_single_next {
+            self.set_precision(self.is_single_next)?;
+        }
+        self.is_pivoted = false;
+        let mut result = self.direct.renew(&self.values);
+        if result.is_ok() {
             self.count(work);
+        } else if self.is_single {
+            result = self.factorize_in_double(work);
+        }
+        let Err(failure) = result else {
             return Ok(());
         };
         if self.pivot(work)? {
@@ -271,6 +350,25 @@ impl<T: Scalar> SparseSystem<T> {
         } else {
             Err(failure)
         }
+    }
+
+    /// Switches to factors in double precision permanently and factorizes.
+    fn factorize_in_double(&mut self, work: &mut LinearWork) -> Result<(), SparseError> {
+        self.is_single_next = false;
+        self.set_precision(false)?;
+        self.direct.renew(&self.values)?;
+        self.count(work);
+        Ok(())
+    }
+
+    /// Replaces the factors by unset ones.
+    fn set_precision(&mut self, is_single: bool) -> Result<(), SparseError> {
+        if let Some(needs) = self.elimination.prediction_in::<T>(is_single) {
+            resources::expect_memory(needs.bytes, 0)?;
+        }
+        self.direct = self.elimination.factors(is_single);
+        self.is_single = is_single;
+        Ok(())
     }
 
     /// Switches to pivoting permanently and factorizes. Returns `false` if an engine factorizes, which handles pivoting
@@ -296,6 +394,7 @@ impl<T: Scalar> SparseSystem<T> {
 
     fn count(&mut self, work: &mut LinearWork) {
         work.factorizations += 1;
+        work.in_single_precision += u64::from(self.is_single && !self.is_pivoted);
         work.factor_entries = self.factors().n_entries().unwrap_or(0) as u64;
     }
 
@@ -320,9 +419,10 @@ impl<T: Scalar> SparseSystem<T> {
         }
     }
 
-    /// Returns whether the next matrix is factorized with pivoting and whether the next solution is checked.
-    pub fn history(&self) -> [bool; 2] {
-        [self.pivots_next, self.check]
+    /// Returns whether the next matrix is factorized with pivoting, whether the next solution is checked, and whether the
+    /// next factors are in single precision.
+    pub fn history(&self) -> [bool; 3] {
+        [self.pivots_next, self.check, self.is_single_next]
     }
 
     /// Continues with a [`history`](Self::history). The current factors stay in use until the next
@@ -330,8 +430,11 @@ impl<T: Scalar> SparseSystem<T> {
     ///
     /// # Errors
     /// Errors of the analysis.
-    pub fn set_history(&mut self, [pivoting, check]: [bool; 2]) -> Result<(), SparseError> {
-        (self.pivots_next, self.check) = (pivoting, check);
+    pub fn set_history(
+        &mut self,
+        [pivoting, check, is_single]: [bool; 3],
+    ) -> Result<(), SparseError> {
+        (self.pivots_next, self.check, self.is_single_next) = (pivoting, check, is_single);
         if pivoting && self.pivoting.is_none() {
             self.pivoting = self.elimination.pivoting()?;
         }
@@ -366,7 +469,16 @@ impl<T: Scalar> SparseSystem<T> {
         }
         self.rhs.copy_from_slice(x);
         let mut error = self.solve_and_refine(x, work)?;
-        if error > REFINEMENT_THRESHOLD && !self.is_pivoted && self.pivot(work)? {
+        if self.is_mixed() && error > MIXED_THRESHOLD {
+            self.factorize_in_double(work)?;
+            x.copy_from_slice(&self.rhs);
+            error = self.solve_and_refine(x, work)?;
+        }
+        if !self.is_mixed()
+            && error > REFINEMENT_THRESHOLD
+            && !self.is_pivoted
+            && self.pivot(work)?
+        {
             x.copy_from_slice(&self.rhs);
             error = self.solve_and_refine(x, work)?;
         }
@@ -416,9 +528,13 @@ impl<T: Scalar> SparseSystem<T> {
     fn solve_and_refine(&mut self, x: &mut [T], work: &mut LinearWork) -> Result<f64, SparseError> {
         self.factors().solve(x)?;
         let mut error = self.backward_error(x);
-        self.check = error > REFINEMENT_THRESHOLD;
-        for _ in 0..MAX_REFINEMENTS {
-            if error <= REFINEMENT_THRESHOLD {
+        let (threshold, most) = match self.is_mixed() {
+            true => (MIXED_THRESHOLD, MAX_MIXED_REFINEMENTS),
+            false => (REFINEMENT_THRESHOLD, MAX_REFINEMENTS),
+        };
+        self.check = error > threshold;
+        for k in 0..most {
+            if error <= threshold {
                 break;
             }
             work.refinements += 1;
@@ -426,12 +542,41 @@ impl<T: Scalar> SparseSystem<T> {
             let solved = self.factors().solve(&mut correction);
             self.residual = correction;
             solved?;
+            if k == 0 && self.is_mixed() {
+                self.check = self.relative_correction(x) > MIXED_ACCURACY;
+            }
             for (x, &correction) in x.iter_mut().zip(&self.residual) {
                 *x += correction;
             }
             error = self.backward_error(x);
         }
         Ok(error)
+    }
+
+    /// Returns whether factors in single precision are in use.
+    fn is_mixed(&self) -> bool {
+        self.is_single && !self.is_pivoted
+    }
+
+    /// Returns the size of the correction in `residual` relative to `x`, in the maximum norm, of the constraints' and of
+    /// the other unknowns: their units differ.
+    fn relative_correction(&self, x: &[T]) -> f64 {
+        let constraints = &self.elimination.constraints;
+        let parts = [
+            0..constraints.start,
+            constraints.clone(),
+            constraints.end..x.len(),
+        ];
+        let largest = |values: &[T]| values.iter().fold(0.0, |max, v| f64::max(max, v.abs()));
+        let ratio = |part: Range<usize>| {
+            let [correction, size] = [largest(&self.residual[part.clone()]), largest(&x[part])];
+            if correction > 0.0 {
+                correction / size
+            } else {
+                0.0
+            }
+        };
+        parts.into_iter().map(ratio).fold(0.0, f64::max)
     }
 
     /// Returns max_i |b − A x|_i / max_i (|A||x| + |b|)_i of the last checked solution. The right-hand sides of a body at

@@ -9,6 +9,9 @@ pub struct LinearWork {
     pub factorizations: u64,
     /// Number of factorizations with pivoting.
     pub pivoted: u64,
+    /// Number of factorizations in single precision.
+    #[serde(default)]
+    pub in_single_precision: u64,
     /// Entries of L and U of the last factorization.
     pub factor_entries: u64,
     /// Number of solves.

@@ -32,7 +32,7 @@ fn a_history_without_pivoting_is_restored() {
     let (mut system, mut work) = (system(), LinearWork::default());
     let first = solve(&mut system, &GOOD, &mut work);
     let saved = system.history();
-    assert_eq!((saved, work.pivoted), ([false, false], 0));
+    assert_eq!((saved, work.pivoted), ([false, false, false], 0));
 
     let zeros = [0.0, 1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0];
     let exchanged = solve(&mut system, &zeros, &mut work);
@@ -49,7 +49,7 @@ fn a_history_without_pivoting_is_restored() {
     }
     assert_eq!((system.history(), work.pivoted), (saved, 1));
 
-    system.set_history([true, false]).unwrap();
+    system.set_history([true, false, false]).unwrap();
     solve(&mut system, &GOOD, &mut work);
     assert_eq!((system.history()[0], work.pivoted), (true, 2));
 }

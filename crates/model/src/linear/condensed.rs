@@ -79,7 +79,7 @@ impl<T: Scalar> Condensed<T> {
     /// Errors of the analysis.
     pub(crate) fn forget_history(&mut self) -> Result<(), SparseError> {
         self.system.forget_pivots();
-        self.system.set_history([false, true])
+        self.system.set_history([false, true, false])
     }
 
     /// Returns the condensed matrix of the last setup, in the order of [`Condensation::pattern`].

@@ -147,15 +147,15 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
     }
 
     fn set_history(&mut self, history: &[bool]) -> Result<(), StepError> {
-        let of_one = 2 * self.real.systems().len();
-        self.make_room((history.len() / of_one).saturating_sub(1))?;
-        let mut pairs = history.chunks_exact(2).map(|pair| [pair[0], pair[1]]);
-        for (system, pair) in self.real.systems_mut().into_iter().zip(&mut pairs) {
-            system.set_history(pair)?;
+        let (flags, _) = history.as_chunks::<3>();
+        self.make_room((flags.len() / self.real.systems().len()).saturating_sub(1))?;
+        let mut flags = flags.iter();
+        for (system, &flags) in self.real.systems_mut().into_iter().zip(&mut flags) {
+            system.set_history(flags)?;
         }
         let complex = self.complex.iter_mut().flat_map(Reduced::systems_mut);
-        for (system, pair) in complex.zip(pairs) {
-            system.set_history(pair)?;
+        for (system, &flags) in complex.zip(flags) {
+            system.set_history(flags)?;
         }
         Ok(())
     }

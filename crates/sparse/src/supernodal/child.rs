@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::update::Layout;
 use crate::Kind;
-use crate::Scalar;
+use crate::Number;
 
 /// Positions of a supernode's rows among the columns and rows of its parent.
 #[derive(Debug, Clone)]
@@ -71,7 +71,7 @@ impl Child {
     /// Adds the child's `update` to columns of the parent, which has `m` rows and `k` pivots. `chunk` holds the
     /// parent's columns from `start` on.
     #[inline(always)]
-    pub(super) fn add_to_columns<T: Scalar>(
+    pub(super) fn add_to_columns<T: Number>(
         &self,
         update: &[T],
         chunk: &mut [T],
@@ -93,7 +93,7 @@ impl Child {
     /// Adds the child's `update` to the `r` columns beyond the `k` pivots. `chunk` holds the parent's pivot rows from
     /// `start` on, transposed. For unsymmetric matrices only.
     #[inline(always)]
-    pub(super) fn add_to_rows<T: Scalar>(
+    pub(super) fn add_to_rows<T: Number>(
         &self,
         update: &[T],
         chunk: &mut [T],
@@ -115,7 +115,7 @@ impl Child {
     /// Adds the remaining part of the child's `update` to the parent's update. `chunk` holds the parent's update from
     /// column `start` on, stored in `layout`; the parent has `k` pivots.
     #[inline(always)]
-    pub(super) fn add_to_update<T: Scalar>(
+    pub(super) fn add_to_update<T: Number>(
         &self,
         update: &[T],
         chunk: &mut [T],
@@ -161,13 +161,13 @@ fn runs(places: &[u32], first: usize, origin: usize) -> Vec<Run> {
 /// Adds the entries of `update` from row `first` on to their positions in `target`. The number next to `update` is its
 /// first row.
 #[inline(always)]
-fn add_runs<T: Scalar>(runs: &[Run], update: (&[T], usize), target: &mut [T], first: usize) {
+fn add_runs<T: Number>(runs: &[Run], update: (&[T], usize), target: &mut [T], first: usize) {
     add_runs_below(runs, update, target, first, 0);
 }
 
 /// Adds the entries of `update` to a target that starts at row `above`.
 #[inline(always)]
-fn add_runs_below<T: Scalar>(
+fn add_runs_below<T: Number>(
     runs: &[Run],
     (update, row): (&[T], usize),
     target: &mut [T],

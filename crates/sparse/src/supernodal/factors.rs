@@ -13,7 +13,7 @@ use super::large_solve::is_large;
 use super::schedule::Schedule;
 use super::small::{Block, eliminate_rows, factor_panel, minus_outer, mirror, scale_rows};
 use super::workspace::Workspaces;
-use crate::Scalar;
+use crate::Number;
 use crate::ffi::pages;
 use crate::{Kind, SparseError};
 
@@ -31,7 +31,7 @@ const MIN_LARGE_PAGE_BYTES: usize = 1 << 23;
 /// other. The inverse pivots are stored on the diagonal. For a symmetric matrix, the elimination replaces U of the
 /// pivots by Lᵀ, except in fronts that several threads solve together.
 #[derive(Debug)]
-pub struct Supernodal<T: Scalar> {
+pub struct Supernodal<T: Number> {
     pub(super) analysis: Arc<Analysis>,
     schedule: Schedule,
     pub(super) threads: Option<Arc<ThreadPool>>,
@@ -50,7 +50,7 @@ struct Stacks<T> {
     upper: Vec<T>,
 }
 
-impl<T: Scalar> Supernodal<T> {
+impl<T: Number> Supernodal<T> {
     /// Allocates factors for one thread.
     pub fn new(analysis: Arc<Analysis>) -> Self {
         Self::in_threads(analysis, None)
@@ -159,7 +159,7 @@ impl<T: Scalar> Supernodal<T> {
 
 /// The elimination of some supernodes with vector instructions. A type instead of a closure, because a call of a
 /// closure is not inlined into the function compiled with vector instructions.
-struct Eliminate<'a, T: Scalar> {
+struct Eliminate<'a, T: Number> {
     analysis: &'a Analysis,
     schedule: &'a Schedule,
     /// A trait object, so that the loop is compiled once for subtrees and for the rest.
@@ -176,7 +176,7 @@ struct Eliminate<'a, T: Scalar> {
     arch: Arch,
 }
 
-impl<T: Scalar> WithSimd for Eliminate<'_, T> {
+impl<T: Number> WithSimd for Eliminate<'_, T> {
     type Output = Result<(), SparseError>;
 
     #[inline(always)]
@@ -232,7 +232,7 @@ impl<T: Scalar> WithSimd for Eliminate<'_, T> {
 }
 
 /// Allocates `n` zeros.
-fn zeros<T: Scalar>(n: usize) -> Vec<T> {
+fn zeros<T: Number>(n: usize) -> Vec<T> {
     let mut workspace = Vec::with_capacity(n);
     if n * size_of::<T>() >= MIN_LARGE_PAGE_BYTES {
         pages::prefer_large(workspace.spare_capacity_mut());
@@ -253,7 +253,7 @@ struct FrontTask<'a, T> {
     arch: Arch,
 }
 
-impl<T: Scalar> FrontTask<'_, T> {
+impl<T: Number> FrontTask<'_, T> {
     /// Assembles and eliminates the front. `of_child` returns the updates of the children. Returns `false` if a pivot
     /// is zero or not finite.
     #[inline(always)]

@@ -16,7 +16,7 @@ use super::child::Child;
 use super::small::{factor_panel, mirror, scale_rows, subtract_first};
 use super::update::{CHUNK, Layout, chunk_width};
 use crate::Kind;
-use crate::Scalar;
+use crate::Number;
 
 /// Maximum width of panels for elimination column by column.
 const NARROW: usize = 32;
@@ -46,7 +46,7 @@ impl Front {
     /// Fills the `block` of `node` with its matrix entries and with its children's contributions to its pivots. Returns
     /// the columns and, unless the matrix is symmetric, the rows.
     #[inline(never)]
-    pub(super) fn assemble<'b, 'c, T: Scalar>(
+    pub(super) fn assemble<'b, 'c, T: Number>(
         &self,
         node: &Supernode,
         block: &'b mut [T],
@@ -77,7 +77,7 @@ impl Front {
     /// Eliminates an assembled front. L and U overwrite `panel` and `upper`; `update` becomes −L U plus the
     /// contributions of `add` to its columns. Returns `false` if a pivot is zero or not finite.
     #[inline(never)]
-    pub(super) fn eliminate_all<T: Scalar>(
+    pub(super) fn eliminate_all<T: Number>(
         &self,
         panel: &mut [T],
         upper: &mut [T],
@@ -96,7 +96,7 @@ impl Front {
 
     /// Eliminates the columns in `panel`, starting with column `first` of the front. L, U and the inverse pivots
     /// overwrite it. Returns `false` if a pivot is zero or not finite.
-    fn factor<T: Scalar>(&self, panel: &mut [T], first: usize) -> bool {
+    fn factor<T: Number>(&self, panel: &mut [T], first: usize) -> bool {
         let (m, width) = (self.m, panel.len() / self.m);
         if width <= NARROW {
             return self.factor_narrow(panel, first);
@@ -115,7 +115,7 @@ impl Front {
     }
 
     /// Eliminates a few columns: the square block of their pivots, then the rows below it.
-    fn factor_narrow<T: Scalar>(&self, panel: &mut [T], first: usize) -> bool {
+    fn factor_narrow<T: Number>(&self, panel: &mut [T], first: usize) -> bool {
         let (m, width) = (self.m, panel.len() / self.m);
         let mut workspace = [T::zero(); NARROW * NARROW];
         let pivots = &mut workspace[..width * width];
@@ -143,7 +143,7 @@ impl Front {
 
     /// Eliminates the columns `left`, which start at column `first` of the front, from the columns of `chunk`, which
     /// start at column `column`.
-    fn eliminate<T: Scalar>(&self, left: &[T], first: usize, chunk: &mut [T], column: usize) {
+    fn eliminate<T: Number>(&self, left: &[T], first: usize, chunk: &mut [T], column: usize) {
         let m = self.m;
         let (half, width) = (left.len() / m, chunk.len() / m);
         let left = MatRef::from_column_major_slice(left, m, half);
@@ -173,7 +173,7 @@ impl Front {
 
     /// Computes U to the right of the pivots from the rows of the matrix, or from `panel` if it is symmetric. Both are
     /// stored transposed in `upper`.
-    fn factor_upper<T: Scalar>(&self, upper: &mut [T], panel: &[T]) {
+    fn factor_upper<T: Number>(&self, upper: &mut [T], panel: &[T]) {
         let (m, k) = (self.m, self.k);
         let r = m - k;
         if self.kind == Kind::Symmetric {
@@ -190,7 +190,7 @@ impl Front {
 
     /// Computes `update` ← −L U for the rows and columns beyond the pivots, and calls `add` with the first column of
     /// each chunk.
-    fn update<T: Scalar>(
+    fn update<T: Number>(
         &self,
         update: &mut [T],
         panel: &[T],
@@ -225,7 +225,7 @@ impl Front {
     }
 
     /// Splits a block of `rows` rows into chunks of columns and calls `work` with the first column of each.
-    fn chunks<T: Scalar>(
+    fn chunks<T: Number>(
         &self,
         block: &mut [T],
         rows: usize,
@@ -243,7 +243,7 @@ impl Front {
     }
 
     /// Splits `block` into parts of at most `size` rows and calls `work` with the number of rows above each.
-    fn rows<'m, T: Scalar>(
+    fn rows<'m, T: Number>(
         &self,
         block: MatMut<'m, T>,
         size: usize,
@@ -252,7 +252,7 @@ impl Front {
         self.rows_from(0, block, size, work);
     }
 
-    fn rows_from<'m, T: Scalar>(
+    fn rows_from<'m, T: Number>(
         &self,
         above: usize,
         block: MatMut<'m, T>,
@@ -279,7 +279,7 @@ impl Front {
 }
 
 /// Computes `target` ← −L U or, with [`Accum::Add`], `target` ← `target` − L U.
-fn subtract_product<T: Scalar>(
+fn subtract_product<T: Number>(
     mut target: MatMut<'_, T>,
     first: Accum,
     lower: MatRef<'_, T>,
@@ -298,7 +298,7 @@ fn subtract_product<T: Scalar>(
 }
 
 /// Computes `x` ← L⁻¹ `x` for a unit lower triangular L.
-fn solve_unit_lower<T: Scalar>(lower: MatRef<'_, T>, mut x: MatMut<'_, T>) {
+fn solve_unit_lower<T: Number>(lower: MatRef<'_, T>, mut x: MatMut<'_, T>) {
     let (n, width) = x.shape();
     let mut workspace = vec![T::zero(); n.min(DEEP) * width];
     for start in (0..n).step_by(DEEP) {
@@ -318,7 +318,7 @@ fn solve_unit_lower<T: Scalar>(lower: MatRef<'_, T>, mut x: MatMut<'_, T>) {
 }
 
 /// Copies `rows` of U to `workspace`. In a front, consecutive entries of a row are far apart, each in its own page.
-fn side_by_side<'a, T: Scalar>(workspace: &'a mut [T], rows: MatRef<'_, T>) -> MatRef<'a, T> {
+fn side_by_side<'a, T: Number>(workspace: &'a mut [T], rows: MatRef<'_, T>) -> MatRef<'a, T> {
     let (n, width) = rows.shape();
     let mut copy = MatMut::from_row_major_slice_mut(&mut workspace[..n * width], n, width);
     copy.copy_from(rows);
@@ -332,7 +332,7 @@ struct Square<'a, T> {
     is_symmetric: bool,
 }
 
-impl<T: Scalar> WithSimd for Square<'_, T> {
+impl<T: Number> WithSimd for Square<'_, T> {
     type Output = bool;
 
     #[inline(always)]
@@ -350,7 +350,7 @@ struct Below<'a, T> {
     pivots: &'a [T],
 }
 
-impl<T: Scalar> WithSimd for Below<'_, T> {
+impl<T: Number> WithSimd for Below<'_, T> {
     type Output = ();
 
     #[inline(always)]

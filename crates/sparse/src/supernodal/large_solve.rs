@@ -7,7 +7,7 @@ use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 
 use super::small::{solve_lower, solve_transposed, solve_upper, subtract_products, subtract_rows};
-use crate::Scalar;
+use crate::Number;
 use crate::row::Row;
 
 /// Minimum number of entries of L for a shared solve. Smaller fronts are read faster than a thread wakes up.
@@ -35,7 +35,7 @@ pub(super) struct LargeFront<'a, T> {
     pub(super) arch: Arch,
 }
 
-impl<T: Scalar> LargeFront<'_, T> {
+impl<T: Number> LargeFront<'_, T> {
     /// Computes y ← L⁻¹ y for the pivots, and subtracts L y from the rows of `y` below them.
     #[inline(never)]
     pub(super) fn lower<R: Row<T>>(&self, y: &mut [R]) {
@@ -137,7 +137,7 @@ struct Run<'a, T, R> {
     x: &'a [R],
 }
 
-impl<T: Scalar, R: Row<T>> WithSimd for Run<'_, T, R> {
+impl<T: Number, R: Row<T>> WithSimd for Run<'_, T, R> {
     type Output = ();
 
     #[inline(always)]
@@ -211,8 +211,8 @@ mod tests {
         let (_, one) = front();
         let two: Vec<_> = one.iter().map(|&y| Reals::load(&[y, 1.0 - y])).collect();
         let pool = pool_of(3).unwrap();
-        let both = |rows: &[Reals<2>]| -> Vec<[f64; 2]> {
-            let take = |row: &Reals<2>| {
+        let both = |rows: &[Reals<f64, 2>]| -> Vec<[f64; 2]> {
+            let take = |row: &Reals<f64, 2>| {
                 let mut numbers = [0.0; 2];
                 row.store(&mut numbers);
                 numbers

@@ -4,7 +4,7 @@
 
 use super::analysis::Supernode;
 use super::small::{LANES, sum_lanes, take_columns};
-use crate::Scalar;
+use crate::Number;
 use crate::row::Row;
 
 /// Number of columns.
@@ -20,11 +20,11 @@ pub(super) struct NarrowFront<'a, T> {
     rows: &'a [u32],
 }
 
-impl<'a, T: Scalar> NarrowFront<'a, T> {
+impl<'a, T: Number> NarrowFront<'a, T> {
     /// Returns the front of `node` if it has two columns and each row is one real number. Wider rows gain nothing.
     #[inline(always)]
     pub(super) fn of<R: Row<T>>(node: &'a Supernode, factors: &'a [T]) -> Option<Self> {
-        let is_narrow = size_of::<R>() == size_of::<f64>() && node.n_columns() == N;
+        let is_narrow = T::IS_REAL && size_of::<R>() == size_of::<T>() && node.n_columns() == N;
         is_narrow.then(|| Self {
             first: node.shape.columns.start,
             panel: &factors[node.start..][..N * node.size()],

@@ -3,7 +3,7 @@
 use std::array::from_fn;
 use std::ops::Range;
 
-use crate::Scalar;
+use crate::Number;
 use crate::row::Row;
 
 /// Rows of a tile of [`minus_outer`]: one AVX-512 register.
@@ -54,7 +54,7 @@ pub(super) fn copy_few<R: Copy>(to: &mut [R], from: &[R]) {
 
 /// Computes `y` -= Σ_p x_p a_p for N columns at once.
 #[inline(always)]
-fn subtract_columns<T: Scalar, R: Row<T>, const N: usize>(y: &mut [R], a: [&[T]; N], x: [R; N]) {
+fn subtract_columns<T: Number, R: Row<T>, const N: usize>(y: &mut [R], a: [&[T]; N], x: [R; N]) {
     let n = y.len();
     let a = a.map(|a| &a[..n]);
     for i in 0..n {
@@ -66,7 +66,7 @@ fn subtract_columns<T: Scalar, R: Row<T>, const N: usize>(y: &mut [R], a: [&[T];
 
 /// Returns −a · b, summed in eight lanes to enable vector instructions.
 #[inline(always)]
-pub(super) fn minus_dot<T: Scalar, R: Row<T>>(a: &[T], b: &[R]) -> R {
+pub(super) fn minus_dot<T: Number, R: Row<T>>(a: &[T], b: &[R]) -> R {
     let mut lanes = [R::zeros(); LANES];
     let (chunks_a, chunks_b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
     let mut tail = R::zeros();
@@ -83,7 +83,7 @@ pub(super) fn minus_dot<T: Scalar, R: Row<T>>(a: &[T], b: &[R]) -> R {
 }
 
 #[inline(always)]
-pub(super) fn sum_lanes<T: Scalar, R: Row<T>>(mut lanes: [R; LANES]) -> R {
+pub(super) fn sum_lanes<T: Number, R: Row<T>>(mut lanes: [R; LANES]) -> R {
     for half in [4, 2, 1] {
         for l in 0..half {
             lanes[l] = lanes[l].plus(lanes[l + half]);
@@ -95,7 +95,7 @@ pub(super) fn sum_lanes<T: Scalar, R: Row<T>>(mut lanes: [R; LANES]) -> R {
 /// Computes y ← L⁻¹ y for the first k entries of `y`, and `y` -= L y for the rest. `panel` holds k columns of L (unit
 /// diagonal) with `m` rows each; `y` contains the rows from `first` on.
 #[inline(always)]
-pub(super) fn solve_lower<T: Scalar, R: Row<T>>(y: &mut [R], panel: &[T], m: usize, first: usize) {
+pub(super) fn solve_lower<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m: usize, first: usize) {
     let k = panel.len() / m;
     let mut p = 0;
     while p + 4 <= k {
@@ -113,7 +113,7 @@ pub(super) fn solve_lower<T: Scalar, R: Row<T>>(y: &mut [R], panel: &[T], m: usi
 
 /// Solves with N columns from column `p` on: first their triangle, then all rows below in one sweep.
 #[inline(always)]
-fn solve_lower_columns<T: Scalar, R: Row<T>, const N: usize>(
+fn solve_lower_columns<T: Number, R: Row<T>, const N: usize>(
     y: &mut [R],
     panel: &[T],
     m: usize,
@@ -136,7 +136,7 @@ fn solve_lower_columns<T: Scalar, R: Row<T>, const N: usize>(
 
 /// Subtracts the products of `x` with the columns of a `panel` of `m` rows; `y` contains the rows from `first` on.
 #[inline(always)]
-pub(super) fn subtract_rows<T: Scalar, R: Row<T>>(
+pub(super) fn subtract_rows<T: Number, R: Row<T>>(
     y: &mut [R],
     panel: &[T],
     m: usize,
@@ -159,7 +159,7 @@ pub(super) fn subtract_rows<T: Scalar, R: Row<T>>(
 /// Computes y ← U⁻¹ y. `panel` holds the columns of U with `m` rows each and the inverse pivots on the diagonal, which
 /// are taken as ones if `IS_UNIT`.
 #[inline(always)]
-pub(super) fn solve_upper<T: Scalar, R: Row<T>, const IS_UNIT: bool>(
+pub(super) fn solve_upper<T: Number, R: Row<T>, const IS_UNIT: bool>(
     y: &mut [R],
     panel: &[T],
     m: usize,
@@ -180,7 +180,7 @@ pub(super) fn solve_upper<T: Scalar, R: Row<T>, const IS_UNIT: bool>(
 
 /// Solves with N columns from column `p` on.
 #[inline(always)]
-fn solve_upper_columns<T: Scalar, R: Row<T>, const IS_UNIT: bool, const N: usize>(
+fn solve_upper_columns<T: Number, R: Row<T>, const IS_UNIT: bool, const N: usize>(
     y: &mut [R],
     panel: &[T],
     m: usize,
@@ -204,7 +204,7 @@ fn solve_upper_columns<T: Scalar, R: Row<T>, const IS_UNIT: bool, const N: usize
 
 /// Subtracts the products of `x` with the last rows of the columns of a `panel` of `m` rows.
 #[inline(always)]
-pub(super) fn subtract_products<T: Scalar, R: Row<T>>(y: &mut [R], panel: &[T], m: usize, x: &[R]) {
+pub(super) fn subtract_products<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m: usize, x: &[R]) {
     let first = m - x.len();
     let mut p = 0;
     while p + 4 <= y.len() && x.len() >= LONG {
@@ -222,7 +222,7 @@ pub(super) fn subtract_products<T: Scalar, R: Row<T>>(y: &mut [R], panel: &[T], 
 /// Computes y ← (Lᵀ)⁻¹ y. `panel` holds the columns of L (unit diagonal) with `m` rows each, of which the first ones
 /// are used.
 #[inline(always)]
-pub(super) fn solve_transposed<T: Scalar, R: Row<T>>(y: &mut [R], panel: &[T], m: usize) {
+pub(super) fn solve_transposed<T: Number, R: Row<T>>(y: &mut [R], panel: &[T], m: usize) {
     let k = y.len();
     let mut p = k;
     while p >= 4 && k >= LONG {
@@ -244,7 +244,7 @@ pub(super) fn solve_transposed<T: Scalar, R: Row<T>>(y: &mut [R], panel: &[T], m
 
 /// Solves with N columns from column `p` on: first all rows below in one sweep, then their triangle.
 #[inline(always)]
-fn solve_transposed_columns<T: Scalar, R: Row<T>, const N: usize>(
+fn solve_transposed_columns<T: Number, R: Row<T>, const N: usize>(
     y: &mut [R],
     panel: &[T],
     m: usize,
@@ -265,7 +265,7 @@ fn solve_transposed_columns<T: Scalar, R: Row<T>, const N: usize>(
 
 /// Returns −a · b for each of N columns, summed in eight lanes to enable vector instructions.
 #[inline(always)]
-fn minus_dots<T: Scalar, R: Row<T>, const N: usize>(a: [&[T]; N], b: &[R]) -> [R; N] {
+fn minus_dots<T: Number, R: Row<T>, const N: usize>(a: [&[T]; N], b: &[R]) -> [R; N] {
     let mut lanes = [[R::zeros(); LANES]; N];
     let whole = b.len() / LANES * LANES;
     let mut start = 0;
@@ -292,7 +292,7 @@ fn minus_dots<T: Scalar, R: Row<T>, const N: usize>(a: [&[T]; N], b: &[R]) -> [R
 /// Eliminates the columns of a `panel` of `m` rows, whose first pivot is in row `first`. L (unit diagonal) and U of the
 /// pivots overwrite it, with the inverse pivots on the diagonal. Returns `false` if a pivot is zero or not finite.
 #[inline(always)]
-pub(super) fn factor_panel<T: Scalar>(panel: &mut [T], m: usize, first: usize) -> bool {
+pub(super) fn factor_panel<T: Number>(panel: &mut [T], m: usize, first: usize) -> bool {
     for j in 0..panel.len() / m {
         let (left, column) = panel[..(j + 1) * m].split_at_mut(j * m);
         let column = &mut column[first..];
@@ -315,7 +315,7 @@ pub(super) fn factor_panel<T: Scalar>(panel: &mut [T], m: usize, first: usize) -
 /// Copies the lower triangle of the pivots of a symmetric `panel`, whose first pivot is in row `first`, to the upper
 /// one.
 #[inline(always)]
-pub(super) fn mirror<T: Scalar>(panel: &mut [T], m: usize, first: usize) {
+pub(super) fn mirror<T: Number>(panel: &mut [T], m: usize, first: usize) {
     for j in 1..panel.len() / m {
         for i in 0..j {
             panel[j * m + first + i] = panel[i * m + first + j];
@@ -326,7 +326,7 @@ pub(super) fn mirror<T: Scalar>(panel: &mut [T], m: usize, first: usize) {
 /// Computes U to the right of the pivots of a symmetric front, transposed: the rows of L from `start` on times D, `r`
 /// rows for each pivot. The pivot of the first column of `panel` is in row `first`.
 #[inline(always)]
-pub(super) fn scale_rows<T: Scalar>(
+pub(super) fn scale_rows<T: Number>(
     upper: &mut [T],
     r: usize,
     panel: &[T],
@@ -345,7 +345,7 @@ pub(super) fn scale_rows<T: Scalar>(
 /// Computes U to the right of the pivots from the rows of the matrix. Both are stored transposed, `r` rows for each
 /// pivot; `panel` of `m` rows holds L of the pivots.
 #[inline(always)]
-pub(super) fn eliminate_rows<T: Scalar>(upper: &mut [T], r: usize, panel: &[T], m: usize) {
+pub(super) fn eliminate_rows<T: Number>(upper: &mut [T], r: usize, panel: &[T], m: usize) {
     for j in 1..upper.len() / r {
         let (done, row) = upper[..(j + 1) * r].split_at_mut(j * r);
         let row = &mut row[..r];
@@ -355,7 +355,7 @@ pub(super) fn eliminate_rows<T: Scalar>(upper: &mut [T], r: usize, panel: &[T], 
 
 /// Computes `y` -= Σ_p x_p a_p for p < n; `column` returns a_p and x_p.
 #[inline(always)]
-pub(super) fn subtract_first<'a, T: Scalar>(
+pub(super) fn subtract_first<'a, T: Number>(
     y: &mut [T],
     n: usize,
     column: impl Fn(usize) -> (&'a [T], T),
@@ -387,7 +387,7 @@ pub(super) struct Block {
 
 /// Computes `s` ← −A Bᵀ for `n` columns of A and B.
 #[inline(always)]
-pub(super) fn minus_outer<T: Scalar>(s: &mut [T], block: Block, a: &[T], b: &[T], n: usize) {
+pub(super) fn minus_outer<T: Number>(s: &mut [T], block: Block, a: &[T], b: &[T], n: usize) {
     let Block { rows, columns, .. } = block;
     if rows < TILE_ROWS || columns < TILE_COLUMNS {
         s.fill(T::zero());
@@ -419,7 +419,7 @@ pub(super) fn minus_outer<T: Scalar>(s: &mut [T], block: Block, a: &[T], b: &[T]
 
 /// Computes [`minus_outer`] for `ROWS` rows and [`TILE_COLUMNS`] columns from this position on.
 #[inline(always)]
-fn outer_tile<T: Scalar, const ROWS: usize>(
+fn outer_tile<T: Number, const ROWS: usize>(
     s: &mut [T],
     block: Block,
     a: &[T],

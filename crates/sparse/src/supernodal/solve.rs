@@ -11,10 +11,10 @@ use super::small::{
 };
 use super::workspace::Workspace;
 use crate::Kind;
-use crate::Scalar;
+use crate::Number;
 use crate::row::Row;
 
-impl<T: Scalar> Supernodal<T> {
+impl<T: Number> Supernodal<T> {
     /// Returns the last pivots by unknown.
     pub(crate) fn pivots_by_unknown(&self) -> Vec<T> {
         let mut pivots = vec![T::zero(); self.analysis.n()];
@@ -32,13 +32,37 @@ impl<T: Scalar> Supernodal<T> {
         self.factors.len()
     }
 
+    /// Solves for one right-hand side.
+    pub(crate) fn run_one(&mut self, rhs: &mut [T], is_transposed: bool) {
+        self.in_pool(|this, in_threads| {
+            let task = Task {
+                analysis: &this.analysis,
+                factors: &this.factors,
+                is_transposed,
+                in_threads,
+                arch: this.arch,
+            };
+            let block = ColumnBlock {
+                n_columns: 1,
+                first: 0,
+            };
+            let one = &mut this.workspaces.one;
+            this.arch.dispatch(Solve::new(task, one, rhs, block));
+        });
+    }
+
     /// Solves for up to eight right-hand sides at a time, with vector instructions.
     pub(crate) fn run(&mut self, rhs: &mut [T], n_columns: usize, is_transposed: bool) {
+        self.in_pool(|this, in_threads| this.run_here(rhs, n_columns, is_transposed, in_threads));
+    }
+
+    /// Calls `solve` in the pool if there are fronts large enough to be shared; the argument is whether there are.
+    fn in_pool(&mut self, solve: impl FnOnce(&mut Self, bool) + Send) {
         let sizes = || self.analysis.supernodes();
         let has_large = || sizes().any(|(k, r)| is_large(k + r, k));
         match self.threads.as_ref().filter(|_| has_large()).cloned() {
-            Some(pool) => pool.install(|| self.run_here(rhs, n_columns, is_transposed, true)),
-            None => self.run_here(rhs, n_columns, is_transposed, false),
+            Some(pool) => pool.install(|| solve(self, true)),
+            None => solve(self, false),
         }
     }
 
@@ -52,7 +76,7 @@ impl<T: Scalar> Supernodal<T> {
             ..
         } = self;
         // One solve with eight real columns takes longer than two with four.
-        let most = match size_of::<T>() == size_of::<f64>() {
+        let most = match T::IS_REAL {
             true => 4,
             false => 8,
         };
@@ -116,7 +140,7 @@ struct Solve<'a, T, R> {
     block: ColumnBlock,
 }
 
-impl<'a, T: Scalar, R: Row<T>> Solve<'a, T, R> {
+impl<'a, T: Number, R: Row<T>> Solve<'a, T, R> {
     fn new(
         task: Task<'a, T>,
         workspace: &'a mut Workspace<R>,
@@ -134,7 +158,7 @@ impl<'a, T: Scalar, R: Row<T>> Solve<'a, T, R> {
     }
 }
 
-impl<T: Scalar, R: Row<T>> WithSimd for Solve<'_, T, R> {
+impl<T: Number, R: Row<T>> WithSimd for Solve<'_, T, R> {
     /// Number of columns solved.
     type Output = usize;
 
@@ -174,7 +198,7 @@ impl<T: Scalar, R: Row<T>> WithSimd for Solve<'_, T, R> {
     }
 }
 
-impl<T: Scalar, R: Row<T>> Solve<'_, T, R> {
+impl<T: Number, R: Row<T>> Solve<'_, T, R> {
     /// Computes x ← L⁻¹ x.
     #[inline(always)]
     fn forward(&mut self) {

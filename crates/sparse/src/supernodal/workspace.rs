@@ -1,7 +1,7 @@
 //! Workspace of solves.
 
 use super::analysis::Analysis;
-use crate::Scalar;
+use crate::Number;
 use crate::row::Row;
 
 /// Workspace for rows of one type.
@@ -23,7 +23,7 @@ impl<R> Default for Workspace<R> {
 }
 
 impl<R: Copy> Workspace<R> {
-    pub(super) fn fit<T: Scalar>(&mut self, analysis: &Analysis)
+    pub(super) fn fit<T: Number>(&mut self, analysis: &Analysis)
     where
         R: Row<T>,
     {
@@ -36,14 +36,14 @@ impl<R: Copy> Workspace<R> {
 
 /// Workspace for one right-hand side, and for several once they are used.
 #[derive(Debug)]
-pub(super) struct Workspaces<T: Scalar> {
+pub(super) struct Workspaces<T: Number> {
     pub(super) one: Workspace<T>,
     pub(super) two: Workspace<T::Columns<2>>,
     pub(super) four: Workspace<T::Columns<4>>,
     pub(super) eight: Workspace<T::Columns<8>>,
 }
 
-impl<T: Scalar> Workspaces<T> {
+impl<T: Number> Workspaces<T> {
     /// Allocates workspace for one right-hand side.
     pub(super) fn new(analysis: &Analysis) -> Self {
         let mut one = Workspace::default();
