@@ -1,7 +1,7 @@
 //! Settings of a time integration. Defaults are the paper's values.
 
 use myovib_dae::Tolerances;
-use myovib_sparse::{Ordering, SparseOptions};
+use myovib_sparse::{Ordering, Precision, SparseOptions};
 
 use sundials_wrap::VectorArithmetic;
 
@@ -150,6 +150,8 @@ pub struct Settings {
     pub linear_solver: LinearSolver,
     /// Fill-reducing ordering of KLU.
     pub ordering: Ordering,
+    /// Precision of the factors of condensed matrices.
+    pub precision: Precision,
     /// Whether KLU first permutes to block triangular form.
     pub btf: bool,
     /// Implementation of IDAS' vector operations.
@@ -187,6 +189,7 @@ impl Settings {
             delta_cj: 0.25,
             linear_solver: LinearSolver::Condensed,
             ordering: default_ordering(formulation, LinearSolver::Condensed),
+            precision: Precision::Auto,
             btf: false,
             vectors: VectorArithmetic::Simd,
             initial_step: None,
@@ -229,9 +232,10 @@ impl Settings {
         layout.fill(|field| self.suppressed.contains(&field))
     }
 
-    /// Returns the options of KLU.
+    /// Returns the options of factorizations.
     pub(crate) fn sparse_options(&self) -> SparseOptions {
         SparseOptions {
+            precision: self.precision,
             ordering: self.ordering,
             btf: self.btf,
             ..SparseOptions::default()

@@ -27,8 +27,8 @@
 
 use std::ops::Range;
 
-use myovib_sparse::SparseOptions;
 use myovib_sparse::{Kind, SparseError, Structure};
+use myovib_sparse::{Precision, SparseOptions};
 
 use crate::assembly::{Assembly, Entry};
 use crate::equation::Equation;
@@ -215,11 +215,16 @@ impl Splitting {
         self.included.clone()
     }
 
-    /// Analyzes the patterns of both problems.
+    /// Analyzes the patterns of both problems. Factors are in double precision: the multipliers are
+    /// differences of both solutions, and errors of 1e-7 become errors of percents.
     ///
     /// # Errors
     /// Errors of the symbolic analysis.
     pub fn eliminations(&self, options: SparseOptions) -> Result<[Elimination; 2], SparseError> {
+        let options = SparseOptions {
+            precision: Precision::Double,
+            ..options
+        };
         let constraints = self.ranges.q.len()..self.motion.pattern().major_dim();
         let eliminate = |pattern, kind| {
             let constraints = constraints.clone();

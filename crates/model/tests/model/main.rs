@@ -14,6 +14,7 @@ mod inf_sup;
 mod long_runs;
 mod own_material;
 mod periodic;
+mod precision;
 mod radau;
 mod radau_coupled;
 mod radau_rows;

@@ -6,7 +6,7 @@ use myovib_model::{
     AbsoluteTolerances, Field, Formulation, LinearSolver, MultiplierWeights, Muscle, Settings,
     TypicalValues, default_ordering,
 };
-use myovib_sparse::Ordering;
+use myovib_sparse::{Ordering, Precision};
 
 use serde_json::Value;
 
@@ -15,6 +15,7 @@ use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::integrator::{
     Block, ChainSteps, Integrator, MaxOrder, Method, MultiplierWeightsName, OrderingName,
+    PrecisionName,
 };
 use crate::scene_file::{Analysis, SceneFile};
 
@@ -53,6 +54,11 @@ impl Builder<'_> {
             ordering: wanted
                 .ordering
                 .map_or(default_ordering(formulation, linear_solver), ordering),
+            precision: match wanted.precision {
+                PrecisionName::Auto => Precision::Auto,
+                PrecisionName::Double => Precision::Double,
+                PrecisionName::Mixed => Precision::Mixed,
+            },
             linear_solver,
             btf: wanted.btf,
             initial_step: wanted.initial_step,

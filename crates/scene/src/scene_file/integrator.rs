@@ -41,6 +41,8 @@ pub struct Integrator {
     /// Maximum CPU time, s.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_cpu: Option<f64>,
+    /// Precision of the factors of matrices.
+    pub precision: PrecisionName,
     /// Column ordering of the full matrix [default: by formulation].
     pub ordering: Option<OrderingName>,
     /// KLU's block triangular form; not recommended.
@@ -65,6 +67,7 @@ impl Default for Integrator {
             projection_interval: None,
             max_steps: None,
             max_cpu: None,
+            precision: PrecisionName::Auto,
             ordering: None,
             btf: false,
         }
@@ -261,6 +264,18 @@ pub enum MultiplierWeightsName {
     Plain,
     /// The tolerances divided by (Ωh)^(i−1), with index i, angular frequency Ω of the load and step h.
     StepScaled,
+}
+
+/// Precision of the factors of the Newton matrices of a body. Solutions are in double precision.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum PrecisionName {
+    /// `mixed` for large bodies in space, otherwise `double`.
+    Auto,
+    /// Double precision.
+    Double,
+    /// Single precision with iterative refinement; double precision if that does not converge. Saves half the memory.
+    Mixed,
 }
 
 /// Column ordering.
