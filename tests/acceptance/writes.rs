@@ -46,7 +46,7 @@ key = "solid.bulk_modulus"
 "#;
 
 /// A quick command line for each command with `--json`.
-const COMMANDS: [&str; 16] = [
+const COMMANDS: [&str; 17] = [
     "check scene.toml",
     "doctor",
     "figure 4",
@@ -55,6 +55,7 @@ const COMMANDS: [&str; 16] = [
     "infsup --levels 1",
     "modes scene.toml --count 1",
     "movie chain --from 0 --to 1",
+    "periodic scene.toml --set traction[0].y={type=\"sine\",amplitude=1.0,frequency=100.0}",
     "response scene.toml --frequencies 1,2 --set traction[0].response={y=1.0}",
     "run scene.toml",
     "scenes",
@@ -75,10 +76,11 @@ const FILES: [(&str, &str); 5] = [
 ];
 
 /// Options that name an output folder, by command, and a file or folder written there.
-const FOLDERS: [(&str, &str); 9] = [
+const FOLDERS: [(&str, &str); 10] = [
     ("figure", "figure4.svg"),
     ("figures", "figure7.csv"),
     ("fit", "fit.json"),
+    ("periodic", "tip.csv"),
     ("response", "tip.csv"),
     ("run", "report.html"),
     ("sensitivity", "sensitivity.svg"),

@@ -39,10 +39,10 @@ fn description(found: &Periodic) -> String {
         "Periodic state at {} Hz, {}. Largest |multiplier|: {:.6}; leading multipliers: {}. \
          {} Newton iterations, {} integrations over a period; the ends of the period differ by {:.1e}.",
         found.frequency,
-        if found.is_stable {
-            "stable"
-        } else {
-            "unstable"
+        match found.is_stable {
+            Some(true) => "stable",
+            Some(false) => "unstable",
+            None => "neither stable nor unstable",
         },
         found.spectral_radius,
         multipliers.join(", "),

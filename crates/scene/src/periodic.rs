@@ -31,8 +31,8 @@ pub struct Periodic {
     pub steps: u64,
     /// Largest magnitude of the multipliers.
     pub spectral_radius: f64,
-    /// Whether all multipliers are inside the unit circle.
-    pub is_stable: bool,
+    /// Whether all multipliers are inside the unit circle; `None` if the largest is on it, as without damping.
+    pub is_stable: Option<bool>,
     /// Leading Floquet multipliers as [real part, imaginary part], largest magnitude first.
     pub multipliers: Vec<[f64; 2]>,
     /// Harmonics of the probes.

@@ -160,12 +160,21 @@ pub struct Multipliers {
     pub values: Vec<Complex64>,
     /// Residual norm of each: an estimate of its error.
     pub residuals: Vec<f64>,
+    /// Error of the differences.
+    pub resolution: f64,
 }
 
 impl Multipliers {
     /// Returns the largest magnitude, 0 without multipliers.
     pub fn spectral_radius(&self) -> f64 {
         self.values.first().map_or(0.0, |value| value.norm())
+    }
+
+    /// Returns whether all multipliers are inside the unit circle; `None` if the largest is on it to the
+    /// [`resolution`](Self::resolution), as without damping.
+    pub fn is_stable(&self) -> Option<bool> {
+        let distance = self.spectral_radius() - 1.0;
+        (distance.abs() > self.resolution).then_some(distance < 0.0)
     }
 }
 
@@ -188,18 +197,23 @@ pub fn multipliers(
         .map(|i| (golden * i as f64).fract() - 0.5)
         .collect();
     let start = product(&all)?;
+    // Differences resolve multipliers to the square of their increment.
+    let resolution = shooting.increment().powi(2);
     if norm(&start) <= shooting.map_error {
         return Ok(Multipliers {
             values: vec![Complex64::ZERO],
             residuals: vec![norm(&start)],
+            resolution,
         });
     }
-    // Differences resolve multipliers to the square of their increment.
-    let tolerance = shooting.increment().powi(2);
     let most = shooting.max_products.min(x.len());
-    let found = eigenvalues(&mut product, &start, count.min(x.len()), tolerance, most)?;
+    let found = eigenvalues(&mut product, &start, count.min(x.len()), resolution, most)?;
     let (values, residuals) = found.into_iter().unzip();
-    Ok(Multipliers { values, residuals })
+    Ok(Multipliers {
+        values,
+        residuals,
+        resolution,
+    })
 }
 
 /// Returns max |x_i|.

@@ -210,7 +210,7 @@ impl Search<'_> {
             integrations: map.evaluations(),
             steps: map.counts().steps,
             spectral_radius: radius,
-            is_stable: radius < 1.0,
+            is_stable: leading.is_stable(),
             multipliers: leading.values.iter().map(|z| [z.re, z.im]).collect(),
             probes: probes.collect(),
         };

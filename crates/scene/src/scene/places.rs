@@ -109,7 +109,7 @@ mod tests {
         let outside = refusal("type = \"point\"\nat = [1.0, 0.0]");
         assert!(outside.contains("(1, 0)"), "{outside}");
         let line = "type = \"line\"\nfrom = [0.0, 0.0]\nto = [0.0, 9.0]\npoints = 3";
-        assert!(refusal(line).contains("(0, 4.5)"));
+        assert!(refusal(line).contains("(0, 9)"));
         let in_space = refusal("type = \"point\"\nat = [0.0, 0.0, 0.0]");
         assert!(in_space.contains("2 coordinates"), "{in_space}");
         let free = refusal("type = \"reaction\"\ngroup = \"load\"");
