@@ -11,6 +11,7 @@
 
 mod compiled;
 mod dense;
+mod elimination;
 pub mod engine;
 mod error;
 mod factorization;
@@ -36,12 +37,13 @@ mod versions;
 mod work;
 
 pub use dense::DenseLu;
+pub use elimination::{Elimination, Structure};
 pub use error::SparseError;
 pub use factorization::{Factorization, Kind, Prediction};
 pub use options::{Ordering, Precision, Scaling, SparseOptions};
 pub use product::Product;
 pub use scalar::{Number, Scalar};
-pub use system::{Elimination, SparseSystem, Structure};
+pub use system::SparseSystem;
 pub use versions::Versions;
 pub use work::LinearWork;
 

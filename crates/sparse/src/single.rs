@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use crate::elimination::Elimination;
 use crate::supernodal::Supernodal;
-use crate::system::Elimination;
 use crate::{Factorization, Scalar, SparseError};
 
 /// Passes of the equilibration. Each takes the square root of the remaining deviation of the largest entries of the
