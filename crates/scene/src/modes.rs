@@ -4,6 +4,7 @@ use myovib_model::statics::{self, Equilibrium};
 use myovib_model::{Formulation, ModelError, Muscle, spectrum, support};
 use serde::Serialize;
 
+use crate::scene_file::Analysis;
 use crate::watch::{Watcher, search};
 use crate::{Body, InputError, Scene, json};
 
@@ -99,6 +100,11 @@ impl Modes {
         watcher: Watcher<'_>,
     ) -> Result<Self, crate::Error> {
         let muscle = body_of(scene).map(|body| &body.muscle)?;
+        if scene.file.analysis == Analysis::QuasiStatic {
+            let error = InputError::new("a quasi-static analysis has no inertia, and no modes");
+            let error = error.next("use analysis = \"modes\"");
+            return Err(scene.wrong("analysis", error).into());
+        }
         let requested = scene.file.modes.as_ref();
         let preload_time = requested.and_then(|modes| modes.preload_time);
         let at = match preload_time {

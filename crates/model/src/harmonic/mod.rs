@@ -384,8 +384,8 @@ impl DynamicStiffness {
     }
 
     /// Returns the amplitudes of functions of the body's state: their derivatives
-    /// along the motion, by central differences. Linear values are exact up to rounding, others to
-    /// about 1e-9.
+    /// along the motion, by central differences. Linear values are exact up to rounding, smooth
+    /// ones to about 1e-9; values without a derivative, such as a von Mises stress at rest, have no amplitude.
     pub fn amplitudes(
         &self,
         at: &Amplitude,

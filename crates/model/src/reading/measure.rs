@@ -72,6 +72,11 @@ impl Measurement {
         self.quantities.iter().any(|own| own.is_of_stress())
     }
 
+    /// Returns whether one of its values has no derivative at a state without strain and stress.
+    pub fn has_kink_at_rest(&self) -> bool {
+        self.quantities.iter().any(|own| own.has_kink_at_rest())
+    }
+
     /// Returns whether it contains an acceleration.
     pub fn has_acceleration(&self) -> bool {
         self.quantities.contains(&Quantity::Acceleration)

@@ -168,6 +168,14 @@ impl Quantity {
         matches!(self.description().reading, Reading::Stress(_))
     }
 
+    /// Returns whether it has no derivative at a state without strain and stress.
+    pub fn has_kink_at_rest(self) -> bool {
+        matches!(
+            self,
+            Self::PrincipalStrain | Self::Principal | Self::VonMises
+        )
+    }
+
     /// Returns whether it requires det F, a strain or a stress.
     pub fn needs_state(self) -> bool {
         !matches!(self.description().reading, Reading::Fields(_))

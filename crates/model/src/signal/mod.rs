@@ -46,8 +46,8 @@ pub trait TimeFunction: Debug + Send + Sync {
     /// Returns value, first and second derivative at time `t`.
     fn at(&self, t: f64) -> Jet;
 
-    /// Returns the shortest time in which the function makes its change between two times, if it
-    /// changes.
+    /// Returns the shortest time scale of changes between two times, such as a rise time or a period;
+    /// `None` if the function is constant.
     fn time_scale(&self, from: f64, to: f64) -> Option<f64>;
 
     /// Returns the longest step that cannot miss a change between two times, if there is a change.
@@ -55,7 +55,8 @@ pub trait TimeFunction: Debug + Send + Sync {
         Some(FRACTION * self.time_scale(from, to)?)
     }
 
-    /// Returns the value if it is constant between two times.
+    /// Returns the value if it is constant between two times. Without it, steps stay as short as
+    /// [`longest_step`](Self::longest_step) over the whole run.
     fn constant_over(&self, _from: f64, _to: f64) -> Option<f64> {
         None
     }
@@ -187,7 +188,8 @@ impl Signal {
         self.0.objection()
     }
 
-    /// Returns the value if it is constant between two times.
+    /// Returns the value if it is constant between two times. Without it, steps stay as short as
+    /// [`longest_step`](Self::longest_step) over the whole run.
     fn constant_over(&self, from: f64, to: f64) -> Option<f64> {
         self.0.constant_over(from, to)
     }

@@ -67,7 +67,7 @@ pub(super) fn first(times: [f64; 2], after: f64, order: u8) -> Option<Break> {
     Some(Break { t: later, order })
 }
 
-/// Evaluates between two times a function that is 0 before it rises and `value` afterwards.
+/// Returns 0 if both times are before the rise of a function, `value` if both are after it.
 pub(super) fn between([start, end]: [f64; 2], value: f64, from: f64, to: f64) -> Option<f64> {
     match () {
         () if to <= start => Some(0.0),

@@ -6,7 +6,7 @@
 
 use num_complex::Complex64;
 
-use super::peaks::{Maximum, falls_to, maximum};
+use super::peaks::{Maximum, falls_to, is_constant, maximum};
 use super::rational::Rational;
 
 /// Number of frequencies of the first round.
@@ -248,6 +248,9 @@ fn peaks(computed: &[f64], fitted: &Rational, sizes: &[f64]) -> Vec<(usize, Maxi
     for (curve, size) in sizes.iter().enumerate().filter(|(_, size)| **size > 0.0) {
         let exact = |f: f64| fitted.at(f, sizes.len())[curve].norm();
         let amplitude = |k: usize| rows[k][curve].norm();
+        if is_constant((0..fine.len()).map(amplitude)) {
+            continue;
+        }
         for k in 1..fine.len().saturating_sub(1) {
             let here = amplitude(k);
             if here <= SMALL * size || amplitude(k - 1) >= here || here < amplitude(k + 1) {

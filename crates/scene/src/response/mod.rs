@@ -11,7 +11,9 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use myovib_model::harmonic::HarmonicResponse;
 use myovib_model::statics::{self, Equilibrium};
-use myovib_model::{Field, Formulation, ModelError, Muscle, Quantity, Snapshot, support};
+use myovib_model::{
+    Field, Formulation, Measurement, ModelError, Muscle, Quantity, Snapshot, support,
+};
 use num_complex::Complex64;
 use serde::Serialize;
 
@@ -124,6 +126,9 @@ impl Curves {
                 continue;
             }
             let values: Vec<Complex64> = self.amplitudes.iter().map(|row| row[k]).collect();
+            if peaks::is_constant(values.iter().map(|z| z.norm())) {
+                continue;
+            }
             let maxima = peaks::maxima(frequencies, &values).into_iter();
             peaks.extend(maxima.map(|maximum| self.peak(column, maximum)));
         }
@@ -295,12 +300,14 @@ pub(crate) type HarmonicProbes = Vec<(String, Box<dyn Reading>)>;
 /// Returns the probes that have amplitudes.
 ///
 /// # Errors
-/// Probes that measure nothing in the scene; stresses of a body whose stress relaxes.
+/// Probes that measure nothing in the scene; stresses of a body whose stress relaxes; values without a derivative.
 pub(crate) fn harmonic_probes(scene: &Scene) -> Result<HarmonicProbes, InputError> {
     let relaxes = scene
         .body
         .as_ref()
         .is_some_and(|body| body.muscle.solid.n_slots() > 0);
+    let preload = scene.file.response.as_ref().and_then(|r| r.preload_time);
+    let is_at_rest = preload.is_none();
     let mut probes = Vec::new();
     for (i, (probe, reading)) in scene.file.probe.iter().zip(scene.readings()?).enumerate() {
         if relaxes
@@ -311,6 +318,19 @@ pub(crate) fn harmonic_probes(scene: &Scene) -> Result<HarmonicProbes, InputErro
                 "stress amplitudes of a body whose stress relaxes are not available",
             );
             let error = error.next("remove the stresses from the quantities of the probe");
+            return Err(scene.wrong(&format!("probe[{i}].quantities"), error));
+        }
+        if is_at_rest
+            && reading
+                .measurements()
+                .iter()
+                .any(Measurement::has_kink_at_rest)
+        {
+            let error = InputError::new(
+                "principal values and von Mises stresses have no derivative at rest",
+            );
+            let error =
+                error.next("remove them from the quantities of the probe, or add a preload");
             return Err(scene.wrong(&format!("probe[{i}].quantities"), error));
         }
         if reading.harmonic().is_some() {

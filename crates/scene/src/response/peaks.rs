@@ -14,6 +14,8 @@ use crate::modes::Mode;
 const SAMPLES: [usize; 2] = [7, 9];
 /// Maximum relative difference of the two peaks at which a peak is resolved.
 const RESOLVED: f64 = 1e-2;
+/// Relative variation of an amplitude by rounding in solutions and in interpolation.
+const CONSTANT: f64 = 1e-6;
 /// Number of intervals in which the half-power frequencies are searched on each side of a peak.
 const SEARCH: usize = 400;
 
@@ -105,6 +107,13 @@ impl Rational {
         }
         above / below
     }
+}
+
+/// Returns whether an amplitude varies by rounding errors only, as the motion of a support.
+pub(super) fn is_constant(amplitudes: impl Iterator<Item = f64> + Clone) -> bool {
+    let largest = amplitudes.clone().fold(0.0, f64::max);
+    let smallest = amplitudes.fold(f64::INFINITY, f64::min);
+    smallest >= (1.0 - CONSTANT) * largest
 }
 
 /// Returns the frequency of the largest amplitude between `low` and `high`, by golden sections.

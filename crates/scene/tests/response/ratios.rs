@@ -122,3 +122,21 @@ fn invalid_ratios_are_refused_at_their_key() {
         assert!(error.contains(place), "{to}: {error}");
     }
 }
+
+/// Regression: rounding errors of the constant amplitude gave thousands of peaks.
+#[test]
+fn a_shaken_support_has_no_peaks() {
+    for frequencies in ["5..150:60", "5..150:adaptive"] {
+        let given = format!("frequencies = {FREQUENCIES:?}");
+        let text = slab(8).replace(&given, &format!("frequencies = \"{frequencies}\""));
+        let peaks = response(&text).peaks;
+        assert!(
+            peaks.iter().any(|peak| peak.probe == "middle"),
+            "{frequencies}"
+        );
+        assert!(
+            peaks.iter().all(|peak| peak.probe != "top"),
+            "{frequencies}"
+        );
+    }
+}

@@ -78,6 +78,10 @@ fn invalid_responses_are_refused_at_their_key() {
             "--set probe[0].quantities",
         ),
         (
+            &["probe[0].quantities=[\"von-mises\"]"],
+            "--set probe[0].quantities",
+        ),
+        (
             &[
                 "analysis=dynamic",
                 "time.end=1.0",

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use myovib_scene::Scene;
 use myovib_scene::csv::Table;
+use myovib_scene::modes::Modes;
 use myovib_scene::run::{RunOptions, compute};
+use myovib_scene::watch::Watcher;
 
 /// Shear modulus, Pa.
 const G: f64 = 1e4;
@@ -186,4 +188,7 @@ fn parts_that_need_inertia_are_rejected() {
             "{head}{bulk}{pull}"
         );
     }
+    let text = strip(QUASI_STATIC, PRONY, "inf", RAMP);
+    let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+    assert!(Modes::of_scene(&scene, Some(1), Watcher::NOBODY).is_err());
 }

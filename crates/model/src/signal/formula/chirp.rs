@@ -54,7 +54,7 @@ impl TimeFunction for Chirp {
         shortest([ends[0].max(ends[1]).recip()])
     }
 
-    /// Error estimates see what goes on.
+    /// No limit: the error test resolves a continuing vibration.
     fn longest_step(&self, _: f64, _: f64) -> Option<f64> {
         None
     }

@@ -31,7 +31,7 @@ impl TimeFunction for Sine {
         shortest([self.frequency.abs().recip()])
     }
 
-    /// Error estimates see what goes on.
+    /// No limit: the error test resolves a continuing vibration.
     fn longest_step(&self, _: f64, _: f64) -> Option<f64> {
         None
     }
