@@ -19,6 +19,7 @@ mod pages {
     mod extending {}
 }
 
+mod analysis;
 pub mod args;
 pub mod chains;
 pub mod cli;

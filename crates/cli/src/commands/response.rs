@@ -3,16 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use myovib_report::{page, response};
-use myovib_scene::run::{Existing, RunOptions, compute};
-use myovib_scene::sensitivity::SceneParameter;
-use myovib_scene::{Scene, plain};
+use myovib_report::response;
 
+use crate::analysis::AnalysisCommand;
 use crate::args::CommonArgs;
 use crate::exit::Exit;
-use crate::interrupt;
-use crate::output;
-use crate::progress::Progress;
 use crate::values;
 
 /// Options of `myovib response`.
@@ -59,42 +54,15 @@ pub struct ResponseArgs {
 /// found, or if an output cannot be written.
 pub fn run(args: &ResponseArgs) -> anyhow::Result<Exit> {
     let mut set = args.set.clone();
-    set.push("analysis=response".to_owned());
     let frequencies = args.frequencies.iter();
     set.extend(frequencies.map(|list| format!("response.frequencies=\"{list}\"")));
-    let scene = Scene::load(&args.scene, &set)?;
-    SceneParameter::all(&scene)?;
-    for note in scene.notes() {
-        output::note(&note);
-    }
-    for finding in scene.unusual() {
-        output::warn(&finding.to_string());
-    }
-    let progress = Progress::new(args.common.quiet);
-    let result = compute(
-        &scene,
-        &RunOptions {
-            out: args.out.clone(),
-            existing: Existing::of(false, args.overwrite),
-            interrupt: Some(interrupt::flag()),
-            progress: &progress,
-            verify: false,
-        },
-    )?;
-    drop(progress);
-    for note in &result.notes {
-        output::note(note);
-    }
-    page::write(&args.out, &scene, &result)?;
-    let table = result
-        .response
-        .as_ref()
-        .map_or(String::new(), response::text);
-    let page = args.out.join(page::NAME);
-    let text = format!(
-        "{table}\nAll of it: {}\n",
-        plain(&page.display().to_string())
-    );
-    args.common.give("response", &text, &result.document)?;
-    Ok(Exit::of(&result.outcome))
+    let command = AnalysisCommand {
+        name: "response",
+        scene: &args.scene,
+        set,
+        out: &args.out,
+        overwrite: args.overwrite,
+        common: &args.common,
+    };
+    command.run(|result| result.response.as_ref().map(response::text))
 }
