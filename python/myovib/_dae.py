@@ -173,8 +173,9 @@ def solve_dae(
     dense_output: bool = False,
     first_step: float | None = None,
     max_step: float | None = None,
-    max_order: int = 5,
+    max_order: int | None = None,
     max_steps: int | None = None,
+    breaks: ArrayLike = (),
     initial: Literal["given", "algebraic", "states"] = "given",
     args: Sequence[Any] = (),
     **unknown: Any,
@@ -238,10 +239,17 @@ def solve_dae(
         at which F is evaluated: an input that acts or oscillates between them is
         missed. Limit the step to a fraction of its duration or period. A warning
         names an equation that is not satisfied within one of the first steps.
-    max_order : int
-        Maximum order of "bdf".
+    max_order : int, optional
+        Maximum order of "bdf"; 5 by default.
     max_steps : int or inf, optional
-        Maximum number of steps; 200 000 by default.
+        Maximum number of steps, up to each break; 200 000 by default.
+    breaks : array_like, optional
+        Times at which an input jumps or has a kink. The integration stops there
+        and starts again. The functions are never called at exactly these times, so
+        that each step sees one side of the jump. At index 0 and 1, algebraic
+        variables and derivatives after a break are computed as by
+        ``initial="algebraic"``, and a break occurs twice in `t` if `t_eval` is not
+        given. Times outside `t_span` are ignored.
     initial : {"given", "algebraic", "states"}
         Values to correct at the start so that F = 0: none; the algebraic
         components and the derivatives of the others (index 1); all of y.
@@ -283,6 +291,9 @@ def solve_dae(
     method = "bdf" if method == "ida" else method
     if initial not in ("given", "algebraic", "states"):
         raise ValueError(f"initial = {initial!r}: must be given, algebraic or states")
+    if max_order is not None and method != "bdf":
+        raise ValueError(f'max_order = {max_order}: only "bdf" has a variable order, not {method!r}')
+    max_order = 5 if max_order is None else max_order
     if not 1 <= max_order <= 5:
         raise ValueError(f"max_order = {max_order}: must be 1 to 5")
     if np.ndim(rtol) != 0:
@@ -318,44 +329,118 @@ def solve_dae(
             f'index has a {max(indices)}, which "bdf" makes no use of: use a Radau method, or, for '
             "index 2, exclude these components from the error test by `suppress`"
         )
+    highest = max(indices or [0])
+    is_hidden = highest > 1
+    if initial == "algebraic" and is_hidden:
+        raise ValueError(
+            f'initial = "algebraic" is for index 0 and 1, and index has a {highest}: give initial '
+            "values that satisfy the constraints and their derivatives"
+        )
     if not isinstance(args, Sequence) or isinstance(args, str):
         raise ValueError(f"args = {args!r}: must be a tuple, as in args=({args!r},)")
     residual = _with(residual, args)
     jacobian = None if jacobian is None else _with(jacobian, args)
     watched = _Events(events, args)
     pattern = None if sparsity is None else _pattern(sparsity, n)
-    found = _native.solve(
-        {
-            "residual": _in_bytes(residual, n),
-            "jacobian": None if jacobian is None else _Jacobian(jacobian, pattern, n),
-            "pattern": None if pattern is None else (pattern[0].tolist(), pattern[1].tolist()),
-            "events": _in_bytes(watched.values, len(watched.functions), "events")
-            if watched.functions
-            else None,
-            "directions": watched.directions,
-            "terminal": watched.terminal,
-            "algebraic": marks,
-            "index": indices,
-            "suppress": left_out,
-            "method": method,
-            "t_span": (t0, t_end),
-            "y0": start.tolist(),
-            "yp0": rates.tolist(),
-            "rtol": float(rtol),
-            "atol": tolerances.tolist(),
-            "t_eval": _output_times(t_eval, t0, t_end),
-            "first_step": None if first_step is None else float(first_step),
-            "max_step": None if max_step is None or np.isinf(max_step) else float(max_step),
-            "max_order": int(max_order),
-            "max_steps": limit,
-            "has_default_limit": max_steps is None,
-            "initial": initial,
-            "dense": bool(dense_output),
-        }
-    )
-    for warning in found.pop("warnings"):
+    matrices = None if jacobian is None else _Jacobian(jacobian, pattern, n)
+    request = {
+        "pattern": None if pattern is None else (pattern[0].tolist(), pattern[1].tolist()),
+        "directions": watched.directions,
+        "algebraic": marks,
+        "index": indices,
+        "suppress": left_out,
+        "method": method,
+        "rtol": float(rtol),
+        "atol": tolerances.tolist(),
+        "first_step": None if first_step is None else float(first_step),
+        "max_step": None if max_step is None or np.isinf(max_step) else float(max_step),
+        "max_order": int(max_order),
+        "max_steps": limit,
+        "has_default_limit": max_steps is None,
+        "dense": bool(dense_output),
+    }
+    outputs = _output_times(t_eval, t0, t_end)
+    jumps = _breaks(breaks, t0, t_end)
+    times = [t0, *(t for t in jumps if t not in (t0, t_end)), t_end]
+    found: dict[str, Any] = {}
+    for part, (t_from, t_to) in enumerate(zip(times, times[1:])):
+        is_last = part == len(times) - 2
+        # The functions are not evaluated at the breaks themselves.
+        limits = (
+            np.nextafter(t_from, t_to) if t_from in jumps else t_from,
+            np.nextafter(t_to, t_from) if t_to in jumps else t_to,
+        )
+        due = None if outputs is None else _in_part(outputs, t_from, t_to, part == 0)
+        if due is not None and not is_last:
+            due.append(t_to)
+        solved = _native.solve(
+            {
+                **request,
+                "residual": _in_bytes(_within(residual, limits), n),
+                "jacobian": None if matrices is None else _within(matrices, limits),
+                "events": _in_bytes(
+                    _within(watched.values, limits), len(watched.functions), "events"
+                )
+                if watched.functions
+                else None,
+                "terminal": watched.terminal_after(found.get("events", [])),
+                "t_span": (t_from, t_to),
+                "y0": start.tolist(),
+                "yp0": rates.tolist(),
+                "t_eval": due,
+                "initial": initial if part == 0 else "given" if is_hidden else "algebraic",
+            }
+        )
+        if part > 0 and is_hidden and outputs is None:
+            # The multipliers at the start of this part have the values before the break.
+            _cut(solved, n, slice(1, None))
+        if solved["status"] == 0 and not is_last:
+            start, rates = (np.frombuffer(solved[name])[-n:] for name in ("y", "yp"))
+            if due is not None:
+                _cut(solved, n, slice(-1))
+        found = _joined(found, solved) if found else solved
+        if found["status"] != 0:
+            break
+    for warning in dict.fromkeys(found.pop("warnings")):
         warnings.warn(warning, stacklevel=2)
     return _solution(found, n, len(watched.functions), method)
+
+
+def _breaks(breaks: ArrayLike, t0: float, t_end: float) -> list[float]:
+    """Return the breaks in the span, in the direction of integration."""
+    times = np.unique(np.asarray(breaks, dtype=float))
+    if not np.isfinite(times).all():
+        raise ValueError("breaks has entries that are not finite")
+    inside = times[(times >= min(t0, t_end)) & (times <= max(t0, t_end))].tolist()
+    return inside if t0 < t_end else inside[::-1]
+
+
+def _in_part(outputs: list[float], t_from: float, t_to: float, is_first: bool) -> list[float]:
+    """Return the output times after `t_from`, or from it in the first part, up to `t_to`."""
+    sign = 1.0 if t_from < t_to else -1.0
+    return [
+        t
+        for t in outputs
+        if sign * (t - t_from) > 0 and sign * (t - t_to) <= 0 or is_first and t == t_from
+    ]
+
+
+def _within(function: Any, limits: tuple[float, float]) -> Any:
+    """Return a function of t, y, yp that is evaluated at times between the limits only."""
+    low, high = min(limits), max(limits)
+    return lambda t, y, yp: function(min(max(t, low), high), y, yp)
+
+
+def _cut(found: dict[str, Any], n: int, rows: slice) -> None:
+    """Keep these rows of the results."""
+    for name, width in (("t", 1), ("y", n), ("yp", n)):
+        found[name] = np.frombuffer(found[name]).reshape(-1, width)[rows].tobytes()
+
+
+def _joined(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
+    """Join the results of two successive parts of an integration."""
+    last = ("nodes", "status", "message")
+    return {name: second[name] if name in last else first[name] + second[name] for name in first}
 
 
 def _with(function: Callable[..., Any], args: Sequence[Any]) -> Function:
@@ -489,7 +574,7 @@ class _Jacobian:
                 warnings.warn(
                     f"jacobian: its sparse matrices are stored as full ones of {self.n} rows: give "
                     "their pattern by `sparsity`",
-                    stacklevel=4,  # the caller of solve_dae
+                    stacklevel=5,  # the caller of solve_dae
                 )
             return (matrix.toarray() if sparse else matrix).ravel(order="F")
         values = np.asarray(matrix[self.places], dtype=float).ravel()
@@ -520,6 +605,11 @@ class _Events:
         self.functions = [_with(f, args) for f in given]
         self.directions = [int(np.sign(getattr(f, "direction", 0))) for f in given]
         self.terminal = [int(getattr(f, "terminal", 0) or 0) for f in given]
+
+    def terminal_after(self, crossings: list[Any]) -> list[int]:
+        """Return the occurrences of each event that remain until it ends the integration."""
+        past = [sum(c[0] == k for c in crossings) for k in range(len(self.functions))]
+        return [count and count - done for count, done in zip(self.terminal, past)]
 
     def values(self, t: float, y: Array, yp: Array) -> list[float]:
         return [_number(function(t, y, yp)) for function in self.functions]

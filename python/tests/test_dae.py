@@ -382,6 +382,74 @@ def test_exceptions_near_the_start_are_not_those_of_the_solution(method):
     assert s.success, s.message
 
 
+def square_wave(t):
+    return 1.0 if t % 1.0 < 0.5 else -1.0
+
+
+def charged(t):
+    """Voltage of a capacitor that a square wave charges through a resistor."""
+    y, start = 0.0, 0.0
+    for k in range(int(2 * t) + 1):
+        end = min(0.5 * (k + 1), t)
+        y = (-1) ** k + (y - (-1) ** k) * np.exp(start - end)
+        start = end
+    return y
+
+
+def circuit(t, y, yp):
+    return [yp[0] - y[1], y[1] - square_wave(t) + y[0]]
+
+
+BREAKS = np.arange(0.0, 3.1, 0.5)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("t_eval", [None, np.linspace(0.1, 3.0, 30)])
+def test_square_waves_are_integrated_from_break_to_break(method, t_eval):
+    s = solve_dae(
+        circuit, (0, 3), [0, 1], [1, 0], method, rtol=1e-8, atol=1e-10, breaks=BREAKS, t_eval=t_eval,
+        dense_output=True,
+    )
+    assert s.status == 0, s.message
+    # The manual promises 1000 tolerances.
+    assert np.abs(s.y[0] - [charged(t) for t in s.t]).max() < 1e-5
+    if t_eval is not None:
+        assert (s.t == t_eval).all()
+    times = np.linspace(0.01, 2.99, 150)  # the breaks are not among them
+    currents = [square_wave(t) - charged(t) for t in times]
+    assert np.abs(s.sol(times)[1] - currents).max() < 1e-5
+
+
+def test_breaks_are_passed_backwards():
+    end = [charged(3.0), -1 - charged(3.0)]
+    s = solve_dae(circuit, (3, 0), end, [end[1], 0], rtol=1e-8, atol=1e-10, breaks=BREAKS)
+    assert s.status == 0, s.message
+    # Errors grow as e^3 = 20 backwards.
+    assert abs(s.y[0, -1]) < 2e-4
+
+
+def test_multipliers_of_index_2_jump_at_breaks():
+    def triangle(t):
+        return min(t % 1.0, 1.0 - t % 1.0)
+
+    def follow(t, y, yp):
+        return [yp[0] - y[1], y[0] - triangle(t)]
+
+    s = solve_dae(follow, (0, 3), [0, 1], [1, 0], "radau9", index=[1, 2], rtol=1e-6, atol=1e-8, breaks=BREAKS)
+    assert s.status == 0, s.message
+    assert np.abs(np.abs(s.y[1]) - 1.0).max() < 1e-4
+
+
+def test_events_are_counted_across_breaks():
+    def crossing(t, y, yp):
+        return y[0]
+
+    crossing.terminal = 3
+    s = solve_dae(circuit, (0, 3), [0, 1], [1, 0], "radau9", breaks=BREAKS, events=crossing)
+    assert s.status == 1 and len(s.t_events[0]) == 3, s.message
+    assert [charged(t) for t in s.t_events[0]] == pytest.approx([0.0] * 3, abs=1e-3)
+
+
 def test_results_are_pickled_whole():
     s = solve_dae(robertson, (0, 40), dense_output=True, **ROBERTSON)
     copy = pickle.loads(pickle.dumps(s))
@@ -416,6 +484,9 @@ def test_results_are_pickled_whole():
         (dict(max_steps=0), "max_steps = 0: must be a whole number of at least 1"),
         (dict(max_steps=1.5), "max_steps = 1.5: must be a whole number of at least 1"),
         (dict(t_eval=[0.5, np.nan]), "not finite"),
+        (dict(max_order=2, method="radau5"), 'max_order = 2: only "bdf"'),
+        (dict(index=[2], initial="algebraic", method="radau5"), 'initial = "algebraic" is for index 0 and 1'),
+        (dict(breaks=[np.nan]), "breaks has entries that are not finite"),
         (dict(args=2.0), r"must be a tuple, as in args=\(2.0,\)"),
     ],
 )
