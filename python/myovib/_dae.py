@@ -21,8 +21,11 @@ METHODS = ("bdf", "ida", "radau5", "radau9", "radau13")
 # Default step limit: more steps than a typical integration needs; they take about a minute.
 MAX_STEPS = 200_000
 
-# Arguments of `scipy.integrate.solve_ivp` with a different name or form here.
-SCIPY_NAMES = {
+# SciPy's names of these methods.
+SCIPY_METHODS = {"Radau": "radau5", "BDF": "bdf"}
+
+# Arguments of other solvers with a different name or form here.
+OTHER_NAMES = {
     "fun": "it is `residual` here, F(t, y, y'), not y' = f(t, y)",
     "jac": "it is `jacobian` here, and returns the pair dF/dy, dF/dy' at (t, y, yp)",
     "jac_sparsity": "it is `sparsity` here, the pattern of dF/dy and dF/dy' together",
@@ -30,6 +33,12 @@ SCIPY_NAMES = {
     "uband": "give the pattern by `sparsity`",
     "min_step": "has no minimum step; limit the number of steps by `max_steps`",
     "vectorized": "the residual is called for one state at a time",
+    "reltol": "it is `rtol` here",
+    "abstol": "it is `atol` here",
+    "mass": "there are no matrices here: write M y' - f(t, y) as the `residual`",
+    "differential_vars": "it is `algebraic` here, with the opposite values",
+    "sensitivities": "there are none here: add the equations of dy/dp to the `residual`, or use "
+    "differences of runs with tight tolerances",
 }
 
 
@@ -96,7 +105,7 @@ class DaeSolution:
     y, yp : ndarray, shape (n, m)
         Solution and its derivative at these times.
     sol : DenseOutput or None
-        Solution as a function of time, if `dense_output` is set.
+        Solution as a function of time, if `dense_output` is set and a step was taken.
     t_events : list of ndarray or None
         Times of each event.
     y_events : list of ndarray or None
@@ -225,7 +234,8 @@ def solve_dae(
         zero, the event is the start of this interval. The attributes are the same
         as in `solve_ivp`: ``terminal`` (bool, or the number of the occurrence that
         ends the integration) and ``direction`` (its sign). A zero at the start of
-        the integration is not reported.
+        the integration is not reported, and a zero at its end only if rounding does
+        not keep the number from reaching it.
     rtol, atol : float; float or array_like, shape (n,)
         Tolerances: the local error may be ``rtol |y_i| + atol_i``. `rtol` is a
         scalar.
@@ -284,10 +294,12 @@ def solve_dae(
     0.7158
     """
     for name in unknown:
-        known = f": {SCIPY_NAMES[name]}" if name in SCIPY_NAMES else ""
+        known = f": {OTHER_NAMES[name]}" if name in OTHER_NAMES else ""
         raise TypeError(f"solve_dae() got an unexpected keyword argument {name!r}{known}")
     if method not in METHODS:
-        raise ValueError(f"method = {method!r}: must be one of {', '.join(METHODS)}")
+        other = SCIPY_METHODS.get(method) if isinstance(method, str) else None
+        known = f"; SciPy's {method!r} is {other!r} here" if other else ""
+        raise ValueError(f"method = {method!r}: must be one of {', '.join(METHODS)}{known}")
     method = "bdf" if method == "ida" else method
     if initial not in ("given", "algebraic", "states"):
         raise ValueError(f"initial = {initial!r}: must be given, algebraic or states")
@@ -298,8 +310,8 @@ def solve_dae(
         raise ValueError(f"max_order = {max_order}: must be 1 to 5")
     if np.ndim(rtol) != 0:
         raise ValueError(f"rtol = {rtol}: must be a number (`atol` may have one for each component)")
-    if not 0 <= rtol < 1:
-        raise ValueError(f"rtol = {rtol}: must be at least 0 and below 1")
+    if not 0 < rtol < 1:
+        raise ValueError(f"rtol = {rtol}: must be above 0 and below 1")
     start = _vector("y0", y0)
     n = len(start)
     rates = _vector("yp0", yp0, n)
@@ -308,6 +320,8 @@ def solve_dae(
         raise ValueError(f"atol has {len(tolerances)} entries: must be 1 or {n}")
     if (tolerances < 0).any():
         raise ValueError(f"atol = {atol!r}: must be at least 0")
+    if np.ndim(t_span) != 1 or len(t_span) != 2:
+        raise TypeError(f"t_span = {t_span!r}: must be a pair (start, end)")
     t0, t_end = (float(t) for t in t_span)
     if t0 == t_end or not np.isfinite([t0, t_end]).all():
         raise ValueError(f"t_span = ({t0}, {t_end}): must be two different finite times")
@@ -321,6 +335,8 @@ def solve_dae(
     if suppress is True and marks is None:
         raise ValueError("suppress = True leaves the algebraic components out: name them in `algebraic`")
     left_out = marks if suppress is True else _marks("suppress", None if suppress is False else suppress, n)
+    if index is not None and np.ndim(index) != 1:
+        raise TypeError(f"index = {index!r}: must be a sequence of {n} numbers from 0 to 3")
     indices = None if index is None else [int(i) for i in index]
     if indices is not None and (len(indices) != n or not all(0 <= i <= 3 for i in indices)):
         raise ValueError(f"index must have {n} entries from 0 to 3")

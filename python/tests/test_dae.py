@@ -464,7 +464,7 @@ def test_results_are_pickled_whole():
         (dict(y0=[1, 2]), "shape"),
         (dict(y0=[np.nan]), "not finite"),
         (dict(atol=[1, 2, 3]), "must be 1 or 1"),
-        (dict(rtol=-1), "rtol = -1: must be at least 0"),
+        (dict(rtol=-1), "rtol = -1: must be above 0"),
         (dict(rtol=[1e-4, 1e-4]), "rtol = .* must be a number"),
         (dict(atol=-1), "atol = -1: must be at least 0"),
         (dict(t_eval=[1, 0.5]), "sorted"),
@@ -478,6 +478,8 @@ def test_results_are_pickled_whole():
         (dict(residual=lambda t, y, yp: None), "returned nothing: must be 1"),
         (dict(residual=lambda t, y, yp: yp[0]), r"the shape \(\): must be 1"),
         (dict(residual=lambda t, y, yp: [[1]]), r"the shape \(1, 1\): must be 1"),
+        (dict(method="Radau"), "SciPy's 'Radau' is 'radau5'"),
+        (dict(rtol=0), "rtol = 0: must be above 0"),
         (dict(first_step=-1), "first_step = -1: must be above 0"),
         (dict(first_step=0), "first_step = 0: must be above 0"),
         (dict(max_step=0), "max_step = 0: must be above 0"),
@@ -496,8 +498,21 @@ def test_arguments_that_make_no_sense_are_named(arguments, words):
         solve_dae(**(good | arguments))
 
 
-@pytest.mark.parametrize("name", ["jac", "jac_sparsity", "fun"])
-def test_names_of_scipy_are_answered(name):
+@pytest.mark.parametrize(
+    "arguments", [dict(index=1), dict(t_span=40), dict(t_span=(0, 1, 2))], ids=str
+)
+def test_numbers_in_place_of_sequences_are_named(arguments):
+    (name,) = arguments
+    good = dict(residual=lambda t, y, yp: yp + y, t_span=(0, 1), y0=[1], yp0=[-1])
+    with pytest.raises(TypeError, match=f"^{name} = .*must be a"):
+        solve_dae(**(good | arguments))
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["jac", "jac_sparsity", "fun", "reltol", "mass", "differential_vars", "sensitivities"],
+)
+def test_names_of_other_solvers_are_answered(name):
     with pytest.raises(TypeError, match=f"{name}'.* here"):
         solve_dae(lambda t, y, yp: yp + y, (0, 1), [1], [-1], **{name: None})
 
