@@ -123,13 +123,20 @@ impl Modes {
         };
         let count = count.or(requested.map(|modes| modes.count));
         let count = count.unwrap_or(DEFAULT_COUNT);
+        let mut modes = BodyModes::about(muscle, &at, count)?;
+        let is_active = scene.file.material.iter().any(|own| own.active.is_some());
+        if preload_time.is_none() && is_active && muscle.models().next().is_none() {
+            let note = "the modes are those of the body at rest, without its active tension; \
+                        `modes.preload_time` selects an equilibrium under tension";
+            modes.notes.push(note.to_owned());
+        }
         Ok(Self {
             load: 0.0,
             preload_time,
             alpha: muscle.parameters.alpha,
             beta: muscle.parameters.beta,
             drive: muscle.drive(),
-            muscles: vec![BodyModes::about(muscle, &at, count)?],
+            muscles: vec![modes],
         })
     }
 }

@@ -29,21 +29,36 @@ pub(super) struct Materials {
 }
 
 impl Builder<'_> {
-    /// Returns laws, densities and fibers of the elements. Each element must have exactly one
-    /// material.
+    /// Returns laws, densities and fibers of the elements. A material without a group covers the
+    /// elements that no other material covers.
     pub(super) fn materials(&self, file: &SceneFile, mesh: &Mesh) -> Result<Materials, InputError> {
         let mut given: Vec<Option<usize>> = vec![None; mesh.n_elements()];
         let mut fibers = None;
-        for (i, material) in file.material.iter().enumerate() {
+        let numbered = || file.material.iter().enumerate();
+        let of_groups = numbered().filter(|(_, material)| material.group.is_some());
+        let of_the_rest = numbered().filter(|(_, material)| material.group.is_none());
+        for (i, material) in of_groups.chain(of_the_rest) {
             let path = format!("material[{i}]");
-            let members = self.elements(material.group.as_deref(), mesh, &path)?;
+            let members: Vec<usize> = match &material.group {
+                Some(_) => self.elements(material.group.as_deref(), mesh, &path)?,
+                None => {
+                    let free = given.iter().enumerate().filter(|(_, one)| one.is_none());
+                    free.map(|(element, _)| element).collect()
+                }
+            };
+            if members.is_empty() {
+                let error = InputError::new("no element is left for this material")
+                    .found("the materials above and those with `group` cover all elements");
+                return Err(self.wrong(&path, error));
+            }
             for &element in &members {
-                if given[element].is_some() {
+                if let Some(other) = given[element] {
                     let error = InputError::new(format!(
-                        "{} {element} has two materials: this one and an earlier one",
+                        "{} {element} has two materials",
                         mesh.shape().name
                     ))
-                    .next("use groups of materials that do not overlap");
+                    .found(format!("material[{other}] and material[{i}]"))
+                    .next("use groups that do not overlap; a material without `group` covers all other elements");
                     return Err(self.wrong(&path, error));
                 }
                 given[element] = Some(i);
@@ -61,7 +76,7 @@ impl Builder<'_> {
         let regions = regions.ok_or_else(|| {
             let plural = mesh.shape().plural;
             let error = InputError::new(format!("{without} {plural} have no material"))
-                .next("add a [[material]] for their group, or one without `group` for all");
+                .next("add a [[material]] for their group, or one without `group` for all of them");
             self.wrong("material", error)
         })?;
         let of = |region: &usize| &file.material[*region];

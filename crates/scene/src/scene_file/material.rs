@@ -28,7 +28,7 @@ const NEO_HOOKE_CONSTANTS: &[Parameter] = &[Parameter::new(
 /// Law and constants of a group of elements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Material {
-    /// Group of elements [default: all].
+    /// Group of elements [default: all that no other material covers].
     pub group: Option<String>,
     /// Mass density ρ, kg/m³.
     #[schemars(extend("exclusiveMinimum" = 0))]

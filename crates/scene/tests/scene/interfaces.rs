@@ -171,3 +171,20 @@ fn one_material_has_one_pressure_at_a_vertex() {
         assert_eq!(solid.space().n_pressures(), vertices, "{name}");
     }
 }
+
+/// A material without a group covers what the others leave, wherever it stands; at least one element
+/// must be left.
+#[test]
+fn a_material_without_group_covers_the_rest() {
+    let build = |text: &str| Scene::build("strip.toml", text, &[], Path::new(""));
+    let laws = |scene: Scene| scene.body.unwrap().muscle.solid.laws().to_vec();
+    let rest = STRIP.replacen("group = \"body\"\nlaw", "law", 1);
+    assert_eq!(laws(build(&rest).unwrap()), laws(build(STRIP).unwrap()));
+    let all_covered =
+        format!("{STRIP}[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n");
+    let overlapping = STRIP.replacen("group = \"body\"", "group = \"soft\"", 1);
+    for (text, line) in [(&all_covered, "line 36"), (&overlapping, "line 21")] {
+        let error = build(text).unwrap_err().to_string();
+        assert!(error.contains(line), "{error}");
+    }
+}

@@ -332,7 +332,7 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
             "modes           not computed because the pressures are not determined; {drive}"
         ),
         false => format!(
-            "modes           the lowest at {} Hz, the highest at {:.0} Hz; {drive}",
+            "modes           at rest, the lowest at {} Hz, the highest at {:.0} Hz; {drive}",
             slow.join(", "),
             report.fastest_mode
         ),

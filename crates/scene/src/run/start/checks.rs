@@ -1,7 +1,7 @@
 //! Checks of a start: loads and supports at t = 0 must match the state of the body.
 
 use myovib_dae::Problem;
-use myovib_model::{Load, ModelError, MuscleDae, Signal};
+use myovib_model::{Load, ModelError, MuscleDae, Prescribed, Signal};
 
 use crate::scene::{Body, NAMES, Start};
 use crate::state::State;
@@ -86,7 +86,7 @@ fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
     Ok(())
 }
 
-/// Names the tractions, body forces and pressures that are not zero at t = 0.
+/// Names the tractions, body forces and pressures that are not zero at t = 0, and supports that accelerate.
 fn sudden_loads(body: &Body) -> String {
     let muscle = &body.muscle;
     let loads = body.load_keys.iter().cloned();
@@ -100,7 +100,15 @@ fn sudden_loads(body: &Body) -> String {
     let sudden = loads
         .chain(pressures)
         .filter(|(_, signal)| is_sudden(signal));
-    let keys: Vec<String> = sudden.map(|(key, _)| key).collect();
+    let mut keys: Vec<String> = sudden.map(|(key, _)| key).collect();
+    let accelerates = |signal: &Signal| {
+        let values = times(body.settings.t_end).map(|t| signal.at(t).d2.abs());
+        signal.at(0.0).d2.abs() > ZERO_AT_START * values.fold(0.0, f64::max)
+    };
+    let moving = |prescribed: &Prescribed| accelerates(&prescribed.signal);
+    if muscle.prescribed.iter().any(moving) {
+        keys.push("the acceleration of a [[prescribed_displacement]]".to_owned());
+    }
     match keys.is_empty() {
         true => String::new(),
         false => format!(", by {}", keys.join(", ")),
@@ -145,8 +153,11 @@ pub(super) fn expect_supports_at_rest(
             place.join(", ")
         ));
         return Err(error.found(found).next(
-            "let the motion of its [[prescribed_displacement]] rise: multiply it by a step, \
-             x = { type = \"product\", of = [{ type = \"step\", value = 1, rise = 0.1 }, ...] }",
+            format!(
+                "let the motion of its [[prescribed_displacement]] rise: multiply it by a step, \
+                 {} = {{ type = \"product\", of = [{{ type = \"step\", value = 1, rise = 0.1 }}, ...] }}",
+                NAMES[axis]
+            ),
         ));
     }
     Ok(())
