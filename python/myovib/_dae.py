@@ -356,6 +356,9 @@ def solve_dae(
         raise ValueError(f"args = {args!r}: must be a tuple, as in args=({args!r},)")
     residual = _with(residual, args)
     jacobian = None if jacobian is None else _with(jacobian, args)
+    if indices is not None and highest == 3 and initial == "given":
+        weights = rtol * np.abs(rates) + tolerances
+        _warn_of_velocities(residual, (t0, t_end), (start, rates), np.array(indices), weights)
     watched = _Events(events, args)
     pattern = None if sparsity is None else _pattern(sparsity, n)
     matrices = None if jacobian is None else _Jacobian(jacobian, pattern, n)
@@ -420,6 +423,59 @@ def solve_dae(
     for warning in dict.fromkeys(found.pop("warnings")):
         warnings.warn(warning, stacklevel=2)
     return _solution(found, n, len(watched.functions), method)
+
+
+# Rate of a position constraint, in units of its change by velocities within the tolerances, above
+# which the velocities are reported as inconsistent.
+FAR = 10.0
+
+
+def _warn_of_velocities(
+    residual: Function,
+    span: tuple[float, float],
+    start: tuple[Array, Array],
+    indices: NDArray[np.int64],
+    tolerances: Array,
+) -> None:
+    """Warn of a constraint on positions whose derivative along yp0 is not zero."""
+    (t0, t_end), (y, yp) = span, start
+    positions = indices <= 1
+    rates = np.where(positions, yp, 0.0)
+    largest = np.abs(rates).max()
+    if largest == 0.0:
+        return
+    step = 1e-4 * min(np.abs(y[positions]).max() / largest, t_end - t0)
+
+    def evaluate(t: float, y: Array, yp: Array) -> Array:
+        return np.array(residual(t, y, yp), dtype=float)
+
+    def derivative(rates: Array) -> Array:
+        # Forward differences, because F may be undefined before the start.
+        at = [evaluate(t0 + k * step, y + k * step * rates, yp) for k in range(4)]
+        return (-11.0 * at[0] + 18.0 * at[1] - 9.0 * at[2] + 2.0 * at[3]) / (6.0 * step)
+
+    try:
+        given = evaluate(t0, y, yp)
+        moved = evaluate(t0, np.where(positions, y, y + 1.0 + np.abs(y)), yp + 1.0 + np.abs(yp))
+        rate = derivative(rates)
+        alternating = (-1.0) ** np.arange(len(y))
+        changes = [
+            np.abs(derivative(rates + sign * positions * tolerances) - rate)
+            for sign in (1.0, alternating)
+        ]
+        terms = np.abs(derivative(rates * alternating))
+    except Exception:  # the integration reports it
+        return
+    # Differences are accurate to about 1e-10 of the terms.
+    explained = np.max(changes, axis=0) + 1e-8 * terms
+    is_constraint = (given == moved) & (explained > 0.0)
+    for equation in np.flatnonzero(is_constraint & (np.abs(rate) > FAR * explained)):
+        warnings.warn(
+            f"equation {equation}, a constraint on positions, changes at the rate "
+            f"{rate[equation]:.2e} along yp0: the velocities are not consistent and will jump in the "
+            "first step. Remove their part along the gradients of the constraints",
+            stacklevel=3,
+        )
 
 
 def _breaks(breaks: ArrayLike, t0: float, t_end: float) -> list[float]:

@@ -382,6 +382,33 @@ def test_exceptions_near_the_start_are_not_those_of_the_solution(method):
     assert s.success, s.message
 
 
+def pendulum(t, q, qp):
+    x, y, u, v, force = q
+    return [qp[0] - u, qp[1] - v, qp[2] + force * x, qp[3] + force * y + 9.81, x * x + y * y - 1.0]
+
+
+@pytest.mark.parametrize("angle", [0.3, 1.2])
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-8])
+def test_velocities_that_violate_a_constraint_are_reported(angle, tolerance):
+    x, y = np.sin(angle), -np.cos(angle)
+
+    def run(along, across):
+        u, v = across * np.array([-y, x]) + along * np.array([x, y])
+        force = across**2 - 9.81 * y
+        return solve_dae(
+            pendulum, (0, 0.1), [x, y, u, v, force], [u, v, -force * x, -force * y - 9.81, 0], "radau5",
+            index=[1, 1, 2, 2, 3], rtol=tolerance, atol=tolerance,
+        )
+
+    with pytest.warns(UserWarning, match="equation 4, a constraint on positions, changes at the rate 2.00e-01"):
+        run(along=0.1, across=2.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert run(along=0.0, across=2.0).success
+        assert run(along=0.0, across=0.0).success
+        assert run(along=tolerance, across=2.0).success
+
+
 def square_wave(t):
     return 1.0 if t % 1.0 < 0.5 else -1.0
 
