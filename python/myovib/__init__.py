@@ -6,6 +6,7 @@ soft-tissue mechanics: meshes, materials, loads and chains of oscillators. Its r
 are bitwise equal to those of the program `myovib`.
 """
 
+from ._consistent import consistent_start
 from ._dae import DaeSolution, DenseOutput, solve_dae
 from ._identification import FitResult, SensitivityResult
 from ._native import SceneError, StepFailure, use_threads, versions
@@ -24,6 +25,7 @@ __all__ = [
     "SensitivityResult",
     "StepFailure",
     "SweepResult",
+    "consistent_start",
     "solve_dae",
     "use_threads",
     "versions",

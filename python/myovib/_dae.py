@@ -473,7 +473,7 @@ def _warn_of_velocities(
         warnings.warn(
             f"equation {equation}, a constraint on positions, changes at the rate "
             f"{rate[equation]:.2e} along yp0: the velocities are not consistent and will jump in the "
-            "first step. Remove their part along the gradients of the constraints",
+            "first step. `consistent_start` computes consistent ones",
             stacklevel=3,
         )
 

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.sparse import csc_matrix, diags
 
 import myovib
-from myovib import solve_dae
+from myovib import consistent_start, solve_dae
 
 G = 9.81
 METHODS = ["bdf", "radau5", "radau9", "radau13"]
@@ -407,6 +407,29 @@ def test_velocities_that_violate_a_constraint_are_reported(angle, tolerance):
         assert run(along=0.0, across=2.0).success
         assert run(along=0.0, across=0.0).success
         assert run(along=tolerance, across=2.0).success
+
+
+def test_positions_and_velocities_are_moved_onto_a_constraint():
+    def rods(t, q):
+        """Two rods in a chain, whose support moves."""
+        first = q[:2] - [0.1 * np.sin(t), 0.0]
+        return [first @ first - 1.0, (q[2:] - q[:2]) @ (q[2:] - q[:2]) - 4.0]
+
+    q, v = consistent_start(rods, [0.9, 0.3, 2.7, 0.5], [0.3, -1.0, 0.5, 2.0], t=0.7)
+    assert np.abs(rods(0.7, q)).max() < 1e-14
+    h = 1e-5
+    rate = (np.array(rods(0.7 + h, q + h * v)) - rods(0.7 - h, q - h * v)) / (2 * h)
+    # Central differences: h^2 times a third derivative of about 10.
+    assert np.abs(rate).max() < 1e-8
+    again = consistent_start(rods, q, v, t=0.7)
+    assert np.abs(again[0] - q).max() < 1e-14 and np.abs(again[1] - v).max() < 1e-8
+
+
+def test_constraints_without_a_solution_are_refused():
+    with pytest.raises(ValueError, match="no positions near q"):
+        consistent_start(lambda t, q: q @ q + 1.0, [1.0, 0.3], [0.0, 0.0])
+    with pytest.raises(ValueError, match="equal vectors"):
+        consistent_start(lambda t, q: q @ q - 1.0, [1.0, 0.3], [0.0])
 
 
 def square_wave(t):
