@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
+from ._structure import Structure
 
 __all__ = ["DaeSolution", "DenseOutput", "solve_dae"]
 
@@ -381,6 +382,18 @@ def solve_dae(
     outputs = _output_times(t_eval, t0, t_end)
     jumps = _breaks(breaks, t0, t_end)
     times = [t0, *(t for t in jumps if t not in (t0, t_end)), t_end]
+    notes = []
+    if initial != "given":
+        _expect_finite(_in_bytes(residual, n), t0, start, rates)
+    if initial == "algebraic":
+        structure = Structure.at(residual, t0, start, rates, rtol * np.abs(start) + tolerances)
+        free = structure.undetermined() if structure else []
+        if free:
+            notes.append(
+                f"F = 0 does not determine the derivatives of the variables {free} (counted from 0), "
+                "because dF/dy' is singular: `yp` may be wrong at the start. Use charges or similar "
+                "quantities as additional variables"
+            )
     found: dict[str, Any] = {}
     for part, (t_from, t_to) in enumerate(zip(times, times[1:])):
         is_last = part == len(times) - 2
@@ -420,9 +433,55 @@ def solve_dae(
         found = _joined(found, solved) if found else solved
         if found["status"] != 0:
             break
-    for warning in dict.fromkeys(found.pop("warnings")):
+    for warning in dict.fromkeys([*notes, *found.pop("warnings")]):
         warnings.warn(warning, stacklevel=2)
-    return _solution(found, n, len(watched.functions), method)
+    solution = _solution(found, n, len(watched.functions), method)
+    if method == "bdf":
+        _advise(solution, residual, rtol, tolerances, left_out)
+    return solution
+
+
+def _advise(
+    solution: DaeSolution, residual: Function, rtol: float, atol: Array, suppress: list[bool] | None
+) -> None:
+    """Warn if BDF gave up or failed many error tests for a reason that has a remedy."""
+    many = solution.nsteps > 1000 and 3 * solution.netf > solution.nsteps
+    if not (many or solution.status < 0) or not solution.t.size:
+        return
+    y, yp = solution.y[:, -1], solution.yp[:, -1]
+    structure = Structure.at(residual, solution.t[-1], y, yp, rtol * np.abs(y) + atol)
+    hidden = structure.of_higher_index() if structure else []
+    tested = [j for j in hidden if suppress is None or not suppress[j]]
+    if tested:
+        advice = (
+            f"the variables {tested} (counted from 0) have an index above 1: exclude them from the "
+            "error test by `suppress`, or use a Radau method with `index`"
+        )
+    elif many:
+        advice = (
+            f"BDF failed {solution.netf} error tests in {solution.nsteps} steps: a Radau method may "
+            "need far fewer steps"
+        )
+    else:
+        return
+    if not solution.success:
+        # The steps are not short because F switches back and forth.
+        solution.message = f"{solution.message.partition(': the last half')[0]}; {advice}"
+    warnings.warn(advice, stacklevel=3)
+
+
+def _expect_finite(residual: Any, t: float, y: Array, yp: Array) -> None:
+    """Reject initial values at which F is not finite: there no correction can begin."""
+    try:
+        values = np.frombuffer(residual(t, bytearray(y), bytearray(yp)))
+    except _native.StepFailure:
+        return
+    wrong = np.flatnonzero(~np.isfinite(values))
+    if wrong.size:
+        raise RuntimeError(
+            f"the residual has {values[wrong[0]]} in equation {wrong[0]} (counted from 0) at the "
+            f"start, t = {t}: no correction can begin there"
+        )
 
 
 # Rate of a position constraint, in units of its change by velocities within the tolerances, above

@@ -558,6 +558,43 @@ def test_numbers_in_place_of_sequences_are_named(arguments):
         solve_dae(**(good | arguments))
 
 
+def test_derivatives_that_the_equations_do_not_determine_are_named():
+    def coupled(t, y, yp):  # a capacitor between two nodes with resistors to a source and to ground
+        through = yp[0] - yp[1]
+        return [through + y[0] - np.sin(t), -through + y[1], yp[2] + y[2], y[3] - y[2]]
+
+    arguments = (coupled, (0, 1), [0, 0, 1, 0], [0, 0, 0, 0])
+    with pytest.warns(UserWarning, match=r"derivatives of the variables \[0, 1\]"):
+        s = solve_dae(*arguments, initial="algebraic", rtol=1e-6)
+    assert s.success and abs(s.y[0, -1] + s.y[1, -1] - np.sin(1)) < 1e-5
+
+
+def test_variables_of_index_2_in_the_error_test_of_bdf_are_named():
+    w = 20 * np.pi
+
+    def loop(t, y, yp):  # of a source and a capacitor, with a resistor and a second capacitor
+        through = (y[0] - y[1]) / 10
+        return [1e-3 * yp[0] + through - y[2], 1e-3 * yp[1] - through, y[0] - np.sin(w * t)]
+
+    arguments = (loop, (0, 0.2), [0, 0, 1e-3 * w], [w, 0, 0])
+    limits = dict(rtol=1e-7, atol=1e-8, max_steps=3000)
+    with pytest.warns(UserWarning, match=r"variables \[2\] .*`suppress`"):
+        s = solve_dae(*arguments, **limits)
+    assert s.status == -1 and "variables [2]" in s.message and "chattering" not in s.message
+    assert solve_dae(*arguments, **limits, suppress=[0, 0, 1]).success
+
+
+@pytest.mark.parametrize("method", ["bdf", "radau5"])
+@pytest.mark.parametrize("initial", ["algebraic", "states"])
+def test_a_correction_from_undefined_values_names_the_equation(method, initial):
+    def undefined(t, y, yp):
+        return [yp[0] + y[0], np.nan]
+
+    with pytest.raises(RuntimeError, match="nan in equation 1") as raised:
+        solve_dae(undefined, (0, 1), [1, 0], [-1, 0], method=method, initial=initial)
+    assert "IDA" not in str(raised.value)
+
+
 @pytest.mark.parametrize(
     "name",
     ["jac", "jac_sparsity", "fun", "reltol", "mass", "differential_vars", "sensitivities"],

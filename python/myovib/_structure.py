@@ -1,0 +1,74 @@
+"""Structure of F(t, y, y') = 0 at a state, from difference quotients."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# Number of variables above which the matrices are not computed.
+LARGEST = 200
+
+# Singular values below this fraction of the largest are zero: the differences have half of the digits.
+RANK = 1e-7
+
+# Entries of a null vector below this fraction of the largest are zero.
+PART = 1e-3
+
+
+class Structure:
+    """Matrices dF/dy and dF/dy' at (t, y, yp)."""
+
+    def __init__(
+        self, residual: Callable[[float, Array, Array], Any], t: float, y: Array, yp: Array, tolerance: Array
+    ) -> None:
+        def column(j: int, size: float, rate: bool) -> Array:
+            values, rates = y.copy(), yp.copy()
+            (rates if rate else values)[j] += size
+            return (np.asarray(residual(t, values, rates), dtype=float) - base) / size
+
+        base = np.asarray(residual(t, y, yp), dtype=float)
+        n, largest = len(y), np.abs(yp).max()
+        small = np.sqrt(np.finfo(float).eps)
+        sizes = np.maximum(small * np.abs(y), tolerance)
+        self.df_dy = np.column_stack([column(j, sizes[j], False) for j in range(n)])
+        self.df_dyp = np.column_stack([column(j, 1e-3 * largest or 1.0, True) for j in range(n)])
+        self.algebraic = ~self.df_dyp.any(axis=0)
+
+    @classmethod
+    def at(cls, *arguments: Any) -> Structure | None:
+        """Return the structure; None if F has no values nearby or the system is large."""
+        if len(arguments[2]) > LARGEST:
+            return None
+        try:
+            found = cls(*arguments)
+        except Exception:
+            return None
+        return found if np.isfinite([found.df_dy, found.df_dyp]).all() else None
+
+    def undetermined(self) -> list[int]:
+        """Return the differential variables whose derivatives F = 0 does not determine."""
+        differential = np.flatnonzero(~self.algebraic)
+        parts = _null(self.df_dyp[:, differential])
+        return [int(j) for j, part in zip(differential, parts, strict=True) if part]
+
+    def of_higher_index(self) -> list[int]:
+        """Return the algebraic variables that F = 0 does not determine: their index is above 1."""
+        columns = np.where(self.algebraic, self.df_dy, self.df_dyp)
+        return [int(j) for j in np.flatnonzero(_null(columns) & self.algebraic)]
+
+
+def _null(matrix: Array) -> NDArray[np.bool_]:
+    """Return the columns that are part of a vector in the null space."""
+    if not matrix.size:
+        return np.zeros(matrix.shape[1], dtype=bool)
+    for axis in (1, 0):
+        scale = np.abs(matrix).max(axis=axis, keepdims=True)
+        matrix = matrix / np.where(scale > 0.0, scale, 1.0)
+    values, vectors = np.linalg.svd(matrix)[1:]
+    rank = int((values > RANK * values[0]).sum())
+    return (np.abs(vectors[rank:]) > PART).any(axis=0)
