@@ -250,7 +250,7 @@ impl<'a> Incompressible<'a> {
 const LONGEST_DIFFERENCE: f64 = 1e-3;
 
 /// Evaluates the rows of the balance of momentum.
-fn momentum(
+pub(super) fn momentum(
     dae: &mut MuscleDae,
     t: f64,
     y: &[&[f64]],

@@ -6,6 +6,7 @@
 //! Reference: U. M. Ascher, L. R. Petzold, *Computer Methods for Ordinary Differential Equations
 //! and Differential-Algebraic Equations*, SIAM 1998, section 9.2 (hidden constraints).
 
+mod creep;
 pub(crate) mod dynamics;
 pub(crate) mod motion;
 mod projection;
@@ -21,6 +22,7 @@ pub use residual::{BlockResidual, residuals};
 
 use std::ops::ControlFlow;
 
+use crate::equation::Added;
 use crate::error::ModelError;
 use crate::field::Field;
 use crate::formulation::Formulation;
@@ -224,13 +226,40 @@ impl Start {
             };
             y[range.clone()].copy_from_slice(value);
         }
-        Ok(Self {
-            y_dot: rates_without_inertia(dae, t, &y),
+        Self::without_inertia(dae, t, y)
+    }
+
+    /// Returns the state of rest without load at t = 0. In a body without inertia, velocities and pressures
+    /// balance loads and support motions by viscous stresses.
+    ///
+    /// # Errors
+    /// Errors of the evaluation, [`ModelError::Factorization`].
+    pub fn at_rest(dae: &mut MuscleDae) -> Result<Self, ModelError> {
+        let y = vec![0.0; dae.n_unknowns()];
+        if dae.muscle().solid.has_inertia() {
+            return Ok(Self::unmoved(y.clone(), y));
+        }
+        Self::without_inertia(dae, 0.0, y)
+    }
+
+    /// Completes the displacements, tensions and internal stresses in `y`. Without viscous stresses, the
+    /// velocity follows from the first step.
+    fn without_inertia(dae: &mut MuscleDae, t: f64, mut y: Vec<f64>) -> Result<Self, ModelError> {
+        if Added::of(dae.muscle()).is_damped() {
+            creep::balance(dae, t, &mut y)?;
+        }
+        let y_dot = rates_without_inertia(dae, t, &y);
+        Ok(Self::unmoved(y, y_dot))
+    }
+
+    fn unmoved(y: Vec<f64>, y_dot: Vec<f64>) -> Self {
+        Self {
             y,
+            y_dot,
             displacement_moved: 0.0,
             velocity_moved: 0.0,
             on_slow_manifold: false,
-        })
+        }
     }
 }
 

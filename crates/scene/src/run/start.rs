@@ -461,8 +461,8 @@ pub fn initial(
         return Ok(start);
     }
     expect_start(body, dae)?;
-    let zero = vec![0.0; dae.n_unknowns()];
-    Ok([zero.clone(), zero])
+    let start = Consistent::at_rest(dae)?;
+    Ok([start.y, start.y_dot])
 }
 
 impl Body {

@@ -5,7 +5,7 @@ use std::path::Path;
 use myovib_scene::Scene;
 use myovib_scene::csv::Table;
 use myovib_scene::modes::Modes;
-use myovib_scene::run::{RunOptions, compute};
+use myovib_scene::run::{RunOptions, compute, rehearse};
 use myovib_scene::watch::Watcher;
 
 /// Shear modulus, Pa.
@@ -127,6 +127,71 @@ fn a_kelvin_voigt_strip_creeps() {
             l += h / 6.0 * (a + 2.0 * b + 2.0 * c + d);
         }
     }
+}
+
+/// Nominal traction of a viscous strip whose stretch rises linearly: G (λ − λ⁻³) + η λ̇ (λ² + λ⁻⁶).
+#[test]
+fn a_viscous_strip_follows_a_ramp_from_the_start() {
+    let eta = 4e3;
+    let material = format!("viscosity = {eta}");
+    let equilibrium = format!("{QUASI_STATIC}[initial_state]\ntype = \"equilibrium\"\n");
+    for (head, bulk) in [
+        (QUASI_STATIC, "inf"),
+        (&equilibrium, "inf"),
+        // Volume changes by 1e-4: within the tolerance.
+        (QUASI_STATIC, "1e8\nformulation = \"displacement\""),
+    ] {
+        let rows = curve(&strip(head, &material, bulk, RAMP), "force", "R_x");
+        for [t, found] in rows {
+            // A compressible body has no pressure at the start, but η/κ = 40 µs later. The rate jumps at 0.5 s.
+            let rate = match t {
+                0.0 if bulk != "inf" => continue,
+                t if t < 0.45 => 0.6,
+                t if t > 0.55 => 0.0,
+                _ => continue,
+            };
+            let l = stretch(t);
+            let exact = WIDTH * (G * (l - l.powi(-3)) + eta * rate * (l * l + l.powi(-6)));
+            // Three times the default relative tolerance of 1e-4 of the largest force.
+            assert!(
+                (found + exact).abs() < 3e-4 * 100.0,
+                "{head}{bulk} {t}: {found} {exact}"
+            );
+        }
+    }
+}
+
+/// Viscosity balances a sudden load everywhere, or in one half: then the other half cannot follow.
+#[test]
+fn a_load_may_be_sudden_where_viscosity_balances_it() {
+    let pull = |value: &str| format!("[[traction]]\ngroup = \"right\"\nx = {value}");
+    let text = strip(QUASI_STATIC, "viscosity = 4e3", "inf", &pull("4e3"));
+    let force = curve(&text, "force", "R_x");
+    // Equal to the load at any time; three times the default relative tolerance.
+    assert!(
+        force.iter().all(|row| (row[1] + 40.0).abs() < 3e-4 * 40.0),
+        "{force:?}"
+    );
+    let end = curve(&text, "end", "u_x");
+    assert_eq!(end[0][1], 0.0);
+    // λ̇ = T/2η at the start, and less later.
+    assert!(end[1][1] < 0.05 && end[1][1] > 0.045 * 0.1 / 2.0, "{end:?}");
+
+    let halves = |pull: &str| {
+        let halves = "group = \"near\"\nviscosity = 4e3\n[[material]]\ngroup = \"far\"\n\
+             law = \"neo-hooke\"\ndensity = 1060.0\nshear_modulus = 1e4\n\
+             [[group]]\nname = \"near\"\ntype = \"box\"\nmembers = \"elements\"\n\
+             min = [-1.0, -1.0]\nmax = [0.051, 1.0]\n\
+             [[group]]\nname = \"far\"\ntype = \"box\"\nmembers = \"elements\"\n\
+             min = [0.049, -1.0]\nmax = [1.0, 1.0]";
+        let text = strip(QUASI_STATIC, halves, "inf", pull);
+        Scene::build("scene.toml", &text, &[], Path::new(""))
+            .map_err(Into::into)
+            .and_then(|scene| rehearse(&scene))
+    };
+    let ramp = pull("{ type = \"ramp\", end = 0.1, value = 4e3 }");
+    halves(&ramp).unwrap();
+    assert!(halves(&pull("4e3")).is_err());
 }
 
 /// The inertia of a motion of 0.5 s, with a transit time of 0.03 s, changes the end by little; both

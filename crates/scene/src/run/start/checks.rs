@@ -1,7 +1,7 @@
 //! Checks of a start: loads and supports at t = 0 must match the state of the body.
 
 use myovib_dae::Problem;
-use myovib_model::{Load, ModelError, MuscleDae, Prescribed, Signal};
+use myovib_model::{Load, ModelError, MuscleDae, Prescribed, Signal, Start as Consistent};
 
 use crate::scene::{Body, NAMES, Start};
 use crate::state::State;
@@ -13,6 +13,9 @@ const SUPPORTS_AGREE: f64 = 1e-9;
 /// Loads and support motions below this fraction of their maximum count as zero at t = 0. It allows
 /// for rounding and for the slope of a spline through rows of zeros.
 const ZERO_AT_START: f64 = 1e-9;
+/// Loads below this fraction of their maximum count as balanced by viscous stresses. It allows for the error of the
+/// initial velocity of a body without inertia.
+const BALANCED: f64 = 1e-5;
 /// Number of intervals between the times at which loads and motions are sampled for their maximum.
 const SIZE_TIMES: u32 = 61;
 
@@ -53,20 +56,25 @@ pub(super) fn expect_supports(
 /// Rejects nonzero supports and loads at t = 0 for a body that starts at rest without load.
 fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
     let t_end = body.settings.t_end;
+    let Consistent { y, .. } = Consistent::at_rest(dae)?;
     let rest = vec![0.0; dae.n_unknowns()];
-    let mut largest_force = |t: f64| -> Result<f64, ModelError> {
-        let force = dae.unbalanced_force(t, &rest, &rest)?;
+    let mut largest_force = |t: f64, y: &[f64]| -> Result<f64, ModelError> {
+        let force = dae.unbalanced_force(t, y, &rest)?;
         let free = dae.muscle().solid.dofs().free_to_full();
         Ok(free.iter().map(|&i| force[i].abs()).fold(0.0, f64::max))
     };
-    let largest = largest_force(0.0)?;
+    let largest = largest_force(0.0, &y)?;
     if largest == 0.0 {
         return Ok(());
     }
+    let negligible = match y == rest {
+        true => ZERO_AT_START,
+        false => BALANCED,
+    };
     // Large support motions alone may invert elements of a body at rest. Such times count as
     // unloaded.
-    let later = times(t_end).map(|t| largest_force(t).unwrap_or(0.0));
-    if largest > ZERO_AT_START * later.fold(0.0, f64::max) {
+    let later = times(t_end).map(|t| largest_force(t, &rest).unwrap_or(0.0));
+    if largest > negligible * later.fold(0.0, f64::max) {
         return Err(InputError::new(
             "the loads do not start from zero, but the body starts at rest (tensions are loads)",
         )

@@ -1,0 +1,61 @@
+//! Balance of viscous stresses and loads in a body without inertia.
+
+use nalgebra_sparse::CscMatrix;
+
+use super::dynamics::momentum;
+use super::motion::{Motion, largest};
+use super::saddle::Saddle;
+use crate::error::ModelError;
+use crate::field::Field;
+use crate::matrix::Matrix;
+use crate::muscle_dae::MuscleDae;
+use crate::operators;
+
+/// Time over which the elastic response is included, relative to the retardation time: the relative error of the
+/// velocity. It determines the velocity of parts without viscosity.
+const ELASTIC_TIME: f64 = 1e-7;
+
+/// Replaces the velocity and, for κ = ∞, the pressure in `y`: `(D + h K) v − Bᵀπ = −f` and `B v = −g` with the
+/// damping D, the stiffness K, the unbalanced force f and the rate of volume change g at v = 0.
+pub(super) fn balance(dae: &mut MuscleDae, t: f64, y: &mut [f64]) -> Result<(), ModelError> {
+    let range = |field| dae.layout().range(field);
+    let velocity = range(Field::Velocity).expect("all formulations have v");
+    let displacement = range(Field::Displacement).expect("all formulations have q");
+    let pressure = range(Field::Pressure).filter(|_| dae.muscle().parameters.is_incompressible());
+    y[velocity.clone()].fill(0.0);
+    let rates = vec![0.0; y.len()];
+    let force = momentum(dae, t, &[y], &[&rates])?;
+    dae.update_matrices(t, y, &rates)?;
+    let damping = damping(dae);
+    let stiffness = dae.matrix_values(Matrix::Stiffness).to_vec();
+    let stiffness = operators::matrix(dae.muscle().solid.displacement_pattern(), stiffness);
+    let time = ELASTIC_TIME * largest(damping.values()) / largest(stiffness.values());
+    let matrix = damping + stiffness * time;
+    let negative = |x: &[f64]| -> Vec<f64> { x.iter().map(|x| -x).collect() };
+    let rest = vec![0.0; velocity.len()];
+    let motion = Motion::new(dae.muscle(), t, &y[displacement], &rest, &rest);
+    let (b, flux) = match pressure {
+        Some(_) => (motion.divergence()?, motion.volume_residual_rate()?),
+        None => (CscMatrix::zeros(0, rest.len()), Vec::new()),
+    };
+    let mut saddle = Saddle::factor(&matrix, &b)?;
+    let (v, pi) = saddle.solve(&negative(&force), &negative(&flux))?;
+    y[velocity].copy_from_slice(&v);
+    for (p, pi) in y[pressure.unwrap_or_default()].iter_mut().zip(&pi) {
+        *p += pi;
+    }
+    Ok(())
+}
+
+/// Returns the derivative of the balance of forces by the velocity.
+fn damping(dae: &MuscleDae) -> CscMatrix<f64> {
+    let n = dae.muscle().solid.dofs().n_free();
+    let terms = dae.terms().into_iter().filter(|(rows, term)| {
+        *rows == Field::Velocity && term.column == Field::Velocity && term.df_dy != 0.0
+    });
+    terms.fold(CscMatrix::zeros(n, n), |sum, (_, term)| {
+        let (pattern, _) = dae.pattern_of(term.matrix);
+        let values = dae.matrix_values(term.matrix).to_vec();
+        sum + operators::matrix(pattern, values) * term.df_dy
+    })
+}
