@@ -168,6 +168,8 @@ impl Solid {
     /// Returns the law at a point, scaled by its factor.
     fn law_at(&self, fields: &Fields<'_>, at: &ElementPoint) -> Law {
         let law = self.laws()[at.element];
+        let mut product = Vec::new();
+        let fields = self.with_own_factors(fields, &mut product);
         fields.factors.map_or(law, |factors| {
             let factors = &factors[at.barycentric.len() * at.element..];
             let vertices = factors.iter().zip(at.barycentric.iter());

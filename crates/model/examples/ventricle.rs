@@ -51,6 +51,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         a_fs: 216.0,
         b_fs: 11.436,
         k: 100.0,
+        dispersion_f: 0.0,
+        dispersion_s: 0.0,
     };
     let mut fibers = Fibers::new(&mesh);
     fibers.set_nodal(&mesh, &members, "f0", Some("s0"))?;

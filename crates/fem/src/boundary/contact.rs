@@ -170,7 +170,7 @@ impl RigidContact {
         let owners = owners(space.mesh(), group)?;
         let moduli = owners
             .iter()
-            .map(|&element| solid.laws()[element].moduli()[1]);
+            .map(|&element| solid.mean_factor(element) * solid.laws()[element].moduli()[1]);
         let shear_modulus = moduli.fold(0.0, f64::max);
         Ok(Self {
             indices: boundary.matrix_indices(solid),

@@ -77,6 +77,33 @@ impl RobinMatrix {
         })
     }
 
+    /// Creates the matrix of a spring at a point, `v·R u = v(x)·u(x)` or `(v(x)·d) (u(x)·d)`, where u(x) is the sum of
+    /// nodal values with the given weights and d a unit vector.
+    pub fn of_point(
+        space: &Space,
+        node_weights: &[(usize, f64)],
+        direction: Option<[f64; 3]>,
+    ) -> Self {
+        let n = space.dimension();
+        let projection = |i: usize, k: usize| match direction {
+            None => f64::from(u8::from(i == k)),
+            Some(d) => d[i] * d[k],
+        };
+        let mut entries = Vec::new();
+        for (a, weight_a) in node_weights {
+            for (b, weight_b) in node_weights {
+                for (i, k) in (0..n * n).map(|ik| (ik / n, ik % n)) {
+                    let value = weight_a * weight_b * projection(i, k);
+                    if value != 0.0 {
+                        entries.push((n * a + i, n * b + k, value));
+                    }
+                }
+            }
+        }
+        entries.sort_by_key(|&(row, column, _)| (row, column));
+        Self { entries }
+    }
+
     /// Adds `factor` R `u` to `total`.
     ///
     /// # Panics

@@ -11,8 +11,7 @@
 //! small number is formed as a difference of numbers near one; see note 0001. For small strains `d
 //! = tr H` and `N = I`.
 //!
-//! Note 0001 derives the invariant form; the model page of the guide lists the laws. Each law is a
-//! file in `laws` and a line in `laws/mod.rs`. The module [`three`] has the laws in 3D.
+//! Note 0001 derives the invariant form. Each law is a file in `laws` and a line in `laws/mod.rs`. The module [`three`] has the laws in 3D.
 
 mod activation;
 mod active;

@@ -16,6 +16,8 @@ pub enum Range {
     Finite,
     /// At least one, and finite.
     AtLeastOne,
+    /// Between zero and one third.
+    UpToAThird,
 }
 
 impl Range {
@@ -27,6 +29,7 @@ impl Range {
             Range::PositiveOrInfinite => value > 0.0,
             Range::Finite => value.is_finite(),
             Range::AtLeastOne => value >= 1.0 && value.is_finite(),
+            Range::UpToAThird => (0.0..=1.0 / 3.0).contains(&value),
         }
     }
 
@@ -38,6 +41,7 @@ impl Range {
             Range::PositiveOrInfinite => "positive, or infinite",
             Range::Finite => "finite",
             Range::AtLeastOne => "at least 1 and finite",
+            Range::UpToAThird => "between 0 and 1/3",
         }
     }
 
@@ -166,7 +170,7 @@ impl Law {
             values.push(value);
         }
         let law = Law::from_values(description.name, &values);
-        law.check_shear_modulus()?;
+        law.check_combination()?;
         Ok(law)
     }
 
@@ -179,13 +183,15 @@ impl Law {
         parameters
             .zip(self.values())
             .try_for_each(|(parameter, value)| parameter.range.check(parameter.name, value))?;
-        self.check_shear_modulus()
+        self.check_combination()
     }
 
-    /// Checks that coefficients that may be negative leave a positive shear modulus.
-    fn check_shear_modulus(self) -> Result<(), FemError> {
-        if let Law::Ogden { .. } = self {
-            return check_ogden_terms(&self.values());
+    /// Checks that coefficients that may be negative leave a positive shear modulus, or a convex energy.
+    fn check_combination(self) -> Result<(), FemError> {
+        match self {
+            Law::Ogden { .. } => return check_ogden_terms(&self.values()),
+            Law::Fung { .. } => return check_fung_weights(&self.values()),
+            _ => {}
         }
         let (Law::MooneyRivlin { c10, c01 } | Law::TransverseMooneyRivlin { c10, c01, .. }) = self
         else {
@@ -224,4 +230,24 @@ fn check_ogden_terms(values: &[f64]) -> Result<(), FemError> {
         value: values[0],
         condition: "such that the initial shear modulus, the sum of mu_i alpha_i/2, is positive",
     })
+}
+
+/// Checks that the quadratic form of the weights b_1 to b_6 of Fung's law is not negative.
+fn check_fung_weights(values: &[f64]) -> Result<(), FemError> {
+    let [ff, ss, nn, fs, sn, nf] = [1, 2, 3, 4, 5, 6].map(|i| values[i]);
+    let minors = [
+        ff * ss - fs * fs,
+        ss * nn - sn * sn,
+        nn * ff - nf * nf,
+        ff * ss * nn + 2.0 * fs * sn * nf - ff * sn * sn - ss * nf * nf - nn * fs * fs,
+    ];
+    let names = ["b_4", "b_5", "b_6", "b_4"];
+    match minors.iter().position(|minor| *minor < 0.0) {
+        None => Ok(()),
+        Some(i) => Err(FemError::Parameter {
+            name: names[i],
+            value: values[[4, 5, 6, 4][i]],
+            condition: "so small that the matrix (b_1, b_4, b_6; b_4, b_2, b_5; b_6, b_5, b_3) has no negative eigenvalue",
+        }),
+    }
 }

@@ -53,6 +53,11 @@ fn element_powers<S: Simd, const D: usize, const N: usize, const P: usize>(
     let u = part.gather_vector(Some(fields.u));
     let v = part.gather_vector(fields.v.filter(|_| beta > 0.0));
     let w = part.gather_vector(Some(direction));
+    #[allow(clippy::manual_map)] // closures would be compiled without vector instructions
+    let factors = match fields.factors {
+        Some(factors) => Some(part.gather_factors(factors)),
+        None => None,
+    };
     let zero = part.zero();
     let no_volume = Volumetric {
         p: zero,
@@ -73,7 +78,11 @@ fn element_powers<S: Simd, const D: usize, const N: usize, const P: usize>(
             }
         }
         let [h, h_rate] = gradients;
-        let strain = law.strain(h, axes, None);
+        let factor = match &factors {
+            Some(factors) => Some(part.interpolate(factors, point)),
+            None => None,
+        };
+        let strain = law.strain(h, axes, factor);
         if law.is_finite() {
             part.expect_not_inverted(point, law.dilation(&strain))?;
         }

@@ -34,6 +34,8 @@ impl Solid {
         let rates = out.force_rate.is_some() || out.volume_residual_rate.is_some();
         assert!(fields.v.is_some() || !rates, "rates need a velocity");
         self.begin(&Pass::Vectors(*fields, out.requested()));
+        let mut product = Vec::new();
+        let fields = &self.with_own_factors(fields, &mut product);
         let local = with_elements!(self.local_elements(), mapped => mapped.pass(
             self.threads.as_ref(),
             threads::VECTORS,
@@ -71,6 +73,8 @@ impl Solid {
         let rates = out.rate_stiffness.is_some() || out.divergence_rate.is_some();
         assert!(fields.v.is_some() || !rates, "rates need a velocity");
         self.begin(&Pass::Tangents(*fields, out.requested()));
+        let mut product = Vec::new();
+        let fields = &self.with_own_factors(fields, &mut product);
         let local = with_elements!(self.local_elements(), mapped => mapped.pass(
             self.threads.as_ref(),
             threads::TANGENTS,
@@ -115,6 +119,8 @@ impl Solid {
             fields.v.is_some() || !at.has_rates(),
             "rates need a velocity"
         );
+        let mut product = Vec::new();
+        let fields = &self.with_own_factors(fields, &mut product);
         with_elements!(&self.elements, mapped => narrow(self.arch, ElementPass {
             elements: mapped.batches.all(),
             kernel: Multiply { fields, at, changes },
@@ -134,6 +140,8 @@ impl Solid {
     /// Panics if a length is wrong.
     pub fn strain_energy(&self, fields: &Fields<'_>) -> f64 {
         self.check_fields(fields);
+        let mut product = Vec::new();
+        let fields = &self.with_own_factors(fields, &mut product);
         with_elements!(&self.elements, mapped => narrow(self.arch, StrainEnergy {
             elements: &mapped.batches,
             fields,
@@ -162,6 +170,8 @@ impl Solid {
         check_length(self.space.n_components(), Some(direction), "direction");
         check_length(self.space.n_elements(), Some(&*out), "powers");
         assert!(fields.v.is_some() || beta == 0.0, "rates need a velocity");
+        let mut product = Vec::new();
+        let fields = &self.with_own_factors(fields, &mut product);
         with_elements!(&self.elements, mapped => narrow(self.arch, Powers {
             elements: &mapped.batches,
             fields,
@@ -169,6 +179,23 @@ impl Solid {
             direction,
             out,
         }))
+    }
+
+    /// Returns the fields with the factors of the solid included; `product` stores the factors if both have some.
+    pub(crate) fn with_own_factors<'f>(
+        &'f self,
+        fields: &Fields<'f>,
+        product: &'f mut Vec<f64>,
+    ) -> Fields<'f> {
+        let factors = match (fields.factors, &self.factors) {
+            (given, None) => given,
+            (None, Some(own)) => Some(&own[..]),
+            (Some(given), Some(own)) => {
+                product.extend(given.iter().zip(own).map(|(given, own)| given * own));
+                Some(&product[..])
+            }
+        };
+        Fields { factors, ..*fields }
     }
 
     fn check_fields(&self, fields: &Fields<'_>) {

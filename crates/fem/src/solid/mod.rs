@@ -201,6 +201,8 @@ pub struct Solid {
     /// Layout of the internal stresses.
     internal: InternalStresses,
     materials: Vec<ElementMaterial>,
+    /// Factor of the law's energy at each vertex of each element, linear in between; `None` for one.
+    factors: Option<Vec<f64>>,
     densities: Vec<f64>,
     displacement_pattern: SparsityPattern,
     divergence_pattern: SparsityPattern,
@@ -323,6 +325,7 @@ impl Solid {
             prony: Vec::new(),
             internal: InternalStresses::default(),
             materials,
+            factors: None,
             densities: densities.to_vec(),
             scaled_matrices: None,
             displacement_pattern,
@@ -342,6 +345,30 @@ impl Solid {
         with_elements!(&mut self.elements, mapped => mapped.batches.set_fibers(&fibers, is_active));
         self.fibers = Some(fibers);
         self
+    }
+
+    /// Returns the solid with the energy of its laws multiplied by factors that are linear in each element. Volume
+    /// terms, added and viscous stresses are unchanged; Prony terms are not supported.
+    ///
+    /// # Errors
+    /// [`FemError::Count`] unless there is a factor for each vertex of each element; [`FemError::Parameter`] for a
+    /// factor of zero or less.
+    pub fn with_factors(mut self, factors: Vec<f64>) -> Result<Self, FemError> {
+        let n = self.space.mesh().shape().n_vertices() * self.space.n_elements();
+        check_count("factors, one per vertex of each element", factors.len(), n)?;
+        for factor in &factors {
+            Range::Positive.check("factor", *factor)?;
+        }
+        self.factors = Some(factors);
+        Ok(self)
+    }
+
+    /// Returns the mean factor of the energy in an element.
+    pub fn mean_factor(&self, element: usize) -> f64 {
+        let n = self.space.mesh().shape().n_vertices();
+        self.factors.as_ref().map_or(1.0, |factors| {
+            factors[n * element..][..n].iter().sum::<f64>() / n as f64
+        })
     }
 
     /// Returns the fiber axes at a point.

@@ -97,3 +97,48 @@ fn instruction_sets_give_bitwise_equal_results() {
         assert!(around.contains(&moved), "set {k}: {error}");
     }
 }
+
+/// Factors of the solid and of the fields multiply.
+#[test]
+fn factors_of_a_solid_equal_factors_of_the_fields() {
+    let mesh = crate::mesh::generate::spindle([10, 2]).unwrap();
+    let space = Arc::new(Space::taylor_hood(&mesh));
+    let dofs = DofMap::clamped(&space, &space.nodes_of("fixed").unwrap()).unwrap();
+    let law = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };
+    let solid = Solid::uniform(space.clone(), dofs, law, 1.0).unwrap();
+    let (n, m) = (space.n_components(), space.n_pressures());
+    let (u, v, p) = (wave(n, 1e-4), wave(n, 1e-2), wave(m, 50.0));
+    let corners = 3 * space.n_elements();
+    let own: Vec<f64> = wave(corners, 0.5).iter().map(|x| 1.0 + x).collect();
+    let other: Vec<f64> = wave(corners, 0.3).iter().map(|x| 2.0 - x).collect();
+    let both: Vec<f64> = own.iter().zip(&other).map(|(a, b)| b * a).collect();
+    let graded = solid.clone().with_factors(own.clone()).unwrap();
+    let fields = Fields {
+        v: Some(&v),
+        p_rate: Some(&p),
+        mu: Some(&p),
+        ..Fields::new(&u, Pressure::Nodal(&p))
+    };
+    for (given, all) in [(None, &own), (Some(&other[..]), &both)] {
+        let given = Fields {
+            factors: given,
+            ..fields
+        };
+        let all = Fields {
+            factors: Some(all),
+            ..fields
+        };
+        assert_eq!(
+            all_results(&graded, &given).unwrap(),
+            all_results(&solid, &all).unwrap()
+        );
+        assert_eq!(graded.strain_energy(&given), solid.strain_energy(&all));
+        let powers = |solid: &Solid, fields: &Fields<'_>| {
+            let mut out = vec![0.0; space.n_elements()];
+            solid.add_powers(fields, 0.1, &v, &mut out).unwrap();
+            out
+        };
+        assert_eq!(powers(&graded, &given), powers(&solid, &all));
+    }
+    assert!(solid.with_factors(vec![1.0]).is_err());
+}

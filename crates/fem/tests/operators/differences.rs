@@ -39,6 +39,8 @@ const HEART: Law = Law::HolzapfelOgden {
     a_fs: 216.0,
     b_fs: 11.436,
     k: 100.0,
+    dispersion_f: 0.0,
+    dispersion_s: 0.0,
 };
 /// Fibers straighten at 2 %: the strains of these tests cover all three branches of the law.
 const TENDON: Law = Law::TransverseMooneyRivlin {

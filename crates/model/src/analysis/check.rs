@@ -22,6 +22,7 @@ use crate::error::ModelError;
 use crate::field::Field;
 use crate::formulation::Formulation;
 use crate::integration::settings::{LinearSolver, Settings};
+use crate::integration::typical::mean_density;
 use crate::linear::Reduction;
 use crate::muscle::Muscle;
 use crate::muscle_dae::MuscleDae;
@@ -74,21 +75,22 @@ pub struct Size {
     pub volume: f64,
     /// Mass, kg; in 2D per meter of depth, kg/m.
     pub mass: f64,
+    /// Number of elements.
+    pub elements: usize,
+    /// Number of nodes, including those between vertices.
+    pub nodes: usize,
 }
 
 impl Size {
     /// Returns the size of the body of a `muscle`.
     pub fn of(muscle: &Muscle) -> Self {
         let solid = &muscle.solid;
-        let (dimension, n) = (solid.space().dimension(), solid.space().n_components());
-        // Unit acceleration along the first axis.
-        let unit: Vec<f64> = (0..n).map(|i| f64::from(i % dimension == 0)).collect();
-        let mut force = vec![0.0; n];
-        solid.apply_mass(&unit, &mut force);
         Self {
             extents: extents(muscle),
             volume: solid.volume(),
-            mass: force.iter().sum(),
+            mass: mean_density(muscle) * solid.volume(),
+            elements: solid.space().n_elements(),
+            nodes: solid.space().n_nodes(),
         }
     }
 }
@@ -270,6 +272,52 @@ pub fn check_static(
         factors,
         linear_displacement,
         iteration_time,
+        findings,
+    })
+}
+
+/// Findings of the inspection of a motion without inertia.
+#[derive(Debug, Clone)]
+pub struct QuasiStaticReport {
+    /// Blocks of unknowns with their sizes and indices.
+    pub unknowns: Vec<(Field, usize, u8)>,
+    /// Stability of the pressures; `None` without pressures, or if there are too many to compute it
+    /// in seconds.
+    pub held: Option<Held>,
+    /// Predicted cost of the factors; `None` if an external solver is used.
+    pub factors: Option<FactorizationCost>,
+    /// Likely problems with suggested changes.
+    pub findings: Vec<Finding>,
+}
+
+/// Inspects the motion of a muscle without inertia.
+///
+/// # Errors
+/// [`ModelError::NotAllowed`] for a formulation that cannot be run; errors of the individual analyses.
+pub fn check_quasi_static(
+    muscle: &Muscle,
+    formulation: Formulation,
+    settings: &Settings,
+) -> Result<QuasiStaticReport, ModelError> {
+    let mut dae = MuscleDae::new(muscle.clone(), formulation)?;
+    let factors = Sizes::new(&mut dae, settings)?.factors(settings)?;
+    let blocks = dae.layout().blocks().iter();
+    let unknowns = blocks.map(|(field, range)| {
+        let index = muscle.variable_index(formulation, *field);
+        (*field, range.len(), index)
+    });
+    let mut findings: Vec<Finding> = free_parts(muscle).map(not_held).into_iter().collect();
+    let held = match formulation.has(Field::Pressure) {
+        true => held(muscle)?,
+        false => None,
+    };
+    if formulation.has(Field::Pressure) {
+        findings.extend(unheld(held.map(|held| held.nullity), muscle));
+    }
+    Ok(QuasiStaticReport {
+        unknowns: unknowns.collect(),
+        held,
+        factors,
         findings,
     })
 }

@@ -102,14 +102,14 @@ fn mean_shear_modulus(muscle: &Muscle) -> f64 {
         };
         last = Some((law, shear));
         let measure = mesh.measure_of(element);
-        compliance += measure / shear;
+        compliance += measure / (solid.mean_factor(element) * shear);
         volume += measure;
     }
     volume / compliance
 }
 
 /// Returns the mean density, kg/m³, also for a body whose inertia is neglected.
-fn mean_density(muscle: &Muscle) -> f64 {
+pub(crate) fn mean_density(muscle: &Muscle) -> f64 {
     let (solid, mesh) = (&muscle.solid, muscle.solid.space().mesh());
     let densities = solid.densities().iter().enumerate();
     let masses = densities.map(|(element, density)| density * mesh.measure_of(element));

@@ -3,9 +3,10 @@
 use myovib_fem::{RobinMatrix, Solid, SupportDirection};
 
 use crate::error::ModelError;
+use crate::reading::probe::Probe;
 
 /// Elastic foundation of a boundary group: `P N + k u + c u̇ = 0`, or only its normal component
-/// (Robin).
+/// (Robin); or a spring at a point.
 #[derive(Debug, Clone)]
 pub struct RobinSupport {
     operator: RobinMatrix,
@@ -28,18 +29,7 @@ impl RobinSupport {
         along: SupportDirection,
         [stiffness, damping]: [f64; 2],
     ) -> Result<Self, ModelError> {
-        for (name, value) in [
-            ("foundation stiffness", stiffness),
-            ("foundation damping", damping),
-        ] {
-            if !(0.0..f64::INFINITY).contains(&value) {
-                return Err(ModelError::OutOfRange {
-                    name,
-                    value,
-                    allowed: "0 or greater, finite",
-                });
-            }
-        }
+        check([stiffness, damping])?;
         Ok(Self {
             operator: RobinMatrix::new(solid.space(), group, along)?,
             stiffness,
@@ -47,17 +37,39 @@ impl RobinSupport {
         })
     }
 
-    /// Returns k, Pa/m.
+    /// Creates a spring and damper between the body at `point` and the ground, in all directions or along a unit
+    /// vector.
+    ///
+    /// # Units
+    /// k in N/m, c in N·s/m; in the plane per meter of depth.
+    ///
+    /// # Errors
+    /// [`ModelError::OutOfRange`] if k or c is negative or not finite.
+    pub fn spring(
+        solid: &Solid,
+        point: &Probe,
+        direction: Option<[f64; 3]>,
+        [stiffness, damping]: [f64; 2],
+    ) -> Result<Self, ModelError> {
+        check([stiffness, damping])?;
+        Ok(Self {
+            operator: RobinMatrix::of_point(solid.space(), point.node_weights(), direction),
+            stiffness,
+            damping,
+        })
+    }
+
+    /// Returns k, Pa/m; N/m for a spring.
     pub fn stiffness(&self) -> f64 {
         self.stiffness
     }
 
-    /// Returns c, Pa·s/m.
+    /// Returns c, Pa·s/m; N·s/m for a spring.
     pub fn damping(&self) -> f64 {
         self.damping
     }
 
-    /// Returns the integrals over the group.
+    /// Returns the integrals over the group, or the matrix of the point.
     pub fn operator(&self) -> &RobinMatrix {
         &self.operator
     }
@@ -82,4 +94,20 @@ impl RobinSupport {
     pub(crate) fn dissipation(&self, v: &[f64]) -> f64 {
         self.damping * self.operator.square(v)
     }
+}
+
+fn check([stiffness, damping]: [f64; 2]) -> Result<(), ModelError> {
+    for (name, value) in [
+        ("support stiffness", stiffness),
+        ("support damping", damping),
+    ] {
+        if !(0.0..f64::INFINITY).contains(&value) {
+            return Err(ModelError::OutOfRange {
+                name,
+                value,
+                allowed: "0 or greater, finite",
+            });
+        }
+    }
+    Ok(())
 }

@@ -109,9 +109,13 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             self.h = Some(wanted);
             // A step cannot be shorter than some units of rounding of t.
             let rounding = (10.0 * f64::EPSILON * self.t.abs()).max(f64::MIN_POSITIVE);
-            let smallest = self.options.min_step.max(rounding);
+            let (smallest, bound) = match self.options.min_step > rounding {
+                true => (self.options.min_step, "min_step"),
+                false => (rounding, "the rounding of t"),
+            };
             if wanted < smallest {
-                let message = format!("the next step, {wanted:e}, is below {smallest:e}{cause}");
+                let message =
+                    format!("the next step, {wanted:e}, is below {bound}, {smallest:e}{cause}");
                 return Ok(self.stop(StopReason::StepTooSmall, message));
             }
             let allowed = wanted.min(self.next_limit.unwrap_or(f64::INFINITY));

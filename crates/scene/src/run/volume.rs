@@ -95,7 +95,8 @@ fn is_nearly_incompressible(muscle: &Muscle) -> bool {
     let (solid, kappa) = (&muscle.solid, muscle.parameters.kappa());
     let mut laws = solid.laws().iter().enumerate();
     laws.all(|(element, law)| {
-        solid.element_scale(element).kappa * kappa >= NEARLY_INCOMPRESSIBLE * law.moduli()[1]
+        let shear_modulus = solid.mean_factor(element) * law.moduli()[1];
+        solid.element_scale(element).kappa * kappa >= NEARLY_INCOMPRESSIBLE * shear_modulus
     })
 }
 

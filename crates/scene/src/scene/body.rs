@@ -39,6 +39,7 @@ impl Builder<'_> {
             laws,
             densities,
             fibers,
+            factors,
             regions,
         } = self.materials(file, &mesh)?;
         self.check_complete(&laws, formulation)?;
@@ -73,6 +74,9 @@ impl Builder<'_> {
             unresolved_fibers = fibers.unresolved(&mesh);
             opposed_fibers = fibers.opposed(&mesh, solid.rule()).len();
             solid = solid.with_fibers(fibers);
+        }
+        if let Some(factors) = factors {
+            solid = self.at("material", solid.with_factors(factors))?;
         }
         if !stresses.is_empty() {
             solid = self.at("material", solid.with_added_stresses(&stresses))?;

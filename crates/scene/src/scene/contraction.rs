@@ -1,7 +1,7 @@
 //! Stresses that materials add to their laws (fiber tension, viscosity), and foundations of the
 //! boundary.
 
-use myovib_fem::material::{ActiveStress, Bestel, ForceLength, Prony, Springpot};
+use myovib_fem::material::{ActiveStress, Bestel, ForceLength, Prony, Springpot, unit_vector};
 use myovib_fem::{AddedStress, FemError, Solid, SupportDirection};
 use myovib_model::{Activation, RobinSupport, Signal, Timed};
 
@@ -234,31 +234,60 @@ impl Builder<'_> {
         }
     }
 
-    /// Returns the elastic foundations of the boundary.
+    /// Returns the elastic foundations of the boundary, then the springs.
     pub(super) fn foundations(
         &self,
         file: &SceneFile,
         solid: &Solid,
     ) -> Result<Vec<RobinSupport>, InputError> {
-        let given = file.elastic_foundation.iter().enumerate();
-        given
-            .map(|(i, foundation)| {
-                let path = format!("elastic_foundation[{i}]");
-                if foundation.stiffness == 0.0 && foundation.damping == 0.0 {
-                    let error = InputError::new(
-                        "an elastic foundation without stiffness and damping has no effect",
-                    )
-                    .next("set `stiffness`, Pa/m, or `damping`, Pa·s/m");
-                    return Err(self.wrong(&path, error));
-                }
-                let along = match foundation.along {
-                    Direction::All => SupportDirection::All,
-                    Direction::Normal => SupportDirection::Normal,
-                };
-                let constants = [foundation.stiffness, foundation.damping];
-                let foundation = RobinSupport::new(solid, &foundation.group, along, constants);
-                self.at(&format!("{path}.group"), foundation)
-            })
-            .collect()
+        let foundations = file.elastic_foundation.iter().enumerate();
+        let foundations = foundations.map(|(i, foundation)| {
+            let path = format!("elastic_foundation[{i}]");
+            let constants = [foundation.stiffness, foundation.damping];
+            self.expect_effect(
+                "an elastic foundation",
+                constants,
+                ["Pa/m", "Pa·s/m"],
+                &path,
+            )?;
+            let along = match foundation.along {
+                Direction::All => SupportDirection::All,
+                Direction::Normal => SupportDirection::Normal,
+            };
+            let foundation = RobinSupport::new(solid, &foundation.group, along, constants);
+            self.at(&format!("{path}.group"), foundation)
+        });
+        let springs = file.spring.iter().enumerate().map(|(i, spring)| {
+            let path = format!("spring[{i}]");
+            let constants = [spring.stiffness, spring.damping];
+            self.expect_effect("a spring", constants, ["N/m", "N·s/m"], &path)?;
+            let mesh = solid.space().mesh();
+            let direction = spring.direction.as_ref().map(|given| {
+                let vector = self.vector(given, mesh, &format!("{path}.direction"))?;
+                Ok(unit_vector(vector))
+            });
+            let point = self.point(solid.space(), &spring.at, &path)?;
+            let spring = RobinSupport::spring(solid, &point, direction.transpose()?, constants);
+            self.at(&path, spring)
+        });
+        foundations.chain(springs).collect()
+    }
+
+    /// Rejects a support without stiffness and damping.
+    fn expect_effect(
+        &self,
+        what: &str,
+        constants: [f64; 2],
+        units: [&str; 2],
+        path: &str,
+    ) -> Result<(), InputError> {
+        if constants != [0.0; 2] {
+            return Ok(());
+        }
+        let error = InputError::new(format!(
+            "{what} without stiffness and damping has no effect"
+        ));
+        let next = format!("set `stiffness`, {}, or `damping`, {}", units[0], units[1]);
+        Err(self.wrong(path, error.next(next)))
     }
 }

@@ -1,7 +1,7 @@
-//! Loads on a body: tractions, body forces and pressures.
+//! Loads on a body: tractions, body forces, point forces and pressures.
 
 use myovib_fem::{Solid, Space, load};
-use myovib_model::{Load, PressureLoad, Signal};
+use myovib_model::{Load, PressureLoad, Probe, Signal};
 use num_complex::Complex64;
 
 use super::builder::Builder;
@@ -14,7 +14,7 @@ use crate::scene_file::solid::{BodyForce, Traction};
 type KeyedLoad = (String, Load);
 
 impl Builder<'_> {
-    /// Returns the dead loads: tractions, then body forces, with one load per component, and the
+    /// Returns the dead loads: tractions, then body and point forces, with one load per component, and the
     /// sum of their harmonic parts. `densities` contains one value per element.
     pub(super) fn loads(
         &self,
@@ -68,7 +68,31 @@ impl Builder<'_> {
                 add(&unit, &component)?;
             }
         }
+        for (i, force) in file.point_force.iter().enumerate() {
+            let path = format!("point_force[{i}]");
+            let point = self.point(space, &force.at, &path)?;
+            let given = [&force.x, &force.y, &force.z];
+            let harmonic = force.response.as_ref();
+            for component in self.components(given, harmonic, dimension, &path)? {
+                let mut unit = vec![0.0; space.n_components()];
+                for (node, weight) in point.node_weights() {
+                    unit[dimension * node + component.axis] = *weight;
+                }
+                add(&unit, &component)?;
+            }
+        }
         Ok((loads, harmonic))
+    }
+
+    /// Returns the point `at` of the table at `path`, with a note if it is outside the mesh.
+    pub(super) fn point(&self, space: &Space, at: &[f64], path: &str) -> Result<Probe, InputError> {
+        let (point, distance) = self.at(&format!("{path}.at"), Probe::near(space, at))?;
+        if distance > 0.0 {
+            self.notes.borrow_mut().push(format!(
+                "{path}.at is {distance:.3e} m outside the mesh: the nearest point of the mesh is used"
+            ));
+        }
+        Ok(point)
     }
 
     /// Returns the load of 1 Pa along an axis times the traction's distribution.

@@ -11,6 +11,7 @@ use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::material::{Direction, Material};
+use crate::scene_file::solid::SpatialFactor;
 
 /// Advice for missing fibers.
 pub(super) const GIVE_FIBER: &str =
@@ -26,6 +27,8 @@ pub(super) struct Materials {
     pub(super) regions: Vec<usize>,
     /// Fiber directions, if a material defines them.
     pub(super) fibers: Option<Fibers>,
+    /// Factor of the stress at each vertex of each element, if a material defines it.
+    pub(super) factors: Option<Vec<f64>>,
 }
 
 impl Builder<'_> {
@@ -33,7 +36,7 @@ impl Builder<'_> {
     /// elements that no other material covers.
     pub(super) fn materials(&self, file: &SceneFile, mesh: &Mesh) -> Result<Materials, InputError> {
         let mut given: Vec<Option<usize>> = vec![None; mesh.n_elements()];
-        let mut fibers = None;
+        let (mut fibers, mut factors) = (None, None);
         let numbered = || file.material.iter().enumerate();
         let of_groups = numbered().filter(|(_, material)| material.group.is_some());
         let of_the_rest = numbered().filter(|(_, material)| material.group.is_none());
@@ -70,6 +73,23 @@ impl Builder<'_> {
                 let sheet = material.sheet.as_ref();
                 self.set_fibers(all, mesh, &members, fiber, sheet, &path)?;
             }
+            if let Some(factor) = &material.spatial_factor {
+                let n = mesh.shape().n_vertices();
+                let all = factors.get_or_insert_with(|| vec![1.0; n * mesh.n_elements()]);
+                match mesh.dimension() {
+                    2 => self.set_factors::<2>(all, mesh, &members, factor, &path)?,
+                    _ => self.set_factors::<3>(all, mesh, &members, factor, &path)?,
+                }
+                if material
+                    .prony
+                    .as_ref()
+                    .is_some_and(|terms| !terms.is_empty())
+                {
+                    let error = InputError::new("a material with `prony` has no `spatial_factor`")
+                        .next("use `viscosity`, or several materials with different constants");
+                    return Err(self.wrong(&format!("{path}.spatial_factor"), error));
+                }
+            }
         }
         let without = given.iter().filter(|one| one.is_none()).count();
         let regions = given.into_iter().collect::<Option<Vec<usize>>>();
@@ -101,7 +121,44 @@ impl Builder<'_> {
             densities: regions.iter().map(|region| of(region).density).collect(),
             regions,
             fibers,
+            factors,
         })
+    }
+
+    /// Sets the factors of a material's stress at the vertices of its elements.
+    fn set_factors<const D: usize>(
+        &self,
+        factors: &mut [f64],
+        mesh: &Mesh,
+        members: &[usize],
+        given: &SpatialFactor,
+        path: &str,
+    ) -> Result<(), InputError> {
+        let factor = self.factor::<D>(Some(given), mesh, 0, path)?;
+        let n = mesh.shape().n_vertices();
+        let points = mesh.points::<D>();
+        let mut smallest = (f64::INFINITY, [0.0; D]);
+        for &element in members {
+            for (k, &vertex) in mesh.element(element).iter().enumerate() {
+                let value = factor.at(&[vertex], &[1.0], points[vertex]);
+                factors[n * element + k] = value;
+                if value < smallest.0 {
+                    smallest = (value, points[vertex]);
+                }
+            }
+        }
+        self.finite(factor)?;
+        match smallest {
+            (value, _) if value > 0.0 => Ok(()),
+            (value, place) => {
+                let error = InputError::new(format!(
+                    "the factor of the stress at {place:?} is not positive"
+                ))
+                .found(value)
+                .allowed("positive values at the vertices of the material");
+                Err(self.wrong(&format!("{path}.spatial_factor"), error))
+            }
+        }
     }
 
     /// Returns the elements of a group, or all elements.

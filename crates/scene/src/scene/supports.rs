@@ -137,6 +137,7 @@ impl Builder<'_> {
                 .elastic_foundation
                 .iter()
                 .all(|bed| bed.stiffness == 0.0)
+            && file.spring.iter().all(|spring| spring.stiffness == 0.0)
         {
             let error = InputError::new("nothing holds the body")
                 .next("add a [[fixed]] with the group of the nodes that do not move, or a [[elastic_foundation]]");

@@ -70,9 +70,9 @@ pub(super) fn findings(file: &SceneFile, body: &Body, t_end: f64) -> Vec<Finding
         return Vec::new();
     };
     let drive = body.muscle.drive();
-    let materials = file.material.iter();
+    let materials = file.material.iter().enumerate();
     let parts: Vec<Part> = materials
-        .map(|material| Part::new(material, solid, drive))
+        .map(|(i, material)| Part::new(material, mean_factor(body, i), solid, drive))
         .collect();
     let counting = CHECKS.iter().filter(|(counts, _)| counts(file));
     let of_materials = counting.filter_map(|(_, check)| {
@@ -94,10 +94,19 @@ pub(super) fn findings(file: &SceneFile, body: &Body, t_end: f64) -> Vec<Finding
     .collect()
 }
 
+/// Returns the mean of the `spatial_factor` of a material over its elements.
+fn mean_factor(body: &Body, material: usize) -> f64 {
+    let elements = body.regions.iter().enumerate();
+    let factors = elements.filter(|(_, region)| **region == material);
+    let factors = factors.map(|(element, _)| body.muscle.solid.mean_factor(element));
+    let (n, sum) = factors.fold((0.0, 0.0), |(n, sum), factor| (n + 1.0, sum + factor));
+    if n == 0.0 { 1.0 } else { sum / n }
+}
+
 impl Part {
-    fn new(material: &Material, solid: &Solid, drive: Option<f64>) -> Self {
+    fn new(material: &Material, factor: f64, solid: &Solid, drive: Option<f64>) -> Self {
         let law = material.stiffened();
-        let law = law.expect("the body was made of this law");
+        let law = law.expect("the body was made of this law").scaled(factor);
         let kappa = material.bulk_modulus.unwrap_or(solid.bulk_modulus).0;
         let [own, shear] = law.moduli();
         Self {

@@ -14,7 +14,7 @@ use serde_json::{Map, Value, json};
 
 use super::active::Active;
 use super::number::Number;
-use super::solid::BulkModulus;
+use super::solid::{BulkModulus, SpatialFactor};
 
 /// Another name of `mooney-rivlin`, with c10 = ζ/2 and c01 = 0.
 pub(crate) const NEO_HOOKE: &str = "neo-hooke";
@@ -37,6 +37,8 @@ pub struct Material {
     #[serde(default = "one")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub stress_scale: f64,
+    /// Factor of the law's stress that varies in space, linear in each element [default: 1].
+    pub spatial_factor: Option<SpatialFactor>,
     /// Direction of the fibers.
     pub fiber: Option<Direction>,
     /// Direction of the sheets, made normal to the fibers.
@@ -75,20 +77,13 @@ impl Material {
             || self.springpot.is_some()
     }
 
-    /// Returns the law with its stress multiplied by `stress_scale`. Stresses are linear in constants in Pa.
+    /// Returns the law with its stress multiplied by `stress_scale`.
     ///
     /// # Errors
     /// A constant that is no longer finite.
     pub(crate) fn stiffened(&self) -> Result<myovib_fem::Law, FemError> {
-        let Description {
-            name, parameters, ..
-        } = self.law.0.description();
-        let constants = parameters.iter().zip(self.law.0.values());
-        let constants = constants.map(|(parameter, value)| match parameter.unit {
-            "Pa" => (parameter.name, self.stress_scale * value),
-            _ => (parameter.name, value),
-        });
-        myovib_fem::Law::named(name, &constants.collect::<Vec<_>>())
+        let law = self.law.0.scaled(self.stress_scale);
+        law.check().map(|()| law)
     }
 }
 
@@ -229,6 +224,10 @@ fn constant(parameter: &Parameter) -> Value {
         Range::Positive | Range::PositiveOrInfinite => number["exclusiveMinimum"] = json!(0),
         Range::NotNegative => number["minimum"] = json!(0),
         Range::AtLeastOne => number["minimum"] = json!(1),
+        Range::UpToAThird => {
+            number["minimum"] = json!(0);
+            number["maximum"] = json!(1.0 / 3.0);
+        }
         Range::Finite => {}
     }
     let mut schema = match parameter.range {
@@ -264,7 +263,13 @@ mod tests {
             let constants: Map<String, Value> = law
                 .parameters
                 .iter()
-                .map(|parameter| (parameter.name.to_owned(), json!(1.25)))
+                .map(|parameter| {
+                    let value = match parameter.range.contains(1.25) {
+                        true => 1.25,
+                        false => 0.25,
+                    };
+                    (parameter.name.to_owned(), json!(value))
+                })
                 .collect();
             let energy = |scale: f64| {
                 let mut table = json!({ "law": law.name, "density": 1e3, "stress_scale": scale });

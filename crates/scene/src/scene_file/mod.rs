@@ -55,7 +55,8 @@ use output::{Fields, Probe, Stop};
 use periodic::Periodic;
 use response::Response;
 use solid::{
-    BodyForce, ElasticFoundation, Fixed, PrescribedDisplacement, Pressure, Solid, Traction,
+    BodyForce, ElasticFoundation, Fixed, PointForce, PrescribedDisplacement, Pressure, Solid,
+    Spring, Traction,
 };
 use start::InitialState;
 
@@ -94,6 +95,9 @@ pub struct SceneFile {
     /// Elastic foundations: springs and dampers on the boundary.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub elastic_foundation: Vec<ElasticFoundation>,
+    /// Springs between points and the ground.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub spring: Vec<Spring>,
     /// Boundary forces with a fixed direction.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub traction: Vec<Traction>,
@@ -106,6 +110,9 @@ pub struct SceneFile {
     /// Forces per mass, such as gravity.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub body_force: Vec<BodyForce>,
+    /// Forces on points.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub point_force: Vec<PointForce>,
     /// Elastic rod, instead of a mesh.
     pub rod: Option<Rod>,
     /// Chains of oscillators.

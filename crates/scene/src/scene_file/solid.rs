@@ -117,6 +117,22 @@ pub struct Traction {
     pub spatial_factor: Option<SpatialFactor>,
 }
 
+/// Force on a point with a fixed direction. The displacement of the point itself grows slowly, without limit, as the
+/// mesh is refined.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PointForce {
+    /// Undeformed position, m.
+    pub at: Vec<f64>,
+    /// Force, N; in the plane N/m.
+    pub x: Option<Function>,
+    /// Force, N; in the plane N/m.
+    pub y: Option<Function>,
+    /// Force, N.
+    pub z: Option<Function>,
+    /// Harmonic part in a response, N.
+    pub response: Option<Amplitudes>,
+}
+
 /// Factor that varies in space.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
@@ -162,6 +178,23 @@ pub struct ElasticFoundation {
     /// Directions of springs and dampers.
     #[serde(default)]
     pub along: Direction,
+}
+
+/// Spring and damper between a point of the body and the ground: force `-k u - c u̇` on the body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Spring {
+    /// Undeformed position, m.
+    pub at: Vec<f64>,
+    /// Stiffness k, N/m; in the plane N/m².
+    #[serde(default)]
+    #[schemars(range(min = 0))]
+    pub stiffness: f64,
+    /// Damping c, N·s/m; in the plane N·s/m².
+    #[serde(default)]
+    #[schemars(range(min = 0))]
+    pub damping: f64,
+    /// Direction, of any length [default: all directions].
+    pub direction: Option<Vec<f64>>,
 }
 
 /// Directions in which a foundation acts.

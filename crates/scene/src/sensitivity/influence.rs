@@ -49,16 +49,18 @@ const BREAKS: [&str; 5] = ["start", "rise", "end", "systole", "diastole"];
 const CHAIN_AFFINE: [&str; 4] = ["gain", "coupling", "van_der_pol", "duffing"];
 const CHAIN_SMOOTH: [&str; 2] = ["frequency", "frequency_spread"];
 /// Tables of loads, which act outside elements.
-const LOADS: [&str; 3] = ["traction", "pressure", "body_force"];
+const LOADS: [&str; 4] = ["traction", "pressure", "body_force", "point_force"];
 /// Tables whose numbers may be parameters.
-const TABLES: [&str; 9] = [
+const TABLES: [&str; 11] = [
     "solid",
     "material",
     "elastic_foundation",
+    "spring",
     "chain",
     "traction",
     "pressure",
     "body_force",
+    "point_force",
     "prescribed_displacement",
     "initial_state",
 ];

@@ -7,6 +7,7 @@ mod derivatives;
 mod doubts;
 mod fits;
 mod maps;
+mod ogden;
 mod precision;
 mod starts;
 

@@ -18,6 +18,9 @@ pub(super) struct Document {
     pub(super) body: Option<BodyJson>,
     /// Null unless the scene is static.
     pub(super) equilibrium: Option<EquilibriumJson>,
+    /// Null unless the scene is quasi-static.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) quasi_static: Option<QuasiStaticJson>,
     /// Null unless the scene computes the modes of a body.
     pub(super) modes: Option<ModesJson>,
     /// Null unless the scene computes the response of a body.
@@ -47,6 +50,8 @@ pub(super) struct BodySizeJson {
     volume: f64,
     /// Mass, kg; in the plane per meter of depth.
     mass: f64,
+    elements: usize,
+    nodes: usize,
 }
 
 impl From<Size> for BodySizeJson {
@@ -55,6 +60,8 @@ impl From<Size> for BodySizeJson {
             extents: size.extents,
             volume: size.volume,
             mass: size.mass,
+            elements: size.elements,
+            nodes: size.nodes,
         }
     }
 }
@@ -74,6 +81,20 @@ pub(super) struct EquilibriumJson {
     /// CPU time, s: predicted for a body that is too large for a trial; null for a body that is not
     /// sufficiently supported.
     pub(super) seconds_per_iteration: Option<f64>,
+    pub(super) warnings: Vec<WarningJson>,
+}
+
+#[derive(Serialize)]
+pub(super) struct QuasiStaticJson {
+    pub(super) formulation: &'static str,
+    pub(super) unknowns: usize,
+    pub(super) blocks: Vec<BlockJson>,
+    /// Null, as is `nullity`, without pressures or if there are too many for a computation within seconds.
+    pub(super) inf_sup: Option<f64>,
+    pub(super) nullity: Option<usize>,
+    /// Null if not known before the run.
+    pub(super) factors: Option<FactorsJson>,
+    pub(super) cost: CostJson,
     pub(super) warnings: Vec<WarningJson>,
 }
 
@@ -123,12 +144,12 @@ pub(super) struct FactorsJson {
 }
 
 #[derive(Serialize)]
-struct BlockJson {
-    field: &'static str,
-    unknowns: usize,
-    index: u8,
-    left_out: bool,
-    better_left_out: bool,
+pub(super) struct BlockJson {
+    pub(super) field: &'static str,
+    pub(super) unknowns: usize,
+    pub(super) index: u8,
+    pub(super) left_out: bool,
+    pub(super) better_left_out: bool,
 }
 
 #[derive(Serialize)]

@@ -2,6 +2,7 @@
 
 mod cost;
 mod document;
+mod quasi_static;
 mod response;
 mod statics;
 mod writes;
@@ -24,7 +25,7 @@ use myovib_report::table::{Align, Table, Tone, colored_stdout, counted, exponent
 use myovib_scene::run::{initial, rehearse, try_out};
 use myovib_scene::scene_file::active::Tension;
 use myovib_scene::scene_file::material::PronyTerm;
-use myovib_scene::scene_file::solid::{Direction, ElasticFoundation};
+use myovib_scene::scene_file::solid::{Direction, ElasticFoundation, Spring};
 use myovib_scene::scene_file::{Analysis, SceneFile};
 use myovib_scene::sensitivity::SceneParameter;
 use myovib_scene::watch::Watcher;
@@ -78,7 +79,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
     SceneParameter::all(scene)?;
     rehearse(scene)?;
     let unusual = scene.unusual();
-    let (mut equilibrium, mut modes, mut response) = (None, None, None);
+    let (mut equilibrium, mut quasi_static, mut modes, mut response) = (None, None, None, None);
     let (text, body) = match (scene.file.analysis, &scene.body) {
         (Analysis::Static, Some(body)) => {
             let mut report = check::check_static(&body.muscle, body.formulation, scene.t_end)?;
@@ -112,18 +113,19 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
             response = Some(document);
             (text + &warnings(&unusual), None)
         }
-        (Analysis::QuasiStatic, _) => {
-            modes = scene.body.is_some().then(|| ModesJson::of(&unusual));
-            let text = format!(
-                "The scene is right. Inertia is neglected: displacements have index 1, velocities index 2.\n{}",
-                warnings(&unusual)
-            );
-            (text, None)
+        (Analysis::QuasiStatic, Some(body)) => {
+            let mut report =
+                check::check_quasi_static(&body.muscle, body.formulation, &body.settings)?;
+            report.findings.extend(unusual);
+            let cost = Cost::Tried(try_out(scene)?);
+            quasi_static = Some(quasi_static::document(body, &report, &cost));
+            (quasi_static::text(scene, body, &report, &cost), None)
         }
-        (Analysis::Static | Analysis::Modes | Analysis::Response | Analysis::Periodic, _) => {
-            modes = scene.body.is_some().then(|| ModesJson::of(&unusual));
+        (_, body) => {
+            modes = body.is_some().then(|| ModesJson::of(&unusual));
+            let size = body.as_ref().map(size_of).unwrap_or_default();
             let text = format!(
-                "The scene is right. Nothing is integrated in time: there is no index, and no error test.\n{}",
+                "The scene is right. Nothing is integrated in time: there is no index, and no error test.\n{size}\n{}",
                 warnings(&unusual)
             );
             (text, None)
@@ -137,6 +139,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
             .map(|body| Size::of(&body.muscle).into()),
         body,
         equilibrium,
+        quasi_static,
         modes,
         response,
     };
@@ -280,6 +283,15 @@ fn added(file: &SceneFile) -> Vec<String> {
         format!("foundation      {group}: k = {stiffness:e} Pa/m, c = {damping:e} Pa·s/m, {along}")
     });
     lines.extend(foundations);
+    lines.extend(file.spring.iter().map(|spring| {
+        let Spring {
+            at,
+            stiffness,
+            damping,
+            ..
+        } = spring;
+        format!("spring          at {at:?}: k = {stiffness:e} N/m, c = {damping:e} N·s/m")
+    }));
     lines.iter().map(|line| plain(line)).collect()
 }
 
@@ -349,12 +361,14 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
     lines
 }
 
-/// Formats extents, volume and mass of the body.
+/// Formats extents, volume, mass and mesh of the body.
 fn size_of(body: &Body) -> String {
     let Size {
         extents,
         volume,
         mass,
+        elements,
+        nodes,
     } = Size::of(&body.muscle);
     let sides: Vec<String> = extents.iter().map(|side| check::readable(*side)).collect();
     let (unit, depth) = match extents.len() {
@@ -362,8 +376,10 @@ fn size_of(body: &Body) -> String {
         _ => ("m³", ""),
     };
     format!(
-        "body            {} m, {volume:.2e} {unit}, {mass:.2e} kg{depth}",
-        sides.join(" by ")
+        "body            {} m, {volume:.2e} {unit}, {mass:.2e} kg{depth}\n\
+         mesh            {elements} {}, {nodes} nodes",
+        sides.join(" by "),
+        body.muscle.solid.space().mesh().shape().plural,
     )
 }
 

@@ -115,6 +115,13 @@ fn harmonic(file: &SceneFile) -> Vec<String> {
             .collect(),
     );
     add(
+        "point_force",
+        file.point_force
+            .iter()
+            .map(|own| own.response.is_some())
+            .collect(),
+    );
+    add(
         "prescribed_displacement",
         file.prescribed_displacement
             .iter()

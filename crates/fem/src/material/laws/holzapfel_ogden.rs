@@ -7,14 +7,15 @@ use crate::material::three::{
 };
 use crate::material::{Dual, Real};
 
-/// Holzapfel–Ogden law `W = a/2b (e^{b(Ī1−3)} − 1) + Σ_f,s a_i/2b_i H(I4i) (e^{b_i (I4i−1)²} − 1) +
-/// a_fs/2b_fs (e^{b_fs I8²} − 1)`.
+/// Holzapfel–Ogden law `W = a/2b (e^{b(Ī1−3)} − 1) + Σ_f,s a_i/2b_i H(I_i) (e^{b_i (I_i−1)²} − 1) +
+/// a_fs/2b_fs (e^{b_fs I8²} − 1)` with `I_i = κ_i I1 + (1 − 3 κ_i) I4i`.
 ///
+/// The dispersion κ_i is 0 for aligned fibers, where I_i = I4i, and 1/3 for fibers in all directions.
 /// The switch `H(x) = 1/(1 + e^{−k(x−1)})` activates fibers in tension. It is part of the energy
-/// and makes it non-convex just below I4 = 1. With k = ∞ it is a step: the tangent has a jump at I4
-/// = 1, where the value of the tension side is used. I4 and I8 are invariants of the full C.
-/// Source: Holzapfel and Ogden (2009), Phil. Trans. R. Soc. A 367, in the form of Aróstica et al.
-/// (2025).
+/// and makes it non-convex just below I_i = 1. With k = ∞ it is a step: the tangent has a jump at I_i
+/// = 1, where the value of the tension side is used. I1, I4 and I8 are invariants of the full C.
+/// Sources: Holzapfel and Ogden (2009), Phil. Trans. R. Soc. A 367, in the form of Aróstica et al.
+/// (2025); dispersion of Gasser, Ogden and Holzapfel (2006), J. R. Soc. Interface 3.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HolzapfelOgden {
     /// Matrix stiffness a, in Pa.
@@ -35,13 +36,17 @@ pub struct HolzapfelOgden {
     pub b_fs: f64,
     /// Steepness k of the switch; ∞ for a step.
     pub k: f64,
+    /// Dispersion κ_f of the fibers.
+    pub dispersion_f: f64,
+    /// Dispersion κ_s of the sheets.
+    pub dispersion_s: f64,
 }
 
 impl Described for HolzapfelOgden {
     const DESCRIPTION: Description = Description {
         name: "holzapfel-ogden",
-        energy: "a/2b (exp b(Ī1-3) - 1) + Σ_f,s a_i/2b_i H(I4i) (exp b_i(I4i-1)² - 1) + \
-                 a_fs/2b_fs (exp b_fs I8² - 1), H(x) = 1/(1 + exp -k(x-1))",
+        energy: "a/2b (exp b(Ī1-3) - 1) + Σ_f,s a_i/2b_i H(I_i) (exp b_i(I_i-1)² - 1) + \
+                 a_fs/2b_fs (exp b_fs I8² - 1), I_i = κ_i I1 + (1-3κ_i) I4i, H(x) = 1/(1 + exp -k(x-1))",
         about: "Passive myocardium.",
         parameters: &[
             Parameter::new("a", "Pa", Range::Positive, "Stiffness of the matrix"),
@@ -59,10 +64,16 @@ impl Described for HolzapfelOgden {
                 "Steepness of the switch; `inf`: a step. A finite value may cause several equilibria",
             )
             .or(f64::INFINITY),
+            dispersion("dispersion_f", "Dispersion κ_f of the fibers: 0 for aligned, 1/3 for isotropic ones"),
+            dispersion("dispersion_s", "Dispersion κ_s of the sheets"),
         ],
         fibers: true,
         complete: false,
     };
+}
+
+const fn dispersion(name: &'static str, about: &'static str) -> Parameter {
+    Parameter::new(name, "", Range::UpToAThird, about).or(0.0)
 }
 
 impl HolzapfelOgden {
@@ -81,11 +92,11 @@ impl HolzapfelOgden {
         let family = |a, b, k| Family { a, b, k };
         [
             (
-                FiberStrain::new(strain, f, f),
+                FiberStrain::dispersed(strain, f, self.dispersion_f),
                 family(self.a_f, self.b_f, Some(self.k)),
             ),
             (
-                FiberStrain::new(strain, s, s),
+                FiberStrain::dispersed(strain, s, self.dispersion_s),
                 family(self.a_s, self.b_s, Some(self.k)),
             ),
             (
@@ -96,7 +107,7 @@ impl HolzapfelOgden {
     }
 }
 
-/// Fiber family `w(E) = a/2b H (e^{b y²} − 1)` with y = 2 E: I4 − 1, or I8.
+/// Fiber family `w(E) = a/2b H (e^{b y²} − 1)` with y = 2 E: I_i − 1, or I8.
 #[derive(Debug, Clone, Copy)]
 struct Family {
     a: f64,
@@ -211,6 +222,15 @@ mod tests {
             holzapfel_ogden: holzapfel_ogden(100.0), MODERATE;
             // Differences must not straddle the kinks.
             with_a_step: holzapfel_ogden(f64::INFINITY), MODERATE[1..];
+            dispersed: dispersed(holzapfel_ogden(100.0)), MODERATE;
+        }
+
+        fn dispersed(law: Law) -> Law {
+            let names = law.description().parameters.iter().map(|own| own.name);
+            // The first value counts.
+            let own = [("dispersion_f", 0.2), ("dispersion_s", 0.1)];
+            let constants: Vec<_> = own.into_iter().chain(names.zip(law.values())).collect();
+            Law::named("holzapfel-ogden", &constants).unwrap()
         }
     }
 }

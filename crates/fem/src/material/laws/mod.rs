@@ -1,4 +1,4 @@
-//! List of laws: one line per file, which holds everything else.
+//! List of laws; each file has the energy, the constants and the tests of its laws.
 
 use super::three::CustomLaw;
 use super::{Described, Description};
@@ -131,11 +131,16 @@ laws! {
         yeoh { Yeoh { c10, c20, c30 } }
     }
     others {
+        fung { Fung { c, b_1, b_2, b_3, b_4, b_5, b_6, b_7, b_8, b_9 } }
         guccione {
             Guccione { c, b_f, b_t, b_fs }
             IsochoricGuccione { c, b_f, b_t, b_fs }
         }
-        holzapfel_ogden { HolzapfelOgden { a, b, a_f, b_f, a_s, b_s, a_fs, b_fs, k } }
+        holzapfel_ogden {
+            HolzapfelOgden {
+                a, b, a_f, b_f, a_s, b_s, a_fs, b_fs, k, dispersion_f, dispersion_s
+            }
+        }
         ogden {
             Ogden {
                 mu_1, alpha_1, mu_2, alpha_2, mu_3, alpha_3, mu_4, alpha_4, mu_5, alpha_5, mu_6, alpha_6

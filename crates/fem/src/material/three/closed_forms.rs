@@ -232,7 +232,8 @@ fn check_simple_shear(law: Law, slope: impl Fn(usize, usize, f64) -> f64) {
 /// Constants of the Holzapfel–Ogden law with a step switch: a, b, a_f, b_f, a_s, b_s, a_fs, b_fs.
 const HEART: [f64; 8] = [59.0, 8.023, 18_472.0, 16.026, 2481.0, 11.12, 216.0, 11.436];
 
-fn holzapfel_ogden() -> Law {
+/// The law with dispersions κ_f and κ_s.
+fn holzapfel_ogden([dispersion_f, dispersion_s]: [f64; 2]) -> Law {
     let [a, b, a_f, b_f, a_s, b_s, a_fs, b_fs] = HEART;
     Law::HolzapfelOgden {
         a,
@@ -244,43 +245,114 @@ fn holzapfel_ogden() -> Law {
         a_fs,
         b_fs,
         k: f64::INFINITY,
+        dispersion_f,
+        dispersion_s,
     }
 }
+
+/// Aligned, dispersed and isotropic fibers.
+const DISPERSIONS: [[f64; 2]; 3] = [[0.0, 0.0], [0.226, 0.1], [1.0 / 3.0, 0.0]];
 
 #[test]
 fn holzapfel_ogden_under_stretches_of_fiber_and_sheet() {
     let [a, b, a_f, b_f, a_s, b_s, ..] = HEART;
-    check_stretches(holzapfel_ogden(), |stretches| {
-        let squares = stretches.map(|l| l * l);
-        let matrix = a * (b * (squares.iter().sum::<f64>() - 3.0)).exp();
-        // S = 2 ∂W/∂I4, zero in compression.
-        let family = |a: f64, b: f64, i4: f64| {
-            let y = (i4 - 1.0).max(0.0);
-            2.0 * a * y * (b * y * y).exp()
-        };
-        [
-            matrix + family(a_f, b_f, squares[0]),
-            matrix + family(a_s, b_s, squares[1]),
-            matrix,
-        ]
-    });
+    for dispersions in DISPERSIONS {
+        check_stretches(holzapfel_ogden(dispersions), |stretches| {
+            let squares = stretches.map(|l| l * l);
+            let sum: f64 = squares.iter().sum();
+            let matrix = a * (b * (sum - 3.0)).exp();
+            let mut second = [matrix; 3];
+            for (axis, [a, b]) in [[a_f, b_f], [a_s, b_s]].into_iter().enumerate() {
+                let dispersion = dispersions[axis];
+                let aligned = 1.0 - 3.0 * dispersion;
+                // S = 2 ∂W/∂I (κ I + (1 − 3 κ) f⊗f), zero in compression.
+                let y = (dispersion * sum + aligned * squares[axis] - 1.0).max(0.0);
+                let slope = 2.0 * a * y * (b * y * y).exp();
+                second[axis] += slope * aligned;
+                second.iter_mut().for_each(|s| *s += slope * dispersion);
+            }
+            second
+        });
+    }
 }
 
 #[test]
 fn holzapfel_ogden_in_simple_shear_of_all_planes() {
     let [a, b, a_f, b_f, a_s, b_s, a_fs, b_fs] = HEART;
     // I1 = 3 + γ²; I4 of direction j is 1 + γ²; I8 = γ in the fiber–sheet plane.
-    check_simple_shear(holzapfel_ogden(), |i, j, gamma| {
-        let square = gamma * gamma;
-        let family = |a: f64, b: f64| 2.0 * a * square * (b * square * square).exp();
-        let stretched = [family(a_f, b_f), family(a_s, b_s), 0.0][j];
-        let shear = if i + j == 1 {
-            a_fs * (b_fs * square).exp()
-        } else {
-            0.0
-        };
-        gamma * (a * (b * square).exp() + stretched + shear)
-    });
+    for dispersions in DISPERSIONS {
+        check_simple_shear(holzapfel_ogden(dispersions), |i, j, gamma| {
+            let square = gamma * gamma;
+            let family = |axis: usize, a: f64, b: f64| {
+                let dispersion = dispersions[axis];
+                let aligned = if axis == j {
+                    1.0 - 3.0 * dispersion
+                } else {
+                    0.0
+                };
+                let weight = dispersion + aligned;
+                let y = weight * square;
+                2.0 * a * weight * y * (b * y * y).exp()
+            };
+            let stretched = family(0, a_f, b_f) + family(1, a_s, b_s);
+            let shear = if i + j == 1 {
+                a_fs * (b_fs * square).exp()
+            } else {
+                0.0
+            };
+            gamma * (a * (b * square).exp() + stretched + shear)
+        });
+    }
+}
+
+/// Isotropic fibers depend on I1 only, so that the axes do not matter.
+#[test]
+fn fibers_in_all_directions_are_isotropic() {
+    let law = holzapfel_ogden([1.0 / 3.0, 1.0 / 3.0]);
+    let Law::HolzapfelOgden {
+        a,
+        b,
+        a_f,
+        b_f,
+        a_s,
+        b_s,
+        b_fs,
+        k,
+        dispersion_f,
+        dispersion_s,
+        ..
+    } = law
+    else {
+        unreachable!("the law above")
+    };
+    // Without fiber–sheet shear.
+    let law = Law::HolzapfelOgden {
+        a,
+        b,
+        a_f,
+        b_f,
+        a_s,
+        b_s,
+        a_fs: 0.0,
+        b_fs,
+        k,
+        dispersion_f,
+        dispersion_s,
+    };
+    let h = [[0.1, 0.25, -0.1], [-0.15, -0.05, 0.2], [0.05, -0.3, 0.12]];
+    let turned = Axes {
+        fiber: [2.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0],
+        sheet: [-2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0],
+    };
+    let (one, other) = (
+        law.stress3(h, 0.0, Axes::cartesian(0.0)),
+        law.stress3(h, 0.0, turned),
+    );
+    let scale = one.iter().flatten().fold(0.0, |m: f64, p| m.max(p.abs()));
+    for (one, other) in one.iter().flatten().zip(other.iter().flatten()) {
+        // Rounding, with exponents of about ten.
+        assert!((one - other).abs() < 1e-12 * scale, "{one} {other}");
+    }
 }
 
 const GUCCIONE: [f64; 4] = [2e3, 8.0, 2.0, 4.0];
@@ -321,6 +393,44 @@ fn guccione_in_simple_shear_of_all_planes() {
             0.5 * c * q.exp() * (axial * square + shear) * gamma
         });
     }
+}
+
+/// Weights b_1 to b_9 of Fung's law.
+const FUNG: [f64; 9] = [8.0, 3.0, 2.0, 1.5, -0.5, 1.0, 4.0, 3.0, 5.0];
+
+fn fung() -> Law {
+    let names = [
+        "b_1", "b_2", "b_3", "b_4", "b_5", "b_6", "b_7", "b_8", "b_9",
+    ];
+    let constants = [("c", 2e3)].into_iter().chain(names.into_iter().zip(FUNG));
+    Law::named("fung", &constants.collect::<Vec<_>>()).unwrap()
+}
+
+#[test]
+fn fung_under_stretches_of_fiber_and_sheet() {
+    let [b1, b2, b3, b4, b5, b6, ..] = FUNG;
+    check_stretches(fung(), |stretches| {
+        let [f, s, n] = stretches.map(|l| 0.5 * (l * l - 1.0));
+        let half_slopes = [
+            b1 * f + b4 * s + b6 * n,
+            b4 * f + b2 * s + b5 * n,
+            b6 * f + b5 * s + b3 * n,
+        ];
+        let q: f64 = half_slopes.iter().zip([f, s, n]).map(|(a, e)| a * e).sum();
+        half_slopes.map(|half| 2e3 * q.exp() * half)
+    });
+}
+
+#[test]
+fn fung_in_simple_shear_of_all_planes() {
+    let [b1, b2, b3, _, _, _, fs, sn, nf] = FUNG;
+    // E_ij = γ/2 and E_jj = γ²/2, so Q = b_jj γ⁴/4 + b_ij γ²/4 and dW/dγ = c/2 e^Q dQ/dγ.
+    check_simple_shear(fung(), |i, j, gamma| {
+        let (axial, shear) = ([b1, b2, b3][j], [fs, nf, sn][i + j - 1]);
+        let square = gamma * gamma;
+        let q = 0.25 * axial * square * square + 0.25 * shear * square;
+        0.5 * 2e3 * q.exp() * (axial * square + 0.5 * shear) * gamma
+    });
 }
 
 #[test]

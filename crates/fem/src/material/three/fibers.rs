@@ -6,7 +6,7 @@
 
 use super::super::Real;
 use super::strain::Strain3;
-use super::tensor::{Symmetric3, Tensor3Of};
+use super::tensor::{Symmetric3, Tensor3Of, scaled3, trace3};
 
 /// Axes of the six strains ff, ss, nn, sn, fn, fs.
 const PAIRS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [1, 2], [0, 2], [0, 1]];
@@ -31,6 +31,25 @@ impl<R: Real> FiberStrain<R> {
             gradient: symmetric_dyad(strain.push(x), y, strain.push(y), x),
             dyad: symmetric_dyad(x, y, y, x),
         }
+    }
+
+    /// Creates the mean strain of fibers dispersed about the unit vector `x`: (1 − 3κ) E_xx + κ tr E.
+    #[inline(always)]
+    pub fn dispersed(strain: &Strain3<R>, x: [R; 3], dispersion: f64) -> Self {
+        let mut out = Self::new(strain, x, x);
+        if dispersion != 0.0 {
+            let (aligned, isotropic) = (1.0 - 3.0 * dispersion, out.value.like(dispersion));
+            out.value = out.value * aligned + trace3(&strain.green) * isotropic;
+            for i in 0..3 {
+                for j in 0..3 {
+                    out.gradient[i][j] =
+                        strain.f[i][j].mul_add(isotropic, out.gradient[i][j] * aligned);
+                    out.dyad[i][j] = out.dyad[i][j] * aligned;
+                }
+                out.dyad[i][i] = out.dyad[i][i] + isotropic;
+            }
+        }
+        out
     }
 
     /// Adds `slope` ∂²E_xy/∂F² to a tangent.
@@ -106,6 +125,13 @@ impl<R: Real> FiberStrains<R> {
         for (curvature, pair) in curvatures.iter().zip(PAIRS) {
             out.add_square(*curvature, &self.gradient(pair));
         }
+    }
+
+    /// Adds `weight` (∂a/∂F⊗∂b/∂F + ∂b/∂F⊗∂a/∂F) for two strains, given by their numbers.
+    #[inline(always)]
+    pub fn add_coupling(&self, out: &mut Symmetric3<R>, weight: R, [a, b]: [usize; 2]) {
+        let (a, b) = (self.gradient(PAIRS[a]), self.gradient(PAIRS[b]));
+        out.add_pair(&scaled3(weight, &a), &b);
     }
 
     /// Returns Σ slope (l_x⊗y + l_y⊗x)/2.

@@ -228,6 +228,8 @@ pub(crate) fn holzapfel_ogden(k: f64) -> Law {
         a_fs: 216.0,
         b_fs: 11.436,
         k,
+        dispersion_f: 0.0,
+        dispersion_s: 0.0,
     }
 }
 
@@ -302,6 +304,8 @@ fn smooth_switch_makes_the_energy_nonconvex_in_compression() {
         a_fs: 216.0,
         b_fs: 11.436,
         k: 100.0,
+        dispersion_f: 0.0,
+        dispersion_s: 0.0,
     };
     let (mut least, mut most) = (0.0_f64, 0.0_f64);
     for step in 1..2000 {

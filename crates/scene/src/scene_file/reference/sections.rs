@@ -69,6 +69,12 @@ pub(super) const SECTIONS: &[Section] = &[
                   damping = 1e3",
     },
     Section {
+        title: "`[[spring]]`",
+        keys: &["spring"],
+        example: "[[spring]]\nat = [0.1, 0.02]                # m\nstiffness = 200.0               # N/m\n\
+                  direction = [0.0, 1.0]",
+    },
+    Section {
         title: "`[[traction]]`",
         keys: &["traction"],
         example: "[[traction]]\ngroup = \"load\"\n\
@@ -90,6 +96,11 @@ pub(super) const SECTIONS: &[Section] = &[
         title: "`[[body_force]]`",
         keys: &["body_force"],
         example: "[[body_force]]\ny = { type = \"step\", value = -9.81, rise = 0.1 }",
+    },
+    Section {
+        title: "`[[point_force]]`",
+        keys: &["point_force"],
+        example: "[[point_force]]\nat = [0.1, 0.02]                # m\ny = { type = \"step\", value = -5.0, rise = 0.1 }",
     },
     Section {
         title: "`[initial_state]`",
