@@ -123,7 +123,7 @@ fn console_blocks_print_what_the_pages_show() {
 }
 
 /// A word contains a letter, so that rules of tables and signs of formulas do not count, and is not
-/// part of a comment, which readers do not see.
+/// part of a comment, which readers do not see. The generated scene reference does not count.
 #[test]
 fn the_guide_stays_short() {
     let is_word = |word: &&str| word.contains(char::is_alphabetic);
@@ -133,8 +133,9 @@ fn the_guide_stays_short() {
         let mut parts = page.split("<!--");
         parts.next().map_or(0, count) + parts.map(after).sum::<usize>()
     };
-    let words: usize = pages().into_iter().map(visible).sum();
-    assert!(words <= 16_000, "{words} words");
+    let is_written = |(path, _): &(PathBuf, String)| !path.ends_with("scene-reference.md");
+    let words: usize = pages().into_iter().filter(is_written).map(visible).sum();
+    assert!(words <= 13_000, "{words} words");
 }
 
 #[test]
@@ -164,6 +165,9 @@ fn examples_give_the_numbers_of_the_gallery() {
         };
         terms.into_iter().map(stress).sum()
     };
+    let crept = (0..9).fold(1.0_f64, |l, _| {
+        l - (l - l.powi(-3) - 0.1) / (1.0 + 3.0 * l.powi(-4))
+    });
     let relaxed = 1.0 + 0.5 * f64::exp(-(3.0 - 0.025) / 0.4);
     let cases = [
         // Homogeneous strain: the discrete solution is exact; Newton's method has an error of
@@ -175,6 +179,8 @@ fn examples_give_the_numbers_of_the_gallery() {
         ("indentation", "indenter", "F_y", -98.935, 1.5e-2),
         // The default tolerance is 1e-4; `relaxed` uses the mean time of the stretch.
         ("relaxation", "force", "R_x", force(1.01) * relaxed, 3e-4),
+        // λ − λ⁻³ = 0.1; 2e-5 of the strain is still to come.
+        ("creep", "end", "u_x", 0.1 * (crept - 1.0), 3e-4),
     ];
     for (name, probe, column, exact, tolerance) in cases {
         let folder = tempfile::tempdir().expect("a folder");
