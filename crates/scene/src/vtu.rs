@@ -154,14 +154,9 @@ impl Series {
         self.listing.next_files()
     }
 
-    /// Returns whether a stress is among the fields.
-    pub fn has_stress(&self) -> bool {
-        self.quantities.iter().any(|own| own.is_of_stress())
-    }
-
-    /// Returns whether the acceleration is among the fields.
-    pub fn has_acceleration(&self) -> bool {
-        self.quantities.contains(&Quantity::Acceleration)
+    /// Returns the quantities of the fields.
+    pub(crate) fn quantities(&self) -> &[Quantity] {
+        &self.quantities
     }
 
     /// Returns a written file that no longer exists or is empty.

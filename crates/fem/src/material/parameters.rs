@@ -93,6 +93,11 @@ impl Parameter {
         }
     }
 
+    /// Returns whether the energy is affine in the constant: constants in Pa are factors of terms.
+    pub fn is_modulus(&self) -> bool {
+        self.unit == "Pa"
+    }
+
     /// Makes the constant optional with a default value.
     pub const fn or(self, default: f64) -> Self {
         Self {

@@ -77,9 +77,9 @@ impl Measurement {
         self.quantities.iter().any(|own| own.has_kink_at_rest())
     }
 
-    /// Returns whether it contains an acceleration.
-    pub fn has_acceleration(&self) -> bool {
-        self.quantities.contains(&Quantity::Acceleration)
+    /// Returns the quantities.
+    pub fn quantities(&self) -> &[Quantity] {
+        &self.quantities
     }
 
     /// Returns the number of states (det F, stress) computed per reading.

@@ -26,12 +26,14 @@ pub enum Components {
 struct Description {
     /// Name in field files and prefix of column names.
     names: [&'static str; 2],
+    /// SI unit of its values; empty for a ratio.
+    unit: &'static str,
     components: Components,
-    reading: Reading,
+    evaluation: Evaluation,
 }
 
-/// How the components are computed. Symmetric tensors have their 3D order.
-enum Reading {
+/// Computation of the components. Symmetric tensors have their 3D order.
+enum Evaluation {
     /// From the fields.
     Fields(fn(&Snapshot<'_>, &ElementPoint) -> Vec<f64>),
     /// From det F or a strain.
@@ -50,6 +52,9 @@ macro_rules! quantities {
         }
 
         impl Quantity {
+            /// All quantities.
+            pub const ALL: &[Self] = &[$(Self::$quantity),*];
+
             fn description(self) -> &'static Description {
                 match self {
                     $(Self::$quantity => const { &Description $description },)*
@@ -63,26 +68,30 @@ quantities! {
     /// Displacement, m.
     Displacement "u" {
         names: ["u", "u"],
+        unit: "m",
         components: Components::Vector,
-        reading: Reading::Fields(|body, place| body.vector_at(body.displacement, place)),
+        evaluation: Evaluation::Fields(|body, place| body.vector_at(body.displacement, place)),
     }
     /// Velocity, m/s.
     Velocity "v" {
         names: ["v", "v"],
+        unit: "m/s",
         components: Components::Vector,
-        reading: Reading::Fields(|body, place| body.vector_at(body.velocity, place)),
+        evaluation: Evaluation::Fields(|body, place| body.vector_at(body.velocity, place)),
     }
     /// Acceleration, m/s²; zero in an equilibrium.
     Acceleration "a" {
         names: ["a", "a"],
+        unit: "m/s²",
         components: Components::Vector,
-        reading: Reading::Fields(|body, place| body.vector_at(body.acceleration, place)),
+        evaluation: Evaluation::Fields(|body, place| body.vector_at(body.acceleration, place)),
     }
     /// Pressure, Pa, positive in compression; -tr σ/3 for `st-venant-kirchhoff`.
     Pressure "p" {
         names: ["p", "p"],
+        unit: "Pa",
         components: Components::Scalar,
-        reading: Reading::Fields(|body, place| vec![match body.pressure {
+        evaluation: Evaluation::Fields(|body, place| vec![match body.pressure {
             Pressure::Nodal(p) => body.solid.space().pressure_at(p, place),
             // −κ (J − 1) for the formulation without pressure.
             Pressure::Penalty { .. } => body.state_at(place).pressure,
@@ -91,44 +100,51 @@ quantities! {
     /// Volume ratio det F.
     VolumeRatio "J" {
         names: ["J", "J"],
+        unit: "",
         components: Components::Scalar,
-        reading: Reading::State(|state| vec![state.jacobian]),
+        evaluation: Evaluation::State(|state| vec![state.jacobian]),
     }
     /// Green's strain; components as for `stress`.
     Strain "strain" {
         names: ["strain", "strain"],
+        unit: "",
         components: Components::Symmetric,
-        reading: Reading::State(|state| symmetric(green(state.gradient))),
+        evaluation: Evaluation::State(|state| symmetric(green(state.gradient))),
     }
     /// Principal values of Green's strain in descending order.
     PrincipalStrain "principal-strain" {
         names: ["principal_strain", "principal_strain"],
+        unit: "",
         components: Components::Principal,
-        reading: Reading::State(|state| principal(green(state.gradient))),
+        evaluation: Evaluation::State(|state| principal(green(state.gradient))),
     }
     /// Total Cauchy stress, Pa: xx, yy, xy, zz; in space xx, yy, zz, xy, yz, xz.
     Stress "stress" {
         names: ["stress", "stress"],
+        unit: "Pa",
         components: Components::Symmetric,
-        reading: Reading::Stress(|state| symmetric(state.cauchy)),
+        evaluation: Evaluation::Stress(|state| symmetric(state.cauchy)),
     }
     /// Principal values of the Cauchy stress in descending order, Pa.
     Principal "principal-stress" {
         names: ["principal_stress", "principal"],
+        unit: "Pa",
         components: Components::Principal,
-        reading: Reading::Stress(|state| principal(state.cauchy)),
+        evaluation: Evaluation::Stress(|state| principal(state.cauchy)),
     }
     /// Von Mises equivalent of the Cauchy stress, Pa.
     VonMises "von-mises" {
         names: ["von_mises", "von_mises"],
+        unit: "Pa",
         components: Components::Scalar,
-        reading: Reading::Stress(|state| vec![state.von_mises()]),
+        evaluation: Evaluation::Stress(|state| vec![state.von_mises()]),
     }
     /// Tension T of the active stress, Pa.
     Tension "tension" {
         names: ["tension", "tension"],
+        unit: "Pa",
         components: Components::Scalar,
-        reading: Reading::Fields(|body, place| {
+        evaluation: Evaluation::Fields(|body, place| {
             let own = body.stress_context.tensions.get(place.element);
             vec![own.copied().unwrap_or(0.0)]
         }),
@@ -144,6 +160,22 @@ impl Quantity {
         self.description().names[0]
     }
 
+    /// Returns the quantity with this name in field files.
+    pub fn labeled(label: &str) -> Option<Self> {
+        let mut all = Self::ALL.iter().copied();
+        all.find(|quantity| quantity.label() == label)
+    }
+
+    /// Returns the start of the names of its columns.
+    pub fn prefix(self) -> &'static str {
+        self.description().names[1]
+    }
+
+    /// Returns the SI unit of its values; empty for a ratio.
+    pub fn unit(self) -> &'static str {
+        self.description().unit
+    }
+
     /// Returns the kind of its components.
     pub fn components(self) -> Components {
         self.description().components
@@ -153,19 +185,19 @@ impl Quantity {
     pub fn columns(self, dimension: usize) -> Vec<String> {
         let six = ["xx", "yy", "zz", "xy", "yz", "xz"];
         let ends = match self.components() {
-            Components::Scalar => return vec![self.description().names[1].to_owned()],
+            Components::Scalar => return vec![self.prefix().to_owned()],
             Components::Vector => ["x", "y", "z"][..dimension].to_vec(),
             Components::Principal => vec!["1", "2", "3"],
             Components::Symmetric if dimension == 2 => IN_THE_PLANE.map(|i| six[i]).to_vec(),
             Components::Symmetric => six.to_vec(),
         };
-        let name = self.description().names[1];
+        let name = self.prefix();
         ends.iter().map(|end| format!("{name}_{end}")).collect()
     }
 
     /// Returns whether it is derived from the stress.
     pub fn is_of_stress(self) -> bool {
-        matches!(self.description().reading, Reading::Stress(_))
+        matches!(self.description().evaluation, Evaluation::Stress(_))
     }
 
     /// Returns whether it has no derivative at a state without strain and stress.
@@ -178,7 +210,7 @@ impl Quantity {
 
     /// Returns whether it requires det F, a strain or a stress.
     pub fn needs_state(self) -> bool {
-        !matches!(self.description().reading, Reading::Fields(_))
+        !matches!(self.description().evaluation, Evaluation::Fields(_))
     }
 }
 
@@ -194,10 +226,10 @@ impl Snapshot<'_> {
 
     /// Returns the components of a quantity at a point.
     pub fn at(&self, place: &ElementPoint, quantity: Quantity) -> Vec<f64> {
-        let values = match quantity.description().reading {
-            Reading::Fields(read) => read(self, place),
-            Reading::State(read) => read(&self.state_at(place)),
-            Reading::Stress(read) => read(&self.dynamic_state_at(place)),
+        let values = match quantity.description().evaluation {
+            Evaluation::Fields(read) => read(self, place),
+            Evaluation::State(read) => read(&self.state_at(place)),
+            Evaluation::Stress(read) => read(&self.dynamic_state_at(place)),
         };
         match (quantity.components(), self.solid.space().dimension()) {
             (Components::Symmetric, 2) => IN_THE_PLANE.map(|i| values[i]).to_vec(),

@@ -231,19 +231,9 @@ fn at_points(field: &StoredField, grid: &Grid, surface: &Surface) -> Vec<Vec<f64
     (0..width).map(component).collect()
 }
 
-/// Returns the unit of a field of the files.
+/// Returns the unit of a field of the files; empty for a ratio or an unknown field.
 pub(crate) fn unit(name: &str) -> &'static str {
-    use Quantity::{
-        Acceleration, Displacement, Pressure, Principal, Stress, Tension, Velocity, VonMises,
-    };
-    let is_one_of = |some: &[Quantity]| some.iter().any(|quantity| quantity.label() == name);
-    match name {
-        _ if is_one_of(&[Displacement]) => "m",
-        _ if is_one_of(&[Velocity]) => "m/s",
-        _ if is_one_of(&[Acceleration]) => "m/s²",
-        _ if is_one_of(&[Pressure, Stress, Principal, VonMises, Tension]) => "Pa",
-        _ => "",
-    }
+    Quantity::labeled(name).map_or("", Quantity::unit)
 }
 
 fn document(

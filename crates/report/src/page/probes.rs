@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use myovib_scene::csv::Table;
+use myovib_scene::probe::ColumnKind;
 use myovib_scene::{Error, Scene, escape};
 use serde_json::Value;
 
@@ -217,25 +218,9 @@ pub(super) fn section(
     ))
 }
 
-/// Returns the unit of a column, determined by its name.
+/// Returns the unit of a column; empty for a ratio or an unknown column.
 pub(crate) fn unit(name: &str, in_space: bool) -> &'static str {
-    match name.split('_').next().unwrap_or_default() {
-        "t" => "s",
-        "u" | "penetration" => "m",
-        "v" => "m/s",
-        "a" => "m/s²",
-        "principal" if name.starts_with("principal_strain") => "",
-        "p" | "stress" | "principal" | "von" | "tension" => "Pa",
-        "V" if in_space => "m³",
-        "V" => "m²",
-        "R" | "F" if in_space => "N",
-        "R" | "F" => "N/m",
-        "area" if in_space => "m²",
-        "area" => "m",
-        "kinetic" | "elastic" | "work" | "dissipated" | "imbalance" if in_space => "J",
-        "kinetic" | "elastic" | "work" | "dissipated" | "imbalance" => "J/m",
-        _ => "",
-    }
+    ColumnKind::of(name).map_or("", |kind| kind.unit(in_space))
 }
 
 /// Converts a column name to an axis label, with the component of a letter as a subscript.

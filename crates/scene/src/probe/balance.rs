@@ -67,10 +67,6 @@ mod with_nan {
 }
 
 impl EnergyBalance {
-    /// Names of the columns.
-    pub(crate) const NAMES: [&'static str; 5] =
-        ["kinetic", "elastic", "work", "dissipated", "imbalance"];
-
     /// Integrates up to time `t` within the last step, which began at `from`.
     pub(crate) fn advance<P: System>(
         &mut self,

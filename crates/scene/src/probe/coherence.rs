@@ -5,6 +5,7 @@ use myovib_oscillators::Coherence as OrderParameters;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::column::ColumnKind;
 use super::kind::{Kind, Parts, Reading, Systems, Wrong};
 use crate::InputError;
 use crate::run::system::{System, network_of};
@@ -17,7 +18,18 @@ pub struct Coherence {
     pub chain: String,
 }
 
+/// |Ψ|, arg Ψ and |χ|.
+const COLUMNS: [ColumnKind; 3] = [
+    ColumnKind::new("Psi_abs", [""; 2]),
+    ColumnKind::new("Psi_arg", ["rad"; 2]),
+    ColumnKind::new("chi_abs", [""; 2]),
+];
+
 impl Kind for Coherence {
+    fn columns() -> &'static [ColumnKind] {
+        &COLUMNS
+    }
+
     fn is_of_motion(&self) -> bool {
         true
     }
@@ -39,7 +51,7 @@ struct Parameters {
 
 impl Reading for Parameters {
     fn names(&self) -> Vec<String> {
-        ["Psi_abs", "Psi_arg", "chi_abs"].map(str::to_owned).into()
+        COLUMNS.map(|column| column.name.to_owned()).into()
     }
 
     fn values(

@@ -4,6 +4,7 @@ use myovib_model::ModelError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::column::ColumnKind;
 use super::kind::{Kind, Parts, Reading, Systems, Wrong};
 use crate::InputError;
 use crate::run::system::{System, muscle_of};
@@ -16,7 +17,18 @@ pub struct Contact {
     pub group: String,
 }
 
+/// Contact force, area in contact and penetration.
+const COLUMNS: &[ColumnKind] = &[
+    ColumnKind::new("F", ["N/m", "N"]),
+    ColumnKind::new("area", ["m", "m²"]),
+    ColumnKind::new("penetration", ["m"; 2]),
+];
+
 impl Kind for Contact {
+    fn columns() -> &'static [ColumnKind] {
+        COLUMNS
+    }
+
     fn check_part(&self, parts: &Parts<'_>) -> Result<(), Wrong<InputError>> {
         match parts.contacts.contains(&&*self.group) {
             true => Ok(()),
@@ -44,9 +56,9 @@ struct Sums {
 
 impl Reading for Sums {
     fn names(&self) -> Vec<String> {
-        let forces = ["F_x", "F_y", "F_z"].into_iter().take(self.dimension);
-        let names = forces.chain(["area", "penetration"]);
-        names.map(str::to_owned).collect()
+        let forces = COLUMNS[0].components(self.dimension);
+        let others = COLUMNS[1..].iter().map(|column| column.name.to_owned());
+        forces.chain(others).collect()
     }
 
     fn values(

@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::balance::EnergyBalance;
+use super::column::ColumnKind;
 use super::kind::{Kind, Reading, Systems};
 use crate::run::system::System;
 
@@ -13,7 +14,20 @@ use crate::run::system::System;
 #[schemars(inline)]
 pub struct Energy {}
 
+const ENERGY: [&str; 2] = ["J/m", "J"];
+const COLUMNS: [ColumnKind; 5] = [
+    ColumnKind::new("kinetic", ENERGY),
+    ColumnKind::new("elastic", ENERGY),
+    ColumnKind::new("work", ENERGY),
+    ColumnKind::new("dissipated", ENERGY),
+    ColumnKind::new("imbalance", ENERGY),
+];
+
 impl Kind for Energy {
+    fn columns() -> &'static [ColumnKind] {
+        &COLUMNS
+    }
+
     fn is_of_motion(&self) -> bool {
         true
     }
@@ -25,7 +39,7 @@ impl Kind for Energy {
 
 impl Reading for EnergyBalance {
     fn names(&self) -> Vec<String> {
-        Self::NAMES.map(str::to_owned).into()
+        COLUMNS.map(|column| column.name.to_owned()).into()
     }
 
     fn values(

@@ -4,6 +4,7 @@ use myovib_model::ModelError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::column::ColumnKind;
 use super::kind::{Kind, Parts, Reading, Systems, Wrong};
 use crate::InputError;
 use crate::run::system::System;
@@ -13,7 +14,13 @@ use crate::run::system::System;
 #[schemars(inline)]
 pub struct Feedback {}
 
+const FACTOR: ColumnKind = ColumnKind::new("factor", [""; 2]);
+
 impl Kind for Feedback {
+    fn columns() -> &'static [ColumnKind] {
+        &[FACTOR]
+    }
+
     fn is_of_motion(&self) -> bool {
         true
     }
@@ -27,7 +34,7 @@ impl Kind for Feedback {
     }
 
     fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
-        let names = of.feedbacks.iter().map(|chain| format!("factor_{chain}"));
+        let names = of.feedbacks.iter().map(|chain| format!("{}_{chain}", FACTOR.name));
         Ok(Box::new(FactorReading(names.collect())))
     }
 }

@@ -6,6 +6,7 @@ use myovib_model::{Measurement, ModelError, Muscle, RodDae};
 use num_complex::Complex64;
 
 use super::balance::EnergyBalance;
+use super::column::ColumnKind;
 use crate::InputError;
 use crate::run::system::System;
 
@@ -48,6 +49,14 @@ pub(crate) enum Objection {
 
 /// A kind of probe with the keys of a scene.
 pub(crate) trait Kind {
+    /// Returns the quantities of its columns, except those of [`Quantity`](myovib_model::Quantity).
+    fn columns() -> &'static [ColumnKind]
+    where
+        Self: Sized,
+    {
+        &[]
+    }
+
     /// Returns whether the probe only measures motions.
     fn is_of_motion(&self) -> bool {
         false

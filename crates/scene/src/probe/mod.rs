@@ -1,11 +1,14 @@
 //! Kinds of probes, one file each: the keys of a scene and the measurement of a system.
 
 mod balance;
+mod column;
 mod kind;
 mod places;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+pub use column::ColumnKind;
 
 pub(crate) use balance::{EnergyBalance, nan_of_null};
 pub(crate) use kind::{HarmonicMotion, Kind, Objection, Parts, Reading, Systems};
@@ -38,6 +41,12 @@ macro_rules! probes {
         }
 
         impl ProbeKind {
+            /// Returns the quantities of the columns that probes define.
+            fn columns() -> impl Iterator<Item = ColumnKind> {
+                let lists = [$(<$name as Kind>::columns()),*];
+                lists.into_iter().flatten().copied()
+            }
+
             /// Returns the kind of the probe.
             pub(crate) fn kind(&self) -> &dyn Kind {
                 match self {

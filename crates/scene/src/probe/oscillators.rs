@@ -4,6 +4,7 @@ use myovib_model::ModelError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::column::ColumnKind;
 use super::kind::{Kind, Parts, Reading, Systems, Wrong};
 use crate::InputError;
 use crate::run::system::{System, network_of};
@@ -16,7 +17,14 @@ pub struct Oscillators {
     pub chain: String,
 }
 
+/// Positions and velocities.
+const COLUMNS: [ColumnKind; 2] = [ColumnKind::new("y", [""; 2]), ColumnKind::new("w", [""; 2])];
+
 impl Kind for Oscillators {
+    fn columns() -> &'static [ColumnKind] {
+        &COLUMNS
+    }
+
     fn is_of_motion(&self) -> bool {
         true
     }
@@ -39,8 +47,8 @@ struct States {
 
 impl Reading for States {
     fn names(&self) -> Vec<String> {
-        let numbered = |letter| (1..=self.count).map(move |i| format!("{letter}_{i}"));
-        numbered("y").chain(numbered("w")).collect()
+        let numbered = |of: ColumnKind| (1..=self.count).map(move |i| format!("{}_{i}", of.name));
+        COLUMNS.into_iter().flat_map(numbered).collect()
     }
 
     fn values(

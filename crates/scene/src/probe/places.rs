@@ -4,7 +4,7 @@ use myovib_model::{Measurement, ModelError, Quantity};
 use num_complex::Complex64;
 
 use super::kind::{HarmonicMotion, HarmonicReading, Reading};
-use crate::run::system::{System, muscle_of, stress_needs_rates};
+use crate::run::system::{System, muscle_of, need_rates};
 
 /// Returns the quantities measured by default.
 pub(super) fn displacement_and_pressure() -> Vec<Quantity> {
@@ -44,8 +44,8 @@ impl Reading for Places {
     }
 
     fn needs_rates(&self, system: &mut dyn System, y: &[f64]) -> bool {
-        self.0.iter().any(Measurement::has_acceleration)
-            || self.0.iter().any(Measurement::has_stress) && stress_needs_rates(system, y)
+        let mut measurements = self.0.iter();
+        measurements.any(|measurement| need_rates(measurement.quantities(), system, y))
     }
 
     fn stress_evaluations(&self) -> u64 {

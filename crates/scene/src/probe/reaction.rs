@@ -8,6 +8,7 @@ use num_complex::Complex64;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::column::ColumnKind;
 use super::kind::{HarmonicMotion, HarmonicReading, Kind, Objection, Reading, Systems, Wrong, at};
 use crate::InputError;
 use crate::run::system::{System, muscle_of};
@@ -20,7 +21,14 @@ pub struct Reaction {
     pub group: String,
 }
 
+/// Support force.
+const FORCE: ColumnKind = ColumnKind::new("R", ["N/m", "N"]);
+
 impl Kind for Reaction {
+    fn columns() -> &'static [ColumnKind] {
+        &[FORCE]
+    }
+
     fn check_place(&self, solid: &Solid) -> Result<(), Wrong<Objection>> {
         let space = solid.space();
         let members = at(".group", space.mesh().group(&self.group))?;
@@ -82,8 +90,7 @@ impl HarmonicReading for Forces {
 
 impl Reading for Forces {
     fn names(&self) -> Vec<String> {
-        let names = ["R_x", "R_y", "R_z"].into_iter().take(self.dimension);
-        names.map(str::to_owned).collect()
+        FORCE.components(self.dimension).collect()
     }
 
     fn values(

@@ -6,6 +6,7 @@ use num_complex::Complex64;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::column::ColumnKind;
 use super::kind::{HarmonicMotion, HarmonicReading, Kind, Objection, Reading, Systems, Wrong, at};
 use crate::InputError;
 use crate::run::system::{System, muscle_of};
@@ -35,7 +36,13 @@ impl Volume {
     }
 }
 
+const VOLUME: ColumnKind = ColumnKind::new("V", ["m²", "m³"]);
+
 impl Kind for Volume {
+    fn columns() -> &'static [ColumnKind] {
+        &[VOLUME]
+    }
+
     fn check_place(&self, solid: &Solid) -> Result<(), Wrong<Objection>> {
         at(".group", EnclosedVolume::new(solid, &self.group))?;
         let enclosed = at(".symmetry", self.enclosed(solid))?;
@@ -61,7 +68,7 @@ impl Kind for Volume {
 
 impl Reading for EnclosedVolume {
     fn names(&self) -> Vec<String> {
-        vec!["V".to_owned()]
+        vec![VOLUME.name.to_owned()]
     }
 
     fn values(

@@ -18,7 +18,7 @@ use num_complex::Complex64;
 use serde::Serialize;
 
 use crate::modes::{BodyModes, instability};
-use crate::probe::{HarmonicMotion, Reading};
+use crate::probe::{ColumnKind, HarmonicMotion, Reading};
 use crate::scene_file::response::Grid;
 use crate::watch::{Watcher, search};
 use crate::{Body, Error, InputError, Scene, vtu};
@@ -120,7 +120,7 @@ impl Curves {
         let mut peaks = Vec::new();
         for (k, column) in self.columns.iter().enumerate() {
             let names = self.columns.iter().enumerate();
-            let alike = names.filter(|(_, other)| kind_of(other) == kind_of(column));
+            let alike = names.filter(|(_, other)| ColumnKind::is_shared(other, column));
             let size_of_kind = alike.map(|(j, _)| largest(j)).fold(0.0, f64::max);
             if largest(k) <= ROUNDING * size_of_kind {
                 continue;
@@ -160,11 +160,6 @@ fn curves_of(tables: &[(String, Vec<String>)], rows: &[Vec<Complex64>]) -> Vec<C
         }
     });
     curves.collect()
-}
-
-/// Returns the part of a column's name that values of the same unit share: `u` of `u_x`.
-fn kind_of(column: &str) -> &str {
-    column.split('_').next().unwrap_or_default()
 }
 
 /// Returns the phase in degrees; positive if the value leads the drive.
@@ -243,7 +238,7 @@ impl Response {
                 let same = |name: &&String| {
                     let first = names
                         .iter()
-                        .position(|other| kind_of(other) == kind_of(name));
+                        .position(|other| ColumnKind::is_shared(other, name));
                     first.unwrap_or_default()
                 };
                 let kinds: Vec<usize> = names.iter().map(same).collect();

@@ -15,7 +15,7 @@ use super::indicator::Indicator;
 use super::oscillations::Oscillations;
 use super::recorder::{Recorder, cannot_write};
 use super::stop::Condition;
-use super::system::{System, muscle_of, stress_needs_rates};
+use super::system::{System, muscle_of, need_rates};
 use super::volume::Volumes;
 use serde_json::Value;
 
@@ -157,10 +157,7 @@ impl Outputs<'_> {
         while let Some(t) = times.due(to) {
             let inside = t.max(from);
             integrator.dense_output(inside, 0, &mut self.y)?;
-            let has_stress = series.has_stress();
-            if series.has_acceleration()
-                || has_stress && stress_needs_rates(integrator.problem_mut(), &self.y)
-            {
+            if need_rates(series.quantities(), integrator.problem_mut(), &self.y) {
                 integrator.dense_output(inside, 1, &mut self.y_dot)?;
             }
             let measured = oscillations.measure(integrator.problem(), &self.y)?;

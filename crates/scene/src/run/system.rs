@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use myovib_dae::Problem;
 use myovib_model::coupling::{self, CoupledDae, Driven, Driving, FeedbackDae, Multirate, NoBody};
-use myovib_model::{Counts, ModelError, MuscleDae, RodDae, WorkCounters};
+use myovib_model::{Counts, ModelError, MuscleDae, Quantity, RodDae, WorkCounters};
 use myovib_oscillators::Network;
 
 /// Interface of a system for outputs.
@@ -71,10 +71,16 @@ pub(crate) fn network_of(
     system.network(k).ok_or(ModelError::NoSuchPart { part })
 }
 
-/// Returns whether the stress of the muscle, if present, depends on ẏ.
-pub(crate) fn stress_needs_rates<P: System + ?Sized>(system: &mut P, y: &[f64]) -> bool {
-    let muscle = system.muscle_at(y);
-    muscle.is_some_and(|(dae, _)| dae.stress_needs_rates())
+/// Returns whether a measurement of these quantities of the muscle needs ẏ.
+pub(crate) fn need_rates<P: System + ?Sized>(
+    quantities: &[Quantity],
+    system: &mut P,
+    y: &[f64],
+) -> bool {
+    let stress_needs_rates = |(dae, _): (&mut MuscleDae, _)| dae.stress_needs_rates();
+    quantities.contains(&Quantity::Acceleration)
+        || quantities.iter().any(|quantity| quantity.is_of_stress())
+            && system.muscle_at(y).is_some_and(stress_needs_rates)
 }
 
 impl System for MuscleDae {

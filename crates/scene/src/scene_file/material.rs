@@ -166,6 +166,16 @@ impl<'de> Deserialize<'de> for Law {
     }
 }
 
+/// Returns a constant of a law.
+pub(crate) fn constant(law: &str, name: &str) -> Option<&'static Parameter> {
+    let mut laws = myovib_fem::Law::CATALOG.iter();
+    let constants = match law {
+        NEO_HOOKE => NEO_HOOKE_CONSTANTS,
+        _ => laws.find(|known| known.name == law)?.parameters,
+    };
+    constants.iter().find(|constant| constant.name == name)
+}
+
 /// Law as text.
 #[derive(Serialize, Deserialize)]
 struct Written {

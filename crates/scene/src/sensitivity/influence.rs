@@ -1,12 +1,14 @@
 //! Parameters of scenes, and how the equations depend on them.
 
 use myovib_model::Formulation;
+use myovib_model::formula::{Formula, Role};
+use serde::Deserialize;
 use serde_json::Value;
 
 use crate::InputError;
 use crate::scene::{Body, Scene};
 use crate::scene_file::identification::Parameter;
-use crate::scene_file::material::NEO_HOOKE;
+use crate::scene_file::material::{NEO_HOOKE, constant};
 
 /// How the equations depend on a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,24 +29,12 @@ pub(super) enum Influence {
     Start,
 }
 
-/// Keys in which the equations are affine: moduli, densities, sizes of loads.
-const AFFINE: [&str; 11] = [
-    "c10",
-    "c01",
-    "shear_modulus",
-    "first_lame_parameter",
-    "density",
-    "stress_scale",
-    "stiffness",
-    "damping",
-    "amplitude",
-    "value",
-    "of",
-];
-/// Keys on which the equations depend smoothly.
-const SMOOTH: [&str; 5] = ["frequency", "end_frequency", "phase", "steepness", "shift"];
-/// Keys that move a break of a function of time.
-const BREAKS: [&str; 5] = ["start", "rise", "end", "systole", "diastole"];
+/// Keys in which the equations are affine, beside moduli of laws and factors of functions of time.
+const AFFINE: [&str; 5] = ["density", "stress_scale", "stiffness", "damping", "of"];
+/// Keys on which the equations depend smoothly, beside constants of functions of time.
+const SMOOTH: [&str; 1] = ["phase"];
+/// Keys of activation models that move a break.
+const BREAKS: [&str; 4] = ["start", "end", "systole", "diastole"];
 /// Keys of a chain in which its equations are affine, and on which they depend smoothly.
 const CHAIN_AFFINE: [&str; 4] = ["gain", "coupling", "van_der_pol", "duffing"];
 const CHAIN_SMOOTH: [&str; 2] = ["frequency", "frequency_spread"];
@@ -147,19 +137,11 @@ impl SceneParameter {
         self.key.split(['.', '[']).next().unwrap_or("")
     }
 
-    /// Returns whether only the law's stress depends on it. Prony terms also depend on the law's constants.
+    /// Returns whether only the law's stress depends on it, and affinely. Prony terms also depend on the law's constants.
     pub(super) fn is_of_stress(&self, body: &Body) -> bool {
-        let name = self.key.rsplit('.').next().unwrap_or("");
-        let is_modulus = [
-            "c10",
-            "c01",
-            "shear_modulus",
-            "first_lame_parameter",
-            "stress_scale",
-        ]
-        .contains(&name);
         self.table() == "material"
-            && is_modulus
+            && self.influence == Influence::Affine
+            && !self.key.ends_with(".density")
             && self.key.matches('.').count() == 1
             && body.muscle.solid.n_internal() == 0
     }
@@ -234,7 +216,8 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<SceneParam
         false => table,
     };
     let (parent, _) = pointer.rsplit_once('/').unwrap_or_default();
-    let influence = influence(place, last, found, values.pointer(parent));
+    let role = role(last, values.pointer(parent));
+    let influence = influence(place, last, role, found, values.pointer(parent));
     let value = match (influence, found) {
         (Some(Influence::Compressibility), _) => scene
             .file
@@ -268,7 +251,10 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<SceneParam
             });
         }
     };
-    let influence = influence.ok_or_else(|| refused(key, place, last))?;
+    let influence = influence.ok_or_else(|| {
+        let moves_break = role == Some(Role::Break) || BREAKS.contains(&last);
+        refused(key, place, moves_break)
+    })?;
     let size = match influence {
         Influence::Break => rise(values.pointer(parent)),
         _ => Some(value.abs()).filter(|size| *size > 0.0),
@@ -304,9 +290,9 @@ fn last_name<'k>(parts: &[&'k str]) -> &'k str {
 }
 
 /// Returns the error for a number without derivatives, with the numbers that can be parameters.
-fn refused(key: &str, table: &str, last: &str) -> InputError {
+fn refused(key: &str, table: &str, moves_break: bool) -> InputError {
     let error = InputError::new(format!("`{key}` cannot be differentiated"));
-    match (table, BREAKS.contains(&last)) {
+    match (table, moves_break) {
         ("active", true) => error.found("a value that shifts a discontinuity of the tension").next(
             "keep it fixed; a constant `tension`, `contractility`, `value` and `amplitude` can be parameters",
         ),
@@ -358,15 +344,32 @@ pub(super) fn first_jump(tree: &Value, path: &str, t_end: f64) -> Option<String>
     }
 }
 
+/// Returns the role of the key `last` in a function of time, if `parent` is one.
+fn role(last: &str, parent: Option<&Value>) -> Option<Role> {
+    Formula::deserialize(parent?).ok()?.role(last)
+}
+
+/// Returns whether the key `last` is a modulus of the law of a material.
+fn is_modulus(last: &str, material: Option<&Value>) -> bool {
+    let law = material.and_then(|material| material["law"].as_str());
+    let constant = law.and_then(|law| constant(law, last));
+    constant.is_some_and(|constant| constant.is_modulus())
+}
+
 /// Returns how the equations depend on the key `last` of a table, whose value is `found` in `parent`.
 fn influence(
     table: &str,
     last: &str,
+    role: Option<Role>,
     found: Option<&Value>,
     parent: Option<&Value>,
 ) -> Option<Influence> {
     // A constant load.
-    let is_constant = ["x", "y", "z"].contains(&last) && found.is_some_and(Value::is_number);
+    let is_constant = ["x", "y", "z", "value"].contains(&last) && found.is_some_and(Value::is_number);
+    let is_affine = AFFINE.contains(&last)
+        || is_constant
+        || role == Some(Role::Factor)
+        || table == "material" && is_modulus(last, parent);
     match (table, last) {
         ("solid", "bulk_modulus") => Some(Influence::Compressibility),
         ("solid", "rayleigh_mass") => Some(Influence::Alpha),
@@ -378,19 +381,22 @@ fn influence(
         ("chain", _) => None,
         ("initial_state", _) => None,
         // Sizes of tensions; times move breaks.
-        ("active", "contractility" | "value" | "amplitude") => Some(Influence::Smooth),
+        ("active", "contractility") => Some(Influence::Smooth),
+        ("active", _) if role == Some(Role::Factor) => Some(Influence::Smooth),
         ("active", "tension") if found.is_some_and(Value::is_number) => Some(Influence::Smooth),
         ("active", _) => None,
         // The slope of a step is continuous at its breaks.
-        (table, "start" | "rise") if LOADS.contains(&table) && rise(parent).is_some() => {
+        (table, _)
+            if role == Some(Role::Break) && LOADS.contains(&table) && rise(parent).is_some() =>
+        {
             Some(Influence::Break)
         }
         // Prescribed displacements act through the law, which is not affine.
-        ("prescribed_displacement", last) if AFFINE.contains(&last) || is_constant => {
+        ("prescribed_displacement", _) if is_affine => Some(Influence::Smooth),
+        _ if is_affine => Some(Influence::Affine),
+        (_, last) if role == Some(Role::Smooth) || SMOOTH.contains(&last) => {
             Some(Influence::Smooth)
         }
-        (_, last) if AFFINE.contains(&last) || is_constant => Some(Influence::Affine),
-        (_, last) if SMOOTH.contains(&last) => Some(Influence::Smooth),
         ("material", last) if !["law", "group"].contains(&last) => Some(Influence::Smooth),
         _ => None,
     }

@@ -1,6 +1,6 @@
 //! Identities and central differences for every law in 3D.
 
-pub(crate) use super::super::{Law, Tensor};
+pub(crate) use super::super::{Law, Parameter, Tensor};
 pub(crate) use super::{Axes, Tangent3, Tensor3};
 
 /// Step of central differences: ε^(1/3) balances truncation and rounding at a relative error of
@@ -318,4 +318,27 @@ fn smooth_switch_makes_the_energy_nonconvex_in_compression() {
     }
     assert!((26.0..27.5).contains(&most), "{least} {most}");
     assert!((-67.0..-66.0).contains(&least), "{least} {most}");
+}
+
+#[test]
+fn energies_are_affine_in_moduli() {
+    for law in Law::CATALOG {
+        // Exponents near 1; moduli far above the smallest of the published ones.
+        let values = |modulus: Option<(&str, f64)>| -> Vec<(&str, f64)> {
+            let value = |of: &Parameter| match modulus {
+                Some((name, value)) if name == of.name => value,
+                _ if of.is_modulus() => 1e3,
+                _ => 1.3,
+            };
+            law.parameters.iter().map(|of| (of.name, value(of))).collect()
+        };
+        for constant in law.parameters.iter().filter(|constant| constant.is_modulus()) {
+            let [a, b, c] = [1e3, 2e3, 3e3].map(|value| {
+                let law = Law::named(law.name, &values(Some((constant.name, value)))).unwrap();
+                law.energy3(MODERATE[1], axes())
+            });
+            // Rounding of sums of about ten terms.
+            assert!((a - 2.0 * b + c).abs() < 1e-13 * b.abs(), "{} {}", law.name, constant.name);
+        }
+    }
 }

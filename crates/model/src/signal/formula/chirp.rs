@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::{Constants, Role};
 use crate::signal::timing::{Break, first, shortest};
 use crate::signal::{Jet, Objection, TimeFunction};
 
@@ -34,6 +35,15 @@ impl Chirp {
         let passed = (t / self.duration).min(1.0);
         self.frequency + passed * (self.end_frequency - self.frequency)
     }
+}
+
+impl Constants for Chirp {
+    const ROLES: &[(&str, Role)] = &[
+        ("amplitude", Role::Factor),
+        ("frequency", Role::Smooth),
+        ("end_frequency", Role::Smooth),
+        ("phase", Role::Smooth),
+    ];
 }
 
 impl TimeFunction for Chirp {

@@ -5,6 +5,23 @@ use serde::{Deserialize, Serialize};
 
 use super::Signal;
 
+/// Dependence of a function of time on one of its constants.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// The function is proportional to it.
+    Factor,
+    /// The function has continuous derivatives with respect to it.
+    Smooth,
+    /// It moves a discontinuity of a derivative in time.
+    Break,
+}
+
+/// Function of time given by a formula.
+trait Constants {
+    /// Names of the constants with a derivative, and their roles.
+    const ROLES: &[(&str, Role)];
+}
+
 /// Makes [`Formula`] of a list of files, each with the type of the same name.
 macro_rules! formulas {
     ($($file:ident $name:ident)*) => {
@@ -19,6 +36,15 @@ macro_rules! formulas {
         }
 
         impl Formula {
+            /// Returns the role of a constant; `None` if the function has no derivative with respect to it.
+            pub fn role(&self, constant: &str) -> Option<Role> {
+                let roles = match self {
+                    $(Self::$name(_) => $name::ROLES,)*
+                };
+                let (_, role) = roles.iter().find(|(name, _)| *name == constant)?;
+                Some(*role)
+            }
+
             /// The function.
             pub fn signal(&self) -> Signal {
                 match self {

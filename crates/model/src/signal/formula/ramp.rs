@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::{Constants, Role};
 use crate::signal::timing::{Break, between, first, shortest};
 use crate::signal::{Jet, Objection, TimeFunction};
 
@@ -17,6 +18,14 @@ pub struct Ramp {
     pub start: f64,
     /// End time, s.
     pub end: f64,
+}
+
+impl Constants for Ramp {
+    const ROLES: &[(&str, Role)] = &[
+        ("value", Role::Factor),
+        ("start", Role::Break),
+        ("end", Role::Break),
+    ];
 }
 
 impl TimeFunction for Ramp {

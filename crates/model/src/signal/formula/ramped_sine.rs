@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::{Constants, Role};
 use crate::paper::{LOAD_FREQUENCY, LOAD_SHIFT, LOAD_STEEPNESS};
 use crate::signal::timing::shortest;
 use crate::signal::{Jet, TimeFunction};
@@ -51,6 +52,15 @@ impl RampedSine {
         let rises = first.min(last) < SIGMOID_WIDTH && first.max(last) > -SIGMOID_WIDTH;
         shortest(rises.then(|| 4.0 / self.steepness.abs()))
     }
+}
+
+impl Constants for RampedSine {
+    const ROLES: &[(&str, Role)] = &[
+        ("amplitude", Role::Factor),
+        ("frequency", Role::Smooth),
+        ("steepness", Role::Smooth),
+        ("shift", Role::Smooth),
+    ];
 }
 
 impl TimeFunction for RampedSine {

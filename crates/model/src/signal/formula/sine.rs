@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::{Constants, Role};
 use crate::signal::timing::shortest;
 use crate::signal::{Jet, TimeFunction};
 
@@ -20,6 +21,14 @@ pub struct Sine {
     /// Phase, rad.
     #[serde(default)]
     pub phase: f64,
+}
+
+impl Constants for Sine {
+    const ROLES: &[(&str, Role)] = &[
+        ("amplitude", Role::Factor),
+        ("frequency", Role::Smooth),
+        ("phase", Role::Smooth),
+    ];
 }
 
 impl TimeFunction for Sine {

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::{Constants, Role};
 use crate::signal::timing::{Break, between, first, just_after, shortest};
 use crate::signal::{Jet, TimeFunction};
 
@@ -18,6 +19,14 @@ pub struct Step {
     /// Rise time, s; 0 for a jump.
     #[schemars(extend("minimum" = 0))]
     pub rise: f64,
+}
+
+impl Constants for Step {
+    const ROLES: &[(&str, Role)] = &[
+        ("value", Role::Factor),
+        ("start", Role::Break),
+        ("rise", Role::Break),
+    ];
 }
 
 impl TimeFunction for Step {
