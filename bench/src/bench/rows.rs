@@ -3,7 +3,7 @@
 use anyhow::Context;
 use myovib_model::linear::LinearWork;
 use myovib_model::{
-    LinearSolver, MuscleDae, Settings, Statistics, run as run_model, start_at_rest,
+    LinearSolverKind, MuscleDae, Settings, Statistics, run as run_model, start_at_rest,
 };
 use myovib_sparse::Ordering;
 use serde::Serialize;
@@ -46,12 +46,12 @@ impl Solver {
         match self {
             Self::Condensed => ours,
             Self::Full => Settings {
-                linear_solver: LinearSolver::Full,
+                linear_solver: LinearSolverKind::Full,
                 ordering: Ordering::Amd,
                 ..ours
             },
             Self::SundialsDefaults => Settings {
-                linear_solver: LinearSolver::Full,
+                linear_solver: LinearSolverKind::Full,
                 ordering: Ordering::Colamd,
                 btf: true,
                 vectors: VectorArithmetic::Serial,

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use myovib_model::{ModelError, Outcome, StopReason};
+use myovib_model::{ModelError, Outcome, EndReason};
 use myovib_scene::Error;
 use myovib_sparse::SparseError;
 
@@ -30,9 +30,9 @@ impl Exit {
     /// event counts as success.
     pub fn of(outcome: &Outcome) -> Self {
         match outcome.reason() {
-            None | Some(StopReason::Event) => Self::Done,
-            Some(StopReason::Interrupted) => Self::Interrupted,
-            Some(StopReason::NoEquilibrium | StopReason::Inverted) => Self::Failed,
+            None | Some(EndReason::Event) => Self::Done,
+            Some(EndReason::Interrupted) => Self::Interrupted,
+            Some(EndReason::NoEquilibrium | EndReason::Inverted) => Self::Failed,
             Some(_) => Self::Stopped,
         }
     }

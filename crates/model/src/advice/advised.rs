@@ -7,7 +7,7 @@ use crate::counters::WorkCounters;
 use crate::coupling::{CoupledDae, FeedbackDae};
 use crate::error::ModelError;
 use crate::integration::integrator::{Advance, Continuation, Integrator, left_to_inner};
-use crate::integration::statistics::StopReason;
+use crate::integration::statistics::EndReason;
 use crate::muscle_dae::MuscleDae;
 
 /// A system that contains a muscle.
@@ -111,7 +111,7 @@ impl<P: WithMuscle> Integrator<P> for Advised<P> {
         let work = self.inner.problem().work();
         // The error test evaluates a state without inverted elements, so earlier inversions are not
         // the cause.
-        let refused = work.inversions > inversions && reason != StopReason::ErrorTestFailures;
+        let refused = work.inversions > inversions && reason != EndReason::ErrorTestFailures;
         let inverted = work.inverted.filter(|_| refused);
         let explanation = match inverted {
             Some(at) => listed(&self.advice.causes_of_inversion(at)),

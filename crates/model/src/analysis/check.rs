@@ -21,7 +21,7 @@ use crate::analysis::table1::{Case, coarse_beam, coarse_block};
 use crate::error::ModelError;
 use crate::field::Field;
 use crate::formulation::Formulation;
-use crate::integration::settings::{LinearSolver, Settings};
+use crate::integration::settings::{LinearSolverKind, Settings};
 use crate::integration::typical::mean_density;
 use crate::linear::Reduction;
 use crate::muscle::Muscle;
@@ -352,7 +352,7 @@ impl Sizes {
 
     /// Returns the predictions if the run factorizes these matrices.
     fn factors(&self, settings: &Settings) -> Result<Option<FactorizationCost>, ModelError> {
-        let condensed = settings.linear_solver == LinearSolver::Condensed;
+        let condensed = settings.linear_solver == LinearSolverKind::Condensed;
         let Some(needs) = self.all.filter(|_| condensed) else {
             return Ok(None);
         };

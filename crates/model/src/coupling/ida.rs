@@ -8,7 +8,7 @@ use super::body::Body;
 use super::error_test::ErrorTest;
 use crate::error::ModelError;
 use crate::integration::ida::{IdaIntegrator, builder};
-use crate::integration::settings::LinearSolver;
+use crate::integration::settings::LinearSolverKind;
 
 impl<P: Body> IdaIntegrator<P> {
     /// Starts a coupled system at t = 0 from `y` with the body at rest.
@@ -23,7 +23,7 @@ impl<P: Body> IdaIntegrator<P> {
         mut system: P,
         error_test: ErrorTest,
         options: IdaOptions,
-        linear_solver: LinearSolver,
+        linear_solver: LinearSolverKind,
         t_end: f64,
         y: &[f64],
     ) -> Result<Self, ModelError> {
@@ -49,14 +49,14 @@ impl<P: Body> IdaIntegrator<P> {
         mut system: P,
         error_test: ErrorTest,
         options: IdaOptions,
-        linear_solver: LinearSolver,
+        linear_solver: LinearSolverKind,
         [t, t_end]: [f64; 2],
         y: &[f64],
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
         let condensed = match linear_solver {
-            LinearSolver::Condensed => system.condensed_solver(options.sparse)?,
-            LinearSolver::Full => None,
+            LinearSolverKind::Condensed => system.condensed_solver(options.sparse)?,
+            LinearSolverKind::Full => None,
         };
         let schedule = system.schedule();
         let step_size = error_test.step_size();

@@ -7,7 +7,7 @@ use super::body::{Body, SystemMatrices};
 use super::error_test::ErrorTest;
 use crate::error::ModelError;
 use crate::integration::radau::RadauIntegrator;
-use crate::integration::settings::LinearSolver;
+use crate::integration::settings::LinearSolverKind;
 
 impl<P: Body> RadauIntegrator<P, SystemMatrices<P>> {
     /// Starts a coupled system at t = 0 from `y` with the body at rest, as IDAS does.
@@ -20,7 +20,7 @@ impl<P: Body> RadauIntegrator<P, SystemMatrices<P>> {
         mut system: P,
         error_test: ErrorTest,
         options: RadauOptions,
-        linear_solver: LinearSolver,
+        linear_solver: LinearSolverKind,
         t_end: f64,
         y: &[f64],
     ) -> Result<Self, ModelError> {
@@ -48,14 +48,14 @@ impl<P: Body> RadauIntegrator<P, SystemMatrices<P>> {
         mut system: P,
         error_test: ErrorTest,
         options: RadauOptions,
-        linear_solver: LinearSolver,
+        linear_solver: LinearSolverKind,
         [t, t_end]: [f64; 2],
         y: &[f64],
         y_dot: &[f64],
     ) -> Result<Self, ModelError> {
         let condensed = match linear_solver {
-            LinearSolver::Condensed => system.condensed_solver(options.sparse)?,
-            LinearSolver::Full => None,
+            LinearSolverKind::Condensed => system.condensed_solver(options.sparse)?,
+            LinearSolverKind::Full => None,
         };
         let matrices = match condensed {
             Some(solver) => solver,

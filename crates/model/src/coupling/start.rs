@@ -11,7 +11,7 @@ use crate::integration::ida::{self, IdaIntegrator};
 use crate::integration::integrator::Integrator;
 use crate::integration::projected::Projected;
 use crate::integration::radau::{self, RadauIntegrator};
-use crate::integration::settings::{IntegratorKind, LinearSolver, Settings};
+use crate::integration::settings::{IntegratorKind, LinearSolverKind, Settings};
 use crate::muscle_dae::MuscleDae;
 
 /// Options of the integrators of a coupled system. Tolerances are in
@@ -25,7 +25,7 @@ pub struct CoupledOptions {
     /// Options of Radau IIA.
     pub radau: RadauOptions,
     /// Solution method for the linear systems of Newton's method.
-    pub linear_solver: LinearSolver,
+    pub linear_solver: LinearSolverKind,
     /// Time between two projections onto the constraint, s (IDAS only).
     pub projection_interval: Option<f64>,
 }
@@ -52,7 +52,7 @@ impl CoupledOptions {
                 stages: integrator.stages().unwrap_or(3),
                 ..RadauOptions::default()
             },
-            linear_solver: LinearSolver::Full,
+            linear_solver: LinearSolverKind::Full,
             projection_interval: None,
         }
     }
@@ -60,7 +60,7 @@ impl CoupledOptions {
     /// Returns the options for separately integrated oscillators.
     pub fn of_oscillators(integrator: IntegratorKind) -> Self {
         Self {
-            linear_solver: LinearSolver::Condensed,
+            linear_solver: LinearSolverKind::Condensed,
             ..Self::of_states(integrator)
         }
     }

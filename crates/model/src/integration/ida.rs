@@ -9,7 +9,7 @@ use crate::error::ModelError;
 use crate::field::Field;
 use crate::integration::integrator::{Advance, Integrator};
 use crate::integration::pace::{Bounds, Pace};
-use crate::integration::settings::{LinearSolver, MultiplierWeights, Settings};
+use crate::integration::settings::{LinearSolverKind, MultiplierWeights, Settings};
 use crate::integration::statistics::Counts;
 use crate::integration::step_weights::StepSize;
 use crate::linear::CondensedSolver;
@@ -51,8 +51,8 @@ impl IdaIntegrator<MuscleDae> {
     ) -> Result<Self, ModelError> {
         let options = options(&dae, settings);
         let condensed = match settings.linear_solver {
-            LinearSolver::Condensed => Some(CondensedSolver::new(&dae, options.sparse)?),
-            LinearSolver::Full => None,
+            LinearSolverKind::Condensed => Some(CondensedSolver::new(&dae, options.sparse)?),
+            LinearSolverKind::Full => None,
         };
         let schedule = dae.muscle().schedule();
         let scaled = settings.multiplier_weights == MultiplierWeights::StepScaled;

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use sundials_wrap as wrap;
 
 use crate::error::ModelError;
-use crate::integration::statistics::{Counts, StopReason};
+use crate::integration::statistics::{Counts, EndReason};
 
 /// Result of one internal step.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,7 +18,7 @@ pub enum Advance {
     /// The integrator gave up.
     Stopped {
         /// The cause.
-        reason: StopReason,
+        reason: EndReason,
         /// Description of the cause: time, step size, order, and components with the largest
         /// errors.
         message: String,
@@ -208,17 +208,17 @@ impl Advance {
 }
 
 /// Converts a solver's reason to the common names.
-fn reason(reason: wrap::StopReason) -> StopReason {
+fn reason(reason: wrap::StopReason) -> EndReason {
     use wrap::StopReason as Ida;
     match reason {
         Ida::ErrorTestFailures | Ida::ToleranceTooTight | Ida::ErrorWeightsFailed => {
-            StopReason::ErrorTestFailures
+            EndReason::ErrorTestFailures
         }
-        Ida::ConvergenceFailures | Ida::ConstraintsViolated => StopReason::ConvergenceFailures,
-        Ida::StepTooSmall => StopReason::StepTooSmall,
-        Ida::LinearSetupFailed | Ida::LinearSolveFailed => StopReason::LinearSetupFailed,
-        Ida::MaxSteps => StopReason::MaxSteps,
+        Ida::ConvergenceFailures | Ida::ConstraintsViolated => EndReason::ConvergenceFailures,
+        Ida::StepTooSmall => EndReason::StepTooSmall,
+        Ida::LinearSetupFailed | Ida::LinearSolveFailed => EndReason::LinearSetupFailed,
+        Ida::MaxSteps => EndReason::MaxSteps,
         // A function of the problem; the message names it.
-        _ => StopReason::ResidualFailed,
+        _ => EndReason::ResidualFailed,
     }
 }

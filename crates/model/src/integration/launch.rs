@@ -8,7 +8,7 @@ use crate::integration::ida::IdaIntegrator;
 use crate::integration::integrator::Integrator;
 use crate::integration::projected::Projected;
 use crate::integration::radau::RadauIntegrator;
-use crate::integration::settings::{LinearSolver, Settings};
+use crate::integration::settings::{LinearSolverKind, Settings};
 use crate::integration::viscoelastic::ViscoelasticRadau;
 use crate::muscle_dae::MuscleDae;
 
@@ -47,7 +47,7 @@ pub fn start_from(
                 None => Box::new(ida),
             }
         }
-        Some(_) if relaxes && settings.linear_solver == LinearSolver::Condensed => {
+        Some(_) if relaxes && settings.linear_solver == LinearSolverKind::Condensed => {
             Box::new(ViscoelasticRadau::starting_at(dae, settings, t, y, y_dot)?)
         }
         Some(_) => Box::new(RadauIntegrator::starting_at(dae, settings, t, y, y_dot)?),

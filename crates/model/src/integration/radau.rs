@@ -10,7 +10,7 @@ use crate::error::ModelError;
 use crate::field::Field;
 use crate::integration::integrator::{Advance, Continuation, Integrator};
 use crate::integration::pace::{Bounds, Pace};
-use crate::integration::settings::{LinearSolver, Settings};
+use crate::integration::settings::{LinearSolverKind, Settings};
 use crate::integration::statistics::Counts;
 use crate::integration::typical::transit_time;
 use crate::linear::CondensedSolver;
@@ -171,11 +171,11 @@ fn builder<P: Problem>(problem: P, options: RadauOptions, t_end: f64) -> RadauBu
 pub fn matrices(
     dae: &MuscleDae,
     options: &RadauOptions,
-    linear_solver: LinearSolver,
+    linear_solver: LinearSolverKind,
 ) -> Result<MuscleMatrices, ModelError> {
     Ok(match linear_solver {
-        LinearSolver::Condensed => Box::new(CondensedSolver::new(dae, options.sparse)?),
-        LinearSolver::Full => Box::new(SparseDirectSolver::new(
+        LinearSolverKind::Condensed => Box::new(CondensedSolver::new(dae, options.sparse)?),
+        LinearSolverKind::Full => Box::new(SparseDirectSolver::new(
             &dae.jacobian_pattern(),
             options.sparse,
         )?),

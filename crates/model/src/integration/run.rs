@@ -6,7 +6,7 @@ use std::time::Instant;
 use crate::cpu::CpuClock;
 use crate::error::ModelError;
 use crate::integration::integrator::{Advance, Integrator};
-use crate::integration::statistics::{Outcome, Statistics, StopReason};
+use crate::integration::statistics::{Outcome, Statistics, EndReason};
 
 /// An accepted step with its dense output.
 pub struct AcceptedStep<'a, P> {
@@ -83,7 +83,7 @@ fn drive<P>(
                 // A limit that is reached with the last step does not truncate the run.
                 let is_limit = matches!(
                     outcome.reason(),
-                    Some(StopReason::Interrupted | StopReason::WorkCap)
+                    Some(EndReason::Interrupted | EndReason::WorkCap)
                 );
                 if is_limit && advance == Advance::Finished {
                     continue;
@@ -128,7 +128,7 @@ impl<P> Observer<P> for Limits<'_> {
             .is_some_and(|flag| flag.load(std::sync::atomic::Ordering::Relaxed))
         {
             return stop(
-                StopReason::Interrupted,
+                EndReason::Interrupted,
                 format!("interrupted at t = {:.6} s", step.to),
             );
         }
@@ -138,7 +138,7 @@ impl<P> Observer<P> for Limits<'_> {
                 "exceeded the CPU time limit ({used:.1} s of {} s) at t = {}",
                 self.cpu_seconds, step.to
             );
-            return stop(StopReason::WorkCap, message);
+            return stop(EndReason::WorkCap, message);
         }
         Ok(ControlFlow::Continue(()))
     }

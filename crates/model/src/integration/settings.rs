@@ -89,14 +89,14 @@ impl IntegratorKind {
 
 /// Solution method for the linear systems of Newton's method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum LinearSolver {
+pub enum LinearSolverKind {
     /// Eliminates the velocities; splits the system of (33) in two.
     Condensed,
     /// Factorizes the matrix of the full first-order system.
     Full,
 }
 
-impl LinearSolver {
+impl LinearSolverKind {
     /// Returns the name used in options and output.
     pub fn name(self) -> &'static str {
         match self {
@@ -147,7 +147,7 @@ pub struct Settings {
     /// Relative change of c_j above which the Newton matrix is set up again (IDAS).
     pub delta_cj: f64,
     /// Solution method for Newton's linear systems.
-    pub linear_solver: LinearSolver,
+    pub linear_solver: LinearSolverKind,
     /// Fill-reducing ordering of KLU.
     pub ordering: Ordering,
     /// Precision of the factors of condensed matrices.
@@ -187,8 +187,8 @@ impl Settings {
             multiplier_weights: MultiplierWeights::Plain,
             max_order: 2,
             delta_cj: 0.25,
-            linear_solver: LinearSolver::Condensed,
-            ordering: default_ordering(formulation, LinearSolver::Condensed),
+            linear_solver: LinearSolverKind::Condensed,
+            ordering: default_ordering(formulation, LinearSolverKind::Condensed),
             precision: Precision::Auto,
             btf: false,
             vectors: VectorArithmetic::Simd,
@@ -262,9 +262,9 @@ impl Settings {
 
 /// Returns the ordering with the least fill: AMD, except for the full matrix of (33), where it
 /// produces twenty times the fill of COLAMD.
-pub fn default_ordering(formulation: Formulation, linear_solver: LinearSolver) -> Ordering {
+pub fn default_ordering(formulation: Formulation, linear_solver: LinearSolverKind) -> Ordering {
     match (formulation, linear_solver) {
-        (Formulation::Stabilized, LinearSolver::Full) => Ordering::Colamd,
+        (Formulation::Stabilized, LinearSolverKind::Full) => Ordering::Colamd,
         _ => Ordering::Amd,
     }
 }

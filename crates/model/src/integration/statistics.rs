@@ -15,7 +15,7 @@ pub enum Outcome {
     /// The integrator or the caller stopped the run before the end time.
     Stopped {
         /// The cause.
-        reason: StopReason,
+        reason: EndReason,
         /// Description of the cause with values.
         message: String,
         /// An inverted element that the run could not pass.
@@ -25,7 +25,7 @@ pub enum Outcome {
 
 impl Outcome {
     /// Creates the outcome of a run ended by the caller.
-    pub fn ended(reason: StopReason, message: String) -> Self {
+    pub fn ended(reason: EndReason, message: String) -> Self {
         Self::Stopped {
             reason,
             message,
@@ -42,7 +42,7 @@ impl Outcome {
     }
 
     /// Returns the cause of a stop.
-    pub fn reason(&self) -> Option<StopReason> {
+    pub fn reason(&self) -> Option<EndReason> {
         match self {
             Self::Finished => None,
             Self::Stopped { reason, .. } => Some(*reason),
@@ -60,7 +60,7 @@ impl Outcome {
 
 /// Reason why a run stopped before its end time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum StopReason {
+pub enum EndReason {
     /// The error test failed repeatedly, or with the smallest step.
     ErrorTestFailures,
     /// Newton's method failed repeatedly, or with the smallest step.
@@ -85,7 +85,7 @@ pub enum StopReason {
     Event,
 }
 
-impl StopReason {
+impl EndReason {
     /// Returns the name used in output.
     pub fn name(self) -> &'static str {
         match self {
@@ -104,7 +104,7 @@ impl StopReason {
     }
 }
 
-impl fmt::Display for StopReason {
+impl fmt::Display for EndReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }

@@ -5,7 +5,7 @@ use myovib_dae::{VariableKind, kinds_at};
 use crate::error::ModelError;
 use crate::integration::integrator::Integrator;
 use crate::integration::run::{Observer, run};
-use crate::integration::statistics::{Counts, Outcome, StopReason};
+use crate::integration::statistics::{Counts, Outcome, EndReason};
 use crate::start::Consistent;
 
 /// Integrates a system over one period from consistent values.
@@ -113,7 +113,7 @@ where
                 integrator.dense_output(self.times[1], 0, &mut y)?;
                 Ok(self.restrict(&y))
             }
-            outcome if outcome.reason() == Some(StopReason::Interrupted) => {
+            outcome if outcome.reason() == Some(EndReason::Interrupted) => {
                 Err(ModelError::Interrupted)
             }
             outcome => Err(ModelError::PeriodStopped {

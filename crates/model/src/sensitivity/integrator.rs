@@ -15,7 +15,7 @@ use crate::muscle_dae::MuscleDae;
 use crate::start::Consistent;
 
 /// A function that computes quantities of a system in a state (t, y, ẏ).
-pub type Reading<'a, P> =
+pub type OutputFunction<'a, P> =
     dyn FnMut(&mut P, f64, &[f64], &[f64]) -> Result<Vec<f64>, ModelError> + 'a;
 
 /// A muscle, with or without chains, integrated by Radau IIA from t = 0 together with ∂y/∂p.
@@ -121,7 +121,7 @@ where
     ///
     /// # Errors
     /// Errors of the reading, or a time outside the step.
-    pub fn read(&mut self, t: f64, read: &mut Reading<'_, P>) -> Result<Vec<f64>, ModelError> {
+    pub fn read(&mut self, t: f64, read: &mut OutputFunction<'_, P>) -> Result<Vec<f64>, ModelError> {
         let [y, y_dot] = self.state(t)?;
         read(self.inner.problem_mut(), t, &y, &y_dot)
     }
@@ -140,7 +140,7 @@ where
         j: usize,
         t: f64,
         own: &[f64],
-        read: &mut Reading<'_, P>,
+        read: &mut OutputFunction<'_, P>,
     ) -> Result<Vec<f64>, ModelError> {
         let [y, y_dot] = self.state(t)?;
         let n = y.len();

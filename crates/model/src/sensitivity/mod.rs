@@ -26,7 +26,7 @@ pub use myovib_radau::AdjointWork;
 pub use chain::ChainDependence;
 pub use dependence::{Dependence, Dependences};
 pub use driven::DrivenDependences;
-pub use integrator::{DrivingIntegrator, Reading, SensitiveIntegrator};
+pub use integrator::{DrivingIntegrator, OutputFunction, SensitiveIntegrator};
 pub use perturbed::PerturbedSystems;
 pub use recorded::{LinearMisfit, RecordedIntegrator};
 pub use stencil::Stencil;

@@ -42,15 +42,15 @@ pub(super) enum Operation {
 }
 
 #[derive(Debug)]
-pub(super) struct Composed(pub(super) Operation, pub(super) Vec<Signal>);
+pub(super) struct Combination(pub(super) Operation, pub(super) Vec<Signal>);
 
-impl Composed {
+impl Combination {
     fn shortest(&self, time: impl Fn(&Signal) -> Option<f64>) -> Option<f64> {
         shortest(self.1.iter().filter_map(time))
     }
 }
 
-impl TimeFunction for Composed {
+impl TimeFunction for Combination {
     fn at(&self, t: f64) -> Jet {
         let (start, put): (f64, fn(Jet, Jet) -> Jet) = match self.0 {
             Operation::Sum => (0.0, |sum, term| sum + term),

@@ -17,7 +17,7 @@ pub(crate) mod timing;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use composed::{Composed, Operation};
+use composed::{Combination, Operation};
 use jet::Jet;
 use timing::{Break, FRACTION, Timed};
 
@@ -129,12 +129,12 @@ impl Signal {
 
     /// Creates the sum of its terms.
     pub fn sum(terms: Vec<Self>) -> Self {
-        Composed(Operation::Sum, terms).into()
+        Combination(Operation::Sum, terms).into()
     }
 
     /// Creates the product of its factors.
     pub fn product(factors: Vec<Self>) -> Self {
-        Composed(Operation::Product, factors).into()
+        Combination(Operation::Product, factors).into()
     }
 
     /// Returns the function multiplied by `factor`.

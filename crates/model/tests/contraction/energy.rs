@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use myovib_dae::Problem;
 use myovib_fem::AddedStress;
 use myovib_model::{
-    AcceptedStep, Energies, Formulation, IntegratorKind, LinearSolver, ModelError, MuscleDae,
+    AcceptedStep, Energies, Formulation, IntegratorKind, LinearSolverKind, ModelError, MuscleDae,
     Observer, Outcome, Settings, Start, run, start_from,
 };
 
@@ -134,7 +134,7 @@ fn a_body_without_active_or_viscous_stress_does_none_of_their_work() {
 #[test]
 fn the_skew_part_of_the_viscous_stiffness_saves_few_iterations() {
     let formulation = Formulation::Position;
-    let counts = [LinearSolver::Condensed, LinearSolver::Full].map(|linear_solver| {
+    let counts = [LinearSolverKind::Condensed, LinearSolverKind::Full].map(|linear_solver| {
         let settings = Settings {
             linear_solver,
             ..settings(formulation, 1e-4)

@@ -8,7 +8,7 @@ use myovib_model::coupling::{
 };
 use myovib_model::linear::Scalar;
 use myovib_model::{
-    Displacement, Formulation, IdaIntegrator, LinearSolver, MuscleDae, Observer, Outcome, Probe,
+    Displacement, Formulation, IdaIntegrator, LinearSolverKind, MuscleDae, Observer, Outcome, Probe,
     RodDae, SampleTimes, Sampler, Settings, Statistics, ida, paper, run,
 };
 use myovib_oscillators::{Chain, Drive};
@@ -65,7 +65,7 @@ pub(crate) fn start<B: Body>(
         dae,
         test,
         IdaOptions::default(),
-        LinearSolver::Full,
+        LinearSolverKind::Full,
         t_end,
         y,
     )

@@ -12,7 +12,7 @@ use myovib_model::coupling::{
     Oscillators, Source, StateTolerances, start_with_feedback,
 };
 use myovib_model::{
-    Activation, Advance, Field, Formulation, IntegratorKind, LinearSolver, Load, Muscle, MuscleDae,
+    Activation, Advance, Field, Formulation, IntegratorKind, LinearSolverKind, Load, Muscle, MuscleDae,
     Parameters, Probe, Settings, Signal, formula, paper,
 };
 use myovib_oscillators::{Chain, Coefficients, Drive, Ends, Reach, SmoothCoherence};
@@ -400,7 +400,7 @@ fn tensions_are_those_of_the_coherence() {
 }
 
 /// A motion of the block by its load, from rest without tension, to its end and the work it took.
-fn run(integrator: IntegratorKind, linear_solver: LinearSolver) -> (Vec<f64>, f64, FeedbackDae) {
+fn run(integrator: IntegratorKind, linear_solver: LinearSolverKind) -> (Vec<f64>, f64, FeedbackDae) {
     let (mut muscle, active) = body(2, 1e5, 1e-4);
     let n = muscle.solid.space().n_components();
     let down: Vec<f64> = (0..n)
@@ -446,8 +446,8 @@ fn run(integrator: IntegratorKind, linear_solver: LinearSolver) -> (Vec<f64>, f6
 #[test]
 fn eliminated_and_full_runs_agree() {
     for integrator in [IntegratorKind::Bdf, IntegratorKind::Radau5] {
-        let (y, steps, dae) = run(integrator, LinearSolver::Condensed);
-        let (y_full, steps_full, full) = run(integrator, LinearSolver::Full);
+        let (y, steps, dae) = run(integrator, LinearSolverKind::Condensed);
+        let (y_full, steps_full, full) = run(integrator, LinearSolverKind::Full);
         // Only the body's matrix is factorized.
         let work = |dae: &FeedbackDae| *dae.one_way().body().counters();
         assert!(work(&dae).linear.solves > 0 && work(&full).linear.solves == 0);

@@ -6,7 +6,7 @@ use myovib_fem::{Barycentric, Inverted, Mesh, generate};
 use myovib_model::advice::{Advice, Advised, Remedy, WithMuscle};
 use myovib_model::{
     Advance, Counts, Field, Formulation, Integrator, IntegratorKind, Limits, ModelError, MuscleDae,
-    Outcome, Settings, Statistics, StopReason, WorkCounters, check, paper, run, start_at_rest,
+    Outcome, Settings, Statistics, EndReason, WorkCounters, check, paper, run, start_at_rest,
 };
 
 const INFINITE: f64 = f64::INFINITY;
@@ -260,7 +260,7 @@ impl WithMuscle for Strained {
 struct Scripted {
     problem: Strained,
     inversions: VecDeque<u64>,
-    end: StopReason,
+    end: EndReason,
 }
 
 impl Integrator<Strained> for Scripted {
@@ -342,12 +342,12 @@ fn only_an_inversion_that_the_run_did_not_get_past_is_at_fault() {
         assert_eq!(inverted, blamed.then_some(ELEMENT));
         blamed
     };
-    assert!(named([0, 2], StopReason::ConvergenceFailures));
-    assert!(named([1, 1], StopReason::ResidualFailed));
+    assert!(named([0, 2], EndReason::ConvergenceFailures));
+    assert!(named([1, 1], EndReason::ResidualFailed));
     // A step was taken since.
-    assert!(!named([3, 0], StopReason::ConvergenceFailures));
+    assert!(!named([3, 0], EndReason::ConvergenceFailures));
     // A state that fails the error test could be evaluated.
-    assert!(!named([0, 2], StopReason::ErrorTestFailures));
+    assert!(!named([0, 2], EndReason::ErrorTestFailures));
 }
 
 /// Stopped by the error test, without inversion, with a least det F of 0.1 or of 0.9.
@@ -360,7 +360,7 @@ fn a_flat_element_is_blamed_before_the_index() {
                 ratio,
             },
             inversions: [0].into(),
-            end: StopReason::ErrorTestFailures,
+            end: EndReason::ErrorTestFailures,
         };
         let index_3 = Run::new(spindle(), Formulation::Position, 0.0, &[], 5);
         let mut advised = Advised::new(Box::new(inner), index_3.advice());

@@ -6,7 +6,7 @@ use myovib_dae::Problem;
 use myovib_fem::{DofMap, Law, Mesh, Solid, Space, generate};
 use myovib_model::linear::{LinearWork, Reduction, Scalar};
 use myovib_model::{
-    Field, Formulation, IdaIntegrator, Integrator, LinearSolver, Muscle, MuscleDae, Outcome,
+    Field, Formulation, IdaIntegrator, Integrator, LinearSolverKind, Muscle, MuscleDae, Outcome,
     Parameters, PressureLoad, Settings, Signal, default_ordering, paper, run,
 };
 use myovib_sparse::SparseOptions;
@@ -259,12 +259,12 @@ fn condensed_and_full_runs_take_the_same_steps() {
             let statistics = run(&mut integrator, &mut []).unwrap();
             assert_eq!(statistics.outcome, Outcome::Finished);
             let work = integrator.problem().counters().linear;
-            assert_eq!(work.solves > 0, linear_solver == LinearSolver::Condensed);
+            assert_eq!(work.solves > 0, linear_solver == LinearSolverKind::Condensed);
             // The load has started, and the number of steps is large enough for the comparison.
             assert!(statistics.counts.steps > 50);
             statistics.counts.steps as f64
         };
-        let (condensed, full) = (steps(LinearSolver::Condensed), steps(LinearSolver::Full));
+        let (condensed, full) = (steps(LinearSolverKind::Condensed), steps(LinearSolverKind::Full));
         // Rounding changes a few Newton iterations and rejections; 2 % is about 60 of 3000 steps.
         assert!(
             (condensed / full - 1.0).abs() <= 0.02,

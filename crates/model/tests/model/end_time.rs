@@ -4,7 +4,7 @@ use myovib_dae::Problem;
 use myovib_fem::generate;
 use myovib_model::coupling::{CoupledDae, ErrorTest, Oscillators, Source, StateTolerances};
 use myovib_model::{
-    Advance, Formulation, IdaIntegrator, Integrator, IntegratorKind, LinearSolver, MuscleDae,
+    Advance, Formulation, IdaIntegrator, Integrator, IntegratorKind, LinearSolverKind, MuscleDae,
     Settings, Signal, paper, start_at_rest,
 };
 use myovib_oscillators::Drive;
@@ -44,7 +44,7 @@ fn a_rod_with_a_chain_starts_alike_for_any_end_time() {
             .with_oscillators(&dae, tolerances);
         let rest = vec![0.0; dae.n_unknowns()];
         let options = IdaOptions::default();
-        IdaIntegrator::coupled(dae, test, options, LinearSolver::Full, t_end, &rest).unwrap()
+        IdaIntegrator::coupled(dae, test, options, LinearSolverKind::Full, t_end, &rest).unwrap()
     };
     let (short, long) = (steps(&mut start(1.0), 0.9), steps(&mut start(2000.0), 0.9));
     assert!(short.len() > 100, "{}", short.len());

@@ -6,7 +6,7 @@ use myovib_dae::Problem;
 use myovib_fem::generate;
 use myovib_model::{
     AcceptedStep, Formulation, Integrator, IntegratorKind, ModelError, MuscleDae, Observer,
-    Outcome, Probe, Settings, Signal, StopReason, first_positive, paper, run, start_at_rest,
+    Outcome, Probe, Settings, Signal, EndReason, first_positive, paper, run, start_at_rest,
 };
 
 fn start(integrator: IntegratorKind) -> (Box<dyn Integrator<MuscleDae>>, Probe) {
@@ -69,7 +69,7 @@ impl Observer<MuscleDae> for Stop {
             None => ControlFlow::Continue(()),
             Some(t) => {
                 step.to = t;
-                ControlFlow::Break(Outcome::ended(StopReason::Event, "far enough".into()))
+                ControlFlow::Break(Outcome::ended(EndReason::Event, "far enough".into()))
             }
         })
     }
@@ -100,7 +100,7 @@ fn a_run_ends_where_its_condition_is_first_met() {
             let name = format!("{integrator:?}, {fraction}: {statistics:?}, expected {expected}");
             assert_eq!(
                 statistics.outcome.reason(),
-                Some(StopReason::Event),
+                Some(EndReason::Event),
                 "{name}"
             );
             let late = expected - statistics.t_reached;

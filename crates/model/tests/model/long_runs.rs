@@ -10,7 +10,7 @@ use myovib_dae::{Problem, Suppressed, Tolerances};
 use myovib_fem::Mesh;
 use myovib_model::coupling::{Body, CoupledDae, ErrorTest, Oscillators, Source, StateTolerances};
 use myovib_model::{
-    AcceptedStep, Displacement, Formulation, IdaIntegrator, LinearSolver, ModelError, MuscleDae,
+    AcceptedStep, Displacement, Formulation, IdaIntegrator, LinearSolverKind, ModelError, MuscleDae,
     Observer, Outcome, Probe, Settings, ida, paper, run,
 };
 use myovib_oscillators::Drive;
@@ -140,7 +140,7 @@ fn rod_with_chain() {
     let (n, rest) = (dae.n_unknowns(), vec![0.0; dae.n_unknowns()]);
     let options = IdaOptions::default();
     let integrator =
-        IdaIntegrator::coupled(dae, test, options, LinearSolver::Full, T_END, &rest).unwrap();
+        IdaIntegrator::coupled(dae, test, options, LinearSolverKind::Full, T_END, &rest).unwrap();
     let largest = |dae: &mut CoupledDae<_>, _, y: &[f64]| {
         let states = &y[dae.range(0)];
         states.iter().fold(0.0_f64, |most, y| most.max(y.abs()))
@@ -167,7 +167,7 @@ fn muscle_with_chain() {
     let test = ErrorTest::of_muscle(dae.body(), &settings)
         .with_oscillators(&dae, StateTolerances::default());
     let (n, rest) = (dae.n_unknowns(), vec![0.0; dae.n_unknowns()]);
-    let solver = LinearSolver::Condensed;
+    let solver = LinearSolverKind::Condensed;
     let integrator = IdaIntegrator::coupled(dae, test, options, solver, T_END, &rest).unwrap();
     let drift = |dae: &mut CoupledDae<MuscleDae>, t, y: &[f64]| {
         let range = dae.body_range();

@@ -3,7 +3,7 @@
 use myovib_dae::Problem;
 use myovib_fem::Mesh;
 use myovib_model::{
-    AbsoluteTolerances, Field, Formulation, IntegratorKind, LinearSolver, MuscleDae, Outcome,
+    AbsoluteTolerances, Field, Formulation, IntegratorKind, LinearSolverKind, MuscleDae, Outcome,
     Settings, Signal, paper, run, start_at_rest,
 };
 
@@ -74,7 +74,7 @@ fn a_jacobian_takes_one_pass_over_the_elements() {
         "small.msh",
     )
     .unwrap();
-    for linear_solver in [LinearSolver::Condensed, LinearSolver::Full] {
+    for linear_solver in [LinearSolverKind::Condensed, LinearSolverKind::Full] {
         let muscle = paper::muscle(&mesh, f64::INFINITY, 0.0).unwrap();
         let dae = MuscleDae::new(muscle, Formulation::Position).unwrap();
         let settings = Settings {

@@ -6,7 +6,7 @@ use myovib_model::coupling::{
     Body, CoupledDae, ErrorTest, Oscillators, Source, StateTolerances, SystemMatrices,
 };
 use myovib_model::{
-    Formulation, IdaIntegrator, Integrator, IntegratorKind, LinearSolver, MuscleDae, Outcome,
+    Formulation, IdaIntegrator, Integrator, IntegratorKind, LinearSolverKind, MuscleDae, Outcome,
     Probe, RadauIntegrator, Settings, ida, paper, radau, run,
 };
 use myovib_oscillators::Drive;
@@ -36,7 +36,7 @@ fn muscle_and_chain() -> CoupledDae<MuscleDae> {
     with_chain(muscle, source)
 }
 
-fn settings(rtol: f64, t_end: f64, linear_solver: LinearSolver) -> Settings {
+fn settings(rtol: f64, t_end: f64, linear_solver: LinearSolverKind) -> Settings {
     Settings {
         t_end,
         integrator: IntegratorKind::Radau9,
@@ -88,7 +88,7 @@ fn the_rods_chain_moves_as_under_idas() {
     };
     let (dae, test) = system();
     let rest = vec![0.0; dae.n_unknowns()];
-    let full = LinearSolver::Full;
+    let full = LinearSolverKind::Full;
     let options = IdaOptions::default();
     let mut ida = IdaIntegrator::coupled(dae, test, options, full, t_end, &rest).unwrap();
     let theirs = chain_at_end(&mut ida, t_end);
@@ -110,11 +110,11 @@ fn the_rods_chain_moves_as_under_idas() {
 fn idas_on_the_muscles_chain_tends_to_the_same_motion() {
     let t_end = 1.0;
     let ours = |rtol| {
-        let wanted = settings(rtol, t_end, LinearSolver::Condensed);
+        let wanted = settings(rtol, t_end, LinearSolverKind::Condensed);
         chain_at_end(&mut start_muscle(&wanted), t_end)
     };
     let theirs = |rtol| {
-        let wanted = settings(rtol, t_end, LinearSolver::Condensed);
+        let wanted = settings(rtol, t_end, LinearSolverKind::Condensed);
         let dae = muscle_and_chain();
         let test = ErrorTest::of_muscle(dae.body(), &wanted)
             .with_oscillators(&dae, StateTolerances::default());
@@ -140,7 +140,7 @@ fn idas_on_the_muscles_chain_tends_to_the_same_motion() {
 #[test]
 fn condensed_and_full_matrices_give_the_same_run() {
     let t_end = 0.6;
-    let states = [LinearSolver::Condensed, LinearSolver::Full]
+    let states = [LinearSolverKind::Condensed, LinearSolverKind::Full]
         .map(|solver| chain_at_end(&mut start_muscle(&settings(1e-5, t_end, solver)), t_end));
     let apart = distance(&states[0], &states[1]);
     // Newton's method stops at the rounding that it measures, which differs between the two
@@ -152,7 +152,7 @@ fn condensed_and_full_matrices_give_the_same_run() {
 #[test]
 fn a_run_goes_on_from_its_state() {
     let (half, t_end) = (0.5, 1.0);
-    let wanted = |t_end| settings(1e-5, t_end, LinearSolver::Condensed);
+    let wanted = |t_end| settings(1e-5, t_end, LinearSolverKind::Condensed);
     let whole = chain_at_end(&mut start_muscle(&wanted(t_end)), t_end);
 
     let mut first = start_muscle(&wanted(half));

@@ -8,7 +8,7 @@ use myovib_fem::{DofMap, Law, Solid, Space, generate};
 use myovib_model::equation::{Added, Context, PressureRateSource};
 use myovib_model::statics::equilibrium;
 use myovib_model::{
-    Equation, Formulation, LinearSolver, Matrix, Muscle, MuscleDae, Parameters, PressureLoad,
+    Equation, Formulation, LinearSolverKind, Matrix, Muscle, MuscleDae, Parameters, PressureLoad,
     Settings, Signal, Term, paper, run, start_at_rest,
 };
 
@@ -139,7 +139,7 @@ fn the_jacobian_of_every_formulation_has_its_exact_derivative() {
 /// Condensed and whole Newton matrices are one method: the same steps.
 #[test]
 fn a_pulse_of_pressure_is_followed_with_either_linear_solver() {
-    let steps = [LinearSolver::Condensed, LinearSolver::Full].map(|linear_solver| {
+    let steps = [LinearSolverKind::Condensed, LinearSolverKind::Full].map(|linear_solver| {
         let pulse = Signal::paper(2e3);
         let dae = MuscleDae::new(pressed(paper::LAW, 0.0, pulse), Formulation::Position).unwrap();
         let settings = Settings {

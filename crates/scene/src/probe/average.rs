@@ -5,7 +5,7 @@ use myovib_model::{Measurement, ModelError, Quantity};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::kind::{Kind, Objection, Reading, Systems, Wrong, at};
+use super::kind::{Kind, InvalidPlace, Reading, Systems, Wrong, at};
 use super::places::{Places, displacement_and_pressure};
 
 /// Averages over a group, weighted by undeformed size.
@@ -21,7 +21,7 @@ pub struct Average {
 }
 
 impl Kind for Average {
-    fn check_place(&self, solid: &Solid) -> Result<(), Wrong<Objection>> {
+    fn check_place(&self, solid: &Solid) -> Result<(), Wrong<InvalidPlace>> {
         at(".group", solid.space().mesh().group(&self.group)).map(drop)
     }
 

@@ -40,7 +40,7 @@ pub(crate) struct Systems<'a> {
 pub(crate) type Wrong<E> = (&'static str, E);
 
 /// Reason why a position is invalid.
-pub(crate) enum Objection {
+pub(crate) enum InvalidPlace {
     /// An error of the model.
     Model(ModelError),
     /// An error detected here.
@@ -75,7 +75,7 @@ pub(crate) trait Kind {
     }
 
     /// Rejects a position where there is nothing to measure.
-    fn check_place(&self, _: &Solid) -> Result<(), Wrong<Objection>> {
+    fn check_place(&self, _: &Solid) -> Result<(), Wrong<InvalidPlace>> {
         Ok(())
     }
 
@@ -206,9 +206,9 @@ impl Parts<'_> {
 }
 
 /// Adds the key to an error.
-pub(crate) fn at<T, E>(key: &'static str, result: Result<T, E>) -> Result<T, Wrong<Objection>>
+pub(crate) fn at<T, E>(key: &'static str, result: Result<T, E>) -> Result<T, Wrong<InvalidPlace>>
 where
     ModelError: From<E>,
 {
-    result.map_err(|error| (key, Objection::Model(error.into())))
+    result.map_err(|error| (key, InvalidPlace::Model(error.into())))
 }

@@ -5,7 +5,7 @@ use myovib_model::{Measurement, ModelError, Probe, Quantity};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::kind::{Kind, Objection, Reading, Systems, Wrong, at};
+use super::kind::{Kind, InvalidPlace, Reading, Systems, Wrong, at};
 use super::places::{Places, displacement_and_pressure};
 
 /// Values at equidistant points of a line, numbered from 0.
@@ -28,7 +28,7 @@ pub struct Line {
 }
 
 impl Kind for Line {
-    fn check_place(&self, solid: &Solid) -> Result<(), Wrong<Objection>> {
+    fn check_place(&self, solid: &Solid) -> Result<(), Wrong<InvalidPlace>> {
         at(".from", Probe::at(solid.space(), &self.from))?;
         at(".to", Probe::at(solid.space(), &self.to)).map(drop)
     }

@@ -5,7 +5,7 @@ use myovib_model::{Measurement, ModelError, Probe, Quantity};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::kind::{Kind, Objection, Reading, Systems, Wrong, at};
+use super::kind::{Kind, InvalidPlace, Reading, Systems, Wrong, at};
 use super::places::{Places, displacement_and_pressure};
 
 /// Values at a point.
@@ -22,7 +22,7 @@ pub struct Point {
 }
 
 impl Kind for Point {
-    fn check_place(&self, solid: &Solid) -> Result<(), Wrong<Objection>> {
+    fn check_place(&self, solid: &Solid) -> Result<(), Wrong<InvalidPlace>> {
         at(".at", Probe::near(solid.space(), &self.at)).map(drop)
     }
 

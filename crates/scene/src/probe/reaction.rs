@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::column::ColumnKind;
-use super::kind::{HarmonicMotion, HarmonicReading, Kind, Objection, Reading, Systems, Wrong, at};
+use super::kind::{HarmonicMotion, HarmonicReading, Kind, InvalidPlace, Reading, Systems, Wrong, at};
 use crate::InputError;
 use crate::run::system::{System, muscle_of};
 
@@ -29,7 +29,7 @@ impl Kind for Reaction {
         &[FORCE]
     }
 
-    fn check_place(&self, solid: &Solid) -> Result<(), Wrong<Objection>> {
+    fn check_place(&self, solid: &Solid) -> Result<(), Wrong<InvalidPlace>> {
         let space = solid.space();
         let members = at(".group", space.mesh().group(&self.group))?;
         let dimension = space.dimension();
@@ -54,7 +54,7 @@ impl Kind for Reaction {
             "no component of the group `{group}` is fixed, so it has no reaction"
         ));
         let error = error.next("name the group of a [[fixed]] or [[prescribed_displacement]]");
-        Err((".group", Objection::Input(error)))
+        Err((".group", InvalidPlace::Input(error)))
     }
 
     fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {

@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::column::ColumnKind;
-use super::kind::{HarmonicMotion, HarmonicReading, Kind, Objection, Reading, Systems, Wrong, at};
+use super::kind::{HarmonicMotion, HarmonicReading, Kind, InvalidPlace, Reading, Systems, Wrong, at};
 use crate::InputError;
 use crate::run::system::{System, muscle_of};
 use crate::scene::axis_index as index;
@@ -43,7 +43,7 @@ impl Kind for Volume {
         &[VOLUME]
     }
 
-    fn check_place(&self, solid: &Solid) -> Result<(), Wrong<Objection>> {
+    fn check_place(&self, solid: &Solid) -> Result<(), Wrong<InvalidPlace>> {
         at(".group", EnclosedVolume::new(solid, &self.group))?;
         let enclosed = at(".symmetry", self.enclosed(solid))?;
         if self.symmetry.is_none() && enclosed.may_end_at_symmetry(solid) {
@@ -56,7 +56,7 @@ impl Kind for Volume {
                 "state the planes of symmetry, as symmetry = [\"x\", \"y\"] for planes across x and y, or symmetry = [] if \
                  the cone is meant",
             );
-            return Err((".group", Objection::Input(error)));
+            return Err((".group", InvalidPlace::Input(error)));
         }
         Ok(())
     }

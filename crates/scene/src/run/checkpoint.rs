@@ -7,7 +7,7 @@
 use std::path::Path;
 
 use myovib_model::coupling::Driven;
-use myovib_model::{Continuation, Counts, StopReason, WorkCounters};
+use myovib_model::{Continuation, Counts, EndReason, WorkCounters};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -256,7 +256,7 @@ fn completed(folder: &Path, scene: &Scene, verify: bool) -> Option<f64> {
     let is_verified = !verify || !document["error_estimate"].is_null();
     let has_state = scene.body.is_none() || read(State::NAME).is_some();
     let has_page = folder.join(folder::PAGE).is_file();
-    let ended = is_finished && is_verified || document["reason"] == StopReason::Event.name();
+    let ended = is_finished && is_verified || document["reason"] == EndReason::Event.name();
     (ended && has_state && has_page).then_some(t)
 }
 

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use myovib_model::{
     AcceptedStep, Counts, Integrator, Limits, ModelError, Observer, Outcome, SampleTimes,
-    Statistics, StopReason, run,
+    Statistics, EndReason, run,
 };
 
 use super::checkpoint::{Checkpoint, OutputWork, Totals, expect_incomplete};
@@ -166,13 +166,13 @@ impl Driver for Motion<'_> {
             None => run(&mut *integrator, &mut observers)?,
         };
         let ended = statistics.outcome == Outcome::Finished; // and may be gone on with to a later end
-        let interrupted = statistics.outcome.reason() == Some(StopReason::Interrupted);
+        let interrupted = statistics.outcome.reason() == Some(EndReason::Interrupted);
         let is_written = outputs.checkpointed == Some(integrator.time()) || at_the_end.is_some();
         if interrupted || (ended && !is_written) {
             outputs.checkpoint(&mut *integrator)?;
         }
         let state = at_the_end.map(|c| &c.y[..]);
-        let is_whole = ended || statistics.outcome.reason() == Some(StopReason::Event);
+        let is_whole = ended || statistics.outcome.reason() == Some(EndReason::Event);
         let stopped_before = (!is_whole).then_some(scene.t_end);
         outputs.state(
             &mut *integrator,
@@ -201,13 +201,13 @@ impl Driver for Motion<'_> {
                 None => {
                     let message = "--verify was interrupted and measured no error; --resume --verify measures it";
                     notes.push(message.to_owned());
-                    outcome = Outcome::ended(StopReason::Interrupted, message.to_owned());
+                    outcome = Outcome::ended(EndReason::Interrupted, message.to_owned());
                 }
             }
         }
         let body = scene.body.as_ref();
         // The message of a run that ended at an inversion describes it.
-        if let Some(body) = body.filter(|_| outcome.reason() != Some(StopReason::Inverted)) {
+        if let Some(body) = body.filter(|_| outcome.reason() != Some(EndReason::Inverted)) {
             notes.extend(outputs.volumes.note(&body.muscle, true));
         }
         notes.extend(outputs.not_finite().map(|seen| seen.note()));
@@ -333,7 +333,7 @@ impl<P> Observer<P> for StepLimit {
         Ok(match self.most {
             Some(most) if steps >= most && step.to < self.t_end => {
                 ControlFlow::Break(Outcome::ended(
-                    StopReason::MaxSteps,
+                    EndReason::MaxSteps,
                     format!("{steps} steps, as many as allowed; reached t = {}", step.to),
                 ))
             }

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use myovib_model::{
-    AcceptedStep, Integrator, ModelError, Observer, Outcome, SampleTimes, StopReason,
+    AcceptedStep, Integrator, ModelError, Observer, Outcome, SampleTimes, EndReason,
     first_positive,
 };
 
@@ -211,7 +211,7 @@ impl Outputs<'_> {
             }
             if let Some(t) = met {
                 let message = format!("at t = {t:.9} s, {}", condition.describe());
-                first = Some((t, Outcome::ended(StopReason::Event, message)));
+                first = Some((t, Outcome::ended(EndReason::Event, message)));
             }
         }
         Ok(first)

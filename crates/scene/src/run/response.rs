@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use myovib_model::{CpuClock, Outcome, StopReason};
+use myovib_model::{CpuClock, Outcome, EndReason};
 use serde_json::json;
 
 use super::document;
@@ -37,7 +37,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     let outcome = match found.is_interrupted {
         false => Outcome::Finished,
         true => Outcome::ended(
-            StopReason::Interrupted,
+            EndReason::Interrupted,
             format!("interrupted after {} frequencies", found.frequencies.len()),
         ),
     };
@@ -45,7 +45,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         "scene": scene.file,
         "analysis": "response",
         "outcome": outcome.name(),
-        "reason": outcome.reason().map(StopReason::name),
+        "reason": outcome.reason().map(EndReason::name),
         "cpu_seconds": cpu.elapsed().as_secs_f64(),
         "wall_seconds": started.elapsed().as_secs_f64(),
     });

@@ -6,7 +6,7 @@ use std::time::Instant;
 use myovib_dae::Problem;
 use myovib_model::statics::{self, Control, CriticalKind, CriticalPoint, PathEnd, PathState};
 use myovib_model::{
-    CpuClock, Formulation, ModelError, Muscle, MuscleDae, Outcome, Parameters, StopReason,
+    CpuClock, Formulation, ModelError, Muscle, MuscleDae, Outcome, Parameters, EndReason,
 };
 use serde_json::{Map, Value, json};
 
@@ -66,7 +66,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     let outcome = match (outcome_of(&end, last.load), refused) {
         (Outcome::Finished, Some(refused)) => refused,
         (Outcome::Finished, None) if recording.stopped.is_some() => Outcome::ended(
-            StopReason::Event,
+            EndReason::Event,
             recording.stopped.clone().unwrap_or_default(),
         ),
         (outcome, _) => outcome,
@@ -78,7 +78,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         "scene": scene.file,
         "analysis": "static",
         "outcome": outcome.name(),
-        "reason": outcome.reason().map(StopReason::name),
+        "reason": outcome.reason().map(EndReason::name),
         "message": outcome.message(),
         "load_reached": last.load,
         "unknowns": last.unknowns,
@@ -101,7 +101,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
     }
     document::write(folder, &document)?;
     let volume_note = match outcome.reason() {
-        Some(StopReason::Inverted) => None, // its message says so
+        Some(EndReason::Inverted) => None, // its message says so
         _ => volumes.note(&body.muscle, false),
     };
     let is_path = scene.file.loading_path.is_some();
@@ -310,8 +310,8 @@ fn outcome_of(end: &PathEnd, load: f64) -> Outcome {
     };
     let error = shortfall.error(end.reached);
     let reason = match error {
-        ModelError::Interrupted => StopReason::Interrupted,
-        _ => StopReason::NoEquilibrium,
+        ModelError::Interrupted => EndReason::Interrupted,
+        _ => EndReason::NoEquilibrium,
     };
     let part = 100.0 * load;
     Outcome::ended(

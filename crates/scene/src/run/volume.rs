@@ -3,7 +3,7 @@
 
 use std::ops::RangeInclusive;
 
-use myovib_model::{Muscle, Outcome, Snapshot, StopReason};
+use myovib_model::{Muscle, Outcome, Snapshot, EndReason};
 use serde::{Deserialize, Serialize};
 
 /// Ratio of bulk to shear modulus from which a body is nearly incompressible; Poisson's ratio is then at least 0.495.
@@ -80,7 +80,7 @@ impl Volumes {
     pub(super) fn refusal(&self, is_motion: bool) -> Option<Outcome> {
         let message = self.inversion.as_ref()?.note(is_motion);
         Some(Outcome::ended(
-            StopReason::Inverted,
+            EndReason::Inverted,
             format!("{message}. `solid.allow_inverted = true` accepts it"),
         ))
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use myovib_fem::{DofMap, FemError, Law, Mesh, Solid, Space};
 use myovib_model::harmonic::Drive;
-use myovib_model::{Field, Formulation, LinearSolver, Muscle, Parameters, Prescribed};
+use myovib_model::{Field, Formulation, LinearSolverKind, Muscle, Parameters, Prescribed};
 use num_complex::Complex64;
 
 use super::Body;
@@ -108,9 +108,9 @@ impl Builder<'_> {
             })
             .collect();
         let linear_solver = match act_on_own_elements(file) || !relaxing.is_empty() {
-            true => LinearSolver::Condensed,
+            true => LinearSolverKind::Condensed,
             // The oscillators act on elements that do not drive them.
-            false => LinearSolver::Full,
+            false => LinearSolverKind::Full,
         };
         let muscle = Muscle {
             loads,

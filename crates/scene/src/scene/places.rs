@@ -5,7 +5,7 @@ use myovib_model::Probe;
 use super::Body;
 use super::builder::{Builder, Explain};
 use crate::error::InputError;
-use crate::probe::{Objection, ProbeKind};
+use crate::probe::{InvalidPlace, ProbeKind};
 use crate::scene_file::SceneFile;
 use crate::scene_file::output::Stop;
 
@@ -17,8 +17,8 @@ impl Builder<'_> {
             let checked = probe.kind.kind().check_place(&body.muscle.solid);
             checked.map_err(|(key, objection)| {
                 let error = match objection {
-                    Objection::Model(error) => error.explain(),
-                    Objection::Input(error) => error,
+                    InvalidPlace::Model(error) => error.explain(),
+                    InvalidPlace::Input(error) => error,
                 };
                 self.wrong(&format!("probe[{i}]{key}"), error)
             })?;

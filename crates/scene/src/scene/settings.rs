@@ -3,7 +3,7 @@
 use myovib_model::advice::Advice;
 use myovib_model::coupling::Feedback;
 use myovib_model::{
-    AbsoluteTolerances, Field, Formulation, LinearSolver, MultiplierWeights, Muscle, Settings,
+    AbsoluteTolerances, Field, Formulation, LinearSolverKind, MultiplierWeights, Muscle, Settings,
     TypicalValues, default_ordering,
 };
 use myovib_sparse::{Ordering, Precision};
@@ -14,7 +14,7 @@ use super::Start;
 use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::integrator::{
-    Block, ChainSteps, Integrator, MaxOrder, Method, MultiplierWeightsName, OrderingName,
+    Block, ChainSteps, IntegratorSettings, MaxOrder, Method, MultiplierWeightsName, OrderingName,
     PrecisionName,
 };
 use crate::scene_file::{Analysis, SceneFile};
@@ -23,11 +23,11 @@ impl Builder<'_> {
     /// Returns the settings for `muscle` in `formulation`, which begins its motion from `start`.
     pub(super) fn settings(
         &self,
-        wanted: &Integrator,
+        wanted: &IntegratorSettings,
         muscle: &Muscle,
         start: &Start,
         formulation: Formulation,
-        linear_solver: LinearSolver,
+        linear_solver: LinearSolverKind,
     ) -> Settings {
         let defaults = Settings::paper(formulation)
             .with_integrator(wanted.method.kind())
@@ -138,7 +138,7 @@ impl Builder<'_> {
 /// Returns the given absolute tolerances, or those for loads up to `t_end` (s) and the largest displacement (m) and
 /// velocity (m/s) at the start.
 pub(crate) fn absolute_tolerances(
-    wanted: &Integrator,
+    wanted: &IntegratorSettings,
     muscle: &Muscle,
     t_end: f64,
     at_start: [f64; 2],
@@ -168,7 +168,7 @@ pub(super) fn without_effect(analysis: Analysis, source: &Value) -> Option<Strin
 }
 
 /// Describes blocks to exclude from the error test that the formulation does not have.
-pub(super) fn missing(wanted: &Integrator, formulation: Formulation) -> Vec<String> {
+pub(super) fn missing(wanted: &IntegratorSettings, formulation: Formulation) -> Vec<String> {
     let blocks = wanted.error_test.exclude.iter().flatten();
     let missing = blocks.filter(|block| !fields(**block).iter().any(|f| formulation.has(*f)));
     let words = missing.map(|block| {
@@ -214,11 +214,11 @@ mod tests {
     /// Regression: a block that the formulation does not have was ignored silently.
     #[test]
     fn blocks_that_the_formulation_lacks_are_reported() {
-        let wanted = Integrator {
+        let wanted = IntegratorSettings {
             error_test: ErrorTest {
                 exclude: Some(vec![Block::P, Block::PRate]),
             },
-            ..Integrator::default()
+            ..IntegratorSettings::default()
         };
         let printed = missing(&wanted, Formulation::Position);
         assert_eq!(printed.len(), 1);

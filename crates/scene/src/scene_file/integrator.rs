@@ -7,7 +7,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 /// Time integration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
-pub struct Integrator {
+#[schemars(rename = "Integrator")]
+pub struct IntegratorSettings {
     /// Integration method.
     pub method: Method,
     /// Relative tolerance.
@@ -49,7 +50,7 @@ pub struct Integrator {
     pub btf: bool,
 }
 
-impl Default for Integrator {
+impl Default for IntegratorSettings {
     /// Settings for three digits over many periods. On undamped vibration the error of Radau IIA is
     /// about its tolerance; the error of BDF is 10 to 1000 times its tolerance.
     fn default() -> Self {

@@ -62,7 +62,7 @@ pub struct Material {
     pub rayleigh_stiffness: Option<f64>,
     /// The material law.
     #[serde(flatten)]
-    pub law: Law,
+    pub law: LawConstants,
 }
 
 fn one() -> f64 {
@@ -135,9 +135,9 @@ pub enum Direction {
 
 /// A law of the library with its constants.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Law(pub myovib_fem::Law);
+pub struct LawConstants(pub myovib_fem::Law);
 
-impl Serialize for Law {
+impl Serialize for LawConstants {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let description = self.0.description();
         let constants = description.parameters.iter().zip(self.0.values());
@@ -151,7 +151,7 @@ impl Serialize for Law {
     }
 }
 
-impl<'de> Deserialize<'de> for Law {
+impl<'de> Deserialize<'de> for LawConstants {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let Written { law, constants } = Written::deserialize(deserializer)?;
         let given = constants.iter().map(|(name, value)| (&**name, value.0));
@@ -162,7 +162,7 @@ impl<'de> Deserialize<'de> for Law {
             }
             (name, given) => myovib_fem::Law::named(name, given),
         };
-        law.map(Law).map_err(D::Error::custom)
+        law.map(LawConstants).map_err(D::Error::custom)
     }
 }
 
@@ -184,7 +184,7 @@ struct Written {
     constants: BTreeMap<String, Number>,
 }
 
-impl JsonSchema for Law {
+impl JsonSchema for LawConstants {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Law".into()
     }

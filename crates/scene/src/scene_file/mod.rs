@@ -47,7 +47,7 @@ use contact::Contact;
 use feedback::Feedback;
 use group::Group;
 use identification::{Output, Parameter};
-use integrator::Integrator;
+use integrator::IntegratorSettings;
 use loading::LoadingPath;
 use material::Material;
 use mesh::{Mesh, Region};
@@ -123,7 +123,7 @@ pub struct SceneFile {
     pub feedback: Vec<Feedback>,
     /// Method and tolerances of the time integration.
     #[serde(default)]
-    pub integrator: Integrator,
+    pub integrator: IntegratorSettings,
     /// Values written to CSV files during the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub probe: Vec<Probe>,

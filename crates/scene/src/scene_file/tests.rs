@@ -68,7 +68,7 @@ fn overrides_replace_add_and_need_no_quotes() {
     );
     assert_eq!(
         scene.material[0].law,
-        material::Law(myovib_fem::Law::MooneyRivlin { c10: 2e4, c01: 2e2 })
+        material::LawConstants(myovib_fem::Law::MooneyRivlin { c10: 2e4, c01: 2e2 })
     );
     assert_eq!(
         (scene.time.unwrap().end, scene.modes.unwrap().count),
@@ -88,7 +88,7 @@ fn an_override_without_a_value_brings_the_default_back() {
     let scene = read("scene.toml", MINIMAL, &set).unwrap().scene;
     assert_eq!(
         scene.integrator.rtol,
-        integrator::Integrator::default().rtol
+        integrator::IntegratorSettings::default().rtol
     );
     assert_eq!(scene.solid.unwrap().formulation, None);
     assert_eq!(scene.material[0].group, None, "in a list too");

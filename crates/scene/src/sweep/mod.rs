@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use myovib_model::{ModelError, StopReason};
+use myovib_model::{ModelError, EndReason};
 use serde_json::{Value, json};
 
 use crate::result_folder::{Existing, FolderRequest, ResultFolder, program};
@@ -306,7 +306,7 @@ impl Sweep<'_> {
         let (done, result) = match caught(|| self.run(case, &mut inputs)) {
             Ok(result) => {
                 // The CPU time limit of a case depends on the machine.
-                let by_chance = [StopReason::Interrupted, StopReason::WorkCap];
+                let by_chance = [EndReason::Interrupted, EndReason::WorkCap];
                 let reason = result.outcome.reason();
                 (
                     !reason.is_some_and(|reason| by_chance.contains(&reason)),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use myovib_model::StopReason;
+use myovib_model::EndReason;
 use serde_json::{Number, Value, json};
 
 use super::Sweep;
@@ -49,7 +49,7 @@ impl Sweep<'_> {
 
 /// Returns whether a run reached its end or a stop condition of the scene.
 fn is_complete(result: &Value) -> bool {
-    result["outcome"] == "finished" || result["reason"] == StopReason::Event.name()
+    result["outcome"] == "finished" || result["reason"] == EndReason::Event.name()
 }
 
 /// Returns the reason why an attempted case did not finish.

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use myovib_model::StopReason;
+use myovib_model::EndReason;
 use myovib_scene::Scene;
 use myovib_scene::csv::Table;
 use myovib_scene::run::{RunOptions, RunResult, compute};
@@ -318,5 +318,5 @@ fn a_sphere_is_inflated_beyond_its_limit_pressure() {
         // The mesh, as above.
         assert!((2e4 * load / expected - 1.0).abs() < 1e-3, "{u}: {load}");
     }
-    assert_eq!(found.outcome.reason(), Some(StopReason::Event));
+    assert_eq!(found.outcome.reason(), Some(EndReason::Event));
 }

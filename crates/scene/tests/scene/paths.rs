@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use myovib_model::StopReason;
+use myovib_model::EndReason;
 use myovib_scene::Scene;
 use myovib_scene::csv::Table;
 use myovib_scene::run::{RunOptions, RunResult, compute};
@@ -195,7 +195,7 @@ fn square_squeezed(analysis: &str, factor: &str, kappa: f64, more: &str) -> Stri
 fn inverted_elements_end_a_static_run_and_implausible_volumes_are_noted() {
     let reason = |run: &RunResult| run.outcome.reason();
     let inverted = squeezed(0.51, 1e5, "");
-    assert_eq!(reason(&inverted), Some(StopReason::Inverted));
+    assert_eq!(reason(&inverted), Some(EndReason::Inverted));
     let allowed = squeezed(0.51, 1e5, "allow_inverted = true\n");
     assert_eq!((reason(&allowed), allowed.notes.len()), (None, 1));
     // det F from 0.4 to 1.
@@ -216,7 +216,7 @@ fn inverted_elements_end_a_motion() {
     let allowed = squeezed_in_time("allow_inverted = true\n");
     assert_eq!((allowed.outcome.reason(), allowed.notes.len()), (None, 1));
     let ended = squeezed_in_time("");
-    assert_eq!(ended.outcome.reason(), Some(StopReason::Inverted));
+    assert_eq!(ended.outcome.reason(), Some(EndReason::Inverted));
     let number = |run: &RunResult, key: &str| run.document[key].as_f64().unwrap();
     let (t, inverted) = (
         number(&ended, "t_reached"),
