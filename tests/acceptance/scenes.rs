@@ -78,7 +78,7 @@ fn a_wrong_scene_is_explained_and_writes_nothing() {
             "contains triangles",
         ),
         ("material[0].group=leg", "the mesh has no group `leg`"),
-        ("material[0].group=load", "holds no triangles"),
+        ("material[0].group=load", "contains no triangles"),
         ("probe[0].at=[1.0, 0.0]", "outside the mesh"),
         ("solid.formulation=stabilized", "requires β = 0"),
         ("traction[0].y=100.0", "the loads do not start from zero"),

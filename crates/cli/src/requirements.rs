@@ -34,7 +34,7 @@ pub fn of(way: &str) -> Vec<Requirement> {
 fn parse(line: &'static str, way: &str) -> Option<Requirement> {
     let fields: Vec<&str> = line.split('|').map(str::trim).collect();
     let [of, package, purpose, patterns] = fields[..] else {
-        panic!("requirements.txt: `{line}` has not four fields")
+        panic!("requirements.txt: `{line}` does not have four fields")
     };
     let requirement = Requirement {
         package,

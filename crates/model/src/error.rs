@@ -150,7 +150,7 @@ pub enum ModelError {
     NoEnergy,
     /// Supports that leave motions without strain.
     #[error(
-        "the supports do not hold the body: {0}; fix more components or more nodes of each part"
+        "the supports do not fix the body: {0}; fix more components or more nodes of each part"
     )]
     NotHeld(crate::analysis::free_parts::FreeParts),
     /// A factorization or solve failed.

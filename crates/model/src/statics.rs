@@ -202,8 +202,7 @@ pub fn approach(
 }
 
 /// Remedy if the elements of a body collapse because of its law.
-pub(crate) const COLLAPSE: &str = "elements with the law `guccione` and pressures collapse under large strains: take \
-     `isochoric-guccione`, the same material where the volume stays";
+pub(crate) const COLLAPSE: &str = "elements with the law `guccione` and pressures collapse under large strains: use `isochoric-guccione`, which is the same material at constant volume";
 /// Remedy at a limit load.
 const LIMIT_LOAD: &str = "if that is a limit load, `method = \"arc-length\"` of [static], or a damped motion, gets past it";
 

@@ -40,7 +40,7 @@ struct Shot {
 pub fn frames(folder: &Path, request: Request<'_>) -> anyhow::Result<Vec<Figure>> {
     let files = vtu::files(folder).context(format!("cannot read {}", folder.display()))?;
     if files.is_empty() {
-        return Err(InputError::new("the folder holds no fields of a run")
+        return Err(InputError::new("the folder contains no fields of a run")
             .at(folder.display())
             .next("name the folder of a run of a scene with [fields]")
             .into());

@@ -96,7 +96,7 @@ pub(crate) fn search(watcher: Watcher<'_>) -> impl FnMut(&Search) -> ControlFlow
         watcher.progress.on_progress(&|| {
             let [from, to] = [at.reached, at.target].map(|part| 100.0 * part);
             format!(
-                "equilibrium: step {}, {from:.1} to {to:.1} % of the load, Newton iteration {}, {} in all",
+                "equilibrium: step {}, {from:.1} to {to:.1} % of the load, Newton iteration {}, {} in total",
                 at.load_step, at.iteration, at.iterations
             )
         });

@@ -104,7 +104,7 @@ impl Subject {
         }
         if let Some(set) = args.set.first() {
             let error = InputError::new("a mesh has no keys").at(format!("--set {set}"));
-            return Err(error.next("name a scene in place of a mesh").into());
+            return Err(error.next("name a scene instead of a mesh").into());
         }
         let (mesh, name) = mesh_file::load(path)?;
         let fixed = fixed.unwrap_or_else(|| vec!["fixed".to_owned()]);

@@ -236,7 +236,7 @@ impl Table2Args {
                 .next("remove `--max-order`, or use --integrator bdf"));
         }
         if self.probe.is_some() && rows.len() != 1 {
-            return Err(InputError::new("the CSV of a probe holds one run")
+            return Err(InputError::new("the CSV of a probe contains one run")
                 .at("--probe")
                 .found(format!("{} rows", rows.len()))
                 .allowed("one row")

@@ -133,7 +133,7 @@ impl EnclosedVolume {
         Ok(self)
     }
 
-    /// Whether nodes of a rim are held along some axes and free along others, as on a plane of symmetry, and the rim is
+    /// Whether nodes of a rim are fixed along some axes and free along others, as on a plane of symmetry, and the rim is
     /// not flat, so that its cone cuts off a part of the cavity.
     pub fn may_end_at_symmetry(&self, solid: &Solid) -> bool {
         let (dimension, free) = (self.walls.dimension, solid.dofs().free_to_full());

@@ -275,8 +275,7 @@ impl Advice {
         Some(Finding {
             fields: Vec::new(),
             problem: format!(
-                "orders up to {} are allowed, but modes that the steps do not resolve are too \
-                 little damped for orders above {}: they grow",
+                "orders up to {} are allowed, but modes that the steps do not resolve are not damped sufficiently for orders above {}: they grow",
                 self.settings.max_order,
                 self.max_order()
             ),

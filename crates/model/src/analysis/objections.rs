@@ -71,8 +71,7 @@ pub(super) fn unheld(nullity: Option<usize>, muscle: &Muscle) -> Vec<Finding> {
     };
     let of_level = level.then(|| {
         finding(
-            "all of the boundary is held, so that no displacement changes the volume: with κ = inf the \
-             pressure is known but for a constant, and the one computed is as good as any other"
+            "the whole boundary is fixed, so no displacement changes the volume: with κ = inf the pressure is determined only up to a constant, and the computed constant is arbitrary"
                 .to_owned(),
             "use a finite κ, or do not fix the whole boundary",
         )

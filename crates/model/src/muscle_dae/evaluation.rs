@@ -69,8 +69,7 @@ impl MuscleDae {
         match self.context.added.relaxing {
             0 => Ok(()),
             _ => Err(StepError::Fatal(
-                "the whole Newton matrix of a body with Prony terms is never formed: take the \
-                 condensed linear solver, and no sensitivities where a model of activation is there too"
+                "the whole Newton matrix of a body with Prony terms is never formed: use the condensed linear solver, and no sensitivities with an activation model"
                     .into(),
             )),
         }

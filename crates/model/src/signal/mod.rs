@@ -171,7 +171,7 @@ impl Signal {
         match self.lowest_jump() {
             0 => Some("it jumps: give the step a rise"),
             1 => Some(
-                "its slope jumps: take a `step`, whose rise is smooth, instead of a `ramp`, and `interpolation = \"pchip\"` \
+                "its slope jumps: use a `step`, whose rise is smooth, instead of a `ramp`, and `interpolation = \"pchip\"` \
                  for a table",
             ),
             _ => None,

@@ -41,7 +41,7 @@ fn supports_of_one_component_leave_a_slide() {
             statics::equilibrium(&muscle, Formulation::Position, 0.0)
                 .unwrap_err()
                 .to_string(),
-            "the supports do not hold the body: the body can slide in y; \
+            "the supports do not fix the body: the body can slide in y; \
              fix more components or more nodes of each part"
         );
         let found = spectrum::lowest(&muscle, &statics::Equilibrium::unloaded(&muscle), 4).unwrap();

@@ -122,13 +122,10 @@ fn meaning_of_index(index: u64, is_bdf: bool) -> &'static str {
         }
         (2, true) => {
             "the multipliers follow after one differentiation. Their estimated errors do not \
-             shrink with the step as those of the other variables do, so they are best left out \
-             of the error test"
+             shrink with the step as those of the other variables do, so they are best excluded from the error test"
         }
         (_, true) => {
-            "the multipliers follow only after two differentiations. A code of BDF type meets \
-             them at the limit of what it can do: with them in the error test it tends to stop, \
-             and a formulation of lower index is the better choice"
+            "the multipliers follow only after two differentiations. BDF can barely integrate them: with them in the error test it tends to stop, and a formulation of lower index is the better choice"
         }
     }
 }

@@ -43,7 +43,7 @@ fn expect_origin(request: &FolderRequest<'_>) -> Result<(), InputError> {
     if other.is_empty() {
         return Ok(());
     }
-    let error = InputError::new("the folder holds another fit").at(request.path.display());
+    let error = InputError::new("the folder contains another fit").at(request.path.display());
     Err(error
         .found(format!("other {}", other.join(", ")))
         .next("repeat the arguments of that fit, or use --overwrite instead of --resume"))

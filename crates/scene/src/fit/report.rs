@@ -29,7 +29,7 @@ impl FitResult {
         match self.outcome() {
             Outcome::Converged => "converged".to_owned(),
             Outcome::DoesNotFit => {
-                "the model does not fit the measurements: the search ended".to_owned()
+                "the model does not fit the measurements; the search ended".to_owned()
             }
             Outcome::MaxIterations => "stopped at the limit on iterations".to_owned(),
             Outcome::Interrupted => "interrupted".to_owned(),

@@ -48,13 +48,12 @@ impl Kind for Volume {
         let enclosed = at(".symmetry", self.enclosed(solid))?;
         if self.symmetry.is_none() && enclosed.may_end_at_symmetry(solid) {
             let error = InputError::new(format!(
-                "the group `{}` ends at nodes that are held along some axes, and its rim is not flat: a cone over it would cut \
+                "the group `{}` ends at nodes that are fixed along some axes, and its rim is not flat: a cone over it would cut \
                  off a part of the volume",
                 self.group
             ));
             let error = error.next(
-                "state the planes of symmetry, as symmetry = [\"x\", \"y\"] for planes across x and y, or symmetry = [] if \
-                 the cone is meant",
+                "state the planes of symmetry, such as symmetry = [\"x\", \"y\"] for planes across x and y, or symmetry = [] to close the volume by the cone",
             );
             return Err((".group", InvalidPlace::Input(error)));
         }

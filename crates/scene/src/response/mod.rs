@@ -359,7 +359,7 @@ fn of_body(
     if first == 0.0
         && let Some(free) = support::free_parts(muscle)
     {
-        let error = InputError::new(format!("at 0 Hz the supports do not hold the body: {free}"));
+        let error = InputError::new(format!("at 0 Hz the supports do not fix the body: {free}"));
         let error = error.next("use frequencies above 0 Hz, or fix more components");
         return Err(scene.wrong("response.frequencies", error).into());
     }

@@ -198,7 +198,7 @@ impl<'a> FolderRequest<'a> {
         match &found {
             Some(other) if other.header.command != self.command => {
                 let command = &other.header.command;
-                let error = self.wrong(format!("holds the results of `myovib {command}`"));
+                let error = self.wrong(format!("contains results of `myovib {command}`"));
                 Err(error.next("give another folder"))
             }
             _ => Ok(found),
@@ -215,11 +215,11 @@ impl<'a> FolderRequest<'a> {
                     false => "",
                 };
                 let command = self.command;
-                let error = self.wrong(format!("holds the results of `myovib {command}` already"));
+                let error = self.wrong(format!("already contains results of `myovib {command}`"));
                 return Err(error.next(format!("choose another folder, or --overwrite{resume}")));
             }
             (None, Existing::Resume) => {
-                let error = self.wrong("holds no results to continue".to_owned());
+                let error = self.wrong("contains no results to continue".to_owned());
                 return Err(error.next("leave --resume out"));
             }
             _ => {}
@@ -261,7 +261,7 @@ impl<'a> FolderRequest<'a> {
                 .iter()
                 .find(|read| file.is_some() && real(read) == file);
             if let Some(read) = read {
-                let error = self.wrong("holds a file that the command reads".to_owned());
+                let error = self.wrong("contains a file that the command reads".to_owned());
                 return Err(error.found(read.display()).next("give another folder"));
             }
         }

@@ -197,7 +197,7 @@ impl Checkpoint {
         }
         let is_in_order = self.field_times.windows(2).all(|pair| pair[0] < pair[1]);
         let is_possible = self.is_finite() && self.t >= 0.0 && self.step >= 0.0 && is_in_order;
-        (!is_possible).then(|| "it has numbers that no run has".to_owned())
+        (!is_possible).then(|| "its counters are inconsistent".to_owned())
     }
 }
 
@@ -238,7 +238,7 @@ enum Damage {
     Version(String),
     #[error("the checkpoint was changed after it was written: its checksum differs")]
     Checksum,
-    #[error("the checkpoint is of another scene, method or setting")]
+    #[error("the checkpoint belongs to another scene, method or setting")]
     Run,
     #[error("the checkpoint cannot be used: {0}")]
     Other(String),

@@ -23,7 +23,7 @@ pub(super) fn cut(path: &Path, written: &Written) -> Result<(File, Option<String
     match fs::symlink_metadata(path) {
         Err(error) => return Err(missing(error.to_string()).into()),
         Ok(there) if !there.is_file() => {
-            return Err(missing("it is no regular file".to_owned()).into());
+            return Err(missing("it is not a regular file".to_owned()).into());
         }
         Ok(there) if there.len() < written.bytes => {
             return Err(missing(format!("{} bytes", there.len())).into());
@@ -49,7 +49,7 @@ pub(super) fn cut(path: &Path, written: &Written) -> Result<(File, Option<String
     let note = torn.then(|| {
         let n = beyond.len();
         format!(
-            "{}: a torn end of {n} bytes is cut and computed again",
+            "{}: an incomplete end of {n} bytes is removed and computed again",
             path.display()
         )
     });

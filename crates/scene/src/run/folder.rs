@@ -48,7 +48,7 @@ pub(super) fn expect_same_run(request: &FolderRequest<'_>) -> Result<(), InputEr
     };
     let now = &request.origin;
     if without_end(&before)["scene"] != without_end(now)["scene"] {
-        let error = wrong("the run in the folder is of another scene".to_owned());
+        let error = wrong("the run in the folder belongs to another scene".to_owned());
         return Err(error.next("or resume with the scene and the --set values of that run"));
     }
     let [before, now] = [&before, now].map(|origin| origin["inputs"].as_array());

@@ -86,7 +86,7 @@ impl Recorder {
         let checked = fs::symlink_metadata(&self.path).and_then(|there| {
             match there.len() == self.written().bytes {
                 true => atomic_file::sync(&self.csv.sink().0),
-                false => Err(io::Error::other("it was changed while the run went on")),
+                false => Err(io::Error::other("it was changed during the run")),
             }
         });
         checked.map_err(|error| cannot_write(&self.path, error))

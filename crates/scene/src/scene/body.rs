@@ -53,7 +53,7 @@ impl Builder<'_> {
         if dofs.n_free() == 0 && parameters[0].is_incompressible() {
             let error =
                 InputError::new("all nodes are fixed: no displacement can balance the pressures")
-                    .next("hold or move fewer groups, or use a finite bulk_modulus");
+                    .next("fix or move fewer groups, or use a finite bulk_modulus");
             return Err(self.wrong("fixed", error));
         }
         let space = Arc::new(match parameters[0].is_incompressible() {
@@ -162,11 +162,10 @@ impl Builder<'_> {
         };
         if let Some(&vertex) = held.undetermined.first() {
             let error = InputError::new(format!(
-                "bulk_modulus = inf, but all nodes of the part around the vertex {vertex} at ({}) are held: no equation has its \
-                 pressure",
+                "bulk_modulus = inf, but all nodes of the part around the vertex {vertex} at ({}) are fixed: no equation determines its pressure",
                 place(vertex)
             ))
-            .next("leave that part out of the mesh, hold fewer groups, or use a finite bulk_modulus");
+            .next("remove that part from the mesh, fix fewer groups, or use a finite bulk_modulus");
             return Err(self.wrong("fixed", error));
         }
         if let Some(&vertex) = held.tied.first() {
@@ -175,8 +174,7 @@ impl Builder<'_> {
                 n => format!(", and at {} more vertices", n - 1),
             };
             self.notes.borrow_mut().push(format!(
-                "all nodes of the elements at the vertex {vertex} at ({}){more} are held: for bulk_modulus = inf the pressure there \
-                 is that of another vertex of the element",
+                "all nodes of the elements at the vertex {vertex} at ({}){more} are fixed: for bulk_modulus = inf the pressure there equals the pressure at another vertex of the element",
                 place(vertex)
             ));
         }

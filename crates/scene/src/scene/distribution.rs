@@ -131,7 +131,7 @@ impl Builder<'_> {
             self.wrong(
                 key,
                 error.allowed(format!(
-                    "an expression of {coordinates}, as \"1 - (y/0.02)^2\""
+                    "an expression of {coordinates}, such as \"1 - (y/0.02)^2\""
                 )),
             )
         };

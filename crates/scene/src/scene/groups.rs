@@ -27,7 +27,7 @@ impl Builder<'_> {
             return Err(self.wrong(&format!("{path}.name"), error));
         }
         if mesh.groups().contains_key(&group.name) {
-            let error = InputError::new(format!("the mesh has a group `{}` already", group.name));
+            let error = InputError::new(format!("the mesh already has a group `{}`", group.name));
             return Err(self.wrong(&format!("{path}.name"), error));
         }
         let selected = self.select(mesh, group, path)?;

@@ -48,7 +48,7 @@ fn held(i: usize, traction: &Traction, muscle: &Muscle) -> Vec<String> {
     };
     let words = axes.filter(is_held).map(|axis| {
         format!(
-            "traction[{i}].{} moves nothing: all of `{}` is held or moved along it",
+            "traction[{i}].{} moves nothing: all of `{}` is fixed or moved along it",
             NAMES[axis], traction.group
         )
     });

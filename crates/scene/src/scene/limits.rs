@@ -62,7 +62,7 @@ impl Builder<'_> {
                     InputError::new("each probe keeps a file open, and the system allows fewer")
                         .found(format!("{n} probes"))
                         .allowed(format!(
-                            "{most}: a process may have {files} files open here, and needs others"
+                            "{most}: a process may have {files} files open here, and needs some for other purposes"
                         ))
                         .next(format!(
                             "ulimit -n {}, or use lines of points",

@@ -15,7 +15,7 @@ use crate::scene_file::solid::SpatialFactor;
 
 /// Advice for missing fibers.
 pub(super) const GIVE_FIBER: &str =
-    "give `fiber`: a vector as [1, 0, 0], or the name of a nodal field of the mesh file";
+    "give `fiber`: a vector such as [1, 0, 0], or the name of a nodal field of the mesh file";
 
 /// Materials of the elements.
 pub(super) struct Materials {
@@ -182,7 +182,7 @@ impl Builder<'_> {
                     .filter(|(_, group)| matches!(group, Group::Elements(_)))
                     .map(|(name, _)| name.as_str())
                     .collect();
-                let error = InputError::new(format!("the group `{name}` holds no {plural}"))
+                let error = InputError::new(format!("the group `{name}` contains no {plural}"))
                     .allowed(with.into_iter().collect::<Vec<_>>().join(", "));
                 Err(self.wrong(&place, error))
             }
@@ -324,7 +324,7 @@ fn about_field(error: FemError, mesh: &Mesh) -> InputError {
             match known.is_empty() {
                 true => error
                     .found("a mesh without $NodeData")
-                    .next("use a vector, as [1, 0, 0], or add the field to the mesh file"),
+                    .next("use a vector, such as [1, 0, 0], or add the field to the mesh file"),
                 false => error.allowed(known.join(", ")),
             }
         }

@@ -121,7 +121,7 @@ impl Builder<'_> {
             return Err(self.wrong(&format!("{path}.radii"), error));
         }
         if mesh.groups().contains_key(&region.name) {
-            let error = InputError::new(format!("the mesh has a group `{}` already", region.name));
+            let error = InputError::new(format!("the mesh already has a group `{}`", region.name));
             return Err(self.wrong(&format!("{path}.name"), error));
         }
         let is_inside = |element: &usize| {

@@ -255,8 +255,7 @@ impl Scene {
         }
         if body.opposed_fibers > 0 {
             notes.push(format!(
-                "at {} quadrature points the fibers of the vertices oppose each other: the nearest \
-                 vertex's direction is taken",
+                "at {} quadrature points the fibers of the vertices oppose each other: the direction of the nearest vertex is used",
                 body.opposed_fibers
             ));
         }

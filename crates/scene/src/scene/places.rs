@@ -43,7 +43,7 @@ fn near_points(file: &SceneFile, body: &Body) -> Vec<String> {
         ProbeKind::Point(point) => {
             let (_, distance) = Probe::near(space, &point.at).ok()?;
             (distance > 0.0).then(|| {
-                format!("probe[{i}].at is {distance:.3e} m outside the mesh: the place of the mesh next to it is read")
+                format!("probe[{i}].at is {distance:.3e} m outside the mesh: the nearest point of the mesh is used")
             })
         }
         _ => None,
@@ -79,8 +79,7 @@ fn shared_reactions(file: &SceneFile, body: &Body) -> Vec<String> {
                 0 => {}
                 _ if group == other => {}
                 n => notes.push(format!(
-                    "the reactions of `{other}` and `{group}` have {n} held components of shared nodes in common: a sum of \
-                     both counts the forces there twice"
+                    "the reactions of `{other}` and `{group}` have {n} fixed components of shared nodes in common: a sum of both counts the forces there twice"
                 )),
             }
         }

@@ -16,7 +16,7 @@ impl Builder<'_> {
             return Err(self.wrong("analysis", error));
         };
         let path = "response.frequencies";
-        let allowed = "0 Hz or more: a list, or a range as \"1..60:120\", \"1..60:120:log\" or \"1..60:adaptive\"";
+        let allowed = "0 Hz or more: a list, or a range such as \"1..60:120\", \"1..60:120:log\" or \"1..60:adaptive\"";
         let grid = response.frequencies.grid();
         grid.map_err(|problem| self.wrong(path, InputError::new(problem).allowed(allowed)))?;
         let is_valid = |frequency: &f64| (0.0..f64::INFINITY).contains(frequency);

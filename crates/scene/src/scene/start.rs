@@ -39,7 +39,7 @@ impl Builder<'_> {
         };
         let Some(muscle) = muscle else {
             return wrong(
-                "only a body on a mesh can start elsewhere than at rest",
+                "only a body on a mesh can have an initial state other than rest",
                 "remove [initial_state]",
             );
         };
@@ -96,7 +96,7 @@ impl Builder<'_> {
             self.wrong(place, error.next("`myovib run` writes it to its folder"))
         })?;
         if !state.is_of(muscle.solid.space()) {
-            let error = InputError::new(format!("{name} is of another mesh"))
+            let error = InputError::new(format!("{name} belongs to another mesh"))
                 .next("start from a run with the mesh of this scene and the same refinement");
             return Err(self.wrong(place, error));
         }

@@ -178,7 +178,7 @@ impl Builder<'_> {
         match signal.unfit_for_motion() {
             Some(objection) => {
                 let error =
-                    InputError::new(format!("no displacement can follow this: {objection}"));
+                    InputError::new(format!("the displacement cannot follow this: {objection}"));
                 Err(self.wrong(path, error))
             }
             None => Ok(signal),

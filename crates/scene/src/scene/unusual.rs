@@ -200,7 +200,7 @@ fn mass(part: &Part) -> Option<Said> {
     let is_usual = DENSITIES.contains(&part.density) || SHEAR_WAVES.contains(&speed);
     (!is_usual).then(|| {
         let problem = format!(
-            "a density of {} kg/m³, by which shear waves run at {} m/s",
+            "a density of {} kg/m³: shear waves travel at {} m/s",
             readable(part.density),
             readable(speed)
         );
@@ -242,14 +242,14 @@ fn strong_load(file: &SceneFile, body: &Body, t_end: f64, parts: &[Part]) -> Opt
         let load = most(signal);
         (load > MOST_LOAD * shear).then(|| {
             let problem = format!(
-                "{path} comes to {} Pa, {:.1} times the shear modulus at rest, {} Pa",
+                "{path} reaches {} Pa, {:.1} times the shear modulus at rest, {} Pa",
                 readable(load),
                 load / shear,
                 readable(shear)
             );
             (
                 problem,
-                "look at the units, Pa: loads far above the modulus invert elements",
+                "check the unit, Pa: loads far above the modulus invert elements",
             )
         })
     })
@@ -372,7 +372,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
             (
                 &["material[0].density=1.0"],
                 &["material[0].density=101.0"],
-                "shear waves run at 100.000 m/s",
+                "shear waves travel at 100.000 m/s",
             ),
             // √(80 / 1) = 8.9 m/s: a body in other units.
             (
@@ -397,7 +397,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
             (
                 &["traction[0].y={ type = \"step\", value = 2.6e4, rise = 0.1 }"],
                 &["traction[0].y={ type = \"step\", value = 2.4e4, rise = 0.1 }"],
-                "traction[0].y comes to 26000.000 Pa, 2.6 times",
+                "traction[0].y reaches 26000.000 Pa, 2.6 times",
             ),
             (
                 // 500 periods, one of which is sampled within 1e-5 of its amplitude.
@@ -412,7 +412,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
                 &[
                     "pressure=[{ group = \"top\", value = { type = \"step\", value = 2.4e4, rise = 0.1 } }]",
                 ],
-                "pressure[0].value comes to 26000.000 Pa, 2.6 times",
+                "pressure[0].value reaches 26000.000 Pa, 2.6 times",
             ),
         ] {
             let words = found(wrong);

@@ -361,7 +361,7 @@ fn one_name(value: &Value, names: &[&str], path: &str) -> Result<(), Problem> {
     if given.is_some_and(|name| names.contains(&name)) {
         return Ok(());
     }
-    let error = InputError::new(format!("`{path}` does not know this name"))
+    let error = InputError::new(format!("`{path}` has an unknown name"))
         .found(value)
         .allowed(names.join(", "));
     Err(Problem::new(
@@ -400,7 +400,7 @@ fn expect_moderate(x: f64, path: &str) -> Result<(), Problem> {
     if x == 0.0 || (SMALLEST..=LARGEST).contains(&x.abs()) {
         return Ok(());
     }
-    let error = InputError::new(format!("`{path}` has a value that cannot be meant"))
+    let error = InputError::new(format!("`{path}` has an implausible value"))
         .found(written(x))
         .allowed(format!(
             "0, or a magnitude from {SMALLEST:e} to {LARGEST:e}"

@@ -44,7 +44,7 @@ impl Parameterized {
         }
         if it.parameters.is_empty() {
             let error = InputError::new("the scene names no parameter");
-            let next = "add [[parameter]] with key = \"material[0].c10\", for one";
+            let next = "add [[parameter]] with key = \"material[0].c10\", for example";
             return Err(it.scene.wrong("", error.next(next)));
         }
         Ok(it)

@@ -41,7 +41,7 @@ fn invalid_contractions_are_rejected_with_their_key() {
         (
             bestel,
             "active = { type = \"bestle\", contractility = 2e4",
-            ["does not know this name", "did you mean `bestel`?"],
+            ["unknown name", "did you mean `bestel`?"],
         ),
         (
             "rise = 30.0",
@@ -129,7 +129,7 @@ fn invalid_contractions_are_rejected_with_their_key() {
         (
             "along = \"normal\"",
             "along = \"tangent\"",
-            ["does not know this name", "all, normal"],
+            ["unknown name", "all, normal"],
         ),
         (
             "stiffness = 1e6\ndamping = 1e3\n[[elastic_foundation]]\ngroup = \"surface\"\nalong = \"normal\"\nstiffness = 3e4",

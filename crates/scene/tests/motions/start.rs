@@ -361,7 +361,7 @@ fn starts_that_make_no_sense_are_refused() {
             "cannot read",
         ),
         (&["initial_state={ type = \"falling\" }"], "falling"),
-        (&[from, "mesh.cells=[6, 4]"], "is of another mesh"),
+        (&[from, "mesh.cells=[6, 4]"], "another mesh"),
         (&[from, "fixed=[{ group = \"right\" }]"], "t = 0"),
     ] {
         let found = refusal(set);

@@ -414,7 +414,7 @@ fn places_and_directions_that_cannot_be_are_refused() {
         (
             "component = \"fiber\"",
             "component = \"fibers\"",
-            ["does not know this name", "did you mean `fiber`"],
+            ["unknown name", "did you mean `fiber`"],
         ),
         (
             "component = \"fiber\"",
@@ -429,7 +429,7 @@ fn places_and_directions_that_cannot_be_are_refused() {
         (
             "component = \"fiber\"",
             "component = [1e200, 0.0, 1e200]",
-            ["cannot be meant", "component"],
+            ["implausible", "component"],
         ),
         (
             "fiber = \"fiber\"",

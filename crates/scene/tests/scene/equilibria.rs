@@ -105,7 +105,7 @@ fn the_search_for_an_equilibrium_reports_progress() {
     let step = format!("equilibrium: step {}, ", count("load_steps"));
     assert!(last.starts_with(&step), "{last}");
     assert!(last.contains(" 100.0 %"), "{last}");
-    let all = format!(", {} in all", count("newton_iterations"));
+    let all = format!(", {} in total", count("newton_iterations"));
     assert!(last.ends_with(&all), "{last}");
     assert_eq!(reported(&moving).1, lines);
 }

@@ -38,7 +38,7 @@ impl Cost {
             Self::Tried(trial) => trial,
             Self::Predicted(seconds) => {
                 return format!(
-                    "cost            {seconds:.1} s a step, by the size of the factors and the speed of this machine"
+                    "cost            {seconds:.1} s per step, estimated from the size of the factors and the speed of this machine"
                 );
             }
         };
@@ -49,7 +49,7 @@ impl Cost {
         };
         match end {
             TrialEnd::Finished => {
-                format!("cost            {steps}, {seconds:.2} s: all of the run was tried{unless}")
+                format!("cost            {steps}, {seconds:.2} s: the entire run was computed as a trial{unless}")
             }
             TrialEnd::Patience => {
                 let t = match *t {
@@ -57,13 +57,13 @@ impl Cost {
                     t => format!("{t:.1e}"),
                 };
                 format!(
-                    "cost            at least {steps}{unless}: so many were tried in {seconds:.1} s, to t = {t} of {} s",
+                    "cost            at least {steps}{unless}: computed as a trial in {seconds:.1} s, to t = {t} of {} s",
                     scene.t_end
                 )
             }
             TrialEnd::Stopped(message) => {
                 format!(
-                    "cost            the run stops, as tried{unless}: {}",
+                    "cost            a trial of the run stops{unless}: {}",
                     plain(message)
                 )
             }

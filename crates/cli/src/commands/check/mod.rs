@@ -406,7 +406,7 @@ fn held(held: Option<Held>) -> String {
             inf_sup,
             nullity: 0,
         }) => {
-            format!("inf–sup         {inf_sup:.3}, all pressures held by displacements")
+            format!("inf–sup         {inf_sup:.3}, all pressures controlled by displacements")
         }
         Some(Held { inf_sup, nullity }) => {
             format!(

@@ -27,7 +27,7 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String 
     }));
     lines.extend(report.factors.map(memory));
     lines.extend(report.iteration_time.map(|seconds| {
-        format!("cost            {seconds:.1e} s an iteration of Newton's method, of which a load step takes 2 to 16")
+        format!("cost            {seconds:.1e} s per iteration of Newton's method; a load step takes 2 to 16")
     }));
     lines.extend(writes::lines(scene));
     format!(

@@ -65,7 +65,7 @@ pub(super) fn film(args: &MovieArgs) -> anyhow::Result<Movie> {
 /// Returns the triangles of the inclusion.
 fn inclusion(space: &Space) -> anyhow::Result<Vec<[usize; 6]>> {
     let Group::Elements(members) = space.mesh().group(INCLUSION)? else {
-        anyhow::bail!("the group `{INCLUSION}` holds no triangles");
+        anyhow::bail!("the group `{INCLUSION}` contains no triangles");
     };
     let triangles = outline(space).triangles;
     Ok(members.iter().map(|&member| triangles[member]).collect())

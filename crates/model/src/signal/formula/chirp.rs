@@ -102,7 +102,7 @@ impl TimeFunction for Chirp {
             problem: "the sweep takes no time",
             found: format!("duration = {}", self.duration),
             allowed: "a positive time, s",
-            next: "of one frequency it is { type = \"sine\", amplitude = ..., frequency = ... }",
+            next: "for a single frequency, use { type = \"sine\", amplitude = ..., frequency = ... }",
         })
     }
 }

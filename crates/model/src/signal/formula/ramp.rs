@@ -58,7 +58,7 @@ impl TimeFunction for Ramp {
             problem: "the ramp ends before it starts",
             found: format!("start = {start}, end = {end}"),
             allowed: "an end after the start, s",
-            next: "what jumps is a step: { type = \"step\", value = ..., start = ..., rise = 0 }",
+            next: "for a jump, use a step: { type = \"step\", value = ..., start = ..., rise = 0 }",
         })
     }
 }
