@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use myovib_model::{ModelError, Outcome, EndReason};
+use myovib_model::{EndReason, ModelError, Outcome};
 use myovib_scene::Error;
 use myovib_sparse::SparseError;
 

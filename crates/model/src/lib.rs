@@ -74,9 +74,10 @@ pub use integration::radau::RadauIntegrator;
 pub use integration::recorder::{SampleTimes, Sampler};
 pub use integration::run::{AcceptedStep, Limits, Observer, run};
 pub use integration::settings::{
-    AbsoluteTolerances, IntegratorKind, LinearSolverKind, MultiplierWeights, Settings, default_ordering,
+    AbsoluteTolerances, IntegratorKind, LinearSolverKind, MultiplierWeights, Settings,
+    default_ordering,
 };
-pub use integration::statistics::{Counts, Outcome, Statistics, EndReason};
+pub use integration::statistics::{Counts, EndReason, Outcome, Statistics};
 pub use integration::typical::TypicalValues;
 pub use integration::verify::{ErrorEstimate, loosening};
 pub use matrix::{Matrix, Term};

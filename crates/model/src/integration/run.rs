@@ -6,7 +6,7 @@ use std::time::Instant;
 use crate::cpu::CpuClock;
 use crate::error::ModelError;
 use crate::integration::integrator::{Advance, Integrator};
-use crate::integration::statistics::{Outcome, Statistics, EndReason};
+use crate::integration::statistics::{EndReason, Outcome, Statistics};
 
 /// An accepted step with its dense output.
 pub struct AcceptedStep<'a, P> {

@@ -5,7 +5,7 @@ use myovib_dae::{VariableKind, kinds_at};
 use crate::error::ModelError;
 use crate::integration::integrator::Integrator;
 use crate::integration::run::{Observer, run};
-use crate::integration::statistics::{Counts, Outcome, EndReason};
+use crate::integration::statistics::{Counts, EndReason, Outcome};
 use crate::start::Consistent;
 
 /// Integrates a system over one period from consistent values.

@@ -121,7 +121,11 @@ where
     ///
     /// # Errors
     /// Errors of the reading, or a time outside the step.
-    pub fn read(&mut self, t: f64, read: &mut OutputFunction<'_, P>) -> Result<Vec<f64>, ModelError> {
+    pub fn read(
+        &mut self,
+        t: f64,
+        read: &mut OutputFunction<'_, P>,
+    ) -> Result<Vec<f64>, ModelError> {
         let [y, y_dot] = self.state(t)?;
         read(self.inner.problem_mut(), t, &y, &y_dot)
     }

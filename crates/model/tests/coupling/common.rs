@@ -8,8 +8,8 @@ use myovib_model::coupling::{
 };
 use myovib_model::linear::Scalar;
 use myovib_model::{
-    Displacement, Formulation, IdaIntegrator, LinearSolverKind, MuscleDae, Observer, Outcome, Probe,
-    RodDae, SampleTimes, Sampler, Settings, Statistics, ida, paper, run,
+    Displacement, Formulation, IdaIntegrator, LinearSolverKind, MuscleDae, Observer, Outcome,
+    Probe, RodDae, SampleTimes, Sampler, Settings, Statistics, ida, paper, run,
 };
 use myovib_oscillators::{Chain, Drive};
 

@@ -12,8 +12,8 @@ use myovib_model::coupling::{
     Oscillators, Source, StateTolerances, start_with_feedback,
 };
 use myovib_model::{
-    Activation, Advance, Field, Formulation, IntegratorKind, LinearSolverKind, Load, Muscle, MuscleDae,
-    Parameters, Probe, Settings, Signal, formula, paper,
+    Activation, Advance, Field, Formulation, IntegratorKind, LinearSolverKind, Load, Muscle,
+    MuscleDae, Parameters, Probe, Settings, Signal, formula, paper,
 };
 use myovib_oscillators::{Chain, Coefficients, Drive, Ends, Reach, SmoothCoherence};
 use myovib_sparse::SparseOptions;
@@ -400,7 +400,10 @@ fn tensions_are_those_of_the_coherence() {
 }
 
 /// A motion of the block by its load, from rest without tension, to its end and the work it took.
-fn run(integrator: IntegratorKind, linear_solver: LinearSolverKind) -> (Vec<f64>, f64, FeedbackDae) {
+fn run(
+    integrator: IntegratorKind,
+    linear_solver: LinearSolverKind,
+) -> (Vec<f64>, f64, FeedbackDae) {
     let (mut muscle, active) = body(2, 1e5, 1e-4);
     let n = muscle.solid.space().n_components();
     let down: Vec<f64> = (0..n)

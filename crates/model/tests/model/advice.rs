@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use myovib_fem::{Barycentric, Inverted, Mesh, generate};
 use myovib_model::advice::{Advice, Advised, Remedy, WithMuscle};
 use myovib_model::{
-    Advance, Counts, Field, Formulation, Integrator, IntegratorKind, Limits, ModelError, MuscleDae,
-    Outcome, Settings, Statistics, EndReason, WorkCounters, check, paper, run, start_at_rest,
+    Advance, Counts, EndReason, Field, Formulation, Integrator, IntegratorKind, Limits, ModelError,
+    MuscleDae, Outcome, Settings, Statistics, WorkCounters, check, paper, run, start_at_rest,
 };
 
 const INFINITE: f64 = f64::INFINITY;

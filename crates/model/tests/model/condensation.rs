@@ -259,12 +259,18 @@ fn condensed_and_full_runs_take_the_same_steps() {
             let statistics = run(&mut integrator, &mut []).unwrap();
             assert_eq!(statistics.outcome, Outcome::Finished);
             let work = integrator.problem().counters().linear;
-            assert_eq!(work.solves > 0, linear_solver == LinearSolverKind::Condensed);
+            assert_eq!(
+                work.solves > 0,
+                linear_solver == LinearSolverKind::Condensed
+            );
             // The load has started, and the number of steps is large enough for the comparison.
             assert!(statistics.counts.steps > 50);
             statistics.counts.steps as f64
         };
-        let (condensed, full) = (steps(LinearSolverKind::Condensed), steps(LinearSolverKind::Full));
+        let (condensed, full) = (
+            steps(LinearSolverKind::Condensed),
+            steps(LinearSolverKind::Full),
+        );
         // Rounding changes a few Newton iterations and rejections; 2 % is about 60 of 3000 steps.
         assert!(
             (condensed / full - 1.0).abs() <= 0.02,

@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 use myovib_dae::Problem;
 use myovib_fem::generate;
 use myovib_model::{
-    AcceptedStep, Formulation, Integrator, IntegratorKind, ModelError, MuscleDae, Observer,
-    Outcome, Probe, Settings, Signal, EndReason, first_positive, paper, run, start_at_rest,
+    AcceptedStep, EndReason, Formulation, Integrator, IntegratorKind, ModelError, MuscleDae,
+    Observer, Outcome, Probe, Settings, Signal, first_positive, paper, run, start_at_rest,
 };
 
 fn start(integrator: IntegratorKind) -> (Box<dyn Integrator<MuscleDae>>, Probe) {

@@ -10,8 +10,8 @@ use myovib_dae::{Problem, Suppressed, Tolerances};
 use myovib_fem::Mesh;
 use myovib_model::coupling::{Body, CoupledDae, ErrorTest, Oscillators, Source, StateTolerances};
 use myovib_model::{
-    AcceptedStep, Displacement, Formulation, IdaIntegrator, LinearSolverKind, ModelError, MuscleDae,
-    Observer, Outcome, Probe, Settings, ida, paper, run,
+    AcceptedStep, Displacement, Formulation, IdaIntegrator, LinearSolverKind, ModelError,
+    MuscleDae, Observer, Outcome, Probe, Settings, ida, paper, run,
 };
 use myovib_oscillators::Drive;
 

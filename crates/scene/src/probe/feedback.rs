@@ -34,7 +34,10 @@ impl Kind for Feedback {
     }
 
     fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
-        let names = of.feedbacks.iter().map(|chain| format!("{}_{chain}", FACTOR.name));
+        let names = of
+            .feedbacks
+            .iter()
+            .map(|chain| format!("{}_{chain}", FACTOR.name));
         Ok(Box::new(FactorReading(names.collect())))
     }
 }

@@ -5,7 +5,7 @@ use myovib_model::{Measurement, ModelError, Probe, Quantity};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::kind::{Kind, InvalidPlace, Reading, Systems, Wrong, at};
+use super::kind::{InvalidPlace, Kind, Reading, Systems, Wrong, at};
 use super::places::{Places, displacement_and_pressure};
 
 /// Values at a point.

@@ -9,7 +9,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::column::ColumnKind;
-use super::kind::{HarmonicMotion, HarmonicReading, Kind, InvalidPlace, Reading, Systems, Wrong, at};
+use super::kind::{
+    HarmonicMotion, HarmonicReading, InvalidPlace, Kind, Reading, Systems, Wrong, at,
+};
 use crate::InputError;
 use crate::run::system::{System, muscle_of};
 

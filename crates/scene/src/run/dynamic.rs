@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use myovib_model::{
-    AcceptedStep, Counts, Integrator, Limits, ModelError, Observer, Outcome, SampleTimes,
-    Statistics, EndReason, run,
+    AcceptedStep, Counts, EndReason, Integrator, Limits, ModelError, Observer, Outcome,
+    SampleTimes, Statistics, run,
 };
 
 use super::checkpoint::{Checkpoint, OutputWork, Totals, expect_incomplete};

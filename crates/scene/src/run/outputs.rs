@@ -6,8 +6,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use myovib_model::{
-    AcceptedStep, Integrator, ModelError, Observer, Outcome, SampleTimes, EndReason,
-    first_positive,
+    AcceptedStep, EndReason, Integrator, ModelError, Observer, Outcome, SampleTimes, first_positive,
 };
 
 use super::checkpoint::{Checkpoint, OutputWork, Totals};

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use myovib_model::{CpuClock, Outcome, EndReason};
+use myovib_model::{CpuClock, EndReason, Outcome};
 use serde_json::json;
 
 use super::document;

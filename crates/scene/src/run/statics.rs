@@ -6,7 +6,7 @@ use std::time::Instant;
 use myovib_dae::Problem;
 use myovib_model::statics::{self, Control, CriticalKind, CriticalPoint, PathEnd, PathState};
 use myovib_model::{
-    CpuClock, Formulation, ModelError, Muscle, MuscleDae, Outcome, Parameters, EndReason,
+    CpuClock, EndReason, Formulation, ModelError, Muscle, MuscleDae, Outcome, Parameters,
 };
 use serde_json::{Map, Value, json};
 

@@ -3,7 +3,7 @@
 
 use std::ops::RangeInclusive;
 
-use myovib_model::{Muscle, Outcome, Snapshot, EndReason};
+use myovib_model::{EndReason, Muscle, Outcome, Snapshot};
 use serde::{Deserialize, Serialize};
 
 /// Ratio of bulk to shear modulus from which a body is nearly incompressible; Poisson's ratio is then at least 0.495.

@@ -167,7 +167,7 @@ impl<'de> Deserialize<'de> for LawConstants {
 }
 
 /// Returns a constant of a law.
-pub(crate) fn constant(law: &str, name: &str) -> Option<&'static Parameter> {
+pub(crate) fn law_constant(law: &str, name: &str) -> Option<&'static Parameter> {
     let mut laws = myovib_fem::Law::CATALOG.iter();
     let constants = match law {
         NEO_HOOKE => NEO_HOOKE_CONSTANTS,

@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::InputError;
 use crate::scene::{Body, Scene};
 use crate::scene_file::identification::Parameter;
-use crate::scene_file::material::{NEO_HOOKE, constant};
+use crate::scene_file::material::{NEO_HOOKE, law_constant};
 
 /// How the equations depend on a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -352,7 +352,7 @@ fn role(last: &str, parent: Option<&Value>) -> Option<Role> {
 /// Returns whether the key `last` is a modulus of the law of a material.
 fn is_modulus(last: &str, material: Option<&Value>) -> bool {
     let law = material.and_then(|material| material["law"].as_str());
-    let constant = law.and_then(|law| constant(law, last));
+    let constant = law.and_then(|law| law_constant(law, last));
     constant.is_some_and(|constant| constant.is_modulus())
 }
 
@@ -365,7 +365,8 @@ fn influence(
     parent: Option<&Value>,
 ) -> Option<Influence> {
     // A constant load.
-    let is_constant = ["x", "y", "z", "value"].contains(&last) && found.is_some_and(Value::is_number);
+    let is_constant =
+        ["x", "y", "z", "value"].contains(&last) && found.is_some_and(Value::is_number);
     let is_affine = AFFINE.contains(&last)
         || is_constant
         || role == Some(Role::Factor)

@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use myovib_model::{ModelError, EndReason};
+use myovib_model::{EndReason, ModelError};
 use serde_json::{Value, json};
 
 use crate::result_folder::{Existing, FolderRequest, ResultFolder, program};

@@ -49,7 +49,9 @@ impl Cost {
         };
         match end {
             TrialEnd::Finished => {
-                format!("cost            {steps}, {seconds:.2} s: the entire run was computed as a trial{unless}")
+                format!(
+                    "cost            {steps}, {seconds:.2} s: the entire run was computed as a trial{unless}"
+                )
             }
             TrialEnd::Patience => {
                 let t = match *t {

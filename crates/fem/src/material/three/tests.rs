@@ -330,15 +330,27 @@ fn energies_are_affine_in_moduli() {
                 _ if of.is_modulus() => 1e3,
                 _ => 1.3,
             };
-            law.parameters.iter().map(|of| (of.name, value(of))).collect()
+            law.parameters
+                .iter()
+                .map(|of| (of.name, value(of)))
+                .collect()
         };
-        for constant in law.parameters.iter().filter(|constant| constant.is_modulus()) {
+        for constant in law
+            .parameters
+            .iter()
+            .filter(|constant| constant.is_modulus())
+        {
             let [a, b, c] = [1e3, 2e3, 3e3].map(|value| {
                 let law = Law::named(law.name, &values(Some((constant.name, value)))).unwrap();
                 law.energy3(MODERATE[1], axes())
             });
             // Rounding of sums of about ten terms.
-            assert!((a - 2.0 * b + c).abs() < 1e-13 * b.abs(), "{} {}", law.name, constant.name);
+            assert!(
+                (a - 2.0 * b + c).abs() < 1e-13 * b.abs(),
+                "{} {}",
+                law.name,
+                constant.name
+            );
         }
     }
 }

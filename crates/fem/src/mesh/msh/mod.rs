@@ -10,15 +10,17 @@
 
 mod assemble;
 mod binary;
+mod lines;
 mod version2;
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
-use std::str::{FromStr, SplitWhitespace};
+use std::str::SplitWhitespace;
 
 use crate::error::{FemError, MshProblem};
 use crate::mesh::Mesh;
+use lines::{Lines, coordinate, excerpt, number};
 
 impl Mesh {
     /// Reads a Gmsh file.
@@ -59,70 +61,6 @@ impl Mesh {
         let file = parse(&mut lines).map_err(|problem| error_at(lines.number, problem))?;
         file.assemble(name)
     }
-}
-
-struct Lines<'a> {
-    text: std::str::Lines<'a>,
-    number: usize,
-}
-
-impl<'a> Lines<'a> {
-    /// Returns the next nonblank line, or `None` at the end of the text.
-    fn next(&mut self) -> Option<&'a str> {
-        for line in self.text.by_ref() {
-            self.number += 1;
-            if !line.trim().is_empty() {
-                return Some(line.trim());
-            }
-        }
-        None
-    }
-
-    fn expect(&mut self, what: &'static str) -> Result<&'a str, MshProblem> {
-        self.next().ok_or(MshProblem::Truncated(what))
-    }
-
-    fn words(&mut self, what: &'static str) -> Result<SplitWhitespace<'a>, MshProblem> {
-        Ok(self.expect(what)?.split_whitespace())
-    }
-
-    fn close(&mut self, end: &'static str) -> Result<(), MshProblem> {
-        match self.expect(end)? {
-            line if line == end => Ok(()),
-            line => Err(MshProblem::Expected {
-                expected: end,
-                found: excerpt(line),
-            }),
-        }
-    }
-}
-
-/// Parses the next word as a number; `what` describes it in messages.
-fn number<T: FromStr>(
-    words: &mut SplitWhitespace<'_>,
-    what: &'static str,
-) -> Result<T, MshProblem> {
-    let word = words.next().unwrap_or("end of line");
-    word.parse().map_err(|_| MshProblem::Expected {
-        expected: what,
-        found: excerpt(word),
-    })
-}
-
-fn coordinate(words: &mut SplitWhitespace<'_>) -> Result<f64, MshProblem> {
-    let x: f64 = number(words, "a coordinate")?;
-    if x.is_finite() {
-        Ok(x)
-    } else {
-        Err(MshProblem::Expected {
-            expected: "a finite coordinate",
-            found: x.to_string(),
-        })
-    }
-}
-
-fn excerpt(line: &str) -> String {
-    line.chars().take(60).collect()
 }
 
 /// Element type of Gmsh.
