@@ -3,6 +3,7 @@
 
 mod form;
 mod kernel;
+mod specification;
 
 use std::ops::Range;
 
@@ -10,102 +11,12 @@ use myovib_dae::{Problem, StepError};
 use serde::{Deserialize, Serialize};
 
 use crate::dense::Collocation;
-use crate::error::{
-    RadauError, expect, expect_finite, expect_length, expect_positive, expect_vector,
-};
+use crate::error::{RadauError, expect_finite, expect_length, expect_vector};
 use crate::failure::{Failure, Operation};
 use crate::method::Method;
 use form::{BEGIN, CHANGE, DRIVES, Form, SHIFTED, SHIFTED_CHANGE, TermStep};
 use kernel::Driven;
-
-/// A problem with fading memory. In addition to its unknowns y it has states q, one or more for
-/// each slot:
-///
-/// ```text
-/// F(t, y, ẏ, x) = 0,    x = Σ_k (g_k s(y) − q_k),    τ_k q̇_k + q_k = g_k s(y),
-/// ```
-///
-/// The response x, the driving quantity s and each q_k have one component per slot. Residual and
-/// Jacobian use the current value of [`response`](Fading::response). In a Newton matrix ∂F/∂y + c
-/// ∂F/∂ẏ the states are eliminated, which adds the term Σ_k g_k cτ_k/(1 + cτ_k) ∂F/∂x ∂s/∂y.
-pub trait Fading: Problem {
-    /// Writes s(y) to `out`.
-    ///
-    /// # Errors
-    /// As for a residual.
-    fn drive(&mut self, t: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError>;
-
-    /// Writes ∂s/∂y · `change` to `out`, with the derivative from the last evaluation of the
-    /// Jacobian.
-    fn drive_along(&mut self, change: &[f64], out: &mut [f64]);
-
-    /// Returns the response x that residual and Jacobian use.
-    fn response(&mut self) -> &mut [f64];
-}
-
-/// A term of a fading memory.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MemoryTerm {
-    /// g, the weight.
-    pub weight: f64,
-    /// τ, the relaxation time, s.
-    pub time: f64,
-}
-
-/// Slots with the same terms.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MemoryPart {
-    /// Range of the slots.
-    pub slots: Range<usize>,
-    /// Terms of each slot.
-    pub terms: Vec<MemoryTerm>,
-}
-
-/// Specification of a fading memory. The method integrates the states like unknowns, and the error
-/// test includes their root mean square as a separate norm, but Newton's method excludes them.
-#[derive(Debug, Clone, PartialEq)]
-pub struct InternalVariables {
-    /// Parts, with consecutive slots.
-    pub parts: Vec<MemoryPart>,
-    /// Initial states, part by part. Within a part, all slots of the first term precede the slots
-    /// of the second, and so on.
-    pub start: Vec<f64>,
-    /// Absolute tolerance of the states. The relative tolerance is the same for states and
-    /// unknowns.
-    pub absolute: f64,
-}
-
-impl InternalVariables {
-    /// Checks that the slots are consecutive and that the terms decay.
-    fn validate(&self) -> Result<(), RadauError> {
-        let mut end = 0;
-        for MemoryPart { slots, terms } in &self.parts {
-            let (start, expected) = (slots.start as f64, "the end of the part before, or 0");
-            expect(
-                "first slot of a memory part",
-                start,
-                slots.start == end,
-                expected,
-            )?;
-            let is_range = slots.end >= slots.start;
-            expect(
-                "end of a memory part",
-                slots.end as f64,
-                is_range,
-                "at least its first slot",
-            )?;
-            end = slots.end;
-            for term in terms {
-                expect_positive("time of a memory term", term.time)?;
-                let is_finite = term.weight.is_finite();
-                expect("weight of a memory term", term.weight, is_finite, "finite")?;
-            }
-        }
-        let is_tolerance = self.absolute.is_finite() && self.absolute >= 0.0;
-        let option = "absolute tolerance of the memory";
-        expect(option, self.absolute, is_tolerance, "finite and at least 0")
-    }
-}
+pub use specification::{Fading, InternalVariables, MemoryPart, MemoryTerm};
 
 /// Name of the initial states in messages.
 const START: &str = "initial states of the memory";
@@ -142,7 +53,6 @@ pub(crate) struct Memory<P> {
     last: LastStep,
     /// Norm of the last estimated error, and whether the estimate was repeated.
     error: f64,
-    estimated_twice: bool,
 }
 
 /// Last accepted step, for dense output.
@@ -227,7 +137,6 @@ impl<P: Problem> Memory<P> {
             drives,
             states: given.start,
             error: 0.0,
-            estimated_twice: false,
         })
     }
 
@@ -355,20 +264,8 @@ impl<P: Problem> Memory<P> {
     ) -> f64 {
         let change = if again { SHIFTED_CHANGE } else { CHANGE };
         (self.functions.drive_along)(problem, error, &mut self.drives[change]);
-        self.estimated_twice = again;
         self.error = self.norm(step, last_error(again));
         self.error
-    }
-
-    /// Writes the estimates of the last step, which used `step`.
-    pub(crate) fn write_estimates(&self, step: (&Method, f64), out: &mut [f64]) {
-        let LastStep { states, drives } = &self.last;
-        for (part, own, driven) in Self::driven(&self.parts, states, drives) {
-            driven.write(
-                &forms(part, step, last_error(self.estimated_twice)),
-                &mut out[own],
-            );
-        }
     }
 
     /// Returns the norm of the last estimated error.

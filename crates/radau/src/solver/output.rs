@@ -101,23 +101,6 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Writes the estimated errors of the states of the fading memory, like
-    /// [`estimated_local_errors`](RadauSolver::estimated_local_errors).
-    ///
-    /// # Errors
-    /// As for [`estimated_local_errors`](RadauSolver::estimated_local_errors).
-    pub fn estimated_memory_errors(&self, out: &mut [f64]) -> Result<(), RadauError> {
-        expect_length("memory's errors", self.n_memory(), out.len())?;
-        let tested = matches!(self.options.step_size, StepSize::Adaptive);
-        match &self.memory {
-            Some(memory) if tested && self.counters.statistics.steps > 0 => {
-                memory.write_estimates((&self.method, self.collocation.h), out);
-            }
-            _ => out.fill(0.0),
-        }
-        Ok(())
-    }
-
     /// Checks that the last step provides this derivative at `t`.
     fn expect_within_reach(&self, t: f64, derivative: usize) -> Result<(), RadauError> {
         let [from, to] = self.last_step_interval();

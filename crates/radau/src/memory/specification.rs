@@ -1,0 +1,96 @@
+//! Specification of a fading memory: problem, slots and terms.
+
+use std::ops::Range;
+
+use myovib_dae::{Problem, StepError};
+
+use crate::error::{RadauError, expect, expect_positive};
+
+/// A problem with fading memory. In addition to its unknowns y it has states q, one or more for
+/// each slot:
+///
+/// ```text
+/// F(t, y, ẏ, x) = 0,    x = Σ_k (g_k s(y) − q_k),    τ_k q̇_k + q_k = g_k s(y),
+/// ```
+///
+/// The response x, the driving quantity s and each q_k have one component per slot. Residual and
+/// Jacobian use the current value of [`response`](Fading::response). In a Newton matrix ∂F/∂y + c
+/// ∂F/∂ẏ the states are eliminated, which adds the term Σ_k g_k cτ_k/(1 + cτ_k) ∂F/∂x ∂s/∂y.
+pub trait Fading: Problem {
+    /// Writes s(y) to `out`.
+    ///
+    /// # Errors
+    /// As for a residual.
+    fn drive(&mut self, t: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError>;
+
+    /// Writes ∂s/∂y · `change` to `out`, with the derivative from the last evaluation of the
+    /// Jacobian.
+    fn drive_along(&mut self, change: &[f64], out: &mut [f64]);
+
+    /// Returns the response x that residual and Jacobian use.
+    fn response(&mut self) -> &mut [f64];
+}
+
+/// A term of a fading memory.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MemoryTerm {
+    /// g, the weight.
+    pub weight: f64,
+    /// τ, the relaxation time, s.
+    pub time: f64,
+}
+
+/// Slots with the same terms.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MemoryPart {
+    /// Range of the slots.
+    pub slots: Range<usize>,
+    /// Terms of each slot.
+    pub terms: Vec<MemoryTerm>,
+}
+
+/// Specification of a fading memory. The method integrates the states like unknowns, and the error
+/// test includes their root mean square as a separate norm, but Newton's method excludes them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InternalVariables {
+    /// Parts, with consecutive slots.
+    pub parts: Vec<MemoryPart>,
+    /// Initial states, part by part. Within a part, all slots of the first term precede the slots
+    /// of the second, and so on.
+    pub start: Vec<f64>,
+    /// Absolute tolerance of the states. The relative tolerance is the same for states and
+    /// unknowns.
+    pub absolute: f64,
+}
+
+impl InternalVariables {
+    /// Checks that the slots are consecutive and that the terms decay.
+    pub(super) fn validate(&self) -> Result<(), RadauError> {
+        let mut end = 0;
+        for MemoryPart { slots, terms } in &self.parts {
+            let (start, expected) = (slots.start as f64, "the end of the part before, or 0");
+            expect(
+                "first slot of a memory part",
+                start,
+                slots.start == end,
+                expected,
+            )?;
+            let is_range = slots.end >= slots.start;
+            expect(
+                "end of a memory part",
+                slots.end as f64,
+                is_range,
+                "at least its first slot",
+            )?;
+            end = slots.end;
+            for term in terms {
+                expect_positive("time of a memory term", term.time)?;
+                let is_finite = term.weight.is_finite();
+                expect("weight of a memory term", term.weight, is_finite, "finite")?;
+            }
+        }
+        let is_tolerance = self.absolute.is_finite() && self.absolute >= 0.0;
+        let option = "absolute tolerance of the memory";
+        expect(option, self.absolute, is_tolerance, "finite and at least 0")
+    }
+}
