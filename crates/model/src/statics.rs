@@ -204,7 +204,8 @@ pub fn approach(
 /// Remedy if the elements of a body collapse because of its law.
 pub(crate) const COLLAPSE: &str = "elements with the law `guccione` and pressures collapse under large strains: use `isochoric-guccione`, which is the same material at constant volume";
 /// Remedy at a limit load.
-const LIMIT_LOAD: &str = "if that is a limit load, `method = \"arc-length\"` of [static], or a damped motion, gets past it";
+const LIMIT_LOAD: &str =
+    "at a limit load, use `method = \"arc-length\"` of [static], or a damped motion";
 
 fn not_converged(newton: &Newton<'_>) -> Shortfall {
     Shortfall::NotConverged {

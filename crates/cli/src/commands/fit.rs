@@ -39,7 +39,7 @@ pub struct FitArgs {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Folder for the results; created if missing. It must not hold a fit.
+    /// Folder for the results; created if missing. It must not contain a fit.
     #[arg(long, value_name = "DIR", default_value = "fit", value_parser = values::output_folder)]
     pub out: PathBuf,
 

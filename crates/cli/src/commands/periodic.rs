@@ -29,11 +29,11 @@ pub struct PeriodicArgs {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Folder for the results; it is made, and must not hold results already.
+    /// Folder for the results; created if missing. It must not contain results.
     #[arg(long, value_name = "DIR", default_value = "periodic", value_parser = values::output_folder)]
     pub out: PathBuf,
 
-    /// Replace the results that the folder holds.
+    /// Replace the results in the folder.
     #[arg(long)]
     pub overwrite: bool,
 

@@ -67,12 +67,12 @@ impl Measurement {
             .collect()
     }
 
-    /// Returns whether one of its values is a stress.
+    /// Returns whether any value is a stress.
     pub fn has_stress(&self) -> bool {
         self.quantities.iter().any(|own| own.is_of_stress())
     }
 
-    /// Returns whether one of its values has no derivative at a state without strain and stress.
+    /// Returns whether any value lacks a derivative at a state without strain and stress.
     pub fn has_kink_at_rest(&self) -> bool {
         self.quantities.iter().any(|own| own.has_kink_at_rest())
     }

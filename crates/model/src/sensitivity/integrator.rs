@@ -248,7 +248,7 @@ where
 mod tests {
     use super::{STEPS, is_smooth};
 
-    /// Returns whether the test with at least one of the steps classifies a function as smooth at x.
+    /// Returns whether a function is classified as smooth at x with any of the steps.
     fn has_slope(x: f64, of: fn(f64) -> f64) -> bool {
         let mut before = f64::NAN;
         STEPS.into_iter().any(|step| {

@@ -131,7 +131,7 @@ pub(super) struct Effort {
 }
 
 impl Effort {
-    /// The scene's own tolerance, up to the last measurement.
+    /// Sensitivities with the scene's tolerance, up to the last measurement.
     pub(super) const FULL: Self = Self {
         least_tolerance: 0.0,
         part: 1.0,

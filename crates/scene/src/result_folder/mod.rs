@@ -24,7 +24,7 @@ const LONGEST_NAME: usize = 255;
 /// Locked while a command writes.
 const LOCK: &str = ".lock";
 
-/// What to do with results that the folder holds already.
+/// Treatment of earlier results in the folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Existing {
     /// Keep them and refuse to write.
@@ -54,7 +54,7 @@ impl Existing {
 pub struct FolderRequest<'a> {
     /// The folder; it is made if it does not exist.
     pub path: &'a Path,
-    /// The command; a folder holds results of one command.
+    /// The command; a folder contains results of one command.
     pub command: &'static str,
     /// What to do with earlier results.
     pub existing: Existing,
@@ -116,7 +116,7 @@ impl<'a> FolderRequest<'a> {
         self.manifest().map(drop)
     }
 
-    /// The origin of the results that the folder holds, if it holds some.
+    /// Returns the origin of the results in the folder, if it contains results.
     ///
     /// # Errors
     /// A manifest that cannot be read, or of another command.
@@ -344,7 +344,7 @@ pub(crate) fn program() -> String {
     PROGRAM.get_or_init(describe).clone()
 }
 
-/// Whether a folder holds at most the lock and temporary files, as one does in which a program was
+/// Whether a folder contains at most the lock and temporary files, as one does in which a program was
 /// killed before it wrote its manifest.
 fn is_bare(folder: &Path) -> bool {
     let mut entries = fs::read_dir(folder).into_iter().flatten().flatten();

@@ -13,7 +13,8 @@ use crate::InputError;
 pub(crate) use values::suggest;
 pub(super) use values::written;
 use values::{
-    describe, expect_moderate, in_range, is_kind, kinds, one_name, unknown_key, wrong_kind,
+    describe, expect_moderate, first_sentence, in_range, is_kind, kinds, one_name, unknown_key,
+    with_article, wrong_kind,
 };
 
 /// Problem of a value and its location.

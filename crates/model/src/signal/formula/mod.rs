@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Signal;
 
-/// Dependence of a function of time on one of its constants.
+/// Dependence of a function of time on a constant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// The function is proportional to it.

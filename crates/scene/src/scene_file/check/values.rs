@@ -113,7 +113,7 @@ pub(super) fn describe(allowed: String, schema: &Value) -> String {
     }
 }
 
-fn first_sentence(text: &str) -> String {
+pub(super) fn first_sentence(text: &str) -> String {
     let text = text.replace('\n', " ");
     let end = text.find(". ").unwrap_or(text.len());
     text[..end].trim_end_matches('.').to_owned()
@@ -149,7 +149,7 @@ fn kind_of(value: &Value) -> &'static str {
 }
 
 /// Returns the TOML word for a kind of JSON value.
-fn with_article(kind: &str) -> &'static str {
+pub(super) fn with_article(kind: &str) -> &'static str {
     match kind {
         "boolean" => "true or false",
         "number" => "a number",
