@@ -143,8 +143,11 @@ impl Parameterized {
         }
         let other = |value| Ok(self.neighbor(j, values, body, value)?.muscle);
         let dependence = if known.is_affine(formulation) {
-            let next = value + known.scale;
-            Dependence::affine(parameter, formulation, other(next)?, next - value)
+            let neighbor = |next: f64| Ok::<_, Error>((other(next)?, next - value));
+            // A modulus may be bounded by other constants of its law.
+            let (muscle, difference) =
+                neighbor(value + known.scale).or_else(|_| neighbor(value - 0.5 * known.scale))?;
+            Dependence::affine(parameter, formulation, muscle, difference)
         } else {
             let delta = known.step(STEP, value);
             let (stencil, muscles) = around(value, delta, other)?;
