@@ -138,6 +138,16 @@ fn starts_without_derivatives_are_rejected_with_a_remedy() {
     assert!(it.dependences(&[1e-7]).is_ok());
 }
 
+/// With mu_1 = 0 the body would have no stiffness.
+#[test]
+fn moduli_bounded_by_other_constants_have_derivatives() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &["material[0].mu_1"], "");
+    let ogden = "material[0]={ law = \"ogden\", density = 1e3, mu_1 = -1e4, alpha_1 = -2.0 }";
+    let it = Parameterized::load(&path, &set(&[ogden])).unwrap();
+    assert!(it.dependences(&it.values()).is_ok());
+}
+
 /// Other phases of a sine load the body at t = 0, at which a run from rest cannot start.
 #[test]
 fn parameters_that_end_the_rest_at_the_start_are_refused() {
