@@ -323,17 +323,20 @@ fn smooth_switch_makes_the_energy_nonconvex_in_compression() {
 #[test]
 fn energies_are_affine_in_moduli() {
     for law in Law::CATALOG {
-        // Exponents near 1; moduli far above the smallest of the published ones.
-        let values = |modulus: Option<(&str, f64)>| -> Vec<(&str, f64)> {
-            let value = |of: &Parameter| match modulus {
-                Some((name, value)) if name == of.name => value,
+        // Different values in the ranges of the constants; moduli far above the smallest of the published ones.
+        let dimensionless = |i: usize, of: &Parameter| {
+            let candidates = [1.3 - 0.1 * i as f64, 1.3, 0.2];
+            let mut allowed = candidates.into_iter().filter(|x| of.range.contains(*x));
+            allowed.next().unwrap()
+        };
+        let values = |modulus: (&str, f64)| -> Vec<(&str, f64)> {
+            let value = |i: usize, of: &Parameter| match modulus {
+                (name, value) if name == of.name => value,
                 _ if of.is_modulus() => 1e3,
-                _ => 1.3,
+                _ => dimensionless(i, of),
             };
-            law.parameters
-                .iter()
-                .map(|of| (of.name, value(of)))
-                .collect()
+            let all = law.parameters.iter().enumerate();
+            all.map(|(i, of)| (of.name, value(i, of))).collect()
         };
         for constant in law
             .parameters
@@ -341,7 +344,7 @@ fn energies_are_affine_in_moduli() {
             .filter(|constant| constant.is_modulus())
         {
             let [a, b, c] = [1e3, 2e3, 3e3].map(|value| {
-                let law = Law::named(law.name, &values(Some((constant.name, value)))).unwrap();
+                let law = Law::named(law.name, &values((constant.name, value))).unwrap();
                 law.energy3(MODERATE[1], axes())
             });
             // Rounding of sums of about ten terms.
