@@ -31,6 +31,7 @@ class SensitivityResult:
     Attributes
     ----------
     t : ndarray, shape (m,)
+        Times, or load factors of a static analysis.
     outputs, parameters : list of str
     values : ndarray, shape (m, outputs)
     derivatives : ndarray, shape (m, outputs, parameters)
@@ -101,8 +102,8 @@ class FitResult:
     unknown : list of str
         Combinations of parameters that the measurements do not determine.
     residuals : list of dict
-        For each measurement ``experiment`` (from 1), ``output``, ``t``, ``measured``, ``fitted``
-        and ``residual``.
+        For each measurement ``experiment`` (from 1), ``output``, ``t`` (or ``f``, ``load``),
+        ``measured``, ``fitted`` and ``residual``.
     history : Mapping
         Columns of the iterations: ``iteration``, ``runs``, ``part``, ``cost`` and the parameters.
     folder : Path

@@ -419,8 +419,9 @@ class Scene:
         ----------
         data : experiment or list of experiments
             An experiment is a file, as for ``myovib fit --data``, or a mapping or data frame with the
-            column ``"t"`` and a column for each measured output (NaN or masked where it was not
-            measured); or a pair of these and a mapping of values that differ in the scene.
+            column ``"t"`` (of a response ``"f"``, of a static analysis ``"load"``) and a column for each
+            measured output (NaN or masked where it was not measured); or a pair of these and a mapping of
+            values that differ in the scene.
         out : path-like, optional
             Folder for the files of ``myovib fit``. By default a temporary folder, removed with the
             result.

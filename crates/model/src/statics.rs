@@ -19,6 +19,7 @@ use crate::operators;
 use newton::Newton;
 pub use path::{Control, CriticalKind, CriticalPoint, PathEnd, PathState, follow};
 pub(crate) use prospect::Prospect;
+pub use response::EquilibriumDerivatives;
 
 /// Largest predicted increment of the displacement gradient in a load step.
 const GRADIENT_STEP: f64 = 0.2;

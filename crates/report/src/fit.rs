@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use myovib_scene::fit::{FitResult, LEVEL, Outcome, Point};
+use myovib_scene::sensitivity::Abscissa;
 use myovib_scene::{atomic_file, csv, escape, json};
 use serde_json::Value;
 
@@ -33,7 +34,7 @@ fn residuals(result: &FitResult) -> String {
         let number = |number: f64| format!("{number:.16e}");
         let at = abscissas
             .iter()
-            .map(|name| match *name == point.abscissa() {
+            .map(|abscissa| match *abscissa == point.abscissa {
                 true => number(point.t),
                 false => String::new(),
             });
@@ -42,8 +43,9 @@ fn residuals(result: &FitResult) -> String {
         let cells = names.into_iter().chain(at).chain(numbers);
         csv::line(&cells.collect::<Vec<_>>())
     };
-    let names = ["experiment", "output"].iter().chain(&abscissas);
-    let names = names.chain(&["measured", "fitted", "residual"]).copied();
+    let names = abscissas.iter().map(|abscissa| abscissa.name());
+    let names = ["experiment", "output"].into_iter().chain(names);
+    let names = names.chain(["measured", "fitted", "residual"]);
     let header = csv::line(&names.collect::<Vec<_>>());
     std::iter::once(header)
         .chain(result.points.iter().map(row))
@@ -314,7 +316,10 @@ fn figure(plots: Vec<LinePlot>) -> Figure {
 fn ordinate(point: &Point, in_space: bool) -> Axis {
     let column = &*point.column;
     let of_value = |name: &str| (label(name), unit(name, in_space));
-    match column.rsplit_once('_').filter(|_| point.is_harmonic) {
+    match column
+        .rsplit_once('_')
+        .filter(|_| point.abscissa == Abscissa::Frequency)
+    {
         Some((value, "phase")) => Axis::new(format!("phase of {}", label(value)), "°"),
         Some((value, part)) => {
             let (name, unit) = of_value(value);
@@ -332,10 +337,12 @@ fn ordinate(point: &Point, in_space: bool) -> Axis {
     }
 }
 
-fn abscissa(name: &str) -> Axis {
-    match name {
-        "f" => Axis::new("*f*", "Hz"),
-        _ => Axis::new("*t*", "s"),
+/// Returns the axis of an independent variable.
+pub fn axis(abscissa: Abscissa) -> Axis {
+    match abscissa {
+        Abscissa::Time => Axis::new("*t*", "s"),
+        Abscissa::Frequency => Axis::new("*f*", "Hz"),
+        Abscissa::Load => Axis::new("load factor", ""),
     }
 }
 
@@ -359,7 +366,7 @@ fn plots(result: &FitResult) -> Vec<LinePlot> {
                 true => format!("{}, experiment {}", first.output, first.experiment),
                 false => first.output.clone(),
             },
-            x: abscissa(first.abscissa()),
+            x: axis(first.abscissa),
             y: ordinate(first, result.in_space),
             series: vec![
                 Series::curve("measured", &t, &measured).unjoined(),
@@ -368,13 +375,13 @@ fn plots(result: &FitResult) -> Vec<LinePlot> {
         }
     });
     let mut panels: Vec<LinePlot> = panels.collect();
-    panels.extend(result.abscissas().into_iter().map(|name| {
-        let of = || result.points.iter().filter(|p| p.abscissa() == name);
+    panels.extend(result.abscissas().into_iter().map(|abscissa| {
+        let of = || result.points.iter().filter(|p| p.abscissa == abscissa);
         let t: Vec<f64> = of().map(|p| p.t).collect();
         let residuals: Vec<f64> = of().map(|p| p.residual).collect();
         LinePlot {
             title: "residuals".to_owned(),
-            x: abscissa(name),
+            x: axis(abscissa),
             y: Axis::new("residual", if result.noise_is_known { "σ" } else { "" }),
             series: vec![Series::curve("", &t, &residuals).unjoined()],
         }

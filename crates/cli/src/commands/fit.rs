@@ -21,7 +21,8 @@ use crate::values;
     myovib fit scene.toml --data measured.csv\n  \
     myovib fit scene.toml --data low.csv --data 'high.csv traction[0].y.amplitude=200' --profile\n\n\
     The scene lists its parameters in [[parameter]] and the measured quantities in [[output]]. Data are a \
-    table with a column `t` and a column for each output, or PEtab's columns observableId, time, \
+    table with a column `t` (`f` for a response, `load` for a static analysis) and a column for each output, \
+    or PEtab's columns observableId, time, \
     measurement and noiseParameters. Writes report.html, fit.json, residuals.csv, residuals.svg and \
     history.csv. Returns 3 if the fit does not converge, or if the residuals are more \
     than a hundred times the given noise.")]

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use myovib_report::plot::{Axis, Figure, LinePlot, Panel, Series};
+use myovib_report::fit::axis;
+use myovib_report::plot::{Figure, LinePlot, Panel, Series};
 use myovib_report::table::{Align, Table, colored_stdout};
 use myovib_report::{picture, stiffness_map};
 use myovib_scene::result_folder::{Existing, FolderRequest, ResultFolder};
@@ -30,8 +31,8 @@ const DOCUMENT: &str = "sensitivity.json";
     myovib sensitivity scene.toml --map\n\n\
     The scene names its parameters in [[parameter]]. Writes sensitivity.csv with each output and its \
     derivatives, sensitivity.svg and sensitivity.json. With --map it needs none; writes stiffness.vtu for \
-    ParaView, stiffness.svg and stiffness.json. Integrates by Radau IIA (radau9 unless the scene names \
-    another).")]
+    ParaView, stiffness.svg and stiffness.json. Motions are integrated by \
+    Radau IIA (radau9 unless the scene names another); a static analysis is differentiated at its load factors.")]
 pub struct SensitivityArgs {
     /// Scene: a TOML file or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
@@ -164,7 +165,7 @@ fn figure(curves: &Curves) -> Figure {
         });
         let plot = LinePlot {
             title: format!("p ∂({})/∂p", curves.outputs[k]),
-            x: Axis::new("t", "s"),
+            x: axis(curves.abscissa),
             series: series.collect(),
             ..LinePlot::default()
         };

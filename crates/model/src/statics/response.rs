@@ -1,4 +1,4 @@
-//! How an equilibrium moves with parameters.
+//! How equilibria move with parameters.
 
 use super::Equilibrium;
 use super::newton::Newton;
@@ -6,17 +6,74 @@ use crate::error::ModelError;
 use crate::formulation::Formulation;
 use crate::muscle::Muscle;
 
-impl Equilibrium {
-    /// Computes ∂x/∂p of the equilibrium of `muscle` at time `t` for each of `parameters`:
-    /// displacements, then pressures.
+/// Derivatives of equilibria with respect to parameters.
+///
+/// G(x, p) = 0 gives `∂G/∂x ∂x/∂p = −∂G/∂p`, with one factorization for all parameters. A parameter
+/// is a stencil of muscles with different values of the parameter: the weighted sum of their G at
+/// the same x is ∂G/∂p.
+pub struct EquilibriumDerivatives<'a> {
+    newton: Newton<'a>,
+    parameters: Vec<Vec<(f64, Newton<'a>)>>,
+}
+
+impl<'a> EquilibriumDerivatives<'a> {
+    /// Prepares the derivatives of equilibria of `muscle` under its loads at time `t`.
     ///
-    /// G(x, p) = 0 gives `∂G/∂x ∂x/∂p = −∂G/∂p`, with one factorization for all. A parameter is a
-    /// stencil of muscles with different values of the parameter: the weighted sum of their G at
-    /// this x is ∂G/∂p.
+    /// # Errors
+    /// Matrices that do not fit in memory.
+    pub fn new(
+        muscle: &'a Muscle,
+        formulation: Formulation,
+        t: f64,
+        parameters: &[Vec<(f64, &'a Muscle)>],
+    ) -> Result<Self, ModelError> {
+        let newton = |muscle| Newton::new(muscle, formulation, t);
+        let stencil = |stencil: &Vec<(f64, &'a Muscle)>| {
+            let muscles = stencil.iter();
+            muscles
+                .map(|(weight, muscle)| Ok((*weight, newton(muscle)?)))
+                .collect()
+        };
+        Ok(Self {
+            newton: newton(muscle)?,
+            parameters: parameters
+                .iter()
+                .map(stencil)
+                .collect::<Result<_, ModelError>>()?,
+        })
+    }
+
+    /// Computes ∂x/∂p of the equilibrium `x` (displacements, then pressures) under a `part` of the
+    /// loads, for each parameter.
     ///
     /// # Errors
     /// [`ModelError::Factorization`] at a limit point, [`ModelError::Inverted`] for a muscle of a
     /// stencil that moves its supports too far.
+    pub fn at(&mut self, x: &[f64], part: f64) -> Result<Vec<Vec<f64>>, ModelError> {
+        let Self { newton, parameters } = self;
+        newton.tangent(x, part)?;
+        newton.system.renew(&mut newton.work)?;
+        let mut residual = vec![0.0; x.len()];
+        let of_parameter = |stencil: &mut Vec<(f64, Newton<'a>)>| {
+            let mut derivative = vec![0.0; x.len()];
+            for (weight, other) in stencil {
+                other.residual(x, part, &mut residual)?;
+                let sum = derivative.iter_mut().zip(&residual);
+                sum.for_each(|(sum, r)| *sum -= *weight * r);
+            }
+            newton.system.solve(&mut derivative, &mut newton.work)?;
+            Ok(derivative)
+        };
+        parameters.iter_mut().map(of_parameter).collect()
+    }
+}
+
+impl Equilibrium {
+    /// Computes ∂x/∂p of the equilibrium of `muscle` at time `t` for each of `parameters`:
+    /// displacements, then pressures. See [`EquilibriumDerivatives`].
+    ///
+    /// # Errors
+    /// Errors of [`EquilibriumDerivatives::at`].
     pub fn derivatives(
         &self,
         muscle: &Muscle,
@@ -24,21 +81,7 @@ impl Equilibrium {
         t: f64,
         parameters: &[Vec<(f64, &Muscle)>],
     ) -> Result<Vec<Vec<f64>>, ModelError> {
-        let mut newton = Newton::new(muscle, formulation, t)?;
         let x = [&self.displacement[..], &self.pressure].concat();
-        newton.tangent(&x, 1.0)?;
-        newton.system.renew(&mut newton.work)?;
-        let mut residual = vec![0.0; x.len()];
-        let mut of_parameter = |stencil: &Vec<(f64, &Muscle)>| {
-            let mut derivative = vec![0.0; x.len()];
-            for (weight, other) in stencil {
-                Newton::new(other, formulation, t)?.residual(&x, 1.0, &mut residual)?;
-                let sum = derivative.iter_mut().zip(&residual);
-                sum.for_each(|(sum, r)| *sum -= weight * r);
-            }
-            newton.system.solve(&mut derivative, &mut newton.work)?;
-            Ok(derivative)
-        };
-        parameters.iter().map(&mut of_parameter).collect()
+        EquilibriumDerivatives::new(muscle, formulation, t, parameters)?.at(&x, 1.0)
     }
 }

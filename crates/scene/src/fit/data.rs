@@ -14,7 +14,7 @@ pub use error::{DataError, DataProblem};
 /// One measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Datum {
-    /// Time, s, or frequency, Hz.
+    /// Time, s, frequency, Hz, or load factor.
     pub t: f64,
     pub output: usize,
     /// Measured value.
@@ -30,14 +30,17 @@ pub enum Domain {
     Time { end: f64 },
     /// Frequency, Hz.
     Frequency { low: f64, high: f64 },
+    /// Load factor of a static analysis.
+    Load { low: f64, high: f64 },
 }
 
 impl Domain {
     /// Returns the names of its column in plain tables; PEtab's tables use the last name.
-    fn names(self) -> [&'static str; 2] {
+    fn names(self) -> &'static [&'static str] {
         match self {
-            Self::Time { .. } => ["t", "time"],
-            Self::Frequency { .. } => ["f", "frequency"],
+            Self::Time { .. } => &["t", "time"],
+            Self::Frequency { .. } => &["f", "frequency"],
+            Self::Load { .. } => &["load"],
         }
     }
 }
@@ -45,10 +48,11 @@ impl Domain {
 /// Suffix of columns of standard deviations in plain tables.
 const NOISE: &str = ".noise";
 /// Required and optional columns of PEtab's measurement table.
-const USED: [&str; 5] = [
+const USED: [&str; 6] = [
     "observableId",
     "time",
     "frequency",
+    "load",
     "measurement",
     "noiseParameters",
 ];
@@ -82,11 +86,11 @@ pub(super) fn read_file(
     reader.read(text.strip_prefix('\u{feff}').unwrap_or(&text))
 }
 
-/// Reads measurements of `outputs` within a range of times or frequencies, sorted by them.
+/// Reads measurements of `outputs` within a range of times, frequencies or load factors, sorted by them.
 ///
-/// The text is either a plain table, with a column `t` or `time` (`f` or `frequency`), a column for each measured output and
+/// The text is either a plain table, with a column `t` or `time` (`f` or `frequency`, `load`), a column for each measured output and
 /// optional columns NAME.noise of standard deviations; or PEtab's long table with the columns
-/// `observableId`, `time` (`frequency`), `measurement` and optionally `noiseParameters`. An empty cell is not a measurement.
+/// `observableId`, `time` (`frequency`, `load`), `measurement` and optionally `noiseParameters`. An empty cell is not a measurement.
 /// Columns are separated by commas, or by tabs if the header contains one.
 ///
 /// # Errors
@@ -261,6 +265,13 @@ impl<'a> Reader<'a> {
                         "{low} to {high} Hz, the range of the scene's response.frequencies"
                     )))
             }
+            Domain::Load { low, high } if !(low..=high).contains(&t) => {
+                Err(error(DataProblem::OutsideLoads)
+                    .found(format!("load = {t}"))
+                    .allowed(format!(
+                        "{low} to {high}, the range of the scene's load factors"
+                    )))
+            }
             _ => Ok(t),
         }
     }
@@ -287,8 +298,8 @@ impl<'a> Reader<'a> {
 
     fn long(&self, table: &Table) -> Result<Vec<Datum>, DataError> {
         let id = self.column(table, &["observableId"])?;
-        let [_, time] = self.domain.names();
-        let time = self.column(table, &[time])?;
+        let names = self.domain.names();
+        let time = self.column(table, &names[names.len() - 1..])?;
         let measurement = self.column(table, &["measurement"])?;
         let noise = table
             .names
@@ -318,7 +329,7 @@ impl<'a> Reader<'a> {
     }
 
     fn plain(&self, table: &Table) -> Result<Vec<Datum>, DataError> {
-        let time = self.column(table, &self.domain.names())?;
+        let time = self.column(table, self.domain.names())?;
         let mut columns = Vec::new();
         for (column, name) in table.names.iter().enumerate() {
             if column == time {

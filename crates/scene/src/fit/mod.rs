@@ -8,6 +8,7 @@ mod history;
 mod model;
 mod phases;
 mod profiles;
+mod progress;
 mod report;
 
 use std::fmt::Display;
@@ -24,7 +25,7 @@ use serde_json::{Value, json};
 
 use crate::inputs::sha256;
 use crate::result_folder::{Existing, FolderRequest};
-use crate::sensitivity::{Parameterized, SceneParameter, outputs};
+use crate::sensitivity::{Abscissa, Parameterized, SceneParameter, outputs};
 use crate::watch::{ProgressSink, Watcher};
 use crate::{Error, InputError, Scene};
 use data::read_file;
@@ -33,6 +34,7 @@ use history::{HISTORY, History};
 use model::{Experiment, SceneModel};
 use phases::fit_in_phases;
 use profiles::profiles;
+use progress::FitProgress;
 
 /// The scene, the measurements, and the settings of a fit.
 pub struct FitOptions<'a> {
@@ -144,10 +146,9 @@ pub struct Point {
     pub output: String,
     /// Name of the probe's column.
     pub column: String,
-    /// Time, s, or frequency, Hz.
+    /// Time, s, frequency, Hz, or load factor.
     pub t: f64,
-    /// Whether it is a measurement over frequency instead of time.
-    pub is_harmonic: bool,
+    pub abscissa: Abscissa,
     pub measured: f64,
     pub fitted: f64,
     /// (fitted − measured)/σ; σ = 1 if it is unknown.
@@ -203,9 +204,10 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     }
     expect_bounds(&scene, &start)?;
     restrict(&scene, &mut parameters);
+    let progress = FitProgress::new(options.progress);
     let watcher = Watcher {
         interrupt: options.interrupt,
-        progress: &(),
+        progress: &progress,
     };
     let request = request(options, &reads, origin(options, &experiments));
     let mut model = SceneModel::new(experiments, watcher);
@@ -223,14 +225,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     let mut observe = |part: f64, iteration: &Iteration| {
         history.add(number, part, iteration);
         number += 1;
-        let cost = iteration.cost;
-        let of = match part < 1.0 {
-            true => " of the first measurements",
-            false => "",
-        };
-        options
-            .progress
-            .on_progress(&|| format!("iteration {number}: half the sum of squares {cost:.6e}{of}"));
+        progress.iteration(number, part, iteration.cost);
         match watcher.is_interrupted() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
@@ -286,7 +281,9 @@ fn request<'a>(
 /// Returns the error of the run that failed at the start, which may name a place in the scene.
 fn explain(error: FitError, model: &SceneModel<'_>) -> Error {
     match (&error, model.last_failure()) {
-        _ if model.is_interrupted() => Error::Stopped("interrupted".to_owned()),
+        _ if model.is_interrupted() => {
+            Error::Stopped("interrupted before the first iteration of the fit".to_owned())
+        }
         (FitError::Start(_), Some(message)) => not_computed(message).into(),
         _ => InputError::new(error).into(),
     }
@@ -420,6 +417,11 @@ fn expect_free_parameters(
 
 /// Returns the range of the measurements of a scene.
 fn domain(scene: &Scene) -> Result<Domain, InputError> {
+    if Abscissa::of(scene) == Abscissa::Load {
+        let loads = scene.loads()?;
+        let [low, high] = [f64::min, f64::max].map(|end| loads.iter().copied().fold(0.0, end));
+        return Ok(Domain::Load { low, high });
+    }
     let response = scene.file.response.as_ref();
     let Some(response) = response.filter(|_| scene.is_response()) else {
         return Ok(Domain::Time { end: scene.t_end });

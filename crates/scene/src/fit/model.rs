@@ -7,7 +7,9 @@ use serde_json::{Value, json};
 
 use super::Point;
 use super::data::Datum;
-use crate::sensitivity::{Output, Parameterized, Precision, Sample, follow, respond};
+use crate::sensitivity::{
+    Abscissa, Output, Parameterized, Precision, Sample, equilibria, follow, respond,
+};
 use crate::watch::Watcher;
 use crate::{Error, Scene};
 
@@ -19,7 +21,7 @@ pub(super) struct Experiment {
     scene: Parameterized,
     outputs: Vec<Output>,
     pub(super) data: Vec<Datum>,
-    /// The distinct times or frequencies of the measurements.
+    /// The distinct times, frequencies or load factors of the measurements.
     times: Vec<f64>,
 }
 
@@ -54,19 +56,34 @@ impl Experiment {
 
     /// Reports whether the scene and its derivatives exist at these values.
     pub(super) fn expect_computable(&self, values: &[f64]) -> Result<(), Error> {
-        if self.scene().is_response() {
-            let first = &self.times[..1];
-            return respond(
-                &self.scene,
-                values,
-                &self.outputs,
-                first,
-                true,
-                Watcher::NOBODY,
-            )
-            .map(|_| ());
+        match self.abscissa() {
+            Abscissa::Time => self.scene.dependences(values).map(|_| ()),
+            Abscissa::Frequency | Abscissa::Load => self
+                .outside_time(values, &self.times[..1], true, Watcher::NOBODY)
+                .map(|_| ()),
         }
-        self.scene.dependences(values).map(|_| ())
+    }
+
+    /// Returns the independent variable of the measurements.
+    fn abscissa(&self) -> Abscissa {
+        Abscissa::of(self.scene())
+    }
+
+    /// Returns the outputs of a response at these frequencies, or of a static analysis at these load factors.
+    fn outside_time(
+        &self,
+        p: &[f64],
+        at: &[f64],
+        with: bool,
+        watcher: Watcher<'_>,
+    ) -> Result<Vec<Sample>, Error> {
+        let (scene, outputs) = (&self.scene, &self.outputs);
+        match self.abscissa() {
+            Abscissa::Load => {
+                equilibria(scene, p, outputs, at, with, watcher).map(|(samples, _)| samples)
+            }
+            _ => respond(scene, p, outputs, at, with, watcher),
+        }
     }
 
     /// Returns the measurements in the first `part` of their time.
@@ -83,8 +100,8 @@ impl Experiment {
         effort: Effort,
         watcher: Watcher<'_>,
     ) -> Result<Vec<Sample>, Error> {
-        if self.scene().is_response() {
-            return respond(&self.scene, p, &self.outputs, &self.times, with, watcher);
+        if self.abscissa() != Abscissa::Time {
+            return self.outside_time(p, &self.times, with, watcher);
         }
         let dependences = match with {
             true => self.scene.dependences(p)?,
@@ -168,10 +185,10 @@ impl<'a> SceneModel<'a> {
         self.effort = effort;
     }
 
-    /// Returns whether some measurements are of harmonic responses, which cannot be shortened to a part of their time.
-    pub(super) fn has_responses(&self) -> bool {
+    /// Returns whether all measurements are over time, so that runs can be shortened to a part of it.
+    pub(super) fn is_in_time(&self) -> bool {
         let mut all = self.experiments.iter();
-        all.any(|experiment| experiment.scene().is_response())
+        all.all(|experiment| experiment.abscissa() == Abscissa::Time)
     }
 
     pub(super) fn is_interrupted(&self) -> bool {
@@ -201,7 +218,7 @@ impl<'a> SceneModel<'a> {
                 output: experiment.outputs[datum.output].name.clone(),
                 column: experiment.outputs[datum.output].column_name.clone(),
                 t: datum.t,
-                is_harmonic: experiment.scene().is_response(),
+                abscissa: experiment.abscissa(),
                 measured: datum.value,
                 fitted: datum.value + residual * deviation(datum),
                 residual,

@@ -35,8 +35,8 @@ const NEAR: f64 = 1e-2;
 /// Called with the part of the measurements' time and each iteration.
 pub(super) type Observe<'a> = dyn FnMut(f64, &Iteration) -> ControlFlow<()> + 'a;
 
-/// Fits short and rough runs from all `starts`, and continues from the best result with the full runs. Fits with harmonic
-/// responses have one phase.
+/// Fits short and rough runs from all `starts`, and continues from the best result with the full runs. Fits of other
+/// analyses than motions have one phase.
 pub(super) fn fit_in_phases(
     model: &mut SceneModel<'_>,
     starts: &[Vec<Parameter>],
@@ -48,9 +48,9 @@ pub(super) fn fit_in_phases(
         history: Vec::new(),
         evaluations: 0,
     };
-    let fit = match model.has_responses() {
-        true => phases.full(model, starts, requested),
-        false => phases.all(model, starts, requested),
+    let fit = match model.is_in_time() {
+        true => phases.all(model, starts, requested),
+        false => phases.full(model, starts, requested),
     };
     let mut fit = fit?;
     (fit.history, fit.evaluations) = (phases.history, phases.evaluations);
@@ -89,12 +89,14 @@ impl Phases<'_, '_> {
             reached = Some(effort);
             Ok(fit)
         });
-        if model.is_interrupted() {
-            model.set_effort(reached.unwrap_or(Effort::FULL));
-            rough
-        } else {
-            self.last(model, starts, rough, requested)
+        if !model.is_interrupted() {
+            let last = self.last(model, starts, &rough, requested);
+            if last.is_ok() || !model.is_interrupted() {
+                return last;
+            }
         }
+        model.set_effort(reached.unwrap_or(Effort::FULL));
+        rough
     }
 
     /// Fits the full runs from all starts.
@@ -150,13 +152,13 @@ impl Phases<'_, '_> {
         &mut self,
         model: &mut SceneModel<'_>,
         starts: &[Vec<Parameter>],
-        rough: Result<Fit, FitError>,
+        rough: &Result<Fit, FitError>,
         requested: &Options,
     ) -> Result<Fit, FitError> {
         model.set_effort(Effort::FULL);
         match rough {
             Ok(rough) => self.one(1.0, &mut |observe| {
-                refine(model, &starts[0], &rough, requested, observe)
+                refine(model, &starts[0], rough, requested, observe)
             }),
             // Full runs may succeed where rough ones fail.
             Err(_) => self.full(model, starts, requested),

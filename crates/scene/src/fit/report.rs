@@ -4,6 +4,7 @@ use myovib_fit::{Direction, Ended};
 use serde_json::{Value, json};
 
 use super::{FitResult, HOPELESS, LEVEL, Outcome, Point};
+use crate::sensitivity::Abscissa;
 
 /// A combination of parameters counts as undetermined if a relative change of 1 changes the weighted residuals by less than
 /// this number of standard deviations.
@@ -85,10 +86,11 @@ impl FitResult {
         shown.map(term).collect::<Vec<_>>().join("  ")
     }
 
-    /// Returns the names of the independent variables: `t`, `f` or both.
-    pub fn abscissas(&self) -> Vec<&'static str> {
-        let is_used = |name: &&str| self.points.iter().any(|point| point.abscissa() == *name);
-        ["t", "f"].into_iter().filter(is_used).collect()
+    /// Returns the independent variables.
+    pub fn abscissas(&self) -> Vec<Abscissa> {
+        let is_used = |one: &Abscissa| self.points.iter().any(|point| point.abscissa == *one);
+        let all = [Abscissa::Time, Abscissa::Frequency, Abscissa::Load];
+        all.into_iter().filter(is_used).collect()
     }
 
     /// Returns the body of `fit.json`.
@@ -116,7 +118,7 @@ impl FitResult {
         let direction = |d: &Direction| json!({"sensitivity": d.sensitivity, "shares": d.shares});
         let point = |p: &Point| {
             json!({
-                "experiment": p.experiment, "output": p.output, p.abscissa(): p.t,
+                "experiment": p.experiment, "output": p.output, p.abscissa.name(): p.t,
                 "measured": p.measured, "fitted": p.fitted, "residual": p.residual,
             })
         };
@@ -137,13 +139,6 @@ impl FitResult {
             "runs_with_sensitivities": self.runs[1],
             "residuals": self.points.iter().map(point).collect::<Vec<_>>(),
         })
-    }
-}
-
-impl Point {
-    /// Returns the name of the independent variable: `t` or `f`.
-    pub fn abscissa(&self) -> &'static str {
-        if self.is_harmonic { "f" } else { "t" }
     }
 }
 

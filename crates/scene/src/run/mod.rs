@@ -20,7 +20,7 @@ mod recorder;
 mod rehearsal;
 mod response;
 pub(crate) mod start;
-mod statics;
+pub(crate) mod statics;
 mod stop;
 pub(crate) mod system;
 mod trial;

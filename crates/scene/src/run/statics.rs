@@ -220,9 +220,7 @@ impl<'a> Recording<'a> {
             load => &whole.under_part_of_loads(load),
         };
         let mut dae = at_rest(muscle, self.body.formulation)?;
-        let mut y = state.displacement.clone();
-        y.resize(2 * state.displacement.len(), 0.0);
-        y.extend(&state.pressure);
+        let y = unknowns(state);
         let rest = vec![0.0; dae.n_unknowns()];
         let t = self.scene.t_end;
         let is_path = self.scene.file.loading_path.is_some();
@@ -320,9 +318,17 @@ fn outcome_of(end: &PathEnd, load: f64) -> Outcome {
     )
 }
 
+/// Returns a state of the path as unknowns of [`at_rest`].
+pub(crate) fn unknowns(state: &PathState) -> Vec<f64> {
+    let mut y = state.displacement.clone();
+    y.resize(2 * state.displacement.len(), 0.0);
+    y.extend(&state.pressure);
+    y
+}
+
 /// Returns the muscle at rest as an undamped system (q, v, λ), or (q, v) without pressure. It
 /// serves for output only.
-fn at_rest(muscle: &Muscle, formulation: Formulation) -> Result<MuscleDae, ModelError> {
+pub(crate) fn at_rest(muscle: &Muscle, formulation: Formulation) -> Result<MuscleDae, ModelError> {
     let mut muscle = muscle.relaxed();
     let kappa = muscle.parameters.kappa();
     muscle.parameters = Parameters::new(0.0, 0.0, kappa)?;
@@ -330,5 +336,5 @@ fn at_rest(muscle: &Muscle, formulation: Formulation) -> Result<MuscleDae, Model
         Formulation::Displacement => formulation,
         _ => Formulation::Position,
     };
-    MuscleDae::new(muscle, formulation)
+    Ok(MuscleDae::for_analysis(muscle, formulation))
 }

@@ -276,6 +276,17 @@ impl Scene {
         })
     }
 
+    /// Returns the load factors of a loading path; empty for a path by arc length.
+    ///
+    /// # Errors
+    /// Keys without effect.
+    pub(crate) fn loads(&self) -> Result<Vec<f64>, InputError> {
+        Ok(match self.control()? {
+            Control::Load(loads) => loads,
+            Control::ArcLength { .. } => Vec::new(),
+        })
+    }
+
     /// Returns the values as written in the scene, with overrides and without defaults.
     pub(crate) fn written(&self) -> &Value {
         self.source.value()

@@ -184,7 +184,7 @@ pub fn outputs(scene: &Scene) -> Result<Vec<Output>, InputError> {
 /// The outputs at one time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
-    /// Time, s, or frequency, Hz.
+    /// Time, s, frequency, Hz, or load factor.
     pub t: f64,
     /// Values of the outputs.
     pub values: Vec<f64>,

@@ -1,11 +1,12 @@
 //! Sensitivities of a scene's outputs.
 //!
 //! [`Parameterized`] is a scene with its parameters. [`outputs`] returns the observed columns of its probes. [`follow`] runs
-//! the scene and samples outputs and derivatives at given times. [`compute`] samples at equal intervals and returns
-//! [`Curves`]. [`StiffnessMap`] is the sensitivity to the stiffness of each element.
+//! the scene and samples outputs and derivatives at given times; [`respond`] does the same at frequencies, [`equilibria`] at
+//! load factors. [`compute`] samples as the scene's run and returns [`Curves`]. [`StiffnessMap`] is the sensitivity to the stiffness of each element.
 
 mod chains;
 mod curves;
+mod equilibria;
 mod frequency;
 mod influence;
 mod map;
@@ -14,6 +15,7 @@ mod start;
 mod unsupported;
 
 pub use curves::{Cost, Output, Precision, Sample, follow, outputs, settings};
+pub use equilibria::equilibria;
 pub use frequency::respond;
 pub use influence::SceneParameter;
 pub use map::{OutputMap, StiffnessMap};
@@ -23,12 +25,15 @@ pub use unsupported::{Unsupported, unsupported, unsupported_in_map};
 use myovib_model::SampleTimes;
 use serde_json::{Value, json};
 
+use crate::scene_file::Analysis;
 use crate::watch::Watcher;
 use crate::{Error, Scene};
 
-/// Outputs and derivatives at equal intervals in time.
+/// Outputs and derivatives at equal intervals in time, or at the load factors of a path.
 #[derive(Debug, Clone)]
 pub struct Curves {
+    /// Independent variable of the samples.
+    pub abscissa: Abscissa,
     /// The parameters' labels.
     pub parameters: Vec<String>,
     pub outputs: Vec<String>,
@@ -39,10 +44,42 @@ pub struct Curves {
     pub cost: Cost,
 }
 
+/// Independent variable of outputs and measurements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Abscissa {
+    /// Time, s.
+    Time,
+    /// Frequency, Hz.
+    Frequency,
+    /// Load factor.
+    Load,
+}
+
+impl Abscissa {
+    /// Returns the independent variable of a scene's analysis.
+    pub(crate) fn of(scene: &Scene) -> Self {
+        match scene.file.analysis {
+            Analysis::Response => Self::Frequency,
+            Analysis::Static => Self::Load,
+            _ => Self::Time,
+        }
+    }
+
+    /// Returns the name of its column.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Time => "t",
+            Self::Frequency => "f",
+            Self::Load => "load",
+        }
+    }
+}
+
 /// Maximum number of samples of a run.
 const MOST_SAMPLES: f64 = 5000.0;
 
-/// Computes the sensitivities of a scene's outputs, sampled as often as the finest of their probes.
+/// Computes the sensitivities of a scene's outputs, sampled as often as the finest of their probes, or at the load factors of a
+/// path.
 pub fn compute(
     scene: &Parameterized,
     precision: Precision,
@@ -52,16 +89,21 @@ pub fn compute(
         return Err(feature.at(&scene.scene, &path).into());
     }
     let outputs = outputs(&scene.scene)?;
-    let times = sample_times(&scene.scene, &outputs);
-    let dependences = scene.dependences(&scene.values())?;
-    let (samples, cost) = follow(
-        &scene.scene,
-        &outputs,
-        &times,
-        (dependences, precision),
-        watcher,
-    )?;
+    let abscissa = Abscissa::of(&scene.scene);
+    let values = scene.values();
+    let (samples, cost) = match abscissa {
+        Abscissa::Load => {
+            let loads = scene.scene.loads()?;
+            equilibria(scene, &values, &outputs, &loads, true, watcher)?
+        }
+        Abscissa::Time | Abscissa::Frequency => {
+            let times = sample_times(&scene.scene, &outputs);
+            let requested = (scene.dependences(&values)?, precision);
+            follow(&scene.scene, &outputs, &times, requested, watcher)?
+        }
+    };
     Ok(Curves {
+        abscissa,
         parameters: scene.parameters.iter().map(SceneParameter::label).collect(),
         scales: scene.parameters.iter().map(|p| p.scale).collect(),
         outputs: outputs.into_iter().map(|output| output.name).collect(),
@@ -102,14 +144,15 @@ impl Curves {
         (0..self.outputs.len()).map(output).collect()
     }
 
-    /// Returns the names of the columns: the time, the outputs, and d OUTPUT/d PARAMETER.
+    /// Returns the names of the columns: the time or load factor, the outputs, and d OUTPUT/d PARAMETER.
     pub fn columns(&self) -> Vec<String> {
         let derivatives = self.outputs.iter().flat_map(|output| {
             let by = move |parameter: &String| format!("d {output}/d {parameter}");
             self.parameters.iter().map(by)
         });
-        let time = std::iter::once("t".to_owned());
-        time.chain(self.outputs.iter().cloned())
+        let abscissa = std::iter::once(self.abscissa.name().to_owned());
+        abscissa
+            .chain(self.outputs.iter().cloned())
             .chain(derivatives)
             .collect()
     }
@@ -154,6 +197,7 @@ mod tests {
             derivatives: vec![derivatives.into()],
         };
         let curves = Curves {
+            abscissa: Abscissa::Time,
             parameters: vec!["p".to_owned()],
             outputs: vec!["u".to_owned(), "v".to_owned()],
             scales: vec![10.0],

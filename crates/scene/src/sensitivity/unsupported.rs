@@ -8,13 +8,18 @@ use crate::scene::{Scene, Start};
 use crate::scene_file::Analysis;
 use crate::scene_file::active::Tension;
 use crate::scene_file::contact::Contact;
+use crate::scene_file::loading::PathMethod;
 use crate::scene_file::material::Material;
 
 /// A feature without sensitivities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unsupported {
-    /// Another analysis than a motion.
+    /// Another analysis than a motion or a loading path.
     Analysis,
+    /// Another analysis than a motion with inertia, in stiffness maps.
+    MapAnalysis,
+    /// A loading path by arc length, whose load factors depend on the parameters.
+    ArcLength,
     /// A scene without a body.
     NoBody,
     /// Chains that act on the body.
@@ -34,7 +39,11 @@ pub enum Unsupported {
 impl fmt::Display for Unsupported {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Analysis => "sensitivities require a motion",
+            Self::Analysis => "sensitivities require a motion or a static analysis",
+            Self::MapAnalysis => "stiffness maps require a motion with inertia",
+            Self::ArcLength => {
+                "sensitivities require given load factors, which a path by arc length does not have"
+            }
             Self::NoBody => "sensitivities require a body",
             Self::Feedback => "sensitivities do not support chains that act on the body",
             Self::Stop => {
@@ -53,7 +62,9 @@ impl fmt::Display for Unsupported {
 impl Unsupported {
     fn remedy(self) -> &'static str {
         match self {
-            Self::Analysis => "set analysis = \"dynamic\"",
+            Self::Analysis => "set analysis = \"dynamic\", \"quasi-static\" or \"static\"",
+            Self::MapAnalysis => "set analysis = \"dynamic\"",
+            Self::ArcLength => "set method = \"load\"",
             Self::NoBody => "add a [mesh] with [solid]",
             Self::Feedback => "remove [[feedback]] and tensions of the type coherence",
             Self::Stop => "remove [[stop]]",
@@ -78,8 +89,13 @@ pub fn unsupported(scene: &Scene) -> Option<(Unsupported, String)> {
         active.is_some_and(|active| matches!(active.tension, Tension::Coherence { .. }))
     };
     let found = |feature, path: &str| Some((feature, path.to_owned()));
-    if file.analysis != Analysis::Dynamic {
+    let is_static = file.analysis == Analysis::Static;
+    if !is_static && !file.analysis.is_in_time() {
         return found(Unsupported::Analysis, "analysis");
+    }
+    let path = file.loading_path.as_ref();
+    if is_static && path.is_some_and(|path| path.method == PathMethod::ArcLength) {
+        return found(Unsupported::ArcLength, "static.method");
     }
     if scene.body.is_none() {
         return found(Unsupported::NoBody, "");
@@ -92,6 +108,10 @@ pub fn unsupported(scene: &Scene) -> Option<(Unsupported, String)> {
     }
     if !file.stop.is_empty() {
         return found(Unsupported::Stop, "stop");
+    }
+    if is_static {
+        // The loads at one time do not jump, and bodies at neighboring values have their own contact stiffness.
+        return None;
     }
     let is_default = |contact: &Contact| contact.stiffness.is_none();
     if let Some(i) = file.contact.iter().position(is_default) {
@@ -113,6 +133,9 @@ pub(super) fn unsupported_in_fit(scene: &Scene) -> Option<(Unsupported, String)>
 
 /// Returns the first feature of a scene without a stiffness map, and its key.
 pub fn unsupported_in_map(scene: &Scene) -> Option<(Unsupported, String)> {
+    if scene.file.analysis != Analysis::Dynamic {
+        return Some((Unsupported::MapAnalysis, "analysis".to_owned()));
+    }
     unsupported(scene).or_else(|| {
         let body = scene.body.as_ref()?;
         let (feature, path) = match body.start {

@@ -198,18 +198,64 @@ fn a_fit_is_resumed_from_its_history() {
     assert!(is_input(run(Existing::Resume, 30)), "other parameters");
 }
 
-/// Interrupts a fit after some iterations.
+/// Interrupts a fit after some iterations and profiles, or after some progress lines of its runs.
 struct Patience {
     left: AtomicUsize,
     interrupt: AtomicBool,
+    counts_lines: bool,
 }
 
 impl ProgressSink for Patience {
-    fn on_progress(&self, _: &dyn Fn() -> String) {
-        if self.left.fetch_sub(1, Ordering::Relaxed) == 1 {
+    fn on_progress(&self, line: &dyn Fn() -> String) {
+        let is_counted = |start| line().starts_with(start);
+        let counts = self.counts_lines || ["iteration", "profile"].into_iter().any(is_counted);
+        if counts && self.left.fetch_sub(1, Ordering::Relaxed) == 1 {
             self.interrupt.store(true, Ordering::Relaxed);
         }
     }
+}
+
+/// A fit is interrupted within its runs. It has a result if and only if an iteration was written.
+#[test]
+fn a_fit_interrupted_within_a_run_keeps_its_iterations() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &["material[0].c10"], "");
+    let data = folder.path().join("measured.csv");
+    let more = [&["material[0].c10=1.3e4"], &SMALL[..]].concat();
+    measure(&path, &more, 1.0, &data);
+    let lines = usize::MAX / 2;
+    let fit_of = |left: usize| {
+        let patience: &'static Patience = Box::leak(Box::new(Patience {
+            left: AtomicUsize::new(left),
+            interrupt: AtomicBool::new(false),
+            counts_lines: true,
+        }));
+        let _ = std::fs::remove_dir_all(folder.path().join("fit"));
+        let result = fitted(path.clone(), data.clone(), &more[1..], |options| {
+            FitOptions {
+                interrupt: Some(&patience.interrupt),
+                progress: patience,
+                ..options
+            }
+        });
+        (
+            result,
+            lines - patience.left.load(Ordering::Relaxed).min(lines),
+        )
+    };
+    let (whole, all) = fit_of(lines);
+    assert!(whole.unwrap().fit.is_converged());
+    let mut results = [0, 0];
+    for percent in [1, 20, 40, 50, 60, 70, 80, 90, 95] {
+        let (result, _) = fit_of(1 + all * percent / 100);
+        let is_written = folder.path().join("fit/history.csv").exists();
+        assert_eq!(result.is_ok(), is_written, "{percent} %");
+        if let Ok(result) = &result {
+            assert_eq!(result.outcome(), Outcome::Interrupted, "{percent} %");
+        }
+        results[usize::from(result.is_ok())] += 1;
+    }
+    assert!(results.iter().all(|count| *count > 0), "{results:?}");
 }
 
 /// A fit from two starts is interrupted after each iteration. Its result uses the measurements of the latest phase, its
@@ -229,6 +275,7 @@ fn an_interrupted_fit_keeps_its_results() {
         let patience: &'static Patience = Box::leak(Box::new(Patience {
             left: AtomicUsize::new(iterations),
             interrupt: AtomicBool::new(false),
+            counts_lines: false,
         }));
         fitted(path.clone(), data.clone(), &more[1..], |options| {
             FitOptions {

@@ -9,6 +9,7 @@ mod fits;
 mod maps;
 mod ogden;
 mod precision;
+mod slow_loading;
 mod starts;
 
 use std::path::{Path, PathBuf};

@@ -130,7 +130,7 @@ fn features_without_a_map_are_refused() {
             "initial_state={ type = \"equilibrium\" }",
             Unsupported::Equilibrium,
         ),
-        ("analysis=static", Unsupported::Analysis),
+        ("analysis=static", Unsupported::MapAnalysis),
         (
             "traction[0].y={ type = \"step\", value = 1.0, start = 0.1, rise = 0 }",
             Unsupported::Jump,

@@ -7,7 +7,7 @@ use myovib_model::sensitivity::Stencil;
 use myovib_scene::fit::{FitOptions, FitResult, Loss, Outcome, compute};
 use myovib_scene::run::Existing;
 use myovib_scene::sensitivity::{
-    Output, Parameterized, Precision, Sample, compute as follow, outputs, respond,
+    Abscissa, Output, Parameterized, Precision, Sample, compute as follow, outputs, respond,
 };
 use myovib_scene::watch::Watcher;
 use rand::{Rng, SeedableRng};
@@ -282,7 +282,7 @@ fn rheometry_without_noise_gives_its_springpot() {
     rheometry(TRUE, 0.0, 0, &data);
     let found = fit(&path, &data);
     assert_eq!(found.outcome(), Outcome::Converged);
-    assert_eq!(found.abscissas(), ["f"]);
+    assert_eq!(found.abscissas(), [Abscissa::Frequency]);
     for (value, exact) in found.fit.values.iter().zip(TRUE) {
         // Ten times the tolerance of the fit.
         assert!((value / exact - 1.0).abs() < 1e-4, "{value} {exact}");
@@ -406,7 +406,7 @@ fn motions_and_responses_are_fitted_together() {
     let both = files.into_iter().zip(settings).collect();
     let found = fit_all(&path, both);
     assert_eq!(found.outcome(), Outcome::Converged);
-    assert_eq!(found.abscissas(), ["t", "f"]);
+    assert_eq!(found.abscissas(), [Abscissa::Time, Abscissa::Frequency]);
     assert_eq!(found.points.len(), 6 + motions.len());
     for (value, exact) in found.fit.values.iter().zip([1e3, 20.0]) {
         // Ten times the tolerance of the fit.

@@ -31,12 +31,14 @@ pub enum DataProblem {
     LongRow,
     /// A cell without a finite number.
     NotANumber,
-    /// A measurement without a time or frequency.
+    /// A measurement without a time, frequency or load factor.
     MissingTime,
     /// A time before 0 or after the end of the run.
     OutsideRun,
     /// A frequency outside the range of the response.
     OutsideFrequencies,
+    /// A load factor outside the range of the path.
+    OutsideLoads,
     /// A standard deviation of zero or less.
     NonpositiveNoise,
     /// Some measurements have a standard deviation, others do not.
@@ -62,9 +64,10 @@ impl fmt::Display for DataProblem {
             Self::NotANumber => {
                 "times, measurements and standard deviations must be finite numbers"
             }
-            Self::MissingTime => "a measurement needs a time or a frequency",
+            Self::MissingTime => "a measurement needs a time, frequency or load factor",
             Self::OutsideRun => "the time is outside the run",
             Self::OutsideFrequencies => "the frequency is outside the response",
+            Self::OutsideLoads => "the load factor is outside the loading path",
             Self::NonpositiveNoise => "a standard deviation must be positive",
             Self::PartialNoise => "some measurements have a standard deviation, others do not",
         })

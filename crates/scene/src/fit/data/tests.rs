@@ -140,6 +140,27 @@ fn frequencies_are_within_the_response() {
     }
 }
 
+/// Load factors of a path from −0.5 to 1.
+#[test]
+fn load_factors_are_within_the_path() {
+    let domain = Domain::Load {
+        low: -0.5,
+        high: 1.0,
+    };
+    let read_text = |text: &str| read(Path::new("m.csv"), text, &outputs(), domain);
+    let plain = read_text("load,tip\n1,2\n-0.5,3\n").unwrap();
+    let long = "observableId,load,measurement\ntip,1,2\ntip,-0.5,3\n";
+    assert_eq!(plain, read_text(long).unwrap());
+    for (text, problem, line) in [
+        ("load,tip\n1.01,1\n", OutsideLoads, Some(2)),
+        ("load,tip\n1,1\n-1,1\n", OutsideLoads, Some(3)),
+        ("t,tip\n1,1\n", MissingColumn, None),
+    ] {
+        let error = read_text(text).unwrap_err();
+        assert_eq!((error.problem, error.line), (problem, line), "{text:?}");
+    }
+}
+
 #[test]
 fn files_that_are_not_text_are_rejected() {
     let folder = tempfile::tempdir().unwrap();

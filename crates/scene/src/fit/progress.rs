@@ -1,0 +1,48 @@
+//! Progress of a fit.
+
+use std::sync::{Mutex, PoisonError};
+
+use crate::watch::ProgressSink;
+
+/// Adds the last iteration to the progress of each run.
+pub(super) struct FitProgress<'a> {
+    sink: &'a dyn ProgressSink,
+    iteration: Mutex<String>,
+}
+
+impl<'a> FitProgress<'a> {
+    /// Creates the progress of a fit before its first iteration.
+    pub(super) fn new(sink: &'a dyn ProgressSink) -> Self {
+        Self {
+            sink,
+            iteration: Mutex::new("first run of the fit".to_owned()),
+        }
+    }
+
+    /// Reports iteration `number`, whose `cost` is the sum over the first `part` of the measurements' time.
+    pub(super) fn iteration(&self, number: usize, part: f64, cost: f64) {
+        let share = match part < 1.0 {
+            true => format!("the first {:.0} % of the measurements' time", 100.0 * part),
+            false => "all measurements".to_owned(),
+        };
+        let text = format!("iteration {number}: half the sum of squares {cost:.6e}, over {share}");
+        self.sink.on_progress(&|| text.clone());
+        let mut iteration = self
+            .iteration
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        *iteration = text;
+    }
+}
+
+impl ProgressSink for FitProgress<'_> {
+    fn on_progress(&self, line: &dyn Fn() -> String) {
+        self.sink.on_progress(&|| {
+            let iteration = self
+                .iteration
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner);
+            format!("{} ({iteration})", line())
+        });
+    }
+}

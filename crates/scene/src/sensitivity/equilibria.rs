@@ -1,0 +1,139 @@
+//! Outputs of equilibria on a loading path and their derivatives.
+
+use std::ops::ControlFlow;
+
+use myovib_model::statics::{self, Control, EquilibriumDerivatives, PathState, Shortfall};
+use myovib_model::{Muscle, sensitivity::Stencil};
+
+use super::curves::{Cost, Output, Readings, Sample};
+use super::parameters::{Parameterized, STEP, around, body};
+use crate::Error;
+use crate::run::statics::{at_rest, unknowns};
+use crate::watch::{Watcher, search};
+
+/// Bodies at neighboring values of a parameter.
+struct Neighbors {
+    stencil: Stencil,
+    /// Distance of adjacent values.
+    step: f64,
+    muscles: Vec<Muscle>,
+}
+
+impl Neighbors {
+    /// Returns the distances of the bodies' values, their weights in a difference, and the bodies.
+    fn points(&self) -> impl Iterator<Item = (f64, f64, &Muscle)> {
+        let points = self.stencil.points().iter().zip(&self.muscles);
+        points.map(|((k, weight), muscle)| (k * self.step, weight / self.step, muscle))
+    }
+
+    fn weighted(&self) -> Vec<(f64, &Muscle)> {
+        let points = self.points();
+        points.map(|(_, weight, muscle)| (weight, muscle)).collect()
+    }
+}
+
+/// Computes the outputs of the equilibria under the given load factors, in their order, and their derivatives if requested.
+///
+/// The derivatives of the unknowns are solutions with the factors of each equilibrium. The explicit dependence of the
+/// equations and of the probes is a difference of order 4 between bodies at neighboring values.
+///
+/// # Errors
+/// An invalid scene at these values; an unreached load; a singular tangent.
+pub fn equilibria(
+    scene: &Parameterized,
+    values: &[f64],
+    outputs: &[Output],
+    loads: &[f64],
+    with_derivatives: bool,
+    watcher: Watcher<'_>,
+) -> Result<(Vec<Sample>, Cost), Error> {
+    let at = scene.at(values)?;
+    let body = body(&at)?;
+    let t = at.t_end;
+    let readings = Readings::new(&at, outputs)?;
+    let neighbors = |j: usize| {
+        let step = scene.parameters[j].step(STEP, values[j]);
+        let (stencil, muscles) = around(values[j], step, |value| {
+            Ok(scene.neighbor(j, values, body, value)?.muscle)
+        })?;
+        Ok(Neighbors {
+            stencil,
+            step,
+            muscles,
+        })
+    };
+    let count = if with_derivatives { values.len() } else { 0 };
+    let neighbors: Vec<Neighbors> = (0..count).map(neighbors).collect::<Result<_, Error>>()?;
+    let stencils: Vec<_> = neighbors.iter().map(Neighbors::weighted).collect();
+    let mut derivatives =
+        EquilibriumDerivatives::new(&body.muscle, body.formulation, t, &stencils)?;
+
+    let mut sample = |state: &PathState| {
+        let read = |muscle: &Muscle, y: &[f64]| {
+            let mut dae = at_rest(&muscle.under_part_of_loads(state.load), body.formulation)?;
+            readings.values(&mut dae, t, y, &vec![0.0; y.len()])
+        };
+        let y = unknowns(state);
+        let x = [&state.displacement[..], &state.pressure].concat();
+        let slopes = match neighbors.is_empty() {
+            true => Vec::new(),
+            false => derivatives.at(&x, state.load)?,
+        };
+        let derivative = |(near, slope): (&Neighbors, Vec<f64>)| {
+            let mut sum = vec![0.0; outputs.len()];
+            for (distance, weight, muscle) in near.points() {
+                let mut moved = state.clone();
+                let unknowns_near = moved.displacement.iter_mut().chain(&mut moved.pressure);
+                unknowns_near
+                    .zip(&slope)
+                    .for_each(|(x, s)| *x += distance * s);
+                let values = read(muscle, &unknowns(&moved))?;
+                let sums = sum.iter_mut().zip(values);
+                sums.for_each(|(sum, value)| *sum += weight * value);
+            }
+            Ok(sum)
+        };
+        let derivatives = neighbors.iter().zip(slopes).map(derivative);
+        Ok(Sample {
+            t: state.load,
+            values: read(&body.muscle, &y)?,
+            derivatives: derivatives.collect::<Result<_, Error>>()?,
+        })
+    };
+    let mut samples: Vec<Sample> = Vec::with_capacity(loads.len());
+    let mut failed = None;
+    let end = statics::follow(
+        &body.muscle,
+        body.formulation,
+        t,
+        &Control::Load(loads.to_vec()),
+        &mut search(watcher),
+        &mut |state| match sample(&state) {
+            Ok(found) => {
+                samples.push(found);
+                ControlFlow::Continue(())
+            }
+            Err(error) => {
+                failed = Some(error);
+                ControlFlow::Break(())
+            }
+        },
+    )?;
+    match (failed, end.shortfall) {
+        (Some(error), _) => return Err(error),
+        (None, Some(Shortfall::Interrupted)) => {
+            return Err(Error::Stopped("interrupted".to_owned()));
+        }
+        (None, Some(shortfall)) => return Err(shortfall.error(end.reached).into()),
+        (None, None) => {}
+    }
+    let n = samples.len() as u64;
+    let with = if neighbors.is_empty() { 0 } else { n };
+    let cost = Cost {
+        steps: end.load_steps as u64,
+        // One for each iteration, and one for the prediction of each step.
+        factorizations: (end.newton_iterations + end.load_steps) as u64 + with,
+        sensitivity_solves: n * neighbors.len() as u64,
+    };
+    Ok((samples, cost))
+}
