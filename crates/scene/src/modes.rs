@@ -1,7 +1,7 @@
 //! Lowest eigenfrequencies and modes of bodies in the form of a JSON document.
 
 use myovib_model::statics::{self, Equilibrium};
-use myovib_model::{Formulation, ModelError, Muscle, spectrum, support};
+use myovib_model::{Contact, Formulation, ModelError, Muscle, spectrum, support};
 use serde::Serialize;
 
 use crate::scene_file::Analysis;
@@ -114,6 +114,12 @@ impl Modes {
                     "the activation model `bestel` needs a motion: its tension is 0 at the start",
                 );
                 let error = error.next("use a tension of type = \"given\"");
+                return Err(scene.wrong("modes.preload_time", error).into());
+            }
+            Some(_) if muscle.contacts.iter().any(Contact::is_driven) => {
+                let error = InputError::new("modes need obstacles at given places");
+                let error =
+                    error.next("give the displacement of the obstacle instead of its force");
                 return Err(scene.wrong("modes.preload_time", error).into());
             }
             Some(t) => {

@@ -1,96 +1,21 @@
 //! Contact of a boundary with a rigid obstacle, by a penalty.
 
+mod driven;
+mod obstacle;
+
 use crate::boundary::deformed::DeformedFacets;
 use crate::boundary::facet::{area_vector, outward_facets, owners};
 use crate::error::FemError;
 use crate::solid::Solid;
+pub use driven::DrivenSlope;
+pub use obstacle::Obstacle;
+use obstacle::{Gap, dot};
 
 /// Default stiffness times facet size, in shear moduli of the body: at a contact pressure of one shear modulus the
 /// penetration is a hundredth of a facet.
 const DEFAULT_STIFFNESS: f64 = 100.0;
 /// Depth over which the stiffness sets in, as a fraction of the facet size.
 const SMOOTHING: f64 = 1e-3;
-
-/// Shape of a rigid obstacle; in the plane without third coordinates.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Obstacle {
-    /// Half-space behind a plane.
-    Plane {
-        /// Point of the plane, m.
-        point: [f64; 3],
-        /// Unit normal that points out of the obstacle.
-        normal: [f64; 3],
-    },
-    /// Ball, in the plane a disk.
-    Sphere {
-        /// Center, m.
-        center: [f64; 3],
-        /// Radius, m.
-        radius: f64,
-    },
-    /// Infinite cylinder.
-    Cylinder {
-        /// Point of the axis, m.
-        point: [f64; 3],
-        /// Unit vector along the axis.
-        axis: [f64; 3],
-        /// Radius, m.
-        radius: f64,
-    },
-}
-
-/// Distance g of a point from an obstacle, with its derivatives n = ∇g and ∇∇g = `curvature` (I − n⊗n − a⊗a).
-struct Gap<const D: usize> {
-    distance: f64,
-    normal: [f64; D],
-    /// Direction a without curvature; zero except for a cylinder.
-    axis: [f64; D],
-    curvature: f64,
-}
-
-impl Obstacle {
-    /// Returns the gap of the point `x` to the obstacle displaced by `offset`.
-    fn gap<const D: usize>(&self, x: [f64; D], offset: &[f64]) -> Gap<D> {
-        let from =
-            |point: &[f64; 3]| -> [f64; D] { std::array::from_fn(|i| x[i] - point[i] - offset[i]) };
-        let none = [0.0; D];
-        match self {
-            Self::Plane { point, normal } => {
-                let normal = std::array::from_fn(|i| normal[i]);
-                Gap {
-                    distance: dot(&from(point), &normal),
-                    normal,
-                    axis: none,
-                    curvature: 0.0,
-                }
-            }
-            Self::Sphere { center, radius } => round(from(center), none, *radius),
-            Self::Cylinder {
-                point,
-                axis,
-                radius,
-            } => {
-                let axis: [f64; D] = std::array::from_fn(|i| axis[i]);
-                let mut from = from(point);
-                let along = dot(&from, &axis);
-                (0..D).for_each(|i| from[i] -= along * axis[i]);
-                round(from, axis, *radius)
-            }
-        }
-    }
-}
-
-/// Returns the gap at the position `from` relative to the center or to the nearest point of the axis.
-fn round<const D: usize>(from: [f64; D], axis: [f64; D], radius: f64) -> Gap<D> {
-    // At the center itself, the normal is zero.
-    let length = dot(&from, &from).sqrt().max(f64::EPSILON * radius);
-    Gap {
-        distance: length - radius,
-        normal: from.map(|r| r / length),
-        axis,
-        curvature: 1.0 / length,
-    }
-}
 
 /// Frictionless contact of a boundary group with a rigid obstacle, of the energy ∫ φ(−g) dS over the undeformed
 /// boundary, with the gap g at the deformed point:
@@ -124,6 +49,8 @@ pub struct RigidContact {
 pub struct ContactSums {
     /// Force on the body, N, in 2D in N/m; unused components are zero.
     pub force: [f64; 3],
+    /// Stored energy ∫φ dS, J, in 2D in J/m.
+    pub energy: f64,
     /// Undeformed area of the points in contact, m², in 2D the length, m.
     pub area: f64,
     /// Largest penetration, m.
@@ -137,8 +64,23 @@ struct Touch<'a, const D: usize> {
     values: &'a [f64],
     weight: f64,
     gap: Gap<D>,
-    /// φ' and φ''.
-    pressure: [f64; 2],
+    /// φ, φ' and φ''.
+    potential: [f64; 3],
+}
+
+impl<const D: usize> Touch<'_, D> {
+    /// Returns the derivative of the pressure vector φ' n with respect to the position.
+    fn slope(&self) -> [[f64; D]; D] {
+        let ([_, pressure, slope], gap) = (self.potential, &self.gap);
+        let bent = pressure * gap.curvature;
+        let (n, a) = (gap.normal, gap.axis);
+        std::array::from_fn(|i| {
+            std::array::from_fn(|k| {
+                let unit = f64::from(u8::from(i == k));
+                bent * (unit - n[i] * n[k] - a[i] * a[k]) - slope * n[i] * n[k]
+            })
+        })
+    }
 }
 
 impl RigidContact {
@@ -192,12 +134,12 @@ impl RigidContact {
         self.smoothing
     }
 
-    /// Returns φ' and φ'' at the penetration `s` > 0.
-    fn pressure(&self, s: f64) -> [f64; 2] {
+    /// Returns φ, φ' and φ'' at the penetration `s` > 0.
+    fn potential(&self, s: f64) -> [f64; 3] {
         let (k, w) = (self.stiffness, self.smoothing);
         match s < w {
-            true => [0.5 * k * s * s / w, k * s / w],
-            false => [k * (s - 0.5 * w), k],
+            true => [k * s.powi(3) / (6.0 * w), 0.5 * k * s * s / w, k * s / w],
+            false => [0.5 * k * (s * (s - w) + w * w / 3.0), k * (s - 0.5 * w), k],
         }
     }
 
@@ -218,7 +160,7 @@ impl RigidContact {
                         facet,
                         values: &point.values[..nodes.len()],
                         weight,
-                        pressure: self.pressure(-gap.distance),
+                        potential: self.potential(-gap.distance),
                         gap,
                     });
                 }
@@ -246,7 +188,7 @@ impl RigidContact {
     ) {
         self.for_each_touch::<D>(offset, u, |touch| {
             for (&node, value) in self.boundary.facets[touch.facet].iter().zip(touch.values) {
-                let factor = sign * touch.pressure[0] * touch.weight * value;
+                let factor = sign * touch.potential[1] * touch.weight * value;
                 for (total, normal) in total[D * node..].iter_mut().zip(touch.gap.normal) {
                     *total += factor * normal;
                 }
@@ -271,15 +213,7 @@ impl RigidContact {
 
     fn add_stiffness_in<const D: usize>(&self, offset: &[f64], u: &[f64], values: &mut [f64]) {
         self.for_each_touch::<D>(offset, u, |touch| {
-            let ([pressure, slope], gap) = (touch.pressure, &touch.gap);
-            let bent = pressure * gap.curvature;
-            let (n, a) = (gap.normal, gap.axis);
-            let block: [[f64; D]; D] = std::array::from_fn(|i| {
-                std::array::from_fn(|k| {
-                    let unit = f64::from(u8::from(i == k));
-                    bent * (unit - n[i] * n[k] - a[i] * a[k]) - slope * n[i] * n[k]
-                })
-            });
+            let block = touch.slope();
             let indices = &self.indices[touch.facet];
             let columns = D * touch.values.len();
             for (a, value_a) in touch.values.iter().enumerate() {
@@ -297,7 +231,7 @@ impl RigidContact {
         });
     }
 
-    /// Returns force, area and penetration at displacement `u`.
+    /// Returns the sums at displacement `u`.
     ///
     /// # Panics
     /// Panics if an array is too short.
@@ -312,8 +246,9 @@ impl RigidContact {
         let mut sums = ContactSums::default();
         self.for_each_touch::<D>(offset, u, |touch| {
             for (force, normal) in sums.force.iter_mut().zip(touch.gap.normal) {
-                *force += touch.weight * touch.pressure[0] * normal;
+                *force += touch.weight * touch.potential[1] * normal;
             }
+            sums.energy += touch.weight * touch.potential[0];
             sums.area += touch.weight;
             sums.penetration = sums.penetration.max(-touch.gap.distance);
         });
@@ -332,136 +267,5 @@ fn weights<const D: usize>(boundary: &DeformedFacets) -> Vec<Vec<f64>> {
     weights
 }
 
-fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 #[cfg(test)]
-mod tests {
-    use std::sync::Arc;
-
-    use super::*;
-    use crate::dofs::DofMap;
-    use crate::material::Law;
-    use crate::mesh::generate;
-    use crate::space::Space;
-
-    const STRETCH: f64 = 1e-3;
-
-    fn block(dimension: usize) -> Solid {
-        let mesh = match dimension {
-            2 => generate::rectangle([0.0; 2], [0.1; 2], [2, 2]).unwrap(),
-            _ => generate::block([0.0; 3], [0.1; 3], [2, 2, 2]).unwrap(),
-        };
-        let space = Arc::new(Space::taylor_hood(&mesh));
-        let dofs = DofMap::clamped(&space, &[]).unwrap();
-        let law = Law::MooneyRivlin { c10: 1e4, c01: 0.0 };
-        Solid::uniform(space, dofs, law, 1e3).unwrap()
-    }
-
-    fn obstacles(dimension: usize) -> Vec<Obstacle> {
-        let (center, normal) = match dimension {
-            2 => ([0.04, 0.13, 0.0], [0.6, -0.8, 0.0]),
-            _ => ([0.04, 0.05, 0.13], [0.0, 0.6, -0.8]),
-        };
-        let mut all = vec![
-            Obstacle::Plane {
-                point: center.map(|x| 0.75 * x),
-                normal,
-            },
-            Obstacle::Sphere {
-                center,
-                radius: 0.05,
-            },
-        ];
-        if dimension == 3 {
-            all.push(Obstacle::Cylinder {
-                point: center,
-                axis: [0.8, 0.6, 0.0],
-                radius: 0.05,
-            });
-        }
-        all
-    }
-
-    /// A deformation without symmetry.
-    fn deformed(solid: &Solid) -> Vec<f64> {
-        let n = solid.dofs().n_full();
-        (0..n).map(|i| STRETCH * (1.3 * i as f64).sin()).collect()
-    }
-
-    /// The stiffness is the derivative of the force. Forces of 10 N have a rounding error of 1e-15, so their quotients
-    /// by 1e-8 m have errors of 1e-6 N/m, at stiffnesses above 1e3 N/m.
-    #[test]
-    fn the_stiffness_is_the_derivative_of_the_force() {
-        for dimension in [2, 3] {
-            let solid = block(dimension);
-            let u = deformed(&solid);
-            for obstacle in obstacles(dimension) {
-                let contact = RigidContact::new(&solid, "top", obstacle, None).unwrap();
-                let offset = [2e-3, -1e-3, 1e-3];
-                let pattern = solid.displacement_pattern();
-                let mut values = vec![0.0; pattern.nnz()];
-                contact.add_stiffness(&offset, &u, &mut values);
-                let force = |u: &[f64]| {
-                    let mut force = vec![0.0; u.len()];
-                    contact.add_force(&offset, 1.0, u, &mut force);
-                    force
-                };
-                assert!(force(&u).iter().any(|f| *f != 0.0), "{obstacle:?}");
-                let scale = values.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-                let mut starts = 0;
-                for column in 0..u.len() {
-                    let step = 1e-8;
-                    let shifted = |step: f64| {
-                        let mut u = u.clone();
-                        u[column] += step;
-                        force(&u)
-                    };
-                    let (plus, minus) = (shifted(step), shifted(-step));
-                    for &row in pattern.lane(column) {
-                        let difference = (plus[row] - minus[row]) / (2.0 * step);
-                        let found = values[starts];
-                        starts += 1;
-                        assert!(
-                            (found - difference).abs() < 1e-7 * scale,
-                            "{obstacle:?} {row} {column}: {found} {difference}"
-                        );
-                    }
-                }
-            }
-        }
-    }
-
-    /// Nodal forces add up to the sums, and the pressure of a flat contact follows from its penetration.
-    #[test]
-    fn a_plane_presses_with_the_pressure_of_its_penetration() {
-        for dimension in [2, 3] {
-            let solid = block(dimension);
-            let up = dimension - 1;
-            let (mut point, mut normal) = ([0.0; 3], [0.0; 3]);
-            (point[up], normal[up]) = (0.1, -1.0);
-            let plane = Obstacle::Plane { point, normal };
-            let contact = RigidContact::new(&solid, "top", plane, Some(1e6)).unwrap();
-            let u = vec![0.0; solid.dofs().n_full()];
-            let mut offset = [0.0; 3];
-            offset[up] = -1e-3;
-            let sums = contact.sums(&offset, &u);
-            let area = 0.1_f64.powi(up as i32);
-            // The stiffness sets in over a thousandth of the size of a facet.
-            let size = if dimension == 2 {
-                0.05
-            } else {
-                0.05 / 2_f64.sqrt()
-            };
-            let expected = -1e6 * (1e-3 - 0.5e-3 * size) * area;
-            assert!((sums.force[up] - expected).abs() < 1e-12 * expected.abs());
-            assert!((sums.area - area).abs() < 1e-14);
-            assert!((sums.penetration - 1e-3).abs() < 1e-15);
-            let mut total = vec![0.0; u.len()];
-            contact.add_force(&offset, 1.0, &u, &mut total);
-            let sum: f64 = total.iter().skip(up).step_by(dimension).sum();
-            assert!((sum - expected).abs() < 1e-12 * expected.abs());
-        }
-    }
-}
+mod tests;

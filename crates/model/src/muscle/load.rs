@@ -1,6 +1,8 @@
 //! Loads and prescribed displacements of the muscle.
 
-use myovib_fem::{ContactSums, FemError, FollowerPressure, Obstacle, RigidContact, Solid};
+use myovib_fem::{
+    ContactSums, DrivenSlope, FemError, FollowerPressure, Obstacle, RigidContact, Solid,
+};
 
 use crate::signal::Signal;
 
@@ -64,8 +66,14 @@ pub(crate) trait SurfaceLoad {
     /// nodes, to `total`.
     fn add_force(&self, t: f64, part: f64, sign: f64, u: &[f64], total: &mut [f64]);
 
-    /// Adds the derivative of the force with respect to the free components of u, at `u`, to `values`.
+    /// Adds the derivative of the force with respect to the free components of u, at `u`, to `values`. Obstacles that a force
+    /// drives are at rest.
     fn add_stiffness(&self, t: f64, part: f64, u: &[f64], values: &mut [f64]);
+
+    /// Returns whether a force drives an obstacle.
+    fn is_driven(&self) -> bool {
+        false
+    }
 }
 
 /// A pressure on the deformed boundary that follows a function of time.
@@ -124,13 +132,26 @@ impl SurfaceLoad for PressureLoad {
     }
 }
 
-/// Contact of the boundary with a rigid obstacle that moves as functions of time.
+/// Displacement of an obstacle.
+#[derive(Debug, Clone)]
+pub enum ObstacleMotion {
+    /// Displacement along each axis, m.
+    Given(Vec<Signal>),
+    /// The obstacle moves along a direction until the contact balances a force, without inertia. Only for statics.
+    Driven {
+        /// Unit vector.
+        direction: Vec<f64>,
+        /// Force along the direction, N, in 2D N/m.
+        force: Signal,
+    },
+}
+
+/// Contact of the boundary with a rigid obstacle.
 #[derive(Debug, Clone)]
 pub struct Contact {
     group: String,
     operator: RigidContact,
-    /// Displacement of the obstacle along each axis, m.
-    motion: Vec<Signal>,
+    motion: ObstacleMotion,
 }
 
 impl Contact {
@@ -138,7 +159,7 @@ impl Contact {
     /// `stiffness` (Pa/m) follows from the body: see [`RigidContact::new`].
     ///
     /// # Shapes
-    /// `motion`: one displacement (m) per axis.
+    /// `motion`: one component per axis.
     ///
     /// # Errors
     /// [`FemError`] for a group that contains no parts of the boundary.
@@ -147,7 +168,7 @@ impl Contact {
         group: &str,
         obstacle: Obstacle,
         stiffness: Option<f64>,
-        motion: Vec<Signal>,
+        motion: ObstacleMotion,
     ) -> Result<Self, FemError> {
         Ok(Self {
             group: group.to_owned(),
@@ -166,47 +187,119 @@ impl Contact {
         self.operator.stiffness()
     }
 
-    /// Returns the displacement of the obstacle along each axis.
-    pub fn motion(&self) -> &[Signal] {
-        &self.motion
+    /// Returns the displacements of the obstacle, or its force.
+    pub fn signals(&self) -> &[Signal] {
+        match &self.motion {
+            ObstacleMotion::Given(motion) => motion,
+            ObstacleMotion::Driven { force, .. } => std::slice::from_ref(force),
+        }
     }
 
-    /// Returns the contact with the motion of the obstacle scaled by `part`.
+    /// Returns whether a force drives the obstacle.
+    pub fn is_driven(&self) -> bool {
+        matches!(self.motion, ObstacleMotion::Driven { .. })
+    }
+
+    /// Returns the contact with the motion or force of the obstacle scaled by `part`.
     #[must_use]
     pub fn scaled(&self, part: f64) -> Self {
+        let motion = match &self.motion {
+            ObstacleMotion::Given(motion) => {
+                ObstacleMotion::Given(motion.iter().map(|own| own.scaled(part)).collect())
+            }
+            ObstacleMotion::Driven { direction, force } => ObstacleMotion::Driven {
+                direction: direction.clone(),
+                force: force.scaled(part),
+            },
+        };
         Self {
-            motion: self.motion.iter().map(|own| own.scaled(part)).collect(),
+            motion,
             ..self.clone()
         }
     }
 
-    /// Returns force, area and penetration at time `t` under a `part` of all loads and motions, at the displacement `u`
+    /// Returns the displacement of the obstacle, as for [`sums`](Self::sums).
+    fn offset(&self, t: f64, part: f64, u: &[f64]) -> Vec<f64> {
+        match &self.motion {
+            ObstacleMotion::Given(motion) => {
+                motion.iter().map(|own| part * own.at(t).value).collect()
+            }
+            ObstacleMotion::Driven { direction, force } => {
+                let force = part * force.at(t).value;
+                let distance = self.operator.displacement_under(force, direction, u);
+                direction.iter().map(|e| distance * e).collect()
+            }
+        }
+    }
+
+    /// Returns the displacement of a driven obstacle along its direction, as for [`sums`](Self::sums).
+    pub fn driven_distance(&self, t: f64, part: f64, u: &[f64]) -> Option<f64> {
+        let ObstacleMotion::Driven { direction, force } = &self.motion else {
+            return None;
+        };
+        let force = part * force.at(t).value;
+        Some(self.operator.displacement_under(force, direction, u))
+    }
+
+    /// Returns the derivatives of the force of a driven obstacle, as for [`sums`](Self::sums), and the force under the full load;
+    /// `None` without force.
+    pub(crate) fn driven_slope(&self, t: f64, part: f64, u: &[f64]) -> Option<(DrivenSlope, f64)> {
+        let ObstacleMotion::Driven { direction, force } = &self.motion else {
+            return None;
+        };
+        let force = force.at(t).value;
+        let distance = self.driven_distance(t, part, u)?;
+        let slope = self.operator.driven_slope(direction, distance, u);
+        (part * force > 0.0 && slope.by_obstacle > 0.0).then_some((slope, force))
+    }
+
+    /// Returns the sums at time `t` under a `part` of all loads and motions, at the displacement `u`
     /// of all nodes.
     pub fn sums(&self, t: f64, part: f64, u: &[f64]) -> ContactSums {
-        self.operator.sums(&self.offset(t, part), u)
+        self.operator.sums(&self.offset(t, part, u), u)
     }
 
-    /// Returns the part of the obstacle's displacement at time `t` in which the force is nearly linear.
+    /// Returns the stored energy at time `t`, and the power of the obstacle minus the power of the contact force on the
+    /// body: the rate of this energy, at the displacement `u` and velocity `v` of all nodes.
+    pub(crate) fn stored_energy(&self, t: f64, u: &[f64], v: &[f64]) -> [f64; 2] {
+        let sums = self.sums(t, 1.0, u);
+        let obstacle: f64 = match &self.motion {
+            ObstacleMotion::Given(motion) => {
+                let components = sums.force.iter().zip(motion);
+                components.map(|(f, own)| f * own.at(t).d1).sum()
+            }
+            ObstacleMotion::Driven { .. } => 0.0,
+        };
+        let mut force = vec![0.0; u.len()];
+        self.add_force(t, 1.0, 1.0, u, &mut force);
+        let on_body: f64 = force.iter().zip(v).map(|(f, v)| f * v).sum();
+        [sums.energy, obstacle - on_body]
+    }
+
+    /// Returns the part of the obstacle's displacement at time `t` in which the force is nearly linear; infinite if a force
+    /// drives the obstacle.
     pub(crate) fn smooth_part(&self, t: f64) -> f64 {
-        let squares = self.offset(t, 1.0).into_iter().map(|x| x * x);
+        let ObstacleMotion::Given(motion) = &self.motion else {
+            return f64::INFINITY;
+        };
+        let squares = motion.iter().map(|own| own.at(t).value.powi(2));
         LINEAR * self.operator.smoothing() / squares.sum::<f64>().sqrt()
-    }
-
-    fn offset(&self, t: f64, part: f64) -> Vec<f64> {
-        let motion = self.motion.iter();
-        motion.map(|own| part * own.at(t).value).collect()
     }
 }
 
 impl SurfaceLoad for Contact {
     fn add_force(&self, t: f64, part: f64, sign: f64, u: &[f64], total: &mut [f64]) {
-        let offset = self.offset(t, part);
+        let offset = self.offset(t, part, u);
         self.operator.add_force(&offset, sign, u, total);
     }
 
     fn add_stiffness(&self, t: f64, part: f64, u: &[f64], values: &mut [f64]) {
         self.operator
-            .add_stiffness(&self.offset(t, part), u, values);
+            .add_stiffness(&self.offset(t, part, u), u, values);
+    }
+
+    fn is_driven(&self) -> bool {
+        self.is_driven()
     }
 }
 

@@ -329,7 +329,7 @@ impl Muscle {
         for pressure in &self.pressures {
             schedule.add(pressure.signal().clone(), of_loads);
         }
-        for signal in self.contacts.iter().flat_map(Contact::motion) {
+        for signal in self.contacts.iter().flat_map(Contact::signals) {
             schedule.add(signal.clone(), of_loads);
         }
         for prescribed in &self.prescribed {
@@ -349,7 +349,7 @@ impl Muscle {
     pub fn signals(&self) -> impl Iterator<Item = &Signal> {
         let loads = self.loads.iter().map(Load::signal);
         let pressures = self.pressures.iter().map(PressureLoad::signal);
-        let obstacles = self.contacts.iter().flat_map(Contact::motion);
+        let obstacles = self.contacts.iter().flat_map(Contact::signals);
         let motions = self.prescribed.iter().map(|p| &p.signal).chain(obstacles);
         let tensions = self
             .activations

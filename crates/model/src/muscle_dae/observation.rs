@@ -105,10 +105,10 @@ impl MuscleDae {
         (&self.work.load, &self.work.force_rate)
     }
 
-    /// Returns the energy of foundations, the dissipation of foundations and viscous stresses, and
-    /// the power of active stresses, in a state `y` at which the residual was evaluated last. Other
-    /// entries are zero.
-    pub(crate) fn added_energies(&self, y: &[f64]) -> Energies {
+    /// Returns the energy of foundations and contacts, the rate of the latter as power of loads, the dissipation of
+    /// foundations and viscous stresses, and the power of active stresses, in a state `y` at time `t` at which the residual
+    /// was evaluated last. Other entries are zero.
+    pub(crate) fn added_energies(&self, t: f64, y: &[f64]) -> Energies {
         let Workspace {
             displacement: u,
             velocity: v,
@@ -116,9 +116,17 @@ impl MuscleDae {
             ..
         } = &self.work;
         let Muscle {
-            solid, foundations, ..
+            solid,
+            foundations,
+            contacts,
+            ..
         } = &self.muscle;
         let mut energies = Energies::default();
+        for contact in contacts {
+            let [stored, rate] = contact.stored_energy(t, u, v);
+            energies.elastic += stored;
+            energies.load += rate;
+        }
         for foundation in foundations {
             energies.elastic += foundation.energy(u);
             energies.dissipation += foundation.dissipation(v);

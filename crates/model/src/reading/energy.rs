@@ -11,9 +11,9 @@ use crate::muscle_dae::MuscleDae;
 pub struct Energies {
     /// ½ vᵀMv, J/m.
     pub kinetic: f64,
-    /// Stored energy ∫W + κ/2 (J−1)² and the energy of elastic foundations, J/m.
+    /// Stored energy ∫W + κ/2 (J−1)² and the energies of elastic foundations and of contacts, J/m.
     pub elastic: f64,
-    /// Power of the loads, W/m.
+    /// Power of the loads and of moving obstacles, W/m.
     pub load: f64,
     /// Power of moving supports, W/m.
     pub support: f64,
@@ -35,7 +35,7 @@ impl MuscleDae {
         let pressure = self.pressure(y);
         let (load, force_rate) = self.nodal_forces();
         let (load, force_rate) = (load.to_vec(), force_rate.to_vec());
-        let added = self.added_energies(y);
+        let added = self.added_energies(t, y);
         let snapshot = self.snapshot(t, y, y_dot);
         let velocity = snapshot.velocity;
         let solid = snapshot.solid;
@@ -56,7 +56,7 @@ impl MuscleDae {
         Ok(Energies {
             kinetic,
             elastic: solid.strain_energy(&snapshot.fields()) - doubled + added.elastic,
-            load: dot(&load, velocity),
+            load: dot(&load, velocity) + added.load,
             support: dot(&supports, velocity),
             active: added.active,
             dissipation: parameters.alpha * dot(&momentum, velocity) + viscous + added.dissipation,

@@ -1,6 +1,7 @@
 //! Equations of an equilibrium, and Newton's method at one load.
 
 mod arc;
+mod driven;
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -19,7 +20,9 @@ use crate::formulation::Formulation;
 use crate::matrices::Matrices;
 use crate::muscle::Muscle;
 use crate::operators::largest_gradient;
+use crate::statics::GRADIENT_STEP;
 pub(super) use arc::{Metric, Point};
+use driven::DrivenObstacles;
 
 /// Newton's iteration ends if the increment is below this fraction of the solution. Convergence is
 /// quadratic, so the remaining error is about its square, below rounding.
@@ -72,6 +75,10 @@ pub(super) struct Newton<'a> {
     /// The force of active stresses.
     added: Vec<f64>,
     force: Vec<f64>,
+    driven: DrivenObstacles,
+    /// Displacement gradient of a correction that is always accepted. It is larger from a state where a driven obstacle does not
+    /// press on the body, since the effect of its force is not predicted.
+    small_gradient: f64,
     pub(super) iterations: usize,
     /// The last element turned inside out by a trial of the present load step.
     pub(super) inverted: Option<Inverted>,
@@ -180,6 +187,8 @@ impl<'a> Newton<'a> {
             velocity: nodal.clone(),
             added: nodal.clone(),
             force: nodal,
+            driven: DrivenObstacles::default(),
+            small_gradient: SMALL_GRADIENT,
             iterations: 0,
             inverted: None,
         })
@@ -215,6 +224,17 @@ impl<'a> Newton<'a> {
         factor: f64,
         r: &mut [f64],
     ) -> Result<(), Inverted> {
+        self.residual_under(x, factor, factor, r)
+    }
+
+    /// Does the same, with the forces that drive obstacles under another factor, `driven`.
+    fn residual_under(
+        &mut self,
+        x: &[f64],
+        factor: f64,
+        driven: f64,
+        r: &mut [f64],
+    ) -> Result<(), Inverted> {
         self.deform(&x[..self.muscle.solid.dofs().n_free()], factor);
         let Self {
             muscle,
@@ -243,6 +263,7 @@ impl<'a> Newton<'a> {
             self.inverted = Some(*at);
         })?;
         for load in muscle.surface_loads() {
+            let factor = if load.is_driven() { driven } else { factor };
             load.add_force(*t, factor, -1.0, displacement, force);
         }
         for foundation in &muscle.foundations {
@@ -275,8 +296,8 @@ impl<'a> Newton<'a> {
         let mut change = self.load_derivative(x, factor)?;
         self.force_square = self.force_square.max(square(&change[..n_free]));
         self.tangent(x, factor)?;
-        self.system.renew(&mut self.work)?;
-        self.system.solve(&mut change, &mut self.work)?;
+        self.factorize()?;
+        self.solve_linear(&mut change)?;
         Ok(change)
     }
 
@@ -291,11 +312,19 @@ impl<'a> Newton<'a> {
         let of_contacts = contacts.map(|contact| contact.smooth_part(self.t));
         let step = of_contacts.fold((PROBING_GRADIENT / gradient).min(0.5), f64::min);
         let (mut change, mut before) = (vec![0.0; x.len()], vec![0.0; x.len()]);
-        self.residual(x, factor + step, &mut change)?;
-        self.residual(x, factor - step, &mut before)?;
+        self.residual_under(x, factor + step, factor, &mut change)?;
+        self.residual_under(x, factor - step, factor, &mut before)?;
         for (change, before) in change.iter_mut().zip(before) {
             *change = (before - *change) / (2.0 * step);
         }
+        self.deform(&x[..n_free], factor);
+        let at = (self.t, factor);
+        let all_press = driven::add_load(self.muscle, at, &self.displacement, &mut change);
+        self.small_gradient = if all_press {
+            SMALL_GRADIENT
+        } else {
+            GRADIENT_STEP
+        };
         Ok(change)
     }
 
@@ -349,9 +378,8 @@ impl<'a> Newton<'a> {
             self.iterations += 1;
             let mut increment = r.clone();
             let solved = self
-                .system
-                .renew(&mut self.work)
-                .and_then(|()| self.system.solve(&mut increment, &mut self.work));
+                .factorize()
+                .and_then(|()| self.solve_linear(&mut increment));
             match solved {
                 Ok(()) => {}
                 Err(error) if is_singular(&error) => return Ok(None),
@@ -369,7 +397,7 @@ impl<'a> Newton<'a> {
             if length(&x, predicted) > longest {
                 let correction = x[..n_free].iter().zip(predicted).map(|(x, p)| x - p);
                 let correction: Vec<f64> = correction.collect();
-                if self.gradient(&correction, 0.0) > SMALL_GRADIENT {
+                if self.gradient(&correction, 0.0) > self.small_gradient {
                     return Ok(None);
                 }
             }
@@ -398,6 +426,7 @@ impl<'a> Newton<'a> {
         let u = &self.displacement;
         self.matrices
             .update_surface_loads(muscle, self.t, factor, u);
+        self.driven.update(muscle, (self.t, factor), u);
         if !self.tensions.is_empty() {
             let tensions = scaled(&self.tensions, factor);
             let motion = at_rest(u, &self.velocity, &tensions);
@@ -427,13 +456,14 @@ impl<'a> Newton<'a> {
     /// matrix (K, −Bᵀ; B, M_p/κ) has the inertia of (K, −Bᵀ; −B, −M_p/κ) after a change of sign of its last rows: one
     /// negative pivot for each pressure and one more for each direction in which the energy decreases (Sylvester's law).
     /// An undetermined pressure has a pivot of either sign, and hides one direction at most. Of an unsymmetric tangent
-    /// only the parity of the number is meaningful, which is the sign of the determinant.
+    /// only the parity of the number is meaningful, which is the sign of the determinant. The factors hold obstacles that
+    /// follow a force in place; releasing them adds a negative direction for each negative pivot of theirs.
     pub(super) fn negative_directions(&self) -> Option<usize> {
         let pivots = self.system.pivots()?;
         let (momentum, constraint) = pivots.split_at(self.muscle.solid.dofs().n_free());
         let negative = momentum.iter().filter(|pivot| **pivot < 0.0).count()
             + constraint.iter().filter(|pivot| **pivot > 0.0).count();
-        Some(negative.saturating_sub(constraint.len()))
+        Some(negative.saturating_sub(constraint.len()) + self.driven.negative_pivots())
     }
 
     /// Returns the larger ratio of increment to solution among displacement and pressure.

@@ -52,7 +52,7 @@ impl<'a> EquilibriumDerivatives<'a> {
     pub fn at(&mut self, x: &[f64], part: f64) -> Result<Vec<Vec<f64>>, ModelError> {
         let Self { newton, parameters } = self;
         newton.tangent(x, part)?;
-        newton.system.renew(&mut newton.work)?;
+        newton.factorize()?;
         let mut residual = vec![0.0; x.len()];
         let of_parameter = |stencil: &mut Vec<(f64, Newton<'a>)>| {
             let mut derivative = vec![0.0; x.len()];
@@ -61,7 +61,7 @@ impl<'a> EquilibriumDerivatives<'a> {
                 let sum = derivative.iter_mut().zip(&residual);
                 sum.for_each(|(sum, r)| *sum -= *weight * r);
             }
-            newton.system.solve(&mut derivative, &mut newton.work)?;
+            newton.solve_linear(&mut derivative)?;
             Ok(derivative)
         };
         parameters.iter_mut().map(of_parameter).collect()

@@ -9,7 +9,8 @@ use super::kind::{Kind, Parts, Reading, Systems, Wrong};
 use crate::InputError;
 use crate::run::system::{System, muscle_of};
 
-/// Force of the obstacles on the body, N; undeformed area in contact, m²; largest penetration, m.
+/// Force of the obstacles on the body, N; undeformed area in contact, m²; largest penetration, m; displacement of an obstacle
+/// that a force drives, m.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Contact {
@@ -17,11 +18,12 @@ pub struct Contact {
     pub group: String,
 }
 
-/// Contact force, area in contact and penetration.
+/// Contact force, area in contact and penetration; the displacement of an obstacle that a force drives.
 const COLUMNS: &[ColumnKind] = &[
     ColumnKind::new("F", ["N/m", "N"]),
     ColumnKind::new("area", ["m", "m²"]),
     ColumnKind::new("penetration", ["m"; 2]),
+    ColumnKind::new("displacement", ["m"; 2]),
 ];
 
 impl Kind for Contact {
@@ -41,9 +43,12 @@ impl Kind for Contact {
     }
 
     fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
+        let contacts = of.muscle.iter().flat_map(|muscle| &muscle.contacts);
+        let mut own = contacts.filter(|contact| contact.group() == self.group);
         Ok(Box::new(Sums {
             group: self.group.clone(),
             dimension: of.solid()?.space().dimension(),
+            is_driven: own.any(myovib_model::Contact::is_driven),
         }))
     }
 }
@@ -52,13 +57,17 @@ impl Kind for Contact {
 struct Sums {
     group: String,
     dimension: usize,
+    /// Whether a force drives an obstacle.
+    is_driven: bool,
 }
 
 impl Reading for Sums {
     fn names(&self) -> Vec<String> {
         let forces = COLUMNS[0].components(self.dimension);
-        let others = COLUMNS[1..].iter().map(|column| column.name.to_owned());
-        forces.chain(others).collect()
+        let others = COLUMNS[1..].iter().take(2 + usize::from(self.is_driven));
+        forces
+            .chain(others.map(|column| column.name.to_owned()))
+            .collect()
     }
 
     fn values(
@@ -80,7 +89,9 @@ impl Reading for Sums {
             values[self.dimension] += sums.area;
             let deepest = &mut values[self.dimension + 1];
             *deepest = deepest.max(sums.penetration);
+            values.extend(contact.driven_distance(t, 1.0, &u));
         }
+        values.truncate(self.dimension + 2 + usize::from(self.is_driven));
         Ok(values)
     }
 

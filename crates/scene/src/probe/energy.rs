@@ -9,7 +9,8 @@ use super::column::ColumnKind;
 use super::kind::{Kind, Reading, Systems};
 use crate::run::system::System;
 
-/// Kinetic and elastic energy, work of the loads, dissipation and imbalance, J; in the plane J/m.
+/// Kinetic energy, elastic energy (with foundations and contacts), work of the loads, dissipation and imbalance, J; in the
+/// plane J/m.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Energy {}

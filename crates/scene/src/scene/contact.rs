@@ -2,13 +2,14 @@
 
 use myovib_fem as fem;
 use myovib_fem::Solid;
-use myovib_model::{Contact, Signal};
+use myovib_model::{Contact, ObstacleMotion, Signal};
 
 use super::builder::Builder;
 use crate::InputError;
 use crate::scene::supports::NAMES;
-use crate::scene_file::SceneFile;
 use crate::scene_file::contact::Obstacle;
+use crate::scene_file::function::Function;
+use crate::scene_file::{self, Analysis, SceneFile};
 
 impl Builder<'_> {
     /// Returns the contacts of the body.
@@ -22,20 +23,87 @@ impl Builder<'_> {
         given
             .map(|(i, contact)| {
                 let path = format!("contact[{i}]");
-                let mut motion = vec![Signal::constant(0.0); dimension];
-                for (axis, function) in [&contact.x, &contact.y, &contact.z].into_iter().enumerate()
-                {
-                    let Some(function) = function else { continue };
-                    let path = format!("{path}.{}", NAMES[axis]);
-                    self.component(axis, dimension, &path)?;
-                    motion[axis] = self.signal(function, &path)?;
-                }
+                let motion = match &contact.force {
+                    Some(force) => self.driven_obstacle(file, contact, force, dimension, &path)?,
+                    None => self.given_motion(contact, dimension, &path)?,
+                };
                 let obstacle = self.obstacle(&contact.obstacle, dimension, &path)?;
                 let contact =
                     Contact::new(solid, &contact.group, obstacle, contact.stiffness, motion);
-                self.at(&format!("{path}.group"), contact)
+                let contact = self.at(&format!("{path}.group"), contact)?;
+                let rest = vec![0.0; solid.space().n_components()];
+                let distance = contact.driven_distance(self.t_end, 0.0, &rest);
+                if distance.is_some_and(f64::is_nan) {
+                    let error = InputError::new("the obstacle does not reach the group")
+                        .next("reverse the direction, or move the obstacle in front of the body");
+                    return Err(self.wrong(&format!("{path}.direction"), error));
+                }
+                Ok(contact)
             })
             .collect()
+    }
+
+    fn given_motion(
+        &self,
+        contact: &scene_file::contact::Contact,
+        dimension: usize,
+        path: &str,
+    ) -> Result<ObstacleMotion, InputError> {
+        if contact.direction.is_some() {
+            let error = InputError::new("the direction of an obstacle belongs to its force")
+                .next("add `force`, or give the displacement as x, y, z");
+            return Err(self.wrong(&format!("{path}.direction"), error));
+        }
+        let mut motion = vec![Signal::constant(0.0); dimension];
+        for (axis, function) in [&contact.x, &contact.y, &contact.z].into_iter().enumerate() {
+            let Some(function) = function else { continue };
+            let path = format!("{path}.{}", NAMES[axis]);
+            self.component(axis, dimension, &path)?;
+            motion[axis] = self.signal(function, &path)?;
+        }
+        Ok(ObstacleMotion::Given(motion))
+    }
+
+    fn driven_obstacle(
+        &self,
+        file: &SceneFile,
+        contact: &scene_file::contact::Contact,
+        force: &Function,
+        dimension: usize,
+        path: &str,
+    ) -> Result<ObstacleMotion, InputError> {
+        let of_force = format!("{path}.force");
+        if file.analysis != Analysis::Static {
+            let error = InputError::new("a force drives obstacles in static analyses only")
+                .next("give the displacement of the obstacle as x, y, z");
+            return Err(self.wrong(&of_force, error));
+        }
+        let moved = [&contact.x, &contact.y, &contact.z];
+        if let Some(axis) = moved.iter().position(|given| given.is_some()) {
+            let error = InputError::new("an obstacle follows a force or a displacement, not both")
+                .next(format!("remove `{}` or `force`", NAMES[axis]));
+            return Err(self.wrong(&format!("{path}.{}", NAMES[axis]), error));
+        }
+        let Some(direction) = &contact.direction else {
+            let error = InputError::new("the force of an obstacle needs its direction")
+                .next("add `direction`, for example [0.0, -1.0]");
+            return Err(self.wrong(path, error));
+        };
+        let direction = self.unit_vector(direction, dimension, &format!("{path}.direction"))?
+            [..dimension]
+            .to_vec();
+        let signal = self.signal(force, &of_force)?;
+        let value = signal.at(self.t_end).value;
+        if value < 0.0 {
+            let error = InputError::new("an obstacle presses, but does not pull")
+                .found(format!("{value} N"))
+                .allowed("0 or greater; reverse `direction` if necessary");
+            return Err(self.wrong(&of_force, error));
+        }
+        Ok(ObstacleMotion::Driven {
+            direction,
+            force: signal,
+        })
     }
 
     fn obstacle(

@@ -64,7 +64,7 @@ fn rests(muscle: &Muscle, t: f64) -> bool {
         .map(|load| load.signal().at(t).value);
     let moved = muscle.prescribed.iter().map(|own| own.signal.at(t).value);
     let tensions = muscle.activations.iter().map(|(_, own)| own.at(t, 0.0));
-    let obstacles = muscle.contacts.iter().flat_map(Contact::motion);
+    let obstacles = muscle.contacts.iter().flat_map(Contact::signals);
     let moved = moved.chain(obstacles.map(|signal| signal.at(t).value));
     let values: Vec<f64> = loads
         .chain(pressures)

@@ -19,6 +19,12 @@ pub struct Contact {
     pub y: Option<Function>,
     /// Displacement of the obstacle, m [default: 0].
     pub z: Option<Function>,
+    /// Force that presses the obstacle along `direction`, N, in the plane N/m, instead of a displacement; only in static
+    /// analyses.
+    pub force: Option<Function>,
+    /// Direction of the force, along which the obstacle is free to move, of any length; only with `force`.
+    #[schemars(length(min = 2, max = 3))]
+    pub direction: Option<Vec<f64>>,
     /// Contact pressure per penetration, Pa/m [default: 100 shear moduli per facet size].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub stiffness: Option<f64>,

@@ -1,5 +1,6 @@
 //! Contact with rigid obstacles.
 
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use std::fs;
 use std::path::Path;
 
@@ -8,18 +9,28 @@ use myovib_scene::csv::Table;
 use myovib_scene::run::{RunOptions, compute};
 use myovib_scene::sensitivity::{Unsupported, unsupported};
 
+use crate::lattice::Lattice;
+
 /// Returns the table of a probe of the scene.
 fn table(text: &str, probe: &str) -> Table {
+    let [table] = tables_in(text, Path::new(""), [probe]);
+    table
+}
+
+/// Returns tables of probes of a scene with files in `folder`.
+fn tables_in<const N: usize>(text: &str, folder: &Path, probes: [&str; N]) -> [Table; N] {
     let out = tempfile::tempdir().unwrap();
-    let scene = Scene::build("scene.toml", text, &[], Path::new("")).unwrap();
+    let scene = Scene::build("scene.toml", text, &[], folder).unwrap();
     let run = compute(&scene, &RunOptions::into_folder(out.path())).unwrap();
     assert_eq!(
         run.document["outcome"], "finished",
         "{}",
         run.document["message"]
     );
-    let file = out.path().join(format!("{probe}.csv"));
-    Table::parse(&fs::read_to_string(file).unwrap()).unwrap()
+    probes.map(|probe| {
+        let file = out.path().join(format!("{probe}.csv"));
+        Table::parse(&fs::read_to_string(file).unwrap()).unwrap()
+    })
 }
 
 /// Returns the values of a column.
@@ -71,55 +82,179 @@ fn a_plate_compresses_a_block_by_the_exact_force() {
     }
 }
 
-/// Hertz: a rigid cylinder of radius R presses on an incompressible half-space with the largest pressure
-/// √(4 G F/(π R)). The block is 20 half-widths of the contact high and wide, which changes the pressure by the square of their
-/// ratio; the mesh has six facets across the contact.
-#[test]
-fn a_cylinder_presses_like_hertz() {
-    let (modulus, radius, stiffness) = (1e4, 0.05, 1e9);
-    let text = format!(
-        "analysis = \"static\"\n[mesh]\ntype = \"rectangle\"\nwidth = 0.1\nheight = 0.1\ncells = [60, 60]\n\
-         [solid]\nbulk_modulus = inf\n[[material]]\nlaw = \"small-strain\"\ndensity = 1e3\nshear_modulus = {modulus}\n\
-         [[fixed]]\ngroup = \"bottom\"\n[[fixed]]\ngroup = \"left\"\ncomponents = [\"x\"]\n\
-         [[contact]]\ngroup = \"top\"\ntype = \"sphere\"\ncenter = [0.0, {}]\nradius = {radius}\nstiffness = {stiffness}\ny = -0.0008\n\
-         [[probe]]\nname = \"indenter\"\ntype = \"contact\"\ngroup = \"top\"\n",
-        0.1 + radius
-    );
-    let indenter = table(&text, "indenter");
-    // The model is one half.
-    let force = -2.0 * last(&indenter, "F_y");
-    let half_width = (force * radius / (std::f64::consts::PI * modulus)).sqrt();
-    let exact = 2.0 * force / (std::f64::consts::PI * half_width);
-    let smoothing = 1e-3 * 0.1 / 60.0;
-    let largest = stiffness * (last(&indenter, "penetration") - 0.5 * smoothing);
-    assert!((last(&indenter, "area") / half_width - 1.0).abs() < 0.15);
-    assert!((largest / exact - 1.0).abs() < 0.02, "{largest} {exact}");
+/// Number of cells across the ball.
+const ACROSS: usize = 6;
+
+/// A disk with a radius of 10 mm; the group `surface` is its boundary.
+fn disk() -> String {
+    let mut lattice = Lattice::new(2, |at: [usize; 2]| {
+        // Concentric squares become circles.
+        let [x, y] = at.map(|i| i as f64 / ACROSS as f64 - 1.0);
+        let (radius, angle) = match x.abs().max(y.abs()) {
+            0.0 => (0.0, 0.0),
+            r if r == x.abs() => (x, FRAC_PI_4 * y / x),
+            _ => (y, FRAC_PI_2 - FRAC_PI_4 * x / y),
+        };
+        [
+            0.01 * radius * angle.cos(),
+            0.01 * radius * angle.sin(),
+            0.0,
+        ]
+    });
+    let (mut surface, mut triangles) = (Vec::new(), Vec::new());
+    for (i, j) in (0..ACROSS).flat_map(|i| (0..ACROSS).map(move |j| (i, j))) {
+        let [a, b, c, d] = [[0, 0], [2, 0], [2, 2], [0, 2]].map(|[x, y]| [2 * i + x, 2 * j + y]);
+        // Diagonals that end at the corners of the square.
+        let halves = match (2 * i < ACROSS) == (2 * j < ACROSS) {
+            true => [[a, b, c], [a, c, d]],
+            false => [[a, b, d], [b, c, d]],
+        };
+        triangles.extend(halves.map(|corners| lattice.simplex(&corners)));
+        let last = ACROSS - 1;
+        let sides = [
+            (j == 0, [a, b]),
+            (i == last, [b, c]),
+            (j == last, [c, d]),
+            (i == 0, [d, a]),
+        ];
+        for (_, side) in sides.iter().filter(|(is_outside, _)| *is_outside) {
+            surface.push(lattice.simplex(side));
+        }
+    }
+    lattice.msh(&[("surface", surface), ("ball", triangles)])
 }
 
-/// A block that falls on a plate and bounces keeps its energy: kinetic and elastic energy change by the work of
-/// the plate, which is zero when the block has left.
-#[test]
-fn a_block_that_bounces_keeps_its_energy() {
-    let text = "[time]\nend = 0.06\n[initial_state]\ntype = \"velocity\"\nvalue = [0.0, -0.3]\n\
-         [mesh]\ntype = \"rectangle\"\nwidth = 0.02\nheight = 0.02\ncells = [4, 4]\n\
-         [solid]\nbulk_modulus = 1e5\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
-         [[contact]]\ngroup = \"bottom\"\ntype = \"plane\"\npoint = [0.0, -0.001]\nnormal = [0.0, 1.0]\n\
+/// Velocity after the impact relative to the velocity before it, and the largest imbalance of the energy relative to the
+/// energy, of an elastic ball (in the plane) that hits a rigid plane.
+fn bounce(rtol: f64) -> [f64; 2] {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("disk.msh"), disk()).unwrap();
+    let text = format!(
+        "[time]\nend = 0.04\n[initial_state]\ntype = \"velocity\"\nvalue = [0.0, -0.3]\n\
+         [mesh]\ntype = \"file\"\npath = \"disk.msh\"\n[solid]\nbulk_modulus = 1e5\n\
+         [[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
+         [[contact]]\ngroup = \"surface\"\ntype = \"plane\"\npoint = [0.0, -0.011]\nnormal = [0.0, 1.0]\n\
          [[probe]]\nname = \"energy\"\ntype = \"energy\"\ninterval = 0.001\n\
-         [[probe]]\nname = \"plate\"\ntype = \"contact\"\ngroup = \"bottom\"\ninterval = 0.001\n\
-         [integrator]\nmethod = \"radau9\"\nrtol = 1e-5\n";
-    let (energy, plate) = (table(text, "energy"), table(text, "plate"));
+         [[probe]]\nname = \"plate\"\ntype = \"contact\"\ngroup = \"surface\"\ninterval = 0.001\n\
+         [[probe]]\nname = \"mean\"\ntype = \"average\"\ngroup = \"ball\"\nquantities = [\"v\"]\ninterval = 0.04\n\
+         [integrator]\nmethod = \"radau9\"\nrtol = {rtol:e}\n"
+    );
+    let [energy, plate, mean] = tables_in(&text, folder.path(), ["energy", "plate", "mean"]);
     let force = column(&plate, "F_y");
     let largest = force.iter().fold(0.0_f64, |m, f| m.max(*f));
     assert!(largest > 10.0 && force[0] == 0.0 && *force.last().unwrap() == 0.0);
     let kinetic = column(&energy, "kinetic")[0];
-    // The tolerance for displacements and velocities, times the number of oscillations in contact.
-    let imbalance = last(&energy, "imbalance").abs();
-    assert!(imbalance < 1e-3 * kinetic, "{imbalance} {kinetic}");
-    let total = last(&energy, "kinetic") + last(&energy, "elastic");
-    assert!(
-        (total - kinetic).abs() < 1e-3 * kinetic,
-        "{total} {kinetic}"
+    let imbalance = column(&energy, "imbalance");
+    let imbalance = imbalance.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
+    // A plane at rest does no work; between steps, forces are not balanced exactly. At its largest, the energy of the
+    // contact is 2 % of the kinetic energy.
+    let work = column(&energy, "work");
+    let work = work.iter().fold(0.0_f64, |m, work| m.max(work.abs()));
+    assert!(work < rtol.max(1e-3) * kinetic, "{work} {kinetic}");
+    [
+        last(&mean, "v_y") / -column(&mean, "v_y")[0],
+        imbalance / kinetic,
+    ]
+}
+
+/// The energy of the penetration is stored energy, so that the balance is closed during the contact too. The ball keeps a part of
+/// its energy as vibration; the restitution converges as the tolerance decreases.
+#[test]
+fn a_ball_that_bounces_keeps_its_energy() {
+    let [exact, _] = bounce(1e-5);
+    assert!((0.9..0.95).contains(&exact), "{exact}");
+    for rtol in [1e-2, 1e-3, 1e-4] {
+        let [restitution, imbalance] = bounce(rtol);
+        let error = (restitution - exact).abs();
+        // An order of 9 keeps well below its tolerance.
+        assert!(
+            error < 0.1 * rtol && imbalance < rtol,
+            "{rtol}: {error:e}, {imbalance:e}"
+        );
+    }
+}
+
+/// A plate that moves does work: it compresses a block and releases it again. The imbalance is below the tolerance.
+#[test]
+fn a_moving_plate_does_work() {
+    let motion = "y = { type = \"sine\", amplitude = -1e-3, frequency = 20.0 }";
+    let text = pressed("[time]\nend = 0.025\n", motion).replace("inf", "1e6")
+        + "interval = 0.025\n[[probe]]\nname = \"energy\"\ntype = \"energy\"\ninterval = 0.001\n\
+           [integrator]\nmethod = \"radau9\"\nrtol = 1e-3\n";
+    let [energy] = tables_in(&text, Path::new(""), ["energy"]);
+    let largest = |name: &str| {
+        let values = column(&energy, name);
+        values.iter().fold(0.0_f64, |m, value| m.max(value.abs()))
+    };
+    let (work, imbalance) = (largest("work"), largest("imbalance"));
+    assert!(work > 0.0 && imbalance < 1e-3 * work, "{imbalance} {work}");
+    assert!(last(&energy, "work") < 0.5 * work);
+}
+
+/// Static scene of the block, compressible, under a plate and beside a round wall, with the motion of each.
+fn between_plates(loads: &str, plate: &str, wall: &str) -> String {
+    let wall = format!(
+        "[[contact]]\ngroup = \"right\"\ntype = \"sphere\"\ncenter = [0.04, 0.005]\nradius = 0.02\n{wall}\n\
+         [[probe]]\nname = \"wall\"\ntype = \"contact\"\ngroup = \"right\"\n"
     );
+    pressed(
+        &format!("analysis = \"static\"\n[static]\nloads = {loads}\n"),
+        plate,
+    )
+    .replace("inf", "2e4")
+        + &wall
+}
+
+/// The same states follow from the displacements of two obstacles and from their forces, to the tolerance of Newton's method.
+#[test]
+fn obstacles_under_forces_follow_the_same_curve_as_under_displacements() {
+    let parts = [0.25, 0.5, 0.75, 1.0];
+    let given = between_plates(&format!("{parts:?}"), "y = -0.001", "x = -0.0005");
+    let [plate, wall] = tables_in(&given, Path::new(""), ["plate", "wall"]);
+    let forces = [column(&plate, "F_y"), column(&wall, "F_x")];
+    for (k, part) in parts.into_iter().enumerate() {
+        // The first row is the unloaded body.
+        let [up, right] = [0, 1].map(|i| -forces[i][k + 1]);
+        let driven = between_plates(
+            "[0.5, 1.0]",
+            &format!("force = {up:e}\ndirection = [0.0, -3.0]"),
+            &format!("force = {right:e}\ndirection = [-1.0, 0.0]"),
+        );
+        let [plate, wall] = tables_in(&driven, Path::new(""), ["plate", "wall"]);
+        for (table, force, name, depth) in [(plate, up, "F_y", 1e-3), (wall, right, "F_x", 5e-4)] {
+            let error = (last(&table, "displacement") / (depth * part) - 1.0).abs();
+            assert!(error < 1e-7, "{part} {name}: {error:e}");
+            assert!(
+                (last(&table, name) + force).abs() < 1e-10 * force,
+                "{part} {name}"
+            );
+        }
+    }
+}
+
+/// A ball under its force reaches the state under its displacement, from a place above the body.
+#[test]
+fn a_ball_under_a_force_indents_as_deep_as_under_a_displacement() {
+    let scene = |motion: &str| {
+        let text = pressed("analysis = \"static\"\n", motion);
+        text.replace(
+            "type = \"plane\"\npoint = [0.0, 0.01]\nnormal = [0.0, -2.0]",
+            "type = \"sphere\"\ncenter = [0.0, 0.021]\nradius = 0.01",
+        )
+    };
+    let given = table(&scene("y = -0.003"), "plate");
+    let force = -last(&given, "F_y");
+    let driven = table(
+        &scene(&format!("force = {force:e}\ndirection = [0.0, -1.0]")),
+        "plate",
+    );
+    for (name, expected) in [
+        ("displacement", 0.003),
+        ("penetration", last(&given, "penetration")),
+    ] {
+        let error = (last(&driven, name) / expected - 1.0).abs();
+        assert!(error < 1e-7, "{name}: {error:e}");
+    }
 }
 
 /// Regression: the default stiffness followed a parameter in the reading of the contact force, but not in the equations, and
@@ -136,6 +271,46 @@ fn sensitivities_need_a_given_contact_stiffness() {
         (Unsupported::ContactStiffness, "contact[0]")
     );
     assert!(unsupported(&scene("stiffness = 1e8")).is_none());
+}
+
+/// Checks that an invalid force of an obstacle gives an error with the line of the key.
+#[test]
+fn forces_of_obstacles_are_checked() {
+    let head = "analysis = \"static\"\n";
+    let full = "force = 1.0\ndirection = [0.0, -1.0]";
+    let build = |head: &str, contact: &str| {
+        Scene::build("scene.toml", &pressed(head, contact), &[], Path::new(""))
+    };
+    assert!(build(head, full).is_ok());
+    for (head, contact, line) in [
+        ("[time]\nend = 1.0\n", full, "force = 1.0"),
+        (head, "force = 1.0", ""),
+        (head, "direction = [0.0, -1.0]", "direction = [0.0, -1.0]"),
+        (
+            head,
+            "force = 1.0\ndirection = [0.0, 0.0]",
+            "direction = [0.0, 0.0]",
+        ),
+        (
+            head,
+            "force = 1.0\ndirection = [0.0, 1.0]",
+            "direction = [0.0, 1.0]",
+        ),
+        (head, "force = 1.0\ndirection = [1.0]", "direction = [1.0]"),
+        (
+            head,
+            "force = -1.0\ndirection = [0.0, -1.0]",
+            "force = -1.0",
+        ),
+        (
+            head,
+            "force = 1.0\ndirection = [0.0, -1.0]\ny = 0.1",
+            "y = 0.1",
+        ),
+    ] {
+        let error = build(head, contact).unwrap_err().to_string();
+        assert!(error.contains(&format!(" | {line}")), "{contact}: {error}");
+    }
 }
 
 /// Checks that a contact that is incompatible with the mesh gives one error, with its key.

@@ -1,7 +1,6 @@
 //! Force–displacement curves: given load factors, and limit points passed by arc length.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
@@ -9,6 +8,8 @@ use myovib_model::EndReason;
 use myovib_scene::Scene;
 use myovib_scene::csv::Table;
 use myovib_scene::run::{RunOptions, RunResult, compute};
+
+use crate::lattice::Lattice;
 
 /// Runs a scene and returns the columns of its probe `probe`.
 fn run(text: &str, folder: &Path, probe: &str) -> (RunResult, BTreeMap<String, Vec<f64>>) {
@@ -25,96 +26,6 @@ fn run(text: &str, folder: &Path, probe: &str) -> (RunResult, BTreeMap<String, V
     let names = table.names.iter().enumerate();
     let columns = names.map(|(j, name)| (name.clone(), rows.iter().map(|row| row[j]).collect()));
     (found, columns.collect())
-}
-
-/// A second-order mesh in Gmsh's format 4.1 of nodes on a lattice, which `place` maps to their positions.
-struct Lattice<const D: usize> {
-    dimension: usize,
-    numbers: BTreeMap<[usize; D], usize>,
-    points: Vec<[f64; 3]>,
-    place: fn([usize; D]) -> [f64; 3],
-}
-
-impl<const D: usize> Lattice<D> {
-    fn new(dimension: usize, place: fn([usize; D]) -> [f64; 3]) -> Self {
-        Self {
-            dimension,
-            numbers: BTreeMap::new(),
-            points: Vec::new(),
-            place,
-        }
-    }
-
-    fn node(&mut self, at: [usize; D]) -> usize {
-        *self.numbers.entry(at).or_insert_with(|| {
-            self.points.push((self.place)(at));
-            self.points.len()
-        })
-    }
-
-    /// Returns the nodes of a simplex: its corners, then its edges in Gmsh's order.
-    fn simplex(&mut self, corners: &[[usize; D]]) -> Vec<usize> {
-        let edges: &[[usize; 2]] = match corners.len() {
-            2 => &[[0, 1]],
-            3 => &[[0, 1], [1, 2], [2, 0]],
-            _ => &[[0, 1], [1, 2], [2, 0], [3, 0], [3, 2], [3, 1]],
-        };
-        let middles = edges
-            .iter()
-            .map(|[a, b]| std::array::from_fn(|i| (corners[*a][i] + corners[*b][i]) / 2));
-        let all: Vec<[usize; D]> = corners.iter().copied().chain(middles).collect();
-        all.into_iter().map(|at| self.node(at)).collect()
-    }
-
-    /// Formats the mesh with groups of the given names; the last name belongs to the body.
-    fn msh(&self, groups: &[(&str, Vec<Vec<usize>>)]) -> String {
-        let last = groups.len();
-        let own = |k: usize| self.dimension - usize::from(k < last);
-        let mut text = format!("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n{last}\n");
-        for (k, (name, _)) in (1..).zip(groups) {
-            writeln!(text, "{} {k} \"{name}\"", own(k)).unwrap();
-        }
-        text += "$EndPhysicalNames\n$Entities\n";
-        text += if self.dimension == 2 { "0 " } else { "0 0 " };
-        writeln!(
-            text,
-            "{} 1{}",
-            last - 1,
-            if self.dimension == 2 { " 0" } else { "" }
-        )
-        .unwrap();
-        for k in 1..=last {
-            writeln!(text, "{k} -1 -1 -1 1 1 1 1 {k} 0").unwrap();
-        }
-        let n = self.points.len();
-        writeln!(
-            text,
-            "$EndEntities\n$Nodes\n1 {n} 1 {n}\n{} {last} 0 {n}",
-            self.dimension
-        )
-        .unwrap();
-        (1..=n).for_each(|number| writeln!(text, "{number}").unwrap());
-        for [x, y, z] in &self.points {
-            writeln!(text, "{x:e} {y:e} {z:e}").unwrap();
-        }
-        let total: usize = groups.iter().map(|(_, elements)| elements.len()).sum();
-        writeln!(text, "$EndNodes\n$Elements\n{last} {total} 1 {total}").unwrap();
-        let mut number = 0;
-        for (k, (_, elements)) in (1..).zip(groups) {
-            let kind = match elements[0].len() {
-                3 => 8,
-                6 => 9,
-                _ => 11,
-            };
-            writeln!(text, "{} {k} {kind} {}", own(k), elements.len()).unwrap();
-            for nodes in elements {
-                number += 1;
-                let nodes: Vec<String> = nodes.iter().map(usize::to_string).collect();
-                writeln!(text, "{number} {}", nodes.join(" ")).unwrap();
-            }
-        }
-        text + "$EndElements\n"
-    }
 }
 
 /// Half the numbers of cells of the arch along and across.

@@ -88,10 +88,9 @@ impl Newton<'_> {
             self.iterations += 1;
             let mut correction = r.clone();
             let solved = self
-                .system
-                .renew(&mut self.work)
-                .and_then(|()| self.system.solve(&mut correction, &mut self.work))
-                .and_then(|()| self.system.solve(&mut by_load, &mut self.work));
+                .factorize()
+                .and_then(|()| self.solve_linear(&mut correction))
+                .and_then(|()| self.solve_linear(&mut by_load));
             match solved {
                 Ok(()) => {}
                 Err(error) if is_singular(&error) => return Ok(None),
@@ -121,7 +120,7 @@ impl Newton<'_> {
             }
             let away = at.plus(-1.0, predicted);
             if metric.length(&away) > CORRECTION * radius
-                && self.gradient(&away.x[..n_free], away.load) > SMALL_GRADIENT
+                && self.gradient(&away.x[..n_free], away.load) > self.small_gradient
             {
                 return Ok(None);
             }

@@ -1,0 +1,135 @@
+//! Obstacles that a given force presses on the body.
+
+use super::RigidContact;
+use super::obstacle::dot;
+
+/// Relative error of the contact force at a displacement of the obstacle, below which further iterations are rounding.
+const CONVERGED: f64 = 1e-14;
+/// Maximum number of doublings of the penetration and of iterations.
+const MAX_ITERATIONS: usize = 100;
+
+/// Derivatives of the contact force F on the body along the direction of an obstacle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DrivenSlope {
+    /// ∂F/∂u for all nodal components, N/m. The derivative of the nodal forces with respect to the obstacle's displacement
+    /// is its negative.
+    pub by_nodes: Vec<f64>,
+    /// Derivative with respect to the displacement of the obstacle, N/m.
+    pub by_obstacle: f64,
+}
+
+impl RigidContact {
+    /// Returns the displacement of the obstacle along the unit vector `direction` at which the contact force on the body
+    /// has the component `force` along it; NaN if the obstacle passes the body. Without force, the obstacle touches the body.
+    ///
+    /// # Panics
+    /// Panics if an array is too short.
+    pub fn displacement_under(&self, force: f64, direction: &[f64], u: &[f64]) -> f64 {
+        match self.boundary.dimension {
+            2 => self.displacement_under_in::<2>(force, direction, u),
+            _ => self.displacement_under_in::<3>(force, direction, u),
+        }
+    }
+
+    fn displacement_under_in<const D: usize>(
+        &self,
+        force: f64,
+        direction: &[f64],
+        u: &[f64],
+    ) -> f64 {
+        let direction: [f64; D] = std::array::from_fn(|i| direction[i]);
+        let touching = self.first_touch(direction, u);
+        if force <= 0.0 || !touching.is_finite() {
+            return if touching.is_finite() {
+                touching
+            } else {
+                f64::NAN
+            };
+        }
+        let excess = |s: f64| {
+            let [along, slope] = self.along(direction, touching + s, u);
+            [along - force, slope]
+        };
+        let (mut low, mut high) = (0.0, self.smoothing);
+        let mut doublings = 0..MAX_ITERATIONS;
+        while excess(high)[0] < 0.0 {
+            (low, high) = (high, 2.0 * high);
+            if doublings.next().is_none() {
+                return f64::NAN;
+            }
+        }
+        // Newton's method from above, safeguarded by bisection.
+        let mut s = high;
+        for _ in 0..MAX_ITERATIONS {
+            let [rest, slope] = excess(s);
+            if rest.abs() <= CONVERGED * force {
+                break;
+            }
+            match rest > 0.0 {
+                true => high = s,
+                false => low = s,
+            }
+            let newton = s - rest / slope;
+            let next = match low < newton && newton < high {
+                true => newton,
+                false => 0.5 * (low + high),
+            };
+            if next == s {
+                break;
+            }
+            s = next;
+        }
+        touching + s
+    }
+
+    /// Returns the smallest displacement along `direction` at which the obstacle touches the body; infinite if it does not.
+    fn first_touch<const D: usize>(&self, direction: [f64; D], u: &[f64]) -> f64 {
+        let boundary = &self.boundary;
+        let points = boundary.facets.iter().flat_map(|nodes| {
+            let points = boundary.points.iter();
+            points.map(|point| boundary.sum::<D>(nodes, &point.values, u))
+        });
+        let distances = points.filter_map(|x| self.obstacle.distance_along(x, direction));
+        distances.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Returns the force along `direction` at the displacement `s` of the obstacle, and its derivative.
+    fn along<const D: usize>(&self, direction: [f64; D], s: f64, u: &[f64]) -> [f64; 2] {
+        let mut sums = [0.0; 2];
+        self.for_each_touch::<D>(&direction.map(|e| s * e), u, |touch| {
+            sums[0] += touch.weight * touch.potential[1] * dot(&touch.gap.normal, &direction);
+            let slope = touch.slope().map(|row| dot(&row, &direction));
+            sums[1] -= touch.weight * dot(&slope, &direction);
+        });
+        sums
+    }
+
+    /// Returns the derivatives of the force along the unit vector `direction` at the displacement `s` of the obstacle.
+    ///
+    /// # Panics
+    /// Panics if an array is too short.
+    pub fn driven_slope(&self, direction: &[f64], s: f64, u: &[f64]) -> DrivenSlope {
+        match self.boundary.dimension {
+            2 => self.driven_slope_in::<2>(direction, s, u),
+            _ => self.driven_slope_in::<3>(direction, s, u),
+        }
+    }
+
+    fn driven_slope_in<const D: usize>(&self, direction: &[f64], s: f64, u: &[f64]) -> DrivenSlope {
+        let direction: [f64; D] = std::array::from_fn(|i| direction[i]);
+        let mut by_nodes = vec![0.0; u.len()];
+        self.for_each_touch::<D>(&direction.map(|e| s * e), u, |touch| {
+            let slope = touch.slope().map(|row| dot(&row, &direction));
+            for (&node, value) in self.boundary.facets[touch.facet].iter().zip(touch.values) {
+                let factor = touch.weight * value;
+                for (sum, slope) in by_nodes[D * node..].iter_mut().zip(slope) {
+                    *sum += factor * slope;
+                }
+            }
+        });
+        DrivenSlope {
+            by_nodes,
+            by_obstacle: self.along(direction, s, u)[1],
+        }
+    }
+}

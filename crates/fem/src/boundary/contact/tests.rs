@@ -1,0 +1,128 @@
+//! Derivatives of contact forces, and forces with closed forms.
+
+use std::sync::Arc;
+
+use super::*;
+use crate::dofs::DofMap;
+use crate::material::Law;
+use crate::mesh::generate;
+use crate::space::Space;
+
+const STRETCH: f64 = 1e-3;
+
+fn block(dimension: usize) -> Solid {
+    let mesh = match dimension {
+        2 => generate::rectangle([0.0; 2], [0.1; 2], [2, 2]).unwrap(),
+        _ => generate::block([0.0; 3], [0.1; 3], [2, 2, 2]).unwrap(),
+    };
+    let space = Arc::new(Space::taylor_hood(&mesh));
+    let dofs = DofMap::clamped(&space, &[]).unwrap();
+    let law = Law::MooneyRivlin { c10: 1e4, c01: 0.0 };
+    Solid::uniform(space, dofs, law, 1e3).unwrap()
+}
+
+fn obstacles(dimension: usize) -> Vec<Obstacle> {
+    let (center, normal) = match dimension {
+        2 => ([0.04, 0.13, 0.0], [0.6, -0.8, 0.0]),
+        _ => ([0.04, 0.05, 0.13], [0.0, 0.6, -0.8]),
+    };
+    let mut all = vec![
+        Obstacle::Plane {
+            point: center.map(|x| 0.75 * x),
+            normal,
+        },
+        Obstacle::Sphere {
+            center,
+            radius: 0.05,
+        },
+    ];
+    if dimension == 3 {
+        all.push(Obstacle::Cylinder {
+            point: center,
+            axis: [0.8, 0.6, 0.0],
+            radius: 0.05,
+        });
+    }
+    all
+}
+
+/// A deformation without symmetry.
+fn deformed(solid: &Solid) -> Vec<f64> {
+    let n = solid.dofs().n_full();
+    (0..n).map(|i| STRETCH * (1.3 * i as f64).sin()).collect()
+}
+
+/// The stiffness is the derivative of the force. Forces of 10 N have a rounding error of 1e-15, so their quotients
+/// by 1e-8 m have errors of 1e-6 N/m, at stiffnesses above 1e3 N/m.
+#[test]
+fn the_stiffness_is_the_derivative_of_the_force() {
+    for dimension in [2, 3] {
+        let solid = block(dimension);
+        let u = deformed(&solid);
+        for obstacle in obstacles(dimension) {
+            let contact = RigidContact::new(&solid, "top", obstacle, None).unwrap();
+            let offset = [2e-3, -1e-3, 1e-3];
+            let pattern = solid.displacement_pattern();
+            let mut values = vec![0.0; pattern.nnz()];
+            contact.add_stiffness(&offset, &u, &mut values);
+            let force = |u: &[f64]| {
+                let mut force = vec![0.0; u.len()];
+                contact.add_force(&offset, 1.0, u, &mut force);
+                force
+            };
+            assert!(force(&u).iter().any(|f| *f != 0.0), "{obstacle:?}");
+            let scale = values.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            let mut starts = 0;
+            for column in 0..u.len() {
+                let step = 1e-8;
+                let shifted = |step: f64| {
+                    let mut u = u.clone();
+                    u[column] += step;
+                    force(&u)
+                };
+                let (plus, minus) = (shifted(step), shifted(-step));
+                for &row in pattern.lane(column) {
+                    let difference = (plus[row] - minus[row]) / (2.0 * step);
+                    let found = values[starts];
+                    starts += 1;
+                    assert!(
+                        (found - difference).abs() < 1e-7 * scale,
+                        "{obstacle:?} {row} {column}: {found} {difference}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Nodal forces add up to the sums, and the pressure of a flat contact follows from its penetration.
+#[test]
+fn a_plane_presses_with_the_pressure_of_its_penetration() {
+    for dimension in [2, 3] {
+        let solid = block(dimension);
+        let up = dimension - 1;
+        let (mut point, mut normal) = ([0.0; 3], [0.0; 3]);
+        (point[up], normal[up]) = (0.1, -1.0);
+        let plane = Obstacle::Plane { point, normal };
+        let contact = RigidContact::new(&solid, "top", plane, Some(1e6)).unwrap();
+        let u = vec![0.0; solid.dofs().n_full()];
+        let mut offset = [0.0; 3];
+        offset[up] = -1e-3;
+        let sums = contact.sums(&offset, &u);
+        let area = 0.1_f64.powi(up as i32);
+        // The stiffness sets in over a thousandth of the size of a facet.
+        let size = if dimension == 2 {
+            0.05
+        } else {
+            0.05 / 2_f64.sqrt()
+        };
+        let expected = -1e6 * (1e-3 - 0.5e-3 * size) * area;
+        assert!((sums.force[up] - expected).abs() < 1e-12 * expected.abs());
+        assert!((sums.area - area).abs() < 1e-14);
+        assert!((sums.penetration - 1e-3).abs() < 1e-15);
+        let mut total = vec![0.0; u.len()];
+        contact.add_force(&offset, 1.0, &u, &mut total);
+        let sum: f64 = total.iter().skip(up).step_by(dimension).sum();
+        assert!((sum - expected).abs() < 1e-12 * expected.abs());
+    }
+}
