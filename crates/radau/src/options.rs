@@ -102,7 +102,8 @@ pub struct RadauOptions {
     /// Step size control; [`StepSize::Adaptive`] by default.
     pub step_size: StepSize,
     /// First step; by default the smaller of (t_out − t_0)/1000 and 1/(2 τ^(1/4) ‖ẏ_0‖), with τ the
-    /// relative tolerance of the estimate and the norm in units of the tolerances.
+    /// relative tolerance of the estimate and the norm in units of the tolerances. For multipliers of
+    /// index 3 it is at least so long that their rounding, proportional to 1/h², is tolerated.
     pub initial_step: Option<f64>,
     /// Smallest step; 0 by default, so that only rounding in t limits the step.
     pub min_step: f64,
@@ -134,7 +135,7 @@ pub struct RadauOptions {
     pub step_window: (f64, f64),
     /// Safety factor of the step size control; 0.9 by default.
     pub safety: f64,
-    /// Settings of KLU; [`SparseOptions::default`] by default.
+    /// Settings of the sparse solver; [`SparseOptions::default`] by default.
     pub sparse: SparseOptions,
 }
 

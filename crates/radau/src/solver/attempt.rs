@@ -245,6 +245,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let tolerance = |i| self.weights.own_tolerance(i);
         let growth = self.options.growth_in_noise();
         let mut left = multipliers.largest_left(&step, before, tolerance, |_| 0.0, growth);
+        let mut shortest = 0.0;
         if left >= 1.0 {
             let rounding = &mut self.rounding;
             for &sampling in rounding.samplings() {
@@ -256,8 +257,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                     break;
                 }
             }
+            // In shorter steps, rounding of multipliers exceeds their tolerances.
+            shortest = self.shortest_resolved(h).min(h);
         }
-        Ok(self.control.propose_for_multipliers(h, left, order))
+        let proposal = self.control.propose_for_multipliers(h, left, order);
+        Ok(proposal.max(shortest))
     }
 
     /// Removes the remaining Newton error of hidden constraints in the last step from the variables
@@ -351,7 +355,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     }
 
     /// Evaluates the Jacobian at the beginning of the step, if required.
-    fn evaluate_jacobian(&mut self, h: f64) -> Result<(), Failure> {
+    pub(super) fn evaluate_jacobian(&mut self, h: f64) -> Result<(), Failure> {
         if self.jacobian == Jacobian::Due {
             self.counters.statistics.jacobian_evaluations += 1;
             self.set_up_for = None;
@@ -373,7 +377,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     }
 
     /// Sets up J_y + λ/h J_ẏ for all eigenvalues λ of A⁻¹, if h or the Jacobian has changed.
-    fn set_up(&mut self, h: f64) -> Result<(), Failure> {
+    pub(super) fn set_up(&mut self, h: f64) -> Result<(), Failure> {
         if self.set_up_for == Some(h) {
             return Ok(());
         }

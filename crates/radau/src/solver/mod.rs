@@ -7,6 +7,7 @@
 mod attempt;
 mod builder;
 mod events;
+mod first_step;
 mod last_step;
 mod linearized;
 mod output;

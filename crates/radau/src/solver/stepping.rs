@@ -101,7 +101,13 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
         self.start?;
         self.bounds = [t_out, limit];
-        let mut wanted = self.h.unwrap_or_else(|| self.initial_step(t_out));
+        let mut wanted = match self.h {
+            Some(h) => h,
+            None => match self.initial_step(t_out, limit) {
+                Ok(h) => h,
+                Err(fatal) => return Err(fatal.in_step(self.t, 0.0)),
+            },
+        };
         let mut failures = Failures::after(self.refused.is_some());
         let mut refused = self.refused.take();
         let mut cause = String::new();
@@ -267,7 +273,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    fn largest_step(&self) -> f64 {
+    pub(super) fn largest_step(&self) -> f64 {
         self.options.max_step.unwrap_or(f64::INFINITY)
     }
 
@@ -283,35 +289,6 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             ratio if ratio < SHARED && !fixed => left / (ratio - SLIVER).ceil(),
             _ => wanted,
         }
-    }
-
-    /// Returns the first step T τ^(3/4)/2, with T the time scale of y and τ its tolerance. A step T
-    /// τ/2, in which y changes by only the tolerance, may be so short that rounding dominates
-    /// constraints and singular ẏ matrices.
-    fn initial_step(&self, t_out: f64) -> f64 {
-        if let StepSize::Fixed(h) = self.options.step_size {
-            return h;
-        }
-        let estimate = || {
-            let square: f64 = self
-                .y_dot
-                .iter()
-                .zip(self.weights.plain())
-                .map(|(v, w)| (v * w).powi(2))
-                .sum();
-            let norm = (square / self.y.len() as f64).sqrt();
-            let of_memory = self.memory.as_ref();
-            let norm = norm.hypot(of_memory.map_or(0.0, |memory| memory.rate(&self.method)));
-            let (relative, _) = self.options.internal_tolerances();
-            let scale = if relative > 0.0 {
-                relative.powf(0.25)
-            } else {
-                1.0
-            };
-            (1e-3 * (t_out - self.t)).min(0.5 / (norm * scale))
-        };
-        let first = self.options.initial_step.unwrap_or_else(estimate);
-        first.max(self.options.min_step).min(self.largest_step())
     }
 
     pub(super) fn stop(&self, reason: StopReason, message: String) -> Outcome {

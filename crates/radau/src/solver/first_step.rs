@@ -1,0 +1,81 @@
+//! Size of the first step after a start.
+
+use myovib_dae::{LinearSolver, Problem};
+
+use super::state::{Jacobian, RadauSolver};
+use crate::failure::{Failure, Fatal};
+use crate::options::StepSize;
+
+/// Ratio of the first step to the step in which the sampled rounding of multipliers equals their
+/// tolerances. At high orders, the matrices of some stages amplify rounding more than the sampled one.
+const SAFETY: f64 = 2.0;
+
+impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
+    /// Returns the size of the first step toward `t_out`, which must not pass `limit`.
+    pub(super) fn initial_step(&mut self, t_out: f64, limit: f64) -> Result<f64, Fatal> {
+        if let StepSize::Fixed(h) = self.options.step_size {
+            return Ok(h);
+        }
+        let (min, max) = (self.options.min_step, self.largest_step());
+        if let Some(h) = self.options.initial_step {
+            return Ok(h.max(min).min(max));
+        }
+        let h = self.estimated_first_step(t_out).max(min).min(max);
+        match self.resolving_step(h) {
+            Ok(resolving) => Ok(h.max(resolving.min(limit - self.t)).min(max)),
+            // The step itself will fail for the same reason.
+            Err(Failure::Rejected(_)) => Ok(h),
+            Err(Failure::Fatal(fatal)) => Err(fatal),
+        }
+    }
+
+    /// Returns the smaller of T τ^(3/4)/2 and a thousandth of the time to `t_out`. T is the time in
+    /// which y changes by its own size, 1/(τ ‖ẏ‖) in the norm of the tolerances, and τ the relative
+    /// tolerance of the estimate. A step T τ/2, in which y changes by only the tolerance, may be so
+    /// short that rounding dominates constraints and singular ẏ matrices.
+    fn estimated_first_step(&self, t_out: f64) -> f64 {
+        let squares = self.y_dot.iter().zip(self.weights.plain());
+        let square: f64 = squares.map(|(v, w)| (v * w).powi(2)).sum();
+        let of_y = (square / self.y.len() as f64).sqrt();
+        let memory = self.memory.as_ref();
+        let norm = of_y.hypot(memory.map_or(0.0, |memory| memory.rate(&self.method)));
+        let (relative, _) = self.options.internal_tolerances();
+        let scale = match relative > 0.0 {
+            true => relative.powf(0.25),
+            false => 1.0,
+        };
+        (1e-3 * (t_out - self.t)).min(0.5 / (norm * scale))
+    }
+
+    /// Returns the shortest first step in which rounding, which Newton's matrix divides by h² in
+    /// multipliers of index 3, is below their tolerances; 0 without such multipliers. Rounding is
+    /// sampled in a step of size `h`.
+    fn resolving_step(&mut self, h: f64) -> Result<f64, Failure> {
+        if self.multipliers.largest_index() < 3 {
+            return Ok(0.0);
+        }
+        if let Some(memory) = &mut self.memory {
+            memory.begin(&mut self.problem, (&self.method, h), self.t, &self.y)?;
+        }
+        self.weights.scale(h);
+        self.evaluate_jacobian(h)?;
+        self.set_up(h)?;
+        if let Some(memory) = &self.memory {
+            memory.show_present(&mut self.problem);
+        }
+        self.sample_rounding(h, None)?;
+        // The step has its own Jacobian and pivots.
+        (self.jacobian, self.set_up_for, self.pivots_due) = (Jacobian::Due, None, true);
+        Ok(SAFETY * self.shortest_resolved(h))
+    }
+
+    /// Returns the shortest step in which rounding of multipliers of index 3 is below their
+    /// tolerances, from its last sample, in a step of size `h`.
+    pub(super) fn shortest_resolved(&self, h: f64) -> f64 {
+        let mask = self.error_test.mask();
+        let multipliers = (0..mask.len()).filter(|&i| self.multipliers.index(i) == 3);
+        let excess =
+            multipliers.map(|i| mask[i] * self.rounding.of(i) / self.weights.own_tolerance(i));
+        h * excess.fold(0.0, f64::max).sqrt()
+    }
+}
