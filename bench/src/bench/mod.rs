@@ -2,6 +2,7 @@
 
 mod features;
 mod large;
+mod response;
 mod rows;
 
 use std::sync::atomic::Ordering;
@@ -56,6 +57,8 @@ pub(crate) enum What {
     Rows,
     /// Time of a residual and of a run while features are enabled step by step
     Features,
+    /// Harmonic responses beside motions and factorizations, and adaptive beside equidistant frequencies
+    Response,
     /// Twenty steps of bodies with 100 000 unknowns, and costs from 10 000 to 200 000
     Large,
 }
@@ -64,20 +67,25 @@ impl BenchArgs {
     /// Rejects options that do not apply to the measurement.
     fn check(&self) -> Result<(), InputError> {
         let is_large = self.what == What::Large;
+        let has_end = matches!(self.what, What::Rows | What::Features);
         let options = [
-            ("--cases", !self.cases.is_empty(), is_large),
-            ("--t-end", self.t_end.is_some(), !is_large),
+            ("--cases", !self.cases.is_empty(), is_large, "bench large"),
+            (
+                "--t-end",
+                self.t_end.is_some(),
+                has_end,
+                "bench rows, bench features",
+            ),
         ];
-        match options.into_iter().find(|(_, given, has)| *given && !has) {
-            Some((option, ..)) => Err(InputError::new(
+        match options
+            .into_iter()
+            .find(|(_, given, has, _)| *given && !has)
+        {
+            Some((option, .., allowed)) => Err(InputError::new(
                 "the option does not apply to this measurement",
             )
             .at(option)
-            .allowed(if is_large {
-                "bench rows, bench features"
-            } else {
-                "bench large"
-            })),
+            .allowed(allowed)),
             None => Ok(()),
         }
     }
@@ -140,6 +148,7 @@ pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
     match args.what {
         What::Rows => rows::run(args),
         What::Features => features::run(args, &mesh_file::load(None)?.0),
+        What::Response => response::run(args),
         What::Large => large::run(args),
     }
 }

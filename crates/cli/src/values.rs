@@ -91,6 +91,22 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Parses `KEY=FROM..TO` with two different finite numbers.
+///
+/// # Errors
+/// Returns the reason as text.
+pub fn key_and_range(text: &str) -> Result<(String, [f64; 2]), String> {
+    let wrong = || "expected KEY=FROM..TO, such as traction[0].y.frequency=5..15".to_owned();
+    let (key, range) = text.split_once('=').ok_or_else(wrong)?;
+    let (from, to) = range.split_once("..").ok_or_else(wrong)?;
+    let number = |text: &str| text.trim().parse::<f64>().map_err(|_| wrong());
+    let (from, to) = (number(from)?, number(to)?);
+    match from.is_finite() && to.is_finite() && from != to {
+        true => Ok((key.trim().to_owned(), [from, to])),
+        false => Err("FROM and TO must be different finite numbers".to_owned()),
+    }
+}
+
 /// Parses a relative tolerance.
 ///
 /// # Errors
@@ -129,7 +145,17 @@ pub fn by_name<T: Copy>(
 
 #[cfg(test)]
 mod tests {
-    use super::{memory, output_folder, threads};
+    use super::{key_and_range, memory, output_folder, threads};
+
+    #[test]
+    fn ranges_of_keys_have_two_different_numbers() {
+        let found = key_and_range("traction[0].y.frequency = 5..1.5e1");
+        let key = "traction[0].y.frequency".to_owned();
+        assert_eq!(found, Ok((key, [5.0, 15.0])));
+        for wrong in ["a", "a=5", "a=5..", "a=5..5", "a=5..inf", "a=NaN..5"] {
+            assert!(key_and_range(wrong).is_err(), "{wrong}");
+        }
+    }
 
     #[test]
     fn a_folder_has_a_name() {

@@ -1,8 +1,11 @@
 //! Tables of a periodic state: stability, multipliers, and harmonics of the probes.
 
 use myovib_scene::escape;
-use myovib_scene::periodic::{Column, Periodic};
+use myovib_scene::periodic::{Column, Curve, CurvePoint, Periodic};
 
+use crate::page::probes::{label, unit};
+use crate::page::{self, PageData};
+use crate::plot::{Axis, Figure, LinePlot, Series};
 use crate::table::{Align, Table, colored_stdout};
 
 /// Number of harmonics in tables; `run.json` contains the others.
@@ -64,11 +67,102 @@ pub fn text(found: &Periodic) -> String {
         let names = [probe.into(), (&*column.name).into()].into_iter();
         table.row(names.chain(numbers));
     }
-    format!("{}{}\n", table.render(colored_stdout()), description(found))
+    let curve = found
+        .continuation
+        .as_ref()
+        .map_or(String::new(), curve_text);
+    format!(
+        "{}{}\n{curve}",
+        table.render(colored_stdout()),
+        description(found)
+    )
+}
+
+/// Returns the folds and the ends of a curve as a table.
+fn curve_text(curve: &Curve) -> String {
+    let first = [(&*curve.parameter, Align::Right), ("", Align::Left)];
+    let values = curve.columns.iter().map(|name| (&**name, Align::Right));
+    let columns: Vec<_> = first
+        .into_iter()
+        .chain([("stability", Align::Left)])
+        .chain(values)
+        .collect();
+    let mut table = Table::new(&columns);
+    let n = curve.points.len();
+    for (k, point) in curve.points.iter().enumerate() {
+        let place = match point.is_fold {
+            true => "fold",
+            false if k == 0 => "start",
+            false if k + 1 == n => "end",
+            false => continue,
+        };
+        let names = [
+            format!("{:.6}", point.parameter),
+            place.to_owned(),
+            stability(point).to_owned(),
+        ];
+        let values = point.amplitudes.iter().map(|a| format!("{a:.4e}"));
+        table.row(names.into_iter().chain(values).map(Into::into));
+    }
+    let end = match &curve.incomplete {
+        None => String::new(),
+        Some(reason) => format!(" The curve ends inside the range: {reason}."),
+    };
+    format!(
+        "\nAmplitudes of the first harmonics along the curve\n{}{n} points; continuation.csv lists all.{end}\n",
+        table.render(colored_stdout())
+    )
+}
+
+/// Describes the stability of a point.
+fn stability(point: &CurvePoint) -> &'static str {
+    match point.is_stable {
+        Some(true) => "stable",
+        Some(false) => "unstable",
+        None => "boundary",
+    }
+}
+
+/// Returns the figures of a curve: amplitude over the parameter.
+fn curve_section(curve: &Curve, in_space: bool, data: &mut PageData) -> String {
+    let x: Vec<f64> = curve.points.iter().map(|point| point.parameter).collect();
+    let figures = curve.columns.iter().enumerate().map(|(j, name)| {
+        let all: Vec<f64> = curve
+            .points
+            .iter()
+            .map(|point| point.amplitudes[j])
+            .collect();
+        let those = |keep: &dyn Fn(&CurvePoint) -> bool| {
+            let points = curve.points.iter().zip(&all);
+            let kept = points.filter(|(point, _)| keep(point));
+            kept.map(|(point, y)| (point.parameter, *y)).unzip()
+        };
+        let (x_unstable, unstable): (Vec<f64>, Vec<f64>) = those(&|p| p.is_stable == Some(false));
+        let (x_folds, folds): (Vec<f64>, Vec<f64>) = those(&|p| p.is_fold);
+        let column = name.rsplit('.').next().unwrap_or_default();
+        let plot = LinePlot {
+            x: Axis::new(&*curve.parameter, ""),
+            y: Axis::new(label(column), unit(column, in_space)),
+            series: vec![
+                Series::curve("periodic states", &x, &all),
+                Series::curve("unstable", &x_unstable, &unstable)
+                    .marked()
+                    .unjoined(),
+                Series::curve("folds", &x_folds, &folds).marked().unjoined(),
+            ],
+            ..LinePlot::default()
+        };
+        let chart: Vec<usize> = data.chart(&plot, None).into_iter().collect();
+        let svg = Figure::column(&**name, vec![Box::new(plot)]).render();
+        page::figure(name, &svg, &chart)
+    });
+    let figures: String = figures.collect();
+    let title = "<h2>Amplitudes of the first harmonics along the curve</h2>\n";
+    format!("{title}{figures}")
 }
 
 /// Returns the section of the report.
-pub(crate) fn section(found: &Periodic) -> String {
+pub(crate) fn section(found: &Periodic, in_space: bool, data: &mut PageData) -> String {
     let rows = columns(found).map(|(probe, column)| {
         let numbers = numbers(column).into_iter();
         let numbers = numbers.map(|number| format!("<td class=\"n\">{number:.4e}</td>"));
@@ -81,8 +175,10 @@ pub(crate) fn section(found: &Periodic) -> String {
     });
     let names = ["mean", "minimum", "maximum", "|f|", "|2 f|", "|3 f|"];
     let names = names.map(|name| format!("<th class=\"n\">{name}</th>"));
+    let curve = found.continuation.as_ref();
+    let curve = curve.map_or(String::new(), |curve| curve_section(curve, in_space, data));
     format!(
-        "<h2>Periodic state</h2>\n<p>{}</p>\n<table><tr><th>probe</th><th>value</th>{}</tr>\n{}</table>\n",
+        "<h2>Periodic state</h2>\n<p>{}</p>\n<table><tr><th>probe</th><th>value</th>{}</tr>\n{}</table>\n{curve}",
         description(found),
         names.concat(),
         rows.collect::<String>()

@@ -37,6 +37,39 @@ pub struct Periodic {
     pub multipliers: Vec<[f64; 2]>,
     /// Harmonics of the probes.
     pub probes: Vec<Harmonics>,
+    /// Curve of periodic states over a parameter, if requested.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub continuation: Option<Curve>,
+}
+
+/// Curve of periodic states over a parameter.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Curve {
+    /// Key of the parameter.
+    pub parameter: String,
+    /// Values of probes, as `PROBE.COLUMN`.
+    pub columns: Vec<String>,
+    /// Points along the curve.
+    pub points: Vec<CurvePoint>,
+    /// Reason why the curve ended inside its range; null if it left the range.
+    pub incomplete: Option<String>,
+}
+
+/// Periodic state of a curve.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CurvePoint {
+    /// Value of the parameter.
+    pub parameter: f64,
+    /// Frequency, Hz.
+    pub frequency: f64,
+    /// Whether the curve turns back here.
+    pub is_fold: bool,
+    /// Largest magnitude of the multipliers.
+    pub spectral_radius: f64,
+    /// Whether the state is stable; null on the boundary of stability, as at a fold.
+    pub is_stable: Option<bool>,
+    /// Amplitudes of the first harmonic of each value.
+    pub amplitudes: Vec<f64>,
 }
 
 /// Harmonics of the values of a probe.

@@ -15,15 +15,21 @@ use crate::values;
 #[command(after_help = "Examples:\n  \
     myovib periodic scene.toml\n  \
     myovib periodic scene.toml --set periodic.frequency=4\n  \
-    myovib periodic scene.toml --set periodic.settling_periods=20 --set periodic.multipliers=8\n\n\
+    myovib periodic scene.toml --set periodic.settling_periods=20 --set periodic.multipliers=8\n  \
+    myovib periodic scene.toml --continue traction[0].y.frequency=5..15\n\n\
     Finds the motion that repeats with the period of the loads, without its transient, by Newton's method for the \
     state after one period. It starts from the motion after periodic.settling_periods periods. The largest Floquet \
     multipliers show whether the motion is stable. Writes NAME.csv for each [[probe]] over one period; run.json with \
-    multipliers and harmonics; state.json, from which a motion can start; and report.html.")]
+    multipliers and harmonics; state.json, from which a motion can start; and report.html. --continue also writes \
+    continuation.csv: amplitudes of the first harmonics and stability along the curve.")]
 pub struct PeriodicArgs {
     /// The scene: a TOML file, or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
+
+    /// Follow the curve of periodic states over a number of the scene, through folds.
+    #[arg(long = "continue", value_name = "KEY=FROM..TO", value_parser = values::key_and_range)]
+    pub continued: Option<(String, [f64; 2])>,
 
     /// Change a value of the scene; may be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
@@ -48,10 +54,16 @@ pub struct PeriodicArgs {
 /// Returns an error if the scene is invalid (before any file is written), if no periodic state is
 /// found, or if an output cannot be written.
 pub fn run(args: &PeriodicArgs) -> anyhow::Result<Exit> {
+    let mut set = args.set.clone();
+    if let Some((key, [from, to])) = &args.continued {
+        set.push(format!("{key}={from:?}"));
+        set.push(format!("periodic.continuation.parameter={key:?}"));
+        set.push(format!("periodic.continuation.to={to:?}"));
+    }
     let command = AnalysisCommand {
         name: "periodic",
         scene: &args.scene,
-        set: args.set.clone(),
+        set,
         out: &args.out,
         overwrite: args.overwrite,
         common: &args.common,

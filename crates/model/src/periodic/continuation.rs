@@ -53,12 +53,14 @@ pub struct Curve {
     pub points: Vec<Point>,
     /// Points at which the curve turns back in the parameter.
     pub folds: Vec<Point>,
+    /// Reason why the curve could not be continued, if it ended early.
+    pub failure: Option<String>,
 }
 
 /// Follows the curve of periodic states from the state at a parameter, which must be periodic.
 ///
 /// # Errors
-/// [`ModelError::NoPeriodicState`] if even short steps fail; errors of the map.
+/// [`ModelError::NoPeriodicState`] if even short first steps fail; other errors of the map.
 pub fn follow(
     map: &mut Family<'_>,
     (state, parameter): (&[f64], f64),
@@ -89,6 +91,15 @@ pub fn follow(
                     halvings += 1;
                     step *= 0.5;
                 }
+                Err(
+                    error @ (ModelError::NoPeriodicState { .. } | ModelError::PeriodStopped { .. }),
+                ) if points.len() > 1 => {
+                    return Ok(Curve {
+                        points,
+                        folds,
+                        failure: Some(error.to_string()),
+                    });
+                }
                 Err(error) => return Err(error),
             }
         };
@@ -110,7 +121,11 @@ pub fn follow(
             step = (GROWTH * step).min(continuation.max_step);
         }
     }
-    Ok(Curve { points, folds })
+    Ok(Curve {
+        points,
+        folds,
+        failure: None,
+    })
 }
 
 /// Steps along a curve; x = (state, parameter) relative to their scales.

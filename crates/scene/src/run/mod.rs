@@ -4,6 +4,7 @@
 //! outputs observe each accepted step. At the end, `run.json` documents the result.
 
 mod checkpoint;
+mod continuation;
 mod cut;
 mod document;
 mod driving;
@@ -15,6 +16,7 @@ mod indicator;
 mod modes;
 mod oscillations;
 mod outputs;
+mod period;
 mod periodic;
 mod recorder;
 mod rehearsal;

@@ -66,6 +66,10 @@ pub struct Scene {
     /// Scene as written, with defaults filled in.
     pub file: SceneFile,
     source: Source,
+    /// Changes of the text.
+    overrides: Vec<String>,
+    /// Folder of the files named in the text.
+    folder: PathBuf,
     /// End time, s; 0 for a scene without a time interval.
     pub t_end: f64,
     /// Elastic body, if there is one.
@@ -186,6 +190,16 @@ impl Scene {
     /// A name that is not in [`SCENES`], or invalid overrides.
     pub fn built_in(name: &str, overrides: &[String]) -> Result<Self, InputError> {
         Self::build(name, builtin::find(name)?.text, overrides, Path::new(""))
+    }
+
+    /// Returns the scene with more overrides.
+    ///
+    /// # Errors
+    /// An invalid override.
+    pub(crate) fn with(&self, set: &[String]) -> Result<Self, InputError> {
+        let overrides = [&self.overrides[..], set].concat();
+        let source = &self.source;
+        Self::build(source.name(), source.text(), &overrides, &self.folder)
     }
 
     /// Returns the scene with all tolerances multiplied by [`loosening`].
@@ -429,6 +443,8 @@ impl Scene {
             inputs: inputs.into_read(),
             file,
             source,
+            overrides: overrides.to_vec(),
+            folder: folder.to_owned(),
         })
     }
 }

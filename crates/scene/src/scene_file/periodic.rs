@@ -25,6 +25,36 @@ pub struct Periodic {
     /// Number of values of each probe.
     #[schemars(range(min = 8, max = 100_000))]
     pub samples: usize,
+    /// Curve of periodic states over a number of the scene, through folds.
+    pub continuation: Option<Continuation>,
+}
+
+/// Curve of periodic states from the value of a number in the scene to another value.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Continuation {
+    /// Key of the number, such as `"traction[0].y.frequency"`.
+    pub parameter: String,
+    /// Value at which the curve ends.
+    pub to: f64,
+    /// Largest step of the curve: change of the number relative to its range, or of the motion relative to its size at the start.
+    #[serde(default = "Continuation::max_step")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub max_step: f64,
+    /// Largest number of points.
+    #[serde(default = "Continuation::max_points")]
+    #[schemars(range(min = 2))]
+    pub max_points: usize,
+}
+
+impl Continuation {
+    const fn max_step() -> f64 {
+        0.1
+    }
+
+    const fn max_points() -> usize {
+        200
+    }
 }
 
 impl Default for Periodic {
@@ -36,6 +66,7 @@ impl Default for Periodic {
             tolerance: 1e-6,
             multipliers: 4,
             samples: 128,
+            continuation: None,
         }
     }
 }

@@ -54,7 +54,7 @@ impl Source {
     }
 
     /// Returns the name of the file in messages.
-    pub(super) fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         &self.name
     }
 

@@ -1,0 +1,248 @@
+//! Harmonic responses: cost compared with motions and with factorizations, and number of adaptive frequencies.
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::sync::Arc;
+
+use anyhow::Context;
+use cpu_time::ThreadTime;
+use myovib_cli::exit::Exit;
+use myovib_cli::machine::Machine;
+use myovib_model::linear::{Condensation, Condensed, LinearWork};
+use myovib_model::{MuscleDae, run as run_model, start_at_rest};
+use myovib_scene::response::Response;
+use myovib_scene::watch::Watcher;
+use myovib_scene::{Body, Scene};
+use myovib_sparse::SparseOptions;
+use num_complex::Complex64;
+use serde::Serialize;
+
+use super::{BenchArgs, fastest, fastest_call, give, goes_on};
+
+/// A response beside the work that it replaces or consists of.
+#[derive(Serialize)]
+struct Row {
+    scene: &'static str,
+    /// Unknowns of each linear system.
+    unknowns: usize,
+    frequencies: usize,
+    cpu_seconds: f64,
+    compared_with: &'static str,
+    compared_cpu_seconds: f64,
+    /// CPU time of the response relative to the other work.
+    ratio: f64,
+}
+
+/// Adaptive frequencies beside fixed grids.
+#[derive(Serialize)]
+struct Interpolation {
+    grid: String,
+    frequencies: usize,
+    /// Largest error between the frequencies, relative to the median amplitude of each value or, if larger, the
+    /// amplitude.
+    error: f64,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    machine: Machine,
+    responses: &'a [Row],
+    interpolation: &'a [Interpolation],
+}
+
+pub(super) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
+    let mut rows = Vec::new();
+    for measure in [beside_motion, beside_factorizations] {
+        if goes_on() {
+            rows.push(measure(args.repeats)?);
+        }
+    }
+    let interpolation = match goes_on() {
+        true => interpolation()?,
+        false => Vec::new(),
+    };
+    let document = Document {
+        machine: Machine::found(),
+        responses: &rows,
+        interpolation: &interpolation,
+    };
+    give(args, &text(&document)?, &document)
+}
+
+/// Returns a built-in scene with a response of its load.
+fn scene(name: &str, frequencies: &str, load: &str, set: &[&str]) -> anyhow::Result<Scene> {
+    let mut set: Vec<String> = set.iter().map(|&set| set.to_owned()).collect();
+    set.push("analysis=\"response\"".to_owned());
+    set.push(format!("response.frequencies=\"{frequencies}\""));
+    set.push(format!("traction[0].response={{ {load} }}"));
+    Ok(Scene::built_in(name, &set)?)
+}
+
+/// Returns the response and its CPU time in s.
+fn timed(scene: &Scene) -> anyhow::Result<(Response, f64)> {
+    let started = ThreadTime::now();
+    let found = Response::of_scene(scene, Watcher::NOBODY)?;
+    Ok((found, started.elapsed().as_secs_f64()))
+}
+
+/// The scene `init`: 120 frequencies beside 3 s of motion.
+fn beside_motion(repeats: u32) -> anyhow::Result<Row> {
+    let of_response = scene("init", "1..60:120", "y = 100.0", &[])?;
+    let (found, cpu_seconds) = fastest(repeats, || timed(&of_response), |(_, cpu)| *cpu)?;
+    let motion = Scene::built_in("init", &["time.end=3.0".to_owned()])?;
+    let body = motion.body.context("the scene has a body")?;
+    let once = || -> anyhow::Result<_> {
+        let dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
+        let mut integrator = start_at_rest(dae, &body.settings)?;
+        Ok(run_model(integrator.as_mut(), &mut [])?.cpu_seconds)
+    };
+    let compared = fastest(repeats, once, |cpu| *cpu)?;
+    Ok(Row {
+        scene: "init",
+        unknowns: found.unknowns,
+        frequencies: found.frequencies.len(),
+        cpu_seconds,
+        compared_with: "3 s of motion by radau9",
+        compared_cpu_seconds: compared,
+        ratio: cpu_seconds / compared,
+    })
+}
+
+/// A spindle in space: 100 frequencies beside 100 complex factorizations of the same matrices.
+fn beside_factorizations(repeats: u32) -> anyhow::Result<Row> {
+    // Principal stresses have no amplitude about rest.
+    let set = ["mesh.cells=[20, 6, 6]", "probe[1].quantities=[\"strain\"]"];
+    let scene = scene("muscle3d", "1..60:100", "z = 500.0", &set)?;
+    let (found, cpu_seconds) = timed(&scene)?;
+    let Body {
+        muscle,
+        formulation,
+        ..
+    } = scene.body.context("the scene has a body")?;
+    let mut dae = MuscleDae::new(muscle, formulation)?;
+    let rest = vec![0.0; dae.layout().n_unknowns()];
+    dae.update_matrices(0.0, &rest, &rest)?;
+    let plan = Arc::new(Condensation::new(&dae));
+    let elimination = Arc::new(plan.elimination(SparseOptions::default())?);
+    let mut matrix = Condensed::<Complex64>::new(plan, elimination);
+    let s = Complex64::new(0.0, TAU * 30.0);
+    let one = fastest_call(repeats.max(3), || {
+        let mut work = LinearWork::default();
+        matrix.set_up(s, |values| dae.matrix_values(values), &mut work)
+    })?;
+    let compared = found.frequencies.len() as f64 * one;
+    Ok(Row {
+        scene: "muscle3d, 20 × 6 × 6",
+        unknowns: found.unknowns,
+        frequencies: found.frequencies.len(),
+        cpu_seconds,
+        compared_with: "100 complex factorizations",
+        compared_cpu_seconds: compared,
+        ratio: cpu_seconds / compared,
+    })
+}
+
+/// Returns the errors of the interpolation between adaptive frequencies and between those of fixed grids.
+fn interpolation() -> anyhow::Result<Vec<Interpolation>> {
+    let computed = |frequencies: &str| -> anyhow::Result<Response> {
+        let scene = scene("init", frequencies, "y = 100.0", &[])?;
+        Ok(timed(&scene)?.0)
+    };
+    let fine = Line::of(&computed("1..60:3541")?);
+    let adaptive = computed("1..60:adaptive")?;
+    let drawn = adaptive
+        .drawn
+        .as_ref()
+        .context("an adaptive response has curves")?;
+    let mut rows = Vec::new();
+    let mut add = |grid: &str, frequencies, line: &Line| {
+        rows.push(Interpolation {
+            grid: grid.to_owned(),
+            frequencies,
+            error: fine.distance(line),
+        });
+    };
+    let n = adaptive.frequencies.len();
+    let curves = drawn.1.iter().map(|curves| &curves.amplitudes);
+    let line = Line::new(&drawn.0, curves.collect());
+    add("adaptive", n, &line);
+    for times in [3, 10, 30] {
+        let found = computed(&format!("1..60:{}", times * n))?;
+        add("equidistant", times * n, &Line::of(&found));
+    }
+    Ok(rows)
+}
+
+/// Values over frequency.
+struct Line {
+    frequencies: Vec<f64>,
+    rows: Vec<Vec<Complex64>>,
+}
+
+impl Line {
+    fn of(found: &Response) -> Self {
+        let curves = found.probes.iter().map(|curves| &curves.amplitudes);
+        Self::new(&found.frequencies, curves.collect())
+    }
+
+    fn new(frequencies: &[f64], curves: Vec<&Vec<Vec<Complex64>>>) -> Self {
+        let row = |k: usize| curves.iter().flat_map(|rows| rows[k].clone()).collect();
+        Self {
+            frequencies: frequencies.to_vec(),
+            rows: (0..frequencies.len()).map(row).collect(),
+        }
+    }
+
+    /// Returns value number `j` at a frequency, interpolated by cubic polynomials through four frequencies.
+    fn at(&self, f: f64, j: usize) -> Complex64 {
+        let n = self.frequencies.len();
+        let next = self.frequencies.partition_point(|other| *other < f);
+        let first = next.saturating_sub(2).min(n.saturating_sub(4));
+        let near = first..(first + 4).min(n);
+        let term = |k: usize| {
+            let others = near.clone().filter(|other| *other != k);
+            let factors = others.map(|other| {
+                (f - self.frequencies[other]) / (self.frequencies[k] - self.frequencies[other])
+            });
+            self.rows[k][j] * factors.product::<f64>()
+        };
+        near.clone().map(term).sum()
+    }
+
+    /// Returns the largest error of another line at the frequencies of this one.
+    fn distance(&self, other: &Self) -> f64 {
+        let mut largest = 0.0_f64;
+        for j in 0..self.rows[0].len() {
+            let mut sizes: Vec<f64> = self.rows.iter().map(|row| row[j].norm()).collect();
+            sizes.sort_by(f64::total_cmp);
+            let median = sizes[sizes.len() / 2];
+            for (f, row) in self.frequencies.iter().zip(&self.rows) {
+                let error = (other.at(*f, j) - row[j]).norm() / row[j].norm().max(median);
+                largest = largest.max(error);
+            }
+        }
+        largest
+    }
+}
+
+fn text(document: &Document<'_>) -> anyhow::Result<String> {
+    let mut text = String::new();
+    for row in document.responses {
+        writeln!(
+            text,
+            "{}: {} unknowns, {} frequencies in {:.3} CPU s; {}: {:.3} CPU s; ratio {:.3}",
+            row.scene,
+            row.unknowns,
+            row.frequencies,
+            row.cpu_seconds,
+            row.compared_with,
+            row.compared_cpu_seconds,
+            row.ratio
+        )?;
+    }
+    for row in document.interpolation {
+        let (grid, n, error) = (&row.grid, row.frequencies, row.error);
+        writeln!(text, "init, {n} {grid} frequencies: error {error:.1e}")?;
+    }
+    Ok(text)
+}

@@ -1,0 +1,268 @@
+//! Curves of periodic states over a number of the scene.
+
+use std::ops::Range;
+use std::sync::atomic::AtomicBool;
+
+use myovib_model::periodic::{self, PeriodMap, Shooting, multipliers};
+use myovib_model::start::Consistent;
+use myovib_model::{Integrator, Limits, ModelError};
+use serde_json::Value;
+
+use super::RunOptions;
+use super::period::{Period, Samples, Task};
+use super::system::System;
+use crate::csv::CsvWriter;
+use crate::periodic::{Column, Curve, CurvePoint};
+use crate::probe::Reading;
+use crate::scene_file::periodic::Continuation;
+use crate::{Error, InputError, Scene};
+
+/// Name of the table of the curve.
+pub(super) const NAME: &str = "continuation.csv";
+
+/// A number of a scene and the curve over it.
+pub(super) struct Branch {
+    wanted: Continuation,
+    /// Value at the start.
+    from: f64,
+}
+
+impl Branch {
+    /// Returns the curve that the scene requests.
+    ///
+    /// # Errors
+    /// A key without a number; a value at which the scene is invalid or has other frequencies.
+    pub(super) fn of(scene: &Scene) -> Result<Option<Self>, Error> {
+        let periodic = scene.file.periodic.as_ref();
+        let Some(wanted) = periodic.and_then(|periodic| periodic.continuation.clone()) else {
+            return Ok(None);
+        };
+        let key = &wanted.parameter;
+        let parts = key.split(['.', '[', ']']).filter(|part| !part.is_empty());
+        let pointer: String = parts.map(|part| format!("/{}", part.trim())).collect();
+        let found = scene.written().pointer(&pointer).and_then(Value::as_f64);
+        let Some(from) = found else {
+            let error = InputError::new(format!("the scene has no number `{key}`"));
+            let error = error.next("choose a number in the scene, such as traction[0].y.frequency");
+            return Err(scene.wrong("periodic.continuation.parameter", error).into());
+        };
+        if from == wanted.to {
+            let error = InputError::new("the curve ends at its start").found(wanted.to);
+            return Err(scene.wrong("periodic.continuation.to", error).into());
+        }
+        let branch = Self { wanted, from };
+        branch.at(scene, branch.wanted.to)?;
+        Ok(Some(branch))
+    }
+
+    /// Returns the scene with another value of the number.
+    fn at(&self, scene: &Scene, value: f64) -> Result<Scene, InputError> {
+        scene.with(&[format!("{}={value:?}", self.wanted.parameter)])
+    }
+
+    /// Follows the curve from the periodic state of the scene.
+    ///
+    /// # Errors
+    /// Errors of the integrations, and of the scene at values of the number.
+    pub(super) fn follow(
+        &self,
+        scene: &Scene,
+        options: &RunOptions<'_>,
+        shooting: &Shooting,
+        state: &[f64],
+    ) -> Result<Curve, Error> {
+        let Self { wanted, from } = self;
+        let progress = options.watcher().progress;
+        let interrupt = options.interrupt;
+        // Distances along the curve are root mean squares of the state.
+        let root = (state.len() as f64).sqrt();
+        let continuation = periodic::Continuation {
+            shooting: Shooting {
+                scales: shooting.scales.iter().map(|scale| root * scale).collect(),
+                tolerance: shooting.tolerance / root,
+                ..shooting.clone()
+            },
+            parameter_scale: (wanted.to - from).abs(),
+            range: [from.min(wanted.to), from.max(wanted.to)],
+            is_descending: wanted.to < *from,
+            max_step: wanted.max_step,
+            max_points: wanted.max_points,
+        };
+        let mut failed = None;
+        let mut map = |state: &[f64], value: f64| {
+            progress.on_progress(&|| format!("periodic: {} = {value:.6}", wanted.parameter));
+            let end = || {
+                let scene = self.at(scene, value)?;
+                let period = Period::of(&scene)?;
+                let times = period.times;
+                let end = End {
+                    times,
+                    state,
+                    interrupt,
+                };
+                period.run(None, end)
+            };
+            end().map_err(|error: Error| match error {
+                Error::Model(error) => error,
+                error => {
+                    failed = Some(error);
+                    ModelError::Interrupted
+                }
+            })
+        };
+        let curve = periodic::follow(&mut map, (state, *from), &continuation);
+        if let Some(error) = failed {
+            return Err(error);
+        }
+        let periodic::Curve {
+            points,
+            folds,
+            failure,
+        } = curve?;
+        let last = points.last().map(|point| point.parameter);
+        let (low, high) = (from.min(wanted.to), from.max(wanted.to));
+        let is_inside = last.is_some_and(|last| (low..=high).contains(&last));
+        let incomplete = failure.or_else(|| {
+            is_inside.then(|| format!("it has max_points = {} points", wanted.max_points))
+        });
+        let mut folds = folds.iter();
+        let mut all = Vec::new();
+        for (k, point) in points.iter().enumerate() {
+            if k > 0 && points[k - 1].slope * point.slope < 0.0 {
+                all.extend(folds.next().map(|fold| (fold, true)));
+            }
+            all.push((point, false));
+        }
+        let mut found = Curve {
+            parameter: wanted.parameter.clone(),
+            columns: Vec::new(),
+            points: Vec::new(),
+            incomplete,
+        };
+        for (point, is_fold) in all {
+            let scene = self.at(scene, point.parameter)?;
+            let period = Period::of(&scene)?;
+            let readings = scene.readings()?;
+            found.columns = names(&scene, &readings);
+            let reading = Read {
+                period: &period,
+                readings: &readings,
+                samples: scene.file.periodic.clone().unwrap_or_default().samples,
+                state: &point.state,
+                shooting,
+                interrupt,
+            };
+            let (amplitudes, spectral_radius, is_stable) = period.run(None, reading)?;
+            found.points.push(CurvePoint {
+                parameter: point.parameter,
+                frequency: period.frequency,
+                is_fold,
+                spectral_radius,
+                // A multiplier is 1 at a fold.
+                is_stable: is_stable.filter(|_| !is_fold),
+                amplitudes,
+            });
+        }
+        Ok(found)
+    }
+}
+
+/// Returns the names of the values of all probes.
+fn names(scene: &Scene, readings: &[Box<dyn Reading>]) -> Vec<String> {
+    let probes = scene.file.probe.iter().zip(readings);
+    let names = probes.flat_map(|(probe, reading)| {
+        let names = reading.names().into_iter();
+        names.map(|name| format!("{}.{name}", probe.name))
+    });
+    names.collect()
+}
+
+/// Integration over a period.
+struct End<'a> {
+    times: [f64; 2],
+    state: &'a [f64],
+    interrupt: Option<&'static AtomicBool>,
+}
+
+impl Task for End<'_> {
+    type Out = Vec<f64>;
+
+    fn of_system<P: System + Consistent + Clone>(
+        self,
+        dae: P,
+        start: impl FnMut(P, [f64; 2], &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+        y: Vec<f64>,
+        _: Vec<Range<usize>>,
+    ) -> Result<Self::Out, Error> {
+        let mut map = PeriodMap::new(dae, start, self.times, &y)?;
+        let mut limits = Limits::new(f64::INFINITY, self.interrupt);
+        Ok(map.observed(self.state, &mut [&mut limits])?)
+    }
+}
+
+/// Amplitudes and stability of a point.
+struct Read<'a> {
+    period: &'a Period,
+    readings: &'a [Box<dyn Reading>],
+    samples: usize,
+    state: &'a [f64],
+    shooting: &'a Shooting,
+    interrupt: Option<&'static AtomicBool>,
+}
+
+impl Task for Read<'_> {
+    /// Amplitudes of the first harmonics, spectral radius, and stability.
+    type Out = (Vec<f64>, f64, Option<bool>);
+
+    fn of_system<P: System + Consistent + Clone>(
+        self,
+        dae: P,
+        start: impl FnMut(P, [f64; 2], &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+        y: Vec<f64>,
+        _: Vec<Range<usize>>,
+    ) -> Result<Self::Out, Error> {
+        let times = self.period.times;
+        let mut map = PeriodMap::new(dae, start, times, &y)?;
+        let mut samples = Samples::new(self.readings, times, self.samples, y.len());
+        map.observed(self.state, &mut [&mut samples])?;
+        let mut amplitudes = Vec::new();
+        let start = times[0] * self.period.frequency;
+        for (reading, rows) in self.readings.iter().zip(&samples.rows) {
+            for (j, name) in reading.names().into_iter().enumerate() {
+                let values = rows.iter().take(self.samples).map(|row| row[j + 1]);
+                let column = Column::new(name, &values.collect::<Vec<f64>>(), start);
+                amplitudes.push(column.amplitudes[0]);
+            }
+        }
+        let mut evaluate = |state: &[f64]| {
+            let mut limits = Limits::new(f64::INFINITY, self.interrupt);
+            map.observed(state, &mut [&mut limits])
+        };
+        let leading = multipliers(&mut evaluate, self.state, self.shooting, 1)?;
+        Ok((amplitudes, leading.spectral_radius(), leading.is_stable()))
+    }
+}
+
+/// Returns the table of a curve; `is_stable` is 1, 0, or NaN on the boundary of stability.
+pub(super) fn table(curve: &Curve) -> String {
+    let in_memory = "writing to memory does not fail";
+    let first = ["frequency", "is_fold", "spectral_radius", "is_stable"];
+    let names = std::iter::once(&*curve.parameter).chain(first);
+    let names: Vec<&str> = names
+        .chain(curve.columns.iter().map(String::as_str))
+        .collect();
+    let mut csv = CsvWriter::new(Vec::new(), &names).expect(in_memory);
+    let number = |is: bool| f64::from(u8::from(is));
+    for point in &curve.points {
+        let mut row = vec![
+            point.parameter,
+            point.frequency,
+            number(point.is_fold),
+            point.spectral_radius,
+            point.is_stable.map_or(f64::NAN, number),
+        ];
+        row.extend(&point.amplitudes);
+        csv.row(&row).expect(in_memory);
+    }
+    String::from_utf8_lossy(csv.sink()).into_owned()
+}

@@ -1,0 +1,228 @@
+//! Systems of scenes over one period of their loads.
+
+use std::ops::{ControlFlow, Range};
+
+use myovib_dae::Problem;
+use myovib_model::coupling::{CoupledDae, CoupledOptions, ErrorTest, start_coupled_from};
+use myovib_model::start::Consistent;
+use myovib_model::{
+    AcceptedStep, Integrator, ModelError, MuscleDae, Observer, Outcome, Settings, start_from,
+};
+
+use super::start::{driven_by, driven_by_rod, initial_state, options as chain_options, tolerances};
+use super::system::{Body as SystemBody, System};
+use crate::probe::Reading;
+use crate::scene::absolute_tolerances;
+use crate::watch::Watcher;
+use crate::{Body, Error, InputError, Scene};
+
+/// Tolerance of the integrator relative to the tolerance of the periodic state.
+const INTEGRATOR: f64 = 1e-2;
+
+/// Scene with the tolerances of its integrations over a period.
+pub(super) struct Period {
+    scene: Scene,
+    /// Start and end of the period, s.
+    pub(super) times: [f64; 2],
+    /// Frequency, Hz.
+    pub(super) frequency: f64,
+    /// Relative tolerance of the integrator.
+    pub(super) rtol: f64,
+}
+
+/// Computation for the system of a scene.
+pub(super) trait Task {
+    type Out;
+
+    /// Computes the result from a system, a function that starts its integrator, an initial state, and the ranges of
+    /// unknowns of the same kind.
+    fn of_system<P: System + Consistent + Clone>(
+        self,
+        dae: P,
+        start: impl FnMut(P, [f64; 2], &[f64], &[f64]) -> Result<Box<dyn Integrator<P>>, ModelError>,
+        y: Vec<f64>,
+        blocks: Vec<Range<usize>>,
+    ) -> Result<Self::Out, Error>;
+}
+
+impl Period {
+    /// Returns the period of a scene.
+    ///
+    /// # Errors
+    /// A scene without a periodic state.
+    pub(super) fn of(scene: &Scene) -> Result<Self, Error> {
+        let wanted = scene.file.periodic.clone().unwrap_or_default();
+        let own = &scene.file.integrator;
+        let rtol = match &scene.body {
+            Some(_) if scene.chains.is_empty() => own.rtol,
+            Some(_) => own.rtol.max(own.oscillators.rtol),
+            None => own.oscillators.rtol,
+        };
+        let needed = INTEGRATOR * wanted.tolerance;
+        let Some(frequency) = scene.frequency else {
+            return Err(InputError::new("the scene has no periodic state").into());
+        };
+        Ok(Self {
+            scene: scene.with_scaled_tolerances(f64::min(1.0, needed / rtol)),
+            times: [wanted.start_time, wanted.start_time + 1.0 / frequency],
+            frequency,
+            rtol: rtol.min(needed),
+        })
+    }
+
+    /// Runs a task from the initial state of the scene, or from rest without a `watcher`.
+    ///
+    /// # Errors
+    /// Errors of the initial state and of the task.
+    pub(super) fn run<T: Task>(
+        &self,
+        watcher: Option<Watcher<'_>>,
+        task: T,
+    ) -> Result<T::Out, Error> {
+        let scene = &self.scene;
+        match (&scene.body, &scene.rod) {
+            (Some(body), _) => {
+                let settings = settings(scene, body, self.times[1]);
+                let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation)?;
+                let mut y = vec![0.0; dae.n_unknowns()];
+                if let Some(watcher) = watcher {
+                    let start = body.initial_values(&mut dae, watcher);
+                    if let Some([values, _]) = start.map_err(Error::before_any_output)? {
+                        y = values;
+                    }
+                }
+                let blocks = dae.layout().blocks().iter().map(|(_, range)| range.clone());
+                let blocks: Vec<Range<usize>> = blocks.collect();
+                if scene.chains.is_empty() {
+                    let start = move |dae: MuscleDae, times: [f64; 2], y: &[f64], y_dot: &[f64]| {
+                        start_from(dae, &settings, times[0], y, y_dot)
+                    };
+                    return task.of_system(dae, start, y, blocks);
+                }
+                let test = ErrorTest::of_muscle(&dae, &settings);
+                let options = CoupledOptions::of_muscle(&dae, &settings);
+                let dae = CoupledDae::new(dae.clone(), driven_by(scene, &dae)?);
+                self.coupled(task, dae, (test, options), y, blocks)
+            }
+            (None, Some(rod)) => {
+                let n = rod.n_unknowns();
+                let test = ErrorTest::of_states(n, tolerances(scene));
+                let dae = CoupledDae::new(rod.clone(), driven_by_rod(scene, rod)?);
+                let blocks = vec![0..n / 2, n / 2..n];
+                let options = chain_options(scene);
+                self.coupled(task, dae, (test, options), vec![0.0; n], blocks)
+            }
+            (None, None) => {
+                let error = InputError::new("a periodic state needs a body or a rod under load");
+                Err(error.next("compute the motion of chains alone").into())
+            }
+        }
+    }
+
+    /// Runs a task for a body with its chains. `blocks` are the ranges of unknowns of the same kind of the body.
+    fn coupled<B: SystemBody + Clone, T: Task>(
+        &self,
+        task: T,
+        dae: CoupledDae<B>,
+        (test, options): (ErrorTest, CoupledOptions),
+        y: Vec<f64>,
+        mut blocks: Vec<Range<usize>>,
+    ) -> Result<T::Out, Error> {
+        let test = test.with_oscillators(&dae, tolerances(&self.scene));
+        for k in 0..dae.n_networks() {
+            let Range { start, end } = dae.range(k);
+            let middle = start + dae.oscillators(k).network().n_oscillators();
+            blocks.extend([start..middle, middle..end]);
+        }
+        let y = initial_state(&self.scene, &dae, &y);
+        let start = move |dae: CoupledDae<B>, times: [f64; 2], y: &[f64], y_dot: &[f64]| {
+            start_coupled_from(dae, test.clone(), options.clone(), times, y, y_dot)
+        };
+        task.of_system(dae, start, y, blocks)
+    }
+}
+
+/// Returns the settings of a body for a motion to the end of the period.
+fn settings(scene: &Scene, body: &Body, t_end: f64) -> Settings {
+    let wanted = &scene.file.integrator;
+    Settings {
+        t_end,
+        absolute_tolerances: absolute_tolerances(wanted, &body.muscle, t_end, [0.0; 2]),
+        ..body.settings.clone()
+    }
+}
+
+/// Observer of the largest magnitude in each block of unknowns.
+pub(super) struct Extent<'a> {
+    pub(super) blocks: &'a [Range<usize>],
+    pub(super) sizes: Vec<f64>,
+    pub(super) y: Vec<f64>,
+}
+
+impl<P> Observer<P> for Extent<'_> {
+    fn accepted(
+        &mut self,
+        step: &mut AcceptedStep<'_, P>,
+    ) -> Result<ControlFlow<Outcome>, ModelError> {
+        step.integrator.dense_output(step.to, 0, &mut self.y)?;
+        for (size, block) in self.sizes.iter_mut().zip(self.blocks) {
+            let values = self.y[block.clone()].iter();
+            *size = values.fold(*size, |size, y| size.max(y.abs()));
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+}
+
+/// Observer of the probes at equidistant times over the period, both ends included.
+pub(super) struct Samples<'a> {
+    readings: &'a [Box<dyn Reading>],
+    times: Vec<f64>,
+    next: usize,
+    /// Rows of each probe: time and values.
+    pub(super) rows: Vec<Vec<Vec<f64>>>,
+    y: Vec<f64>,
+    y_dot: Vec<f64>,
+}
+
+impl<'a> Samples<'a> {
+    pub(super) fn new(
+        readings: &'a [Box<dyn Reading>],
+        [from, to]: [f64; 2],
+        n: usize,
+        n_unknowns: usize,
+    ) -> Self {
+        let time = |i: usize| match i == n {
+            true => to,
+            false => from + (to - from) * i as f64 / n as f64,
+        };
+        Self {
+            readings,
+            times: (0..=n).map(time).collect(),
+            next: 0,
+            rows: vec![Vec::new(); readings.len()],
+            y: vec![0.0; n_unknowns],
+            y_dot: vec![0.0; n_unknowns],
+        }
+    }
+}
+
+impl<P: System> Observer<P> for Samples<'_> {
+    fn accepted(
+        &mut self,
+        step: &mut AcceptedStep<'_, P>,
+    ) -> Result<ControlFlow<Outcome>, ModelError> {
+        while let Some(&t) = self.times.get(self.next).filter(|t| **t <= step.to) {
+            self.next += 1;
+            let integrator = &mut *step.integrator;
+            let inside = t.max(step.from);
+            integrator.dense_output(inside, 0, &mut self.y)?;
+            integrator.dense_output(inside, 1, &mut self.y_dot)?;
+            for (reading, rows) in self.readings.iter().zip(&mut self.rows) {
+                let system = integrator.problem_mut();
+                let values = reading.values(system, t, &self.y, &self.y_dot)?;
+                rows.push(std::iter::once(t).chain(values).collect());
+            }
+        }
+        Ok(ControlFlow::Continue(()))
+    }
+}

@@ -1,0 +1,102 @@
+//! Curves of periodic states over a parameter.
+
+use std::path::Path;
+
+use myovib_scene::Scene;
+use myovib_scene::csv::Table;
+use myovib_scene::periodic::Periodic;
+use myovib_scene::run::{RunOptions, compute};
+
+/// A strip between two clamps, which stiffens when it is deflected.
+const STRIP: &str = "analysis = \"periodic\"\n[mesh]\ntype = \"rectangle\"\nwidth = 0.05\nheight = 0.002\ncells = [2, 1]\n\
+     [solid]\nbulk_modulus = 1e5\nformulation = \"displacement\"\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\n\
+     shear_modulus = 2e4\nviscosity = 10.0\n[[fixed]]\ngroup = \"left\"\n[[fixed]]\ngroup = \"right\"\n[[traction]]\n\
+     group = \"bottom\"\ny = { type = \"sine\", amplitude = 30.0, frequency = 29.0 }\n[periodic]\ntolerance = 1e-4\n\
+     multipliers = 1\nsamples = 32\n[[probe]]\nname = \"middle\"\ntype = \"point\"\nat = [0.025, 0.001]\n\
+     quantities = [\"u\"]\n";
+
+fn built(set: &[&str]) -> Result<Scene, String> {
+    let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
+    Scene::build("scene.toml", STRIP, &set, Path::new("")).map_err(|error| error.to_string())
+}
+
+fn found(set: &[&str], folder: &Path) -> Periodic {
+    let result = compute(&built(set).unwrap(), &RunOptions::into_folder(folder)).unwrap();
+    result.periodic.unwrap()
+}
+
+fn amplitude(found: &Periodic) -> f64 {
+    let columns = &found.probes[0].columns;
+    let u_y = columns.iter().find(|column| column.name == "u_y").unwrap();
+    u_y.amplitudes[0]
+}
+
+/// Beyond both folds there is a single state, which shooting also finds without the curve.
+#[test]
+fn the_resonance_curve_of_a_strip_passes_its_folds() {
+    let out = tempfile::tempdir().unwrap();
+    let continuation = [
+        "periodic.continuation.parameter=\"traction[0].y.frequency\"",
+        "periodic.continuation.to=36.0",
+        "periodic.continuation.max_step=0.5",
+    ];
+    let curve = found(&continuation, out.path()).continuation.unwrap();
+    assert_eq!(curve.incomplete, None);
+    let folds: Vec<f64> = curve
+        .points
+        .iter()
+        .filter(|point| point.is_fold)
+        .map(|point| point.parameter)
+        .collect();
+    assert_eq!(folds.len(), 2, "{folds:?}");
+    // The upper branch ends at the higher fold, the lower one at the lower fold. Between them the states are unstable.
+    assert!(folds[0] > folds[1]);
+    let mut n_folds = 0;
+    for point in &curve.points {
+        match point.is_fold {
+            true => n_folds += 1,
+            false => assert_eq!(point.is_stable, Some(n_folds != 1), "{point:?}"),
+        }
+        assert_eq!(point.frequency, point.parameter);
+    }
+    let last = curve.points.last().unwrap();
+    let u_y = curve
+        .columns
+        .iter()
+        .position(|name| name == "middle.u_y")
+        .unwrap();
+    let frequency = format!("traction[0].y.frequency={:?}", last.parameter);
+    let alone = found(&[&frequency], tempfile::tempdir().unwrap().path());
+    let expected = amplitude(&alone);
+    // Both have the tolerance 1e-4 of the motion.
+    assert!((last.amplitudes[u_y] - expected).abs() < 1e-3 * expected);
+    let table = std::fs::read_to_string(out.path().join("continuation.csv")).unwrap();
+    assert_eq!(Table::parse(&table).unwrap().rows.len(), curve.points.len());
+}
+
+#[test]
+fn invalid_curves_are_refused_at_their_key() {
+    for (key, to, place) in [
+        (
+            "traction[0].y.frequenzy",
+            "9.0",
+            "periodic.continuation.parameter",
+        ),
+        (
+            "traction[0].y.frequency",
+            "29.0",
+            "periodic.continuation.to",
+        ),
+        ("traction[0].y.frequency", "-1.0", "frequency"),
+    ] {
+        let set = [
+            &*format!("periodic.continuation.parameter={key:?}"),
+            &*format!("periodic.continuation.to={to}"),
+        ];
+        let out = tempfile::tempdir().unwrap();
+        let scene = built(&set).unwrap();
+        let error = compute(&scene, &RunOptions::into_folder(out.path())).unwrap_err();
+        assert!(matches!(error, myovib_scene::Error::Input(_)), "{error}");
+        assert!(error.to_string().contains(place), "{error}");
+    }
+}
