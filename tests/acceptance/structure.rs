@@ -191,7 +191,7 @@ fn check_warns_of_row_4() {
     assert!(text.stdout.contains("No objections"), "{}", text.stdout);
     let rod = myovib(&["check", "figure2"]);
     assert_eq!(rod.code, 0, "{}", rod.stderr);
-    assert!(rod.stdout.starts_with("The scene is right."));
+    assert!(rod.stdout.starts_with("The scene is valid."));
 }
 
 /// For an equilibrium, `check` reports size, memory and output files, in agreement with the run.

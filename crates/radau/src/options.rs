@@ -103,7 +103,8 @@ pub struct RadauOptions {
     pub step_size: StepSize,
     /// First step; by default the smaller of (t_out − t_0)/1000 and 1/(2 τ^(1/4) ‖ẏ_0‖), with τ the
     /// relative tolerance of the estimate and the norm in units of the tolerances. For multipliers of
-    /// index 3 it is at least so long that their rounding, proportional to 1/h², is tolerated.
+    /// index 3 it is long enough, up to (t_out − t_0)/10, that their rounding error, proportional to
+    /// 1/h², is within the tolerances.
     pub initial_step: Option<f64>,
     /// Smallest step; 0 by default, so that only rounding in t limits the step.
     pub min_step: f64,

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 /// Number of checked steps.
 const FIRST_STEPS: usize = 4;
 
-/// Bound of the errors, in units of the tolerance: that of multipliers in `digits.rs`.
+/// Bound of the multiplier errors in units of the tolerance, as in `digits.rs`.
 const PROMISED: f64 = 100.0;
 
 /// A mechanism with its constraints in one form.

@@ -117,7 +117,7 @@ impl Modes {
                 return Err(scene.wrong("modes.preload_time", error).into());
             }
             Some(_) if muscle.contacts.iter().any(Contact::is_driven) => {
-                let error = InputError::new("modes need obstacles at given places");
+                let error = InputError::new("modes require obstacles with given displacements");
                 let error =
                     error.next("give the displacement of the obstacle instead of its force");
                 return Err(scene.wrong("modes.preload_time", error).into());

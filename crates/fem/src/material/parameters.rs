@@ -241,17 +241,34 @@ fn check_ogden_terms(values: &[f64]) -> Result<(), FemError> {
 fn check_fung_weights(values: &[f64]) -> Result<(), FemError> {
     let [ff, ss, nn, fs, sn, nf] = [1, 2, 3, 4, 5, 6].map(|i| values[i]);
     let minors = [
-        ff * ss - fs * fs,
-        ss * nn - sn * sn,
-        nn * ff - nf * nf,
-        ff * ss * nn + 2.0 * fs * sn * nf - ff * sn * sn - ss * nf * nf - nn * fs * fs,
+        vec![ff * ss, -fs * fs],
+        vec![ss * nn, -sn * sn],
+        vec![nn * ff, -nf * nf],
+        vec![
+            ff * ss * nn,
+            2.0 * fs * sn * nf,
+            -ff * sn * sn,
+            -ss * nf * nf,
+            -nn * fs * fs,
+        ],
     ];
-    let names = ["b_4", "b_5", "b_6", "b_4"];
-    match minors.iter().position(|minor| *minor < 0.0) {
+    // Rounding of a determinant that is zero.
+    let is_negative = |terms: &Vec<f64>| {
+        let scale: f64 = terms.iter().map(|term| term.abs()).sum();
+        let sum: f64 = terms.iter().sum();
+        !(sum >= -16.0 * f64::EPSILON * scale)
+    };
+    // Of the determinant, the coupling with the largest contribution is reported.
+    let parts = [fs * fs * nn, sn * sn * ff, nf * nf * ss];
+    let largest = (0..3)
+        .max_by(|&a, &b| parts[a].total_cmp(&parts[b]))
+        .unwrap_or(0);
+    let coupling = |i: usize| if i < 3 { i } else { largest };
+    match minors.iter().position(is_negative).map(coupling) {
         None => Ok(()),
         Some(i) => Err(FemError::Parameter {
-            name: names[i],
-            value: values[[4, 5, 6, 4][i]],
+            name: ["b_4", "b_5", "b_6"][i],
+            value: [fs, sn, nf][i],
             condition: "so small that the matrix (b_1, b_4, b_6; b_4, b_2, b_5; b_6, b_5, b_3) has no negative eigenvalue",
         }),
     }

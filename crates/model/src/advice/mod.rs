@@ -314,10 +314,9 @@ impl Advice {
             causes.push(finding(self.magnified(), remedy));
         }
         if self.is_bdf() {
-            causes.push(finding(
-                self.magnified(),
-                Remedy::Method(IntegratorKind::Radau9),
-            ));
+            // Radau IIA damps all modes and has no maximum order.
+            let remedies = vec![Remedy::Method(IntegratorKind::Radau9)];
+            causes.push(self.of_highest_index(self.magnified(), remedies));
         }
         if causes.is_empty() {
             let change = "use a finite kappa, which lowers the index";

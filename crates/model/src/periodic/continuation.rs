@@ -12,6 +12,8 @@ const FEW: usize = 2;
 const GROWTH: f64 = 1.5;
 /// Maximum number of halvings of a step.
 const HALVINGS: usize = 8;
+/// Distance from the end of the range, relative to its length, at which the curve ends.
+const AT_THE_END: f64 = 1e-3;
 /// Maximum number of secant steps to a fold.
 const SECANTS: usize = 20;
 
@@ -25,7 +27,7 @@ pub struct Continuation {
     pub shooting: Shooting,
     /// Size of the parameter, to which its changes are relative.
     pub parameter_scale: f64,
-    /// The curve ends where the parameter leaves this range.
+    /// The curve ends at an end of this range.
     pub range: [f64; 2],
     /// Whether the parameter decreases at the start.
     pub is_descending: bool,
@@ -80,8 +82,16 @@ pub fn follow(
     let mut folds = Vec::new();
     let mut step = 0.1 * continuation.max_step;
     let [low, high] = continuation.range;
+    let margin = AT_THE_END * (high - low);
     while points.len() < continuation.max_points {
         let mut halvings = 0;
+        // The predicted parameter stays within the range.
+        let slope = continuation.parameter_scale * tangent[state.len()];
+        let now = points.last().map_or(parameter, |last| last.parameter);
+        let room = if slope < 0.0 { low - now } else { high - now };
+        if room / slope > 0.0 {
+            step = step.min(room / slope);
+        }
         let (next, iterations) = loop {
             match curve.step(&x, &tangent, step) {
                 Ok(found) => break found,
@@ -91,9 +101,7 @@ pub fn follow(
                     halvings += 1;
                     step *= 0.5;
                 }
-                Err(
-                    error @ (ModelError::NoPeriodicState { .. } | ModelError::PeriodStopped { .. }),
-                ) if points.len() > 1 => {
+                Err(error) if points.len() > 1 => {
                     return Ok(Curve {
                         points,
                         folds,
@@ -112,9 +120,18 @@ pub fn follow(
             folds.push(curve.fold(&x, &tangent, (step, point.slope))?);
         }
         let is_inside = (low..=high).contains(&point.parameter);
+        let ahead = if point.slope < 0.0 {
+            point.parameter - low
+        } else {
+            high - point.parameter
+        };
         points.push(point);
-        if !is_inside {
-            break;
+        if !is_inside || ahead <= margin {
+            return Ok(Curve {
+                points,
+                folds,
+                failure: None,
+            });
         }
         (x, tangent) = (next, next_tangent);
         if iterations <= FEW {
@@ -122,9 +139,9 @@ pub fn follow(
         }
     }
     Ok(Curve {
+        failure: Some(format!("it has max_points = {} points", points.len())),
         points,
         folds,
-        failure: None,
     })
 }
 

@@ -7,7 +7,6 @@ use super::motion::{Motion, largest};
 use super::saddle::Saddle;
 use crate::error::ModelError;
 use crate::field::Field;
-use crate::matrix::Matrix;
 use crate::muscle_dae::MuscleDae;
 use crate::operators;
 
@@ -26,9 +25,8 @@ pub(super) fn balance(dae: &mut MuscleDae, t: f64, y: &mut [f64]) -> Result<(), 
     let rates = vec![0.0; y.len()];
     let force = momentum(dae, t, &[y], &[&rates])?;
     dae.update_matrices(t, y, &rates)?;
-    let damping = damping(dae);
-    let stiffness = dae.matrix_values(Matrix::Stiffness).to_vec();
-    let stiffness = operators::matrix(dae.muscle().solid.displacement_pattern(), stiffness);
+    let damping = derivative(dae, Field::Velocity);
+    let stiffness = derivative(dae, Field::Displacement);
     let time = ELASTIC_TIME * largest(damping.values()) / largest(stiffness.values());
     let matrix = damping + stiffness * time;
     let negative = |x: &[f64]| -> Vec<f64> { x.iter().map(|x| -x).collect() };
@@ -47,11 +45,11 @@ pub(super) fn balance(dae: &mut MuscleDae, t: f64, y: &mut [f64]) -> Result<(), 
     Ok(())
 }
 
-/// Returns the derivative of the balance of forces by the velocity.
-fn damping(dae: &MuscleDae) -> CscMatrix<f64> {
+/// Returns the derivative of the force balance with respect to the displacement or velocity.
+fn derivative(dae: &MuscleDae, column: Field) -> CscMatrix<f64> {
     let n = dae.muscle().solid.dofs().n_free();
     let terms = dae.terms().into_iter().filter(|(rows, term)| {
-        *rows == Field::Velocity && term.column == Field::Velocity && term.df_dy != 0.0
+        *rows == Field::Velocity && term.column == column && term.df_dy != 0.0
     });
     terms.fold(CscMatrix::zeros(n, n), |sum, (_, term)| {
         let (pattern, _) = dae.pattern_of(term.matrix);

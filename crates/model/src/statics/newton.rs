@@ -227,7 +227,7 @@ impl<'a> Newton<'a> {
         self.residual_under(x, factor, factor, r)
     }
 
-    /// Does the same, with the forces that drive obstacles under another factor, `driven`.
+    /// Computes the residual with the forces on obstacles scaled by `driven`.
     fn residual_under(
         &mut self,
         x: &[f64],
@@ -343,6 +343,15 @@ impl<'a> Newton<'a> {
         sums.fold(0.0, |most, sums| most.max(sums.penetration))
     }
 
+    /// Returns whether an obstacle passes the body at the displacement of the last residual, so that no displacement
+    /// of the obstacle balances its force.
+    fn obstacle_passes(&self, factor: f64) -> bool {
+        let contacts = self.muscle.contacts.iter();
+        let mut distances =
+            contacts.filter_map(|own| own.driven_distance(self.t, factor, &self.displacement));
+        distances.any(f64::is_nan)
+    }
+
     /// Newton's iteration from the `predicted` equilibrium under `factor` times the load. `None` if `watch` ends it, if
     /// an element inverts, if the matrix is singular, if an increment is longer than the one before, or if the
     /// displacement moves by more than `CORRECTION` times the length of the prediction from `start`. A body in contact
@@ -370,6 +379,7 @@ impl<'a> Newton<'a> {
         let (mut last, mut last_ratio) = (f64::INFINITY, 0.0);
         for iteration in 1..=MAX_ITERATIONS {
             if self.residual(&x, factor, &mut r).is_err()
+                || self.obstacle_passes(factor)
                 || watch([iteration, self.iterations + 1]).is_break()
                 || self.tangent(&x, factor).is_err()
             {

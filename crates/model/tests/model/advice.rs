@@ -85,6 +85,9 @@ impl Run {
         let causes = self.advice().causes();
         assert!(!causes.is_empty());
         for cause in causes {
+            // An order limit has no effect on Radau IIA.
+            let is_method = |remedy: &Remedy| matches!(remedy, Remedy::Method(_));
+            assert!(!cause.remedies.iter().any(is_method) || cause.remedies.len() == 1);
             // A problem with two remedies is reported once.
             let remedies = cause.remedies.iter().map(ToString::to_string);
             for words in remedies.chain([cause.problem.clone()]) {

@@ -51,7 +51,7 @@ pub(crate) struct Memory<P> {
     /// Response at the beginning of the step.
     present: Vec<f64>,
     last: LastStep,
-    /// Norm of the last estimated error, and whether the estimate was repeated.
+    /// Norm of the last estimated error.
     error: f64,
 }
 

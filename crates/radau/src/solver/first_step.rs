@@ -10,6 +10,9 @@ use crate::options::StepSize;
 /// tolerances. At high orders, the matrices of some stages amplify rounding more than the sampled one.
 const SAFETY: f64 = 2.0;
 
+/// Largest part of the interval that the first step may take in order to resolve multipliers.
+const LARGEST_PART: f64 = 0.1;
+
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Returns the size of the first step toward `t_out`, which must not pass `limit`.
     pub(super) fn initial_step(&mut self, t_out: f64, limit: f64) -> Result<f64, Fatal> {
@@ -22,7 +25,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
         let h = self.estimated_first_step(t_out).max(min).min(max);
         match self.resolving_step(h) {
-            Ok(resolving) => Ok(h.max(resolving.min(limit - self.t)).min(max)),
+            Ok(resolving) => {
+                let longest = LARGEST_PART * (t_out - self.t);
+                Ok(h.max(resolving.min(longest).min(limit - self.t)).min(max))
+            }
             // The step itself will fail for the same reason.
             Err(Failure::Rejected(_)) => Ok(h),
             Err(Failure::Fatal(fatal)) => Err(fatal),

@@ -58,7 +58,11 @@ fn comparison(runs: &[RowRun]) -> Table {
             (Some(paper.rejected), "error_test_failures"),
             (paper.convergence_failures, "step_solve_failures"),
         ] {
-            cells.extend(compared(paper, run.count(ours)));
+            let mut compared = compared(paper, run.count(ours));
+            if !run.has_the_papers_end() {
+                compared[2] = "–".into();
+            }
+            cells.extend(compared);
         }
         cells.push(format!("{:.4}", run.number("t_reached")).into());
         cells.push(format!("{:.2}", run.number("cpu_seconds")).into());
@@ -115,7 +119,9 @@ pub(super) fn notes(runs: &[RowRun], is_modified: bool) -> String {
         ),
         ("multipliers", "λ and μ are excluded in all equations"),
     ] {
-        let of_it = runs.iter().filter(|run| run.conventions().contains(&name));
+        let of_it = runs
+            .iter()
+            .filter(|run| run.conventions().contains(&name) && run.has_the_papers_end());
         let ratios: Vec<String> = of_it
             .map(|run| {
                 let ratio = run.count("steps") as f64 / run.paper().steps as f64;

@@ -111,20 +111,13 @@ impl Branch {
             })
         };
         let curve = periodic::follow(&mut map, (state, *from), &continuation);
-        if let Some(error) = failed {
-            return Err(error);
-        }
+        let curve = curve.map_err(|error| failed.take().unwrap_or(Error::Model(error)));
         let periodic::Curve {
             points,
             folds,
             failure,
         } = curve?;
-        let last = points.last().map(|point| point.parameter);
-        let (low, high) = (from.min(wanted.to), from.max(wanted.to));
-        let is_inside = last.is_some_and(|last| (low..=high).contains(&last));
-        let incomplete = failure.or_else(|| {
-            is_inside.then(|| format!("it has max_points = {} points", wanted.max_points))
-        });
+        let incomplete = failure.map(|reason| failed.map_or(reason, |error| error.to_string()));
         let mut folds = folds.iter();
         let mut all = Vec::new();
         for (k, point) in points.iter().enumerate() {

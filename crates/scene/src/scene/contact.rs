@@ -23,6 +23,14 @@ impl Builder<'_> {
         given
             .map(|(i, contact)| {
                 let path = format!("contact[{i}]");
+                let is_second = |other: &scene_file::contact::Contact| {
+                    other.force.is_some() && other.group == contact.group
+                };
+                if contact.force.is_some() && file.contact[..i].iter().any(is_second) {
+                    let error = InputError::new("two forces press obstacles on this group")
+                        .next("select a group for each obstacle");
+                    return Err(self.wrong(&format!("{path}.group"), error));
+                }
                 let motion = match &contact.force {
                     Some(force) => self.driven_obstacle(file, contact, force, dimension, &path)?,
                     None => self.given_motion(contact, dimension, &path)?,

@@ -34,6 +34,8 @@ impl Neighbors {
 
 /// Computes the outputs of the equilibria under the given load factors, in their order, and their derivatives if requested.
 ///
+/// The path also passes the load factors of the scene, which may be necessary to stay on its branch.
+///
 /// The derivatives of the unknowns are solutions with the factors of each equilibrium. The explicit dependence of the
 /// equations and of the probes is a difference of order 4 between bodies at neighboring values.
 ///
@@ -102,20 +104,26 @@ pub fn equilibria(
     };
     let mut samples: Vec<Sample> = Vec::with_capacity(loads.len());
     let mut failed = None;
+    let path = with_own_loads(loads, &at.loads()?);
     let end = statics::follow(
         &body.muscle,
         body.formulation,
         t,
-        &Control::Load(loads.to_vec()),
+        &Control::Load(path),
         &mut search(watcher),
-        &mut |state| match sample(&state) {
-            Ok(found) => {
-                samples.push(found);
-                ControlFlow::Continue(())
+        &mut |state| {
+            if !loads.contains(&state.load) {
+                return ControlFlow::Continue(());
             }
-            Err(error) => {
-                failed = Some(error);
-                ControlFlow::Break(())
+            match sample(&state) {
+                Ok(found) => {
+                    samples.push(found);
+                    ControlFlow::Continue(())
+                }
+                Err(error) => {
+                    failed = Some(error);
+                    ControlFlow::Break(())
+                }
             }
         },
     )?;
@@ -136,4 +144,17 @@ pub fn equilibria(
         sensitivity_solves: n * neighbors.len() as u64,
     };
     Ok((samples, cost))
+}
+
+/// Returns the load factors and, between them, those of the scene. Paths that unload remain as they are.
+fn with_own_loads(loads: &[f64], own: &[f64]) -> Vec<f64> {
+    let mut path = loads.to_vec();
+    let last = loads.iter().copied().fold(0.0, f64::max);
+    path.extend(own.iter().filter(|load| **load < last));
+    path.sort_by(f64::total_cmp);
+    path.dedup();
+    match loads.is_sorted() && path.iter().all(|load| *load >= 0.0) {
+        true => path,
+        false => loads.to_vec(),
+    }
 }

@@ -64,7 +64,7 @@ impl Unsupported {
         match self {
             Self::Analysis => "set analysis = \"dynamic\", \"quasi-static\" or \"static\"",
             Self::MapAnalysis => "set analysis = \"dynamic\"",
-            Self::ArcLength => "set method = \"load\"",
+            Self::ArcLength => "set static.method = \"load\"",
             Self::NoBody => "add a [mesh] with [solid]",
             Self::Feedback => "remove [[feedback]] and tensions of the type coherence",
             Self::Stop => "remove [[stop]]",

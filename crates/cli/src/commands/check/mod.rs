@@ -103,7 +103,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
             (text, Some(document(scene, body, &report, &cost)))
         }
         (Analysis::Dynamic, None) => (
-            "The scene is right. Rods and chains are ordinary differential equations: index 0, \
+            "The scene is valid. Rods and chains are ordinary differential equations: index 0, \
              nothing to leave out of the error test.\n"
                 .to_owned(),
             None,
@@ -121,11 +121,15 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
             quasi_static = Some(quasi_static::document(body, &report, &cost));
             (quasi_static::text(scene, body, &report, &cost), None)
         }
-        (_, body) => {
+        (analysis, body) => {
             modes = body.is_some().then(|| ModesJson::of(&unusual));
             let size = body.as_ref().map(size_of).unwrap_or_default();
+            let method = match analysis {
+                Analysis::Periodic => "Each period is integrated by Radau IIA.",
+                _ => "Nothing is integrated in time: there is no index, and no error test.",
+            };
             let text = format!(
-                "The scene is right. Nothing is integrated in time: there is no index, and no error test.\n{size}\n{}",
+                "The scene is valid. {method}\n{size}\n{}",
                 warnings(&unusual)
             );
             (text, None)

@@ -3,7 +3,7 @@
 use super::RigidContact;
 use super::obstacle::dot;
 
-/// Relative error of the contact force at a displacement of the obstacle, below which further iterations are rounding.
+/// Relative error of the contact force at which the iteration stops; smaller errors are rounding.
 const CONVERGED: f64 = 1e-14;
 /// Maximum number of doublings of the penetration and of iterations.
 const MAX_ITERATIONS: usize = 100;
@@ -52,7 +52,8 @@ impl RigidContact {
         };
         let (mut low, mut high) = (0.0, self.smoothing);
         let mut doublings = 0..MAX_ITERATIONS;
-        while excess(high)[0] < 0.0 {
+        // NaN does not end the search.
+        while !(excess(high)[0] >= 0.0) {
             (low, high) = (high, 2.0 * high);
             if doublings.next().is_none() {
                 return f64::NAN;

@@ -126,3 +126,74 @@ fn a_plane_presses_with_the_pressure_of_its_penetration() {
         assert!((sum - expected).abs() < 1e-12 * expected.abs());
     }
 }
+
+/// The derivatives of the force of a driven obstacle are difference quotients, and its displacement balances its force. The
+/// errors of the quotients are as above.
+#[test]
+fn a_driven_obstacle_balances_its_force() {
+    for dimension in [2, 3] {
+        let solid = block(dimension);
+        let u = deformed(&solid);
+        let mut direction = vec![0.6; dimension];
+        direction[0] = 0.0;
+        direction[dimension - 1] = if dimension == 2 { -1.0 } else { -0.8 };
+        for obstacle in obstacles(dimension) {
+            let contact = RigidContact::new(&solid, "top", obstacle, None).unwrap();
+            let force_at = |s: f64, u: &[f64]| {
+                let offset: Vec<f64> = direction.iter().map(|e| s * e).collect();
+                let force = contact.sums(&offset, u).force;
+                direction.iter().zip(force).map(|(e, f)| e * f).sum::<f64>()
+            };
+            let touching = contact.displacement_under(0.0, &direction, &u);
+            assert_eq!(force_at(touching - 1e-9, &u), 0.0);
+            let distance = touching + 2e-3;
+            let force = force_at(distance, &u);
+            let found = contact.displacement_under(force, &direction, &u);
+            assert!((found - distance).abs() < 1e-13, "{obstacle:?}: {found}");
+            let too_large = contact.displacement_under(1e300, &direction, &u);
+            assert!(too_large.is_nan(), "{obstacle:?}: {too_large}");
+            let slope = contact.driven_slope(&direction, distance, &u);
+            let step = 1e-8;
+            let quotient = |plus: f64, minus: f64| (plus - minus) / (2.0 * step);
+            let by_obstacle =
+                quotient(force_at(distance + step, &u), force_at(distance - step, &u));
+            let error = (slope.by_obstacle - by_obstacle).abs();
+            assert!(error < 1e-6 * by_obstacle, "{obstacle:?}: {error:e}");
+            for (i, by_node) in slope.by_nodes.iter().enumerate() {
+                let at = |change: f64| {
+                    let mut u = u.clone();
+                    u[i] += change;
+                    force_at(distance, &u)
+                };
+                let error = (by_node - quotient(at(step), at(-step))).abs();
+                assert!(error < 1e-6 * by_obstacle, "{obstacle:?} {i}: {error:e}");
+            }
+        }
+    }
+}
+
+/// The force on the body is the negative derivative of the stored energy with respect to its motion: the energy grows by
+/// −f·du, with a difference quotient as above.
+#[test]
+fn the_force_is_the_derivative_of_the_energy() {
+    for dimension in [2, 3] {
+        let solid = block(dimension);
+        let u = deformed(&solid);
+        let offset = [2e-3, -1e-3, 1e-3];
+        for obstacle in obstacles(dimension) {
+            let contact = RigidContact::new(&solid, "top", obstacle, None).unwrap();
+            let mut force = vec![0.0; u.len()];
+            contact.add_force(&offset, 1.0, &u, &mut force);
+            let largest = force.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
+            for (i, f) in force.iter().enumerate() {
+                let at = |change: f64| {
+                    let mut u = u.clone();
+                    u[i] += change;
+                    contact.sums(&offset, &u).energy
+                };
+                let quotient = (at(1e-8) - at(-1e-8)) / 2e-8;
+                assert!((f + quotient).abs() < 1e-6 * largest, "{obstacle:?} {i}");
+            }
+        }
+    }
+}

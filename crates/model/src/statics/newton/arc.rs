@@ -74,7 +74,7 @@ impl Newton<'_> {
         let mut r = vec![0.0; at.x.len()];
         let mut last = f64::INFINITY;
         for iteration in 1..=MAX_ITERATIONS {
-            if self.residual(&at.x, at.load, &mut r).is_err() {
+            if self.residual(&at.x, at.load, &mut r).is_err() || self.obstacle_passes(at.load) {
                 return Ok(None);
             }
             let Ok(mut by_load) = self.load_derivative(&at.x, at.load) else {
