@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._dae import _vector
+
 __all__ = ["consistent_start"]
 
 Array = NDArray[np.float64]
@@ -16,16 +18,27 @@ Array = NDArray[np.float64]
 ITERATIONS = 30
 # Relative size of central differences: the cube root of rounding.
 DIFFERENCE = 6e-6
+# Singular values below this fraction of the largest are zero: the gradients have errors of this size.
+RANK = 1e-7
+# Largest error of a satisfied constraint, relative to its gradient and the size of the positions.
+# Terms of the constraint may be larger than both, for example if q contains small displacements.
+ROUNDING = 1e-8
+# Largest relative error of the derivative of a satisfied constraint.
+RATE = 1e-6
 
 
 def consistent_start(
-    constraint: Callable[[float, Array], Any], q: ArrayLike, v: ArrayLike, t: float = 0.0
+    constraint: Callable[[float, Array], Any],
+    q: ArrayLike,
+    v: ArrayLike,
+    t: float = 0.0,
+    time_scale: float = 1.0,
 ) -> tuple[Array, Array]:
     """Move positions and velocities onto a position constraint g(t, q) = 0.
 
     The change of each is the smallest possible: q by Newton's method, v so that
     dg/dt + (dg/dq) v = 0. Derivatives are computed by central differences, which have
-    a relative error of about 1e-10.
+    a relative error of about 1e-10. Constraints may be redundant.
 
     Parameters
     ----------
@@ -35,6 +48,10 @@ def consistent_start(
         Positions and velocities.
     t : float
         Time.
+    time_scale : float
+        Time within which g changes appreciably, for example 1/(2 pi f) for a support
+        that moves with the frequency f. The differences in time are computed over
+        6e-6 of it.
 
     Returns
     -------
@@ -43,40 +60,62 @@ def consistent_start(
     Raises
     ------
     ValueError
-        No positions near `q` satisfy the constraint.
+        Invalid arguments; no positions near `q` satisfy the constraint, or no
+        velocities its derivative.
 
     Examples
     --------
     >>> consistent_start(lambda t, q: q @ q - 1.0, [1.1, 0.0], [0.5, 2.0])
     (array([1., 0.]), array([0., 2.]))
     """
-    position, velocity = np.array(q, dtype=float), np.array(v, dtype=float)
-    if position.ndim != 1 or velocity.shape != position.shape:
-        raise ValueError(
-            f"q and v have the shapes {position.shape} and {velocity.shape}: must be equal vectors"
-        )
+    position = _vector("q", q).copy()
+    velocity = _vector("v", v, len(position))
+    if not np.isfinite(t):
+        raise ValueError(f"t = {t}: must be finite")
+    if not 0 < time_scale < np.inf:
+        raise ValueError(f"time_scale = {time_scale}: must be above 0 and finite")
     size = np.abs(position).max() or 1.0
 
     def evaluate(t: float, q: Array) -> Array:
-        return np.atleast_1d(np.asarray(constraint(t, q), dtype=float))
+        values = np.atleast_1d(np.asarray(constraint(t, q), dtype=float))
+        if values.ndim != 1 or not np.isfinite(values).all():
+            raise ValueError(f"constraint returned {values} at q = {q}: must be finite numbers")
+        return values
 
-    def gradients(q: Array) -> Array:
+    def gradients(q: Array) -> tuple[Array, Array]:
+        """Return dg/dq, with each row divided by its size, and these sizes."""
         steps = np.eye(len(q)) * DIFFERENCE * size
         columns = [evaluate(t, q + s) - evaluate(t, q - s) for s in steps]
-        return np.array(columns).T / (2.0 * DIFFERENCE * size)
+        matrix = np.array(columns).T / (2.0 * DIFFERENCE * size)
+        sizes = np.linalg.norm(matrix, axis=1)
+        sizes[sizes == 0.0] = 1.0
+        return matrix / sizes[:, None], sizes
 
     last = np.inf
     for _ in range(ITERATIONS):
-        move = np.linalg.lstsq(gradients(position), evaluate(t, position))[0]
+        matrix, sizes = gradients(position)
+        move = np.linalg.lstsq(matrix, evaluate(t, position) / sizes, rcond=RANK)[0]
         position = position - move
         moved = np.abs(move).max()
         # The convergence is fast until rounding ends it.
         if moved <= 1e-10 * size and moved >= 0.1 * last or moved == 0.0:
             break
         last = moved
-    else:
-        raise ValueError(f"constraint: no positions near q satisfy it; the last change was {last:.1e}")
-    dt = DIFFERENCE * size / (np.abs(velocity).max() or 1.0)
-    of_time = (evaluate(t + dt, position) - evaluate(t - dt, position)) / (2.0 * dt)
-    matrix = gradients(position)
-    return position, velocity - np.linalg.lstsq(matrix, matrix @ velocity + of_time)[0]
+    matrix, sizes = gradients(position)
+    errors = np.abs(evaluate(t, position)) / sizes
+    if (errors > ROUNDING * max(size, np.abs(position).max())).any():
+        raise ValueError(
+            f"constraint: no positions near q satisfy it; the error is {errors.max():.1e} in units of q"
+        )
+    step = max(DIFFERENCE * time_scale, np.spacing(abs(t)))
+    after, before = t + step, t - step
+    of_time = (evaluate(after, position) - evaluate(before, position)) / (after - before) / sizes
+    rate = matrix @ velocity + of_time
+    moved_velocity = velocity - np.linalg.lstsq(matrix, rate, rcond=RANK)[0]
+    errors = np.abs(matrix @ moved_velocity + of_time)
+    if (errors > RATE * (np.abs(of_time) + np.abs(velocity).max() + size / time_scale)).any():
+        raise ValueError(
+            f"constraint: no velocities satisfy its derivative; the error is {errors.max():.1e} in "
+            "units of v. Remove contradictory constraints, or reduce `time_scale`"
+        )
+    return position, moved_velocity

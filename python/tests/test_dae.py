@@ -428,8 +428,78 @@ def test_positions_and_velocities_are_moved_onto_a_constraint():
 def test_constraints_without_a_solution_are_refused():
     with pytest.raises(ValueError, match="no positions near q"):
         consistent_start(lambda t, q: q @ q + 1.0, [1.0, 0.3], [0.0, 0.0])
-    with pytest.raises(ValueError, match="equal vectors"):
+    with pytest.raises(ValueError, match="v has the shape"):
         consistent_start(lambda t, q: q @ q - 1.0, [1.0, 0.3], [0.0])
+
+
+def test_constraints_that_contradict_each_other_are_refused():
+    with pytest.raises(ValueError, match="no positions near q"):
+        consistent_start(lambda t, q: [q[0] - 1.0, q[0] - 2.0], [0.0, 0.0], [0.0, 0.0])
+    # The positions agree at this time, the velocities do not.
+    with pytest.raises(ValueError, match="no velocities"):
+        consistent_start(
+            lambda t, q: [q[0] - np.sin(t), q[0] - np.cos(t)], [1.0], [0.0], t=np.pi / 4
+        )
+
+
+def test_redundant_constraints_are_satisfied():
+    def circle(t, q):
+        square = q @ q
+        return [square - 1.0, np.sqrt(square) - 1.0, square**1.5 - 1.0]
+
+    q, v = consistent_start(circle, [0.9, 0.5], [0.3, 2.0])
+    # The differences have errors of 1e-10.
+    assert abs(q @ q - 1.0) < 1e-14 and abs(q @ v) < 1e-9
+    assert q == pytest.approx(np.array([0.9, 0.5]) / np.hypot(0.9, 0.5), abs=1e-9)
+
+
+def test_constraints_in_different_units_are_satisfied():
+    constraint = lambda t, q: [1e6 * (q[0] - 1.0), 1e-6 * (q[0] + q[1] - 3.0)]
+    q, v = consistent_start(constraint, [0.0, 0.0], [1.0, 2.0])
+    assert q == pytest.approx([1.0, 2.0], rel=1e-12) and v == pytest.approx([0.0, 0.0], abs=1e-9)
+
+
+def test_displacements_smaller_than_the_body_are_moved():
+    def rod(t, q):
+        return np.hypot(1.0 + q[0], q[1]) - 1.0
+
+    q, v = consistent_start(rod, [2e-6, 1e-6], [0.0, 0.0])
+    assert abs(rod(0.0, q)) < 1e-15 and not v.any()
+
+
+@pytest.mark.parametrize("speed", [0.0, 1e-8, 1.0, 1e6])
+def test_velocities_of_a_moving_support_do_not_depend_on_those_given(speed):
+    for t in (0.0, 1e6):
+        v = consistent_start(lambda t, q: q[0] - 0.1 * np.sin(t), [0.3], [speed], t)[1]
+        # The differences have errors of 1e-10 of v.
+        assert v[0] == pytest.approx(0.1 * np.cos(t), abs=1e-9 * max(speed, 1.0))
+    fast = lambda t, q: q[0] - 0.1 * np.sin(1e6 * t)
+    v = consistent_start(fast, [0.3], [speed], time_scale=1e-6)[1]
+    assert v[0] == pytest.approx(1e5, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        dict(q=[np.nan, 0.0]),
+        dict(q=[]),
+        dict(q=[[1.0, 0.0]]),
+        dict(v=[np.nan, 0.0]),
+        dict(v=[1.0]),
+        dict(v=0.0),
+        dict(t=np.nan),
+        dict(time_scale=0.0),
+        dict(time_scale=np.inf),
+        dict(constraint=lambda t, q: np.nan),
+        dict(constraint=lambda t, q: [[q @ q - 1.0]]),
+    ],
+    ids=str,
+)
+def test_arguments_of_consistent_start_are_checked(arguments):
+    good = dict(constraint=lambda t, q: q @ q - 1.0, q=[1.0, 0.3], v=[0.0, 0.0])
+    with pytest.raises(ValueError, match=f"^{next(iter(arguments))}") as raised:
+        consistent_start(**(good | arguments))
+    assert raised.type is ValueError
 
 
 def square_wave(t):
