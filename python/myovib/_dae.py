@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,7 +32,7 @@ OTHER_NAMES = {
     "jac_sparsity": "it is `sparsity` here, the pattern of dF/dy and dF/dy' together",
     "lband": "give the pattern by `sparsity`",
     "uband": "give the pattern by `sparsity`",
-    "min_step": "has no minimum step; limit the number of steps by `max_steps`",
+    "min_step": "there is no minimum step; limit the number of steps by `max_steps`",
     "vectorized": "the residual is called for one state at a time",
     "reltol": "it is `rtol` here",
     "abstol": "it is `atol` here",
@@ -71,7 +71,8 @@ class DenseOutput:
         Parameters
         ----------
         t : float or array_like, shape (m,)
-            Times within [t_min, t_max]; beyond, the last polynomial goes on.
+            Times within [t_min, t_max]; beyond, the polynomial of the first or last
+            step is extrapolated.
 
         Returns
         -------
@@ -236,7 +237,8 @@ def solve_dae(
         as in `solve_ivp`: ``terminal`` (bool, or the number of the occurrence that
         ends the integration) and ``direction`` (its sign). A zero at the start of
         the integration is not reported, and a zero at its end only if rounding does
-        not keep the number from reaching it.
+        not keep the number from reaching it. A change of sign at a break is not an
+        event.
     rtol, atol : float; float or array_like, shape (n,)
         Tolerances: the local error may be ``rtol |y_i| + atol_i``. `rtol` is a
         scalar.
@@ -260,7 +262,8 @@ def solve_dae(
         that each step sees one side of the jump. At index 0 and 1, algebraic
         variables and derivatives after a break are computed as by
         ``initial="algebraic"``, and a break occurs twice in `t` if `t_eval` is not
-        given. Times outside `t_span` are ignored.
+        given. Times outside `t_span` are ignored; times that differ by less than
+        1e-12 of the largest time are one break.
     initial : {"given", "algebraic", "states"}
         Values to correct at the start so that F = 0: none; the algebraic
         components and the derivatives of the others (index 1); all of y.
@@ -357,9 +360,11 @@ def solve_dae(
         raise ValueError(f"args = {args!r}: must be a tuple, as in args=({args!r},)")
     residual = _with(residual, args)
     jacobian = None if jacobian is None else _with(jacobian, args)
+    ends = _ends_of_parts(breaks, t0, t_end)
+    first_limits = (ends[0].after, ends[1].before)
     if indices is not None and highest == 3 and initial == "given":
         weights = rtol * np.abs(rates) + tolerances
-        _warn_of_velocities(residual, (t0, t_end), (start, rates), np.array(indices), weights)
+        _warn_of_velocities(residual, first_limits, (start, rates), np.array(indices), weights)
     watched = _Events(events, args)
     pattern = None if sparsity is None else _pattern(sparsity, n)
     matrices = None if jacobian is None else _Jacobian(jacobian, pattern, n)
@@ -378,15 +383,14 @@ def solve_dae(
         "max_steps": limit,
         "has_default_limit": max_steps is None,
         "dense": bool(dense_output),
+        "initial": initial,
     }
     outputs = _output_times(t_eval, t0, t_end)
-    jumps = _breaks(breaks, t0, t_end)
-    times = [t0, *(t for t in jumps if t not in (t0, t_end)), t_end]
     notes = []
     if initial != "given":
-        _expect_finite(_in_bytes(residual, n), t0, start, rates)
+        _expect_finite(_in_bytes(residual, n), first_limits[0], start, rates)
     if initial == "algebraic":
-        structure = Structure.at(residual, t0, start, rates, rtol * np.abs(start) + tolerances)
+        structure = Structure.at(residual, first_limits[0], start, rates, rtol * np.abs(start) + tolerances)
         free = structure.undetermined() if structure else []
         if free:
             notes.append(
@@ -394,51 +398,68 @@ def solve_dae(
                 "because dF/dy' is singular: `yp` may be wrong at the start. Use charges or similar "
                 "quantities as additional variables"
             )
+    found, last_limits = _integrate_parts(
+        request, ends, (residual, matrices, watched), (start, rates), outputs
+    )
+    for warning in dict.fromkeys([*notes, *found.pop("warnings")]):
+        warnings.warn(warning, stacklevel=2)
+    solution = _solution(found, n, len(watched.functions), method)
+    if method == "bdf":
+        _advise(solution, _within(residual, last_limits), rtol, tolerances, left_out)
+    return solution
+
+
+def _integrate_parts(
+    request: dict[str, Any],
+    ends: list[_End],
+    functions: tuple[Function, _Jacobian | None, _Events],
+    start: tuple[Array, Array],
+    outputs: list[float] | None,
+) -> tuple[dict[str, Any], tuple[float, float]]:
+    """Integrate from break to break.
+
+    Returns the joined results and the limits of the times at which the functions are
+    evaluated in the last part.
+    """
+    residual, matrices, watched = functions
+    y, yp = start
+    n = len(y)
+    is_hidden = max(request["index"] or [0]) > 1
     found: dict[str, Any] = {}
-    for part, (t_from, t_to) in enumerate(zip(times, times[1:])):
-        is_last = part == len(times) - 2
-        # The functions are not evaluated at the breaks themselves.
-        limits = (
-            np.nextafter(t_from, t_to) if t_from in jumps else t_from,
-            np.nextafter(t_to, t_from) if t_to in jumps else t_to,
-        )
-        due = None if outputs is None else _in_part(outputs, t_from, t_to, part == 0)
+    for part, (end_from, end_to) in enumerate(zip(ends, ends[1:])):
+        is_first, is_last = part == 0, part == len(ends) - 2
+        limits = (end_from.after, end_to.before)
+        due = None if outputs is None else _in_part(outputs, end_from.t, end_to.t, is_first)
         if due is not None and not is_last:
-            due.append(t_to)
+            due.append(end_to.t)
+        events = None
+        if watched.functions:
+            events = _in_bytes(_within(watched.values, limits), len(watched.functions), "events")
         solved = _native.solve(
             {
                 **request,
                 "residual": _in_bytes(_within(residual, limits), n),
                 "jacobian": None if matrices is None else _within(matrices, limits),
-                "events": _in_bytes(
-                    _within(watched.values, limits), len(watched.functions), "events"
-                )
-                if watched.functions
-                else None,
+                "events": events,
                 "terminal": watched.terminal_after(found.get("events", [])),
-                "t_span": (t_from, t_to),
-                "y0": start.tolist(),
-                "yp0": rates.tolist(),
+                "t_span": (end_from.t, end_to.t),
+                "y0": y.tolist(),
+                "yp0": yp.tolist(),
                 "t_eval": due,
-                "initial": initial if part == 0 else "given" if is_hidden else "algebraic",
+                "initial": request["initial"] if is_first else "given" if is_hidden else "algebraic",
             }
         )
-        if part > 0 and is_hidden and outputs is None:
+        if not is_first and is_hidden and outputs is None:
             # The multipliers at the start of this part have the values before the break.
             _cut(solved, n, slice(1, None))
         if solved["status"] == 0 and not is_last:
-            start, rates = (np.frombuffer(solved[name])[-n:] for name in ("y", "yp"))
+            y, yp = (np.frombuffer(solved[name])[-n:] for name in ("y", "yp"))
             if due is not None:
                 _cut(solved, n, slice(-1))
         found = _joined(found, solved) if found else solved
         if found["status"] != 0:
             break
-    for warning in dict.fromkeys([*notes, *found.pop("warnings")]):
-        warnings.warn(warning, stacklevel=2)
-    solution = _solution(found, n, len(watched.functions), method)
-    if method == "bdf":
-        _advise(solution, residual, rtol, tolerances, left_out)
-    return solution
+    return found, limits
 
 
 def _advise(
@@ -491,19 +512,23 @@ FAR = 10.0
 
 def _warn_of_velocities(
     residual: Function,
-    span: tuple[float, float],
+    limits: tuple[float, float],
     start: tuple[Array, Array],
     indices: NDArray[np.int64],
     tolerances: Array,
 ) -> None:
-    """Warn of a constraint on positions whose derivative along yp0 is not zero."""
-    (t0, t_end), (y, yp) = span, start
+    """Warn of a constraint on positions whose derivative along yp0 is not zero.
+
+    The limits are the first and the last time before the next break.
+    """
+    (t0, t_end), (y, yp) = limits, start
     positions = indices <= 1
     rates = np.where(positions, yp, 0.0)
     largest = np.abs(rates).max()
     if largest == 0.0:
         return
-    step = 1e-4 * min(np.abs(y[positions]).max() / largest, t_end - t0)
+    size = np.abs(y[positions]).max()
+    step = 1e-4 * (min(size / largest, t_end - t0) if size > 0.0 else t_end - t0)
 
     def evaluate(t: float, y: Array, yp: Array) -> Array:
         return np.array(residual(t, y, yp), dtype=float)
@@ -530,20 +555,53 @@ def _warn_of_velocities(
     is_constraint = (given == moved) & (explained > 0.0)
     for equation in np.flatnonzero(is_constraint & (np.abs(rate) > FAR * explained)):
         warnings.warn(
-            f"equation {equation}, a constraint on positions, changes at the rate "
+            f"equation {equation} (counted from 0), a constraint on positions, changes at the rate "
             f"{rate[equation]:.2e} along yp0: the velocities are not consistent and will jump in the "
             "first step. `consistent_start` computes consistent ones",
             stacklevel=3,
         )
 
 
-def _breaks(breaks: ArrayLike, t0: float, t_end: float) -> list[float]:
-    """Return the breaks in the span, in the direction of integration."""
+class _End(NamedTuple):
+    """Common end of two parts of an integration, or an end of the span."""
+
+    t: float
+    # Last time before the break and first time after it, in the direction of integration.
+    before: float
+    after: float
+
+
+# Distance of breaks, relative to the largest time, below which they differ by rounding only.
+CLOSE = 1e-12
+
+
+def _ends_of_parts(breaks: ArrayLike, t0: float, t_end: float) -> list[_End]:
+    """Return the ends of the parts between breaks, in the direction of integration.
+
+    Breaks that differ by rounding are one break: the functions are evaluated before the
+    first and after the last of them. A break near an end of the span is at this end.
+    """
     times = np.unique(np.asarray(breaks, dtype=float))
     if not np.isfinite(times).all():
         raise ValueError("breaks has entries that are not finite")
-    inside = times[(times >= min(t0, t_end)) & (times <= max(t0, t_end))].tolist()
-    return inside if t0 < t_end else inside[::-1]
+    times = times[(times >= min(t0, t_end)) & (times <= max(t0, t_end))]
+    if t_end < t0:
+        times = times[::-1]
+    span = abs(t_end - t0)
+    # In a span shorter than CLOSE times a late time, a part fails rather than a break is ignored.
+    close = min(CLOSE * max(abs(t0), abs(t_end), span), 1e-6 * span)
+    groups = np.split(times, np.flatnonzero(np.abs(np.diff(times)) > close) + 1)
+    first, last = _End(t0, t0, t0), _End(t_end, t_end, t_end)
+    inner = []
+    for group in groups if times.size else []:
+        before, after = float(np.nextafter(group[0], t0)), float(np.nextafter(group[-1], t_end))
+        if abs(group[0] - t0) <= close:
+            first = _End(t0, t0, after)
+        elif abs(group[-1] - t_end) <= close:
+            last = _End(t_end, before, t_end)
+        else:
+            inner.append(_End(float(group[0]), before, after))
+    return [first, *inner, last]
 
 
 def _in_part(outputs: list[float], t_from: float, t_to: float, is_first: bool) -> list[float]:
@@ -705,7 +763,7 @@ class _Jacobian:
                 warnings.warn(
                     f"jacobian: its sparse matrices are stored as full ones of {self.n} rows: give "
                     "their pattern by `sparsity`",
-                    stacklevel=5,  # the caller of solve_dae
+                    stacklevel=6,  # the caller of solve_dae
                 )
             return (matrix.toarray() if sparse else matrix).ravel(order="F")
         values = np.asarray(matrix[self.places], dtype=float).ravel()
