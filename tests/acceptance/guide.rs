@@ -353,6 +353,38 @@ fn the_fit_finds_the_stiffness_behind_the_measured_force() {
     assert!((slope + 0.046125).abs() < 1e-4 * 0.046125, "{slope}");
 }
 
+/// Indentation, tension and relaxation of one tissue. The seed of the noise is fixed.
+#[test]
+fn three_tests_of_the_tissue_determine_its_constants() {
+    let folder = tempfile::tempdir().expect("a folder");
+    copy_examples(folder.path());
+    let fit = [
+        "fit",
+        "tissue.toml",
+        "--data",
+        "tissue-relaxation.csv",
+        "--data",
+        "tissue-tension.csv analysis=static",
+        "--data",
+        "tissue-indentation.csv analysis=static prescribed_displacement[0].x.value=0 contact[0].y=-0.004",
+        "--json",
+        "--quiet",
+    ];
+    let fit = myovib_in(folder.path(), &fit);
+    assert_eq!(fit.code, 0, "{}", fit.stderr);
+    let document = crate::harness::document(&fit.stdout, "fit");
+    let number = |value: &serde_json::Value| value.as_f64().expect("a number");
+    // The constants with which the data were computed.
+    for (j, exact) in [1e4, 0.5, 0.4, 5e-6].into_iter().enumerate() {
+        let found = &document["parameters"][j];
+        let [low, high] = [0, 1].map(|side| number(&found["interval"][side]));
+        assert!(low < exact && exact < high, "{low} {exact} {high}");
+    }
+    let deviation = number(&document["deviation"]);
+    // 60 measurements: 1 ± 4/√(2·56).
+    assert!((deviation - 1.0).abs() < 0.38, "{deviation}");
+}
+
 #[test]
 fn pictures_of_pages_are_well_formed() {
     let mut pictures = 0;
