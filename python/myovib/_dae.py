@@ -38,7 +38,7 @@ OTHER_NAMES = {
     "abstol": "it is `atol` here",
     "mass": "there are no matrices here: write M y' - f(t, y) as the `residual`",
     "differential_vars": "it is `algebraic` here, with the opposite values",
-    "sensitivities": "there are none here: add the equations of dy/dp to the `residual`, or use "
+    "sensitivities": "sensitivities are not computed here: add the equations of dy/dp to the `residual`, or use "
     "differences of runs with tight tolerances",
 }
 

@@ -142,7 +142,7 @@ fn beside_factorizations(repeats: u32) -> anyhow::Result<Row> {
     })
 }
 
-/// Returns the errors of the interpolation between adaptive frequencies and between those of fixed grids.
+/// Returns the interpolation errors of adaptive frequencies and of fixed grids.
 fn interpolation() -> anyhow::Result<Vec<Interpolation>> {
     let computed = |frequencies: &str| -> anyhow::Result<Response> {
         let scene = scene("init", frequencies, "y = 100.0", &[])?;

@@ -252,7 +252,7 @@ fn check_fung_weights(values: &[f64]) -> Result<(), FemError> {
             -nn * fs * fs,
         ],
     ];
-    // Rounding of a determinant that is zero.
+    // Of a zero determinant, rounding decides the sign.
     let is_negative = |terms: &Vec<f64>| {
         let scale: f64 = terms.iter().map(|term| term.abs()).sum();
         let sum: f64 = terms.iter().sum();

@@ -76,7 +76,7 @@ pub(super) struct Newton<'a> {
     added: Vec<f64>,
     force: Vec<f64>,
     driven: DrivenObstacles,
-    /// Displacement gradient of a correction that is always accepted. It is larger from a state where a driven obstacle does not
+    /// Displacement gradient up to which corrections are always accepted. It is larger from a state where a driven obstacle does not
     /// press on the body, since the effect of its force is not predicted.
     small_gradient: f64,
     pub(super) iterations: usize,

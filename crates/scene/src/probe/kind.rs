@@ -49,7 +49,7 @@ pub(crate) enum InvalidPlace {
 
 /// A kind of probe with the keys of a scene.
 pub(crate) trait Kind {
-    /// Returns the quantities of its columns, except those of [`Quantity`](myovib_model::Quantity).
+    /// Returns the quantities of its columns; columns of a [`Quantity`](myovib_model::Quantity) have their own.
     fn columns() -> &'static [ColumnKind]
     where
         Self: Sized,

@@ -139,14 +139,14 @@ pub fn equilibria(
     let with = if neighbors.is_empty() { 0 } else { n };
     let cost = Cost {
         steps: end.load_steps as u64,
-        // One for each iteration, and one for the prediction of each step.
+        // Each iteration and each prediction of a step factorizes once.
         factorizations: (end.newton_iterations + end.load_steps) as u64 + with,
         sensitivity_solves: n * neighbors.len() as u64,
     };
     Ok((samples, cost))
 }
 
-/// Returns the load factors and, between them, those of the scene. Paths that unload remain as they are.
+/// Inserts the load factors of the scene between the given ones, unless the path unloads.
 fn with_own_loads(loads: &[f64], own: &[f64]) -> Vec<f64> {
     let mut path = loads.to_vec();
     let last = loads.iter().copied().fold(0.0, f64::max);

@@ -49,7 +49,7 @@ fn the_resonance_curve_of_a_strip_passes_its_folds() {
         .map(|point| point.parameter)
         .collect();
     assert_eq!(folds.len(), 2, "{folds:?}");
-    // The upper branch ends at the higher fold, the lower one at the lower fold. Between them the states are unstable.
+    // The upper branch ends at the higher fold, the lower branch at the lower fold. Between them the states are unstable.
     assert!(folds[0] > folds[1]);
     let mut n_folds = 0;
     for point in &curve.points {

@@ -157,7 +157,7 @@ fn symmetric(refine: u32) -> String {
         + &plane("y0", "y")
 }
 
-/// Returns the error of the force relative to the `exact` one at a depth reduced by the penetration. Of the pressure of Hertz,
+/// Returns the error of the force relative to the `exact` force at a depth reduced by the penetration. Of the pressure of Hertz,
 /// the penetration weighted with the pressure is 3/4 of the largest; the contact stiffness is that of a flat punch, `slope`.
 fn relative_error(found: &Indentation, exact: f64, slope: f64) -> f64 {
     4.0 * found.force / (exact - slope * 0.75 * found.penetration) - 1.0

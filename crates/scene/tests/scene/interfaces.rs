@@ -172,8 +172,8 @@ fn one_material_has_one_pressure_at_a_vertex() {
     }
 }
 
-/// A material without a group covers what the others leave, wherever it stands; at least one element
-/// must be left.
+/// A material without a group covers the remaining elements, also if it is listed first; at least one
+/// element must remain.
 #[test]
 fn a_material_without_group_covers_the_rest() {
     let build = |text: &str| Scene::build("strip.toml", text, &[], Path::new(""));
