@@ -237,7 +237,7 @@ fn check_reports_the_cost_of_an_equilibrium() {
         "inf–sup",
         "body            48.000 by 60.000 m, 1.44e3 m², ",
         "by linear elasticity the load moves the body by up to ",
-        "s an iteration",
+        "s per iteration",
     ] {
         assert!(text.contains(words), "{words}: {text}");
     }

@@ -15,8 +15,11 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     let materials = file.material.iter().enumerate();
     let unused = materials.filter(|(i, _)| !body.regions.contains(i));
     notes.extend(unused.map(|(i, material)| {
-        let group = material.group.as_deref().unwrap_or("body");
-        format!("material[{i}] applies to no element: [[region]] entries cover all of `{group}`")
+        let why = match &material.group {
+            Some(group) => format!("[[region]] entries cover all of `{group}`"),
+            None => "other materials cover the body".to_owned(),
+        };
+        format!("material[{i}] applies to no element: {why}")
     }));
     let of_modes = file.modes.as_ref().and_then(|modes| modes.preload_time);
     let of_static = (file.analysis == Analysis::Static).then_some(t_end);

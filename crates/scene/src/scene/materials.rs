@@ -49,11 +49,6 @@ impl Builder<'_> {
                     free.map(|(element, _)| element).collect()
                 }
             };
-            if members.is_empty() {
-                let error = InputError::new("no element is left for this material")
-                    .found("the materials above and those with `group` cover all elements");
-                return Err(self.wrong(&path, error));
-            }
             for &element in &members {
                 if let Some(other) = given[element] {
                     let error = InputError::new(format!(

@@ -403,7 +403,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
                 // 500 periods, one of which is sampled within 1e-5 of its amplitude.
                 &["traction[0].y={ type = \"sine\", amplitude = 2.6e4, frequency = 500.0 }"],
                 &["traction[0].y={ type = \"sine\", amplitude = 2.4e4, frequency = 500.0 }"],
-                "traction[0].y comes to",
+                "traction[0].y reaches",
             ),
             (
                 &[

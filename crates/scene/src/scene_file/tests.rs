@@ -199,16 +199,16 @@ fn wrong_overrides_are_explained() {
 #[test]
 fn headers_with_wrong_brackets_say_which_are_right() {
     for (right, wrong, next) in [
-        ("[[fixed]]", "[fixed]", "write [[fixed]] in place"),
-        ("[[material]]", "[material]", "write [[material]] in place"),
-        ("[[traction]]", "[traction]", "write [[traction]] in place"),
-        ("[[probe]]", "[probe]", "write [[probe]] in place"),
-        ("[solid]", "[[solid]]", "write [solid] in place"),
-        ("[mesh]", "[[mesh]]", "write [mesh] in place"),
+        ("[[fixed]]", "[fixed]", "write [[fixed]] instead"),
+        ("[[material]]", "[material]", "write [[material]] instead"),
+        ("[[traction]]", "[traction]", "write [[traction]] instead"),
+        ("[[probe]]", "[probe]", "write [[probe]] instead"),
+        ("[solid]", "[[solid]]", "write [solid] instead"),
+        ("[mesh]", "[[mesh]]", "write [mesh] instead"),
         (
             "[[fixed]]",
             "[material.prony]\nrelative_modulus = 1.0\nrelaxation_time = 1.0\n[[fixed]]",
-            "write [[material.prony]] in place",
+            "write [[material.prony]] instead",
         ),
     ] {
         assert!(

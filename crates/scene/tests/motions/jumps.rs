@@ -197,17 +197,17 @@ fn jumps_of_smooth_quantities_are_rejected_with_their_location() {
         (
             "prescribed_displacement",
             "[{ group = \"right\", y = { type = \"step\", value = 0.01, rise = 0 } }]",
-            "no displacement can follow this: it jumps: give the step a rise",
+            "it jumps: give the step a rise",
         ),
         (
             "prescribed_displacement",
             "[{ group = \"right\", y = { type = \"ramp\", value = 0.01, end = 0.1 } }]",
-            "its slope jumps: take a `step`",
+            "its slope jumps",
         ),
         (
             "traction",
             "[{ group = \"right\", y = { type = \"ramp\", value = 1.0, start = 0.1, end = 0.1 } }]",
-            "what jumps is a step",
+            "rise = 0",
         ),
         (
             "traction",

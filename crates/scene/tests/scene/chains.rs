@@ -99,7 +99,7 @@ fn chains_without_elements_are_refused() {
         (
             "elements = \"muscle\"",
             "elements = \"left\"",
-            ["left", "holds no tetrahedra"],
+            ["left", "contains no tetrahedra"],
         ),
         (
             "oscillators = 4",

@@ -121,7 +121,7 @@ fn collapsed_guccione_elements_are_reported_with_the_remedy() {
         "{text}[[region]]\nname = \"core\"\ncenter = [0.5, 0.5, 0.5]\nradii = [0.4, 0.4, 0.4]\n\
          [[material]]\ngroup = \"core\"\nlaw = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\nc01 = 2e2\n"
     );
-    for remedy in ["take `isochoric-guccione`", "a damped motion"] {
+    for remedy in ["use `isochoric-guccione`", "a damped motion"] {
         assert!(of(&both).contains(remedy), "{}", of(&both));
     }
 }

@@ -47,7 +47,7 @@ fn keys_of_the_other_dimension_are_rejected() {
         (
             "law = \"mooney-rivlin\"",
             "group = \"left\"\nlaw = \"mooney-rivlin\"",
-            "the group `left` holds no tetrahedra",
+            "the group `left` contains no tetrahedra",
         ),
         (
             "size = [2.0, 1.0, 1.0]",
