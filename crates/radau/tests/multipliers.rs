@@ -109,7 +109,7 @@ fn multipliers_are_accurate_from_the_first_step() {
                 let builder = RadauSolver::builder(sample).options(options);
                 let mut solver = builder.build(start.t, &start.y, &start.y_dot).unwrap();
                 let largest = error_of_next_steps(&mut solver, &mut *index_1, (n, end), tolerance);
-                if !(largest < PROMISED) {
+                if largest >= PROMISED || largest.is_nan() {
                     wrong.push(format!(
                         "{name}, {stages} stages, {tolerance:e}: {largest:.0e}"
                     ));

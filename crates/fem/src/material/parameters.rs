@@ -256,7 +256,7 @@ fn check_fung_weights(values: &[f64]) -> Result<(), FemError> {
     let is_negative = |terms: &Vec<f64>| {
         let scale: f64 = terms.iter().map(|term| term.abs()).sum();
         let sum: f64 = terms.iter().sum();
-        !(sum >= -16.0 * f64::EPSILON * scale)
+        sum < -16.0 * f64::EPSILON * scale || sum.is_nan()
     };
     // Of the determinant, the coupling with the largest contribution is reported.
     let parts = [fs * fs * nn, sn * sn * ff, nf * nf * ss];

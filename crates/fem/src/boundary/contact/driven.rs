@@ -52,8 +52,8 @@ impl RigidContact {
         };
         let (mut low, mut high) = (0.0, self.smoothing);
         let mut doublings = 0..MAX_ITERATIONS;
-        // NaN does not end the search.
-        while !(excess(high)[0] >= 0.0) {
+        let falls_short = |[rest, _]: [f64; 2]| rest < 0.0 || rest.is_nan();
+        while falls_short(excess(high)) {
             (low, high) = (high, 2.0 * high);
             if doublings.next().is_none() {
                 return f64::NAN;

@@ -76,7 +76,7 @@ impl DrivenObstacles {
                 .for_each(|other| other.correct(&mut own.response));
             own.pivot = own.by_obstacle - dot(&own.by_nodes, &own.response);
             // The difference is rounding, or NaN.
-            if !(own.pivot.abs() > 16.0 * f64::EPSILON * own.by_obstacle) {
+            if own.pivot.is_nan() || own.pivot.abs() <= 16.0 * f64::EPSILON * own.by_obstacle {
                 return Err(SparseError::Singular {
                     n: n + 1,
                     column: None,
