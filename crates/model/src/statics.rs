@@ -142,7 +142,7 @@ pub fn equilibrium(
     equilibrium_watched(muscle, formulation, t, &mut |_| ControlFlow::Continue(()))
 }
 
-/// Does the same; `watch` is called before each iteration, and may end the search.
+/// Searches like [`equilibrium`]; `watch` is called before each iteration, and may end the search.
 ///
 /// # Errors
 /// Errors of [`equilibrium`]; [`ModelError::Interrupted`].

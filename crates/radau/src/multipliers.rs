@@ -28,7 +28,7 @@ use crate::work::Counters;
 /// them.) The order of this error is s + 2 minus the index at best, and much lower after a change
 /// of h. Both parts are visible in the variables of index 1: u'(t_n) − ẏ_n is −(a + ε), and ε is
 /// the difference between the polynomial and the solution at the beginning of the last step,
-/// divided by h ω there. Newton's matrix converts both to errors of multipliers:
+/// divided by h ω there. The iteration matrix converts both to errors of multipliers:
 ///
 /// ```text
 /// e(x) = −(J_y + γ/h J_ẏ)⁻¹ (F(t_n, y_n, ẏ_n + x) − F(t_n, y_n, ẏ_n))

@@ -127,7 +127,7 @@ pub struct RadauOptions {
     /// of this if a variable has index 2 or 3. If specified, the fraction also applies to
     /// sensitivities.
     pub newton_tolerance: Option<f64>,
-    /// A Jacobian is reused for the next step if Newton's contraction is at most this value; 0.001
+    /// A Jacobian is reused for the next step if the contraction rate of Newton's method is at most this value; 0.001
     /// by default. Use a larger value if a Jacobian is expensive. With 0, it is reused only after
     /// steps in which one iteration was sufficient.
     pub jacobian_reuse: f64,

@@ -14,7 +14,7 @@ use obstacle::{Gap, dot};
 /// Default stiffness times facet size, in shear moduli of the body: at a contact pressure of one shear modulus the
 /// penetration is a hundredth of a facet.
 const DEFAULT_STIFFNESS: f64 = 100.0;
-/// Depth over which the stiffness sets in, as a fraction of the facet size.
+/// Penetration at which the full stiffness is reached, as a fraction of the facet size.
 const SMOOTHING: f64 = 1e-3;
 
 /// Frictionless contact of a boundary group with a rigid obstacle, of the energy ∫ φ(−g) dS over the undeformed
@@ -129,7 +129,7 @@ impl RigidContact {
         self.stiffness
     }
 
-    /// Returns the depth w over which the stiffness sets in, m.
+    /// Returns the penetration w at which the full stiffness is reached, m.
     pub fn smoothing(&self) -> f64 {
         self.smoothing
     }

@@ -79,12 +79,12 @@ impl EnclosedVolume {
         })
     }
 
-    /// The volume of the part of a cavity that a model with planes of symmetry has: those across `axes`, on which the
-    /// nodes of a rim are held along the axis.
+    /// Restricts the volume to the modeled part of a symmetric cavity. The planes of symmetry are normal to `axes`; nodes
+    /// of a rim on them are fixed along the axis.
     ///
     /// # Errors
-    /// [`FemError::NoSymmetryPlane`] where no side of a rim is in a plane across an axis with all its nodes held along it,
-    /// or sides in several of them are.
+    /// [`FemError::NoSymmetryPlane`] if no rim side lies in a plane normal to an axis with all its nodes fixed along the
+    /// axis, or if rim sides lie in several such planes.
     pub fn with_symmetry(mut self, solid: &Solid, axes: &[usize]) -> Result<Self, FemError> {
         let (dimension, dofs) = (self.walls.dimension, solid.dofs());
         let size = self.rim_size();
@@ -133,7 +133,7 @@ impl EnclosedVolume {
         Ok(self)
     }
 
-    /// Whether nodes of a rim are fixed along some axes and free along others, as on a plane of symmetry, and the rim is
+    /// Returns whether nodes of a rim are fixed along some axes and free along others, as on a plane of symmetry, and the rim is
     /// not flat, so that its cone cuts off a part of the cavity.
     pub fn may_end_at_symmetry(&self, solid: &Solid) -> bool {
         let (dimension, free) = (self.walls.dimension, solid.dofs().free_to_full());
@@ -166,7 +166,7 @@ impl EnclosedVolume {
         })
     }
 
-    /// Largest extent of the rims along an axis, m.
+    /// Returns the largest extent of the rims along an axis, m.
     fn rim_size(&self) -> f64 {
         let dimension = self.walls.dimension;
         let nodes = self.rims.iter().flatten().flatten();

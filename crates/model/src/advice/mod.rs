@@ -7,7 +7,7 @@
 //!
 //! Reference: K. E. Brenan, S. L. Campbell, L. R. Petzold, *Numerical Solution of Initial-Value
 //! Problems in Differential-Algebraic Equations*, SIAM 1996, section 5.4 (error estimates and
-//! Newton's matrix for higher index).
+//! the iteration matrix for higher index).
 
 mod advised;
 mod remedy;

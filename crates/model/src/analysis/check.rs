@@ -213,7 +213,7 @@ pub struct StaticReport {
     /// Stability of the pressures; `None` without pressures, or if there are too many to compute it
     /// in seconds.
     pub held: Option<Held>,
-    /// Predicted cost of the factors of Newton's matrix, if known.
+    /// Predicted cost of the factors of the iteration matrix, if known.
     pub factors: Option<FactorizationCost>,
     /// Largest displacement under the whole load by linear elasticity, m; `None` for a body that is
     /// too large or not held.

@@ -153,7 +153,7 @@ impl Oscillators {
         }
     }
 
-    /// Does the same for several columns side by side.
+    /// Subtracts γ e wᵀ `body` for several columns, which are stored side by side.
     pub(crate) fn subtract_forcing_columns(
         &self,
         body: &[f64],

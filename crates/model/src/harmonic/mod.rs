@@ -216,7 +216,7 @@ impl HarmonicResponse {
         self.elimination.prediction::<Complex64>()
     }
 
-    /// Solves for each frequency (Hz) and returns what `read` makes of the amplitudes, with its frequency, in the order
+    /// Solves for each frequency (Hz) and returns pairs of frequency and result of `read` for the amplitudes, in the order
     /// of the frequencies. Frequencies are distributed over the threads of this process; the
     /// results do not depend on their number. If `read` returns [`ModelError::Interrupted`], the results so far are returned.
     ///
@@ -231,8 +231,8 @@ impl HarmonicResponse {
         self.map_with_derivatives(frequencies, &[], |amplitude, _| read(amplitude))
     }
 
-    /// Does the same with the derivatives of the amplitudes by parameters, each of which costs a solution with the same
-    /// factors.
+    /// Solves like [`map`](Self::map), also for the derivatives of the amplitudes with respect to parameters, each of which
+    /// costs a solution with the same factors.
     ///
     /// # Errors
     /// As for [`map`](Self::map).

@@ -115,7 +115,7 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
         }
     }
 
-    /// Does the same as [`new`](Self::new) with internal variables in addition to the unknowns.
+    /// Creates the integrator like [`new`](Self::new), with internal variables in addition to the unknowns.
     pub(crate) fn with_memory(
         problem: P,
         matrices: M,

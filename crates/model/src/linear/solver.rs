@@ -44,7 +44,7 @@ impl CondensedSolver {
 }
 
 impl CondensedSolver {
-    /// Does the same for right-hand sides without the rows of internal stresses, which the
+    /// Creates the solver for right-hand sides without the rows of internal stresses, which the
     /// integrator eliminates.
     pub(crate) fn without_recovery(
         dae: &MuscleDae,

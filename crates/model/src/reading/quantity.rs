@@ -104,14 +104,14 @@ quantities! {
         components: Components::Scalar,
         evaluation: Evaluation::State(|state| vec![state.jacobian]),
     }
-    /// Green's strain; components as for `stress`.
+    /// Green–Lagrange strain; components as for `stress`.
     Strain "strain" {
         names: ["strain", "strain"],
         unit: "",
         components: Components::Symmetric,
         evaluation: Evaluation::State(|state| symmetric(green(state.gradient))),
     }
-    /// Principal values of Green's strain in descending order.
+    /// Principal values of the Green–Lagrange strain in descending order.
     PrincipalStrain "principal-strain" {
         names: ["principal_strain", "principal_strain"],
         unit: "",
@@ -242,7 +242,7 @@ fn symmetric([[xx, xy, xz], [_, yy, yz], [_, _, zz]]: Tensor3) -> Vec<f64> {
     vec![xx, yy, zz, xy, yz, xz]
 }
 
-/// Returns Green's strain (H + Hᵀ + Hᵀ H)/2 for H = ∇u.
+/// Returns the Green–Lagrange strain (H + Hᵀ + Hᵀ H)/2 for H = ∇u.
 fn green(h: Tensor3) -> Tensor3 {
     let product = |i: usize, j: usize| (0..3).map(|k| h[k][i] * h[k][j]).sum::<f64>();
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| 0.5 * (h[i][j] + h[j][i] + product(i, j))))

@@ -1,10 +1,10 @@
 //! Functions of time with their exact first and second derivatives.
 //!
-//! Loads need the value, the rod's Rayleigh load its first derivative, prescribed
-//! displacements both: their rates enter the differentiated constraints.
+//! Loads need the value, the rod's Rayleigh load also the first derivative, and prescribed
+//! displacements both derivatives, which enter the differentiated constraints.
 //!
-//! A function is a [`TimeFunction`], also one written elsewhere. Those that a scene knows by a name
-//! are in the list of [`formula`], a file each.
+//! Any type that implements [`TimeFunction`] can be used. [`formula`] lists the functions that
+//! scenes know by name, each with a file.
 
 mod composed;
 pub mod formula;

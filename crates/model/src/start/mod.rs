@@ -107,8 +107,8 @@ impl Start {
         Self::contracting(dae, t, [q, v, &tensions], None, None)
     }
 
-    /// Does the same with unknown tensions, with internal stresses if the body's stress is not
-    /// relaxed, and with a given λ if it is free and need not be on the slow manifold.
+    /// Computes consistent values for given tensions, with internal stresses if the body's stress is
+    /// not relaxed, and with a given λ if it is free and need not be on the slow manifold.
     fn contracting(
         dae: &mut MuscleDae,
         t: f64,
@@ -178,7 +178,7 @@ impl Start {
         Self::next_to(dae, t, y, None)
     }
 
-    /// Does the same, keeping the λ of `y` if requested.
+    /// Computes consistent values for the state `y`, and keeps the λ of `y` if its range is given.
     fn next_to(
         dae: &mut MuscleDae,
         t: f64,

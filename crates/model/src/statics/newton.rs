@@ -301,7 +301,7 @@ impl<'a> Newton<'a> {
         Ok(change)
     }
 
-    /// Computes the negative derivative of the residual with respect to the load factor at fixed unknowns.
+    /// Returns the negative derivative of the residual with respect to the load factor at fixed unknowns.
     ///
     /// Supports and obstacles move only by a small part of their displacement, so that no element inverts and
     /// contacts remain unchanged for any total displacement.

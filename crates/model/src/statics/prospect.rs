@@ -45,7 +45,7 @@ impl<'a> Prospect<'a> {
         &self.newton.layout
     }
 
-    /// Returns the predicted memory and work of factorizing Newton's matrix, if known in advance.
+    /// Returns the predicted memory and work of factorizing the iteration matrix, if known in advance.
     pub(crate) fn needs(&self) -> Option<Prediction> {
         self.newton.needs
     }
@@ -56,7 +56,7 @@ impl<'a> Prospect<'a> {
         self.newton.in_use
     }
 
-    /// Returns the CPU time of an evaluation of Newton's matrix at rest, s.
+    /// Returns the CPU time of an evaluation of the iteration matrix at rest, s.
     ///
     /// # Errors
     /// No errors for a body at rest.

@@ -30,7 +30,7 @@ impl Multipliers {
     ///
     /// For a smooth solution, the polynomial violates the constraint by −h ε ω(θ), and the
     /// polynomial through the multipliers at the stages has an error in proportion to ℓ_0(θ).
-    /// Newton's matrix converts both to −γ ω e(ε) − γ ℓ_0 κ. The fit of e(ε) and κ leaves parts of
+    /// The iteration matrix converts both to −γ ω e(ε) − γ ℓ_0 κ. The fit of e(ε) and κ leaves parts of
     /// higher order. If a multiplier jumps within the step, it leaves a part of the size of the
     /// jump.
     pub(crate) fn measure_within<P: Problem, M: LinearSolver<P>>(

@@ -54,7 +54,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }))
     }
 
-    /// Measures the rounding of the step of size `h` after a step of size `last` thoroughly.
+    /// Estimates the rounding error of the step of size `h` after a step of size `last` by the thorough sampling.
     pub(super) fn sample_rounding(&mut self, h: f64, last: Option<f64>) -> Result<(), Failure> {
         let step = step_of!(self, h);
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
@@ -185,8 +185,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         errors
     }
 
-    /// Returns the largest next step for the error of dense output in variables of index 2, beyond
-    /// their remaining errors at the end of the step and beyond rounding. In systems of index 3
+    /// Returns the largest next step for which the error of dense output in variables of index 2
+    /// meets the tolerance, after subtraction of their errors at the end of the step and of rounding. In systems of index 3
     /// rounding dominates.
     fn limit_for_index_2(&mut self, h: f64) -> Result<f64, Failure> {
         let order = self.multipliers.order(self.method.stages());
@@ -230,7 +230,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(self.control.propose_for_multipliers(h, error, order))
     }
 
-    /// Measures the leading error of multipliers. Returns the largest next step for the remaining
+    /// Estimates the leading error of multipliers. Returns the largest next step for the remaining
     /// error after its removal.
     fn measure_multipliers(&mut self, h: f64) -> Result<f64, Failure> {
         let step = step_of!(self, h);
@@ -310,7 +310,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Runs Newton's iterations with the current matrices. Returns their number.
+    /// Runs Newton iterations with the current matrices. Returns their number.
     fn iterate(&mut self, h: f64, failures: Failures) -> Result<usize, Failure> {
         let z = &mut self.newton.z;
         let (method, last) = (&self.method, &self.collocation);

@@ -38,7 +38,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Returns the smaller of T τ^(3/4)/2 and a thousandth of the time to `t_out`. T is the time in
     /// which y changes by its own size, 1/(τ ‖ẏ‖) in the norm of the tolerances, and τ the relative
     /// tolerance of the estimate. A step T τ/2, in which y changes by only the tolerance, may be so
-    /// short that rounding dominates constraints and singular ẏ matrices.
+    /// short that rounding dominates constraints and a singular ∂F/∂ẏ.
     fn estimated_first_step(&self, t_out: f64) -> f64 {
         let squares = self.y_dot.iter().zip(self.weights.plain());
         let square: f64 = squares.map(|(v, w)| (v * w).powi(2)).sum();
@@ -53,8 +53,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         (1e-3 * (t_out - self.t)).min(0.5 / (norm * scale))
     }
 
-    /// Returns the shortest first step in which rounding, which Newton's matrix divides by h² in
-    /// multipliers of index 3, is below their tolerances; 0 without such multipliers. Rounding is
+    /// Returns the shortest first step in which rounding, amplified by 1/h² in multipliers of
+    /// index 3, is below their tolerances; 0 without such multipliers. Rounding is
     /// sampled in a step of size `h`.
     fn resolving_step(&mut self, h: f64) -> Result<f64, Failure> {
         if self.multipliers.largest_index() < 3 {

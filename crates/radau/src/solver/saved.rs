@@ -36,7 +36,7 @@ pub struct RadauState {
     next_limit: Option<f64>,
     stop_time: Option<f64>,
     last: Collocation,
-    /// Whether the last step's polynomial is continued.
+    /// Whether the predictor extrapolates the polynomial of the last step.
     continues: bool,
     /// State of Newton's method for its contraction.
     newton: [f64; 2],

@@ -84,7 +84,7 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     pub(super) pivot_choices: u64,
     /// λ/h of the complex modes.
     pub(super) shifts: Vec<Complex64>,
-    /// Type of occurrence of each variable in F.
+    /// Whether each variable is differential or algebraic in F.
     pub(super) kinds: Vec<VariableKind>,
     /// Variables whose derivative does not occur in F.
     pub(super) algebraic: Vec<usize>,

@@ -103,14 +103,14 @@ impl Outcome {
 /// Confidence level of the intervals.
 pub const LEVEL: f64 = 0.95;
 
-/// The fit ends when the Gauss–Newton step is this fraction of the parameters' uncertainty. The coverage of 95 % intervals
-/// would not suffer from a tenth.
+/// The fit ends when the Gauss–Newton step is this fraction of the parameters' uncertainty. Even a tenth
+/// would hardly change the coverage of 95 % intervals.
 const OFFSET: f64 = 0.01;
 
 /// Maximum number of starting points: each costs a fit.
 const MAX_STARTS: usize = 10_000;
 
-/// Relative distance from a bound at which the scene must be valid, in units of the distance between start and bound.
+/// Distance from a bound at which the scene must be valid, in units of the distance between start and bound.
 const WITHIN: f64 = 1e-6;
 
 #[derive(Debug)]

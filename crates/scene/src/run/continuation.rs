@@ -143,7 +143,8 @@ impl Branch {
                 samples: scene.file.periodic.clone().unwrap_or_default().samples,
                 state: &point.state,
                 shooting,
-                interrupt,
+                // An interrupted curve keeps its points.
+                interrupt: found.incomplete.is_none().then_some(interrupt).flatten(),
             };
             let (amplitudes, spectral_radius, is_stable) = period.run(None, reading)?;
             found.points.push(CurvePoint {

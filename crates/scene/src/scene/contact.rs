@@ -11,6 +11,9 @@ use crate::scene_file::contact::Obstacle;
 use crate::scene_file::function::Function;
 use crate::scene_file::{self, Analysis, SceneFile};
 
+/// Distance from an obstacle that touches the body, relative to coordinates, which is rounding.
+const ROUNDING: f64 = 1e-9;
+
 impl Builder<'_> {
     /// Returns the contacts of the body.
     pub(super) fn contacts(
@@ -41,7 +44,11 @@ impl Builder<'_> {
                 let contact = self.at(&format!("{path}.group"), contact)?;
                 let rest = vec![0.0; solid.space().n_components()];
                 let distance = contact.driven_distance(self.t_end, 0.0, &rest);
-                if distance.is_some_and(f64::is_nan) {
+                let coordinates = solid.space().mesh().coordinates().iter();
+                let size = coordinates.fold(0.0_f64, |size, x| size.max(x.abs()));
+                // A sphere that moves away from the body touches it from inside, farther back.
+                let is_behind = |s: f64| s.is_nan() || s < -ROUNDING * size;
+                if distance.is_some_and(is_behind) {
                     let error = InputError::new("the obstacle does not reach the group")
                         .next("reverse the direction, or move the obstacle in front of the body");
                     return Err(self.wrong(&format!("{path}.direction"), error));

@@ -40,6 +40,11 @@ impl Builder<'_> {
         let numbered = || file.material.iter().enumerate();
         let of_groups = numbered().filter(|(_, material)| material.group.is_some());
         let of_the_rest = numbered().filter(|(_, material)| material.group.is_none());
+        if let Some((i, _)) = of_the_rest.clone().nth(1) {
+            let error = InputError::new("a second material has no group")
+                .next("select elements for it by `group`");
+            return Err(self.wrong(&format!("material[{i}]"), error));
+        }
         for (i, material) in of_groups.chain(of_the_rest) {
             let path = format!("material[{i}]");
             let members: Vec<usize> = match &material.group {

@@ -313,6 +313,22 @@ fn forces_of_obstacles_are_checked() {
     }
 }
 
+/// A disk in front of the group may move toward it, and not away from it: its far side would touch the body from inside.
+#[test]
+fn a_disk_that_moves_away_is_refused() {
+    let disk = |direction: f64| {
+        let contact = format!("force = 1.0\ndirection = [0.0, {direction:?}]");
+        let text = pressed("analysis = \"static\"\n", &contact).replace(
+            "type = \"plane\"\npoint = [0.0, 0.01]\nnormal = [0.0, -2.0]",
+            "type = \"sphere\"\ncenter = [0.01, 0.015]\nradius = 0.005",
+        );
+        Scene::build("scene.toml", &text, &[], Path::new(""))
+    };
+    assert!(disk(-1.0).is_ok());
+    let error = disk(1.0).unwrap_err().to_string();
+    assert!(error.contains("direction = [0.0, 1.0]"), "{error}");
+}
+
 /// Checks that a contact that is incompatible with the mesh gives one error, with its key.
 #[test]
 fn obstacles_that_do_not_fit_are_rejected() {

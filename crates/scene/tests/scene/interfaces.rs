@@ -187,6 +187,9 @@ fn a_material_without_group_covers_the_rest() {
         notes.iter().any(|note| note.starts_with("material[2]")),
         "{notes:?}"
     );
+    let two =
+        format!("{unused}[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n");
+    assert!(build(&two).is_err());
     let overlapping = STRIP.replacen("group = \"body\"", "group = \"soft\"", 1);
     let error = build(&overlapping).unwrap_err().to_string();
     assert!(error.contains("line 21"), "{error}");

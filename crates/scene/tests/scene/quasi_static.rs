@@ -257,3 +257,17 @@ fn parts_that_need_inertia_are_rejected() {
     let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
     assert!(Modes::of_scene(&scene, Some(1), Watcher::NOBODY).is_err());
 }
+
+/// Without inertia, nothing determines a rigid motion.
+#[test]
+fn a_rigid_motion_is_refused() {
+    let text = strip(QUASI_STATIC, PRONY, "1e6", RAMP);
+    let roller = "[[fixed]]\ngroup = \"bottom\"\ncomponents = [\"y\"]\n";
+    let free = text.replace(roller, "");
+    assert_ne!(free, text);
+    let out = tempfile::tempdir().unwrap();
+    let scene = Scene::build("scene.toml", &free, &[], Path::new("")).unwrap();
+    let error = compute(&scene, &RunOptions::into_folder(out.path().join("out"))).unwrap_err();
+    assert!(error.to_string().contains("slide in y"), "{error}");
+    assert!(!out.path().join("out").exists());
+}

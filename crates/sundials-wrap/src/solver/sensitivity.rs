@@ -225,7 +225,7 @@ impl<P: Problem> IdaSolver<P> {
         self.sensitivity_dense_output(j, self.t, 0, out)
     }
 
-    /// Does the same as [`dense_output`](IdaSolver::dense_output) for ∂y/∂p_j. If the next step has
+    /// Interpolates ∂y/∂p_j like [`dense_output`](IdaSolver::dense_output). If the next step has
     /// a lower order than the last, derivatives are available only up to this order.
     ///
     /// # Shapes

@@ -110,7 +110,7 @@ fn a_plane_presses_with_the_pressure_of_its_penetration() {
         offset[up] = -1e-3;
         let sums = contact.sums(&offset, &u);
         let area = 0.1_f64.powi(up as i32);
-        // The stiffness sets in over a thousandth of the size of a facet.
+        // The full stiffness is reached at a thousandth of the size of a facet.
         let size = if dimension == 2 {
             0.05
         } else {

@@ -1,7 +1,7 @@
 //! Checks of a start: loads and supports at t = 0 must match the state of the body.
 
 use myovib_dae::Problem;
-use myovib_model::{Load, ModelError, MuscleDae, Prescribed, Signal, Start as Consistent};
+use myovib_model::{Load, ModelError, MuscleDae, Prescribed, Signal, Start as Consistent, support};
 
 use crate::scene::{Body, NAMES, Start};
 use crate::state::State;
@@ -22,8 +22,14 @@ const SIZE_TIMES: u32 = 61;
 /// Rejects a start that contradicts the loads or the supports at t = 0, without a search for it.
 ///
 /// # Errors
-/// Loads on a body at rest; supports that do not match the initial state.
+/// Loads on a body at rest; supports that do not match the initial state, or do not fix a body without inertia.
 pub(in crate::run) fn expect_start(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
+    let muscle = &body.muscle;
+    if !muscle.solid.has_inertia()
+        && let Some(free) = support::free_parts(muscle)
+    {
+        return Err(ModelError::NotHeld(free).into());
+    }
     match &body.start {
         Start::Rest => {
             expect_supports_at_rest(body, body.settings.t_end, false)?;
