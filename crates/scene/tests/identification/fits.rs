@@ -1,21 +1,18 @@
 //! Fits to measurements with known true values.
 
-use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use myovib_model::sensitivity::Dependences;
 use myovib_scene::Error;
 use myovib_scene::fit::{FitOptions, FitResult, Loss, Outcome, compute};
-use myovib_scene::run::Existing;
 use myovib_scene::sensitivity::{
     Curves, Parameterized, Precision, compute as follow, follow as steps, outputs,
 };
-use myovib_scene::watch::{ProgressSink, Watcher};
+use myovib_scene::watch::Watcher;
 use rand::{Rng, SeedableRng};
 
-use crate::{SMALL, scene, set};
+use crate::{SMALL, options, scene, set};
 
 /// What all runs share: 0.2 s of a load that rises at once.
 const COMMON: [&str; 6] = [
@@ -79,240 +76,10 @@ pub(crate) fn fitted<'a>(
     more: &[&str],
     change: impl FnOnce(FitOptions<'a>) -> FitOptions<'a>,
 ) -> Result<FitResult, Error> {
-    let out = path.with_file_name("fit");
     compute(&change(FitOptions {
-        scene: path,
         set: set(&[&COMMON[..], more].concat()),
-        experiments: vec![(data, Vec::new())],
-        out,
-        existing: Existing::Overwrite,
-        tolerance: 1e-5,
-        max_iterations: 30,
-        starts: 1,
-        seed: 0,
-        loss: Loss::Squares,
-        profile: false,
-        interrupt: None,
-        progress: &(),
+        ..options(path, vec![(data, Vec::new())])
     }))
-}
-
-/// A fit that ended early and is resumed agrees with an uninterrupted fit within a hundredth of the uncertainty, at which
-/// fits end. It continues the history.
-#[test]
-fn a_fit_is_resumed_from_its_history() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = scene(
-        folder.path(),
-        &["material[0].c10", "solid.rayleigh_mass"],
-        "",
-    );
-    let data = folder.path().join("measured.csv");
-    let more = [&["material[0].c10=3e4"], &SMALL[..]].concat();
-    measure(&path, &more, 1.0, &data);
-    let run = |existing, max_iterations| {
-        fitted(path.clone(), data.clone(), &more[1..], |options| {
-            FitOptions {
-                existing,
-                max_iterations,
-                ..options
-            }
-        })
-    };
-    let header = folder.path().join("fit");
-    std::fs::create_dir(&header).unwrap();
-    let is_input = |result: Result<FitResult, Error>| matches!(result, Err(Error::Input(_)));
-    assert!(is_input(run(Existing::Resume, 30)), "no history");
-    // A file that no fit made is not replaced.
-    let mine = header.join("report.html");
-    std::fs::write(&mine, "precious").unwrap();
-    for existing in [Existing::Refuse, Existing::Overwrite] {
-        assert!(is_input(run(existing, 30)), "a file of another origin");
-    }
-    assert_eq!(std::fs::read_to_string(&mine).unwrap(), "precious");
-    std::fs::remove_file(&mine).unwrap();
-    let whole = run(Existing::Refuse, 30).unwrap();
-    assert!(whole.fit.is_converged(), "{}", whole.ending());
-    assert!(is_input(run(Existing::Refuse, 1)), "a fit is there");
-    let twice = fitted(path.clone(), data.clone(), &more[1..], |options| {
-        FitOptions {
-            experiments: vec![options.experiments[0].clone(); 2],
-            ..options
-        }
-    });
-    assert!(is_input(twice), "the same measurements twice");
-    let own = fitted(path.clone(), data.clone(), &more[1..], |options| {
-        let set = vec!["material[0].c10=2e4".to_owned()];
-        FitOptions {
-            experiments: vec![(data.clone(), set)],
-            ..options
-        }
-    });
-    assert!(is_input(own), "a fitted parameter is set");
-    // An earlier fit is kept until the first iteration of the new one.
-    let names = || -> BTreeSet<_> {
-        let files = std::fs::read_dir(&header).unwrap();
-        files.map(|file| file.unwrap().file_name()).collect()
-    };
-    std::fs::write(header.join("fit.json"), "{}").unwrap();
-    let kept = names();
-    static INTERRUPT: AtomicBool = AtomicBool::new(true);
-    let interrupted = fitted(path.clone(), data.clone(), &more[1..], |options| {
-        FitOptions {
-            interrupt: Some(&INTERRUPT),
-            ..options
-        }
-    });
-    assert!(
-        matches!(interrupted, Err(Error::Stopped(_))),
-        "{interrupted:?}"
-    );
-    assert_eq!(names(), kept);
-    let early = run(Existing::Overwrite, 1).unwrap();
-    assert!(!early.fit.is_converged(), "{}", early.ending());
-    let file = folder.path().join("fit/history.csv");
-    let before = std::fs::read_to_string(&file).unwrap();
-    let resumed = run(Existing::Resume, 30).unwrap();
-    assert!(resumed.fit.is_converged(), "{}", resumed.ending());
-    assert!(resumed.fit.history[0].cost < 0.5 * early.fit.history[0].cost);
-    for j in 0..2 {
-        let off = resumed.fit.values[j] - whole.fit.values[j];
-        let error = whole.uncertainty.standard_errors[j];
-        println!("{j}: {:e} of the standard error", off / error);
-        assert!(off.abs() < 0.02 * error, "{j}: {off:e} {error:e}");
-    }
-    let after = std::fs::read_to_string(&file).unwrap();
-    assert!(after.starts_with(&before) && after.len() > before.len());
-    let numbers = after.lines().skip(1).map(|line| {
-        let number: f64 = line.split(',').next().unwrap().parse().unwrap();
-        number as usize
-    });
-    assert!(numbers.eq(0..after.lines().count() - 1), "{after}");
-    let other = fitted(path.clone(), data.clone(), &more, |options| FitOptions {
-        existing: Existing::Resume,
-        ..options
-    });
-    let other = other.unwrap_err().to_string();
-    assert!(other.contains("scene"), "{other}");
-    std::fs::write(&file, "iteration,runs,part,cost,other\n0,1,1,2,3\n").unwrap();
-    assert!(is_input(run(Existing::Resume, 30)), "other parameters");
-}
-
-/// Interrupts a fit after some iterations and profiles, or after some progress lines of its runs.
-struct Patience {
-    left: AtomicUsize,
-    interrupt: AtomicBool,
-    counts_lines: bool,
-}
-
-impl ProgressSink for Patience {
-    fn on_progress(&self, line: &dyn Fn() -> String) {
-        let is_counted = |start| line().starts_with(start);
-        let counts = self.counts_lines || ["iteration", "profile"].into_iter().any(is_counted);
-        if counts && self.left.fetch_sub(1, Ordering::Relaxed) == 1 {
-            self.interrupt.store(true, Ordering::Relaxed);
-        }
-    }
-}
-
-/// A fit is interrupted within its runs. It has a result if and only if an iteration was written.
-#[test]
-fn a_fit_interrupted_within_a_run_keeps_its_iterations() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = scene(folder.path(), &["material[0].c10"], "");
-    let data = folder.path().join("measured.csv");
-    let more = [&["material[0].c10=1.3e4"], &SMALL[..]].concat();
-    measure(&path, &more, 1.0, &data);
-    let lines = usize::MAX / 2;
-    let fit_of = |left: usize| {
-        let patience: &'static Patience = Box::leak(Box::new(Patience {
-            left: AtomicUsize::new(left),
-            interrupt: AtomicBool::new(false),
-            counts_lines: true,
-        }));
-        let _ = std::fs::remove_dir_all(folder.path().join("fit"));
-        let result = fitted(path.clone(), data.clone(), &more[1..], |options| {
-            FitOptions {
-                interrupt: Some(&patience.interrupt),
-                progress: patience,
-                ..options
-            }
-        });
-        (
-            result,
-            lines - patience.left.load(Ordering::Relaxed).min(lines),
-        )
-    };
-    let (whole, all) = fit_of(lines);
-    assert!(whole.unwrap().fit.is_converged());
-    let mut results = [0, 0];
-    for percent in [1, 20, 40, 50, 60, 70, 80, 90, 95] {
-        let (result, _) = fit_of(1 + all * percent / 100);
-        let is_written = folder.path().join("fit/history.csv").exists();
-        assert_eq!(result.is_ok(), is_written, "{percent} %");
-        if let Ok(result) = &result {
-            assert_eq!(result.outcome(), Outcome::Interrupted, "{percent} %");
-        }
-        results[usize::from(result.is_ok())] += 1;
-    }
-    assert!(results.iter().all(|count| *count > 0), "{results:?}");
-}
-
-/// A fit from two starts is interrupted after each iteration. Its result uses the measurements of the latest phase, its
-/// residuals agree with its points, and computed profiles are kept. The first phase uses half of the time.
-#[test]
-fn an_interrupted_fit_keeps_its_results() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = scene(
-        folder.path(),
-        &["material[0].c10", "solid.rayleigh_mass"],
-        "",
-    );
-    let data = folder.path().join("measured.csv");
-    let more = [&["material[0].c10=1.3e4"], &SMALL[..]].concat();
-    measure(&path, &more, 1.0, &data);
-    let interrupted_after = |iterations| {
-        let patience: &'static Patience = Box::leak(Box::new(Patience {
-            left: AtomicUsize::new(iterations),
-            interrupt: AtomicBool::new(false),
-            counts_lines: false,
-        }));
-        fitted(path.clone(), data.clone(), &more[1..], |options| {
-            FitOptions {
-                starts: 2,
-                profile: true,
-                interrupt: Some(&patience.interrupt),
-                progress: patience,
-                ..options
-            }
-        })
-        .unwrap()
-    };
-    let (mut reached, mut iterations) = (0, 0);
-    loop {
-        iterations += 1;
-        let result = interrupted_after(iterations);
-        let n = result.points.len();
-        println!("{iterations}: {n} measurements, {}", result.ending());
-        assert_eq!(result.fit.residuals.len(), n);
-        assert!(n >= reached, "{n} measurements after {reached}");
-        reached = n;
-        let residuals = result.points.iter().map(|point| point.residual);
-        assert!(residuals.eq(result.fit.residuals.iter().copied()));
-        let half: f64 = result.fit.residuals.iter().map(|r| 0.5 * r * r).sum();
-        // The sum of the same squares, except for rounding.
-        assert!((half - result.fit.cost).abs() < 1e-12 * half);
-        if result.fit.is_converged() {
-            break;
-        }
-    }
-    let all = std::fs::read_to_string(&data).unwrap().lines().count() - 1;
-    assert!(reached >= all, "{reached} of {all}");
-    // Interrupted in its first profile, and in its second.
-    let is_known = |result: FitResult| result.profiles.iter().map(Result::is_ok).collect();
-    let profiles: [Vec<bool>; 2] =
-        [0, 1].map(|more| is_known(interrupted_after(iterations + more)));
-    assert_eq!(profiles, [[false, false], [true, false]]);
 }
 
 #[test]
@@ -453,24 +220,6 @@ fn a_constant_tension_is_found() {
     let [low, high] = result.uncertainty.intervals(0.999)[0];
     assert_eq!(result.outcome(), Outcome::Converged);
     assert!(low < 2e3 && 2e3 < high, "{low} {high}");
-}
-
-/// Interrupted before anything is known, a fit reports that, and not a wrong start.
-#[test]
-fn a_fit_interrupted_in_its_first_run_is_interrupted() {
-    static INTERRUPT: AtomicBool = AtomicBool::new(true);
-    let folder = tempfile::tempdir().unwrap();
-    let path = scene(folder.path(), &["solid.rayleigh_mass"], "");
-    let data = folder.path().join("measured.csv");
-    measure(&path, &SMALL, 1.0, &data);
-    let error = fitted(path, data, &SMALL, |options| FitOptions {
-        interrupt: Some(&INTERRUPT),
-        ..options
-    });
-    assert!(
-        matches!(error, Err(myovib_scene::Error::Stopped(_))),
-        "{error:?}"
-    );
 }
 
 /// At small strains c10 and c01 act by their sum alone.

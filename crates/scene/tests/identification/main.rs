@@ -6,6 +6,7 @@ mod chains;
 mod derivatives;
 mod doubts;
 mod fits;
+mod interruption;
 mod maps;
 mod ogden;
 mod precision;
@@ -13,6 +14,9 @@ mod slow_loading;
 mod starts;
 
 use std::path::{Path, PathBuf};
+
+use myovib_scene::fit::{FitOptions, Loss};
+use myovib_scene::run::Existing;
 
 /// Writes a short motion of the built-in muscle with these parameters to `folder`.
 fn scene(folder: &Path, parameters: &[&str], more: &str) -> PathBuf {
@@ -40,4 +44,23 @@ const SMALL: [&str; 3] = [
 /// Overrides as typed.
 fn set(overrides: &[&str]) -> Vec<String> {
     overrides.iter().map(|text| (*text).to_owned()).collect()
+}
+
+/// Options of a fit of the scene to measurements, with overrides of the scene for each.
+fn options<'a>(scene: PathBuf, experiments: Vec<(PathBuf, Vec<String>)>) -> FitOptions<'a> {
+    FitOptions {
+        out: scene.with_file_name("fit"),
+        scene,
+        set: Vec::new(),
+        experiments,
+        existing: Existing::Overwrite,
+        tolerance: 1e-5,
+        max_iterations: 30,
+        starts: 1,
+        seed: 0,
+        loss: Loss::Squares,
+        profile: false,
+        interrupt: None,
+        progress: &(),
+    }
 }

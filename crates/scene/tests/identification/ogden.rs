@@ -3,12 +3,13 @@
 use std::fmt::Write;
 use std::fs;
 
-use myovib_scene::fit::{FitOptions, Loss, compute};
-use myovib_scene::run::Existing;
+use myovib_scene::fit::{FitOptions, compute};
 use myovib_scene::sensitivity::{Parameterized, Precision, compute as follow};
 use myovib_scene::watch::Watcher;
 
-/// A strip in plane strain that is stretched to twice its length.
+use crate::options;
+
+/// A strip in plane strain, stretched to twice its length.
 const STRIP: &str = "[time]\nend = 1.0\n[mesh]\ntype = \"rectangle\"\nwidth = 0.1\nheight = 0.01\ncells = [2, 1]\n\
     [solid]\nbulk_modulus = inf\n[[material]]\ndensity = 1060.0\nlaw = \"ogden\"\n\
     mu_1 = 8e3\nalpha_1 = 4.0\nmu_2 = -1.5e3\nalpha_2 = -3.0\n\
@@ -38,19 +39,8 @@ fn constants_of_each_term_are_found() {
         let guesses = names.iter().zip(&truth);
         let guesses = guesses.map(|(name, value)| format!("material[0].{name}={:e}", 0.8 * value));
         let result = compute(&FitOptions {
-            scene,
             set: accurate.into_iter().chain(guesses).collect(),
-            experiments: vec![(data, Vec::new())],
-            out: folder.path().join("fit"),
-            existing: Existing::Refuse,
-            tolerance: 1e-5,
-            max_iterations: 30,
-            starts: 1,
-            seed: 0,
-            loss: Loss::Squares,
-            profile: false,
-            interrupt: None,
-            progress: &(),
+            ..options(scene, vec![(data, Vec::new())])
         })
         .unwrap();
         assert!(result.fit.is_converged(), "{}", result.ending());

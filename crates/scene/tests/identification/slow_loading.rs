@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 
 use myovib_model::sensitivity::{Dependences, Stencil};
 use myovib_scene::Scene;
-use myovib_scene::fit::{FitOptions, FitResult, Loss, Outcome, compute};
-use myovib_scene::run::Existing;
+use myovib_scene::fit::{Outcome, compute};
 use myovib_scene::sensitivity::{
     Output, Parameterized, Precision, Sample, Unsupported, equilibria, follow, outputs, unsupported,
 };
 use myovib_scene::watch::Watcher;
 use rand::{Rng, SeedableRng};
+
+use crate::options;
 
 /// A block between rough plates, of any law. The plates come closer by a fifth.
 const BLOCK: &str = r#"
@@ -252,25 +253,6 @@ fn measure(path: &Path, set: &[&str], deviation: f64, file: &Path) {
     std::fs::write(file, text).unwrap();
 }
 
-fn fit(path: &Path, experiments: Vec<(PathBuf, Vec<String>)>) -> FitResult {
-    compute(&FitOptions {
-        scene: path.to_owned(),
-        set: Vec::new(),
-        experiments,
-        out: path.with_file_name("fit"),
-        existing: Existing::Overwrite,
-        tolerance: 1e-5,
-        max_iterations: 30,
-        starts: 1,
-        seed: 0,
-        loss: Loss::Squares,
-        profile: false,
-        interrupt: None,
-        progress: &(),
-    })
-    .unwrap()
-}
-
 /// Compression and relaxation of one material, each computed at the true values with normal noise.
 #[test]
 fn paths_and_relaxation_are_fitted_together_within_their_intervals() {
@@ -297,7 +279,7 @@ fn paths_and_relaxation_are_fitted_together_within_their_intervals() {
         "relative_modulus = 0.2, relaxation_time = 0.1",
     );
     written(folder.path(), &rough, &keys);
-    let found = fit(&path, experiments.into());
+    let found = compute(&options(path, experiments.into())).unwrap();
     assert_eq!(found.outcome(), Outcome::Converged);
     // A seed at which the 95 % intervals of all parameters cover the true values.
     for ([low, high], exact) in found
