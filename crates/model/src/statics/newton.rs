@@ -2,11 +2,12 @@
 
 mod arc;
 mod driven;
+mod residual;
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use myovib_fem::{AddedMotion, Fields, Inverted, Vectors};
+use myovib_fem::{AddedMotion, Inverted};
 use myovib_sparse::{
     Elimination, Kind, LinearWork, Prediction, SparseError, SparseSystem, Structure, resources,
 };
@@ -194,15 +195,6 @@ impl<'a> Newton<'a> {
         })
     }
 
-    /// Sets all components of the displacement: `q` for the free, `factor` times the prescribed
-    /// values for the others.
-    fn deform(&mut self, q: &[f64], factor: f64) {
-        for &(component, value) in &self.prescribed {
-            self.displacement[component] = factor * value;
-        }
-        self.muscle.solid.dofs().expand(q, &mut self.displacement);
-    }
-
     /// Returns the number of free displacement components, which come first among the unknowns.
     pub(super) fn n_free(&self) -> usize {
         self.muscle.solid.dofs().n_free()
@@ -215,78 +207,6 @@ impl<'a> Newton<'a> {
         let nodes = self.displacement.chunks(solid.space().dimension());
         let squares = nodes.map(|u| u.iter().map(|u| u * u).sum::<f64>());
         squares.fold(0.0, f64::max).sqrt()
-    }
-
-    /// Computes the residual at `x` under `factor` times the load.
-    pub(super) fn residual(
-        &mut self,
-        x: &[f64],
-        factor: f64,
-        r: &mut [f64],
-    ) -> Result<(), Inverted> {
-        self.residual_under(x, factor, factor, r)
-    }
-
-    /// Computes the residual with the forces on obstacles scaled by `driven`.
-    fn residual_under(
-        &mut self,
-        x: &[f64],
-        factor: f64,
-        driven: f64,
-        r: &mut [f64],
-    ) -> Result<(), Inverted> {
-        self.deform(&x[..self.muscle.solid.dofs().n_free()], factor);
-        let Self {
-            muscle,
-            layout,
-            displacement,
-            velocity,
-            added,
-            force,
-            load,
-            tensions,
-            t,
-            ..
-        } = self;
-        let solid = &muscle.solid;
-        let n_free = solid.dofs().n_free();
-        debug_assert_eq!(layout.n_unknowns(), x.len());
-        let pressure = layout.range(Field::Pressure).map(|range| &x[range]);
-        let (momentum, constraint) = r.split_at_mut(n_free);
-        let fields = Fields::new(displacement, muscle.parameters.pressure(pressure));
-        let mut vectors = Vectors {
-            force: Some(force),
-            volume_residual: pressure.is_some().then_some(&mut *constraint),
-            ..Vectors::default()
-        };
-        solid.evaluate(&fields, &mut vectors).inspect_err(|at| {
-            self.inverted = Some(*at);
-        })?;
-        for load in muscle.surface_loads() {
-            let factor = if load.is_driven() { driven } else { factor };
-            load.add_force(*t, factor, -1.0, displacement, force);
-        }
-        for foundation in &muscle.foundations {
-            foundation.add_force(displacement, velocity, force);
-        }
-        if !tensions.is_empty() {
-            let tensions = scaled(tensions, factor);
-            solid.added_force(&at_rest(displacement, velocity, &tensions), added);
-            for (force, added) in force.iter_mut().zip(added) {
-                *force += *added;
-            }
-        }
-        for (row, &i) in momentum.iter_mut().zip(solid.dofs().free_to_full()) {
-            *row = force[i] - factor * load[i];
-        }
-        if let Some(pressure) = pressure {
-            let mut product = vec![0.0; pressure.len()];
-            solid.apply_compliance(pressure, &mut product);
-            for (row, m_p) in constraint.iter_mut().zip(&product) {
-                *row += muscle.parameters.inv_kappa * m_p;
-            }
-        }
-        Ok(())
     }
 
     /// Computes the derivative of the equilibrium with respect to the load factor, at the
@@ -424,33 +344,6 @@ impl<'a> Newton<'a> {
         Ok(None)
     }
 
-    /// Assembles the matrix of the linear system at `x`.
-    pub(super) fn tangent(&mut self, x: &[f64], factor: f64) -> Result<(), Inverted> {
-        let muscle = self.muscle;
-        let solid = &muscle.solid;
-        self.deform(&x[..solid.dofs().n_free()], factor);
-        let pressure = self.layout.range(Field::Pressure).map(|range| &x[range]);
-        let pressure = self.muscle.parameters.pressure(pressure);
-        let fields = Fields::new(&self.displacement, pressure);
-        solid.tangents(&fields, &mut self.matrices.wanted())?;
-        let u = &self.displacement;
-        self.matrices
-            .update_surface_loads(muscle, self.t, factor, u);
-        self.driven.update(muscle, (self.t, factor), u);
-        if !self.tensions.is_empty() {
-            let tensions = scaled(&self.tensions, factor);
-            let motion = at_rest(u, &self.velocity, &tensions);
-            solid.added_tangents(&motion, self.matrices.wanted_added());
-        }
-        let matrices = &self.matrices;
-        self.assembly.combine(
-            |_, df_dy| *df_dy,
-            |matrix| matrices.values(solid, matrix),
-            self.system.values_mut(),
-        );
-        Ok(())
-    }
-
     /// Returns the number of directions in which the energy decreases among the displacements that
     /// conserve the volume, or pay for its change by κ; `None` without an energy.
     pub(super) fn instabilities(&self) -> Option<usize> {
@@ -507,14 +400,6 @@ pub(super) fn is_singular(error: &SparseError) -> bool {
             | SparseError::Inaccurate { .. }
             | SparseError::NotFinite { .. }
     )
-}
-
-fn at_rest<'m>(u: &'m [f64], v: &'m [f64], tensions: &'m [f64]) -> AddedMotion<'m> {
-    AddedMotion { u, v, tensions }
-}
-
-fn scaled(tensions: &[f64], factor: f64) -> Vec<f64> {
-    tensions.iter().map(|tension| factor * tension).collect()
 }
 
 pub(super) fn square(v: &[f64]) -> f64 {

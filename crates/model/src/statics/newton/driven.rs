@@ -18,7 +18,7 @@ struct Driven {
     by_nodes: Vec<f64>,
     /// ∂F/∂s; positive.
     by_obstacle: f64,
-    /// Solution of the linear system with the obstacles before this one for c.
+    /// Solution of the linear system for c, with the earlier obstacles released.
     response: Vec<f64>,
     /// ∂F/∂s minus cᵀ times the response.
     pivot: f64,
