@@ -347,7 +347,7 @@ impl Solid {
         self
     }
 
-    /// Returns the solid with the energy of its laws multiplied by factors that are linear in each element. Volume
+    /// Multiplies the energy of the laws by factors, linear in each element. Volume
     /// terms, added and viscous stresses are unchanged; Prony terms are not supported.
     ///
     /// # Errors

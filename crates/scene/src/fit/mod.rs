@@ -103,8 +103,8 @@ impl Outcome {
 /// Confidence level of the intervals.
 pub const LEVEL: f64 = 0.95;
 
-/// The fit ends when the Gauss–Newton step is this fraction of the parameters' uncertainty. Even a tenth
-/// would hardly change the coverage of 95 % intervals.
+/// The fit ends when the Gauss–Newton step is this fraction of the parameters' uncertainty. A tenth
+/// would reduce the coverage of 95 % intervals only slightly.
 const OFFSET: f64 = 0.01;
 
 /// Maximum number of starting points: each costs a fit.

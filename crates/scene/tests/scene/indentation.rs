@@ -158,7 +158,7 @@ fn symmetric(refine: u32) -> String {
 }
 
 /// Returns the error of the force relative to the `exact` force at a depth reduced by the penetration. Of the pressure of Hertz,
-/// the penetration weighted with the pressure is 3/4 of the largest; the contact stiffness is that of a flat punch, `slope`.
+/// the penetration weighted with the pressure is 3/4 of the largest; the contact stiffness equals the stiffness `slope` of a flat punch.
 fn relative_error(found: &Indentation, exact: f64, slope: f64) -> f64 {
     4.0 * found.force / (exact - slope * 0.75 * found.penetration) - 1.0
 }
@@ -215,7 +215,7 @@ fn sneddon(depth: f64) -> (f64, f64) {
     (low, force)
 }
 
-/// A ball presses on an incompressible layer of thickness h = 0.1 m that is bonded to a rigid base (Hayes et al. 1972), with a contact of
+/// A ball presses on an incompressible layer of thickness h = 0.1 m, bonded to a rigid base (Hayes et al. 1972), with a contact of
 /// radius h/2. The solution of their integral equation is δ R/h² = 0.174062, F R/(E* h³) = 0.179818 and κ = 1.93293 for a flat punch of
 /// this radius; their table has κ = 1.683 and 2.211 at the radii 0.4 h and 0.6 h. The layer without base would need 0.54 of this force.
 #[test]

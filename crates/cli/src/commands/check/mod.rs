@@ -126,7 +126,7 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
             let size = body.as_ref().map(size_of).unwrap_or_default();
             let method = match analysis {
                 Analysis::Periodic => "Each period is integrated by Radau IIA.",
-                _ => "Nothing is integrated in time: there is no index, and no error test.",
+                _ => "Nothing is integrated in time: index and error test do not apply.",
             };
             let text = format!(
                 "The scene is valid. {method}\n{size}\n{}",

@@ -100,7 +100,7 @@ fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
     Ok(())
 }
 
-/// Names the tractions, body forces and pressures that are not zero at t = 0, and supports that accelerate.
+/// Names nonzero tractions, body forces and pressures at t = 0, and accelerating supports.
 fn sudden_loads(body: &Body) -> String {
     let muscle = &body.muscle;
     let loads = body.load_keys.iter().cloned();
