@@ -92,33 +92,35 @@ pub fn follow(
         if room / slope > 0.0 {
             step = step.min(room / slope);
         }
-        let (next, iterations) = loop {
-            match curve.step(&x, &tangent, step) {
-                Ok(found) => break found,
+        let advanced = loop {
+            match curve.advance(&x, &tangent, step) {
                 Err(ModelError::NoPeriodicState { .. } | ModelError::PeriodStopped { .. })
                     if halvings < HALVINGS =>
                 {
                     halvings += 1;
                     step *= 0.5;
                 }
-                Err(error) if points.len() > 1 => {
-                    return Ok(Curve {
-                        points,
-                        folds,
-                        failure: Some(error.to_string()),
-                    });
-                }
-                Err(error) => return Err(error),
+                advanced => break advanced,
             }
         };
-        let next_tangent = curve.tangent(&next, &tangent)?;
-        let point = curve.point(&next, &next_tangent);
-        if points
-            .last()
-            .is_some_and(|last| last.slope * point.slope < 0.0)
-        {
-            folds.push(curve.fold(&x, &tangent, (step, point.slope))?);
-        }
+        let Advance {
+            x: next,
+            tangent: next_tangent,
+            point,
+            fold,
+            iterations,
+        } = match advanced {
+            Ok(advanced) => advanced,
+            Err(error) if points.len() > 1 => {
+                return Ok(Curve {
+                    points,
+                    folds,
+                    failure: Some(error.to_string()),
+                });
+            }
+            Err(error) => return Err(error),
+        };
+        folds.extend(fold);
         let is_inside = (low..=high).contains(&point.parameter);
         let ahead = if point.slope < 0.0 {
             point.parameter - low
@@ -143,6 +145,17 @@ pub fn follow(
         points,
         folds,
     })
+}
+
+/// The next point of a curve.
+struct Advance {
+    x: Vec<f64>,
+    tangent: Vec<f64>,
+    point: Point,
+    /// Fold before the point.
+    fold: Option<Point>,
+    /// Number of Newton iterations.
+    iterations: usize,
 }
 
 /// Steps along a curve; x = (state, parameter) relative to their scales.
@@ -201,6 +214,24 @@ impl Tracer<'_, '_> {
         let shooting = &continuation.shooting;
         let (x, _, iterations) = shooting.solve(&mut residual, predicted.clone())?;
         Ok((x, iterations))
+    }
+
+    /// Returns the point at a distance along the tangent at x, and a fold in between.
+    fn advance(&mut self, x: &[f64], tangent: &[f64], step: f64) -> Result<Advance, ModelError> {
+        let (next, iterations) = self.step(x, tangent, step)?;
+        let next_tangent = self.tangent(&next, tangent)?;
+        let point = self.point(&next, &next_tangent);
+        let fold = match tangent[tangent.len() - 1] * point.slope < 0.0 {
+            true => Some(self.fold(x, tangent, (step, point.slope))?),
+            false => None,
+        };
+        Ok(Advance {
+            x: next,
+            tangent: next_tangent,
+            point,
+            fold,
+            iterations,
+        })
     }
 
     /// Returns the point with slope zero between x and the point at a distance `end`, by the Illinois method.
