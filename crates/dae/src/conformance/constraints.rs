@@ -142,3 +142,41 @@ pub fn leaves_components_out_by_their_index<M: Method>(method: &M) {
         }
     }
 }
+
+/// ẋ = v, v̇ = −x and the 30 times faster z = sin(30 t), from its derivative.
+struct FastComponent;
+
+impl Problem for FastComponent {
+    fn n_unknowns(&self) -> usize {
+        3
+    }
+
+    fn residual(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        y_dot: &[f64],
+        residual: &mut [f64],
+    ) -> Result<(), StepError> {
+        residual[0] = y_dot[0] - y[1];
+        residual[1] = y_dot[1] + y[0];
+        residual[2] = y_dot[2] - 30.0 * (30.0 * t).cos();
+        Ok(())
+    }
+}
+
+/// Checks that a component excluded from the error test does not limit the steps.
+pub fn excludes_components_from_the_error_test<M: Method>(method: &M) {
+    let steps = |suppressed| {
+        let request = Request {
+            suppressed,
+            ..Request::new(FastComponent, 0.0, &[0.0, 1.0, 0.0], &[1.0, 0.0, 30.0])
+        };
+        let mut solver = method.build(request);
+        solver.integrate_to(10.0).unwrap();
+        solver.statistics().steps
+    };
+    let of_all = steps(Suppressed::Nothing);
+    let without = steps(Suppressed::Components(vec![false, false, true]));
+    assert!(5 * without < of_all, "{without} and {of_all} steps");
+}

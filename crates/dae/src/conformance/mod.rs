@@ -36,6 +36,11 @@ pub type Function<P> =
 /// Error weights for y, written into the last argument.
 pub type Weights<P> = Box<dyn FnMut(&mut P, &[f64], &mut [f64]) -> Result<(), StepError> + Send>;
 
+/// Relative tolerance of a [`Request`].
+const RELATIVE: f64 = 1e-6;
+/// Absolute tolerance of a [`Request`].
+const ABSOLUTE: f64 = 1e-9;
+
 /// Specification of an integration; `None` selects the defaults of the method.
 pub struct Request<P> {
     /// The problem.
@@ -65,12 +70,12 @@ pub struct Request<P> {
 }
 
 impl<P> Request<P> {
-    /// Creates a request with relative tolerance 1e-6 and absolute tolerance 1e-9.
+    /// Creates a request with the tolerances [`RELATIVE`] and [`ABSOLUTE`].
     pub fn new(problem: P, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Self {
         Self {
             problem,
             start: (t0, y0.to_vec(), y_dot0.to_vec()),
-            tolerances: Tolerances::scalar(1e-6, 1e-9),
+            tolerances: Tolerances::scalar(RELATIVE, ABSOLUTE),
             stop_time: None,
             max_steps: None,
             initial_step: None,
@@ -89,6 +94,11 @@ pub trait Method {
     /// The integrator.
     type Integrator<P: Problem + 'static>: Integrator<P>;
 
+    /// Returns the factor of tolerances in error weights of the same effect, for tolerances with this `relative` part.
+    fn weight_factor(&self, _relative: f64) -> f64 {
+        1.0
+    }
+
     /// Builds an integrator.
     fn build<P: Problem + 'static>(&self, request: Request<P>) -> Self::Integrator<P>;
 }
@@ -99,6 +109,7 @@ macro_rules! conformance_tests {
     ($method:expr) => {
         $crate::conformance_tests!(@each $method;
             solves_exact_problems_to_tolerance,
+            treats_tolerances_as_error_weights,
             needs_no_more_than_a_residual,
             starts_from_consistent_values,
             refuses_values_that_contradict_the_equations,
@@ -123,6 +134,7 @@ macro_rules! conformance_tests {
             moves_onto_the_constraints_that_a_problem_states,
             refuses_constraints_that_are_not_there_or_wrong,
             leaves_components_out_by_their_index,
+            excludes_components_from_the_error_test,
             finds_events_in_their_order,
             starts_anew_after_an_event,
             recovers_from_recoverable_errors,

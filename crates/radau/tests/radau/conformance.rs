@@ -11,6 +11,14 @@ pub(crate) struct Radau {
 impl Method for Radau {
     type Integrator<P: Problem + 'static> = RadauSolver<P>;
 
+    fn weight_factor(&self, relative: f64) -> f64 {
+        let options = RadauOptions {
+            stages: self.stages,
+            ..RadauOptions::default()
+        };
+        options.internal_factor(relative)
+    }
+
     fn build<P: Problem + 'static>(&self, request: Request<P>) -> RadauSolver<P> {
         let (t, y, y_dot) = request.start;
         let mut builder = RadauSolver::builder(request.problem).options(RadauOptions {
