@@ -23,16 +23,31 @@ pub(crate) struct FacetPoint {
 }
 
 impl FacetPoint {
+    /// Returns the area vector at this point of a facet with the given node positions.
+    fn area_vector<const D: usize>(&self, positions: &[[f64; D]]) -> [f64; D] {
+        let mut tangents = [[0.0; D]; 2];
+        for (tangent, slopes) in tangents.iter_mut().zip(&self.slopes) {
+            for (slope, position) in slopes.iter().zip(positions) {
+                for (tangent, x) in tangent.iter_mut().zip(position) {
+                    *tangent += slope * x;
+                }
+            }
+        }
+        let [s, t] = tangents;
+        area_vector(s, t)
+    }
+
     /// Returns the local measure at this point of a curved facet with the given node positions.
     fn measure<const D: usize>(&self, positions: &[[f64; D]]) -> f64 {
-        let tangent = |slopes: &Vec<f64>| -> [f64; D] {
-            std::array::from_fn(|i| slopes.iter().zip(positions).map(|(s, x)| s * x[i]).sum())
-        };
-        let tangents: Vec<[f64; D]> = self.slopes.iter().map(tangent).collect();
-        let mut corners = vec![[0.0; D]];
-        corners.extend(tangents);
-        facet_measure(&corners)
+        // The reference edge has length 1, the reference face area 1/2.
+        let reference = if D == 2 { 1.0 } else { 0.5 };
+        reference * length(self.area_vector(positions))
     }
+}
+
+/// Returns the length of a vector.
+fn length<const D: usize>(vector: [f64; D]) -> f64 {
+    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// Returns whether a facet has a node off the midpoint of its edge.
@@ -77,17 +92,8 @@ impl<const D: usize> SurfacePoint<'_, D> {
 
     /// Returns a unit normal, of either orientation.
     pub(crate) fn unit_normal(&self) -> [f64; D] {
-        let mut tangents = [[0.0; D]; 2];
-        for (tangent, slopes) in tangents.iter_mut().zip(&self.point.slopes) {
-            for (slope, position) in slopes.iter().zip(self.positions) {
-                for (tangent, x) in tangent.iter_mut().zip(position) {
-                    *tangent += slope * x;
-                }
-            }
-        }
-        let [s, t] = tangents;
-        let normal = area_vector(s, t);
-        let length = normal.iter().map(|n| n * n).sum::<f64>().sqrt();
+        let normal = self.point.area_vector(self.positions);
+        let length = length(normal);
         normal.map(|n| n / length)
     }
 }
@@ -178,8 +184,7 @@ fn facet_measure<const D: usize>(corners: &[[f64; D]]) -> f64 {
         [a, b] => distance(*a, *b),
         [a, b, c] => {
             let edge_to = |to: &[f64; D]| std::array::from_fn::<f64, 3, _>(|i| to[i] - a[i]);
-            let normal = cross(edge_to(b), edge_to(c));
-            0.5 * normal.iter().map(|n| n * n).sum::<f64>().sqrt()
+            0.5 * length(cross(edge_to(b), edge_to(c)))
         }
         other => panic!("a facet of {} vertices", other.len()),
     }
