@@ -45,7 +45,7 @@ pub use operators::added::{AddedMotion, AddedStress, AddedTangents};
 pub use operators::relaxation::{Overstress, RelaxationRegion};
 pub use solid::assembler::{ParallelAssembler, Pass};
 pub use solid::element_material::ElementScale;
-pub use solid::{Change, Fields, Inverted, Linearized, Pressure, Solid, Tangents, Vectors};
+pub use solid::{Change, Fields, Inverted, Pressure, Solid, TangentProduct, Tangents, Vectors};
 pub use space::dofs::{self, DofMap};
 pub use space::{ElementPoint, HeldPressures, Near, Space};
 

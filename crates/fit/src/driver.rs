@@ -9,7 +9,7 @@ use crate::model::{Failed, Model};
 use crate::options::Options;
 use crate::parameter::Parameter;
 use crate::result::{Ended, Fit, Iteration};
-use crate::trust_region::Linearized;
+use crate::trust_region::LinearLeastSquares;
 
 /// Fits the parameters.
 ///
@@ -320,7 +320,7 @@ impl<'a> Search<'a> {
 
     /// Returns the linearized problem in the free parameters (those without an active bound), the indices of these
     /// parameters, and the distance from the minimum.
-    fn linear_problem(&mut self) -> (Linearized, Vec<usize>, Slope) {
+    fn linear_problem(&mut self) -> (LinearLeastSquares, Vec<usize>, Slope) {
         let weights: Vec<f64> = self
             .residuals
             .iter()
@@ -355,7 +355,7 @@ impl<'a> Search<'a> {
             true => DMatrix::zeros(residuals.len(), 1),
             false => DMatrix::from_columns(&columns),
         };
-        let linear = Linearized::new(scaled, &residuals);
+        let linear = LinearLeastSquares::new(scaled, &residuals);
         let offset = linear.offset(&residuals);
         (linear, free, Slope { cosine, offset })
     }

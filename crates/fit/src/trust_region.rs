@@ -4,13 +4,13 @@ use nalgebra::{DMatrix, DVector, SVD};
 
 /// The linearized problem min |r + J D x| with |x| ≤ Δ and the parameters' scales D. One singular value decomposition of
 /// J D serves all radii.
-pub(crate) struct Linearized {
+pub(crate) struct LinearLeastSquares {
     svd: SVD<f64, nalgebra::Dyn, nalgebra::Dyn>,
     /// Uᵀ r.
     rotated: DVector<f64>,
 }
 
-impl Linearized {
+impl LinearLeastSquares {
     /// Decomposes the matrix `scaled` = J D.
     pub(crate) fn new(scaled: DMatrix<f64>, residuals: &DVector<f64>) -> Self {
         let svd = scaled.svd(true, true);

@@ -13,7 +13,7 @@
 //! - [`Probe`], [`Displacement`], [`Snapshot`], [`Measurement`], [`Energies`]: quantities derived
 //!   from a state (folder `reading`).
 //! - [`RodDae`], [`coupling`]: the rod, and oscillators coupled to a body in one system.
-//! - [`Start`]: consistent initial values; [`statics`]: equilibria.
+//! - [`InitialValues`]: consistent initial values; [`statics`]: equilibria.
 //! - [`index`], [`table1`], [`inf_sup`], [`spectrum`], [`check`]: analysis of the matrices of a
 //!   model (folder `analysis`).
 //! - [`harmonic`]: harmonic response about an equilibrium.
@@ -99,7 +99,7 @@ pub use signal::jet::Jet;
 pub use signal::schedule::Schedule;
 pub use signal::spline::{Overshoot, Spline};
 pub use signal::table::{Pchip, Points, Polyline};
-pub use signal::timing::{Break, Timed};
+pub use signal::timing::{Break, TimeScales};
 pub use signal::{Signal, TimeFunction};
-pub use start::Start;
+pub use start::InitialValues;
 pub use state::State;

@@ -153,16 +153,16 @@ slots!(
     multiplier_stiffness
 );
 
-/// Functions that [`Solid::multiply`](crate::solid::Solid::multiply) linearizes.
+/// Tangent that [`Solid::multiply`](crate::solid::Solid::multiply) applies.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Linearized {
+pub struct TangentProduct {
     /// Coefficient β of force + β force_rate; 0 for the force alone.
     pub beta: f64,
     /// Whether the constraint is volume_residual_rate instead of volume_residual.
     pub constraint_rate: bool,
 }
 
-impl Linearized {
+impl TangentProduct {
     /// Returns whether the functions depend on v or ṗ.
     pub(crate) fn has_rates(self) -> bool {
         self.beta > 0.0 || self.constraint_rate

@@ -7,7 +7,7 @@ use pulp::{Simd, WithSimd};
 
 use crate::material::Real;
 use crate::operators::constitutive::{Constitutive, Tangent, Tensor};
-use crate::operators::fields::{Change, Fields, Inverted, Linearized};
+use crate::operators::fields::{Change, Fields, Inverted, TangentProduct};
 use crate::operators::pass::Kernel;
 use crate::operators::residual::{AtPoint, Local};
 use crate::operators::tangent::pull_back;
@@ -82,7 +82,7 @@ fn moduli<S: Simd, const D: usize, const N: usize, const P: usize, C: Constituti
     law: &C,
     part: &mut Part<'_, S, D, N, P>,
     points: &[Point<D, N, P>],
-    (fields, at): (&Fields<'_>, Linearized),
+    (fields, at): (&Fields<'_>, TangentProduct),
     out: &mut Vec<Moduli<S, D>>,
 ) -> Result<(), Inverted> {
     let local = Local::<S, D, N, P, true>::gather(part, fields, at.has_rates());
@@ -126,7 +126,7 @@ fn moduli<S: Simd, const D: usize, const N: usize, const P: usize, C: Constituti
 fn add_change<S: Simd, const D: usize, const N: usize, const P: usize>(
     part: &Part<'_, S, D, N, P>,
     points: &[Point<D, N, P>],
-    at: Linearized,
+    at: TangentProduct,
     moduli: &[Moduli<S, D>],
     change: &mut Change<'_>,
 ) {
@@ -179,7 +179,7 @@ fn add_change<S: Simd, const D: usize, const N: usize, const P: usize>(
 /// Kernel for products with several directions.
 pub(crate) struct Multiply<'a, 'b> {
     pub(crate) fields: &'a Fields<'a>,
-    pub(crate) at: Linearized,
+    pub(crate) at: TangentProduct,
     pub(crate) changes: &'a mut [Change<'b>],
 }
 
@@ -222,7 +222,7 @@ impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P> for Multipl
 struct Changes<'a, 'b, S: Simd, const D: usize, const N: usize, const P: usize> {
     part: &'a Part<'a, S, D, N, P>,
     points: &'a [Point<D, N, P>],
-    at: Linearized,
+    at: TangentProduct,
     moduli: &'a [Moduli<S, D>],
     changes: &'a mut [Change<'b>],
 }

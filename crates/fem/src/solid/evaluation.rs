@@ -1,7 +1,9 @@
 //! Element passes: vectors, tangents, products, strain energy and power at given fields.
 
 use crate::operators::energy::StrainEnergy;
-use crate::operators::fields::{Change, Fields, Inverted, Linearized, Pressure, Tangents, Vectors};
+use crate::operators::fields::{
+    Change, Fields, Inverted, Pressure, TangentProduct, Tangents, Vectors,
+};
 use crate::operators::pass::ElementPass;
 use crate::operators::power::Powers;
 use crate::operators::product::Multiply;
@@ -98,7 +100,7 @@ impl Solid {
     pub fn multiply(
         &self,
         fields: &Fields<'_>,
-        at: Linearized,
+        at: TangentProduct,
         changes: &mut [Change<'_>],
     ) -> Result<(), Inverted> {
         self.check_fields(fields);

@@ -36,7 +36,7 @@ use crate::material::three::Axes;
 use crate::material::{Law, Prony, Range};
 use crate::operators::added::AddedStress;
 pub use crate::operators::fields::{
-    Change, Fields, Inverted, Linearized, Pressure, Tangents, Vectors,
+    Change, Fields, Inverted, Pressure, TangentProduct, Tangents, Vectors,
 };
 use crate::operators::mass::SymmetricMatrix;
 use crate::operators::relaxation::InternalStresses;

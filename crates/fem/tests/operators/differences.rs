@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::common::{MUSCLE_LAW, SMALL_LAW, clamped, dense, random};
 use myovib_fem::material::Law;
-use myovib_fem::solid::{Change, Fields, Linearized, Pressure, Solid, Tangents, Vectors};
+use myovib_fem::solid::{Change, Fields, Pressure, Solid, TangentProduct, Tangents, Vectors};
 use myovib_fem::{Fibers, Space, generate};
 use nalgebra::{DMatrix, DVector};
 
@@ -182,7 +182,7 @@ fn check_products(
                 volume_residual: Some(volume_residual),
             })
             .collect();
-        let linearized = Linearized {
+        let linearized = TangentProduct {
             beta,
             constraint_rate,
         };

@@ -10,7 +10,7 @@ use myovib_structure::{Index, Pencil, PencilStructure, VariableIndex};
 use crate::error::ModelError;
 use crate::field::Field;
 use crate::muscle_dae::MuscleDae;
-use crate::start::Start;
+use crate::start::InitialValues;
 
 /// Largest number of unknowns for the dense method: 2 s of work, with rounding errors far below its
 /// rank gaps.
@@ -71,14 +71,14 @@ impl IndexReport {
     /// Computes the index at consistent values for the displacement `q` and velocity `v`.
     ///
     /// # Errors
-    /// Errors of [`Start::new`] and [`at`](Self::at).
+    /// Errors of [`InitialValues::new`] and [`at`](Self::at).
     pub fn of_motion(
         dae: &mut MuscleDae,
         t: f64,
         q: &[f64],
         v: &[f64],
     ) -> Result<Self, ModelError> {
-        let start = Start::new(dae, t, q, v)?;
+        let start = InitialValues::new(dae, t, q, v)?;
         Self::at(dae, t, &start.y, &start.y_dot)
     }
 

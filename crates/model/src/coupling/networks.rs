@@ -17,7 +17,7 @@ use super::oscillators::Oscillators;
 
 /// K and d of one network and the symbolic analysis of its Newton matrix.
 #[derive(Debug)]
-struct Linearized {
+struct NetworkTangent {
     stiffness: Vec<f64>,
     damping: Vec<f64>,
     analysis: Symbolic,
@@ -25,7 +25,7 @@ struct Linearized {
 
 /// K and d of all networks of a system.
 #[derive(Debug)]
-pub(super) struct Networks(Vec<Linearized>);
+pub(super) struct Networks(Vec<NetworkTangent>);
 
 impl Networks {
     /// Analyzes the matrices of the networks of `dae`.
@@ -36,7 +36,7 @@ impl Networks {
         let linearized = |k| {
             let network = dae.oscillators(k).network();
             let pattern = network.stiffness_pattern();
-            Ok(Linearized {
+            Ok(NetworkTangent {
                 stiffness: vec![0.0; pattern.nnz()],
                 damping: vec![0.0; network.n_oscillators()],
                 analysis: Symbolic::analyze(pattern, options)?,
@@ -83,7 +83,7 @@ pub(super) struct NetworkMatrix<T: Scalar> {
 }
 
 impl<T: Scalar> NetworkMatrix<T> {
-    fn new(of: &Linearized) -> Self {
+    fn new(of: &NetworkTangent) -> Self {
         Self {
             c: T::zero(),
             rates: vec![T::zero(); of.damping.len()],
@@ -92,7 +92,7 @@ impl<T: Scalar> NetworkMatrix<T> {
         }
     }
 
-    fn set_up(&mut self, of: &Oscillators, at: &Linearized, c: T) -> Result<(), StepError> {
+    fn set_up(&mut self, of: &Oscillators, at: &NetworkTangent, c: T) -> Result<(), StepError> {
         self.c = c;
         for (value, &stiffness) in self.values.iter_mut().zip(&at.stiffness) {
             *value = T::one() * stiffness;

@@ -9,7 +9,7 @@ use crate::error::ModelError;
 use crate::integration::run::{AcceptedStep, Observer};
 use crate::integration::statistics::Outcome;
 use crate::reading::displacement::Displacement;
-use crate::signal::timing::{Break, FRACTION, Timed, shortest};
+use crate::signal::timing::{Break, FRACTION, TimeScales, shortest};
 
 /// Points per step. They determine a polynomial of degree 8, the degree of the dense output of
 /// Radau IIA with seven stages; the degree of BDF is 5 at most.
@@ -68,7 +68,7 @@ impl Recording {
     }
 }
 
-impl Timed for Arc<Recording> {
+impl TimeScales for Arc<Recording> {
     /// Returns the next break of the prescribed motion of the point.
     fn next_break(&self, after: f64) -> Option<Break> {
         let prescribed = self.prescribed.prescribed.iter();

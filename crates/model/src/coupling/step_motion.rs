@@ -7,7 +7,7 @@ use super::recording::POINTS;
 use crate::error::ModelError;
 use crate::integration::integrator::Integrator;
 use crate::reading::displacement::Displacement;
-use crate::signal::timing::{Break, Timed};
+use crate::signal::timing::{Break, TimeScales};
 
 /// Interpolating polynomials of the displacements of a body's points over its last step. The
 /// oscillators driven by these points share it with the integrator of the body.
@@ -74,7 +74,7 @@ impl StepMotion {
 
 /// The end of the body's last step is a break: the derivatives of the displacements jump there, and
 /// later displacements are not known yet.
-impl Timed for Arc<StepMotion> {
+impl TimeScales for Arc<StepMotion> {
     fn next_break(&self, after: f64) -> Option<Break> {
         let t = self.read().to;
         (after < t).then_some(Break { t, order: 1 })

@@ -1,7 +1,7 @@
 //! The dynamic stiffness as an operator on all nodal components, for moving supports and reactions.
 
 use myovib_fem::output::StressContext;
-use myovib_fem::{AddedMotion, Change, Fields, Linearized};
+use myovib_fem::{AddedMotion, Change, Fields, TangentProduct};
 use num_complex::Complex64;
 
 use super::{DynamicStiffness, Part};
@@ -98,7 +98,7 @@ impl DynamicStiffness {
                 parameters.pressure(has_pressure.then_some(&self.p)),
             )
         };
-        let at = Linearized {
+        let at = TangentProduct {
             beta: 0.0,
             constraint_rate: false,
         };
@@ -120,7 +120,7 @@ impl DynamicStiffness {
         }
         if parameters.is_damped() {
             // ∫β Ṗ:∇φ with the rates in place of u and p.
-            let at = Linearized {
+            let at = TangentProduct {
                 beta: parameters.beta,
                 ..at
             };

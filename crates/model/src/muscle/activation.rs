@@ -3,7 +3,7 @@
 use myovib_fem::material::Bestel;
 
 use crate::signal::Signal;
-use crate::signal::timing::{Break, FRACTION, Timed, shortest};
+use crate::signal::timing::{Break, FRACTION, TimeScales, shortest};
 
 /// Tension T of an active stress, uniform over its region.
 #[derive(Debug, Clone)]
@@ -92,7 +92,7 @@ impl Activation {
 const SWITCH_WIDTH: f64 = 20.0;
 
 /// Steps resolve switches by a fraction of their duration, and end at the kinks of |a|.
-impl Timed for Bestel {
+impl TimeScales for Bestel {
     fn next_break(&self, after: f64) -> Option<Break> {
         let t = self.breakpoints().into_iter().find(|t| *t > after)?;
         Some(Break { t, order: 1 })

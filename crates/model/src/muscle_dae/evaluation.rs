@@ -3,7 +3,7 @@
 use std::slice::{from_mut, from_ref};
 
 use myovib_dae::{Problem, StepError, VariableKind};
-use myovib_fem::{AddedMotion, Change, Fields, Linearized, Overstress, Tangents, Vectors};
+use myovib_fem::{AddedMotion, Change, Fields, Overstress, TangentProduct, Tangents, Vectors};
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use super::MuscleDae;
@@ -107,10 +107,11 @@ impl MuscleDae {
             let (muscle, work) = (&self.muscle, &self.work);
             let (u, v) = (&work.displacement, &work.velocity);
             self.counters.added_tangent_passes += 1;
-            let motion = added_motion(u, v, &work.tensions);
-            muscle
-                .solid
-                .added_tangents(&motion, self.matrices.wanted_added());
+            let tensions = &work.tensions;
+            muscle.solid.added_tangents(
+                &AddedMotion { u, v, tensions },
+                self.matrices.wanted_added(),
+            );
             self.matrices.symmetrize(Matrix::AddedSymmetricStiffness);
             self.matrices.update_tensions(muscle, t, u, v);
         }
@@ -181,7 +182,7 @@ impl MuscleDae {
     pub(crate) fn change_integrals(
         &mut self,
         (t, y, y_dot): (f64, &[f64], &[f64]),
-        at: Linearized,
+        at: TangentProduct,
         changes: &mut [Change<'_>],
     ) -> Result<(), StepError> {
         self.expand(t, y, None);
@@ -317,8 +318,9 @@ fn evaluate_added(
     } = work;
     if context.added.stress[0] {
         counters.added_passes += 1;
-        let motion = added_motion(u, v, tensions);
-        muscle.solid.added_force(&motion, added_force);
+        muscle
+            .solid
+            .added_force(&AddedMotion { u, v, tensions }, added_force);
     } else {
         added_force.fill(0.0);
     }
@@ -326,11 +328,6 @@ fn evaluate_added(
     for foundation in &muscle.foundations {
         foundation.add_force(u, v, added_force);
     }
-}
-
-/// Returns the arguments of added stresses.
-fn added_motion<'m>(u: &'m [f64], v: &'m [f64], tensions: &'m [f64]) -> AddedMotion<'m> {
-    AddedMotion { u, v, tensions }
 }
 
 /// Returns the arguments of the element integrals.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use myovib_dae::StepError;
-use myovib_fem::{Change, Linearized};
+use myovib_fem::{Change, TangentProduct};
 
 use crate::equation::{Equation, PressureRateSource};
 use crate::field::Field;
@@ -14,7 +14,7 @@ use crate::muscle_dae::MuscleDae;
 /// and costs less than assembling the matrices.
 #[derive(Debug)]
 pub(super) struct ElementProduct {
-    at: Linearized,
+    at: TangentProduct,
     momentum: Range<usize>,
     constraint: Option<Range<usize>>,
     displacement: Range<usize>,
@@ -55,7 +55,7 @@ impl ElementProduct {
         let rate = row_of(Equation::ConstraintRate);
         let context = dae.context();
         Some(Self {
-            at: Linearized {
+            at: TangentProduct {
                 beta: context.beta,
                 constraint_rate: rate.is_some(),
             },

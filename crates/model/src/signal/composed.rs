@@ -2,7 +2,7 @@
 
 use super::jet::Jet;
 use super::spline::Spline;
-use super::timing::{Break, FRACTION, Timed, shortest};
+use super::timing::{Break, FRACTION, TimeScales, shortest};
 use super::{ALWAYS, Signal, TimeFunction};
 
 impl TimeFunction for f64 {

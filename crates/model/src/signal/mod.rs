@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 use composed::{Combination, Operation};
 use jet::Jet;
-use timing::{Break, FRACTION, Timed};
+use timing::{Break, FRACTION, TimeScales};
 
 /// Properties of a function of time that an integration needs; times in s.
 ///
@@ -201,7 +201,7 @@ impl Signal {
     }
 }
 
-impl Timed for Signal {
+impl TimeScales for Signal {
     fn next_break(&self, after: f64) -> Option<Break> {
         self.0.next_break(after)
     }

@@ -8,7 +8,7 @@
 
 use std::sync::Arc;
 
-use super::timing::{Break, Timed, just_after, shortest};
+use super::timing::{Break, TimeScales, just_after, shortest};
 
 /// Ratio of t_out − t of a first step to the system's shortest time scale. Both integrators begin
 /// with `min(0.001 · (t_out − t), 0.5/‖ẏ‖)`. At rest ẏ provides no scale, so the first term
@@ -24,14 +24,14 @@ pub(crate) const ROUNDING: f64 = 1e-12;
 #[derive(Clone, Default)]
 pub struct Schedule {
     /// With the derivatives of it that the equations contain.
-    drives: Vec<(Arc<dyn Timed>, u8)>,
+    drives: Vec<(Arc<dyn TimeScales>, u8)>,
     /// Shortest time scale of the system without its drives, s.
     own_time: Option<f64>,
 }
 
 impl Schedule {
     /// Adds a function of time that the equations contain with so many of its derivatives.
-    pub fn add(&mut self, drive: impl Timed + 'static, derivatives: u8) {
+    pub fn add(&mut self, drive: impl TimeScales + 'static, derivatives: u8) {
         self.drives.push((Arc::new(drive), derivatives));
     }
 

@@ -38,7 +38,7 @@ pub(crate) fn just_after(t: f64) -> f64 {
 }
 
 /// Properties of a signal that the choice of steps requires.
-pub trait Timed: Send + Sync {
+pub trait TimeScales: Send + Sync {
     /// Returns the first break later than `after`.
     fn next_break(&self, after: f64) -> Option<Break>;
 

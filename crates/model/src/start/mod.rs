@@ -1,6 +1,6 @@
 //! Consistent initial values for every formulation, from displacements and velocities.
 //!
-//! [`Start`] contains y and ẏ that satisfy F(t, y, ẏ) = 0 and, for index 2 or 3, the hidden
+//! [`InitialValues`] contains y and ẏ that satisfy F(t, y, ẏ) = 0 and, for index 2 or 3, the hidden
 //! equations in its derivatives; [`BlockResidual`] measures the error.
 //!
 //! Reference: U. M. Ascher, L. R. Petzold, *Computer Methods for Ordinary Differential Equations
@@ -32,7 +32,7 @@ use crate::statics::{self, Search};
 
 /// Consistent initial values of a muscle in a formulation.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Start {
+pub struct InitialValues {
     /// y.
     pub y: Vec<f64>,
     /// ẏ, including algebraic variables.
@@ -67,7 +67,7 @@ impl Consistent for MuscleDae {
         let parameters = &self.muscle().parameters;
         let is_free = parameters.is_incompressible() && parameters.is_damped();
         let pressure = self.layout().range(Field::Pressure).filter(|_| is_free);
-        let start = Start::next_to(self, t, y, pressure)?;
+        let start = InitialValues::next_to(self, t, y, pressure)?;
         Ok([start.y, start.y_dot])
     }
 }
@@ -79,7 +79,7 @@ struct Motions {
     v: Vec<f64>,
 }
 
-impl Start {
+impl InitialValues {
     /// Computes consistent values at time `t` for the displacement `q` and velocity `v`. Unknown
     /// tensions start from zero, and stress is relaxed (H = 0).
     ///

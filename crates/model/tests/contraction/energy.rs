@@ -6,8 +6,8 @@ use std::ops::ControlFlow;
 use myovib_dae::Problem;
 use myovib_fem::AddedStress;
 use myovib_model::{
-    AcceptedStep, Energies, Formulation, IntegratorKind, LinearSolverKind, ModelError, MuscleDae,
-    Observer, Outcome, Settings, Start, run, start_from,
+    AcceptedStep, Energies, Formulation, InitialValues, IntegratorKind, LinearSolverKind,
+    ModelError, MuscleDae, Observer, Outcome, Settings, run, start_from,
 };
 
 use crate::common::{contracting, viscous};
@@ -76,7 +76,7 @@ fn balance(rtol: f64) -> Balance {
     let settings = settings(formulation, rtol);
     let mut dae = MuscleDae::new(muscle, formulation).unwrap();
     let rest = vec![0.0; dae.muscle().solid.dofs().n_free()];
-    let start = Start::new(&mut dae, 0.0, &rest, &rest).unwrap();
+    let start = InitialValues::new(&mut dae, 0.0, &rest, &rest).unwrap();
     let mut integrator = start_from(dae, &settings, 0.0, &start.y, &start.y_dot).unwrap();
     let mut balance = Balance::default();
     let statistics = run(&mut *integrator, &mut [&mut balance]).unwrap();
@@ -142,7 +142,7 @@ fn the_skew_part_of_the_viscous_stiffness_saves_few_iterations() {
         let muscle = contracting(2, 1e5, 0.0, viscous());
         let mut dae = MuscleDae::new(muscle, formulation).unwrap();
         let rest = vec![0.0; dae.muscle().solid.dofs().n_free()];
-        let start = Start::new(&mut dae, 0.0, &rest, &rest).unwrap();
+        let start = InitialValues::new(&mut dae, 0.0, &rest, &rest).unwrap();
         let mut integrator = start_from(dae, &settings, 0.0, &start.y, &start.y_dot).unwrap();
         let statistics = run(&mut *integrator, &mut []).unwrap();
         assert_eq!(statistics.outcome, Outcome::Finished);

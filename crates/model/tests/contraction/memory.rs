@@ -6,8 +6,8 @@ use std::sync::Arc;
 use myovib_dae::Problem;
 use myovib_fem::{DofMap, Solid, Space, generate};
 use myovib_model::{
-    Counts, CpuClock, Formulation, Integrator, IntegratorKind, Muscle, MuscleDae, Parameters,
-    PressureLoad, RadauIntegrator, Settings, Signal, Start, formula, paper, start_from,
+    Counts, CpuClock, Formulation, InitialValues, Integrator, IntegratorKind, Muscle, MuscleDae,
+    Parameters, PressureLoad, RadauIntegrator, Settings, Signal, formula, paper, start_from,
 };
 
 use crate::energy::settings;
@@ -21,7 +21,7 @@ fn started(
 ) -> Box<dyn Integrator<MuscleDae>> {
     let mut dae = MuscleDae::new(muscle, formulation).unwrap();
     let rest = vec![0.0; dae.muscle().solid.dofs().n_free()];
-    let start = Start::new(&mut dae, 0.0, &rest, &rest).unwrap();
+    let start = InitialValues::new(&mut dae, 0.0, &rest, &rest).unwrap();
     let (y, y_dot) = (&start.y, &start.y_dot);
     match unknowns {
         true => {

@@ -7,9 +7,9 @@ use myovib_fem::material::ActiveStress;
 use myovib_fem::{AddedStress, DofMap, Solid, Space, SupportDirection, generate, load};
 use myovib_model::statics::{Equilibrium, equilibrium};
 use myovib_model::{
-    Activation, Field, Formulation, IntegratorKind, Load, ModelError, Muscle, MuscleDae, Outcome,
-    Parameters, Prescribed, PressureLoad, RobinSupport, Signal, Start, paper, run, spectrum,
-    start_from,
+    Activation, Field, Formulation, InitialValues, IntegratorKind, Load, ModelError, Muscle,
+    MuscleDae, Outcome, Parameters, Prescribed, PressureLoad, RobinSupport, Signal, paper, run,
+    spectrum, start_from,
 };
 
 use crate::common::{HILL, INF, contracting, viscous};
@@ -37,7 +37,7 @@ fn left_of_the_mode(muscle: &Muscle, at: &Equilibrium, periods: f64) -> f64 {
         let both = at.displacement.iter().zip(&mode.shape);
         let q: Vec<f64> = both.map(|(q, u)| q + size * u).collect();
         let mut dae = MuscleDae::new(muscle.clone(), formulation).unwrap();
-        let start = Start::new(&mut dae, 0.0, &q, &vec![0.0; q.len()]).unwrap();
+        let start = InitialValues::new(&mut dae, 0.0, &q, &vec![0.0; q.len()]).unwrap();
         let mut integrator = start_from(dae, &settings, 0.0, &start.y, &start.y_dot).unwrap();
         let statistics = run(&mut *integrator, &mut []).unwrap();
         assert_eq!(statistics.outcome, Outcome::Finished);

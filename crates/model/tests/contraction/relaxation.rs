@@ -7,8 +7,8 @@ use myovib_fem::material::{Prony, PronyTerm};
 use myovib_fem::{DofMap, Solid, Space, generate};
 use myovib_model::linear::CondensedSolver;
 use myovib_model::{
-    Field, Formulation, IntegratorKind, Muscle, MuscleDae, Outcome, Parameters, Prescribed,
-    Settings, Signal, Start, check, formula, run, start_from,
+    Field, Formulation, InitialValues, IntegratorKind, Muscle, MuscleDae, Outcome, Parameters,
+    Prescribed, Settings, Signal, check, formula, run, start_from,
 };
 use myovib_sparse::SparseOptions;
 use num_complex::Complex64;
@@ -161,7 +161,7 @@ fn elimination_solves_the_linearized_equations() {
     assert!(cases >= 20, "{cases}");
 }
 
-/// Start and duration of the stretch, s; the stretch; the terms.
+/// InitialValues and duration of the stretch, s; the stretch; the terms.
 const RISE: f64 = 0.05;
 const STRETCH: f64 = 1.2;
 const TERMS: [(f64, f64); 2] = [(0.5, 0.02), (0.3, 0.2)];
@@ -237,7 +237,7 @@ fn forces(muscle: Muscle, kind: IntegratorKind, rtol: f64, times: &[f64]) -> (Ve
     let right = muscle.solid.space().nodes_of("right").unwrap();
     let mut dae = MuscleDae::new(muscle, formulation).unwrap();
     let rest = vec![0.0; dae.muscle().solid.dofs().n_free()];
-    let start = Start::new(&mut dae, 0.0, &rest, &rest).unwrap();
+    let start = InitialValues::new(&mut dae, 0.0, &rest, &rest).unwrap();
     let mut integrator = start_from(dae, &settings, 0.0, &start.y, &start.y_dot).unwrap();
     let n = integrator.problem().n_unknowns();
     let (mut y, mut y_dot) = (vec![0.0; n], vec![0.0; n]);
@@ -317,7 +317,7 @@ fn relaxation_closes_the_energy_balance() {
     let relative = |rtol: f64| {
         let mut dae = MuscleDae::new(relaxing(3, 1e5, 1e-3), formulation).unwrap();
         let rest = vec![0.0; dae.muscle().solid.dofs().n_free()];
-        let start = Start::new(&mut dae, 0.0, &rest, &rest).unwrap();
+        let start = InitialValues::new(&mut dae, 0.0, &rest, &rest).unwrap();
         let settings: Settings = settings(formulation, rtol);
         let mut integrator = start_from(dae, &settings, 0.0, &start.y, &start.y_dot).unwrap();
         let mut balance = Balance::default();
@@ -336,7 +336,7 @@ fn initial_overstress_is_relaxed_or_given() {
     let mut dae = MuscleDae::new(pulled(true), Formulation::Velocity).unwrap();
     let rest = vec![0.0; dae.muscle().solid.dofs().n_free()];
     // At t = 0.9 s the right side is displaced: the start projects the rest onto J = 1.
-    let start = Start::new(&mut dae, 0.9, &rest, &rest).unwrap();
+    let start = InitialValues::new(&mut dae, 0.9, &rest, &rest).unwrap();
     let own = dae.layout().range(Field::InternalStress).unwrap();
     let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let (values, rates) = (&start.y[own.clone()], &start.y_dot[own.clone()]);
@@ -346,7 +346,7 @@ fn initial_overstress_is_relaxed_or_given() {
     // Given internal stresses are unchanged, and the residual is zero with them.
     let mut y = start.y.clone();
     y[own.clone()].iter_mut().for_each(|q| *q *= 0.5);
-    let again = Start::of(&mut dae, 0.9, &y).unwrap();
+    let again = InitialValues::of(&mut dae, 0.9, &y).unwrap();
     assert_eq!(again.y[own.clone()], y[own]);
     let mut residual = vec![0.0; y.len()];
     dae.residual(0.9, &again.y, &again.y_dot, &mut residual)

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use myovib_fem::{AddedStress, DofMap, Solid, Space, generate};
 use myovib_model::{
-    Formulation, IntegratorKind, Measurement, Muscle, MuscleDae, Outcome, Parameters, Prescribed,
-    Quantity, Signal, Start, formula, run, start_from,
+    Formulation, InitialValues, IntegratorKind, Measurement, Muscle, MuscleDae, Outcome,
+    Parameters, Prescribed, Quantity, Signal, formula, run, start_from,
 };
 
 use crate::common::{INF, neo_hooke};
@@ -110,7 +110,7 @@ fn read(muscle: Muscle, formulation: Formulation, kind: IntegratorKind) -> Read 
     let d = space.dimension();
     let mut dae = MuscleDae::new(muscle, formulation).unwrap();
     let rest = vec![0.0; dae.muscle().solid.dofs().n_free()];
-    let start = Start::new(&mut dae, 0.0, &rest, &rest).unwrap();
+    let start = InitialValues::new(&mut dae, 0.0, &rest, &rest).unwrap();
     let mut integrator = start_from(dae, &settings, 0.0, &start.y, &start.y_dot).unwrap();
     let statistics = run(&mut *integrator, &mut []).unwrap();
     assert_eq!(statistics.outcome, Outcome::Finished);

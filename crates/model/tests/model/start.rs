@@ -8,8 +8,8 @@ use myovib_fem::solid::{Fields, Pressure, Vectors};
 use myovib_fem::{DofMap, Solid, Space, generate, load};
 use myovib_model::start::residuals;
 use myovib_model::{
-    Advance, Field, Formulation, IdaIntegrator, Integrator, Load, Muscle, MuscleDae, Parameters,
-    Prescribed, Settings, Signal, Start, formula, ida, paper,
+    Advance, Field, Formulation, IdaIntegrator, InitialValues, Integrator, Load, Muscle, MuscleDae,
+    Parameters, Prescribed, Settings, Signal, formula, ida, paper,
 };
 
 /// A cantilever bent by a fifth of its length and moving, as free components.
@@ -96,9 +96,9 @@ const RUNS: [(Formulation, f64, f64); 11] = [
     (Formulation::ImplicitRate, INFINITE, 1e-4),
 ];
 
-fn start(dae: &mut MuscleDae) -> Start {
+fn start(dae: &mut MuscleDae) -> InitialValues {
     let (q, v) = bent(dae);
-    Start::new(dae, 0.0, &q, &v).unwrap()
+    InitialValues::new(dae, 0.0, &q, &v).unwrap()
 }
 
 /// Rounding of sums of some hundred terms.
@@ -130,7 +130,7 @@ fn the_residual_is_at_rounding_level() {
 }
 
 /// ∫ψ(J − 1) of the motion q + t v + ½ t² v̇ from a start, with its supports, after a time.
-fn volume_residual(dae: &MuscleDae, start: &Start, t: f64) -> Vec<f64> {
+fn volume_residual(dae: &MuscleDae, start: &InitialValues, t: f64) -> Vec<f64> {
     let solid = &dae.muscle().solid;
     let block = |of: &[f64], field| of[dae.layout().range(field).unwrap()].to_vec();
     let (q, v) = (
@@ -220,7 +220,12 @@ fn a_wrong_start_is_located() {
 }
 
 /// The integration of a start, one step after another.
-fn integrator(dae: MuscleDae, start: &Start, rtol: f64, t_end: f64) -> IdaIntegrator<MuscleDae> {
+fn integrator(
+    dae: MuscleDae,
+    start: &InitialValues,
+    rtol: f64,
+    t_end: f64,
+) -> IdaIntegrator<MuscleDae> {
     let settings = Settings {
         relative_tolerance: rtol,
         ..Settings::paper(dae.formulation())
@@ -230,7 +235,7 @@ fn integrator(dae: MuscleDae, start: &Start, rtol: f64, t_end: f64) -> IdaIntegr
 }
 
 /// Returns max |y - y(0) - t ẏ(0)| of a block over the first nine steps, relative to max |y(0)|.
-fn departure(dae: MuscleDae, start: &Start, field: Field) -> f64 {
+fn departure(dae: MuscleDae, start: &InitialValues, field: Field) -> f64 {
     let range = dae.layout().range(field).unwrap();
     let size = range.clone().map(|i| start.y[i].abs()).fold(0.0, f64::max);
     let mut integrator = integrator(dae, start, 1e-5, 0.1);
@@ -374,7 +379,8 @@ fn formulations_agree_after_the_start() {
 fn equilibrium_is_a_start_at_rest() {
     for (formulation, kappa, beta) in RUNS {
         let mut dae = dae(formulation, kappa, beta);
-        let start = Start::equilibrium(&mut dae, 0.0, &mut |_| ControlFlow::Continue(())).unwrap();
+        let start =
+            InitialValues::equilibrium(&mut dae, 0.0, &mut |_| ControlFlow::Continue(())).unwrap();
         let v = dae.layout().range(Field::Velocity).unwrap();
         assert!(
             start.y[v.clone()].iter().all(|v| v.abs() < 1e-15),

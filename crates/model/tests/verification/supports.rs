@@ -150,7 +150,7 @@ fn work_of_a_moving_support_is_stored_or_dissipated() {
     let times = SampleTimes::new(1e-3, 0.5);
     let mut sampler = Sampler::new(times, n, |dae: &mut MuscleDae, t, y: &[f64]| {
         // The derivatives of this state, without the derivatives of a polynomial.
-        let start = myovib_model::Start::of(dae, t, y)?;
+        let start = myovib_model::InitialValues::of(dae, t, y)?;
         states.push(dae.energies(t, &start.y, &start.y_dot)?);
         Ok(())
     });

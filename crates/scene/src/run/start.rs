@@ -12,8 +12,8 @@ use myovib_model::coupling::{
     Source, StateTolerances, start_coupled, start_coupled_from, start_with_feedback,
 };
 use myovib_model::{
-    Displacement, Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, Start as Consistent,
-    start, start_from,
+    Displacement, InitialValues, Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, start,
+    start_from,
 };
 
 use super::checkpoint::Checkpoint;
@@ -461,7 +461,7 @@ pub fn initial(
         return Ok(start);
     }
     expect_start(body, dae)?;
-    let start = Consistent::at_rest(dae)?;
+    let start = InitialValues::at_rest(dae)?;
     Ok([start.y, start.y_dot])
 }
 
@@ -480,12 +480,12 @@ impl Body {
             Start::Rest => return Ok(None),
             Start::Equilibrium => {
                 expect_supports_at_rest(self, self.settings.t_end, true)?;
-                Consistent::equilibrium(dae, 0.0, &mut search(watcher))?
+                InitialValues::equilibrium(dae, 0.0, &mut search(watcher))?
             }
             Start::State(state) => {
                 let y = state.unknowns(dae);
                 expect_supports(state, dae, &y)?;
-                Consistent::of(dae, 0.0, &y)?
+                InitialValues::of(dae, 0.0, &y)?
             }
         };
         Ok(Some([start.y, start.y_dot]))

@@ -3,7 +3,7 @@
 
 use myovib_fem::material::{ActiveStress, Bestel, ForceLength, Prony, Springpot, unit_vector};
 use myovib_fem::{AddedStress, FemError, Solid, SupportDirection};
-use myovib_model::{Activation, RobinSupport, Signal, Timed};
+use myovib_model::{Activation, RobinSupport, Signal, TimeScales};
 
 use super::builder::Builder;
 use crate::InputError;

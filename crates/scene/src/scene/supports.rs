@@ -44,7 +44,7 @@ pub(super) struct Component<'f> {
 /// Requirements of groups for the components (node, axis): moves with their factors, or an empty
 /// list if the group holds the component. The name of a group that holds the component is not
 /// needed.
-type Said<'f> = BTreeMap<(usize, usize), Vec<(Option<&'f str>, Terms)>>;
+type Requirements<'f> = BTreeMap<(usize, usize), Vec<(Option<&'f str>, Terms)>>;
 type Terms = Vec<(usize, f64)>;
 
 /// Component of a displacement.
@@ -59,7 +59,7 @@ impl Builder<'_> {
     /// Returns the supports of the body.
     pub(super) fn supports(&self, file: &SceneFile, space: &Space) -> Result<Supports, InputError> {
         let dimension = space.dimension();
-        let mut printed = Said::new();
+        let mut required = Requirements::new();
         for (i, fixed) in file.fixed.iter().enumerate() {
             let path = format!("fixed[{i}]");
             let nodes = self.at(&format!("{path}.group"), space.nodes_of(&fixed.group))?;
@@ -70,7 +70,7 @@ impl Builder<'_> {
             for &axis in &axes {
                 self.component(axis, dimension, &format!("{path}.components"))?;
                 for &node in &nodes {
-                    printed
+                    required
                         .entry((node, axis))
                         .or_default()
                         .push((None, vec![]));
@@ -91,7 +91,7 @@ impl Builder<'_> {
                 }?;
                 let largest_factor = factors.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
                 for (&node, factor) in nodes.iter().zip(factors) {
-                    let groups = printed.entry((node, axis)).or_default();
+                    let groups = required.entry((node, axis)).or_default();
                     let moves_here = factor.abs() > EQUAL_FACTORS * largest_factor;
                     let term = moves_here.then_some((moves.len(), factor));
                     let group = Some(&*moving.group);
@@ -112,7 +112,7 @@ impl Builder<'_> {
             }
         }
         let mut constrained = Supports::new();
-        for ((node, axis), groups) in printed {
+        for ((node, axis), groups) in required {
             let terms = &groups[0].1;
             let other = groups
                 .iter()

@@ -38,7 +38,7 @@ const LENGTHS: RangeInclusive<f64> = 1e-4..=3.0;
 const TIMES: u32 = 997;
 
 /// Description of a problem and of the usual values.
-type Said = (String, &'static str);
+type Unusual = (String, &'static str);
 
 /// Properties of a material.
 struct Part {
@@ -54,7 +54,7 @@ struct Part {
 }
 
 /// Condition on the scene for a check, and the check of each material.
-type Check = (fn(&SceneFile) -> bool, fn(&Part) -> Option<Said>);
+type Check = (fn(&SceneFile) -> bool, fn(&Part) -> Option<Unusual>);
 
 /// Checks of materials.
 const CHECKS: [Check; 3] = [
@@ -129,7 +129,7 @@ impl Part {
 }
 
 /// Checks length and mass of the body.
-fn size(body: &Body, parts: &[Part]) -> Option<Said> {
+fn size(body: &Body, parts: &[Part]) -> Option<Unusual> {
     let space = body.muscle.solid.space();
     let (coordinates, dimension) = (space.coordinates(), space.dimension());
     let extent = |axis: usize| {
@@ -166,7 +166,7 @@ fn size(body: &Body, parts: &[Part]) -> Option<Said> {
 }
 
 /// Checks for a negative Poisson's ratio (3 K − 2 G)/(2 (3 K + G)), which means K < 2/3 G.
-fn volume(part: &Part) -> Option<Said> {
+fn volume(part: &Part) -> Option<Unusual> {
     let Part {
         kappa, bulk, shear, ..
     } = *part;
@@ -195,7 +195,7 @@ fn has_mass(file: &SceneFile) -> bool {
 }
 
 /// Checks that the density or the speed √(G/ρ) is in the range of tissue.
-fn mass(part: &Part) -> Option<Said> {
+fn mass(part: &Part) -> Option<Unusual> {
     let speed = (part.shear / part.density).sqrt();
     let is_usual = DENSITIES.contains(&part.density) || SHEAR_WAVES.contains(&speed);
     (!is_usual).then(|| {
@@ -213,7 +213,7 @@ fn mass(part: &Part) -> Option<Said> {
 
 /// Checks viscous stress, which is ωβ times the elastic stress at an angular frequency ω. Without a
 /// driving frequency, the speed of the body is unknown and nothing is checked.
-fn damping(part: &Part) -> Option<Said> {
+fn damping(part: &Part) -> Option<Unusual> {
     let Part { beta, drive, .. } = *part;
     let frequency = drive?;
     let loss = TAU * frequency * beta;
@@ -228,7 +228,7 @@ fn damping(part: &Part) -> Option<Said> {
 
 /// Returns the first load far above the shear modulus of the stiffest material. Laws with fibers
 /// are skipped: they stiffen without bound, so their modulus at rest does not limit loads.
-fn strong_load(file: &SceneFile, body: &Body, t_end: f64, parts: &[Part]) -> Option<Said> {
+fn strong_load(file: &SceneFile, body: &Body, t_end: f64, parts: &[Part]) -> Option<Unusual> {
     let shear = parts.iter().map(|part| part.shear).fold(0.0, f64::max);
     if parts.iter().any(|part| part.law.has_fibers()) {
         return None;

@@ -1,7 +1,7 @@
 //! Derivatives of the initial state by the parameters of a scene.
 
 use myovib_model::sensitivity::Dependence;
-use myovib_model::{MuscleDae, Start as Consistent, statics};
+use myovib_model::{InitialValues, MuscleDae, statics};
 
 use super::influence::Influence;
 use super::parameters::{Parameterized, around};
@@ -85,7 +85,7 @@ impl Parameterized {
                 let both = displacement.iter().zip(&moves[j]);
                 let moved: Vec<f64> = both.map(|(q, of_p)| q + by * of_p).collect();
                 let rest = vec![0.0; moved.len()];
-                Ok(Consistent::new(&mut dae, 0.0, &moved, &rest)?.y)
+                Ok(InitialValues::new(&mut dae, 0.0, &moved, &rest)?.y)
             };
             let delta = known.step(STEP, value);
             let (stencil, starts) = around(value, delta, of).map_err(|cause| {

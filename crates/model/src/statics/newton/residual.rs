@@ -68,8 +68,12 @@ impl Newton<'_> {
             foundation.add_force(displacement, velocity, force);
         }
         if !tensions.is_empty() {
-            let tensions = scaled(tensions, factor);
-            solid.added_force(&at_rest(displacement, velocity, &tensions), added);
+            let motion = AddedMotion {
+                u: displacement,
+                v: velocity,
+                tensions: &scaled(tensions, factor),
+            };
+            solid.added_force(&motion, added);
             for (force, added) in force.iter_mut().zip(added) {
                 *force += *added;
             }
@@ -101,8 +105,11 @@ impl Newton<'_> {
             .update_surface_loads(muscle, self.t, factor, u);
         self.driven.update(muscle, (self.t, factor), u);
         if !self.tensions.is_empty() {
-            let tensions = scaled(&self.tensions, factor);
-            let motion = at_rest(u, &self.velocity, &tensions);
+            let motion = AddedMotion {
+                u,
+                v: &self.velocity,
+                tensions: &scaled(&self.tensions, factor),
+            };
             solid.added_tangents(&motion, self.matrices.wanted_added());
         }
         let matrices = &self.matrices;
@@ -113,10 +120,6 @@ impl Newton<'_> {
         );
         Ok(())
     }
-}
-
-fn at_rest<'m>(u: &'m [f64], v: &'m [f64], tensions: &'m [f64]) -> AddedMotion<'m> {
-    AddedMotion { u, v, tensions }
 }
 
 fn scaled(tensions: &[f64], factor: f64) -> Vec<f64> {

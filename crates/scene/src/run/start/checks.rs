@@ -1,7 +1,7 @@
 //! Checks of a start: loads and supports at t = 0 must match the state of the body.
 
 use myovib_dae::Problem;
-use myovib_model::{Load, ModelError, MuscleDae, Prescribed, Signal, Start as Consistent, support};
+use myovib_model::{InitialValues, Load, ModelError, MuscleDae, Prescribed, Signal, support};
 
 use crate::scene::{Body, NAMES, Start};
 use crate::state::State;
@@ -62,7 +62,7 @@ pub(super) fn expect_supports(
 /// Rejects nonzero supports and loads at t = 0 for a body that starts at rest without load.
 fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
     let t_end = body.settings.t_end;
-    let Consistent { y, .. } = Consistent::at_rest(dae)?;
+    let InitialValues { y, .. } = InitialValues::at_rest(dae)?;
     let rest = vec![0.0; dae.n_unknowns()];
     let mut largest_force = |t: f64, y: &[f64]| -> Result<f64, ModelError> {
         let force = dae.unbalanced_force(t, y, &rest)?;
