@@ -31,6 +31,7 @@ mod simd;
 pub mod solid;
 pub mod space;
 
+pub use boundary::SurfaceOperator;
 pub use boundary::contact::{ContactSums, DrivenSlope, Obstacle, RigidContact};
 pub use boundary::enclosed::EnclosedVolume;
 pub use boundary::follower::FollowerPressure;

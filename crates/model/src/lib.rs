@@ -83,7 +83,7 @@ pub use integration::verify::{ErrorEstimate, loosening};
 pub use matrix::{Matrix, Term};
 pub use muscle::Muscle;
 pub use muscle::activation::Activation;
-pub use muscle::load::{Contact, Load, ObstacleMotion, Prescribed, PressureLoad};
+pub use muscle::load::{Contact, Load, ObstacleMotion, Prescribed, SurfaceLoad};
 pub use muscle::parameters::Parameters;
 pub use muscle::robin_support::RobinSupport;
 pub use muscle_dae::MuscleDae;

@@ -201,12 +201,12 @@ impl Matrices {
         }
     }
 
-    /// Evaluates the stiffness of the muscle's surface loads and its symmetric part, if used: under a `part` of the
+    /// Evaluates the stiffness of the muscle's boundary forces and its symmetric part, if used: under a `part` of the
     /// loads at time `t` and displacement `u` of all nodes.
-    pub(crate) fn update_surface_loads(&mut self, muscle: &Muscle, t: f64, part: f64, u: &[f64]) {
+    pub(crate) fn update_boundary_forces(&mut self, muscle: &Muscle, t: f64, part: f64, u: &[f64]) {
         if let Some(values) = self.values.get_mut(&Matrix::PressureStiffness) {
             values.fill(0.0);
-            for load in muscle.surface_loads() {
+            for load in muscle.boundary_forces() {
                 load.add_stiffness(t, part, u, values);
             }
         }

@@ -1,5 +1,6 @@
 //! Pressure on the deformed boundary (follower load).
 
+use crate::boundary::SurfaceOperator;
 use crate::boundary::deformed::DeformedFacets;
 use crate::boundary::facet::{area_vector, outward_facets};
 use crate::error::FemError;
@@ -37,17 +38,6 @@ impl FollowerPressure {
         })
     }
 
-    /// Adds the load of `pressure` at displacement `u` to `total`.
-    ///
-    /// # Panics
-    /// Panics if an array is too short.
-    pub fn add_force(&self, pressure: f64, u: &[f64], total: &mut [f64]) {
-        match self.boundary.dimension {
-            2 => self.add_force_in::<2>(pressure, u, total),
-            _ => self.add_force_in::<3>(pressure, u, total),
-        }
-    }
-
     fn add_force_in<const D: usize>(&self, pressure: f64, u: &[f64], total: &mut [f64]) {
         let facets = &self.boundary.facets;
         self.boundary
@@ -60,20 +50,6 @@ impl FollowerPressure {
                     }
                 }
             });
-    }
-
-    /// Adds the derivative of the load with respect to the free components of `u` to `values`.
-    ///
-    /// # Shapes
-    /// `values` holds the entries of [`Solid::displacement_pattern`].
-    ///
-    /// # Panics
-    /// Panics if an array is too short.
-    pub fn add_stiffness(&self, pressure: f64, u: &[f64], values: &mut [f64]) {
-        match self.boundary.dimension {
-            2 => self.add_stiffness_in::<2>(pressure, u, values),
-            _ => self.add_stiffness_in::<3>(pressure, u, values),
-        }
     }
 
     fn add_stiffness_in<const D: usize>(&self, pressure: f64, u: &[f64], values: &mut [f64]) {
@@ -106,5 +82,21 @@ impl FollowerPressure {
                     }
                 }
             });
+    }
+}
+
+impl SurfaceOperator for FollowerPressure {
+    fn add_force(&self, pressure: f64, u: &[f64], total: &mut [f64]) {
+        match self.boundary.dimension {
+            2 => self.add_force_in::<2>(pressure, u, total),
+            _ => self.add_force_in::<3>(pressure, u, total),
+        }
+    }
+
+    fn add_stiffness(&self, pressure: f64, u: &[f64], values: &mut [f64]) {
+        match self.boundary.dimension {
+            2 => self.add_stiffness_in::<2>(pressure, u, values),
+            _ => self.add_stiffness_in::<3>(pressure, u, values),
+        }
     }
 }

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use myovib_fem::{DofMap, FemError, FollowerPressure, Group, Mesh, Solid, Space, generate, load};
+use myovib_fem::{
+    DofMap, FemError, FollowerPressure, Group, Mesh, Solid, Space, SurfaceOperator, generate, load,
+};
 
 use crate::common::{DENSITY, MUSCLE_LAW, dense, random};
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use myovib_fem::material::three::{Axes, Tensor3};
 use myovib_fem::quadrature::Rule;
 use myovib_fem::solid::{Fields, Pressure, Solid, Vectors};
-use myovib_fem::{DofMap, FollowerPressure, Mesh, Space, generate, load};
+use myovib_fem::{DofMap, FollowerPressure, Mesh, Space, SurfaceOperator, generate, load};
 
 use crate::common::{
     DENSITY, Equilibrium, MUSCLE_LAW, SMALL_LAW, clamped, dense, equilibrium, random,

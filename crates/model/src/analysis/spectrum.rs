@@ -50,7 +50,7 @@ pub fn vibration(muscle: &Muscle, at: &Equilibrium) -> Result<Vibration, ModelEr
             let [by_displacement, _] = added(muscle, at, u);
             stiffness = stiffness + by_displacement;
         }
-        if muscle.has_surface_loads() {
+        if muscle.has_boundary_forces() {
             stiffness = stiffness - following(muscle, t, u)?;
         }
     }
@@ -90,7 +90,7 @@ fn added(muscle: &Muscle, at: &Equilibrium, u: &[f64]) -> [CscMatrix<f64>; 2] {
 fn following(muscle: &Muscle, t: f64, u: &[f64]) -> Result<CscMatrix<f64>, ModelError> {
     let pattern = muscle.solid.displacement_pattern();
     let mut values = vec![0.0; pattern.nnz()];
-    for load in muscle.surface_loads() {
+    for load in muscle.boundary_forces() {
         load.add_stiffness(t, 1.0, u, &mut values);
     }
     let stiffness = operators::matrix(pattern, values);

@@ -30,7 +30,7 @@ use crate::field::Field;
 use crate::formulation::Formulation;
 use crate::linear::{Condensation, Condensed, Elimination};
 use crate::muscle::Muscle;
-use crate::muscle::load::PressureLoad;
+use crate::muscle::load::SurfaceLoad;
 use crate::muscle_dae::MuscleDae;
 use crate::operators;
 use crate::reading::snapshot::Snapshot;
@@ -44,8 +44,8 @@ pub use neighbors::Neighbors;
 pub struct Drive {
     /// Forces of fixed direction at all nodal components, N.
     pub force: Vec<Complex64>,
-    /// Follower pressures of 1 Pa, each with its amplitude, Pa.
-    pub pressures: Vec<(PressureLoad, Complex64)>,
+    /// Loads of size 1 on the deformed boundary, each with its amplitude.
+    pub surface_loads: Vec<(SurfaceLoad, Complex64)>,
     /// Prescribed components of the nodal displacement with their amplitudes, m.
     pub displacement: Vec<(usize, Complex64)>,
 }
@@ -53,9 +53,9 @@ pub struct Drive {
 impl Drive {
     /// Returns whether all amplitudes are zero.
     pub fn is_zero(&self) -> bool {
-        let pressures = self.pressures.iter().map(|(_, amplitude)| amplitude);
+        let loads = self.surface_loads.iter().map(|(_, amplitude)| amplitude);
         let displacement = self.displacement.iter().map(|(_, amplitude)| amplitude);
-        let mut all = self.force.iter().chain(pressures).chain(displacement);
+        let mut all = self.force.iter().chain(loads).chain(displacement);
         all.all(|amplitude| amplitude.norm() == 0.0)
     }
 }
@@ -106,7 +106,7 @@ impl DynamicStiffness {
         let muscle = match at.preload_time {
             Some(_) => muscle.clone(),
             None => Muscle {
-                pressures: Vec::new(),
+                surface_loads: Vec::new(),
                 ..muscle.under_part_of_loads(0.0)
             },
         };
@@ -129,9 +129,9 @@ impl DynamicStiffness {
         let solid = &dae.muscle().solid;
         let mut force = drive.force.clone();
         force.resize(u.len(), Complex64::ZERO);
-        for (pressure, amplitude) in &drive.pressures {
+        for (load, amplitude) in &drive.surface_loads {
             let mut unit = operators::rest(solid);
-            pressure.add_at(t, 1.0, &u, &mut unit);
+            load.add_at(t, 1.0, &u, &mut unit);
             for (force, unit) in force.iter_mut().zip(unit) {
                 *force += amplitude * unit;
             }

@@ -152,7 +152,7 @@ impl DynamicStiffness {
             let by_v = self.slope(u, &still, |v, force| added(&self.u, v, force));
             add(s, &by_v, &mut total.force);
         }
-        for load in muscle.surface_loads() {
+        for load in muscle.boundary_forces() {
             let by_u = self.slope(u, &self.u, |u, force| {
                 force.fill(0.0);
                 load.add_force(self.t, 1.0, -1.0, u, force);

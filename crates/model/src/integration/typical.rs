@@ -123,7 +123,7 @@ fn total_force(muscle: &Muscle, t_end: f64) -> f64 {
         .map(|load| load.magnitude() * largest(load.signal(), t_end))
         .sum();
     let n = muscle.solid.space().n_components();
-    for load in &muscle.pressures {
+    for load in &muscle.surface_loads {
         total += load.magnitude(n) * largest(load.signal(), t_end);
     }
     total

@@ -149,7 +149,7 @@ impl Condensation {
     /// [`NearlySymmetric`] replaces and the stiffness of viscous stresses are symmetric; only
     /// follower pressures are not.
     pub(crate) fn at_rest(dae: &MuscleDae) -> Self {
-        Self::build(dae, !dae.muscle().has_surface_loads(), false)
+        Self::build(dae, !dae.muscle().has_boundary_forces(), false)
     }
 
     /// Sets up the elimination, with a nearly symmetric matrix or an unsymmetric stiffness of added

@@ -1,7 +1,10 @@
 //! Loads and prescribed displacements of the muscle.
 
+use std::sync::Arc;
+
 use myovib_fem::{
     ContactSums, DrivenSlope, FemError, FollowerPressure, Obstacle, RigidContact, Solid,
+    SurfaceOperator,
 };
 
 use crate::signal::Signal;
@@ -61,7 +64,7 @@ impl Load {
 }
 
 /// A force on the deformed boundary.
-pub(crate) trait SurfaceLoad {
+pub(crate) trait BoundaryForce {
     /// Adds `sign` times the force at time `t` under a `part` of all loads and motions, at the displacement `u` of all
     /// nodes, to `total`.
     fn add_force(&self, t: f64, part: f64, sign: f64, u: &[f64], total: &mut [f64]);
@@ -76,20 +79,25 @@ pub(crate) trait SurfaceLoad {
     }
 }
 
-/// A pressure on the deformed boundary that follows a function of time.
+/// A load on the deformed boundary, such as a pressure, whose size follows a function of time.
 #[derive(Debug, Clone)]
-pub struct PressureLoad {
-    operator: FollowerPressure,
+pub struct SurfaceLoad {
+    operator: Arc<dyn SurfaceOperator>,
     signal: Signal,
 }
 
-impl PressureLoad {
+impl SurfaceLoad {
+    /// Creates the load of the size `signal`.
+    pub fn new(operator: Arc<dyn SurfaceOperator>, signal: Signal) -> Self {
+        Self { operator, signal }
+    }
+
     /// Creates the pressure `signal` (Pa) on a group of the boundary, positive toward the body.
     ///
     /// # Errors
     /// [`FemError`] for a group that contains no parts of the boundary.
-    pub fn new(solid: &Solid, group: &str, signal: Signal) -> Result<Self, FemError> {
-        let operator = FollowerPressure::new(solid, group)?;
+    pub fn pressure(solid: &Solid, group: &str, signal: Signal) -> Result<Self, FemError> {
+        let operator = Arc::new(FollowerPressure::new(solid, group)?);
         Ok(Self { operator, signal })
     }
 
@@ -98,16 +106,16 @@ impl PressureLoad {
         &self.signal
     }
 
-    /// Returns the pressure scaled by `part`.
+    /// Returns the load scaled by `part`.
     #[must_use]
     pub fn scaled(&self, part: f64) -> Self {
         Self {
-            operator: self.operator.clone(),
+            operator: Arc::clone(&self.operator),
             signal: self.signal.scaled(part),
         }
     }
 
-    /// Returns the sum of the magnitudes of the nodal forces of 1 Pa on the undeformed body with `n` nodal components, N.
+    /// Returns the sum of the magnitudes of the nodal forces of size 1 on the undeformed body with `n` nodal components, N.
     pub(crate) fn magnitude(&self, n: usize) -> f64 {
         let mut force = vec![0.0; n];
         self.operator.add_force(1.0, &vec![0.0; n], &mut force);
@@ -116,19 +124,19 @@ impl PressureLoad {
 
     /// Adds `factor` times the load at time `t` and the displacement `u` of all nodes to `total`.
     pub fn add_at(&self, t: f64, factor: f64, u: &[f64], total: &mut [f64]) {
-        let pressure = factor * self.signal.at(t).value;
-        self.operator.add_force(pressure, u, total);
+        let size = factor * self.signal.at(t).value;
+        self.operator.add_force(size, u, total);
     }
 }
 
-impl SurfaceLoad for PressureLoad {
+impl BoundaryForce for SurfaceLoad {
     fn add_force(&self, t: f64, part: f64, sign: f64, u: &[f64], total: &mut [f64]) {
         self.add_at(t, part * sign, u, total);
     }
 
     fn add_stiffness(&self, t: f64, part: f64, u: &[f64], values: &mut [f64]) {
-        let pressure = part * self.signal.at(t).value;
-        self.operator.add_stiffness(pressure, u, values);
+        let size = part * self.signal.at(t).value;
+        self.operator.add_stiffness(size, u, values);
     }
 }
 
@@ -287,7 +295,7 @@ impl Contact {
     }
 }
 
-impl SurfaceLoad for Contact {
+impl BoundaryForce for Contact {
     fn add_force(&self, t: f64, part: f64, sign: f64, u: &[f64], total: &mut [f64]) {
         let offset = self.offset(t, part, u);
         self.operator.add_force(&offset, sign, u, total);

@@ -15,7 +15,7 @@ use crate::formulation::Formulation;
 use crate::signal::Signal;
 use crate::signal::schedule::Schedule;
 use activation::Activation;
-use load::{Contact, Load, Prescribed, PressureLoad, SurfaceLoad};
+use load::{BoundaryForce, Contact, Load, Prescribed, SurfaceLoad};
 use parameters::Parameters;
 use robin_support::RobinSupport;
 
@@ -28,8 +28,8 @@ pub struct Muscle {
     pub parameters: Parameters,
     /// Forces of fixed direction on the body.
     pub loads: Vec<Load>,
-    /// Pressures on its deformed boundary.
-    pub pressures: Vec<PressureLoad>,
+    /// Loads on its deformed boundary, such as pressures.
+    pub surface_loads: Vec<SurfaceLoad>,
     /// Contacts of its boundary with rigid obstacles.
     pub contacts: Vec<Contact>,
     /// Displacement components that follow a function of time; other constrained components are 0.
@@ -47,7 +47,7 @@ impl Muscle {
             solid,
             parameters,
             loads: Vec::new(),
-            pressures: Vec::new(),
+            surface_loads: Vec::new(),
             contacts: Vec::new(),
             prescribed: Vec::new(),
             foundations: Vec::new(),
@@ -201,7 +201,11 @@ impl Muscle {
     pub fn under_part_of_loads(&self, part: f64) -> Self {
         Self {
             loads: self.loads.iter().map(|load| load.scaled(part)).collect(),
-            pressures: self.pressures.iter().map(|own| own.scaled(part)).collect(),
+            surface_loads: self
+                .surface_loads
+                .iter()
+                .map(|own| own.scaled(part))
+                .collect(),
             contacts: self.contacts.iter().map(|own| own.scaled(part)).collect(),
             prescribed: self
                 .prescribed
@@ -220,16 +224,16 @@ impl Muscle {
         }
     }
 
-    /// Returns the loads that depend on the displacement of the boundary.
-    pub(crate) fn surface_loads(&self) -> impl Iterator<Item = &dyn SurfaceLoad> {
-        let pressures = self.pressures.iter().map(|own| own as &dyn SurfaceLoad);
-        let contacts = self.contacts.iter().map(|own| own as &dyn SurfaceLoad);
-        pressures.chain(contacts)
+    /// Returns the forces that depend on the displacement of the boundary.
+    pub(crate) fn boundary_forces(&self) -> impl Iterator<Item = &dyn BoundaryForce> {
+        let loads = self.surface_loads.iter();
+        let contacts = self.contacts.iter().map(|own| own as &dyn BoundaryForce);
+        loads.map(|own| own as &dyn BoundaryForce).chain(contacts)
     }
 
-    /// Returns whether a load depends on the displacement of the boundary.
-    pub(crate) fn has_surface_loads(&self) -> bool {
-        self.surface_loads().next().is_some()
+    /// Returns whether a force depends on the displacement of the boundary.
+    pub(crate) fn has_boundary_forces(&self) -> bool {
+        self.boundary_forces().next().is_some()
     }
 
     /// Returns the body with its stress relaxed at all times, without Prony terms.
@@ -326,8 +330,8 @@ impl Muscle {
         for load in &self.loads {
             schedule.add(load.signal().clone(), of_loads);
         }
-        for pressure in &self.pressures {
-            schedule.add(pressure.signal().clone(), of_loads);
+        for load in &self.surface_loads {
+            schedule.add(load.signal().clone(), of_loads);
         }
         for signal in self.contacts.iter().flat_map(Contact::signals) {
             schedule.add(signal.clone(), of_loads);
@@ -348,7 +352,7 @@ impl Muscle {
     /// Returns the functions of time of loads, tensions and prescribed motions.
     pub fn signals(&self) -> impl Iterator<Item = &Signal> {
         let loads = self.loads.iter().map(Load::signal);
-        let pressures = self.pressures.iter().map(PressureLoad::signal);
+        let surface_loads = self.surface_loads.iter().map(SurfaceLoad::signal);
         let obstacles = self.contacts.iter().flat_map(Contact::signals);
         let motions = self.prescribed.iter().map(|p| &p.signal).chain(obstacles);
         let tensions = self
@@ -358,6 +362,6 @@ impl Muscle {
                 Activation::Given(signal) => Some(signal),
                 _ => None,
             });
-        loads.chain(pressures).chain(motions).chain(tensions)
+        loads.chain(surface_loads).chain(motions).chain(tensions)
     }
 }

@@ -81,13 +81,13 @@ impl MuscleDae {
     /// [`StepError::Recoverable`] for an element with det F ≤ 0.
     pub fn update_matrices(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Result<(), StepError> {
         let constant = self.muscle.solid.is_linear() && self.factors.is_none() && self.has_matrices;
-        if constant && !self.muscle.has_surface_loads() {
+        if constant && !self.muscle.has_boundary_forces() {
             // Linear laws have no added stress.
             return Ok(());
         }
         self.expand(t, y, None);
         let (muscle, u) = (&self.muscle, &self.work.displacement);
-        self.matrices.update_surface_loads(muscle, t, 1.0, u);
+        self.matrices.update_boundary_forces(muscle, t, 1.0, u);
         if constant {
             return Ok(());
         }
@@ -149,7 +149,7 @@ impl MuscleDae {
 
     /// Adds `factor` times the load at (t, y) to its rows in `rows`.
     pub(crate) fn add_load(&mut self, t: f64, y: &[f64], factor: f64, rows: &mut [f64]) {
-        if self.muscle.has_surface_loads() {
+        if self.muscle.has_boundary_forces() {
             self.expand(t, y, None);
         }
         self.sum_loads(t);
@@ -215,7 +215,7 @@ impl MuscleDae {
         for load in &muscle.loads {
             load.add_at(t, &mut work.load);
         }
-        for load in muscle.surface_loads() {
+        for load in muscle.boundary_forces() {
             load.add_force(t, 1.0, 1.0, &work.displacement, &mut work.load);
         }
     }

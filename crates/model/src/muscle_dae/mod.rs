@@ -283,7 +283,7 @@ fn context(muscle: &Muscle, formulation: Formulation) -> Context {
         } else {
             PressureRateSource::None
         },
-        pressed: muscle.has_surface_loads(),
+        pressed: muscle.has_boundary_forces(),
         added: Added::of(muscle),
         graded: muscle.solid.has_element_scales(),
         coherence: false,

@@ -106,7 +106,7 @@ impl<'a> Newton<'a> {
             inv_kappa: muscle.parameters.inv_kappa,
             has_pressure,
             pressure_rate: PressureRateSource::None,
-            pressed: muscle.has_surface_loads(),
+            pressed: muscle.has_boundary_forces(),
             // All stress has relaxed.
             added: Added {
                 relaxing: 0,
@@ -158,8 +158,8 @@ impl<'a> Newton<'a> {
             .map(|prescribed| (prescribed.component, prescribed.signal.at(t).value))
             .collect();
         let mut whole = load.clone();
-        for pressure in &muscle.pressures {
-            pressure.add_at(t, 1.0, &displacement, &mut whole);
+        for load in &muscle.surface_loads {
+            load.add_at(t, 1.0, &displacement, &mut whole);
         }
         if !tensions.is_empty() {
             // The effect of contraction on the undeformed body counts as load.
@@ -352,7 +352,7 @@ impl<'a> Newton<'a> {
 
     /// Returns whether the tangent is symmetric, up to the sign of rows.
     pub(super) fn is_symmetric(&self) -> bool {
-        self.muscle.pressures.is_empty()
+        self.muscle.surface_loads.is_empty()
     }
 
     /// Returns the number of negative pivots beyond one for each pressure, if all pivots are on the diagonal. Newton's

@@ -7,7 +7,7 @@ use myovib_fem::load;
 use myovib_model::harmonic::{Amplitude, Drive, HarmonicResponse};
 use myovib_model::statics::equilibrium;
 use myovib_model::{
-    Activation, Field, Formulation, Load, ModelError, Muscle, MuscleDae, PressureLoad, Signal,
+    Activation, Field, Formulation, Load, ModelError, Muscle, MuscleDae, Signal, SurfaceLoad,
 };
 use myovib_structure::harmonic_response;
 use num_complex::Complex64;
@@ -31,8 +31,8 @@ fn loaded(mut muscle: Muscle, pressure: Option<f64>) -> Muscle {
     muscle.activations = vec![given(0, 2e3), given(1, 1e3)];
     muscle.loads = vec![Load::new(&pull(&muscle), Signal::constant(10.0))];
     let load = pressure
-        .map(|size| PressureLoad::new(&muscle.solid, "top", Signal::constant(size)).unwrap());
-    muscle.pressures = load.into_iter().collect();
+        .map(|size| SurfaceLoad::pressure(&muscle.solid, "top", Signal::constant(size)).unwrap());
+    muscle.surface_loads = load.into_iter().collect();
     muscle
 }
 
@@ -48,10 +48,10 @@ fn pull(muscle: &Muscle) -> Vec<f64> {
 /// Returns a harmonic traction out of phase with a harmonic pressure.
 fn drive(muscle: &Muscle) -> Drive {
     let force = pull(muscle).into_iter().map(Complex64::from).collect();
-    let unit = PressureLoad::new(&muscle.solid, "top", Signal::constant(1.0)).unwrap();
+    let unit = SurfaceLoad::pressure(&muscle.solid, "top", Signal::constant(1.0)).unwrap();
     Drive {
         force,
-        pressures: vec![(unit, Complex64::new(0.5, -2.0))],
+        surface_loads: vec![(unit, Complex64::new(0.5, -2.0))],
         displacement: Vec::new(),
     }
 }
@@ -85,7 +85,7 @@ fn expect_the_equations(muscle: &Muscle) {
         let dofs = muscle.solid.dofs();
         let mut moved = vec![0.0; dofs.n_full()];
         dofs.expand(&at.displacement, &mut moved);
-        let (unit, amplitude) = &drive.pressures[0];
+        let (unit, amplitude) = &drive.surface_loads[0];
         let mut pressure = vec![0.0; moved.len()];
         unit.add_at(0.0, 1.0, &moved, &mut pressure);
         let mut expected = vec![Complex64::ZERO; y.len()];

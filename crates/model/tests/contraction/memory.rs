@@ -7,7 +7,7 @@ use myovib_dae::Problem;
 use myovib_fem::{DofMap, Solid, Space, generate};
 use myovib_model::{
     Counts, CpuClock, Formulation, InitialValues, Integrator, IntegratorKind, Muscle, MuscleDae,
-    Parameters, PressureLoad, RadauIntegrator, Settings, Signal, formula, paper, start_from,
+    Parameters, RadauIntegrator, Settings, Signal, SurfaceLoad, formula, paper, start_from,
 };
 
 use crate::energy::settings;
@@ -136,9 +136,9 @@ fn cost(terms: &[(f64, f64)]) -> [f64; 2] {
         frequency: 30.0,
         phase: 0.0,
     });
-    let load = PressureLoad::new(&solid, "top", signal).unwrap();
+    let load = SurfaceLoad::pressure(&solid, "top", signal).unwrap();
     let muscle = Muscle {
-        pressures: vec![load],
+        surface_loads: vec![load],
         ..Muscle::unloaded(solid, Parameters::new(1.0, 0.0, 1e6).unwrap())
     };
     let settings = settings(Formulation::Position, 1e-4);

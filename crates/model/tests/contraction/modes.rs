@@ -8,7 +8,7 @@ use myovib_fem::{AddedStress, DofMap, Solid, Space, SupportDirection, generate, 
 use myovib_model::statics::{Equilibrium, equilibrium};
 use myovib_model::{
     Activation, Field, Formulation, InitialValues, IntegratorKind, Load, ModelError, Muscle,
-    MuscleDae, Outcome, Parameters, Prescribed, PressureLoad, RobinSupport, Signal, paper, run,
+    MuscleDae, Outcome, Parameters, Prescribed, RobinSupport, Signal, SurfaceLoad, paper, run,
     spectrum, start_from,
 };
 
@@ -144,10 +144,10 @@ fn pressed(held: &[&str], kappa: f64, pressure: f64) -> Muscle {
         signal: Signal::constant(0.1),
     });
     let solid = Solid::uniform(space.clone(), dofs, paper::LAW, 1e3).unwrap();
-    let pressure = PressureLoad::new(&solid, "bottom", Signal::constant(pressure)).unwrap();
+    let pressure = SurfaceLoad::pressure(&solid, "bottom", Signal::constant(pressure)).unwrap();
     Muscle {
         prescribed: prescribed.collect(),
-        pressures: vec![pressure],
+        surface_loads: vec![pressure],
         ..Muscle::unloaded(solid, Parameters::new(0.0, 0.0, kappa).unwrap())
     }
 }

@@ -7,7 +7,7 @@ use myovib_fem::{DofMap, Law, Mesh, Solid, Space, generate};
 use myovib_model::linear::{LinearWork, Reduction, Scalar};
 use myovib_model::{
     Field, Formulation, IdaIntegrator, Integrator, LinearSolverKind, Muscle, MuscleDae, Outcome,
-    Parameters, PressureLoad, Settings, Signal, default_ordering, paper, run,
+    Parameters, Settings, Signal, SurfaceLoad, default_ordering, paper, run,
 };
 use myovib_sparse::SparseOptions;
 use num_complex::Complex64;
@@ -180,9 +180,9 @@ fn block(formulation: Formulation, beta: f64, pressed: bool) -> MuscleDae {
     let space = Arc::new(Space::taylor_hood(&mesh));
     let dofs = DofMap::clamped(&space, &space.nodes_of("left").unwrap()).unwrap();
     let solid = Solid::uniform(space, dofs, paper::LAW, paper::DENSITY).unwrap();
-    let load = PressureLoad::new(&solid, "right", Signal::constant(1e3)).unwrap();
+    let load = SurfaceLoad::pressure(&solid, "right", Signal::constant(1e3)).unwrap();
     let mut muscle = Muscle::unloaded(solid, Parameters::new(1.0, beta, 1e5).unwrap());
-    muscle.pressures.extend(pressed.then_some(load));
+    muscle.surface_loads.extend(pressed.then_some(load));
     MuscleDae::new(muscle, formulation).unwrap()
 }
 

@@ -9,7 +9,7 @@ use myovib_model::inf_sup::{Pair, levels};
 use myovib_model::statics::equilibrium;
 use myovib_model::table1;
 use myovib_model::{
-    Field, Formulation, Muscle, MuscleDae, Parameters, PressureLoad, Probe, Signal, paper,
+    Field, Formulation, Muscle, MuscleDae, Parameters, Probe, Signal, SurfaceLoad, paper,
 };
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
@@ -26,9 +26,9 @@ fn held(mesh: &Mesh, group: &str, law: Law) -> Solid {
 fn dae(formulation: Formulation, law: Law, kappa: f64, beta: f64) -> MuscleDae {
     let mesh = generate::block([0.0; 3], [1.0, 0.8, 0.6], [1, 1, 1]).unwrap();
     let solid = held(&mesh, "left", law);
-    let load = PressureLoad::new(&solid, "right", Signal::paper(1e3)).unwrap();
+    let load = SurfaceLoad::pressure(&solid, "right", Signal::paper(1e3)).unwrap();
     let mut muscle = Muscle::unloaded(solid, Parameters::new(1.0, beta, kappa).unwrap());
-    muscle.pressures.push(load);
+    muscle.surface_loads.push(load);
     MuscleDae::for_analysis(muscle, formulation)
 }
 
@@ -121,9 +121,9 @@ fn land(cells: [usize; 3]) -> f64 {
         b_fs: 4.0,
     };
     let solid = held(&mesh, "left", law);
-    let pressure = PressureLoad::new(&solid, "bottom", Signal::constant(4.0)).unwrap();
+    let pressure = SurfaceLoad::pressure(&solid, "bottom", Signal::constant(4.0)).unwrap();
     let mut muscle = Muscle::unloaded(solid, Parameters::new(0.0, 0.0, INF).unwrap());
-    muscle.pressures.push(pressure);
+    muscle.surface_loads.push(pressure);
     let state = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
     let space = muscle.solid.space();
     let mut u = vec![0.0; space.n_components()];
@@ -146,9 +146,9 @@ fn a_beam_of_fibers_bends_as_published() {
 fn a_body_in_space_is_loaded_in_steps() {
     let mesh = generate::block([0.0; 3], [1.0, 0.8, 0.6], [1, 1, 1]).unwrap();
     let solid = held(&mesh, "left", paper::LAW);
-    let pull = PressureLoad::new(&solid, "right", Signal::constant(-2e4)).unwrap();
+    let pull = SurfaceLoad::pressure(&solid, "right", Signal::constant(-2e4)).unwrap();
     let mut muscle = Muscle::unloaded(solid, Parameters::new(0.0, 0.0, INF).unwrap());
-    muscle.pressures.push(pull);
+    muscle.surface_loads.push(pull);
     let found = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
     assert!(found.load_steps > 1, "{} load steps", found.load_steps);
     let mut dae = MuscleDae::for_analysis(muscle, Formulation::Position);

@@ -9,7 +9,7 @@ use myovib_model::advice::Advice;
 use myovib_model::statics::equilibrium;
 use myovib_model::{
     AcceptedStep, Formulation, Load, ModelError, Muscle, MuscleDae, Observer, Outcome, Parameters,
-    Prescribed, PressureLoad, Probe, Settings, Signal, Statistics, formula, paper, run,
+    Prescribed, Probe, Settings, Signal, Statistics, SurfaceLoad, formula, paper, run,
     start_at_rest,
 };
 
@@ -38,8 +38,8 @@ fn squeezed(pressure: Signal) -> Muscle {
     let held: Vec<_> = held.into_iter().flatten().collect();
     let mut muscle = body(space, &held, 50.0, KAPPA);
     for group in ["right", "top"] {
-        let load = PressureLoad::new(&muscle.solid, group, pressure.clone()).unwrap();
-        muscle.pressures.push(load);
+        let load = SurfaceLoad::pressure(&muscle.solid, group, pressure.clone()).unwrap();
+        muscle.surface_loads.push(load);
     }
     muscle
 }

@@ -7,7 +7,7 @@ use myovib_dae::{Outcome, Problem, Tolerances};
 use myovib_fem::{DofMap, Law, Solid, Space, generate};
 use myovib_model::linear::CondensedSolver;
 use myovib_model::{
-    Field, Formulation, Muscle, MuscleDae, Parameters, PressureLoad, Signal, formula,
+    Field, Formulation, Muscle, MuscleDae, Parameters, Signal, SurfaceLoad, formula,
 };
 use myovib_radau::{IndexScaling, RadauOptions, RadauSolver, StepSize};
 
@@ -39,10 +39,10 @@ fn block(dimension: usize, (formulation, kappa, beta): Case) -> MuscleDae {
         phase: -0.25 * TAU,
     });
     let pressures = [Signal::constant(20.0), falling];
-    let pressures = pressures.map(|signal| PressureLoad::new(&solid, "right", signal).unwrap());
+    let pressures = pressures.map(|signal| SurfaceLoad::pressure(&solid, "right", signal).unwrap());
     let parameters = Parameters::new(0.1, beta, kappa).unwrap();
     let muscle = Muscle {
-        pressures: pressures.into(),
+        surface_loads: pressures.into(),
         ..Muscle::unloaded(solid, parameters)
     };
     MuscleDae::new(muscle, formulation).unwrap()

@@ -8,8 +8,8 @@ use myovib_fem::{DofMap, Law, Solid, Space, generate};
 use myovib_model::equation::{Added, Context, PressureRateSource};
 use myovib_model::statics::equilibrium;
 use myovib_model::{
-    Equation, Formulation, LinearSolverKind, Matrix, Muscle, MuscleDae, Parameters, PressureLoad,
-    Settings, Signal, Term, paper, run, start_at_rest,
+    Equation, Formulation, LinearSolverKind, Matrix, Muscle, MuscleDae, Parameters, Settings,
+    Signal, SurfaceLoad, Term, paper, run, start_at_rest,
 };
 
 use crate::common::loaded_block;
@@ -26,9 +26,9 @@ fn squeezed(c10: f64, c01: f64, kappa: f64, pressure: f64) -> Muscle {
     let dofs = DofMap::new(&space, &held).unwrap();
     let solid = Solid::uniform(space, dofs, Law::MooneyRivlin { c10, c01 }, 1e3).unwrap();
     let pressures = ["right", "top"]
-        .map(|group| PressureLoad::new(&solid, group, Signal::constant(pressure)).unwrap());
+        .map(|group| SurfaceLoad::pressure(&solid, group, Signal::constant(pressure)).unwrap());
     Muscle {
-        pressures: pressures.into(),
+        surface_loads: pressures.into(),
         ..Muscle::unloaded(solid, Parameters::new(0.0, 0.0, kappa).unwrap())
     }
 }
@@ -72,8 +72,8 @@ fn a_block_under_pressure_all_round_shrinks_evenly_to_the_exact_size() {
 /// The loaded block with an additional pressure on the loaded edge.
 fn pressed(law: Law, beta: f64, signal: Signal) -> Muscle {
     let mut muscle = loaded_block(0, law, 1e5, beta, Signal::paper(1e3));
-    let pressure = PressureLoad::new(&muscle.solid, "load", signal).unwrap();
-    muscle.pressures.push(pressure);
+    let pressure = SurfaceLoad::pressure(&muscle.solid, "load", signal).unwrap();
+    muscle.surface_loads.push(pressure);
     muscle
 }
 
@@ -88,7 +88,7 @@ fn the_jacobian_of_every_formulation_has_its_exact_derivative() {
         for formulation in Formulation::ALL {
             let with = pressed(law, beta, Signal::paper(1e4));
             let mut without = with.clone();
-            without.pressures.clear();
+            without.surface_loads.clear();
             let mut with = MuscleDae::for_analysis(with, formulation);
             let mut without = MuscleDae::for_analysis(without, formulation);
             let n = with.n_unknowns();

@@ -66,7 +66,8 @@ fn groups(scene: &Scene) -> Vec<(&str, Option<[f64; 2]>)> {
         let direction = [x, y].map(|given| f64::from(u8::from(given)));
         (&*traction.group, Some(direction))
     });
-    let pressed = file.pressure.iter().map(|load| (&*load.group, None));
+    let pressed = file.surface_loads.all().into_iter();
+    let pressed = pressed.map(|(_, load)| (load.group, None));
     let bedded = file
         .elastic_foundation
         .iter()

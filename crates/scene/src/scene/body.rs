@@ -62,7 +62,7 @@ impl Builder<'_> {
         });
         let dimension = space.dimension();
         let (loads, force) = self.loads(file, &space, &densities)?;
-        let (load_keys, loads) = loads.into_iter().unzip();
+        let (mut load_keys, loads): (Vec<String>, _) = loads.into_iter().unzip();
         let (stresses, activations) = self.added(file, &regions)?;
         let mut solid = self.at(
             "material",
@@ -86,12 +86,14 @@ impl Builder<'_> {
             solid = self.at("material", solid.with_relaxation(&relaxing))?;
         }
         let body = self.at("material", Muscle::graded(solid, &own))?;
-        let pressures = self.pressures(file, &body.solid)?;
+        let (surface_loads, harmonic) = self.surface_loads(file, &body.solid)?;
+        let (keys, surface_loads): (Vec<String>, _) = surface_loads.into_iter().unzip();
+        load_keys.extend(keys);
         let contacts = self.contacts(file, &body.solid)?;
         let foundations = self.foundations(file, &body.solid)?;
         let drive = Drive {
             force,
-            pressures: self.harmonic_pressures(file, &body.solid)?,
+            surface_loads: harmonic,
             displacement: constrained
                 .iter()
                 .filter(|(_, support)| support.amplitude != Complex64::ZERO)
@@ -114,7 +116,7 @@ impl Builder<'_> {
         };
         let muscle = Muscle {
             loads,
-            pressures,
+            surface_loads,
             contacts,
             prescribed,
             foundations,

@@ -1,6 +1,6 @@
 //! Notes on parts of a scene's body without effect: valid, but probably not intended.
 
-use myovib_model::{Contact, Muscle};
+use myovib_model::Muscle;
 
 use super::Body;
 use super::supports::NAMES;
@@ -60,20 +60,9 @@ fn held(i: usize, traction: &Traction, muscle: &Muscle) -> Vec<String> {
 
 /// Returns whether all loads, tensions and support motions are zero, and there is at least one.
 fn rests(muscle: &Muscle, t: f64) -> bool {
-    let loads = muscle.loads.iter().map(|load| load.signal().at(t).value);
-    let pressures = muscle
-        .pressures
-        .iter()
-        .map(|load| load.signal().at(t).value);
-    let moved = muscle.prescribed.iter().map(|own| own.signal.at(t).value);
+    let signals = muscle.signals().map(|signal| signal.at(t).value);
     let tensions = muscle.activations.iter().map(|(_, own)| own.at(t, 0.0));
-    let obstacles = muscle.contacts.iter().flat_map(Contact::signals);
-    let moved = moved.chain(obstacles.map(|signal| signal.at(t).value));
-    let values: Vec<f64> = loads
-        .chain(pressures)
-        .chain(moved)
-        .chain(tensions)
-        .collect();
+    let values: Vec<f64> = signals.chain(tensions).collect();
     !values.is_empty() && values.iter().all(|value| *value == 0.0)
 }
 

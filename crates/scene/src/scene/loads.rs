@@ -1,7 +1,9 @@
-//! Loads on a body: tractions, body forces, point forces and pressures.
+//! Loads on a body: tractions, body forces, point forces and loads on the deformed boundary.
+
+use std::sync::Arc;
 
 use myovib_fem::{Solid, Space, load};
-use myovib_model::{Load, PressureLoad, Probe, Signal};
+use myovib_model::{Load, Probe, Signal, SurfaceLoad};
 use num_complex::Complex64;
 
 use super::builder::Builder;
@@ -10,8 +12,10 @@ use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::solid::{BodyForce, Traction};
 
-/// A load with the key of its component in the scene.
-type KeyedLoad = (String, Load);
+/// Loads with the keys of their components in the scene.
+type Keyed<L> = Vec<(String, L)>;
+/// A load of size 1 with the amplitude of its harmonic part.
+type Harmonic = (SurfaceLoad, Complex64);
 
 impl Builder<'_> {
     /// Returns the dead loads: tractions, then body and point forces, with one load per component, and the
@@ -21,7 +25,7 @@ impl Builder<'_> {
         file: &SceneFile,
         space: &Space,
         densities: &[f64],
-    ) -> Result<(Vec<KeyedLoad>, Vec<Complex64>), InputError> {
+    ) -> Result<(Keyed<Load>, Vec<Complex64>), InputError> {
         let dimension = space.dimension();
         let mut loads = Vec::new();
         let mut harmonic = vec![Complex64::ZERO; space.n_components()];
@@ -135,38 +139,25 @@ impl Builder<'_> {
         Ok(load)
     }
 
-    /// Returns the pressures on the deformed boundary.
-    pub(super) fn pressures(
+    /// Returns the loads on the deformed boundary with their keys, and for a response those with a harmonic part, of
+    /// size 1 with their amplitudes.
+    pub(super) fn surface_loads(
         &self,
         file: &SceneFile,
         solid: &Solid,
-    ) -> Result<Vec<PressureLoad>, InputError> {
-        let given = file.pressure.iter().enumerate();
-        given
-            .map(|(i, pressure)| {
-                let path = format!("pressure[{i}]");
-                let signal = self.signal(&pressure.value, &format!("{path}.value"))?;
-                let load = PressureLoad::new(solid, &pressure.group, signal);
-                self.at(&format!("{path}.group"), load)
-            })
-            .collect()
-    }
-
-    /// Returns the pressures of 1 Pa with a harmonic part, and its amplitudes.
-    pub(super) fn harmonic_pressures(
-        &self,
-        file: &SceneFile,
-        solid: &Solid,
-    ) -> Result<Vec<(PressureLoad, Complex64)>, InputError> {
-        let given = file.pressure.iter().enumerate();
-        let harmonic = given.filter_map(|(i, pressure)| Some((i, pressure, pressure.response?)));
-        harmonic
-            .map(|(i, pressure, amplitude)| {
-                let unit = PressureLoad::new(solid, &pressure.group, Signal::constant(1.0));
-                let unit = self.at(&format!("pressure[{i}].group"), unit)?;
-                Ok((unit, amplitude.complex()))
-            })
-            .collect()
+    ) -> Result<(Keyed<SurfaceLoad>, Vec<Harmonic>), InputError> {
+        let (mut loads, mut harmonic) = (Vec::new(), Vec::new());
+        for (path, load) in file.surface_loads.all() {
+            let key = format!("{path}.value");
+            let signal = self.signal(load.value, &key)?;
+            let operator = self.at(&format!("{path}.group"), load.kind.operator(solid))?;
+            if let Some(amplitude) = load.response {
+                let unit = SurfaceLoad::new(Arc::clone(&operator), Signal::constant(1.0));
+                harmonic.push((unit, amplitude.complex()));
+            }
+            loads.push((key, SurfaceLoad::new(operator, signal)));
+        }
+        Ok((loads, harmonic))
     }
 }
 

@@ -39,7 +39,9 @@ use myovib_model::advice::Finding;
 use myovib_model::coupling::Feedback;
 use myovib_model::harmonic::Drive;
 use myovib_model::statics::Control;
-use myovib_model::{Formulation, ModelError, Muscle, RodDae, Settings, loosening};
+use myovib_model::{
+    Formulation, Load, ModelError, Muscle, RodDae, Settings, Signal, SurfaceLoad, loosening,
+};
 use serde_json::Value;
 
 pub use chain_places::DrivenPlace;
@@ -98,7 +100,7 @@ pub struct Body {
     pub drive: Drive,
     /// Formulation of the DAE.
     pub formulation: Formulation,
-    /// Keys of the components of tractions and body forces, in the order of the muscle's loads.
+    /// Keys of the muscle's loads, then of its surface loads, in their order.
     pub(crate) load_keys: Vec<String>,
     /// Settings of the integrator.
     pub settings: Settings,
@@ -113,6 +115,16 @@ pub struct Body {
     pub opposed_fibers: usize,
     /// Number of elements with more than 120° between fiber directions at two vertices.
     pub unresolved_fibers: usize,
+}
+
+impl Body {
+    /// Returns the functions of time of the loads with their keys.
+    pub(crate) fn keyed_loads(&self) -> impl Iterator<Item = (&str, &Signal)> {
+        let surface_loads = self.muscle.surface_loads.iter().map(SurfaceLoad::signal);
+        let signals = self.muscle.loads.iter().map(Load::signal);
+        let keys = self.load_keys.iter().map(String::as_str);
+        keys.zip(signals.chain(surface_loads))
+    }
 }
 
 /// Inverse of the fraction of elements that may have unresolved fibers without a note. Some

@@ -108,7 +108,6 @@ fn signals<'a>(body: Option<&'a Body>, rod: Option<&'a RodDae>) -> Vec<(String, 
     if let Some(body) = body {
         let muscle = &body.muscle;
         let mut keys = body.load_keys.clone();
-        keys.extend((0..muscle.pressures.len()).map(|i| format!("pressure[{i}].value")));
         let motions = std::iter::repeat_n("prescribed_displacement", muscle.prescribed.len());
         keys.extend(motions.map(str::to_owned));
         // Obstacles and tensions follow.

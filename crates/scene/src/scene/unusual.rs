@@ -12,9 +12,8 @@ use myovib_model::advice::{Finding, Remedy};
 use myovib_model::check::readable;
 
 use super::Body;
-use super::supports::NAMES;
 use crate::scene_file::material::Material;
-use crate::scene_file::solid::{Solid, Traction};
+use crate::scene_file::solid::Solid;
 use crate::scene_file::{Analysis, SceneFile};
 
 /// Range of densities, from a tenth of water's density to the density of heavy metals, kg/m³.
@@ -276,29 +275,18 @@ fn times(file: &SceneFile, t_end: f64) -> Vec<f64> {
     }
 }
 
-/// Returns tractions and pressures in Pa with their paths. A distribution may contain the unit of a
-/// load, so such loads are excluded.
-fn loads<'a>(file: &'a SceneFile, body: &'a Body) -> impl Iterator<Item = (String, &'a Signal)> {
-    // The body's loads begin with the components of the tractions, in their order.
-    let components = file.traction.iter().enumerate().flat_map(components);
-    let tractions = components.zip(&body.muscle.loads);
-    let tractions = tractions.filter_map(|((path, traction), load)| {
-        traction
-            .spatial_factor
-            .is_none()
-            .then(|| (path, load.signal()))
-    });
-    let pressures = body.muscle.pressures.iter().enumerate();
-    let pressures = pressures.map(|(i, load)| (format!("pressure[{i}].value"), load.signal()));
-    tractions.chain(pressures)
-}
-
-/// Returns the given components of a traction.
-fn components((i, traction): (usize, &Traction)) -> impl Iterator<Item = (String, &Traction)> {
-    let given = [&traction.x, &traction.y, &traction.z];
-    let axes = NAMES.into_iter().zip(given);
-    axes.filter(|(_, function)| function.is_some())
-        .map(move |(name, _)| (format!("traction[{i}].{name}"), traction))
+/// Returns tractions and surface loads in Pa with their keys. A distribution may contain the unit of a load, so such
+/// loads are excluded.
+fn loads<'a>(file: &SceneFile, body: &'a Body) -> impl Iterator<Item = (&'a str, &'a Signal)> {
+    let tractions = file.traction.iter().enumerate();
+    let distributed = tractions.filter(|(_, traction)| traction.spatial_factor.is_some());
+    let mut excluded: Vec<String> = distributed
+        .map(|(i, _)| format!("traction[{i}]."))
+        .collect();
+    excluded.extend(["body_force", "point_force"].map(str::to_owned));
+    let mut loads = body.keyed_loads().collect::<Vec<_>>();
+    loads.retain(|(key, _)| !excluded.iter().any(|other| key.starts_with(other)));
+    loads.into_iter()
 }
 
 #[cfg(test)]

@@ -24,6 +24,7 @@ pub mod periodic;
 pub mod response;
 pub mod solid;
 pub mod start;
+pub mod surface_load;
 
 mod brackets;
 pub(crate) mod check;
@@ -55,10 +56,11 @@ use output::{Fields, Probe, Stop};
 use periodic::Periodic;
 use response::Response;
 use solid::{
-    BodyForce, ElasticFoundation, Fixed, PointForce, PrescribedDisplacement, Pressure, Solid,
-    Spring, Traction,
+    BodyForce, ElasticFoundation, Fixed, PointForce, PrescribedDisplacement, Solid, Spring,
+    Traction,
 };
 use start::InitialState;
+use surface_load::SurfaceLoads;
 
 /// A scene: all input of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -101,9 +103,9 @@ pub struct SceneFile {
     /// Boundary forces with a fixed direction.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub traction: Vec<Traction>,
-    /// Pressures normal to the deformed boundary.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub pressure: Vec<Pressure>,
+    /// Loads on the deformed boundary.
+    #[serde(flatten)]
+    pub surface_loads: SurfaceLoads,
     /// Contacts with rigid obstacles.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub contact: Vec<Contact>,

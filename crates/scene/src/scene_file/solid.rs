@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::function::Function;
 use super::number::Number;
-use super::response::{Amplitude, Amplitudes};
+use super::response::Amplitudes;
 
 /// Compressibility, damping and formulation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -149,17 +149,6 @@ pub enum SpatialFactor {
 pub struct NodalFactor {
     /// Field (`$NodeData`) with one value, or one per component.
     pub field: String,
-}
-
-/// Pressure on the deformed boundary (follower load).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Pressure {
-    /// Group of edges or faces.
-    pub group: String,
-    /// Pressure, Pa; positive pushes against the body.
-    pub value: Function,
-    /// Harmonic part in a response, Pa.
-    pub response: Option<Amplitude>,
 }
 
 /// Springs and dampers on a boundary (Robin condition): `P N + k u + c u̇ = 0`.

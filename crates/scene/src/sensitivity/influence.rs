@@ -9,6 +9,7 @@ use crate::InputError;
 use crate::scene::{Body, Scene};
 use crate::scene_file::identification::Parameter;
 use crate::scene_file::material::{NEO_HOOKE, law_constant};
+use crate::scene_file::surface_load::SurfaceLoads;
 
 /// How the equations depend on a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,23 +39,25 @@ const BREAKS: [&str; 4] = ["start", "end", "systole", "diastole"];
 /// Keys of a chain in which its equations are affine, and on which they depend smoothly.
 const CHAIN_AFFINE: [&str; 4] = ["gain", "coupling", "van_der_pol", "duffing"];
 const CHAIN_SMOOTH: [&str; 2] = ["frequency", "frequency_spread"];
-/// Tables of loads, which act outside elements.
-const LOADS: [&str; 4] = ["traction", "pressure", "body_force", "point_force"];
-/// Tables whose numbers may be parameters.
-const TABLES: [&str; 11] = [
+/// Tables of loads, which act outside elements, besides surface loads.
+const LOADS: [&str; 3] = ["traction", "body_force", "point_force"];
+/// Other tables whose numbers may be parameters.
+const TABLES: [&str; 7] = [
     "solid",
     "material",
     "elastic_foundation",
     "spring",
     "chain",
-    "traction",
-    "pressure",
-    "body_force",
-    "point_force",
     "prescribed_displacement",
     "initial_state",
 ];
 
+/// Returns whether a table contains loads.
+fn is_of_loads(table: &str) -> bool {
+    LOADS.contains(&table) || SurfaceLoads::KEYS.contains(&table)
+}
+
+/// A number of a scene that sensitivities and fits vary.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneParameter {
     /// Its key in the scene.
@@ -148,7 +151,7 @@ impl SceneParameter {
 
     /// Returns whether only loads depend on it.
     pub(super) fn is_of_loads(&self) -> bool {
-        LOADS.contains(&self.table())
+        is_of_loads(self.table())
     }
 
     /// Returns the number of its chain, if it belongs to a chain.
@@ -204,9 +207,13 @@ fn known(scene: &Scene, values: &Value, wanted: &Parameter) -> Result<SceneParam
         .collect();
     let key = &key_of(&parts);
     let (table, last) = (parts.first().copied().unwrap_or(""), last_name(&parts));
-    if !TABLES.contains(&table) {
-        let error = InputError::new(format!("`{key}` cannot be a parameter"))
-            .allowed(format!("numbers of {}", TABLES.join(", ")));
+    if !TABLES.contains(&table) && !is_of_loads(table) {
+        let error = InputError::new(format!("`{key}` cannot be a parameter")).allowed(format!(
+            "numbers of {}",
+            [&TABLES[..], &LOADS, SurfaceLoads::KEYS]
+                .concat()
+                .join(", ")
+        ));
         return Err(error);
     }
     let pointer: String = parts.iter().map(|part| format!("/{part}")).collect();
@@ -387,9 +394,7 @@ fn influence(
         ("active", "tension") if found.is_some_and(Value::is_number) => Some(Influence::Smooth),
         ("active", _) => None,
         // The slope of a step is continuous at its breaks.
-        (table, _)
-            if role == Some(Role::Break) && LOADS.contains(&table) && rise(parent).is_some() =>
-        {
+        (table, _) if role == Some(Role::Break) && is_of_loads(table) && rise(parent).is_some() => {
             Some(Influence::Break)
         }
         // Prescribed displacements act through the law, which is not affine.

@@ -50,7 +50,7 @@ pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, Res
         frequencies,
         unknowns: response.n_unknowns(),
         seconds_per_frequency: started.elapsed().as_secs_f64(),
-        harmonic: harmonic(&scene.file),
+        harmonic: harmonic(&scene.file)?,
         preload_time: wanted.preload_time,
     };
     let mut lines = vec![
@@ -87,46 +87,13 @@ pub(super) fn examine(scene: &Scene, body: &Body) -> anyhow::Result<(String, Res
 }
 
 /// Lists the loads and displacements with a harmonic part.
-fn harmonic(file: &SceneFile) -> Vec<String> {
-    let mut names = Vec::new();
-    let mut add = |key: &str, given: Vec<bool>| {
-        let given = given.into_iter().enumerate().filter(|(_, given)| *given);
-        names.extend(given.map(|(i, _)| format!("{key}[{i}]")));
-    };
-    add(
-        "traction",
-        file.traction
-            .iter()
-            .map(|own| own.response.is_some())
-            .collect(),
-    );
-    add(
-        "pressure",
-        file.pressure
-            .iter()
-            .map(|own| own.response.is_some())
-            .collect(),
-    );
-    add(
-        "body_force",
-        file.body_force
-            .iter()
-            .map(|own| own.response.is_some())
-            .collect(),
-    );
-    add(
-        "point_force",
-        file.point_force
-            .iter()
-            .map(|own| own.response.is_some())
-            .collect(),
-    );
-    add(
-        "prescribed_displacement",
-        file.prescribed_displacement
-            .iter()
-            .map(|own| own.response.is_some())
-            .collect(),
-    );
-    names
+fn harmonic(file: &SceneFile) -> anyhow::Result<Vec<String>> {
+    let file = serde_json::to_value(file)?;
+    let tables = file.as_object().into_iter().flatten();
+    let harmonic = tables.flat_map(|(key, entries)| {
+        let entries = entries.as_array().into_iter().flatten().enumerate();
+        let harmonic = entries.filter(|(_, entry)| !entry["response"].is_null());
+        harmonic.map(move |(i, _)| format!("{key}[{i}]"))
+    });
+    Ok(harmonic.collect())
 }

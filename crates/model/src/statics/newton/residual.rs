@@ -60,7 +60,7 @@ impl Newton<'_> {
         solid.evaluate(&fields, &mut vectors).inspect_err(|at| {
             self.inverted = Some(*at);
         })?;
-        for load in muscle.surface_loads() {
+        for load in muscle.boundary_forces() {
             let factor = if load.is_driven() { driven } else { factor };
             load.add_force(*t, factor, -1.0, displacement, force);
         }
@@ -102,7 +102,7 @@ impl Newton<'_> {
         solid.tangents(&fields, &mut self.matrices.wanted())?;
         let u = &self.displacement;
         self.matrices
-            .update_surface_loads(muscle, self.t, factor, u);
+            .update_boundary_forces(muscle, self.t, factor, u);
         self.driven.update(muscle, (self.t, factor), u);
         if !self.tensions.is_empty() {
             let motion = AddedMotion {

@@ -1,7 +1,7 @@
 //! Checks of a start: loads and supports at t = 0 must match the state of the body.
 
 use myovib_dae::Problem;
-use myovib_model::{InitialValues, Load, ModelError, MuscleDae, Prescribed, Signal, support};
+use myovib_model::{InitialValues, ModelError, MuscleDae, Prescribed, Signal, support};
 
 use crate::scene::{Body, NAMES, Start};
 use crate::state::State;
@@ -100,28 +100,21 @@ fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
     Ok(())
 }
 
-/// Names nonzero tractions, body forces and pressures at t = 0, and accelerating supports.
+/// Names nonzero loads at t = 0, and accelerating supports.
 fn sudden_loads(body: &Body) -> String {
-    let muscle = &body.muscle;
-    let loads = body.load_keys.iter().cloned();
-    let loads = loads.zip(muscle.loads.iter().map(Load::signal));
-    let pressures = muscle.pressures.iter().enumerate();
-    let pressures = pressures.map(|(i, load)| (format!("pressure[{i}].value"), load.signal()));
     let is_sudden = |signal: &Signal| {
         let values = times(body.settings.t_end).map(|t| signal.at(t).value.abs());
         signal.at(0.0).value.abs() > ZERO_AT_START * values.fold(0.0, f64::max)
     };
-    let sudden = loads
-        .chain(pressures)
-        .filter(|(_, signal)| is_sudden(signal));
-    let mut keys: Vec<String> = sudden.map(|(key, _)| key).collect();
+    let sudden = body.keyed_loads().filter(|(_, signal)| is_sudden(signal));
+    let mut keys: Vec<&str> = sudden.map(|(key, _)| key).collect();
     let accelerates = |signal: &Signal| {
         let values = times(body.settings.t_end).map(|t| signal.at(t).d2.abs());
         signal.at(0.0).d2.abs() > ZERO_AT_START * values.fold(0.0, f64::max)
     };
     let moving = |prescribed: &Prescribed| accelerates(&prescribed.signal);
-    if muscle.prescribed.iter().any(moving) {
-        keys.push("the acceleration of a [[prescribed_displacement]]".to_owned());
+    if body.muscle.prescribed.iter().any(moving) {
+        keys.push("the acceleration of a [[prescribed_displacement]]");
     }
     match keys.is_empty() {
         true => String::new(),

@@ -1,14 +1,21 @@
 //! Sections of the scene reference with their examples.
 
+use super::super::surface_load::SurfaceLoads;
+
 /// A section of the reference: keys of the root, and an example in TOML.
-pub(super) struct Section {
-    pub(super) title: &'static str,
-    pub(super) keys: &'static [&'static str],
-    pub(super) example: &'static str,
+pub(in crate::scene_file) struct Section {
+    pub(in crate::scene_file) title: &'static str,
+    pub(in crate::scene_file) keys: &'static [&'static str],
+    pub(in crate::scene_file) example: &'static str,
 }
 
-/// The sections in the order of a scene file. Each key of the root belongs to one of them.
-pub(super) const SECTIONS: &[Section] = &[
+/// Returns the sections in the order of a scene file. Each key of the root belongs to one of them.
+pub(super) fn sections() -> impl Iterator<Item = &'static Section> {
+    let loads = SurfaceLoads::SECTIONS.iter();
+    UP_TO_TRACTIONS.iter().chain(loads).chain(FROM_CONTACTS)
+}
+
+const UP_TO_TRACTIONS: &[Section] = &[
     Section {
         title: "Title and analysis",
         keys: &["title", "analysis"],
@@ -81,11 +88,9 @@ pub(super) const SECTIONS: &[Section] = &[
                   y = { type = \"sine\", amplitude = 50.0, frequency = 8.0 }\n\
                   spatial_factor = \"1 - (x/0.02)^2\"",
     },
-    Section {
-        title: "`[[pressure]]`",
-        keys: &["pressure"],
-        example: "[[pressure]]\ngroup = \"load\"\nvalue = { type = \"step\", value = 200.0, rise = 0.2 }",
-    },
+];
+
+const FROM_CONTACTS: &[Section] = &[
     Section {
         title: "`[[contact]]`",
         keys: &["contact"],

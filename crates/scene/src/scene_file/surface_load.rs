@@ -1,0 +1,95 @@
+//! Loads on the deformed boundary: each is a type with an operator, and a line of the table of [`SurfaceLoads`].
+
+use std::sync::Arc;
+
+use myovib_fem::{FemError, FollowerPressure, Solid, SurfaceOperator};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::function::Function;
+use super::reference::Section;
+use super::response::Amplitude;
+
+/// Parts of a surface load that do not depend on its kind.
+#[derive(Clone, Copy)]
+pub struct SurfaceLoad<'a> {
+    /// Group of edges or faces.
+    pub group: &'a str,
+    /// Size.
+    pub value: &'a Function,
+    /// Harmonic part of the size in a response.
+    pub response: Option<Amplitude>,
+    /// Creates the operator of size 1.
+    pub(crate) kind: &'a dyn SurfaceLoadKind,
+}
+
+/// Kind of loads on the deformed boundary.
+pub(crate) trait SurfaceLoadKind {
+    /// Creates the operator of size 1.
+    ///
+    /// # Errors
+    /// [`FemError`] for a group that contains no parts of the boundary.
+    fn operator(&self, solid: &Solid) -> Result<Arc<dyn SurfaceOperator>, FemError>;
+}
+
+macro_rules! surface_loads {
+    ($($(#[doc = $doc:literal])+ $key:ident: $kind:ty, $example:literal;)+) => {
+        /// Loads on the deformed boundary.
+        #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(default)]
+        pub struct SurfaceLoads {
+            $($(#[doc = $doc])+
+            #[serde(skip_serializing_if = "Vec::is_empty")]
+            pub $key: Vec<$kind>,)+
+        }
+
+        impl SurfaceLoads {
+            /// Keys of the tables.
+            pub(crate) const KEYS: &[&str] = &[$(stringify!($key)),+];
+
+            /// Sections of the scene reference.
+            pub(super) const SECTIONS: &[Section] = &[$(Section {
+                title: concat!("`[[", stringify!($key), "]]`"),
+                keys: &[stringify!($key)],
+                example: concat!("[[", stringify!($key), "]]\n", $example),
+            }),+];
+
+            /// Returns all loads with their paths in the scene.
+            pub fn all(&self) -> Vec<(String, SurfaceLoad<'_>)> {
+                let mut all = Vec::new();
+                $(for (i, load) in self.$key.iter().enumerate() {
+                    let path = format!("{}[{i}]", stringify!($key));
+                    all.push((path, SurfaceLoad {
+                        group: &load.group,
+                        value: &load.value,
+                        response: load.response,
+                        kind: load,
+                    }));
+                })+
+                all
+            }
+        }
+    };
+}
+
+surface_loads! {
+    /// Pressures normal to the deformed boundary.
+    pressure: Pressure, "group = \"load\"\nvalue = { type = \"step\", value = 200.0, rise = 0.2 }";
+}
+
+/// Pressure on the deformed boundary (follower load).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Pressure {
+    /// Group of edges or faces.
+    pub group: String,
+    /// Pressure, Pa; positive pushes against the body.
+    pub value: Function,
+    /// Harmonic part in a response, Pa.
+    pub response: Option<Amplitude>,
+}
+
+impl SurfaceLoadKind for Pressure {
+    fn operator(&self, solid: &Solid) -> Result<Arc<dyn SurfaceOperator>, FemError> {
+        Ok(Arc::new(FollowerPressure::new(solid, &self.group)?))
+    }
+}
