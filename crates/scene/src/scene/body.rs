@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use myovib_fem::{DofMap, FemError, Law, Mesh, Solid, Space};
+use myovib_fem::{AddedStress, DofMap, FemError, Law, Mesh, Solid, Space};
 use myovib_model::harmonic::Drive;
 use myovib_model::{Field, Formulation, LinearSolverKind, Muscle, Parameters, Prescribed};
 use num_complex::Complex64;
@@ -11,6 +11,7 @@ use super::Body;
 use super::builder::Builder;
 use super::contraction::act_on_own_elements;
 use super::materials::Materials;
+use super::supports::Supports;
 use crate::InputError;
 use crate::scene_file::solid;
 use crate::scene_file::{Analysis, SceneFile, mesh};
@@ -25,101 +26,52 @@ impl Builder<'_> {
     ) -> Result<Body, InputError> {
         let mesh = self.mesh(mesh, &file.region, &file.group)?;
         let parameters = self.parameters(file, solid)?;
-        // All materials have the same kind of parameters as the first.
-        let is_quasi_static = file.analysis == Analysis::QuasiStatic;
-        let formulation = solid.formulation.unwrap_or_else(|| match is_quasi_static {
-            true => Formulation::Position,
-            false => suited(&parameters[0]),
-        });
-        if is_quasi_static {
-            self.without_inertia(formulation, &parameters)?;
-        }
-        self.at("solid.formulation", formulation.check(&parameters[0]))?;
-        let Materials {
-            laws,
-            densities,
-            fibers,
-            factors,
-            regions,
-        } = self.materials(file, &mesh)?;
-        self.check_complete(&laws, formulation)?;
-        let own = |region: &usize| parameters[*region];
-        let own: Vec<Parameters> = regions.iter().map(own).collect();
-        let space = space(&mesh, &regions);
-        let space = self.at("material", space)?;
-        let constrained = self.supports(file, &space)?;
-        let components: Vec<(usize, usize)> = constrained.keys().copied().collect();
-        let dofs = self.at("fixed", DofMap::new(&space, &components))?;
-        if dofs.n_free() == 0 && parameters[0].is_incompressible() {
-            let error =
-                InputError::new("all nodes are fixed: no displacement can balance the pressures")
-                    .next("fix or move fewer groups, or use a finite bulk_modulus");
-            return Err(self.wrong("fixed", error));
-        }
-        let space = Arc::new(match parameters[0].is_incompressible() {
-            true => self.with_pressures_held(space, &dofs)?,
-            false => space,
-        });
+        let formulation = self.formulation(file, solid, &parameters)?;
+        let materials = self.materials(file, &mesh)?;
+        self.check_complete(&materials.laws, formulation)?;
+        let regions = materials.regions.clone();
+        let own: Vec<Parameters> = regions.iter().map(|region| parameters[*region]).collect();
+        let (space, supports, dofs) = self.space(file, &mesh, &materials, &parameters[0])?;
         let dimension = space.dimension();
-        let (loads, force) = self.loads(file, &space, &densities)?;
+        let (loads, force) = self.loads(file, &space, &materials.densities)?;
         let (mut load_keys, loads): (Vec<String>, _) = loads.into_iter().unzip();
+        let fibers = materials.fibers.as_ref();
+        let unresolved_fibers = fibers.map_or(0, |fibers| fibers.unresolved(&mesh));
+        let has_fibers = fibers.is_some();
         let (stresses, activations) = self.added(file, &regions)?;
-        let mut solid = self.at(
-            "material",
-            Solid::with_densities(space, dofs, laws, &densities),
-        )?;
-        let (mut opposed_fibers, has_fibers) = (0, fibers.is_some());
-        let mut unresolved_fibers = 0;
-        if let Some(fibers) = fibers {
-            unresolved_fibers = fibers.unresolved(&mesh);
-            opposed_fibers = fibers.opposed(&mesh, solid.rule()).len();
-            solid = solid.with_fibers(fibers);
-        }
-        if let Some(factors) = factors {
-            solid = self.at("material", solid.with_factors(factors))?;
-        }
-        if !stresses.is_empty() {
-            solid = self.at("material", solid.with_added_stresses(&stresses))?;
-        }
-        let relaxing = self.relaxation(file, &regions)?;
-        if !relaxing.is_empty() {
-            solid = self.at("material", solid.with_relaxation(&relaxing))?;
-        }
+        let (solid, opposed_fibers) = self.solid(file, (space, dofs), &stresses, materials)?;
+        let relaxes = !solid.relaxation_regions().is_empty();
         let body = self.at("material", Muscle::graded(solid, &own))?;
         let (surface_loads, harmonic) = self.surface_loads(file, &body.solid)?;
         let (keys, surface_loads): (Vec<String>, _) = surface_loads.into_iter().unzip();
         load_keys.extend(keys);
-        let contacts = self.contacts(file, &body.solid)?;
-        let foundations = self.foundations(file, &body.solid)?;
+        let component = |(node, axis): (usize, usize)| dimension * node + axis;
         let drive = Drive {
             force,
             surface_loads: harmonic,
-            displacement: constrained
+            displacement: supports
                 .iter()
                 .filter(|(_, support)| support.amplitude != Complex64::ZERO)
-                .map(|((node, axis), support)| (dimension * node + axis, support.amplitude))
+                .map(|(place, support)| (component(*place), support.amplitude))
                 .collect(),
         };
-        let prescribed = constrained
-            .into_iter()
-            .filter_map(|((node, axis), support)| {
-                Some(Prescribed {
-                    component: dimension * node + axis,
-                    signal: support.signal?,
-                })
+        let prescribed = supports.into_iter().filter_map(|(place, support)| {
+            Some(Prescribed {
+                component: component(place),
+                signal: support.signal?,
             })
-            .collect();
-        let linear_solver = match act_on_own_elements(file) || !relaxing.is_empty() {
+        });
+        let linear_solver = match act_on_own_elements(file) || relaxes {
             true => LinearSolverKind::Condensed,
             // The oscillators act on elements that do not drive them.
             false => LinearSolverKind::Full,
         };
-        let muscle = Muscle {
+        let mut muscle = Muscle {
             loads,
             surface_loads,
-            contacts,
-            prescribed,
-            foundations,
+            contacts: self.contacts(file, &body.solid)?,
+            prescribed: prescribed.collect(),
+            foundations: self.foundations(file, &body.solid)?,
             activations,
             ..body
         };
@@ -131,8 +83,7 @@ impl Builder<'_> {
             formulation,
             linear_solver,
         );
-        let mut muscle = muscle;
-        if is_quasi_static {
+        if file.analysis == Analysis::QuasiStatic {
             self.expect_no_jump(&muscle)?;
             muscle.solid = muscle.solid.without_inertia();
             if file.integrator.error_test.exclude.is_none() {
@@ -152,6 +103,87 @@ impl Builder<'_> {
             opposed_fibers,
             unresolved_fibers,
         })
+    }
+
+    /// Returns the given formulation, or the default, if it is compatible with the parameters and the analysis.
+    fn formulation(
+        &self,
+        file: &SceneFile,
+        solid: &solid::Solid,
+        parameters: &[Parameters],
+    ) -> Result<Formulation, InputError> {
+        // All materials have the same kind of parameters as the first.
+        let is_quasi_static = file.analysis == Analysis::QuasiStatic;
+        let formulation = solid.formulation.unwrap_or_else(|| match is_quasi_static {
+            true => Formulation::Position,
+            false => suited(&parameters[0]),
+        });
+        if is_quasi_static {
+            self.without_inertia(formulation, parameters)?;
+        }
+        self.at("solid.formulation", formulation.check(&parameters[0]))?;
+        Ok(formulation)
+    }
+
+    /// Creates the finite element space with the supports of the body and its degrees of freedom.
+    fn space(
+        &self,
+        file: &SceneFile,
+        mesh: &Mesh,
+        materials: &Materials,
+        parameters: &Parameters,
+    ) -> Result<(Arc<Space>, Supports, DofMap), InputError> {
+        let space = self.at("material", taylor_hood(mesh, &materials.regions))?;
+        let supports = self.supports(file, &space)?;
+        let components: Vec<(usize, usize)> = supports.keys().copied().collect();
+        let dofs = self.at("fixed", DofMap::new(&space, &components))?;
+        if !parameters.is_incompressible() {
+            return Ok((Arc::new(space), supports, dofs));
+        }
+        if dofs.n_free() == 0 {
+            let error =
+                InputError::new("all nodes are fixed: no displacement can balance the pressures")
+                    .next("fix or move fewer groups, or use a finite bulk_modulus");
+            return Err(self.wrong("fixed", error));
+        }
+        let space = self.with_pressures_held(space, &dofs)?;
+        Ok((Arc::new(space), supports, dofs))
+    }
+
+    /// Creates the elements with the stresses of their materials. Returns the number of quadrature points at which fibers of
+    /// vertices oppose each other.
+    fn solid(
+        &self,
+        file: &SceneFile,
+        (space, dofs): (Arc<Space>, DofMap),
+        stresses: &[(Vec<usize>, AddedStress)],
+        materials: Materials,
+    ) -> Result<(Solid, usize), InputError> {
+        let Materials {
+            laws,
+            densities,
+            fibers,
+            factors,
+            regions,
+        } = materials;
+        let at = |result| self.at("material", result);
+        let mut solid = at(Solid::with_densities(space, dofs, laws, &densities))?;
+        let mut opposed_fibers = 0;
+        if let Some(fibers) = fibers {
+            opposed_fibers = fibers.opposed(solid.space().mesh(), solid.rule()).len();
+            solid = solid.with_fibers(fibers);
+        }
+        if let Some(factors) = factors {
+            solid = at(solid.with_factors(factors))?;
+        }
+        if !stresses.is_empty() {
+            solid = at(solid.with_added_stresses(stresses))?;
+        }
+        let relaxing = self.relaxation(file, &regions)?;
+        if !relaxing.is_empty() {
+            solid = at(solid.with_relaxation(&relaxing))?;
+        }
+        Ok((solid, opposed_fibers))
     }
 
     /// Ties undetermined pressures, which no displacement affects, to their neighbors and adds a
@@ -249,7 +281,7 @@ impl Builder<'_> {
 /// Creates Taylor–Hood elements with pressures that jump between materials. `regions` contains the
 /// material of each element. A jump of stress requires a jump of pressure, whichever constant
 /// differs.
-fn space(mesh: &Mesh, regions: &[usize]) -> Result<Space, FemError> {
+fn taylor_hood(mesh: &Mesh, regions: &[usize]) -> Result<Space, FemError> {
     let space = Space::taylor_hood(mesh);
     match regions.iter().all(|region| *region == regions[0]) {
         true => Ok(space),
