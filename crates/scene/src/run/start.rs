@@ -21,7 +21,7 @@ use super::system::{Body as CoupledBody, System};
 use crate::Error;
 use crate::scene::{Body, DrivenChain, DrivenPlace, Scene, Start};
 use crate::scene_file::chain::Place;
-use crate::scene_file::integrator::MaxOrder;
+use crate::scene_file::integrator::{IntegratorSettings, MaxOrder};
 use crate::watch::{Watcher, search};
 pub(super) use checks::expect_start;
 use checks::{expect_supports, expect_supports_at_rest};
@@ -436,12 +436,33 @@ pub(super) fn tolerances(scene: &Scene) -> StateTolerances {
     }
 }
 
-/// Returns the options for systems without a muscle.
+/// Returns the options for systems without a muscle. The pattern contains all keys, so that a new key is either used here
+/// or reported.
 pub(super) fn options(scene: &Scene) -> CoupledOptions {
-    let wanted = &scene.file.integrator;
-    let mut options = CoupledOptions::of_states(wanted.method.kind())
-        .with_steps(wanted.initial_step, wanted.max_step);
-    if let Some(order) = wanted.max_order.and_then(MaxOrder::fixed) {
+    let IntegratorSettings {
+        method,
+        max_order,
+        initial_step,
+        max_step,
+        // Used by the error test, the error estimate, and the run.
+        rtol: _,
+        oscillators: _,
+        chains: _,
+        max_steps: _,
+        max_cpu: _,
+        // Rejected without a body.
+        multiplier_weights: _,
+        projection_interval: _,
+        // Reported as without effect; see `ONLY_FOR_BODIES`.
+        atol: _,
+        error_test: _,
+        precision: _,
+        ordering: _,
+        btf: _,
+    } = &scene.file.integrator;
+    let options = CoupledOptions::of_states(method.kind());
+    let mut options = options.with_steps(*initial_step, *max_step);
+    if let Some(order) = max_order.and_then(MaxOrder::fixed) {
         options.ida.max_order = usize::from(order);
     }
     options

@@ -256,6 +256,7 @@ impl Scene {
     /// without effect, and unclear fiber directions.
     pub fn notes(&self) -> Vec<String> {
         let mut notes = self.reading_notes.clone();
+        notes.extend(settings::without_effect(&self.file, self.source.value()));
         let Some(body) = &self.body else {
             return notes;
         };
@@ -263,10 +264,6 @@ impl Scene {
         notes.extend(mesh.notes().iter().map(ToString::to_string));
         notes.extend(self.chains.iter().filter_map(DrivenChain::note));
         notes.extend(settings::missing(&self.file.integrator, body.formulation));
-        notes.extend(settings::without_effect(
-            self.file.analysis,
-            self.source.value(),
-        ));
         notes.extend(idle::notes(&self.file, body, self.t_end));
         let n_elements = mesh.n_elements();
         if body.unresolved_fibers > n_elements / RARE {

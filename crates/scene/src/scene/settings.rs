@@ -13,11 +13,11 @@ use serde_json::Value;
 use super::Start;
 use super::builder::Builder;
 use crate::InputError;
+use crate::scene_file::SceneFile;
 use crate::scene_file::integrator::{
     Block, ChainSteps, IntegratorSettings, MaxOrder, Method, MultiplierWeightsName, OrderingName,
     PrecisionName,
 };
-use crate::scene_file::{Analysis, SceneFile};
 
 impl Builder<'_> {
     /// Returns the settings for `muscle` in `formulation`, which begins its motion from `start`.
@@ -153,18 +153,25 @@ pub(crate) fn absolute_tolerances(
     }
 }
 
-/// Reports limits of time integration in a scene without motion. Other settings are accepted
-/// because the same scene may also be used for a motion.
-pub(super) fn without_effect(analysis: Analysis, source: &Value) -> Option<String> {
-    let given = source["integrator"].as_object()?.keys();
-    let limits = given.filter(|key| ["max_cpu", "max_steps"].contains(&key.as_str()));
-    let keys: Vec<&str> = limits.map(String::as_str).collect();
-    (!analysis.is_in_time() && !keys.is_empty()).then(|| {
-        format!(
-            "[integrator]: the scene has no motion, which {} would limit",
-            keys.join(", ")
-        )
-    })
+/// Keys of `[integrator]` without effect on a rod or on chains alone.
+const ONLY_FOR_BODIES: [&str; 5] = ["atol", "error_test", "precision", "ordering", "btf"];
+
+/// Reports settings without effect: limits of a motion in a scene without motion, and settings of a body in a scene without
+/// body. They are accepted because parts of a scene may be used again.
+pub(super) fn without_effect(file: &SceneFile, source: &Value) -> Vec<String> {
+    let is_given = |key: &&&str| source["integrator"].get(key).is_some();
+    let note = |applies: bool, keys: &[&str], part: &str| {
+        let keys: Vec<&str> = keys.iter().filter(is_given).copied().collect();
+        let has_note = !applies && !keys.is_empty();
+        has_note.then(|| {
+            let keys = keys.join(", ");
+            format!("[integrator]: {keys} has no effect, because the scene has no {part}")
+        })
+    };
+    let is_in_time = file.analysis.is_in_time();
+    let limits = note(is_in_time, &["max_cpu", "max_steps"], "motion");
+    let of_body = note(file.solid.is_some(), &ONLY_FOR_BODIES, "body");
+    limits.into_iter().chain(of_body).collect()
 }
 
 /// Describes blocks to exclude from the error test that the formulation does not have.
@@ -208,7 +215,10 @@ fn ordering(name: OrderingName) -> Ordering {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
+    use crate::Scene;
     use crate::scene_file::integrator::ErrorTest;
 
     /// Regression: a block that the formulation does not have was ignored silently.
@@ -226,19 +236,38 @@ mod tests {
         assert!(missing(&wanted, Formulation::Rate).is_empty());
     }
 
-    /// Regression: time limits of an equilibrium were ignored silently.
+    /// Regression: time limits of an equilibrium, and settings of a body in a scene of chains, were ignored silently.
     #[test]
-    fn time_limits_of_equilibria_are_reported_as_without_effect() {
-        let source = serde_json::json!({ "integrator": { "max_cpu": 1.0, "max_steps": 1 } });
-        let printed = without_effect(Analysis::Static, &source).expect("two keys");
-        assert!(
-            printed.contains("max_cpu") && printed.contains("max_steps"),
-            "{printed}"
+    fn settings_without_effect_are_reported() {
+        let notes = |text: &str| {
+            let scene = Scene::build("scene.toml", text, &[], Path::new(""));
+            scene.expect("a valid scene").notes()
+        };
+        let of_chains = |setting: &str| {
+            notes(&format!(
+                "[time]\nend = 1.0\n[integrator]\n{setting}\n[[chain]]\nname = \"a\"\noscillators = 2\n"
+            ))
+        };
+        for setting in [
+            "atol = { u = 1e-6 }",
+            "error_test = { exclude = [\"p\"] }",
+            "precision = \"mixed\"",
+            "ordering = \"amd\"",
+            "btf = true",
+        ] {
+            let key = setting.split(' ').next().expect("a key");
+            let notes = of_chains(setting);
+            assert!(notes.len() == 1 && notes[0].contains(key), "{notes:?}");
+        }
+        assert_eq!(of_chains("max_cpu = 1.0"), Vec::<String>::new());
+        let of_equilibrium = notes(
+            "analysis = \"static\"\n[mesh]\ntype = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [1, 1]\n\
+             [solid]\nbulk_modulus = 1e5\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
+             [[fixed]]\ngroup = \"left\"\n[integrator]\nmax_cpu = 1.0\nmax_steps = 1\nbtf = true\n",
         );
-        assert_eq!(without_effect(Analysis::Dynamic, &source), None);
-        assert_eq!(
-            without_effect(Analysis::Static, &serde_json::json!({})),
-            None
-        );
+        let limits = of_equilibrium
+            .iter()
+            .filter(|note| note.contains("max_cpu, max_steps"));
+        assert_eq!(limits.count(), 1, "{of_equilibrium:?}");
     }
 }
