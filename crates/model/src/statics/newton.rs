@@ -92,45 +92,7 @@ impl<'a> Newton<'a> {
         t: f64,
     ) -> Result<Self, ModelError> {
         let solid = &muscle.solid;
-        let has_pressure = formulation.has(Field::Pressure);
-        let constraint = has_pressure.then_some((Field::Pressure, Equation::Constraint));
-        let rows = [(Field::Displacement, Equation::Momentum)];
-        let rows = || rows.into_iter().chain(constraint);
-        let layout = Layout::new(rows().map(|(field, _)| field), |field| match field {
-            Field::Displacement => solid.dofs().n_free(),
-            _ => solid.space().n_pressures(),
-        });
-        let context = Context {
-            alpha: 0.0,
-            beta: 0.0,
-            inv_kappa: muscle.parameters.inv_kappa,
-            has_pressure,
-            pressure_rate: PressureRateSource::None,
-            pressed: muscle.has_boundary_forces(),
-            // All stress has relaxed.
-            added: Added {
-                relaxing: 0,
-                ..Added::of(muscle)
-            },
-            graded: muscle.solid.has_element_scales(),
-            coherence: false,
-        };
-        let place = |(row, equation): (Field, Equation)| {
-            let rows = layout.range(row).expect("laid out for these rows");
-            let layout = &layout;
-            equation
-                .terms(&context)
-                .into_iter()
-                .filter_map(move |term| {
-                    layout.range(term.column).map(|columns| Entry {
-                        rows: rows.clone(),
-                        columns,
-                        matrix: term.matrix,
-                        coefficient: term.df_dy,
-                    })
-                })
-        };
-        let entries: Vec<_> = rows().flat_map(place).collect();
+        let (layout, entries) = equations(muscle, formulation.has(Field::Pressure));
         let matrices = Matrices::new(muscle, entries.iter().map(|entry| entry.matrix));
         let n = layout.n_unknowns();
         let assembly = Assembly::new((n, n), entries, |matrix| matrices.pattern(solid, matrix));
@@ -147,29 +109,14 @@ impl<'a> Newton<'a> {
         elimination.expect_memory()?;
         let in_use = resources::in_use();
         let nodal = vec![0.0; solid.space().n_components()];
-        let (mut load, displacement) = (nodal.clone(), nodal.clone());
+        let mut load = nodal.clone();
         for part in &muscle.loads {
             part.add_at(t, &mut load);
         }
         let tensions = muscle.tensions_at_rest(t);
-        let prescribed: Vec<_> = muscle
-            .prescribed
-            .iter()
-            .map(|prescribed| (prescribed.component, prescribed.signal.at(t).value))
-            .collect();
-        let mut whole = load.clone();
-        for load in &muscle.surface_loads {
-            load.add_at(t, 1.0, &displacement, &mut whole);
-        }
-        if !tensions.is_empty() {
-            // The effect of contraction on the undeformed body counts as load.
-            let mut active = nodal.clone();
-            let (u, tensions) = (&displacement, &tensions);
-            solid.added_force(&AddedMotion { u, v: u, tensions }, &mut active);
-            for (whole, active) in whole.iter_mut().zip(active) {
-                *whole -= active;
-            }
-        }
+        let prescribed = muscle.prescribed.iter();
+        let prescribed = prescribed.map(|own| (own.component, own.signal.at(t).value));
+        let whole = force_at_rest(muscle, t, &load, &tensions);
         Ok(Self {
             t,
             needs: elimination.prediction::<f64>(),
@@ -183,8 +130,8 @@ impl<'a> Newton<'a> {
             matrices,
             load,
             tensions,
-            prescribed,
-            displacement,
+            prescribed: prescribed.collect(),
+            displacement: nodal.clone(),
             velocity: nodal.clone(),
             added: nodal.clone(),
             force: nodal,
@@ -388,6 +335,65 @@ impl<'a> Newton<'a> {
         let volume = self.muscle.solid.volume();
         square(momentum) / self.force_square + square(constraint) / (volume * volume)
     }
+}
+
+/// Returns the unknowns of an equilibrium and the blocks of its matrix.
+fn equations(muscle: &Muscle, has_pressure: bool) -> (Layout, Vec<Entry<f64>>) {
+    let solid = &muscle.solid;
+    let constraint = has_pressure.then_some((Field::Pressure, Equation::Constraint));
+    let rows = [(Field::Displacement, Equation::Momentum)];
+    let rows = || rows.into_iter().chain(constraint);
+    let layout = Layout::new(rows().map(|(field, _)| field), |field| match field {
+        Field::Displacement => solid.dofs().n_free(),
+        _ => solid.space().n_pressures(),
+    });
+    let context = Context {
+        alpha: 0.0,
+        beta: 0.0,
+        inv_kappa: muscle.parameters.inv_kappa,
+        has_pressure,
+        pressure_rate: PressureRateSource::None,
+        pressed: muscle.has_boundary_forces(),
+        // All stress has relaxed.
+        added: Added {
+            relaxing: 0,
+            ..Added::of(muscle)
+        },
+        graded: solid.has_element_scales(),
+        coherence: false,
+    };
+    let mut entries = Vec::new();
+    for (row, equation) in rows() {
+        let rows = layout.range(row).expect("laid out for these rows");
+        for term in equation.terms(&context) {
+            entries.extend(layout.range(term.column).map(|columns| Entry {
+                rows: rows.clone(),
+                columns,
+                matrix: term.matrix,
+                coefficient: term.df_dy,
+            }));
+        }
+    }
+    (layout, entries)
+}
+
+/// Returns the force of dead loads `load`, surface loads and contraction on the undeformed body.
+fn force_at_rest(muscle: &Muscle, t: f64, load: &[f64], tensions: &[f64]) -> Vec<f64> {
+    let rest = vec![0.0; load.len()];
+    let mut whole = load.to_vec();
+    for load in &muscle.surface_loads {
+        load.add_at(t, 1.0, &rest, &mut whole);
+    }
+    if !tensions.is_empty() {
+        let mut active = rest.clone();
+        let (u, v) = (&rest, &rest);
+        let motion = AddedMotion { u, v, tensions };
+        muscle.solid.added_force(&motion, &mut active);
+        for (whole, active) in whole.iter_mut().zip(active) {
+            *whole -= active;
+        }
+    }
+    whole
 }
 
 /// Returns whether the matrix of another state may be factorizable.
