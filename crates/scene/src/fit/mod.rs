@@ -177,27 +177,7 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
     let scene = Parameterized::load(&options.scene, &options.set)?;
     let mut parameters = parameters(&scene)?;
     let experiments = experiments(options, &scene)?;
-    let n_data = experiments.iter().map(|e| e.data.len()).sum::<usize>();
-    if n_data <= parameters.len() {
-        let error = InputError::new("too few measurements")
-            .found(format!(
-                "{n_data} measurements, {} parameters",
-                parameters.len()
-            ))
-            .allowed("more measurements than parameters");
-        return Err(error.into());
-    }
-    let noise_is_known = experiments.iter().all(|e| e.data[0].noise.is_some());
-    if !noise_is_known && experiments.iter().any(|e| e.data[0].noise.is_some()) {
-        let error = InputError::new("only some experiments have standard deviations");
-        return Err(error
-            .next("set `noise` of every [[output]], or remove it from all")
-            .into());
-    }
-    if !noise_is_known && options.loss != Loss::Squares {
-        let error = InputError::new("a robust loss needs the noise, which defines outliers");
-        return Err(error.next("set `noise` of every [[output]]").into());
-    }
+    let noise_is_known = noise_is_known(options, &experiments, parameters.len())?;
     let start: Vec<f64> = parameters.iter().map(|p| p.start).collect();
     for experiment in &experiments {
         experiment.expect_computable(&start).map_err(not_computed)?;
@@ -255,6 +235,31 @@ pub fn compute(options: &FitOptions<'_>) -> Result<FitResult, Error> {
         bounds: parameters.iter().map(|p| [p.low, p.high]).collect(),
         fit,
     })
+}
+
+/// Checks the measurements. Returns whether their standard deviations are given.
+fn noise_is_known(
+    options: &FitOptions<'_>,
+    experiments: &[Experiment],
+    n_parameters: usize,
+) -> Result<bool, InputError> {
+    let n_data = experiments.iter().map(|e| e.data.len()).sum::<usize>();
+    if n_data <= n_parameters {
+        return Err(InputError::new("too few measurements")
+            .found(format!("{n_data} measurements, {n_parameters} parameters"))
+            .allowed("more measurements than parameters"));
+    }
+    let mut with_noise = experiments.iter().map(|e| e.data[0].noise.is_some());
+    let is_known = with_noise.clone().all(|is_given| is_given);
+    if !is_known && with_noise.any(|is_given| is_given) {
+        let error = InputError::new("only some experiments have standard deviations");
+        return Err(error.next("set `noise` of every [[output]], or remove it from all"));
+    }
+    if !is_known && options.loss != Loss::Squares {
+        let error = InputError::new("a robust loss needs the noise, which defines outliers");
+        return Err(error.next("set `noise` of every [[output]]"));
+    }
+    Ok(is_known)
 }
 
 /// Files that a fit writes at its end.

@@ -1,6 +1,8 @@
 //! Integrators for the systems of a scene, from the start or from a checkpoint.
 
 mod checks;
+mod initial;
+mod without_body;
 
 use std::slice::SliceIndex;
 use std::sync::Arc;
@@ -12,19 +14,18 @@ use myovib_model::coupling::{
     Source, StateTolerances, start_coupled, start_coupled_from, start_with_feedback,
 };
 use myovib_model::{
-    Displacement, InitialValues, Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, start,
-    start_from,
+    Displacement, Integrator, ModelError, MuscleDae, Probe, RodDae, Settings, start, start_from,
 };
 
 use super::checkpoint::Checkpoint;
 use super::system::{Body as CoupledBody, System};
 use crate::Error;
-use crate::scene::{Body, DrivenChain, DrivenPlace, Scene, Start};
-use crate::scene_file::chain::Place;
-use crate::scene_file::integrator::{IntegratorSettings, MaxOrder};
-use crate::watch::{Watcher, search};
+use crate::scene::{Body, DrivenChain, DrivenPlace, Scene};
+use crate::watch::Watcher;
 pub(super) use checks::expect_start;
-use checks::{expect_supports, expect_supports_at_rest};
+pub use initial::initial;
+use without_body::{chains, chains_on, rod_and_chains, rod_beside_chains};
+pub(super) use without_body::{driven_by_rod, options};
 
 /// Action on the integrator of a scene, independent of the type of its system.
 pub(super) trait Driver {
@@ -303,68 +304,6 @@ fn advised<P: WithMuscle + 'static>(
     Box::new(Advised::new(integrator, advice))
 }
 
-/// Starts a rod, with or without chains.
-fn rod_and_chains(
-    scene: &Scene,
-    rod: &RodDae,
-    checkpoint: Option<&Checkpoint>,
-) -> Result<Box<dyn Integrator<CoupledDae<RodDae>>>, Error> {
-    let resumed = checkpoint.map(|checkpoint| checkpoint.of(..));
-    rod_with(scene, rod, driven_by_rod(scene, rod)?, resumed)
-}
-
-/// Starts a rod and separately integrated chains.
-fn rod_beside_chains(
-    scene: &Scene,
-    rod: &RodDae,
-    checkpoint: Option<&Checkpoint>,
-) -> Result<Box<dyn Integrator<Multirate<CoupledDae<RodDae>>>>, Error> {
-    let n = rod.n_unknowns();
-    let resumed = checkpoint.map(|checkpoint| checkpoint.of(..n));
-    let y = resumed.as_ref().map_or(vec![0.0; n], |own| own.y.to_vec());
-    let alone = rod_with(scene, rod, Vec::new(), resumed)?;
-    beside(scene, (alone, y), driven_by_rod(scene, rod)?, checkpoint)
-}
-
-fn rod_with(
-    scene: &Scene,
-    rod: &RodDae,
-    chains: Vec<Oscillators>,
-    resumed: Option<Resumed<'_>>,
-) -> Result<Box<dyn Integrator<CoupledDae<RodDae>>>, Error> {
-    let test = ErrorTest::of_states(rod.n_unknowns(), tolerances(scene));
-    let dae = CoupledDae::new(rod.clone(), chains);
-    coupled(scene, dae, test, options(scene), resumed, &[])
-}
-
-/// Returns the chains of a scene driven by a rod.
-pub(super) fn driven_by_rod(scene: &Scene, rod: &RodDae) -> Result<Vec<Oscillators>, Error> {
-    oscillators(scene, |chain| match &chain.at {
-        Some(Place::Position(x)) => Ok(vec![Source::Body(rod.displacement_at(*x)?)]),
-        _ => Ok(vec![Source::Rest]),
-    })
-}
-
-/// Starts chains without a body.
-fn chains(
-    scene: &Scene,
-    checkpoint: Option<&Checkpoint>,
-) -> Result<Box<dyn Integrator<CoupledDae<NoBody>>>, Error> {
-    chains_on(scene, checkpoint, || Source::Rest)
-}
-
-fn chains_on(
-    scene: &Scene,
-    checkpoint: Option<&Checkpoint>,
-    source: impl Fn() -> Source,
-) -> Result<Box<dyn Integrator<CoupledDae<NoBody>>>, Error> {
-    let sources = |chain: &DrivenChain| Ok((0..chain.n_places()).map(|_| source()).collect());
-    let dae = CoupledDae::new(NoBody, oscillators(scene, sources)?);
-    let test = ErrorTest::of_states(0, tolerances(scene));
-    let resumed = checkpoint.map(|checkpoint| checkpoint.of(..));
-    coupled(scene, dae, test, options(scene), resumed, &[])
-}
-
 impl DrivenPlace {
     /// Returns the displacement of the muscle that drives the chain at this place.
     pub fn displacement(&self, dae: &MuscleDae) -> Displacement {
@@ -433,82 +372,5 @@ pub(super) fn tolerances(scene: &Scene) -> StateTolerances {
         relative: wanted.rtol,
         absolute: wanted.atol,
         tested: wanted.in_error_test,
-    }
-}
-
-/// Returns the options for systems without a muscle. The pattern contains all keys, so that a new key is either used here
-/// or reported.
-pub(super) fn options(scene: &Scene) -> CoupledOptions {
-    let IntegratorSettings {
-        method,
-        max_order,
-        initial_step,
-        max_step,
-        // Used by the error test, the error estimate, and the run.
-        rtol: _,
-        oscillators: _,
-        chains: _,
-        max_steps: _,
-        max_cpu: _,
-        // Rejected without a body.
-        multiplier_weights: _,
-        projection_interval: _,
-        // Reported as without effect; see `ONLY_FOR_BODIES`.
-        atol: _,
-        error_test: _,
-        precision: _,
-        ordering: _,
-        btf: _,
-    } = &scene.file.integrator;
-    let options = CoupledOptions::of_states(method.kind());
-    let mut options = options.with_steps(*initial_step, *max_step);
-    if let Some(order) = max_order.and_then(MaxOrder::fixed) {
-        options.ida.max_order = usize::from(order);
-    }
-    options
-}
-
-/// Returns y and ẏ at the start of a body's motion. The `watcher` receives the progress of the
-/// search for an equilibrium.
-///
-/// # Errors
-/// As for [`Body::initial_values`]; loads on a body at rest.
-pub fn initial(
-    body: &Body,
-    dae: &mut MuscleDae,
-    watcher: Watcher<'_>,
-) -> Result<[Vec<f64>; 2], Error> {
-    if let Some(start) = body.initial_values(dae, watcher)? {
-        return Ok(start);
-    }
-    expect_start(body, dae)?;
-    let start = InitialValues::at_rest(dae)?;
-    Ok([start.y, start.y_dot])
-}
-
-impl Body {
-    /// Returns consistent y and ẏ at t = 0 if the scene does not start at rest. `dae` must belong
-    /// to this body. The `watcher` receives the progress of the search for an equilibrium.
-    ///
-    /// # Errors
-    /// No equilibrium; supports that do not match the initial state.
-    pub fn initial_values(
-        &self,
-        dae: &mut MuscleDae,
-        watcher: Watcher<'_>,
-    ) -> Result<Option<[Vec<f64>; 2]>, Error> {
-        let start = match &self.start {
-            Start::Rest => return Ok(None),
-            Start::Equilibrium => {
-                expect_supports_at_rest(self, self.settings.t_end, true)?;
-                InitialValues::equilibrium(dae, 0.0, &mut search(watcher))?
-            }
-            Start::State(state) => {
-                let y = state.unknowns(dae);
-                expect_supports(state, dae, &y)?;
-                InitialValues::of(dae, 0.0, &y)?
-            }
-        };
-        Ok(Some([start.y, start.y_dot]))
     }
 }

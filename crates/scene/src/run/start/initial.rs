@@ -1,0 +1,53 @@
+//! Initial values of the motion of a body.
+
+use myovib_model::{InitialValues, MuscleDae};
+
+use super::checks::{expect_start, expect_supports, expect_supports_at_rest};
+use crate::Error;
+use crate::scene::{Body, Start};
+use crate::watch::{Watcher, search};
+
+/// Returns y and ẏ at the start of a body's motion. The `watcher` receives the progress of the
+/// search for an equilibrium.
+///
+/// # Errors
+/// As for [`Body::initial_values`]; loads on a body at rest.
+pub fn initial(
+    body: &Body,
+    dae: &mut MuscleDae,
+    watcher: Watcher<'_>,
+) -> Result<[Vec<f64>; 2], Error> {
+    if let Some(start) = body.initial_values(dae, watcher)? {
+        return Ok(start);
+    }
+    expect_start(body, dae)?;
+    let start = InitialValues::at_rest(dae)?;
+    Ok([start.y, start.y_dot])
+}
+
+impl Body {
+    /// Returns consistent y and ẏ at t = 0 if the scene does not start at rest. `dae` must belong
+    /// to this body. The `watcher` receives the progress of the search for an equilibrium.
+    ///
+    /// # Errors
+    /// No equilibrium; supports that do not match the initial state.
+    pub fn initial_values(
+        &self,
+        dae: &mut MuscleDae,
+        watcher: Watcher<'_>,
+    ) -> Result<Option<[Vec<f64>; 2]>, Error> {
+        let start = match &self.start {
+            Start::Rest => return Ok(None),
+            Start::Equilibrium => {
+                expect_supports_at_rest(self, self.settings.t_end, true)?;
+                InitialValues::equilibrium(dae, 0.0, &mut search(watcher))?
+            }
+            Start::State(state) => {
+                let y = state.unknowns(dae);
+                expect_supports(state, dae, &y)?;
+                InitialValues::of(dae, 0.0, &y)?
+            }
+        };
+        Ok(Some([start.y, start.y_dot]))
+    }
+}
