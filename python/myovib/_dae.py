@@ -32,11 +32,11 @@ OTHER_NAMES = {
     "jac_sparsity": "it is `sparsity` here, the pattern of dF/dy and dF/dy' together",
     "lband": "give the pattern by `sparsity`",
     "uband": "give the pattern by `sparsity`",
-    "min_step": "there is no minimum step; limit the number of steps by `max_steps`",
+    "min_step": "a minimum step cannot be set; limit the number of steps by `max_steps`",
     "vectorized": "the residual is called for one state at a time",
     "reltol": "it is `rtol` here",
     "abstol": "it is `atol` here",
-    "mass": "there are no matrices here: write M y' - f(t, y) as the `residual`",
+    "mass": "write M y' - f(t, y) as the `residual`",
     "differential_vars": "it is `algebraic` here, with the opposite values",
     "sensitivities": "sensitivities are not computed here: add the equations of dy/dp to the `residual`, or use "
     "differences of runs with tight tolerances",
@@ -303,7 +303,7 @@ def solve_dae(
     if method not in METHODS:
         other = SCIPY_METHODS.get(method) if isinstance(method, str) else None
         known = f"; SciPy's {method!r} is {other!r} here" if other else ""
-        raise ValueError(f"method = {method!r}: must be one of {', '.join(METHODS)}{known}")
+        raise ValueError(f"method = {method!r}: allowed: {', '.join(METHODS)}{known}")
     method = "bdf" if method == "ida" else method
     if initial not in ("given", "algebraic", "states"):
         raise ValueError(f"initial = {initial!r}: must be given, algebraic or states")
@@ -313,7 +313,7 @@ def solve_dae(
     if not 1 <= max_order <= 5:
         raise ValueError(f"max_order = {max_order}: must be 1 to 5")
     if np.ndim(rtol) != 0:
-        raise ValueError(f"rtol = {rtol}: must be a number (`atol` may have one for each component)")
+        raise ValueError(f"rtol = {rtol}: must be a number (only `atol` may be a vector)")
     if not 0 < rtol < 1:
         raise ValueError(f"rtol = {rtol}: must be above 0 and below 1")
     start = _vector("y0", y0)
@@ -583,7 +583,7 @@ def _ends_of_parts(breaks: ArrayLike, t0: float, t_end: float) -> list[_End]:
     """
     times = np.unique(np.asarray(breaks, dtype=float))
     if not np.isfinite(times).all():
-        raise ValueError("breaks has entries that are not finite")
+        raise ValueError("breaks has non-finite entries")
     times = times[(times >= min(t0, t_end)) & (times <= max(t0, t_end))]
     if t_end < t0:
         times = times[::-1]
@@ -615,7 +615,7 @@ def _in_part(outputs: list[float], t_from: float, t_to: float, is_first: bool) -
 
 
 def _within(function: Any, limits: tuple[float, float]) -> Any:
-    """Return a function of t, y, yp that is evaluated at times between the limits only."""
+    """Return a function of t, y, yp evaluated only at times between the limits."""
     low, high = min(limits), max(limits)
     return lambda t, y, yp: function(min(max(t, low), high), y, yp)
 
@@ -681,7 +681,7 @@ def _vector(name: str, values: ArrayLike, n: int | None = None) -> Array:
         wanted = "a vector" if n is None else f"a vector of {n} entries"
         raise ValueError(f"{name} has the shape {vector.shape}: must be {wanted}")
     if not np.isfinite(vector).all():
-        raise ValueError(f"{name} has entries that are not finite")
+        raise ValueError(f"{name} has non-finite entries")
     return vector
 
 
@@ -700,7 +700,7 @@ def _output_times(t_eval: ArrayLike | None, t0: float, t_end: float) -> list[flo
     times = np.asarray(t_eval, dtype=float)
     sign = np.sign(t_end - t0)
     if not np.isfinite(times).all():
-        raise ValueError("t_eval has entries that are not finite")
+        raise ValueError("t_eval has non-finite entries")
     if times.ndim != 1 or (np.diff(times) * sign < 0).any():
         raise ValueError("t_eval must be sorted in the direction of integration")
     if times.size and (sign * (times[0] - t0) < 0 or sign * (times[-1] - t_end) > 0):
@@ -761,7 +761,7 @@ class _Jacobian:
             if sparse and self.n > LARGE and not self.warned:
                 self.warned = True
                 warnings.warn(
-                    f"jacobian: its sparse matrices are stored as full ones of {self.n} rows: give "
+                    f"jacobian: its sparse matrices are stored as full matrices of {self.n} rows: give "
                     "their pattern by `sparsity`",
                     stacklevel=6,  # the caller of solve_dae
                 )

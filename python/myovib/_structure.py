@@ -63,7 +63,7 @@ class Structure:
 
 
 def _null(matrix: Array) -> NDArray[np.bool_]:
-    """Return the columns that are part of a vector in the null space."""
+    """Return the columns with a nonzero entry in a vector of the null space."""
     if not matrix.size:
         return np.zeros(matrix.shape[1], dtype=bool)
     for axis in (1, 0):

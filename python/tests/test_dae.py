@@ -223,7 +223,7 @@ def test_full_storage_of_a_large_sparse_jacobian_is_told():
     run = lambda **kw: solve_dae(
         lambda t, y, yp: yp + y, (0, 1), np.ones(n), -np.ones(n), jacobian=lambda t, y, yp: (one, one), **kw
     )
-    with pytest.warns(UserWarning, match="full ones of 201 rows: .* `sparsity`") as told:
+    with pytest.warns(UserWarning, match="full matrices of 201 rows: .* `sparsity`") as told:
         run()
     assert len(told) == 1 and told[0].filename == __file__
     with warnings.catch_warnings():
@@ -678,7 +678,7 @@ def test_results_are_pickled_whole():
         (dict(method="euler"), "one of bdf, ida, radau5"),
         (dict(t_span=(0, 0)), "two different finite times"),
         (dict(y0=[1, 2]), "shape"),
-        (dict(y0=[np.nan]), "not finite"),
+        (dict(y0=[np.nan]), "non-finite"),
         (dict(atol=[1, 2, 3]), "must be 1 or 1"),
         (dict(rtol=-1), "rtol = -1: must be above 0"),
         (dict(rtol=[1e-4, 1e-4]), "rtol = .* must be a number"),
@@ -701,10 +701,10 @@ def test_results_are_pickled_whole():
         (dict(max_step=0), "max_step = 0: must be above 0"),
         (dict(max_steps=0), "max_steps = 0: must be a whole number of at least 1"),
         (dict(max_steps=1.5), "max_steps = 1.5: must be a whole number of at least 1"),
-        (dict(t_eval=[0.5, np.nan]), "not finite"),
+        (dict(t_eval=[0.5, np.nan]), "non-finite"),
         (dict(max_order=2, method="radau5"), 'max_order = 2: only "bdf"'),
         (dict(index=[2], initial="algebraic", method="radau5"), 'initial = "algebraic" is for index 0 and 1'),
-        (dict(breaks=[np.nan]), "breaks has entries that are not finite"),
+        (dict(breaks=[np.nan]), "breaks has non-finite entries"),
         (dict(args=2.0), r"must be a tuple, as in args=\(2.0,\)"),
     ],
 )

@@ -4,7 +4,7 @@ use crate::draw::draw;
 use crate::kinds::RateDependence;
 use crate::problem::{Problem, StepError};
 
-/// An equation that the initial values do not fulfil.
+/// An equation that the initial values do not satisfy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InconsistentStart {
     /// The initial time.

@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let mesh = Mesh::read_msh(&path)?;
     let Group::Elements(members) = mesh.group("myocardium")?.clone() else {
-        return Err("the myocardium is no volume".into());
+        return Err("the group of the myocardium has no elements".into());
     };
     let space = Arc::new(Space::taylor_hood(&mesh));
     let dofs = DofMap::new(&space, &[])?;

@@ -76,10 +76,10 @@ impl Mechanism for SliderCrank {
     }
 }
 
-/// A four-bar linkage let go at rest: crank, coupler and rocker between bearings at (0, 0) and
+/// A four-bar linkage released at rest: crank, coupler and rocker between bearings at (0, 0) and
 /// (d, 0), under gravity, with a damped bearing.
 ///
-/// Positions (x, y, θ) of the center of each bar: nine, under eight constraints, two a joint.
+/// Positions (x, y, θ) of the center of each bar: nine, with two constraints for each of four joints.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct FourBar;
 

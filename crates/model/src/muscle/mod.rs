@@ -108,7 +108,7 @@ impl Muscle {
             let component = prescribed.component;
             let again = |other: &Prescribed| other.component == component;
             let objection = match () {
-                () if component >= dofs.n_full() => "there is no such component",
+                () if component >= dofs.n_full() => "the body does not have this component",
                 () if dofs.free_to_full().binary_search(&component).is_ok() => {
                     "it is free: constrain it in the solid's DofMap"
                 }

@@ -1,4 +1,4 @@
-//! One system, and the same physics with the recorded motion of the body.
+//! Chains coupled to a body, and the same chains driven by its recorded motion.
 
 use std::sync::Arc;
 

@@ -136,7 +136,7 @@ fn the_jacobian_of_every_formulation_has_its_exact_derivative() {
     }
 }
 
-/// Condensed and whole Newton matrices are one method: the same steps.
+/// The condensed and the full Newton matrix lead to the same steps.
 #[test]
 fn a_pulse_of_pressure_is_followed_with_either_linear_solver() {
     let steps = [LinearSolverKind::Condensed, LinearSolverKind::Full].map(|linear_solver| {

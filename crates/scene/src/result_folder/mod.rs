@@ -137,7 +137,7 @@ impl<'a> FolderRequest<'a> {
         self.open_locked(lock, Duration::ZERO)
     }
 
-    /// The same for a folder that several processes may write to at a time, each different files.
+    /// Prepares the folder like [`open`](Self::open), but shares its lock with other processes, which write other files.
     pub fn open_shared(self) -> Result<ResultFolder, Error> {
         self.check()?;
         let path = self.path.to_owned();

@@ -13,9 +13,9 @@ use crate::scene_file::material::Material;
 use crate::scene_file::solid::Direction;
 use crate::scene_file::{self, Analysis, SceneFile};
 
-/// Minimum and maximum number of times at which the sign of a prescribed tension is checked,
+/// Minimum and maximum number of times at which the sign of a prescribed tension is checked.
 const SAMPLES: [f64; 2] = [1e3, 1e6];
-/// and number of these times per characteristic time of the tension, within these limits.
+/// Number of these times per characteristic time of the tension.
 const SAMPLES_OF_A_CHANGE: f64 = 4.0;
 
 /// Ratio of bulk to shear modulus below which a law has no volumetric part: a few rounding errors.

@@ -27,7 +27,7 @@ fn point_forces_have_their_resultant_and_moments() {
     }
 }
 
-/// The displacement at B by a force at A is that at A by the same force at B (Maxwell and Betti).
+/// The displacement at B under a force at A equals the displacement at A under the same force at B (Maxwell and Betti).
 #[test]
 fn point_forces_are_reciprocal() {
     let places = ["[1.3, 0.45]", "[0.6, 0.9]"];

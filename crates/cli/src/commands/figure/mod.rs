@@ -195,7 +195,7 @@ impl Options {
 
 fn needed<T>(run: &Option<T>) -> anyhow::Result<&T> {
     run.as_ref()
-        .context("the run behind this figure was not made")
+        .context("the run of this figure was not computed")
 }
 
 #[derive(Serialize)]
