@@ -96,8 +96,10 @@ pub struct RadauOptions {
     /// Components excluded from the error test (but not from Newton's convergence test); none by
     /// default.
     pub suppressed: Suppressed,
-    /// Whether the error of dense output limits the step size; true by default. It does not limit the steps of
-    /// [`integrate_to`](crate::RadauSolver::integrate_to) without root functions, which end at the output time.
+    /// Whether the error of dense output limits the step size; true by default. It does not limit
+    /// the steps of [`integrate_to`](crate::RadauSolver::integrate_to) without root functions, which
+    /// end at the output time. Multipliers of index 2 are excluded in the step that contains their
+    /// jump, and as far as rounding divided by the step size exceeds their tolerance.
     pub dense_output: bool,
     /// Step size control; [`StepSize::Adaptive`] by default.
     pub step_size: StepSize,

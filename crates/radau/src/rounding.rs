@@ -142,6 +142,11 @@ impl Rounding {
         (error.abs() - self.of(i)).max(0.0)
     }
 
+    /// Returns the sampled rounding of component i.
+    pub(crate) fn sampled(&self, i: usize) -> f64 {
+        self.noise[i]
+    }
+
     /// Returns the error of component i that may be caused by rounding.
     pub(crate) fn of(&self, i: usize) -> f64 {
         MARGIN * self.noise[i]

@@ -128,106 +128,36 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             }
         }
         let judged = self.control.judge(h, error);
-        if judged < 1.0 {
-            let between = self.interpolation_error(h);
-            let for_output = self.control.propose(h, between, iterations);
-            if between >= 1.0 {
-                return Err(Failure::Rejected(Rejection {
-                    reason: StopReason::ErrorTestFailures,
-                    message: format!(
-                        "error of dense output {between:.2e} times the tolerance at h = {h:e}"
-                    ),
-                    step_factor: for_output / h,
-                }));
-            }
-            let for_multipliers = self.measure_multipliers(h)?;
-            let for_multipliers = for_multipliers.min(self.limit_for_index_2(h)?);
-            self.expect_smooth_multipliers(h)?;
-            let proposal = self.control.accept(h, error, iterations);
-            return Ok(proposal.min(for_multipliers).min(for_output));
+        if judged.is_nan() || judged >= 1.0 {
+            return Err(Failure::Rejected(self.reject(h, error, judged, iterations)));
         }
-        Err(Failure::Rejected(if error.is_finite() {
-            self.control.reject(h, error);
-            Rejection {
-                reason: StopReason::ErrorTestFailures,
-                message: format!("estimated error {judged:.2e} times the tolerance at h = {h:e}"),
-                // The scale is unknown before a first step is accepted.
-                step_factor: match self.fresh {
-                    true => 0.1,
-                    false => self.control.propose(h, judged, iterations) / h,
-                },
-            }
-        } else {
-            Rejection {
+        let for_output = self.test_dense_output(h, iterations)?;
+        let for_multipliers = self.measure_multipliers(h)?;
+        let limit = for_output.min(for_multipliers);
+        let limit = limit.min(self.limit_for_output_of_index_2(h, limit)?);
+        self.expect_smooth_multipliers(h)?;
+        Ok(limit.min(self.control.accept(h, error, iterations)))
+    }
+
+    /// Rejects a step with this `error`, `judged` by the control.
+    fn reject(&mut self, h: f64, error: f64, judged: f64, iterations: usize) -> Rejection {
+        if !error.is_finite() {
+            return Rejection {
                 reason: StopReason::LinearSolveFailed,
                 message: format!("the estimated error is {error} at h = {h:e}"),
                 step_factor: 0.5,
-            }
-        }))
-    }
-
-    /// Returns the largest estimated error of dense output in the step, in units of the tolerances
-    /// for the solution; 0 if dense output is not used, and in a first step.
-    fn interpolation_error(&mut self, h: f64) -> f64 {
-        if !self.interpolation.active || self.fresh {
-            return 0.0;
+            };
         }
-        let step = step_of!(self, h);
-        let (z, last) = (&self.newton.z, &self.collocation);
-        let at_start = (&self.y_dot[..], &self.algebraic[..]);
-        self.interpolation.measure(&step, z, at_start, last);
-        let mask = self.error_test.mask();
-        let mut errors: f64 = 0.0;
-        for i in (0..step.y.len()).filter(|&i| self.multipliers.index(i) < 2) {
-            let error = mask[i] * self.interpolation.of(i) / self.weights.solution_tolerance(i);
-            errors = errors.max(error);
+        self.control.reject(h, error);
+        Rejection {
+            reason: StopReason::ErrorTestFailures,
+            message: format!("estimated error {judged:.2e} times the tolerance at h = {h:e}"),
+            // The scale is unknown before a first step is accepted.
+            step_factor: match self.fresh {
+                true => 0.1,
+                false => self.control.propose(h, judged, iterations) / h,
+            },
         }
-        errors
-    }
-
-    /// Returns the largest next step for which the error of dense output in variables of index 2
-    /// meets the tolerance, after subtraction of their errors at the end of the step and of rounding. In systems of index 3
-    /// rounding dominates.
-    fn limit_for_index_2(&mut self, h: f64) -> Result<f64, Failure> {
-        let order = self.multipliers.order(self.method.stages());
-        let Some(order) = order.filter(|_| self.multipliers.largest_index() == 2) else {
-            return Ok(f64::INFINITY);
-        };
-        if !self.interpolation.active || self.fresh {
-            return Ok(f64::INFINITY);
-        }
-        let step = step_of!(self, h);
-        let (last, multipliers) = (&self.collocation, &self.multipliers);
-        let corrected = &mut self.corrected;
-        corrected.copy_from_slice(&self.newton.z);
-        multipliers.remove_from_copy(&step, corrected);
-        let at_start = (&self.y_dot[..], &self.algebraic[..]);
-        self.interpolation.measure(&step, corrected, at_start, last);
-        let (interpolation, mask) = (&self.interpolation, self.error_test.mask());
-        let weights = &self.weights;
-        let largest = |rounding: &dyn Fn(usize) -> f64| {
-            let errors = multipliers.left(&step, last).map(|(i, left)| {
-                let allowed = weights.solution_tolerance(i) + left + rounding(i);
-                mask[i] * interpolation.of(i) / allowed
-            });
-            errors.fold(0.0, f64::max)
-        };
-        let mut error = largest(&|_| 0.0);
-        if error >= 1.0 {
-            let (problem, matrices) = (&mut self.problem, &mut self.matrices);
-            let (rounding, counters) = (&mut self.rounding, &mut self.counters);
-            let at_start = (&self.y_dot[..], Some(last.h));
-            rounding.sample(
-                problem,
-                matrices,
-                &step,
-                at_start,
-                Sampling::THOROUGH,
-                counters,
-            )?;
-            error = largest(&|i| rounding.of(i));
-        }
-        Ok(self.control.propose_for_multipliers(h, error, order))
     }
 
     /// Estimates the leading error of multipliers. Returns the largest next step for the remaining

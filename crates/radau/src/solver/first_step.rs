@@ -75,13 +75,19 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(SAFETY * self.shortest_resolved(h))
     }
 
-    /// Returns the shortest step in which rounding of multipliers of index 3 is below their
-    /// tolerances, from its last sample, in a step of size `h`.
+    /// Returns the shortest step in which rounding of multipliers, from its last sample in a step of
+    /// size `h`, is below their tolerances. Rounding of index 2 is used without safety factor, which
+    /// would exclude short steps that follow fast changes.
     pub(super) fn shortest_resolved(&self, h: f64) -> f64 {
-        let mask = self.error_test.mask();
-        let multipliers = (0..mask.len()).filter(|&i| self.multipliers.index(i) == 3);
-        let excess =
-            multipliers.map(|i| mask[i] * self.rounding.of(i) / self.weights.own_tolerance(i));
-        h * excess.fold(0.0, f64::max).sqrt()
+        let (mask, largest_index) = (self.error_test.mask(), self.multipliers.largest_index());
+        let excess = (0..mask.len()).map(|i| {
+            let scale = mask[i] / self.weights.own_tolerance(i);
+            match (self.multipliers.index(i), largest_index) {
+                (3, _) => (scale * self.rounding.of(i)).sqrt(),
+                (2, 2) => scale * self.rounding.sampled(i),
+                _ => 0.0,
+            }
+        });
+        h * excess.fold(0.0, f64::max)
     }
 }

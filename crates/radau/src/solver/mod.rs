@@ -11,6 +11,7 @@ mod first_step;
 mod last_step;
 mod linearized;
 mod output;
+mod output_error;
 mod restart;
 mod saved;
 mod state;

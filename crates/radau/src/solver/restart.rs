@@ -118,7 +118,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             self.weigh();
         }
         self.start_afresh();
-        (self.h, self.refused, self.jump) = (None, None, None);
+        (self.h, self.refused) = (None, None);
+        // Algebraic variables may jump at the end of the last step.
+        let is_after_a_step = self.counters.statistics.steps > 0;
+        self.jump = is_after_a_step.then_some([self.collocation.t0, 0.0]);
     }
 
     /// Restarts the memory at (t, y) with its current states. If it cannot be evaluated there, the

@@ -201,6 +201,10 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Makes the step just computed, which ends at `t`, the last step.
     fn accept(&mut self, h: f64, t: f64) {
         self.predictor.learn(&self.newton.z, self.weights.scaled());
+        let is_behind_jump = self.last_step_jumped();
+        if is_behind_jump {
+            self.extrapolate_start();
+        }
         self.collocation.t0 = self.t;
         self.collocation.h = h;
         self.collocation.y0.copy_from_slice(&self.y);
@@ -209,9 +213,13 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let step = step_of!(self, h);
         self.multipliers
             .remove(&step, &mut self.collocation.increments);
-        // Then û equals u at the nodes, which satisfy the algebraic equations.
-        let algebraic = self.algebraic.iter().copied();
-        self.collocation.free_start(&self.method, algebraic);
+        if is_behind_jump {
+            self.collocation.free_start(&self.method, 0..self.y.len());
+        } else {
+            // Then û equals u at the nodes, which satisfy the algebraic equations.
+            let algebraic = self.algebraic.iter().copied();
+            self.collocation.free_start(&self.method, algebraic);
+        }
         if let Some(quadrature) = &mut self.quadrature {
             quadrature.accept(&self.method, self.t, h, self.fresh);
         }
@@ -247,6 +255,20 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         statistics.last_step = h;
         statistics.last_order = self.method.order();
         statistics.t_reached = t;
+    }
+
+    /// Replaces the values of algebraic variables before a jump, at the start of the step just
+    /// computed, by values of the polynomial through the stages.
+    fn extrapolate_start(&mut self) {
+        let (n, z) = (self.y.len(), &mut self.newton.z);
+        for &i in &self.algebraic {
+            let nodes = self.method.nodes().iter().enumerate();
+            let change: f64 = nodes
+                .map(|(j, c)| c * self.method.basis_derivative(j, 0.0) * z[j * n + i])
+                .sum();
+            self.y[i] += change;
+            z[i..].iter_mut().step_by(n).for_each(|z| *z -= change);
+        }
     }
 
     /// Computes the weights at y.

@@ -106,7 +106,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
         let known = self.jump.filter(|[end, _]| self.t < *end);
         let [end, shortest] = known.unwrap_or([self.t + h, SHORTEST * h]);
-        if h <= shortest {
+        if h <= shortest || !self.resolves_multipliers(h)? {
             self.multipliers.discard();
             self.jump = Some([self.t, 0.0]);
             return Ok(());
@@ -117,6 +117,16 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             message: format!("a multiplier of index 2 jumps in the step of size h = {h:e}"),
             step_factor: 0.25,
         }))
+    }
+
+    /// Returns whether rounding of multipliers of index 2 is below their tolerances in a step of size
+    /// `h`. It grows as 1/h, so that a shorter step does not locate a jump any better.
+    pub(super) fn resolves_multipliers(&mut self, h: f64) -> Result<bool, Failure> {
+        if !self.multipliers.are_of_index_2() {
+            return Ok(true);
+        }
+        self.sample_rounding(h, Some(self.collocation.h))?;
+        Ok(self.shortest_resolved(h) < h)
     }
 
     /// Returns whether the last step contains a jump of a multiplier.
@@ -151,7 +161,13 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             }
         }
         if self.fresh {
-            let tolerance = |i| DIFFERENT * self.weights.solution_tolerance(i);
+            // Behind a jump, the values at the start do not show an error.
+            let factor = if self.last_step_jumped() {
+                0.0
+            } else {
+                DIFFERENT
+            };
+            let tolerance = |i| factor * self.weights.solution_tolerance(i);
             self.multipliers.use_within(&self.method, tolerance);
         }
         Ok(true)

@@ -9,7 +9,7 @@ use myovib_radau::{RadauOptions, RadauSolver};
 use VariableKind::{Algebraic, Differential};
 
 /// Input voltage or current: linear between these points, constant after the last.
-type Wave = &'static [[f64; 2]];
+pub(crate) type Wave = &'static [[f64; 2]];
 
 /// Returns the value and the right-hand slope of the wave at t.
 fn wave(points: Wave, t: f64) -> [f64; 2] {
@@ -32,8 +32,8 @@ fn above(threshold: f64, x: f64) -> f64 {
 
 /// Equations with the solution for an input and its slope.
 #[derive(Clone, Copy)]
-struct Circuit {
-    name: &'static str,
+pub(crate) struct Circuit {
+    pub(crate) name: &'static str,
     kinds: &'static [VariableKind],
     indices: &'static [u8],
     /// Inputs at which a characteristic has a kink.
@@ -52,7 +52,7 @@ fn diode(u: f64) -> f64 {
     2.0 * above(0.7, u)
 }
 
-const CIRCUITS: [Circuit; 6] = [
+pub(crate) const CIRCUITS: [Circuit; 6] = [
     Circuit {
         name: "source across a stepped capacitance and a diode",
         kinds: &[Differential, Algebraic],
@@ -148,7 +148,7 @@ const CIRCUITS: [Circuit; 6] = [
     },
 ];
 
-const WAVES: [(&str, Wave, f64); 6] = [
+pub(crate) const WAVES: [(&str, Wave, f64); 6] = [
     ("ramp", &[[0.0, 0.0], [2.0, 10.0]], 1.0),
     ("ramp and rest", &[[0.0, 0.0], [1.0, 5.0]], 3.0),
     ("late ramp", &[[0.0, 0.0], [10.0, 0.0], [11.0, 5.0]], 10.9),
@@ -170,10 +170,10 @@ const WAVES: [(&str, Wave, f64); 6] = [
 ];
 
 /// A circuit in other units of time and of index-2 variables.
-struct Driven {
-    circuit: Circuit,
-    wave: Wave,
-    units: [f64; 2],
+pub(crate) struct Driven {
+    pub(crate) circuit: Circuit,
+    pub(crate) wave: Wave,
+    pub(crate) units: [f64; 2],
 }
 
 impl Driven {
@@ -185,7 +185,7 @@ impl Driven {
     }
 
     /// Returns y and ẏ at t.
-    fn exact(&self, t: f64) -> [Vec<f64>; 2] {
+    pub(crate) fn exact(&self, t: f64) -> [Vec<f64>; 2] {
         let [mut y, mut y_dot] = (self.circuit.exact)(wave(self.wave, t / self.units[0]));
         for i in 0..y.len() {
             y[i] *= self.unit(i);
@@ -219,7 +219,7 @@ impl Problem for Driven {
 }
 
 /// Allowed error of a successful run in units of the tolerance: two digits.
-const PROMISED: f64 = 100.0;
+pub(crate) const PROMISED: f64 = 100.0;
 
 /// Start of a run: with the slopes of the input, or at rest, where a ramp from the first time on has
 /// a kink.
@@ -231,7 +231,7 @@ enum Start {
 
 impl Driven {
     /// Returns the times before `t_end` at which the wave or a characteristic has a kink.
-    fn breaks(&self, t_end: f64) -> Vec<f64> {
+    pub(crate) fn breaks(&self, t_end: f64) -> Vec<f64> {
         let mut times: Vec<f64> = self.wave.iter().map(|[t, _]| *t).collect();
         for pair in self.wave.windows(2) {
             let ([t0, v0], [t1, v1]) = (pair[0], pair[1]);
@@ -290,7 +290,7 @@ impl Driven {
     }
 
     /// Returns the largest error at `t_end` in units of the `tolerance`.
-    fn error(&self, y: &[f64], t_end: f64, tolerance: f64) -> f64 {
+    pub(crate) fn error(&self, y: &[f64], t_end: f64, tolerance: f64) -> f64 {
         let [exact, _] = self.exact(t_end * self.units[0]);
         let errors = (0..y.len()).map(|i| {
             let unit = self.unit(i);
@@ -353,7 +353,7 @@ fn multipliers_of_fast_inputs_are_accurate_or_a_remedy_works() {
 }
 
 /// Returns all pairs.
-fn pairs<A: Copy, B: Copy>(a: &[A], b: &[B]) -> Vec<(A, B)> {
+pub(crate) fn pairs<A: Copy, B: Copy>(a: &[A], b: &[B]) -> Vec<(A, B)> {
     let pairs = a.iter().flat_map(|&a| b.iter().map(move |&b| (a, b)));
     pairs.collect()
 }

@@ -15,6 +15,7 @@ mod implicit;
 mod memory;
 mod misuse;
 mod orders;
+mod output;
 mod published;
 mod quadratures;
 mod remedies;

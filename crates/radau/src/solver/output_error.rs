@@ -1,0 +1,91 @@
+//! Error test of dense output.
+
+use myovib_dae::{LinearSolver, Problem, StopReason};
+
+use super::state::{RadauSolver, step_of};
+use crate::failure::{Failure, Rejection};
+
+impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
+    /// Tests the error of dense output in variables of index 0 and 1. Returns the largest next step
+    /// for this error. The step is accepted in any case if multipliers are not resolved in a shorter
+    /// one.
+    pub(super) fn test_dense_output(&mut self, h: f64, iterations: usize) -> Result<f64, Failure> {
+        let error = self.dense_output_error(h);
+        let proposal = self.control.propose(h, error, iterations);
+        if error >= 1.0 && self.resolves_multipliers(h)? {
+            return Err(Failure::Rejected(Rejection {
+                reason: StopReason::ErrorTestFailures,
+                message: format!(
+                    "error of dense output {error:.2e} times the tolerance at h = {h:e}"
+                ),
+                step_factor: proposal / h,
+            }));
+        }
+        Ok(proposal)
+    }
+
+    /// Returns the largest estimated error of dense output in variables of index 0 and 1, in units of
+    /// the tolerances for the solution; 0 if dense output is not used, and in a first step.
+    fn dense_output_error(&mut self, h: f64) -> f64 {
+        if !self.interpolation.active || self.fresh {
+            return 0.0;
+        }
+        let step = step_of!(self, h);
+        let (z, last) = (&self.newton.z, &self.collocation);
+        let at_start = (&self.y_dot[..], &self.algebraic[..]);
+        self.interpolation.measure(&step, z, at_start, last);
+        let mask = self.error_test.mask();
+        let variables = (0..mask.len()).filter(|&i| self.multipliers.index(i) < 2);
+        let errors = variables
+            .map(|i| mask[i] * self.interpolation.of(i) / self.weights.solution_tolerance(i));
+        errors.fold(0.0, f64::max)
+    }
+
+    /// Returns the largest next step for which the error of dense output in variables of index 2
+    /// meets the tolerance, after subtraction of their errors at the end of the step and of rounding.
+    /// Rounding is sampled only if the error limits the step below `limit`. Otherwise steps that
+    /// are short because of a jump would never grow again. In systems of index 3 rounding dominates.
+    pub(super) fn limit_for_output_of_index_2(
+        &mut self,
+        h: f64,
+        limit: f64,
+    ) -> Result<f64, Failure> {
+        let order = self.multipliers.order(self.method.stages());
+        let Some(order) = order.filter(|_| self.multipliers.largest_index() == 2) else {
+            return Ok(f64::INFINITY);
+        };
+        if !self.interpolation.active || self.fresh {
+            return Ok(f64::INFINITY);
+        }
+        let (step, last) = (step_of!(self, h), &self.collocation);
+        self.corrected.copy_from_slice(&self.newton.z);
+        self.multipliers
+            .remove_from_copy(&step, &mut self.corrected);
+        let at_start = (&self.y_dot[..], &self.algebraic[..]);
+        self.interpolation
+            .measure(&step, &self.corrected, at_start, last);
+        let proposal = self.propose_for_output_of_index_2(h, order, |_| 0.0);
+        if proposal >= limit {
+            return Ok(proposal);
+        }
+        self.sample_rounding(h, Some(self.collocation.h))?;
+        Ok(self.propose_for_output_of_index_2(h, order, |i| self.rounding.of(i)))
+    }
+
+    /// Returns the largest next step for the measured error beyond `rounding`.
+    fn propose_for_output_of_index_2(
+        &self,
+        h: f64,
+        order: i32,
+        rounding: impl Fn(usize) -> f64,
+    ) -> f64 {
+        let (step, mask) = (step_of!(self, h), self.error_test.mask());
+        let at_end = self.multipliers.left(&step, &self.collocation);
+        let errors = at_end.map(|(i, at_end)| {
+            let beyond = (self.interpolation.of(i) - rounding(i)).max(0.0);
+            mask[i] * beyond / (self.weights.solution_tolerance(i) + at_end)
+        });
+        let error = errors.fold(0.0, f64::max);
+        self.control.propose_for_multipliers(h, error, order)
+    }
+}

@@ -1,0 +1,126 @@
+//! Output between the ends of steps, for inputs and characteristics with kinks.
+
+use myovib_dae::samples::{Differentiated, Pump, Sample};
+use myovib_dae::{Outcome, Problem};
+use myovib_radau::{RadauOptions, RadauSolver};
+
+use crate::circuits::{CIRCUITS, Driven, PROMISED, WAVES, pairs};
+use crate::common::tolerance;
+
+/// Result of a run to the end: number of attempted steps, and y.
+type End = Option<(u64, Vec<f64>)>;
+
+/// Integrates with or without error control of the output between steps. Returns `None` if the
+/// solver stops.
+fn run<P: Problem>(
+    problem: P,
+    [y, y_dot]: [&[f64]; 2],
+    t_end: f64,
+    (stages, tol): (usize, f64),
+    dense_output: bool,
+) -> End {
+    let options = RadauOptions {
+        stages,
+        dense_output,
+        ..tolerance(tol)
+    };
+    let builder = RadauSolver::builder(problem).options(options);
+    let mut solver = builder.build(0.0, y, y_dot).unwrap();
+    solver.set_stop_time(t_end).unwrap();
+    for _ in 0..5000 {
+        match solver.step(t_end).unwrap() {
+            Outcome::StepTaken { .. } => {}
+            Outcome::StopTime { .. } => {
+                let statistics = solver.statistics();
+                let attempts = statistics.steps + statistics.error_test_failures;
+                return Some((attempts, solver.y().to_vec()));
+            }
+            _ => return None,
+        }
+    }
+    None
+}
+
+/// Regression: behind a kink, rounding of multipliers, divided by the short steps that had located
+/// the kink, limited the next steps. With output, 80 of these runs did not reach the end.
+#[test]
+fn output_does_not_prevent_success() {
+    let mut attempts = [0; 2];
+    let mut compare = |what: &str, [without, with]: [End; 2]| -> Option<Vec<f64>> {
+        let (count, _) = without?;
+        let (count_with, y) = with.unwrap_or_else(|| panic!("{what}: no success with output"));
+        attempts[0] += count;
+        attempts[1] += count_with;
+        Some(y)
+    };
+    for method in pairs(&[3, 5, 7], &[1e-4, 1e-6, 1e-8]) {
+        let pump = || Differentiated::new(Pump);
+        let start = pump().start();
+        let both =
+            [false, true].map(|output| run(pump(), [&start.y, &start.y_dot], 2.0, method, output));
+        compare(&format!("pump, {method:?}"), both);
+        for (circuit, (name, wave, t_end)) in pairs(&CIRCUITS, &WAVES) {
+            let units = [1.0, 1.0];
+            let driven = || Driven {
+                circuit,
+                wave,
+                units,
+            };
+            let [y, y_dot] = driven().exact(0.0);
+            let both =
+                [false, true].map(|output| run(driven(), [&y, &y_dot], t_end, method, output));
+            let what = format!("{}, {name}, {method:?}", circuit.name);
+            if let Some(y) = compare(&what, both) {
+                let error = driven().error(&y, t_end, method.1);
+                assert!(error < PROMISED, "{what}: {error:.1e}");
+            }
+        }
+    }
+    // Output requires a shorter step at each kink.
+    assert!(attempts[1] < 2 * attempts[0], "{attempts:?}");
+}
+
+/// Regression: dense output in the first step behind a restart used the multipliers and slopes before
+/// it. Behind a jump it was wrong by a tenth of the jump.
+#[test]
+fn output_behind_a_restart_does_not_depend_on_values_before() {
+    for (stages, tol) in pairs(&[3, 5, 7], &[1e-4, 1e-6]) {
+        for (circuit, (name, wave, t_end)) in pairs(&CIRCUITS, &WAVES) {
+            let units = [1.0, 1.0];
+            let driven = Driven {
+                circuit,
+                wave,
+                units,
+            };
+            let [y, y_dot] = driven.exact(0.0);
+            let options = RadauOptions {
+                stages,
+                ..tolerance(tol)
+            };
+            let builder = RadauSolver::builder(Driven { ..driven }).options(options);
+            let mut solver = builder.build(0.0, &y, &y_dot).unwrap();
+            for t in driven.breaks(t_end) {
+                if !matches!(solver.integrate_to(t).unwrap(), Outcome::Reached { .. }) {
+                    break;
+                }
+                solver.restart();
+                let outcome = solver.step(t_end).unwrap();
+                let Outcome::StepTaken { .. } = outcome else {
+                    break;
+                };
+                let [from, to] = solver.last_step_interval();
+                let mut y = vec![0.0; y.len()];
+                for theta in [0.013, 0.1, 0.35, 0.5, 0.77, 0.95] {
+                    let t = from + theta * (to - from);
+                    solver.dense_output(t, 0, &mut y).unwrap();
+                    let error = driven.error(&y, t, tol);
+                    assert!(
+                        error < PROMISED,
+                        "{}, {name}, {stages} stages, {tol:e}, {t}: {error:.1e}",
+                        circuit.name
+                    );
+                }
+            }
+        }
+    }
+}
