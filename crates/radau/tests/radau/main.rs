@@ -7,6 +7,7 @@ mod circuits;
 mod common;
 mod conformance;
 mod control;
+mod differences;
 mod events;
 mod failures;
 mod forms;

@@ -13,7 +13,7 @@ use myovib_dae::samples::{
 use myovib_dae::{Problem, StepError, Tolerances};
 use myovib_radau::{RadauOptions, RadauSolver};
 
-use crate::common::{WithoutJacobian, mescd, numbers, reference, run, scd, solver, tolerance};
+use crate::common::{mescd, numbers, reference, run, scd, solver, tolerance};
 
 const TOLERANCES: [f64; 3] = [1e-4, 1e-6, 1e-8];
 const EIGHT: f64 = 1e-8;
@@ -59,22 +59,6 @@ fn akzo() {
             (solver.statistics().steps, scd(solver.y(), &exact)),
             expected,
         );
-    }
-}
-
-/// With a tolerance of the size of y2, whose root occurs in F, differences over a tolerance would
-/// leave the domain.
-#[test]
-fn akzo_without_its_jacobian() {
-    let exact = numbers(&reference("s1_akzo")["ref"]);
-    for (stages, expected) in [(3, (16.0, 4.47)), (5, (16.0, 4.16)), (7, (15.0, 3.89))] {
-        let options = RadauOptions {
-            stages,
-            ..tolerance(1e-4)
-        };
-        let solver = run(WithoutJacobian(Akzo), 180.0, options);
-        let digits = scd(solver.y(), &exact);
-        assert_run(1e-4, (solver.statistics().steps, digits), expected);
     }
 }
 
