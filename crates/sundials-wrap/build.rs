@@ -1,4 +1,4 @@
-//! Finds which major version of SUNDIALS the bindings are of: `cfg(sundials = "6")` or `"7"`.
+//! Detects the major version of SUNDIALS in the bindings: `cfg(sundials = "6")` or `"7"`.
 
 use std::env;
 use std::fs;

@@ -85,7 +85,7 @@ pub enum Error {
         /// How many there are.
         of: usize,
     },
-    /// Sensitivities are known at the start only, and the solver was to be started again elsewhere.
+    /// A restart at a time other than the start, where the sensitivities are unknown.
     #[error(
         "the sensitivities at t = {t} are not known, only those at the start, t = {t_start}: give them \
          by IdaSolver::reinit_with_sensitivities"
@@ -93,7 +93,7 @@ pub enum Error {
     SensitivitiesDue {
         /// The time of the new start.
         t: f64,
-        /// The time of the start that sensitivities were given for.
+        /// The start, at which the sensitivities were given.
         t_start: f64,
     },
     /// A backward problem requires the solution to be stored.

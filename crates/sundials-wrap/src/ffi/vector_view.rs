@@ -1,4 +1,4 @@
-//! The view of serial vectors, IDAS' own too, as slices.
+//! Serial vectors, including those of IDAS, as slices.
 
 use std::slice;
 

@@ -61,7 +61,7 @@ pub struct IdaSolver<P: Problem> {
     max_steps: Option<usize>,
     /// Number of steps and time at the last check that found progress of t.
     mark: (u64, f64),
-    /// Not to be stepped over, until it is reached.
+    /// Time at which a step must end; `None` after it is reached.
     stop_time: Option<f64>,
     /// Whether IDAS, which cannot discard a stop time, still has a stop time from before the start.
     stop_time_lingers: bool,

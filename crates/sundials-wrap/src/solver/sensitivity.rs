@@ -41,13 +41,13 @@ impl Default for SensitivityOptions {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct SensitivityStatistics {
-    /// Evaluations of their residuals, of all parameters at once.
+    /// Evaluations of the residuals of all sensitivity equations.
     pub residual_evaluations: u64,
-    /// Steps rejected because of them, staggered.
+    /// Steps rejected by the error test of sensitivities (staggered method).
     pub error_test_failures: u64,
-    /// Their Newton iterations, staggered.
+    /// Newton iterations for sensitivities (staggered method).
     pub newton_iterations: u64,
-    /// Set-ups of the linear solver for them, staggered.
+    /// Setups of the linear solver for sensitivities (staggered method).
     pub linear_setups: u64,
 }
 
@@ -56,7 +56,7 @@ pub(super) struct Linearized<P> {
     pub(super) parameters: Box<dyn Parameters<P> + Send>,
     pub(super) options: SensitivityOptions,
     pub(super) starts: Vec<[Vec<f64>; 2]>,
-    /// The time that `starts` belong to.
+    /// Time of `starts`.
     pub(super) t_start: f64,
     jacobian: Jacobian,
     /// ∂F/∂y and ∂F/∂ẏ.

@@ -79,7 +79,7 @@ impl<P: Problem> LinearSolver<P> for DenseLu {
     }
 }
 
-/// Same matrices, same Newton iterations, same scaling for an old c_j: same counters as with KLU.
+/// The same matrices and the same scaling for an old c_j lead to the same counters as with KLU.
 #[test]
 fn a_linear_solver_of_ones_own_counts_as_klu_does() {
     let start = Robertson.start();

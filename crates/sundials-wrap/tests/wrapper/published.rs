@@ -42,8 +42,8 @@ fn scd(y: &[f64], reference: &[f64]) -> f64 {
 }
 
 /// The bands come from runs of IDA 7.9 with a difference Jacobian: 58, 141 and 266 steps with
-/// 2.97, 4.97 and 6.47 digits. The exact Jacobian moves the steps by some per cent; the error of a
-/// single run scatters by a factor of several, so the digits are compared to within one.
+/// 2.97, 4.97 and 6.47 digits. The exact Jacobian changes the number of steps by a few percent; the error
+/// of a single run varies by a factor of several, so the digits may differ by one.
 #[test]
 fn akzo_has_the_digits_of_published_runs() {
     let digits = numbers(&reference("s1_akzo")["ref"]);
@@ -67,8 +67,8 @@ fn akzo_has_the_digits_of_published_runs() {
     }
 }
 
-/// The run of SUNDIALS' example idasAkzoNob_dns: quadrature in the error test. Dense
-/// there, KLU here, and a difference Jacobian there, yet the same counters.
+/// SUNDIALS' example idasAkzoNob_dns, with the quadrature in the error test. Its dense solver and difference Jacobian lead
+/// to the same counters as KLU and the exact Jacobian here.
 #[test]
 fn akzo_quadrature_agrees_with_the_published_run() {
     let reference = reference("s1_akzo");
@@ -182,9 +182,8 @@ fn heat_equation_is_accurate_at_a_tight_tolerance() {
     }
 }
 
-/// The same library on the same problem makes the same errors: the published ones are reproduced
-/// to three digits until rounding interferes, and to a factor 2 then. Without KLU, which scales the
-/// rows, rounding is another, and the error (7.6e-12 at 1e-11, on 6.4.1 as on 7.1.1) thirty times smaller.
+/// The published errors are reproduced to three digits, and to a factor of 2 where rounding dominates. Without KLU, which
+/// scales the rows, rounding differs, and the error (7.6e-12 at 1e-11, with 6.4.1 and 7.1.1) is thirty times smaller.
 #[test]
 fn linear_index_1_errors_are_the_published_ones() {
     let published = reference("s4_exact_daes")["A"]["published_ida_errors"].clone();

@@ -231,7 +231,7 @@ fn oscillating() -> IdaSolver<Oscillator> {
         .unwrap()
 }
 
-/// Regression: sensitivities began again from those at the first start, wherever the new start was.
+/// Regression: a restart at any time used the sensitivities of the first start.
 #[test]
 fn sensitivities_are_continued_over_a_reinit_on_request_only() {
     let mut solver = oscillating();

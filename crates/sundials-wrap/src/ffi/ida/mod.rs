@@ -84,8 +84,8 @@ pub(crate) struct Ida<C: Callbacks> {
 }
 
 // SAFETY: all C objects here are owned by this value alone, refer to each other only, and hold no
-// thread-local state: one thread at a time may use them, whichever it is. What is not C's are the
-// callbacks, which must be Send themselves.
+// thread-local state, so any thread may use them, one at a time. The callbacks are not C objects and
+// must be Send themselves.
 unsafe impl<C: Callbacks + Send> Send for Ida<C> {}
 
 /// Defines methods that return a value of the given type from a getter of IDAS.
