@@ -11,35 +11,6 @@ use crate::integration::ida::{IdaIntegrator, builder};
 use crate::integration::settings::LinearSolverKind;
 
 impl<P: Body> IdaIntegrator<P> {
-    /// Starts a coupled system at t = 0 from `y` with the body at rest.
-    ///
-    /// `error_test` defines the tolerances and the components excluded from the error test. If the
-    /// load is not zero at the start, consistent initial derivatives are computed.
-    ///
-    /// # Errors
-    /// [`ModelError::Integrator`] for invalid IDAS options, [`ModelError::Evaluation`] if
-    /// the equations cannot be evaluated at t = 0.
-    pub fn coupled(
-        mut system: P,
-        error_test: ErrorTest,
-        options: IdaOptions,
-        linear_solver: LinearSolverKind,
-        t_end: f64,
-        y: &[f64],
-    ) -> Result<Self, ModelError> {
-        let [y, y_dot] = system.consistent(0.0, y)?;
-        let times = [0.0, t_end];
-        Self::coupled_at(
-            system,
-            error_test,
-            options,
-            linear_solver,
-            times,
-            &y,
-            &y_dot,
-        )
-    }
-
     /// Starts a coupled system from a state with consistent derivatives over the time interval
     /// `[start, end]`. Factorizes the full Newton matrix if the body has no condensed solver.
     ///

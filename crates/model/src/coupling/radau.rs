@@ -10,33 +10,6 @@ use crate::integration::radau::RadauIntegrator;
 use crate::integration::settings::LinearSolverKind;
 
 impl<P: Body> RadauIntegrator<P, SystemMatrices<P>> {
-    /// Starts a coupled system at t = 0 from `y` with the body at rest, as IDAS does.
-    ///
-    /// # Errors
-    /// [`ModelError::Radau`] for invalid Radau IIA options, [`ModelError::Integrator`] if
-    /// no consistent derivatives are found, [`ModelError::Evaluation`] if the equations cannot be
-    /// evaluated at t = 0.
-    pub fn coupled(
-        mut system: P,
-        error_test: ErrorTest,
-        options: RadauOptions,
-        linear_solver: LinearSolverKind,
-        t_end: f64,
-        y: &[f64],
-    ) -> Result<Self, ModelError> {
-        let [y, y_dot] = system.consistent(0.0, y)?;
-        let times = [0.0, t_end];
-        Self::coupled_at(
-            system,
-            error_test,
-            options,
-            linear_solver,
-            times,
-            &y,
-            &y_dot,
-        )
-    }
-
     /// Starts a coupled system from a state with consistent derivatives over the time interval
     /// `[start, end]`.
     ///

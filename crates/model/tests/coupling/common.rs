@@ -7,6 +7,7 @@ use myovib_model::coupling::{
     Source, StateTolerances,
 };
 use myovib_model::linear::Scalar;
+use myovib_model::start::Consistent;
 use myovib_model::{
     Displacement, Formulation, IdaIntegrator, LinearSolverKind, MuscleDae, Observer, Outcome,
     Probe, RodDae, SampleTimes, Sampler, Settings, Statistics, ida, paper, run,
@@ -54,22 +55,16 @@ pub(crate) fn recorded_rod(t_end: f64) -> (Recording, Statistics) {
 
 /// Starts a system whose states all have the tolerances `tolerances`.
 pub(crate) fn start<B: Body>(
-    dae: CoupledDae<B>,
+    mut dae: CoupledDae<B>,
     tolerances: StateTolerances,
     t_end: f64,
     y: &[f64],
 ) -> IdaIntegrator<CoupledDae<B>> {
     let test =
         ErrorTest::of_states(dae.body_range().len(), tolerances).with_oscillators(&dae, tolerances);
-    IdaIntegrator::coupled(
-        dae,
-        test,
-        IdaOptions::default(),
-        LinearSolverKind::Full,
-        t_end,
-        y,
-    )
-    .unwrap()
+    let [y, y_dot] = dae.consistent(0.0, y).unwrap();
+    let (options, full, times) = (IdaOptions::default(), LinearSolverKind::Full, [0.0, t_end]);
+    IdaIntegrator::coupled_at(dae, test, options, full, times, &y, &y_dot).unwrap()
 }
 
 /// The paper's mesh.
@@ -107,15 +102,16 @@ pub(crate) fn muscle_and_chain(chain: &Chain, gain: f64) -> CoupledDae<MuscleDae
 
 /// Starts a muscle from rest with `settings`, its chains with `chain`.
 pub(crate) fn start_muscle(
-    dae: CoupledDae<MuscleDae>,
+    mut dae: CoupledDae<MuscleDae>,
     settings: &Settings,
     chain: StateTolerances,
 ) -> IdaIntegrator<CoupledDae<MuscleDae>> {
     let test = ErrorTest::of_muscle(dae.body(), settings).with_oscillators(&dae, chain);
     let options = ida::options(dae.body(), settings);
-    let (solver, t_end) = (settings.linear_solver, settings.t_end);
+    let (solver, times) = (settings.linear_solver, [0.0, settings.t_end]);
     let rest = vec![0.0; dae.n_unknowns()];
-    IdaIntegrator::coupled(dae, test, options, solver, t_end, &rest).unwrap()
+    let [y, y_dot] = dae.consistent(0.0, &rest).unwrap();
+    IdaIntegrator::coupled_at(dae, test, options, solver, times, &y, &y_dot).unwrap()
 }
 
 /// Runs to the end, sampling the coherence of the first network every `every` seconds.

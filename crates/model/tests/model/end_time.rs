@@ -3,6 +3,7 @@
 use myovib_dae::Problem;
 use myovib_fem::generate;
 use myovib_model::coupling::{CoupledDae, ErrorTest, Oscillators, Source, StateTolerances};
+use myovib_model::start::Consistent;
 use myovib_model::{
     Advance, Formulation, IdaIntegrator, Integrator, IntegratorKind, LinearSolverKind, MuscleDae,
     Settings, Signal, paper, start_at_rest,
@@ -33,7 +34,7 @@ fn a_rod_with_a_chain_starts_alike_for_any_end_time() {
         let network = paper::chain(20, 0.05).unwrap().network().unwrap();
         let source = vec![Source::Body(point)];
         let chain = Oscillators::new(network, Drive::default(), source).unwrap();
-        let dae = CoupledDae::new(rod, vec![chain]);
+        let mut dae = CoupledDae::new(rod, vec![chain]);
         // The default tolerances of scenes.
         let tolerances = StateTolerances {
             relative: 1e-7,
@@ -44,7 +45,18 @@ fn a_rod_with_a_chain_starts_alike_for_any_end_time() {
             .with_oscillators(&dae, tolerances);
         let rest = vec![0.0; dae.n_unknowns()];
         let options = IdaOptions::default();
-        IdaIntegrator::coupled(dae, test, options, LinearSolverKind::Full, t_end, &rest).unwrap()
+        let [y, y_dot] = dae.consistent(0.0, &rest).unwrap();
+        let times = [0.0, t_end];
+        IdaIntegrator::coupled_at(
+            dae,
+            test,
+            options,
+            LinearSolverKind::Full,
+            times,
+            &y,
+            &y_dot,
+        )
+        .unwrap()
     };
     let (short, long) = (steps(&mut start(1.0), 0.9), steps(&mut start(2000.0), 0.9));
     assert!(short.len() > 100, "{}", short.len());

@@ -9,6 +9,7 @@ use myovib_dae::samples::{MechanicalForm, Pendulum, Sample};
 use myovib_dae::{Problem, Suppressed, Tolerances};
 use myovib_fem::Mesh;
 use myovib_model::coupling::{Body, CoupledDae, ErrorTest, Oscillators, Source, StateTolerances};
+use myovib_model::start::Consistent;
 use myovib_model::{
     AcceptedStep, Displacement, Formulation, IdaIntegrator, LinearSolverKind, ModelError,
     MuscleDae, Observer, Outcome, Probe, Settings, ida, paper, run,
@@ -133,14 +134,23 @@ fn rod_with_chain() {
     const T_END: f64 = 200.0;
     let rod = paper::rod().unwrap();
     let point = rod.displacement_at(paper::ROD_POINT).unwrap();
-    let dae = CoupledDae::new(rod, vec![oscillators(20, 0.05, point)]);
+    let mut dae = CoupledDae::new(rod, vec![oscillators(20, 0.05, point)]);
     let tolerances = StateTolerances::default();
     let test =
         ErrorTest::of_states(dae.body_range().len(), tolerances).with_oscillators(&dae, tolerances);
     let (n, rest) = (dae.n_unknowns(), vec![0.0; dae.n_unknowns()]);
     let options = IdaOptions::default();
-    let integrator =
-        IdaIntegrator::coupled(dae, test, options, LinearSolverKind::Full, T_END, &rest).unwrap();
+    let [y, y_dot] = dae.consistent(0.0, &rest).unwrap();
+    let integrator = IdaIntegrator::coupled_at(
+        dae,
+        test,
+        options,
+        LinearSolverKind::Full,
+        [0.0, T_END],
+        &y,
+        &y_dot,
+    )
+    .unwrap();
     let largest = |dae: &mut CoupledDae<_>, _, y: &[f64]| {
         let states = &y[dae.range(0)];
         states.iter().fold(0.0_f64, |most, y| most.max(y.abs()))
@@ -163,12 +173,15 @@ fn muscle_with_chain() {
     };
     let options = ida::options(&muscle, &settings);
     let point = muscle.displacement_at(&origin, 1);
-    let dae = CoupledDae::new(muscle, vec![oscillators(5, 0.5, point)]);
+    let mut dae = CoupledDae::new(muscle, vec![oscillators(5, 0.5, point)]);
     let test = ErrorTest::of_muscle(dae.body(), &settings)
         .with_oscillators(&dae, StateTolerances::default());
     let (n, rest) = (dae.n_unknowns(), vec![0.0; dae.n_unknowns()]);
     let solver = LinearSolverKind::Condensed;
-    let integrator = IdaIntegrator::coupled(dae, test, options, solver, T_END, &rest).unwrap();
+    let [y, y_dot] = dae.consistent(0.0, &rest).unwrap();
+    let times = [0.0, T_END];
+    let integrator =
+        IdaIntegrator::coupled_at(dae, test, options, solver, times, &y, &y_dot).unwrap();
     let drift = |dae: &mut CoupledDae<MuscleDae>, t, y: &[f64]| {
         let range = dae.body_range();
         dae.body_mut().constraint_drift(t, &y[range]).unwrap()
