@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::column::ColumnKind;
-use super::kind::{Kind, Parts, Reading, Systems, Wrong};
+use super::kind::{Kind, Parts, Reading, StateAt, Systems, Wrong};
 use crate::InputError;
 use crate::run::system::{System, network_of};
 
@@ -54,13 +54,8 @@ impl Reading for Parameters {
         COLUMNS.map(|column| column.name.to_owned()).into()
     }
 
-    fn values(
-        &self,
-        system: &mut dyn System,
-        _: f64,
-        y: &[f64],
-        _: &[f64],
-    ) -> Result<Vec<f64>, ModelError> {
+    fn values(&self, system: &mut dyn System, at: StateAt<'_>) -> Result<Vec<f64>, ModelError> {
+        let y = at.y;
         let (network, range) = network_of(system, self.network)?;
         let (position, velocity) = y[range].split_at(network.n_oscillators());
         let found = OrderParameters::new(network.omega(), position, velocity);

@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::column::ColumnKind;
-use super::kind::{Kind, Parts, Reading, Systems, Wrong};
+use super::kind::{Kind, Parts, Reading, StateAt, Systems, Wrong};
 use crate::InputError;
 use crate::run::system::{System, muscle_of};
 
@@ -70,13 +70,8 @@ impl Reading for Sums {
             .collect()
     }
 
-    fn values(
-        &self,
-        system: &mut dyn System,
-        t: f64,
-        y: &[f64],
-        _: &[f64],
-    ) -> Result<Vec<f64>, ModelError> {
+    fn values(&self, system: &mut dyn System, at: StateAt<'_>) -> Result<Vec<f64>, ModelError> {
+        let StateAt { t, y, .. } = at;
         let (dae, range) = muscle_of(system, y)?;
         let u = dae.nodal_motion(t, &y[range]).0.to_vec();
         let mut values = vec![0.0; self.dimension + 2];

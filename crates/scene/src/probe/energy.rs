@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::balance::EnergyBalance;
 use super::column::ColumnKind;
-use super::kind::{Kind, Reading, Systems};
+use super::kind::{Kind, Reading, StateAt, Systems};
 use crate::run::system::System;
 
 /// Kinetic energy, elastic energy (with foundations and contacts), work of the loads, dissipation and imbalance, J; in the
@@ -43,13 +43,7 @@ impl Reading for EnergyBalance {
         COLUMNS.map(|column| column.name.to_owned()).into()
     }
 
-    fn values(
-        &self,
-        _: &mut dyn System,
-        _: f64,
-        _: &[f64],
-        _: &[f64],
-    ) -> Result<Vec<f64>, ModelError> {
+    fn values(&self, _: &mut dyn System, _: StateAt<'_>) -> Result<Vec<f64>, ModelError> {
         Ok(self.row().into())
     }
 

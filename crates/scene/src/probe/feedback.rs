@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::column::ColumnKind;
-use super::kind::{Kind, Parts, Reading, Systems, Wrong};
+use super::kind::{Kind, Parts, Reading, StateAt, Systems, Wrong};
 use crate::InputError;
 use crate::run::system::System;
 
@@ -50,13 +50,8 @@ impl Reading for FactorReading {
         self.0.clone()
     }
 
-    fn values(
-        &self,
-        system: &mut dyn System,
-        _: f64,
-        y: &[f64],
-        _: &[f64],
-    ) -> Result<Vec<f64>, ModelError> {
+    fn values(&self, system: &mut dyn System, at: StateAt<'_>) -> Result<Vec<f64>, ModelError> {
+        let y = at.y;
         // Factors of the stiffness come before tensions.
         Ok(system.factors(y)[..self.0.len()].to_vec())
     }

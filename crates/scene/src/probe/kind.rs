@@ -83,6 +83,14 @@ pub(crate) trait Kind {
     fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError>;
 }
 
+/// State y and ẏ of a system at time t.
+#[derive(Clone, Copy)]
+pub(crate) struct StateAt<'a> {
+    pub(crate) t: f64,
+    pub(crate) y: &'a [f64],
+    pub(crate) y_dot: &'a [f64],
+}
+
 /// Measurement of a probe.
 pub(crate) trait Reading: Send + Sync {
     /// Returns the names of the columns after the time.
@@ -90,13 +98,7 @@ pub(crate) trait Reading: Send + Sync {
 
     /// Returns the values at a time; an energy balance returns the values at the time to which it
     /// was advanced.
-    fn values(
-        &self,
-        system: &mut dyn System,
-        t: f64,
-        y: &[f64],
-        y_dot: &[f64],
-    ) -> Result<Vec<f64>, ModelError>;
+    fn values(&self, system: &mut dyn System, at: StateAt<'_>) -> Result<Vec<f64>, ModelError>;
 
     /// Returns whether ẏ is needed.
     fn needs_rates(&self, _system: &mut dyn System, _y: &[f64]) -> bool {

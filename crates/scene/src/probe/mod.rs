@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub use column::ColumnKind;
 
 pub(crate) use balance::{EnergyBalance, nan_of_null};
-pub(crate) use kind::{HarmonicMotion, InvalidPlace, Kind, Parts, Reading, Systems};
+pub(crate) use kind::{HarmonicMotion, InvalidPlace, Kind, Parts, Reading, StateAt, Systems};
 
 /// Returns the difference of two angles, wrapped to half a `turn`: 2π or 360°.
 pub(crate) fn within_half_a_turn(difference: f64, turn: f64) -> f64 {

@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::column::ColumnKind;
-use super::kind::{Kind, Parts, Reading, Systems, Wrong};
+use super::kind::{Kind, Parts, Reading, StateAt, Systems, Wrong};
 use crate::InputError;
 use crate::run::system::{System, network_of};
 
@@ -51,13 +51,8 @@ impl Reading for States {
         COLUMNS.into_iter().flat_map(numbered).collect()
     }
 
-    fn values(
-        &self,
-        system: &mut dyn System,
-        _: f64,
-        y: &[f64],
-        _: &[f64],
-    ) -> Result<Vec<f64>, ModelError> {
+    fn values(&self, system: &mut dyn System, at: StateAt<'_>) -> Result<Vec<f64>, ModelError> {
+        let y = at.y;
         let (_, range) = network_of(system, self.network)?;
         Ok(y[range].to_vec())
     }

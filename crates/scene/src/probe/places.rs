@@ -3,7 +3,7 @@
 use myovib_model::{Measurement, ModelError, Quantity};
 use num_complex::Complex64;
 
-use super::kind::{HarmonicMotion, HarmonicReading, Reading};
+use super::kind::{HarmonicMotion, HarmonicReading, Reading, StateAt};
 use crate::run::system::{System, muscle_of, need_rates};
 
 /// Returns the quantities measured by default.
@@ -26,13 +26,8 @@ impl Reading for Places {
         }
     }
 
-    fn values(
-        &self,
-        system: &mut dyn System,
-        t: f64,
-        y: &[f64],
-        y_dot: &[f64],
-    ) -> Result<Vec<f64>, ModelError> {
+    fn values(&self, system: &mut dyn System, at: StateAt<'_>) -> Result<Vec<f64>, ModelError> {
+        let StateAt { t, y, y_dot } = at;
         let (dae, range) = muscle_of(system, y)?;
         let rates = y_dot.get(range.clone()).unwrap_or_default();
         let snapshot = dae.snapshot(t, &y[range], rates);

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::column::ColumnKind;
 use super::kind::{
-    HarmonicMotion, HarmonicReading, InvalidPlace, Kind, Reading, Systems, Wrong, at,
+    HarmonicMotion, HarmonicReading, InvalidPlace, Kind, Reading, StateAt, Systems, Wrong, at,
 };
 use crate::InputError;
 use crate::run::system::{System, muscle_of};
@@ -95,13 +95,8 @@ impl Reading for Forces {
         FORCE.components(self.dimension).collect()
     }
 
-    fn values(
-        &self,
-        system: &mut dyn System,
-        t: f64,
-        y: &[f64],
-        y_dot: &[f64],
-    ) -> Result<Vec<f64>, ModelError> {
+    fn values(&self, system: &mut dyn System, at: StateAt<'_>) -> Result<Vec<f64>, ModelError> {
+        let StateAt { t, y, y_dot } = at;
         let (dae, range) = muscle_of(system, y)?;
         let force = dae.unbalanced_force(t, &y[range.clone()], &y_dot[range])?;
         Ok(self.sums(&force))

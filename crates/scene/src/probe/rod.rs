@@ -6,7 +6,7 @@ use num_complex::Complex64;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::kind::{HarmonicMotion, HarmonicReading, Kind, Parts, Reading, Systems, Wrong};
+use super::kind::{HarmonicMotion, HarmonicReading, Kind, Parts, Reading, StateAt, Systems, Wrong};
 use crate::InputError;
 use crate::run::system::System;
 
@@ -41,13 +41,8 @@ impl Reading for PointValue {
         ["u", "v"].map(str::to_owned).into()
     }
 
-    fn values(
-        &self,
-        system: &mut dyn System,
-        _: f64,
-        y: &[f64],
-        _: &[f64],
-    ) -> Result<Vec<f64>, ModelError> {
+    fn values(&self, system: &mut dyn System, at: StateAt<'_>) -> Result<Vec<f64>, ModelError> {
+        let y = at.y;
         let n = system.rod().map_or(0, |rod| rod.rod().n_free());
         Ok(vec![self.of(&y[..n]), self.of(&y[n..2 * n])])
     }

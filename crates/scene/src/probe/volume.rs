@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::column::ColumnKind;
 use super::kind::{
-    HarmonicMotion, HarmonicReading, InvalidPlace, Kind, Reading, Systems, Wrong, at,
+    HarmonicMotion, HarmonicReading, InvalidPlace, Kind, Reading, StateAt, Systems, Wrong, at,
 };
 use crate::InputError;
 use crate::run::system::{System, muscle_of};
@@ -72,13 +72,8 @@ impl Reading for EnclosedVolume {
         vec![VOLUME.name.to_owned()]
     }
 
-    fn values(
-        &self,
-        system: &mut dyn System,
-        t: f64,
-        y: &[f64],
-        _: &[f64],
-    ) -> Result<Vec<f64>, ModelError> {
+    fn values(&self, system: &mut dyn System, at: StateAt<'_>) -> Result<Vec<f64>, ModelError> {
+        let StateAt { t, y, .. } = at;
         let (dae, range) = muscle_of(system, y)?;
         let (displacement, _) = dae.nodal_motion(t, &y[range]);
         // For a group around the body, the sum is the negative of the enclosed volume.

@@ -15,7 +15,7 @@ use serde_json::{Map, Value, json};
 
 use super::recorder::Recorder;
 use super::system::{System, muscle_of};
-use crate::probe::within_half_a_turn;
+use crate::probe::{StateAt, within_half_a_turn};
 
 /// Accumulated errors.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -147,7 +147,8 @@ fn read<P: System>(
         let what = &recorder.what;
         let is_of_state = what.balance().is_none() && !what.needs_rates(system, y);
         if !at_places(recorder) && is_of_state && what.has_indicator() {
-            *values = what.values(system, t, y, &[])?;
+            let y_dot = &[][..];
+            *values = what.values(system, StateAt { t, y, y_dot })?;
         }
     }
     Ok(values)

@@ -19,7 +19,7 @@ use super::volume::Volumes;
 use serde_json::Value;
 
 use crate::Error;
-use crate::probe::EnergyBalance;
+use crate::probe::{EnergyBalance, StateAt};
 use crate::result_folder::ResultFolder;
 use crate::state::State;
 use crate::vtu::{self, NotFinite, Series};
@@ -132,7 +132,12 @@ impl Outputs<'_> {
                 integrator.dense_output(inside, 1, &mut self.y_dot)?;
             }
             let system = integrator.problem_mut();
-            let values = recorder.what.values(system, t, &self.y, &self.y_dot)?;
+            let at = StateAt {
+                t,
+                y: &self.y,
+                y_dot: &self.y_dot,
+            };
+            let values = recorder.what.values(system, at)?;
             recorder.write(t, &values)?;
             self.work.probe_rows += 1;
             self.work.stress_evaluations += recorder.what.stress_evaluations();

@@ -11,7 +11,7 @@ use myovib_model::{
 
 use super::start::{driven_by, driven_by_rod, initial_state, options as chain_options, tolerances};
 use super::system::{Body as SystemBody, System};
-use crate::probe::Reading;
+use crate::probe::{Reading, StateAt};
 use crate::scene::absolute_tolerances;
 use crate::watch::Watcher;
 use crate::{Body, Error, InputError, Scene};
@@ -219,7 +219,12 @@ impl<P: System> Observer<P> for Samples<'_> {
             integrator.dense_output(inside, 1, &mut self.y_dot)?;
             for (reading, rows) in self.readings.iter().zip(&mut self.rows) {
                 let system = integrator.problem_mut();
-                let values = reading.values(system, t, &self.y, &self.y_dot)?;
+                let at = StateAt {
+                    t,
+                    y: &self.y,
+                    y_dot: &self.y_dot,
+                };
+                let values = reading.values(system, at)?;
                 rows.push(std::iter::once(t).chain(values).collect());
             }
         }

@@ -18,7 +18,7 @@ use super::stop::Condition;
 use super::volume::Volumes;
 use super::{RunOptions, RunResult};
 use crate::modes::instability;
-use crate::probe::Reading;
+use crate::probe::{Reading, StateAt};
 use crate::result_folder::{FolderRequest, ResultFolder};
 use crate::scene::{Body, Scene};
 use crate::state::State;
@@ -229,7 +229,8 @@ impl<'a> Recording<'a> {
         self.drift = self.drift.max(drift);
         let mut results = Map::new();
         for (probe, recorder) in self.scene.file.probe.iter().zip(&mut self.recorders) {
-            let values = recorder.what.values(&mut dae, t, &y, &rest)?;
+            let (y, y_dot) = (&y[..], &rest[..]);
+            let values = recorder.what.values(&mut dae, StateAt { t, y, y_dot })?;
             recorder.write(parameter, &values)?;
             let named = recorder.what.names().into_iter();
             let named: Map<_, _> = named.zip(values.into_iter().map(Value::from)).collect();

@@ -10,7 +10,7 @@ use myovib_model::start::Consistent;
 use myovib_model::{Advance, Integrator, IntegratorKind, ModelError, MuscleDae, Settings};
 
 use super::parameters::body;
-use crate::probe::{Reading, within_half_a_turn};
+use crate::probe::{Reading, StateAt, within_half_a_turn};
 use crate::response::{Part, harmonic_probes};
 use crate::run::start::{driving, initial};
 use crate::run::system::System;
@@ -236,7 +236,7 @@ impl<'a> Readings<'a> {
         for Output { probe, column, .. } in self.outputs {
             let row = match rows[*probe].take() {
                 Some(row) => row,
-                None => self.probes[*probe].values(system, t, y, y_dot)?,
+                None => self.probes[*probe].values(system, StateAt { t, y, y_dot })?,
             };
             values.push(row[*column]);
             rows[*probe] = Some(row);
