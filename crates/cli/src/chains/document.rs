@@ -85,7 +85,7 @@ fn with_a_muscle(run: &ChainRun, body: &Body) -> anyhow::Result<Value> {
 /// Returns the document of a run whose states all belong to a rod and to oscillators.
 fn of_states(run: &ChainRun) -> anyhow::Result<Value> {
     let wanted = &run.scene.file.integrator;
-    let integrator = wanted.method.kind();
+    let integrator = wanted.method;
     let blocks: &[&str] = if run.has_body {
         &["rod", "chain"]
     } else {

@@ -2,7 +2,8 @@
 
 use myovib_dae::Tolerances;
 use myovib_sparse::{Ordering, Precision, SparseOptions};
-
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use sundials_wrap::VectorArithmetic;
 
 use crate::error::ModelError;
@@ -43,17 +44,18 @@ impl AbsoluteTolerances {
     }
 }
 
-/// The available integrators.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+/// Integration method.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum IntegratorKind {
-    /// IDAS: variable-order BDF.
+    /// BDF of variable order (IDAS).
     #[default]
     Bdf,
-    /// Radau IIA with 3 stages: order 5.
+    /// Radau IIA, order 5.
     Radau5,
-    /// Radau IIA with 5 stages: order 9.
+    /// Radau IIA, order 9.
     Radau9,
-    /// Radau IIA with 7 stages: order 13.
+    /// Radau IIA, order 13.
     Radau13,
 }
 
@@ -106,14 +108,15 @@ impl LinearSolverKind {
     }
 }
 
-/// Error weights of multipliers included in the error test (IDAS).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+/// Weights of multipliers in the error test.
+// `StepScaled` is implemented by `StepWeights`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum MultiplierWeights {
-    /// Weights from the tolerances alone.
+    /// The tolerances.
     #[default]
     Plain,
-    /// Tolerances of a multiplier of index i divided by (Ωh)^(i−1): see
-    /// [`StepWeights`](crate::integration::step_weights::StepWeights).
+    /// The tolerances divided by (Ωh)^(i−1), with index i, angular frequency Ω of the load and step h.
     StepScaled,
 }
 

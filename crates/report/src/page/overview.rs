@@ -63,7 +63,7 @@ pub(super) fn sentence(scene: &Scene, document: &Value) -> String {
     let integrator = &scene.file.integrator;
     text += &format!(
         " {} at rtol = {:e}, from 0 to {} s.",
-        method(integrator.method.kind()),
+        method(integrator.method),
         integrator.rtol,
         scene.t_end
     );

@@ -112,7 +112,7 @@ fn of_body(
 /// Returns statistics and settings of a run of a rod and chains.
 fn of_states(scene: &Scene, statistics: &Statistics) -> Result<Value, Error> {
     let wanted = &scene.file.integrator;
-    let integrator = wanted.method.kind();
+    let integrator = wanted.method;
     let mut document = serde_json::to_value(CountsJson::new(statistics))?;
     extend(
         &mut document,

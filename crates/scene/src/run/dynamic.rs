@@ -102,17 +102,8 @@ impl Driver for Motion<'_> {
             checkpoint,
             ..
         } = self;
-        if let Some(continuation) = checkpoint.and_then(|c| c.continuation.as_ref()) {
-            let restored = integrator.restore(continuation);
-            restored.map_err(|error| Error::before_any_output(error.into()))?;
-        }
-        if let Some(checkpoint) = checkpoint
-            && let Some((dae, _)) = integrator.problem_mut().muscle_at(&checkpoint.y)
-        {
-            dae.set_counters(checkpoint.body_work);
-        }
-        if let Some(driven) = checkpoint.and_then(|c| c.driven.as_ref()) {
-            integrator.problem_mut().set_driven(driven);
+        if let Some(checkpoint) = checkpoint {
+            restore(&mut *integrator, checkpoint)?;
         }
         // All input was checked. Files are written from here on.
         let origin = self.request.origin.clone();
@@ -221,6 +212,25 @@ impl Driver for Motion<'_> {
             periodic: None,
         })
     }
+}
+
+/// Continues the integrator and its system from a checkpoint.
+fn restore<P: System>(
+    integrator: &mut dyn Integrator<P>,
+    checkpoint: &Checkpoint,
+) -> Result<(), Error> {
+    if let Some(continuation) = &checkpoint.continuation {
+        let restored = integrator.restore(continuation);
+        restored.map_err(|error| Error::before_any_output(error.into()))?;
+    }
+    let system = integrator.problem_mut();
+    if let Some((dae, _)) = system.muscle_at(&checkpoint.y) {
+        dae.set_counters(checkpoint.body_work);
+    }
+    if let Some(driven) = &checkpoint.driven {
+        system.set_driven(driven);
+    }
+    Ok(())
 }
 
 /// Returns the statistics of a run that had reached its end before it was resumed.

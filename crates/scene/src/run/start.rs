@@ -147,7 +147,7 @@ fn beside<B: 'static>(
     checkpoint: Option<&Checkpoint>,
 ) -> Result<Box<dyn Integrator<Multirate<B>>>, Error> {
     let wanted = &scene.file.integrator;
-    let kind = wanted.method.kind();
+    let kind = wanted.method;
     let at = (body.time(), &y[..]);
     let start = |dae: CoupledDae<NoBody>| {
         let test = ErrorTest::of_states(0, tolerances(scene));

@@ -1,13 +1,12 @@
 //! Checks of a periodic state: its frequency, and loads that repeat.
 
-use myovib_model::{RodDae, Signal};
+use myovib_model::{IntegratorKind, RodDae, Signal};
 
 use super::Body;
 use super::builder::Builder;
 use super::contraction::chains_that_act;
 use crate::InputError;
 use crate::scene_file::SceneFile;
-use crate::scene_file::integrator::Method;
 use crate::scene_file::periodic::Periodic;
 
 /// Number of times in a period at which values are compared: a prime, since the harmonics of a load vanish at
@@ -41,7 +40,7 @@ impl Builder<'_> {
             let error = error.next("use a tension of type = \"given\"");
             return Err(self.wrong("analysis", error));
         }
-        if file.integrator.method == Method::Bdf {
+        if file.integrator.method == IntegratorKind::Bdf {
             let error = InputError::new("periodic states need Radau IIA");
             let error = error.found("\"bdf\"").allowed("radau5, radau9, radau13");
             return Err(self.wrong("integrator.method", error));

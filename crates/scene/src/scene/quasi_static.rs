@@ -1,11 +1,10 @@
 //! Requirements of quasi-static analyses.
 
-use myovib_model::{Formulation, Muscle, Parameters};
+use myovib_model::{Formulation, IntegratorKind, Muscle, Parameters};
 
 use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::SceneFile;
-use crate::scene_file::integrator::Method;
 
 impl Builder<'_> {
     /// Rejects parts of a scene that need inertia, and methods without it.
@@ -22,7 +21,7 @@ impl Builder<'_> {
             .next(format!("remove `{part}`, or use analysis = \"dynamic\""));
             return Err(self.wrong(part, error));
         }
-        if file.integrator.method == Method::Bdf {
+        if file.integrator.method == IntegratorKind::Bdf {
             let error = InputError::new("BDF does not integrate a motion without inertia")
                 .allowed("radau5, radau9, radau13");
             return Err(self.wrong("integrator.method", error));

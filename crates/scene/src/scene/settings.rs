@@ -3,8 +3,8 @@
 use myovib_model::advice::Advice;
 use myovib_model::coupling::Feedback;
 use myovib_model::{
-    AbsoluteTolerances, Field, Formulation, LinearSolverKind, MultiplierWeights, Muscle, Settings,
-    TypicalValues, default_ordering,
+    AbsoluteTolerances, Field, Formulation, IntegratorKind, LinearSolverKind, MultiplierWeights,
+    Muscle, Settings, TypicalValues, default_ordering,
 };
 use myovib_sparse::{Ordering, Precision};
 
@@ -15,8 +15,7 @@ use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::integrator::{
-    Block, ChainSteps, IntegratorSettings, MaxOrder, Method, MultiplierWeightsName, OrderingName,
-    PrecisionName,
+    Block, ChainSteps, IntegratorSettings, MaxOrder, OrderingName, PrecisionName,
 };
 
 impl Builder<'_> {
@@ -30,7 +29,7 @@ impl Builder<'_> {
         linear_solver: LinearSolverKind,
     ) -> Settings {
         let defaults = Settings::paper(formulation)
-            .with_integrator(wanted.method.kind())
+            .with_integrator(wanted.method)
             .with_relative_tolerance(wanted.rtol);
         let at_start = match start {
             Start::State(state) => [state.largest_displacement(), state.largest_velocity()],
@@ -43,10 +42,7 @@ impl Builder<'_> {
                 Some(blocks) => suppressed(blocks, formulation),
                 None => defaults.suppressed,
             },
-            multiplier_weights: match wanted.multiplier_weights {
-                MultiplierWeightsName::Plain => MultiplierWeights::Plain,
-                MultiplierWeightsName::StepScaled => MultiplierWeights::StepScaled,
-            },
+            multiplier_weights: wanted.multiplier_weights,
             max_order: wanted
                 .max_order
                 .and_then(MaxOrder::fixed)
@@ -75,7 +71,7 @@ impl Builder<'_> {
     /// Rejects settings without effect for the method or for the integration of chains.
     pub(super) fn integrator(&self, file: &SceneFile) -> Result<(), InputError> {
         let wanted = &file.integrator;
-        let weighted = wanted.multiplier_weights != MultiplierWeightsName::Plain;
+        let weighted = wanted.multiplier_weights != MultiplierWeights::Plain;
         let given = [
             ("max_order", wanted.max_order.is_some()),
             ("multiplier_weights", weighted),
@@ -83,7 +79,7 @@ impl Builder<'_> {
         ];
         for (key, _) in given.into_iter().filter(|(_, given)| *given) {
             let path = format!("integrator.{key}");
-            if wanted.method != Method::Bdf {
+            if wanted.method != IntegratorKind::Bdf {
                 let error = InputError::new(format!("Radau IIA has no `{key}`"))
                     .next(format!("remove `{key}`, or use method = \"bdf\""));
                 return Err(self.wrong(&path, error));

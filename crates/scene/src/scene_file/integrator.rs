@@ -1,6 +1,6 @@
 //! Integrator settings of a scene.
 
-use myovib_model::IntegratorKind;
+use myovib_model::{IntegratorKind, MultiplierWeights};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -10,7 +10,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 #[schemars(rename = "Integrator")]
 pub struct IntegratorSettings {
     /// Integration method.
-    pub method: Method,
+    pub method: IntegratorKind,
     /// Relative tolerance.
     // Below 1e-14 the rounding of sums (2e-16 each) is the larger error.
     #[schemars(extend("minimum" = 1e-14), extend("exclusiveMaximum" = 1))]
@@ -24,7 +24,7 @@ pub struct IntegratorSettings {
     /// Local error test.
     pub error_test: ErrorTest,
     /// Weights of multipliers in the error test (BDF, without chains).
-    pub multiplier_weights: MultiplierWeightsName,
+    pub multiplier_weights: MultiplierWeights,
     /// Highest order of BDF; above 2 only with damping [default: 2 with a body, otherwise 5].
     pub max_order: Option<MaxOrder>,
     /// First step, s [default: estimated].
@@ -55,13 +55,13 @@ impl Default for IntegratorSettings {
     /// about its tolerance; the error of BDF is 10 to 1000 times its tolerance.
     fn default() -> Self {
         Self {
-            method: Method::Radau9,
+            method: IntegratorKind::Radau9,
             rtol: 1e-4,
             atol: Atol::default(),
             oscillators: OscillatorTolerances::default(),
             chains: ChainSteps::Together,
             error_test: ErrorTest::default(),
-            multiplier_weights: MultiplierWeightsName::Plain,
+            multiplier_weights: MultiplierWeights::Plain,
             max_order: None,
             initial_step: None,
             max_step: None,
@@ -71,32 +71,6 @@ impl Default for IntegratorSettings {
             precision: PrecisionName::Auto,
             ordering: None,
             btf: false,
-        }
-    }
-}
-
-/// Integration method.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Method {
-    /// BDF of variable order (IDAS).
-    Bdf,
-    /// Radau IIA, order 5.
-    Radau5,
-    /// Radau IIA, order 9.
-    Radau9,
-    /// Radau IIA, order 13.
-    Radau13,
-}
-
-impl Method {
-    /// The integrator of this name.
-    pub fn kind(self) -> IntegratorKind {
-        match self {
-            Self::Bdf => IntegratorKind::Bdf,
-            Self::Radau5 => IntegratorKind::Radau5,
-            Self::Radau9 => IntegratorKind::Radau9,
-            Self::Radau13 => IntegratorKind::Radau13,
         }
     }
 }
@@ -255,16 +229,6 @@ impl Block {
             Self::PRate => "p_rate",
         }
     }
-}
-
-/// Weights of multipliers in the error test.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum MultiplierWeightsName {
-    /// The tolerances.
-    Plain,
-    /// The tolerances divided by (Ωh)^(i−1), with index i, angular frequency Ω of the load and step h.
-    StepScaled,
 }
 
 /// Precision of the factors of the Newton matrices of a body. Solutions are in double precision.

@@ -7,10 +7,10 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
+use myovib_model::IntegratorKind;
 use myovib_scene::Scene;
 use myovib_scene::csv::Table as Csv;
 use myovib_scene::run::{RunOptions, compute};
-use myovib_scene::scene_file::integrator::Method;
 use rand::prelude::*;
 use rand_chacha::ChaCha8Rng;
 
@@ -24,9 +24,9 @@ const MAX_RATIO: f64 = 20.0;
 ///
 /// Radau IIA has an error of about its tolerance per period. BDF of order 2 takes steps h with h³ proportional to the
 /// tolerance, and its phase error per period is proportional to h².
-fn expected_error(method: Method, rtol: f64, periods: f64) -> f64 {
+fn expected_error(method: IntegratorKind, rtol: f64, periods: f64) -> f64 {
     let per_period = match method {
-        Method::Bdf => rtol.powf(2.0 / 3.0),
+        IntegratorKind::Bdf => rtol.powf(2.0 / 3.0),
         _ => rtol,
     };
     per_period * (1.0 + periods)
@@ -124,7 +124,7 @@ fn the_seed_determines_the_scene() {
 
 /// A random scene.
 struct RandomScene {
-    method: Method,
+    method: IntegratorKind,
     rtol: f64,
     text: String,
     /// CSV files of the loads.
@@ -149,9 +149,14 @@ impl RandomScene {
             (_, true) => &["implicit-rate", "rate"],
         };
         let formulation = formulations.choose(rng).unwrap();
-        let method = *[Method::Bdf, Method::Radau5, Method::Radau9, Method::Radau13]
-            .choose(rng)
-            .unwrap();
+        let method = *[
+            IntegratorKind::Bdf,
+            IntegratorKind::Radau5,
+            IntegratorKind::Radau9,
+            IntegratorKind::Radau13,
+        ]
+        .choose(rng)
+        .unwrap();
         let rtol = 10_f64.powi(-rng.random_range(3..=7));
         let kappa = match is_incompressible {
             true => "inf".to_owned(),
@@ -173,7 +178,7 @@ impl RandomScene {
              [[probe]]\nname = \"tip\"\ntype = \"point\"\nat = [0.1, 0.01]\ninterval = 0.005\n\
              quantities = [{quantities}]\n",
             law = law(rng),
-            method = name(method),
+            method = method.name(),
             quantities = match *formulation {
                 "displacement" => "\"u\"",
                 _ => "\"u\", \"p\"",
@@ -199,24 +204,15 @@ impl RandomScene {
     /// Returns the settings of the reference: another method and a tolerance a hundred times smaller.
     fn reference(&self) -> [String; 3] {
         let method = match self.method {
-            Method::Radau13 => Method::Radau9,
-            _ => Method::Radau13,
+            IntegratorKind::Radau13 => IntegratorKind::Radau9,
+            _ => IntegratorKind::Radau13,
         };
         let rtol = (self.rtol * 1e-2).min(1e-7);
         [
-            format!("integrator.method={}", name(method)),
+            format!("integrator.method={}", method.name()),
             format!("integrator.rtol={rtol:e}"),
             "integrator.max_cpu=600".to_owned(),
         ]
-    }
-}
-
-fn name(method: Method) -> &'static str {
-    match method {
-        Method::Bdf => "bdf",
-        Method::Radau5 => "radau5",
-        Method::Radau9 => "radau9",
-        Method::Radau13 => "radau13",
     }
 }
 

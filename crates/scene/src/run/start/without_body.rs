@@ -102,7 +102,7 @@ pub(in crate::run) fn options(scene: &Scene) -> CoupledOptions {
         ordering: _,
         btf: _,
     } = &scene.file.integrator;
-    let options = CoupledOptions::of_states(method.kind());
+    let options = CoupledOptions::of_states(*method);
     let mut options = options.with_steps(*initial_step, *max_step);
     if let Some(order) = max_order.and_then(MaxOrder::fixed) {
         options.ida.max_order = usize::from(order);
