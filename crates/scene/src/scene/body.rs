@@ -17,8 +17,39 @@ use crate::scene_file::solid;
 use crate::scene_file::{Analysis, SceneFile, mesh};
 
 impl Builder<'_> {
+    /// Creates the body of a scene, if it has one. Rejects a scene without anything to compute, or with a body and a rod.
+    pub(super) fn body_of(&self, file: &SceneFile) -> Result<Option<Body>, InputError> {
+        let body = match (&file.mesh, &file.solid) {
+            (Some(mesh), Some(solid)) => Some(self.body(file, mesh, solid)?),
+            (None, None) => None,
+            (Some(_), None) => {
+                let error = InputError::new("a mesh needs the body's constants")
+                    .next("add a table [solid] with `bulk_modulus`, in Pa");
+                return Err(self.wrong("mesh", error));
+            }
+            (None, Some(_)) => {
+                let error = InputError::new("a body needs a mesh")
+                    .next("add a table [mesh], for example with type = \"muscle\"");
+                return Err(self.wrong("solid", error));
+            }
+        };
+        if body.is_none() && file.rod.is_none() && file.chain.is_empty() {
+            return Err(self.wrong(
+                "",
+                InputError::new("the scene has nothing to compute")
+                    .allowed("a [mesh] with [solid], a [rod], or a [[chain]]"),
+            ));
+        }
+        if let (Some(_), Some(_)) = (&body, &file.rod) {
+            let error = InputError::new("a scene has a muscle or a rod, not both")
+                .next("remove [rod], or [mesh] with [solid]");
+            return Err(self.wrong("rod", error));
+        }
+        Ok(body)
+    }
+
     /// Creates the body of a scene with its loads, formulation and settings.
-    pub(super) fn body(
+    fn body(
         &self,
         file: &SceneFile,
         mesh: &mesh::Mesh,

@@ -219,7 +219,7 @@ impl Scene {
     pub fn with_looser_tolerances(&self) -> Self {
         let integrator = &self.file.integrator;
         let largest = integrator.rtol.max(integrator.oscillators.rtol);
-        self.with_scaled_tolerances(loosening(integrator.method.kind(), largest))
+        self.with_scaled_tolerances(loosening(integrator.method, largest))
     }
 
     /// Returns the scene with all tolerances multiplied by a factor.
@@ -393,32 +393,7 @@ impl Scene {
             Analysis::Static | Analysis::Dynamic | Analysis::Modes | Analysis::Periodic => {}
             Analysis::Response => builder.response(&file)?,
         }
-        let body = match (&file.mesh, &file.solid) {
-            (Some(mesh), Some(solid)) => Some(builder.body(&file, mesh, solid)?),
-            (None, None) => None,
-            (Some(_), None) => {
-                let error = InputError::new("a mesh needs the body's constants")
-                    .next("add a table [solid] with `bulk_modulus`, in Pa");
-                return Err(builder.wrong("mesh", error));
-            }
-            (None, Some(_)) => {
-                let error = InputError::new("a body needs a mesh")
-                    .next("add a table [mesh], for example with type = \"muscle\"");
-                return Err(builder.wrong("solid", error));
-            }
-        };
-        if body.is_none() && file.rod.is_none() && file.chain.is_empty() {
-            return Err(builder.wrong(
-                "",
-                InputError::new("the scene has nothing to compute")
-                    .allowed("a [mesh] with [solid], a [rod], or a [[chain]]"),
-            ));
-        }
-        if let (Some(_), Some(_)) = (&body, &file.rod) {
-            let error = InputError::new("a scene has a muscle or a rod, not both")
-                .next("remove [rod], or [mesh] with [solid]");
-            return Err(builder.wrong("rod", error));
-        }
+        let body = builder.body_of(&file)?;
         let rod = file.rod.as_ref().map(|rod| builder.rod(rod)).transpose()?;
         let chains = builder.chains(&file, body.as_ref())?;
         let feedbacks = builder.feedbacks(&file, body.as_ref(), &chains)?;

@@ -58,8 +58,51 @@ struct Move<'f> {
 impl Builder<'_> {
     /// Returns the supports of the body.
     pub(super) fn supports(&self, file: &SceneFile, space: &Space) -> Result<Supports, InputError> {
-        let dimension = space.dimension();
         let mut required = Requirements::new();
+        self.require_fixed(file, space, &mut required)?;
+        let moves = self.require_motions(file, space, &mut required)?;
+        let mut constrained = Supports::new();
+        for ((node, axis), groups) in required {
+            let terms = &groups[0].1;
+            let other = groups
+                .iter()
+                .find(|(_, other)| !alike(&moves, terms, other));
+            if let Some((_, other)) = other {
+                let last = terms.iter().chain(other).map(|term| term.0).max();
+                let place = space.node_point(node).iter().map(|x| format!("{x:.6}"));
+                let error = InputError::new(format!(
+                    "the {} component at ({}) has two different prescribed motions",
+                    NAMES[axis],
+                    place.collect::<Vec<_>>().join(", ")
+                ))
+                .next("keep one of the two groups, or use separate nodes or the same motion");
+                let path = last.map_or("", |last| &moves[last].component.path);
+                return Err(self.wrong(path, error));
+            }
+            constrained.insert((node, axis), support(&moves, terms));
+        }
+        let mut stiffnesses = file.elastic_foundation.iter().map(|own| own.stiffness);
+        let mut springs = file.spring.iter().map(|own| own.stiffness);
+        let is_held = !constrained.is_empty()
+            || !file.contact.is_empty()
+            || stiffnesses.any(|stiffness| stiffness > 0.0)
+            || springs.any(|stiffness| stiffness > 0.0);
+        if !is_held {
+            let error = InputError::new("nothing holds the body")
+                .next("add a [[fixed]] with the group of the nodes that do not move, or a [[elastic_foundation]]");
+            return Err(self.wrong("", error));
+        }
+        Ok(constrained)
+    }
+
+    /// Adds the requirements of fixed groups.
+    fn require_fixed(
+        &self,
+        file: &SceneFile,
+        space: &Space,
+        required: &mut Requirements<'_>,
+    ) -> Result<(), InputError> {
+        let dimension = space.dimension();
         for (i, fixed) in file.fixed.iter().enumerate() {
             let path = format!("fixed[{i}]");
             let nodes = self.at(&format!("{path}.group"), space.nodes_of(&fixed.group))?;
@@ -70,14 +113,23 @@ impl Builder<'_> {
             for &axis in &axes {
                 self.component(axis, dimension, &format!("{path}.components"))?;
                 for &node in &nodes {
-                    required
-                        .entry((node, axis))
-                        .or_default()
-                        .push((None, vec![]));
+                    let groups = required.entry((node, axis)).or_default();
+                    groups.push((None, vec![]));
                 }
             }
         }
-        let mut moves: Vec<Move<'_>> = Vec::new();
+        Ok(())
+    }
+
+    /// Adds the requirements of prescribed displacements. Returns the displacements of their components.
+    fn require_motions<'f>(
+        &self,
+        file: &'f SceneFile,
+        space: &Space,
+        required: &mut Requirements<'f>,
+    ) -> Result<Vec<Move<'f>>, InputError> {
+        let dimension = space.dimension();
+        let mut moves: Vec<Move<'f>> = Vec::new();
         for (i, moving) in file.prescribed_displacement.iter().enumerate() {
             let entry = format!("prescribed_displacement[{i}]");
             let nodes = self.at(&format!("{entry}.group"), space.nodes_of(&moving.group))?;
@@ -111,39 +163,7 @@ impl Builder<'_> {
                 });
             }
         }
-        let mut constrained = Supports::new();
-        for ((node, axis), groups) in required {
-            let terms = &groups[0].1;
-            let other = groups
-                .iter()
-                .find(|(_, other)| !alike(&moves, terms, other));
-            if let Some((_, other)) = other {
-                let last = terms.iter().chain(other).map(|term| term.0).max();
-                let place = space.node_point(node).iter().map(|x| format!("{x:.6}"));
-                let error = InputError::new(format!(
-                    "the {} component at ({}) has two different prescribed motions",
-                    NAMES[axis],
-                    place.collect::<Vec<_>>().join(", ")
-                ))
-                .next("keep one of the two groups, or use separate nodes or the same motion");
-                let path = last.map_or("", |last| &moves[last].component.path);
-                return Err(self.wrong(path, error));
-            }
-            constrained.insert((node, axis), support(&moves, terms));
-        }
-        if constrained.is_empty()
-            && file.contact.is_empty()
-            && file
-                .elastic_foundation
-                .iter()
-                .all(|bed| bed.stiffness == 0.0)
-            && file.spring.iter().all(|spring| spring.stiffness == 0.0)
-        {
-            let error = InputError::new("nothing holds the body")
-                .next("add a [[fixed]] with the group of the nodes that do not move, or a [[elastic_foundation]]");
-            return Err(self.wrong("", error));
-        }
-        Ok(constrained)
+        Ok(moves)
     }
 
     /// Returns the factors of a displacement's component at nodes.
