@@ -300,7 +300,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 .evaluate(&mut self.problem, &at)
                 .map_err(Operation::Jacobian.failed())?;
             let response = self.memory.as_ref().map_or(&[][..], Memory::present);
-            self.linearized.note(&at, response);
+            self.jacobian_point.note(&at, response);
             self.jacobian = Jacobian::Current;
         }
         Ok(())
@@ -343,7 +343,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             matrices.set_up(problem, real, &self.shifts)?;
         }
         if chosen {
-            self.pivots_at = Some((self.linearized.clone(), h));
+            self.pivots_at = Some((self.jacobian_point.clone(), h));
         }
         self.pivot_choices = matrices.pivot_choices();
         self.pivots_due = false;

@@ -2,7 +2,7 @@
 
 use myovib_dae::{Direction, LinearSolver, Problem, StepError, Tolerances, VariableKind, kinds_at};
 
-use super::linearized::Linearized;
+use super::jacobian_point::JacobianPoint;
 use super::state::{Jacobian, RadauSolver};
 use crate::dense::Collocation;
 use crate::error::{RadauError, expect_finite, expect_length};
@@ -238,7 +238,7 @@ impl<P: Problem> RadauBuilder<P> {
             multipliers,
             jacobian: Jacobian::Due,
             set_up_for: None,
-            linearized: Linearized::default(),
+            jacobian_point: JacobianPoint::default(),
             pivots_at: None,
             pivots_due: true,
             pivot_choices: 0,

@@ -3,7 +3,7 @@
 use myovib_dae::{LinearSolver, Problem, Statistics, StepError, Work};
 use serde::{Deserialize, Serialize};
 
-use super::linearized::Linearized;
+use super::jacobian_point::JacobianPoint;
 use super::state::{Jacobian, Pause, RadauSolver};
 use crate::control::StepHistory;
 use crate::dense::Collocation;
@@ -47,9 +47,9 @@ pub struct RadauState {
     multipliers: Vec<PreviousMultipliers>,
     /// Point at which the reusable Jacobian was evaluated, and the step size for which it is set
     /// up.
-    jacobian: Option<(Linearized, Option<f64>)>,
+    jacobian: Option<(JacobianPoint, Option<f64>)>,
     /// Point and step size at which all pivots were selected.
-    pivots: Option<(Linearized, f64)>,
+    pivots: Option<(JacobianPoint, f64)>,
     /// Other state of the linear solver.
     linear_solver: Vec<bool>,
     /// Time up to which roots were searched, and the root functions at that time.
@@ -110,7 +110,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             tried_matrices: self.newton.has_tried_matrices(),
             control: self.control.history(),
             multipliers: self.multipliers.known(),
-            jacobian: serves.then(|| (self.linearized.clone(), self.set_up_for)),
+            jacobian: serves.then(|| (self.jacobian_point.clone(), self.set_up_for)),
             pivots: self.pivots_at.clone().filter(|_| !self.pivots_due),
             linear_solver: self.matrices.history(),
             roots: self.roots.as_ref().map(|roots| roots.memory()),
@@ -244,7 +244,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         matrices.set_history(&state.linear_solver)?;
         matrices.forget_pivots();
         let memory = &self.memory;
-        let show = |problem: &mut P, at: &Linearized| {
+        let show = |problem: &mut P, at: &JacobianPoint| {
             if let Some(memory) = memory {
                 memory.show(problem, at.response());
             }
@@ -263,7 +263,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 let shifts = self.method.shifts(*h);
                 matrices.set_up(problem, self.method.real_mode().lambda / h, &shifts)?;
             }
-            self.linearized = at.clone();
+            self.jacobian_point = at.clone();
             (self.jacobian, self.set_up_for) = (Jacobian::Old, *set_up_for);
         }
         matrices.set_history(&state.linear_solver)?;

@@ -4,7 +4,7 @@ use myovib_dae::{InconsistentStart, VariableKind};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use super::linearized::Linearized;
+use super::jacobian_point::JacobianPoint;
 use crate::control::Control;
 use crate::dense::Collocation;
 use crate::error_test::ErrorTest;
@@ -74,10 +74,10 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     /// Step size for which the Newton matrices are set up.
     pub(super) set_up_for: Option<f64>,
     /// Point at which the Jacobian was last evaluated.
-    pub(super) linearized: Linearized,
+    pub(super) jacobian_point: JacobianPoint,
     /// Point and step size at which all pivots were selected; `None` if the pivots are independent
     /// of previous steps.
-    pub(super) pivots_at: Option<(Linearized, f64)>,
+    pub(super) pivots_at: Option<(JacobianPoint, f64)>,
     /// Whether pivots must be selected again.
     pub(super) pivots_due: bool,
     /// Number of pivot selections of the linear solver after the last matrix setup.

@@ -20,7 +20,7 @@ use super::callbacks::{
 };
 use super::linear::{Linear, WholeLu};
 use super::posed::Repeating;
-use super::sensitivity::{Linearized, SensitivityOptions};
+use super::sensitivity::{SensitivityEquations, SensitivityOptions};
 use super::zeros::ZeroSides;
 
 /// Gathers a problem, [`IdaOptions`] and the user's functions; see
@@ -229,7 +229,7 @@ impl<P: Problem> IdaBuilder<P> {
 
         let sensitivities = match self.sensitivities {
             Some((parameters, options, starts)) if !parameters.list().is_empty() => Some(
-                Linearized::new(&self.problem, parameters, options, (t0, starts))?,
+                SensitivityEquations::new(&self.problem, parameters, options, (t0, starts))?,
             ),
             _ => None,
         };

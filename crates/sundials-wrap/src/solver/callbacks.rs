@@ -1,7 +1,7 @@
 //! The safe side of the C boundary: the problem and the user's functions, and how they failed.
 
 use super::posed::{RegisteredProblem, Repeating};
-use super::sensitivity::Linearized;
+use super::sensitivity::SensitivityEquations;
 use crate::error::Error;
 use crate::ffi::callbacks::{Answer, Callbacks};
 use crate::vector_kernels::{is_finite, is_positive};
@@ -70,7 +70,7 @@ pub(super) struct UserFunctions<P> {
     pub(super) weights: Vec<f64>,
     pub(super) quadrature: Option<Box<Function<P>>>,
     pub(super) linear: Linear<P>,
-    pub(super) sensitivities: Option<Linearized<P>>,
+    pub(super) sensitivities: Option<SensitivityEquations<P>>,
     /// The rates of the quadratures' sensitivities.
     pub(super) quadrature_sensitivities: Option<Box<QuadratureSensitivities<P>>>,
     pub(super) backward: Vec<RegisteredProblem<P>>,

@@ -52,7 +52,7 @@ pub struct SensitivityStatistics {
 }
 
 /// The parameters with the data for their equations.
-pub(super) struct Linearized<P> {
+pub(super) struct SensitivityEquations<P> {
     pub(super) parameters: Box<dyn Parameters<P> + Send>,
     pub(super) options: SensitivityOptions,
     pub(super) starts: Vec<[Vec<f64>; 2]>,
@@ -63,7 +63,7 @@ pub(super) struct Linearized<P> {
     parts: [Vec<f64>; 2],
 }
 
-impl<P: Problem> Linearized<P> {
+impl<P: Problem> SensitivityEquations<P> {
     pub(super) fn new(
         problem: &P,
         parameters: Box<dyn Parameters<P> + Send>,

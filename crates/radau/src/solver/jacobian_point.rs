@@ -7,7 +7,7 @@ use crate::error::{RadauError, expect_finite, expect_positive, expect_vector};
 
 /// Point at which a Jacobian was evaluated.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Linearized {
+pub(super) struct JacobianPoint {
     t: f64,
     y: Vec<f64>,
     y_dot: Vec<f64>,
@@ -18,7 +18,7 @@ pub(super) struct Linearized {
     response: Vec<f64>,
 }
 
-impl Linearized {
+impl JacobianPoint {
     /// Stores `at` and the `response` there, without allocation after the first call.
     pub(super) fn note(&mut self, at: &Linearization<'_>, response: &[f64]) {
         (self.t, self.step) = (at.t, at.step);
