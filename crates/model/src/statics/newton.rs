@@ -20,8 +20,8 @@ use crate::field::{Field, Layout};
 use crate::formulation::Formulation;
 use crate::matrices::Matrices;
 use crate::muscle::Muscle;
+use crate::muscle::load::Contact;
 use crate::operators::largest_gradient;
-use crate::statics::GRADIENT_STEP;
 pub(super) use arc::{Metric, Point};
 use driven::DrivenObstacles;
 
@@ -45,6 +45,8 @@ const SMALL_GRADIENT: f64 = 1e-3;
 /// Displacement gradient by which supports move for the derivative of the forces with the load: the square of its size
 /// and its rounding are both below 1e-9 of the derivative.
 const PROBING_GRADIENT: f64 = 1e-5;
+/// Load factor for derivatives of contact forces at the unloaded body, which obstacles that forces drive only touch.
+const FIRST_CONTACT: f64 = 1e-6;
 
 /// The equations of an equilibrium, and the factors of their matrix.
 pub(super) struct Newton<'a> {
@@ -77,9 +79,6 @@ pub(super) struct Newton<'a> {
     added: Vec<f64>,
     force: Vec<f64>,
     driven: DrivenObstacles,
-    /// Displacement gradient up to which corrections are always accepted. It is larger from a state where a driven obstacle does not
-    /// press on the body, since the effect of its force is not predicted.
-    small_gradient: f64,
     pub(super) iterations: usize,
     /// The last element turned inside out by a trial of the present load step.
     pub(super) inverted: Option<Inverted>,
@@ -136,7 +135,6 @@ impl<'a> Newton<'a> {
             added: nodal.clone(),
             force: nodal,
             driven: DrivenObstacles::default(),
-            small_gradient: SMALL_GRADIENT,
             iterations: 0,
             inverted: None,
         })
@@ -185,14 +183,19 @@ impl<'a> Newton<'a> {
             *change = (before - *change) / (2.0 * step);
         }
         self.deform(&x[..n_free], factor);
-        let at = (self.t, factor);
-        let all_press = driven::add_load(self.muscle, at, &self.displacement, &mut change);
-        self.small_gradient = if all_press {
-            SMALL_GRADIENT
-        } else {
-            GRADIENT_STEP
-        };
+        let at = (self.t, self.contact_factor(factor));
+        driven::add_load(self.muscle, at, &self.displacement, &mut change);
         Ok(change)
+    }
+
+    /// Returns the load factor at which derivatives of contact forces at `factor` are evaluated, so that obstacles that forces drive
+    /// press on the body.
+    fn contact_factor(&self, factor: f64) -> f64 {
+        let mut contacts = self.muscle.contacts.iter();
+        match factor == 0.0 && contacts.any(Contact::is_driven) {
+            true => FIRST_CONTACT,
+            false => factor,
+        }
     }
 
     /// Returns the size of the displacement gradient for the free components `q` and `factor` times
@@ -274,7 +277,7 @@ impl<'a> Newton<'a> {
             if length(&x, predicted) > longest {
                 let correction = x[..n_free].iter().zip(predicted).map(|(x, p)| x - p);
                 let correction: Vec<f64> = correction.collect();
-                if self.gradient(&correction, 0.0) > self.small_gradient {
+                if self.gradient(&correction, 0.0) > SMALL_GRADIENT {
                     return Ok(None);
                 }
             }

@@ -120,7 +120,7 @@ impl Newton<'_> {
             }
             let away = at.plus(-1.0, predicted);
             if metric.length(&away) > CORRECTION * radius
-                && self.gradient(&away.x[..n_free], away.load) > self.small_gradient
+                && self.gradient(&away.x[..n_free], away.load) > SMALL_GRADIENT
             {
                 return Ok(None);
             }

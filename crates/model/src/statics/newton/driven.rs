@@ -99,19 +99,16 @@ impl DrivenObstacles {
 }
 
 /// Adds the derivative of the forces of driven obstacles with respect to the load factor to `change`, whose first entries are
-/// the free displacement components, at the displacement `u` of all nodes under a `part` of the loads at time `t`. Returns
-/// whether all driven obstacles press on the body; the others have no derivative.
+/// the free displacement components, at the displacement `u` of all nodes under a `part` of the loads at time `t`.
 pub(super) fn add_load(
     muscle: &Muscle,
     (t, part): (f64, f64),
     u: &[f64],
     change: &mut [f64],
-) -> bool {
+) {
     let free = muscle.solid.dofs().free_to_full();
-    let mut all_press = true;
-    for contact in muscle.contacts.iter().filter(|own| own.is_driven()) {
+    for contact in &muscle.contacts {
         let Some((slope, force)) = contact.driven_slope(t, part, u) else {
-            all_press = false;
             continue;
         };
         let moved = force / slope.by_obstacle;
@@ -119,7 +116,6 @@ pub(super) fn add_load(
             *change -= moved * slope.by_nodes[i];
         }
     }
-    all_press
 }
 
 impl Driven {

@@ -100,10 +100,10 @@ impl Newton<'_> {
         let pressure = self.muscle.parameters.pressure(pressure);
         let fields = Fields::new(&self.displacement, pressure);
         solid.tangents(&fields, &mut self.matrices.wanted())?;
-        let u = &self.displacement;
+        let (u, of_contacts) = (&self.displacement, self.contact_factor(factor));
         self.matrices
-            .update_boundary_forces(muscle, self.t, factor, u);
-        self.driven.update(muscle, (self.t, factor), u);
+            .update_boundary_forces(muscle, self.t, of_contacts, u);
+        self.driven.update(muscle, (self.t, of_contacts), u);
         if !self.tensions.is_empty() {
             let motion = AddedMotion {
                 u,
