@@ -205,6 +205,19 @@ pub enum ModelError {
     Output(#[from] std::io::Error),
 }
 
+impl ModelError {
+    /// Returns whether a search found no result, although its input is valid.
+    pub fn is_search_without_result(&self) -> bool {
+        matches!(
+            self,
+            Self::NoEquilibrium { .. }
+                | Self::NoPeriodicState { .. }
+                | Self::PeriodStopped { .. }
+                | Self::Interrupted
+        )
+    }
+}
+
 fn how_far(nearest: Option<&(Vec<f64>, f64)>) -> String {
     nearest.map_or(String::new(), |(point, distance)| {
         // The search ends within rounding errors of the boundary.

@@ -59,7 +59,7 @@ impl Error {
     }
 
     /// Converts the error to invalid input if nothing was written before it. Errors for lack of
-    /// memory are unchanged.
+    /// memory, and of searches without result, are unchanged.
     pub fn before_any_output(self) -> Self {
         let memory = |error: &SparseError| matches!(error, SparseError::Memory { .. });
         let mut causes = std::iter::successors(std::error::Error::source(&self), |e| e.source());
@@ -67,10 +67,8 @@ impl Error {
         match self {
             Self::Input(_)
             | Self::Busy(_)
-            | Self::Model(
-                ModelError::NoEquilibrium { .. }
-                | ModelError::Factorization(SparseError::Memory { .. }),
-            ) => self,
+            | Self::Model(ModelError::Factorization(SparseError::Memory { .. })) => self,
+            Self::Model(ref error) if error.is_search_without_result() => self,
             Self::File { ref source, .. } if is_out_of_space(source) => self,
             _ if lacks_memory => self,
             other => {

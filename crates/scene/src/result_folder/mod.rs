@@ -107,6 +107,17 @@ impl<'a> FolderRequest<'a> {
         })
     }
 
+    /// Removes the results that the request overwrites, for a command that failed before it opened the folder.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub(crate) fn discard(&self) -> Result<(), Error> {
+        match self.existing {
+            Existing::Overwrite if self.manifest()?.is_some() => remove(self.path),
+            _ => Ok(()),
+        }
+    }
+
     /// Reports why the folder cannot be used. Writes nothing.
     ///
     /// # Errors

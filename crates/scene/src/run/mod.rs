@@ -98,11 +98,22 @@ pub struct RunResult {
     pub periodic: Option<Periodic>,
 }
 
-/// Computes a scene into its folder.
+/// Computes a scene into its folder. If a search finds no equilibrium or periodic state, or is interrupted before it has a result,
+/// the overwritten results are removed.
 ///
 /// # Errors
-/// An invalid scene (before any file is written), or an output that cannot be written.
+/// An invalid scene (before any file is written), a search without result, or an output that cannot be written.
 pub fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
+    let computed = compute_analysis(scene, options);
+    if let Err(Error::Model(error)) = &computed
+        && error.is_search_without_result()
+    {
+        folder::request(scene, options)?.discard()?;
+    }
+    computed
+}
+
+fn compute_analysis(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResult, Error> {
     match scene.file.analysis {
         Analysis::Dynamic | Analysis::QuasiStatic => {
             let verify: dynamic::Verify = verify::error_estimate;

@@ -7,10 +7,12 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
 
-use myovib_scene::Scene;
-use myovib_scene::run::{RunOptions, RunResult, compute};
+use myovib_model::ModelError;
+use myovib_scene::run::{Existing, RunOptions, RunResult, compute};
 use myovib_scene::watch::ProgressSink;
+use myovib_scene::{Error, Scene};
 
 fn run(text: &str, folder: &Path) -> RunResult {
     let scene = Scene::build("scene.toml", text, &[], folder).unwrap();
@@ -268,4 +270,49 @@ fn an_inflated_ventricle_is_that_of_the_benchmark() {
     let (inside, outside) = (apex("inside", 17.0), apex("outside", 20.0));
     assert!((inside / 26.53 - 1.0).abs() < 0.01, "{inside}");
     assert!((outside / 28.18 - 1.0).abs() < 0.015, "{outside}");
+}
+
+/// Regression: results of an earlier run stayed in the folder after a run with `--overwrite` had failed or was interrupted before
+/// its first result. Errors of the input leave them as they are.
+#[test]
+fn no_results_of_an_earlier_run_stay_beside_a_failure() {
+    static INTERRUPTED: AtomicBool = AtomicBool::new(true);
+    let part = |analysis: &str, load: f64| {
+        format!(
+            "analysis = \"{analysis}\"\n[mesh]\ntype = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [2, 2]\n\
+             [solid]\nbulk_modulus = 1e5\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
+             [[fixed]]\ngroup = \"left\"\n[[traction]]\ngroup = \"right\"\ny = {load:e}\n\
+             [[probe]]\nname = \"end\"\ntype = \"average\"\ngroup = \"right\"\n"
+        )
+    };
+    let motion = "[time]\nend = 1e-3\n[initial_state]\ntype = \"equilibrium\"\n";
+    for (analysis, keys) in [
+        ("static", ""),
+        ("static", "[static]\nsteps = 3\n"),
+        ("dynamic", motion),
+        ("modes", "[modes]\npreload_time = 0.0\n"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let run = |load: f64, interrupt: Option<&'static AtomicBool>| {
+            let text = part(analysis, load) + keys;
+            let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+            let options = RunOptions {
+                existing: Existing::Overwrite,
+                interrupt,
+                ..RunOptions::into_folder(folder.path())
+            };
+            compute(&scene, &options)
+        };
+        let document = folder.path().join("run.json");
+        for (load, interrupt) in [(1e15, None), (1.0, Some(&INTERRUPTED))] {
+            assert!(run(1.0, None).is_ok() && document.exists(), "{analysis}");
+            let error = run(load, interrupt).unwrap_err();
+            let is_expected = match interrupt {
+                Some(_) => matches!(error, Error::Model(ModelError::Interrupted)),
+                None => matches!(error, Error::Model(ModelError::NoEquilibrium { .. })),
+            };
+            assert!(is_expected, "{analysis}: {error}");
+            assert!(!document.exists(), "{analysis} {load}");
+        }
+    }
 }
