@@ -15,8 +15,8 @@ pub(super) struct DrivingError {
     displacement: f64,
     /// Bound on the change of the positions, γ δu (1/ω² + T/(2ω)).
     position: f64,
-    /// The same, in tolerances of the oscillators.
-    tolerances: f64,
+    /// The same, relative to the largest position.
+    relative: f64,
 }
 
 impl DrivingError {
@@ -41,20 +41,21 @@ impl DrivingError {
                 chain: chain.name.clone(),
                 displacement,
                 position,
-                tolerances: position / (wanted.rtol * driving.position + wanted.atol),
+                relative: position / driving.position,
             })
         });
         effects.collect()
     }
 
-    /// Returns a note on an effect above the sum of the errors of many steps of a chain. A rod
-    /// and its chains have the same tolerances.
+    /// Returns a note on an effect above ten times the relative tolerance of the body: the chain is then less accurate
+    /// than the body. A rod and its chains have the same tolerances.
     pub(super) fn note(&self, scene: &Scene) -> Option<String> {
-        (scene.body.is_some() && self.tolerances > 20.0).then(|| {
+        let body = scene.body.as_ref()?;
+        (self.relative > 10.0 * body.settings.relative_tolerance).then(|| {
             format!(
                 "chain `{}`: the error of the driving displacement, about {:.1e} m, changes the oscillators by at most \
-                 {:.1e}, {:.0} times their tolerance; decrease integrator.rtol, or use integrator.chains = \"together\"",
-                self.chain, self.displacement, self.position, self.tolerances
+                 {:.1e} of their largest position; decrease integrator.rtol, or use integrator.chains = \"together\"",
+                self.chain, self.displacement, self.relative
             )
         })
     }

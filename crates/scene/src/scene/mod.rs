@@ -249,7 +249,11 @@ impl Scene {
 
     /// Returns whether the chains are integrated beside the body or rod.
     pub(crate) fn has_separate_chains(&self) -> bool {
-        self.file.integrator.chains == ChainSteps::Separate && !self.chains.is_empty()
+        let wanted = &self.file.integrator;
+        let is_driven = self.body.is_some() || self.rod.is_some();
+        let can_be_separate = is_driven && self.feedbacks.is_empty() && wanted.oscillators.in_error_test;
+        let is_wanted = wanted.chains != Some(ChainSteps::Together);
+        !self.chains.is_empty() && can_be_separate && is_wanted
     }
 
     /// Returns notes on corrections of the mesh, ignored grid points, settings, loads and materials

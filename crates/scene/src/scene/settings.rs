@@ -114,19 +114,19 @@ impl Builder<'_> {
                 .next("remove `chains`");
             Err(self.wrong("integrator.chains", error))
         };
-        match wanted.chains {
-            ChainSteps::Together => Ok(()),
-            ChainSteps::Separate if file.chain.is_empty() => wrong("the scene has no chains"),
-            ChainSteps::Separate if file.solid.is_none() && file.rod.is_none() => {
-                wrong("separate steps need a body or a rod that drives the chains")
-            }
-            ChainSteps::Separate if !feedbacks.is_empty() => {
-                wrong("chains that act on the body need its steps")
-            }
-            ChainSteps::Separate if !wanted.oscillators.in_error_test => {
-                wrong("separate steps need the oscillators in the error test")
-            }
-            ChainSteps::Separate => Ok(()),
+        if wanted.chains != Some(ChainSteps::Separate) {
+            return Ok(());
+        }
+        if file.chain.is_empty() {
+            wrong("the scene has no chains")
+        } else if file.solid.is_none() && file.rod.is_none() {
+            wrong("separate steps need a body or a rod that drives the chains")
+        } else if !feedbacks.is_empty() {
+            wrong("chains that act on the body need its steps")
+        } else if !wanted.oscillators.in_error_test {
+            wrong("separate steps need the oscillators in the error test")
+        } else {
+            Ok(())
         }
     }
 }

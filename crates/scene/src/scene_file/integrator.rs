@@ -19,8 +19,8 @@ pub struct IntegratorSettings {
     pub atol: Atol,
     /// Tolerances of rod and oscillators.
     pub oscillators: OscillatorTolerances,
-    /// Steps of chains without feedback.
-    pub chains: ChainSteps,
+    /// Steps of chains without feedback [default: separate if a body or rod drives them and they are in the error test].
+    pub chains: Option<ChainSteps>,
     /// Local error test.
     pub error_test: ErrorTest,
     /// Weights of multipliers in the error test (BDF, without chains).
@@ -59,7 +59,7 @@ impl Default for IntegratorSettings {
             rtol: 1e-4,
             atol: Atol::default(),
             oscillators: OscillatorTolerances::default(),
-            chains: ChainSteps::Together,
+            chains: None,
             error_test: ErrorTest::default(),
             multiplier_weights: MultiplierWeights::Plain,
             max_order: None,
