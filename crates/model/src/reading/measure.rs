@@ -77,6 +77,11 @@ impl Measurement {
         self.quantities.iter().any(|own| own.has_kink_at_rest())
     }
 
+    /// Removes the values that lack a derivative at a state without strain and stress.
+    pub fn remove_kinks_at_rest(&mut self) {
+        self.quantities.retain(|own| !own.has_kink_at_rest());
+    }
+
     /// Returns the quantities.
     pub fn quantities(&self) -> &[Quantity] {
         &self.quantities

@@ -4,6 +4,7 @@ use myovib_fem::Solid;
 
 use super::motion::{Motion, largest};
 use super::saddle::Saddle;
+use crate::analysis::support::extent;
 use crate::error::ModelError;
 use crate::muscle::Muscle;
 use crate::operators;
@@ -26,8 +27,9 @@ pub(super) fn displacement(muscle: &Muscle, t: f64, q: &[f64]) -> Result<Vec<f64
         let motion = Motion::new(muscle, t, &q, &rest, &rest);
         let volume_residual = motion.volume_residual()?;
         let size = largest_projected(solid, &volume_residual);
+        let rounding = f64::EPSILON * largest(&motion.displacement) / extent(muscle);
         // Newton's last step reduces it to rounding, where it no longer decreases.
-        if size == 0.0 || (size < CONVERGED && size >= 0.5 * last) {
+        if size <= rounding || (size < CONVERGED && size >= 0.5 * last) {
             return Ok(q);
         }
         last = size;

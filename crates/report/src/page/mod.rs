@@ -66,7 +66,12 @@ fn save(folder: &Path, scene: &Scene, result: &RunResult, mut data: PageData) ->
     html += "<h2>Interpretation</h2>\n";
     html += &interpretation::meaning(document);
     html += &folded("All statistics", &figures::statistics(document));
-    let text = format!("<pre>{}</pre>\n", escape(scene.text()));
+    let changes: String = scene
+        .overrides()
+        .iter()
+        .map(|change| format!("<p>Changed by <code>--set {}</code></p>\n", escape(change)))
+        .collect();
+    let text = format!("{changes}<pre>{}</pre>\n", escape(scene.text()));
     html += &folded("The scene", &text);
     let page = framed(title, &overview::sentence(scene, document), &html, &data);
     atomic_file::save(&folder.join(NAME), page)

@@ -1,5 +1,7 @@
 //! Descriptions of fits.
 
+use std::collections::BTreeMap;
+
 use myovib_fit::{Direction, Ended};
 use serde_json::{Value, json};
 
@@ -9,20 +11,54 @@ use crate::sensitivity::Abscissa;
 /// A combination of parameters counts as undetermined if a relative change of 1 changes the weighted residuals by less than
 /// this number of standard deviations.
 const ONE_DEVIATION: f64 = 1.0;
+/// Ratio of residuals to noise above which a model that describes the measurements worse than constants does not fit.
+const POOR: f64 = 10.0;
 
 impl FitResult {
     /// Returns how the fit ended. A search that converged at residuals far above the noise did not fit.
     pub fn outcome(&self) -> Outcome {
         match &self.fit.ended {
-            Ended::Converged if self.noise_is_known && self.deviation() > HOPELESS => {
-                Outcome::DoesNotFit
-            }
+            Ended::Converged if self.does_not_fit() => Outcome::DoesNotFit,
             Ended::Converged => Outcome::Converged,
             Ended::MaxIterations => Outcome::MaxIterations,
             Ended::Interrupted => Outcome::Interrupted,
             Ended::Failed(message) => Outcome::Failed(message.clone()),
             other => Outcome::Failed(format!("{other:?}")),
         }
+    }
+
+    /// Returns whether the model does not describe the measurements: the residuals are far above the given noise, or well
+    /// above it and above the residuals of constants.
+    fn does_not_fit(&self) -> bool {
+        let of_constants = self.residuals_of_constants();
+        let of_model: f64 = self.points.iter().map(|point| point.residual.powi(2)).sum();
+        let deviation = self.deviation();
+        let is_worse = deviation > POOR && of_model > of_constants;
+        self.noise_is_known && (deviation > HOPELESS || is_worse)
+    }
+
+    /// Returns the sum of squared residuals if each output of each experiment had the mean of its measurements.
+    fn residuals_of_constants(&self) -> f64 {
+        let mut outputs: BTreeMap<(usize, &str), Vec<&Point>> = BTreeMap::new();
+        for point in &self.points {
+            let own = outputs
+                .entry((point.experiment, &point.output))
+                .or_default();
+            own.push(point);
+        }
+        let of_output = |points: Vec<&Point>| {
+            let weight = |point: &Point| match point.fitted - point.measured {
+                0.0 => 0.0,
+                difference => (point.residual / difference).powi(2),
+            };
+            let n = points.len() as f64;
+            let mean = points.iter().map(|point| point.measured).sum::<f64>() / n;
+            let squares = points
+                .iter()
+                .map(|point| weight(point) * (point.measured - mean).powi(2));
+            squares.sum::<f64>()
+        };
+        outputs.into_values().map(of_output).sum()
     }
 
     /// Describes how the fit ended.

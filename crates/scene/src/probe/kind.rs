@@ -131,6 +131,9 @@ pub(crate) trait Reading: Send + Sync {
         &[]
     }
 
+    /// Removes the values that lack a derivative at rest.
+    fn remove_kinks_at_rest(&mut self) {}
+
     /// Returns the accumulated energy balance, if the probe has one. Its values are not a function
     /// of the state.
     fn balance(&self) -> Option<&EnergyBalance> {

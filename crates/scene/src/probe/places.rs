@@ -51,6 +51,12 @@ impl Reading for Places {
         &self.0
     }
 
+    fn remove_kinks_at_rest(&mut self) {
+        self.0
+            .iter_mut()
+            .for_each(Measurement::remove_kinks_at_rest);
+    }
+
     fn harmonic(&self) -> Option<&dyn HarmonicReading> {
         Some(self)
     }

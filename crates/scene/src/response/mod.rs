@@ -11,9 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use myovib_model::harmonic::HarmonicResponse;
 use myovib_model::statics::{self, Equilibrium};
-use myovib_model::{
-    Field, Formulation, Measurement, ModelError, Muscle, Quantity, Snapshot, support,
-};
+use myovib_model::{Field, Formulation, ModelError, Muscle, Quantity, Snapshot, support};
 use num_complex::Complex64;
 use serde::Serialize;
 
@@ -203,6 +201,11 @@ impl Response {
             let note = "chains of oscillators are not part of a response: they are ignored";
             found.notes.push(note.to_owned());
         }
+        for name in scene.probes_with_kinks()? {
+            found.notes.push(format!(
+                "probe `{name}`: principal values and von Mises stresses have no derivative at rest and are left out; a preload gives them one"
+            ));
+        }
         for probe in &scene.file.probe {
             if !found.probes.iter().any(|curves| curves.name == probe.name) {
                 let name = &probe.name;
@@ -295,14 +298,12 @@ pub(crate) type HarmonicProbes = Vec<(String, Box<dyn Reading>)>;
 /// Returns the probes that have amplitudes.
 ///
 /// # Errors
-/// Probes that measure nothing in the scene; stresses of a body whose stress relaxes; values without a derivative.
+/// Probes that measure nothing in the scene; stresses of a body whose stress relaxes.
 pub(crate) fn harmonic_probes(scene: &Scene) -> Result<HarmonicProbes, InputError> {
     let relaxes = scene
         .body
         .as_ref()
         .is_some_and(|body| body.muscle.solid.n_slots() > 0);
-    let preload = scene.file.response.as_ref().and_then(|r| r.preload_time);
-    let is_at_rest = preload.is_none();
     let mut probes = Vec::new();
     for (i, (probe, reading)) in scene.file.probe.iter().zip(scene.readings()?).enumerate() {
         if relaxes
@@ -315,20 +316,7 @@ pub(crate) fn harmonic_probes(scene: &Scene) -> Result<HarmonicProbes, InputErro
             let error = error.next("remove the stresses from the quantities of the probe");
             return Err(scene.wrong(&format!("probe[{i}].quantities"), error));
         }
-        if is_at_rest
-            && reading
-                .measurements()
-                .iter()
-                .any(Measurement::has_kink_at_rest)
-        {
-            let error = InputError::new(
-                "principal values and von Mises stresses have no derivative at rest",
-            );
-            let error =
-                error.next("remove them from the quantities of the probe, or add a preload");
-            return Err(scene.wrong(&format!("probe[{i}].quantities"), error));
-        }
-        if reading.harmonic().is_some() {
+        if reading.harmonic().is_some() && !reading.names().is_empty() {
             probes.push((probe.name.clone(), reading));
         }
     }

@@ -6,7 +6,8 @@ use myovib_dae::Problem;
 use myovib_model::coupling::{CoupledDae, CoupledOptions, ErrorTest, start_coupled_from};
 use myovib_model::start::Consistent;
 use myovib_model::{
-    AcceptedStep, Integrator, ModelError, MuscleDae, Observer, Outcome, Settings, start_from,
+    AcceptedStep, Integrator, ModelError, MuscleDae, Observer, Outcome, Settings, TypicalStart,
+    start_from,
 };
 
 use super::start::{driven_by, driven_by_rod, initial_state, options as chain_options, tolerances};
@@ -147,7 +148,12 @@ fn settings(scene: &Scene, body: &Body, t_end: f64) -> Settings {
     let wanted = &scene.file.integrator;
     Settings {
         t_end,
-        absolute_tolerances: absolute_tolerances(wanted, &body.muscle, t_end, [0.0; 2]),
+        absolute_tolerances: absolute_tolerances(
+            wanted,
+            &body.muscle,
+            t_end,
+            TypicalStart::At([0.0; 2]),
+        ),
         ..body.settings.clone()
     }
 }

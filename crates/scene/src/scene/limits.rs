@@ -5,7 +5,8 @@ use std::num::NonZeroUsize;
 
 use super::builder::Builder;
 use crate::InputError;
-use crate::scene_file::SceneFile;
+use crate::scene_file::output::Probe;
+use crate::scene_file::{Analysis, SceneFile};
 use crate::statistics::DRIFT_SAMPLES;
 
 /// Maximum number of probes. Each has an open file, and systems allow a process about a thousand.
@@ -15,6 +16,8 @@ const MAX_PROBES: usize = 500;
 const OTHER_FILES: usize = 16;
 /// Maximum number of rows of a probe: a file of about 1 GB for a point.
 const MAX_ROWS: f64 = 1e7;
+/// Rows per period of a load below which a curve is misread: between its rows it may miss 8 % of a peak.
+const FEWEST_ROWS: f64 = 8.0;
 /// Maximum number of field files and checkpoints; the smallest have about 10 kB each.
 const MAX_FILES: f64 = 1e5;
 
@@ -28,6 +31,24 @@ fn open_files() -> Option<usize> {
 #[cfg(not(unix))]
 fn open_files() -> Option<usize> {
     None
+}
+
+/// Returns a note on probes with too few rows per period of the highest frequency `drive` (Hz) of the loads.
+pub(super) fn coarse_probes(file: &SceneFile, drive: Option<f64>) -> Option<String> {
+    let drive = drive.filter(|_| file.analysis == Analysis::Dynamic)?;
+    let is_coarse = |probe: &&Probe| probe.interval * drive > 1.0 / FEWEST_ROWS;
+    let coarse: Vec<&Probe> = file.probe.iter().filter(is_coarse).collect();
+    let names: Vec<String> = coarse
+        .iter()
+        .map(|probe| format!("`{}`", probe.name))
+        .collect();
+    let interval = coarse.iter().map(|probe| probe.interval).reduce(f64::max)?;
+    Some(format!(
+        "the interval of {interval} s of the probes {} does not resolve the load's frequency of {drive} Hz: set `interval` \
+         to 1/20 of its period, {:.1e} s, or less",
+        names.join(", "),
+        0.05 / drive
+    ))
 }
 
 /// Returns the maximum number of concurrent runs of a scene: each has the files of its probes open.

@@ -40,7 +40,8 @@ use myovib_model::coupling::Feedback;
 use myovib_model::harmonic::Drive;
 use myovib_model::statics::Control;
 use myovib_model::{
-    Formulation, Load, ModelError, Muscle, RodDae, Settings, Signal, SurfaceLoad, loosening,
+    Formulation, Load, Measurement, ModelError, Muscle, RodDae, Settings, Signal, SurfaceLoad,
+    loosening,
 };
 use serde_json::Value;
 
@@ -251,9 +252,15 @@ impl Scene {
     pub(crate) fn has_separate_chains(&self) -> bool {
         let wanted = &self.file.integrator;
         let is_driven = self.body.is_some() || self.rod.is_some();
-        let can_be_separate = is_driven && self.feedbacks.is_empty() && wanted.oscillators.in_error_test;
+        let can_be_separate =
+            is_driven && self.feedbacks.is_empty() && wanted.oscillators.in_error_test;
         let is_wanted = wanted.chains != Some(ChainSteps::Together);
         !self.chains.is_empty() && can_be_separate && is_wanted
+    }
+
+    /// Returns the changes of values of the scene's text.
+    pub fn overrides(&self) -> &[String] {
+        &self.overrides
     }
 
     /// Returns notes on corrections of the mesh, ignored grid points, settings, loads and materials
@@ -269,6 +276,7 @@ impl Scene {
         notes.extend(self.chains.iter().filter_map(DrivenChain::note));
         notes.extend(settings::missing(&self.file.integrator, body.formulation));
         notes.extend(idle::notes(&self.file, body, self.t_end));
+        notes.extend(limits::coarse_probes(&self.file, body.muscle.drive()));
         let n_elements = mesh.n_elements();
         if body.unresolved_fibers > n_elements / RARE {
             notes.push(format!(
@@ -342,8 +350,37 @@ impl Scene {
         Builder::new(&self.source, &inputs, self.t_end).at(path, result)
     }
 
-    /// Returns the measurements of the probes.
+    /// Returns the measurements of the probes; in a response about rest without the values that have no derivative there.
     pub(crate) fn readings(&self) -> Result<Vec<Box<dyn Reading>>, InputError> {
+        let mut readings = self.all_readings()?;
+        if self.is_response_about_rest() {
+            readings
+                .iter_mut()
+                .for_each(|reading| reading.remove_kinks_at_rest());
+        }
+        Ok(readings)
+    }
+
+    /// Returns the names of the probes with values that [`Self::readings`] leaves out.
+    pub(crate) fn probes_with_kinks(&self) -> Result<Vec<&str>, InputError> {
+        if !self.is_response_about_rest() {
+            return Ok(Vec::new());
+        }
+        let readings = self.all_readings()?;
+        let all = self.file.probe.iter().zip(&readings);
+        let with_kinks = all.filter(|(_, reading)| {
+            let mut measurements = reading.measurements().iter();
+            measurements.any(Measurement::has_kink_at_rest)
+        });
+        Ok(with_kinks.map(|(probe, _)| &*probe.name).collect())
+    }
+
+    fn is_response_about_rest(&self) -> bool {
+        let preload = self.file.response.as_ref().and_then(|own| own.preload_time);
+        self.is_response() && preload.is_none()
+    }
+
+    fn all_readings(&self) -> Result<Vec<Box<dyn Reading>>, InputError> {
         let feedbacks = self.file.feedback.iter();
         let chains = self.chains.iter();
         let systems = Systems {

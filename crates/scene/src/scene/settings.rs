@@ -4,7 +4,7 @@ use myovib_model::advice::Advice;
 use myovib_model::coupling::Feedback;
 use myovib_model::{
     AbsoluteTolerances, Field, Formulation, IntegratorKind, LinearSolverKind, MultiplierWeights,
-    Muscle, Settings, TypicalValues, default_ordering,
+    Muscle, Settings, TypicalStart, TypicalValues, default_ordering,
 };
 use myovib_sparse::{Ordering, Precision};
 
@@ -32,8 +32,11 @@ impl Builder<'_> {
             .with_integrator(wanted.method)
             .with_relative_tolerance(wanted.rtol);
         let at_start = match start {
-            Start::State(state) => [state.largest_displacement(), state.largest_velocity()],
-            Start::Rest | Start::Equilibrium => [0.0; 2],
+            Start::State(state) => {
+                TypicalStart::At([state.largest_displacement(), state.largest_velocity()])
+            }
+            Start::Rest => TypicalStart::At([0.0; 2]),
+            Start::Equilibrium => TypicalStart::Equilibrium,
         };
         let mut settings = Settings {
             t_end: self.t_end,
@@ -131,13 +134,12 @@ impl Builder<'_> {
     }
 }
 
-/// Returns the given absolute tolerances, or those for loads up to `t_end` (s) and the largest displacement (m) and
-/// velocity (m/s) at the start.
+/// Returns the given absolute tolerances, or those for loads up to `t_end` (s) and the start.
 pub(crate) fn absolute_tolerances(
     wanted: &IntegratorSettings,
     muscle: &Muscle,
     t_end: f64,
-    at_start: [f64; 2],
+    at_start: TypicalStart,
 ) -> AbsoluteTolerances {
     let typical = TypicalValues::of(muscle, t_end, at_start);
     let (atol, default) = (&wanted.atol, typical.tolerances(wanted.rtol));

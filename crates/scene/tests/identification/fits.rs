@@ -194,6 +194,29 @@ fn a_model_hundreds_of_noise_levels_off_does_not_fit() {
     assert_eq!(document["outcome"], "does_not_fit");
 }
 
+/// Measurements of the opposite sign: the fitted model is worse than constants.
+#[test]
+fn a_model_that_moves_the_other_way_does_not_fit() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = scene(folder.path(), &["solid.rayleigh_mass"], "");
+    let data = folder.path().join("measured.csv");
+    let curves = truth(&path, &SMALL);
+    let measured = table(&curves, 0.0, 3);
+    let mut lines = measured.lines();
+    let mut text = format!("{}\n", lines.next().unwrap());
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    let value = |row: &Vec<&str>| row[2].parse::<f64>().unwrap();
+    let largest = rows.iter().map(|row| value(row).abs()).fold(0.0, f64::max);
+    for row in &rows {
+        let (noise, value) = (0.02 * largest, -value(row));
+        text += &format!("{},{},{value:e},{noise:e}\n", row[0], row[1]);
+    }
+    std::fs::write(&data, text).unwrap();
+    let result = fit(path, data, &SMALL, Loss::Squares);
+    assert!(result.deviation() < 100.0, "{}", result.deviation());
+    assert_eq!(result.outcome(), Outcome::DoesNotFit);
+}
+
 /// A constant tension, from an equilibrium under it.
 #[test]
 fn a_constant_tension_is_found() {

@@ -48,6 +48,15 @@ pub(crate) fn refusal_of(text: &str, set: &[&str]) -> Option<String> {
 }
 
 #[test]
+fn values_without_a_derivative_at_rest_are_left_out() {
+    let quantities = "probe[0].quantities=[\"von-mises\", \"u\"]".to_owned();
+    let scene = Scene::build("scene.toml", SCENE, &[quantities], Path::new("")).unwrap();
+    let response = Response::of_scene(&scene, Watcher::NOBODY).unwrap();
+    assert_eq!(response.probes[0].columns, ["u_x", "u_y"]);
+    assert!(response.notes.iter().any(|note| note.contains("`tip`")));
+}
+
+#[test]
 fn invalid_responses_are_refused_at_their_key() {
     assert_eq!(refusal(&[]), None);
     assert_eq!(refusal(&["response.frequencies=[0.0, 1.0]"]), None);
@@ -77,10 +86,7 @@ fn invalid_responses_are_refused_at_their_key() {
             ],
             "--set probe[0].quantities",
         ),
-        (
-            &["probe[0].quantities=[\"von-mises\"]"],
-            "--set probe[0].quantities",
-        ),
+        (&["probe[0].quantities=[\"von-mises\"]"], "probe"),
         (
             &[
                 "analysis=dynamic",

@@ -14,7 +14,12 @@ fn separate_steps_agree_with_one_system_at_tighter_tolerances() {
         let with = with_chain(MUSCLE, n, gain);
         let together = folder.path().join(format!("together {gain}"));
         let tight = "integrator.oscillators={ rtol = 1e-7, atol = 1e-10 }";
-        let set = ["integrator.method=radau9", TOGETHER, tight, "integrator.rtol=1e-8"];
+        let set = [
+            "integrator.method=radau9",
+            TOGETHER,
+            tight,
+            "integrator.rtol=1e-8",
+        ];
         run(&with, &set, &together);
         for method in ["radau5", "radau9", "bdf"] {
             let method = format!("integrator.method={method}");
@@ -77,7 +82,13 @@ fn expect_agreement(seeds: Range<u64>, most: usize, methods: &[&str]) {
         let load = format!("{key}={}", load(&mut rng, size));
         let out = |name: &str| folder.path().join(format!("{name} {seed}"));
         let tight = "integrator.oscillators={ rtol = 1e-7, atol = 1e-10 }";
-        let set = [&*load, "time.end=0.4", tight, "integrator.rtol=1e-8", TOGETHER];
+        let set = [
+            &*load,
+            "time.end=0.4",
+            tight,
+            "integrator.rtol=1e-8",
+            TOGETHER,
+        ];
         let document = run(&with, &set, &out("together"));
         assert_eq!(document["outcome"], "finished", "seed {seed}");
         for method in methods {
