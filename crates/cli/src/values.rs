@@ -1,5 +1,6 @@
 //! Parsers of option values.
 
+use std::io::ErrorKind;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
@@ -28,7 +29,16 @@ pub fn output_file(path: &str) -> Result<PathBuf, String> {
                 "the folder `{folder}` does not exist: mkdir -p {folder}"
             ))
         }
-        _ => Ok(file),
+        folder => {
+            let folder = folder.unwrap_or(Path::new("."));
+            match tempfile::tempfile_in(folder) {
+                // A full disk may have space when the file is written.
+                Err(error) if [ErrorKind::PermissionDenied, ErrorKind::ReadOnlyFilesystem].contains(&error.kind()) => {
+                    Err(format!("cannot write to `{}`: {error}", folder.display()))
+                }
+                _ => Ok(file),
+            }
+        }
     }
 }
 

@@ -73,6 +73,14 @@ pub(crate) fn content(path: &Path) -> io::Result<Vec<u8>> {
     }
 }
 
+/// Returns the text of a regular file.
+///
+/// # Errors
+/// As for [`content`]; text that is not UTF-8.
+pub(crate) fn text(path: &Path) -> io::Result<String> {
+    String::from_utf8(content(path)?).map_err(io::Error::other)
+}
+
 /// Returns the SHA-256 hash in hexadecimal.
 pub(crate) fn sha256(bytes: &[u8]) -> String {
     let digest = Sha256::digest(bytes);

@@ -7,6 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::inputs::sha256;
 
+/// Text before the checksum of the state.
+const HEAD: &str = "{\"sha256\":\"";
+/// Text between the checksum and the state.
+const SEPARATOR: &str = "\",\"state\":";
+
 /// Displacements and velocities of all nodes. They determine the pressures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct State {
@@ -33,6 +38,24 @@ pub(crate) struct State {
 impl State {
     /// File name in a run's folder.
     pub(crate) const NAME: &'static str = "state.json";
+
+    /// Returns the content of the file, with a checksum.
+    pub(crate) fn encode(&self) -> serde_json::Result<String> {
+        let body = serde_json::to_string(self)?;
+        let hash = sha256(body.as_bytes());
+        Ok(format!("{HEAD}{hash}{SEPARATOR}{body}}}\n"))
+    }
+
+    /// Returns the state in the content of a file, or the reason why it cannot be used.
+    pub(crate) fn decode(text: &str) -> Result<Self, String> {
+        let rest = text.strip_prefix(HEAD);
+        let parts = rest.and_then(|rest| rest.strip_suffix("}\n")?.split_once(SEPARATOR));
+        let (hash, body) = parts.ok_or("it is not a state of a run")?;
+        if sha256(body.as_bytes()) != hash {
+            return Err("it was changed after it was written: its checksum differs".to_owned());
+        }
+        serde_json::from_str(body).map_err(|error| error.to_string())
+    }
 
     /// Returns the state of `dae` with unknowns `y` at time `t`.
     pub(crate) fn of(dae: &mut MuscleDae, t: f64, y: &[f64]) -> Self {

@@ -9,7 +9,7 @@ use crate::state::State;
 use crate::{Error, InputError, Scene};
 
 /// Name of the document of a run.
-pub(super) const DOCUMENT: &str = "run.json";
+pub(crate) const DOCUMENT: &str = "run.json";
 /// Name of the checkpoint file.
 pub(super) const CHECKPOINT: &str = "checkpoint.json";
 /// Name of the page that the report crate writes.

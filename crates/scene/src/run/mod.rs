@@ -32,7 +32,7 @@ mod volume;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
-pub(crate) use folder::PAGE;
+pub(crate) use folder::{DOCUMENT, PAGE};
 use myovib_model::Outcome;
 pub use start::{initial, muscle_alone, replayed, rod_with_chains, with_chains};
 pub use trial::{Trial, TrialEnd, try_out};

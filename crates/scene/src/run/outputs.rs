@@ -302,7 +302,7 @@ impl Outputs<'_> {
                 let mut state = State::of(dae, t, &self.y[range]);
                 state.stopped_before = stopped_before;
                 self.folder
-                    .write(State::NAME, serde_json::to_string(&state)?)
+                    .write(State::NAME, state.encode()?)
             }
             None => Ok(()),
         }

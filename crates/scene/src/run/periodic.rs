@@ -147,7 +147,7 @@ impl Task for Search<'_> {
         let time = period.times[0];
         if let Some((dae, range)) = map.problem_mut().muscle_at(&y) {
             let state = State::of(dae, time, &y[range]);
-            folder.write(State::NAME, serde_json::to_string(&state)?)?;
+            folder.write(State::NAME, state.encode()?)?;
         }
         let mut document = json!({
             "scene": scene.file,

@@ -72,7 +72,7 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
         (outcome, _) => outcome,
     };
     let not_finite = recording.series.as_ref().and_then(Series::not_finite);
-    folder.write(State::NAME, serde_json::to_string(&last.state)?)?;
+    folder.write(State::NAME, last.state.encode()?)?;
     let critical: Vec<Value> = end.critical_points.iter().map(described).collect();
     let mut document = json!({
         "scene": scene.file,

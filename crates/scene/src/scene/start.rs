@@ -3,10 +3,12 @@
 use std::path::Path;
 
 use myovib_model::Muscle;
+use serde_json::Value;
 
 use super::builder::Builder;
 use super::contraction::chains_that_act;
-use crate::InputError;
+use crate::run::DOCUMENT;
+use crate::{InputError, inputs};
 use crate::scene_file::start::InitialState;
 use crate::scene_file::{Analysis, SceneFile};
 use crate::state::State;
@@ -91,15 +93,29 @@ impl Builder<'_> {
     fn ended(&self, folder: &Path, muscle: &Muscle) -> Result<State, InputError> {
         let place = "initial_state.folder";
         let (text, name) = self.read_text(&folder.join(State::NAME), place)?;
-        let state: State = serde_json::from_str(&text).map_err(|error| {
-            let error = InputError::new(format!("{name} is not a state of a run: {error}"));
+        let state = State::decode(&text).map_err(|reason| {
+            let error = InputError::new(format!("{name} cannot be used: {reason}"));
             self.wrong(place, error.next("`myovib run` writes it to its folder"))
         })?;
+        if let Some(end) = self.end_of_run(folder)
+            && end != state.t
+        {
+            let error = InputError::new(format!("{name} belongs to another run"))
+                .found(format!("t = {} s", state.t))
+                .allowed(format!("t = {end} s, where the run of {DOCUMENT} ended"));
+            return Err(self.wrong(place, error.next("run that scene again")));
+        }
         if !state.is_of(muscle.solid.space()) {
             let error = InputError::new(format!("{name} belongs to another mesh"))
                 .next("start from a run with the mesh of this scene and the same refinement");
             return Err(self.wrong(place, error));
         }
         Ok(state)
+    }
+
+    /// Returns the time at which the run in `folder` ended, if it was a motion and its statistics exist.
+    fn end_of_run(&self, folder: &Path) -> Option<f64> {
+        let text = inputs::content(&self.inputs.resolve(folder).join(DOCUMENT)).ok()?;
+        serde_json::from_slice::<Value>(&text).ok()?["t_reached"].as_f64()
     }
 }

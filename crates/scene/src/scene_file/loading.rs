@@ -18,7 +18,7 @@ pub struct LoadingPath {
     #[serde(default)]
     pub method: PathMethod,
     /// Equal load increments [default: 10], or most steps by arc length [default: 100].
-    #[schemars(range(min = 1))]
+    #[schemars(range(min = 1, max = 100_000))]
     pub steps: Option<usize>,
     /// Load factors of the equilibria in their order, instead of `steps`.
     #[schemars(length(min = 1))]

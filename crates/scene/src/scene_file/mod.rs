@@ -205,7 +205,7 @@ pub struct Checkpoint {
 pub struct Modes {
     /// Number of modes, lowest first.
     #[serde(default = "count")]
-    #[schemars(range(min = 1))]
+    #[schemars(range(min = 1, max = 100_000))]
     pub count: usize,
     /// Time, s, of the preload [default: rest, without loads].
     #[schemars(range(min = 0))]

@@ -14,13 +14,14 @@ pub struct Periodic {
     #[schemars(range(min = 0))]
     pub start_time: f64,
     /// Number of periods integrated before the search.
+    #[schemars(range(max = 100_000))]
     pub settling_periods: usize,
     /// Maximum difference of the states at the ends of the period, relative to the size of the motion.
     // Integrator tolerances are 0.01 of it, and at least 1e-14.
     #[schemars(range(min = 1e-11, max = 1e-2))]
     pub tolerance: f64,
     /// Number of Floquet multipliers.
-    #[schemars(range(min = 1))]
+    #[schemars(range(min = 1, max = 1000))]
     pub multipliers: usize,
     /// Number of values of each probe.
     #[schemars(range(min = 8, max = 100_000))]
@@ -43,7 +44,7 @@ pub struct Continuation {
     pub max_step: f64,
     /// Largest number of points.
     #[serde(default = "Continuation::max_points")]
-    #[schemars(range(min = 2))]
+    #[schemars(range(min = 2, max = 100_000))]
     pub max_points: usize,
 }
 

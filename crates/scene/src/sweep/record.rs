@@ -1,6 +1,5 @@
 //! Records of finished cases, which a repeated sweep does not compute again.
 
-use std::fs;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -41,8 +40,8 @@ impl Sweep<'_> {
 
     /// Returns the record of a case if its scene, overrides, files and program are the same.
     pub(super) fn record(&self, case: &Case) -> Option<Record> {
-        let text = fs::read_to_string(self.options.out.join(record_of(case))).ok()?;
-        let record: Record = serde_json::from_str(&text).ok()?;
+        let text = inputs::content(&self.options.out.join(record_of(case))).ok()?;
+        let record: Record = serde_json::from_slice(&text).ok()?;
         let same = record.program == self.program
             && record.scene == self.scene
             && record.common == self.options.set

@@ -1,6 +1,5 @@
 //! Columns of a sweep's table computed from recorded probes: `gain=max(tip.u_y)/max(base.u_y)`.
 
-use std::fs;
 use std::path::Path;
 
 use exmex::Express;
@@ -8,7 +7,7 @@ use exmex::Express;
 use super::grid::Axis;
 use crate::csv::Table;
 use crate::expression::{Expression, ExpressionError, expect_moderate, parse};
-use crate::{InputError, Scene, run};
+use crate::{InputError, Scene, inputs, run};
 
 /// Result columns of the table.
 pub(super) const COLUMNS: [&str; 10] = [
@@ -63,7 +62,7 @@ struct Reduced {
 impl Reduced {
     /// Returns the value, or `None` if the run recorded no such value.
     fn value(&self, folder: &Path) -> Option<f64> {
-        let text = fs::read_to_string(folder.join(format!("{}.csv", self.probe))).ok()?;
+        let text = inputs::text(&folder.join(format!("{}.csv", self.probe))).ok()?;
         let table = Table::parse(&text).ok()?;
         let column = table.names.iter().position(|name| *name == self.column)?;
         let rows = table.rows.iter().filter_map(|row| table.numbers(row));
@@ -228,6 +227,8 @@ fn next_call(text: &str) -> Option<(&str, &str, &str, &str)> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

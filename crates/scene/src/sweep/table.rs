@@ -1,7 +1,6 @@
 //! Rows and table of a sweep.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
 use myovib_model::EndReason;
@@ -11,6 +10,7 @@ use super::Sweep;
 use super::grid::{Axis, Case};
 use super::results::{COLUMNS, ResultColumn};
 use crate::csv::{self, Table};
+use crate::inputs;
 
 impl Sweep<'_> {
     /// Returns the row of a case, with varied values as text.
@@ -91,7 +91,7 @@ fn last_rows(folder: &Path, probes: &Value) -> BTreeMap<String, Vec<f64>> {
     names
         .filter_map(|probe| {
             let name = probe["name"].as_str()?;
-            let text = fs::read_to_string(folder.join(format!("{name}.csv"))).ok()?;
+            let text = inputs::text(&folder.join(format!("{name}.csv"))).ok()?;
             let table = Table::parse(&text).ok()?;
             let values = table.numbers(table.rows.last()?)?;
             Some((name.to_owned(), values))
