@@ -33,7 +33,10 @@ pub fn output_file(path: &str) -> Result<PathBuf, String> {
             let folder = folder.unwrap_or(Path::new("."));
             match tempfile::tempfile_in(folder) {
                 // A full disk may have space when the file is written.
-                Err(error) if [ErrorKind::PermissionDenied, ErrorKind::ReadOnlyFilesystem].contains(&error.kind()) => {
+                Err(error)
+                    if [ErrorKind::PermissionDenied, ErrorKind::ReadOnlyFilesystem]
+                        .contains(&error.kind()) =>
+                {
                     Err(format!("cannot write to `{}`: {error}", folder.display()))
                 }
                 _ => Ok(file),

@@ -301,8 +301,7 @@ impl Outputs<'_> {
             Some((dae, range)) => {
                 let mut state = State::of(dae, t, &self.y[range]);
                 state.stopped_before = stopped_before;
-                self.folder
-                    .write(State::NAME, state.encode()?)
+                self.folder.write(State::NAME, state.encode()?)
             }
             None => Ok(()),
         }

@@ -8,10 +8,10 @@ use serde_json::Value;
 use super::builder::Builder;
 use super::contraction::chains_that_act;
 use crate::run::DOCUMENT;
-use crate::{InputError, inputs};
 use crate::scene_file::start::InitialState;
 use crate::scene_file::{Analysis, SceneFile};
 use crate::state::State;
+use crate::{InputError, inputs};
 
 /// Initial state of a body's motion.
 #[derive(Debug, Clone, Default)]

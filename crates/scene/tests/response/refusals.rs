@@ -86,7 +86,7 @@ fn invalid_responses_are_refused_at_their_key() {
             ],
             "--set probe[0].quantities",
         ),
-        (&["probe[0].quantities=[\"von-mises\"]"], "probe"),
+        (&["probe[0].quantities=[\"von-mises\"]"], "line "),
         (
             &[
                 "analysis=dynamic",
