@@ -11,6 +11,7 @@ mod indentation;
 mod interfaces;
 mod lattice;
 mod load_paths;
+mod mesh_files;
 mod meshes;
 mod muscle3d;
 mod paths;

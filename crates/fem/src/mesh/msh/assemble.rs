@@ -6,7 +6,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Cell, MshFile};
+use super::{Cell, MshFile, kind_of};
 use crate::element::Shape;
 use crate::error::{FemError, MshProblem};
 use crate::mesh::{Group, Mesh, MeshNote, NodalField, is_degenerate, measure, sorted};
@@ -160,10 +160,7 @@ impl MshFile {
             let physical = self.physical.get(&(cell.dimension, cell.entity));
             for &tag in physical.into_iter().flatten() {
                 let named = self.names.get(&(cell.dimension, tag)).cloned();
-                let name = named.unwrap_or_else(|| {
-                    let kind = ["point", "curve", "surface", "volume"][cell.dimension as usize];
-                    format!("{kind} {tag}")
-                });
+                let name = named.unwrap_or_else(|| format!("{} {tag}", kind_of(cell.dimension)));
                 let vertex = |&node: &usize| {
                     let unused = || (cell.line, MshProblem::UnusedNode(self.nodes[node].tag));
                     parts.vertices[node].ok_or_else(unused)

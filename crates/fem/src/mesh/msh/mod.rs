@@ -208,7 +208,12 @@ enum Version {
 }
 
 fn header(lines: &mut Lines<'_>) -> Result<Version, MshProblem> {
-    if lines.next() != Some("$MeshFormat") {
+    let mut first = lines.next();
+    if first == Some("$Comments") {
+        while lines.expect("the end of a section")? != "$EndComments" {}
+        first = lines.next();
+    }
+    if first != Some("$MeshFormat") {
         return Err(MshProblem::NotMsh);
     }
     let mut words = lines.words("the format's version")?;
@@ -221,7 +226,15 @@ fn header(lines: &mut Lines<'_>) -> Result<Version, MshProblem> {
     Ok(version)
 }
 
+/// Returns the kind of an entity in names of groups.
+fn kind_of(dimension: u64) -> &'static str {
+    let kinds = ["point", "curve", "surface", "volume"];
+    kinds.get(dimension as usize).copied().unwrap_or("entity")
+}
+
 impl MshFile {
+    /// Reads the names of groups. A name that groups of several dimensions have is preceded by the kind of each, as in
+    /// `surface skin`.
     fn physical_names(&mut self, lines: &mut Lines<'_>) -> Result<(), MshProblem> {
         let count: usize = number(&mut lines.words("a count")?, "a count of names")?;
         let mut names = HashSet::new();
@@ -238,13 +251,20 @@ impl MshFile {
                     expected: "a name in double quotes",
                     found: excerpt(line),
                 })?;
-            if !names.insert(name.clone()) {
+            if !names.insert((dimension, name.clone())) {
                 return Err(MshProblem::Duplicate {
                     what: "physical name",
                     tag: name,
                 });
             }
             self.names.insert((dimension, tag), name);
+        }
+        // A name of groups of several dimensions does not say which one is meant.
+        for ((dimension, _), name) in &mut self.names {
+            let is_other = |(other, own): &(u64, String)| other != dimension && *own == *name;
+            if names.iter().any(is_other) {
+                *name = format!("{} {name}", kind_of(*dimension));
+            }
         }
         lines.close("$EndPhysicalNames")
     }
