@@ -32,7 +32,9 @@ pub mod solid;
 pub mod space;
 
 pub use boundary::SurfaceOperator;
-pub use boundary::contact::{ContactSums, DrivenSlope, Obstacle, RigidContact};
+pub use boundary::contact::{
+    ContactSums, DrivenSlope, Friction, FrictionSums, Obstacle, RigidContact, Sliding,
+};
 pub use boundary::enclosed::EnclosedVolume;
 pub use boundary::follower::FollowerPressure;
 pub use boundary::load;

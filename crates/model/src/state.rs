@@ -64,8 +64,8 @@ pub(crate) struct Workspace {
     pub(crate) force_rate: Vec<f64>,
     pub(crate) multiplier_force: Vec<f64>,
     pub(crate) load: Vec<f64>,
-    /// Force of added stresses, viscoelastic overstress and elastic foundations; empty if the body
-    /// has none of them.
+    /// Force of added stresses, viscoelastic overstress, elastic foundations and friction; empty if the
+    /// body has none of them.
     pub(crate) added_force: Vec<f64>,
     /// T of each element; empty without added stresses.
     pub(crate) tensions: Vec<f64>,
@@ -82,7 +82,7 @@ impl Workspace {
     pub(crate) fn new(muscle: &Muscle) -> Self {
         let solid = &muscle.solid;
         let has_stress = !solid.added_stresses().is_empty() || solid.n_internal() > 0;
-        let has_added = has_stress || !muscle.foundations.is_empty();
+        let has_added = has_stress || !muscle.foundations.is_empty() || muscle.has_friction();
         let nodal = vec![0.0; solid.space().n_components()];
         let vertex = vec![0.0; solid.space().n_pressures()];
         Self {

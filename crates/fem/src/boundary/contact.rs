@@ -1,6 +1,7 @@
 //! Contact of a boundary with a rigid obstacle, by a penalty.
 
 mod driven;
+mod friction;
 mod obstacle;
 
 use crate::boundary::deformed::DeformedFacets;
@@ -8,6 +9,7 @@ use crate::boundary::facet::{area_vector, outward_facets, owners};
 use crate::error::FemError;
 use crate::solid::Solid;
 pub use driven::DrivenSlope;
+pub use friction::{Friction, FrictionSums, Sliding};
 pub use obstacle::Obstacle;
 use obstacle::{Gap, dot};
 
@@ -17,7 +19,7 @@ const DEFAULT_STIFFNESS: f64 = 100.0;
 /// Penetration at which the full stiffness is reached, as a fraction of the facet size.
 const SMOOTHING: f64 = 1e-3;
 
-/// Frictionless contact of a boundary group with a rigid obstacle, of the energy ∫ φ(−g) dS over the undeformed
+/// Contact of a boundary group with a rigid obstacle, of the energy ∫ φ(−g) dS over the undeformed
 /// boundary, with the gap g at the deformed point:
 ///
 /// ```text
@@ -25,6 +27,7 @@ const SMOOTHING: f64 = 1e-3;
 /// ```
 ///
 /// The contact pressure φ' per undeformed area has a continuous derivative. It acts along the normal of the obstacle.
+/// [`Friction`] is added separately.
 ///
 /// # Shapes
 /// Forces and displacements have length `n_components`; displacements of the obstacle have D components.
@@ -213,22 +216,31 @@ impl RigidContact {
 
     fn add_stiffness_in<const D: usize>(&self, offset: &[f64], u: &[f64], values: &mut [f64]) {
         self.for_each_touch::<D>(offset, u, |touch| {
-            let block = touch.slope();
-            let indices = &self.indices[touch.facet];
-            let columns = D * touch.values.len();
-            for (a, value_a) in touch.values.iter().enumerate() {
-                for (b, value_b) in touch.values.iter().enumerate() {
-                    let factor = touch.weight * value_a * value_b;
-                    for (i, row) in block.iter().enumerate() {
-                        for (k, entry) in row.iter().enumerate() {
-                            if let Some(index) = indices[(D * a + i) * columns + D * b + k] {
-                                values[index as usize] += factor * entry;
-                            }
+            self.add_block(touch, &touch.slope(), values);
+        });
+    }
+
+    /// Adds the integrals of a `block` times the shape functions of rows and columns at a point.
+    fn add_block<const D: usize>(
+        &self,
+        touch: &Touch<'_, D>,
+        block: &[[f64; D]; D],
+        values: &mut [f64],
+    ) {
+        let indices = &self.indices[touch.facet];
+        let columns = D * touch.values.len();
+        for (a, value_a) in touch.values.iter().enumerate() {
+            for (b, value_b) in touch.values.iter().enumerate() {
+                let factor = touch.weight * value_a * value_b;
+                for (i, row) in block.iter().enumerate() {
+                    for (k, entry) in row.iter().enumerate() {
+                        if let Some(index) = indices[(D * a + i) * columns + D * b + k] {
+                            values[index as usize] += factor * entry;
                         }
                     }
                 }
             }
-        });
+        }
     }
 
     /// Returns the sums at displacement `u`.

@@ -94,6 +94,8 @@ pub struct Added {
     pub foundation: [bool; 2],
     /// Whether there are active or viscous stresses, and whether one depends on the velocity.
     pub stress: [bool; 2],
+    /// Whether contacts have friction.
+    pub friction: bool,
     /// Whether tensions are unknowns.
     pub tensions: bool,
     /// Number of Prony series.
@@ -119,12 +121,13 @@ impl Added {
                 !stresses.is_empty(),
                 stresses.iter().any(AddedStress::is_viscous),
             ],
+            friction: muscle.has_friction(),
             tensions: muscle.models().next().is_some(),
             relaxing: muscle.solid.relaxation_regions().len(),
         }
     }
 
-    /// Returns whether a force depends on the velocity.
+    /// Returns whether a force other than friction depends on the velocity.
     pub(crate) fn is_damped(self) -> bool {
         self.foundation[1] || self.stress[1]
     }

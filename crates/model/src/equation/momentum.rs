@@ -52,8 +52,16 @@ pub(super) fn terms(context: &Context) -> Vec<Term> {
             Field::Velocity,
             Matrix::FoundationDamping,
         ),
-        (added.stress[0], Field::Displacement, Matrix::AddedStiffness),
-        (added.stress[1], Field::Velocity, Matrix::AddedDamping),
+        (
+            added.stress[0] || added.friction,
+            Field::Displacement,
+            Matrix::AddedStiffness,
+        ),
+        (
+            added.stress[1] || added.friction,
+            Field::Velocity,
+            Matrix::AddedDamping,
+        ),
         (added.tensions, Field::Tension, Matrix::TensionForce),
     ] {
         if acts {

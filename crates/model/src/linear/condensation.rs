@@ -142,7 +142,9 @@ impl Condensation {
     /// Sets up the elimination for `dae`.
     pub fn new(dae: &MuscleDae) -> Self {
         let in_space = dae.muscle().solid.space().dimension() == 3;
-        Self::build(dae, in_space, dae.has_viscous_stress())
+        // Friction couples slip with the stiff normal direction: without its skew part, Newton's iteration diverges.
+        let symmetrizes = in_space && !dae.muscle().has_friction();
+        Self::build(dae, symmetrizes, dae.has_viscous_stress())
     }
 
     /// Sets up the elimination for matrices at states without velocities. There the terms that

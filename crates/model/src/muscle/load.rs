@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use myovib_fem::{
-    ContactSums, DrivenSlope, FemError, FollowerPressure, Obstacle, RigidContact, Solid,
-    SurfaceOperator,
+    ContactSums, DrivenSlope, FemError, FollowerPressure, Friction, FrictionSums, Obstacle,
+    RigidContact, Sliding, Solid, SurfaceOperator,
 };
 
 use crate::signal::Signal;
@@ -160,6 +160,7 @@ pub struct Contact {
     group: String,
     operator: RigidContact,
     motion: ObstacleMotion,
+    friction: Option<Friction>,
 }
 
 impl Contact {
@@ -182,7 +183,22 @@ impl Contact {
             group: group.to_owned(),
             operator: RigidContact::new(solid, group, obstacle, stiffness)?,
             motion,
+            friction: None,
         })
+    }
+
+    /// Adds friction, which acts in motions only: equilibria have no slip velocity.
+    #[must_use]
+    pub fn with_friction(self, friction: Friction) -> Self {
+        Self {
+            friction: Some(friction),
+            ..self
+        }
+    }
+
+    /// Returns the friction.
+    pub fn friction(&self) -> Option<&Friction> {
+        self.friction.as_ref()
     }
 
     /// Returns the name of the group.
@@ -265,6 +281,61 @@ impl Contact {
     /// of all nodes.
     pub fn sums(&self, t: f64, part: f64, u: &[f64]) -> ContactSums {
         self.operator.sums(&self.offset(t, part, u), u)
+    }
+
+    /// Calls `action` with the friction and the motion of the obstacle at time `t` and of the body, if there is friction.
+    fn slide<R>(
+        &self,
+        t: f64,
+        [u, v]: [&[f64]; 2],
+        action: impl FnOnce(&Friction, &Sliding<'_>) -> R,
+    ) -> Option<R> {
+        let friction = self.friction.as_ref()?;
+        let offset = self.offset(t, 1.0, u);
+        let velocity = match &self.motion {
+            ObstacleMotion::Given(motion) => motion.iter().map(|own| own.at(t).d1).collect(),
+            ObstacleMotion::Driven { .. } => vec![0.0; offset.len()],
+        };
+        let (offset, velocity) = (&offset[..], &velocity[..]);
+        Some(action(
+            friction,
+            &Sliding {
+                offset,
+                velocity,
+                u,
+                v,
+            },
+        ))
+    }
+
+    /// Adds the force of the body on the obstacle by friction to `total`, at displacement and velocity `motion` of all nodes.
+    pub(crate) fn add_friction(&self, t: f64, motion: [&[f64]; 2], total: &mut [f64]) {
+        self.slide(t, motion, |friction, sliding| {
+            self.operator.add_friction(friction, sliding, total);
+        });
+    }
+
+    /// Adds the derivatives of [`add_friction`](Self::add_friction) with respect to the free components of `motion` to `values`.
+    pub(crate) fn add_friction_slopes(&self, t: f64, motion: [&[f64]; 2], values: [&mut [f64]; 2]) {
+        self.slide(t, motion, |friction, sliding| {
+            self.operator.add_friction_slopes(friction, sliding, values);
+        });
+    }
+
+    /// Returns the sums of friction, as for [`add_friction`](Self::add_friction); zero without friction.
+    pub fn friction_sums(&self, t: f64, motion: [&[f64]; 2]) -> FrictionSums {
+        let sums = self.slide(t, motion, |friction, sliding| {
+            self.operator.friction_sums(friction, sliding)
+        });
+        sums.unwrap_or_default()
+    }
+
+    /// Returns the dissipation by friction, and its power on the body plus this dissipation: the power of the obstacle.
+    pub(crate) fn friction_powers(&self, t: f64, motion: [&[f64]; 2]) -> [f64; 2] {
+        let sums = self.friction_sums(t, motion);
+        let components = sums.force.iter().zip(self.signals());
+        let obstacle: f64 = components.map(|(f, own)| -f * own.at(t).d1).sum();
+        [sums.dissipation, obstacle]
     }
 
     /// Returns the stored energy at time `t`, and the power of the obstacle minus the power of the contact force on the

@@ -102,8 +102,27 @@ impl Muscle {
     /// # Errors
     /// [`ModelError::Prescribed`], [`ModelError::Activation`].
     pub fn check(&self) -> Result<(), ModelError> {
+        let has_inertia = self.solid.has_inertia();
+        self.check_with(|motion| match has_inertia {
+            false if motion.lowest_jump() > 0 => None,
+            _ => motion.unfit_for_motion(),
+        })
+    }
+
+    /// Checks the body for an equilibrium: as [`check`](Self::check), but prescribed motions may jump.
+    ///
+    /// # Errors
+    /// [`ModelError::Prescribed`], [`ModelError::Activation`].
+    pub(crate) fn check_at_rest(&self) -> Result<(), ModelError> {
+        self.check_with(|_| None)
+    }
+
+    fn check_with(
+        &self,
+        unfit: impl Fn(&Signal) -> Option<&'static str>,
+    ) -> Result<(), ModelError> {
         self.check_activations()?;
-        let (dofs, has_inertia) = (self.solid.dofs(), self.solid.has_inertia());
+        let dofs = self.solid.dofs();
         for (k, prescribed) in self.prescribed.iter().enumerate() {
             let component = prescribed.component;
             let again = |other: &Prescribed| other.component == component;
@@ -113,8 +132,7 @@ impl Muscle {
                     "it is free: constrain it in the solid's DofMap"
                 }
                 () if self.prescribed[..k].iter().any(again) => "it is prescribed twice",
-                () if !has_inertia && prescribed.signal.lowest_jump() > 0 => continue,
-                () => match prescribed.signal.unfit_for_motion() {
+                () => match unfit(&prescribed.signal) {
                     Some(objection) => objection,
                     None => continue,
                 },
@@ -231,6 +249,11 @@ impl Muscle {
         loads.map(|own| own as &dyn BoundaryForce).chain(contacts)
     }
 
+    /// Returns whether a contact has friction.
+    pub(crate) fn has_friction(&self) -> bool {
+        self.contacts.iter().any(|own| own.friction().is_some())
+    }
+
     /// Returns whether a force depends on the displacement of the boundary.
     pub(crate) fn has_boundary_forces(&self) -> bool {
         self.boundary_forces().next().is_some()
@@ -297,7 +320,8 @@ impl Muscle {
     /// the pressure of an incompressible body has index 2.
     pub fn variable_index(&self, formulation: Formulation, field: Field) -> u8 {
         let parameters = &self.parameters;
-        let is_viscous = || Added::of(self).is_damped() && parameters.is_incompressible();
+        let is_damped = || Added::of(self).is_damped() || self.has_friction();
+        let is_viscous = || is_damped() && parameters.is_incompressible();
         match field {
             _ if self.solid.has_inertia() => formulation.variable_index(field, parameters),
             Field::Displacement => 1,

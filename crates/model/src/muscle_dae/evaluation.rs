@@ -3,7 +3,9 @@
 use std::slice::{from_mut, from_ref};
 
 use myovib_dae::{Problem, StepError, VariableKind};
-use myovib_fem::{AddedMotion, Change, Fields, Overstress, TangentProduct, Tangents, Vectors};
+use myovib_fem::{
+    AddedMotion, AddedTangents, Change, Fields, Overstress, TangentProduct, Tangents, Vectors,
+};
 use nalgebra_sparse::pattern::SparsityPattern;
 
 use super::MuscleDae;
@@ -89,6 +91,7 @@ impl MuscleDae {
         let (muscle, u) = (&self.muscle, &self.work.displacement);
         self.matrices.update_boundary_forces(muscle, t, 1.0, u);
         if constant {
+            self.update_added(t);
             return Ok(());
         }
         let state = State::new(&self.layout, y, y_dot);
@@ -103,18 +106,8 @@ impl MuscleDae {
         let pass = self.muscle.solid.tangents(&fields, &mut tangents);
         self.counters.passed(pass)?;
         self.matrices.derive(&self.muscle.solid);
-        if self.context.added.stress[0] {
-            let (muscle, work) = (&self.muscle, &self.work);
-            let (u, v) = (&work.displacement, &work.velocity);
-            self.counters.added_tangent_passes += 1;
-            let tensions = &work.tensions;
-            muscle.solid.added_tangents(
-                &AddedMotion { u, v, tensions },
-                self.matrices.wanted_added(),
-            );
-            self.matrices.symmetrize(Matrix::AddedSymmetricStiffness);
-            self.matrices.update_tensions(muscle, t, u, v);
-        }
+        self.update_added(t);
+        let state = State::new(&self.layout, y, y_dot);
         let internal = state.find(Field::InternalStress).map(Overstress::Internal);
         let given = self.overstress.as_deref().map(Overstress::Given);
         if let Some(over) = internal.or(given) {
@@ -124,6 +117,40 @@ impl MuscleDae {
         }
         self.has_matrices = true;
         Ok(())
+    }
+
+    /// Evaluates the tangents of added stresses and friction for the motion in `work`, if there are any.
+    fn update_added(&mut self, t: f64) {
+        let (muscle, work, added) = (&self.muscle, &self.work, self.context.added);
+        let (u, v) = (&work.displacement[..], &work.velocity[..]);
+        if added.stress[0] {
+            self.counters.added_tangent_passes += 1;
+            let tensions = &work.tensions;
+            muscle.solid.added_tangents(
+                &AddedMotion { u, v, tensions },
+                self.matrices.wanted_added(),
+            );
+        }
+        if added.friction
+            && let AddedTangents {
+                by_displacement: Some(by_u),
+                by_velocity: Some(by_v),
+            } = self.matrices.wanted_added()
+        {
+            if !added.stress[0] {
+                by_u.fill(0.0);
+            }
+            if !added.stress[1] {
+                by_v.fill(0.0);
+            }
+            for contact in &muscle.contacts {
+                contact.add_friction_slopes(t, [u, v], [&mut *by_u, &mut *by_v]);
+            }
+        }
+        if added.stress[0] {
+            self.matrices.symmetrize(Matrix::AddedSymmetricStiffness);
+            self.matrices.update_tensions(muscle, t, u, v);
+        }
     }
 
     /// Computes the residual of a muscle that differs from `other` only outside the element
@@ -172,7 +199,7 @@ impl MuscleDae {
     ) -> Result<(), StepError> {
         self.expand(t, y, Some(y_dot));
         self.expect_tensions(t)?;
-        self.integrate(y, y_dot)
+        self.integrate(t, y, y_dot)
     }
 
     /// Computes the change of the element integrals at a state for a change of motion and pressure.
@@ -221,7 +248,7 @@ impl MuscleDae {
     }
 
     /// Computes the element integrals for the motion in `work`.
-    fn integrate(&mut self, y: &[f64], y_dot: &[f64]) -> Result<(), StepError> {
+    fn integrate(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Result<(), StepError> {
         let Self {
             work,
             needs,
@@ -252,7 +279,7 @@ impl MuscleDae {
         counters.fiber_passes += u64::from(*has_fibers);
         counters.passed(muscle.solid.evaluate(&fields, &mut vectors))?;
         if !work.added_force.is_empty() {
-            evaluate_added(muscle, context, work, counters);
+            evaluate_added(t, muscle, context, work, counters);
         }
         if let Some(internal) = state.find(Field::InternalStress) {
             counters.relaxing_passes += 1;
@@ -302,8 +329,9 @@ impl MuscleDae {
     }
 }
 
-/// Computes the force of added stresses and foundations for the motion and tensions in `work`.
+/// Computes the force of added stresses, foundations and friction at time `t` for the motion and tensions in `work`.
 fn evaluate_added(
+    t: f64,
     muscle: &Muscle,
     context: &Context,
     work: &mut Workspace,
@@ -327,6 +355,9 @@ fn evaluate_added(
     counters.bed_passes += u64::from(!muscle.foundations.is_empty());
     for foundation in &muscle.foundations {
         foundation.add_force(u, v, added_force);
+    }
+    for contact in &muscle.contacts {
+        contact.add_friction(t, [u, v], added_force);
     }
 }
 

@@ -239,7 +239,8 @@ impl MuscleDae {
     /// Returns whether the momentum balance without β has damping other than α times the mass
     /// matrix.
     pub(crate) fn is_damped_beside_mass(&self) -> bool {
-        self.context.added.is_damped() || self.context.graded || self.context.coherence
+        let added = self.context.added;
+        added.is_damped() || added.friction || self.context.graded || self.context.coherence
     }
 
     /// Includes the effect of eliminated oscillators on stiffness and damping in

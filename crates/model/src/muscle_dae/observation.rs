@@ -126,6 +126,9 @@ impl MuscleDae {
             let [stored, rate] = contact.stored_energy(t, u, v);
             energies.elastic += stored;
             energies.load += rate;
+            let [dissipation, obstacle] = contact.friction_powers(t, [u, v]);
+            energies.dissipation += dissipation;
+            energies.load += obstacle;
         }
         for foundation in foundations {
             energies.elastic += foundation.energy(u);

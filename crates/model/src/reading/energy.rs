@@ -19,7 +19,7 @@ pub struct Energies {
     pub support: f64,
     /// Power of the active stresses, W/m.
     pub active: f64,
-    /// α vᵀMv + β ∫Ṗ:∇v + ∫η Ė:Ė, viscous foundations, and ∫H:Ė of viscoelastic stress, W/m. The
+    /// α vᵀMv + β ∫Ṗ:∇v + ∫η Ė:Ė, viscous foundations, friction, and ∫H:Ė of viscoelastic stress, W/m. The
     /// last term is negative while Prony terms release stored energy.
     pub dissipation: f64,
 }

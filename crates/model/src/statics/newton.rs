@@ -357,9 +357,10 @@ fn equations(muscle: &Muscle, has_pressure: bool) -> (Layout, Vec<Entry<f64>>) {
         has_pressure,
         pressure_rate: PressureRateSource::None,
         pressed: muscle.has_boundary_forces(),
-        // All stress has relaxed.
+        // All stress has relaxed, and nothing slips.
         added: Added {
             relaxing: 0,
+            friction: false,
             ..Added::of(muscle)
         },
         graded: solid.has_element_scales(),

@@ -73,13 +73,16 @@ impl Reading for Sums {
     fn values(&self, system: &mut dyn System, at: StateAt<'_>) -> Result<Vec<f64>, ModelError> {
         let StateAt { t, y, .. } = at;
         let (dae, range) = muscle_of(system, y)?;
-        let u = dae.nodal_motion(t, &y[range]).0.to_vec();
+        let (u, v) = dae.nodal_motion(t, &y[range]);
+        let (u, v) = (u.to_vec(), v.to_vec());
         let mut values = vec![0.0; self.dimension + 2];
         let contacts = dae.muscle().contacts.iter();
         for contact in contacts.filter(|contact| contact.group() == self.group) {
             let sums = contact.sums(t, 1.0, &u);
-            for (value, force) in values[..self.dimension].iter_mut().zip(sums.force) {
-                *value += force;
+            let friction = contact.friction_sums(t, [&u, &v]).force;
+            let forces = sums.force.iter().zip(friction);
+            for (value, (pressed, rubbed)) in values[..self.dimension].iter_mut().zip(forces) {
+                *value += pressed - rubbed;
             }
             values[self.dimension] += sums.area;
             let deepest = &mut values[self.dimension + 1];

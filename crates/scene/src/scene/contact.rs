@@ -1,7 +1,7 @@
 //! Contacts of the body with rigid obstacles.
 
 use myovib_fem as fem;
-use myovib_fem::Solid;
+use myovib_fem::{Friction, Solid};
 use myovib_model::{Contact, ObstacleMotion, Signal};
 
 use super::builder::Builder;
@@ -42,6 +42,10 @@ impl Builder<'_> {
                 let contact =
                     Contact::new(solid, &contact.group, obstacle, contact.stiffness, motion);
                 let contact = self.at(&format!("{path}.group"), contact)?;
+                let contact = match self.friction(file, i)? {
+                    Some(friction) => contact.with_friction(friction),
+                    None => contact,
+                };
                 let rest = vec![0.0; solid.space().n_components()];
                 let distance = contact.driven_distance(self.t_end, 0.0, &rest);
                 let coordinates = solid.space().mesh().coordinates().iter();
@@ -56,6 +60,36 @@ impl Builder<'_> {
                 Ok(contact)
             })
             .collect()
+    }
+
+    /// Returns the friction of contact `i`.
+    fn friction(&self, file: &SceneFile, i: usize) -> Result<Option<Friction>, InputError> {
+        let contact = &file.contact[i];
+        let path = |key: &str| format!("contact[{i}].{key}");
+        match (contact.friction, contact.slip_velocity) {
+            (0.0, None) => Ok(None),
+            (0.0, Some(_)) => {
+                let error = InputError::new("a slip velocity belongs to friction");
+                let error = error.next("add `friction`, or remove `slip_velocity`");
+                Err(self.wrong(&path("slip_velocity"), error))
+            }
+            _ if !file.analysis.is_in_time() => {
+                let error = InputError::new(
+                    "friction depends on a slip velocity, which this analysis does not have",
+                );
+                let error = error.next("use analysis = \"quasi-static\" or \"dynamic\"");
+                Err(self.wrong(&path("friction"), error))
+            }
+            (_, None) => {
+                let error = InputError::new("friction needs a slip velocity")
+                    .next("add `slip_velocity`, a hundredth of the expected velocities");
+                Err(self.wrong(&path("friction"), error))
+            }
+            (coefficient, Some(slip_velocity)) => Ok(Some(Friction {
+                coefficient,
+                slip_velocity,
+            })),
+        }
     }
 
     fn given_motion(
@@ -74,7 +108,15 @@ impl Builder<'_> {
             let Some(function) = function else { continue };
             let path = format!("{path}.{}", NAMES[axis]);
             self.component(axis, dimension, &path)?;
-            motion[axis] = self.signal(function, &path)?;
+            let signal = self.signal(function, &path)?;
+            if contact.friction > 0.0
+                && let Some(objection) = signal.unfit_for_motion()
+            {
+                let error = "an obstacle with friction cannot follow this displacement";
+                let error = InputError::new(format!("{error}: {objection}"));
+                return Err(self.wrong(&path, error));
+            }
+            motion[axis] = signal;
         }
         Ok(ObstacleMotion::Given(motion))
     }

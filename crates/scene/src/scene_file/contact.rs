@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::function::Function;
 
-/// Frictionless contact of the boundary with a rigid obstacle.
+/// Contact of the boundary with a rigid obstacle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Contact {
     /// Group of edges or faces.
@@ -25,6 +25,13 @@ pub struct Contact {
     /// Direction of the force, along which the obstacle is free to move, of any length; only with `force`.
     #[schemars(length(min = 2, max = 3))]
     pub direction: Option<Vec<f64>>,
+    /// Coefficient of friction; only in motions and quasi-static analyses.
+    #[serde(default)]
+    #[schemars(extend("minimum" = 0))]
+    pub friction: f64,
+    /// Slip velocity, m/s, at which the friction is 0.71 times `friction` times the pressure; only with `friction`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub slip_velocity: Option<f64>,
     /// Contact pressure per penetration, Pa/m [default: 100 shear moduli per facet size].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub stiffness: Option<f64>,

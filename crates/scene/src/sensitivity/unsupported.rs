@@ -30,6 +30,8 @@ pub enum Unsupported {
     Jump,
     /// Contacts with the default stiffness, which depends on the parameters.
     ContactStiffness,
+    /// Contacts with friction.
+    Friction,
     /// Prony terms, in stiffness maps.
     Prony,
     /// A start from equilibrium, in stiffness maps.
@@ -53,6 +55,7 @@ impl fmt::Display for Unsupported {
             Self::ContactStiffness => {
                 "sensitivities require a given contact stiffness, because the default depends on the parameters"
             }
+            Self::Friction => "sensitivities do not support friction",
             Self::Prony => "stiffness maps do not support Prony terms",
             Self::Equilibrium => "stiffness maps do not support a start from equilibrium",
         })
@@ -70,6 +73,7 @@ impl Unsupported {
             Self::Stop => "remove [[stop]]",
             Self::Jump => "give the step a `rise` above 0",
             Self::ContactStiffness => "give `stiffness`; `myovib check` prints the default",
+            Self::Friction => "remove `friction`",
             Self::Prony => "remove `prony`",
             Self::Equilibrium => "start from rest, or from the folder of another run",
         }
@@ -112,6 +116,9 @@ pub fn unsupported(scene: &Scene) -> Option<(Unsupported, String)> {
     if is_static {
         // The loads at one time do not jump, and bodies at neighboring values have their own contact stiffness.
         return None;
+    }
+    if let Some(i) = file.contact.iter().position(|own| own.friction > 0.0) {
+        return found(Unsupported::Friction, &format!("contact[{i}].friction"));
     }
     let is_default = |contact: &Contact| contact.stiffness.is_none();
     if let Some(i) = file.contact.iter().position(is_default) {

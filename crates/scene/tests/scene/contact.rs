@@ -18,7 +18,11 @@ fn table(text: &str, probe: &str) -> Table {
 }
 
 /// Returns tables of probes of a scene with files in `folder`.
-fn tables_in<const N: usize>(text: &str, folder: &Path, probes: [&str; N]) -> [Table; N] {
+pub(crate) fn tables_in<const N: usize>(
+    text: &str,
+    folder: &Path,
+    probes: [&str; N],
+) -> [Table; N] {
     let out = tempfile::tempdir().unwrap();
     let scene = Scene::build("scene.toml", text, &[], folder).unwrap();
     let run = compute(&scene, &RunOptions::into_folder(out.path())).unwrap();
@@ -34,7 +38,7 @@ fn tables_in<const N: usize>(text: &str, folder: &Path, probes: [&str; N]) -> [T
 }
 
 /// Returns the values of a column.
-fn column(table: &Table, name: &str) -> Vec<f64> {
+pub(crate) fn column(table: &Table, name: &str) -> Vec<f64> {
     let position = table.names.iter().position(|own| own == name).unwrap();
     let rows = table.rows.iter();
     rows.map(|row| table.numbers(row).unwrap()[position])
@@ -42,7 +46,7 @@ fn column(table: &Table, name: &str) -> Vec<f64> {
 }
 
 /// Returns the last value of a column.
-fn last(table: &Table, name: &str) -> f64 {
+pub(crate) fn last(table: &Table, name: &str) -> f64 {
     *column(table, name).last().unwrap()
 }
 

@@ -7,6 +7,7 @@ mod chain_places;
 mod chains;
 mod contact;
 mod equilibria;
+mod friction;
 mod indentation;
 mod interfaces;
 mod lattice;

@@ -197,3 +197,91 @@ fn the_force_is_the_derivative_of_the_energy() {
         }
     }
 }
+
+/// The slopes of friction are its derivatives, its forces add up to its sums, and the force of a long slip is μ times the normal
+/// force. Difference quotients have the errors of the stiffness.
+#[test]
+fn the_slopes_of_friction_are_its_derivatives() {
+    let friction = Friction {
+        coefficient: 0.4,
+        slip_velocity: 0.02,
+    };
+    let (offset, velocity) = ([2e-3, -1e-3, 1e-3], [0.05, -0.02, 0.03]);
+    for dimension in [2, 3] {
+        let solid = block(dimension);
+        let (u, n) = (deformed(&solid), solid.dofs().n_full());
+        let v: Vec<f64> = (0..n).map(|i| 0.04 * (2.1 * i as f64).cos()).collect();
+        let pattern = solid.displacement_pattern();
+        for obstacle in obstacles(dimension) {
+            let contact = RigidContact::new(&solid, "top", obstacle, Some(1e6)).unwrap();
+            let at = |u: &[f64], v: &[f64]| {
+                let mut force = vec![0.0; n];
+                let (offset, velocity) = (&offset[..], &velocity[..]);
+                let sliding = Sliding {
+                    offset,
+                    velocity,
+                    u,
+                    v,
+                };
+                contact.add_friction(&friction, &sliding, &mut force);
+                let sums = contact.friction_sums(&friction, &sliding);
+                (force, sums)
+            };
+            let mut slopes = [(); 2].map(|()| vec![0.0; pattern.nnz()]);
+            let [by_u, by_v] = &mut slopes;
+            let sliding = Sliding {
+                offset: &offset,
+                velocity: &velocity,
+                u: &u,
+                v: &v,
+            };
+            contact.add_friction_slopes(&friction, &sliding, [by_u, by_v]);
+            for (which, values) in slopes.iter().enumerate() {
+                let scale = values.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+                assert!(scale > 0.0, "{obstacle:?}");
+                let quotients = (0..n).flat_map(|column| {
+                    let shifted = |step: f64| {
+                        let mut motion = [u.clone(), v.clone()];
+                        motion[which][column] += step;
+                        at(&motion[0], &motion[1]).0
+                    };
+                    let (plus, minus) = (shifted(1e-8), shifted(-1e-8));
+                    let rows = pattern.lane(column).iter();
+                    rows.map(move |&row| (plus[row] - minus[row]) / 2e-8)
+                });
+                for (found, quotient) in values.iter().zip(quotients) {
+                    let error = (found - quotient).abs();
+                    assert!(error < 1e-6 * scale, "{obstacle:?} {which}: {error:e}");
+                }
+            }
+            let (force, sums) = at(&u, &v);
+            for axis in 0..dimension {
+                let sum: f64 = force.iter().skip(axis).step_by(dimension).sum();
+                assert!((sum - sums.force[axis]).abs() < 1e-12, "{obstacle:?}");
+            }
+            // In the plane and in space, friction dissipates its force times the relative velocity.
+            let relative = v
+                .iter()
+                .enumerate()
+                .map(|(i, v)| v - velocity[i % dimension]);
+            let power: f64 = force.iter().zip(relative).map(|(f, v)| f * v).sum();
+            assert!((power - sums.dissipation).abs() < 1e-12 && power > 0.0);
+            if let Obstacle::Plane { normal, .. } = obstacle {
+                let mut fast = [-1e6 * normal[1], 1e6 * normal[0], 0.0];
+                if dimension == 3 {
+                    fast = [1e6, 0.0, 0.0];
+                }
+                let sliding = Sliding {
+                    velocity: &fast,
+                    ..sliding
+                };
+                let [tangential, pressed] = [
+                    contact.friction_sums(&friction, &sliding).force,
+                    contact.sums(&offset, &u).force,
+                ]
+                .map(|force| dot(&force, &force).sqrt());
+                assert!((tangential / (0.4 * pressed) - 1.0).abs() < 1e-12);
+            }
+        }
+    }
+}

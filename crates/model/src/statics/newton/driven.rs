@@ -100,12 +100,7 @@ impl DrivenObstacles {
 
 /// Adds the derivative of the forces of driven obstacles with respect to the load factor to `change`, whose first entries are
 /// the free displacement components, at the displacement `u` of all nodes under a `part` of the loads at time `t`.
-pub(super) fn add_load(
-    muscle: &Muscle,
-    (t, part): (f64, f64),
-    u: &[f64],
-    change: &mut [f64],
-) {
+pub(super) fn add_load(muscle: &Muscle, (t, part): (f64, f64), u: &[f64], change: &mut [f64]) {
     let free = muscle.solid.dofs().free_to_full();
     for contact in &muscle.contacts {
         let Some((slope, force)) = contact.driven_slope(t, part, u) else {

@@ -1,0 +1,191 @@
+//! Regularized Coulomb friction.
+
+use super::obstacle::dot;
+use super::{RigidContact, Touch};
+
+/// Friction that resists the slip velocity w, the tangential velocity of the body relative to the obstacle, with the traction
+/// μ φ' w/√(|w|² + v₀²) per undeformed area.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Friction {
+    /// μ.
+    pub coefficient: f64,
+    /// v₀, m/s: the body creeps where the traction is below μ φ'.
+    pub slip_velocity: f64,
+}
+
+/// Motion of a body and an obstacle.
+#[derive(Debug, Clone, Copy)]
+pub struct Sliding<'a> {
+    /// Displacement of the obstacle, m.
+    pub offset: &'a [f64],
+    /// Velocity of the obstacle, m/s.
+    pub velocity: &'a [f64],
+    /// Displacement of all nodes, m.
+    pub u: &'a [f64],
+    /// Velocity of all nodes, m/s.
+    pub v: &'a [f64],
+}
+
+/// Sums over a contact with friction.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FrictionSums {
+    /// Force of the body on the obstacle, N, in 2D in N/m; unused components are zero.
+    pub force: [f64; 3],
+    /// Dissipated power, W, in 2D in W/m.
+    pub dissipation: f64,
+}
+
+/// Slip at a quadrature point.
+struct Slip<'a, const D: usize> {
+    touch: &'a Touch<'a, D>,
+    /// w.
+    tangential: [f64; D],
+    /// Normal component of the relative velocity.
+    normal: f64,
+    /// √(|w|² + v₀²).
+    speed: f64,
+    /// μ φ'/√(|w|² + v₀²).
+    factor: f64,
+}
+
+impl<const D: usize> Slip<'_, D> {
+    /// Returns the derivatives of the resisting traction with respect to the position and the velocity.
+    fn slopes(&self, friction: &Friction) -> [[[f64; D]; D]; 2] {
+        let gap = &self.touch.gap;
+        let (n, a, w) = (gap.normal, gap.axis, self.tangential);
+        let square = self.speed * self.speed;
+        let growth = friction.coefficient * self.touch.potential[2] / self.speed;
+        let mut slopes = [[[0.0; D]; D]; 2];
+        for i in 0..D {
+            for k in 0..D {
+                let tangential = f64::from(u8::from(i == k)) - n[i] * n[k];
+                let bent = gap.curvature * (tangential - a[i] * a[k]);
+                let bent_slip = gap.curvature * (w[k] - a[k] * dot(&a, &w));
+                let turned = self.normal * (bent - w[i] * bent_slip / square) + n[i] * bent_slip;
+                slopes[0][i][k] = -growth * w[i] * n[k] - self.factor * turned;
+                slopes[1][i][k] = self.factor * (tangential - w[i] * w[k] / square);
+            }
+        }
+        slopes
+    }
+}
+
+impl RigidContact {
+    /// Adds the force of the body on the obstacle by friction to `total`.
+    ///
+    /// # Panics
+    /// Panics if an array is too short.
+    pub fn add_friction(&self, friction: &Friction, sliding: &Sliding<'_>, total: &mut [f64]) {
+        match self.boundary.dimension {
+            2 => self.add_friction_in::<2>(friction, sliding, total),
+            _ => self.add_friction_in::<3>(friction, sliding, total),
+        }
+    }
+
+    fn add_friction_in<const D: usize>(
+        &self,
+        friction: &Friction,
+        sliding: &Sliding<'_>,
+        total: &mut [f64],
+    ) {
+        self.for_each_slip::<D>(friction, sliding, |slip| {
+            let nodes = &self.boundary.facets[slip.touch.facet];
+            for (&node, value) in nodes.iter().zip(slip.touch.values) {
+                let factor = slip.factor * slip.touch.weight * value;
+                for (total, w) in total[D * node..].iter_mut().zip(slip.tangential) {
+                    *total += factor * w;
+                }
+            }
+        });
+    }
+
+    /// Adds the derivatives of [`add_friction`](Self::add_friction) with respect to the free components of displacement and
+    /// velocity to `values`.
+    ///
+    /// # Shapes
+    /// Both of `values` hold the entries of [`Solid::displacement_pattern`](crate::Solid::displacement_pattern).
+    ///
+    /// # Panics
+    /// Panics if an array is too short.
+    pub fn add_friction_slopes(
+        &self,
+        friction: &Friction,
+        sliding: &Sliding<'_>,
+        values: [&mut [f64]; 2],
+    ) {
+        match self.boundary.dimension {
+            2 => self.add_friction_slopes_in::<2>(friction, sliding, values),
+            _ => self.add_friction_slopes_in::<3>(friction, sliding, values),
+        }
+    }
+
+    fn add_friction_slopes_in<const D: usize>(
+        &self,
+        friction: &Friction,
+        sliding: &Sliding<'_>,
+        [by_displacement, by_velocity]: [&mut [f64]; 2],
+    ) {
+        self.for_each_slip::<D>(friction, sliding, |slip| {
+            let [by_position, by_slip] = slip.slopes(friction);
+            self.add_block(slip.touch, &by_position, by_displacement);
+            self.add_block(slip.touch, &by_slip, by_velocity);
+        });
+    }
+
+    /// Returns the sums of friction.
+    ///
+    /// # Panics
+    /// Panics if an array is too short.
+    pub fn friction_sums(&self, friction: &Friction, sliding: &Sliding<'_>) -> FrictionSums {
+        match self.boundary.dimension {
+            2 => self.friction_sums_in::<2>(friction, sliding),
+            _ => self.friction_sums_in::<3>(friction, sliding),
+        }
+    }
+
+    fn friction_sums_in<const D: usize>(
+        &self,
+        friction: &Friction,
+        sliding: &Sliding<'_>,
+    ) -> FrictionSums {
+        let mut sums = FrictionSums::default();
+        self.for_each_slip::<D>(friction, sliding, |slip| {
+            let factor = slip.touch.weight * slip.factor;
+            for (force, w) in sums.force.iter_mut().zip(slip.tangential) {
+                *force += factor * w;
+            }
+            sums.dissipation += factor * dot(&slip.tangential, &slip.tangential);
+        });
+        sums
+    }
+
+    fn for_each_slip<const D: usize>(
+        &self,
+        friction: &Friction,
+        sliding: &Sliding<'_>,
+        mut kernel: impl FnMut(&Slip<'_, D>),
+    ) {
+        self.for_each_touch::<D>(sliding.offset, sliding.u, |touch| {
+            let mut relative: [f64; D] = std::array::from_fn(|i| -sliding.velocity[i]);
+            let nodes = &self.boundary.facets[touch.facet];
+            for (&node, value) in nodes.iter().zip(touch.values) {
+                for (sum, v) in relative.iter_mut().zip(&sliding.v[D * node..]) {
+                    *sum += value * v;
+                }
+            }
+            let n = touch.gap.normal;
+            let normal = dot(&relative, &n);
+            let tangential: [f64; D] = std::array::from_fn(|i| relative[i] - normal * n[i]);
+            let speed = dot(&tangential, &tangential)
+                .sqrt()
+                .hypot(friction.slip_velocity);
+            kernel(&Slip {
+                touch,
+                tangential,
+                normal,
+                speed,
+                factor: friction.coefficient * touch.potential[1] / speed,
+            });
+        });
+    }
+}

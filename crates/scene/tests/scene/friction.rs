@@ -1,0 +1,134 @@
+//! Contact with friction, against closed forms.
+
+use std::f64::consts::PI;
+use std::path::Path;
+
+use myovib_scene::Scene;
+
+use crate::contact::{column, last, tables_in};
+
+const FRICTION: f64 = 0.3;
+/// Slip velocity, m/s.
+const SLIP: f64 = 1e-4;
+
+/// A block of 20 mm by 10 mm, in space with a depth of 10 mm, under a plate.
+fn block(dimension: usize, head: &str, contact: &str, rtol: f64) -> String {
+    let (mesh, point, normal) = match dimension {
+        2 => (
+            "type = \"rectangle\"\nwidth = 0.02\nheight = 0.01\ncells = [4, 2]",
+            "[0.0, 0.01]",
+            "[0.0, -1.0]",
+        ),
+        _ => (
+            "type = \"box\"\nsize = [0.02, 0.01, 0.01]\ncells = [2, 1, 1]",
+            "[0.0, 0.0, 0.01]",
+            "[0.0, 0.0, -1.0]",
+        ),
+    };
+    format!(
+        "{head}[mesh]\n{mesh}\n[solid]\nbulk_modulus = 1e6\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\n\
+         shear_modulus = 1e4\n[[contact]]\ngroup = \"top\"\ntype = \"plane\"\npoint = {point}\nnormal = {normal}\n{contact}\n\
+         [[probe]]\nname = \"plate\"\ntype = \"contact\"\ngroup = \"top\"\ninterval = 0.01\n\
+         [integrator]\nmethod = \"radau9\"\nrtol = {rtol:e}\n"
+    )
+}
+
+/// A plate that presses the block and moves to and fro slips, except while it turns. While it slips at the velocity V, all points carry
+/// μ/√(1 + (v₀/V)²) of the pressure. The block has a velocity because this fraction changes, below (v₀/V)² of V.
+#[test]
+fn a_dragged_plate_slips_at_the_force_of_coulomb() {
+    for (dimension, down) in [(2, "y"), (3, "z")] {
+        let contact = format!(
+            "{down} = {{ type = \"step\", value = -2e-4, rise = 0.2 }}\n\
+             x = {{ type = \"sine\", amplitude = 0.01, frequency = 0.5 }}\nfriction = {FRICTION}\nslip_velocity = {SLIP}"
+        );
+        let head =
+            "analysis = \"quasi-static\"\n[time]\nend = 1.0\n[[fixed]]\ngroup = \"bottom\"\n";
+        let text = block(dimension, head, &contact, 1e-4);
+        let [plate] = tables_in(&text, Path::new(""), ["plate"]);
+        let [along, pressed] = ["F_x", &format!("F_{down}")].map(|name| column(&plate, name));
+        for row in [30, 40, 90, 100] {
+            let velocity = 0.01 * PI * (0.01 * PI * row as f64).cos();
+            let ratio = (SLIP / velocity).powi(2);
+            let exact = FRICTION.copysign(velocity) / (1.0 + ratio).sqrt();
+            let error = (along[row] / -pressed[row] / exact - 1.0).abs();
+            assert!(error < ratio * ratio + 1e-7, "{dimension} {row}: {error:e}");
+        }
+    }
+}
+
+/// A plate that rubs to and fro does work that friction dissipates: the balance of energy is closed.
+#[test]
+fn friction_dissipates_the_work_of_the_plate() {
+    let contact = format!(
+        "y = -2e-4\nx = {{ type = \"sine\", amplitude = 5e-3, frequency = 10.0 }}\nfriction = {FRICTION}\nslip_velocity = 1e-3"
+    );
+    let head = "[time]\nend = 0.1\n[[fixed]]\ngroup = \"bottom\"\n[initial_state]\ntype = \"equilibrium\"\n";
+    let rtol = 1e-3;
+    let text = block(2, head, &contact, rtol)
+        + "[[probe]]\nname = \"energy\"\ntype = \"energy\"\ninterval = 0.01\n";
+    let [energy] = tables_in(&text, Path::new(""), ["energy"]);
+    let imbalance = column(&energy, "imbalance");
+    let imbalance = imbalance.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
+    let [work, dissipated] = ["work", "dissipated"].map(|name| last(&energy, name));
+    assert!(dissipated > 0.9 * work && work > 0.0, "{work} {dissipated}");
+    assert!(imbalance < rtol * work, "{imbalance:e} {work}");
+}
+
+/// Momentum of a block of weight m g that slides on a floor: friction decelerates it by μ times the force of the floor, which is
+/// m (g + dv_y/dt). The slip is above a hundred slip velocities, so that friction is below its limit by less than 1e-4.
+#[test]
+fn a_sliding_block_decelerates_by_the_weight_times_friction() {
+    let contact = format!("friction = {FRICTION}\nslip_velocity = 1e-3");
+    let head = "[time]\nend = 0.1\n[initial_state]\ntype = \"velocity\"\nvalue = [1.0, 0.0]\n[[body_force]]\ny = -9.81\n";
+    let text = block(2, head, &contact, 1e-4)
+        .replace("group = \"top\"", "group = \"bottom\"")
+        .replace("[0.0, 0.01]", "[0.0, 0.0]")
+        .replace("[0.0, -1.0]", "[0.0, 1.0]")
+        + "[[probe]]\nname = \"mean\"\ntype = \"average\"\ngroup = \"body\"\nquantities = [\"v\"]\ninterval = 0.1\n";
+    let [mean] = tables_in(&text, Path::new(""), ["mean"]);
+    let pushed = 9.81 * 0.1 + last(&mean, "v_y");
+    let lost = 1.0 - last(&mean, "v_x");
+    let error = (lost / (FRICTION * pushed) - 1.0).abs();
+    assert!(error < 5e-3 && lost > 0.1, "{error:e} {lost}");
+}
+
+/// Checks that friction without its slip velocity, and in analyses without slip, gives an error with the line of the key.
+#[test]
+fn invalid_friction_is_rejected() {
+    let motion = "[time]\nend = 1.0\n[[fixed]]\ngroup = \"bottom\"\n";
+    let full = "friction = 0.3\nslip_velocity = 1e-3";
+    let build = |head: &str, contact: &str| {
+        Scene::build(
+            "scene.toml",
+            &block(2, head, contact, 1e-3),
+            &[],
+            Path::new(""),
+        )
+    };
+    assert!(build(motion, full).is_ok());
+    let of = |analysis: &str| format!("analysis = \"{analysis}\"\n[[fixed]]\ngroup = \"bottom\"\n");
+    for (head, contact, line) in [
+        (motion, "friction = 0.3", "friction = 0.3"),
+        (motion, "slip_velocity = 1e-3", "slip_velocity = 1e-3"),
+        (motion, "friction = -0.3", "friction = -0.3"),
+        (
+            motion,
+            "friction = 0.3\nslip_velocity = 0.0",
+            "slip_velocity = 0.0",
+        ),
+        (
+            motion,
+            &format!("{full}\nx = {{ type = \"ramp\", value = 0.01, end = 1.0 }}"),
+            "x = { type",
+        ),
+        (&of("static"), full, "friction = 0.3"),
+        (&of("modes"), full, "friction = 0.3"),
+    ] {
+        let error = build(head, contact).unwrap_err().to_string();
+        assert!(
+            error.contains(&format!(" | {line}")),
+            "{head} {contact}: {error}"
+        );
+    }
+}
