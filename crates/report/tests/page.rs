@@ -302,3 +302,25 @@ fn pages_without_curves_are_small() {
     assert!(html.contains("\"oscillates\":true"));
     assert!(html.len() < 1_000_000, "{}", html.len());
 }
+
+/// Regression: obstacles, springs and point forces were missing, and a neo-hooke law was shown as mooney-rivlin.
+#[test]
+fn a_report_lists_what_acts_on_the_body() {
+    let material = "material=[{ group = \"body\", law = \"neo-hooke\", density = 1e3, shear_modulus = 12345.0 }]";
+    let contact = "contact=[{ group = \"load\", type = \"plane\", point = [60.0, 0.0], normal = [-1.0, 0.0] }]";
+    let spring = "spring=[{ at = [48.0, 60.0], stiffness = 54321.0 }]";
+    let force = "point_force=[{ at = [48.0, 60.0], x = 0.0625 }]";
+    let html = report("cook-static", &[material, contact, spring, force]);
+    for listed in [
+        "<td>neo-hooke</td>",
+        "shear_modulus = 12345",
+        "<td>contact</td>",
+        "normal = [-1, 0]",
+        "<td>spring</td>",
+        "stiffness = 54321",
+        "<td>point force</td>",
+        "0.0625",
+    ] {
+        assert!(html.contains(listed), "{listed}");
+    }
+}

@@ -15,7 +15,7 @@ const LARGEST_CHANGE: f64 = 0.5;
 /// than this fraction of the allowed change. A body may need the smaller steps in its load where it is soft: before a limit
 /// point, or at the start of a contact.
 const SMALLEST_STEP: f64 = 1.0 / 1024.0;
-/// Smallest load increment, as a fraction of the whole load, which bounds the number of failures.
+/// Load increment, as a fraction of the whole load, below which a failed step always ends the path.
 const SMALLEST_LOAD_STEP: f64 = 1e-9;
 
 /// A path in steps of the load.
@@ -100,11 +100,10 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
             };
             let gradient = self.newton.gradient(&slope[..n_free], 1.0);
             let left = end - self.reached;
-            let step = self.increment.min(GRADIENT_STEP / gradient);
+            let step = self
+                .increment
+                .min((GRADIENT_STEP / gradient).max(SMALLEST_STEP));
             let is_last = step >= left.abs();
-            if !is_last && step < SMALLEST_LOAD_STEP {
-                return self.give_up();
-            }
             let step = if is_last { left } else { step.copysign(left) };
             let target = if is_last { end } else { self.reached + step };
             let predicted = self.predicted(&slope, step);
@@ -148,8 +147,9 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
             } else {
                 self.increment = 0.5 * step.abs();
                 direction = Some(slope);
-                if self.increment < SMALLEST_STEP
-                    && self.increment * gradient < SMALLEST_STEP * GRADIENT_STEP
+                let is_stiff = self.increment * gradient < SMALLEST_STEP * GRADIENT_STEP;
+                if self.increment < SMALLEST_LOAD_STEP
+                    || (self.increment < SMALLEST_STEP && is_stiff)
                 {
                     return self.give_up();
                 }

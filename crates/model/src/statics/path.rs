@@ -89,7 +89,7 @@ pub fn follow(
     watch: &mut dyn FnMut(&Search) -> ControlFlow<()>,
     record: &mut dyn FnMut(PathState) -> ControlFlow<()>,
 ) -> Result<PathEnd, ModelError> {
-    muscle.check()?;
+    muscle.check_at_rest()?;
     expect_held(muscle)?;
     if !formulation.has(Field::Pressure) {
         formulation.check(&muscle.parameters)?;

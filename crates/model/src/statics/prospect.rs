@@ -34,7 +34,7 @@ impl<'a> Prospect<'a> {
         formulation: Formulation,
         t: f64,
     ) -> Result<Self, ModelError> {
-        muscle.check()?;
+        muscle.check_at_rest()?;
         Ok(Self {
             newton: Newton::new(muscle, formulation, t)?,
         })

@@ -46,12 +46,13 @@ pub(super) fn body(
     let picture = figure("Mesh, supports and loads", &picture, &[]);
     Ok(format!(
         "<h2>The body</h2>\n<div class=\"view\" data-body=\"{number}\">{deformed}</div>\n{notes}\
-         <div class=\"beside\">\n{picture}{section}{}</div>\n",
-        materials(scene, "wide")
+         <div class=\"beside\">\n{picture}{section}{}{}</div>\n",
+        materials(scene, "wide"),
+        contacts_and_points(scene)
     ))
 }
 
-/// Returns the fixed, moved, loaded and pressurized groups; for loads with the given components.
+/// Returns the fixed, moved, touched, loaded and pressurized groups; for loads with the given components.
 fn groups(scene: &Scene) -> Vec<(&str, Option<[f64; 2]>)> {
     let file = &scene.file;
     let held = file.fixed.iter().map(|fixed| (&*fixed.group, None));
@@ -72,7 +73,9 @@ fn groups(scene: &Scene) -> Vec<(&str, Option<[f64; 2]>)> {
         .elastic_foundation
         .iter()
         .map(|foundation| (&*foundation.group, None));
-    let all = held.chain(moved).chain(bedded).chain(loaded).chain(pressed);
+    let touched = file.contact.iter().map(|contact| (&*contact.group, None));
+    let all = held.chain(moved).chain(bedded).chain(touched);
+    let all = all.chain(loaded).chain(pressed);
     let mut once = Vec::new();
     for group in all {
         if !once.contains(&group) {
@@ -186,6 +189,40 @@ fn written(value: &Value) -> String {
     }
 }
 
+/// Returns keys with their values, except for `others`.
+fn listed(table: &serde_json::Map<String, Value>, others: &[&str]) -> String {
+    let words = table.iter().filter_map(|(key, value)| match value {
+        _ if others.contains(&&**key) => None,
+        Value::Null => None,
+        value => Some(format!("{} = {}", escape(key), escape(&written(value)))),
+    });
+    words.collect::<Vec<_>>().join(", ")
+}
+
+/// Returns the table of contacts, springs and point forces, if there are any.
+fn contacts_and_points(scene: &Scene) -> String {
+    let file = &scene.file;
+    let all = [
+        ("contact", serde_json::to_value(&file.contact)),
+        ("spring", serde_json::to_value(&file.spring)),
+        ("point force", serde_json::to_value(&file.point_force)),
+    ];
+    let rows = all.iter().flat_map(|(kind, tables)| {
+        let tables = tables.iter().filter_map(Value::as_array).flatten();
+        let tables = tables.filter_map(Value::as_object);
+        tables
+            .map(move |table| format!("<tr><td>{kind}</td><td>{}</td></tr>\n", listed(table, &[])))
+    });
+    let rows: String = rows.collect();
+    match rows.is_empty() {
+        true => rows,
+        false => format!(
+            "<div class=\"wide\"><table class=\"materials\"><tr><th>acts on the body</th><th>values, SI</th></tr>\n\
+             {rows}</table></div>\n"
+        ),
+    }
+}
+
 /// Returns the table of materials and their constants, in a box of this class.
 fn materials(scene: &Scene, class: &str) -> String {
     let rows: String = scene
@@ -198,18 +235,13 @@ fn materials(scene: &Scene, class: &str) -> String {
                 Ok(Value::Object(constants)) => constants,
                 _ => serde_json::Map::new(),
             };
-            let words = constants.iter().filter_map(|(key, value)| match value {
-                _ if key == "group" || key == "law" => None,
-                Value::Null => None,
-                value => Some(format!("{} = {}", escape(key), escape(&written(value)))),
-            });
             format!(
                 "<tr><td><span class=\"swatch\" style=\"background:{}\"></span>{}</td><td>{}</td>\
                  <td>{}</td></tr>\n",
                 shade(i),
                 escape(material.group.as_deref().unwrap_or("everywhere")),
                 escape(constants.get("law").and_then(Value::as_str).unwrap_or("")),
-                words.collect::<Vec<_>>().join(", ")
+                listed(&constants, &["group", "law"])
             )
         })
         .collect();

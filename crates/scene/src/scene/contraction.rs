@@ -61,7 +61,7 @@ impl Builder<'_> {
             let of_region = |element: &usize| regions[*element] == i;
             let members: Vec<usize> = (0..regions.len()).filter(of_region).collect();
             let refused = material.active.is_some() || file.analysis != Analysis::Response;
-            let refused = refused && material.law.0.is_linear();
+            let refused = refused && material.law.law.is_linear();
             if let (true, Some(&element)) = (refused, members.first()) {
                 self.at(&path, Err(FemError::AddedToSmallStrain { element }))?;
             }
@@ -109,7 +109,7 @@ impl Builder<'_> {
             if prony.is_empty() {
                 continue;
             }
-            if material.law.0.is_linear() && file.analysis != Analysis::Response {
+            if material.law.law.is_linear() && file.analysis != Analysis::Response {
                 let error = InputError::new("stress of small strains does not relax here")
                     .next("choose a law of finite strains, or Rayleigh damping");
                 return Err(self.wrong(&path, error));

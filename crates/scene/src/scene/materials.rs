@@ -191,7 +191,7 @@ impl Builder<'_> {
 
     /// Rejects a law whose moduli are all zero. Individual moduli may be zero.
     fn stiffness(&self, material: &Material, path: &str) -> Result<(), InputError> {
-        let law = material.law.0;
+        let law = material.law.law;
         let constants = law.description().parameters.iter().zip(law.values());
         let (names, moduli): (Vec<&str>, Vec<f64>) = constants
             .filter(|(constant, _)| constant.unit == "Pa")
@@ -207,7 +207,7 @@ impl Builder<'_> {
 
     /// Rejects a fiber law without fibers, missing sheets, and sheets without fibers.
     fn directions(&self, material: &Material, path: &str) -> Result<(), InputError> {
-        let law = material.law.0;
+        let law = material.law.law;
         let name = law.description().name;
         if law.has_fibers() && material.fiber.is_none() {
             let error =

@@ -184,7 +184,7 @@ impl Builder<'_> {
     }
 
     /// Returns a function of time that a displacement can follow from rest. Without inertia, its
-    /// slope may jump.
+    /// slope may jump; in an equilibrium, any function has a value.
     fn motion(
         &self,
         file: &SceneFile,
@@ -192,10 +192,12 @@ impl Builder<'_> {
         path: &str,
     ) -> Result<Signal, InputError> {
         let signal = self.signal(function, path)?;
-        if file.analysis == Analysis::QuasiStatic && signal.lowest_jump() > 0 {
-            return Ok(signal);
-        }
-        match signal.unfit_for_motion() {
+        let unfit = match file.analysis {
+            Analysis::Static => None,
+            Analysis::QuasiStatic if signal.lowest_jump() > 0 => None,
+            _ => signal.unfit_for_motion(),
+        };
+        match unfit {
             Some(objection) => {
                 let error =
                     InputError::new(format!("the displacement cannot follow this: {objection}"));

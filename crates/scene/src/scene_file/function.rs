@@ -81,7 +81,7 @@ pub enum Composed {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Interpolation {
-    /// Straight lines; steps end at each kink. For displacements only in quasi-static analyses.
+    /// Straight lines; steps end at each kink. For displacements only in static and quasi-static analyses.
     #[default]
     Linear,
     /// Monotone cubic: no value beyond the rows.

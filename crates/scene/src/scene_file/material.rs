@@ -17,7 +17,7 @@ use super::number::Number;
 use super::solid::{BulkModulus, SpatialFactor};
 
 /// Another name of `mooney-rivlin`, with c10 = ζ/2 and c01 = 0.
-pub(crate) const NEO_HOOKE: &str = "neo-hooke";
+const NEO_HOOKE: &str = "neo-hooke";
 const NEO_HOOKE_CONSTANTS: &[Parameter] = &[Parameter::new(
     "shear_modulus",
     "Pa",
@@ -82,7 +82,7 @@ impl Material {
     /// # Errors
     /// A constant that is no longer finite.
     pub(crate) fn stiffened(&self) -> Result<myovib_fem::Law, FemError> {
-        let law = self.law.0.scaled(self.stress_scale);
+        let law = self.law.law.scaled(self.stress_scale);
         law.check().map(|()| law)
     }
 }
@@ -135,12 +135,34 @@ pub enum Direction {
 
 /// A law of the library with its constants.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LawConstants(pub myovib_fem::Law);
+pub struct LawConstants {
+    /// The law.
+    pub law: myovib_fem::Law,
+    /// Whether it is written as `neo-hooke`.
+    is_neo_hooke: bool,
+}
+
+impl From<myovib_fem::Law> for LawConstants {
+    fn from(law: myovib_fem::Law) -> Self {
+        Self {
+            law,
+            is_neo_hooke: false,
+        }
+    }
+}
 
 impl Serialize for LawConstants {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let description = self.0.description();
-        let constants = description.parameters.iter().zip(self.0.values());
+        if let (true, myovib_fem::Law::MooneyRivlin { c10, .. }) = (self.is_neo_hooke, self.law) {
+            let shear_modulus = (NEO_HOOKE_CONSTANTS[0].name.to_owned(), Number(2.0 * c10));
+            let written = Written {
+                law: NEO_HOOKE.to_owned(),
+                constants: BTreeMap::from([shear_modulus]),
+            };
+            return written.serialize(serializer);
+        }
+        let description = self.law.description();
+        let constants = description.parameters.iter().zip(self.law.values());
         Written {
             law: description.name.to_owned(),
             constants: constants
@@ -156,13 +178,15 @@ impl<'de> Deserialize<'de> for LawConstants {
         let Written { law, constants } = Written::deserialize(deserializer)?;
         let given = constants.iter().map(|(name, value)| (&**name, value.0));
         let given: Vec<(&str, f64)> = given.collect();
-        let law = match (&*law, &*given) {
+        let (law, is_neo_hooke) = match (&*law, &*given) {
             (NEO_HOOKE, &[("shear_modulus", zeta)]) => {
-                myovib_fem::Law::named("mooney-rivlin", &[("c10", 0.5 * zeta), ("c01", 0.0)])
+                let constants = [("c10", 0.5 * zeta), ("c01", 0.0)];
+                (myovib_fem::Law::named("mooney-rivlin", &constants), true)
             }
-            (name, given) => myovib_fem::Law::named(name, given),
+            (name, given) => (myovib_fem::Law::named(name, given), false),
         };
-        law.map(LawConstants).map_err(D::Error::custom)
+        let law = law.map_err(D::Error::custom)?;
+        Ok(Self { law, is_neo_hooke })
     }
 }
 

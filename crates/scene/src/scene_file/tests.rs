@@ -68,7 +68,7 @@ fn overrides_replace_add_and_need_no_quotes() {
     );
     assert_eq!(
         scene.material[0].law,
-        material::LawConstants(myovib_fem::Law::MooneyRivlin { c10: 2e4, c01: 2e2 })
+        material::LawConstants::from(myovib_fem::Law::MooneyRivlin { c10: 2e4, c01: 2e2 })
     );
     assert_eq!(
         (scene.time.unwrap().end, scene.modes.unwrap().count),

@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::InputError;
 use crate::scene::{Body, Scene};
 use crate::scene_file::identification::Parameter;
-use crate::scene_file::material::{NEO_HOOKE, law_constant};
+use crate::scene_file::material::law_constant;
 use crate::scene_file::surface_load::SurfaceLoads;
 
 /// How the equations depend on a parameter.
@@ -77,7 +77,7 @@ impl SceneParameter {
     /// # Errors
     /// Keys without a number, numbers without derivatives, duplicate keys.
     pub fn all(scene: &Scene) -> Result<Vec<Self>, InputError> {
-        let values = settable(scene)?;
+        let values = serde_json::to_value(&scene.file).map_err(InputError::new)?;
         let mut parameters: Vec<Self> = Vec::new();
         for (i, wanted) in scene.file.parameter.iter().enumerate() {
             let wrong = |error| scene.wrong(&format!("parameter[{i}].key"), error);
@@ -172,26 +172,6 @@ impl SceneParameter {
             _ => self.key.clone(),
         }
     }
-}
-
-/// Returns the scene file as a tree of settable values. A neo-hooke law is stored as mooney-rivlin with half its shear
-/// modulus as c10.
-fn settable(scene: &Scene) -> Result<Value, InputError> {
-    let mut values = serde_json::to_value(&scene.file).map_err(InputError::new)?;
-    let written = &scene.written()["material"];
-    let materials = values.get_mut("material").and_then(Value::as_array_mut);
-    for (i, material) in materials.into_iter().flatten().enumerate() {
-        if let Some(material) = material.as_object_mut()
-            && written[i]["law"] == NEO_HOOKE
-        {
-            material.remove("c01");
-            let c10 = material.remove("c10").and_then(|c10| c10.as_f64());
-            let shear_modulus = c10.map(|c10| 2.0 * c10);
-            material.insert("shear_modulus".to_owned(), shear_modulus.into());
-            material.insert("law".to_owned(), NEO_HOOKE.into());
-        }
-    }
-    Ok(values)
 }
 
 /// Returns the parameter of a `[[parameter]]` entry; `values` is the scene file as a tree.
@@ -317,7 +297,7 @@ fn refused(key: &str, table: &str, moves_break: bool) -> InputError {
             error.allowed(all.join(", "))
         }
         (_, false) => error.allowed(
-            "constants of materials, elastic foundations and chains, damping, bulk_modulus, sizes of loads, times of \
+            "constants of materials, elastic foundations, springs and chains, damping, bulk_modulus, sizes of loads, times of \
              smooth loads, the initial velocity",
         ),
     }

@@ -316,3 +316,21 @@ fn no_results_of_an_earlier_run_stay_beside_a_failure() {
         }
     }
 }
+
+/// Regression: the displacement of an equilibrium had to be smooth in time, and a neo-hooke law was documented as mooney-rivlin.
+#[test]
+fn an_equilibrium_takes_its_displacements_at_one_time() {
+    let text = "analysis = \"static\"\n[time]\nend = 0.25\n[mesh]\ntype = \"rectangle\"\nwidth = 0.1\nheight = 0.1\ncells = [1, 1]\n\
+                [solid]\nbulk_modulus = 1e5\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
+                [[fixed]]\ngroup = \"left\"\n[[prescribed_displacement]]\ngroup = \"right\"\n\
+                x = { type = \"ramp\", value = 0.02, end = 1.0 }\ny = { type = \"step\", value = 0.01, rise = 0 }\n\
+                [[probe]]\nname = \"end\"\ntype = \"average\"\ngroup = \"right\"\n";
+    let found = run(text, Path::new(""));
+    for (column, expected) in [("u_x", 0.005), ("u_y", 0.01)] {
+        // Rounding errors of a mean.
+        assert!((result(&found, "end", column) - expected).abs() < 1e-15);
+    }
+    let material = &found.document["scene"]["material"][0];
+    assert_eq!(material["law"], "neo-hooke");
+    assert_eq!(material["shear_modulus"], 1e4);
+}

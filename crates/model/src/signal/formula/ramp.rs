@@ -7,7 +7,7 @@ use super::{Constants, Role};
 use crate::signal::timing::{Break, between, first, shortest};
 use crate::signal::{Jet, Objection, TimeFunction};
 
-/// Linear from 0 at `start` to `value` at `end`; for displacements only in quasi-static analyses, because its slope jumps.
+/// Linear from 0 at `start` to `value` at `end`; for displacements only in static and quasi-static analyses, because its slope jumps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Ramp {
