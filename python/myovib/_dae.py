@@ -479,6 +479,8 @@ def _advise(
             "error test by `suppress`, or use a Radau method with `index`"
         )
     elif many:
+        # For example, a variable amplifies the errors of others. BDF's estimate is small while steps are
+        # constant, and then each longer step fails and the order remains 1.
         advice = (
             f"BDF failed {solution.netf} error tests in {solution.nsteps} steps: a Radau method may "
             "need far fewer steps"

@@ -37,6 +37,8 @@ pub struct Jacobian {
     pattern: SparsityPattern,
     /// Differences, created if the problem has no Jacobian.
     differences: Option<Differences>,
+    /// Whether coarse differences are compared with fine ones.
+    refines: bool,
 }
 
 impl Jacobian {
@@ -50,7 +52,15 @@ impl Jacobian {
         Self {
             pattern,
             differences: None,
+            refines: true,
         }
+    }
+
+    /// Uses only displacements by the tolerance where these are large: the quotients then belong to
+    /// changes of that size, even if the pattern lacks entries.
+    pub(crate) fn coarse(mut self) -> Self {
+        self.refines = false;
+        self
     }
 
     /// Returns the pattern, by columns.
@@ -112,10 +122,10 @@ impl Jacobian {
         coefficients: (f64, f64),
         values: &mut [f64],
     ) -> Result<(), StepError> {
-        let pattern = &self.pattern;
+        let (pattern, refines) = (&self.pattern, self.refines);
         let differences = self
             .differences
-            .get_or_insert_with(|| Differences::new(pattern));
+            .get_or_insert_with(|| Differences::new(pattern, refines));
         differences.evaluate(problem, pattern, at, coefficients, values)
     }
 }

@@ -111,7 +111,7 @@ pub fn check_pattern<P: Problem + ?Sized>(
     at: &Linearization<'_>,
 ) -> Result<(), MissingEntry> {
     let n = problem.n_unknowns();
-    let mut jacobian = Jacobian::of(problem);
+    let mut jacobian = Jacobian::of(problem).coarse();
     if jacobian.pattern().nnz() == n * n {
         return Ok(());
     }
