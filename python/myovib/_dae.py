@@ -36,8 +36,12 @@ OTHER_NAMES = {
     "vectorized": "the residual is called for one state at a time",
     "reltol": "it is `rtol` here",
     "abstol": "it is `atol` here",
-    "mass": "write M y' - f(t, y) as the `residual`",
+    "mass": "the `residual` is M y' - f(t, y) here",
     "differential_vars": "it is `algebraic` here, with the opposite values",
+    "algebraic_idx": "it is `algebraic` here, a bool for each variable",
+    "calc_initcond": 'it is `initial` here: "algebraic" for "yp0", "states" for "y0"',
+    "eventsfn": "it is `events` here, a function or a list of functions that return a number",
+    "user_data": "it is `args` here, a tuple",
     "sensitivities": "sensitivities are not computed here: add the equations of dy/dp to the `residual`, or use "
     "differences of runs with tight tolerances",
 }
@@ -96,7 +100,7 @@ class DenseOutput:
         return values[:, 0] if np.ndim(t) == 0 else values
 
 
-@dataclass
+@dataclass(repr=False)
 class DaeSolution:
     """Result of `solve_dae`, with the names of `scipy.integrate.solve_ivp`.
 
@@ -142,6 +146,12 @@ class DaeSolution:
     status: int
     message: str
     method: str = field(default="bdf")
+
+    def __repr__(self) -> str:
+        return (
+            f"DaeSolution(method={self.method!r}, status={self.status}, message={self.message!r}, "
+            f"{self.y.shape[0]} variables at {self.t.size} times, nsteps={self.nsteps})"
+        )
 
     def __getitem__(self, name: str) -> Any:
         """Return an attribute: ``s["t"]`` is ``s.t``, as for SciPy's results."""
@@ -203,7 +213,8 @@ def solve_dae(
         Start and end; with "bdf" the end may be before the start.
     y0, yp0 : array_like, shape (n,)
         Solution and derivative at the start. They must be consistent unless
-        `initial` requests a correction.
+        `initial` requests a correction. Equations that contain derivatives are not
+        checked: a wrong `yp0` is the first column of `yp`.
     method : {"bdf", "radau5", "radau9", "radau13"}
         BDF of order 1 to 5, for index 0 and 1 (and index 2 with the algebraic
         components excluded from the error test, see `suppress`), or Radau IIA of
@@ -282,7 +293,8 @@ def solve_dae(
     RuntimeError
         The initial values violate an equation without derivatives by more than the
         tolerances, and `initial` does not correct them; no consistent initial
-        values are found; the integrator rejects a setting.
+        values are found; the integrator rejects a setting. After the first break
+        the result up to the break is returned, with `status` -1.
 
     Examples
     --------
@@ -314,12 +326,13 @@ def solve_dae(
         raise ValueError(f"max_order = {max_order}: must be 1 to 5")
     if np.ndim(rtol) != 0:
         raise ValueError(f"rtol = {rtol}: must be a number (only `atol` may be a vector)")
+    _real("rtol", rtol)
     if not 0 < rtol < 1:
         raise ValueError(f"rtol = {rtol}: must be above 0 and below 1")
     start = _vector("y0", y0)
     n = len(start)
     rates = _vector("yp0", yp0, n)
-    tolerances = _vector("atol", np.atleast_1d(np.asarray(atol, dtype=float)))
+    tolerances = _vector("atol", np.atleast_1d(_real("atol", atol)))
     if len(tolerances) not in (1, n):
         raise ValueError(f"atol has {len(tolerances)} entries: must be 1 or {n}")
     if (tolerances < 0).any():
@@ -339,11 +352,14 @@ def solve_dae(
     if suppress is True and marks is None:
         raise ValueError("suppress = True leaves the algebraic components out: name them in `algebraic`")
     left_out = marks if suppress is True else _marks("suppress", None if suppress is False else suppress, n)
+    if left_out is not None and all(left_out):
+        raise ValueError("suppress excludes all variables: the error test must have at least one")
     if index is not None and np.ndim(index) != 1:
         raise TypeError(f"index = {index!r}: must be a sequence of {n} numbers from 0 to 3")
-    indices = None if index is None else [int(i) for i in index]
-    if indices is not None and (len(indices) != n or not all(0 <= i <= 3 for i in indices)):
-        raise ValueError(f"index must have {n} entries from 0 to 3")
+    given = None if index is None else _real("index", index)
+    if given is not None and (len(given) != n or not np.isin(given, range(4)).all()):
+        raise ValueError(f"index = {index}: must have {n} entries, whole numbers from 0 to 3")
+    indices = None if given is None else [int(i) for i in given]
     if method == "bdf" and left_out is None and indices is not None and max(indices) > 1:
         raise ValueError(
             f'index has a {max(indices)}, which "bdf" makes no use of: use a Radau method, or, for '
@@ -395,8 +411,8 @@ def solve_dae(
         if free:
             notes.append(
                 f"F = 0 does not determine the derivatives of the variables {free} (counted from 0), "
-                "because dF/dy' is singular: `yp` may be wrong at the start. Use charges or similar "
-                "quantities as additional variables"
+                "because dF/dy' is singular: `yp` may be wrong at the start. Introduce a variable for the "
+                "combination whose derivative occurs"
             )
     found, last_limits = _integrate_parts(
         request, ends, (residual, matrices, watched), (start, rates), outputs
@@ -428,27 +444,36 @@ def _integrate_parts(
     found: dict[str, Any] = {}
     for part, (end_from, end_to) in enumerate(zip(ends, ends[1:])):
         is_first, is_last = part == 0, part == len(ends) - 2
-        limits = (end_from.after, end_to.before)
+        part_limits = (end_from.after, end_to.before)
         due = None if outputs is None else _in_part(outputs, end_from.t, end_to.t, is_first)
         if due is not None and not is_last:
             due.append(end_to.t)
         events = None
         if watched.functions:
-            events = _in_bytes(_within(watched.values, limits), len(watched.functions), "events")
-        solved = _native.solve(
-            {
-                **request,
-                "residual": _in_bytes(_within(residual, limits), n),
-                "jacobian": None if matrices is None else _within(matrices, limits),
-                "events": events,
-                "terminal": watched.terminal_after(found.get("events", [])),
-                "t_span": (end_from.t, end_to.t),
-                "y0": y.tolist(),
-                "yp0": yp.tolist(),
-                "t_eval": due,
-                "initial": request["initial"] if is_first else "given" if is_hidden else "algebraic",
-            }
-        )
+            events = _in_bytes(_within(watched.values, part_limits), len(watched.functions), "events")
+        try:
+            solved = _native.solve(
+                {
+                    **request,
+                    "residual": _in_bytes(_within(residual, part_limits), n),
+                    "jacobian": None if matrices is None else _within(matrices, part_limits),
+                    "events": events,
+                    "terminal": watched.terminal_after(found.get("events", [])),
+                    "t_span": (end_from.t, end_to.t),
+                    "y0": y.tolist(),
+                    "yp0": yp.tolist(),
+                    "t_eval": due,
+                    "initial": request["initial"] if is_first else "given" if is_hidden else "algebraic",
+                }
+            )
+        except RuntimeError as error:
+            # An exception of a user's function has the frames of this function in its traceback.
+            is_of_user = error.__traceback__ is not None and error.__traceback__.tb_next is not None
+            if is_first or is_of_user:
+                raise
+            found.update(status=-1, message=str(error))
+            break
+        limits = part_limits
         if not is_first and is_hidden and outputs is None:
             # The multipliers at the start of this part have the values before the break.
             _cut(solved, n, slice(1, None))
@@ -644,7 +669,7 @@ def _in_bytes(function: Function, n: int, name: str = "residual") -> Any:
 
     def call(t: float, y: bytearray, yp: bytearray) -> bytes:
         answer = function(t, np.frombuffer(y), np.frombuffer(yp))
-        values = np.asarray(answer, dtype=float)
+        values = _real(name, answer)
         if values.shape != (n,):
             if answer is None:
                 found = "nothing"
@@ -677,8 +702,19 @@ def _solution(found: dict[str, Any], n: int, n_events: int, method: str) -> DaeS
     )
 
 
+def _real(name: str, values: Any) -> Array:
+    """Return real numbers; NumPy would drop imaginary parts with a warning only."""
+    try:
+        numbers = np.asarray(values)
+        if not np.iscomplexobj(numbers):
+            return np.asarray(numbers, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise type(error)(f"{name}: must be real numbers: {error}") from error
+    raise TypeError(f"{name} has complex values: must be real numbers")
+
+
 def _vector(name: str, values: ArrayLike, n: int | None = None) -> Array:
-    vector = np.asarray(values, dtype=float)
+    vector = _real(name, values)
     if vector.ndim != 1 or not vector.size or (n is not None and len(vector) != n):
         wanted = "a vector" if n is None else f"a vector of {n} entries"
         raise ValueError(f"{name} has the shape {vector.shape}: must be {wanted}")
@@ -699,11 +735,13 @@ def _marks(name: str, marks: Any, n: int) -> list[bool] | None:
 def _output_times(t_eval: ArrayLike | None, t0: float, t_end: float) -> list[float] | None:
     if t_eval is None:
         return None
-    times = np.asarray(t_eval, dtype=float)
+    times = _real("t_eval", t_eval)
     sign = np.sign(t_end - t0)
     if not np.isfinite(times).all():
         raise ValueError("t_eval has non-finite entries")
-    if times.ndim != 1 or (np.diff(times) * sign < 0).any():
+    if times.ndim != 1:
+        raise ValueError(f"t_eval has the shape {times.shape}: must be a sequence of times")
+    if (np.diff(times) * sign < 0).any():
         raise ValueError("t_eval must be sorted in the direction of integration")
     if times.size and (sign * (times[0] - t0) < 0 or sign * (times[-1] - t_end) > 0):
         raise ValueError("t_eval must lie in t_span")
@@ -726,7 +764,7 @@ def _pattern(sparsity: Any, n: int) -> tuple[NDArray[np.int64], NDArray[np.int64
         shape, rows, columns = coordinates.shape, coordinates.row, coordinates.col
     else:
         dense = np.asarray(sparsity)
-        shape, (rows, columns) = dense.shape, np.nonzero(dense)
+        shape, (rows, columns) = dense.shape, np.nonzero(np.atleast_2d(dense))[:2]
     if shape != (n, n):
         raise ValueError(f"sparsity has the shape {shape}: must be ({n}, {n})")
     entries = np.unique(columns.astype(np.int64) * n + rows)
@@ -756,6 +794,8 @@ class _Jacobian:
 
     def _values(self, matrix: Any) -> Array:
         sparse = hasattr(matrix, "tocsr")
+        if np.iscomplexobj(matrix):
+            raise TypeError("jacobian has complex values: must be real numbers")
         matrix = matrix.tocsr() if sparse else np.asarray(matrix, dtype=float)
         if matrix.shape != (self.n, self.n):
             raise ValueError(f"jacobian: shape {matrix.shape}, must be ({self.n}, {self.n})")
@@ -792,6 +832,8 @@ class _Events:
     ) -> None:
         if events is None:
             events = []
+        if not callable(events) and not (np.iterable(events) and all(map(callable, events))):
+            raise TypeError(f"events = {events!r}: must be a function or a sequence of functions")
         given = [events] if callable(events) else list(events)
         self.functions = [_with(f, args) for f in given]
         self.directions = [int(np.sign(getattr(f, "direction", 0))) for f in given]
@@ -803,7 +845,10 @@ class _Events:
         return [count and count - done for count, done in zip(self.terminal, past)]
 
     def values(self, t: float, y: Array, yp: Array) -> list[float]:
-        return [_number(function(t, y, yp)) for function in self.functions]
+        values = [_number(function(t, y, yp)) for function in self.functions]
+        if np.isnan(values).any():
+            raise ValueError(f"events: event {np.argmax(np.isnan(values))} (counted from 0) is nan at t = {t}")
+        return values
 
 
 def _number(value: Any) -> float:

@@ -606,8 +606,8 @@ def test_breaks_that_differ_by_rounding_are_one_backwards():
 def test_breaks_of_a_short_span_at_a_late_time_are_not_ignored():
     # Rounding of the time, 1.2e-7, prevents an integration of the second part, 5e-4.
     start = 1e9
-    with pytest.raises(RuntimeError):
-        solve_dae(lambda t, y, yp: yp - 1.0, (start, start + 2e-3), [0], [1], breaks=start + 1.5e-3)
+    s = solve_dae(lambda t, y, yp: yp - 1.0, (start, start + 2e-3), [0], [1], breaks=start + 1.5e-3)
+    assert s.status == -1 and s.t[-1] == start + 1.5e-3
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -656,6 +656,40 @@ def test_multipliers_of_index_2_jump_at_breaks():
     assert np.abs(np.abs(s.y[1]) - 1.0).max() < 1e-4
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_the_part_before_a_break_without_a_solution_is_returned(method):
+    def unsolvable_late(t, y, yp):
+        return [yp[0] + y[0], y[1] ** 2 - (1 if t < 0.5 else -1)]
+
+    arguments = dict(method=method, breaks=[0.5], rtol=1e-6)
+    s = solve_dae(unsolvable_late, (0, 1), [1, 1], [-1, 0], **arguments)
+    assert s.status == -1 and not s.success and s.t[-1] == 0.5
+    # The global error of BDF is 10 to 100 tolerances.
+    assert np.abs(s.y[0] - np.exp(-s.t)).max() < 1e-4
+    s = solve_dae(unsolvable_late, (0, 1), [1, 1], [-1, 0], t_eval=[0.2, 0.9], **arguments)
+    assert s.status == -1 and s.t.tolist() == [0.2]
+
+
+def test_exceptions_after_a_break_come_through():
+    class OfTheUser(RuntimeError):
+        pass
+
+    for kind in (RuntimeError, OfTheUser):
+
+        def fails_late(t, y, yp):
+            if t > 0.5:
+                raise kind("of the user")
+            return yp + y
+
+        with pytest.raises(kind, match="^of the user$"):
+            solve_dae(fails_late, (0, 1), [1], [-1], breaks=[0.5])
+
+
+def test_the_representation_of_a_result_is_short():
+    s = solve_dae(robertson, (0, 40), **ROBERTSON)
+    assert len(repr(s)) < 300 and "status=0" in repr(s)
+
+
 def test_events_are_counted_across_breaks():
     def crossing(t, y, yp):
         return y[0]
@@ -675,7 +709,7 @@ def test_results_are_pickled_whole():
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (dict(method="euler"), "one of bdf, ida, radau5"),
+        (dict(method="euler"), "allowed: bdf, ida, radau5"),
         (dict(t_span=(0, 0)), "two different finite times"),
         (dict(y0=[1, 2]), "shape"),
         (dict(y0=[np.nan]), "non-finite"),
@@ -705,6 +739,14 @@ def test_results_are_pickled_whole():
         (dict(max_order=2, method="radau5"), 'max_order = 2: only "bdf"'),
         (dict(index=[2], initial="algebraic", method="radau5"), 'initial = "algebraic" is for index 0 and 1'),
         (dict(breaks=[np.nan]), "breaks has non-finite entries"),
+        (dict(index=[2.5], method="radau5"), "index = .* whole numbers from 0 to 3"),
+        (dict(suppress=[True]), "suppress excludes all"),
+        (dict(suppress=True, algebraic=[True]), "suppress excludes all"),
+        (dict(t_eval=0.5), "t_eval has the shape"),
+        (dict(t_eval=[[0.5]]), "t_eval has the shape"),
+        (dict(rtol="a"), "rtol: must be real"),
+        (dict(sparsity=(np.eye(1), np.eye(1))), "sparsity has the shape"),
+        (dict(events=lambda t, y, yp: np.nan), "event 0 .* is nan"),
         (dict(args=2.0), r"must be a tuple, as in args=\(2.0,\)"),
     ],
 )
@@ -715,13 +757,35 @@ def test_arguments_that_make_no_sense_are_named(arguments, words):
 
 
 @pytest.mark.parametrize(
-    "arguments", [dict(index=1), dict(t_span=40), dict(t_span=(0, 1, 2))], ids=str
+    "arguments", [dict(index=1), dict(t_span=40), dict(t_span=(0, 1, 2)), dict(events=3)], ids=str
 )
 def test_numbers_in_place_of_sequences_are_named(arguments):
     (name,) = arguments
     good = dict(residual=lambda t, y, yp: yp + y, t_span=(0, 1), y0=[1], yp0=[-1])
     with pytest.raises(TypeError, match=f"^{name} = .*must be a"):
         solve_dae(**(good | arguments))
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        dict(y0=[1 + 1j]),
+        dict(residual=lambda t, y, yp: yp + y + 1j * t),
+        dict(jacobian=lambda t, y, yp: (1j * np.eye(1), np.eye(1))),
+        dict(jacobian=lambda t, y, yp: (csc_matrix(1j * np.eye(1)), np.eye(1))),
+    ],
+)
+@pytest.mark.parametrize("method", METHODS)
+def test_complex_values_are_refused(method, arguments):
+    (name,) = arguments
+    good = dict(residual=lambda t, y, yp: yp + y, t_span=(0, 1), y0=[1], yp0=[-1], method=method)
+    with pytest.raises(TypeError, match=f"^{name} has complex values"):
+        solve_dae(**(good | arguments))
+
+
+def test_no_output_times_are_no_error():
+    s = solve_dae(lambda t, y, yp: yp + y, (0, 1), [1], [-1], t_eval=[])
+    assert s.status == 0 and s.t.shape == (0,) and s.y.shape == s.yp.shape == (1, 0)
 
 
 def test_derivatives_that_the_equations_do_not_determine_are_named():
@@ -763,7 +827,10 @@ def test_a_correction_from_undefined_values_names_the_equation(method, initial):
 
 @pytest.mark.parametrize(
     "name",
-    ["jac", "jac_sparsity", "fun", "reltol", "mass", "differential_vars", "sensitivities"],
+    [
+        "jac", "jac_sparsity", "fun", "reltol", "mass", "differential_vars", "sensitivities",
+        "algebraic_idx", "calc_initcond", "eventsfn", "user_data",
+    ],
 )
 def test_names_of_other_solvers_are_answered(name):
     with pytest.raises(TypeError, match=f"{name}'.* here"):
