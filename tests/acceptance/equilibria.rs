@@ -46,19 +46,14 @@ fn no_equilibrium_is_code_4_and_keeps_the_last_state() {
     assert_eq!(found["reason"], "no_equilibrium");
     let reached = found["load_reached"].as_f64().unwrap();
     assert!(reached > 0.0 && reached < 1.0, "{reached}");
-    let part = run(&[
-        "--set",
-        &format!("traction[0].y={}", reached * load),
-        "--out",
-        "b",
-    ]);
-    assert_eq!(part.code, 0, "{}", part.stderr);
-    for (column, value) in document("b")["results"]["tip"].as_object().unwrap() {
-        let [a, b] = [&found["results"]["tip"][column], value].map(|v| v.as_f64().unwrap());
-        // Both iterations end at increments of 1e-9; the remaining error is about the square of
-        // this value.
-        assert!((a - b).abs() <= 1e-9 * b.abs(), "{column}: {a} {b}");
-    }
+    // The support carries the traction on the side of 16 in the kept state. Newton's method ends at increments of 1e-9, whose
+    // forces are up to κ/G = 5000 times larger.
+    let carried = found["results"]["support"]["R_y"].as_f64().unwrap();
+    let applied = reached * load * 16.0;
+    assert!(
+        (carried + applied).abs() <= 5e-6 * applied,
+        "{carried} {applied}"
+    );
 }
 
 /// Regression: outputs of a partially loaded equilibrium used the full load. Supports had positions

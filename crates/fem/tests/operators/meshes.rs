@@ -159,12 +159,6 @@ fn invalid_entries_are_reported_with_their_line() {
             8,
             expected("a name in double quotes", "2 5 body"),
         ),
-        (
-            "\"body\"",
-            "\"corner\"",
-            8,
-            duplicate("physical name", "corner"),
-        ),
     ] {
         assert_eq!(changed(from, to), (line, problem));
     }

@@ -33,10 +33,12 @@ fn open_files() -> Option<usize> {
     None
 }
 
-/// Returns a note on probes with too few rows per period of the highest frequency `drive` (Hz) of the loads.
-pub(super) fn coarse_probes(file: &SceneFile, drive: Option<f64>) -> Option<String> {
+/// Returns a note on probes with too few rows per period of the highest frequency `drive` (Hz) of the loads. Probes of the
+/// start and end (`t_end`, s) only are meant so.
+pub(super) fn coarse_probes(file: &SceneFile, t_end: f64, drive: Option<f64>) -> Option<String> {
     let drive = drive.filter(|_| file.analysis == Analysis::Dynamic)?;
-    let is_coarse = |probe: &&Probe| probe.interval * drive > 1.0 / FEWEST_ROWS;
+    let is_coarse =
+        |probe: &&Probe| probe.interval * drive > 1.0 / FEWEST_ROWS && probe.interval < t_end;
     let coarse: Vec<&Probe> = file.probe.iter().filter(is_coarse).collect();
     let names: Vec<String> = coarse
         .iter()

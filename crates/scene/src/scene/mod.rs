@@ -276,7 +276,11 @@ impl Scene {
         notes.extend(self.chains.iter().filter_map(DrivenChain::note));
         notes.extend(settings::missing(&self.file.integrator, body.formulation));
         notes.extend(idle::notes(&self.file, body, self.t_end));
-        notes.extend(limits::coarse_probes(&self.file, body.muscle.drive()));
+        notes.extend(limits::coarse_probes(
+            &self.file,
+            self.t_end,
+            body.muscle.drive(),
+        ));
         let n_elements = mesh.n_elements();
         if body.unresolved_fibers > n_elements / RARE {
             notes.push(format!(
