@@ -19,9 +19,10 @@ const COARSE: f64 = 0.1;
 /// on small differences of large entries.
 const FRACTION: f64 = 1e-4;
 
-/// Second fine displacement in units of the first. Rounding changes F by whole units in the last
+/// Second fine displacement in units of the first, on the same side: a variable at the edge of the
+/// domain of F stays within it. Rounding changes F by whole units in the last
 /// place, so quotients dominated by rounding do not agree.
-const SECOND: f64 = -0.7;
+const SECOND: f64 = 0.7;
 
 /// Maximum relative difference of two fine quotients that rounding does not dominate.
 const AGREEMENT: f64 = 1e-2;
