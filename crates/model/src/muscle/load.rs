@@ -322,7 +322,7 @@ impl Contact {
         });
     }
 
-    /// Returns the sums of friction, as for [`add_friction`](Self::add_friction); zero without friction.
+    /// Returns the sums of friction, in a `motion` of displacements and velocities of all nodes; zero without friction.
     pub fn friction_sums(&self, t: f64, motion: [&[f64]; 2]) -> FrictionSums {
         let sums = self.slide(t, motion, |friction, sliding| {
             self.operator.friction_sums(friction, sliding)
