@@ -282,6 +282,9 @@ fn links_and_pipes_are_not_followed() {
             .unwrap()
             .success()
     );
+    // Not even the superuser creates files there.
+    let run = myovib_in(folder.path(), &["doctor", "--json=/sys/document.json"]);
+    assert_eq!(run.code, 2, "{}", run.stderr);
     let run = myovib_in(folder.path(), &["doctor", "--json=pipe"]);
     assert_eq!(run.code, 2);
     assert!(run.stderr.contains("pipe"), "{}", run.stderr);

@@ -40,6 +40,32 @@ fn cases_of_a_sweep_are_stable_and_can_be_computed_alone() {
     assert!(all.iter().all(|row| row["outcome"] == "finished"));
 }
 
+/// Regression: a pipe in place of a record stopped the sweep forever.
+#[test]
+fn a_pipe_in_place_of_a_record_is_not_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = || {
+        let vary = "traction[0].y=5.0,6.0";
+        let words = [
+            "sweep",
+            "cook-static",
+            "--quiet",
+            "--vary",
+            vary,
+            "--out",
+            "sweep",
+        ];
+        myovib_in(folder.path(), &words)
+    };
+    assert_eq!(sweep().code, 0);
+    let record = folder.path().join("sweep/case-0001.json");
+    fs::remove_file(&record).unwrap();
+    let made = Command::new("mkfifo").arg(&record).status().unwrap();
+    assert!(made.success());
+    let again = sweep();
+    assert_eq!(again.code, 0, "{}", again.stderr);
+}
+
 /// Regression: an invalid value among valid ones gave a failed row of a successful sweep, and a job
 /// of an unchecked script.
 #[test]

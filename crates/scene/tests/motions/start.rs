@@ -370,6 +370,27 @@ fn starts_that_make_no_sense_are_refused() {
     assert!(!folder.path().join("out").exists());
 }
 
+/// Regression: changed states, and states of other runs, were used silently.
+#[test]
+fn a_restart_checks_its_state() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name);
+    for (name, end) in [("first", "time.end=0.02"), ("other", "time.end=0.03")] {
+        run(BLOCK, &["probe=[]", end], &place(name));
+    }
+    let from = "initial_state={ type = \"restart\", folder = \"first\" }";
+    let restart = || build(BLOCK, &[from], folder.path());
+    assert!(restart().is_ok());
+    let state = place("first").join("state.json");
+    let text = std::fs::read_to_string(&state).unwrap();
+    let changed = text.replacen("\"t\":0.02", "\"t\":0.03", 1);
+    assert!(changed != text);
+    std::fs::write(&state, changed).unwrap();
+    assert!(restart().is_err(), "a changed state");
+    std::fs::copy(place("other").join("state.json"), &state).unwrap();
+    assert!(restart().is_err(), "the state of another run");
+}
+
 /// Regression: an equilibrium rejected the sections of a motion.
 #[test]
 fn sections_of_other_analyses_are_ignored_with_a_note() {

@@ -155,6 +155,14 @@ fn sizes_beyond_reason_are_refused_before_anything_is_allocated() {
         ("cook-static", "mesh.cells", "[100000, 100000]".to_owned()),
         ("figure2", "chain[0].oscillators", "100000000000".to_owned()),
         ("figure2", "rod.elements", "100000000000".to_owned()),
+        ("cook-static", "static.steps", "1000000000".to_owned()),
+        ("cook-static", "modes.count", "1000000000".to_owned()),
+        ("figure3", "periodic.multipliers", "1000000000".to_owned()),
+        (
+            "figure3",
+            "periodic.settling_periods",
+            "1000000000".to_owned(),
+        ),
     ] {
         let text = find(scene).unwrap().text;
         let set = [format!("{key}={value}")];
