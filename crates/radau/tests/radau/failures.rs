@@ -14,14 +14,14 @@ use crate::common::stopped;
 use myovib_dae::samples::{MechanicalForm, Pendulum, Sample};
 
 /// ẏ = 1 − 2 y² (so y = tanh(√2 t)/√2), with a residual that can be made to fail.
-struct Touchy {
+pub(crate) struct Touchy {
     /// Called with (t, y) before each residual; the returned value is added to the residual.
     trouble: fn(f64, f64) -> Result<f64, StepError>,
     /// Factor on the Jacobian; 0 makes it singular.
     jacobian_factor: f64,
 }
 
-fn touchy(trouble: fn(f64, f64) -> Result<f64, StepError>) -> Touchy {
+pub(crate) fn touchy(trouble: fn(f64, f64) -> Result<f64, StepError>) -> Touchy {
     Touchy {
         trouble,
         jacobian_factor: 1.0,
@@ -75,7 +75,7 @@ impl Problem for Touchy {
     }
 }
 
-fn solver(problem: Touchy, options: RadauOptions) -> RadauSolver<Touchy> {
+pub(crate) fn solver(problem: Touchy, options: RadauOptions) -> RadauSolver<Touchy> {
     RadauSolver::builder(problem)
         .options(options)
         .build(0.0, &[0.0], &[1.0])
@@ -398,71 +398,6 @@ fn a_jump_stops_at_the_smallest_step_allowed() {
     };
     let stop = stopped(solver(touchy(jump), options).integrate_to(1.0).unwrap());
     assert_eq!(stop.reason, StopReason::StepTooSmall);
-}
-
-#[test]
-fn the_number_of_steps_is_limited() {
-    let options = RadauOptions {
-        max_steps: Some(3),
-        ..RadauOptions::default()
-    };
-    let stop = stopped(
-        solver(touchy(|_, _| Ok(0.0)), options)
-            .integrate_to(1.0)
-            .unwrap(),
-    );
-    assert_eq!(
-        (stop.reason, stop.statistics.steps),
-        (StopReason::MaxSteps, 3)
-    );
-}
-
-#[test]
-fn the_stop_time_is_met_exactly_and_can_be_moved() {
-    let options = RadauOptions {
-        stop_time: Some(0.7),
-        ..RadauOptions::default()
-    };
-    let mut solver = solver(touchy(|_, _| Ok(0.0)), options);
-    let mut outcome = solver.step(2.0).unwrap();
-    while let Outcome::StepTaken { t } = outcome {
-        assert!(t < 0.7);
-        outcome = solver.step(2.0).unwrap();
-    }
-    assert_eq!(outcome, Outcome::StopTime { t: 0.7 });
-    solver.set_stop_time(1.5).unwrap();
-    assert_eq!(
-        solver.integrate_to(2.0).unwrap(),
-        Outcome::StopTime { t: 1.5 }
-    );
-    assert!(matches!(
-        solver.step(1.4),
-        Err(RadauError::TimeBehind { t_out: 1.4, t: 1.5 })
-    ));
-    assert!(matches!(
-        solver.set_stop_time(1.4),
-        Err(RadauError::TimeBehind { .. })
-    ));
-}
-
-#[test]
-fn steps_stay_below_the_largest() {
-    let options = RadauOptions {
-        max_step: Some(0.01),
-        ..RadauOptions::default()
-    };
-    let mut solver = solver(touchy(|_, _| Ok(0.0)), options);
-    // Steps are shortened to meet each time except 0.2.
-    for t_out in [0.015, 0.035, 0.2] {
-        while solver.t() < t_out {
-            solver.set_stop_time(t_out).unwrap();
-            solver.step(t_out).unwrap();
-            let stats = solver.statistics();
-            // A last step may be longer by a tiny remainder, a fraction of 1e-8.
-            assert!(stats.last_step <= 0.01 * (1.0 + 1e-8), "{stats:?}");
-            assert!(stats.current_step <= 0.01, "{stats:?}");
-        }
-    }
 }
 
 /// A pendulum whose residual cannot be evaluated after a certain time.

@@ -13,6 +13,7 @@ mod failures;
 mod forms;
 mod generated;
 mod implicit;
+mod limits;
 mod memory;
 mod misuse;
 mod orders;

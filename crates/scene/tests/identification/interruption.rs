@@ -1,4 +1,4 @@
-//! Fits that are interrupted or resumed.
+//! Interrupted and resumed fits.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};

@@ -6,6 +6,7 @@ mod chains;
 mod derivatives;
 mod doubts;
 mod fits;
+mod index3;
 mod interruption;
 mod maps;
 mod ogden;

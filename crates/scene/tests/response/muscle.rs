@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::{column, damping, error, number, reference, response};
 
-/// Returns a scene with the material of a case, and the given frequencies instead of those of the case.
+/// Returns a scene with the material of a case, and the given frequencies instead of the case's.
 fn scene(own: &Value, law: &str, rest: &str, range: Option<&str>) -> String {
     let [solid, material] = damping(own["damping"].as_str().unwrap());
     let kappa = own["kappa"].as_f64();

@@ -273,7 +273,7 @@ fn an_inflated_ventricle_is_that_of_the_benchmark() {
 }
 
 /// Regression: results of an earlier run stayed in the folder after a run with `--overwrite` had failed or was interrupted before
-/// its first result. Errors of the input leave them as they are.
+/// its first result. Errors of the input do not change them.
 #[test]
 fn no_results_of_an_earlier_run_stay_beside_a_failure() {
     static INTERRUPTED: AtomicBool = AtomicBool::new(true);

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
 
 mod adjoint;
+mod adjoint_failures;
 mod answers;
 mod common;
 mod conformance;
