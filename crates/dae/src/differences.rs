@@ -20,8 +20,8 @@ const COARSE: f64 = 0.1;
 const FRACTION: f64 = 1e-4;
 
 /// Second fine displacement in units of the first, on the same side: a variable at the edge of the
-/// domain of F stays within it. Rounding changes F by whole units in the last
-/// place, so quotients dominated by rounding do not agree.
+/// domain of F stays within it. Rounding changes F by whole units in the last place, so quotients
+/// dominated by rounding do not agree.
 const SECOND: f64 = 0.7;
 
 /// Maximum relative difference of two fine quotients that rounding does not dominate.
@@ -49,8 +49,8 @@ const SIGNIFICANCE: f64 = 0.1;
 /// If the residual cannot be evaluated there, the unknowns of this color are moved in [other
 /// ways](Perturbation). A smaller step would not help: 1/w_j does not become smaller with it.
 ///
-/// F need not be linear over a tolerance 1/w_j that is much larger than the variable and its motion,
-/// such as the amount of a trace species. Such a variable is also moved by a [fraction](FRACTION) of
+/// F need not be linear over a tolerance 1/w_j much larger than the variable and its motion, such as
+/// the amount of a trace species. Such a variable is also moved by a [fraction](FRACTION) of
 /// the larger of both. This change of F may be below its rounding, for example if the variable is added
 /// to a much larger one. So it is repeated with [another displacement](SECOND), and the quotients of
 /// entries on which both agree are used.
@@ -135,7 +135,7 @@ impl Differences {
         })
     }
 
-    /// Replaces quotients of a group by those of fine displacements where these are more accurate.
+    /// Replaces quotients of a group by quotients of fine displacements, if these are more accurate.
     fn refine<P: Problem + ?Sized>(
         &mut self,
         problem: &mut P,
@@ -175,8 +175,8 @@ impl Differences {
         Ok(())
     }
 
-    /// Returns a displacement of unknown j, or of ẏ_j multiplied by h if `a` is 0, that is compared with
-    /// the usual one.
+    /// Returns a displacement of unknown j, or of ẏ_j multiplied by h if `a` is 0, to compare with the
+    /// usual displacement.
     fn fine_displacement(&self, at: &Linearization<'_>, a: f64, j: usize) -> Option<f64> {
         if !self.refines {
             return None;
@@ -290,8 +290,8 @@ fn is_coarse(at: &Linearization<'_>, j: usize) -> bool {
 }
 
 /// Returns whether two fine quotients determine an entry more accurately than the usual one. Zeros
-/// may have been lost in rounding; infinite quotients are those of unknowns that are not moved, in
-/// entries that the pattern lacks.
+/// may have been lost in rounding; quotients of unknowns without displacement are infinite, in entries
+/// that the pattern lacks.
 fn is_better([first, second]: [f64; 2], usual: f64) -> bool {
     let noise = (first - second).abs();
     first.is_normal()

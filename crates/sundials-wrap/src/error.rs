@@ -85,7 +85,7 @@ pub enum Error {
         /// How many there are.
         of: usize,
     },
-    /// A restart at a time other than the start, where the sensitivities are unknown.
+    /// A restart at a time other than the start: the sensitivities there are unknown.
     #[error(
         "the sensitivities at t = {t} are not known, only those at the start, t = {t_start}: give them \
          by IdaSolver::reinit_with_sensitivities"

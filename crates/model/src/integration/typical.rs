@@ -20,7 +20,7 @@ const MOVED: usize = 100;
 const SMALL: f64 = 0.1;
 /// Typical strain of a body that starts at rest and on which nothing acts that has a size, such as a feedback alone.
 const UNKNOWN_STRAIN: f64 = 1e-2;
-/// Smallest change of the strain relative to the strain at the start that is resolved; rounding is far below.
+/// Smallest resolved change of the strain, relative to the strain at the start; rounding is far below.
 const SMALLEST_CHANGE: f64 = 1e-6;
 
 /// Typical magnitudes of the unknowns of a body.

@@ -203,7 +203,7 @@ impl Response {
         }
         for name in scene.probes_with_kinks()? {
             found.notes.push(format!(
-                "probe `{name}`: principal values and von Mises stresses have no derivative at rest and are left out; a preload gives them one"
+                "probe `{name}`: principal values and von Mises stresses have no derivative at rest and are omitted; a preload gives them one"
             ));
         }
         for probe in &scene.file.probe {

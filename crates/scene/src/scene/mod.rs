@@ -365,7 +365,7 @@ impl Scene {
         Ok(readings)
     }
 
-    /// Returns the names of the probes with values that [`Self::readings`] leaves out.
+    /// Returns the names of the probes with values that [`Self::readings`] omits.
     pub(crate) fn probes_with_kinks(&self) -> Result<Vec<&str>, InputError> {
         if !self.is_response_about_rest() {
             return Ok(Vec::new());

@@ -75,7 +75,7 @@ impl Builder<'_> {
                     NAMES[axis],
                     place.collect::<Vec<_>>().join(", ")
                 ))
-                .next("keep one of the two groups, or use separate nodes or the same motion");
+                .next("remove a group, or use separate nodes or the same motion");
                 let path = last.map_or("", |last| &moves[last].component.path);
                 return Err(self.wrong(path, error));
             }

@@ -39,7 +39,7 @@ const BREAKS: [&str; 4] = ["start", "end", "systole", "diastole"];
 /// Keys of a chain in which its equations are affine, and on which they depend smoothly.
 const CHAIN_AFFINE: [&str; 4] = ["gain", "coupling", "van_der_pol", "duffing"];
 const CHAIN_SMOOTH: [&str; 2] = ["frequency", "frequency_spread"];
-/// Tables of loads, which act outside elements, besides surface loads.
+/// Tables of other loads than surface loads; they act outside elements.
 const LOADS: [&str; 3] = ["traction", "body_force", "point_force"];
 /// Other tables whose numbers may be parameters.
 const TABLES: [&str; 7] = [

@@ -1,4 +1,4 @@
-//! Serial vectors, including those of IDAS, as slices.
+//! Serial vectors, also of IDAS, as slices.
 
 use std::slice;
 

@@ -9,7 +9,7 @@ use super::{RigidContact, Touch};
 pub struct Friction {
     /// μ.
     pub coefficient: f64,
-    /// v₀, m/s: the body creeps where the traction is below μ φ'.
+    /// v₀, m/s: under tractions below μ φ' the body creeps.
     pub slip_velocity: f64,
 }
 

@@ -259,7 +259,7 @@ impl MshFile {
             }
             self.names.insert((dimension, tag), name);
         }
-        // A name of groups of several dimensions does not say which one is meant.
+        // A name of groups of several dimensions is ambiguous.
         for ((dimension, _), name) in &mut self.names {
             let is_other = |(other, own): &(u64, String)| other != dimension && *own == *name;
             if names.iter().any(is_other) {

@@ -84,7 +84,7 @@ pub(crate) struct Ida<C: Callbacks> {
 }
 
 // SAFETY: all C objects here are owned by this value alone, refer to each other only, and hold no
-// thread-local state, so any thread may use them, one at a time. The callbacks are not C objects and
+// thread-local state, so any thread may use them, but only a single thread at a time. The callbacks are not C objects and
 // must be Send themselves.
 unsafe impl<C: Callbacks + Send> Send for Ida<C> {}
 
