@@ -375,11 +375,12 @@ fn starts_that_make_no_sense_are_refused() {
 fn a_restart_checks_its_state() {
     let folder = tempfile::tempdir().unwrap();
     let place = |name: &str| folder.path().join(name);
+    let pushed = "initial_state={ type = \"velocity\", value = [0.0, 0.3] }";
     for (name, end) in [("first", "time.end=0.02"), ("other", "time.end=0.03")] {
-        run(BLOCK, &["probe=[]", end], &place(name));
+        run(BLOCK, &["body_force=[]", pushed, end], &place(name));
     }
     let from = "initial_state={ type = \"restart\", folder = \"first\" }";
-    let restart = || build(BLOCK, &[from], folder.path());
+    let restart = || build(BLOCK, &["body_force=[]", from], folder.path());
     assert!(restart().is_ok());
     let state = place("first").join("state.json");
     let text = std::fs::read_to_string(&state).unwrap();
