@@ -6,6 +6,13 @@ soft-tissue mechanics: meshes, materials, loads and chains of oscillators. Its r
 are bitwise equal to those of the program `myovib`.
 """
 
+try:
+    from . import _native
+except ImportError as error:
+    raise ImportError(
+        "the compiled module of myovib is missing or was built for another system: install the wheel "
+        "(`scripts/wheel` builds it from the sources)"
+    ) from error
 from ._consistent import consistent_start
 from ._dae import DaeSolution, DenseOutput, solve_dae
 from ._identification import FitResult, SensitivityResult

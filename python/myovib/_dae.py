@@ -75,14 +75,24 @@ class DenseOutput:
         Parameters
         ----------
         t : float or array_like, shape (m,)
-            Times within [t_min, t_max]; beyond, the polynomial of the first or last
-            step is extrapolated.
+            Times within [t_min, t_max], up to rounding.
 
         Returns
         -------
         ndarray, shape (n,) or (n, m)
+
+        Raises
+        ------
+        ValueError
+            A time is outside of the interval.
         """
         times = np.atleast_1d(np.asarray(t, dtype=float))
+        rounding = 4.0 * np.spacing(np.abs(self._ends).max())
+        outside = ~((times >= self.t_min - rounding) & (times <= self.t_max + rounding))
+        if outside.any():
+            raise ValueError(
+                f"t = {times[outside][0]}: the solution is known from {self.t_min} to {self.t_max} only"
+            )
         sign = 1.0 if self._ends[-1, 1] >= self._ends[0, 0] else -1.0
         step = np.searchsorted(sign * self._ends[:, 1], sign * times)
         step = np.minimum(step, len(self._ends) - 1)
@@ -396,6 +406,8 @@ def solve_dae(
         "first_step": None if first_step is None else float(first_step),
         "max_step": None if max_step is None or np.isinf(max_step) else float(max_step),
         "max_order": int(max_order),
+        # Any time that follows the unit of time makes the steps independent of it.
+        "time_scale": abs(t_end - t0),
         "max_steps": limit,
         "has_default_limit": max_steps is None,
         "dense": bool(dense_output),
@@ -405,6 +417,14 @@ def solve_dae(
     notes = []
     if initial != "given":
         _expect_finite(_in_bytes(residual, n), first_limits[0], start, rates)
+    if highest == 3 and method != "bdf":
+        structure = Structure.at(residual, first_limits[0], start, rates, rtol * np.abs(start) + tolerances)
+        found_index = structure.index() if structure else 0
+        if found_index > 3:
+            notes.append(
+                f"the equations at the start have the index {found_index}: Radau methods support index 3 at "
+                "most, and results may be wrong. Replace constraints by their derivatives"
+            )
     if initial == "algebraic":
         structure = Structure.at(residual, first_limits[0], start, rates, rtol * np.abs(start) + tolerances)
         free = structure.undetermined() if structure else []
@@ -506,9 +526,17 @@ def _advise(
     elif many:
         # For example, a variable amplifies the errors of others. BDF's estimate is small while steps are
         # constant, and then each longer step fails and the order remains 1.
+        excluded = np.array(suppress or np.zeros(len(y), bool))
+        algebraic = np.flatnonzero(structure.algebraic & ~excluded).tolist() if structure else []
+        other = f"excluding the algebraic variables {algebraic} (counted from 0) by `suppress` or " if algebraic else ""
         advice = (
-            f"BDF failed {solution.netf} error tests in {solution.nsteps} steps: a Radau method may "
+            f"BDF failed {solution.netf} error tests in {solution.nsteps} steps: {other}a Radau method may "
             "need far fewer steps"
+        )
+    elif not solution.nsteps and "error_test_failures" in solution.message and (rtol * np.abs(y) < atol).any():
+        advice = (
+            f"the variables {np.flatnonzero(rtol * np.abs(y) < atol).tolist()} (counted from 0) start at or near 0: "
+            "if they grow far beyond `atol` in the first step, raise their `atol` or give their `yp0`"
         )
     else:
         return
@@ -845,14 +873,17 @@ class _Events:
         return [count and count - done for count, done in zip(self.terminal, past)]
 
     def values(self, t: float, y: Array, yp: Array) -> list[float]:
-        values = [_number(function(t, y, yp)) for function in self.functions]
+        values = [_number(k, function(t, y, yp)) for k, function in enumerate(self.functions)]
         if np.isnan(values).any():
             raise ValueError(f"events: event {np.argmax(np.isnan(values))} (counted from 0) is nan at t = {t}")
         return values
 
 
-def _number(value: Any) -> float:
-    """Return the value of an event: 1 or -1 for a bool."""
+def _number(k: int, value: Any) -> float:
+    """Return the value of event k: 1 or -1 for a bool."""
     if isinstance(value, (bool, np.bool_)):
         return 1.0 if value else -1.0
-    return float(value)
+    try:
+        return float(value)
+    except (TypeError, ValueError) as error:
+        raise type(error)(f"events: event {k} (counted from 0) returned {value!r}: must be a number") from error

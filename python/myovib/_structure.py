@@ -16,6 +16,9 @@ LARGEST = 200
 # Singular values below this fraction of the largest are zero: the differences have half of the digits.
 RANK = 1e-7
 
+# Units in which the index is computed.
+TIME_UNITS = (1.0, 1e-6, 1e-3, 1e3, 1e6)
+
 # Entries of a null vector below this fraction of the largest are zero.
 PART = 1e-3
 
@@ -50,6 +53,11 @@ class Structure:
             return None
         return found if np.isfinite([found.df_dy, found.df_dyp]).all() else None
 
+    def index(self) -> int:
+        """Return the index of the linearized equations, the smallest in any unit of time."""
+        # The rank of badly scaled matrices is too low, and the index too high.
+        return min(_index(unit * self.df_dyp, self.df_dy) for unit in TIME_UNITS)
+
     def undetermined(self) -> list[int]:
         """Return the differential variables whose derivatives F = 0 does not determine."""
         differential = np.flatnonzero(~self.algebraic)
@@ -60,6 +68,25 @@ class Structure:
         """Return the algebraic variables that F = 0 does not determine: their index is above 1."""
         columns = np.where(self.algebraic, self.df_dy, self.df_dyp)
         return [int(j) for j in np.flatnonzero(_null(columns) & self.algebraic)]
+
+
+def _index(e: Array, a: Array) -> int:
+    """Return the index of the pencil s e + a: the length of Wong's sequence of subspaces."""
+    for _ in range(20):
+        for axis in (1, 0):
+            size = np.maximum(np.abs(e), np.abs(a)).max(axis=axis, keepdims=True)
+            scale = np.sqrt(np.where(size > 0.0, size, 1.0))
+            e, a = e / scale, a / scale
+    known = np.zeros((len(e), 0))
+    for index in range(len(e)):
+        image, sizes = np.linalg.svd(a @ known, full_matrices=False)[:2]
+        image = image[:, sizes > RANK * sizes.max(initial=0.0)]
+        values, vectors = np.linalg.svd(e - image @ (image.T @ e))[1:]
+        found = vectors[int((values > RANK * max(1.0, values[0])).sum()) :].T
+        if found.shape[1] == known.shape[1]:
+            return index
+        known = found
+    return len(e)
 
 
 def _null(matrix: Array) -> NDArray[np.bool_]:

@@ -1,0 +1,77 @@
+"""solve_dae in other units, at late times, with short inputs, and with arguments that it rejects."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from myovib import solve_dae
+
+
+def pendulum(unit, index):
+    """Return a pendulum in a unit of time, in the form of index 2 or 3."""
+    scales = np.array([1, 1, unit, unit, unit**2])
+    gravity = 9.81 * unit**2
+
+    def residual(t, y, yp):
+        constraint = y[:2] @ y[:2] - 1 if index == 3 else y[:2] @ y[2:4]
+        return np.r_[yp[:2] - y[2:4], yp[2:4] + y[4] * y[:2] + [0, gravity], constraint]
+
+    return dict(
+        residual=residual,
+        t_span=(0, 5 / unit),
+        y0=[1, 0, 0, 0, 0],
+        yp0=[0, 0, 0, -gravity, 0],
+        index=[1, 1, 2, 2, 3] if index == 3 else [1, 1, 1, 1, 2],
+        rtol=1e-5,
+        atol=1e-5 * scales,
+    )
+
+
+def rectifier(t, y, yp):
+    """50 Hz, RC = 0.1 s: the diode conducts for 2 ms of each period of 20 ms."""
+    current = 1e-12 * (np.exp(min((10 * np.sin(100 * np.pi * t) - y[0]) / 0.02585, 100)) - 1)
+    return [1e-4 * yp[0] - y[1] + y[0] / 1e3, y[1] - current]
+
+
+def test_equations_of_index_5_are_reported():
+    def trajectory(t, y, yp):
+        spring = 10 * (y[0] - y[1])
+        return [yp[0] - y[2], yp[1] - y[3], yp[2] - y[4] + spring, yp[3] - spring, y[1] - np.sin(t)]
+
+    start = ([0, 0, 0.9, 1, 0], [0.9, 1, 0, 0, -1.9])
+    with pytest.warns(UserWarning, match="index 5"):
+        solve_dae(trajectory, (0, 1e-3), *start, "radau5", index=[3, 1, 3, 2, 3])
+    for unit in (1, 1e-6, 1e6):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            solve_dae(method="radau5", **(pendulum(unit, 3) | dict(t_span=(0, 0.1 / unit))))
+
+
+def test_small_tolerances_of_variables_that_start_at_zero_are_named():
+    def driven(t, y, yp):
+        return [yp[0] + y[0] - y[1], y[1] - 1e9 * np.sin(t)]
+
+    with pytest.warns(UserWarning, match=r"variables \[1\] .*`atol`"):
+        s = solve_dae(driven, (0, 5), [1e9, 0], [-1e9, 0])
+    assert s.status == -1 and s.nsteps == 0 and "`atol`" in s.message
+    assert solve_dae(driven, (0, 5), [1e9, 0], [-1e9, 0], atol=[1e-8, 1.0]).success
+
+
+def test_many_failed_error_tests_by_an_algebraic_variable_are_explained():
+    with pytest.warns(UserWarning, match=r"algebraic variables \[1\] .*`suppress`"):
+        solve_dae(rectifier, (0, 0.1), [0, 0], [0, 0], rtol=1e-6, atol=[1e-6, 1e-8])
+
+
+def test_a_solution_is_not_extrapolated():
+    s = solve_dae(lambda t, y, yp: yp + y, (0, 2), [1], [-1], dense_output=True)
+    assert s.sol([0, 2]).shape == (1, 2)
+    for t in (2.5, -1e-9, [1, np.nan]):
+        with pytest.raises(ValueError, match="known from 0.0 to 2.0"):
+            s.sol(t)
+
+
+def test_an_event_that_is_not_a_number_is_named():
+    events = [lambda t, y, yp: t - 0.5, lambda t, y, yp: y]
+    with pytest.raises(TypeError, match="event 1 .* must be a number"):
+        solve_dae(lambda t, y, yp: yp + y, (0, 1), [1, 1], [-1, -1], events=events)
