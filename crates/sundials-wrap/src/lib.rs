@@ -70,7 +70,7 @@ pub use myovib_dae::{
 };
 /// KLU; the integrator's settings include its settings.
 pub use myovib_sparse::klu;
-pub use options::{Constraint, IdaOptions, InitialValueOptions, VectorArithmetic};
+pub use options::{Constraint, IdaOptions, VectorArithmetic};
 pub use solver::{
     IdaBuilder, IdaSolver, SensitivityMethod, SensitivityOptions, SensitivityStatistics,
 };

@@ -104,58 +104,6 @@ pub enum VectorArithmetic {
     Serial,
 }
 
-/// Controls of the search for consistent initial values, with the defaults of IDAS
-/// (`IDASetNonlinConvCoefIC` and the six after it).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct InitialValueOptions {
-    /// Newton is converged when its estimated error is below this fraction of the tolerance; 0.0033
-    /// by default.
-    pub nonlinear_coefficient: f64,
-    /// Values of h in c_j = 1/h to be tried; 5 by default.
-    pub max_scales: usize,
-    /// Jacobians allowed for each value of h; 4 by default.
-    pub max_jacobians: usize,
-    /// Newton iterations allowed for each Jacobian; 10 by default.
-    pub max_iterations: usize,
-    /// Whether a correction without descent is shortened; true by default. Without line search,
-    /// Newton's method may move to values far away, at which the Jacobian is inaccurate.
-    pub line_search: bool,
-    /// Smallest weighted size of a correction; (unit roundoff)^(2/3) by default.
-    pub step_tolerance: Option<f64>,
-    /// Times a correction may be shortened; 100 by default.
-    pub max_backtracks: usize,
-}
-
-impl Default for InitialValueOptions {
-    fn default() -> Self {
-        Self {
-            nonlinear_coefficient: 0.0033,
-            max_scales: 5,
-            max_jacobians: 4,
-            max_iterations: 10,
-            line_search: true,
-            step_tolerance: None,
-            max_backtracks: 100,
-        }
-    }
-}
-
-impl InitialValueOptions {
-    fn validate(&self) -> Result<(), Error> {
-        positive(
-            "initial_values.nonlinear_coefficient",
-            self.nonlinear_coefficient,
-        )?;
-        if let Some(tolerance) = self.step_tolerance {
-            positive("initial_values.step_tolerance", tolerance)?;
-        }
-        count("initial_values.max_scales", self.max_scales)?;
-        count("initial_values.max_jacobians", self.max_jacobians)?;
-        count("initial_values.max_iterations", self.max_iterations)?;
-        count("initial_values.max_backtracks", self.max_backtracks)
-    }
-}
-
 /// Settings of one integration. The defaults are IDAS' defaults, except for the arithmetic of
 /// vectors.
 #[derive(Debug, Clone, PartialEq)]
@@ -190,13 +138,9 @@ pub struct IdaOptions {
     /// A new matrix setup is made if c_j has changed since the last setup by more than a factor (1
     /// − δ)/(1 + δ) in either direction; 0.25 by default.
     pub delta_cj: f64,
-    /// Whether solutions with an old c_j are scaled by 2/(1 + c_j/c_j,old); on by default.
-    pub linear_solution_scaling: bool,
     /// Settings of KLU. By default, as in SUNDIALS: COLAMD, block triangular form, scaling by the
     /// largest entry of each row.
     pub sparse: SparseOptions,
-    /// Controls of [`correct_initial_values`](crate::IdaSolver::correct_initial_values).
-    pub initial_values: InitialValueOptions,
     /// Implementation of the vector arithmetic; this crate's by default.
     pub vectors: VectorArithmetic,
     /// Inequality constraints, one per component; empty by default.
@@ -219,12 +163,10 @@ impl Default for IdaOptions {
             nonlinear_coefficient: 0.33,
             max_newton_iterations: 4,
             delta_cj: 0.25,
-            linear_solution_scaling: true,
             sparse: SparseOptions {
                 ordering: Ordering::Colamd,
                 ..SparseOptions::default()
             },
-            initial_values: InitialValueOptions::default(),
             vectors: VectorArithmetic::default(),
             constraints: Vec::new(),
         }
@@ -270,7 +212,6 @@ impl IdaOptions {
             1.0,
             "in [0, 1]",
         )?;
-        self.initial_values.validate()?;
         if !self.constraints.is_empty() {
             expect_length("constraints", n, self.constraints.len())?;
         }

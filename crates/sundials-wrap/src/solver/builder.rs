@@ -210,12 +210,7 @@ impl<P: Problem> IdaBuilder<P> {
         let n = self.problem.n_unknowns();
         let jacobian = Jacobian::of(&self.problem);
         expect_state(n, t0, y0, y_dot0)?;
-        let kinds =
-            kinds_at(&mut self.problem, t0, y0, y_dot0).map_err(|error| Error::Callback {
-                function: "Jacobian",
-                t: t0,
-                source: error.into(),
-            })?;
+        let kinds = kinds(&mut self.problem, t0, [y0, y_dot0])?;
         expect_shapes(n, &kinds, jacobian.pattern())?;
         self.options.validate(n)?;
         self.quadrature.validate()?;
@@ -270,7 +265,6 @@ impl<P: Problem> IdaBuilder<P> {
             t: t0,
             n,
             min_step: self.options.min_step,
-            initial_values: self.options.initial_values,
             max_steps: self.options.max_steps,
             mark: (0, t0),
             stop_time: self.options.stop_time,
@@ -290,6 +284,19 @@ impl<P: Problem> IdaBuilder<P> {
         solver.start_from(t0, [y0.to_vec(), y_dot0.to_vec()]);
         Ok(solver)
     }
+}
+
+/// Returns the kinds of the variables at the start.
+fn kinds<P: Problem>(
+    problem: &mut P,
+    t: f64,
+    [y, y_dot]: [&[f64]; 2],
+) -> Result<Vec<VariableKind>, Error> {
+    kinds_at(problem, t, y, y_dot).map_err(|error| Error::Callback {
+        function: "Jacobian",
+        t,
+        source: error.into(),
+    })
 }
 
 /// Checks that the parts of the problem have the stated sizes, and that there is something to
@@ -330,8 +337,6 @@ impl<P: Problem> IdaSolver<P> {
             ida.set_nonlinear_coefficient(options.nonlinear_coefficient)?;
             ida.set_max_newton_iterations(options.max_newton_iterations as i32)?;
             ida.set_delta_cj(options.delta_cj)?;
-            ida.set_linear_solution_scaling(options.linear_solution_scaling)?;
-            ida.set_initial_values(&options.initial_values)?;
             // IDAS rejects a vector without constraints.
             if options.constraints.iter().any(|c| *c != Constraint::None) {
                 let codes: Vec<f64> = options.constraints.iter().map(|c| c.code()).collect();
@@ -346,6 +351,7 @@ impl<P: Problem> IdaSolver<P> {
         let result = set();
         self.refused(result)
     }
+
     fn attach_roots(&mut self, directions: &[Direction]) -> Result<(), Error> {
         if directions.is_empty() {
             return Ok(());

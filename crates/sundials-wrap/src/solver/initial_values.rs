@@ -7,7 +7,10 @@ use super::{IdaSolver, call_error, codes};
 use crate::error::Error;
 use crate::ffi::call::CallFailed;
 use crate::ffi::ida::{Counter, InitialUnknowns};
-use crate::options::{InitialValueOptions, differential, finite, invalid};
+use crate::options::{differential, finite, invalid};
+
+/// Fraction of the tolerance at which IDACalcIC ends; IDAS' default.
+const COEFFICIENT: f64 = 0.0033;
 
 impl<P: Problem> IdaSolver<P> {
     /// Corrects the initial values so that F(t0, y0, ẏ0) = 0, by Newton's method with a line
@@ -42,27 +45,22 @@ impl<P: Problem> IdaSolver<P> {
         let result = self.ida.set_id(&differential(&self.kinds));
         self.refused(result)?;
         self.functions_mut().failures = Default::default();
-        let given = self.initial_values;
         let mut result = match mode {
             // IDACalcIC ends when the correction of ẏ is small over its step, a thousandth of the
-            // time to the first output. It must be small over that whole time. The same controls
-            // apply to the correction of sensitivities: with sensitivities, IDAS' defaults are
+            // time to the first output. It must be small over that whole time. The coefficient
+            // also applies to the correction of sensitivities: with sensitivities, IDAS' default is
             // used, as in published runs.
             ConsistencyMode::AlgebraicAndDerivatives
                 if self.functions().sensitivities.is_none() =>
             {
-                let finer = InitialValueOptions {
-                    nonlinear_coefficient: 1e-3 * given.nonlinear_coefficient,
-                    ..given
-                };
                 let differences = Some(1e3 * (t_first - self.t0));
-                self.search((finer, differences), unknowns, t_first)?
+                self.search((1e-3 * COEFFICIENT, differences), unknowns, t_first)?
             }
-            _ => self.search((given, None), unknowns, t_first)?,
+            _ => self.search((COEFFICIENT, None), unknowns, t_first)?,
         };
         let is_final = self.functions().failures.fatal.is_some();
         if result.is_err() && !is_final && self.ida.boundary().panic.is_none() {
-            result = self.search((given, None), unknowns, t_first)?;
+            result = self.search((COEFFICIENT, None), unknowns, t_first)?;
         }
         let restored = match &self.suppressed {
             Some(id) => self.ida.set_id(id),
@@ -82,15 +80,15 @@ impl<P: Problem> IdaSolver<P> {
         Err(self.inconsistent(failed, self.t0))
     }
 
-    /// Searches for initial values with these controls, and this time for differences of ẏ.
+    /// Searches for initial values with this coefficient, and this time for differences of ẏ.
     fn search(
         &mut self,
-        (controls, differences): (InitialValueOptions, Option<f64>),
+        (coefficient, differences): (f64, Option<f64>),
         unknowns: InitialUnknowns,
         t_first: f64,
     ) -> Result<Result<(), CallFailed>, Error> {
         self.functions_mut().failures = Default::default();
-        let set = self.ida.set_initial_values(&controls);
+        let set = self.ida.set_initial_coefficient(coefficient);
         self.refused(set)?;
         self.functions_mut().search_time = differences;
         let found = self.ida.correct_initial_values(unknowns, t_first);

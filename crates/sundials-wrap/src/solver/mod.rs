@@ -20,7 +20,6 @@ use sundials_sys as sys;
 use crate::error::Error;
 use crate::ffi::call::CallFailed;
 use crate::ffi::ida::{Counter, Ida, Task};
-use crate::options::InitialValueOptions;
 use crate::options::{expect_finite, expect_length, expect_state, finite, invalid};
 use myovib_dae::{
     InconsistentStart, Outcome, Problem, Stop, StopReason, VariableKind, WorstComponent,
@@ -57,7 +56,6 @@ pub struct IdaSolver<P: Problem> {
     t: f64,
     n: usize,
     min_step: f64,
-    initial_values: InitialValueOptions,
     max_steps: Option<usize>,
     /// Number of steps and time at the last check that found progress of t.
     mark: (u64, f64),

@@ -1,8 +1,8 @@
 //! The search for consistent initial values.
 
 use myovib_dae::samples::{Heat2d, Robertson, Sample};
-use myovib_dae::{Outcome, Problem, StepError, Suppressed, VariableKind};
-use sundials_wrap::{ConsistencyMode, IdaOptions, IdaSolver, InitialValueOptions};
+use myovib_dae::{Outcome, Problem, Suppressed, VariableKind};
+use sundials_wrap::{ConsistencyMode, IdaOptions, IdaSolver};
 
 use crate::common::tolerance;
 
@@ -81,65 +81,4 @@ fn states_are_found_from_derivatives() {
         assert!((ours - exact).abs() < 1e-10, "{ours} ≠ {exact}");
     }
     assert_eq!(solver.y_dot(), start.y_dot);
-}
-
-/// From far away Newton needs several iterations: with too few the search fails, with a loose
-/// tolerance it ends early.
-#[test]
-fn controls_of_the_search_for_initial_values_reach_idas() {
-    struct Root;
-    impl Problem for Root {
-        fn n_unknowns(&self) -> usize {
-            2
-        }
-        fn residual(
-            &mut self,
-            _: f64,
-            y: &[f64],
-            y_dot: &[f64],
-            residual: &mut [f64],
-        ) -> Result<(), StepError> {
-            residual[0] = y_dot[0] + y[0];
-            residual[1] = y[1].atan() - 0.5 * y[0];
-            Ok(())
-        }
-    }
-    let search = |initial_values: InitialValueOptions| {
-        let options = IdaOptions {
-            initial_values,
-            ..tolerance(1e-6)
-        };
-        let mut solver =
-            IdaSolver::builder(Root)
-                .options(options)
-                .build(0.0, &[1.0, 1.5], &[-1.0, 0.0])?;
-        let mode = ConsistencyMode::AlgebraicAndDerivatives;
-        let found = solver.correct_initial_values(mode, 1.0);
-        found.map(|()| solver.y()[1])
-    };
-    let all = InitialValueOptions::default();
-    let found = search(all).unwrap();
-    // Newton's tolerance is 0.0033 of 1e-6.
-    assert!((found - 0.5f64.tan()).abs() < 1e-7, "{found}");
-    let poor = InitialValueOptions {
-        max_iterations: 1,
-        max_jacobians: 1,
-        max_scales: 1,
-        ..all
-    };
-    assert!(search(poor).is_err());
-    let loose = InitialValueOptions {
-        nonlinear_coefficient: 1e3,
-        ..all
-    };
-    assert!((search(loose).unwrap() - found).abs() > 1e-9);
-    let none = InitialValueOptions {
-        max_scales: 0,
-        ..all
-    };
-    let message = search(none).unwrap_err().to_string();
-    assert_eq!(
-        message,
-        "initial_values.max_scales = 0: must be a positive count"
-    );
 }

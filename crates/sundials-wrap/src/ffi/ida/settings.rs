@@ -1,6 +1,6 @@
 //! Settings of an integrator: one method per setter of IDAS.
 
-use std::os::raw::{c_int, c_void};
+use std::os::raw::c_int;
 
 use sundials_sys as sys;
 
@@ -9,7 +9,6 @@ use super::super::callbacks::Callbacks;
 use super::super::trampoline;
 use super::super::vector::NVector;
 use super::Ida;
-use crate::options::InitialValueOptions;
 
 /// Defines methods that pass a value of the given type to a setter of IDAS.
 macro_rules! setters {
@@ -42,60 +41,12 @@ impl<C: Callbacks> Ida<C> {
         set_max_newton_iterations(i32) IDASetMaxNonlinIters;
         set_nonlinear_coefficient(f64) IDASetNonlinConvCoef;
         set_delta_cj(f64) IDASetDeltaCjLSetup;
-    }
-
-    pub(crate) fn set_linear_solution_scaling(&mut self, on: bool) -> Result<(), CallFailed> {
-        let on = c_int::from(on);
-        self.set(
-            "IDASetLinearSolutionScaling",
-            sys::IDASetLinearSolutionScaling,
-            on,
-        )
+        /// Sets the fraction of the tolerance at which IDACalcIC ends.
+        set_initial_coefficient(f64) IDASetNonlinConvCoefIC;
     }
 
     pub(crate) fn set_suppression(&mut self, on: bool) -> Result<(), CallFailed> {
         self.set("IDASetSuppressAlg", sys::IDASetSuppressAlg, c_int::from(on))
-    }
-
-    /// Sets the seven controls of IDACalcIC.
-    pub(crate) fn set_initial_values(
-        &mut self,
-        options: &InitialValueOptions,
-    ) -> Result<(), CallFailed> {
-        let InitialValueOptions {
-            nonlinear_coefficient,
-            max_scales,
-            max_jacobians,
-            max_iterations,
-            line_search,
-            step_tolerance,
-            max_backtracks,
-        } = *options;
-        let counts: [(
-            &'static str,
-            unsafe extern "C" fn(*mut c_void, c_int) -> c_int,
-            usize,
-        ); 4] = [
-            ("IDASetMaxNumStepsIC", sys::IDASetMaxNumStepsIC, max_scales),
-            ("IDASetMaxNumJacsIC", sys::IDASetMaxNumJacsIC, max_jacobians),
-            (
-                "IDASetMaxNumItersIC",
-                sys::IDASetMaxNumItersIC,
-                max_iterations,
-            ),
-            ("IDASetMaxBacksIC", sys::IDASetMaxBacksIC, max_backtracks),
-        ];
-        for (call, function, count) in counts {
-            self.set(call, function, count as c_int)?;
-        }
-        let (call, off) = ("IDASetLineSearchOffIC", c_int::from(!line_search));
-        self.set(call, sys::IDASetLineSearchOffIC, off)?;
-        if let Some(tolerance) = step_tolerance {
-            let call = "IDASetStepToleranceIC";
-            self.set(call, sys::IDASetStepToleranceIC, tolerance)?;
-        }
-        let call = "IDASetNonlinConvCoefIC";
-        self.set(call, sys::IDASetNonlinConvCoefIC, nonlinear_coefficient)
     }
 
     /// Sets one value per component: 1 differential (or included in the error test), 0 algebraic.
