@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use myovib_scene::escape;
-use myovib_scene::vtu::field_of;
+use myovib_scene::vtu::read_field;
 
 use crate::harness::{document, myovib_in};
 
@@ -217,7 +217,7 @@ fn a_map_shows_the_influence_of_the_stiffness() {
             (total - expected).abs() < 1e-3 * expected.abs(),
             "{name}: {total} {expected}"
         );
-        let densities = field_of(&text, name).expect("a field of the cells");
+        let densities = read_field(&text, name).expect("a field of the cells");
         let shares: Vec<f64> = elements
             .iter()
             .zip(&densities)

@@ -16,7 +16,7 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 pub use cloud::Cloud;
-pub use data::StoredField;
+pub use data::{StoredField, read_field};
 use data::{floats, integers};
 pub use grid::Grid;
 use listing::Listing;
@@ -45,11 +45,6 @@ pub struct CellField {
     pub name: String,
     /// Elements with their values; NaN elsewhere.
     pub values: Vec<(usize, f64)>,
-}
-
-/// Returns the values of a field in the text of a file; NaN for missing values.
-pub fn field_of(text: &str, name: &str) -> Option<Vec<f64>> {
-    data::read_floats(text, name)
 }
 
 /// A numbered series of files in a folder.
@@ -219,7 +214,7 @@ pub struct StoredMesh {
 pub fn read(file: &Path) -> io::Result<(StoredMesh, Vec<StoredField>)> {
     let text = std::fs::read_to_string(file)?;
     let mesh = || {
-        let points = data::read_floats(&text, "points")?
+        let points = data::read_field(&text, "points")?
             .as_chunks::<3>()
             .0
             .to_vec();
@@ -276,7 +271,7 @@ pub fn last_displacement(folder: &Path, grid: &Grid) -> io::Result<Option<(f64, 
         return Ok(None);
     };
     let text = std::fs::read_to_string(file)?;
-    let Some(values) = data::read_floats(&text, Quantity::Displacement.label()) else {
+    let Some(values) = data::read_field(&text, Quantity::Displacement.label()) else {
         return Ok(None);
     };
     let vectors = values.as_chunks::<3>().0;

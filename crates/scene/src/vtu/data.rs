@@ -46,8 +46,8 @@ pub(super) fn integers(name: &str, values: impl Iterator<Item = usize>) -> Strin
     array("Int64", name, "NumberOfComponents=\"1\"", bytes)
 }
 
-/// Reads the array `name` from a file written by this module.
-pub(super) fn read_floats(text: &str, name: &str) -> Option<Vec<f64>> {
+/// Reads the real field `name` from the text of a file written by this module; NaN for missing values.
+pub fn read_field(text: &str, name: &str) -> Option<Vec<f64>> {
     let start = format!("<DataArray type=\"Float64\" Name=\"{}\"", escape(name));
     let (_, rest) = text.split_once(&start)?;
     let (_, rest) = rest.split_once('>')?;
@@ -143,8 +143,8 @@ mod tests {
     fn numbers_are_read_back_to_the_last_bit() {
         let values = [0.1, -1.0 / 3.0, f64::MIN_POSITIVE, 6.02e23];
         let text = floats("u", &["x", "y"], 2, values.into_iter());
-        assert_eq!(read_floats(&text, "u").unwrap(), values);
-        assert!(read_floats(&text, "v").is_none());
+        assert_eq!(read_field(&text, "u").unwrap(), values);
+        assert!(read_field(&text, "v").is_none());
         // Names come from scenes.
         let name = "coherence_a\"<b>&\u{1b}";
         let text = floats(name, &[], 1, values.into_iter());
@@ -152,7 +152,7 @@ mod tests {
             text.contains("Name=\"coherence_a&quot;&lt;b&gt;&amp;\\u{1b}\""),
             "{text}"
         );
-        assert_eq!(read_floats(&text, name).unwrap(), values);
+        assert_eq!(read_field(&text, name).unwrap(), values);
     }
 
     #[test]

@@ -265,7 +265,7 @@ fn fields_have_the_coherence_of_places_and_of_their_neighborhoods() {
     // Separate points: both chains outside elements, one after the other.
     let places = read("places_00001.vtu");
     assert!(read("places.pvd").contains("places_00001.vtu"));
-    let points = vtu::field_of(&places, "points").unwrap();
+    let points = vtu::read_field(&places, "points").unwrap();
     let points: Vec<[f64; 3]> = points.as_chunks().0.to_vec();
     let n = nodes.places.len();
     assert_eq!(points.len(), n + pair.places.len());
@@ -277,7 +277,7 @@ fn fields_have_the_coherence_of_places_and_of_their_neighborhoods() {
     );
     let vertices: Vec<[f64; 3]> = space.mesh().points::<3>().to_vec();
     assert!(points[..n].iter().all(|point| vertices.contains(point)));
-    let of = |name: &str| vtu::field_of(&places, name).unwrap();
+    let of = |name: &str| vtu::read_field(&places, name).unwrap();
     let found = of_places(folder.path(), nodes);
     let moduli: Vec<f64> = found.iter().map(|place| place.centroid.norm()).collect();
     assert_near(&of("amplitude")[..n], &moduli, "amplitude");
@@ -292,7 +292,7 @@ fn fields_have_the_coherence_of_places_and_of_their_neighborhoods() {
     // On the elements, next to the coherence of each element.
     let fields = read("fields_00001.vtu");
     let of = |name: &str| {
-        let field = vtu::field_of(&fields, name).unwrap();
+        let field = vtu::read_field(&fields, name).unwrap();
         let own = cells.places.iter().map(|place| field[place.at.element]);
         own.collect::<Vec<f64>>()
     };
@@ -311,7 +311,7 @@ fn fields_have_the_coherence_of_places_and_of_their_neighborhoods() {
     assert_near(&of("amplitude_cells"), &amplitude, "amplitude of cells");
     let expected = neighborhoods(&middles, &found, 0.025);
     assert_near(&of("neighborhood_cells"), &expected, "around cells");
-    assert!(vtu::field_of(&fields, "coherence_nodes").is_none());
+    assert!(vtu::read_field(&fields, "coherence_nodes").is_none());
 }
 
 /// Checks places in the plane with directions along the fibers.

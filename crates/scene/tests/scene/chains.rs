@@ -74,7 +74,7 @@ fn each_element_of_a_group_has_a_chain_with_its_own_frequencies() {
         .n_unknowns();
     assert_eq!(document["unknowns"], n + 2 * 4 * places);
     let text = std::fs::read_to_string(folder.path().join("fields_00001.vtu")).unwrap();
-    let field = myovib_scene::vtu::field_of(&text, "coherence_spindles").unwrap();
+    let field = myovib_scene::vtu::read_field(&text, "coherence_spindles").unwrap();
     assert_eq!(field.len(), space.n_elements());
     let inside: Vec<f64> = elements.iter().map(|&e| field[e]).collect();
     assert!(
@@ -156,7 +156,7 @@ fn chains_stiffen_and_contract_the_elements_they_are_in() {
     );
     assert!(document["work"]["coherence_passes"].as_u64() > Some(0));
     let text = std::fs::read_to_string(folder.path().join("fields_00001.vtu")).unwrap();
-    let chi = myovib_scene::vtu::field_of(&text, "coherence_spindles").unwrap();
+    let chi = myovib_scene::vtu::read_field(&text, "coherence_spindles").unwrap();
     assert!(elements.iter().any(|&element| chi[element] > 0.5));
 }
 
