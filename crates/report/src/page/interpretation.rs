@@ -16,52 +16,57 @@ fn volumes(document: &Value) -> String {
     }
 }
 
-/// Explains index, drift and energy with the numbers of this run.
+/// Explains the results of a run with its numbers.
 pub(super) fn meaning(document: &Value) -> String {
-    if document["analysis"] == "static" {
-        let part = document["load_reached"].as_f64().filter(|part| *part < 1.0);
-        let under = part.map_or(String::new(), |part| {
-            format!(" under {:.1} % of the load", 100.0 * part)
-        });
-        let points = document["critical_points"].as_array().into_iter().flatten();
-        let points = points.map(|point| {
-            let [from, to] = [0, 1].map(|i| point["loads"][i].as_f64().unwrap_or(f64::NAN));
-            match point["type"] == "limit" {
-                true => format!("<li>limit point at the load factor {from:.6}</li>\n"),
-                false => {
-                    format!("<li>bifurcation between the load factors {from:.6} and {to:.6}</li>\n")
-                }
+    match document["analysis"].as_str() {
+        Some("static") => meaning_of_equilibrium(document),
+        Some("modes") => MODES.to_owned(),
+        Some("response") => RESPONSE.to_owned(),
+        Some("periodic") => PERIODIC.to_owned(),
+        _ => meaning_of_motion(document),
+    }
+}
+
+const MODES: &str = "<p>Small free vibrations; Prony terms count as relaxed. The damping ratio is that by α, β, \
+                     viscosity and elastic foundations, not by Prony terms; 1 is critical.</p>\n";
+const RESPONSE: &str = "<p>Small harmonic motions Re(û e<sup>iωt</sup>) of the linearized body. A positive phase leads \
+                        the drive. Damping ratios are half-power widths Δf/(2f), which hold for light damping and \
+                        separate peaks.</p>\n";
+const PERIODIC: &str = "<p>The motion that repeats with the period of the loads, found without its transient. A Floquet \
+                        multiplier is the factor by which a small deviation grows over a period: the motion is stable \
+                        if all are inside the unit circle. Curves show one period.</p>\n";
+
+/// Explains how the equilibrium was found, and the critical points of its path.
+fn meaning_of_equilibrium(document: &Value) -> String {
+    let part = document["load_reached"].as_f64().filter(|part| *part < 1.0);
+    let under = part.map_or(String::new(), |part| {
+        format!(" under {:.1} % of the load", 100.0 * part)
+    });
+    let points = document["critical_points"].as_array().into_iter().flatten();
+    let points = points.map(|point| {
+        let [from, to] = [0, 1].map(|i| point["loads"][i].as_f64().unwrap_or(f64::NAN));
+        match point["type"] == "limit" {
+            true => format!("<li>limit point at the load factor {from:.6}</li>\n"),
+            false => {
+                format!("<li>bifurcation between the load factors {from:.6} and {to:.6}</li>\n")
             }
-        });
-        let points: String = points.collect();
-        let points = match points.is_empty() {
-            true => points,
-            false => format!("<p>On the path of equilibria:</p>\n<ul>\n{points}</ul>\n"),
-        };
-        return format!(
-            "<p>Newton's method found the equilibrium{under} in {} over {}.{}</p>\n{points}",
-            counted(&document["newton_iterations"], "iteration"),
-            counted(&document["load_steps"], "load step"),
-            volumes(document)
-        );
-    }
-    if document["analysis"] == "modes" {
-        return "<p>Small free vibrations; Prony terms count as relaxed. The damping ratio is that by α, β, \
-                viscosity and elastic foundations, not by Prony terms; 1 is critical.</p>\n"
-            .to_owned();
-    }
-    if document["analysis"] == "response" {
-        return "<p>Small harmonic motions Re(û e<sup>iωt</sup>) of the linearized body. A positive phase leads \
-                the drive. Damping ratios are half-power widths Δf/(2f), which hold for light damping and \
-                separate peaks.</p>\n"
-            .to_owned();
-    }
-    if document["analysis"] == "periodic" {
-        return "<p>The motion that repeats with the period of the loads, found without its transient. A Floquet \
-                multiplier is the factor by which a small deviation grows over a period: the motion is stable if all \
-                are inside the unit circle. Curves show one period.</p>\n"
-            .to_owned();
-    }
+        }
+    });
+    let points: String = points.collect();
+    let points = match points.is_empty() {
+        true => points,
+        false => format!("<p>On the path of equilibria:</p>\n<ul>\n{points}</ul>\n"),
+    };
+    format!(
+        "<p>Newton's method found the equilibrium{under} in {} over {}.{}</p>\n{points}",
+        counted(&document["newton_iterations"], "iteration"),
+        counted(&document["load_steps"], "load step"),
+        volumes(document)
+    )
+}
+
+/// Explains index, drift and energy.
+fn meaning_of_motion(document: &Value) -> String {
     let index = document["index"].as_u64().unwrap_or(0);
     let mut text = format!(
         "<p>The system has index {index}: {}.</p>\n",
