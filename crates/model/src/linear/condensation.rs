@@ -18,6 +18,7 @@
 //! The first line of (33) is not a kinematic equation; its system is [split](super::Splitting)
 //! instead, or retained in full if damping other than Rayleigh damping prevents this.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use myovib_dae::Problem;
@@ -107,6 +108,166 @@ pub(super) struct Recovered {
     pub(super) value: f64,
 }
 
+/// Returns the terms of all equations, with their rows.
+fn terms_of_body(blocks: &[(Field, Vec<Term>)]) -> impl Iterator<Item = (Field, Term)> {
+    let terms = |(rows, terms): &(Field, Vec<Term>)| {
+        let rows = *rows;
+        terms.clone().into_iter().map(move |term| (rows, term))
+    };
+    blocks.iter().flat_map(terms)
+}
+
+/// Positions of all blocks in the full and the condensed system.
+struct Arrangement {
+    kinematic: Vec<Kinematic>,
+    retained: Vec<(Field, RetainedBlock)>,
+    recovered: Vec<(Field, Recovered)>,
+    n_condensed: usize,
+    n_eliminated: usize,
+}
+
+impl Arrangement {
+    /// Finds the kinematic equations among the `blocks` of rows and arranges all unknowns.
+    fn new(dae: &MuscleDae, blocks: &[(Field, Vec<Term>)]) -> Self {
+        let read = |(rows, terms): &(Field, Vec<Term>)| Kinematic::read(*rows, terms);
+        let mut places = Self {
+            kinematic: blocks.iter().filter_map(read).collect(),
+            retained: Vec::new(),
+            recovered: Vec::new(),
+            n_condensed: 0,
+            n_eliminated: 0,
+        };
+        let range = |field| {
+            let range = dae.layout().range(field);
+            range.expect("equations use fields of the layout")
+        };
+        for rows in blocks.iter().map(|(rows, _)| *rows) {
+            if places.is_kinematic(rows) {
+                continue;
+            }
+            let owner = places.owner(rows);
+            let (unknowns, start) = (range(owner), places.n_condensed);
+            places.n_condensed += unknowns.len();
+            let block = RetainedBlock {
+                rows: range(rows),
+                unknowns,
+                condensed: start..places.n_condensed,
+                sign: 1.0,
+                scale: None,
+            };
+            places.retained.push((owner, block));
+        }
+        for k in places.kinematic.clone() {
+            let (unknowns, start) = (range(k.eliminated), places.n_eliminated);
+            places.n_eliminated += unknowns.len();
+            let block = Recovered {
+                rows: range(k.rows),
+                unknowns,
+                position: start..places.n_eliminated,
+                base: places.condensed(k.base),
+                rate: k.rate,
+                value: k.value,
+            };
+            places.recovered.push((k.eliminated, block));
+        }
+        let beside = [Field::Tension, Field::InternalStress];
+        let beside = beside.map(|field| dae.layout().range(field).map_or(0, |r| r.len()));
+        assert_eq!(
+            places.n_condensed + places.n_eliminated + beside.iter().sum::<usize>(),
+            dae.n_unknowns(),
+            "each unknown of the body is retained or eliminated"
+        );
+        places
+    }
+
+    fn is_kinematic(&self, rows: Field) -> bool {
+        self.kinematic.iter().any(|k| k.rows == rows)
+    }
+
+    /// Returns the equation that eliminates a field.
+    fn eliminating(&self, field: Field) -> Option<&Kinematic> {
+        self.kinematic.iter().find(|k| k.eliminated == field)
+    }
+
+    /// Returns the retained field whose condensed rows hold the equation of a field. The row of an
+    /// eliminated unknown is included by its base, whose own row holds the kinematic equation.
+    fn owner(&self, field: Field) -> Field {
+        self.eliminating(field).map_or(field, |k| k.base)
+    }
+
+    /// Returns the range of a retained field in the condensed system.
+    fn condensed(&self, field: Field) -> Range<usize> {
+        let block = self.retained.iter().find(|(f, _)| *f == field);
+        let (_, block) = block.expect("each retained unknown has a retained row");
+        block.condensed.clone()
+    }
+
+    /// Returns the range of an eliminated field among all eliminated unknowns.
+    fn position(&self, field: Field) -> Range<usize> {
+        let block = self.recovered.iter().find(|(f, _)| *f == field);
+        let (_, block) = block.expect("looked up for eliminated fields only");
+        block.position.clone()
+    }
+
+    /// Returns the entries of the condensed matrix and of the coupling to eliminated unknowns.
+    fn entries(&self, blocks: &[(Field, Vec<Term>)]) -> [Vec<Entry<Quadratic>>; 2] {
+        let (mut condensed, mut coupling) = (Vec::new(), Vec::new());
+        for (rows, term) in terms_of_body(blocks).filter(|(rows, _)| !self.is_kinematic(*rows)) {
+            let entry = |columns, coefficient| Entry {
+                rows: self.condensed(self.owner(rows)),
+                columns,
+                matrix: term.matrix,
+                coefficient: Quadratic(coefficient),
+            };
+            let (value, rate) = (term.df_dy, term.df_dyp);
+            match self.eliminating(term.column) {
+                None => {
+                    let columns = self.condensed(term.column);
+                    condensed.push(entry(columns, [value, rate, 0.0]));
+                }
+                Some(k) => {
+                    let chain = -k.rate / k.value;
+                    let base = self.condensed(k.base);
+                    condensed.push(entry(base, [0.0, chain * value, chain * rate]));
+                    let by_rows = [value / k.value, rate / k.value, 0.0];
+                    coupling.push(entry(self.position(k.eliminated), by_rows));
+                }
+            }
+        }
+        [condensed, coupling]
+    }
+
+    /// Returns the condensed matrix and the row signs that make it symmetric. If there are none and
+    /// it is requested, a nearly symmetric matrix is replaced by a symmetric one.
+    fn symmetrized(
+        &mut self,
+        entries: Vec<Entry<Quadratic>>,
+        is_requested: bool,
+    ) -> (Vec<Entry<Quadratic>>, Option<HashMap<usize, f64>>) {
+        let signs = symmetric_signs(&entries);
+        if signs.is_some() || !is_requested {
+            return (entries, signs);
+        }
+        let Some(nearly) = NearlySymmetric::of(&entries) else {
+            return (entries, None);
+        };
+        for (_, block) in &mut self.retained {
+            let is_constraint = block.condensed.start != nearly.balance;
+            block.scale = is_constraint.then_some(nearly.scale);
+        }
+        (nearly.entries, Some(nearly.signs))
+    }
+
+    /// Returns the range of the pressures and multipliers in the condensed system.
+    fn constraints(&self) -> Range<usize> {
+        let scalars = self.retained.iter();
+        let scalars = scalars.filter(|(field, _)| !field.is_displacement_like());
+        let ranges = scalars.map(|(_, block)| block.condensed.clone());
+        let range = ranges.reduce(|a, b| a.start.min(b.start)..a.end.max(b.end));
+        range.unwrap_or(self.n_condensed..self.n_condensed)
+    }
+}
+
 /// The elimination for one formulation: patterns, positions, coefficients.
 #[derive(Debug, Clone)]
 pub struct Condensation {
@@ -117,9 +278,8 @@ pub struct Condensation {
     /// A_w / value for all eliminated unknowns, which multiplies the rows of the kinematic
     /// equations.
     pub(super) coupling: Assembly<Quadratic>,
-    pub(super) n_full: usize,
     /// Terms of the equations included above, with their rows.
-    included: Vec<(Field, Term)>,
+    pub(super) included: Vec<(Field, Term)>,
     /// Prony series of viscoelastic stress.
     pub(super) series: Series,
     structure: Structure,
@@ -127,16 +287,8 @@ pub struct Condensation {
 
 impl Condensation {
     /// Analyzes the condensed pattern for all matrices with this pattern.
-    ///
-    /// # Errors
-    /// Errors of the symbolic analysis.
     pub fn elimination(&self, options: SparseOptions) -> Result<Elimination, SparseError> {
         Elimination::new(self.condensed.pattern(), self.structure.clone(), options)
-    }
-
-    /// Returns the terms of the equations that it includes, with their rows.
-    pub(super) fn included(&self) -> Vec<(Field, Term)> {
-        self.included.clone()
     }
 
     /// Sets up the elimination for `dae`.
@@ -158,117 +310,9 @@ impl Condensation {
     /// stresses replaced by its symmetric part if requested.
     fn build(dae: &MuscleDae, symmetrizes: bool, symmetrizes_added: bool) -> Self {
         let blocks = dae.blocks();
-        let kinematic: Vec<_> = blocks
-            .iter()
-            .filter_map(|(rows, terms)| Kinematic::read(*rows, terms))
-            .collect();
-        let is_kinematic = |rows: &Field| kinematic.iter().any(|k| k.rows == *rows);
-        let read = blocks.iter().filter(|(rows, _)| is_kinematic(rows));
-        let read = read.flat_map(|(rows, terms)| terms.iter().map(|term| (*rows, *term)));
-        let mut included: Vec<_> = read.collect();
-        let range = |field| {
-            dae.layout()
-                .range(field)
-                .expect("equations use fields of the layout")
-        };
-        let eliminating = |field| kinematic.iter().find(|k| k.eliminated == field);
-        // The row of an eliminated unknown is included by its base, whose own row holds the kinematic
-        // equation.
-        let owner = |field| eliminating(field).map_or(field, |k| k.base);
-
-        let mut retained = Vec::new();
-        let mut end = 0;
-        let remaining = blocks.iter().filter(|(rows, _)| !is_kinematic(rows));
-        for (rows, _) in remaining.clone() {
-            let unknowns = range(owner(*rows));
-            let start = end;
-            end += unknowns.len();
-            retained.push((
-                owner(*rows),
-                RetainedBlock {
-                    rows: range(*rows),
-                    unknowns,
-                    condensed: start..end,
-                    sign: 1.0,
-                    scale: None,
-                },
-            ));
-        }
-        let condensed_range = |field| {
-            let (_, block) = retained
-                .iter()
-                .find(|(f, _)| *f == field)
-                .expect("each retained unknown has a retained row");
-            block.condensed.clone()
-        };
-        let mut recovered = Vec::new();
-        let mut n_eliminated = 0;
-        for k in &kinematic {
-            let unknowns = range(k.eliminated);
-            let start = n_eliminated;
-            n_eliminated += unknowns.len();
-            recovered.push((
-                k.eliminated,
-                Recovered {
-                    rows: range(k.rows),
-                    unknowns,
-                    position: start..n_eliminated,
-                    base: condensed_range(k.base),
-                    rate: k.rate,
-                    value: k.value,
-                },
-            ));
-        }
-        let position = |field| {
-            let (_, block) = recovered
-                .iter()
-                .find(|(f, _)| *f == field)
-                .expect("looked up for eliminated fields only");
-            block.position.clone()
-        };
-
-        let mut condensed = Vec::new();
-        let mut coupling = Vec::new();
-        for (rows, term) in remaining.flat_map(|(rows, terms)| terms.iter().map(move |t| (rows, t)))
-        {
-            let entry = |columns, [p0, p1, p2]: [f64; 3]| Entry {
-                rows: condensed_range(owner(*rows)),
-                columns,
-                matrix: term.matrix,
-                coefficient: Quadratic([p0, p1, p2]),
-            };
-            let (value, rate) = (term.df_dy, term.df_dyp);
-            included.push((*rows, *term));
-            match eliminating(term.column) {
-                None => condensed.push(entry(condensed_range(term.column), [value, rate, 0.0])),
-                Some(k) => {
-                    let chain = -k.rate / k.value;
-                    let base = condensed_range(k.base);
-                    condensed.push(entry(base, [0.0, chain * value, chain * rate]));
-                    let by_rows = [value / k.value, rate / k.value, 0.0];
-                    coupling.push(entry(position(k.eliminated), by_rows));
-                }
-            }
-        }
-        let beside = [Field::Tension, Field::InternalStress];
-        let beside = beside.map(|field| dae.layout().range(field).map_or(0, |r| r.len()));
-        assert_eq!(
-            end + n_eliminated + beside.iter().sum::<usize>(),
-            dae.n_unknowns(),
-            "each unknown of the body is retained or eliminated"
-        );
-        let mut signs = symmetric_signs(&condensed);
-        if signs.is_none()
-            && symmetrizes
-            && let Some(nearly) = NearlySymmetric::of(&condensed)
-        {
-            condensed = nearly.entries;
-            for (_, block) in &mut retained {
-                let is_constraint = block.condensed.start != nearly.balance;
-                block.scale = is_constraint.then_some(nearly.scale);
-            }
-            signs = Some(nearly.signs);
-        }
+        let mut places = Arrangement::new(dae, &blocks);
+        let [condensed, mut coupling] = places.entries(&blocks);
+        let (mut condensed, signs) = places.symmetrized(condensed, symmetrizes);
         if signs.is_some() && symmetrizes_added {
             // All other terms are symmetric: the skew part of this stiffness would save fewer
             // Newton iterations than the unsymmetric factorization costs.
@@ -278,42 +322,42 @@ impl Condensation {
                 }
             }
         }
-        let kind = match signs {
-            Some(_) => Kind::Symmetric,
-            None => Kind::General,
-        };
-        let sign = |row: usize| {
-            *signs
-                .iter()
-                .flat_map(|s| s.get(&row))
-                .next()
+        let sign = |row| {
+            signs
+                .as_ref()
+                .and_then(|signs| signs.get(&row))
                 .unwrap_or(&1.0)
         };
         for entry in condensed.iter_mut().chain(&mut coupling) {
             let sign = sign(entry.rows.start);
             entry.coefficient.0 = entry.coefficient.0.map(|p| sign * p);
         }
-        for (_, block) in &mut retained {
-            block.sign = sign(block.condensed.start);
+        for (_, block) in &mut places.retained {
+            block.sign = *sign(block.condensed.start);
         }
-        let scalars = retained
-            .iter()
-            .filter(|(field, _)| !field.is_displacement_like());
-        let constraints = scalars
-            .map(|(_, block)| block.condensed.clone())
-            .reduce(|a, b| a.start.min(b.start)..a.end.max(b.end));
+        let [n_condensed, n_eliminated] = [places.n_condensed, places.n_eliminated];
         let pattern_of = |matrix| dae.pattern_of(matrix);
         Self {
             structure: Structure {
-                kind,
-                constraints: constraints.unwrap_or(end..end),
+                kind: match signs {
+                    Some(_) => Kind::Symmetric,
+                    None => Kind::General,
+                },
+                constraints: places.constraints(),
             },
-            condensed: Assembly::new((end, end), condensed, pattern_of),
-            coupling: Assembly::new((end, n_eliminated), coupling, pattern_of),
-            retained: retained.into_iter().map(|(_, block)| block).collect(),
-            recovered: recovered.into_iter().map(|(_, block)| block).collect(),
-            n_full: dae.n_unknowns(),
-            included,
+            condensed: Assembly::new((n_condensed, n_condensed), condensed, pattern_of),
+            coupling: Assembly::new((n_condensed, n_eliminated), coupling, pattern_of),
+            retained: places
+                .retained
+                .into_iter()
+                .map(|(_, block)| block)
+                .collect(),
+            recovered: places
+                .recovered
+                .into_iter()
+                .map(|(_, block)| block)
+                .collect(),
+            included: terms_of_body(&blocks).collect(),
             series: Series::of(dae),
         }
     }
@@ -326,10 +370,5 @@ impl Condensation {
     /// Returns the number of unknowns of the condensed system.
     pub fn n_condensed(&self) -> usize {
         self.condensed.pattern().major_dim()
-    }
-
-    /// Returns the number of unknowns of the full system.
-    pub fn n_full(&self) -> usize {
-        self.n_full
     }
 }

@@ -37,22 +37,19 @@ enum ReductionOfBody {
 impl Reduction {
     /// Sets up the reduction for `dae`; every formulation has one.
     ///
-    /// # Errors
-    /// Errors of the symbolic analysis.
-    ///
     /// # Panics
     /// If the equations have a term that no part of the reduction includes.
     pub fn new(dae: &MuscleDae, options: SparseOptions) -> Result<Self, SparseError> {
         let mut included;
         let body = match Splitting::new(dae) {
             Some(plan) => {
-                included = plan.included();
+                included = plan.included.clone();
                 let eliminations = plan.eliminations(options)?;
                 ReductionOfBody::Split(Arc::new(plan), eliminations.map(Arc::new))
             }
             None => {
                 let plan = Condensation::new(dae);
-                included = plan.included();
+                included = plan.included.clone();
                 let elimination = plan.elimination(options)?;
                 ReductionOfBody::Condensed(Arc::new(plan), Arc::new(elimination))
             }
@@ -149,13 +146,8 @@ impl<T: Scalar> Reduced<T> {
 
     /// Returns the number of pivot choices that later matrices reuse.
     pub(super) fn pivot_choices(&self) -> u64 {
-        match &self.body {
-            ReducedBody::Condensed(matrix) => matrix.system().pivot_choices(),
-            ReducedBody::Split(matrix) => {
-                let [motion, velocity] = matrix.systems();
-                motion.pivot_choices() + velocity.pivot_choices()
-            }
-        }
+        let systems = self.systems().into_iter();
+        systems.map(SparseSystem::pivot_choices).sum()
     }
 
     /// Returns the linear systems, to restore their pivoting history.
@@ -189,9 +181,6 @@ impl<T: Scalar> Reduced<T> {
     ///
     /// # Shapes
     /// `rhs`: the unknowns of the full system.
-    ///
-    /// # Errors
-    /// Errors of the solve.
     pub fn solve(&mut self, rhs: &mut [T], work: &mut LinearWork) -> Result<(), SparseError> {
         if let Some(tensions) = &mut self.tensions {
             tensions.solve(rhs);
@@ -207,9 +196,6 @@ impl<T: Scalar> Reduced<T> {
     ///
     /// # Shapes
     /// `rhs`: the unknowns of the full system times `n_columns`.
-    ///
-    /// # Errors
-    /// Errors of the solve.
     pub fn solve_columns(
         &mut self,
         rhs: &mut [T],
@@ -227,9 +213,6 @@ impl<T: Scalar> Reduced<T> {
     ///
     /// # Shapes
     /// `rhs`: the unknowns of the full system.
-    ///
-    /// # Errors
-    /// Errors of the solve.
     pub fn solve_transposed(
         &mut self,
         rhs: &mut [T],
@@ -262,8 +245,8 @@ mod tests {
         for formulation in [Position, Stabilized] {
             let dae = MuscleDae::new(muscle.clone(), formulation).unwrap();
             let included = match Splitting::new(&dae) {
-                Some(plan) => plan.included(),
-                None => Condensation::new(&dae).included(),
+                Some(plan) => plan.included,
+                None => Condensation::new(&dae).included,
             };
             expect_each_taken(dae.terms(), &included);
             let message = |terms: Vec<(Field, Term)>| {

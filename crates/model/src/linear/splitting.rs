@@ -32,7 +32,7 @@ use myovib_sparse::{Precision, SparseOptions};
 
 use crate::assembly::{Assembly, Entry};
 use crate::equation::Equation;
-use crate::field::Field;
+use crate::field::{Field, Layout};
 use crate::matrix::{Matrix, Term};
 use crate::muscle_dae::MuscleDae;
 
@@ -78,7 +78,7 @@ pub struct Splitting {
     pub(super) transferred: Assembly<Transferred>,
     pub(super) alpha: f64,
     /// Terms of the equations included above, with their rows.
-    included: Vec<(Field, Term)>,
+    pub(super) included: Vec<(Field, Term)>,
     /// Prony series of viscoelastic stress.
     pub(super) series: Series,
     /// Symmetry of both matrices.
@@ -96,6 +96,21 @@ pub(super) struct Ranges {
     pub(super) mu: Range<usize>,
 }
 
+impl Ranges {
+    fn of(layout: &Layout) -> Self {
+        let range = |field| {
+            let range = layout.range(field);
+            range.expect("stabilized equations have q, v, λ and μ")
+        };
+        Self {
+            q: range(Field::Displacement),
+            v: range(Field::Velocity),
+            lambda: range(Field::Pressure),
+            mu: range(Field::GglMultiplier),
+        }
+    }
+}
+
 impl Splitting {
     /// Sets up the two problems for `dae`. Returns `None` unless it has the stabilized kinematic
     /// equation, or if a viscous stress or foundation, or α that varies between elements, damps it:
@@ -106,55 +121,30 @@ impl Splitting {
         if !stabilized || dae.is_damped_beside_mass() {
             return None;
         }
-        let range = |field| {
-            dae.layout()
-                .range(field)
-                .expect("stabilized equations have q, v, λ and μ")
-        };
-        let ranges = Ranges {
-            q: range(Field::Displacement),
-            v: range(Field::Velocity),
-            lambda: range(Field::Pressure),
-            mu: range(Field::GglMultiplier),
-        };
+        let ranges = Ranges::of(dae.layout());
         let (n_q, n) = (ranges.q.len(), ranges.q.len() + ranges.mu.len());
         let alpha = dae.muscle().parameters.alpha;
         let blocks = dae.blocks();
-        let mut included = bordering_terms(alpha);
-        let acting_on_q = |rows| {
-            let block = blocks.iter().find(|(own, _)| *own == rows);
-            let terms = block.map_or(&[][..], |(_, terms)| terms);
-            let acting = |term: &&Term| term.column == Field::Displacement;
-            terms.iter().filter(acting).copied()
-        };
-        // Of the terms that multiply displacements, rates count only in the kinematic equation.
-        let df_dy = |term| Term {
-            df_dyp: 0.0,
-            ..term
-        };
-        for rows in [Field::Velocity, Field::Pressure] {
-            included.extend(acting_on_q(rows).map(|term| (rows, df_dy(term))));
-        }
-        included.extend(acting_on_q(Field::Displacement).map(|term| (Field::Displacement, term)));
-        let on_q = |rows: &Range<usize>, term: Term, [p0, p1, p2]: [f64; 3]| Entry {
+        let (motion, constraint) = (0..n_q, n_q..n);
+        let on_q = |rows: &Range<usize>, term: Term, coefficient| Entry {
             rows: rows.clone(),
             columns: 0..n_q,
             matrix: term.matrix,
-            coefficient: Quadratic([p0, p1, p2]),
+            coefficient: Quadratic(coefficient),
         };
-        let (motion, constraint) = (0..n_q, n_q..n);
-        let momentum: Vec<_> = acting_on_q(Field::Velocity)
+        let momentum: Vec<_> = acting_on_q(&blocks, Field::Velocity)
             .map(|term| on_q(&motion, term, [term.df_dy, 0.0, 0.0]))
             .collect();
         // s (value + c rate).
-        let kinematic: Vec<_> = acting_on_q(Field::Displacement)
+        let kinematic: Vec<_> = acting_on_q(&blocks, Field::Displacement)
             .map(|term| {
                 let (value, rate) = (term.df_dy, term.df_dyp);
                 on_q(&motion, term, [alpha * value, value + alpha * rate, rate])
             })
             .collect();
-        let drift = acting_on_q(Field::Pressure)
-            .map(|term| on_q(&constraint, term, [term.df_dy, 0.0, 0.0]));
+        let drift: Vec<_> = acting_on_q(&blocks, Field::Pressure)
+            .map(|term| on_q(&constraint, term, [term.df_dy, 0.0, 0.0]))
+            .collect();
         let inertia = Term::value(Field::Displacement, Matrix::Mass, 1.0);
         let divergence = Term::value(Field::Displacement, Matrix::Divergence, 1.0);
         let bordering = [
@@ -166,61 +156,35 @@ impl Splitting {
                 coefficient: Quadratic([-1.0, 0.0, 0.0]),
             },
         ];
-
-        let transferred = |entry: &Entry<Quadratic>, source, sign: f64| Entry {
-            rows: entry.rows.clone(),
-            columns: entry.columns.clone(),
-            matrix: entry.matrix,
-            coefficient: Transferred {
-                source,
-                coefficient: Quadratic(entry.coefficient.0.map(|p| sign * p)),
-            },
-        };
-        let from_momentum = momentum
-            .iter()
-            .map(|entry| transferred(entry, Some(Source::Momentum), 1.0));
-        let from_kinematic = kinematic
-            .iter()
-            .map(|entry| transferred(entry, Some(Source::Kinematic), -1.0));
-        let always = drift.map(|entry| transferred(&entry, None, 1.0));
-        let second = from_momentum.chain(from_kinematic).chain(always);
-        let pattern_of = |matrix| dae.pattern_of(matrix);
-        let velocity: Vec<_> = std::iter::once(on_q(&motion, inertia, [1.0, 0.0, 0.0]))
-            .chain(bordering.clone())
-            .collect();
-        let motion: Vec<_> = momentum
-            .iter()
-            .chain(&kinematic)
-            .chain(&bordering)
-            .cloned()
-            .collect();
+        let transferred = transferred(&momentum, Some(Source::Momentum), 1.0)
+            .chain(transferred(&kinematic, Some(Source::Kinematic), -1.0))
+            .chain(transferred(&drift, None, 1.0));
+        let inertia = on_q(&motion, inertia, [1.0, 0.0, 0.0]);
+        let velocity = [&[inertia][..], &bordering].concat();
+        let motion = [&momentum[..], &kinematic, &bordering].concat();
         let kinds = [&motion, &velocity].map(|entries| match symmetric_signs(entries) {
             Some(signs) if signs.values().all(|&sign| sign > 0.0) => Kind::Symmetric,
             _ => Kind::General,
         });
+        let pattern_of = |matrix| dae.pattern_of(matrix);
         Some(Self {
-            transferred: Assembly::new((n, n_q), second, pattern_of),
+            transferred: Assembly::new((n, n_q), transferred, pattern_of),
             velocity: Assembly::new((n, n), velocity, pattern_of),
             motion: Assembly::new((n, n), motion, pattern_of),
             kinds,
             alpha,
-            included,
+            included: included(&blocks, alpha),
             series: Series::of(dae),
             ranges,
         })
     }
 
-    /// Returns the terms of the equations that it includes, with their rows.
-    pub(super) fn included(&self) -> Vec<(Field, Term)> {
-        self.included.clone()
-    }
-
     /// Analyzes the patterns of both problems. Factors are in double precision: the multipliers are
     /// differences of both solutions, and errors of 1e-7 become errors of percents.
-    ///
-    /// # Errors
-    /// Errors of the symbolic analysis.
-    pub fn eliminations(&self, options: SparseOptions) -> Result<[Elimination; 2], SparseError> {
+    pub(crate) fn eliminations(
+        &self,
+        options: SparseOptions,
+    ) -> Result<[Elimination; 2], SparseError> {
         let options = SparseOptions {
             precision: Precision::Double,
             ..options
@@ -238,9 +202,33 @@ impl Splitting {
     }
 }
 
-/// Returns the terms with their rows that both problems include, whatever multiplies the
-/// displacements.
-fn bordering_terms(alpha: f64) -> Vec<(Field, Term)> {
+/// Returns the terms in a block of rows that multiply displacements.
+fn acting_on_q(blocks: &[(Field, Vec<Term>)], rows: Field) -> impl Iterator<Item = Term> {
+    let block = blocks.iter().find(|(own, _)| *own == rows);
+    let terms = block.map_or(&[][..], |(_, terms)| terms);
+    let acting = |term: &&Term| term.column == Field::Displacement;
+    terms.iter().filter(acting).copied()
+}
+
+/// Returns `entries` times `sign` as part of the right-hand side of the second problem.
+fn transferred(
+    entries: &[Entry<Quadratic>],
+    source: Option<Source>,
+    sign: f64,
+) -> impl Iterator<Item = Entry<Transferred>> {
+    entries.iter().map(move |entry| Entry {
+        rows: entry.rows.clone(),
+        columns: entry.columns.clone(),
+        matrix: entry.matrix,
+        coefficient: Transferred {
+            source,
+            coefficient: Quadratic(entry.coefficient.0.map(|p| sign * p)),
+        },
+    })
+}
+
+/// Returns the terms that both problems include, with their rows.
+fn included(blocks: &[(Field, Vec<Term>)], alpha: f64) -> Vec<(Field, Term)> {
     use Field::{Displacement, GglMultiplier, Pressure, Velocity};
     let inertia = Term {
         df_dyp: 1.0,
@@ -248,12 +236,22 @@ fn bordering_terms(alpha: f64) -> Vec<(Field, Term)> {
     };
     let coupling = |column, sign| Term::value(column, Matrix::DivergenceTransposed, sign);
     let divergence = |column| Term::value(column, Matrix::Divergence, 1.0);
-    vec![
+    let mut included = vec![
         (Velocity, inertia),
         (Velocity, coupling(Pressure, -1.0)),
         (Displacement, Term::value(Velocity, Matrix::Mass, -1.0)),
         (Displacement, coupling(GglMultiplier, 1.0)),
         (Pressure, divergence(Velocity)),
         (GglMultiplier, divergence(Displacement)),
-    ]
+    ];
+    // Of the terms that multiply displacements, rates count only in the kinematic equation.
+    let df_dy = |term| Term {
+        df_dyp: 0.0,
+        ..term
+    };
+    for rows in [Velocity, Pressure] {
+        included.extend(acting_on_q(blocks, rows).map(|term| (rows, df_dy(term))));
+    }
+    included.extend(acting_on_q(blocks, Displacement).map(|term| (Displacement, term)));
+    included
 }
