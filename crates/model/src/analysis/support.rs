@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use myovib_fem::Space;
 use myovib_structure::{MovingBody, RigidBodies};
 
 use crate::analysis::free_parts::{FreePart, FreeParts};
@@ -24,33 +25,17 @@ pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
         part_of.fill(0);
     }
 
-    let mut sums = vec![(0_usize, vec![0.0; dimension]); n_parts(&part_of)];
-    let mut parts_at: Vec<Vec<usize>> = vec![Vec::new(); space.n_nodes()];
-    for (element, &part) in part_of.iter().enumerate() {
-        let vertices = space.mesh().element(element);
-        let (n_elements, sum) = &mut sums[part];
-        *n_elements += 1;
-        for &vertex in vertices {
-            for (sum, x) in sum.iter_mut().zip(space.node_point(vertex)) {
-                *sum += x / vertices.len() as f64;
-            }
-        }
-        for &node in space.element_nodes(element) {
-            if !parts_at[node].contains(&part) {
-                parts_at[node].push(part);
-            }
-        }
-    }
-    let centers: Vec<Vec<f64>> = sums
-        .iter()
-        .map(|(n, sum)| sum.iter().map(|x| x / *n as f64).collect())
-        .collect();
+    let Parts {
+        elements,
+        centers,
+        at_node,
+    } = Parts::new(space, &part_of, n_parts(&part_of));
     let mut bodies = RigidBodies::new(dimension, &centers, extent(muscle));
     let mut is_free = vec![false; dofs.n_full()];
     for &component in dofs.free_to_full() {
         is_free[component] = true;
     }
-    for (node, parts) in parts_at.iter().enumerate() {
+    for (node, parts) in at_node.iter().enumerate() {
         for axis in (0..dimension).filter(|axis| !is_free[dimension * node + axis]) {
             let mut direction = vec![0.0; dimension];
             direction[axis] = 1.0;
@@ -62,11 +47,66 @@ pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
             bodies.join([parts[0], other], space.node_point(node));
         }
     }
-    for foundation in muscle
-        .foundations
-        .iter()
-        .filter(|foundation| foundation.stiffness() > 0.0)
-    {
+    hold_by_foundations(&mut bodies, muscle, &at_node);
+    let found = bodies.free_motions();
+    let part = |motions: MovingBody| FreePart {
+        elements: elements[motions.body],
+        is_all: elements.len() == 1,
+        near: centers[motions.body].clone(),
+        motions,
+    };
+    (found.count > 0).then(|| FreeParts {
+        count: found.count,
+        parts: found.bodies.into_iter().map(part).collect(),
+    })
+}
+
+/// Parts of a body that are connected at single nodes only.
+struct Parts {
+    /// Number of elements of each part.
+    elements: Vec<usize>,
+    /// Mean of the vertices of each part.
+    centers: Vec<Vec<f64>>,
+    /// Parts at each node.
+    at_node: Vec<Vec<usize>>,
+}
+
+impl Parts {
+    fn new(space: &Space, part_of: &[usize], n_parts: usize) -> Self {
+        let mut elements = vec![0_usize; n_parts];
+        let mut centers = vec![vec![0.0; space.dimension()]; n_parts];
+        let mut at_node: Vec<Vec<usize>> = vec![Vec::new(); space.n_nodes()];
+        for (element, &part) in part_of.iter().enumerate() {
+            let vertices = space.mesh().element(element);
+            elements[part] += 1;
+            for &vertex in vertices {
+                for (sum, x) in centers[part].iter_mut().zip(space.node_point(vertex)) {
+                    *sum += x / vertices.len() as f64;
+                }
+            }
+            for &node in space.element_nodes(element) {
+                if !at_node[node].contains(&part) {
+                    at_node[node].push(part);
+                }
+            }
+        }
+        for (center, n) in centers.iter_mut().zip(&elements) {
+            center.iter_mut().for_each(|x| *x /= *n as f64);
+        }
+        Self {
+            elements,
+            centers,
+            at_node,
+        }
+    }
+}
+
+/// Holds the parts by the foundations with stiffness.
+fn hold_by_foundations(bodies: &mut RigidBodies, muscle: &Muscle, parts_at: &[Vec<usize>]) {
+    let space = muscle.solid.space();
+    let dimension = space.dimension();
+    let foundations = muscle.foundations.iter();
+    for foundation in foundations.filter(|foundation| foundation.stiffness() > 0.0) {
         // At a node, the rows of its diagonal block are the directions in which the foundation
         // holds it.
         let mut rows: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
@@ -84,17 +124,6 @@ pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
             }
         }
     }
-    let found = bodies.free_motions();
-    let part = |motions: MovingBody| FreePart {
-        elements: sums[motions.body].0,
-        is_all: sums.len() == 1,
-        near: centers[motions.body].clone(),
-        motions,
-    };
-    (found.count > 0).then(|| FreeParts {
-        count: found.count,
-        parts: found.bodies.into_iter().map(part).collect(),
-    })
 }
 
 /// Rejects an insufficiently supported body.

@@ -18,7 +18,6 @@ pub(super) fn terms(context: &Context) -> Vec<Term> {
         alpha,
         beta,
         has_pressure,
-        pressure_rate,
         pressed,
         added,
         graded,
@@ -41,27 +40,13 @@ pub(super) fn terms(context: &Context) -> Vec<Term> {
     if graded && alpha > 0.0 {
         terms.push(Term::value(Field::Velocity, Matrix::DampingMass, alpha));
     }
+    let (u, v) = (Field::Displacement, Field::Velocity);
+    let [by_u, by_v] = added.stress.map(|acts| acts || added.friction);
     for (acts, column, matrix) in [
-        (
-            added.foundation[0],
-            Field::Displacement,
-            Matrix::FoundationStiffness,
-        ),
-        (
-            added.foundation[1],
-            Field::Velocity,
-            Matrix::FoundationDamping,
-        ),
-        (
-            added.stress[0] || added.friction,
-            Field::Displacement,
-            Matrix::AddedStiffness,
-        ),
-        (
-            added.stress[1] || added.friction,
-            Field::Velocity,
-            Matrix::AddedDamping,
-        ),
+        (added.foundation[0], u, Matrix::FoundationStiffness),
+        (added.foundation[1], v, Matrix::FoundationDamping),
+        (by_u, u, Matrix::AddedStiffness),
+        (by_v, v, Matrix::AddedDamping),
         (added.tensions, Field::Tension, Matrix::TensionForce),
     ] {
         if acts {
@@ -79,43 +64,43 @@ pub(super) fn terms(context: &Context) -> Vec<Term> {
         terms.push(Term::rate(column, Matrix::CoherenceDamping, 1.0));
     }
     if has_pressure {
-        terms.push(Term::value(
-            Field::Pressure,
-            Matrix::DivergenceTransposed,
-            -1.0,
-        ));
+        let gradient = Matrix::DivergenceTransposed;
+        terms.push(Term::value(Field::Pressure, gradient, -1.0));
     }
     if beta > 0.0 {
-        terms.push(Term::value(
-            Field::Displacement,
-            Matrix::RateStiffness,
-            beta,
-        ));
-        let [stiffness, divergence_rate, rate_of_pressure] = match graded {
-            false => [
-                Matrix::Stiffness,
-                Matrix::DivergenceRateTransposed,
-                Matrix::DivergenceTransposed,
-            ],
-            true => [
-                Matrix::DampedStiffness,
-                Matrix::DampedDivergenceRateTransposed,
-                Matrix::DampedDivergenceTransposed,
-            ],
-        };
-        terms.push(Term::value(Field::Velocity, stiffness, beta));
-        if has_pressure {
-            terms.push(Term::value(Field::Pressure, divergence_rate, -beta));
-        }
-        match pressure_rate {
-            PressureRateSource::None => {}
-            PressureRateSource::Unknown => {
-                terms.push(Term::value(Field::PressureRate, rate_of_pressure, -beta));
-            }
-            PressureRateSource::Derivative => {
-                terms.push(Term::rate(Field::Pressure, rate_of_pressure, -beta));
-            }
-        }
+        add_damping(context, &mut terms);
     }
     terms
+}
+
+/// Adds the terms of the damping force β Ṗ.
+fn add_damping(context: &Context, terms: &mut Vec<Term>) {
+    let beta = context.beta;
+    let [stiffness, divergence_rate, rate_of_pressure] = match context.graded {
+        false => [
+            Matrix::Stiffness,
+            Matrix::DivergenceRateTransposed,
+            Matrix::DivergenceTransposed,
+        ],
+        true => [
+            Matrix::DampedStiffness,
+            Matrix::DampedDivergenceRateTransposed,
+            Matrix::DampedDivergenceTransposed,
+        ],
+    };
+    let rate_stiffness = Matrix::RateStiffness;
+    terms.push(Term::value(Field::Displacement, rate_stiffness, beta));
+    terms.push(Term::value(Field::Velocity, stiffness, beta));
+    if context.has_pressure {
+        terms.push(Term::value(Field::Pressure, divergence_rate, -beta));
+    }
+    match context.pressure_rate {
+        PressureRateSource::None => {}
+        PressureRateSource::Unknown => {
+            terms.push(Term::value(Field::PressureRate, rate_of_pressure, -beta));
+        }
+        PressureRateSource::Derivative => {
+            terms.push(Term::rate(Field::Pressure, rate_of_pressure, -beta));
+        }
+    }
 }
