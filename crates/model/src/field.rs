@@ -24,7 +24,7 @@ pub enum Field {
 
 impl Field {
     /// Returns whether the block has one coefficient per free displacement component.
-    pub fn is_displacement_like(self) -> bool {
+    pub(crate) fn is_displacement_like(self) -> bool {
         matches!(self, Self::Displacement | Self::Velocity)
     }
 

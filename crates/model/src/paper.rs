@@ -35,9 +35,9 @@ pub const LOAD_AMPLITUDE: f64 = 100.0;
 /// Frequency of the load for both the muscle and the rod, Hz.
 pub const LOAD_FREQUENCY: f64 = 8.0;
 /// Steepness of the sigmoid that ramps the load up, 1/s.
-pub const LOAD_STEEPNESS: f64 = 10.0;
+pub(crate) const LOAD_STEEPNESS: f64 = 10.0;
 /// Shift of that sigmoid.
-pub const LOAD_SHIFT: f64 = 8.0;
+pub(crate) const LOAD_SHIFT: f64 = 8.0;
 /// Physical group of the fixed nodes.
 pub const FIXED_GROUP: &str = "fixed";
 /// Physical group of the edges under the surface load.
@@ -92,9 +92,6 @@ const ROD_END_LOAD: EndLoad = EndLoad::Strain;
 const ROD_LOAD_AMPLITUDE: f64 = 1.0;
 
 /// Builds the rod of section 3.1: ten elements under the end load.
-///
-/// # Errors
-/// Errors of the rod's constructor; none occur with these data.
 pub fn rod() -> Result<RodDae, ModelError> {
     let load = Signal::paper(ROD_LOAD_AMPLITUDE);
     RodDae::new(Rod::new(RodData::default())?, ROD_END_LOAD, load)

@@ -19,7 +19,7 @@ pub fn boundary(space: &Space) -> Vec<[usize; 6]> {
 }
 
 /// Returns the boundary faces as in [`boundary`], each with its element.
-pub fn boundary_with_elements(space: &Space) -> Vec<(usize, [usize; 6])> {
+pub(crate) fn boundary_with_elements(space: &Space) -> Vec<(usize, [usize; 6])> {
     let mesh = space.mesh();
     let mut alone: BTreeMap<[usize; 3], Option<(usize, [usize; 3])>> = BTreeMap::new();
     for (number, element) in mesh.elements().enumerate() {
@@ -40,7 +40,7 @@ pub fn boundary_with_elements(space: &Space) -> Vec<(usize, [usize; 6])> {
 }
 
 /// Draws the undeformed body with colored boundary groups. The legend marks groups on the hidden side.
-pub fn groups_plot(space: &Space, groups: &[(&str, Color)]) -> SurfacePlot {
+pub(crate) fn groups_plot(space: &Space, groups: &[(&str, Color)]) -> SurfacePlot {
     let points = space.node_points::<3>();
     let boundary = boundary(space).into_iter();
     let faces: Vec<[usize; 3]> = boundary.map(|[a, b, c, ..]| [a, b, c]).collect();
@@ -91,7 +91,7 @@ pub fn displacement_plot(space: &Space, displacement: &[Place]) -> SurfacePlot {
 }
 
 /// Draws the body with its nodes at these points, colored by a field.
-pub fn field_plot(space: &Space, points: &[Place], field: &Field) -> SurfacePlot {
+pub(crate) fn field_plot(space: &Space, points: &[Place], field: &Field) -> SurfacePlot {
     let faces = boundary(space);
     let parts: &[[usize; 3]] = match faces.len() {
         0..FINE => &[[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
@@ -138,7 +138,7 @@ pub fn surroundings<'a>(
 
 /// Draws a section of the undeformed body through the middle of its shortest extent, colored by the magnitude of the
 /// displacement.
-pub fn section_plot(space: &Space, displacement: &[Place]) -> MeshPlot {
+pub(crate) fn section_plot(space: &Space, displacement: &[Place]) -> MeshPlot {
     let (normal, level) = plane(space);
     let across: Vec<usize> = (0..3).filter(|axis| *axis != normal).collect();
     let nodal = displacement.as_flattened();

@@ -328,7 +328,7 @@ impl Advice {
     /// Returns a finding for a stop in a state whose smallest det F is `ratio`, in `element`, if
     /// that is small: near det F = 0 the law resists without bound, so time steps and Newton's
     /// method fail.
-    pub fn flatness(&self, ratio: f64, element: usize) -> Option<Finding> {
+    pub(crate) fn flatness(&self, ratio: f64, element: usize) -> Option<Finding> {
         (ratio < FLAT).then(|| Finding {
             fields: Vec::new(),
             problem: format!("element {element} is compressed to det F = {ratio:.3}"),

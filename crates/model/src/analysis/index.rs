@@ -14,7 +14,7 @@ use crate::start::InitialValues;
 
 /// Largest number of unknowns for the dense method: 2 s of work, with rounding errors far below its
 /// rank gaps.
-pub const LARGEST_SYSTEM: usize = 400;
+pub(crate) const LARGEST_SYSTEM: usize = 400;
 
 /// Index of a DAE at a state and perturbation index of each block of unknowns.
 #[derive(Debug, Clone, PartialEq)]

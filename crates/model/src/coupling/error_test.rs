@@ -114,7 +114,7 @@ impl ErrorTest {
     }
 
     /// Returns the smallest relative tolerance.
-    pub fn smallest_relative(&self) -> f64 {
+    pub(crate) fn smallest_relative(&self) -> f64 {
         self.relative.iter().copied().fold(1.0, f64::min)
     }
 

@@ -90,7 +90,7 @@ impl<P: Problem, M: myovib_dae::LinearSolver<P>> RadauIntegrator<P, M> {
     ///
     /// # Errors
     /// [`ModelError::Radau`] for invalid options of Radau IIA.
-    pub fn with_weights(
+    pub(crate) fn with_weights(
         problem: P,
         matrices: M,
         options: RadauOptions,

@@ -249,7 +249,7 @@ impl Settings {
     ///
     /// # Errors
     /// [`ModelError::OnlyBdf`].
-    pub fn expect_no_bdf_settings(&self) -> Result<(), ModelError> {
+    pub(crate) fn expect_no_bdf_settings(&self) -> Result<(), ModelError> {
         let weighted = self.multiplier_weights != MultiplierWeights::Plain;
         for (setting, given) in [
             ("multiplier_weights", weighted),

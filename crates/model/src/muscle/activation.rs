@@ -40,7 +40,7 @@ impl Activation {
     }
 
     /// Returns whether the tension follows a coherence.
-    pub fn is_coherent(&self) -> bool {
+    pub(crate) fn is_coherent(&self) -> bool {
         matches!(self, Self::Coherence { .. })
     }
 

@@ -67,7 +67,7 @@ impl MuscleDae {
     ///
     /// # Errors
     /// [`StepError::Recoverable`] for an element with det F ≤ 0.
-    pub fn add_factor_products(
+    pub(crate) fn add_factor_products(
         &mut self,
         t: f64,
         y: &[f64],
@@ -100,7 +100,7 @@ impl MuscleDae {
     ///
     /// # Panics
     /// At the next evaluation, if there is not one value per element.
-    pub fn set_tensions(&mut self, tensions: &[f64]) {
+    pub(crate) fn set_tensions(&mut self, tensions: &[f64]) {
         let own = self.coherent_tensions.get_or_insert_default();
         own.clear();
         own.extend_from_slice(tensions);
@@ -109,7 +109,13 @@ impl MuscleDae {
     /// Adds the force of the active stresses under these tensions of the elements to the rows of
     /// the momentum balance. The force is linear in the tensions, so this is ∂F/∂T in that
     /// direction.
-    pub fn add_tension_response(&mut self, t: f64, y: &[f64], tensions: &[f64], rows: &mut [f64]) {
+    pub(crate) fn add_tension_response(
+        &mut self,
+        t: f64,
+        y: &[f64],
+        tensions: &[f64],
+        rows: &mut [f64],
+    ) {
         self.expand(t, y, None);
         let Self {
             work,

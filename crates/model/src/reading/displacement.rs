@@ -14,7 +14,7 @@ pub struct Displacement {
 
 impl Displacement {
     /// Creates a displacement that depends on unknowns only.
-    pub fn of_unknowns(unknowns: Vec<(usize, f64)>) -> Self {
+    pub(crate) fn of_unknowns(unknowns: Vec<(usize, f64)>) -> Self {
         Self {
             unknowns,
             prescribed: Vec::new(),
@@ -32,7 +32,7 @@ impl Displacement {
     }
 
     /// Returns the prescribed part.
-    pub fn prescribed_at(&self, t: f64) -> f64 {
+    pub(crate) fn prescribed_at(&self, t: f64) -> f64 {
         let parts = self.prescribed.iter();
         parts.map(|(signal, w)| w * signal.at(t).value).sum()
     }

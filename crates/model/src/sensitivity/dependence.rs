@@ -148,7 +148,7 @@ impl Dependence {
     ///
     /// # Errors
     /// Errors of `read`.
-    pub fn reading_derivative(
+    pub(crate) fn reading_derivative(
         &mut self,
         own: &[f64],
         read: &mut dyn FnMut(&mut MuscleDae) -> Result<Vec<f64>, ModelError>,

@@ -33,7 +33,7 @@ impl Jet {
     }
 
     /// Returns g(f(t)) from g, g', g'' at f(t) (chain rule).
-    pub fn compose(self, g: f64, dg: f64, ddg: f64) -> Self {
+    pub(crate) fn compose(self, g: f64, dg: f64, ddg: f64) -> Self {
         Self {
             value: g,
             d1: dg * self.d1,

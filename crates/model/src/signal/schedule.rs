@@ -36,7 +36,7 @@ impl Schedule {
     }
 
     /// Adds times in which the system changes of itself (s): they bound the first step alone.
-    pub fn add_own_times(&mut self, times: impl IntoIterator<Item = f64>) {
+    pub(crate) fn add_own_times(&mut self, times: impl IntoIterator<Item = f64>) {
         self.own_time = shortest(times.into_iter().chain(self.own_time));
     }
 
@@ -54,7 +54,7 @@ impl Schedule {
 
     /// Returns the time from which a system that has reached time `t` is driven by the values after
     /// a jump at `t`, or within rounding after it; `None` if nothing jumps.
-    pub fn after_jump(&self, t: f64) -> Option<f64> {
+    pub(crate) fn after_jump(&self, t: f64) -> Option<f64> {
         let first = self.next_break(t.next_down());
         let breaks = std::iter::successors(first, |last| self.next_break(last.t));
         let here = breaks.take_while(|next| next.t <= t + ROUNDING * t.abs());
@@ -63,7 +63,7 @@ impl Schedule {
     }
 
     /// Returns the first jump of the equations later than `after`, s.
-    pub fn next_jump(&self, after: f64) -> Option<f64> {
+    pub(crate) fn next_jump(&self, after: f64) -> Option<f64> {
         let first = self.next_break(after);
         let mut breaks = std::iter::successors(first, |last| self.next_break(last.t));
         breaks.find(|next| next.order == 0).map(|jump| jump.t)
@@ -77,13 +77,13 @@ impl Schedule {
 
     /// Returns the t_out that gives the scale of the first step at time `t`. It is the end of the
     /// run for a system that has no time scale and is not driven.
-    pub fn look_ahead(&self, t: f64, t_end: f64) -> f64 {
+    pub(crate) fn look_ahead(&self, t: f64, t_end: f64) -> f64 {
         let times = self.time_scale(t, t_end).into_iter().chain(self.own_time);
         shortest(times).map_or(t_end, |time| t + AHEAD * time)
     }
 
     /// Returns the longest step at `t`, up to `h`, over which all changes are resolved.
-    pub fn longest_step(&self, t: f64, h: f64) -> f64 {
+    pub(crate) fn longest_step(&self, t: f64, h: f64) -> f64 {
         let (mut h, least) = (h, ROUNDING * t.abs());
         let allowed = |h: f64| {
             let drives = self.drives.iter();

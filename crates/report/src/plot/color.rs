@@ -8,9 +8,9 @@ pub struct Color(pub u8, pub u8, pub u8);
 
 impl Color {
     pub const BLACK: Self = Self(0, 0, 0);
-    pub const WHITE: Self = Self(255, 255, 255);
+    pub(crate) const WHITE: Self = Self(255, 255, 255);
     /// Color of background elements: mesh edges, reference lines.
-    pub const GREY: Self = Self(140, 140, 140);
+    pub(crate) const GREY: Self = Self(140, 140, 140);
     /// Color of grid lines.
     pub const PALE: Self = Self(228, 228, 228);
     /// Okabe–Ito blue.
@@ -20,7 +20,7 @@ impl Color {
     /// Okabe–Ito bluish green.
     pub const GREEN: Self = Self(0, 158, 115);
     /// Okabe–Ito reddish purple.
-    pub const PURPLE: Self = Self(204, 121, 167);
+    pub(crate) const PURPLE: Self = Self(204, 121, 167);
     /// Okabe–Ito orange.
     pub const ORANGE: Self = Self(230, 159, 0);
     /// Okabe–Ito sky blue.
@@ -29,7 +29,7 @@ impl Color {
     pub const YELLOW: Self = Self(240, 228, 66);
 
     /// Number of distinct series colors.
-    pub const N_SERIES: usize = Self::ORDER.len();
+    pub(crate) const N_SERIES: usize = Self::ORDER.len();
 
     const ORDER: [Self; 7] = [
         Self::BLUE,
@@ -42,13 +42,13 @@ impl Color {
     ];
 
     /// Returns the color of the `i`-th series: the palette of M. Okabe and K. Ito (2008) without yellow, repeated.
-    pub fn of_series(i: usize) -> Self {
+    pub(crate) fn of_series(i: usize) -> Self {
         Self::ORDER[i % Self::N_SERIES]
     }
 
     /// Returns a color between dark blue (0) and yellow (1) with monotonically increasing lightness, so that the order
     /// is visible in grayscale.
-    pub fn of_fraction(fraction: f64) -> Self {
+    pub(crate) fn of_fraction(fraction: f64) -> Self {
         // Equidistant samples of matplotlib's viridis map (public domain).
         const ANCHORS: [[f64; 3]; 9] = [
             [68.0, 1.0, 84.0],
@@ -71,21 +71,21 @@ impl Color {
     }
 
     /// Returns a pale color of the same hue, on which lines are visible.
-    pub fn paler(self) -> Self {
+    pub(crate) fn paler(self) -> Self {
         let paler = |channel: u8| 255 - (255 - channel) / 4;
         Self(paler(self.0), paler(self.1), paler(self.2))
     }
 
     /// Scales the brightness: 1 returns the same color, 0 black.
     #[must_use]
-    pub fn darker(self, light: f64) -> Self {
+    pub(crate) fn darker(self, light: f64) -> Self {
         let Self(red, green, blue) = self;
         let channel = |c: u8| (light.clamp(0.0, 1.0) * f64::from(c)).round() as u8;
         Self(channel(red), channel(green), channel(blue))
     }
 
     /// Returns black or white, whichever has the higher contrast on this color.
-    pub fn text_on(self) -> Self {
+    pub(crate) fn text_on(self) -> Self {
         if self.luminance() > 0.5 {
             Self::BLACK
         } else {

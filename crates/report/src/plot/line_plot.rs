@@ -53,7 +53,7 @@ impl Series {
     }
 
     /// Shows only the points.
-    pub fn unjoined(self) -> Self {
+    pub(crate) fn unjoined(self) -> Self {
         Self {
             joined: false,
             marked: true,

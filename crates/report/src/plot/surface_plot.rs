@@ -84,7 +84,7 @@ fn dot(a: Place, b: Place) -> f64 {
 }
 
 /// Returns whether a triangle, counterclockwise seen from outside, faces the viewer.
-pub fn faces_the_eye(corners: &[Place; 3]) -> bool {
+pub(crate) fn faces_the_eye(corners: &[Place; 3]) -> bool {
     normal(&corners.map(seen))[2] > 0.0
 }
 

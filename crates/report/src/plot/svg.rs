@@ -84,7 +84,7 @@ impl Type {
     }
 
     /// Adds a white outline.
-    pub fn haloed(self) -> Self {
+    pub(crate) fn haloed(self) -> Self {
         Self {
             haloed: true,
             ..self
@@ -92,7 +92,7 @@ impl Type {
     }
 
     /// Sets the alignment.
-    pub fn anchored(self, anchor: Anchor) -> Self {
+    pub(crate) fn anchored(self, anchor: Anchor) -> Self {
         Self { anchor, ..self }
     }
 }
@@ -203,7 +203,7 @@ impl Svg {
     }
 
     /// Draws a translucent disc, so that overlapping discs look darker.
-    pub fn translucent_disc(&mut self, [x, y]: Point, radius: f64, color: Color) {
+    pub(crate) fn translucent_disc(&mut self, [x, y]: Point, radius: f64, color: Color) {
         self.add(format_args!(
             r#"<circle cx="{x:.2}" cy="{y:.2}" r="{radius}" fill="{color}" fill-opacity="0.5" stroke="{color}" stroke-width="0.3"/>"#
         ));
