@@ -59,9 +59,6 @@ impl RodDae {
 
     /// Returns ẏ at time `t` for the displacements and velocities `y`: (v, M⁻¹ (f e − (α M + β A) v
     /// − A q)).
-    ///
-    /// # Errors
-    /// Errors of the linear solve.
     pub fn rates(&mut self, t: f64, y: &[f64]) -> Result<Vec<f64>, ModelError> {
         let n = self.rod.n_free();
         let mut y_dot = vec![0.0; 2 * n];
@@ -76,9 +73,6 @@ impl RodDae {
     }
 
     /// Returns the amplitudes of the states (q, v) for the end load Re(τ̂ e^{st}), s = iω.
-    ///
-    /// # Errors
-    /// Errors of the factorization.
     pub fn harmonic_response(
         &self,
         s: Complex64,

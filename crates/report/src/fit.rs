@@ -13,9 +13,6 @@ use crate::plot::{Axis, Figure, LinePlot, Panel, Series};
 use crate::table::{Align, Table, counted};
 
 /// Writes `residuals.csv`, `residuals.svg`, `fit.json` and `report.html`; returns the body of `fit.json`.
-///
-/// # Errors
-/// Errors of the file system.
 pub fn write(out: &Path, result: &FitResult) -> anyhow::Result<Value> {
     let plots = plots(result);
     let figure = figure(plots.clone()).render();

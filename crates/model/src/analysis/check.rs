@@ -225,9 +225,6 @@ pub struct StaticReport {
 }
 
 /// Inspects the equilibrium of a muscle under its loads at time `t`.
-///
-/// # Errors
-/// Errors of [`equilibrium`](crate::statics::equilibrium) that do not depend on the loads.
 pub fn check_static(
     muscle: &Muscle,
     formulation: Formulation,

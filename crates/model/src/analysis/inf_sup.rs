@@ -107,9 +107,6 @@ fn regular_edge(dimension: usize, measure: f64) -> f64 {
 
 /// Measures `pair` on `mesh` and on `n_levels - 1` uniform refinements of it. Before each level,
 /// calls `on_level` with its number, starting at 1, and its mesh.
-///
-/// # Errors
-/// Errors of [`Level::measure`].
 pub fn levels(
     pair: Pair,
     mesh: &Mesh,

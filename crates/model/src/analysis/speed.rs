@@ -29,9 +29,6 @@ pub(super) struct Speed {
 
 impl Speed {
     /// Factorizes a real matrix, and also a complex matrix if `with_complex` is set.
-    ///
-    /// # Errors
-    /// Errors of the factorization.
     pub(super) fn measure(with_complex: bool) -> Result<Self, SparseError> {
         let pattern = cube();
         let structure = Structure {

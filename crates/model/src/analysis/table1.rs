@@ -104,9 +104,6 @@ pub struct Sample {
 
 impl Case {
     /// Computes the index on two meshes at two random consistent states of large strain each.
-    ///
-    /// # Errors
-    /// Errors of [`IndexReport::of_motion`].
     pub fn samples(&self) -> Result<Vec<Sample>, ModelError> {
         let mut samples = Vec::new();
         for columns in [3, 5] {
@@ -123,9 +120,6 @@ impl Case {
     }
 
     /// Computes the index on a mesh at a random state generated from `seed`.
-    ///
-    /// # Errors
-    /// Errors of [`IndexReport::of_motion`].
     pub fn at_random_state(&self, mesh: &Mesh, seed: u64) -> Result<IndexReport, ModelError> {
         let muscle = self.muscle(mesh)?;
         let solid = &muscle.solid;
@@ -155,9 +149,6 @@ impl Case {
 ///
 /// It is 2 for every member of the sequence and 4 in the limit, while the rank gap shrinks. At the
 /// last κ of the sequence the method can barely decide.
-///
-/// # Errors
-/// Errors of [`IndexReport::of_motion`].
 pub fn limit() -> Result<Vec<(Case, IndexReport)>, ModelError> {
     let mesh = coarse_beam(3)?;
     let kappas = [1e5, 1e7, 1e9, 1e11, 1e13, INF];

@@ -28,9 +28,6 @@ pub trait Body: Consistent + Send + Sized + 'static {
 
     /// Returns a condensed solver for the body's Newton systems if there is one that is cheaper
     /// than factorizing the full matrix.
-    ///
-    /// # Errors
-    /// Errors of the symbolic analysis.
     fn condensed_solver(
         &mut self,
         _options: SparseOptions,

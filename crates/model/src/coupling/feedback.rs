@@ -138,9 +138,6 @@ impl FeedbackDae {
     }
 
     /// As [`CoupledDae::derivatives_at`].
-    ///
-    /// # Errors
-    /// Errors of the muscle's residual.
     pub fn derivatives_at(&mut self, t: f64, y: &[f64]) -> Result<(Vec<f64>, f64), StepError> {
         self.adapt(y);
         self.one_way.derivatives_at(t, y)

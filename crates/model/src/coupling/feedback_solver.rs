@@ -99,9 +99,6 @@ struct Matrix<T: ComplexField> {
 
 impl FeedbackSolver {
     /// Sets up the elimination.
-    ///
-    /// # Errors
-    /// Errors of the symbolic analysis.
     pub fn new(dae: &mut FeedbackDae, options: SparseOptions) -> Result<Self, SparseError> {
         let (one_way, places, feedbacks) = dae.parts();
         let local = |place: &Place| Local::new(one_way, &feedbacks[place.feedback], place);

@@ -41,9 +41,6 @@ impl CoherenceHistory {
     /// Appends the state of network number `k` of `dae` at time `t`.
     ///
     /// The frequency uses ÿ from the equations, not differences of samples.
-    ///
-    /// # Errors
-    /// Errors of the residual.
     pub fn record<B: Problem>(
         &mut self,
         dae: &mut CoupledDae<B>,

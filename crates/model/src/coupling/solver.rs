@@ -30,9 +30,6 @@ pub struct CoupledSolver<S> {
 
 impl<S> CoupledSolver<S> {
     /// Extends `body` to the oscillators of `dae`.
-    ///
-    /// # Errors
-    /// Errors of the symbolic analysis.
     pub fn new<B: Problem>(
         body: S,
         dae: &CoupledDae<B>,

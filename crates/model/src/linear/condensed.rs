@@ -74,9 +74,6 @@ impl<T: Scalar> Condensed<T> {
     }
 
     /// Forgets earlier pivots, so that the next setup does not depend on earlier matrices.
-    ///
-    /// # Errors
-    /// Errors of the analysis.
     pub(crate) fn forget_history(&mut self) -> Result<(), SparseError> {
         self.system.forget_pivots();
         self.system.set_history([false, true, false])
@@ -91,9 +88,6 @@ impl<T: Scalar> Condensed<T> {
     ///
     /// # Shapes
     /// `rhs`: the unknowns of the full system.
-    ///
-    /// # Errors
-    /// Errors of the solve.
     pub fn solve(&mut self, rhs: &mut [T], work: &mut LinearWork) -> Result<(), SparseError> {
         self.solve_columns(rhs, 1, work)
     }
@@ -102,9 +96,6 @@ impl<T: Scalar> Condensed<T> {
     ///
     /// # Shapes
     /// `rhs`: the unknowns of the full system times `n_columns`.
-    ///
-    /// # Errors
-    /// Errors of the solve.
     pub fn solve_columns(
         &mut self,
         rhs: &mut [T],
@@ -161,9 +152,6 @@ impl<T: Scalar> Condensed<T> {
     ///
     /// # Shapes
     /// `rhs`: the unknowns of the full system.
-    ///
-    /// # Errors
-    /// Errors of the solve.
     pub fn solve_transposed(
         &mut self,
         rhs: &mut [T],

@@ -27,9 +27,6 @@ pub struct CondensedSolver {
 
 impl CondensedSolver {
     /// Sets up the reduction.
-    ///
-    /// # Errors
-    /// Errors of the symbolic analysis.
     pub fn new(dae: &MuscleDae, options: SparseOptions) -> Result<Self, SparseError> {
         let reduction = Reduction::new(dae, options)?;
         Ok(Self {
@@ -71,9 +68,6 @@ impl CondensedSolver {
 
     /// Sets up all matrices. Calls `prepare` with the number of each matrix before its setup; the
     /// real matrix is the first.
-    ///
-    /// # Errors
-    /// Errors of the factorizations.
     pub(crate) fn set_up_each(
         &mut self,
         dae: &mut MuscleDae,

@@ -101,9 +101,6 @@ impl<T: Scalar> Split<T> {
     ///
     /// # Shapes
     /// `rhs`: the unknowns of the full system.
-    ///
-    /// # Errors
-    /// Errors of the solves.
     pub fn solve(&mut self, rhs: &mut [T], work: &mut LinearWork) -> Result<(), SparseError> {
         let (plan, s) = (&self.plan, self.s);
         let ranges = &plan.ranges;
@@ -157,9 +154,6 @@ impl<T: Scalar> Split<T> {
     ///
     /// # Shapes
     /// `rhs`: the unknowns of the full system.
-    ///
-    /// # Errors
-    /// Errors of the solves.
     pub fn solve_transposed(
         &mut self,
         rhs: &mut [T],

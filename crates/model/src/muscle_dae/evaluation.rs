@@ -188,9 +188,6 @@ impl MuscleDae {
     }
 
     /// Computes the element integrals at a state.
-    ///
-    /// # Errors
-    /// As for the residual.
     pub(crate) fn integrate_at(
         &mut self,
         t: f64,

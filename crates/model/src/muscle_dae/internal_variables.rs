@@ -168,9 +168,6 @@ pub(crate) struct InternalVariableSolver(CondensedSolver);
 
 impl InternalVariableSolver {
     /// Sets up the condensation.
-    ///
-    /// # Errors
-    /// Errors of the symbolic analysis.
     pub(crate) fn new(
         problem: &InternalVariableDae,
         options: SparseOptions,

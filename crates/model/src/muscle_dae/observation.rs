@@ -68,9 +68,6 @@ impl MuscleDae {
     /// Computes inertia, stress and damping minus the loads at all nodal components: zero where the
     /// body moves freely, the force of the support on the body (N; N/m in 2D) where it is held or
     /// moved.
-    ///
-    /// # Errors
-    /// Errors of the residual.
     pub fn unbalanced_force(
         &mut self,
         t: f64,

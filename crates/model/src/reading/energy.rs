@@ -26,9 +26,6 @@ pub struct Energies {
 
 impl MuscleDae {
     /// Computes energies and powers at a state and its derivative.
-    ///
-    /// # Errors
-    /// Errors of the residual.
     pub fn energies(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Result<Energies, ModelError> {
         let supports = self.unbalanced_force(t, y, y_dot)?;
         let parameters = self.muscle().parameters;

@@ -84,9 +84,6 @@ impl ElementProduct {
     }
 
     /// Subtracts the product from `out` at a state for `n_columns` columns stored row by row.
-    ///
-    /// # Errors
-    /// Errors of the element pass.
     pub(super) fn subtract(
         &mut self,
         dae: &mut MuscleDae,

@@ -118,9 +118,6 @@ where
     }
 
     /// Reads quantities at a time within the last step.
-    ///
-    /// # Errors
-    /// Errors of the reading, or a time outside the step.
     pub fn read(
         &mut self,
         t: f64,
@@ -133,9 +130,6 @@ where
     /// Returns the derivative with respect to parameter j of quantities at a time within the last
     /// step: through the state by a central difference along ∂y/∂p, plus the explicit derivative of
     /// the reading. `own` is the value of the reading. The derivative is NaN at a kink.
-    ///
-    /// # Errors
-    /// As for [`read`](Self::read).
     ///
     /// # Panics
     /// If the parameter does not exist.

@@ -155,9 +155,6 @@ impl Tangents {
     }
 
     /// Stores a state and evaluates its matrices.
-    ///
-    /// # Errors
-    /// Errors of the matrices.
     pub(super) fn keep(
         &mut self,
         dae: &MuscleDae,
@@ -185,9 +182,6 @@ impl Tangents {
     }
 
     /// Subtracts ∂F/∂y X + ∂F/∂ẏ Ẋ from `out` for `n_columns` columns stored row by row.
-    ///
-    /// # Errors
-    /// Errors of the element passes.
     pub(super) fn subtract(
         &mut self,
         place: usize,

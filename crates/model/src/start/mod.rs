@@ -51,9 +51,6 @@ pub trait Consistent: Problem {
     /// Computes y and ẏ near `y` that satisfy the equations at time `t`, including hidden
     /// equations, from its displacements and velocities, and from the other unknowns with free
     /// initial values.
-    ///
-    /// # Errors
-    /// Errors of the evaluation and of the linear solves.
     fn consistent(&mut self, t: f64, y: &[f64]) -> Result<[Vec<f64>; 2], ModelError>;
 }
 
@@ -169,9 +166,6 @@ impl InitialValues {
     /// Computes consistent values at time `t` for the displacements, velocities, tensions and
     /// internal stresses in `y`.
     ///
-    /// # Errors
-    /// Errors of [`new`](Self::new).
-    ///
     /// # Panics
     /// If `y` is not a state of `dae`.
     pub fn of(dae: &mut MuscleDae, t: f64, y: &[f64]) -> Result<Self, ModelError> {
@@ -231,9 +225,6 @@ impl InitialValues {
 
     /// Returns the state of rest without load at t = 0. In a body without inertia, velocities and pressures
     /// balance loads and support motions by viscous stresses.
-    ///
-    /// # Errors
-    /// Errors of the evaluation, [`ModelError::Factorization`].
     pub fn at_rest(dae: &mut MuscleDae) -> Result<Self, ModelError> {
         let y = vec![0.0; dae.n_unknowns()];
         if dae.muscle().solid.has_inertia() {
