@@ -432,7 +432,7 @@ fn index_3_is_solved_with_weights_that_follow_the_step() {
     let end = numbers(&reference("s2_caraxis")["ref"]);
     let car = CarAxis::new(MechanicalForm::Index3);
     check(&car, 10.0, 3.0, &end[..8], [846.0, 1876.0, 3630.0]);
-    // A small oscillation has the frequency √g; `--example published` gives the steps with index 2.
+    // A small oscillation has the frequency √g.
     let pendulum = Pendulum::new(MechanicalForm::Index3);
     let end = pendulum.exact(2.0).unwrap();
     let omega = 9.81_f64.sqrt();
