@@ -120,19 +120,15 @@ impl FailureLog {
                 self.recoverable = Some(format!("{function} at t = {t}: {reason}"));
                 Answer::Recoverable
             }
-            Err(StepError::Fatal(source)) => {
+            Err(error) => {
+                let source = match error {
+                    StepError::Fatal(source) => source,
+                    other => other.into(),
+                };
                 self.fatal = Some(Error::Callback {
                     function,
                     t,
                     source,
-                });
-                Answer::Fatal
-            }
-            Err(other) => {
-                self.fatal = Some(Error::Callback {
-                    function,
-                    t,
-                    source: other.into(),
                 });
                 Answer::Fatal
             }
@@ -170,11 +166,13 @@ fn first_not_finite(values: &[f64]) -> Option<(usize, f64)> {
 impl<P: Problem> UserFunctions<P> {
     /// Computes the weights of y at the state of the linearization, if there are sensitivities:
     /// IDAS also calls the weight function for these, without identifying them.
-    fn weigh_at(&mut self, y: &[f64]) -> Result<(), StepError> {
-        match self.sensitivities {
-            Some(_) => self.weighing.write(&mut self.problem, y, &mut self.weights),
-            None => Ok(()),
+    fn weigh_at(&mut self, t: f64, y: &[f64]) -> Answer {
+        if self.sensitivities.is_none() {
+            return Answer::Success;
         }
+        let weighed = self.weighing.write(&mut self.problem, y, &mut self.weights);
+        let function = "error weight function";
+        self.failures.answer(function, t, weighed, &[])
     }
 }
 
@@ -187,13 +185,9 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
 
     fn linear_setup(&mut self, t: f64, y: &[f64], y_dot: &[f64], c_j: f64) -> Answer {
         self.t_called = t;
-        let weighed = self.weigh_at(y);
-        match self
-            .failures
-            .answer("error weight function", t, weighed, &[])
-        {
-            Answer::Success => {}
-            failed => return failed,
+        let weighed = self.weigh_at(t, y);
+        if weighed != Answer::Success {
+            return weighed;
         }
         let at = Linearization {
             t,
@@ -204,9 +198,9 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
         };
         let in_parts = self.search_time.is_some();
         let (evaluated, values) = self.linear.evaluate(&mut self.problem, &at, c_j, in_parts);
-        match self.failures.answer("Jacobian", t, evaluated, values) {
-            Answer::Success => {}
-            failed => return failed,
+        let evaluated = self.failures.answer("Jacobian", t, evaluated, values);
+        if evaluated != Answer::Success {
+            return evaluated;
         }
         let result = self.linear.set_up(&mut self.problem, c_j);
         self.failures.answer("linear set-up", t, result, &[])
@@ -256,13 +250,9 @@ impl<P: Problem> Callbacks for UserFunctions<P> {
     }
 
     fn linearize(&mut self, t: f64, y: &[f64], y_dot: &[f64]) -> Answer {
-        let weighed = self.weigh_at(y);
-        match self
-            .failures
-            .answer("error weight function", t, weighed, &[])
-        {
-            Answer::Success => {}
-            failed => return failed,
+        let weighed = self.weigh_at(t, y);
+        if weighed != Answer::Success {
+            return weighed;
         }
         let Some(linearized) = &mut self.sensitivities else {
             return Answer::Fatal;

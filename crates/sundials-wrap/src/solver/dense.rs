@@ -35,11 +35,9 @@ impl<P: Problem> IdaSolver<P> {
             return Ok(());
         }
         let k = self.order_within_reach(t, derivative, self.ida.last_order())?;
-        match self.ida.derivative(t, k) {
-            Ok(values) => out.copy_from_slice(values),
-            Err(failed) => return self.refused(Err(failed)),
-        }
-        Ok(())
+        let values = self.ida.derivative(t, k);
+        let written = values.map(|values| out.copy_from_slice(values));
+        self.refused(written)
     }
 
     /// Writes the error weights of the last step to `out`: the reciprocals of the allowed errors,
@@ -52,11 +50,9 @@ impl<P: Problem> IdaSolver<P> {
     /// [`Error::WrongLength`].
     pub fn error_weights(&mut self, out: &mut [f64]) -> Result<(), Error> {
         expect_length("error weights", self.n, out.len())?;
-        match self.ida.error_weights() {
-            Ok(values) => out.copy_from_slice(values),
-            Err(failed) => return self.refused(Err(failed)),
-        }
-        Ok(())
+        let values = self.ida.error_weights();
+        let written = values.map(|values| out.copy_from_slice(values));
+        self.refused(written)
     }
 
     /// Writes the estimated local errors of the last attempted step to `out`, or zeros before the
@@ -69,11 +65,9 @@ impl<P: Problem> IdaSolver<P> {
     /// [`Error::WrongLength`].
     pub fn estimated_local_errors(&mut self, out: &mut [f64]) -> Result<(), Error> {
         expect_length("local errors", self.n, out.len())?;
-        match self.ida.estimated_local_errors() {
-            Ok(values) => out.copy_from_slice(values),
-            Err(failed) => return self.refused(Err(failed)),
-        }
-        Ok(())
+        let values = self.ida.estimated_local_errors();
+        let written = values.map(|values| out.copy_from_slice(values));
+        self.refused(written)
     }
 
     /// Writes the quadratures at [`t`](IdaSolver::t) to `out`.
@@ -104,11 +98,9 @@ impl<P: Problem> IdaSolver<P> {
         // next step.
         let order = self.ida.last_order().min(self.ida.current_order());
         let k = self.order_within_reach(t, derivative, order)?;
-        match self.ida.quadrature(t, k) {
-            Ok(values) => out.copy_from_slice(values),
-            Err(failed) => return self.refused(Err(failed)),
-        }
-        Ok(())
+        let values = self.ida.quadrature(t, k);
+        let written = values.map(|values| out.copy_from_slice(values));
+        self.refused(written)
     }
 
     /// Returns the order of a derivative at `t` if the last step provides derivatives up to `order`

@@ -205,11 +205,9 @@ impl<P: Problem> IdaSolver<P> {
         }
         expect_length("quadratures", self.n_quadratures(), out.len())?;
         self.order_within_reach(self.t, 0, self.ida.last_order())?;
-        match self.ida.quadrature_sensitivity(j, self.t) {
-            Ok(values) => out.copy_from_slice(values),
-            Err(failed) => return self.refused(Err(failed)),
-        }
-        Ok(())
+        let values = self.ida.quadrature_sensitivity(j, self.t);
+        let written = values.map(|values| out.copy_from_slice(values));
+        self.refused(written)
     }
 
     /// Returns the number of parameters.
@@ -254,11 +252,9 @@ impl<P: Problem> IdaSolver<P> {
         }
         let order = self.ida.last_order().min(self.ida.current_order());
         let k = self.order_within_reach(t, derivative, order)?;
-        match self.ida.sensitivity(j, t, k) {
-            Ok(values) => out.copy_from_slice(values),
-            Err(failed) => return self.refused(Err(failed)),
-        }
-        Ok(())
+        let values = self.ida.sensitivity(j, t, k);
+        let written = values.map(|values| out.copy_from_slice(values));
+        self.refused(written)
     }
 
     /// Returns the counters of the sensitivities; zeros without sensitivities.
