@@ -9,7 +9,7 @@ use myovib_cli::exit::Exit;
 use myovib_cli::machine::Machine;
 use myovib_dae::Problem;
 use myovib_model::linear::{LinearWork, Reduction, Scalar};
-use myovib_model::{Advance, MuscleDae, start_at_rest};
+use myovib_model::{Advance, Counts, MuscleDae, start_at_rest};
 use myovib_scene::{Body, InputError, Scene};
 use myovib_sparse::SparseOptions;
 use myovib_sparse::resources;
@@ -152,29 +152,18 @@ fn twenty_steps(
     from: f64,
 ) -> anyhow::Result<Run> {
     let method_set = format!("integrator.method=\"{method}\"");
-    let set: Vec<String> = set
-        .iter()
-        .map(|&s| s.to_owned())
-        .chain([method_set])
-        .collect();
+    let set = set.iter().map(|&set| set.to_owned());
+    let set: Vec<String> = set.chain([method_set]).collect();
     let Body {
         muscle,
         formulation,
         settings,
         ..
     } = body(scene, &set)?;
-    // Reset the peak of an earlier run.
-    fs::write("/proc/self/clear_refs", "5").context("/proc/self/clear_refs")?;
     let n_complex = settings.integrator.stages().unwrap_or(1) / 2;
     let mut dae = MuscleDae::new(muscle.clone(), formulation)?;
     let unknowns_paper = muscle.n_unknowns_paper();
-    // Memory counts as used only after the first write.
-    let at_rest = vec![0.0; dae.n_unknowns()];
-    dae.update_matrices(0.0, &at_rest, &at_rest)?;
-    let reduction = Reduction::new(&dae, SparseOptions::default())?;
-    let needs = reduction.needs(n_complex);
-    let predicted = mib(resources::in_use())? + mib(needs.map(|needs| needs.bytes))?;
-    drop(reduction);
+    let predicted = predicted_memory(&mut dae, n_complex)?;
 
     let mut integrator = start_at_rest(dae, &settings)?;
     let mut step = || -> anyhow::Result<_> {
@@ -201,41 +190,17 @@ fn twenty_steps(
     integrator.dense_output(t, 1, &mut y_dot)?;
     drop(integrator);
 
-    let one = One::measure(
-        &mut MuscleDae::new(muscle, formulation)?,
-        t,
-        &y,
-        &y_dot,
-        n_complex > 0,
-    )?;
-    let linear = match (counts.radau_work, later.radau_work) {
-        (before, Some(after)) => {
-            let before = before.unwrap_or_default();
-            [
-                after.real_factorizations - before.real_factorizations,
-                after.complex_factorizations - before.complex_factorizations,
-                after.real_solves - before.real_solves,
-                after.complex_solves - before.complex_solves,
-            ]
-        }
-        _ => [
-            later.linear_setups - counts.linear_setups,
-            0,
-            done.linear.solves - work.linear.solves,
-            0,
-        ],
-    };
+    let mut dae = MuscleDae::new(muscle, formulation)?;
+    let one = One::measure(&mut dae, t, &y, &y_dot, n_complex > 0)?;
+    let solves = done.linear.solves - work.linear.solves;
+    let linear = linear_work(counts, later, solves);
+    let [residuals, tangents] = [
+        done.residual_passes - work.residual_passes,
+        done.tangent_passes - work.tangent_passes,
+    ];
     let parts = [
-        (
-            "residuals",
-            done.residual_passes - work.residual_passes,
-            one.residual,
-        ),
-        (
-            "tangents",
-            done.tangent_passes - work.tangent_passes,
-            one.tangents,
-        ),
+        ("residuals", residuals, one.residual),
+        ("tangents", tangents, one.tangents),
         ("real factors", linear[0], one.real.factor),
         ("complex factors", linear[1], one.complex.factor),
         ("real solves", linear[2], one.real.solve),
@@ -260,6 +225,33 @@ fn twenty_steps(
             off: peak / predicted - 1.0,
         },
     })
+}
+
+/// Resets the peak of an earlier run and predicts the memory of a run in MiB.
+fn predicted_memory(dae: &mut MuscleDae, n_complex: usize) -> anyhow::Result<f64> {
+    fs::write("/proc/self/clear_refs", "5").context("/proc/self/clear_refs")?;
+    // Memory counts as used only after the first write.
+    let at_rest = vec![0.0; dae.n_unknowns()];
+    dae.update_matrices(0.0, &at_rest, &at_rest)?;
+    let reduction = Reduction::new(dae, SparseOptions::default())?;
+    let needs = reduction.needs(n_complex);
+    Ok(mib(resources::in_use())? + mib(needs.map(|needs| needs.bytes))?)
+}
+
+/// Returns the real and complex factorizations and solves between two counts; `solves` are the solves of BDF.
+fn linear_work(before: Counts, after: Counts, solves: u64) -> [u64; 4] {
+    match (before.radau_work, after.radau_work) {
+        (before, Some(after)) => {
+            let before = before.unwrap_or_default();
+            [
+                after.real_factorizations - before.real_factorizations,
+                after.complex_factorizations - before.complex_factorizations,
+                after.real_solves - before.real_solves,
+                after.complex_solves - before.complex_solves,
+            ]
+        }
+        _ => [after.linear_setups - before.linear_setups, 0, solves, 0],
+    }
 }
 
 /// CPU time in s of one call of each part.
