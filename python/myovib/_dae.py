@@ -231,14 +231,14 @@ def solve_dae(
         order 5, 9 or 13, for index 0 to 3. "ida", SUNDIALS' name, means "bdf".
     jacobian : callable, optional
         ``jacobian(t, y, yp)`` returns the pair dF/dy, dF/dy': matrices, dense or
-        of `scipy.sparse`. By default finite differences are used. Without
-        `sparsity` both are stored as full matrices; sparse matrices with more than
-        200 rows then cause a warning. The Jacobian is compared with finite
-        differences at the start; a warning names an entry that seems wrong.
+        of `scipy.sparse`. By default finite differences are used. The Jacobian is
+        compared with finite differences at the start; a warning names an entry that
+        seems wrong.
     sparsity : array_like or sparse matrix, shape (n, n), optional
         Common pattern of dF/dy and dF/dy': nonzero for each entry that may be
         nonzero at any time, including the diagonal if equation i contains y_i or
-        y'_i. Full by default. Without `jacobian`, the pattern is compared with the
+        y'_i. By default the pattern of a sparse `jacobian` with more than 200 rows at
+        the start, otherwise full. Without `jacobian`, the pattern is compared with the
         residual at the start, and a `ValueError` names a missing entry.
     index : sequence of int, optional
         Index of each variable, 0 to 3. Radau's error test needs it for systems of
@@ -393,6 +393,8 @@ def solve_dae(
         _warn_of_velocities(residual, first_limits, (start, rates), np.array(indices), weights)
     watched = _Events(events, args)
     pattern = None if sparsity is None else _pattern(sparsity, n)
+    if pattern is None and jacobian is not None and n > LARGE:
+        pattern = _pattern_of_jacobian(jacobian, first_limits[0], start, rates)
     matrices = None if jacobian is None else _Jacobian(jacobian, pattern, n)
     request = {
         "pattern": None if pattern is None else (pattern[0].tolist(), pattern[1].tolist()),
@@ -417,16 +419,23 @@ def solve_dae(
     notes = []
     if initial != "given":
         _expect_finite(_in_bytes(residual, n), first_limits[0], start, rates)
-    if highest == 3 and method != "bdf":
+    structure = None
+    # The indices of all variables are known, or the variables of index 2 are excluded from the error test.
+    is_index_known = left_out is not None if method == "bdf" else indices is not None
+    if initial == "algebraic" or not is_index_known or (highest == 3 and method != "bdf"):
         structure = Structure.at(residual, first_limits[0], start, rates, rtol * np.abs(start) + tolerances)
-        found_index = structure.index() if structure else 0
+    if structure and highest == 3 and method != "bdf":
+        found_index = structure.index()
         if found_index > 3:
             notes.append(
                 f"the equations at the start have the index {found_index}: Radau methods support index 3 at "
                 "most, and results may be wrong. Replace constraints by their derivatives"
             )
+    if structure and not is_index_known and not any(structure.singular()):
+        hidden = structure.of_higher_index()
+        if hidden:
+            notes.append(_index_advice(hidden, method))
     if initial == "algebraic":
-        structure = Structure.at(residual, first_limits[0], start, rates, rtol * np.abs(start) + tolerances)
         free = structure.undetermined() if structure else []
         if free:
             notes.append(
@@ -434,15 +443,35 @@ def solve_dae(
                 "because dF/dy' is singular: `yp` may be wrong at the start. Introduce a variable for the "
                 "combination whose derivative occurs"
             )
-    found, last_limits = _integrate_parts(
-        request, ends, (residual, matrices, watched), (start, rates), outputs
-    )
-    for warning in dict.fromkeys([*notes, *found.pop("warnings")]):
-        warnings.warn(warning, stacklevel=2)
+    try:
+        found, last_limits = _integrate_parts(
+            request, ends, (residual, matrices, watched), (start, rates), outputs
+        )
+    except _Failed as failed:
+        explained = f"; {START}" if is_hidden else ""
+        if initial != "given":
+            tolerance = rtol * np.abs(start) + tolerances
+            explained = _explain(initial, residual, first_limits[0], start, rates, tolerance)
+        raise RuntimeError(f"{failed}{explained}") from None
+    notes += found.pop("warnings")
     solution = _solution(found, n, len(watched.functions), method)
-    if method == "bdf":
-        _advise(solution, _within(residual, last_limits), rtol, tolerances, left_out)
+    advice = _advice(solution, _within(residual, last_limits), rtol, tolerances, (left_out, is_hidden))
+    if advice is not None:
+        notes.append(advice)
+    for warning in dict.fromkeys(notes):
+        warnings.warn(warning, stacklevel=2)
     return solution
+
+
+# Remedy for initial values that violate constraints.
+START = (
+    "positions and velocities must satisfy the constraints and their derivatives: `consistent_start` computes "
+    "them for position constraints"
+)
+
+
+class _Failed(Exception):
+    """The integrator has found no consistent initial values or rejected a setting."""
 
 
 def _integrate_parts(
@@ -489,8 +518,10 @@ def _integrate_parts(
         except RuntimeError as error:
             # An exception of a user's function has the frames of this function in its traceback.
             is_of_user = error.__traceback__ is not None and error.__traceback__.tb_next is not None
-            if is_first or is_of_user:
+            if is_of_user:
                 raise
+            if is_first:
+                raise _Failed(error) from None
             found.update(status=-1, message=str(error))
             break
         limits = part_limits
@@ -507,21 +538,45 @@ def _integrate_parts(
     return found, limits
 
 
-def _advise(
-    solution: DaeSolution, residual: Function, rtol: float, atol: Array, suppress: list[bool] | None
-) -> None:
-    """Warn if BDF gave up or failed many error tests for a reason that has a remedy."""
-    many = solution.nsteps > 1000 and 3 * solution.netf > solution.nsteps
+def _index_advice(hidden: list[int], method: str) -> str:
+    remedy = "give the index of each variable by `index`"
+    if method == "bdf":
+        remedy = "exclude them from the error test by `suppress`, or use a Radau method with `index`"
+    return f"the variables {hidden} (counted from 0) have an index above 1: {remedy}"
+
+
+def _advice(
+    solution: DaeSolution,
+    residual: Function,
+    rtol: float,
+    atol: Array,
+    stated: tuple[list[bool] | None, bool],
+) -> str | None:
+    """Return advice if the integrator gave up or failed many error tests for a reason that has a remedy.
+
+    The message of a solution that ends early then contains it. `stated`: the variables excluded from the
+    error test, and whether an index is above 1.
+    """
+    suppress, is_hidden = stated
+    is_bdf = solution.method == "bdf"
+    many = is_bdf and solution.nsteps > 1000 and 3 * solution.netf > solution.nsteps
     if not (many or solution.status < 0) or not solution.t.size:
-        return
+        return None
     y, yp = solution.y[:, -1], solution.yp[:, -1]
     structure = Structure.at(residual, solution.t[-1], y, yp, rtol * np.abs(y) + atol)
-    hidden = structure.of_higher_index() if structure else []
+    singular = _singular(structure)
+    hidden = structure.of_higher_index() if structure and is_bdf else []
     tested = [j for j in hidden if suppress is None or not suppress[j]]
-    if tested:
+    if singular and not solution.success:
+        advice = singular
+    elif is_hidden and not solution.success and "after 0 steps" in solution.message:
+        advice = START
+    elif tested:
+        advice = _index_advice(tested, "bdf")
+    elif not (solution.success or is_hidden) and (steep := _growing(solution)):
         advice = (
-            f"the variables {tested} (counted from 0) have an index above 1: exclude them from the "
-            "error test by `suppress`, or use a Radau method with `index`"
+            f"the derivatives of the variables {steep} (counted from 0) grow without bound near this time: "
+            "the solution may have a pole, a square root or the end of the domain of F there"
         )
     elif many:
         # For example, a variable amplifies the errors of others. BDF's estimate is small while steps are
@@ -539,11 +594,56 @@ def _advise(
             "if they grow far beyond `atol` in the first step, raise their `atol` or give their `yp0`"
         )
     else:
-        return
+        return None
     if not solution.success:
         # The steps are not short because F switches back and forth.
         solution.message = f"{solution.message.partition(': the last half')[0]}; {advice}"
-    warnings.warn(advice, stacklevel=3)
+    return advice
+
+
+# Growth of a derivative that indicates a singularity of the solution.
+GROWTH = 1e4
+
+
+def _growing(solution: DaeSolution) -> list[int]:
+    """Return the variables whose derivatives at the end are much larger than before."""
+    sizes = np.abs(solution.yp)
+    if sizes.shape[1] < 10:
+        return []
+    return np.flatnonzero(sizes[:, -1] > GROWTH * np.median(sizes[:, : -len(solution.t) // 2], axis=1)).tolist()
+
+
+def _singular(structure: Structure | None) -> str:
+    """Describe equations that do not determine all variables, or return an empty string."""
+    variables, equations = structure.singular() if structure else ([], [])
+    if not variables:
+        return ""
+    return (
+        f"the equations do not determine the variables {variables}: the equations {equations} (counted from "
+        "0) depend on each other or contain no variable. Replace one of them by the missing equation"
+    )
+
+
+def _explain(initial: str, residual: Function, t: float, y: Array, yp: Array, tolerance: Array) -> str:
+    """Explain why no consistent initial values are found; may be empty."""
+    structure = Structure.at(residual, t, y, yp, tolerance)
+    if structure is None:
+        return ""
+    singular = _singular(structure)
+    if singular:
+        return f"; {singular}"
+    equations = structure.contradictory(initial)
+    if equations:
+        return (
+            f"; the corrected values do not occur in a combination of the equations {equations} (counted from "
+            '0), so that y0 must satisfy it; for index 2 and 3 use initial="given" and consistent values'
+        )
+    left = np.asarray(residual(t, y, yp), dtype=float)
+    violated = np.flatnonzero(np.abs(left) > structure.effect(tolerance)).tolist()
+    return (
+        f"; y0 and yp0 violate the equations {violated} (counted from 0): check that they have a solution, and "
+        "start nearer to it"
+    )
 
 
 def _expect_finite(residual: Any, t: float, y: Array, yp: Array) -> None:
@@ -731,7 +831,9 @@ def _solution(found: dict[str, Any], n: int, n_events: int, method: str) -> DaeS
 
 
 def _real(name: str, values: Any) -> Array:
-    """Return real numbers; NumPy would drop imaginary parts with a warning only."""
+    """Return real numbers; NumPy would drop imaginary parts with a warning only, and masks silently."""
+    if np.ma.is_masked(values):
+        raise ValueError(f"{name} has masked entries: must be real numbers")
     try:
         numbers = np.asarray(values)
         if not np.iscomplexobj(numbers):
@@ -800,9 +902,24 @@ def _pattern(sparsity: Any, n: int) -> tuple[NDArray[np.int64], NDArray[np.int64
     return offsets, entries % n
 
 
-# Number of rows above which a sparse Jacobian stored as a full matrix causes a warning; with fewer
-# rows the cost is small.
+# Number of rows above which the pattern of sparse matrices is used; with fewer rows full matrices cost little.
 LARGE = 200
+
+
+def _pattern_of_jacobian(
+    jacobian: Function, t: float, y: Array, yp: Array
+) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
+    """Return the common pattern of sparse matrices at the start and at a state nearby; None if they are dense."""
+    parts = list(jacobian(t, y, yp))
+    if not all(hasattr(part, "tocoo") for part in parts):
+        return None
+    # Entries that vanish at the start, for example at rest.
+    steps = 1.0 + 0.618 * np.arange(len(y)) % 1.0
+    try:
+        parts += jacobian(t, y + steps * (1.0 + np.abs(y)), yp + steps * (1.0 + np.abs(yp)))
+    except Exception:  # outside of the domain of F
+        pass
+    return _pattern(sum(abs(part) + abs(part).sign() for part in parts), len(y))
 
 
 class _Jacobian:
@@ -811,7 +928,6 @@ class _Jacobian:
     def __init__(self, function: Function, pattern: Any, n: int) -> None:
         self.function, self.n = function, n
         self.places: tuple[Any, Any] | None = None
-        self.warned = False
         if pattern is not None:
             offsets, rows = pattern
             self.places = (rows, np.repeat(np.arange(n), np.diff(offsets)))
@@ -828,19 +944,15 @@ class _Jacobian:
         if matrix.shape != (self.n, self.n):
             raise ValueError(f"jacobian: shape {matrix.shape}, must be ({self.n}, {self.n})")
         if self.places is None:
-            if sparse and self.n > LARGE and not self.warned:
-                self.warned = True
-                warnings.warn(
-                    f"jacobian: its sparse matrices are stored as full matrices of {self.n} rows: give "
-                    "their pattern by `sparsity`",
-                    stacklevel=6,  # the caller of solve_dae
-                )
             return (matrix.toarray() if sparse else matrix).ravel(order="F")
         values = np.asarray(matrix[self.places], dtype=float).ravel()
         # Later matrices may have additional nonzero entries.
         whole = matrix.count_nonzero() if sparse else np.count_nonzero(matrix)
         if whole > np.count_nonzero(values):
-            raise ValueError(f"jacobian: {self._outside(matrix, sparse)}, where `sparsity` has none")
+            raise ValueError(
+                f"jacobian: {self._outside(matrix, sparse)}, where `sparsity` has none; by default it is the "
+                "pattern of sparse matrices at the start"
+            )
         return values
 
     def _outside(self, matrix: Any, sparse: bool) -> str:

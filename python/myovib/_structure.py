@@ -29,12 +29,15 @@ class Structure:
     def __init__(
         self, residual: Callable[[float, Array, Array], Any], t: float, y: Array, yp: Array, tolerance: Array
     ) -> None:
+        def evaluate(y: Array, yp: Array) -> Array:
+            return np.asarray(residual(t, y, yp)).astype(float, casting="same_kind")
+
         def column(j: int, size: float, rate: bool) -> Array:
             values, rates = y.copy(), yp.copy()
             (rates if rate else values)[j] += size
-            return (np.asarray(residual(t, values, rates), dtype=float) - base) / size
+            return (evaluate(values, rates) - base) / size
 
-        base = np.asarray(residual(t, y, yp), dtype=float)
+        base = evaluate(y, yp)
         n, largest = len(y), np.abs(yp).max()
         small = np.sqrt(np.finfo(float).eps)
         sizes = np.maximum(small * np.abs(y), tolerance)
@@ -48,7 +51,8 @@ class Structure:
         if len(arguments[2]) > LARGEST:
             return None
         try:
-            found = cls(*arguments)
+            with np.errstate(all="ignore"):
+                found = cls(*arguments)
         except Exception:
             return None
         return found if np.isfinite([found.df_dy, found.df_dyp]).all() else None
@@ -63,6 +67,26 @@ class Structure:
         differential = np.flatnonzero(~self.algebraic)
         parts = _null(self.df_dyp[:, differential])
         return [int(j) for j, part in zip(differential, parts, strict=True) if part]
+
+    def singular(self) -> tuple[list[int], list[int]]:
+        """Return the variables that F = 0 does not determine, and the equations that depend on others.
+
+        Both are empty unless dF/dy + c dF/dy' is singular for all c.
+        """
+        # A pencil of index 3 is nearly singular for most c.
+        pencil = [self.df_dy + c * self.df_dyp for c in 2.3 * np.logspace(-9, 9, 7)]
+        columns = np.all([_null(matrix) for matrix in pencil], axis=0)
+        rows = np.all([_null(matrix.T) for matrix in pencil], axis=0)
+        return np.flatnonzero(columns).tolist(), np.flatnonzero(rows).tolist()
+
+    def contradictory(self, initial: str) -> list[int]:
+        """Return the equations of which a combination contains none of the values that `initial` corrects."""
+        columns = self.df_dy if initial == "states" else np.where(self.algebraic, self.df_dy, self.df_dyp)
+        return np.flatnonzero(_null(columns.T)).tolist()
+
+    def effect(self, tolerance: Array) -> Array:
+        """Return the change of each equation if y changes by the tolerance."""
+        return np.abs(self.df_dy) @ tolerance
 
     def of_higher_index(self) -> list[int]:
         """Return the algebraic variables that F = 0 does not determine: their index is above 1."""

@@ -217,18 +217,21 @@ def test_a_pattern_that_lacks_entries_is_refused(method, offsets):
     assert abs(row - column) <= 1 and column - row not in offsets
 
 
-def test_full_storage_of_a_large_sparse_jacobian_is_told():
-    n = 201
-    one = csc_matrix(np.eye(n))
-    run = lambda **kw: solve_dae(
-        lambda t, y, yp: yp + y, (0, 1), np.ones(n), -np.ones(n), jacobian=lambda t, y, yp: (one, one), **kw
-    )
-    with pytest.warns(UserWarning, match="full matrices of 201 rows: .* `sparsity`") as told:
-        run()
-    assert len(told) == 1 and told[0].filename == __file__
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert run(sparsity=one).success
+@pytest.mark.parametrize("method", METHODS)
+def test_the_pattern_of_a_large_sparse_jacobian_is_its_own(method):
+    n, calls = 4000, []
+    second = diags([1.0, -2.0, 1.0], [-1, 0, 1], shape=(n, n)).tocsc()
+
+    def jacobian(t, y, yp):  # the nonlinear term vanishes at the start
+        calls.append(t)
+        return -second + 3.0 * diags([y[:-1] ** 2], [-1]), diags([1.0], [0], shape=(n, n))
+
+    def residual(t, y, yp):
+        return yp - second @ y + np.r_[0.0, y[:-1] ** 3] - 1.0
+
+    # Full matrices of 4000 rows would need 0.1 GB each, and minutes.
+    s = solve_dae(residual, (0, 1e-3), np.zeros(n), np.ones(n), method, jacobian=jacobian)
+    assert s.success and calls and s.y[n // 2, -1] == pytest.approx(1e-3, rel=1e-4)
 
 
 def test_an_input_faster_than_the_steps_is_reported():
@@ -911,6 +914,61 @@ def test_a_wrong_jacobian_is_named():
 
     with pytest.warns(UserWarning, match=r"row 1, column 0 .* differences"):
         solve_dae(robertson, (0, 1), jacobian=wrong, **ROBERTSON)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    ("equations", "variables", "dependent"),
+    [
+        (lambda t, y, yp: [yp[0] - y[1], y[0] - np.sin(t), 2 * (y[0] - np.sin(t))], [2], [1, 2]),
+        (lambda t, y, yp: [yp[0] - np.cos(t), y[1] + y[2] - 1, y[1] + y[2] - 1], [1, 2], [1, 2]),
+    ],
+)
+def test_undetermined_variables_and_dependent_equations_are_named(method, equations, variables, dependent):
+    with pytest.warns(UserWarning, match=re.escape(f"variables {variables}: the equations {dependent}")):
+        s = solve_dae(equations, (0, 1), [0, 1, 0], [1, 0, 0], method)
+    assert not s.success and f"variables {variables}" in s.message
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("initial", ["algebraic", "states"])
+def test_equations_without_a_solution_are_named(method, initial):
+    unsolvable = lambda t, y, yp: [yp[0] + y[0], y[1] ** 2 + 1]
+    with pytest.raises(RuntimeError, match=r"equations \[1\]"):
+        solve_dae(unsolvable, (0, 1), [1, 1], [-1, 0], method, initial=initial)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_equations_without_corrected_values_are_named(method):
+    hidden = lambda t, y, yp: [yp[0] - y[1], y[0] - np.sin(t) - 0.1]
+    with pytest.raises(RuntimeError, match=r"combination of the equations \[1\]"):
+        solve_dae(hidden, (0, 1), [0, 0], [0, 0], method, initial="algebraic")
+    start = ([0.1, 1.0], [1.0, 0.0])
+    index = {} if method == "bdf" else dict(index=[1, 2])
+    suppress = [False, True] if method == "bdf" else None
+    # The remedy of the message works.
+    assert solve_dae(hidden, (0, 1), *start, method, suppress=suppress, **index).success
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_variables_of_higher_index_are_named_at_the_start(method):
+    with pytest.warns(UserWarning, match=r"variables \[4\] .* `index`"):
+        solve_dae(pendulum, (0, 1e-3), PENDULUM["y0"], PENDULUM["yp0"], method)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert solve_dae(robertson, (0, 40), method=method, **ROBERTSON).success
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_pole_is_named(method):
+    with pytest.warns(UserWarning, match=r"variables \[0\] .* pole"):
+        s = solve_dae(lambda t, y, yp: yp - y**2, (0, 2), [1.0], [1.0], method)
+    assert not s.success and s.t[-1] == pytest.approx(1.0, abs=1e-2)
+
+
+def test_masked_arrays_are_refused():
+    with pytest.raises(ValueError, match="y0 has masked entries"):
+        solve_dae(lambda t, y, yp: yp + y, (0, 1), np.ma.array([1.0, 2.0], mask=[0, 1]), [-1, -1])
 
 
 @pytest.mark.parametrize("calls", [1, 4, 50])
