@@ -35,7 +35,7 @@ impl IndexReport {
     /// Linearizes at (t, y, ẏ) and computes the index.
     ///
     /// # Errors
-    /// [`ModelError::TooLarge`] for more than [`LARGEST_SYSTEM`] unknowns,
+    /// [`ModelError::TooLarge`] for more than `LARGEST_SYSTEM` unknowns,
     /// [`ModelError::Structure`] if the Jacobian cannot be evaluated.
     pub fn at(dae: &mut MuscleDae, t: f64, y: &[f64], y_dot: &[f64]) -> Result<Self, ModelError> {
         let unknowns = dae.n_unknowns();

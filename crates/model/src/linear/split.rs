@@ -32,7 +32,7 @@ pub struct Split<T: Scalar> {
 
 impl<T: Scalar> Split<T> {
     /// Allocates both matrices of a `plan` and their factors; `eliminations` come from
-    /// [`Splitting::eliminations`].
+    /// `Splitting::eliminations`.
     pub fn new(plan: Arc<Splitting>, eliminations: [Arc<Elimination>; 2]) -> Self {
         let n = plan.motion.pattern().major_dim();
         let transferred = plan.transferred.pattern();
