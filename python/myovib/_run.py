@@ -223,6 +223,12 @@ class RunResult:
         """Fields, or None if the scene requests none or the folder does not exist."""
         return Fields._of(self.folder)
 
+    @property
+    def continuation(self) -> Probe | None:
+        """Table of a curve of periodic states, the parameter first; None without a curve or its folder."""
+        path = self.folder / "continuation.csv"
+        return Probe._read(path) if path.exists() else None
+
     def report(self) -> str:
         """Return the report of the run as a self-contained HTML page."""
         return (self.folder / "report.html").read_text(encoding="utf-8")

@@ -288,6 +288,7 @@ class Scene:
         self,
         out: str | PathLike[str] | None = None,
         *,
+        continuation: tuple[str, float, float] | None = None,
         progress: Progress = False,
         existing: Literal["refuse", "overwrite"] = "refuse",
     ) -> RunResult:
@@ -298,6 +299,9 @@ class Scene:
         out : path-like, optional
             Folder for the files of ``myovib periodic``. By default a temporary folder, removed
             together with the result.
+        continuation : tuple of str, float and float, optional
+            Key of a number in the scene and two values: the curve of periodic states is followed from
+            the first to the second value, through folds, as ``--continue KEY=FROM..TO`` does.
         progress : bool or callable
             As for `run`.
         existing : {"refuse", "overwrite"}
@@ -307,9 +311,13 @@ class Scene:
         -------
         RunResult
             Its probes cover one period; its document has ``"multipliers"``, ``"is_stable"`` and the
-            harmonics of the ``"probes"``.
+            harmonics of the ``"probes"``; `continuation` is the table of the curve.
         """
         scene = self.copy().set("analysis", "periodic")
+        if continuation is not None:
+            key, start, end = continuation
+            scene.set(key, float(start)).set("periodic.continuation.parameter", key)
+            scene.set("periodic.continuation.to", float(end))
         return scene.run(out, progress=progress, existing=existing)
 
     def sensitivity(

@@ -162,6 +162,12 @@ def test_a_periodic_state_repeats():
     found = scene.set("chain", []).set("probe", [{"name": "end", "type": "rod", "at": 0.05}]).periodic()
     u = found.probes["end"]["u"]
     assert found.document["is_stable"] and abs(u[0] - u[-1]) < 1e-5 * max(abs(u))
+    assert found.continuation is None
+    curve = scene.periodic(continuation=("rod.load.amplitude", 1, 2)).continuation
+    amplitudes = curve["end.u"]
+    assert (curve["rod.load.amplitude"][0], curve["rod.load.amplitude"][-1]) == (1.0, 2.0)
+    # The rod is linear; the states have the tolerance 1e-6.
+    assert amplitudes[-1] == pytest.approx(2 * amplitudes[0], rel=1e-5)
 
 
 def test_response_at_zero_is_the_equilibrium():
