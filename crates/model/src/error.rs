@@ -131,6 +131,12 @@ pub enum ModelError {
         /// Requested tolerance.
         tolerance: f64,
     },
+    /// A curve of periodic states does not end within its number of points.
+    #[error("it has max_points = {max_points} points")]
+    CurveTooLong {
+        /// Maximum number of points.
+        max_points: usize,
+    },
     /// The integration over a period stopped before its end.
     #[error("the integration over a period stopped at t = {t} s: {message}")]
     PeriodStopped {

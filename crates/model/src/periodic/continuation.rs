@@ -44,33 +44,26 @@ pub struct Point {
     pub state: Vec<f64>,
     /// Parameter.
     pub parameter: f64,
-    /// Derivative of the parameter with respect to the arclength, both relative to their scales; zero at a fold.
-    pub slope: f64,
+    /// Whether the curve turns back in the parameter here.
+    pub is_fold: bool,
 }
 
-/// A curve of periodic states.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Curve {
-    /// Points along the curve.
-    pub points: Vec<Point>,
-    /// Points at which the curve turns back in the parameter.
-    pub folds: Vec<Point>,
-    /// Reason why the curve could not be continued, if it ended early.
-    pub failure: Option<String>,
-}
-
-/// Follows the curve of periodic states from the state at a parameter, which must be periodic.
+/// Follows the curve of periodic states from the state at a parameter, which must be periodic, to an end of the range.
+/// `visit` receives the points along the curve, the start and folds included.
 ///
 /// # Errors
-/// [`ModelError::NoPeriodicState`] if even short first steps fail; other errors of the map.
+/// Reasons why the curve ends inside the range: [`ModelError::NoPeriodicState`] if even short steps fail,
+/// [`ModelError::CurveTooLong`], errors of the map and of `visit`.
 pub fn follow(
     map: &mut Family<'_>,
     (state, parameter): (&[f64], f64),
     continuation: &Continuation,
-) -> Result<Curve, ModelError> {
+    visit: &mut dyn FnMut(Point) -> Result<(), ModelError>,
+) -> Result<(), ModelError> {
     let mut curve = Tracer { map, continuation };
     let mut x = continuation.shooting.scaled(state);
     x.push(parameter / continuation.parameter_scale);
+    visit(curve.point(&x, false))?;
     let mut direction = vec![0.0; x.len()];
     direction[state.len()] = if continuation.is_descending {
         -1.0
@@ -78,72 +71,27 @@ pub fn follow(
         1.0
     };
     let mut tangent = curve.tangent(&x, &direction)?;
-    let mut points = vec![curve.point(&x, &tangent)];
-    let mut folds = Vec::new();
     let mut step = 0.1 * continuation.max_step;
-    let [low, high] = continuation.range;
-    let margin = AT_THE_END * (high - low);
-    while points.len() < continuation.max_points {
-        let mut halvings = 0;
-        // The predicted parameter stays within the range.
-        let slope = continuation.parameter_scale * tangent[state.len()];
-        let now = points.last().map_or(parameter, |last| last.parameter);
-        let room = if slope < 0.0 { low - now } else { high - now };
-        if room / slope > 0.0 {
-            step = step.min(room / slope);
-        }
-        let advanced = loop {
-            match curve.advance(&x, &tangent, step) {
-                Err(ModelError::NoPeriodicState { .. } | ModelError::PeriodStopped { .. })
-                    if halvings < HALVINGS =>
-                {
-                    halvings += 1;
-                    step *= 0.5;
-                }
-                advanced => break advanced,
+    for _ in 1..continuation.max_points {
+        let advance = curve.advance_in_range(&x, &tangent, &mut step)?;
+        for (target, is_fold) in advance
+            .fold
+            .iter()
+            .map(|x| (x, true))
+            .chain([(&advance.x, false)])
+        {
+            if let Some(bound) = curve.bound_beyond(target, &advance.tangent, is_fold) {
+                return visit(curve.at_bound(&x, target, bound)?);
             }
-        };
-        let Advance {
-            x: next,
-            tangent: next_tangent,
-            point,
-            fold,
-            iterations,
-        } = match advanced {
-            Ok(advanced) => advanced,
-            Err(error) if points.len() > 1 => {
-                return Ok(Curve {
-                    points,
-                    folds,
-                    failure: Some(error.to_string()),
-                });
-            }
-            Err(error) => return Err(error),
-        };
-        folds.extend(fold);
-        let is_inside = (low..=high).contains(&point.parameter);
-        let ahead = if point.slope < 0.0 {
-            point.parameter - low
-        } else {
-            high - point.parameter
-        };
-        points.push(point);
-        if !is_inside || ahead <= margin {
-            return Ok(Curve {
-                points,
-                folds,
-                failure: None,
-            });
+            visit(curve.point(target, is_fold))?;
         }
-        (x, tangent) = (next, next_tangent);
-        if iterations <= FEW {
+        (x, tangent) = (advance.x, advance.tangent);
+        if advance.iterations <= FEW {
             step = (GROWTH * step).min(continuation.max_step);
         }
     }
-    Ok(Curve {
-        failure: Some(format!("it has max_points = {} points", points.len())),
-        points,
-        folds,
+    Err(ModelError::CurveTooLong {
+        max_points: continuation.max_points,
     })
 }
 
@@ -151,9 +99,8 @@ pub fn follow(
 struct Advance {
     x: Vec<f64>,
     tangent: Vec<f64>,
-    point: Point,
     /// Fold before the point.
-    fold: Option<Point>,
+    fold: Option<Vec<f64>>,
     /// Number of Newton iterations.
     iterations: usize,
 }
@@ -216,58 +163,128 @@ impl Tracer<'_, '_> {
         Ok((x, iterations))
     }
 
+    /// Returns the next point at a distance of at most `step`, so that its prediction is in the range. Halves `step` while
+    /// Newton's method or the map fail.
+    fn advance_in_range(
+        &mut self,
+        x: &[f64],
+        tangent: &[f64],
+        step: &mut f64,
+    ) -> Result<Advance, ModelError> {
+        let n = x.len() - 1;
+        let [low, high] = self.scaled_range();
+        let bound = if tangent[n] < 0.0 { low } else { high };
+        let room = (bound - x[n]) / tangent[n];
+        if room > 0.0 {
+            *step = step.min(room);
+        }
+        for _ in 0..HALVINGS {
+            match self.advance(x, tangent, *step) {
+                Err(ModelError::NoPeriodicState { .. } | ModelError::PeriodStopped { .. }) => {
+                    *step *= 0.5;
+                }
+                advanced => return advanced,
+            }
+        }
+        self.advance(x, tangent, *step)
+    }
+
+    fn scaled_range(&self) -> [f64; 2] {
+        let Continuation {
+            range,
+            parameter_scale,
+            ..
+        } = self.continuation;
+        range.map(|bound| bound / parameter_scale)
+    }
+
+    /// Returns the bound that x has passed, or, unless it is a fold, is about to reach along the tangent.
+    fn bound_beyond(&self, x: &[f64], tangent: &[f64], is_fold: bool) -> Option<f64> {
+        let n = x.len() - 1;
+        let [low, high] = self.scaled_range();
+        let margin = if is_fold {
+            0.0
+        } else {
+            AT_THE_END * (high - low)
+        };
+        let reaches = |ahead: f64, is_ahead: bool| ahead < 0.0 || is_ahead && ahead <= margin;
+        let [first, last] = self.continuation.range;
+        match () {
+            () if reaches(x[n] - low, tangent[n] < 0.0) => Some(first),
+            () if reaches(high - x[n], tangent[n] > 0.0) => Some(last),
+            () => None,
+        }
+    }
+
+    /// Returns the point at a `bound` of the parameter near the line from x to `target`.
+    fn at_bound(&mut self, x: &[f64], target: &[f64], bound: f64) -> Result<Point, ModelError> {
+        let n = x.len() - 1;
+        let shooting = &self.continuation.shooting;
+        let scaled = bound / self.continuation.parameter_scale;
+        let share = ((scaled - x[n]) / (target[n] - x[n])).clamp(0.0, 1.0);
+        let both = x[..n].iter().zip(target);
+        let guess = both.map(|(x, target)| x + share * (target - x)).collect();
+        let mut residual = |state: &[f64]| self.residual(&[state, &[scaled]].concat());
+        let (state, _, _) = shooting.solve(&mut residual, guess)?;
+        Ok(Point {
+            state: shooting.unscaled(&state),
+            parameter: bound,
+            is_fold: false,
+        })
+    }
+
     /// Returns the point at a distance along the tangent at x, and a fold in between.
     fn advance(&mut self, x: &[f64], tangent: &[f64], step: f64) -> Result<Advance, ModelError> {
+        let n = x.len() - 1;
         let (next, iterations) = self.step(x, tangent, step)?;
         let next_tangent = self.tangent(&next, tangent)?;
-        let point = self.point(&next, &next_tangent);
-        let fold = match tangent[tangent.len() - 1] * point.slope < 0.0 {
-            true => Some(self.fold(x, tangent, (step, point.slope))?),
+        let fold = match tangent[n] * next_tangent[n] < 0.0 {
+            true => Some(self.fold(x, tangent, (step, next_tangent[n]))?),
             false => None,
         };
         Ok(Advance {
             x: next,
             tangent: next_tangent,
-            point,
             fold,
             iterations,
         })
     }
 
-    /// Returns the point with slope zero between x and the point at a distance `end`, by the Illinois method.
+    /// Returns the point with a tangent of constant parameter between x and the point at a distance `end`, by the Illinois
+    /// method.
     fn fold(
         &mut self,
         x: &[f64],
         tangent: &[f64],
         (end, slope_at_end): (f64, f64),
-    ) -> Result<Point, ModelError> {
-        let mut a = (0.0, tangent[tangent.len() - 1]);
+    ) -> Result<Vec<f64>, ModelError> {
+        let n = x.len() - 1;
+        let mut a = (0.0, tangent[n]);
         let mut b = (end, slope_at_end);
         let tolerance = self.continuation.shooting.increment().powi(2);
         let mut secants = 0;
         loop {
             let s = (a.0 * b.1 - b.0 * a.1) / (b.1 - a.1);
             let (at, _) = self.step(x, tangent, s)?;
-            let own = self.tangent(&at, tangent)?;
-            let point = self.point(&at, &own);
+            let slope = self.tangent(&at, tangent)?[n];
             secants += 1;
-            if point.slope.abs() <= tolerance || secants == SECANTS {
-                return Ok(point);
+            if slope.abs() <= tolerance || secants == SECANTS {
+                return Ok(at);
             }
-            match point.slope * b.1 < 0.0 {
+            match slope * b.1 < 0.0 {
                 true => a = b,
                 false => a.1 *= 0.5,
             }
-            b = (s, point.slope);
+            b = (s, slope);
         }
     }
 
-    fn point(&self, x: &[f64], tangent: &[f64]) -> Point {
+    fn point(&self, x: &[f64], is_fold: bool) -> Point {
         let n = x.len() - 1;
         Point {
             state: self.continuation.shooting.unscaled(&x[..n]),
             parameter: x[n] * self.continuation.parameter_scale,
-            slope: tangent[n],
+            is_fold,
         }
     }
 }

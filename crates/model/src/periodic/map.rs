@@ -58,6 +58,11 @@ where
         &self.differential
     }
 
+    /// Returns the number of unknowns of the system.
+    pub fn n_unknowns(&self) -> usize {
+        self.n_unknowns
+    }
+
     /// Returns the system for evaluations outside the integrations.
     pub fn problem_mut(&mut self) -> &mut P {
         &mut self.dae

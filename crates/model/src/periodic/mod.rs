@@ -13,6 +13,6 @@ mod krylov;
 mod map;
 mod shooting;
 
-pub use continuation::{Continuation, Curve, Point, follow};
+pub use continuation::{Continuation, Point, follow};
 pub use map::PeriodMap;
 pub use shooting::{Multipliers, PeriodicState, Shooting, multipliers, shoot};

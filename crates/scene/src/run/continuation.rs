@@ -1,11 +1,12 @@
 //! Curves of periodic states over a number of the scene.
 
+use std::cell::Cell;
 use std::ops::Range;
 use std::sync::atomic::AtomicBool;
 
 use myovib_model::periodic::{self, PeriodMap, Shooting, multipliers};
 use myovib_model::start::Consistent;
-use myovib_model::{Integrator, Limits, ModelError};
+use myovib_model::{EndReason, Integrator, Limits, ModelError, Outcome};
 use serde_json::Value;
 
 use super::RunOptions;
@@ -38,6 +39,13 @@ impl Branch {
             return Ok(None);
         };
         let key = &wanted.parameter;
+        if key.trim_start().starts_with("mesh") {
+            let error = InputError::new("a curve of periodic states cannot change the mesh");
+            let error = error
+                .found(format!("\"{key}\""))
+                .next("compute a sweep over this key");
+            return Err(scene.wrong("periodic.continuation.parameter", error).into());
+        }
         let parts = key.split(['.', '[', ']']).filter(|part| !part.is_empty());
         let pointer: String = parts.map(|part| format!("/{}", part.trim())).collect();
         let found = scene.written().pointer(&pointer).and_then(Value::as_f64);
@@ -60,17 +68,17 @@ impl Branch {
         scene.with(&[format!("{}={value:?}", self.wanted.parameter)])
     }
 
-    /// Follows the curve from the periodic state of the scene.
+    /// Follows the curve from the periodic state of the scene. A curve that ends inside its range keeps its points.
     ///
     /// # Errors
-    /// Errors of the integrations, and of the scene at values of the number.
+    /// Errors of the probes.
     pub(super) fn follow(
         &self,
         scene: &Scene,
         options: &RunOptions<'_>,
         shooting: &Shooting,
         state: &[f64],
-    ) -> Result<Curve, Error> {
+    ) -> Result<(Curve, Outcome), Error> {
         let Self { wanted, from } = self;
         let progress = options.watcher().progress;
         let interrupt = options.interrupt;
@@ -88,77 +96,88 @@ impl Branch {
             max_step: wanted.max_step,
             max_points: wanted.max_points,
         };
-        let mut failed = None;
+        let failed = Cell::new(None);
+        let of_model = |error: Error| match error {
+            Error::Model(error) => error,
+            error => {
+                failed.set(Some(error));
+                ModelError::Interrupted
+            }
+        };
         let mut map = |state: &[f64], value: f64| {
             progress.on_progress(&|| format!("periodic: {} = {value:.6}", wanted.parameter));
             let end = || {
-                let scene = self.at(scene, value)?;
-                let period = Period::of(&scene)?;
-                let times = period.times;
+                let period = Period::of(&self.at(scene, value)?)?;
                 let end = End {
-                    times,
+                    times: period.times,
                     state,
                     interrupt,
                 };
                 period.run(None, end)
             };
-            end().map_err(|error: Error| match error {
-                Error::Model(error) => error,
-                error => {
-                    failed = Some(error);
-                    ModelError::Interrupted
-                }
-            })
+            end().map_err(of_model)
         };
-        let curve = periodic::follow(&mut map, (state, *from), &continuation);
-        let curve = curve.map_err(|error| failed.take().unwrap_or(Error::Model(error)));
-        let periodic::Curve {
-            points,
-            folds,
-            failure,
-        } = curve?;
-        let incomplete = failure.map(|reason| failed.map_or(reason, |error| error.to_string()));
-        let mut folds = folds.iter();
-        let mut all = Vec::new();
-        for (k, point) in points.iter().enumerate() {
-            if k > 0 && points[k - 1].slope * point.slope < 0.0 {
-                all.extend(folds.next().map(|fold| (fold, true)));
-            }
-            all.push((point, false));
-        }
-        let mut found = Curve {
+        let mut points = Vec::new();
+        let mut visit = |point: periodic::Point| {
+            let found = self.read(scene, &point, shooting, interrupt);
+            points.push(found.map_err(of_model)?);
+            Ok(())
+        };
+        let end = periodic::follow(&mut map, (state, *from), &continuation, &mut visit);
+        let failure = end.err();
+        let failure = failure.map(|error| failed.take().unwrap_or(Error::Model(error)));
+        let outcome = failure.as_ref().map_or(Outcome::Finished, outcome);
+        let curve = Curve {
             parameter: wanted.parameter.clone(),
-            columns: Vec::new(),
-            points: Vec::new(),
-            incomplete,
+            columns: names(scene, &scene.readings()?),
+            points,
+            incomplete: outcome.message().map(str::to_owned),
         };
-        for (point, is_fold) in all {
-            let scene = self.at(scene, point.parameter)?;
-            let period = Period::of(&scene)?;
-            let readings = scene.readings()?;
-            found.columns = names(&scene, &readings);
-            let reading = Read {
-                period: &period,
-                readings: &readings,
-                samples: scene.file.periodic.clone().unwrap_or_default().samples,
-                state: &point.state,
-                shooting,
-                // An interrupted curve keeps its points.
-                interrupt: found.incomplete.is_none().then_some(interrupt).flatten(),
-            };
-            let (amplitudes, spectral_radius, is_stable) = period.run(None, reading)?;
-            found.points.push(CurvePoint {
-                parameter: point.parameter,
-                frequency: period.frequency,
-                is_fold,
-                spectral_radius,
-                // A multiplier is 1 at a fold.
-                is_stable: is_stable.filter(|_| !is_fold),
-                amplitudes,
-            });
-        }
-        Ok(found)
+        Ok((curve, outcome))
     }
+
+    /// Returns amplitudes and stability of a point.
+    fn read(
+        &self,
+        scene: &Scene,
+        point: &periodic::Point,
+        shooting: &Shooting,
+        interrupt: Option<&'static AtomicBool>,
+    ) -> Result<CurvePoint, Error> {
+        let scene = self.at(scene, point.parameter)?;
+        let period = Period::of(&scene)?;
+        let reading = Read {
+            period: &period,
+            readings: &scene.readings()?,
+            samples: scene.file.periodic.clone().unwrap_or_default().samples,
+            state: &point.state,
+            shooting,
+            interrupt,
+        };
+        let (amplitudes, spectral_radius, is_stable) = period.run(None, reading)?;
+        Ok(CurvePoint {
+            parameter: point.parameter,
+            frequency: period.frequency,
+            is_fold: point.is_fold,
+            spectral_radius,
+            // A multiplier is 1 at a fold.
+            is_stable: is_stable.filter(|_| !point.is_fold),
+            amplitudes,
+        })
+    }
+}
+
+/// Returns the outcome of a curve that ends inside its range.
+fn outcome(failure: &Error) -> Outcome {
+    let reason = match failure {
+        Error::Model(ModelError::Interrupted) => {
+            return Outcome::ended(EndReason::Interrupted, "interrupted".to_owned());
+        }
+        Error::Model(ModelError::CurveTooLong { .. }) => EndReason::MaxSteps,
+        Error::Model(ModelError::NoPeriodicState { .. }) => EndReason::ConvergenceFailures,
+        _ => EndReason::ResidualFailed,
+    };
+    Outcome::ended(reason, failure.to_string())
 }
 
 /// Returns the names of the values of all probes.

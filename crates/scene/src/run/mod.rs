@@ -153,7 +153,10 @@ pub fn rehearse(scene: &Scene) -> Result<(), Error> {
         }
         Analysis::Modes => Ok(()),
         Analysis::Response => Ok(Values::of_scene(scene).map(drop)?),
-        Analysis::Periodic => Ok(scene.readings().map(drop)?),
+        Analysis::Periodic => {
+            continuation::Branch::of(scene)?;
+            Ok(scene.readings().map(drop)?)
+        }
     }
 }
 

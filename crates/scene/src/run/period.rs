@@ -60,12 +60,12 @@ impl Period {
             None => own.oscillators.rtol,
         };
         let needed = INTEGRATOR * wanted.tolerance;
-        let Some(frequency) = scene.frequency else {
+        let Some([frequency, start]) = scene.repetition else {
             return Err(InputError::new("the scene has no periodic state").into());
         };
         Ok(Self {
             scene: scene.with_scaled_tolerances(f64::min(1.0, needed / rtol)),
-            times: [wanted.start_time, wanted.start_time + 1.0 / frequency],
+            times: [start, start + 1.0 / frequency],
             frequency,
             rtol: rtol.min(needed),
         })

@@ -83,8 +83,8 @@ pub struct Scene {
     pub chains: Vec<DrivenChain>,
     /// Feedback of chains on the body.
     pub feedbacks: Vec<Feedback>,
-    /// Frequency of a periodic state, Hz; `None` for other analyses.
-    pub frequency: Option<f64>,
+    /// Frequency of a periodic state, Hz, and the start of its period, s; `None` for other analyses.
+    pub(crate) repetition: Option<[f64; 2]>,
     /// Input files: mesh and tables.
     pub inputs: Vec<Input>,
     /// Paths of the input files.
@@ -427,6 +427,9 @@ impl Scene {
         let builder = Builder::new(&source, &inputs, t_end);
         builder.limits(&file)?;
         builder.integrator(&file)?;
+        if file.analysis == Analysis::Periodic {
+            builder.without_bdf(&mut file.integrator);
+        }
         match file.analysis {
             analysis if analysis.is_in_time() && file.time.is_none() => {
                 let error = InputError::new("the analysis needs its time interval")
@@ -447,7 +450,7 @@ impl Scene {
             builder.start(&file, None)?;
         }
         builder.driven(&file, body.as_ref())?;
-        let frequency = match file.analysis {
+        let repetition = match file.analysis {
             Analysis::Periodic => Some(builder.periodic(&file, body.as_ref(), rod.as_ref())?),
             _ => None,
         };
@@ -466,7 +469,7 @@ impl Scene {
             rod,
             chains,
             feedbacks,
-            frequency,
+            repetition,
             paths: inputs.paths(),
             reading_notes,
             inputs: inputs.into_read(),

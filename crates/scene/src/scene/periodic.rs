@@ -7,18 +7,35 @@ use super::builder::Builder;
 use super::contraction::chains_that_act;
 use crate::InputError;
 use crate::scene_file::SceneFile;
-use crate::scene_file::periodic::Periodic;
+use crate::scene_file::integrator::IntegratorSettings;
 
 /// Number of times in a period at which values are compared: a prime, since the harmonics of a load vanish at
 /// common fractions of its period.
 const TIMES: u32 = 97;
 /// Periods after which the loads are compared with the first.
 const PERIODS: [f64; 3] = [1.0, 2.0, 7.0];
+/// Doublings of the number of periods after which loads that rise may repeat.
+const DOUBLINGS: i32 = 16;
 /// Allowed change of a load after a period, relative to its maximum: rounding of a frequency such as 33.333.
 const CHANGE: f64 = 1e-6;
 
 impl Builder<'_> {
-    /// Returns the frequency of the periodic state, Hz.
+    /// Replaces BDF by the default method, since differences of the map over a period need small errors.
+    pub(super) fn without_bdf(&self, wanted: &mut IntegratorSettings) {
+        if wanted.method == IntegratorKind::Bdf {
+            let default = IntegratorSettings::default();
+            wanted.method = default.method;
+            wanted.multiplier_weights = default.multiplier_weights;
+            wanted.max_order = default.max_order;
+            wanted.projection_interval = default.projection_interval;
+            self.notes.borrow_mut().push(format!(
+                "a periodic state is computed by {} instead of integrator.method = \"bdf\"",
+                wanted.method.name()
+            ));
+        }
+    }
+
+    /// Returns the frequency of the periodic state, Hz, and the start of a period from which the loads repeat, s.
     ///
     /// # Errors
     /// Parts without periodic states; loads without a common period.
@@ -27,7 +44,7 @@ impl Builder<'_> {
         file: &SceneFile,
         body: Option<&Body>,
         rod: Option<&RodDae>,
-    ) -> Result<f64, InputError> {
+    ) -> Result<[f64; 2], InputError> {
         if let Some(chain) = chains_that_act(file).next() {
             let error = InputError::new(format!(
                 "the chain `{chain}` acts back on the body: such periodic states are not supported"
@@ -36,14 +53,11 @@ impl Builder<'_> {
             return Err(self.wrong("analysis", error));
         }
         if body.is_some_and(|body| body.muscle.models().next().is_some()) {
-            let error = InputError::new("the activation model `bestel` has no period");
+            let error = InputError::new(
+                "the activation model `bestel` is a single beat, which does not repeat",
+            );
             let error = error.next("use a tension of type = \"given\"");
             return Err(self.wrong("analysis", error));
-        }
-        if file.integrator.method == IntegratorKind::Bdf {
-            let error = InputError::new("periodic states need Radau IIA");
-            let error = error.found("\"bdf\"").allowed("radau5, radau9, radau13");
-            return Err(self.wrong("integrator.method", error));
         }
         let of_energy = |(i, probe): (usize, &crate::scene_file::output::Probe)| {
             let is_energy = matches!(probe.kind, crate::probe::ProbeKind::Energy(_));
@@ -60,19 +74,34 @@ impl Builder<'_> {
             Some(frequency) => frequency,
             None => self.only_frequency(&signals)?,
         };
-        for (path, signal) in &signals {
-            if let Some((t, change)) = change(signal, &periodic, frequency) {
-                let error = InputError::new(format!(
-                    "the load does not repeat after 1/{frequency} s: it changes by {change:.1e} at t = {t:.4} s"
-                ));
-                let error = error
-                    .allowed("constants, and sines with multiples of this frequency")
-                    .next("give periodic.frequency, of which the frequencies of all loads are multiples")
-                    .next("or give periodic.start_time, a time after which loads that rise repeat");
-                return Err(self.wrong(path, error));
+        let change_from = |start: f64| {
+            let mut signals = signals.iter();
+            signals.find_map(|(path, signal)| Some((path, change(signal, start, frequency)?)))
+        };
+        let starts: Vec<f64> = match periodic.start_time {
+            Some(start) => vec![start],
+            None => {
+                let periods = (0..DOUBLINGS).map(|k| f64::from(1 << k) / frequency);
+                std::iter::once(0.0).chain(periods).collect()
+            }
+        };
+        let mut first = None;
+        for start in starts {
+            match change_from(start) {
+                None => return Ok([frequency, start]),
+                Some(change) => first = first.or(Some(change)),
             }
         }
-        Ok(frequency)
+        let Some((path, (t, change))) = first else {
+            return Ok([frequency, 0.0]);
+        };
+        let error = InputError::new(format!(
+            "the load does not repeat after 1/{frequency} s: it changes by {change:.1e} at t = {t:.4} s"
+        ));
+        let error = error
+            .allowed("constants, and sines with multiples of this frequency")
+            .next("give periodic.frequency, of which the frequencies of all loads are multiples");
+        Err(self.wrong(path, error))
     }
 
     /// Returns the frequency that all periodic loads have, Hz.
@@ -120,10 +149,9 @@ fn signals<'a>(body: Option<&'a Body>, rod: Option<&'a RodDae>) -> Vec<(String, 
 }
 
 /// Returns the first time at which a load differs after some periods, and the difference.
-fn change(signal: &Signal, periodic: &Periodic, frequency: f64) -> Option<(f64, f64)> {
+fn change(signal: &Signal, start: f64, frequency: f64) -> Option<(f64, f64)> {
     let period = 1.0 / frequency;
-    let times =
-        (0..TIMES).map(|i| periodic.start_time + period * (f64::from(i) + 0.5) / f64::from(TIMES));
+    let times = (0..TIMES).map(|i| start + period * (f64::from(i) + 0.5) / f64::from(TIMES));
     let value = |t: f64| signal.at(t).value;
     let largest = times.clone().map(|t| value(t).abs()).fold(0.0, f64::max);
     let mut changes = times.flat_map(|t| {

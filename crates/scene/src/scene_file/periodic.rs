@@ -10,9 +10,9 @@ pub struct Periodic {
     /// Frequency of the motion, Hz [default: the only frequency of the loads].
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub frequency: Option<f64>,
-    /// Time, s, from which the loads repeat.
+    /// Time, s, from which the loads repeat [default: after a number of periods].
     #[schemars(range(min = 0))]
-    pub start_time: f64,
+    pub start_time: Option<f64>,
     /// Number of periods integrated before the search.
     #[schemars(range(max = 100_000))]
     pub settling_periods: usize,
@@ -62,7 +62,7 @@ impl Default for Periodic {
     fn default() -> Self {
         Self {
             frequency: None,
-            start_time: 0.0,
+            start_time: None,
             settling_periods: 3,
             tolerance: 1e-6,
             multipliers: 4,

@@ -1,11 +1,14 @@
 //! Curves of periodic states over a parameter.
 
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+use myovib_model::EndReason;
 use myovib_scene::Scene;
 use myovib_scene::csv::Table;
 use myovib_scene::periodic::Periodic;
 use myovib_scene::run::{RunOptions, compute};
+use myovib_scene::watch::ProgressSink;
 
 /// A strip between two clamps, which stiffens when it is deflected.
 const STRIP: &str = "analysis = \"periodic\"\n[mesh]\ntype = \"rectangle\"\nwidth = 0.05\nheight = 0.002\ncells = [2, 1]\n\
@@ -60,6 +63,7 @@ fn the_resonance_curve_of_a_strip_passes_its_folds() {
         assert_eq!(point.frequency, point.parameter);
     }
     let last = curve.points.last().unwrap();
+    assert_eq!(last.parameter, 36.0);
     let u_y = curve
         .columns
         .iter()
@@ -88,6 +92,8 @@ fn invalid_curves_are_refused_at_their_key() {
             "periodic.continuation.to",
         ),
         ("traction[0].y.frequency", "-1.0", "frequency"),
+        ("mesh.width", "0.06", "periodic.continuation.parameter"),
+        ("mesh.cells[0]", "4.0", "mesh"),
     ] {
         let set = [
             &*format!("periodic.continuation.parameter={key:?}"),
@@ -99,4 +105,54 @@ fn invalid_curves_are_refused_at_their_key() {
         assert!(matches!(error, myovib_scene::Error::Input(_)), "{error}");
         assert!(error.to_string().contains(place), "{error}");
     }
+}
+
+/// The state and the points so far are kept.
+#[test]
+fn a_curve_with_too_many_points_stops() {
+    let out = tempfile::tempdir().unwrap();
+    let scene = built(&[
+        "periodic.continuation.parameter=\"traction[0].y.amplitude\"",
+        "periodic.continuation.to=60.0",
+        "periodic.continuation.max_points=2",
+    ]);
+    let result = compute(&scene.unwrap(), &RunOptions::into_folder(out.path())).unwrap();
+    assert_eq!(result.outcome.reason(), Some(EndReason::MaxSteps));
+    assert_eq!(result.document["reason"], "max_steps");
+    let table = std::fs::read_to_string(out.path().join("continuation.csv")).unwrap();
+    assert_eq!(Table::parse(&table).unwrap().rows.len(), 2);
+}
+
+/// An interruption after the second point keeps the state and the points before it.
+#[test]
+fn an_interrupted_curve_keeps_its_points() {
+    static INTERRUPT: AtomicBool = AtomicBool::new(false);
+    struct AtParameter;
+    impl ProgressSink for AtParameter {
+        fn on_progress(&self, line: &dyn Fn() -> String) {
+            let parameter = line()
+                .split_once(" = ")
+                .map(|(_, value)| value.parse::<f64>());
+            if let Some(Ok(value)) = parameter
+                && value > 31.0
+            {
+                INTERRUPT.store(true, Ordering::Relaxed);
+            }
+        }
+    }
+    let out = tempfile::tempdir().unwrap();
+    let scene = built(&[
+        "periodic.continuation.parameter=\"traction[0].y.amplitude\"",
+        "periodic.continuation.to=40.0",
+    ]);
+    let options = RunOptions {
+        interrupt: Some(&INTERRUPT),
+        progress: &AtParameter,
+        ..RunOptions::into_folder(out.path())
+    };
+    let result = compute(&scene.unwrap(), &options).unwrap();
+    assert_eq!(result.outcome.reason(), Some(EndReason::Interrupted));
+    let curve = result.periodic.unwrap().continuation.unwrap();
+    let parameters: Vec<f64> = curve.points.iter().map(|point| point.parameter).collect();
+    assert!(!parameters.is_empty() && parameters.iter().all(|value| *value <= 31.0));
 }

@@ -158,17 +158,12 @@ fn scenes_without_a_period_are_refused_where_the_reason_is() {
         found.contains("pressure[0].value") || found.contains("value ="),
         "{found}"
     );
-    let ramped = text.replace("\"sine\"", "\"ramped-sine\"");
-    let found = refused(&ramped, &[]);
-    assert!(found.contains("y = "), "{found}");
-    assert!(built(&ramped, &["analysis=periodic", "periodic.start_time=9"]).is_ok());
     let constant = text.replace(
         "{ type = \"sine\", amplitude = 1.0, frequency = 20.0 }",
         "1.0",
     );
     for (text, set) in [
         (&constant, "periodic.samples=8"),
-        (&text, "integrator.method=\"bdf\""),
         (&text, "periodic.frequency=0"),
         (&text, "periodic.samples=4"),
     ] {
@@ -176,4 +171,50 @@ fn scenes_without_a_period_are_refused_where_the_reason_is() {
     }
     let energy = format!("{text}[[probe]]\nname = \"e\"\ntype = \"energy\"\ninterval = 0.1\n");
     assert!(refused(&energy, &[]).contains("energy"));
+}
+
+/// Without `start_time`, the period begins after the rise of the load. BDF is replaced.
+#[test]
+fn loads_that_rise_repeat_from_a_later_period() {
+    let text = body("bulk_modulus = inf", "", 2.0);
+    let ramped = text.replace("\"sine\"", "\"ramped-sine\"");
+    let (expected, _) = periodic(&text, &[]);
+    let bdf = ["integrator.method=\"bdf\"", "integrator.max_order=2"];
+    let (found, rows) = periodic(&ramped, &bdf);
+    let periods = found.start_time * FREQUENCY;
+    // Rounding of a quotient and its product.
+    assert!(
+        periods >= 1.0 && (periods - periods.round()).abs() < 1e-12,
+        "{periods}"
+    );
+    assert_eq!(rows[0][0], found.start_time);
+    let [own, expected] = [of(&found, "u_y"), of(&expected, "u_y")].map(|u| u.amplitudes[0]);
+    // The ramp ends at 1 − 1/(1 + e^shift). The tolerance of both states is 1e-6.
+    let height = 1.0 - 1.0 / (1.0 + 8.0_f64.exp());
+    assert!((own / expected - height).abs() < 1e-5, "{own} {expected}");
+    let early = built(&ramped, &["analysis=periodic", "periodic.start_time=0.1"]).unwrap_err();
+    assert!(early.contains("y = "), "{early}");
+}
+
+/// The paper's chain follows the rod only with a larger gain: otherwise the motion leaves the state near rest.
+#[test]
+fn an_unlocked_chain_has_only_an_unstable_state() {
+    for (gain, is_stable) in [(6000.0, true), (1.0, false)] {
+        let set = [
+            "analysis=periodic".to_owned(),
+            format!("chain[0].gain={gain:?}"),
+            "chain[0].oscillators=2".to_owned(),
+            "periodic.tolerance=1e-4".to_owned(),
+            "periodic.multipliers=1".to_owned(),
+        ];
+        let scene = Scene::built_in("figure3", &set).unwrap();
+        let out = tempfile::tempdir().unwrap();
+        let result = compute(&scene, &RunOptions::into_folder(out.path())).unwrap();
+        assert_eq!(result.notes.is_empty(), is_stable, "{:?}", result.notes);
+        let found = result.periodic.unwrap();
+        assert_eq!(found.is_stable, Some(is_stable));
+        let radius = of(&found, "Psi_abs").mean;
+        // The amplitude of the limit cycle is 2.
+        assert_eq!(radius > 1.0, is_stable, "{radius}");
+    }
 }
