@@ -223,8 +223,9 @@ def solve_dae(
         Start and end; with "bdf" the end may be before the start.
     y0, yp0 : array_like, shape (n,)
         Solution and derivative at the start. They must be consistent unless
-        `initial` requests a correction. Equations that contain derivatives are not
-        checked: a wrong `yp0` is the first column of `yp`.
+        `initial` requests a correction. Radau methods with `index` move values that
+        violate constraints by less than the tolerances onto these. Equations that
+        contain derivatives are not checked: a wrong `yp0` is the first column of `yp`.
     method : {"bdf", "radau5", "radau9", "radau13"}
         BDF of order 1 to 5, for index 0 and 1 (and index 2 with the algebraic
         components excluded from the error test, see `suppress`), or Radau IIA of

@@ -971,6 +971,28 @@ def test_masked_arrays_are_refused():
         solve_dae(lambda t, y, yp: yp + y, (0, 1), np.ma.array([1.0, 2.0], mask=[0, 1]), [-1, -1])
 
 
+@pytest.mark.parametrize("method", METHODS[1:])
+@pytest.mark.parametrize("off", [1e-6, 1e-9, 1e-11, 1e-13])
+def test_a_start_typed_with_few_digits_is_harmless_or_has_a_remedy(method, off):
+    def run(q, v, tolerance):
+        force = v @ v - G * q[1]
+        start = [*q, *v, force], [*v, -force * q[0], -force * q[1] - G, 0]
+        return solve_dae(pendulum, (0, 0.5), *start, method, index=PENDULUM["index"], rtol=tolerance, atol=tolerance)
+
+    exact = np.array([np.sqrt(3) / 2, -0.5])
+    for tolerance in (1e-4, 1e-8):
+        arguments = (exact + [off, 0.0], np.array([0.5, np.sqrt(3) / 2]))
+        try:
+            s = run(*arguments, tolerance)
+        except RuntimeError as error:
+            assert "consistent_start" in str(error) and off > tolerance
+            s = run(*consistent_start(lambda t, q: q @ q - 1, *arguments), tolerance)
+        assert s.success, s.message
+        reference = run(exact, arguments[1], tolerance)
+        # A hundred tolerances, and the change of the start.
+        assert np.abs(s.y[:, -1] - reference.y[:, -1]).max() < 1e3 * tolerance + 100 * off
+
+
 @pytest.mark.parametrize("calls", [1, 4, 50])
 @pytest.mark.parametrize("method", METHODS)
 def test_an_interrupt_in_a_function_comes_through_at_once(method, calls):

@@ -124,12 +124,12 @@ impl State<'_> {
             let mut matrix = DMatrix::zeros(rows, n);
             for j in 0..n {
                 let step = self.difference(j);
-                let kept = *self.sought(j);
-                *self.sought(j) = kept + step;
+                let value = *self.sought(j);
+                *self.sought(j) = value + step;
                 let ahead = self.equations(problem)?;
-                *self.sought(j) = kept - step;
+                *self.sought(j) = value - step;
                 let behind = self.equations(problem)?;
-                *self.sought(j) = kept;
+                *self.sought(j) = value;
                 matrix.set_column(j, &((ahead - behind) / (2.0 * step)));
             }
             let step = Scaling::of(&matrix, weights).least_squares(&matrix, &residual)?;
@@ -269,12 +269,12 @@ fn central(
     m: usize,
 ) -> Result<DVector<f64>, StepError> {
     let (mut ahead, mut behind) = (DVector::zeros(m), DVector::zeros(m));
-    let kept = y[j];
-    y[j] = kept + step;
+    let value = y[j];
+    y[j] = value + step;
     let first = function(y, ahead.as_mut_slice());
-    y[j] = kept - step;
+    y[j] = value - step;
     let second = function(y, behind.as_mut_slice());
-    y[j] = kept;
+    y[j] = value;
     first.and(second)?;
     Ok((ahead - behind) / (2.0 * step))
 }

@@ -106,6 +106,11 @@ impl ErrorTest {
         &self.error
     }
 
+    /// Returns the last estimate, and u'(t_n) of the step.
+    pub(crate) fn at_start(&self) -> [&[f64]; 2] {
+        [&self.error, &self.y_dot]
+    }
+
     /// Returns the last estimate for component i, 0 if it is excluded.
     pub(crate) fn error(&self, i: usize) -> f64 {
         self.error[i] * self.mask[i]

@@ -236,10 +236,11 @@ impl Multipliers {
         Ok(())
     }
 
-    /// Measures the remaining Newton error of the equations at the beginning of the step. A step of
-    /// this size interprets it as an error of `y` and `y_dot`, which [`left_in`](Self::left_in)
-    /// returns.
-    pub(crate) fn measure_left<P: Problem, M: LinearSolver<P>>(
+    /// Measures the error of the variables of index 1 at the start of the `step` by the violated
+    /// constraints: equations that contain neither ẏ nor variables of index 2 and 3.
+    /// [`constraint_errors`](Self::constraint_errors) returns it. The matrices must be set up for the size
+    /// of the step.
+    pub(crate) fn measure_constraints<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
         matrices: &mut M,
@@ -247,19 +248,45 @@ impl Multipliers {
         y_dot: &[f64],
         counters: &mut Counters,
     ) -> Result<(), Failure> {
+        let residual = &mut self.defect;
+        evaluate(problem, step.t, step.y, y_dot, residual, counters)?;
         self.y.copy_from_slice(step.y);
-        for multiplier in self.list.iter().filter(|multiplier| multiplier.removable) {
-            self.y[multiplier.variable] = multiplier.known.raw;
+        for i in self.list.iter().map(|multiplier| multiplier.variable) {
+            self.y[i] += displacement(self.y[i], i);
         }
-        self.y_dot.copy_from_slice(y_dot);
-        self.plain.fill(0.0);
-        self.solve(problem, matrices, step, counters)
+        let rates = self.y_dot.iter_mut().zip(y_dot).enumerate();
+        rates.for_each(|(i, (moved, v))| *moved = v + displacement(*v, i));
+        let moved = &mut self.plain;
+        evaluate(problem, step.t, &self.y, &self.y_dot, moved, counters)?;
+        for (residual, moved) in residual.iter_mut().zip(moved) {
+            if *residual != *moved {
+                *residual = 0.0;
+            }
+        }
+        if residual.iter().all(|residual| *residual == 0.0) {
+            return Ok(());
+        }
+        counters.work.real_solves += 1;
+        matrices
+            .solve_real(problem, residual)
+            .map_err(Operation::LinearSolve.failed())
     }
 
-    /// Returns the [measured](Self::measure_left) errors of the variables of index 1, with their
-    /// indices.
-    pub(crate) fn left_in(&self) -> impl Iterator<Item = (usize, f64)> {
+    /// Returns the [measured](Self::measure_constraints) errors of the differential variables of
+    /// index 1, with their indices.
+    pub(crate) fn constraint_errors(&self) -> impl Iterator<Item = (usize, f64)> {
         self.free.iter().map(|&i| (i, self.defect[i]))
+    }
+
+    /// Returns the differential variables of index 0 and 1.
+    pub(crate) fn positions(&self) -> &[usize] {
+        &self.free
+    }
+
+    /// Returns the differential variables of index 2.
+    pub(crate) fn velocities(&self) -> impl Iterator<Item = usize> {
+        let velocities = self.list.iter().filter(|multiplier| !multiplier.removable);
+        velocities.map(|multiplier| multiplier.variable)
     }
 
     /// Solves for −e(x), with ẏ + x in `y_dot`.
@@ -405,6 +432,12 @@ impl Multiplier {
         let telling = growth.ln().abs() > TELLING.ln();
         telling && excess * growth.ln() < 0.0
     }
+}
+
+/// Returns a displacement of variable i from `x` that changes every equation that contains it. It
+/// differs from variable to variable, so that it does not cancel in differences.
+fn displacement(x: f64, i: usize) -> f64 {
+    (1.0 + x.abs()) * (0.5 + (0.618 * i as f64).fract())
 }
 
 /// Returns the corrections of a multiplier at θ per unit of e(ε) and e(−(a + ε)).

@@ -177,8 +177,8 @@ impl RadauOptions {
         self.validate_steps()?;
         self.validate_counts()?;
         let reuse = self.jacobian_reuse;
-        let kept = (0.0..1.0).contains(&reuse);
-        expect("jacobian_reuse", reuse, kept, "in [0, 1)")?;
+        let is_valid = (0.0..1.0).contains(&reuse);
+        expect("jacobian_reuse", reuse, is_valid, "in [0, 1)")?;
         let pivots = self.sparse.pivot_tolerance;
         let fraction = (0.0..=1.0).contains(&pivots);
         expect("sparse.pivot_tolerance", pivots, fraction, "in [0, 1]")?;
@@ -345,8 +345,8 @@ impl RadauOptions {
     /// exceeds the window in which the last step is kept. Otherwise short steps, which have more
     /// rounding, would never end.
     pub(crate) fn growth_in_noise(&self) -> f64 {
-        let (_, kept) = self.step_window;
-        GROWTH_IN_NOISE.max(1.01 * kept / self.safety)
+        let (_, window_end) = self.step_window;
+        GROWTH_IN_NOISE.max(1.01 * window_end / self.safety)
     }
 
     /// Returns the maximum number of Newton iterations.

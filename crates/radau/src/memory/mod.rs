@@ -103,19 +103,19 @@ fn forms(
 
 impl<P: Problem> Memory<P> {
     pub(crate) fn new(
-        given: InternalVariables,
+        variables: InternalVariables,
         method: &Method,
         (relative, factor): (f64, f64),
     ) -> Result<Self, RadauError>
     where
         P: Fading,
     {
-        given.validate()?;
-        let n_slots = given.parts.last().map_or(0, |part| part.slots.end);
+        variables.validate()?;
+        let n_slots = variables.parts.last().map_or(0, |part| part.slots.end);
         let of_part = |part: &MemoryPart| part.slots.len() * part.terms.len();
-        let n_states = given.parts.iter().map(of_part).sum();
-        expect_length(START, n_states, given.start.len())?;
-        expect_finite(START, &given.start)?;
+        let n_states = variables.parts.iter().map(of_part).sum();
+        expect_length(START, n_states, variables.start.len())?;
+        expect_finite(START, &variables.start)?;
         let (room, stages) = (vec![0.0; n_slots], method.stages());
         let is_used = |m: usize| m <= stages || m >= CHANGE;
         let drives = |m| if is_used(m) { room.clone() } else { Vec::new() };
@@ -126,16 +126,16 @@ impl<P: Problem> Memory<P> {
                 drive_along: P::drive_along,
                 response: P::response,
             },
-            parts: given.parts,
-            tolerances: (factor * relative, factor * given.absolute),
+            parts: variables.parts,
+            tolerances: (factor * relative, factor * variables.absolute),
             constants: vec![room.clone(); stages],
             present: room,
             last: LastStep {
-                states: given.start.clone(),
+                states: variables.start.clone(),
                 drives: drives.clone(),
             },
             drives,
-            states: given.start,
+            states: variables.start,
             error: 0.0,
         })
     }

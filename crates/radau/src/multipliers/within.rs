@@ -68,7 +68,7 @@ impl Multipliers {
         let n_multipliers = self.list.len();
         for (k, multiplier) in self.list.iter_mut().enumerate() {
             let measured = self.between[k..].iter().step_by(n_multipliers);
-            multiplier.within = fit(method, measured.copied());
+            multiplier.within = fit_errors(method, measured.copied());
         }
         Ok(())
     }
@@ -138,7 +138,7 @@ fn middles(method: &Method) -> impl Iterator<Item = f64> + Clone {
 
 /// Fits e(ε) and κ to the errors `measured` in the [`middles`]. Returns e(ε) and the largest
 /// remainder as a fraction of the largest γ |ω|.
-fn fit(method: &Method, measured: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
+fn fit_errors(method: &Method, measured: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
     let gamma = method.real_mode().lambda;
     let profiles = |theta: f64| {
         let of_kappa = -gamma * method.start_basis(0, theta);
@@ -170,7 +170,7 @@ mod tests {
             let gamma = method.real_mode().lambda;
             let smooth = middles(&method)
                 .map(|theta| -gamma * method.start_basis(0, theta) * (2.0 * theta - 0.5));
-            let [epsilon, remainder] = fit(&method, smooth);
+            let [epsilon, remainder] = fit_errors(&method, smooth);
             // Rounding of some ten operations, amplified by the condition of two similar profiles.
             assert!((epsilon - 2.0).abs() < 1e-10, "{stages} stages: {epsilon}");
             assert!(remainder < 1e-10, "{stages} stages: {remainder}");
@@ -182,7 +182,7 @@ mod tests {
                 let through: f64 = values.map(|(j, c)| method.basis(j, theta) * wave(*c)).sum();
                 gamma * (through - wave(theta))
             });
-            let [_, remainder] = fit(&method, errors);
+            let [_, remainder] = fit_errors(&method, errors);
             let [at_end, _] = profile(&method, 2, 1.0);
             let slopes = (0..stages).map(|j| {
                 let slope = method.basis_derivative(j, 1.0);

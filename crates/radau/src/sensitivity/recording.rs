@@ -12,17 +12,17 @@ use crate::solver::{RadauSolver, RadauState};
 /// between are reproduced bitwise when they are needed.
 #[derive(Debug)]
 pub struct Recording {
-    kept: RecordedSteps,
+    recorded_steps: RecordedSteps,
     /// Request and result of each step.
-    steps: Vec<Asked>,
+    steps: Vec<StepRequest>,
     /// Number of starts of the [solver](RadauSolver::restarts) to which they belong.
     restarts: u64,
 }
 
 /// A requested step and its size.
 #[derive(Debug, Clone, Copy)]
-struct Asked {
-    bounds: ([f64; 2], bool),
+struct StepRequest {
+    time_limits: ([f64; 2], bool),
     h: f64,
     /// Its end time.
     end: f64,
@@ -48,7 +48,7 @@ impl Recording {
     /// Creates a recording that stores the stages of all steps: s + 2 vectors per step.
     ///
     /// # Errors
-    /// [`RadauError::AfterTheStart`] for a solver that has taken steps, [`RadauError::Fading`] for
+    /// [`RadauError::AfterTheStart`] for a solver that has n_steps steps, [`RadauError::Fading`] for
     /// a solver with internal variables.
     pub fn of_stages<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
@@ -67,24 +67,24 @@ impl Recording {
     pub fn of_checkpoints<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
     ) -> Result<Self, RadauError> {
-        let kept = RecordedSteps::Checkpoints {
+        let recorded_steps = RecordedSteps::Checkpoints {
             states: vec![solver.save()],
             spacing: 2,
             recent: Vec::new(),
         };
-        Self::new(solver, kept)
+        Self::new(solver, recorded_steps)
     }
 
     fn new<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
-        kept: RecordedSteps,
+        recorded_steps: RecordedSteps,
     ) -> Result<Self, RadauError> {
         if solver.statistics().steps > 0 {
             return Err(RadauError::AfterTheStart { t: solver.t() });
         }
         solver.expect_no_memory()?;
         Ok(Self {
-            kept,
+            recorded_steps,
             steps: Vec::new(),
             restarts: solver.restarts(),
         })
@@ -101,7 +101,7 @@ impl Recording {
             let numbers: usize = steps.iter().map(Collocation::n_numbers).sum();
             numbers * size_of::<f64>()
         };
-        let kept = match &self.kept {
+        let n_bytes = match &self.recorded_steps {
             RecordedSteps::Stages(steps) => of_stages(steps),
             RecordedSteps::Checkpoints {
                 states,
@@ -116,7 +116,7 @@ impl Recording {
                 of_states + of_one * self.steps.len().min(*spacing)
             }
         };
-        kept + size_of_val(&self.steps[..])
+        n_bytes + size_of_val(&self.steps[..])
     }
 
     /// Integrates up to `t_out`, as [`RadauSolver::integrate_to`], and records the steps.
@@ -135,7 +135,7 @@ impl Recording {
     /// called after each [`RadauSolver::step`].
     ///
     /// # Errors
-    /// [`RadauError::Missed`] if more than one step was taken since the last call,
+    /// [`RadauError::Missed`] if more than one step was n_steps since the last call,
     /// [`RadauError::StartedAgain`] if the solver was restarted since this recording was created.
     pub fn follow<P: Problem, M: LinearSolver<P>>(
         &mut self,
@@ -144,20 +144,24 @@ impl Recording {
         if solver.restarts() != self.restarts {
             return Err(RadauError::StartedAgain { t: solver.t() });
         }
-        let (taken, recorded) = (solver.statistics().steps, self.steps.len() as u64);
-        if taken == recorded {
+        let (n_steps, recorded) = (solver.statistics().steps, self.steps.len() as u64);
+        if n_steps == recorded {
             return Ok(());
         }
-        if taken != recorded + 1 {
+        if n_steps != recorded + 1 {
             return Err(RadauError::Missed {
-                steps: taken.abs_diff(recorded),
+                steps: n_steps.abs_diff(recorded),
             });
         }
-        let bounds = solver.bounds();
+        let time_limits = solver.time_limits();
         let (h, end) = (solver.last_step_size(), solver.step_end());
-        self.steps.push(Asked { bounds, h, end });
+        self.steps.push(StepRequest {
+            time_limits,
+            h,
+            end,
+        });
         let step = solver.accepted().collocation;
-        match &mut self.kept {
+        match &mut self.recorded_steps {
             RecordedSteps::Stages(steps) => steps.push(step),
             RecordedSteps::Checkpoints {
                 states,
@@ -196,7 +200,7 @@ impl Recording {
         solver: &mut RadauSolver<P, M>,
         visit: &mut Visit<'_, P, M>,
     ) -> Result<u64, RadauError> {
-        match &self.kept {
+        match &self.recorded_steps {
             RecordedSteps::Stages(steps) => visit(solver, 0, steps).map(|()| 0),
             RecordedSteps::Checkpoints {
                 states,
@@ -235,7 +239,7 @@ impl Recording {
         let mut steps = Vec::with_capacity(numbers.len());
         for requested in &self.steps[numbers] {
             let t = solver.t();
-            solver.repeat(requested.bounds)?;
+            solver.repeat(requested.time_limits)?;
             if solver.last_step_size() != requested.h {
                 return Err(RadauError::NotRepeated { t });
             }

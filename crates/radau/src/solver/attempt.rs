@@ -194,28 +194,6 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(proposal.max(shortest))
     }
 
-    /// Removes the remaining Newton error of hidden constraints in the last step from the variables
-    /// of index 1. `h` is the size of the step that has just failed.
-    ///
-    /// If a constraint g(q) = 0 is violated by δ, the error of the velocities is δ/h. So a step
-    /// much shorter than the last fails, and shorter steps fail even more.
-    pub(super) fn return_to_constraints(&mut self, h: f64) -> Result<(), Failure> {
-        if !self.multipliers.any() || self.counters.statistics.steps == 0 {
-            return Ok(());
-        }
-        if self.set_up_for != Some(h) {
-            return Ok(());
-        }
-        let step = step_of!(self, h);
-        let (problem, matrices) = (&mut self.problem, &mut self.matrices);
-        let (multipliers, counters) = (&mut self.multipliers, &mut self.counters);
-        multipliers.measure_left(problem, matrices, &step, &self.y_dot, counters)?;
-        for (i, error) in self.multipliers.left_in() {
-            self.y[i] -= error;
-        }
-        Ok(())
-    }
-
     /// Solves the stage equations, with a new Jacobian if the current one fails. Returns the number
     /// of iterations.
     fn solve_stages(&mut self, h: f64, failures: Failures) -> Result<usize, Failure> {

@@ -207,7 +207,7 @@ impl<P: Problem> RadauBuilder<P> {
             .map(|(start, rates)| Quadrature::new(&method, (t0, &start), rates, n));
         let relative = options.tolerances.relative();
         let tolerance = (relative, options.internal_factor(relative));
-        let memory = memory.map(|(given, make)| make(given, &method, tolerance));
+        let memory = memory.map(|(variables, make)| make(variables, &method, tolerance));
         let memory = memory.transpose()?;
         if let Some(memory) = &memory {
             memory.expect_response(&mut problem)?;
@@ -253,11 +253,11 @@ impl<P: Problem> RadauBuilder<P> {
                 options.time_scale,
                 options.weight_factors(relative),
             ),
-            weighed: Ok(()),
+            weights_result: Ok(()),
             quadrature,
             memory,
             roots: roots.map(|(directions, functions)| Roots::new(directions, functions, n)),
-            bounds: [t0; 2],
+            time_limits: [t0; 2],
             pause: None,
             y: y0.to_vec(),
             y_dot: y_dot0.to_vec(),
@@ -268,7 +268,6 @@ impl<P: Problem> RadauBuilder<P> {
             began_afresh: false,
             refused: None,
             jump: None,
-            next_limit: None,
             problem,
             matrices,
             method,
@@ -277,7 +276,7 @@ impl<P: Problem> RadauBuilder<P> {
             restarts: 0,
             differences_before: 0,
         };
-        solver.weigh();
+        solver.update_weights();
         solver.restart_memory();
         solver.check_start();
         Ok(solver)

@@ -60,6 +60,15 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if self.multipliers.largest_index() < 3 {
             return Ok(0.0);
         }
+        self.prepare_matrices(h)?;
+        self.sample_rounding(h, None)?;
+        // The step has its own Jacobian and pivots.
+        (self.jacobian, self.set_up_for, self.pivots_due) = (Jacobian::Due, None, true);
+        Ok(SAFETY * self.shortest_resolved(h))
+    }
+
+    /// Prepares an evaluation at the start of a step of size `h` with the matrices of this step.
+    pub(super) fn prepare_matrices(&mut self, h: f64) -> Result<(), Failure> {
         if let Some(memory) = &mut self.memory {
             memory.begin(&mut self.problem, (&self.method, h), self.t, &self.y)?;
         }
@@ -69,10 +78,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if let Some(memory) = &self.memory {
             memory.show_present(&mut self.problem);
         }
-        self.sample_rounding(h, None)?;
-        // The step has its own Jacobian and pivots.
-        (self.jacobian, self.set_up_for, self.pivots_due) = (Jacobian::Due, None, true);
-        Ok(SAFETY * self.shortest_resolved(h))
+        Ok(())
     }
 
     /// Returns the shortest step in which rounding of multipliers, from its last sample in a step of

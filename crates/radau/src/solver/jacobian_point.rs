@@ -22,14 +22,14 @@ impl JacobianPoint {
     /// Stores `at` and the `response` there, without allocation after the first call.
     pub(super) fn note(&mut self, at: &Linearization<'_>, response: &[f64]) {
         (self.t, self.step) = (at.t, at.step);
-        for (kept, new) in [
+        for (stored, new) in [
             (&mut self.y, at.y),
             (&mut self.y_dot, at.y_dot),
             (&mut self.weights, at.weights),
             (&mut self.response, response),
         ] {
-            kept.clear();
-            kept.extend_from_slice(new);
+            stored.clear();
+            stored.extend_from_slice(new);
         }
     }
 

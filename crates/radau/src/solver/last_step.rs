@@ -66,7 +66,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             let h = self.collocation.h;
             let proposal = self.control.propose(h, error, 1);
             // The limit comes last: within the window it would keep h forever.
-            let proposal = self.kept(h, proposal).min(GROWTH * h);
+            let proposal = self.step_size_after(h, proposal).min(GROWTH * h);
             self.h = self.h.map(|next| next.min(proposal));
         }
     }
@@ -112,13 +112,13 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         &self.y
     }
 
-    /// Returns the bounds of the last accepted step and whether dense output limits its size. Both
+    /// Returns the time limits of the last accepted step and whether dense output limits its size. Both
     /// are needed to [repeat](Self::repeat) it.
-    pub(crate) fn bounds(&self) -> ([f64; 2], bool) {
-        (self.bounds, self.interpolation.active)
+    pub(crate) fn time_limits(&self) -> ([f64; 2], bool) {
+        (self.time_limits, self.interpolation.active)
     }
 
-    /// Repeats a step within the same bounds and from the same state of the solver, with bitwise
+    /// Repeats a step within the same time limits and from the same state of the solver, with bitwise
     /// identical results. Root functions are not evaluated, which does not change the step.
     pub(crate) fn repeat(
         &mut self,

@@ -8,6 +8,7 @@ mod attempt;
 mod builder;
 mod events;
 mod first_step;
+mod hidden_constraints;
 mod jacobian_point;
 mod last_step;
 mod output;

@@ -5,7 +5,7 @@ use myovib_dae::{ConsistencyMode, Inconsistent, LinearSolver, Problem, StepError
 use super::builder::QUADRATURES;
 use super::state::{Jacobian, RadauSolver};
 use crate::dense::Collocation;
-use crate::error::{RadauError, expect, expect_finite, expect_length, expect_positive};
+use crate::error::{RadauError, expect, expect_finite, expect_length};
 use crate::newton::NewtonSolver;
 use crate::predictor::Predictor;
 use crate::work::Counters;
@@ -64,7 +64,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.newton = NewtonSolver::new(&self.method, n, tolerance, limit, self.multipliers.any());
         self.control = self.options.control(self.multipliers.any());
         self.multipliers.restart(y0);
-        (self.fresh, self.refused, self.next_limit) = (true, None, None);
+        (self.fresh, self.refused) = (true, None);
         self.jump = None;
         self.jacobian = Jacobian::Due;
         self.set_up_for = None;
@@ -77,7 +77,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if let Some(roots) = &mut self.roots {
             roots.restart();
         }
-        self.weigh();
+        self.update_weights();
         self.restart_memory();
         self.start = Ok(());
         if !goes_on {
@@ -94,7 +94,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         };
         let weights: Vec<f64> = self.weights.plain().iter().map(|w| w * factor).collect();
         let at = (self.t, &self.y[..], &self.y_dot[..]);
-        self.start = match self.weighed {
+        self.start = match self.weights_result {
             Ok(()) => check_start(&mut self.problem, at, &weights),
             Err(_) => Ok(()),
         };
@@ -115,7 +115,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             if let Some(memory) = &mut self.memory {
                 memory.cut(&self.method, &self.collocation, pause.t);
             }
-            self.weigh();
+            self.update_weights();
         }
         self.start_afresh();
         (self.h, self.refused) = (None, None);
@@ -129,18 +129,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     pub(super) fn restart_memory(&mut self) {
         if let Some(memory) = &mut self.memory {
             let begun = memory.restart(&mut self.problem, &self.method, self.t, &self.y);
-            self.weighed = std::mem::replace(&mut self.weighed, Ok(())).and(begun);
+            self.weights_result = std::mem::replace(&mut self.weights_result, Ok(())).and(begun);
         }
-    }
-
-    /// Limits the size of the next step only, for example before a known change of the input.
-    ///
-    /// # Errors
-    /// [`RadauError::InvalidOption`] for a nonpositive step.
-    pub fn limit_next_step(&mut self, h: f64) -> Result<(), RadauError> {
-        expect_positive("next step", h)?;
-        self.next_limit = Some(h);
-        Ok(())
     }
 
     /// Corrects the initial values so that F(t0, y0, ẏ0) = 0, by Newton's method with a line

@@ -33,7 +33,6 @@ pub struct RadauState {
     refused: Option<String>,
     #[serde(default)]
     jump: Option<[f64; 2]>,
-    next_limit: Option<f64>,
     stop_time: Option<f64>,
     last: Collocation,
     /// Whether the predictor extrapolates the polynomial of the last step.
@@ -102,7 +101,6 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             fresh: self.fresh,
             refused: self.refused.clone(),
             jump: self.jump,
-            next_limit: self.next_limit,
             stop_time: self.options.stop_time,
             last: self.collocation.clone(),
             continues: self.predictor.continues(),
@@ -140,8 +138,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         (self.t, self.h, self.start) = (state.t, state.h, Ok(()));
         self.y.copy_from_slice(&state.y);
         self.y_dot.copy_from_slice(&state.y_dot);
-        (self.fresh, self.refused, self.next_limit) =
-            (state.fresh, state.refused.clone(), state.next_limit);
+        (self.fresh, self.refused) = (state.fresh, state.refused.clone());
         self.jump = state.jump;
         self.options.stop_time = state.stop_time;
         self.collocation = state.last.clone();
@@ -154,7 +151,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             roots.restore(*t, low);
         }
         self.pause = state.pause.clone();
-        self.weigh();
+        self.update_weights();
         self.restore_matrices(state)
             .map_err(|error| RadauError::Fatal {
                 function: "Jacobian",
@@ -187,11 +184,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             "jump of the state",
             state.jump.as_ref().map_or(&[], |jump| jump),
         )?;
-        let steps = [
-            state.h,
-            state.next_limit,
-            state.pivots.as_ref().map(|(_, h)| *h),
-        ];
+        let steps = [state.h, state.pivots.as_ref().map(|(_, h)| *h)];
         let set_up_for = state.jacobian.as_ref().and_then(|(_, h)| *h);
         for h in steps.into_iter().flatten().chain(set_up_for) {
             expect_positive("step of the state", h)?;

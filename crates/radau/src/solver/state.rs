@@ -57,8 +57,6 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     /// End of the first step in which a multiplier of index 2 jumped, and the size down to which
     /// steps before this time are shortened; when a step contains the jump, its start and 0.
     pub(super) jump: Option<[f64; 2]>,
-    /// Limit for the next step only.
-    pub(super) next_limit: Option<f64>,
     /// Polynomial of the last accepted step.
     pub(super) collocation: Collocation,
     pub(super) predictor: Predictor,
@@ -90,7 +88,7 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     pub(super) algebraic: Vec<usize>,
     pub(super) weights: Weights<P>,
     /// Whether the weights could be computed at y; a failure is reported by the next step.
-    pub(super) weighed: Result<(), Failure>,
+    pub(super) weights_result: Result<(), Failure>,
     /// Monitored root functions.
     pub(super) roots: Option<Roots<P>>,
     /// States eliminated from the unknowns.
@@ -98,7 +96,7 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     /// Quadratures integrated along with the solution.
     pub(super) quadrature: Option<Quadrature<P>>,
     /// `t_out` and the time limit, as passed to the call that accepted the last step.
-    pub(super) bounds: [f64; 2],
+    pub(super) time_limits: [f64; 2],
     /// Time within the last step at which the integration pauses.
     pub(super) pause: Option<Pause>,
     pub(super) counters: Counters,

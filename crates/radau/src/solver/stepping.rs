@@ -87,12 +87,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
 
     /// Takes one step that does not pass `limit`, repeating it until it is accepted.
     pub(super) fn accepted_step(&mut self, t_out: f64, limit: f64) -> Result<Outcome, RadauError> {
-        match std::mem::replace(&mut self.weighed, Ok(())) {
+        match std::mem::replace(&mut self.weights_result, Ok(())) {
             Ok(()) => {}
             Err(Failure::Rejected(Rejection {
                 reason, message, ..
             })) => {
-                self.weigh();
+                self.update_weights();
                 return Ok(self.stop(reason, message));
             }
             Err(Failure::Fatal(fatal)) => {
@@ -100,7 +100,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             }
         }
         self.start?;
-        self.bounds = [t_out, limit];
+        self.time_limits = [t_out, limit];
         let mut wanted = match self.h {
             Some(h) => h,
             None => match self.initial_step(t_out, limit) {
@@ -124,8 +124,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                     format!("the next step, {wanted:e}, is below {bound}, {smallest:e}{cause}");
                 return Ok(self.stop(StopReason::StepTooSmall, message));
             }
-            let allowed = wanted.min(self.next_limit.unwrap_or(f64::INFINITY));
-            let mut h = self.fit(allowed, limit - self.t);
+            let mut h = self.step_size_within(wanted, limit - self.t);
             let Rejection {
                 reason,
                 message,
@@ -137,7 +136,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                         false => proposal,
                     };
                     self.refused = refused.filter(|_| next <= h);
-                    return Ok(self.taken(h, wanted, limit, next));
+                    return Ok(self.finish_step(h, wanted, limit, next));
                 }
                 Err(Failure::Fatal(fatal)) => return Err(fatal.in_step(self.t, h)),
                 Err(Failure::Rejected(rejection)) => rejection,
@@ -176,7 +175,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     }
 
     /// Accepts the step of size `h` and chooses the next step from the `proposal` of the control.
-    fn taken(&mut self, h: f64, wanted: f64, limit: f64, proposal: f64) -> Outcome {
+    fn finish_step(&mut self, h: f64, wanted: f64, limit: f64, proposal: f64) -> Outcome {
         let at_limit = h >= limit - self.t;
         self.accept(h, if at_limit { limit } else { self.t + h });
         if self.last_step_jumped() {
@@ -187,7 +186,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let next = if h < wanted && proposal >= FACTORS.1 * h {
             proposal.max(wanted)
         } else {
-            self.kept(h, proposal)
+            self.step_size_after(h, proposal)
         };
         self.h = Some(next.min(self.largest_step()));
         let t = self.t;
@@ -234,8 +233,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         write_combined(&mut self.y_dot, n, slope, &self.collocation.increments);
         self.t = t;
         self.began_afresh = self.fresh;
-        (self.fresh, self.next_limit) = (false, None);
-        self.weigh();
+        self.fresh = false;
+        self.update_weights();
         if self.matrices.pivot_choices() != self.pivot_choices {
             // A solve has selected some pivots: the next matrix setup selects all.
             (self.pivots_due, self.set_up_for) = (true, None);
@@ -272,11 +271,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     }
 
     /// Computes the weights at y.
-    pub(super) fn weigh(&mut self) {
+    pub(super) fn update_weights(&mut self) {
         let (problem, options) = (&mut self.problem, &self.options);
-        self.weighed = self.weights.update(problem, options, &self.y);
+        self.weights_result = self.weights.update(problem, options, &self.y);
         let implied = self.weights.implied_relative(&self.y);
-        if let Some(internal) = implied.filter(|_| self.weighed.is_ok()) {
+        if let Some(internal) = implied.filter(|_| self.weights_result.is_ok()) {
             let relative = options.relative_for(internal);
             self.newton
                 .set_tolerance(options.newton_tolerance(relative, self.multipliers.any()));
@@ -286,7 +285,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     }
 
     /// Returns the step to try after a step of size h: h again, if that saves a matrix setup.
-    pub(super) fn kept(&self, h: f64, proposal: f64) -> f64 {
+    pub(super) fn step_size_after(&self, h: f64, proposal: f64) -> f64 {
         let (low, high) = self.options.step_window;
         if self.jacobian == Jacobian::Old && (low..=high).contains(&(proposal / h)) {
             h
@@ -302,7 +301,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Returns the step of the wanted size, fitted to the remaining time. The last few steps share
     /// this time, so that a step is not much shorter than its predecessor: the remaining residual
     /// of a longer step would cause errors of multipliers.
-    fn fit(&self, wanted: f64, left: f64) -> f64 {
+    fn step_size_within(&self, wanted: f64, left: f64) -> f64 {
         let fixed = matches!(self.options.step_size, StepSize::Fixed(_));
         match left / wanted {
             // Rounding of t must neither leave a tiny last step nor affect the number of steps that

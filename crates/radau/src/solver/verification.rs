@@ -7,8 +7,8 @@ use crate::dense::add_scaled;
 use crate::failure::{Failure, Failures, Rejection};
 use crate::options::StepSize;
 
-/// Maximum number of times that a first step is halved.
-const MOST_HALVINGS: usize = 20;
+/// Maximum number of times that a first step is halved or its start is corrected.
+const MOST_REPETITIONS: usize = 20;
 
 /// Unexplained error of a multiplier of index 2, in units of its tolerance, that indicates a jump.
 /// A multiplier may lose two digits, and the step size control keeps this error of a smooth solution
@@ -25,7 +25,8 @@ const SHORTEST: f64 = 1.0 / 4096.0;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Attempts a step of size `h` and returns the size proposed for the next one. Only Newton's
-    /// state and the Jacobian change.
+    /// state and the Jacobian change, and at a first step violations of constraints within the tolerances
+    /// are removed.
     ///
     /// The size of a first step is halved until its polynomial agrees, at its middle, with the end
     /// of a step of half the size. This is necessary because the error estimate excludes the error
@@ -35,9 +36,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if !self.fresh || self.options.step_size != StepSize::Adaptive {
             return self.attempt_once(*h, failures);
         }
+        self.move_onto_constraints(0.5 * *h)?;
         let mut last = f64::INFINITY;
-        for _ in 0..MOST_HALVINGS {
+        for _ in 0..MOST_REPETITIONS {
             self.attempt_once(0.5 * *h, failures)?;
+            let in_half = self.error_test.at_start().map(<[f64]>::to_vec);
             let middle = self.newton.z[self.newton.z.len() - self.y.len()..].to_vec();
             self.control.forget();
             let proposal = self.attempt_once(*h, failures)?;
@@ -45,11 +48,15 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             // A difference that does not decrease is caused by rounding.
             let is_accurate = error < 1.0 && (of_index_2 < 1.0 || of_index_2 > 0.5 * last);
             if is_accurate && self.is_smooth_within(*h)? {
-                return Ok(proposal);
+                let in_half = in_half.each_ref().map(|of_half| &of_half[..]);
+                if !self.correct_velocities(*h, in_half)? {
+                    return Ok(proposal);
+                }
+            } else {
+                last = of_index_2;
+                *h *= 0.5;
             }
-            last = of_index_2;
             self.control.forget();
-            *h *= 0.5;
         }
         self.attempt_once(*h, failures)
     }

@@ -2,7 +2,7 @@
 
 use myovib_dae::samples::{MechanicalForm, Pendulum, Sample};
 use myovib_dae::{Outcome, Tolerances};
-use myovib_radau::{RadauError, RadauOptions, RadauSolver};
+use myovib_radau::{RadauOptions, RadauSolver};
 
 use crate::common::{Oscillator, solver, tolerance};
 
@@ -37,28 +37,6 @@ fn weights_of_a_tolerance_solve_like_the_tolerance() {
     assert!(b < 3.0 * a && a < 3.0 * b, "{a:e} {b:e}");
     let steps = [&by_tolerance, &by_weights].map(|solver| solver.statistics().steps as f64);
     assert!((steps[0] / steps[1] - 1.0).abs() < 0.2, "{steps:?}");
-}
-
-#[test]
-fn the_next_step_alone_is_limited() {
-    let mut solver = solver(Oscillator, tolerance(1e-4));
-    for _ in 0..10 {
-        solver.step(100.0).unwrap();
-    }
-    let free = solver.statistics().last_step;
-    solver.limit_next_step(0.01 * free).unwrap();
-    solver.step(100.0).unwrap();
-    assert!(solver.statistics().last_step <= 0.01 * free);
-    // The next step grows by at least a factor of eight, as after any shortened step.
-    solver.step(100.0).unwrap();
-    assert!(solver.statistics().last_step > 0.05 * free);
-    for h in [0.0, -1.0, f64::NAN] {
-        let refused = solver.limit_next_step(h);
-        assert!(
-            matches!(refused, Err(RadauError::InvalidOption { .. })),
-            "{refused:?}"
-        );
-    }
 }
 
 /// A restart takes a small first step from the current state and does not reduce the accuracy.

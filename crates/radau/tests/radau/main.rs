@@ -24,3 +24,4 @@ mod remedies;
 mod resume;
 mod sensitivity;
 mod squeezer;
+mod starts;

@@ -73,9 +73,8 @@ impl Problem for Jump {
 
 const REACHED: Outcome = Outcome::Reached { t: 2.0 };
 
-fn pendulum(posed: Posed, off: f64, options: RadauOptions) -> RadauSolver<Posed> {
-    let mut start = posed.pendulum.start();
-    start.y[0] += off;
+fn pendulum(posed: Posed, options: RadauOptions) -> RadauSolver<Posed> {
+    let start = posed.pendulum.start();
     let builder = RadauSolver::builder(posed).options(options);
     builder.build(start.t, &start.y, &start.y_dot).unwrap()
 }
@@ -129,35 +128,41 @@ fn for_an_index_above_that_of_bdf_lower_indices_and_radau_work() {
     assert_eq!(by_bdf(MechanicalForm::Index1), REACHED);
 }
 
-/// Initial values off a constraint by more than a multiplier's error test permits.
+/// Positions off the constraint by many tolerances, at a restart, whose values are not checked.
 #[test]
 fn initial_values_off_a_constraint_are_corrected() {
-    let mut off = pendulum(Posed::new(true, false), OFF, tolerance(1e-8));
-    let stop = stopped(off.integrate_to(2.0).unwrap());
+    let restarted = |are_stated, off| {
+        let mut solver = pendulum(Posed::new(true, are_stated), tolerance(1e-8));
+        let t = solver.integrate_to(0.5).unwrap().t();
+        let (mut y, y_dot) = (solver.y().to_vec(), solver.y_dot().to_vec());
+        y[0] += off;
+        solver.reinit(t, &y, &y_dot).unwrap();
+        solver
+    };
+    let stop = stopped(restarted(false, OFF).integrate_to(2.0).unwrap());
     let remedies = [Remedy::ConsistentStart, Remedy::StateConstraints];
     assert_eq!(stop.remedies, remedies);
-    let mut consistent = pendulum(Posed::new(true, false), 0.0, tolerance(1e-8));
-    assert_eq!(consistent.integrate_to(2.0).unwrap(), REACHED);
-    let mut stated = pendulum(Posed::new(true, true), OFF, tolerance(1e-8));
+    assert_eq!(restarted(false, 0.0).integrate_to(2.0).unwrap(), REACHED);
+    let mut stated = restarted(true, OFF);
     let stop = stopped(stated.integrate_to(2.0).unwrap());
     assert_eq!(stop.remedies, [Remedy::ConsistentStart]);
-    let mut stated = pendulum(Posed::new(true, true), OFF, tolerance(1e-8));
+    let mut stated = restarted(true, OFF);
     stated
         .correct_initial_values(ConsistencyMode::Constraints, 2.0)
         .unwrap();
     assert_eq!(stated.integrate_to(2.0).unwrap(), REACHED);
 }
 
-/// Error by which initial positions violate the constraint.
-const OFF: f64 = 1e-9;
+/// Error of a position.
+const OFF: f64 = 1e-3;
 
 /// The pendulum of index 3 fails if all its variables have equal weights.
 #[test]
 fn indices_are_stated() {
-    let mut silent = pendulum(Posed::new(false, false), 0.0, tolerance(1e-8));
+    let mut silent = pendulum(Posed::new(false, false), tolerance(1e-8));
     let stop = stopped(silent.integrate_to(2.0).unwrap());
     assert!(stop.remedies.contains(&Remedy::StateIndices), "{stop}");
-    let mut stated = pendulum(Posed::new(true, false), 0.0, tolerance(1e-8));
+    let mut stated = pendulum(Posed::new(true, false), tolerance(1e-8));
     assert_eq!(stated.integrate_to(2.0).unwrap(), REACHED);
 }
 
@@ -199,7 +204,7 @@ fn looser_tolerances_of_multipliers_permit_longer_steps() {
             min_step: 1e-3,
             ..RadauOptions::default()
         };
-        let mut solver = pendulum(Posed::new(true, true), 0.0, options);
+        let mut solver = pendulum(Posed::new(true, true), options);
         solver.integrate_to(2.0).unwrap()
     };
     for tol in [1e-8, 1e-9] {

@@ -1,0 +1,126 @@
+//! Corrections of starts that violate constraints by less than the tolerances.
+//!
+//! If a position constraint g(q) = 0 is violated by δ, a step of size h moves the positions by δ. The
+//! errors of velocities and multipliers are δ/h and δ/h². So a small δ makes steps fail, and shorter
+//! steps fail even more. An error a of the velocities causes the error a/h of the multipliers, without a
+//! failed test.
+
+use myovib_dae::{LinearSolver, Problem};
+
+use super::state::{RadauSolver, step_of};
+use crate::failure::Failure;
+use crate::newton::norm;
+
+/// Maximum number of moves onto the constraints. Each reduces a violation by a factor of about its
+/// size relative to the variables.
+const MOVES: usize = 8;
+
+/// Rounding of variables relative to their size. Smaller violations are not reduced.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// Difference between the errors of velocities found by two step sizes, relative to the errors. A smaller
+/// difference indicates an error of the start. Errors of the steps are proportional to a power of h, and
+/// rounding is proportional to 1/h.
+const AGREEMENT: f64 = 0.2;
+
+impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
+    /// Moves variables of index 1 onto constraints at the start of a first step of size `h`, if this changes
+    /// them by less than the tolerances of the error test.
+    pub(super) fn move_onto_constraints(&mut self, h: f64) -> Result<(), Failure> {
+        if !self.multipliers.any() {
+            return Ok(());
+        }
+        self.prepare_matrices(h)?;
+        let (start, mut last) = (self.y.clone(), f64::INFINITY);
+        for _ in 0..MOVES {
+            match self.measure_constraints(h) {
+                Ok(()) => {}
+                // F need not have a value at other rates and multipliers.
+                Err(Failure::Rejected(_)) => break,
+                Err(fatal) => return Err(fatal),
+            }
+            let (weights, n) = (self.weights.plain(), self.y.len());
+            let errors = self.multipliers.constraint_errors();
+            let size = norm(errors.map(|(i, error)| error * weights[i]), n);
+            // Rounding ends the convergence.
+            let rounding = norm(start.iter().zip(weights).map(|(y, w)| ROUNDING * y * w), n);
+            if size <= rounding || size > 0.5 * last {
+                break;
+            }
+            self.remove_constraint_errors();
+            let moves = self.y.iter().zip(&start).zip(self.weights.plain());
+            if norm(moves.map(|((y, start), w)| (y - start) * w), n) >= 1.0 {
+                self.y.copy_from_slice(&start);
+                break;
+            }
+            last = size;
+        }
+        Ok(())
+    }
+
+    /// Removes the remaining Newton error of constraints in the last step from the variables of index 1.
+    /// `h` is the size of the step that has just failed.
+    pub(super) fn return_to_constraints(&mut self, h: f64) -> Result<(), Failure> {
+        let is_after_a_step = self.multipliers.any() && self.counters.statistics.steps > 0;
+        if !is_after_a_step || self.set_up_for != Some(h) {
+            return Ok(());
+        }
+        self.measure_constraints(h)?;
+        self.remove_constraint_errors();
+        Ok(())
+    }
+
+    fn measure_constraints(&mut self, h: f64) -> Result<(), Failure> {
+        let step = step_of!(self, h);
+        let (problem, matrices) = (&mut self.problem, &mut self.matrices);
+        let (multipliers, counters) = (&mut self.multipliers, &mut self.counters);
+        multipliers.measure_constraints(problem, matrices, &step, &self.y_dot, counters)
+    }
+
+    fn remove_constraint_errors(&mut self) {
+        for (i, error) in self.multipliers.constraint_errors() {
+            self.y[i] -= error;
+        }
+    }
+
+    /// Removes the error of velocities, and of derivatives of positions, at the start of a first step, if
+    /// the step just tested and the step of half its size, with these errors and slopes `in_half`, agree
+    /// about it and it exceeds rounding. Returns whether the start was changed.
+    ///
+    /// The derivative of the polynomial through positions on the constraints satisfies the hidden
+    /// constraint up to an error of order h^s, also if the constraint depends on time.
+    pub(super) fn correct_velocities(
+        &mut self,
+        h: f64,
+        in_half: [&[f64]; 2],
+    ) -> Result<bool, Failure> {
+        let (weights, n) = (self.weights.plain(), self.y.len());
+        let in_step = self.error_test.at_start();
+        let size_of = |error: &dyn Fn(usize) -> f64| {
+            let velocities = self.multipliers.velocities();
+            norm(velocities.map(|i| weights[i] * error(i)), n)
+        };
+        let size = size_of(&|i| in_half[0][i]);
+        let difference = size_of(&|i| in_half[0][i] - in_step[0][i]);
+        if !(0.0 < size && size < 1.0) || difference > AGREEMENT * size {
+            return Ok(false);
+        }
+        self.sample_rounding(h, None)?;
+        let velocities = self.multipliers.velocities();
+        let rounding = velocities.map(|i| self.weights.plain()[i] * self.rounding.of(i));
+        if norm(rounding, n) > size {
+            return Ok(false);
+        }
+        let in_step = self.error_test.at_start();
+        let ratio = 1.0 / (2.0_f64.powi(self.method.stages() as i32) - 1.0);
+        let [error, slope] =
+            [0, 1].map(|k| move |i: usize| in_half[k][i] + ratio * (in_half[k][i] - in_step[k][i]));
+        for i in self.multipliers.velocities() {
+            self.y[i] += error(i);
+        }
+        for &i in self.multipliers.positions() {
+            self.y_dot[i] = slope(i);
+        }
+        Ok(true)
+    }
+}
