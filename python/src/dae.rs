@@ -50,6 +50,8 @@ pub(crate) struct Request {
     /// Size of the first step; its direction is the direction of the span.
     first_step: Option<f64>,
     max_step: Option<f64>,
+    /// Time that the errors of multipliers are scaled by.
+    time_scale: f64,
     max_order: usize,
     max_steps: Option<usize>,
     /// Whether `max_steps` has its default value.
@@ -162,6 +164,7 @@ fn solve_with(
         tolerances,
         dense_output,
         suppressed,
+        time_scale: request.time_scale,
         initial_step: request.first_step,
         max_step: request.max_step,
         ..RadauOptions::default()

@@ -48,7 +48,11 @@ impl PythonDae {
             let answer = function.bind(py).call1((t, array(py, y), array(py, y_dot)));
             answer.and_then(|answer| read(&answer)).map_err(|error| {
                 if error.is_instance_of::<StepFailure>(py) {
-                    return StepError::Recoverable(error.value(py).to_string());
+                    let text = error.value(py).to_string();
+                    return StepError::Recoverable(match text.is_empty() {
+                        true => format!("StepFailure was raised at t = {t}"),
+                        false => text,
+                    });
                 }
                 let text = error.to_string();
                 *self.raised.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);

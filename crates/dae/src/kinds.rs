@@ -129,7 +129,7 @@ impl<P: Problem + ?Sized> Search<'_, P> {
                     for &j in &group {
                         let lane = pattern.lane(j);
                         self.found.variables[j] |=
-                            rows.iter().any(|row| lane.binary_search(row).is_ok());
+                            lane.iter().any(|row| rows.binary_search(row).is_ok());
                     }
                     rows.iter()
                         .for_each(|&row| self.found.equations[row] = true);

@@ -1,12 +1,15 @@
 //! The error estimate of a step.
 
-use myovib_dae::{LinearSolver, Problem};
+use myovib_dae::{LinearSolver, Problem, VariableKind};
 
 use crate::dense::{add_scaled, start_slope};
 use crate::failure::{Failure, Operation};
 use crate::memory::Memory;
 use crate::newton::{Step, evaluate, norm};
 use crate::work::Counters;
+
+/// Number of points within a step at which an unseen input is searched for.
+const POINTS: usize = 10;
 
 /// Workspace of the error estimate.
 ///
@@ -27,6 +30,8 @@ pub(crate) struct ErrorTest {
     shifted: Vec<f64>,
     /// The estimate.
     error: Vec<f64>,
+    residual: Vec<f64>,
+    between: Vec<f64>,
     /// 1 for components in the error test, 0 for excluded components.
     mask: Vec<f64>,
 }
@@ -38,6 +43,8 @@ impl ErrorTest {
             y_dot: vec![0.0; n],
             shifted: vec![0.0; n],
             error: vec![0.0; n],
+            residual: vec![0.0; n],
+            between: vec![0.0; n],
             mask,
         }
     }
@@ -77,6 +84,43 @@ impl ErrorTest {
         Ok(memory.map_or(norm, |memory| {
             norm.hypot(memory.estimate(problem, of_step, &self.error, true))
         }))
+    }
+
+    /// Returns the weighted norm, over the differential variables of the list, of the filtered
+    /// residual between the stages.
+    ///
+    /// The residual is summed over points of the step. For a smooth solution it changes sign at the
+    /// nodes and is smaller than at t_n, where the estimate is evaluated.
+    pub(crate) fn between<P: Problem, M: LinearSolver<P>>(
+        &mut self,
+        problem: &mut P,
+        matrices: &mut M,
+        step: &Step<'_>,
+        (z, kinds): (&[f64], &[VariableKind]),
+        counters: &mut Counters,
+    ) -> Result<f64, Failure> {
+        let (n, method) = (step.y.len(), step.method);
+        self.between.fill(0.0);
+        for point in 1..=POINTS {
+            let theta = point as f64 / (POINTS + 1) as f64;
+            self.shifted.copy_from_slice(step.y);
+            self.y_dot.fill(0.0);
+            for (j, z) in z.chunks_exact(n).enumerate() {
+                add_scaled(&mut self.shifted, method.basis(j, theta), z);
+                let slope = method.basis_derivative(j, theta) / step.h;
+                add_scaled(&mut self.y_dot, slope, z);
+            }
+            let (t, y, v) = (step.t + theta * step.h, &self.shifted, &self.y_dot);
+            evaluate(problem, t, y, v, &mut self.residual, counters)?;
+            add_scaled(&mut self.between, 1.0, &self.residual);
+        }
+        matrices
+            .solve_real(problem, &mut self.between)
+            .map_err(Operation::LinearSolve.failed())?;
+        counters.work.real_solves += 1;
+        let errors = (0..n).filter(|&i| kinds[i] == VariableKind::Differential);
+        let errors = errors.map(|i| self.between[i] * self.mask[i] * step.weights[i]);
+        Ok(norm(errors, n))
     }
 
     /// Replaces the residual by the estimate and returns its norm.

@@ -50,7 +50,11 @@ pub(super) fn in_python(message: &str) -> String {
             "request initial=\"algebraic\"",
         ),
         ("correct_initial_values", "initial=\"algebraic\""),
-        (" (reinit)", ""),
+        (
+            "integrating to the time where an input or a characteristic jumps or has a kink, if there is one \
+             near, and restarting there with the values after it (reinit)",
+            "naming the times at which an input jumps or has a kink, if there are any near, in breaks=",
+        ),
         ("(initial_step)", "(first_step)"),
         ("(suppressed)", "(suppress)"),
         ("Problem::indices", "index="),

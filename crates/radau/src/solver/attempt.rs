@@ -136,6 +136,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let limit = for_output.min(for_multipliers);
         let limit = limit.min(self.limit_for_output_of_index_2(h, limit)?);
         self.expect_smooth_multipliers(h)?;
+        let next = limit.min(self.control.propose(h, error, iterations));
+        self.expect_no_unseen_input(h, next)?;
         Ok(limit.min(self.control.accept(h, error, iterations)))
     }
 

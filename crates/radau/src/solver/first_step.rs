@@ -13,6 +13,9 @@ const SAFETY: f64 = 2.0;
 /// Largest part of the interval that the first step may take in order to resolve multipliers.
 const LARGEST_PART: f64 = 0.1;
 
+/// Lower bound of an estimated first step, in units of the shortest step: room for its repetitions.
+const RESOLVED_T: f64 = 100.0;
+
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Returns the size of the first step toward `t_out`, which must not pass `limit`.
     pub(super) fn initial_step(&mut self, t_out: f64, limit: f64) -> Result<f64, Fatal> {
@@ -23,7 +26,12 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if let Some(h) = self.options.initial_step {
             return Ok(h.max(min).min(max));
         }
-        let h = self.estimated_first_step(t_out).max(min).min(max);
+        let resolved = RESOLVED_T * self.rounding_of_t();
+        let h = self
+            .estimated_first_step(t_out)
+            .max(min)
+            .max(resolved)
+            .min(max);
         match self.resolving_step(h) {
             Ok(resolving) => {
                 let longest = LARGEST_PART * (t_out - self.t);

@@ -113,8 +113,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let mut cause = String::new();
         loop {
             self.h = Some(wanted);
-            // A step cannot be shorter than some units of rounding of t.
-            let rounding = (10.0 * f64::EPSILON * self.t.abs()).max(f64::MIN_POSITIVE);
+            let rounding = self.rounding_of_t();
             let (smallest, bound) = match self.options.min_step > rounding {
                 true => (self.options.min_step, "min_step"),
                 false => (rounding, "the rounding of t"),
@@ -292,6 +291,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         } else {
             proposal
         }
+    }
+
+    /// Returns the shortest step: some units of rounding of t.
+    pub(super) fn rounding_of_t(&self) -> f64 {
+        (10.0 * f64::EPSILON * self.t.abs()).max(f64::MIN_POSITIVE)
     }
 
     pub(super) fn largest_step(&self) -> f64 {

@@ -20,6 +20,13 @@ const UNEXPLAINED: f64 = 30.0;
 /// solution is removed and may change by some hundred tolerances from step to step.
 const DIFFERENT: f64 = 300.0;
 
+/// Growth to or from a step above which an input may act unseen between its stages.
+const FAST_GROWTH: f64 = 2.0;
+
+/// Residual between the stages, in units of the tolerances, that indicates an unseen input. In a
+/// smooth step of fast growth it is below 1.
+const UNSEEN: f64 = 10.0;
+
 /// Fraction of a rejected step below which a step that contains a jump is accepted.
 const SHORTEST: f64 = 1.0 / 4096.0;
 
@@ -124,6 +131,38 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             message: format!("a multiplier of index 2 jumps in the step of size h = {h:e}"),
             step_factor: 0.25,
         }))
+    }
+
+    /// Rejects a step of size `h` in which an input acts between the stages, if it is much longer than
+    /// the last step or the `next` step would be much longer.
+    ///
+    /// The equations then seem to be at rest, and steps would grow beyond the duration or the period
+    /// of the input. A limit of the step states this duration, and multipliers limit the steps.
+    pub(super) fn expect_no_unseen_input(&mut self, h: f64, next: f64) -> Result<(), Failure> {
+        let is_limited = self.options.max_step.is_some() || self.multipliers.any();
+        let grows = next >= FAST_GROWTH * h || h >= FAST_GROWTH * self.collocation.h;
+        if is_limited || self.fresh || self.memory.is_some() || !grows {
+            return Ok(());
+        }
+        let step = step_of!(self, h);
+        let (problem, matrices) = (&mut self.problem, &mut self.matrices);
+        let (solved, counters) = ((&self.newton.z[..], &self.kinds[..]), &mut self.counters);
+        let test = &mut self.error_test;
+        match test.between(problem, matrices, &step, solved, counters) {
+            Ok(error) if !error.is_finite() => Err(Failure::Rejected(Rejection {
+                reason: StopReason::LinearSolveFailed,
+                message: format!("the residual between the stages is {error} at h = {h:e}"),
+                step_factor: 0.5,
+            })),
+            Ok(error) if error > UNSEEN => Err(Failure::Rejected(Rejection {
+                reason: StopReason::ErrorTestFailures,
+                message: format!("an input acts between the stages of the step of size h = {h:e}"),
+                step_factor: 0.25,
+            })),
+            // F need not have a value between the stages.
+            Ok(_) | Err(Failure::Rejected(_)) => Ok(()),
+            Err(fatal) => Err(fatal),
+        }
     }
 
     /// Returns whether rounding of multipliers of index 2 is below their tolerances in a step of size

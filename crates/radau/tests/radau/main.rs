@@ -22,6 +22,7 @@ mod published;
 mod quadratures;
 mod remedies;
 mod resume;
+mod scales;
 mod sensitivity;
 mod squeezer;
 mod starts;

@@ -267,6 +267,7 @@ impl<P: Problem> IdaBuilder<P> {
             min_step: self.options.min_step,
             max_steps: self.options.max_steps,
             mark: (0, t0),
+            refusal: None,
             stop_time: self.options.stop_time,
             stop_time_lingers: false,
             differences_before: 0,

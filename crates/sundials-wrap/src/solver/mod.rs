@@ -59,6 +59,8 @@ pub struct IdaSolver<P: Problem> {
     max_steps: Option<usize>,
     /// Number of steps and time at the last check that found progress of t.
     mark: (u64, f64),
+    /// Last recoverable failure of a user function since then, also of earlier calls.
+    refusal: Option<String>,
     /// Time at which a step must end; `None` after it is reached.
     stop_time: Option<f64>,
     /// Whether IDAS, which cannot discard a stop time, still has a stop time from before the start.
@@ -127,7 +129,8 @@ impl<P: Problem> IdaSolver<P> {
             self.refused(result)?;
             self.stop_time_lingers = false;
         }
-        self.functions_mut().failures = Default::default();
+        let before = std::mem::take(&mut self.functions_mut().failures);
+        self.refusal = before.recoverable.or(self.refusal.take());
         let mut left = self.max_steps.unwrap_or(usize::MAX);
         let code = loop {
             let steps = left.min(PATIENCE);
@@ -185,11 +188,16 @@ impl<P: Problem> IdaSolver<P> {
             return false;
         }
         self.mark = (steps, t);
-        (t - marked_t).abs() <= 100.0 * f64::EPSILON * t.abs()
+        let stands_still = (t - marked_t).abs() <= 100.0 * f64::EPSILON * t.abs();
+        self.refusal.take_if(|_| !stands_still);
+        stands_still
     }
 
     fn stood_still(&mut self) -> Result<Outcome, Error> {
-        let cause = self.functions_mut().failures.take_message();
+        let mut cause = self.functions_mut().failures.take_message();
+        if cause.is_empty() {
+            cause = self.refusal.take().unwrap_or_default();
+        }
         let mut message = format!("{PATIENCE} steps have not moved t");
         if !cause.is_empty() {
             message = format!("{message}; {cause}");
@@ -308,7 +316,7 @@ impl<P: Problem> IdaSolver<P> {
             self.stop_time = None;
             self.stop_time_lingers = true;
         }
-        (self.t, self.mark) = (t0, (0, t0));
+        (self.t, self.mark, self.refusal) = (t0, (0, t0), None);
         self.start_from(t0, [y0.to_vec(), y_dot0.to_vec()]);
         if goes_on {
             self.consistent = Ok(());

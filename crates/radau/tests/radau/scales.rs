@@ -1,0 +1,120 @@
+//! Units of time, and inputs shorter than the steps.
+
+use myovib_dae::{Outcome, Problem, StepError, Tolerances};
+use myovib_radau::{RadauOptions, RadauSolver};
+
+/// A pendulum, index 3, or its form of index 2, in a unit of time of `unit` seconds.
+#[derive(Clone, Copy)]
+struct Pendulum {
+    index: u8,
+    unit: f64,
+}
+
+impl Problem for Pendulum {
+    fn n_unknowns(&self) -> usize {
+        5
+    }
+
+    fn residual(&mut self, _: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        for i in 0..2 {
+            r[i] = v[i] - y[2 + i];
+            r[2 + i] = v[2 + i] + y[4] * y[i];
+        }
+        r[3] += 9.81 * self.unit.powi(2);
+        r[4] = match self.index {
+            2 => y[0] * y[2] + y[1] * y[3],
+            _ => y[0] * y[0] + y[1] * y[1] - 1.0,
+        };
+        Ok(())
+    }
+
+    fn indices(&self) -> Option<Vec<u8>> {
+        Some(match self.index {
+            2 => vec![1, 1, 1, 1, 2],
+            _ => vec![1, 1, 2, 2, 3],
+        })
+    }
+}
+
+/// Regression: errors of multipliers were multiplied by powers of h in the user's unit. In a unit of
+/// 1e-4 s, order 5 took forty times the steps.
+#[test]
+fn steps_do_not_depend_on_the_unit_of_time() {
+    for (stages, index) in [(3, 3), (5, 3), (7, 3), (3, 2), (5, 2)] {
+        let steps = [1.0, 1e-6, 1e-3, 1e3, 1e6].map(|unit: f64| {
+            let scale = |power| 1e-5 * unit.powi(power);
+            let absolute = [0, 0, 1, 1, 2].map(scale).to_vec();
+            let end = 5.0 / unit;
+            let options = RadauOptions {
+                stages,
+                tolerances: Tolerances::vector(1e-5, absolute),
+                time_scale: end,
+                ..RadauOptions::default()
+            };
+            let problem = Pendulum { index, unit };
+            let rates = [0.0, 0.0, 0.0, -9.81 * unit * unit, 0.0];
+            let mut solver = RadauSolver::builder(problem)
+                .options(options)
+                .build(0.0, &[1.0, 0.0, 0.0, 0.0, 0.0], &rates)
+                .unwrap();
+            assert_eq!(
+                solver.integrate_to(end).unwrap(),
+                Outcome::Reached { t: end }
+            );
+            solver.statistics().steps as f64
+        });
+        // Only rounding differs. It changes up to 4 of 60 steps.
+        for &number in &steps {
+            assert!(
+                (number / steps[0] - 1.0).abs() < 0.1,
+                "{stages} stages, index {index}: {steps:?}"
+            );
+        }
+    }
+}
+
+/// A half-wave rectifier of 50 Hz with RC = 0.1 s: its diode conducts for 2 ms of each period, and
+/// otherwise only the decay of the voltage is visible.
+struct Rectifier;
+
+impl Problem for Rectifier {
+    fn n_unknowns(&self) -> usize {
+        2
+    }
+
+    fn residual(&mut self, t: f64, y: &[f64], v: &[f64], r: &mut [f64]) -> Result<(), StepError> {
+        let source = 10.0 * (100.0 * std::f64::consts::PI * t).sin();
+        let current = 1e-12 * (((source - y[0]) / 0.02585).min(100.0).exp() - 1.0);
+        r[0] = 1e-4 * v[0] - y[1] + y[0] / 1e3;
+        r[1] = y[1] - current;
+        Ok(())
+    }
+}
+
+/// Regression: steps of 45 ms skipped whole periods. The reference is of BDF and of SciPy's Radau.
+#[test]
+fn no_conduction_of_a_rectifier_is_skipped() {
+    for stages in [3, 5, 7] {
+        for tolerance in [1e-4, 1e-5, 1e-6, 1e-8] {
+            let options = RadauOptions {
+                stages,
+                tolerances: Tolerances::vector(tolerance, vec![tolerance, 0.01 * tolerance]),
+                dense_output: false,
+                ..RadauOptions::default()
+            };
+            let mut solver = RadauSolver::builder(Rectifier)
+                .options(options)
+                .build(0.0, &[0.0; 2], &[0.0; 2])
+                .unwrap();
+            let outcome = solver.integrate_to(0.1).unwrap();
+            assert_eq!(outcome, Outcome::Reached { t: 0.1 });
+            // The error of a conduction is within 100 tolerances of 10 V and decays by exp(-0.2) per
+            // period. A skipped period costs 1.5 V. The reference has six digits.
+            let error = (solver.y()[0] - 8.108698).abs();
+            assert!(
+                error < 1e3 * tolerance + 1e-6,
+                "{stages} stages, {tolerance:e}: {error:e}"
+            );
+        }
+    }
+}
