@@ -36,15 +36,15 @@ impl SensitiveIntegrator {
     /// the derivatives of this state; without parameters it is a plain integration.
     ///
     /// # Errors
-    /// [`ModelError::Jump`], [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for
-    /// invalid settings of Radau IIA.
+    /// [`ModelError::Jump`] for a body with inertia, [`ModelError::OnlyBdf`], and [`ModelError::Radau`] for invalid settings of Radau IIA.
     pub fn starting_at(
         dae: MuscleDae,
         settings: &Settings,
         [y, y_dot]: [&[f64]; 2],
         dependences: Dependences,
     ) -> Result<Self, ModelError> {
-        if dependences.count() > 0 {
+        // The state of a quasi-static body is continuous at jumps, whose times do not depend on parameters.
+        if dependences.count() > 0 && dae.muscle().solid.has_inertia() {
             expect_no_jump(&dae, settings.t_end)?;
         }
         let starts = dependences.starts(dae.n_unknowns());
@@ -211,7 +211,8 @@ fn is_smooth([above, own, below]: [f64; 3], bends: [f64; 2]) -> bool {
     }
 }
 
-/// Rejects a load that jumps before the end, since dependences across jumps are not implemented.
+/// Rejects a load that jumps before the end: the state of a body with inertia may jump with it, and
+/// dependences across such jumps are not implemented.
 ///
 /// # Errors
 /// [`ModelError::Jump`].
@@ -232,6 +233,14 @@ where
     left_to_inner!(P);
 
     fn advance(&mut self) -> Result<Advance, ModelError> {
+        self.inner.pass_jump()?;
+        if self.sensitivities.needs_reinit(self.inner.solver()) {
+            // Only quasi-static bodies reach a jump.
+            let parameters = 0..self.sensitivities.n_parameters();
+            let values = parameters.map(|j| self.sensitivities.of(j).to_vec());
+            let values = values.collect();
+            self.sensitivities.reinit(self.inner.solver(), values)?;
+        }
         let advance = self.inner.advance()?;
         self.sensitivities.follow(self.inner.solver_mut())?;
         Ok(advance)

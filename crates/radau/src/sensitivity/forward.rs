@@ -145,6 +145,11 @@ impl<Q> ForwardSensitivities<Q> {
         Ok(())
     }
 
+    /// Returns whether the solver was restarted without a [`reinit`](Self::reinit) of the sensitivities.
+    pub fn needs_reinit<P: Problem, M: LinearSolver<P>>(&self, solver: &RadauSolver<P, M>) -> bool {
+        solver.restarts() != self.restarts
+    }
+
     /// Sets the tolerance of the linear systems as a fraction of the integration's tolerance. The
     /// default corresponds to a third of the solution's tolerance. It equals Newton's tolerance,
     /// which is a tenth of this, for order 5, with hidden constraints, if the sensitivities control
@@ -271,7 +276,7 @@ impl<Q> ForwardSensitivities<Q> {
     where
         Q: Parameters<P>,
     {
-        if solver.restarts() != self.restarts {
+        if self.needs_reinit(solver) {
             return Err(RadauError::StartedAgain { t: solver.t() });
         }
         if solver.began_afresh() {

@@ -1,9 +1,10 @@
 //! Notes on parts of a scene's body without effect: valid, but probably not intended.
 
-use myovib_model::Muscle;
+use myovib_model::{Muscle, Signal};
 
 use super::Body;
 use super::supports::NAMES;
+use crate::scene_file::material::Material;
 use crate::scene_file::solid::Traction;
 use crate::scene_file::{Analysis, SceneFile};
 
@@ -21,6 +22,24 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
         };
         format!("material[{i}] applies to no element: {why}")
     }));
+    let is_isotropic = |material: &Material| {
+        let law = material.stiffened();
+        material.active.is_none() && law.is_ok_and(|law| !law.has_fibers())
+    };
+    let materials = file.material.iter().enumerate();
+    let without_fibers = materials.filter(|(_, own)| own.fiber.is_some() && is_isotropic(own));
+    notes.extend(without_fibers.map(|(i, _)| {
+        format!(
+            "material[{i}].fiber has no effect: the law is isotropic and there is no active tension"
+        )
+    }));
+    if matches!(
+        file.analysis,
+        Analysis::Dynamic | Analysis::QuasiStatic | Analysis::Static
+    ) {
+        notes.extend(late_loads(file, body, t_end));
+        notes.extend(missed(file, body, t_end));
+    }
     let of_modes = file.modes.as_ref().and_then(|modes| modes.preload_time);
     let of_static = (file.analysis == Analysis::Static).then_some(t_end);
     let of_response = file.response.as_ref().and_then(|own| own.preload_time);
@@ -36,6 +55,63 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
         }
     }
     notes
+}
+
+/// Number of intervals at which signals are sampled; prime, as a load with a round number of periods
+/// vanishes at a round number of samples.
+const TIMES: u32 = 97;
+/// Fraction of its later maximum that a load reaches at least if its duration is intended.
+const LEAST_PART: f64 = 0.05;
+
+/// Returns the sampled times between two times.
+fn times(from: f64, to: f64) -> impl Iterator<Item = f64> {
+    (0..=TIMES).map(move |i| from + (to - from) * f64::from(i) / f64::from(TIMES))
+}
+
+/// Returns notes on loads that reach their amplitude long after the end of a motion.
+fn late_loads(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
+    if file.analysis == Analysis::Static {
+        return Vec::new();
+    }
+    let largest = |signal: &Signal, from: f64, to: f64| {
+        let values = times(from, to).map(|t| signal.at(t).value.abs());
+        values.fold(0.0, f64::max)
+    };
+    let notes = body.keyed_loads().filter_map(|(path, signal)| {
+        let own = largest(signal, 0.0, t_end);
+        let later = largest(signal, t_end, 10.0 * t_end);
+        (own < LEAST_PART * later).then(|| {
+            format!(
+                "{path} reaches {:.1} % of its later values before [time] end = {t_end} s: extend the run, or let the load \
+                 begin earlier",
+                100.0 * own / later
+            )
+        })
+    });
+    notes.collect()
+}
+
+/// Returns notes on obstacles with a given motion that do not reach the undeformed body.
+fn missed(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
+    let rest = vec![0.0; body.muscle.solid.space().n_components()];
+    let is_static = file.analysis == Analysis::Static;
+    let contacts = body.muscle.contacts.iter().enumerate();
+    let missed = contacts.filter(|(_, contact)| {
+        // A static analysis scales the displacement at t_end.
+        let mut places = times(0.0, 1.0).map(|part| match is_static {
+            true => (t_end, part),
+            false => (part * t_end, 1.0),
+        });
+        !contact.is_driven()
+            && places.all(|(t, part)| contact.sums(t, part, &rest).penetration <= 0.0)
+    });
+    let notes = missed.map(|(i, contact)| {
+        format!(
+            "the obstacle of contact[{i}] does not reach `{}` of the undeformed body: check its place, and its displacement in m",
+            contact.group()
+        )
+    });
+    notes.collect()
 }
 
 /// Returns notes on traction components along which all of the group is held or moved.
@@ -122,6 +198,36 @@ y = { type = "step", value = 1.0, rise = 0.1 }
         let held = notes("", &[at_once, "traction[0].group=left"]);
         let expected = "traction[0].y moves nothing: all of `left`";
         assert!(held.len() == 1 && held[0].starts_with(expected), "{held:?}");
+
+        let fiber = notes("", &[at_once, "material[0].fiber=[1.0, 0.0]"]);
+        let expected = "material[0].fiber has no effect";
+        assert!(
+            fiber.len() == 1 && fiber[0].starts_with(expected),
+            "{fiber:?}"
+        );
+        let active = "material[0].active={ tension = 1.0 }";
+        let active = notes("", &[at_once, "material[0].fiber=[1.0, 0.0]", active]);
+        assert_eq!(active, Vec::<String>::new());
+
+        // The ramp of the load is centered at 0.8 s.
+        let slow = "traction[0].y={ type = \"ramped-sine\", amplitude = 1.0, frequency = 8.0 }";
+        let short = notes("", &["analysis=dynamic", slow, "time.end=0.3"]);
+        let expected = "traction[0].y reaches";
+        assert!(
+            short.len() == 1 && short[0].starts_with(expected),
+            "{short:?}"
+        );
+        let long = notes("", &["analysis=dynamic", slow, "time.end=1.0"]);
+        assert_eq!(long, Vec::<String>::new());
+
+        // A sphere above the square, which comes down by 0.1 m.
+        for (height, count) in [(1.25, 0), (1.35, 1)] {
+            let sphere = format!(
+                "[[contact]]\ngroup = \"top\"\ntype = \"sphere\"\ncenter = [0.5, {height}]\nradius = 0.2\ny = -0.1\n"
+            );
+            let missed = notes(&sphere, &[at_once]);
+            assert_eq!(missed.len(), count, "{missed:?}");
+        }
 
         let all = "[[region]]\nname = \"all\"\ncenter = [0.5, 0.5]\nradii = [2.0, 2.0]\n[[material]]\n\
                    group = \"all\"\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n";

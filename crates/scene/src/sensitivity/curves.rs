@@ -277,6 +277,7 @@ pub(super) fn sample<P, I: Integrator<P>>(
 ) -> Result<(), Error> {
     let mut due = times.iter().copied().peekable();
     while due.peek().is_some() {
+        integrator.pass_jump()?;
         let from = integrator.time();
         if watcher.is_interrupted() {
             return Err(Error::Stopped("interrupted".to_owned()));

@@ -4,12 +4,12 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use myovib_model::sensitivity::{Dependences, Stencil};
-use myovib_scene::Scene;
 use myovib_scene::fit::{Outcome, compute};
 use myovib_scene::sensitivity::{
     Output, Parameterized, Precision, Sample, Unsupported, equilibria, follow, outputs, unsupported,
 };
 use myovib_scene::watch::Watcher;
+use myovib_scene::Scene;
 use rand::{Rng, SeedableRng};
 
 use crate::options;
@@ -204,17 +204,27 @@ fn contact_forces_have_the_derivatives_of_their_differences() {
 
 const PRONY: &str = "prony = [{ relative_modulus = 0.5, relaxation_time = 0.4 }]";
 
-/// A step within half a second, and a hold: relaxation without inertia.
+/// Loading within half a second, and a hold: relaxation without inertia. The slope of the ramp jumps at t = 0 and 0.5 s.
 #[test]
 fn quasi_static_motions_have_the_derivatives_of_their_differences() {
-    let folder = tempfile::tempdir().unwrap();
     let keys = [
         "material[0].c10",
         "material[0].prony[0].relative_modulus",
         "material[0].prony[0].relaxation_time",
         "solid.bulk_modulus",
+        "prescribed_displacement[0].y.value",
     ];
-    let path = written(folder.path(), &BLOCK.replace("MATERIAL", PRONY), &keys);
+    let text = BLOCK.replace("MATERIAL", PRONY);
+    let ramp = text.replace("\"step\"", "\"ramp\"").replace("rise", "end");
+    assert_ne!(text, ramp);
+    for text in [text, ramp] {
+        check_quasi_static_derivatives(&text, &keys);
+    }
+}
+
+fn check_quasi_static_derivatives(text: &str, keys: &[&str]) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = written(folder.path(), text, keys);
     let set = ["analysis=quasi-static", "integrator.rtol=1e-9"].map(str::to_owned);
     let scene = Parameterized::load(&path, &set).unwrap();
     let outputs = without_zero(outputs(&scene.scene).unwrap());
@@ -223,14 +233,14 @@ fn quasi_static_motions_have_the_derivatives_of_their_differences() {
             true => scene.dependences(values).unwrap(),
             false => Dependences::default(),
         };
-        let (at, times) = (scene.at(values).unwrap(), [0.25, 0.6, 1.0]);
+        let (at, times) = (scene.at(values).unwrap(), [0.25, 0.5, 0.6, 1.0]);
         let requested = (dependences, Precision::default());
         follow(&at, &outputs, &times, requested, Watcher::NOBODY)
             .unwrap()
             .0
     };
     let nonzero = derivatives_are_limits(&scene, 1e-6, run);
-    assert_eq!(nonzero, 3 * outputs.len() * keys.len());
+    assert_eq!(nonzero, 4 * outputs.len() * keys.len());
 }
 
 /// Writes the outputs of a scene at its own values, as its run samples them, with noise of the given deviation.

@@ -123,7 +123,8 @@ pub fn examine(name: &str, scene: &Scene) -> anyhow::Result<(String, impl Serial
         }
         (analysis, body) => {
             modes = body.is_some().then(|| ModesJson::of(&unusual));
-            let size = body.as_ref().map(size_of).unwrap_or_default();
+            let size = body.as_ref().map(|body| size_of(scene, body));
+            let size = size.unwrap_or_default();
             let method = match analysis {
                 Analysis::Periodic => "Each period is integrated by Radau IIA.",
                 _ => "Nothing is integrated in time: index and error test do not apply.",
@@ -195,7 +196,7 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
         exponent(parameters.beta),
         table.render(colored_stdout())
     );
-    for line in [size_of(body)]
+    for line in [size_of(scene, body)]
         .into_iter()
         .chain(added(&scene.file))
         .chain(lines(body, report))
@@ -365,8 +366,24 @@ fn lines(body: &Body, report: &Report) -> Vec<String> {
     lines
 }
 
-/// Formats extents, volume, mass and mesh of the body.
-fn size_of(body: &Body) -> String {
+/// Formats extents, volume, mass and mesh of the body, and the sizes of the groups that the scene selects.
+fn size_of(scene: &Scene, body: &Body) -> String {
+    let space = body.muscle.solid.space();
+    let areas = scene.file.group.iter().filter_map(|group| {
+        let facets = space.mesh().facets(&group.name).ok()?;
+        let area: f64 = space
+            .quadrature(&group.name)
+            .ok()?
+            .iter()
+            .map(|(_, weight)| weight)
+            .sum();
+        let unit = if space.dimension() == 2 { "m" } else { "m²" };
+        let name = plain(&group.name);
+        Some(format!(
+            "\ngroup           {name}: {area:.2e} {unit} in {}",
+            counted(facets.len(), "facet")
+        ))
+    });
     let Size {
         extents,
         volume,
@@ -381,9 +398,10 @@ fn size_of(body: &Body) -> String {
     };
     format!(
         "body            {} m, {volume:.2e} {unit}, {mass:.2e} kg{depth}\n\
-         mesh            {elements} {}, {nodes} nodes",
+         mesh            {elements} {}, {nodes} nodes{}",
         sides.join(" by "),
-        body.muscle.solid.space().mesh().shape().plural,
+        space.mesh().shape().plural,
+        areas.collect::<String>()
     )
 }
 

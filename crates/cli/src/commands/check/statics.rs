@@ -14,7 +14,7 @@ pub(super) fn text(scene: &Scene, body: &Body, report: &StaticReport) -> String 
     let blocks: Vec<String> = blocks
         .map(|(field, number)| format!("{number} of {}", in_words(*field)))
         .collect();
-    let mut lines = vec![size_of(body)];
+    let mut lines = vec![size_of(scene, body)];
     lines.extend(added(&scene.file));
     let has_pressure = report.unknowns.len() > 1;
     lines.extend(has_pressure.then(|| held(report.held)));

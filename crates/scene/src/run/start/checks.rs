@@ -154,11 +154,15 @@ pub(super) fn expect_supports_at_rest(
             .iter()
             .map(|x| format!("{x:.4}"))
             .collect();
-        let error = InputError::new(format!(
+        let mut error = InputError::new(format!(
             "a support moves at t = 0, but the body starts at rest: the {} component at ({})",
             NAMES[axis],
             place.join(", ")
         ));
+        if has_inertia && !displaced && now.d1 == 0.0 {
+            error = error
+                .next("start in equilibrium with it: [initial_state] with type = \"equilibrium\"");
+        }
         return Err(error.found(found).next(
             format!(
                 "let the motion of its [[prescribed_displacement]] rise: multiply it by a step, \
