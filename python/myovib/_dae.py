@@ -361,7 +361,7 @@ def solve_dae(
     limit = _count("max_steps", MAX_STEPS if max_steps is None else max_steps)
     marks = _marks("algebraic", algebraic, n)
     if suppress is True and marks is None:
-        raise ValueError("suppress = True leaves the algebraic components out: name them in `algebraic`")
+        raise ValueError("suppress = True excludes the algebraic components: specify them in `algebraic`")
     left_out = marks if suppress is True else _marks("suppress", None if suppress is False else suppress, n)
     if left_out is not None and all(left_out):
         raise ValueError("suppress excludes all variables: the error test must have at least one")
@@ -657,7 +657,7 @@ def _expect_finite(residual: Any, t: float, y: Array, yp: Array) -> None:
     if wrong.size:
         raise RuntimeError(
             f"the residual has {values[wrong[0]]} in equation {wrong[0]} (counted from 0) at the "
-            f"start, t = {t}: no correction can begin there"
+            f"start, t = {t}: these values cannot be corrected"
         )
 
 

@@ -179,7 +179,7 @@ def _csv(columns: Mapping[str, ArrayLike]) -> str:
     for name, array in zip(columns, arrays):
         if array.shape != arrays[0].shape or array.ndim != 1:
             shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(columns, arrays))
-            raise ValueError(f"the columns of the data must be as long as each other: {shapes}")
+            raise ValueError(f"the columns of the data must have equal lengths: {shapes}")
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)

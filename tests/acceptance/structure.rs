@@ -355,7 +355,7 @@ fn run_finds_the_modes_of_a_scene_as_modes_does() {
     let run = with_set(&["run", "init", "--quiet"]);
     assert_eq!((run.code, run.stderr.as_str()), (0, ""));
     let modes = with_set(&["modes", "init"]).stdout;
-    assert_eq!(run.stdout, modes + "\nAll of it: out/report.html\n");
+    assert_eq!(run.stdout, modes + "\nFull report: out/report.html\n");
     let found = document(&with_set(&["modes", "init", "--json"]).stdout, "modes");
 
     let read = |name: &str| std::fs::read_to_string(folder.path().join("out").join(name));

@@ -61,7 +61,7 @@ impl AnalysisCommand<'_> {
         let table = table(&result).unwrap_or_default();
         let page = self.out.join(page::NAME);
         let text = format!(
-            "{table}\nAll of it: {}\n",
+            "{table}\nFull report: {}\n",
             plain(&page.display().to_string())
         );
         self.common.give(self.name, &text, &result.document)?;

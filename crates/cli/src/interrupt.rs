@@ -42,7 +42,9 @@ pub fn at_once() {
 pub fn flag() -> &'static AtomicBool {
     INSTALLED.call_once(|| {
         if let Err(error) = ENDING.iter().try_for_each(|&signal| end_by(signal)) {
-            output::warn(&format!("signals will lose the output of runs: {error}"));
+            output::warn(&format!(
+                "if a signal ends the program, the output of the run is lost: {error}"
+            ));
         }
     });
     &INTERRUPTED
@@ -64,7 +66,7 @@ pub fn outlive_large_files() {
     #[cfg(unix)]
     if let Err(error) = register(signal_hook::consts::SIGXFSZ, Arc::default()) {
         output::warn(&format!(
-            "a limit of files' sizes will end the program: {error}"
+            "exceeding the file size limit will end the program: {error}"
         ));
     }
 }

@@ -52,7 +52,7 @@ pub fn output_file(path: &str) -> Result<PathBuf, String> {
 pub fn output_folder(path: &str) -> Result<PathBuf, String> {
     let folder = PathBuf::from(path);
     if path.is_empty() {
-        return Err("give the folder a name; `.` is the present one".to_owned());
+        return Err("give the folder a name; `.` is the current folder".to_owned());
     }
     match folder.ancestors().find(|ancestor| ancestor.exists()) {
         Some(there) if !there.is_dir() => Err(format!("`{}` is not a folder", there.display())),

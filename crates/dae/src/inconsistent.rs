@@ -8,8 +8,8 @@ use crate::problem::StepError;
 pub enum Inconsistent {
     /// Newton's method does not get there.
     #[error(
-        "Newton's method does not converge: its last correction is {norm:.2e} of what the tolerances \
-         allow, and {CONVERGED} would be accepted"
+        "Newton's method does not converge: its last correction is {norm:.2e} times the \
+         tolerance; at most {CONVERGED} is accepted"
     )]
     NotFound {
         /// The weighted norm of the last correction.

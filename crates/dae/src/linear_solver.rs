@@ -144,7 +144,7 @@ pub trait LinearSolver<P> {
 
 fn no_transposed_solves() -> StepError {
     let message = "this linear solver has no transposed solves, which the adjoint needs: \
-                   give the integrator one that has";
+                   use a linear solver with transposed solves";
     StepError::Fatal(message.into())
 }
 

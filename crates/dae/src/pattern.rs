@@ -32,7 +32,7 @@ impl std::fmt::Display for MissingEntry {
         write!(
             f,
             "equation {row} changes with {what}y[{column}], and the pattern has no entry in row {row}, \
-             column {column} (counted from 0): it is that of ∂F/∂y and ∂F/∂ẏ together"
+             column {column} (counted from 0): the pattern must contain the entries of ∂F/∂y and of ∂F/∂ẏ"
         )
     }
 }

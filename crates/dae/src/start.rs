@@ -36,8 +36,8 @@ impl std::fmt::Display for InconsistentStart {
         };
         write!(
             f,
-            "the initial values are not consistent at t = {t}: {what} is left at {left:.2e} \
-             (equations count from 0), and changes of y within the tolerances move it by \
+            "the initial values are not consistent at t = {t}: {what} has the residual {left:.2e} \
+             (equations count from 0), but changes of y within the tolerances change it only by \
              {moved:.2e}: {remedy}"
         )
     }

@@ -103,8 +103,8 @@ pub const UNTESTED: f64 = 1e10;
 /// Components are excluded by index, but the problem does not state indices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "the problem states no indices to leave components out by: implement Problem::indices, or mark \
-     them by Suppressed::Components"
+    "components cannot be excluded by index, because the problem does not state indices: implement Problem::indices, or \
+     mark them by Suppressed::Components"
 )]
 pub struct NoIndices;
 

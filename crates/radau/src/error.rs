@@ -8,7 +8,7 @@
 #[non_exhaustive]
 pub enum RadauError {
     /// The method does not exist.
-    #[error("Radau IIA with {stages} stages is not offered: use 1, 3, 5 or 7")]
+    #[error("Radau IIA with {stages} stages is not supported: use 1, 3, 5 or 7")]
     Stages {
         /// Requested number of stages.
         stages: usize,
@@ -47,7 +47,7 @@ pub enum RadauError {
     #[error("nothing to integrate: no unknowns")]
     Empty,
     /// An output time or a stop time is before the current time.
-    #[error("the time {t_out} lies behind t = {t}, the time reached")]
+    #[error("the time {t_out} is before the current time t = {t}")]
     TimeBehind {
         /// Requested time.
         t_out: f64,
@@ -55,7 +55,9 @@ pub enum RadauError {
         t: f64,
     },
     /// Dense output was requested outside of the last step, or for too high a derivative.
-    #[error("no derivative of order {derivative} at t = {t}: there are 0 and 1 on [{from}, {to}]")]
+    #[error(
+        "no derivative of order {derivative} at t = {t}: orders 0 and 1 are available on [{from}, {to}]"
+    )]
     NoDenseOutput {
         /// Requested time.
         t: f64,
@@ -79,8 +81,8 @@ pub enum RadauError {
     },
     /// A run was not reproduced from a checkpoint.
     #[error(
-        "the step at t = {t} does not repeat itself: between recorded steps do nothing to the solver \
-         but step it, or keep the stages"
+        "the step at t = {t} cannot be repeated exactly: only step the solver between recorded \
+         steps, or store the stages"
     )]
     NotRepeated {
         /// Start of the step.
@@ -120,8 +122,8 @@ pub enum RadauError {
     },
     /// Sensitivities or an adjoint were requested for a problem with fading memory.
     #[error(
-        "no sensitivities with a fading memory: they would lack those of its states; keep these among \
-         the unknowns"
+        "sensitivities do not support a fading memory, because its states have no sensitivities: make \
+         these states unknowns"
     )]
     Fading,
     /// The equations of a sensitivity cannot be solved.
@@ -135,7 +137,9 @@ pub enum RadauError {
         message: String,
     },
     /// Steps were taken without updating the sensitivities.
-    #[error("sensitivities follow each step at once; {steps} steps were taken since the last")]
+    #[error(
+        "sensitivities must be updated after each step; {steps} steps were taken since the last update"
+    )]
     Missed {
         /// Number of steps taken since the last update.
         steps: u64,

@@ -146,20 +146,20 @@ impl State {
         if let Some(part) = self.load_reached.filter(|part| *part < 1.0) {
             notes.push(format!(
                 "initial_state.folder: the body starts in equilibrium with {:.1} % of the loads of that run, which were not reached; \
-                 all of this scene's act from t = 0 on",
+                 all loads of this scene act from t = 0",
                 100.0 * part
             ));
         }
         let others = |found: usize, own: usize| found != 0 && found != own;
         if others(self.internal_stresses.len(), muscle.solid.n_internal()) {
             notes.push(
-                "initial_state.folder: that run has other Prony terms; the stress of this scene's has settled at the start"
+                "initial_state.folder: that run has other Prony terms; the internal stresses start in equilibrium"
                     .to_owned(),
             );
         }
         if others(self.tensions.len(), muscle.models().count()) {
             notes.push(
-                "initial_state.folder: that run has other models of activation; the tensions of this scene's begin at 0"
+                "initial_state.folder: that run has other models of activation; the tensions of this scene start at 0"
                     .to_owned(),
             );
         }

@@ -46,7 +46,7 @@ pub enum Error {
         n_entries: usize,
     },
     /// The output time is before the time reached.
-    #[error("output time {t_out} is before t = {t}, the time reached")]
+    #[error("the time {t_out} is before the current time t = {t}")]
     TimeBehind {
         /// Requested output time.
         t_out: f64,
@@ -107,7 +107,7 @@ pub enum Error {
     },
     /// IDAS has no adjoint of such a problem.
     #[error(
-        "no adjoint of a problem of index {index}: take a form of index 2 or 1 of it, or the discrete \
+        "IDAS does not support the adjoint of a problem of index {index}: use a formulation of index 1 or 2, or the discrete \
          adjoint of Radau IIA (crate myovib-radau)"
     )]
     NoAdjoint {
@@ -123,7 +123,9 @@ pub enum Error {
         of: usize,
     },
     /// The forward run is over, since parts of it have been repeated for backward problems.
-    #[error("the forward run was left for backward problems: start another by reinit")]
+    #[error(
+        "the forward run cannot continue after a backward integration: start a new one with reinit"
+    )]
     ForwardRunLeft,
     /// A part of the forward run took more steps when it was repeated.
     #[error(

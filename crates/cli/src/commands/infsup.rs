@@ -144,7 +144,7 @@ fn of_scene(path: &Path, set: &[String], fixed: Option<Vec<String>>) -> anyhow::
             "the scene fixes only some components of `{group}`; this command requires all"
         ));
         return Err(error
-            .next("name the fixed groups by --fixed; `myovib check` measures the scene itself")
+            .next("name the fixed groups with --fixed; `myovib check` measures the scene itself")
             .into());
     }
     let groups = || all.iter().map(|(group, _)| (*group).clone()).collect();
@@ -214,8 +214,8 @@ fn text(families: &[Family], elements: &'static str) -> String {
     text.push_str(
         "\ninf–sup: the smallest non-zero constant of (27), pressures in the L2 norm, displacements \
          in the H1 seminorm; bounded\nbelow for stable spaces. σ_min(B), the smallest non-zero \
-         singular value, decays for any spaces. not held: pressures\nwithout a displacement that \
-         feels them; with one of these and κ = ∞ the pencil is singular and there is no index.\n",
+         singular value, decays for any spaces. not held: pressures\nthat no displacement \
+         controls; with one of these and κ = ∞ the pencil is singular and there is no index.\n",
     );
     text
 }

@@ -29,12 +29,12 @@ use crate::values;
     myovib run scene.toml --verify\n  \
     myovib run scene.toml --out soft --set 'material[0].c10=5e3' --set time.end=0.5\n  \
     mpirun -n 4 myovib run big.toml   (a program built with `--features mpi`)\n\n\
-    Into the folder go: report.html, all at a glance, for a browser; NAME.csv for each [[probe]] of the scene \
+    Writes report.html, an overview for a browser; NAME.csv for each [[probe]] of the scene \
     (modes.csv with analysis = \"modes\"); fields.pvd for ParaView, if the scene has [fields]; run.json, the scene \
     with its defaults and all statistics; checkpoint.json for --resume; state.json, from which another scene can \
     start.\n\n\
-    `myovib init` writes a scene to start from; `myovib check SCENE` says before what a run will be like. A name that \
-    is no file lists the built-in scenes.")]
+    `myovib init` writes a scene to start from; `myovib check SCENE` inspects a scene before the run. An unknown name \
+    lists the built-in scenes.")]
 pub struct RunArgs {
     /// Scene: a TOML file or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
@@ -111,7 +111,7 @@ pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
         },
     };
     let text = format!(
-        "{text}\nAll of it: {}\n",
+        "{text}\nFull report: {}\n",
         plain(&args.out.join(page::NAME).display().to_string())
     );
     args.common.give("run", &text, &result.document)?;
@@ -204,7 +204,7 @@ fn errors(estimate: &Value) -> String {
         ),
     };
     format!(
-        "\nErrors in time, by a second run at rtol = {:.0e}; the error of the mesh is not included.{cut}\n{}",
+        "\nTime integration errors from a second run at rtol = {:.0e}; the error of the mesh is not included.{cut}\n{}",
         estimate["rtol"].as_f64().unwrap_or(f64::NAN),
         table.render(colored_stdout())
     )
@@ -224,7 +224,7 @@ fn indicator(probes: &Value) -> String {
     match worst.max_by(|a, b| a.0.total_cmp(&b.0)) {
         None => String::new(),
         Some((relative, probe, column)) => format!(
-            "\nErrors in time, by the estimates of the steps: about {relative:.0e} of the largest value \
+            "\nTime integration errors from the error estimates of the steps: about {relative:.0e} of the largest value \
              (`{}` of `{}`); --verify measures them.\n",
             plain(column),
             plain(probe)
@@ -276,7 +276,7 @@ fn text(document: &Value) -> String {
         text += &format!("\n{}\n", plain(message));
     }
     if document["reason"] == "interrupted" && document["analysis"] != "static" {
-        text += "The same command with --resume goes on from there.\n";
+        text += "The same command with --resume continues from there.\n";
     }
     text
 }

@@ -79,7 +79,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 other => return Ok(other),
             }
             if self.counters.statistics.steps - before >= most {
-                let message = format!("the {most} steps allowed in one call are used up");
+                let message = format!("the limit of {most} steps per call was reached");
                 return Ok(self.stop(StopReason::MaxSteps, message));
             }
         }

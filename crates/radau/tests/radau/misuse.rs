@@ -39,7 +39,7 @@ fn wrong_input_is_named() {
                 stages: 4,
                 ..default()
             },
-            "Radau IIA with 4 stages is not offered: use 1, 3, 5 or 7",
+            "Radau IIA with 4 stages is not supported: use 1, 3, 5 or 7",
         ),
         (
             RadauOptions {
@@ -104,7 +104,7 @@ fn wrong_input_is_named() {
                 stop_time: Some(-1.0),
                 ..default()
             },
-            "the time -1 lies behind t = 0, the time reached",
+            "the time -1 is before the current time t = 0",
         ),
         (
             RadauOptions {

@@ -128,7 +128,7 @@ pub(super) fn of_run(folder: &Path, scene: &Scene, body: &Body) -> Result<BodyDa
     let mut notes = thinning(&surface);
     if kept.len() < files.len() {
         notes.push(format!(
-            "The view has {} of {} stored times; the field files have all.",
+            "The view shows {} of {} stored times; the field files contain all of them.",
             kept.len(),
             files.len()
         ));
@@ -194,7 +194,7 @@ fn spread(n: usize, most: usize) -> Vec<usize> {
 fn thinning(surface: &Surface) -> Vec<String> {
     let note = |n| {
         format!(
-            "The view has {} of {n} triangles of the surface: neighboring nodes are merged.",
+            "The view shows {} of {n} triangles of the surface: neighboring nodes are merged.",
             surface.triangles.len()
         )
     };

@@ -122,15 +122,15 @@ fn meaning_of_index(index: u64, is_bdf: bool) -> &'static str {
              test may include it"
         }
         (_, false) => {
-            "the multipliers follow only after differentiation. Radau IIA tests their errors times \
+            "the multipliers are determined only after differentiation. Radau IIA tests their errors times \
              a power of the step, as they act on the motion"
         }
         (2, true) => {
-            "the multipliers follow after one differentiation. Their estimated errors do not \
+            "the multipliers are determined after one differentiation. Their estimated errors do not \
              shrink with the step as those of the other variables do, so they are best excluded from the error test"
         }
         (_, true) => {
-            "the multipliers follow only after two differentiations. BDF can barely integrate them: with them in the error test it tends to stop, and a formulation of lower index is the better choice"
+            "the multipliers are determined only after two differentiations. BDF can barely integrate them: with them in the error test it tends to stop, and a formulation of lower index is the better choice"
         }
     }
 }

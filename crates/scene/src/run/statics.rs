@@ -296,7 +296,7 @@ fn unfinished(control: &Control, end: &PathEnd, stopped: bool) -> Option<String>
     let is_short = matches!(control, Control::ArcLength { .. }) && end.reached.abs() < 1.0;
     (is_short && !stopped && end.shortfall.is_none()).then(|| {
         format!(
-            "the path ends at the load factor {:.6} after {} steps: `static.steps` allows more",
+            "the path ends at the load factor {:.6} after {} steps: increase `static.steps`",
             end.reached, end.load_steps
         )
     })

@@ -23,7 +23,7 @@ impl Builder<'_> {
             (Some(mesh), Some(solid)) => Some(self.body(file, mesh, solid)?),
             (None, None) => None,
             (Some(_), None) => {
-                let error = InputError::new("a mesh needs the body's constants")
+                let error = InputError::new("a scene with a mesh needs a table [solid]")
                     .next("add a table [solid] with `bulk_modulus`, in Pa");
                 return Err(self.wrong("mesh", error));
             }

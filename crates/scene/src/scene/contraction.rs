@@ -110,8 +110,9 @@ impl Builder<'_> {
                 continue;
             }
             if material.law.law.is_linear() && file.analysis != Analysis::Response {
-                let error = InputError::new("stress of small strains does not relax here")
-                    .next("choose a law of finite strains, or Rayleigh damping");
+                let error =
+                    InputError::new("Prony terms require a law of finite strains in this analysis")
+                        .next("choose a law of finite strains, or Rayleigh damping");
                 return Err(self.wrong(&path, error));
             }
             let members: Vec<usize> = (0..regions.len()).filter(|e| regions[*e] == i).collect();

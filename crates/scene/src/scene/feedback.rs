@@ -94,10 +94,10 @@ impl Builder<'_> {
         };
         let error = InputError::new(format!(
             "the stiffness cannot follow oscillators where stress relaxes (material[{region}].prony): the \
-             terms `Ḣ + H/τ = g Ṡ` are of a law whose constants stay"
+             terms `Ḣ + H/τ = g Ṡ` require a law with constant coefficients"
         ))
         .next(
-            "leave out `prony` there, or let the feedback act on a `group` without; the tension of \
+            "leave out `prony` there, or let the feedback act on a `group` without `prony`; the tension of \
              `active` may follow chains where stress relaxes; `viscosity` or `rayleigh_stiffness` damp with feedback too",
         );
         Err(self.wrong(path, error))

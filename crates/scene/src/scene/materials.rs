@@ -247,7 +247,7 @@ impl Builder<'_> {
                     _ => None,
                 };
                 if sheet.is_some_and(|sheet| are_parallel(fiber, sheet)) {
-                    let error = InputError::new("the sheets run along the fibers")
+                    let error = InputError::new("the sheets are parallel to the fibers")
                         .next("set a direction across the fibers");
                     return Err(self.wrong(&of_sheet, error));
                 }
@@ -275,7 +275,7 @@ impl Builder<'_> {
                 match members.iter().find_map(along) {
                     None => Ok(()),
                     Some(element) => {
-                        let error = InputError::new("the sheets run along the fibers")
+                        let error = InputError::new("the sheets are parallel to the fibers")
                             .found(format!(
                                 "at all vertices of {} {element}",
                                 mesh.shape().name

@@ -100,7 +100,7 @@ impl Builder<'_> {
         ));
         let error = error
             .allowed("constants, and sines with multiples of this frequency")
-            .next("give periodic.frequency, of which the frequencies of all loads are multiples");
+            .next("set periodic.frequency; all load frequencies must be multiples of it");
         Err(self.wrong(path, error))
     }
 
@@ -123,7 +123,9 @@ impl Builder<'_> {
                 let frequencies: Vec<String> = frequencies.iter().map(f64::to_string).collect();
                 let error = InputError::new("the loads have several frequencies")
                     .found(format!("{} Hz", frequencies.join(", ")))
-                    .next("give periodic.frequency, Hz, of which all are multiples");
+                    .next(
+                        "set periodic.frequency, Hz; all load frequencies must be multiples of it",
+                    );
                 Err(self.wrong("analysis", error))
             }
         }

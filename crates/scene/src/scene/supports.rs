@@ -88,7 +88,7 @@ impl Builder<'_> {
             || stiffnesses.any(|stiffness| stiffness > 0.0)
             || springs.any(|stiffness| stiffness > 0.0);
         if !is_held {
-            let error = InputError::new("nothing holds the body")
+            let error = InputError::new("the body has no supports")
                 .next("add a [[fixed]] with the group of the nodes that do not move, or a [[elastic_foundation]]");
             return Err(self.wrong("", error));
         }

@@ -248,9 +248,9 @@ impl Source {
                 Ok(x) => Number::from_f64(x)
                     .map(Value::Number)
                     .ok_or_else(|| fail("this is not a finite number", float.as_str()))?,
-                Err(_) => return Err(fail("this is no number", float.as_str())),
+                Err(_) => return Err(fail("this number cannot be read", float.as_str())),
             },
-            DeValue::Datetime(_) => return Err(fail("a scene has no dates", "a date")),
+            DeValue::Datetime(_) => return Err(fail("dates are not allowed in a scene", "a date")),
             DeValue::Array(entries) => entries
                 .iter()
                 .map(|one| self.convert(one.get_ref(), place))

@@ -73,7 +73,7 @@ impl StiffnessMap {
             let error = InputError::new("no output is a displacement or a velocity");
             let (place, next) = match scene.file.output.is_empty() {
                 true => ("probe", "add a [[probe]] with quantities = [\"u\"]"),
-                false => ("output", "add an [[output]] whose column is of u or v"),
+                false => ("output", "add an [[output]] with a column of u or v"),
             };
             return Err(scene.wrong(place, error.next(next)).into());
         }

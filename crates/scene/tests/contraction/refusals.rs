@@ -134,7 +134,7 @@ fn invalid_contractions_are_rejected_with_their_key() {
         (
             "stiffness = 1e6\ndamping = 1e3\n[[elastic_foundation]]\ngroup = \"surface\"\nalong = \"normal\"\nstiffness = 3e4",
             "damping = 1e3\n[[elastic_foundation]]\ngroup = \"surface\"",
-            ["nothing holds the body", "[[elastic_foundation]]"],
+            ["the body has no supports", "[[elastic_foundation]]"],
         ),
     ] {
         let found = refusal(from, to);

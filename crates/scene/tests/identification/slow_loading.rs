@@ -4,12 +4,12 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use myovib_model::sensitivity::{Dependences, Stencil};
+use myovib_scene::Scene;
 use myovib_scene::fit::{Outcome, compute};
 use myovib_scene::sensitivity::{
     Output, Parameterized, Precision, Sample, Unsupported, equilibria, follow, outputs, unsupported,
 };
 use myovib_scene::watch::Watcher;
-use myovib_scene::Scene;
 use rand::{Rng, SeedableRng};
 
 use crate::options;

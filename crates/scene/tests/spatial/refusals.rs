@@ -157,7 +157,7 @@ fn directions_of_fibers_are_asked_for_and_checked() {
         ("sheet = [0, 1, 0]", "needs the direction of its fibers"),
         (
             "fiber = [1, 0, 0]\nsheet = [-2, 0, 0]",
-            "the sheets run along the fibers",
+            "the sheets are parallel to the fibers",
         ),
         (
             "fiber = [1, 0, 0]\nsheet = \"s0\"",

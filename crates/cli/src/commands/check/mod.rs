@@ -39,9 +39,9 @@ use myovib_scene::{Body, Scene, plain};
     myovib check scene.toml --set solid.bulk_modulus=inf --json\n\n\
     What is printed: each block of unknowns with its index, and whether the integrator tests its error; the \
     size of the body; the index of the system; how well pressures are held (inf–sup); the start; eigenfrequencies; the first steps \
-    of the run, tried for a second; then warnings with what to change. Of an equilibrium: what the load does by \
-    linear elasticity, and the time of an iteration. The letters \
-    are those of the table: to leave lambda out of the error test is `--set 'integrator.error_test.exclude=[\"p\"]'`.\n\n\
+    of the run, tried for a second; then warnings with what to change. For an equilibrium: the displacement \
+    according to linear elasticity, and the time per iteration. Blocks are named as in the table; to exclude lambda \
+    from the error test, use `--set 'integrator.error_test.exclude=[\"p\"]'`.\n\n\
     Nothing is written. Warnings do not change the exit code.")]
 pub struct CheckArgs {
     /// Scene: a TOML file or the name of a built-in scene.
@@ -173,7 +173,7 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
     for (field, number) in &report.unknowns {
         let tested = match body.settings.suppressed.contains(field) {
             true => "left out",
-            false if to_exclude.contains(field) => "in, better left out",
+            false if to_exclude.contains(field) => "included; exclude it",
             false => "in",
         };
         let index = body.formulation.variable_index(*field, parameters);
@@ -437,7 +437,7 @@ fn held(held: Option<Held>) -> String {
             )
         }
         None => {
-            "inf–sup         not computed for so many pressures; `myovib infsup` tells it of a mesh"
+            "inf–sup         not computed for so many pressures; `myovib infsup` computes it for a mesh"
                 .to_owned()
         }
     }

@@ -130,7 +130,7 @@ impl FigureArgs {
         match beside.into_iter().flatten().next() {
             None => Ok(()),
             Some(option) => Err(InputError::new(format!(
-                "the option has no meaning for Figure {number}, which shows {shows}"
+                "the option has no effect on Figure {number}, which shows {shows}"
             ))
             .at(option)),
         }
@@ -219,7 +219,7 @@ fn draw(numbers: &[u8], set: &[String], options: &Options, command: &str) -> any
         return Err(InputError::new("value out of range")
             .at("--t-end")
             .found(format!("{t_end:e}"))
-            .allowed("a finite number, 1 at least (s)")
+            .allowed("a finite number of at least 1 s")
             .into());
     }
     let names = numbers.iter().map(|&number| product::name(number));

@@ -31,15 +31,14 @@ const DELAY: u16 = 4;
     myovib movie out --field von_mises --factor 20\n  \
     myovib movie chain --set chain[0].gain=6000\n  \
     myovib movie muscle --out muscle.gif --width-pixels 480\n\n\
-    The folder of a run needs the fields that [fields] of a scene writes. The movies chain, muscle, hardening and \
+    The run must have written fields ([fields] in its scene). The movies chain, muscle, hardening and \
     muscle3d show runs of the built-in scenes figure3, figure5, hardening and muscle3d.")]
 pub struct MovieArgs {
     /// Subject: the folder of a run, or the movie chain, muscle, hardening or muscle3d.
     #[arg(value_name = "RUN|MOVIE", value_parser = subject)]
     pub subject: Subject,
 
-    /// Field of a run that colors the body; of vectors and tensors, the magnitude [default: the
-    /// displacement].
+    /// Field shown by color; for vectors and tensors, the magnitude [default: the displacement].
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
 
@@ -139,7 +138,7 @@ impl MovieArgs {
         let (without_effect, next) = match &self.subject {
             Subject::Run(_) => (
                 vec![mesh, integrator, set],
-                "the run is finished; run its scene again for another one",
+                "the run is already stored; run its scene again to use other settings",
             ),
             Subject::Film(Film::Chain) => {
                 (vec![mesh], "the chain moves on a rod, which has no mesh")
@@ -147,17 +146,16 @@ impl MovieArgs {
             Subject::Film(Film::Muscle) => (vec![from], "it shows the last cycle of the load"),
             Subject::Film(Film::Hardening | Film::Muscle3d) => (
                 vec![mesh, from],
-                "it shows the scene of its name; for another write your own, and `myovib run` it \
-                 with [fields]",
+                "it shows the built-in scene of this name; for another scene, run it with [fields] and name its folder",
             ),
         };
         if let Some(option) = without_effect.into_iter().flatten().next() {
-            let error = InputError::new("the option has no meaning for this film");
+            let error = InputError::new("the option has no effect on this movie");
             return Err(error.at(option).next(next));
         }
         match (&self.subject, of_a_run.into_iter().flatten().next()) {
             (Subject::Film(_), Some(option)) => {
-                let error = InputError::new("the option has no meaning for this film");
+                let error = InputError::new("the option has no effect on this movie");
                 Err(error.at(option).next("use it with the folder of a run"))
             }
             _ => Ok(()),

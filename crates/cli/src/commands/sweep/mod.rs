@@ -27,7 +27,7 @@ use crate::values;
     A range lo..hi:n has n values from lo to hi, equally spaced; with :log their logarithms are.\n\n\
     The scenes of all cases are read before one is computed: a wrong value is an error. The table, with a row for each \
     case, goes to standard output and to sweep.csv and sweep.json in the folder, and report.html shows it with the curves. A case that fails when it is run is a row \
-    with its message. The same line given again computes only what is missing: cases that failed, and \
+    with its message. Repeating the command computes only missing cases: those that failed, and \
     those whose scene, mesh, tables or program have changed.\n\n\
     The exit code is 0 when every case was recorded, also those that failed.")]
 pub struct SweepArgs {

@@ -115,7 +115,7 @@ pub struct SynchronizationArgs {
 pub enum BodyName {
     /// The rod of section 3.1.
     Rod,
-    /// The muscle of section 3.2, by its u_y.
+    /// The u_y of the muscle of section 3.2.
     Muscle,
 }
 
@@ -171,12 +171,12 @@ impl SynchronizationArgs {
         let too_short = |t_end: &f64| !(*t_end >= shortest && t_end.is_finite());
         if let Some(t_end) = self.t_end.filter(too_short) {
             let error = InputError::new("value out of range").at("--t-end");
-            let allowed = format!("a finite number, {shortest} at least (s)");
+            let allowed = format!("a finite number of at least {shortest} s");
             return Err(error.found(format!("{t_end:e}")).allowed(allowed));
         }
         if self.body == BodyName::Rod && self.mesh.is_some() {
             let error = InputError::new("a rod has no mesh").at("--mesh");
-            return Err(error.next("--body muscle takes one"));
+            return Err(error.next("use --body muscle with a mesh"));
         }
         Ok(())
     }

@@ -99,8 +99,8 @@ fn notes(rows: &[RowResult]) -> String {
         false => "",
     };
     format!(
-        "\nq v λ μ: perturbation index of each block. gap: the narrowest between what was called \
-         zero and what was not;\nthree decades decide. samples: meshes of {} triangles, random \
+        "\nq v λ μ: perturbation index of each block. gap: the narrowest between values treated \
+         as zero and as nonzero;\nthree decades are decisive. samples: meshes of {} triangles, random \
          states: {}.{remark}\n\n",
         meshes.join(", "),
         states.len()

@@ -55,7 +55,7 @@ impl fmt::Display for DataProblem {
             Self::MissingColumn => "a column is missing",
             Self::DuplicateColumn => "duplicate column name",
             Self::UnsupportedColumn => {
-                "this column changes the meaning of the measurements and is not supported"
+                "this column would change the meaning of the measurements, which is not supported"
             }
             Self::SeveralConditions => "the file has measurements under several conditions",
             Self::UnknownOutput => "the scene has no such output",
