@@ -43,8 +43,13 @@ impl Exit {
     /// occur at run time.
     pub fn of_failure(failure: &anyhow::Error) -> Self {
         let at_work = |cause: &(dyn std::error::Error + 'static)| {
-            let memory = |error: &SparseError| matches!(error, SparseError::Memory { .. });
-            if cause.downcast_ref::<SparseError>().is_some_and(memory) {
+            let resources = |error: &SparseError| {
+                matches!(
+                    error,
+                    SparseError::Memory { .. } | SparseError::Threads { .. }
+                )
+            };
+            if cause.downcast_ref::<SparseError>().is_some_and(resources) {
                 return true;
             }
             let scene = cause.downcast_ref::<Error>();
@@ -55,7 +60,9 @@ impl Exit {
                     Some(
                         ModelError::Output(_)
                             | ModelError::NoEquilibrium { .. }
-                            | ModelError::Factorization(SparseError::Memory { .. })
+                            | ModelError::Factorization(
+                                SparseError::Memory { .. } | SparseError::Threads { .. }
+                            )
                     )
                 )
         };
@@ -88,6 +95,11 @@ mod tests {
         let of = |error: anyhow::Error| Exit::of_failure(&error);
         assert_eq!(of(memory().into()), Exit::Failed);
         assert_eq!(of(ModelError::from(memory()).into()), Exit::Failed);
+        let threads = SparseError::Threads {
+            threads: 2,
+            reason: String::new(),
+        };
+        assert_eq!(of(threads.into()), Exit::Failed);
         let at_start = Error::from(ModelError::from(memory())).before_any_output();
         assert_eq!(of(at_start.into()), Exit::Failed);
         let singular = ModelError::from(SparseError::ZeroPivot);

@@ -5,7 +5,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// Applies `f` to every item on at most `n_threads` threads; results have the order of the items.
+/// Applies `f` to every item on at most `n_threads` threads; results have the order of the items. This thread
+/// works too. If the system starts fewer threads, those compute all items.
 pub fn map<T: Sync, R: Send>(
     items: &[T],
     n_threads: NonZeroUsize,
@@ -23,9 +24,12 @@ pub fn map<T: Sync, R: Send>(
         }
     };
     thread::scope(|scope| {
-        for _ in 0..n_threads.get().min(items.len()) {
-            scope.spawn(worker);
+        for _ in 1..n_threads.get().min(items.len()) {
+            if thread::Builder::new().spawn_scoped(scope, worker).is_err() {
+                break;
+            }
         }
+        worker();
     });
     let results = results.into_inner().expect("all threads have ended");
     results

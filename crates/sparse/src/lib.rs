@@ -40,6 +40,7 @@ pub use dense::DenseLu;
 pub use elimination::{Elimination, Structure};
 pub use error::SparseError;
 pub use factorization::{Factorization, Kind, Prediction};
+pub use ffi::allocator::Allocator;
 pub use options::{Ordering, Precision, Scaling, SparseOptions};
 pub use product::Product;
 pub use scalar::{Number, Scalar};

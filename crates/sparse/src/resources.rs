@@ -64,13 +64,16 @@ pub fn peak() -> Option<usize> {
 }
 
 /// Returns the memory available to this process in bytes: the minimum of the free memory of the machine, of its control
-/// group (a container or a cluster job), of its address space (`ulimit -v`) and of its limit. `None` if no value is known.
+/// group (a container or a cluster job), of its address space (`ulimit -v`), of its data (`ulimit -d`) and of its limit.
+/// `None` if no value is known.
 pub fn available() -> Option<usize> {
     let own = LIMIT
         .get()
         .map(|limit| limit.saturating_sub(in_use().unwrap_or(0)));
     let machine = kibibytes("/proc/meminfo", "MemAvailable:");
-    let all = [own, machine, in_group(), in_address_space()];
+    let address_space = below("Max address space", "VmSize:");
+    let data = below("Max data size", "VmData:");
+    let all = [own, machine, in_group(), address_space, data];
     all.into_iter().flatten().min()
 }
 
@@ -97,14 +100,12 @@ fn kibibytes(file: &str, name: &str) -> Option<usize> {
     Some(1024 * number)
 }
 
-/// Returns the rest of the limited address space (`RLIMIT_AS`).
-fn in_address_space() -> Option<usize> {
+/// Returns the memory left below a limit of the process; `used` is the memory that counts.
+fn below(name: &str, used: &str) -> Option<usize> {
     let limits = fs::read_to_string("/proc/self/limits").ok()?;
-    let limit = limits
-        .lines()
-        .find_map(|line| line.strip_prefix("Max address space"))?;
+    let limit = limits.lines().find_map(|line| line.strip_prefix(name))?;
     let soft = limit.split_whitespace().next()?.parse::<usize>().ok()?; // "unlimited" means no limit
-    Some(soft.saturating_sub(kibibytes("/proc/self/status", "VmSize:")?))
+    Some(soft.saturating_sub(kibibytes("/proc/self/status", used)?))
 }
 
 /// Returns the memory left in the control group (version 2).

@@ -1,5 +1,6 @@
 //! The boundaries to SuiteSparse, to METIS and to the operating system.
 
+pub(crate) mod allocator;
 #[cfg(klu)]
 pub(crate) mod klu;
 #[cfg(feature = "metis")]

@@ -1,0 +1,84 @@
+//! The allocator of programs.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::io::Write;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::resources;
+
+/// Allocations of at least this many bytes are compared with the available memory. The system may otherwise accept them
+/// and kill the process when it uses them.
+const LARGE: usize = 64 << 20;
+
+/// Allocates memory of the system. If there is not enough, it prints an error and ends the process, which Rust would abort.
+#[derive(Debug)]
+pub struct Allocator {
+    /// Exit code of the process without memory.
+    pub exit_code: i32,
+}
+
+impl Allocator {
+    /// Ends the process unless `bytes` more are available.
+    fn expect(&self, bytes: usize) {
+        if bytes >= LARGE && resources::available().is_some_and(|available| bytes > available) {
+            self.end(bytes);
+        }
+    }
+
+    /// Ends the process if an allocation failed.
+    fn checked(&self, memory: *mut u8, bytes: usize) -> *mut u8 {
+        if memory.is_null() {
+            self.end(bytes);
+        }
+        memory
+    }
+
+    /// Prints the error without allocating. Other threads that reach this point wait for the end of the process.
+    fn end(&self, bytes: usize) -> ! {
+        static IS_ENDING: AtomicBool = AtomicBool::new(false);
+        if !IS_ENDING.swap(true, Ordering::Relaxed) {
+            let mut buffer = [0; 256];
+            let mut text = &mut buffer[..];
+            let _ = writeln!(
+                text,
+                "error: not enough memory: {bytes} more bytes are not available\n  allow more (`ulimit -v`, `--memory`, \
+                 the limits of the job), or use fewer threads or a coarser mesh"
+            );
+            let left = text.len();
+            let message = &buffer[..buffer.len() - left];
+            // SAFETY: the pointer and the length describe `message`.
+            unsafe { libc::write(libc::STDERR_FILENO, message.as_ptr().cast(), message.len()) };
+            // SAFETY: `_exit` has no preconditions.
+            unsafe { libc::_exit(self.exit_code) };
+        }
+        loop {
+            std::thread::park();
+        }
+    }
+}
+
+// SAFETY: all memory is the system allocator's, with unchanged layouts.
+unsafe impl GlobalAlloc for Allocator {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        self.expect(layout.size());
+        // SAFETY: the caller's contract.
+        self.checked(unsafe { System.alloc(layout) }, layout.size())
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        self.expect(layout.size());
+        // SAFETY: the caller's contract.
+        self.checked(unsafe { System.alloc_zeroed(layout) }, layout.size())
+    }
+
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        // SAFETY: the caller's contract.
+        unsafe { System.dealloc(memory, layout) };
+    }
+
+    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        self.expect(size.saturating_sub(layout.size()));
+        // SAFETY: the caller's contract.
+        self.checked(unsafe { System.realloc(memory, layout, size) }, size)
+    }
+}
