@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::thread;
+use std::time::{Duration, Instant};
 
 /// The program under test: for users or for maintainers.
 pub(crate) const PROGRAM: &str = match option_env!("CARGO_BIN_EXE_myovib") {
@@ -76,6 +77,17 @@ fn cpu_seconds(process: u32) -> Option<f64> {
 
 /// Returns the exit code of a program interrupted by Ctrl-C during its work.
 pub(crate) fn code_of_interrupted(folder: &Path, arguments: &[&str]) -> Option<i32> {
+    // Enough time to start, and a small part of the run.
+    interrupted_after(1.0, folder, arguments).0
+}
+
+/// Interrupts a program by Ctrl-C after `wait` seconds of CPU time, which do not depend on the load of the machine.
+/// Returns its exit code and the time that it took to end.
+pub(crate) fn interrupted_after(
+    wait: f64,
+    folder: &Path,
+    arguments: &[&str],
+) -> (Option<i32>, Duration) {
     let mut run = Command::new(PROGRAM)
         .args(arguments)
         .current_dir(folder)
@@ -83,14 +95,13 @@ pub(crate) fn code_of_interrupted(folder: &Path, arguments: &[&str]) -> Option<i
         .stderr(Stdio::null())
         .spawn()
         .expect("the program starts");
-    // Enough CPU time to start, and a small part of the run, independent of the load of the
-    // machine.
-    while cpu_seconds(run.id()).is_some_and(|seconds| seconds < 1.0) {
+    while cpu_seconds(run.id()).is_some_and(|seconds| seconds < wait) {
         thread::yield_now();
     }
     let sent = Command::new("kill")
         .args(["-INT", &run.id().to_string()])
         .status();
     assert!(sent.expect("kill").success());
-    run.wait().expect("an end").code()
+    let since = Instant::now();
+    (run.wait().expect("an end").code(), since.elapsed())
 }

@@ -13,6 +13,7 @@ mod fitting;
 mod guide;
 mod harness;
 mod large;
+mod limits;
 mod radau;
 mod resumption;
 mod robustness;

@@ -1,13 +1,13 @@
 //! Handling of Ctrl-C, and of SIGTERM and SIGHUP, which clusters send before they kill a process.
 //!
-//! The first signal ends runs in an orderly manner, so that their output is kept. The second ends
-//! the program. Commands without intermediate output end at the first signal. SIGXFSZ (a file
+//! The first signal ends the program with code 130. Commands that request the [`flag`] end in an
+//! orderly manner, so that their output is kept; the second signal ends them. SIGXFSZ (a file
 //! exceeds a limit of the system) does not end the program: the write fails as on a full disk.
 
 use std::ffi::c_int;
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, LazyLock, Once};
+use std::sync::{Arc, LazyLock};
 
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag::{register, register_conditional_shutdown};
@@ -24,30 +24,25 @@ const ENDING: &[c_int] = &[
 ];
 
 static INTERRUPTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
-static AT_ONCE: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
-static INSTALLED: Once = Once::new();
+static AT_ONCE: LazyLock<Arc<AtomicBool>> = LazyLock::new(|| Arc::new(AtomicBool::new(true)));
 
 /// Returns whether a signal has set the flag.
 pub fn has_come() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
 
-/// Makes the first signal end the program, for commands without steps and without output to keep.
-pub fn at_once() {
-    AT_ONCE.store(true, Ordering::Relaxed);
-}
-
 /// Returns the flag that the first signal sets, for the `Limits` of a run. After the first call, a
 /// signal no longer ends the program immediately.
 pub fn flag() -> &'static AtomicBool {
-    INSTALLED.call_once(|| {
-        if let Err(error) = ENDING.iter().try_for_each(|&signal| end_by(signal)) {
-            output::warn(&format!(
-                "if a signal ends the program, the output of the run is lost: {error}"
-            ));
-        }
-    });
+    AT_ONCE.store(false, Ordering::Relaxed);
     &INTERRUPTED
+}
+
+/// Makes the signals end the program with the code of an interruption.
+pub fn install() {
+    if let Err(error) = ENDING.iter().try_for_each(|&signal| end_by(signal)) {
+        output::warn(&format!("signals will lose the output of runs: {error}"));
+    }
 }
 
 /// Makes `signal` set the flag, or end the program if the flag is already set. The actions run in

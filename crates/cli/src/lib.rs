@@ -48,6 +48,7 @@ use crate::exit::Exit;
 
 /// Parses the command line, runs the command, and returns the exit code.
 pub fn main() -> ExitCode {
+    interrupt::install();
     interrupt::outlive_large_files();
     ranks::main(command, scene)
 }

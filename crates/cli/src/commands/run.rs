@@ -82,8 +82,9 @@ pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
     for finding in warnings(&scene) {
         output::warn(&finding.to_string());
     }
-    if scene.file.analysis == Analysis::Modes {
-        interrupt::at_once();
+    let file = &scene.file;
+    if file.analysis == Analysis::Static && file.solid.is_some() && file.fields.is_none() {
+        output::note("no fields for pictures and movies: `--set fields.interval=1` writes them");
     }
     ranks::share(&mut scene)?;
     let progress = Progress::new(args.common.quiet);
@@ -92,7 +93,8 @@ pub fn run(args: &RunArgs) -> anyhow::Result<Exit> {
         &RunOptions {
             out: args.out.clone(),
             existing: Existing::of(args.resume, args.overwrite),
-            interrupt: Some(interrupt::flag()),
+            // Modes have no partial results.
+            interrupt: (scene.file.analysis != Analysis::Modes).then(interrupt::flag),
             progress: &progress,
             verify: args.verify,
         },

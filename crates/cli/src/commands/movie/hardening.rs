@@ -59,7 +59,10 @@ pub(super) fn film(args: &MovieArgs) -> anyhow::Result<Movie> {
         };
         Figure::of("", drawing.panel(shot.t, &shot.displacement, field))
     };
-    Ok(Movie::new(shots.iter().map(frame).collect(), exit))
+    Ok(Movie {
+        frames: shots.iter().map(frame).collect(),
+        exit,
+    })
 }
 
 /// Returns the triangles of the inclusion.

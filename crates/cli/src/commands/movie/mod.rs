@@ -4,6 +4,7 @@ mod hardening;
 mod muscle3d;
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 
 use clap::{Args, ValueEnum};
 use myovib_model::IntegratorKind;
@@ -13,13 +14,14 @@ use super::figure::{MuscleRun, complex_plane, frames, largest_radius};
 use crate::args::CommonArgs;
 use crate::chains::{EVERY, on_its_body};
 use crate::exit::Exit;
+use crate::interrupt;
 use crate::output;
 use crate::overrides;
 use crate::progress::Progress;
 use crate::values;
 use myovib_report::film;
 use myovib_report::plot::{Figure, movie};
-use myovib_scene::{InputError, Scene};
+use myovib_scene::{InputError, Scene, plain};
 
 /// Time between frames during playback, in hundredths of a second: 25 frames per second.
 const DELAY: u16 = 4;
@@ -219,37 +221,34 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
         output::line("no film: the run ended before the first moment to be shown");
         return Ok(movie.exit);
     }
+    // After Ctrl-C, the movie ends with the frames drawn so far.
+    let is_interrupted = interrupt::flag();
+    let mut n_frames = 0;
+    let frames = movie.frames.into_iter();
+    let frames = frames.take_while(|_| !is_interrupted.load(Ordering::Relaxed));
+    let mut frames = frames.inspect(|_| n_frames += 1).map(Ok).peekable();
+    if frames.peek().is_none() && interrupt::has_come() {
+        output::line("no film: it was interrupted before its first frame was drawn");
+        return Ok(Exit::Interrupted);
+    }
     let mut bytes = Vec::new();
-    movie::write(
-        &mut bytes,
-        movie.frames.into_iter().map(Ok),
-        args.width_pixels,
-        DELAY,
-    )?;
+    movie::write(&mut bytes, frames, args.width_pixels, DELAY)?;
     output::save(&path, bytes)?;
     let document = Document {
         file: path.display().to_string(),
-        frames: movie.n_frames,
+        frames: n_frames,
     };
-    let text = format!("{}: {} frames\n", path.display(), movie.n_frames);
+    let text = plain(&format!("{}: {n_frames} frames\n", path.display()));
     args.common.give("movie", &text, &document)?;
-    Ok(movie.exit)
+    Ok(match interrupt::has_come() {
+        true => Exit::Interrupted,
+        false => movie.exit,
+    })
 }
 
 struct Movie {
     frames: Vec<Figure>,
-    n_frames: usize,
     exit: Exit,
-}
-
-impl Movie {
-    fn new(frames: Vec<Figure>, exit: Exit) -> Self {
-        Self {
-            n_frames: frames.len(),
-            frames,
-            exit,
-        }
-    }
 }
 
 /// Shows the stored fields of a run.
@@ -266,7 +265,10 @@ fn stored(args: &MovieArgs, folder: &Path, between: [f64; 2]) -> anyhow::Result<
         factor,
         between,
     };
-    Ok(Movie::new(film::frames(folder, request)?, Exit::Done))
+    Ok(Movie {
+        frames: film::frames(folder, request)?,
+        exit: Exit::Done,
+    })
 }
 
 /// Shows each sample of 0.01 s for 0.04 s: a quarter of the speed, 12.5 frames per cycle.
@@ -278,12 +280,18 @@ fn chain(args: &MovieArgs, from: f64, to: f64) -> anyhow::Result<Movie> {
     let first = (from / EVERY).ceil() as usize;
     let frames =
         (first..history.t.len()).map(|i| Figure::of("", complex_plane(history, i, radius)));
-    Ok(Movie::new(frames.collect(), run.exit()))
+    Ok(Movie {
+        frames: frames.collect(),
+        exit: run.exit(),
+    })
 }
 
 /// Shows the last cycle of the load in 50 frames: one sixteenth of the speed.
 fn deformation(args: &MovieArgs, to: f64) -> anyhow::Result<Movie> {
     let scene = args.scene("figure5", Some(to))?;
     let run = MuscleRun::compute(scene, &Progress::new(args.common.quiet))?;
-    Ok(Movie::new(frames(&run)?, run.exit()))
+    Ok(Movie {
+        frames: frames(&run)?,
+        exit: run.exit(),
+    })
 }

@@ -63,5 +63,8 @@ pub(super) fn film(args: &MovieArgs) -> anyhow::Result<Movie> {
         }
     };
     let frames = displacements.iter().enumerate().map(frame).collect();
-    Ok(Movie::new(frames, Exit::of(&statistics.outcome)))
+    Ok(Movie {
+        frames,
+        exit: Exit::of(&statistics.outcome),
+    })
 }

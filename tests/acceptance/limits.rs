@@ -1,0 +1,78 @@
+//! Too little memory, and Ctrl-C during any command: one error, the documented exit code, and kept results.
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used)] // helpers outside #[test] functions fail the test as well
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+use crate::harness::{PROGRAM, interrupted_after, myovib_in};
+
+/// Runs the program with an address space of `kibibytes`; returns its exit code and errors.
+fn with_address_space(folder: &Path, kibibytes: u64, arguments: &str) -> (Option<i32>, String) {
+    let limited = format!("ulimit -v {kibibytes}; exec \"$0\" {arguments}");
+    let run = Command::new("bash")
+        .args(["-c", &limited, PROGRAM])
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8_lossy(&run.stderr).into_owned();
+    (run.status.code(), stderr)
+}
+
+/// Regression: failed allocations aborted the program (134), in threads also with a violation of memory (139).
+#[test]
+fn too_little_memory_is_one_error_and_code_4() {
+    let folder = tempfile::tempdir().unwrap();
+    let starts = |space: &u64| with_address_space(folder.path(), *space, "--version").0 == Some(0);
+    let spaces = (0..60).map(|i| (40_000.0 * 1.1_f64.powi(i)) as u64);
+    let spaces: Vec<u64> = spaces.filter(starts).take(12).collect();
+    let mut failures = 0;
+    for command in [
+        "run init --quiet --overwrite --set mesh.refine=3 --set time.end=1e-3 --set fields=",
+        "sweep init --quiet --overwrite --threads 8 --set time.end=1e-3 --set fields= --vary mesh.refine=0,1,2,3",
+        "check muscle3d --threads 8",
+    ] {
+        for &space in &spaces {
+            let (code, stderr) = with_address_space(folder.path(), space, command);
+            let errors = stderr.lines().filter(|line| line.starts_with("error:"));
+            match code {
+                Some(0) => break,
+                Some(4) => assert_eq!(errors.count(), 1, "{command}, {space}: {stderr}"),
+                other => panic!("{command}, {space}: {other:?}, {stderr}"),
+            }
+            failures += 1;
+        }
+    }
+    assert!(failures > 6, "{failures}");
+}
+
+/// Regression: a movie ignored Ctrl-C while it was drawn, and other commands ended without an exit code.
+#[test]
+fn ctrl_c_ends_each_command_within_a_second() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = "run init --quiet --set time.end=0.3 --set fields.interval=0.002";
+    let run: Vec<&str> = run.split(' ').collect();
+    assert_eq!(myovib_in(folder.path(), &run).code, 0);
+    for command in [
+        "movie out --out stored.gif --width-pixels 2000",
+        "infsup --levels 7",
+        "modes muscle3d",
+        "check init --set mesh.refine=5",
+    ] {
+        let arguments: Vec<&str> = command.split(' ').collect();
+        let (code, after) = interrupted_after(0.2, folder.path(), &arguments);
+        assert_eq!(code, Some(130), "{command}");
+        assert!(after < Duration::from_secs(1), "{command}: {after:?}");
+    }
+    // The movie has the frames that were drawn before the signal.
+    let film = fs::read(folder.path().join("stored.gif")).unwrap();
+    let options = gif::DecodeOptions::new();
+    let mut film = options.read_info(&film[..]).unwrap();
+    let mut frames = 0;
+    while film.read_next_frame().unwrap().is_some() {
+        frames += 1;
+    }
+    assert!((1..150).contains(&frames), "{frames}");
+}
