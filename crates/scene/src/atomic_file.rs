@@ -9,11 +9,11 @@ use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use tempfile::Builder;
+use tempfile::{Builder, TempDir};
 
 use crate::Error;
 
-/// Prefix and suffix of temporary files.
+/// Prefix and suffix of temporary files and folders.
 const TEMPORARY: (&str, &str) = (".myovib-", ".part");
 
 /// Change of a file. Tests simulate disk failures at these changes.
@@ -35,6 +35,14 @@ fn allow(change: Change) -> io::Result<()> {
 #[cfg(not(test))]
 fn allow(_: Change) -> io::Result<()> {
     Ok(())
+}
+
+#[cfg(test)]
+pub(crate) use faults::has_stopped;
+
+#[cfg(not(test))]
+pub(crate) fn has_stopped() -> bool {
+    false
 }
 
 thread_local! {
@@ -93,8 +101,7 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -
     // The lock is held while the file is written. A temporary file without a lock is an orphan.
     let _ = temporary.as_file().try_lock();
     let written = fill_temporary(temporary.as_file_mut(), fill);
-    #[cfg(test)]
-    faults::keep_if_stopped(&mut temporary);
+    temporary.disable_cleanup(has_stopped());
     written?;
     temporary.persist(path).map_err(|error| error.error)?;
     sync_folder(folder);
@@ -154,19 +161,36 @@ pub(crate) fn truncate(file: &File, bytes: u64) -> io::Result<()> {
     file.set_len(bytes)
 }
 
+/// Creates a temporary folder in `parent`. Dropping the value removes it; after a kill, the next program
+/// that writes into `parent` does.
+pub fn temporary_folder(parent: &Path) -> io::Result<TempDir> {
+    let mut builder = Builder::new();
+    builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
+    builder.tempdir_in(parent)
+}
+
 /// Returns whether a file of this name is temporary.
 pub(crate) fn is_temporary(name: &str) -> bool {
     name.starts_with(TEMPORARY.0) && name.ends_with(TEMPORARY.1)
 }
 
-/// Removes a temporary file that no running program is writing.
-pub(crate) fn remove_orphan(path: &Path) -> io::Result<()> {
-    if !fs::symlink_metadata(path)?.is_file() {
-        return Ok(());
+/// Removes a temporary file or folder that no running program uses. A program locks the file `lock` in a
+/// folder while it uses the folder.
+pub(crate) fn remove_orphan(path: &Path, lock: &str) -> io::Result<()> {
+    let there = fs::symlink_metadata(path)?;
+    if there.is_file() {
+        return match File::open(path)?.try_lock() {
+            Ok(()) => remove(path),
+            Err(_) => Ok(()),
+        };
     }
-    match File::open(path)?.try_lock() {
-        Ok(()) => remove(path),
-        Err(_) => Ok(()),
+    let is_in_use = || File::open(path.join(lock)).is_ok_and(|file| file.try_lock().is_err());
+    match there.is_dir() && !is_in_use() {
+        true => {
+            allow(Change::Remove)?;
+            fs::remove_dir_all(path)
+        }
+        false => Ok(()),
     }
 }
 

@@ -3,14 +3,15 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::time::Duration;
 
 use anyhow::Context;
 use clap::Args;
 use myovib_model::{Formulation, IntegratorKind, Settings};
 use myovib_report::table2::{self, ROWS, Row, RowRun, Verdict};
-use myovib_scene::result_folder::FolderRequest;
+use myovib_scene::result_folder::{FolderRequest, remove_temporary_files};
 use myovib_scene::run::{Existing, RunOptions, compute};
-use myovib_scene::{InputError, Scene, parallel};
+use myovib_scene::{InputError, Scene, atomic_file, parallel};
 use serde_json::json;
 
 use crate::args::CommonArgs;
@@ -265,7 +266,11 @@ pub fn run(args: &Table2Args) -> anyhow::Result<Exit> {
         }
         None => scenes?,
     };
-    let temporary = tempfile::tempdir().context("cannot make a folder for the runs")?;
+    let shared = std::env::temp_dir();
+    // Folders of other users and of programs that start just now remain.
+    let _ = remove_temporary_files(&shared, Duration::from_secs(60));
+    let temporary = atomic_file::temporary_folder(&shared);
+    let temporary = temporary.context("cannot make a folder for the runs")?;
     let folder = args.out.as_deref().unwrap_or(temporary.path());
     let folders = rows.iter().map(|row| row.scene()).collect();
     let _open = FolderRequest::to_add(folder, "table2", folders).open()?;

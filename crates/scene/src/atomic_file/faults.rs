@@ -6,8 +6,6 @@
 use std::cell::Cell;
 use std::io::{self, Write};
 
-use tempfile::NamedTempFile;
-
 use super::Change;
 
 thread_local! {
@@ -48,6 +46,6 @@ pub(super) fn tear(file: &mut impl Write, bytes: &[u8]) -> io::Result<()> {
     Ok(())
 }
 
-pub(super) fn keep_if_stopped(file: &mut NamedTempFile) {
-    file.disable_cleanup(CHANGES.get() > LAST.get());
+pub(crate) fn has_stopped() -> bool {
+    CHANGES.get() > LAST.get()
 }

@@ -9,6 +9,7 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock};
+use std::thread;
 use std::time::Duration;
 
 use serde_json::{Value, json};
@@ -153,19 +154,19 @@ impl<'a> FolderRequest<'a> {
         self.check()?;
         let path = self.path.to_owned();
         fs::create_dir_all(&path).map_err(Error::file("make", &path))?;
-        match self.existing {
-            Existing::Overwrite => {
-                let alone = lock(&path, Lock::Exclusive)?;
+        match lock(&path, Lock::Exclusive) {
+            Ok(alone) => {
                 let folder = self.open_locked(alone, Duration::ZERO)?;
                 folder.lock.unlock().map_err(Error::file("unlock", &path))?;
-                let lock = lock(&path, Lock::Shared)?;
+                let lock = lock_shared(&path)?;
                 Ok(ResultFolder { lock, ..folder })
             }
-            _ => {
-                let shared = lock(&path, Lock::Shared)?;
+            Err(Error::Busy(_)) if self.existing != Existing::Overwrite => {
+                let shared = lock_shared(&path)?;
                 // Others may have created theirs just now, and not locked it yet.
                 self.open_locked(shared, Duration::from_secs(60))
             }
+            Err(error) => Err(error),
         }
     }
 
@@ -399,18 +400,29 @@ fn remove(path: &Path) -> Result<(), Error> {
 }
 
 /// Removes what killed programs left while they wrote.
-fn remove_temporary_files(folder: &Path, min_age: Duration) -> Result<(), Error> {
+pub fn remove_temporary_files(folder: &Path, min_age: Duration) -> Result<(), Error> {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
         let written = entry.metadata().and_then(|there| there.modified());
         let age = written.ok().and_then(|time| time.elapsed().ok());
         let is_old = age.unwrap_or_default() >= min_age;
         if is_old && name.to_str().is_some_and(atomic_file::is_temporary) {
-            atomic_file::remove_orphan(&entry.path())
+            atomic_file::remove_orphan(&entry.path(), LOCK)
                 .map_err(Error::file("remove", &entry.path()))?;
         }
     }
     Ok(())
+}
+
+/// Takes the shared lock of a folder. Processes that prepare the folder hold the other lock for a moment.
+fn lock_shared(folder: &Path) -> Result<File, Error> {
+    for _ in 0..25 {
+        match lock(folder, Lock::Shared) {
+            Err(Error::Busy(_)) => thread::sleep(Duration::from_millis(20)),
+            locked => return locked,
+        }
+    }
+    lock(folder, Lock::Shared)
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -20,7 +20,8 @@ pub(super) fn error_estimate(
     scene: &Scene,
     options: &RunOptions<'_>,
 ) -> Result<Option<Value>, Error> {
-    let folder = tempfile::tempdir().map_err(Error::file("make a folder in", &options.out))?;
+    let folder = atomic_file::temporary_folder(&options.out);
+    let mut folder = folder.map_err(Error::file("make a folder in", &options.out))?;
     let mut looser = scene.with_looser_tolerances();
     looser.file.fields = None; // only the tables are compared
     let again = RunOptions {
@@ -29,6 +30,7 @@ pub(super) fn error_estimate(
         ..RunOptions::into_folder(folder.path())
     };
     let result = atomic_file::passing(|| dynamic::compute(&looser, &again, None));
+    folder.disable_cleanup(atomic_file::has_stopped());
     let is_set = |flag: &AtomicBool| flag.load(Ordering::Relaxed);
     if options.interrupt.is_some_and(is_set) {
         return Ok(None);

@@ -3,6 +3,8 @@
 //! The grid numbers the cases; the last key changes fastest. A case depends only on its number.
 //! Each case can therefore be computed alone, on any machine, with the same result.
 
+#[cfg(test)]
+mod faults;
 mod grid;
 mod record;
 mod refusal;
@@ -302,6 +304,8 @@ impl Sweep<'_> {
     /// A case that another process computes; a record that cannot be written.
     fn compute(&self, case: &Case, folder: &ResultFolder) -> Result<(), Error> {
         let options = self.options;
+        // The next sweep computes the case again if this one is killed.
+        folder.remove(&record_of(case))?;
         let mut inputs = Vec::new();
         let (done, result) = match caught(|| self.run(case, &mut inputs)) {
             Ok(result) => {

@@ -1,0 +1,99 @@
+//! Sweeps killed while they compute cases again. The next sweep computes these cases and removes temporary files.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::num::NonZeroUsize;
+use std::path::Path;
+
+use super::{Cases, SweepOptions, compute};
+use crate::atomic_file::faults::with_disk_that_stops_after;
+use crate::atomic_file::passing;
+
+/// Scene of a body with a table and a checkpoint.
+const SCENE: &str = r#"
+[time]
+end = 0.01
+[mesh]
+type = "rectangle"
+width = 0.1
+height = 0.02
+cells = [1, 1]
+[solid]
+bulk_modulus = 1e5
+[[material]]
+law = "neo-hooke"
+density = 1.1e3
+shear_modulus = 1e4
+[[fixed]]
+group = "left"
+[[traction]]
+group = "top"
+y = { type = "step", value = 20.0, rise = 0.05 }
+[integrator]
+method = "radau5"
+[checkpoint]
+interval = 0.005
+[[probe]]
+name = "tip"
+type = "point"
+at = [0.1, 0.01]
+interval = 0.005
+"#;
+
+fn sweep(folder: &Path, out: &Path, overwrite: bool) -> Result<(), crate::Error> {
+    let scene = folder.join("scene.toml");
+    fs::write(&scene, SCENE).unwrap();
+    let options = SweepOptions {
+        scene,
+        vary: vec!["material[0].shear_modulus=1e4,2e4".to_owned()],
+        results: Vec::new(),
+        set: Vec::new(),
+        out: out.to_owned(),
+        cases: Cases::All,
+        overwrite,
+        n_threads: NonZeroUsize::MIN,
+        interrupt: None,
+        progress: &(),
+        finished: &|_, _, _| Ok(()),
+    };
+    passing(|| compute(&options)).map(drop)
+}
+
+/// Returns the names of all files with the text of tables.
+fn files(folder: &Path) -> BTreeMap<String, String> {
+    let mut all = BTreeMap::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        if path.is_dir() {
+            let own = files(&path).into_iter();
+            all.extend(own.map(|(inner, text)| (format!("{name}/{inner}"), text)));
+        } else {
+            let is_table = name == "tip.csv";
+            let text = is_table.then(|| fs::read_to_string(&path).unwrap());
+            all.insert(name, text.unwrap_or_default());
+        }
+    }
+    all
+}
+
+/// Regression: a case killed while it was computed again counted as done, and its temporary file stayed.
+#[test]
+fn a_sweep_killed_while_it_replaces_results_is_completed() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    sweep(folder.path(), &out, false).unwrap();
+    let expected = files(&out);
+    let again = || sweep(folder.path(), &out, true);
+    let (done, changes) = with_disk_that_stops_after(u64::MAX, false, again);
+    done.unwrap();
+    assert!(changes > 50, "{changes}");
+    for last in (0..changes).step_by(5) {
+        for torn in [false, true] {
+            // Failures of a case are recorded in memory only: the disk has stopped.
+            let _ = with_disk_that_stops_after(last, torn, again);
+            sweep(folder.path(), &out, false).unwrap();
+            assert_eq!(files(&out), expected, "change {last}, torn: {torn}");
+        }
+    }
+}
