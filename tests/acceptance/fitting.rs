@@ -74,6 +74,36 @@ fn unusable_measurements_are_wrong_input() {
     }
 }
 
+/// Regression: a file with `=` in its name could not be fitted to.
+#[test]
+fn measurements_have_any_name() {
+    let folder = tempfile::tempdir().expect("a folder");
+    beginning(folder.path(), DOUBTFUL);
+    let measured = folder.path().join("measured.csv");
+    for (i, (name, argument)) in [
+        ("a=b c.csv", "--data=a=b c.csv"),
+        ("-m.csv", "--data=-m.csv"),
+        ("-m.csv", "--data=./-m.csv material[0].c10=1.2e4"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        fs::copy(&measured, folder.path().join(name)).expect("a copy");
+        let out = format!("fit{i}");
+        let words = [
+            "fit",
+            "scene.toml",
+            argument,
+            "--out",
+            &out,
+            "--max-iterations=1",
+        ];
+        let run = myovib_in(folder.path(), &words);
+        // One iteration is not enough.
+        assert_eq!(run.code, 3, "{name}: {}", run.stderr);
+    }
+}
+
 #[test]
 fn a_fit_reports_doubtful_results() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -118,21 +118,17 @@ fn significant(value: f64) -> String {
     }
 }
 
-/// Ratio of residuals to noise above which the fit is doubtful.
-const FAR: f64 = 3.0;
-
 /// Describes the quality of the fit and the undetermined parameters.
 fn findings(result: &FitResult) -> Vec<String> {
     let of = match result.noise_is_known {
         true => " times the given noise; about 1 if the model fits",
         false => "",
     };
-    let deviation = result.deviation();
     let mut lines = vec![format!(
         "residuals: standard deviation {}{of}",
-        significant(deviation)
+        significant(result.deviation())
     )];
-    if result.noise_is_known && deviation > FAR {
+    if result.does_not_fit() {
         let remedy = "the model does not fit the measurements, and the intervals are invalid: check units, outliers, \
                       effects missing in the scene, and other starting points";
         lines.push(remedy.to_owned());

@@ -1,7 +1,7 @@
 //! `myovib fit`: fits the parameters of a scene to measurements.
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use myovib_report::fit::{describe, write};
@@ -25,14 +25,14 @@ use crate::values;
     or PEtab's columns observableId, time, \
     measurement and noiseParameters. Writes report.html, fit.json, residuals.csv, residuals.svg and \
     history.csv. Returns 3 if the fit does not converge, or if the residuals are more \
-    than a hundred times the given noise.")]
+    than three times the given noise.")]
 pub struct FitArgs {
     /// Scene: a TOML file or the name of a built-in scene.
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
 
-    /// Measurements of an experiment, followed by values that differ in it; may be repeated. The name of the file,
-    /// which may contain spaces, ends before the first word with a `=`.
+    /// Measurements of an experiment, followed by values that differ in it; may be repeated. The name of the file may
+    /// contain spaces and `=`. Write a name that starts with `-` as `./-NAME`.
     #[arg(long, value_name = "FILE [KEY=VALUE]...", required = true)]
     pub data: Vec<String>,
 
@@ -106,13 +106,22 @@ impl From<LossArg> for Loss {
     }
 }
 
-/// Splits the value of `--data` into the file and its overrides.
+/// Splits the value of `--data` into the file and its overrides, which begin at a word with a `=`: behind the longest name of
+/// a file, or at the first such word if the file is missing.
 fn experiment(text: &str) -> (PathBuf, Vec<String>) {
-    let first = text.split_whitespace().find(|word| word.contains('='));
-    let at = first.and_then(|word| text.find(word));
-    let (file, overrides) = text.split_at(at.unwrap_or(text.len()));
+    let text = text.trim();
+    let is_start = |at: usize| at == 0 || text[..at].ends_with(char::is_whitespace);
+    let word = |at: usize| text[at..].split(char::is_whitespace).next();
+    let starts = text.char_indices().map(|(at, _)| at);
+    let cuts: Vec<usize> = starts
+        .filter(|&at| is_start(at) && word(at).is_some_and(|word| word.contains('=')))
+        .chain([text.len()])
+        .collect();
+    let names_a_file = |at: &&usize| Path::new(text[..**at].trim_end()).exists();
+    let cut = cuts.iter().rev().find(names_a_file).unwrap_or(&cuts[0]);
+    let (file, overrides) = text.split_at(*cut);
     let overrides = overrides.split_whitespace().map(str::to_owned);
-    (file.trim().into(), overrides.collect())
+    (file.trim_end().into(), overrides.collect())
 }
 
 /// Fits the parameters.
@@ -153,27 +162,24 @@ mod tests {
     use super::experiment;
 
     #[test]
-    fn file_names_may_contain_spaces() {
-        for (text, file, overrides) in [
-            ("a.csv", "a.csv", &[][..]),
-            ("my data/a b.csv", "my data/a b.csv", &[]),
-            (
-                "my data/a.csv  k=1 l.m=2 ",
-                "my data/a.csv",
-                &["k=1", "l.m=2"],
-            ),
+    fn file_names_may_contain_spaces_and_equals_signs() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| format!("{}/{name}", folder.path().display());
+        for name in ["a=b.csv", "a b=c d.csv", "a b=c"] {
+            std::fs::write(path(name), "").unwrap();
+        }
+        for (name, overrides) in [
+            ("missing.csv", &[][..]),
+            ("a=b.csv", &[]),
+            ("a b=c d.csv", &[]),
+            ("a=b.csv", &["k=1"]),
+            ("a b=c", &["d=1", "l.m=2"]),
+            ("my data/a b.csv", &["k=1"]),
         ] {
-            let (found, set) = experiment(text);
-            assert_eq!(
-                (found.to_str(), &set[..]),
-                (
-                    Some(file),
-                    &overrides
-                        .iter()
-                        .map(|s| (*s).to_owned())
-                        .collect::<Vec<_>>()[..]
-                )
-            );
+            let text = format!(" {}  {} ", path(name), overrides.join(" "));
+            let (file, set) = experiment(&text);
+            assert_eq!(file.to_str(), Some(&path(name)[..]));
+            assert_eq!(set, overrides);
         }
     }
 }

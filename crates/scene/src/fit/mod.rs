@@ -68,16 +68,12 @@ pub struct FitOptions<'a> {
     pub progress: &'a dyn ProgressSink,
 }
 
-/// Ratio of residuals to noise above which the model does not describe the measurements, whatever the distribution of the
-/// noise.
-const HOPELESS: f64 = 100.0;
-
 /// How a fit ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outcome {
     /// The search found a minimum of the cost.
     Converged,
-    /// The search found a minimum at which the residuals are more than a hundred times the given noise.
+    /// The search found a minimum at which the residuals are more than three times the given noise.
     DoesNotFit,
     /// The limit on iterations was reached.
     MaxIterations,

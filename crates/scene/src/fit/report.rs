@@ -1,18 +1,19 @@
 //! Descriptions of fits.
 
-use std::collections::BTreeMap;
-
 use myovib_fit::{Direction, Ended};
 use serde_json::{Value, json};
 
-use super::{FitResult, HOPELESS, LEVEL, Outcome, Point};
+use super::{FitResult, LEVEL, Outcome, Point};
 use crate::sensitivity::Abscissa;
 
 /// A combination of parameters counts as undetermined if a relative change of 1 changes the weighted residuals by less than
 /// this number of standard deviations.
 const ONE_DEVIATION: f64 = 1.0;
-/// Ratio of residuals to noise above which a model that describes the measurements worse than constants does not fit.
-const POOR: f64 = 10.0;
+/// Ratio of residuals to noise above which a model does not describe the measurements. Smaller ratios may come from an
+/// underestimated noise.
+const FAR: f64 = 3.0;
+/// Median of the absolute values of normal noise with unit variance.
+const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
 
 impl FitResult {
     /// Returns how the fit ended. A search that converged at residuals far above the noise did not fit.
@@ -27,47 +28,27 @@ impl FitResult {
         }
     }
 
-    /// Returns whether the model does not describe the measurements: the residuals are far above the given noise, or well
-    /// above it and above the residuals of constants.
-    fn does_not_fit(&self) -> bool {
-        let of_constants = self.residuals_of_constants();
-        let of_model: f64 = self.points.iter().map(|point| point.residual.powi(2)).sum();
-        let deviation = self.deviation();
-        let is_worse = deviation > POOR && of_model > of_constants;
-        self.noise_is_known && (deviation > HOPELESS || is_worse)
+    /// Returns whether the model does not describe the measurements: the residuals are far above the given noise.
+    pub fn does_not_fit(&self) -> bool {
+        self.noise_is_known && self.misfit() > FAR
     }
 
-    /// Returns the sum of squared residuals if each output of each experiment had the mean of its measurements.
-    fn residuals_of_constants(&self) -> f64 {
-        let mut outputs: BTreeMap<(usize, &str), Vec<&Point>> = BTreeMap::new();
-        for point in &self.points {
-            let own = outputs
-                .entry((point.experiment, &point.output))
-                .or_default();
-            own.push(point);
-        }
-        let of_output = |points: Vec<&Point>| {
-            let weight = |point: &Point| match point.fitted - point.measured {
-                0.0 => 0.0,
-                difference => (point.residual / difference).powi(2),
-            };
-            let n = points.len() as f64;
-            let mean = points.iter().map(|point| point.measured).sum::<f64>() / n;
-            let squares = points
-                .iter()
-                .map(|point| weight(point) * (point.measured - mean).powi(2));
-            squares.sum::<f64>()
-        };
-        outputs.into_values().map(of_output).sum()
+    /// Returns the standard deviation of the residuals, or a robust estimate of it where a robust loss hides it.
+    fn misfit(&self) -> f64 {
+        let mut sizes: Vec<f64> = self.points.iter().map(|p| p.residual.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+        self.deviation().max(median / MEDIAN_OF_NORMAL)
     }
 
     /// Describes how the fit ended.
     pub fn ending(&self) -> String {
         match self.outcome() {
             Outcome::Converged => "converged".to_owned(),
-            Outcome::DoesNotFit => {
-                "the model does not fit the measurements; the search ended".to_owned()
-            }
+            Outcome::DoesNotFit => format!(
+                "the model does not fit the measurements (residuals {:.1} times the given noise); the search ended",
+                self.misfit()
+            ),
             Outcome::MaxIterations => "stopped at the limit on iterations".to_owned(),
             Outcome::Interrupted => "interrupted".to_owned(),
             Outcome::Failed(message) => format!("failed: {message}"),
