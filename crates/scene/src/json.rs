@@ -2,6 +2,7 @@
 
 use serde::{Serialize, Serializer};
 
+use crate::text::plain_json;
 use crate::versions::Versions;
 
 #[derive(Serialize)]
@@ -22,7 +23,7 @@ pub fn document(command: &str, body: &impl Serialize) -> serde_json::Result<Stri
         versions: Versions::found(),
         body,
     };
-    let mut text = serde_json::to_string_pretty(&envelope)?;
+    let mut text = plain_json(&serde_json::to_string_pretty(&envelope)?);
     text.push('\n');
     Ok(text)
 }

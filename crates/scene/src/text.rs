@@ -5,10 +5,30 @@
 pub fn plain(text: &str) -> String {
     let spelled = |c: char| match c {
         '\n' | '\t' => vec![c],
-        c if c.is_control() || is_invisible(c) => c.escape_unicode().collect(),
+        c if is_hidden(c) => c.escape_unicode().collect(),
         c => vec![c],
     };
     text.chars().flat_map(spelled).collect()
+}
+
+/// Returns JSON text with the characters escaped that [`plain`] escapes; its strings have the same values.
+pub(crate) fn plain_json(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c == '\n' || !is_hidden(c) {
+            true => escaped.push(c),
+            false => {
+                for unit in c.encode_utf16(&mut [0; 2]) {
+                    escaped += &format!("\\u{unit:04x}");
+                }
+            }
+        }
+    }
+    escaped
+}
+
+fn is_hidden(c: char) -> bool {
+    c.is_control() || is_invisible(c)
 }
 
 /// Returns whether a character changes the direction of text or takes no space. The joiners U+200C
@@ -48,6 +68,10 @@ mod tests {
         ] {
             assert_eq!(plain(&format!("a{c}b")), format!("a{escaped}b"));
             assert_eq!(escape(&format!("{c}<")), format!("{escaped}&lt;"));
+            let json = serde_json::to_string_pretty(&[c]).unwrap();
+            assert!(!plain_json(&json).contains(c), "{escaped}");
+            let read: [char; 1] = serde_json::from_str(&plain_json(&json)).unwrap();
+            assert_eq!(read, [c]);
         }
         assert_eq!(plain("µ é 水 a\n\tb"), "µ é 水 a\n\tb");
     }

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use myovib_report::{page, sweep};
+use myovib_scene::plain;
 use myovib_scene::sweep::{Cases, SweepOptions, compute};
 
 use crate::args::CommonArgs;
@@ -111,7 +112,8 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
     drop(progress);
     sweep::write(&args.out, &result)?;
     tell_stopped(&result.stopped);
-    args.common.give("sweep", &result.csv, &result.document)?;
+    args.common
+        .give("sweep", &plain(&result.csv), &result.document)?;
     Ok(if interrupt::has_come() {
         Exit::Interrupted
     } else if result.failed_to_write {
