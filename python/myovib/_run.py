@@ -283,11 +283,12 @@ class SweepResult:
         return RunResult._of(self.folder / f"case-{number:04}", [], self._temporary)
 
     def frame(self) -> Any:
-        """Return the rows as a `pandas.DataFrame`, without the probes."""
+        """Return the rows as a `pandas.DataFrame` with the columns of sweep.csv and the messages."""
         import pandas
 
-        rows = [{k: v for k, v in row.items() if k != "probes"} for row in self.rows]
-        return pandas.DataFrame(rows).set_index("case")
+        with (self.folder / "sweep.csv").open(encoding="utf-8", newline="") as table:
+            columns = [*next(csv.reader(table)), "message"]
+        return pandas.DataFrame(self.rows, columns=columns).set_index("case")
 
     def dataset(self) -> Any:
         """Return the rows as an `xarray.Dataset` with a dimension for each varied key, without the probes."""

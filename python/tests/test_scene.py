@@ -196,6 +196,14 @@ def test_a_sweep_has_a_row_for_each_case():
     assert repr(sweep) == "SweepResult(2 cases: 2 finished)"
 
 
+def test_a_frame_of_a_sweep_has_the_columns_of_its_table():
+    pytest.importorskip("pandas")
+    sweep = Scene.builtin("init").set("time.end", 0.01).sweep({"material[0].c10": [1e4, 5e3]}, results={"a": "max(origin.u_y)"})
+    frame = sweep.frame()
+    assert list(frame.columns[:3]) == ["material[0].c10", "a", "outcome"] and frame.columns[-1] == "message"
+    assert list(frame.index) == [1, 2] and list(frame["material[0].c10"]) == [1e4, 5e3]
+
+
 def test_a_dataset_of_xarray_has_a_dimension_for_each_key():
     pytest.importorskip("xarray")
     scene = Scene.builtin("table2-31").set("time.end", 0.01)

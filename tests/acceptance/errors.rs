@@ -223,3 +223,91 @@ fn error_indicators_cost_no_residual() {
     let probes = document["error_indicator"].as_object().unwrap();
     assert_eq!(probes.keys().collect::<Vec<_>>(), ["origin"]);
 }
+
+/// Half a strip that is moved as a whole, with its own material.
+const BONE: &str = r#"
+[time]
+end = 0.01
+[mesh]
+type = "rectangle"
+width = 0.1
+height = 0.02
+cells = [8, 2]
+[[group]]
+name = "bone"
+members = "elements"
+type = "box"
+min = [0.045, -1.0]
+max = [0.2, 1.0]
+[solid]
+bulk_modulus = inf
+[[material]]
+law = "neo-hooke"
+density = 1.1e3
+shear_modulus = 1e4
+[[material]]
+group = "bone"
+law = "neo-hooke"
+density = 1.1e3
+shear_modulus = 1e6
+[[fixed]]
+group = "left"
+[[prescribed_displacement]]
+group = "bone" # moved
+x = { type = "step", value = 1e-3, rise = 0.1 }
+y = 0.0
+"#;
+
+/// A strip without inertia and with a sudden load.
+const SUDDEN: &str = r#"
+analysis = "quasi-static"
+[time]
+end = 1.0
+[mesh]
+type = "rectangle"
+width = 0.1
+height = 0.02
+cells = [4, 2]
+[solid]
+bulk_modulus = 1e5
+[[material]]
+law = "neo-hooke"
+density = 1.1e3
+shear_modulus = 1e4
+[[fixed]]
+group = "left"
+[[traction]]
+group = "top"
+x = { type = "step", value = 20.0, rise = 0.1 }
+y = { type = "step", value = 20.0, rise = 0 } # jumps
+[integrator]
+method = "radau5"
+"#;
+
+/// Regression: the errors pointed at `[[fixed]]` and at `analysis`.
+#[test]
+fn errors_point_at_the_line_to_change() {
+    let folder = tempfile::tempdir().unwrap();
+    for (scene, mark) in [(BONE, "# moved"), (SUDDEN, "# jumps")] {
+        fs::write(folder.path().join("scene.toml"), scene).unwrap();
+        let run = myovib_in(folder.path(), &["run", "scene.toml"]);
+        assert_eq!(run.code, 2, "{}", run.stderr);
+        assert!(run.stderr.contains(mark), "{}", run.stderr);
+        assert!(!folder.path().join("out").exists());
+    }
+}
+
+/// Regression: a varied name with U+202E reversed the text of a terminal behind it.
+#[test]
+fn names_on_standard_output_do_not_hide_text() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = ["sweep", "init", "--quiet", "--set", "time.end=0.01"];
+    let vary = ["--vary", "title=a\u{202e}b,c\u{2066}d"];
+    for more in [&[][..], &["--json"]] {
+        let run = myovib_in(folder.path(), &[&sweep[..], &vary, more].concat());
+        assert_eq!(run.code, 0, "{}", run.stderr);
+        for hidden in ['\u{202e}', '\u{2066}'] {
+            assert!(!run.stdout.contains(hidden), "{more:?}: {}", run.stdout);
+        }
+    }
+}

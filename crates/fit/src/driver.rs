@@ -174,7 +174,7 @@ impl<'a> Search<'a> {
     fn evaluate(&mut self, p: &[f64], wanted: bool) -> Result<Evaluation, String> {
         let mut residuals = vec![0.0; self.residuals.len()];
         if let Some(j) = p.iter().position(|p| !p.is_finite()) {
-            return Err(format!("{} is {}", self.parameters[j].name, p[j]));
+            return Err(format!("{} is not finite", self.parameters[j].name));
         }
         self.evaluations += 1;
         let mut jacobian = None;
@@ -191,7 +191,7 @@ impl<'a> Search<'a> {
             self.model.residuals(p, &mut residuals).map_err(message)?;
         }
         if let Some(i) = residuals.iter().position(|r| !r.is_finite()) {
-            return Err(format!("residual {i} is {}", residuals[i]));
+            return Err(format!("residual {i} is not finite"));
         }
         let losses = residuals.iter().map(|&r| self.options.loss.value(r));
         Ok(Evaluation {

@@ -22,6 +22,9 @@ pub fn text(found: &Response) -> String {
         ("damping ratio", Align::Right),
         ("nearest mode, Hz", Align::Right),
     ]);
+    if let [frequency] = found.frequencies[..] {
+        return at_one_frequency(found, frequency);
+    }
     for peak in &found.peaks {
         table.row([
             peak.probe.as_str().into(),
@@ -32,17 +35,52 @@ pub fn text(found: &Response) -> String {
             nearest_mode(peak).into(),
         ]);
     }
-    let about = match found.preload_time {
-        None => "about rest".to_owned(),
-        Some(t) => format!("about the equilibrium under the loads at t = {t} s"),
+    let peaks = match found.peaks.is_empty() {
+        true => "No value has a peak between these frequencies; the tables have all values.\n"
+            .to_owned(),
+        false => table.render(colored_stdout()),
     };
     let n = found.frequencies.len();
     let [first, last] = [found.frequencies.first(), found.frequencies.last()]
         .map(|frequency| frequency.copied().unwrap_or_default());
     format!(
-        "{}Harmonic response {about}, {n} frequencies from {first} to {last} Hz.\n",
-        table.render(colored_stdout())
+        "{peaks}Harmonic response {}, {n} frequencies from {first} to {last} Hz.\n",
+        about(found)
     )
+}
+
+/// Returns the table of all values at the only frequency.
+fn at_one_frequency(found: &Response, frequency: f64) -> String {
+    let mut table = Table::new(&[
+        ("probe", Align::Left),
+        ("value", Align::Left),
+        ("amplitude", Align::Right),
+        ("phase, °", Align::Right),
+    ]);
+    for probe in &found.probes {
+        let values = probe.columns.iter().zip(probe.amplitudes.iter().flatten());
+        for (column, value) in values {
+            table.row([
+                probe.name.as_str().into(),
+                column.as_str().into(),
+                format!("{:.4e}", value.norm()).into(),
+                format!("{:.2}", phase(*value)).into(),
+            ]);
+        }
+    }
+    format!(
+        "{}Harmonic response {}, at {frequency} Hz.\n",
+        table.render(colored_stdout()),
+        about(found)
+    )
+}
+
+/// Describes the state about which the body vibrates.
+fn about(found: &Response) -> String {
+    match found.preload_time {
+        None => "about rest".to_owned(),
+        Some(t) => format!("about the equilibrium under the loads at t = {t} s"),
+    }
 }
 
 /// Returns the damping ratio, or a dash.

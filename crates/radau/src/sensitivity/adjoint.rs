@@ -5,7 +5,7 @@ use myovib_dae::{LinearSolver, Linearization, Parameters, Problem, StepError};
 use super::cotangents::Cotangents;
 use super::factors::Factors;
 use super::forward::spread;
-use super::krylov::{Krylov, Stalled, norm};
+use super::krylov::{Krylov, norm};
 use super::operator::{Stage, StageOperator};
 use super::recording::Recording;
 use super::sweep_failure::SweepFailure;
@@ -234,9 +234,9 @@ impl<Q> Adjoint<Q> {
                 t,
                 message: error.to_string(),
             },
-            SweepFailure::Stalled(Stalled { norm, .. }) => RadauError::Adjoint {
+            SweepFailure::Stalled(stalled) => RadauError::Adjoint {
                 t,
-                message: format!("the linear solver stagnates at {norm:.1e} times the tolerance"),
+                message: stalled.to_string(),
             },
         })
     }

@@ -310,12 +310,10 @@ impl<Q> ForwardSensitivities<Q> {
                         t,
                         message: error.to_string(),
                     },
-                    SweepFailure::Stalled(Stalled { norm, .. }) => RadauError::Sensitivity {
+                    SweepFailure::Stalled(stalled) => RadauError::Sensitivity {
                         parameter,
                         t,
-                        message: format!(
-                            "the linear solver stagnates at {norm:.1e} times the tolerance"
-                        ),
+                        message: stalled.to_string(),
                     },
                 }
             })?;

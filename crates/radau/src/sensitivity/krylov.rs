@@ -24,12 +24,20 @@ struct Direction {
 const MOST: usize = 60;
 
 /// Reason why a solve failed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("the linear solver {}", outcome(*norm))]
 pub(super) struct Stalled {
     /// Norm of the remaining residual.
     pub(super) norm: f64,
     /// Number of the right-hand side, if there are several.
     pub(super) column: usize,
+}
+
+fn outcome(norm: f64) -> String {
+    match norm.is_finite() {
+        true => format!("stagnates at {norm:.1e} times the tolerance"),
+        false => "finds no finite solution".to_owned(),
+    }
 }
 
 impl Stalled {

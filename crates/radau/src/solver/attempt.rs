@@ -146,7 +146,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if !error.is_finite() {
             return Rejection {
                 reason: StopReason::LinearSolveFailed,
-                message: format!("the estimated error is {error} at h = {h:e}"),
+                message: format!("the estimated error is not finite at h = {h:e}"),
                 step_factor: 0.5,
             };
         }

@@ -115,7 +115,7 @@ impl Builder<'_> {
             linear_solver,
         );
         if file.analysis == Analysis::QuasiStatic {
-            self.expect_no_jump(&muscle)?;
+            self.expect_no_jump(file, &muscle)?;
             muscle.solid = muscle.solid.without_inertia();
             if file.integrator.error_test.exclude.is_none() {
                 // It jumps where the slope of a load does.
@@ -177,7 +177,7 @@ impl Builder<'_> {
                     .next("fix or move fewer groups, or use a finite bulk_modulus");
             return Err(self.wrong("fixed", error));
         }
-        let space = self.with_pressures_held(space, &dofs)?;
+        let space = self.with_pressures_held(file, space, &dofs)?;
         Ok((Arc::new(space), supports, dofs))
     }
 
@@ -219,7 +219,12 @@ impl Builder<'_> {
 
     /// Ties undetermined pressures, which no displacement affects, to their neighbors and adds a
     /// note.
-    fn with_pressures_held(&self, space: Space, dofs: &DofMap) -> Result<Space, InputError> {
+    fn with_pressures_held(
+        &self,
+        file: &SceneFile,
+        space: Space,
+        dofs: &DofMap,
+    ) -> Result<Space, InputError> {
         let (space, held) = space.with_held_pressures_tied(dofs);
         let place = |vertex: usize| {
             let place = space.node_point(vertex).iter().map(|x| format!("{x:.6}"));
@@ -227,11 +232,12 @@ impl Builder<'_> {
         };
         if let Some(&vertex) = held.undetermined.first() {
             let error = InputError::new(format!(
-                "bulk_modulus = inf, but all nodes of the part around the vertex {vertex} at ({}) are fixed: no equation determines its pressure",
+                "bulk_modulus = inf, but all nodes of the part around the vertex {vertex} at ({}) are fixed or moved: no equation determines its pressure",
                 place(vertex)
             ))
-            .next("remove that part from the mesh, fix fewer groups, or use a finite bulk_modulus");
-            return Err(self.wrong("fixed", error));
+            .next("remove that part from the mesh, and fix or move its boundary instead")
+            .next("or use a finite bulk_modulus");
+            return Err(self.wrong(&support_of(file, &space, vertex), error));
         }
         if let Some(&vertex) = held.tied.first() {
             let more = match held.tied.len() {
@@ -328,4 +334,21 @@ fn suited(parameters: &Parameters) -> Formulation {
         (false, true) => Formulation::Velocity,
         (false, false) => Formulation::Position,
     }
+}
+
+/// Returns the key of the group that fixes or moves a node.
+fn support_of(file: &SceneFile, space: &Space, node: usize) -> String {
+    let fixed = file.fixed.iter().map(|own| ("fixed", &own.group));
+    let moved = file.prescribed_displacement.iter();
+    let moved = moved.map(|own| ("prescribed_displacement", &own.group));
+    let holds = |(_, (_, group)): &(usize, (_, &String))| {
+        space
+            .nodes_of(group)
+            .is_ok_and(|nodes| nodes.contains(&node))
+    };
+    let all = fixed.enumerate().chain(moved.enumerate());
+    let support = all.into_iter().find(holds);
+    support.map_or("fixed".to_owned(), |(i, (kind, _))| {
+        format!("{kind}[{i}].group")
+    })
 }

@@ -5,6 +5,7 @@ use myovib_model::{Formulation, IntegratorKind, Muscle, Parameters};
 use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::SceneFile;
+use crate::sensitivity::first_jump;
 
 impl Builder<'_> {
     /// Rejects parts of a scene that need inertia, and methods without it.
@@ -56,7 +57,11 @@ impl Builder<'_> {
     }
 
     /// Rejects loads and supports that jump, which a body without inertia would follow at once.
-    pub(super) fn expect_no_jump(&self, muscle: &Muscle) -> Result<(), InputError> {
+    pub(super) fn expect_no_jump(
+        &self,
+        file: &SceneFile,
+        muscle: &Muscle,
+    ) -> Result<(), InputError> {
         match muscle.first_jump(self.t_end) {
             None => Ok(()),
             Some(t) => {
@@ -64,7 +69,9 @@ impl Builder<'_> {
                     InputError::new("a load, tension or support of a quasi-static analysis jumps")
                         .found(format!("a jump at t = {t} s"))
                         .next("give it a short `rise`, or rows of a table with different times");
-                Err(self.wrong("analysis", error))
+                let tree = serde_json::to_value(file).unwrap_or_default();
+                let step = first_jump(&tree, "", self.t_end);
+                Err(self.wrong(step.as_deref().unwrap_or("analysis"), error))
             }
         }
     }

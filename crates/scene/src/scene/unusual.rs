@@ -20,6 +20,8 @@ use crate::scene_file::{Analysis, SceneFile};
 const DENSITIES: RangeInclusive<f64> = 100.0..=2e4;
 /// Range of shear wave speeds in tissue, m/s. Bodies outside this range probably use other units.
 const SHEAR_WAVES: RangeInclusive<f64> = 0.1..=20.0;
+/// Smallest shear modulus, Pa. The softest solid tissues, embryos and brain, have about 100.
+const SOFTEST: f64 = 50.0;
 /// Maximum ratio of viscous to elastic stress at the driving frequency. Tissue has 0.05 to 1; the
 /// material would flow above 5.
 const MOST_LOSS: f64 = 5.0;
@@ -56,8 +58,9 @@ struct Part {
 type Check = (fn(&SceneFile) -> bool, fn(&Part) -> Option<Unusual>);
 
 /// Checks of materials.
-const CHECKS: [Check; 3] = [
+const CHECKS: [Check; 4] = [
     (|_| true, volume),
+    (|_| true, softness),
     (has_mass, mass),
     (|file| file.analysis == Analysis::Dynamic, damping),
 ];
@@ -84,7 +87,8 @@ pub(super) fn findings(file: &SceneFile, body: &Body, t_end: f64) -> Vec<Finding
     let all = size(body, &parts)
         .into_iter()
         .chain(of_materials)
-        .chain(strong_load(file, body, t_end, &parts));
+        .chain(strong_load(file, body, t_end, &parts))
+        .chain(long_way(file, body, t_end));
     all.map(|(problem, usual)| Finding {
         fields: Vec::new(),
         problem,
@@ -127,15 +131,21 @@ impl Part {
     }
 }
 
-/// Checks length and mass of the body.
-fn size(body: &Body, parts: &[Part]) -> Option<Unusual> {
+/// Returns the length of the body along the axis in which it is longest, m.
+fn length(body: &Body) -> f64 {
     let space = body.muscle.solid.space();
     let (coordinates, dimension) = (space.coordinates(), space.dimension());
     let extent = |axis: usize| {
         let along = coordinates.iter().skip(axis).step_by(dimension).copied();
         along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
     };
-    let length = (0..dimension).map(extent).fold(0.0, f64::max);
+    (0..dimension).map(extent).fold(0.0, f64::max)
+}
+
+/// Checks length and mass of the body.
+fn size(body: &Body, parts: &[Part]) -> Option<Unusual> {
+    let space = body.muscle.solid.space();
+    let (length, dimension) = (length(body), space.dimension());
     let measure = |(element, region): (usize, &usize)| {
         parts[*region].density * space.mesh().measure_of(element)
     };
@@ -178,6 +188,17 @@ fn volume(part: &Part) -> Option<Unusual> {
             two_digits(poisson)
         );
         (problem, "use a bulk_modulus far above the shear modulus (in tissue at least a hundred times as large), or `inf`")
+    })
+}
+
+/// Checks that a body with a density in SI units is not softer than tissue.
+fn softness(part: &Part) -> Option<Unusual> {
+    (DENSITIES.contains(&part.density) && part.shear < SOFTEST).then(|| {
+        let problem = format!("the shear modulus at rest is {} Pa", readable(part.shear));
+        (
+            problem,
+            "give moduli in Pa: 5 kPa is 5e3; tissue has 1e2 to 1e6",
+        )
     })
 }
 
@@ -251,6 +272,25 @@ fn strong_load(file: &SceneFile, body: &Body, t_end: f64, parts: &[Part]) -> Opt
                 "check the unit, Pa: loads far above the modulus invert elements",
             )
         })
+    })
+}
+
+/// Checks that supports move less than the length of the body.
+fn long_way(file: &SceneFile, body: &Body, t_end: f64) -> Option<Unusual> {
+    let length = length(body);
+    let times = times(file, t_end);
+    let distances = body.muscle.prescribed.iter().flat_map(|moved| {
+        let at = |t: &f64| moved.signal.at(*t).value.abs();
+        times.iter().map(at)
+    });
+    let most = distances.fold(0.0, f64::max);
+    (most > length).then(|| {
+        let problem = format!(
+            "a [[prescribed_displacement]] reaches {} m, and the body is {} m long",
+            readable(most),
+            readable(length)
+        );
+        (problem, "give it in m: 1 mm is 1e-3")
     })
 }
 
@@ -356,6 +396,23 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
                 &["solid.bulk_modulus=6.6e3"],
                 &["solid.bulk_modulus=6.7e3"],
                 "Poisson's ratio is -0.0034",
+            ),
+            (
+                &["material[0].shear_modulus=49.0", "traction=[]"],
+                &["material[0].shear_modulus=51.0", "traction=[]"],
+                "the shear modulus at rest is 49",
+            ),
+            // The body is 1 m long.
+            (
+                &[
+                    "prescribed_displacement=[{ group = \"right\", y = { type = \"sine\", amplitude = 1.1, frequency = 2.0 } }]",
+                    "traction=[]",
+                ],
+                &[
+                    "prescribed_displacement=[{ group = \"right\", y = { type = \"sine\", amplitude = 0.9, frequency = 2.0 } }]",
+                    "traction=[]",
+                ],
+                "1 mm is 1e-3",
             ),
             (
                 &["material[0].density=1.0"],

@@ -129,6 +129,7 @@ impl<'s> Checker<'s> {
         }
         if let (Some(tag), Some(object)) = (common_tag(alternatives), value.as_object()) {
             let branch = choose_by_tag(object, tag, alternatives, path)?;
+            expect_own_keys(object, tag, [base, branch], alternatives, path)?;
             return self.plain(value, &[base, branch], path);
         }
         if value.is_string() && alternatives.iter().all(|one| one["const"].is_string()) {
@@ -343,6 +344,40 @@ fn common_tag<'s>(alternatives: &[&'s Value]) -> Option<&'s str> {
         .iter()
         .all(|one| tag_of(one) == Some(tag))
         .then_some(tag)
+}
+
+/// Rejects a key of another alternative than the chosen `branch`.
+fn expect_own_keys(
+    object: &Map<String, Value>,
+    tag: &str,
+    [base, branch]: [&Value; 2],
+    alternatives: &[&Value],
+    path: &str,
+) -> Result<(), Problem> {
+    let has = |one: &Value, key: &str| !one["properties"][key].is_null();
+    for key in object.keys() {
+        if has(base, key) || has(branch, key) {
+            continue;
+        }
+        let others = alternatives.iter().filter(|one| has(one, key));
+        let others = others.filter_map(|one| one["properties"][tag]["const"].as_str());
+        let others: Vec<&str> = others.collect();
+        if !others.is_empty() {
+            let own = branch["properties"].as_object().into_iter().flatten();
+            let own = own.map(|(key, _)| key.as_str()).filter(|key| *key != tag);
+            let (chosen, own) = (&object[tag], own.collect::<Vec<_>>().join(", "));
+            let error = InputError::new(format!(
+                "`{path}` with `{tag} = {chosen}` has no key `{key}`"
+            ))
+            .allowed(own)
+            .next(format!("`{tag}` with this key: {}", others.join(", ")));
+            return Err(Problem {
+                at_key: true,
+                ..Problem::new(&member(path, key), error)
+            });
+        }
+    }
+    Ok(())
 }
 
 fn choose_by_tag<'s>(

@@ -310,7 +310,7 @@ fn rise(function: Option<&Value>) -> Option<f64> {
 }
 
 /// Returns the path of the first step that jumps before `t_end`.
-pub(super) fn first_jump(tree: &Value, path: &str, t_end: f64) -> Option<String> {
+pub(crate) fn first_jump(tree: &Value, path: &str, t_end: f64) -> Option<String> {
     match tree {
         Value::Object(members) => {
             let start = tree["start"].as_f64().unwrap_or(0.0);

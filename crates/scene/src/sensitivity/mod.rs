@@ -18,6 +18,7 @@ pub use curves::{Cost, Output, Precision, Sample, follow, outputs, settings};
 pub use equilibria::equilibria;
 pub use frequency::respond;
 pub use influence::SceneParameter;
+pub(crate) use influence::first_jump;
 pub use map::{OutputMap, StiffnessMap};
 pub use parameters::Parameterized;
 pub use unsupported::{Unsupported, unsupported, unsupported_in_map};

@@ -26,6 +26,7 @@ use myovib_scene::run::{initial, rehearse, try_out};
 use myovib_scene::scene_file::active::Tension;
 use myovib_scene::scene_file::material::PronyTerm;
 use myovib_scene::scene_file::solid::{Direction, ElasticFoundation, Spring};
+use myovib_scene::scene_file::start::InitialState;
 use myovib_scene::scene_file::{Analysis, SceneFile};
 use myovib_scene::sensitivity::SceneParameter;
 use myovib_scene::watch::Watcher;
@@ -200,6 +201,7 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
         .into_iter()
         .chain(added(&scene.file))
         .chain(lines(body, report))
+        .chain(preload(&scene.file))
         .chain([cost.line(scene)])
         .chain(writes::lines(scene))
     {
@@ -209,6 +211,15 @@ fn text(scene: &Scene, body: &Body, report: &Report, cost: &Cost) -> String {
     text.push('\n');
     text.push_str(&warnings(&report.findings));
     text
+}
+
+/// Describes the effect of a preload on the modes, which are those at rest.
+fn preload(file: &SceneFile) -> Option<String> {
+    let is_loaded = matches!(file.initial_state, Some(InitialState::Equilibrium));
+    is_loaded.then(|| {
+        "preload         changes the modes: `myovib modes --set modes.preload_time=0` includes it"
+            .to_owned()
+    })
 }
 
 /// Compares an element parameter with the parameter of the body, which is the maximum.
