@@ -405,11 +405,11 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
             // The body is 1 m long.
             (
                 &[
-                    "prescribed_displacement=[{ group = \"right\", y = { type = \"sine\", amplitude = 1.1, frequency = 2.0 } }]",
+                    "prescribed_displacement=[{ group = \"right\", y = { type = \"step\", value = 1.1, rise = 0.1 } }]",
                     "traction=[]",
                 ],
                 &[
-                    "prescribed_displacement=[{ group = \"right\", y = { type = \"sine\", amplitude = 0.9, frequency = 2.0 } }]",
+                    "prescribed_displacement=[{ group = \"right\", y = { type = \"step\", value = 0.9, rise = 0.1 } }]",
                     "traction=[]",
                 ],
                 "1 mm is 1e-3",
