@@ -329,7 +329,7 @@ pub enum MshProblem {
     },
     /// Node of a plane mesh with z ≠ 0.
     #[error(
-        "node {tag} has z = {z}: a mesh without tetrahedra is plane and requires z = 0; for a body in space give Gmsh a \
+        "node {tag} has z = {z}: a mesh without tetrahedra is plane, parallel to two axes; for a body in space give Gmsh a \
          volume and mesh it: `gmsh -3`"
     )]
     NotPlane {

@@ -332,6 +332,18 @@ impl Mesh {
         })
     }
 
+    /// Returns the group of a name; of several groups with one name, the group of this dimension.
+    ///
+    /// # Errors
+    /// [`FemError::UnknownGroup`].
+    pub fn group_of_dimension(&self, name: &str, dimension: usize) -> Result<&Group, FemError> {
+        let kind = msh::kind_of(dimension as u64);
+        match self.groups.get(&format!("{kind} {name}")) {
+            Some(group) if !self.groups.contains_key(name) => Ok(group),
+            _ => self.group(name),
+        }
+    }
+
     /// Returns the edges of the group with the given name.
     ///
     /// # Errors
@@ -354,7 +366,8 @@ impl Mesh {
     /// # Errors
     /// [`FemError::UnknownGroup`], or [`FemError::WrongGroup`] if the group has other members.
     pub fn facets(&self, name: &str) -> Result<Vec<&[usize]>, FemError> {
-        match (self.dimension(), self.group(name)?) {
+        let dimension = self.dimension();
+        match (dimension, self.group_of_dimension(name, dimension - 1)?) {
             (2, Group::Edges(edges)) => Ok(edges.iter().map(|edge| &edge[..]).collect()),
             (3, Group::Faces(faces)) => Ok(faces.iter().map(|face| &face[..]).collect()),
             (2, other) => Err(self.wrong_group(name, other, "edges")),

@@ -27,6 +27,11 @@ pub enum MeshNote {
         /// Name of its members.
         kind: &'static str,
     },
+    /// The mesh is in another plane than z = 0, and its axes are called x and y.
+    Plane {
+        /// Axes of the file.
+        axes: [char; 2],
+    },
     /// A nodal field has values at non-vertex nodes; only the vertex values are used.
     OffVertexValues {
         /// Name of the field.
@@ -51,6 +56,12 @@ impl fmt::Display for MeshNote {
                 f,
                 "group \"{group}\" lists {kind} more than once: {entries} repeated entries were ignored"
             ),
+            Self::Plane { axes: [a, b] } => {
+                write!(
+                    f,
+                    "the mesh is plane: its axes {a} and {b} are called x and y"
+                )
+            }
             Self::OffVertexValues { field, values } => write!(
                 f,
                 "field \"{field}\" is interpolated linearly from the vertices: values at {values} other nodes were ignored"

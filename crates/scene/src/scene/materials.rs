@@ -172,7 +172,7 @@ impl Builder<'_> {
             return Ok((0..mesh.n_elements()).collect());
         };
         let place = format!("{path}.group");
-        match self.at(&place, mesh.group(name))? {
+        match self.at(&place, mesh.group_of_dimension(name, mesh.dimension()))? {
             Group::Elements(members) => Ok(members.clone()),
             _ => {
                 let plural = mesh.shape().plural;

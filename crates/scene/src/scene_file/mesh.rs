@@ -25,7 +25,7 @@ pub struct Mesh {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum MeshSource {
-    /// Gmsh file (MSH 4.1 or 2.2). Unnamed physical groups are called by dimension and tag: `surface 3`; groups of several dimensions with one name by dimension and name: `surface skin`.
+    /// Gmsh file (MSH 4.1 or 2.2). Unnamed physical groups are called by dimension and tag: `surface 3`; groups of several dimensions with one name by dimension and name: `surface skin`, or by the name where a key needs facets or elements.
     File {
         /// File name, relative to the scene.
         path: PathBuf,

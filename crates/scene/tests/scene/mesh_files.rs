@@ -5,7 +5,7 @@ mod gmsh;
 
 use std::fs;
 
-use myovib_fem::mesh::DefectKind;
+use myovib_fem::mesh::{DefectKind, MeshNote};
 use myovib_fem::{FemError, Mesh, MshProblem};
 use myovib_scene::Scene;
 use myovib_scene::run::{RunOptions, compute};
@@ -232,6 +232,30 @@ fn one_block_in_many_files_deflects_alike() {
     }
 }
 
+/// A surface and the volume have one name: keys of loads mean the surface, keys of materials the volume.
+#[test]
+fn a_name_of_two_groups_is_that_of_the_dimension_of_the_key() {
+    let named = |names: [&'static str; 2]| {
+        block().changed(|file| (file.names[1].2, file.names[2].2) = (names[0], names[1]))
+    };
+    let pulled = |file: File, load: &str, material: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("block.msh"), file.version_4("4.1")).unwrap();
+        let text = scene("fix", 1.0).replace("density", &format!("group = {material:?}\ndensity"))
+            + &format!("[[traction]]\ngroup = {load:?}\nx = 1e3\n");
+        let scene = Scene::build("scene.toml", &text, &[], folder.path()).unwrap();
+        let out = tempfile::tempdir().unwrap();
+        let run = compute(&scene, &RunOptions::into_folder(out.path())).unwrap();
+        run.document["results"]["tip"]["u_x"].as_f64().unwrap()
+    };
+    let exact = pulled(named(["tip", "body"]), "tip", "body");
+    assert_eq!(pulled(named(["part", "part"]), "part", "part"), exact);
+    assert_eq!(
+        pulled(named(["part", "part"]), "surface part", "volume part"),
+        exact
+    );
+}
+
 #[test]
 fn files_of_other_kinds_are_refused_with_their_reason() {
     let block = block();
@@ -262,23 +286,37 @@ fn files_of_other_kinds_are_refused_with_their_reason() {
         problem(&same_node),
         MshProblem::DegenerateElement { .. }
     ));
-    let plane = |axis: usize, z: f64| {
+    let plane = |axis: usize, z: f64, slope: f64| {
         let mut file = block.clone();
         file.entities.truncate(1);
         let cross = file.entities[0].elements.clone();
         file.entities = vec![Entity::new(2, 1, &[1], cross)];
         for point in &mut file.points {
             let [_, y, own] = *point;
-            *point = [y, own, z];
+            *point = [y, own, z + slope * y];
             point.swap(2, axis);
         }
         file.version_4("4.1")
     };
-    assert!(Mesh::parse_msh(plane(2, 0.0), "plane.msh").is_ok());
-    for (axis, z) in [(2, 0.05), (1, 0.0)] {
-        let found = problem(&plane(axis, z));
-        assert!(matches!(found, MshProblem::NotPlane { .. }), "{found}");
+    // A cross-section in any plane parallel to two axes.
+    for (axis, z) in [(2, 0.0), (2, 0.05), (1, 0.0), (0, 0.05)] {
+        let mesh = Mesh::parse_msh(plane(axis, z, 0.0), "plane.msh").unwrap();
+        assert_eq!(mesh.dimension(), 2);
+        let noted = mesh
+            .notes()
+            .iter()
+            .any(|note| matches!(note, MeshNote::Plane { .. }));
+        assert_eq!(noted, axis != 2);
+        let area: f64 = (0..mesh.n_elements())
+            .map(|i| {
+                let [a, b, c] = mesh.corners::<2, 3>(i);
+                0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+            })
+            .sum();
+        assert!((area - 4e-4).abs() < 1e-15, "{axis}: {area}");
     }
+    let found = problem(&plane(1, 0.0, 0.1));
+    assert!(matches!(found, MshProblem::NotPlane { .. }), "{found}");
     let defect = |content: &str| match refused(content) {
         FemError::Defect(defect) => defect.kind,
         error => panic!("{error}"),

@@ -11,7 +11,7 @@ use crate::element::Shape;
 use crate::error::{FemError, MshProblem};
 use crate::mesh::{Group, Mesh, MeshNote, NodalField, is_degenerate, measure, sorted};
 
-/// Largest |z| of the vertices of a plane mesh, as a fraction of the largest coordinate: rounding.
+/// Largest distance of the vertices of a plane mesh, as a fraction of the largest coordinate: rounding.
 const OFF_PLANE: f64 = 1e-10;
 
 /// Line number and the problem found there.
@@ -28,6 +28,34 @@ struct Parts<const D: usize, const V: usize> {
 }
 
 impl MshFile {
+    /// Moves triangles parallel to a plane of two axes into the plane z = 0. Returns the axes, if they are not x and y.
+    pub(super) fn flatten(&mut self) -> Option<[char; 2]> {
+        if self.cells.iter().any(|cell| cell.dimension == 3) {
+            return None;
+        }
+        let triangles = self.cells.iter().filter(|cell| cell.dimension == 2);
+        let vertices: Vec<_> = triangles.flat_map(|cell| &cell.vertices).collect();
+        let size = self.nodes.iter().flat_map(|node| node.position);
+        let size = size.fold(0.0_f64, |size, x| size.max(x.abs()));
+        let normal = [2, 1, 0].into_iter().find(|&axis| {
+            let along = |&vertex: &&usize| self.nodes[*vertex].position[axis];
+            let (low, high) = (vertices.iter().map(along), vertices.iter().map(along));
+            high.fold(f64::NEG_INFINITY, f64::max) - low.fold(f64::INFINITY, f64::min)
+                <= OFF_PLANE * size
+        })?;
+        let axes = [[1, 2], [0, 2], [0, 1]][normal];
+        for node in &mut self.nodes {
+            let [x, y] = axes.map(|axis| node.position[axis]);
+            node.position = [x, y, 0.0];
+        }
+        for data in self.data.values_mut().filter(|data| data.components == 3) {
+            for value in data.values.values_mut() {
+                *value = [axes[0], axes[1], normal].map(|axis| value[axis]).to_vec();
+            }
+        }
+        (normal != 2).then(|| axes.map(|axis| ['x', 'y', 'z'][axis]))
+    }
+
     /// Builds the mesh; messages call the file `name`.
     pub(super) fn assemble(&self, name: &str) -> Result<Mesh, FemError> {
         if self.cells.iter().any(|cell| cell.dimension == 3) {

@@ -58,8 +58,14 @@ impl Mesh {
             text: text.lines(),
             number: 0,
         };
-        let file = parse(&mut lines).map_err(|problem| error_at(lines.number, problem))?;
-        file.assemble(name)
+        let mut file = parse(&mut lines).map_err(|problem| error_at(lines.number, problem))?;
+        let axes = file.flatten();
+        let mesh = file.assemble(name)?;
+        Ok(mesh.with_earlier_notes(
+            axes.map(|axes| super::MeshNote::Plane { axes })
+                .into_iter()
+                .collect(),
+        ))
     }
 }
 
@@ -227,7 +233,7 @@ fn header(lines: &mut Lines<'_>) -> Result<Version, MshProblem> {
 }
 
 /// Returns the kind of an entity in names of groups.
-fn kind_of(dimension: u64) -> &'static str {
+pub(super) fn kind_of(dimension: u64) -> &'static str {
     let kinds = ["point", "curve", "surface", "volume"];
     kinds.get(dimension as usize).copied().unwrap_or("entity")
 }
