@@ -12,7 +12,7 @@ use crate::error::ModelError;
 /// Quantities at a point or averaged over several points.
 #[derive(Debug, Clone)]
 pub struct Measurement {
-    /// Points with weights that sum to 1.
+    /// Points with weights that sum to 1, or to 0 for values relative to a group.
     places: Vec<(ElementPoint, f64)>,
     quantities: Vec<Quantity>,
     dimension: usize,
@@ -57,6 +57,17 @@ impl Measurement {
             quantities: quantities.to_vec(),
             dimension: space.dimension(),
         })
+    }
+
+    /// Subtracts the averages over a group.
+    ///
+    /// # Errors
+    /// As for [`average`](Self::average).
+    pub fn relative_to(mut self, space: &Space, group: &str) -> Result<Self, ModelError> {
+        let other = Self::average(space, group, &self.quantities)?.places;
+        let negative = other.into_iter().map(|(place, weight)| (place, -weight));
+        self.places.extend(negative);
+        Ok(self)
     }
 
     /// Returns the names of the values in their order.

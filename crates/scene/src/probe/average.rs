@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::kind::{InvalidPlace, Kind, Reading, Systems, Wrong, at};
-use super::places::{Places, displacement_and_pressure};
+use super::places::{check_reference, displacement_and_pressure, relative};
 
 /// Averages over a group, weighted by undeformed size.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -18,16 +18,19 @@ pub struct Average {
     #[serde(default = "displacement_and_pressure")]
     #[schemars(length(min = 1), extend("uniqueItems" = true))]
     pub quantities: Vec<Quantity>,
+    /// Group whose averages are subtracted.
+    pub relative_to: Option<String>,
 }
 
 impl Kind for Average {
     fn check_place(&self, solid: &Solid) -> Result<(), Wrong<InvalidPlace>> {
-        at(".group", solid.space().mesh().group(&self.group)).map(drop)
+        at(".group", solid.space().mesh().group(&self.group))?;
+        check_reference(solid, self.relative_to.as_deref())
     }
 
     fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
         let space = of.solid()?.space();
         let measurement = Measurement::average(space, &self.group, &self.quantities)?;
-        Ok(Box::new(Places(vec![measurement])))
+        relative(space, measurement, self.relative_to.as_deref())
     }
 }

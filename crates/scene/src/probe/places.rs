@@ -1,14 +1,38 @@
 //! Quantities at points, shared by the probes for points, lines and averages.
 
+use myovib_fem::{Solid, Space};
 use myovib_model::{Measurement, ModelError, Quantity};
 use num_complex::Complex64;
 
-use super::kind::{HarmonicMotion, HarmonicReading, Reading, StateAt};
+use super::kind::{HarmonicMotion, HarmonicReading, InvalidPlace, Reading, StateAt, Wrong, at};
 use crate::run::system::{System, muscle_of, need_rates};
 
 /// Returns the quantities measured by default.
 pub(super) fn displacement_and_pressure() -> Vec<Quantity> {
     vec![Quantity::Displacement, Quantity::Pressure]
+}
+
+/// Rejects an unknown group of a reference.
+pub(super) fn check_reference(
+    solid: &Solid,
+    group: Option<&str>,
+) -> Result<(), Wrong<InvalidPlace>> {
+    group.map_or(Ok(()), |group| {
+        at(".relative_to", solid.space().quadrature(group)).map(drop)
+    })
+}
+
+/// Returns a measurement, relative to a group if one is given.
+pub(super) fn relative(
+    space: &Space,
+    measurement: Measurement,
+    group: Option<&str>,
+) -> Result<Box<dyn Reading>, ModelError> {
+    let measurement = match group {
+        Some(group) => measurement.relative_to(space, group)?,
+        None => measurement,
+    };
+    Ok(Box::new(Places(vec![measurement])))
 }
 
 /// Quantities at one place or at several numbered places.

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::kind::{InvalidPlace, Kind, Reading, Systems, Wrong, at};
-use super::places::{Places, displacement_and_pressure};
+use super::places::{check_reference, displacement_and_pressure, relative};
 
 /// Values at a point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -19,15 +19,19 @@ pub struct Point {
     #[serde(default = "displacement_and_pressure")]
     #[schemars(length(min = 1), extend("uniqueItems" = true))]
     pub quantities: Vec<Quantity>,
+    /// Group whose averages are subtracted.
+    pub relative_to: Option<String>,
 }
 
 impl Kind for Point {
     fn check_place(&self, solid: &Solid) -> Result<(), Wrong<InvalidPlace>> {
-        at(".at", Probe::near(solid.space(), &self.at)).map(drop)
+        at(".at", Probe::near(solid.space(), &self.at))?;
+        check_reference(solid, self.relative_to.as_deref())
     }
 
     fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
-        let measurement = Measurement::at(of.solid()?.space(), &self.at, &self.quantities)?;
-        Ok(Box::new(Places(vec![measurement])))
+        let space = of.solid()?.space();
+        let measurement = Measurement::at(space, &self.at, &self.quantities)?;
+        relative(space, measurement, self.relative_to.as_deref())
     }
 }
