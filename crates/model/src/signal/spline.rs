@@ -59,6 +59,31 @@ impl Spline {
         Ok(Points::new(times, values)?.into())
     }
 
+    /// Creates the displacement of an `acceleration` that is linear between its points, at rest at t = 0.
+    pub fn of_acceleration(acceleration: Points) -> Self {
+        let Points {
+            times,
+            values: moments,
+            ..
+        } = acceleration;
+        let (mut values, mut velocity) = (vec![0.0], 0.0);
+        for (t, a) in times.windows(2).zip(moments.windows(2)) {
+            let h = t[1] - t[0];
+            let moved = h * velocity + h * h * (2.0 * a[0] + a[1]) / 6.0;
+            values.push(values[values.len() - 1] + moved);
+            velocity += 0.5 * h * (a[0] + a[1]);
+        }
+        let of_values = |times: Vec<f64>, values| Self {
+            points: Points::spanning(times, values),
+            moments: moments.clone(),
+        };
+        let start = of_values(times.clone(), values.clone()).at(0.0);
+        for (value, t) in values.iter_mut().zip(&times) {
+            *value -= start.value + start.d1 * t;
+        }
+        of_values(times, values)
+    }
+
     /// Returns the largest overshoot beyond the two neighboring points.
     pub fn overshoot(&self) -> Option<Overshoot> {
         let Points {

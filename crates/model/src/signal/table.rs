@@ -44,13 +44,18 @@ impl Points {
         if let Some(pair) = times.windows(2).find(|pair| pair[1] <= pair[0]) {
             return fail("time in a table", pair[1], "greater than the one before it");
         }
+        Ok(Self::spanning(times, values))
+    }
+
+    /// Creates the points without checks.
+    pub(super) fn spanning(times: Vec<f64>, values: Vec<f64>) -> Self {
         let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
-        Ok(Self {
+        Self {
             spread: largest - smallest,
             times,
             values,
-        })
+        }
     }
 
     /// Returns the first and the last time, s.

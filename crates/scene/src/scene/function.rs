@@ -41,9 +41,19 @@ impl Builder<'_> {
                     time,
                     column,
                     interpolation,
+                    acceleration,
                 } => {
                     let points = self.table(file, time, column, path)?;
                     match interpolation {
+                        Interpolation::Linear if *acceleration => {
+                            Spline::of_acceleration(points).into()
+                        }
+                        _ if *acceleration => {
+                            let error =
+                                InputError::new("accelerations are linear between the rows")
+                                    .next("remove `interpolation`");
+                            return Err(self.wrong(&format!("{path}.interpolation"), error));
+                        }
                         Interpolation::Linear => Polyline(points).into(),
                         Interpolation::Pchip => Pchip::from(points).into(),
                         Interpolation::Spline => self.spline(points, path).into(),

@@ -62,6 +62,9 @@ pub enum Composed {
         /// Interpolation between the rows.
         #[serde(default)]
         interpolation: Interpolation,
+        /// The values are accelerations, m/s², linear between the rows; the function is the displacement from rest at t = 0.
+        #[serde(default)]
+        acceleration: bool,
     },
     /// Sum of functions.
     Sum {
