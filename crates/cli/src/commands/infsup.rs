@@ -136,7 +136,10 @@ fn of_scene(path: &Path, set: &[String], fixed: Option<Vec<String>>) -> anyhow::
     let moved = file.prescribed_displacement.iter().map(|moved| {
         let given = [&moved.x, &moved.y, &moved.z];
         let count = given.into_iter().flatten().count();
-        (&moved.group, count == mesh.dimension())
+        (
+            &moved.group,
+            count == mesh.dimension() || moved.rotation.is_some(),
+        )
     });
     let all: Vec<_> = held.chain(moved).collect();
     if let (None, Some((group, _))) = (&fixed, all.iter().find(|(_, whole)| !whole)) {

@@ -50,6 +50,53 @@ impl Combination {
     }
 }
 
+/// sin(θ + `phase`) − sin(`phase`) of an angle θ.
+#[derive(Debug)]
+pub(super) struct Turn {
+    pub(super) angle: Signal,
+    pub(super) phase: f64,
+}
+
+impl TimeFunction for Turn {
+    fn at(&self, t: f64) -> Jet {
+        let turned = (self.angle.at(t) + Jet::constant(self.phase)).sin();
+        turned + Jet::constant(-self.phase.sin())
+    }
+
+    fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
+        let speeds = [from, to].map(|t| 1.0 / self.angle.at(t).d1.abs());
+        let angle = self.angle.time_scale(from, to)?;
+        shortest([angle, speeds[0], speeds[1]])
+    }
+
+    fn constant_over(&self, from: f64, to: f64) -> Option<f64> {
+        let angle = self.angle.constant_over(from, to)?;
+        Some((angle + self.phase).sin() - self.phase.sin())
+    }
+
+    fn next_break(&self, after: f64) -> Option<Break> {
+        self.angle.next_break(after)
+    }
+
+    fn lowest_jump(&self) -> u8 {
+        self.angle.lowest_jump()
+    }
+
+    fn frequency(&self) -> Option<f64> {
+        self.angle.frequency()
+    }
+
+    fn range(&self) -> (f64, f64) {
+        self.angle.range()
+    }
+
+    fn under_part(&self, part: f64) -> Option<Signal> {
+        let angle = self.angle.scaled(part);
+        let phase = self.phase;
+        Some(Self { angle, phase }.into())
+    }
+}
+
 impl TimeFunction for Combination {
     fn at(&self, t: f64) -> Jet {
         let (start, put): (f64, fn(Jet, Jet) -> Jet) = match self.0 {
@@ -88,6 +135,17 @@ impl TimeFunction for Combination {
     fn next_break(&self, after: f64) -> Option<Break> {
         let breaks = self.1.iter().filter_map(|part| part.next_break(after));
         breaks.reduce(Break::earlier)
+    }
+
+    fn under_part(&self, part: f64) -> Option<Signal> {
+        if self.1.iter().all(Signal::is_linear_in_load) {
+            return None;
+        }
+        let scaled = |own: &Signal| match (self.0, own.is_linear_in_load()) {
+            (Operation::Product, true) => own.clone(),
+            _ => own.scaled(part),
+        };
+        Some(Self(self.0, self.1.iter().map(scaled).collect()).into())
     }
 
     fn lowest_jump(&self) -> u8 {

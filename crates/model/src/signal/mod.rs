@@ -14,10 +14,11 @@ pub(crate) mod spline;
 pub(crate) mod table;
 pub(crate) mod timing;
 
+use std::f64::consts::FRAC_PI_2;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use composed::{Combination, Operation};
+use composed::{Combination, Operation, Turn};
 use jet::Jet;
 use timing::{Break, FRACTION, TimeScales};
 
@@ -92,6 +93,11 @@ pub trait TimeFunction: Debug + Send + Sync {
     fn objection(&self) -> Option<Objection> {
         None
     }
+
+    /// Returns the function under `part` of a load, if this is not `part` times the function.
+    fn under_part(&self, _part: f64) -> Option<Signal> {
+        None
+    }
 }
 
 /// Reason why the parameters of a function are invalid.
@@ -137,10 +143,27 @@ impl Signal {
         Combination(Operation::Product, factors).into()
     }
 
-    /// Returns the function multiplied by `factor`.
+    /// Creates sin θ of an angle θ (rad).
+    pub fn sine(angle: Self) -> Self {
+        Turn { angle, phase: 0.0 }.into()
+    }
+
+    /// Creates cos θ − 1 of an angle θ (rad).
+    pub fn cosine_less_one(angle: Self) -> Self {
+        let phase = FRAC_PI_2;
+        Turn { angle, phase }.into()
+    }
+
+    /// Returns the function under the part `factor` of a load: multiplied by it, except that angles are.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
-        Self::product(vec![Self::constant(factor), self.clone()])
+        let product = || Self::product(vec![Self::constant(factor), self.clone()]);
+        self.0.under_part(factor).unwrap_or_else(product)
+    }
+
+    /// Returns whether [`scaled`](Self::scaled) multiplies the function.
+    pub(crate) fn is_linear_in_load(&self) -> bool {
+        self.0.under_part(1.0).is_none()
     }
 
     /// Returns the highest frequency of its sines, Hz, if any.
@@ -190,7 +213,7 @@ impl Signal {
 
     /// Returns the value if it is constant between two times. Without it, steps stay as short as
     /// [`longest_step`](Self::longest_step) over the whole run.
-    fn constant_over(&self, from: f64, to: f64) -> Option<f64> {
+    pub(crate) fn constant_over(&self, from: f64, to: f64) -> Option<f64> {
         self.0.constant_over(from, to)
     }
 

@@ -10,7 +10,7 @@ use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::function::Function;
 use crate::scene_file::response::Amplitudes;
-use crate::scene_file::solid::{Axis, PrescribedDisplacement};
+use crate::scene_file::solid::{Axis, PrescribedDisplacement, Rotation};
 use crate::scene_file::{Analysis, SceneFile};
 
 /// Names of the components.
@@ -51,8 +51,17 @@ type Terms = Vec<(usize, f64)>;
 struct Move<'f> {
     component: Component<'f>,
     signal: Signal,
+    /// Part of a rotation, if it is one.
+    turn: Option<Turn>,
     /// Largest |factor| at the nodes of the group.
     largest_factor: f64,
+}
+
+/// Parts of a rotation by θ: sin θ times the velocity of unit rotation, cos θ − 1 times the distance from the axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Turn {
+    Sine,
+    CosineLessOne,
 }
 
 impl Builder<'_> {
@@ -135,16 +144,11 @@ impl Builder<'_> {
             let nodes = self.at(&format!("{entry}.group"), space.nodes_of(&moving.group))?;
             let given = [&moving.x, &moving.y, &moving.z];
             let harmonic = moving.response.as_ref();
-            for component in self.components(given, harmonic, dimension, &entry)? {
-                let axis = component.axis;
-                let factors = match dimension {
-                    2 => self.factors::<2>(moving, space, &nodes, axis, &entry),
-                    _ => self.factors::<3>(moving, space, &nodes, axis, &entry),
-                }?;
-                let largest_factor = factors.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
+            let mut add = |mut own: Move<'f>, factors: Vec<f64>| {
+                own.largest_factor = factors.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
                 for (&node, factor) in nodes.iter().zip(factors) {
-                    let groups = required.entry((node, axis)).or_default();
-                    let moves_here = factor.abs() > EQUAL_FACTORS * largest_factor;
+                    let groups = required.entry((node, own.component.axis)).or_default();
+                    let moves_here = factor.abs() > EQUAL_FACTORS * own.largest_factor;
                     let term = moves_here.then_some((moves.len(), factor));
                     let group = Some(&*moving.group);
                     match groups.iter_mut().find(|(other, _)| *other == group) {
@@ -152,18 +156,101 @@ impl Builder<'_> {
                         None => groups.push((group, term.into_iter().collect())),
                     }
                 }
+                moves.push(own);
+            };
+            if let Some(rotation) = &moving.rotation {
+                for (own, factors) in self.turns(file, rotation, space, &nodes, &entry)? {
+                    add(own, factors);
+                }
+                if given == [&None; 3] && harmonic.is_none() {
+                    continue;
+                }
+            }
+            for component in self.components(given, harmonic, dimension, &entry)? {
+                let axis = component.axis;
+                let factors = match dimension {
+                    2 => self.factors::<2>(moving, space, &nodes, axis, &entry),
+                    _ => self.factors::<3>(moving, space, &nodes, axis, &entry),
+                }?;
                 let signal = match component.function {
                     Some(function) => self.motion(file, function, &component.path)?,
                     None => Signal::constant(0.0),
                 };
-                moves.push(Move {
+                let own = Move {
                     component,
                     signal,
-                    largest_factor,
-                });
+                    turn: None,
+                    largest_factor: 0.0,
+                };
+                add(own, factors);
             }
         }
         Ok(moves)
+    }
+
+    /// Returns the parts of a rotation with their factors at nodes.
+    fn turns<'f>(
+        &self,
+        file: &SceneFile,
+        rotation: &'f Rotation,
+        space: &Space,
+        nodes: &[usize],
+        entry: &str,
+    ) -> Result<Vec<(Move<'f>, Vec<f64>)>, InputError> {
+        let (dimension, path) = (space.dimension(), format!("{entry}.rotation"));
+        let point = self.coordinates(&rotation.point, dimension, &format!("{path}.point"))?;
+        let axis = match (&rotation.axis, dimension) {
+            (Some(axis), 3) => self.unit_vector(axis, 3, &format!("{path}.axis"))?,
+            (None, 2) => [0.0, 0.0, 1.0],
+            (Some(_), _) => {
+                let error = InputError::new("a plane body rotates about the z axis");
+                return Err(self.wrong(&format!("{path}.axis"), error.next("remove `axis`")));
+            }
+            (None, _) => {
+                let error = InputError::new("a rotation in space needs its axis");
+                return Err(
+                    self.wrong(&path, error.next("add `axis`, for example [0.0, 0.0, 1.0]"))
+                );
+            }
+        };
+        let of_angle = format!("{path}.angle");
+        let angle = self.motion(file, &rotation.angle, &of_angle)?;
+        let arms = nodes.iter().map(|&node| {
+            let x = space.node_point(node);
+            let arm = [0, 1, 2].map(|i| x.get(i).map_or(0.0, |x| x - point[i]));
+            let along: f64 = arm.iter().zip(axis).map(|(r, e)| r * e).sum();
+            [0, 1, 2].map(|i| arm[i] - along * axis[i])
+        });
+        let arms: Vec<[f64; 3]> = arms.collect();
+        let mut turns = Vec::new();
+        for i in 0..dimension {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let sines = arms.iter().map(|r| axis[j] * r[k] - axis[k] * r[j]);
+            let cosines = arms.iter().map(|r| r[i]);
+            for (turn, signal, factors) in [
+                (Turn::Sine, Signal::sine(angle.clone()), sines.collect()),
+                (
+                    Turn::CosineLessOne,
+                    Signal::cosine_less_one(angle.clone()),
+                    cosines.collect(),
+                ),
+            ] {
+                let component = Component {
+                    axis: i,
+                    path: of_angle.clone(),
+                    function: Some(&rotation.angle),
+                    amplitude: Complex64::ZERO,
+                };
+                let own = Move {
+                    component,
+                    signal,
+                    turn: Some(turn),
+                    largest_factor: 0.0,
+                };
+                turns.push((own, factors));
+            }
+        }
+        Ok(turns)
     }
 
     /// Returns the factors of a displacement's component at nodes.
@@ -272,8 +359,9 @@ impl Move<'_> {
 
     /// Returns whether two components have the same function of time and the same harmonic part.
     fn is_like(&self, other: &Self) -> bool {
+        let same_turn = self.turn == other.turn;
         let (own, other) = (&self.component, &other.component);
-        own.function == other.function && own.amplitude == other.amplitude
+        own.function == other.function && own.amplitude == other.amplitude && same_turn
     }
 }
 

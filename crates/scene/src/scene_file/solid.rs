@@ -94,10 +94,26 @@ pub struct PrescribedDisplacement {
     pub y: Option<Function>,
     /// Displacement, m.
     pub z: Option<Function>,
+    /// Rotation of the group as a rigid body.
+    pub rotation: Option<Rotation>,
     /// Harmonic motion in a response, m; held in other analyses.
     pub response: Option<Amplitudes>,
-    /// Factor, evaluated at the nodes [default: 1].
+    /// Factor of the displacement, evaluated at the nodes [default: 1].
     pub spatial_factor: Option<SpatialFactor>,
+}
+
+/// Rotation about an axis.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Rotation {
+    /// Angle, rad, counterclockwise seen against the axis.
+    pub angle: Function,
+    /// Point of the axis, m.
+    #[schemars(length(min = 2, max = 3))]
+    pub point: Vec<f64>,
+    /// Direction of the axis in space, of any length.
+    #[schemars(length(min = 3, max = 3))]
+    pub axis: Option<Vec<f64>>,
 }
 
 /// Force per undeformed area with a fixed direction (dead load).
