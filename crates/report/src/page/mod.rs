@@ -10,6 +10,7 @@ mod figures;
 mod frame;
 mod interpretation;
 mod modes;
+mod obstacles;
 mod overview;
 mod pictures;
 pub(crate) mod probes;

@@ -8,9 +8,9 @@ use myovib_scene::scene_file::Analysis;
 use myovib_scene::{Body, Error, Scene, escape, vtu};
 use serde_json::Value;
 
-use super::{PageData, body, figure};
+use super::{PageData, body, figure, obstacles};
 use crate::outline::{self, outline};
-use crate::plot::{Color, EdgeGroup, Figure, MeshPlot, Region};
+use crate::plot::{Color, EdgeGroup, Figure, MeshPlot, Region, SurfacePlot};
 use crate::spatial;
 
 /// Returns the view of the body and pictures of its materials and of the last fields in the folder; empty for a scene
@@ -91,7 +91,11 @@ fn surface(scene: &Scene, body: &Body) -> String {
     let groups: Vec<_> = named
         .map(|(i, (name, _))| (name, Color::of_series(i)))
         .collect();
-    let plot = spatial::groups_plot(body.muscle.solid.space(), &groups);
+    let space = body.muscle.solid.space();
+    let plot = SurfacePlot {
+        obstacles: obstacles::outlines(scene, space),
+        ..spatial::groups_plot(space, &groups)
+    };
     Figure::of("Surface, supports and loads", plot).render()
 }
 
@@ -132,10 +136,10 @@ fn plane(scene: &Scene, body: &Body) -> String {
     let space = body.muscle.solid.space();
     let named = groups(scene).into_iter().enumerate();
     let groups = named.filter_map(|(i, (name, arrows))| {
-        let Ok(Group::Edges(edges)) = space.mesh().group(name) else {
+        let Ok(edges) = space.mesh().facets(name) else {
             return None;
         };
-        let nodes = edges.iter().map(|edge| space.facet_nodes(edge));
+        let nodes = edges.into_iter().map(|edge| space.facet_nodes(edge));
         let edges = nodes.filter_map(|nodes| nodes.try_into().ok()).collect();
         Some(EdgeGroup {
             name: name.to_owned(),
@@ -147,7 +151,7 @@ fn plane(scene: &Scene, body: &Body) -> String {
     let regions = scene.file.material.iter().enumerate();
     let regions = regions.filter_map(|(i, material)| {
         let name = material.group.as_ref()?;
-        match space.mesh().group(name) {
+        match space.mesh().group_of_dimension(name, 2) {
             Ok(Group::Elements(members)) => Some(Region {
                 triangles: members.clone(),
                 color: shade(i),
@@ -155,7 +159,10 @@ fn plane(scene: &Scene, body: &Body) -> String {
             _ => None,
         }
     });
+    let outlines = obstacles::outlines(scene, space).into_iter();
+    let outlines = outlines.map(|line| line.iter().map(|&[x, y, _]| [x, y]).collect());
     let plot = MeshPlot {
+        obstacles: outlines.collect(),
         groups: groups.collect(),
         regions: regions.collect(),
         ..outline(space)

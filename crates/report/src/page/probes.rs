@@ -63,16 +63,19 @@ impl Record {
             return String::new();
         }
         let t = self.column(0);
+        let depth = self.columns.iter().position(|own| own == "displacement");
+        let depth = depth.filter(|_| self.is_of_path()).map(|j| self.column(j));
         let thinned =
             |values: &[f64]| -> Vec<f64> { values.iter().copied().step_by(stride).collect() };
         let fewer = thinned(&t);
+        let base = depth.as_deref().unwrap_or(&t);
         let mut figures = String::new();
         for (j, column) in self.columns.iter().enumerate().skip(1) {
             let title = format!("{}: {column}", self.name);
             let values = self.column(j);
             let own = Axis::new(label(column), unit(column, in_space));
-            let is_displacement = column.starts_with("u_");
-            let plot = |t: &[f64], values: &[f64]| {
+            let is_displacement = column.starts_with("u_") || column == "displacement";
+            let plot = |t: &[f64], base: &[f64], values: &[f64]| {
                 let (x, y, series) = match self.is_of_path() {
                     // A force–displacement curve.
                     true if is_displacement => {
@@ -80,8 +83,11 @@ impl Record {
                         (own.clone(), load, Series::curve("", values, t))
                     }
                     true => {
-                        let load = Axis::new("load factor", "");
-                        (load, own.clone(), Series::curve("", t, values))
+                        let axis = match depth {
+                            Some(_) => Axis::new("displacement of the obstacle", "m"),
+                            None => Axis::new("load factor", ""),
+                        };
+                        (axis, own.clone(), Series::curve("", base, values))
                     }
                     false => {
                         let time = Axis::new("*t*", "s");
@@ -95,14 +101,14 @@ impl Record {
                     ..LinePlot::default()
                 }
             };
-            let shown = plot(&fewer, &thinned(&values));
+            let shown = plot(&fewer, &thinned(base), &thinned(&values));
             if !self.is_of_path() {
                 data.trace(&title, &shown.y, &fewer, &thinned(&values));
             }
             if j <= MOST_PANELS {
                 let link = (!self.is_of_path()).then_some("t");
                 let chart = data.chart(&shown, link);
-                let svg = Figure::of(&*title, plot(&t, &values)).render();
+                let svg = Figure::of(&*title, plot(&t, base, &values)).render();
                 figures += &figure(&title, &svg, &chart);
             }
         }

@@ -55,6 +55,8 @@ pub struct MeshPlot {
     pub scale: f64,
     pub regions: Vec<Region>,
     pub groups: Vec<EdgeGroup>,
+    /// Outlines of obstacles.
+    pub obstacles: Vec<Vec<Point>>,
     /// Marked nodes with their labels.
     pub marks: Vec<(usize, String)>,
     pub field: Option<Field>,
@@ -62,6 +64,7 @@ pub struct MeshPlot {
 
 const ARROW: f64 = 11.0;
 const GROUP_WIDTH: f64 = 2.0;
+const OBSTACLE: f64 = 1.0;
 /// The undeformed boundary.
 const AT_REST: Stroke = Stroke {
     color: Color::BLACK,
@@ -112,8 +115,9 @@ impl MeshPlot {
             });
             axis.clone().between(low, high)
         };
-        // Load arrows need space above the mesh.
-        let air = if self.groups.iter().any(|group| group.arrows.is_some()) {
+        // Load arrows and obstacles need space around the mesh.
+        let has_obstacles = !self.obstacles.is_empty();
+        let air = if has_obstacles || self.groups.iter().any(|group| group.arrows.is_some()) {
             0.3
         } else {
             0.08
@@ -131,7 +135,11 @@ impl MeshPlot {
             name: "at rest",
             key: Key::Line(AT_REST),
         });
-        groups.chain(at_rest).collect()
+        let obstacles = (!self.obstacles.is_empty()).then_some(Entry {
+            name: "obstacle",
+            key: Key::Line(Stroke::solid(Color::BLACK, OBSTACLE)),
+        });
+        groups.chain(at_rest).chain(obstacles).collect()
     }
 
     fn bar(&self) -> Option<Bar<'_>> {
@@ -185,6 +193,10 @@ impl Panel for MeshPlot {
             }
             for group in &self.groups {
                 draw_group(svg, &placed, group);
+            }
+            for outline in &self.obstacles {
+                let path = svg::path(&place(outline.clone()));
+                svg.path(&path, Stroke::solid(Color::BLACK, OBSTACLE));
             }
             for (node, label) in &self.marks {
                 svg.disc(placed[*node], 1.9, Color::BLACK);

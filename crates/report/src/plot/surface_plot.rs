@@ -41,6 +41,8 @@ pub struct SurfacePlot {
     /// Names in the legend and their colors.
     pub groups: Vec<(String, Color)>,
     pub edges: bool,
+    /// Outlines of obstacles, drawn over the body.
+    pub obstacles: Vec<Vec<Place>>,
     /// Additional points that the picture must contain, for equal frames of a movie.
     pub around: Vec<Place>,
 }
@@ -55,6 +57,7 @@ const SHADOW: f64 = 0.5;
 /// Enlargement of triangles in points, which hides the seams between them.
 const SEAM: f64 = 0.2;
 const ARROW: f64 = 13.0;
+const OBSTACLE: f64 = 0.7;
 const BELOW: f64 = 2.0 * ARROW;
 
 /// Transforms a point to the axes of the page: right, up, and towards the viewer.
@@ -172,6 +175,12 @@ impl Panel for SurfacePlot {
                 svg.path(&format!("{}Z", svg::path(&placed)), outline);
             }
         }
+        svg.clipped(area, |svg| {
+            for outline in &self.obstacles {
+                let placed: Vec<Point> = outline.iter().map(|&at| place(seen(at))).collect();
+                svg.path(&svg::path(&placed), Stroke::solid(Color::BLACK, OBSTACLE));
+            }
+        });
         if let Some(bar) = &bar {
             bar.draw(svg, area);
         }

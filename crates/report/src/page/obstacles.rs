@@ -1,0 +1,127 @@
+//! Outlines of rigid obstacles.
+
+use std::f64::consts::TAU;
+
+use myovib_fem::Space;
+use myovib_fem::material::unit_vector;
+use myovib_scene::Scene;
+use myovib_scene::scene_file::contact::Obstacle;
+
+type Place = [f64; 3];
+
+/// Number of sides of a circle.
+const SIDES: usize = 256;
+
+/// Returns the outlines of the obstacles before they move; in 2D with third coordinates of zero. Planes and cylinders end beside
+/// the body.
+pub(super) fn outlines(scene: &Scene, space: &Space) -> Vec<Vec<Place>> {
+    let mesh = space.mesh();
+    let in_space = mesh.dimension() == 3;
+    let mut points = mesh.coordinates().chunks(mesh.dimension()).map(place);
+    let first = points.next().unwrap_or_default();
+    let [low, high] = points.fold([first; 2], |[low, high], x| {
+        let axes = [0, 1, 2];
+        [
+            axes.map(|i| low[i].min(x[i])),
+            axes.map(|i| high[i].max(x[i])),
+        ]
+    });
+    let center = [0, 1, 2].map(|i| 0.5 * (low[i] + high[i]));
+    let size = length(minus(high, low));
+    let contacts = scene.file.contact.iter();
+    let outlines = contacts.flat_map(|contact| match &contact.obstacle {
+        Obstacle::Plane { point, normal } => {
+            let normal = unit(normal);
+            let off = dot(minus(center, place(point)), normal);
+            let foot = plus(center, -off, normal);
+            let [a, b] = across(normal, in_space);
+            let corner = |s: f64, t: f64| plus(plus(foot, s * size, a), t * size, b);
+            match in_space {
+                true => vec![
+                    [
+                        (-0.5, -0.5),
+                        (0.5, -0.5),
+                        (0.5, 0.5),
+                        (-0.5, 0.5),
+                        (-0.5, -0.5),
+                    ]
+                    .map(|(s, t)| corner(s, t))
+                    .to_vec(),
+                ],
+                false => vec![vec![corner(-1.0, 0.0), corner(1.0, 0.0)]],
+            }
+        }
+        Obstacle::Sphere { center, radius } => {
+            let axes = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+            let axes = &axes[..if in_space { 3 } else { 1 }];
+            let circles = axes
+                .iter()
+                .map(|&axis| circle(place(center), axis, *radius));
+            circles.collect()
+        }
+        Obstacle::Cylinder {
+            point,
+            axis,
+            radius,
+        } => {
+            let (point, axis) = (place(point), unit(axis));
+            let foot = plus(point, dot(minus(center, point), axis), axis);
+            let ends = [-0.5, 0.5].map(|s| circle(plus(foot, s * size, axis), axis, *radius));
+            let sides = (0..SIDES).step_by(SIDES / 8);
+            let sides = sides.map(|i| vec![ends[0][i], ends[1][i]]);
+            sides.chain(ends.clone()).collect()
+        }
+    });
+    outlines.collect()
+}
+
+fn circle(center: Place, axis: Place, radius: f64) -> Vec<Place> {
+    let [a, b] = across(axis, true);
+    let point = |i: usize| {
+        let (sin, cos) = (TAU * i as f64 / SIDES as f64).sin_cos();
+        plus(plus(center, radius * cos, a), radius * sin, b)
+    };
+    (0..=SIDES).map(point).collect()
+}
+
+/// Returns two unit vectors normal to `axis` and to each other; in 2D the first is in the plane.
+fn across(axis: Place, in_space: bool) -> [Place; 2] {
+    let other = match in_space {
+        true if axis[0].abs() < 0.6 => [1.0, 0.0, 0.0],
+        true => [0.0, 1.0, 0.0],
+        false => [0.0, 0.0, 1.0],
+    };
+    let a = unit(&cross(axis, other));
+    [a, cross(axis, a)]
+}
+
+fn place(coordinates: &[f64]) -> Place {
+    [0, 1, 2].map(|i| coordinates.get(i).copied().unwrap_or_default())
+}
+
+fn unit(vector: &[f64]) -> Place {
+    unit_vector(place(vector))
+}
+
+fn plus(x: Place, factor: f64, y: Place) -> Place {
+    [0, 1, 2].map(|i| x[i] + factor * y[i])
+}
+
+fn minus(x: Place, y: Place) -> Place {
+    plus(x, -1.0, y)
+}
+
+fn dot(x: Place, y: Place) -> f64 {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
+}
+
+fn length(x: Place) -> f64 {
+    dot(x, x).sqrt()
+}
+
+fn cross(x: Place, y: Place) -> Place {
+    [0, 1, 2].map(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        x[j] * y[k] - x[k] * y[j]
+    })
+}
