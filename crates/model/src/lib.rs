@@ -28,6 +28,7 @@ mod blocks;
 mod coloring;
 mod counters;
 mod cpu;
+mod driven;
 mod error;
 mod field;
 mod integration;

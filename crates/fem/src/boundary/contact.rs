@@ -137,6 +137,29 @@ impl RigidContact {
         self.smoothing
     }
 
+    /// Returns the unit vector from the obstacle to the nearest point of the undeformed group; in 2D with a third component of zero.
+    pub fn toward_body(&self) -> [f64; 3] {
+        match self.boundary.dimension {
+            2 => self.toward_body_in::<2>(),
+            _ => self.toward_body_in::<3>(),
+        }
+    }
+
+    fn toward_body_in<const D: usize>(&self) -> [f64; 3] {
+        let (boundary, rest) = (&self.boundary, vec![0.0; self.boundary.coordinates.len()]);
+        let gaps = boundary.facets.iter().flat_map(|nodes| {
+            let points = boundary.points.iter();
+            points.map(|point| {
+                let x = boundary.sum::<D>(nodes, &point.values, &rest);
+                self.obstacle.gap(x, &[0.0; D])
+            })
+        });
+        let nearest = gaps.min_by(|a, b| a.distance.total_cmp(&b.distance));
+        let mut normal = [0.0; 3];
+        normal[..D].copy_from_slice(&nearest.map_or([0.0; D], |gap| gap.normal));
+        normal
+    }
+
     /// Returns φ, φ' and φ'' at the penetration `s` > 0.
     fn potential(&self, s: f64) -> [f64; 3] {
         let (k, w) = (self.stiffness, self.smoothing);

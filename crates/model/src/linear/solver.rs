@@ -8,6 +8,8 @@ use num_complex::Complex64;
 
 use super::relaxation::{Parts, Relaxation};
 use super::{Reduced, Reduction, SparseSystem};
+use crate::driven::DrivenObstacles;
+use crate::field::Field;
 use crate::muscle_dae::MuscleDae;
 
 /// Solves the Newton systems of a [`MuscleDae`] by a [`Reduction`].
@@ -19,6 +21,8 @@ pub struct CondensedSolver {
     real: Reduced<f64>,
     complex: Vec<Reduced<Complex64>>,
     relaxation: Option<Relaxation>,
+    /// Obstacles that follow a force, for the real and the complex matrices.
+    driven: (DrivenObstacles<f64>, Vec<DrivenObstacles<Complex64>>),
     /// Whether the matrices are known to fit into memory.
     has_room: bool,
     /// The values of c.
@@ -33,6 +37,7 @@ impl CondensedSolver {
             real: reduction.matrix(),
             complex: Vec::new(),
             relaxation: Relaxation::new(dae),
+            driven: Default::default(),
             has_room: false,
             shifts: (0.0, Vec::new()),
             reduction,
@@ -61,6 +66,7 @@ impl CondensedSolver {
             }
             let fresh = || self.reduction.matrix();
             self.complex.resize_with(n_complex, fresh);
+            self.driven.1.resize_with(n_complex, Default::default);
             self.has_room = true;
         }
         Ok(())
@@ -89,6 +95,18 @@ impl CondensedSolver {
             let values = |matrix| dae.matrix_values(matrix);
             result = result.and_then(|()| matrix.set_up(c, values, &mut work));
         }
+        let (slopes, layout) = (dae.driven_slopes(), dae.layout());
+        let displacement = layout.range(Field::Displacement).unwrap_or_default();
+        let place = (layout.n_unknowns(), layout.momentum(), displacement);
+        let real = &mut self.real;
+        result = result.and_then(|()| {
+            let solve = |x: &mut [f64]| real.solve(x, &mut work);
+            self.driven.0.factorize(slopes, place.clone(), solve)
+        });
+        for (matrix, driven) in self.complex.iter_mut().zip(&mut self.driven.1) {
+            let solve = |x: &mut [Complex64]| matrix.solve(x, &mut work);
+            result = result.and_then(|()| driven.factorize(slopes, place.clone(), solve));
+        }
         dae.counters_mut().linear = work;
         Ok(result?)
     }
@@ -97,7 +115,11 @@ impl CondensedSolver {
     /// them.
     fn expect_nothing_relaxes(&self) -> Result<(), StepError> {
         match self.relaxation {
-            None => Ok(()),
+            None if self.driven.0.is_empty() => Ok(()),
+            None => Err(StepError::Fatal(
+                "the adjoint does not support obstacles under a force: give their displacements"
+                    .into(),
+            )),
             Some(_) => Err(StepError::Fatal(
                 "the adjoint does not support Prony terms: remove them".into(),
             )),
@@ -174,7 +196,8 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
         n_columns: usize,
     ) -> Result<(), StepError> {
         let (c, relaxation) = (self.shifts.0, &mut self.relaxation);
-        solve_columns(&mut self.real, relaxation, dae, c, (rhs, n_columns))
+        let matrix = (&mut self.real, &self.driven.0);
+        solve_columns(matrix, relaxation, dae, c, (rhs, n_columns))
     }
 
     fn solve_complex_columns(
@@ -185,7 +208,8 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
         n_columns: usize,
     ) -> Result<(), StepError> {
         let (c, relaxation) = (self.shifts.1[k], &mut self.relaxation);
-        solve_columns(&mut self.complex[k], relaxation, dae, c, (rhs, n_columns))
+        let matrix = (&mut self.complex[k], &self.driven.1[k]);
+        solve_columns(matrix, relaxation, dae, c, (rhs, n_columns))
     }
 
     fn solve_real_transposed(
@@ -212,7 +236,7 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
 
 /// Solves with a matrix of this c, including the elimination of internal stresses.
 fn solve_columns<T: Parts>(
-    matrix: &mut Reduced<T>,
+    (matrix, driven): (&mut Reduced<T>, &DrivenObstacles<T>),
     relaxation: &mut Option<Relaxation>,
     dae: &mut MuscleDae,
     c: T,
@@ -222,6 +246,7 @@ fn solve_columns<T: Parts>(
         relaxation.condense(dae, c, rhs, n_columns);
     }
     matrix.solve_columns(rhs, n_columns, &mut dae.counters_mut().linear)?;
+    driven.correct(rhs, n_columns);
     if let Some(relaxation) = relaxation {
         relaxation.recover(dae, c, rhs, n_columns);
     }

@@ -145,7 +145,7 @@ impl BoundaryForce for SurfaceLoad {
 pub enum ObstacleMotion {
     /// Displacement along each axis, m.
     Given(Vec<Signal>),
-    /// The obstacle moves along a direction until the contact balances a force, without inertia. Only for statics.
+    /// The obstacle moves along a direction until the contact balances a force, without inertia.
     Driven {
         /// Unit vector.
         direction: Vec<f64>,
@@ -265,6 +265,24 @@ impl Contact {
         Some(self.operator.displacement_under(force, direction, u))
     }
 
+    /// Returns the displacement of an obstacle that a force drives along its direction, or of an obstacle that moves toward the
+    /// body, as for [`sums`](Self::sums); `None` for an obstacle at rest.
+    pub fn distance(&self, t: f64, part: f64, u: &[f64]) -> Option<f64> {
+        let ObstacleMotion::Given(motion) = &self.motion else {
+            return self.driven_distance(t, part, u);
+        };
+        let toward_body = self.operator.toward_body();
+        let along = motion.iter().zip(toward_body);
+        self.moves()
+            .then(|| along.map(|(own, e)| part * e * own.at(t).value).sum())
+    }
+
+    /// Returns whether the obstacle moves, or is driven by a force.
+    pub fn moves(&self) -> bool {
+        let rests = |own: &Signal| own.constant_over(0.0, f64::MAX) == Some(0.0);
+        self.is_driven() || !self.signals().iter().all(rests)
+    }
+
     /// Returns the derivatives of the force of a driven obstacle, as for [`sums`](Self::sums), and the force under the full load;
     /// `None` without force.
     pub(crate) fn driven_slope(&self, t: f64, part: f64, u: &[f64]) -> Option<(DrivenSlope, f64)> {
@@ -347,7 +365,13 @@ impl Contact {
                 let components = sums.force.iter().zip(motion);
                 components.map(|(f, own)| f * own.at(t).d1).sum()
             }
-            ObstacleMotion::Driven { .. } => 0.0,
+            ObstacleMotion::Driven { force, .. } => {
+                let slope = self.driven_slope(t, 1.0, u);
+                slope.map_or(0.0, |(slope, value)| {
+                    let by_body: f64 = slope.by_nodes.iter().zip(v).map(|(c, v)| c * v).sum();
+                    value * (force.at(t).d1 - by_body) / slope.by_obstacle
+                })
+            }
         };
         let mut force = vec![0.0; u.len()];
         self.add_force(t, 1.0, 1.0, u, &mut force);

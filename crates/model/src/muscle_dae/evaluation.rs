@@ -10,6 +10,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 use super::MuscleDae;
 use crate::counters::WorkCounters;
+use crate::driven;
 use crate::equation::{Context, PressureRateSource};
 use crate::field::Field;
 use crate::matrix::Matrix;
@@ -65,6 +66,18 @@ impl MuscleDae {
         Ok(())
     }
 
+    /// Rejects a motion in which an obstacle passes the body, so that no displacement balances its force.
+    fn expect_contact(&self, t: f64) -> Result<(), StepError> {
+        let (contacts, u) = (self.muscle.contacts.iter(), &self.work.displacement);
+        let mut distances = contacts.filter_map(|own| own.driven_distance(t, 1.0, u));
+        match distances.any(f64::is_nan) {
+            true => Err(StepError::Recoverable(
+                "an obstacle under a force passes the body".into(),
+            )),
+            false => Ok(()),
+        }
+    }
+
     /// Rejects the full matrix of a system whose internal stresses are eliminated at the quadrature
     /// points.
     fn expect_whole(&self) -> Result<(), StepError> {
@@ -90,6 +103,8 @@ impl MuscleDae {
         self.expand(t, y, None);
         let (muscle, u) = (&self.muscle, &self.work.displacement);
         self.matrices.update_boundary_forces(muscle, t, 1.0, u);
+        let slopes = driven::slopes(muscle, (t, 1.0), u);
+        self.driven_slopes = slopes.map(|(slope, _)| slope).collect();
         if constant {
             self.update_added(t);
             return Ok(());
@@ -196,6 +211,7 @@ impl MuscleDae {
     ) -> Result<(), StepError> {
         self.expand(t, y, Some(y_dot));
         self.expect_tensions(t)?;
+        self.expect_contact(t)?;
         self.integrate(t, y, y_dot)
     }
 

@@ -15,6 +15,7 @@ use std::sync::OnceLock;
 
 #[cfg(doc)]
 use myovib_dae::Problem;
+use myovib_fem::DrivenSlope;
 use myovib_sparse::resources;
 use nalgebra_sparse::pattern::SparsityPattern;
 
@@ -45,6 +46,8 @@ pub struct MuscleDae {
     /// Coefficients: ∂F/∂y and ∂F/∂ẏ.
     assembly: OnceLock<Assembly<[f64; 2]>>,
     matrices: Matrices,
+    /// Derivatives for obstacles that follow a force, from the last update of the matrices.
+    driven_slopes: Vec<DrivenSlope>,
     /// Whether the matrices have been evaluated at any state, which suffices for a linear law.
     has_matrices: bool,
     work: Workspace,
@@ -117,6 +120,7 @@ impl MuscleDae {
         Self {
             work: Workspace::new(&muscle),
             has_matrices: false,
+            driven_slopes: Vec::new(),
             counters: WorkCounters::default(),
             factors: None,
             coherent_tensions: None,
@@ -259,6 +263,11 @@ impl MuscleDae {
     /// Returns the displacement of all nodes at which viscoelastic stress was last linearized.
     pub(crate) fn relaxing_at(&self) -> &[f64] {
         self.matrices.relaxing_at()
+    }
+
+    /// Returns the derivatives of contact forces for obstacles that follow a force.
+    pub(crate) fn driven_slopes(&self) -> &[DrivenSlope] {
+        &self.driven_slopes
     }
 
     /// Returns the values of a matrix from the last [`update_matrices`](Self::update_matrices).

@@ -16,6 +16,9 @@ const SMALLEST_COSINE: f64 = 0.5;
 /// Smallest length of a step relative to the first one.
 const SMALLEST_STEP: f64 = 1.0 / 1024.0;
 
+/// Reason why a path ends below zero load.
+const NO_PULL: &str = "the load returns to zero, where an obstacle under a force no longer presses: give its displacement";
+
 /// A path in steps of given length.
 pub(super) struct ArcLength<'n, 'm> {
     newton: &'n mut Newton<'m>,
@@ -68,6 +71,13 @@ impl<'n, 'm> ArcLength<'n, 'm> {
             match self.next(watch)? {
                 Err(why) => {
                     shortfall = Some(why);
+                    break;
+                }
+                Ok(step) if step.to.load < 0.0 && self.newton.has_driven_obstacle() => {
+                    shortfall = Some(Shortfall::NotConverged {
+                        inverted: None,
+                        remedy: NO_PULL.to_owned(),
+                    });
                     break;
                 }
                 Ok(step) => {

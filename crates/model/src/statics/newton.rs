@@ -1,19 +1,19 @@
 //! Equations of an equilibrium, and Newton's method at one load.
 
 mod arc;
-mod driven;
 mod residual;
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use myovib_fem::{AddedMotion, Inverted};
+use myovib_fem::{AddedMotion, DrivenSlope, Inverted};
 use myovib_sparse::{
     Elimination, Kind, LinearWork, Prediction, SparseError, SparseSystem, Structure, resources,
 };
 use myovib_sparse::{Ordering, SparseOptions};
 
 use crate::assembly::{Assembly, Entry};
+use crate::driven::{self, DrivenObstacles};
 use crate::equation::{Added, Context, Equation, PressureRateSource};
 use crate::error::ModelError;
 use crate::field::{Field, Layout};
@@ -22,8 +22,8 @@ use crate::matrices::Matrices;
 use crate::muscle::Muscle;
 use crate::muscle::load::Contact;
 use crate::operators::largest_gradient;
+use crate::signal::Signal;
 pub(super) use arc::{Metric, Point};
-use driven::DrivenObstacles;
 
 /// Newton's iteration ends if the increment is below this fraction of the solution. Convergence is
 /// quadratic, so the remaining error is about its square, below rounding.
@@ -72,13 +72,16 @@ pub(super) struct Newton<'a> {
     force_square: f64,
     /// The prescribed components and their values, m.
     prescribed: Vec<(usize, f64)>,
+    /// The prescribed components that the load factor does not multiply. Their values above are derivatives at the factor 0.
+    turned: Vec<(usize, Signal)>,
     displacement: Vec<f64>,
     /// Zero.
     velocity: Vec<f64>,
     /// The force of active stresses.
     added: Vec<f64>,
     force: Vec<f64>,
-    driven: DrivenObstacles,
+    slopes: Vec<DrivenSlope>,
+    driven: DrivenObstacles<f64>,
     pub(super) iterations: usize,
     /// The last element turned inside out by a trial of the present load step.
     pub(super) inverted: Option<Inverted>,
@@ -113,8 +116,19 @@ impl<'a> Newton<'a> {
             part.add_at(t, &mut load);
         }
         let tensions = muscle.tensions_at_rest(t);
-        let prescribed = muscle.prescribed.iter();
-        let prescribed = prescribed.map(|own| (own.component, own.signal.at(t).value));
+        let (linear, turned): (Vec<_>, Vec<_>) = muscle
+            .prescribed
+            .iter()
+            .map(|own| (own.component, own.signal.clone()))
+            .partition(|(_, signal)| signal.is_linear_in_load());
+        let linear = linear
+            .into_iter()
+            .map(|(i, signal)| (i, signal.at(t).value));
+        let rates = turned.iter().map(|(i, signal)| {
+            let value = signal.scaled(PROBING_GRADIENT).at(t).value;
+            (*i, value / PROBING_GRADIENT)
+        });
+        let prescribed = linear.chain(rates).collect();
         let whole = force_at_rest(muscle, t, &load, &tensions);
         Ok(Self {
             t,
@@ -129,11 +143,13 @@ impl<'a> Newton<'a> {
             matrices,
             load,
             tensions,
-            prescribed: prescribed.collect(),
+            prescribed,
+            turned,
             displacement: nodal.clone(),
             velocity: nodal.clone(),
             added: nodal.clone(),
             force: nodal,
+            slopes: Vec::new(),
             driven: DrivenObstacles::default(),
             iterations: 0,
             inverted: None,
@@ -148,7 +164,7 @@ impl<'a> Newton<'a> {
     /// Returns the largest |u| of a node for the unknowns `x` under the full load, m.
     pub(super) fn largest_displacement(&mut self, x: &[f64]) -> f64 {
         let solid = &self.muscle.solid;
-        self.deform(&x[..solid.dofs().n_free()], 1.0);
+        self.place(&x[..solid.dofs().n_free()], 1.0);
         let nodes = self.displacement.chunks(solid.space().dimension());
         let squares = nodes.map(|u| u.iter().map(|u| u * u).sum::<f64>());
         squares.fold(0.0, f64::max).sqrt()
@@ -182,20 +198,29 @@ impl<'a> Newton<'a> {
         for (change, before) in change.iter_mut().zip(before) {
             *change = (before - *change) / (2.0 * step);
         }
-        self.deform(&x[..n_free], factor);
+        self.place(&x[..n_free], factor);
         let at = (self.t, self.contact_factor(factor));
-        driven::add_load(self.muscle, at, &self.displacement, &mut change);
+        for (slope, force) in driven::slopes(self.muscle, at, &self.displacement) {
+            let moved = force / slope.by_obstacle;
+            for (change, by_node) in change.iter_mut().zip(slope.by_nodes) {
+                *change -= moved * by_node;
+            }
+        }
         Ok(change)
     }
 
     /// Returns the load factor at which derivatives of contact forces at `factor` are evaluated, so that obstacles that forces drive
     /// press on the body.
     fn contact_factor(&self, factor: f64) -> f64 {
-        let mut contacts = self.muscle.contacts.iter();
-        match factor == 0.0 && contacts.any(Contact::is_driven) {
+        match factor == 0.0 && self.has_driven_obstacle() {
             true => FIRST_CONTACT,
             false => factor,
         }
+    }
+
+    /// Returns whether a force drives an obstacle.
+    pub(super) fn has_driven_obstacle(&self) -> bool {
+        self.muscle.contacts.iter().any(Contact::is_driven)
     }
 
     /// Returns the size of the displacement gradient for the free components `q` and `factor` times
@@ -207,7 +232,7 @@ impl<'a> Newton<'a> {
 
     /// Returns the largest penetration of a contact, m.
     fn penetration(&mut self, x: &[f64], factor: f64) -> f64 {
-        self.deform(&x[..self.muscle.solid.dofs().n_free()], factor);
+        self.place(&x[..self.muscle.solid.dofs().n_free()], factor);
         let contacts = self.muscle.contacts.iter();
         let sums = contacts.map(|contact| contact.sums(self.t, factor, &self.displacement));
         sums.fold(0.0, |most, sums| most.max(sums.penetration))

@@ -10,7 +10,7 @@ use crate::InputError;
 use crate::run::system::{System, muscle_of};
 
 /// Force of the obstacles on the body, N; undeformed area in contact, m²; largest penetration, m; displacement of an obstacle
-/// that a force drives, m.
+/// that moves, along its force or toward the body, m.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Contact {
@@ -18,7 +18,7 @@ pub struct Contact {
     pub group: String,
 }
 
-/// Contact force, area in contact and penetration; the displacement of an obstacle that a force drives.
+/// Contact force, area in contact and penetration; the displacement of an obstacle that moves.
 const COLUMNS: &[ColumnKind] = &[
     ColumnKind::new("F", ["N/m", "N"]),
     ColumnKind::new("area", ["m", "m²"]),
@@ -48,7 +48,7 @@ impl Kind for Contact {
         Ok(Box::new(Sums {
             group: self.group.clone(),
             dimension: of.solid()?.space().dimension(),
-            is_driven: own.any(myovib_model::Contact::is_driven),
+            moves: own.any(myovib_model::Contact::moves),
         }))
     }
 }
@@ -57,14 +57,14 @@ impl Kind for Contact {
 struct Sums {
     group: String,
     dimension: usize,
-    /// Whether a force drives an obstacle.
-    is_driven: bool,
+    /// Whether an obstacle moves.
+    moves: bool,
 }
 
 impl Reading for Sums {
     fn names(&self) -> Vec<String> {
         let forces = COLUMNS[0].components(self.dimension);
-        let others = COLUMNS[1..].iter().take(2 + usize::from(self.is_driven));
+        let others = COLUMNS[1..].iter().take(2 + usize::from(self.moves));
         forces
             .chain(others.map(|column| column.name.to_owned()))
             .collect()
@@ -87,9 +87,9 @@ impl Reading for Sums {
             values[self.dimension] += sums.area;
             let deepest = &mut values[self.dimension + 1];
             *deepest = deepest.max(sums.penetration);
-            values.extend(contact.driven_distance(t, 1.0, &u));
+            values.extend(contact.distance(t, 1.0, &u));
         }
-        values.truncate(self.dimension + 2 + usize::from(self.is_driven));
+        values.truncate(self.dimension + 2 + usize::from(self.moves));
         Ok(values)
     }
 

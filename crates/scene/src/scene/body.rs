@@ -92,7 +92,8 @@ impl Builder<'_> {
                 signal: support.signal?,
             })
         });
-        let linear_solver = match act_on_own_elements(file) || relaxes {
+        let follows_force = file.contact.iter().any(|contact| contact.force.is_some());
+        let linear_solver = match act_on_own_elements(file) || relaxes || follows_force {
             true => LinearSolverKind::Condensed,
             // The oscillators act on elements that do not drive them.
             false => LinearSolverKind::Full,

@@ -130,10 +130,16 @@ impl Builder<'_> {
         path: &str,
     ) -> Result<ObstacleMotion, InputError> {
         let of_force = format!("{path}.force");
-        if file.analysis != Analysis::Static {
-            let error = InputError::new("a force drives obstacles in static analyses only")
-                .next("give the displacement of the obstacle as x, y, z");
+        if file.analysis != Analysis::Static && !file.analysis.is_in_time() {
+            let error =
+                InputError::new("this analysis requires obstacles with given displacements")
+                    .next("give the displacement of the obstacle as x, y, z");
             return Err(self.wrong(&of_force, error));
+        }
+        if contact.friction > 0.0 {
+            let error = InputError::new("an obstacle that follows a force has no friction")
+                .next("remove `friction`, or give the displacement of the obstacle as x, y, z");
+            return Err(self.wrong(&format!("{path}.friction"), error));
         }
         let moved = [&contact.x, &contact.y, &contact.z];
         if let Some(axis) = moved.iter().position(|given| given.is_some()) {

@@ -32,6 +32,8 @@ pub enum Unsupported {
     ContactStiffness,
     /// Contacts with friction.
     Friction,
+    /// Obstacles under a force in motions.
+    ObstacleForce,
     /// Prony terms, in stiffness maps.
     Prony,
     /// A start from equilibrium, in stiffness maps.
@@ -56,6 +58,7 @@ impl fmt::Display for Unsupported {
                 "sensitivities require a given contact stiffness, because the default depends on the parameters"
             }
             Self::Friction => "sensitivities do not support friction",
+            Self::ObstacleForce => "sensitivities of motions do not support obstacles under a force",
             Self::Prony => "stiffness maps do not support Prony terms",
             Self::Equilibrium => "stiffness maps do not support a start from equilibrium",
         })
@@ -74,6 +77,7 @@ impl Unsupported {
             Self::Jump => "give the step a `rise` above 0",
             Self::ContactStiffness => "give `stiffness`; `myovib check` prints the default",
             Self::Friction => "remove `friction`",
+            Self::ObstacleForce => "give the displacement of the obstacle instead of its force",
             Self::Prony => "remove `prony`",
             Self::Equilibrium => "start from rest, or from the folder of another run",
         }
@@ -116,6 +120,9 @@ pub fn unsupported(scene: &Scene) -> Option<(Unsupported, String)> {
     if is_static {
         // The loads at one time do not jump, and bodies at neighboring values have their own contact stiffness.
         return None;
+    }
+    if let Some(i) = file.contact.iter().position(|own| own.force.is_some()) {
+        return found(Unsupported::ObstacleForce, &format!("contact[{i}].force"));
     }
     if let Some(i) = file.contact.iter().position(|own| own.friction > 0.0) {
         return found(Unsupported::Friction, &format!("contact[{i}].friction"));

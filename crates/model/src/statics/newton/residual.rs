@@ -1,8 +1,10 @@
 //! Residual of an equilibrium and its derivative.
 
 use myovib_fem::{AddedMotion, Fields, Inverted, Vectors};
+use myovib_sparse::SparseError;
 
 use super::Newton;
+use crate::driven;
 use crate::field::Field;
 
 impl Newton<'_> {
@@ -13,6 +15,14 @@ impl Newton<'_> {
             self.displacement[component] = factor * value;
         }
         self.muscle.solid.dofs().expand(q, &mut self.displacement);
+    }
+
+    /// Sets all components of the displacement under `factor` times the load.
+    pub(super) fn place(&mut self, q: &[f64], factor: f64) {
+        self.deform(q, factor);
+        for (component, signal) in &self.turned {
+            self.displacement[*component] = signal.scaled(factor).at(self.t).value;
+        }
     }
 
     /// Computes the residual at `x` under `factor` times the load.
@@ -33,7 +43,7 @@ impl Newton<'_> {
         driven: f64,
         r: &mut [f64],
     ) -> Result<(), Inverted> {
-        self.deform(&x[..self.muscle.solid.dofs().n_free()], factor);
+        self.place(&x[..self.muscle.solid.dofs().n_free()], factor);
         let Self {
             muscle,
             layout,
@@ -95,7 +105,7 @@ impl Newton<'_> {
     pub(in crate::statics) fn tangent(&mut self, x: &[f64], factor: f64) -> Result<(), Inverted> {
         let muscle = self.muscle;
         let solid = &muscle.solid;
-        self.deform(&x[..solid.dofs().n_free()], factor);
+        self.place(&x[..solid.dofs().n_free()], factor);
         let pressure = self.layout.range(Field::Pressure).map(|range| &x[range]);
         let pressure = self.muscle.parameters.pressure(pressure);
         let fields = Fields::new(&self.displacement, pressure);
@@ -103,7 +113,8 @@ impl Newton<'_> {
         let (u, of_contacts) = (&self.displacement, self.contact_factor(factor));
         self.matrices
             .update_boundary_forces(muscle, self.t, of_contacts, u);
-        self.driven.update(muscle, (self.t, of_contacts), u);
+        let slopes = driven::slopes(muscle, (self.t, of_contacts), u);
+        self.slopes = slopes.map(|(slope, _)| slope).collect();
         if !self.tensions.is_empty() {
             let motion = AddedMotion {
                 u,
@@ -118,6 +129,27 @@ impl Newton<'_> {
             |matrix| matrices.values(solid, matrix),
             self.system.values_mut(),
         );
+        Ok(())
+    }
+
+    /// Factorizes the matrix of the last [`tangent`](Self::tangent).
+    pub(in crate::statics) fn factorize(&mut self) -> Result<(), SparseError> {
+        self.system.renew(&mut self.work)?;
+        let (n, rows) = (self.layout.n_unknowns(), 0..self.n_free());
+        let Self {
+            system,
+            work,
+            slopes,
+            driven,
+            ..
+        } = self;
+        driven.factorize(slopes, (n, rows.clone(), rows), |x| system.solve(x, work))
+    }
+
+    /// Solves with the factors of the last [`factorize`](Self::factorize), with obstacles that follow their forces.
+    pub(in crate::statics) fn solve_linear(&mut self, b: &mut [f64]) -> Result<(), SparseError> {
+        self.system.solve(b, &mut self.work)?;
+        self.driven.correct(b, 1);
         Ok(())
     }
 }
