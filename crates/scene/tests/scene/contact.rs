@@ -51,7 +51,7 @@ pub(crate) fn last(table: &Table, name: &str) -> f64 {
 }
 
 /// A block of 20 mm by 10 mm on rollers; plates without friction press it.
-fn pressed(head: &str, contact: &str) -> String {
+pub(crate) fn pressed(head: &str, contact: &str) -> String {
     format!(
         "{head}[mesh]\ntype = \"rectangle\"\nwidth = 0.02\nheight = 0.01\ncells = [6, 3]\n\
          [solid]\nbulk_modulus = inf\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 1e4\n\
@@ -128,8 +128,8 @@ fn disk() -> String {
     lattice.msh(&[("surface", surface), ("ball", triangles)])
 }
 
-/// Equilibria of the disk on a clamped foot under a plate with a force that it cannot carry, until the largest load factor.
-fn crushed(method: &str) -> f64 {
+/// Equilibria of the disk on a clamped foot under a plate with a force that it cannot carry: the outcome and the load factors.
+fn crushed(method: &str) -> (String, Vec<f64>) {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("disk.msh"), disk()).unwrap();
     let text = format!(
@@ -146,7 +146,12 @@ fn crushed(method: &str) -> f64 {
     let run = compute(&scene, &RunOptions::into_folder(out.path())).unwrap();
     let states = run.document["path"].as_array().unwrap().iter();
     let loads = states.map(|state| state["load"].as_f64().unwrap());
-    loads.fold(0.0, f64::max)
+    let outcome = run.document["outcome"].as_str().unwrap().to_owned();
+    (outcome, loads.collect())
+}
+
+fn largest(loads: &[f64]) -> f64 {
+    loads.iter().fold(0.0, |most, load| most.max(*load))
 }
 
 /// Regression: steps below 1/1024 of the load counted as failed, although the touching disk yields to smaller ones, so that 0.8 % to
@@ -155,13 +160,25 @@ fn crushed(method: &str) -> f64 {
 /// The last steps change displacement gradients by 2e-4, and at its maximum the load changes by the square of this.
 #[test]
 fn a_disk_carries_a_load_that_does_not_depend_on_the_steps() {
-    let limit = crushed("method = \"arc-length\"\nsteps = 60");
+    let limit = largest(&crushed("method = \"arc-length\"\nsteps = 60").1);
     assert!(limit > 0.0 && limit < 1.0);
     for steps in [1, 5, 50] {
-        let reached = crushed(&format!("steps = {steps}"));
+        let reached = largest(&crushed(&format!("steps = {steps}")).1);
         let error = (reached / limit - 1.0).abs();
         assert!(error < 1e-5, "{steps}: {error:e}");
     }
+}
+
+/// Regression: beyond the limit point the load returned to zero, where the plate leaves the disk, and went on to the factor −1.
+#[test]
+fn a_path_ends_where_an_obstacle_would_pull() {
+    let (outcome, loads) = crushed("method = \"arc-length\"\nsteps = 200");
+    assert_eq!(outcome, "stopped");
+    let last = loads[loads.len() - 1];
+    assert!(
+        loads.iter().all(|load| *load >= 0.0) && last < 0.1 * largest(&loads),
+        "{last}"
+    );
 }
 
 /// Velocity after the impact relative to the velocity before it, and the largest imbalance of the energy relative to the
@@ -252,6 +269,15 @@ fn obstacles_under_forces_follow_the_same_curve_as_under_displacements() {
     let given = between_plates(&format!("{parts:?}"), "y = -0.001", "x = -0.0005");
     let [plate, wall] = tables_in(&given, Path::new(""), ["plate", "wall"]);
     let forces = [column(&plate, "F_y"), column(&wall, "F_x")];
+    // Obstacles that follow a displacement move toward the body.
+    for (table, depth) in [(&plate, 1e-3), (&wall, 5e-4)] {
+        for (part, moved) in parts.iter().zip(&column(table, "displacement")[1..]) {
+            assert!(
+                (moved / (depth * part) - 1.0).abs() < 1e-12,
+                "{part}: {moved}"
+            );
+        }
+    }
     for (k, part) in parts.into_iter().enumerate() {
         // The first row is the unloaded body.
         let [up, right] = [0, 1].map(|i| -forces[i][k + 1]);

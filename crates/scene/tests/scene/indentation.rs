@@ -96,7 +96,13 @@ fn quarter(folder: &Path, across: &[f64], up: &[f64]) {
         move |i: usize| 0.5 * (planes[i / 2] + planes[i.div_ceil(2)])
     };
     let (at, height) = (along(across), along(up));
-    let mut lattice = Lattice::new(3, move |[i, j, k]: [usize; 3]| [at(i), at(j), height(k)]);
+    let text = block(cells, move |[i, j, k]| [at(i), at(j), height(k)]);
+    fs::write(folder.join("quarter.msh"), text).unwrap();
+}
+
+/// Returns the file of a deformed block, whose nodes have indices from 0 to twice the number of `cells`.
+pub(crate) fn block(cells: [usize; 3], place: impl Fn([usize; 3]) -> [f64; 3] + 'static) -> String {
+    let mut lattice = Lattice::new(3, place);
     let mut faces: [Vec<Vec<usize>>; 5] = Default::default();
     let mut tetrahedra = Vec::new();
     let [nx, ny, nz] = cells;
@@ -139,15 +145,14 @@ fn quarter(folder: &Path, across: &[f64], up: &[f64]) {
         }
     }
     let [x, y, side, bottom, top] = faces;
-    let text = lattice.msh(&[
+    lattice.msh(&[
         ("x0", x),
         ("y0", y),
         ("side", side),
         ("bottom", bottom),
         ("top", top),
         ("body", tetrahedra),
-    ]);
-    fs::write(folder.join("quarter.msh"), text).unwrap();
+    ])
 }
 
 /// Returns the body of `quarter.msh`, refined `refine` times, with its planes of symmetry.
@@ -163,40 +168,71 @@ fn relative_error(found: &Indentation, exact: f64, slope: f64) -> f64 {
     4.0 * found.force / (exact - slope * 0.75 * found.penetration) - 1.0
 }
 
+/// Indents a quarter of a half-space, with lattice `planes` in radii of the contact, by a ball. The sides of the block move as the
+/// half-space under the force (Boussinesq), with the second derivatives for the distribution of the pressure of Hertz.
+fn half_space(depth: f64, planes: &[f64], refine: u32, contact: &str) -> Indentation {
+    let (a, force) = sneddon(depth);
+    let folder = tempfile::tempdir().unwrap();
+    let planes: Vec<f64> = planes.iter().map(|x| a * x).collect();
+    let down: Vec<f64> = planes.iter().rev().map(|z| -z).collect();
+    quarter(folder.path(), &planes, &down);
+    let (scale, q) = (force / (4.0 * PI * SHEAR), a * a / 10.0);
+    let square = "(x*x+y*y+z*z)";
+    let lateral =
+        |axis: &str| format!("-{axis}*z*(1/{square}^1.5 + {q}*(3*{square}-15*z*z)/{square}^3.5)");
+    let vertical = format!(
+        "z*z/{square}^1.5 + 1/{square}^0.5 \
+         + {q}*(z*z*(9*{square}-15*z*z)/{square}^3.5 + ({square}-3*z*z)/{square}^2.5)"
+    );
+    let sides = ["side", "bottom"].map(|group| {
+        moved(group, "x", scale, &lateral("x"))
+            + &moved(group, "y", scale, &lateral("y"))
+            + &moved(group, "z", -scale, &vertical)
+    });
+    let body = symmetric(refine) + &sides.concat();
+    let center = format!("[0.0, 0.0, 1.0]\n{contact}");
+    indent(&body, folder.path(), &center, "z", depth)
+}
+
 /// A ball presses on a half-space (Sneddon's solution for a sphere, which is 0.2 % from Hertz at a depth of 2 % of the radius).
-/// The sides of the quarter block move as the half-space under the force (Boussinesq), with the second derivatives for the
-/// distribution of the pressure of Hertz.
 ///
 /// The linear theory neglects the tangential displacement of the surface, which changes the force by −0.4 times the depth: 0.8 %
 /// at 2 % of the radius. The mesh, with edges of 0.2 contact radii after the refinement, has an error of 0.5 %.
 #[test]
 fn a_ball_presses_with_the_force_of_hertz() {
+    let planes = [0.0, 0.4, 0.8, 1.2, 3.0];
     for (depth, bounds) in [(0.02, [0.02, 0.015]), (0.002, [0.02, 0.01])] {
         let (a, force) = sneddon(depth);
-        let folder = tempfile::tempdir().unwrap();
-        let planes = [0.0, 0.4, 0.8, 1.2, 3.0].map(|x| a * x);
-        let down: Vec<f64> = planes.iter().rev().map(|z| -z).collect();
-        quarter(folder.path(), &planes, &down);
-        let (scale, q) = (force / (4.0 * PI * SHEAR), a * a / 10.0);
-        let square = "(x*x+y*y+z*z)";
-        let lateral = |axis: &str| {
-            format!("-{axis}*z*(1/{square}^1.5 + {q}*(3*{square}-15*z*z)/{square}^3.5)")
-        };
-        let vertical = format!(
-            "z*z/{square}^1.5 + 1/{square}^0.5 \
-             + {q}*(z*z*(9*{square}-15*z*z)/{square}^3.5 + ({square}-3*z*z)/{square}^2.5)"
-        );
-        let sides = ["side", "bottom"].map(|group| {
-            moved(group, "x", scale, &lateral("x"))
-                + &moved(group, "y", scale, &lateral("y"))
-                + &moved(group, "z", -scale, &vertical)
-        });
         for (refine, bound) in (0..).zip(bounds) {
-            let body = symmetric(refine) + &sides.concat();
-            let found = indent(&body, folder.path(), "[0.0, 0.0, 1.0]", "z", depth);
+            let found = half_space(depth, &planes, refine, "");
             let error = relative_error(&found, force, 2.0 * a * MODULUS);
             assert!(error.abs() < bound, "{depth} {refine}: {error}");
         }
+    }
+}
+
+/// With a penalty of ten times the default, whose penetration is 0.2 % of the depth, the force is within 1 % without a correction. A
+/// coarse mesh is too stiff.
+#[test]
+#[ignore = "slow"]
+fn the_force_of_hertz_is_within_a_percent() {
+    for (depth, stiffness) in [(0.02, 2.34e8), (0.002, 7.4e8)] {
+        let (_, force) = sneddon(depth);
+        let contact = format!("stiffness = {stiffness:e}");
+        let error = |planes: &[f64]| {
+            let found = half_space(depth, planes, 0, &contact);
+            4.0 * found.force / force - 1.0
+        };
+        let coarse = error(&[0.0, 0.4, 0.8, 1.2, 3.0]);
+        let fine = error(&[0.0, 0.3, 0.6, 0.8, 0.95, 1.1, 1.6, 3.0]);
+        println!("depth {depth}: coarse {coarse:e}, fine {fine:e}");
+        assert!(fine.abs() < 0.01, "{depth}: {fine}");
+        // The limit of the linear theory is −0.4 times the depth.
+        let limit = -0.4 * depth;
+        assert!(
+            (fine - limit).abs() < 0.5 * (coarse - limit).abs(),
+            "{coarse} {fine}"
+        );
     }
 }
 

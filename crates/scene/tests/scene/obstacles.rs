@@ -1,0 +1,120 @@
+//! Obstacles that follow a force in time.
+
+use std::path::Path;
+
+use myovib_scene::Scene;
+use myovib_scene::csv::Table;
+use myovib_scene::sensitivity::{Unsupported, unsupported};
+
+use crate::contact::{column, last, pressed, tables_in};
+
+/// Relative tolerance of the integration.
+const RTOL: f64 = 1e-6;
+/// A force, N/m, that rises smoothly to its value.
+const RAMP: &str = "{ type = \"step\", value = 40.0, rise = 0.2 }";
+
+/// A viscoelastic block under the plate, compressible and without friction at its sides.
+fn block(head: &str, contact: &str) -> String {
+    let material =
+        "shear_modulus = 1e4\nprony = [{ relative_modulus = 0.5, relaxation_time = 0.3 }]";
+    pressed(head, contact)
+        .replace("inf", "2e4")
+        .replace("shear_modulus = 1e4", material)
+        + &format!("[integrator]\nrtol = {RTOL:e}\n")
+}
+
+fn run(text: &str, probes: [&str; 2]) -> [Table; 2] {
+    tables_in(text, Path::new(""), probes)
+}
+
+/// The block is homogeneous, so a plate with a force has the pressure of a traction, and its creep.
+#[test]
+fn a_block_creeps_under_a_plate_as_under_a_traction() {
+    let head = "analysis = \"quasi-static\"\n[time]\nend = 1.0\n";
+    let force = format!("force = {RAMP}\ndirection = [0.0, -1.0]\nstiffness = 1e8");
+    let [plate, corner] = run(&block(head, &force), ["plate", "corner"]);
+    let away = block(head, "y = 1.0").replace(
+        "[solid]",
+        "[[traction]]\ngroup = \"top\"\n\
+        y = { type = \"step\", value = -2000.0, rise = 0.2 }\n[solid]",
+    );
+    let [_, exact] = run(&away, ["plate", "corner"]);
+    let (found, exact) = (column(&corner, "u_y"), column(&exact, "u_y"));
+    let deepest = -exact[exact.len() - 1];
+    let at_rise = column(&corner, "t").iter().position(|t| *t >= 0.2).unwrap();
+    // The block creeps after the force has risen.
+    assert!(-exact[at_rise] < 0.9 * deepest);
+    for (found, exact) in found.iter().zip(&exact) {
+        // Each run has an error of about the tolerance.
+        assert!(
+            (found - exact).abs() < 10.0 * RTOL * deepest,
+            "{found} {exact}"
+        );
+    }
+    assert!((last(&plate, "F_y") + 40.0).abs() < 1e-9);
+    let penetration = last(&plate, "penetration");
+    let depth = last(&plate, "displacement");
+    assert!((depth - penetration + found[found.len() - 1]).abs() < 1e-9);
+}
+
+/// A ball under a force that rises slowly indents an elastic block in time as in an equilibrium, also with inertia.
+#[test]
+fn slow_indentation_by_a_force_ends_in_its_equilibrium() {
+    let ball = |head: &str| {
+        let text = pressed(head, &format!("force = {RAMP}\ndirection = [0.0, -1.0]"));
+        text.replace("inf", "2e4").replace(
+            "type = \"plane\"\npoint = [0.0, 0.01]\nnormal = [0.0, -2.0]",
+            "type = \"sphere\"\ncenter = [0.0, 0.021]\nradius = 0.01",
+        ) + "[[probe]]\nname = \"energy\"\ntype = \"energy\"\n"
+    };
+    let text = ball("analysis = \"static\"\n[time]\nend = 1.0\n");
+    let [exact] = tables_in(&text, Path::new(""), ["plate"]);
+    let depth = last(&exact, "displacement");
+    let slow = ball("analysis = \"quasi-static\"\n[time]\nend = 0.3\n");
+    let [plate, _] = run(&slow, ["plate", "energy"]);
+    assert!((last(&plate, "displacement") / depth - 1.0).abs() < 1e-6);
+    let text = ball("[time]\nend = 1.0\n").replace("[solid]\n", "[solid]\nrayleigh_mass = 40.0\n")
+        + "[integrator]\nmethod = \"radau9\"\nrtol = 1e-4\n";
+    let [plate, energy] = run(&text, ["plate", "energy"]);
+    // The damping exp(−20 t) leaves 1e-7 of the vibration after the rise.
+    assert!((last(&plate, "displacement") / depth - 1.0).abs() < 1e-4);
+    let work = last(&energy, "work");
+    let imbalance = column(&energy, "imbalance");
+    let imbalance = imbalance
+        .iter()
+        .fold(0.0_f64, |most, own| most.max(own.abs()));
+    assert!(
+        work > 0.0 && imbalance < 1e-3 * work,
+        "{imbalance:e} {work:e}"
+    );
+}
+
+/// A fit of the depth in time has no derivatives.
+#[test]
+fn sensitivities_of_motions_need_given_displacements() {
+    let text = pressed(
+        "[time]\nend = 1.0\n",
+        "force = 1.0\ndirection = [0.0, -1.0]\nstiffness = 1e8",
+    );
+    let scene = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap();
+    let (feature, key) = unsupported(&scene).unwrap();
+    assert_eq!(
+        (feature, &*key),
+        (Unsupported::ObstacleForce, "contact[0].force")
+    );
+}
+
+/// Friction needs the velocity of the obstacle, and a response its stiffness.
+#[test]
+fn invalid_forces_in_time_are_rejected() {
+    let force = "force = 1.0\ndirection = [0.0, -1.0]";
+    let slip = format!("{force}\nfriction = 0.3\nslip_velocity = 1e-4");
+    for (head, contact, line) in [
+        ("[time]\nend = 1.0\n", &*slip, "friction = 0.3"),
+        ("analysis = \"modes\"\n", force, "force = 1.0"),
+    ] {
+        let text = pressed(head, contact);
+        let error = Scene::build("scene.toml", &text, &[], Path::new("")).unwrap_err();
+        assert!(error.to_string().contains(&format!(" | {line}")), "{error}");
+    }
+}
