@@ -30,7 +30,8 @@ struct Parts<const D: usize, const V: usize> {
 impl MshFile {
     /// Moves triangles parallel to a plane of two axes into the plane z = 0. Returns the axes, if they are not x and y.
     pub(super) fn flatten(&mut self) -> Option<[char; 2]> {
-        if self.cells.iter().any(|cell| cell.dimension == 3) {
+        // Surfaces of volumes without tetrahedra are refused later.
+        if self.has_volumes || self.cells.iter().any(|cell| cell.dimension == 3) {
             return None;
         }
         let triangles = self.cells.iter().filter(|cell| cell.dimension == 2);
