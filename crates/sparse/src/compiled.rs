@@ -41,7 +41,7 @@ impl Product {
     }
 
     /// Adds |A| |x| to `y`.
-    pub fn add_magnitudes<T: Scalar>(&self, values: &[T], x: &[T], y: &mut [f64]) {
+    pub(crate) fn add_magnitudes<T: Scalar>(&self, values: &[T], x: &[T], y: &mut [f64]) {
         T::add_magnitudes(self, values, x, y);
     }
 }

@@ -46,7 +46,7 @@ pub static TRIANGLE: Shape = Shape {
 };
 
 /// Tetrahedron, with edges in the order of VTK's quadratic tetrahedron.
-pub static TETRAHEDRON: Shape = Shape {
+pub(crate) static TETRAHEDRON: Shape = Shape {
     name: "tetrahedron",
     plural: "tetrahedra",
     measure_name: "volume",
@@ -62,7 +62,7 @@ impl Shape {
     ///
     /// # Panics
     /// Panics unless `dimension` is 2 or 3.
-    pub fn of_dimension(dimension: usize) -> &'static Self {
+    pub(crate) fn of_dimension(dimension: usize) -> &'static Self {
         match dimension {
             2 => &TRIANGLE,
             3 => &TETRAHEDRON,

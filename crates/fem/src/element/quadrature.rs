@@ -163,7 +163,7 @@ fn orbit12(a: f64, b: f64, weight: f64) -> Vec<Point> {
 /// for degree 5.
 ///
 /// It integrates a quadratic shape function times a cubic traction exactly.
-pub fn edge_degree5() -> [(f64, f64); 3] {
+pub(crate) fn edge_degree5() -> [(f64, f64); 3] {
     let offset = 0.5 * 0.6_f64.sqrt();
     [
         (0.5 - offset, 5.0 / 18.0),

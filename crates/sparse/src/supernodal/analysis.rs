@@ -180,7 +180,7 @@ impl Analysis {
     }
 
     /// Returns the number of multiplications of one factorization.
-    pub fn n_multiplications(&self) -> f64 {
+    pub(crate) fn n_multiplications(&self) -> f64 {
         let nodes = self.supernodes.iter();
         nodes.map(|node| node.n_multiplications(self.kind)).sum()
     }

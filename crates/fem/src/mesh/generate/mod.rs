@@ -253,7 +253,7 @@ fn cantilever(parts: Structured) -> Result<Mesh, FemError> {
 }
 
 /// Returns half the height of the spindle at x, in m: `0.012 + 0.018 cos²(π x / 0.2)`.
-pub fn spindle_half_height(x: f64) -> f64 {
+pub(crate) fn spindle_half_height(x: f64) -> f64 {
     0.012 + 0.018 * (PI * x / (2.0 * HALF_LENGTH)).cos().powi(2)
 }
 
