@@ -44,7 +44,7 @@ fn major() -> Result<u32, String> {
     }
 }
 
-/// The number that `#define SUNDIALS_VERSION_{part}` gives.
+/// Returns the number in `#define SUNDIALS_VERSION_{part}`.
 fn number(text: &str, part: &str) -> Option<u32> {
     let name = format!("SUNDIALS_VERSION_{part}");
     let mut lines = text.lines().map(|line| line.split_whitespace());

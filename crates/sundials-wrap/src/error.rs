@@ -7,7 +7,7 @@
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A setting has a value that makes no sense.
+    /// The value of an option is not allowed.
     #[error("{option} = {value}: must be {expected}")]
     InvalidOption {
         /// Name of the setting.
@@ -22,7 +22,7 @@ pub enum Error {
     WrongLength {
         /// Which array.
         what: &'static str,
-        /// The length it should have.
+        /// The expected length.
         expected: usize,
         /// The length it has.
         got: usize,
@@ -53,14 +53,14 @@ pub enum Error {
         /// The time reached.
         t: f64,
     },
-    /// Initial values were to be corrected after the first step: IDAS' memory then holds the
-    /// differences of past steps in their place.
+    /// A correction of the initial values was requested after the first step, when the memory of IDAS already contains
+    /// the differences of past steps.
     #[error("initial values can be corrected before the first step only, not at t = {t}")]
     AfterTheStart {
         /// The time reached.
         t: f64,
     },
-    /// Dense output was requested outside the last step, or for too high a derivative.
+    /// Dense output was requested outside the last step, or for a derivative of too high order.
     #[error(
         "no derivative of order {derivative} at t = {t}: the last step, of order {order}, covers \
          [{from}, {to}]"
@@ -70,7 +70,7 @@ pub enum Error {
         t: f64,
         /// Requested order of the derivative.
         derivative: usize,
-        /// Order of the last step, the highest derivative there is.
+        /// Order of the last step, which is the highest available derivative.
         order: usize,
         /// Start of the last step.
         from: f64,
@@ -96,16 +96,16 @@ pub enum Error {
         /// The start, at which the sensitivities were given.
         t_start: f64,
     },
-    /// A backward problem requires the solution to be stored.
+    /// A backward problem requires a stored forward solution, see `IdaBuilder::checkpoints`.
     #[error("this solver keeps no checkpoints: build it with IdaBuilder::checkpoints")]
     NoCheckpoints,
-    /// A feature that is not repeated when a run is repeated from a checkpoint.
+    /// The feature cannot be combined with checkpoints, because it is not repeated with the steps of a run.
     #[error("{what}: not available with checkpoints; integrate up to it, and start again there")]
     NotWithCheckpoints {
         /// Requested feature.
         what: &'static str,
     },
-    /// IDAS has no adjoint of such a problem.
+    /// IDAS does not support adjoints of problems of this index.
     #[error(
         "IDAS does not support the adjoint of a problem of index {index}: use a formulation of index 1 or 2, or the discrete \
          adjoint of Radau IIA (crate myovib-radau)"
@@ -165,12 +165,12 @@ pub enum Error {
         /// Why.
         source: myovib_dae::Inconsistent,
     },
-    /// A user's function failed for good.
+    /// A user function returned an unrecoverable error.
     #[error("the {function} failed at t = {t}: {source}")]
     Callback {
         /// Which function.
         function: &'static str,
-        /// The time it was called for.
+        /// Time at which the function was called.
         t: f64,
         /// Error returned by the function.
         source: Box<dyn std::error::Error + Send + Sync>,
@@ -184,7 +184,7 @@ pub enum Error {
         code: i32,
         /// IDAS' name of the code.
         name: &'static str,
-        /// IDAS' message, if it gave one.
+        /// Message of IDAS; empty if there is none.
         message: String,
     },
     /// A linear solver cannot be set up.

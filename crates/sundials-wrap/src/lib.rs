@@ -62,13 +62,13 @@ pub mod notes {
 }
 
 pub use error::Error;
-/// The problem, and the common interface of the integrators.
+/// The problem trait and the common interface of the integrators.
 pub use myovib_dae::{
     ConsistencyMode, Direction, Integrator, Jacobian, LinearSolver, Linearization, Outcome,
     Problem, SparsityPattern, Statistics, StepError, Stop, StopReason, Suppressed, Tolerances,
     VariableKind, WorstComponent,
 };
-/// KLU; the integrator's settings include its settings.
+/// KLU, whose settings are part of the integrator's settings.
 pub use myovib_sparse::klu;
 pub use options::{Constraint, IdaOptions, VectorArithmetic};
 pub use solver::{

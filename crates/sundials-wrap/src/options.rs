@@ -1,7 +1,7 @@
 //! Settings of the integrator, as plain values.
 //!
-//! [`IdaOptions::default`] has IDAS' own defaults throughout. Settings that are functions (root
-//! functions, weights, quadratures) are passed to the [`IdaBuilder`](crate::IdaBuilder).
+//! [`IdaOptions::default`] contains the defaults of IDAS. Settings that are functions (root functions, weights,
+//! quadratures) are passed to the [`IdaBuilder`](crate::IdaBuilder).
 
 use myovib_dae::{Direction, Suppressed, Tolerances, VariableKind};
 use myovib_sparse::{Ordering, SparseOptions};
@@ -24,8 +24,8 @@ pub(crate) fn validate_tolerances(tolerances: &Tolerances, n: usize) -> Result<(
     Ok(())
 }
 
-/// Returns IDAS' vector: 1 for a component in the error test, 0 for an excluded component; `None`
-/// if all are included.
+/// Returns the vector that IDAS expects: 1 for a component in the error test, 0 for an excluded component; `None` if
+/// all components are included.
 pub(crate) fn error_test_id(
     suppressed: &Suppressed,
     kinds: &[VariableKind],
@@ -97,10 +97,10 @@ impl Constraint {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub enum VectorArithmetic {
-    /// Ours, with the vector instructions of the processor; sums are taken in another order.
+    /// This crate's arithmetic with the vector instructions of the processor; sums are computed in a different order.
     #[default]
     Simd,
-    /// That of SUNDIALS' serial vectors, one entry after the other: to compare with.
+    /// The arithmetic of SUNDIALS' serial vectors, entry by entry; for comparison.
     Serial,
 }
 
@@ -124,7 +124,7 @@ pub struct IdaOptions {
     /// `None` for no limit; 500 by default. It does not limit a single
     /// [`step`](crate::IdaSolver::step).
     pub max_steps: Option<usize>,
-    /// A time that no step passes; `None` by default.
+    /// Time that no step may pass; `None` by default.
     pub stop_time: Option<f64>,
     /// Error-test failures allowed in one step; 10 by default.
     pub max_error_test_failures: usize,
@@ -135,8 +135,8 @@ pub struct IdaOptions {
     pub nonlinear_coefficient: f64,
     /// Newton iterations allowed in one solve; 4 by default.
     pub max_newton_iterations: usize,
-    /// A new matrix setup is made if c_j has changed since the last setup by more than a factor (1
-    /// − δ)/(1 + δ) in either direction; 0.25 by default.
+    /// The matrix is set up again if c_j has changed since the last setup by more than a factor (1 − δ)/(1 + δ) in
+    /// either direction; 0.25 by default.
     pub delta_cj: f64,
     /// Settings of KLU. By default, as in SUNDIALS: COLAMD, block triangular form, scaling by the
     /// largest entry of each row.
@@ -174,8 +174,8 @@ impl Default for IdaOptions {
 }
 
 impl IdaOptions {
-    /// Checks for a problem of `n` unknowns the settings that IDAS does not check, or rejects
-    /// without their values.
+    /// Checks the settings for a problem of `n` unknowns that IDAS does not check, or rejects without reporting their
+    /// values.
     pub(crate) fn validate(&self, n: usize) -> Result<(), Error> {
         validate_tolerances(&self.tolerances, n)?;
         within("max_order", self.max_order as f64, 1.0, 5.0, "1 to 5")?;
@@ -274,7 +274,7 @@ pub(crate) fn expect_length(what: &'static str, expected: usize, got: usize) -> 
     }
 }
 
-/// Checks an initial time and state of `n` unknowns.
+/// Checks the initial time and the initial state of `n` unknowns.
 pub(crate) fn expect_state(n: usize, t0: f64, y0: &[f64], y_dot0: &[f64]) -> Result<(), Error> {
     expect_length("initial values y0", n, y0.len())?;
     expect_length("initial derivatives y_dot0", n, y_dot0.len())?;

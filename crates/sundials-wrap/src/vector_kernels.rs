@@ -1,9 +1,8 @@
 //! Vector arithmetic of IDAS with the processor's vector instructions.
 //!
-//! A step of order 2 makes about thirty passes over vectors, each cheap, which together take a
-//! third of the run time with SUNDIALS' scalar loops. Elementwise results equal the results of
-//! SUNDIALS bit for bit, except for sums. Sums are split into [`LANES`] partial sums on every
-//! processor, so results do not depend on the processor.
+//! A step of order 2 makes about thirty passes over vectors, each cheap, which together take a third of the run time
+//! with SUNDIALS' scalar loops. Elementwise operations have the results of SUNDIALS bit for bit; sums differ by
+//! rounding. Sums are split into [`LANES`] partial sums on every processor, so results do not depend on the processor.
 
 use std::mem::MaybeUninit;
 use std::sync::LazyLock;
@@ -171,7 +170,7 @@ fn root_mean(sum: f64, n: usize) -> f64 {
 mod tests {
     use super::*;
 
-    /// At every position, in full chunks and in the remainder.
+    /// Tests every position, in full chunks and in the remainder.
     #[test]
     fn one_entry_that_is_not_positive_and_finite_is_seen() {
         let mut x = [f64::MIN_POSITIVE; 2 * LANES + 7];

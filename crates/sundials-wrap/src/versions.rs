@@ -9,7 +9,7 @@ pub struct Versions {
     pub sundials: String,
     /// Version of the SUNDIALS headers at build time; a difference indicates a broken installation.
     pub sundials_headers: String,
-    /// KLU and SuiteSparse; `None` in a build without them.
+    /// Versions of KLU and SuiteSparse; `None` in a build without them.
     pub sparse: Option<myovib_sparse::Versions>,
     /// Width of SUNDIALS' index type in bits.
     pub index_bits: usize,

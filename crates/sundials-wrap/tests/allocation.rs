@@ -1,11 +1,11 @@
-//! A step allocates nothing on the Rust side.
+//! Checks that a step does not allocate memory in Rust.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use myovib_dae::Problem;
 use myovib_dae::conformance::{Method, Request, steps_allocate_nothing};
 use sundials_wrap::IdaSolver;
 
-/// Builds IDAS at its defaults.
+/// Builds IDAS with its default settings.
 struct Ida;
 
 impl Method for Ida {

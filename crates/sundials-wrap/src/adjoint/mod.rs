@@ -1,9 +1,8 @@
 //! Gradients by the adjoint method: backward problems that IDAS integrates along the stored
 //! solution.
 //!
-//! For G(p) = ∫ g(t, y, p) dt from t0 to T along F(t, y, ẏ, p) = 0, the gradient with respect to
-//! any number of parameters takes one backward run (Y. Cao, S. Li, L. Petzold, R. Serban, SIAM J.
-//! Sci. Comput. 24 (2003) 1076):
+//! For G(p) = ∫ g(t, y, p) dt from t0 to T along F(t, y, ẏ, p) = 0, one backward run gives the gradient with respect to
+//! any number of parameters (Y. Cao, S. Li, L. Petzold, R. Serban, SIAM J. Sci. Comput. 24 (2003) 1076):
 //!
 //! ```text
 //! d/dt (∂F/∂ẏᵀ λ) − ∂F/∂yᵀ λ + ∂g/∂yᵀ = 0
@@ -11,8 +10,8 @@
 //! ```
 //!
 //! 1. [`IdaBuilder::checkpoints`](crate::IdaBuilder::checkpoints) enables storage of the forward run.
-//! 2. [`IdaSolver::add_backward`](crate::IdaSolver::add_backward) adds a [`BackwardProblem`] at T:
-//!    [`AdjointProblem`] is the problem above for constant ∂F/∂ẏ.
+//! 2. [`IdaSolver::add_backward`](crate::IdaSolver::add_backward) adds a [`BackwardProblem`] at T: [`AdjointProblem`]
+//! implements the problem above for constant ∂F/∂ẏ.
 //! 3. [`IdaSolver::integrate_back_to`](crate::IdaSolver::integrate_back_to) integrates all of them to t0;
 //!    [`IdaSolver::backward`](crate::IdaSolver::backward) returns λ and its quadratures.
 //!
@@ -41,8 +40,8 @@ use myovib_dae::{Problem, Statistics, StepError, Tolerances};
 /// Storage of the solution for backward problems.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Checkpoints {
-    /// Number of steps between checkpoints. The solution is stored at this many steps at a time,
-    /// and the steps between two checkpoints are repeated when they are needed. Default: 100.
+    /// Number of steps between checkpoints. The solution is stored for this many steps at a time; the steps between two
+    /// other checkpoints are repeated when they are needed. Default: 100.
     pub every: usize,
     /// Interpolation between the steps.
     pub interpolation: Interpolation,
@@ -64,7 +63,7 @@ pub enum Interpolation {
     /// Cubic, from y and ẏ at both ends of a step.
     #[default]
     Hermite,
-    /// Of the order of the step, from y alone: needs half the memory.
+    /// A polynomial of the order of the step, from y alone; requires half the memory.
     Polynomial,
 }
 
@@ -77,7 +76,7 @@ pub struct ForwardState {
     pub y: Vec<f64>,
     /// ẏ.
     pub y_dot: Vec<f64>,
-    /// S and Ṡ for each parameter of the solver's sensitivities.
+    /// S and Ṡ for each parameter with respect to which the solver computes sensitivities.
     pub s: Vec<[Vec<f64>; 2]>,
 }
 
@@ -111,8 +110,8 @@ pub trait BackwardProblem<P> {
             .expect("columns of ascending rows")
     }
 
-    /// Evaluates a ∂R/∂λ + b ∂R/∂λ̇ into `entries`, in the order of the pattern. The default has no
-    /// Jacobian, and differences of the residual are used instead.
+    /// Evaluates a ∂R/∂λ + b ∂R/∂λ̇ into `entries`, in the order of the pattern. By default, there is no Jacobian, and
+    /// differences of the residual are used instead.
     ///
     /// # Errors
     /// As for [`Problem::jacobian`].
@@ -127,7 +126,7 @@ pub trait BackwardProblem<P> {
         Err(StepError::NoJacobian)
     }
 
-    /// Returns the number of quadratures q̇ = r(t, λ, λ̇), which start at zero at T; 0 by default.
+    /// Returns the number of quadratures q̇ = r(t, λ, λ̇) with q(T) = 0; 0 by default.
     fn n_quadratures(&self) -> usize {
         0
     }
@@ -191,7 +190,7 @@ pub struct BackwardRun {
     pub rates: Vec<f64>,
     /// The quadratures.
     pub quadratures: Vec<f64>,
-    /// Counters of its steps, of Newton's method and of its evaluations.
+    /// Counters of the steps, of Newton's method and of the evaluations.
     pub statistics: Statistics,
 }
 

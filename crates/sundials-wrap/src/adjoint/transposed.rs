@@ -5,7 +5,8 @@ use nalgebra_sparse::pattern::SparsityPattern;
 use super::{BackwardProblem, ForwardState};
 use myovib_dae::{Jacobian, Linearization, Parameters, Problem, StepError};
 
-/// ∂g/∂y and ∂g/∂p of the integrand at a state, written into the last two arguments, which are zeros.
+/// ∂g/∂y and ∂g/∂p of the integrand at a state. They are written into the last two arguments, which contain zeros on
+/// entry.
 type Gradient<P> =
     dyn FnMut(&mut P, &ForwardState, &mut [f64], &mut [f64]) -> Result<(), StepError> + Send;
 
@@ -22,11 +23,11 @@ pub struct AdjointProblem<P> {
     parameters: Option<Box<dyn Parameters<P> + Send>>,
     /// Of the forward problem.
     jacobian: Jacobian,
-    /// ∂F/∂y and ∂F/∂ẏ at `at`.
+    /// ∂F/∂y and ∂F/∂ẏ at the state `at`.
     parts: [Vec<f64>; 2],
     at: Option<ForwardState>,
     transposed: SparsityPattern,
-    /// Position in the problem's pattern of each entry of the transposed pattern.
+    /// For each entry of the transposed pattern, its position in the pattern of the problem.
     places: Vec<usize>,
     /// ∂g/∂y and ∂g/∂p.
     gradients: [Vec<f64>; 2],
@@ -34,8 +35,8 @@ pub struct AdjointProblem<P> {
 }
 
 impl<P: Problem> AdjointProblem<P> {
-    /// Creates the adjoint of `problem` for an integrand with this gradient: ∂g/∂y and ∂g/∂p, to be
-    /// written into arrays of zeros.
+    /// Creates the adjoint of `problem` for an integrand g. The function `gradient` writes ∂g/∂y and ∂g/∂p into arrays
+    /// of zeros.
     pub fn new(
         problem: &P,
         gradient: impl FnMut(&mut P, &ForwardState, &mut [f64], &mut [f64]) -> Result<(), StepError>
@@ -85,8 +86,8 @@ impl<P: Problem> AdjointProblem<P> {
         }
         // The matrices and the gradient are incomplete until all three have been evaluated.
         self.at = None;
-        // No step and no tolerances are known. If the problem has no exact Jacobian, differences
-        // are taken over one unit of each variable.
+        // Step size and tolerances are unknown here. If the problem has no exact Jacobian, differences are taken over
+        // one unit of each variable.
         let weights = vec![f64::EPSILON.sqrt().recip(); at.y.len()];
         let [of_value, of_rate] = &mut self.parts;
         let about = Linearization {

@@ -22,10 +22,10 @@ pub(crate) struct Link<C> {
     pub(crate) n_parameters: usize,
 }
 
-/// Returns the number of a backward problem, the number of its parameters, and the boundary.
+/// Returns the index of a backward problem, the number of its parameters, and the user data of its solver.
 ///
 /// # Safety
-/// `user_data` is the address of a live `Link<C>`; for its boundary as for [`boundary`].
+/// `user_data` is the address of a live `Link<C>`; its `Boundary` satisfies the conditions of [`boundary`].
 unsafe fn linked<'a, C>(user_data: *mut c_void) -> (usize, usize, &'a mut Boundary<C>) {
     // SAFETY: the caller's promise; links are not written to.
     let link = unsafe { &*user_data.cast::<Link<C>>() };
@@ -64,11 +64,11 @@ unsafe fn forward<'a>(
     ForwardView { t, y, y_dot, s }
 }
 
-/// Arguments of a callback: the number of the backward problem, the boundary, the forward solution,
-/// and λ with λ̇.
+/// Arguments of a callback: the index of the backward problem, the user data of the solver, the forward solution, and λ
+/// with λ̇.
 type Handed<'a, C> = (usize, &'a mut Boundary<C>, ForwardView<'a>, [&'a [f64]; 2]);
 
-/// Converts the arguments of a callback.
+/// Converts the arguments that C passes to a callback.
 ///
 /// # Safety
 /// As for [`linked`] and [`forward`], with as many sensitivities as the link states.
@@ -94,8 +94,8 @@ const NONE: *mut N_Vector = std::ptr::null_mut();
 /// Implements IDAResFnBS.
 ///
 /// # Safety
-/// Must be called by IDAS with its serial vectors and the address of the link of this crate. The
-/// arrays of sensitivities have as many entries as the link states.
+/// Must be called by IDAS with its serial vectors and the address of a live `Link<C>`. The arrays of sensitivities have
+/// as many entries as the link states.
 pub(crate) unsafe extern "C" fn residual_with<C: Callbacks>(
     t: realtype,
     y: N_Vector,

@@ -1,10 +1,10 @@
-//! The outcome of a call in C.
+//! Results of calls of C functions.
 
 use std::os::raw::c_int;
 
 use sundials_sys as sys;
 
-/// The code reported when a constructor in C returns a null pointer: out of memory.
+/// Code reported if a C constructor returns a null pointer: out of memory.
 pub(crate) const NULL_RESULT: i32 = sys::IDA_MEM_FAIL;
 
 /// A call that IDAS rejected.

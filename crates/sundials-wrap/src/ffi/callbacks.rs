@@ -4,7 +4,7 @@
 
 use std::os::raw::c_int;
 
-/// Answer of a callback to IDAS.
+/// Result of a callback, returned to IDAS.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Answer {
     /// Continue.
@@ -30,7 +30,7 @@ pub(crate) trait Callbacks: BackwardCallbacks {
     fn residual(&mut self, t: f64, y: &[f64], y_dot: &[f64], residual: &mut [f64]) -> Answer;
     /// Evaluates and factorizes the Newton matrix ∂F/∂y + c_j ∂F/∂ẏ.
     fn linear_setup(&mut self, t: f64, y: &[f64], y_dot: &[f64], c_j: f64) -> Answer;
-    /// Solves with the last one, in place.
+    /// Solves in place with the last factorized matrix.
     fn linear_solve(&mut self, rhs: &mut [f64]) -> Answer;
     fn n_roots(&self) -> usize;
     fn roots(&mut self, t: f64, y: &[f64], y_dot: &[f64], values: &mut [f64]) -> Answer;
@@ -47,7 +47,7 @@ pub(crate) trait Callbacks: BackwardCallbacks {
         s: [&[f64]; 2],
         residual: &mut [f64],
     ) -> Answer;
-    /// Evaluates the rates of the sensitivities of the quadratures to parameter j.
+    /// Evaluates the time derivatives of the sensitivities of the quadratures to parameter j.
     fn quadrature_sensitivity(
         &mut self,
         j: usize,
@@ -68,7 +68,7 @@ pub(crate) struct ForwardView<'a> {
     pub(crate) s: Vec<[&'a [f64]; 2]>,
 }
 
-/// Functions of backward problem `which` that IDAS may call, at its values `[y, ẏ]`.
+/// Functions of the backward problem with index `which` that IDAS calls at `[y, ẏ]`, the values of this problem.
 pub(crate) trait BackwardCallbacks {
     fn backward_residual(
         &mut self,
@@ -77,7 +77,7 @@ pub(crate) trait BackwardCallbacks {
         values: [&[f64]; 2],
         residual: &mut [f64],
     ) -> Answer;
-    /// Evaluates and factorizes its Newton matrix.
+    /// Evaluates and factorizes the Newton matrix of a backward problem.
     fn backward_setup(
         &mut self,
         which: usize,
@@ -85,7 +85,7 @@ pub(crate) trait BackwardCallbacks {
         values: [&[f64]; 2],
         c_j: f64,
     ) -> Answer;
-    /// Solves with the last one, in place.
+    /// Solves in place with the last factorized matrix of a backward problem.
     fn backward_solve(&mut self, which: usize, rhs: &mut [f64]) -> Answer;
     fn backward_quadrature(
         &mut self,

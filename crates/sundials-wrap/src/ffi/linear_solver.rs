@@ -1,4 +1,4 @@
-//! The linear solver IDAS calls: it passes every solve on to safe Rust.
+//! The linear solver that IDAS calls; it forwards each solve to safe Rust.
 
 use std::os::raw::{c_int, c_void};
 use std::ptr::NonNull;
@@ -20,7 +20,7 @@ pub(crate) type Solve =
 pub(crate) struct LinearSolver(NonNull<_generic_SUNLinearSolver>);
 
 impl LinearSolver {
-    /// Creates a solver whose solves are done by `solve`, which finds `content` in it.
+    /// Creates a solver that calls `solve` for each solve; `content` is the pointer available to `solve`.
     pub(crate) fn new(
         content: *mut c_void,
         solve: Solve,

@@ -4,10 +4,10 @@
 //! the type keeps valid. No type of this module is public outside the crate.
 //!
 //! - [`context`], [`vector`], [`matrix`], [`linear_solver`]: the SUNDIALS objects IDAS works on;
-//! - [`vector_operations`]: the arithmetic on vectors that IDAS calls; [`vector_clone`]: cloning of
-//!   vectors by IDAS; [`vector_view`]: theirs as slices;
+//! - [`vector_operations`]: the arithmetic on vectors that IDAS calls; [`vector_clone`]: cloning of vectors by IDAS;
+//!   [`vector_view`]: vectors as slices;
 //! - [`call`]: failures of C calls;
-//! - [`ida`]: the integrator's memory and every call on it;
+//! - [`ida`]: the integrator's memory and all calls that use it;
 //! - [`callbacks`]: callbacks of IDAS; [`trampoline`]: their C functions;
 //! - [`backward`]: callbacks of backward problems;
 //! - [`pinned`]: data at an address that does not move, shared with C;

@@ -2,11 +2,11 @@
 
 use std::ptr::NonNull;
 
-/// An owned value on the heap whose address outlives moves of its owner.
+/// An owned value on the heap, whose address does not change when the owner is moved.
 ///
-/// Unlike a `Box`, moving a `Pinned` makes no claim of unique access, so pointers handed to C stay
-/// usable. Discipline: C uses its copy of the pointer only during calls made through a `&mut` of
-/// the owner, while no reference from [`get`](Pinned::get) or [`get_mut`](Pinned::get_mut) lives.
+/// Unlike a `Box`, moving a `Pinned` does not assert unique access, so pointers passed to C remain valid. Rule: C uses
+/// its copy of the pointer only during calls made through a `&mut` of the owner, while no reference from
+/// [`get`](Pinned::get) or [`get_mut`](Pinned::get_mut) lives.
 pub(crate) struct Pinned<T>(NonNull<T>);
 
 impl<T> Pinned<T> {

@@ -12,7 +12,7 @@ use super::callbacks::{Answer, Callbacks};
 use super::vector_view::{view, view_mut, zeroed_mut};
 use super::version;
 
-/// User data of C: the callbacks, and a panic in transit.
+/// User data passed to C: the callbacks, and a panic that is being propagated.
 pub(crate) struct Boundary<C> {
     pub(crate) callbacks: C,
     /// A panic to be resumed after C returns.
@@ -28,7 +28,7 @@ impl<C> Boundary<C> {
     }
 }
 
-/// Returns the boundary at the address that C passes back.
+/// Returns the user data at the address passed back by C.
 ///
 /// # Safety
 /// `user_data` is the address of a live [`Pinned`](super::pinned::Pinned) `Boundary<C>` to which no
@@ -42,7 +42,7 @@ pub(super) unsafe fn boundary<'a, C>(user_data: *mut c_void) -> &'a mut Boundary
 /// Returns y and ẏ as passed by IDAS.
 ///
 /// # Safety
-/// As for [`view`], of both.
+/// As for [`view`], for both vectors.
 pub(super) unsafe fn state<'a>(y: N_Vector, y_dot: N_Vector) -> (&'a [f64], &'a [f64]) {
     // SAFETY: the caller's promise.
     let y = unsafe { view(y) };
@@ -50,7 +50,7 @@ pub(super) unsafe fn state<'a>(y: N_Vector, y_dot: N_Vector) -> (&'a [f64], &'a 
     (y, unsafe { view(y_dot) })
 }
 
-/// Runs a callback; a panic is stored and reported to C as fatal.
+/// Runs a callback; a panic is stored and reported to C as a fatal error.
 pub(super) fn guarded<C>(
     boundary: &mut Boundary<C>,
     callback: impl FnOnce(&mut C) -> Answer,
@@ -138,7 +138,7 @@ pub(crate) unsafe extern "C" fn linear_solve<C: Callbacks>(
     unsafe { solved(boundary, x, b, Callbacks::linear_solve) }
 }
 
-/// Solves for x with right-hand side b by `solve`, which works in place.
+/// Copies the right-hand side b to x and calls `solve`, which works in place.
 ///
 /// # Safety
 /// Both are serial vectors of the same length, b initialized, and C does not access them during the

@@ -1,4 +1,4 @@
-//! Serial vectors that we own.
+//! Serial vectors owned by this crate.
 
 use std::ptr::NonNull;
 

@@ -181,7 +181,7 @@ mod tests {
     use super::*;
     use crate::options::VectorArithmetic;
 
-    /// Longer than the partial sums of a norm, and no multiple of them.
+    /// Larger than the number of partial sums of a norm, and not a multiple of it.
     const N: usize = 75;
 
     fn wave(context: &Context, phase: f64) -> NVector {
@@ -233,7 +233,7 @@ mod tests {
             // SAFETY: n vectors of our own, the result being the first.
             unsafe { linear_combination(n as c_int, c.as_mut_ptr(), raw.as_mut_ptr(), z) };
             for (found, expected) in vectors[0].as_slice().iter().zip(&expected) {
-                // The roundings of at most four terms below 3.
+                // Rounding errors of at most four terms below 3.
                 assert!((found - expected).abs() < 12.0 * f64::EPSILON);
             }
         }

@@ -1,4 +1,4 @@
-//! Serial vectors, also of IDAS, as slices.
+//! Access to serial vectors, including vectors of IDAS, as slices.
 
 use std::slice;
 

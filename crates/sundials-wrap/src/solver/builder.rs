@@ -1,4 +1,4 @@
-//! From a problem and settings to a solver.
+//! Creation of a solver from a problem and settings.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
@@ -23,8 +23,7 @@ use super::posed::Repeating;
 use super::sensitivity::{SensitivityEquations, SensitivityOptions};
 use super::zeros::ZeroSides;
 
-/// Gathers a problem, [`IdaOptions`] and the user's functions; see
-/// [`IdaSolver::builder`](crate::IdaSolver::builder).
+/// Collects a problem, [`IdaOptions`] and the user's functions; see [`IdaSolver::builder`](crate::IdaSolver::builder).
 pub struct IdaBuilder<P> {
     problem: P,
     options: IdaOptions,
@@ -39,7 +38,7 @@ pub struct IdaBuilder<P> {
     checkpoints: Option<Checkpoints>,
 }
 
-/// Parameters, settings, and S and Ṡ at the start.
+/// Parameters, settings, and the initial values of S and Ṡ.
 type Wanted<P> = (
     Box<dyn Parameters<P> + Send>,
     SensitivityOptions,
@@ -50,7 +49,7 @@ type Wanted<P> = (
 #[derive(Default)]
 struct Quadrature {
     start: Vec<f64>,
-    /// Relative and absolute tolerance, if the quadratures are in the error test.
+    /// Relative and absolute tolerance, if the quadratures are included in the error test.
     tolerances: Option<(f64, f64)>,
 }
 
@@ -105,8 +104,8 @@ impl<P: Problem> IdaBuilder<P> {
         self
     }
 
-    /// Replaces the tolerances by a function that writes the error weights w for y: a local error
-    /// e passes when the root mean square of w_i e_i is at most 1. Weights must be positive.
+    /// Replaces the tolerances by a function that writes the error weights w for y: a local error e is accepted if the
+    /// root mean square of w_i e_i is at most 1. Weights must be positive.
     #[must_use]
     pub fn error_weights(
         mut self,
@@ -116,7 +115,7 @@ impl<P: Problem> IdaBuilder<P> {
         self
     }
 
-    /// Monitors functions g(t, y, ẏ), as many as `directions`; the integration pauses when one
+    /// Monitors the functions g(t, y, ẏ), one for each entry of `directions`. The integration pauses when a function
     /// crosses zero in its direction.
     #[must_use]
     pub fn roots(
@@ -157,9 +156,8 @@ impl<P: Problem> IdaBuilder<P> {
         self
     }
 
-    /// Integrates the sensitivities ∂y/∂p_j to `parameters` along with the solution, from the S and Ṡ
-    /// at the start for each; [`correct_initial_values`](IdaSolver::correct_initial_values) makes
-    /// these consistent too.
+    /// Integrates the sensitivities ∂y/∂p_j to `parameters` along with the solution, from the given initial values S
+    /// and Ṡ. [`correct_initial_values`](IdaSolver::correct_initial_values) also corrects these.
     #[must_use]
     pub fn sensitivities(
         mut self,
@@ -171,9 +169,9 @@ impl<P: Problem> IdaBuilder<P> {
         self
     }
 
-    /// Also integrates the sensitivities of the quadratures, from zero: `rates` writes ∂r/∂y S +
-    /// ∂r/∂ẏ Ṡ + ∂r/∂p_j for j, (t, y, ẏ) and (S, Ṡ). They are included in the error test if both
-    /// the quadratures and the sensitivities are.
+    /// Also integrates the sensitivities of the quadratures, which start at zero. `rates` writes ∂r/∂y S + ∂r/∂ẏ Ṡ +
+    /// ∂r/∂p_j; its arguments are j, (t, y, ẏ) and (S, Ṡ). They are included in the error test if both the quadratures
+    /// and the sensitivities are included.
     #[must_use]
     pub fn quadrature_sensitivities(
         mut self,
@@ -191,7 +189,7 @@ impl<P: Problem> IdaBuilder<P> {
         self
     }
 
-    /// Keeps the solution for [backward problems](crate::adjoint).
+    /// Stores the solution for [backward problems](crate::adjoint).
     #[must_use]
     pub fn checkpoints(mut self, checkpoints: Checkpoints) -> Self {
         self.checkpoints = Some(checkpoints);
@@ -316,7 +314,7 @@ fn expect_shapes(n: usize, kinds: &[VariableKind], pattern: &SparsityPattern) ->
 }
 
 impl<P: Problem> IdaSolver<P> {
-    /// Hands the validated settings to IDAS.
+    /// Passes the validated settings to IDAS.
     fn apply(&mut self, options: &IdaOptions) -> Result<(), Error> {
         let suppressed = self.suppressed.clone();
         let ida = &mut self.ida;

@@ -1,4 +1,4 @@
-//! The safe side of the C boundary: the problem and the user's functions, and how they failed.
+//! The safe side of the interface to C: the problem, the user's functions, and a record of their failures.
 
 use super::posed::{RegisteredProblem, Repeating};
 use super::sensitivity::SensitivityEquations;
@@ -10,21 +10,21 @@ use myovib_dae::{Linearization, Problem, StepError, StopReason, Tolerances};
 use super::linear::Linear;
 use super::zeros::ZeroSides;
 
-/// g(t, y, ẏ) or a quadrature's integrand, written into the last argument.
+/// A root function g(t, y, ẏ) or the integrand of a quadrature; writes into the last argument.
 pub(super) type Function<P> =
     dyn FnMut(&mut P, f64, &[f64], &[f64], &mut [f64]) -> Result<(), StepError> + Send;
-/// ∂r/∂y S + ∂r/∂ẏ Ṡ + ∂r/∂p_j of a quadrature's integrand r, for j, (t, y, ẏ) and (S, Ṡ), written into
-/// the last argument.
+/// ∂r/∂y S + ∂r/∂ẏ Ṡ + ∂r/∂p_j of a quadrature's integrand r; the arguments are j, (t, y, ẏ) and (S, Ṡ), and the result
+/// is written into the last argument.
 pub(super) type QuadratureSensitivities<P> = dyn FnMut(&mut P, usize, (f64, &[f64], &[f64]), [&[f64]; 2], &mut [f64]) -> Result<(), StepError>
     + Send;
-/// Error weights for y, written into the last argument.
+/// Function that writes the error weights for y into the last argument.
 pub(super) type Weights<P> = dyn FnMut(&mut P, &[f64], &mut [f64]) -> Result<(), StepError> + Send;
 
-/// Where the error weights come from.
+/// Source of the error weights.
 pub(super) enum Weighing<P> {
     /// 1/(rtol |y| + atol)
     Tolerances(Tolerances),
-    /// A function of the user's.
+    /// A function of the user.
     Function(Box<Weights<P>>),
 }
 
@@ -59,26 +59,25 @@ impl<P: Problem> Weighing<P> {
     }
 }
 
-/// The problem with everything else that IDAS may call.
+/// The problem and all other user functions that IDAS may call.
 pub(super) struct UserFunctions<P> {
     pub(super) problem: P,
     pub(super) n_roots: usize,
     pub(super) roots: Option<Box<Function<P>>>,
     pub(super) zeros: ZeroSides,
     pub(super) weighing: Weighing<P>,
-    /// The weights of y: those IDAS uses now, or, with sensitivities, those at the last linearization.
+    /// The weights of y that IDAS uses; with sensitivities, the weights at the last linearization.
     pub(super) weights: Vec<f64>,
     pub(super) quadrature: Option<Box<Function<P>>>,
     pub(super) linear: Linear<P>,
     pub(super) sensitivities: Option<SensitivityEquations<P>>,
-    /// The rates of the quadratures' sensitivities.
+    /// Writes the time derivatives of the sensitivities of the quadratures.
     pub(super) quadrature_sensitivities: Option<Box<QuadratureSensitivities<P>>>,
     pub(super) backward: Vec<RegisteredProblem<P>>,
     pub(super) repeating: Repeating,
-    /// During a search for initial values: difference quotients move ẏ by the tolerance divided by this
-    /// time.
+    /// Set during a search for initial values: difference quotients change ẏ by the tolerance divided by this time.
     pub(super) search_time: Option<f64>,
-    /// Time of the last call with a time, for messages of calls without a time.
+    /// Time of the last call that had a time argument, for messages of calls without one.
     pub(super) t_called: f64,
     pub(super) failures: FailureLog,
 }
@@ -88,9 +87,9 @@ pub(super) struct UserFunctions<P> {
 pub(super) struct FailureLog {
     /// A fatal error of a user's function.
     pub(super) fatal: Option<Error>,
-    /// The last recoverable one, for the message if IDAS does not recover.
+    /// Last recoverable error, for the message if IDAS gives up.
     pub(super) recoverable: Option<String>,
-    /// The function it was of.
+    /// Function that returned it.
     pub(super) function: Option<&'static str>,
     /// IDAS' own last message.
     pub(super) message: Option<String>,
@@ -135,8 +134,7 @@ impl FailureLog {
         }
     }
 
-    /// Returns the actual reason of a failure, since IDAS counts all of these as failures of
-    /// Newton's method.
+    /// Returns the actual reason of a failure. IDAS counts all of these failures as failures of Newton's method.
     pub(super) fn culprit(&self) -> Option<StopReason> {
         match self.function.filter(|_| self.recoverable.is_some())? {
             "Jacobian" => Some(StopReason::JacobianFailed),

@@ -47,7 +47,7 @@ pub(super) fn name(code: i32) -> &'static str {
     }
 }
 
-/// Returns the reason why a solve call gave up, or `None` if the call was rejected.
+/// Returns the reason why a solve call failed, or `None` if the call was rejected.
 pub(super) fn stop_reason(code: i32) -> Option<StopReason> {
     match code {
         sys::IDA_TOO_MUCH_WORK => Some(StopReason::MaxSteps),

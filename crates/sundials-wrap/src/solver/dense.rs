@@ -8,8 +8,8 @@ use myovib_dae::{Problem, covers};
 use super::IdaSolver;
 
 impl<P: Problem> IdaSolver<P> {
-    /// Writes a derivative of the solution at `t`, a time within the last step, to `out`, without
-    /// changing the steps.
+    /// Writes a derivative of the solution at the time `t` within the last step to `out`. The steps do not depend on
+    /// these calls.
     ///
     /// The interpolating polynomial of the last step is differentiated `derivative` times; 0
     /// returns the solution. The highest derivative is the order of the last step.
@@ -18,8 +18,8 @@ impl<P: Problem> IdaSolver<P> {
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// [`Error::NoDenseOutput`] outside the last step or for too high a derivative,
-    /// [`Error::WrongLength`], [`Error::InvalidOption`] for a non-finite time.
+    /// [`Error::NoDenseOutput`] outside the last step or for a derivative of too high order, [`Error::WrongLength`],
+    /// [`Error::InvalidOption`] for a non-finite time.
     pub fn dense_output(
         &mut self,
         t: f64,
@@ -103,8 +103,8 @@ impl<P: Problem> IdaSolver<P> {
         self.refused(written)
     }
 
-    /// Returns the order of a derivative at `t` if the last step provides derivatives up to `order`
-    /// there. IDAS checks only one end of the step.
+    /// Returns the order of the derivatives available at `t` if the last step provides derivatives up to `order`. IDAS
+    /// checks only one end of the step.
     pub(super) fn order_within_reach(
         &self,
         t: f64,

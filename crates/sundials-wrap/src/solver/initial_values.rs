@@ -13,9 +13,8 @@ use crate::options::{differential, finite, invalid};
 const COEFFICIENT: f64 = 0.0033;
 
 impl<P: Problem> IdaSolver<P> {
-    /// Corrects the initial values so that F(t0, y0, ẏ0) = 0, by Newton's method with a line
-    /// search. Must be called before the first step. `t_first` is the first output time, for the
-    /// scale.
+    /// Corrects the initial values so that F(t0, y0, ẏ0) = 0, by Newton's method with a line search. Must be called
+    /// before the first step. `t_first` is the first output time, which determines the time scale.
     ///
     /// [`Problem::kinds`] determines which components are algebraic, independent of the components
     /// excluded from the error test.

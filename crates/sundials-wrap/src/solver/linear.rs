@@ -13,9 +13,8 @@ pub(super) enum Linear<P> {
 }
 
 impl<P: Problem> Linear<P> {
-    /// Evaluates the two matrices at a state, or only ∂F/∂y + c_j ∂F/∂ẏ if that suffices, and
-    /// returns the entries of the sum. Difference quotients are computed for the sum or for each matrix
-    /// separately.
+    /// Evaluates the two matrices at a state, or only ∂F/∂y + c_j ∂F/∂ẏ if this sum is sufficient, and returns the
+    /// entries of the sum. Difference quotients are computed for the sum or for each matrix separately.
     pub(super) fn evaluate(
         &mut self,
         problem: &mut P,
@@ -48,7 +47,7 @@ impl<P: Problem> Linear<P> {
         }
     }
 
-    /// Evaluations of the residual that the matrices took so far.
+    /// Returns the number of residual evaluations for difference quotients so far.
     pub(super) fn difference_evaluations(&self) -> u64 {
         match self {
             Self::Whole(lu) => lu.jacobian.residual_evaluations(),
@@ -56,7 +55,7 @@ impl<P: Problem> Linear<P> {
         }
     }
 
-    /// The smallest condition estimate since the start.
+    /// Returns the smallest condition estimate since the start.
     pub(super) fn smallest_rcond(&self) -> Option<f64> {
         match self {
             Self::Whole(lu) => lu.smallest_rcond,
@@ -72,7 +71,7 @@ impl<P: Problem> Linear<P> {
     }
 }
 
-/// Newton matrix, by differences if the problem has no Jacobian, and its factors.
+/// Newton matrix, from differences if the problem has no Jacobian, and its factors.
 pub(super) struct WholeLu {
     jacobian: Jacobian,
     values: Vec<f64>,
@@ -80,18 +79,18 @@ pub(super) struct WholeLu {
     smallest_rcond: Option<f64>,
 }
 
-/// Factors of a sparse or a full matrix.
+/// Factors of a matrix that is stored as sparse or as full.
 enum WholeFactors {
     Sparse(Factors<f64>),
     Dense(DenseLu),
 }
 
-/// Full matrices of at least this order are factorized in dense blocks; smaller ones take less than
-/// a millisecond with sparse LU.
+/// Full matrices of at least this order are factorized in dense blocks; sparse LU factorizes smaller ones in less than
+/// a millisecond.
 const DENSE_FROM: usize = 64;
 
 impl WholeLu {
-    /// Room for a matrix with the pattern of the Jacobian.
+    /// Allocates a matrix with the pattern of the Jacobian.
     pub(super) fn new(jacobian: Jacobian, options: SparseOptions) -> Result<Self, SparseError> {
         let pattern = jacobian.pattern();
         let (n, nnz) = (pattern.major_dim(), pattern.nnz());
@@ -107,7 +106,7 @@ impl WholeLu {
         })
     }
 
-    /// Evaluates ∂F/∂y + c_j ∂F/∂ẏ, the entries of which are returned.
+    /// Evaluates ∂F/∂y + c_j ∂F/∂ẏ and returns its entries.
     pub(super) fn evaluate<P: Problem>(
         &mut self,
         problem: &mut P,

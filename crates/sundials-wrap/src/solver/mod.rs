@@ -1,4 +1,4 @@
-//! The integrator: [`IdaSolver`] owns a problem and drives IDAS over it.
+//! The integrator: [`IdaSolver`] owns a problem and integrates it with IDAS.
 
 mod backward;
 mod builder;
@@ -32,13 +32,13 @@ pub use builder::IdaBuilder;
 use callbacks::UserFunctions;
 pub use sensitivity::{SensitivityMethod, SensitivityOptions, SensitivityStatistics};
 
-/// After so many steps it is looked at whether they have moved t.
+/// Number of steps after which the solver checks whether t has changed.
 const PATIENCE: usize = 500;
 
 /// An integration of a [`Problem`] by the variable-order, variable-step BDF of IDAS.
 ///
-/// `Send` when the problem is: one thread at a time may drive it. A panic in the problem's
-/// functions passes through IDAS and is resumed here.
+/// It is `Send` if the problem is `Send`; only one thread at a time may use it. A panic in the problem's functions
+/// passes through IDAS and is resumed here.
 ///
 /// # Examples
 /// See the [crate's front page](crate).
@@ -48,24 +48,24 @@ pub struct IdaSolver<P: Problem> {
     /// IDAS' vector for the error test, if components are excluded from it.
     suppressed: Option<Vec<f64>>,
     t0: f64,
-    /// y0 and ẏ0, the state before the first step.
+    /// Initial values y0 and ẏ0, before the first step.
     start: [Vec<f64>; 2],
     /// Result of the consistency check, which the first step reports.
     consistent: Result<(), InconsistentStart>,
-    /// The time y and ẏ belong to.
+    /// Time of y and ẏ.
     t: f64,
     n: usize,
     min_step: f64,
     max_steps: Option<usize>,
-    /// Number of steps and time at the last check that found progress of t.
+    /// Number of steps and time at the last check at which t had increased.
     mark: (u64, f64),
     /// Last recoverable failure of a user function since then, also of earlier calls.
     refusal: Option<String>,
     /// Time at which a step must end; `None` after it is reached.
     stop_time: Option<f64>,
-    /// Whether IDAS, which cannot discard a stop time, still has a stop time from before the start.
+    /// Whether IDAS still has a stop time from before the start, since IDAS cannot discard a stop time.
     stop_time_lingers: bool,
-    /// Residual evaluations for differences before the last start.
+    /// Residual evaluations for difference quotients before the last start.
     differences_before: u64,
     /// Settings of the linear solvers of backward problems.
     sparse: SparseOptions,
@@ -79,11 +79,11 @@ impl<P: Problem> IdaSolver<P> {
         IdaBuilder::new(problem)
     }
 
-    /// Takes one step, of a size chosen by IDAS, toward `t_out`.
+    /// Takes one step, whose size IDAS chooses, toward `t_out`.
     ///
-    /// `t_out` gives the direction, and at the first step the scale for the estimate of the initial
-    /// step size; the step may end beyond it. Allocates nothing, except when a root is found or the
-    /// integration stops.
+    /// `t_out` determines the direction and, at the first step, the time scale for the estimate of the initial step
+    /// size. The step may end beyond `t_out`. Does not allocate memory, except when a root is found or the integration
+    /// stops.
     ///
     /// # Errors
     /// [`Error::TimeBehind`] and other misuse; [`Error::Callback`] for a fatal error of the
@@ -104,7 +104,7 @@ impl<P: Problem> IdaSolver<P> {
     fn advance(&mut self, t_out: f64, task: Task) -> Result<Outcome, Error> {
         finite("t_out", t_out)?;
         self.expect_not_left()?;
-        // Before the first step t_out determines the direction; afterwards the step does.
+        // Before the first step t_out determines the direction; afterwards the last step determines it.
         let direction = self.ida.last_step();
         if (t_out - self.t) * direction < 0.0 {
             return Err(Error::TimeBehind { t_out, t: self.t });
@@ -180,7 +180,7 @@ impl<P: Problem> IdaSolver<P> {
         }
     }
 
-    /// Returns whether the last steps have not changed t: IDAS would continue forever.
+    /// Returns whether t did not change in the last steps. IDAS would continue forever.
     fn stands_still(&mut self) -> bool {
         let (steps, t) = (self.ida.counter(Counter::Steps), self.ida.internal_time());
         let (marked_steps, marked_t) = self.mark;
@@ -212,13 +212,12 @@ impl<P: Problem> IdaSolver<P> {
         Outcome::Stopped(Box::new(stop.advised(self.problem(), &self.kinds, 1)))
     }
 
-    /// Restores y and ẏ at the time reached, if IDAS has stopped without reporting that time.
+    /// Restores y and ẏ at the current time if IDAS has stopped without reporting this time.
     fn restore_state(&mut self) {
         let [mut y, mut y_dot] = self.start.clone();
         let t = self.t;
         if self.ida.counter(Counter::Steps) > 0 {
-            // The time reached is in the last step. If IDAS has lost this step too, only the start
-            // is available.
+            // The current time is in the last step. If IDAS has also discarded this step, only the start is available.
             let restored = self.dense_output(t, 0, &mut y);
             if restored.and(self.dense_output(t, 1, &mut y_dot)).is_err() {
                 [y, y_dot] = self.start.clone();
@@ -234,10 +233,11 @@ impl<P: Problem> IdaSolver<P> {
             return Err(fatal);
         }
         if code == sys::IDA_ERR_FAIL {
-            // The error test uses a state that could be evaluated: the problem has recovered.
+            // The error test is applied to a state at which all functions could be evaluated, so the problem has
+            // recovered.
             failures.recoverable = None;
         }
-        // A weight function that gives up is reported by IDAS as an illegal input.
+        // IDAS reports a weight function that fails as an illegal input.
         let weights_failed = code == sys::IDA_ILL_INPUT && failures.recoverable.is_some();
         let culprit = failures.culprit();
         let message = failures.take_message();
@@ -248,7 +248,7 @@ impl<P: Problem> IdaSolver<P> {
         };
         let statistics = self.statistics();
         let step = statistics.current_step.abs();
-        // IDAS treats a step within rounding of the smallest step as the smallest.
+        // Up to rounding, IDAS treats such a step as equal to the smallest step.
         let at_limit = self.t + step == self.t || step <= self.min_step * (1.0 + 1e-6);
         let reason = match reason {
             StopReason::ErrorTestFailures | StopReason::ConvergenceFailures if at_limit => {
@@ -264,8 +264,7 @@ impl<P: Problem> IdaSolver<P> {
         Ok(self.stopped(reason, message, worst))
     }
 
-    /// Returns the components with the largest errors in the error test, among the included
-    /// components.
+    /// Returns the components with the largest errors among the components in the error test.
     fn worst_components(&mut self, test_failed: bool) -> Result<Vec<WorstComponent>, Error> {
         let mut errors = vec![0.0; self.n];
         self.estimated_local_errors(&mut errors)?;
@@ -325,7 +324,7 @@ impl<P: Problem> IdaSolver<P> {
         Ok(())
     }
 
-    /// Stores the initial values, and whether they are consistent.
+    /// Stores the initial values and the result of their consistency check.
     fn start_from(&mut self, t: f64, [y, y_dot]: [Vec<f64>; 2]) {
         let (functions, mut weights) = (self.functions_mut(), vec![0.0; y.len()]);
         let (problem, weighing) = (&mut functions.problem, &mut functions.weighing);
@@ -337,7 +336,7 @@ impl<P: Problem> IdaSolver<P> {
         (self.t0, self.start) = (t, [y, y_dot]);
     }
 
-    /// Sets a time that no step passes until it is reached.
+    /// Sets a stop time: no step passes it, and it is removed when it is reached.
     ///
     /// # Errors
     /// [`Error::InvalidOption`], or [`Error::Call`] for a time before the time reached.
@@ -360,7 +359,7 @@ impl<P: Problem> IdaSolver<P> {
         Ok(())
     }
 
-    /// Evaluations of the residual for differences since the solver was built.
+    /// Returns the number of residual evaluations for difference quotients since the solver was built.
     fn difference_evaluations(&self) -> u64 {
         self.functions().linear.difference_evaluations()
     }
@@ -373,7 +372,7 @@ impl<P: Problem> IdaSolver<P> {
         &mut self.ida.boundary_mut().callbacks
     }
 
-    /// Resumes a panic that was caught at the boundary.
+    /// Resumes a panic that was caught before control returned to C.
     fn resume_panic(&mut self) {
         if let Some(panic) = self.ida.boundary_mut().panic.take() {
             resume_unwind(panic);

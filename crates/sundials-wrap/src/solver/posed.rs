@@ -1,4 +1,4 @@
-//! Data of backward problems for the functions that IDAS calls.
+//! Data of backward problems that the functions called by IDAS require.
 
 use super::linear::WholeLu;
 use crate::adjoint::{BackwardProblem, ForwardState};
@@ -13,14 +13,14 @@ pub(super) struct RegisteredProblem<P> {
     pub(super) state: ForwardState,
 }
 
-/// How many steps may be repeated from a checkpoint: C has room for no more, and does not look. Each step
-/// begins with the error weights of y and of the sensitivities, one after the other.
+/// Counts the steps that IDAS repeats from a checkpoint. The buffer in C has a fixed number of entries and is not
+/// checked there. Each step begins with the error weights of y and then of the sensitivities.
 #[derive(Default)]
 pub(super) struct Repeating {
-    /// Maximum number of error weights: the number of steps between two checkpoints; `None` during
-    /// the forward run.
+    /// Maximum number of error weights, which equals the number of steps between two checkpoints; `None` during the
+    /// forward run.
     pub(super) most: Option<usize>,
-    /// Error weights since a backward problem was evaluated.
+    /// Number of error weights since the last evaluation of a backward problem.
     pub(super) weights: usize,
 }
 

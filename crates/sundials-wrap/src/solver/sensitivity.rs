@@ -8,14 +8,14 @@ use crate::ffi::ida::Counter;
 use crate::options::{expect_finite, expect_length, finite, invalid};
 use myovib_dae::{Jacobian, Linearization, Parameters, Problem, StepError};
 
-/// How the sensitivities are integrated along with the solution.
+/// Method by which the sensitivities are integrated along with the solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum SensitivityMethod {
-    /// After the solution of each step has passed its error test (IDA_STAGGERED).
+    /// After the solution of each step has passed the error test (IDA_STAGGERED).
     #[default]
     Staggered,
-    /// Together with the solution in one nonlinear system (IDA_SIMULTANEOUS).
+    /// Together with the solution, in one nonlinear system (IDA_SIMULTANEOUS).
     Simultaneous,
 }
 
@@ -24,7 +24,7 @@ pub enum SensitivityMethod {
 pub struct SensitivityOptions {
     /// How they are integrated.
     pub method: SensitivityMethod,
-    /// Whether they are included in the error test, as p̄ S with the tolerances of y.
+    /// Whether the sensitivities are included in the error test, scaled to p̄ S and with the tolerances of y.
     pub in_error_test: bool,
 }
 
@@ -137,11 +137,10 @@ fn add_product(pattern: &SparsityPattern, values: &[f64], x: &[f64], out: &mut [
 }
 
 impl<P: Problem> IdaSolver<P> {
-    /// Restarts as [`reinit`](IdaSolver::reinit) does, with the S and Ṡ at the new values in
-    /// `starts`.
+    /// Restarts as [`reinit`](IdaSolver::reinit) does, with the initial values S and Ṡ in `starts`.
     ///
-    /// If y is unchanged, at a time that does not depend on the parameters, S is the value reached
-    /// ([`sensitivity`](IdaSolver::sensitivity)).
+    /// If the restart does not change y and occurs at a time that does not depend on the parameters, S is the current
+    /// [`sensitivity`](IdaSolver::sensitivity).
     ///
     /// # Errors
     /// As for [`reinit`](IdaSolver::reinit), and [`Error::WrongLength`] or [`Error::NotFinite`] for

@@ -16,7 +16,7 @@ impl<P: Problem> IdaSolver<P> {
         self.ida.y()
     }
 
-    /// Returns its derivative at [`t`](IdaSolver::t).
+    /// Returns the derivative ẏ at [`t`](IdaSolver::t).
     pub fn y_dot(&self) -> &[f64] {
         self.ida.y_dot()
     }
@@ -81,7 +81,7 @@ impl<P: Problem> IdaSolver<P> {
         statistics
     }
 
-    /// Returns the size of the next step to be tried; 0 before the first.
+    /// Returns the size of the next step; 0 before the first step.
     pub fn current_step(&self) -> f64 {
         self.ida.current_step()
     }

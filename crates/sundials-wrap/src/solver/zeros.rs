@@ -1,31 +1,31 @@
-//! The side on which exact zeros of root functions count.
+//! Signs of root functions at which a value is exactly zero.
 
-/// Number of stored evaluations: more than a search for a root takes.
+/// Number of stored evaluations, larger than the number of evaluations in a search for a root.
 const KEPT: usize = 512;
 
-/// Assigns a sign to zeros of root functions.
+/// Replaces zeros of root functions by values with a sign.
 ///
-/// IDAS stops permanently if a function stays at zero after a root. Here a zero counts as the side
-/// opposite to where the function came from: reaching zero is a crossing, and staying there is not.
-/// Leaving zero is not a crossing, in either direction.
+/// IDAS stops permanently if a function stays at zero after a root. Here a zero has the sign opposite to the last
+/// nonzero value. Therefore a function has a crossing when it reaches zero, but not while it stays at zero or when it
+/// leaves zero.
 #[derive(Debug, Default)]
 pub(super) struct ZeroSides {
     /// Sign of the direction of integration.
     pub(super) direction: f64,
-    /// The evaluations so far in the order of time, up to the last one.
+    /// The evaluations so far, ordered by time.
     known: Vec<Evaluation>,
 }
 
 #[derive(Debug)]
 struct Evaluation {
     t: f64,
-    /// Values that were returned: a zero with a side is not zero.
+    /// Returned values, in which zeros have been replaced.
     values: Vec<f64>,
     are_zero: Vec<bool>,
 }
 
 impl ZeroSides {
-    /// Forgets all evaluations, at a start.
+    /// Discards all evaluations, at a new start.
     pub(super) fn clear(&mut self) {
         self.known.clear();
     }
@@ -53,7 +53,7 @@ impl ZeroSides {
         });
     }
 
-    /// Removes crossings at `t` of functions that only leave zero there.
+    /// Removes crossings at `t` if the function only leaves zero there.
     pub(super) fn keep_arrivals(&self, t: f64, crossings: &mut [i32]) {
         let is_before = |known: &&Evaluation| (known.t - t) * self.direction < 0.0;
         if let Some(before) = self.known.iter().rev().find(is_before) {

@@ -1,4 +1,4 @@
-//! Backward problems against SUNDIALS' own examples and a closed form.
+//! Backward problems compared with SUNDIALS' examples and with a closed form.
 
 use crate::published_sensitivity::{Kinetics, rates};
 use myovib_dae::samples::{Akzo, Sample};
@@ -22,8 +22,8 @@ fn printed(ours: f64, printed: f64) -> bool {
     (ours / printed - 1.0).abs() < 1e-4
 }
 
-/// G = ∫ y1 dt of the Akzo Nobel problem, and its gradient with respect to the initial values, as SUNDIALS' example
-/// idasAkzoNob_ASAi_dns prints them, with either interpolation. F is −(ẏ − f) here: λᵀ ∂F/∂ẏ is −λ.
+/// G = ∫ y1 dt of the Akzo Nobel problem, and its gradient with respect to the initial values, as printed by SUNDIALS'
+/// example idasAkzoNob_ASAi_dns, for both interpolations. Here F is −(ẏ − f), so λᵀ ∂F/∂ẏ is −λ.
 #[test]
 fn reproduces_the_published_gradient_of_akzo_nobel() {
     for interpolation in [Hermite, Polynomial] {
@@ -63,7 +63,8 @@ fn reproduces_the_published_gradient_of_akzo_nobel() {
             "{interpolation:?}: {steps:?} steps, G = {g:?}, {:?}",
             run.values
         );
-        // 1e-10, and 1e-12 for each of some hundred steps.
+        // The quadrature has a relative tolerance of 1e-10, and an absolute one of 1e-12 for each of several hundred
+        // steps.
         assert!((g[0] / 31.264_216_258_031_094 - 1.0).abs() < 1e-9, "{g:?}");
         for (ours, theirs) in run
             .values
@@ -73,7 +74,7 @@ fn reproduces_the_published_gradient_of_akzo_nobel() {
             assert!(printed(-ours, theirs), "{ours} {theirs}");
         }
         assert!(steps[0].abs_diff(457) <= 5, "{steps:?}");
-        // SUNDIALS 7.1.1 without KLU takes 294 and 310: recorded, the values are the same.
+        // SUNDIALS 7.1.1 without KLU takes 294 and 310 steps, as recorded; the values are equal.
         let back = match (crate::common::HAS_KLU, interpolation) {
             (true, _) => 277,
             (false, Hermite) => 294,
@@ -83,10 +84,10 @@ fn reproduces_the_published_gradient_of_akzo_nobel() {
     }
 }
 
-/// G = ∫ y3 dt of Robertson's kinetics to 4e10 and its gradient with respect to the three rates, then again from t = 50
-/// with values to be corrected, as the example idasRoberts_ASAi_klu prints them. The example itself, compiled
-/// here against SUNDIALS 6.4.1, takes 774, 1199 and 430 steps where 774, 1263 and 436 are printed: rounding
-/// alone moves the steps back by five in a hundred, so that ten are allowed.
+/// G = ∫ y3 dt of Robertson's kinetics to 4e10 and its gradient with respect to the three rates, and again from t = 50
+/// with corrected values, as printed by the example idasRoberts_ASAi_klu. The example, compiled with SUNDIALS 6.4.1,
+/// takes 774, 1199 and 430 steps; the published output has 774, 1263 and 436. Rounding alone changes the number of
+/// backward steps by 5 %, so 10 % are allowed.
 #[test]
 fn reproduces_the_published_gradients_of_robertson() {
     let p = [0.04, 1e4, 3e7];
@@ -162,7 +163,7 @@ fn reproduces_the_published_gradients_of_robertson() {
     check(&mut solver, gradient, lambda, 436);
 }
 
-/// ẋ = z − x and 0 = x − p sin t, index 2: x = p sin t, z = p (sin t + cos t).
+/// The system ẋ = z − x, 0 = x − p sin t of index 2 with the solution x = p sin t, z = p (sin t + cos t).
 struct Followed {
     p: f64,
 }
@@ -186,9 +187,9 @@ impl Problem for Followed {
     }
 }
 
-/// G = ∫ z² dt = p² (T + sin² T) of a problem of index 2, its final values as the module states them:
-/// λ_x = ξ = −2 z and the term ξ ∂c/∂p = 2 z sin T at the end. λ_z is the derivative of the interpolated z: the
-/// forward run is a hundred times as accurate.
+/// G = ∫ z² dt = p² (T + sin² T) for a problem of index 2, with the final values given in the documentation of the
+/// module: λ_x = ξ = −2 z, and the term ξ ∂c/∂p = 2 z sin T at the end. λ_z is a derivative of the interpolated z, so
+/// the forward run uses a hundredth of the tolerance.
 #[test]
 fn a_problem_of_index_2_has_its_gradient_with_the_final_values_stated() {
     let (p, end) = (1.5_f64, 2.0_f64);
@@ -231,7 +232,7 @@ fn a_problem_of_index_2_has_its_gradient_with_the_final_values_stated() {
         let exact = 2.0 * p * (end + end.sin().powi(2));
         let error = (gradient / exact - 1.0).abs();
         println!("{tolerance:e}: {gradient} {exact}: {error:.1e}");
-        // Local errors of some ten steps.
+        // Local errors of about ten steps.
         assert!(error < 30.0 * tolerance, "{error:e}");
     }
 }

@@ -73,7 +73,8 @@ fn panics_and_errors_of_backward_problems_come_back() {
     assert!(stop.message.contains("not here"), "{stop}");
 }
 
-/// IDAS has room for the steps it took and would write beyond it: a run that takes more is ended.
+/// IDAS stores a fixed number of repeated steps and would write beyond its buffer, so a repeated run with more steps is
+/// stopped.
 #[test]
 fn an_unrepeatable_forward_run_is_reported() {
     let mut solver = reported(|oscillator| {
@@ -84,7 +85,7 @@ fn an_unrepeatable_forward_run_is_reported() {
     assert!(matches!(error, Error::NotRepeated { .. }), "{error}");
 }
 
-/// After a backward run the forward run can only be restarted; it then gives the same results.
+/// After a backward run, the forward run can only be restarted. The restarted run has the same results.
 #[test]
 fn a_forward_run_that_was_left_is_started_again_only() {
     let mut solver = oscillator(1e-8);
@@ -135,7 +136,7 @@ fn a_forward_run_that_was_left_is_started_again_only() {
     };
     let (backward, first) = run(None);
     let (_, again) = run(Some(backward));
-    // G = ∫ y² of y(0) cos 3t: dG/dy(0) = ∫ 2 cos² 3t. Local errors of some hundred steps.
+    // G = ∫ y² of y(0) cos 3t: dG/dy(0) = ∫ 2 cos² 3t. Local errors of about a hundred steps.
     let exact = 5.0 + 30_f64.sin() / 6.0;
     println!("{first:?} {again:?} {exact}");
     for found in [&first, &again] {
@@ -240,7 +241,7 @@ impl Problem for Square {
     }
 }
 
-/// Regression: after a gradient that failed, the matrices of its state were used for the state before.
+/// Regression: after a gradient that failed, the matrices of its state were used for the previous state.
 #[test]
 fn a_failed_gradient_leaves_no_matrices_of_another_state() {
     let mut calls = 0;
@@ -265,6 +266,6 @@ fn a_failed_gradient_leaves_no_matrices_of_another_state() {
     let first = residual(1.0).unwrap();
     assert!(residual(5.0).is_err());
     assert_eq!(residual(1.0).unwrap(), first);
-    // −∂F/∂y λ = −2 y, by differences over 1.
+    // −∂F/∂y λ = −2 y, from differences over a distance of 1.
     assert!((first + 2.0).abs() < 1.1, "{first}");
 }

@@ -14,7 +14,7 @@ fn started() -> IdaSolver<Robertson> {
         .unwrap()
 }
 
-/// The backward Euler method, with which IDAS starts, divides by the step.
+/// IDAS starts with the backward Euler method, for which c_j is the reciprocal of the step size.
 #[test]
 fn c_j_is_the_inverse_of_the_step_at_order_one() {
     let mut solver = started();
@@ -39,7 +39,7 @@ fn the_default_parts_of_a_jacobian_make_the_whole() {
         .jacobian(0.0, &start.y, &start.y_dot, 2.0, 8.0, &mut whole)
         .unwrap();
     for ((a, b), whole) in of_value.iter().zip(&of_rate).zip(&whole) {
-        // Exact: the factors are powers of two, and each entry belongs to only one of the matrices,
+        // The results are exact: the factors are powers of two, and each entry belongs to only one of the matrices,
         // except on the diagonal, where a sum is rounded.
         assert!((2.0 * a + 8.0 * b - whole).abs() <= f64::EPSILON * whole.abs());
     }
@@ -82,8 +82,8 @@ fn either_tolerance_may_be_zero_where_the_other_is_not() {
     }
 }
 
-/// At t = 1e9 a step below 1e-7 is lost in rounding: ten failures of Newton's method, each a
-/// quarter of the step before, lead there.
+/// At t = 1e9 a step below 1e-7 does not change t. Ten failures of Newton's method, each of which reduces the step to a
+/// quarter, lead to such a step.
 #[test]
 fn steps_that_are_lost_in_rounding_are_too_small() {
     let run = |t0: f64| {

@@ -1,4 +1,4 @@
-//! What several tests need: reference numbers, solvers of samples, Jacobians by differences.
+//! Common functions of the tests: reference values, solvers of samples, Jacobians from differences.
 
 use myovib_dae::samples::Sample;
 use myovib_dae::{Problem, Tolerances};
@@ -80,7 +80,7 @@ pub(crate) fn build<S: Sample>(sample: S, options: IdaOptions) -> IdaSolver<S> {
         .unwrap()
 }
 
-/// The same tolerance, relative and absolute, and any number of steps.
+/// Returns options with one value as relative and absolute tolerance and an unlimited number of steps.
 pub(crate) fn tolerance(tolerance: f64) -> IdaOptions {
     let tolerances = Tolerances::scalar(tolerance, tolerance);
     IdaOptions {

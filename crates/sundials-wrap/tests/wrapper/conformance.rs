@@ -1,4 +1,4 @@
-//! IDAS keeps what every integrator promises.
+//! Runs the conformance tests of integrators with IDAS.
 
 use myovib_dae::Problem;
 use myovib_dae::conformance::{Method, Request};

@@ -86,7 +86,7 @@ impl Problem for Decay {
     }
 }
 
-/// Why an integration that must stop did.
+/// Returns the stop of an integration that must stop.
 pub(crate) fn stop(outcome: Result<Outcome, Error>) -> myovib_dae::Stop {
     match outcome.unwrap() {
         Outcome::Stopped(stop) => *stop,

@@ -1,5 +1,4 @@
-//! Each user function panics, writes NaN or too large values; and a solver is ended after any order
-//! of calls.
+//! User functions that panic, or write NaN or huge values; and solvers that are dropped after calls in any order.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -111,7 +110,7 @@ fn solver(plan: &Plan) -> IdaSolver<Decay> {
     builder.build(0.0, &[1.0], &[-1.0]).unwrap()
 }
 
-/// Each function, and the reason for the stop if only this function fails.
+/// Each function, and the expected reason of the stop if only this function fails.
 const FUNCTIONS: [(&str, StopReason); 7] = [
     ("residual", StopReason::ResidualFailed),
     ("Jacobian", StopReason::JacobianFailed),
@@ -133,7 +132,7 @@ fn without_trouble_all_functions_are_called_and_agree_with_the_solution() {
         assert!(plan.calls.load(Ordering::Relaxed) > 2, "{function}");
         let mut integral = [0.0];
         solver.quadrature(&mut integral).unwrap();
-        // y = exp(−t); tolerance 1e-4 per step, some thirty steps.
+        // y = exp(−t); the tolerance is 1e-4 per step, for about thirty steps.
         let decayed = 1.0 - (-1.0_f64).exp();
         assert!((integral[0] - decayed).abs() < 3e-3, "{integral:?}");
     }
@@ -148,7 +147,7 @@ fn a_panic_in_any_function_comes_back_as_it_was() {
         let panic = catch_unwind(run).expect_err(function);
         let text = panic.downcast_ref::<String>().unwrap();
         assert_eq!(*text, format!("the {function} panics"));
-        // The remaining solver can be queried, restarted and taken apart.
+        // The solver can still be queried, restarted and converted back into its problem.
         assert!(solver.t().is_finite() && solver.statistics().steps < 100);
         plan.calls.store(0, Ordering::Relaxed);
         solver.reinit(0.0, &[1.0], &[-1.0], &[0.0]).unwrap();
@@ -175,8 +174,7 @@ fn a_fatal_error_of_any_function_ends_the_integration() {
 fn non_finite_values_stop_and_name_the_function() {
     for (function, reason) in FUNCTIONS {
         for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            // A structured solver's matrix is its own affair, its solution is looked at; and
-            // b / ∞ is a number.
+            // The matrix of a user's linear solver is not checked, but its solution is; and b / ∞ is a finite number.
             if function == "linear set-up" && value.is_infinite() {
                 continue;
             }
@@ -201,8 +199,7 @@ fn non_finite_values_stop_and_name_the_function() {
     }
 }
 
-/// Numbers whose squares overflow, from each function: a value, a stop or an error, all of it
-/// finite.
+/// Values whose squares overflow, from each function, result in a value, a stop or an error; all results are finite.
 #[test]
 fn huge_numbers_end_by_themselves() {
     for (function, _) in FUNCTIONS {
@@ -226,7 +223,7 @@ fn huge_and_tiny_scales_are_solved_or_refused() {
             .unwrap();
         match solver.integrate_to(1.0).unwrap() {
             Outcome::Reached { .. } => {
-                // Tolerance 1e-4 per step, some thirty steps.
+                // The tolerance is 1e-4 per step, for about thirty steps.
                 let error = solver.y()[0] / scale - (-1.0_f64).exp();
                 assert!(error.abs() < 3e-3, "{scale:e}: {error:e}");
             }
@@ -246,7 +243,7 @@ fn a_solver_continues_or_explains_after_each_kind_of_end() {
         .options(options)
         .build(0.0, &[1.0], &[-1.0])
         .unwrap();
-    // The stop time holds once; a later one may be set, one behind may not.
+    // The stop time applies once. A later one may be set, an earlier one may not.
     assert_eq!(
         solver.integrate_to(2.0).unwrap(),
         Outcome::StopTime { t: 0.5 }
@@ -263,7 +260,7 @@ fn a_solver_continues_or_explains_after_each_kind_of_end() {
         solver.integrate_to(1.0).unwrap(),
         Outcome::Reached { t: 1.0 }
     );
-    // After a stop: restarted, and as good as new.
+    // A restart after a stop has the results of a new solver.
     solver.problem_mut().residual = Box::new(|_, _| Err(StepError::Recoverable("no".into())));
     assert!(matches!(
         solver.integrate_to(9.0).unwrap(),
@@ -277,7 +274,7 @@ fn a_solver_continues_or_explains_after_each_kind_of_end() {
     fresh.integrate_to(1.0).unwrap();
     assert_eq!(solver.y(), fresh.y());
     assert_eq!(solver.statistics(), fresh.statistics());
-    // The problem outlives the solver, and starts another.
+    // The problem can be taken from the solver and used for another one.
     let mut second = solver.into_problem().solver();
     assert_eq!(
         second.integrate_to(1.0).unwrap(),

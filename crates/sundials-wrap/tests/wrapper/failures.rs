@@ -25,7 +25,7 @@ fn a_recoverable_error_shortens_the_step_and_the_integration_goes_on() {
         Outcome::Reached { t: 1.0 }
     );
     assert_eq!(solver.statistics().step_solve_failures, 3);
-    // Default tolerance 1e-4 per step, some thirty steps, of a solution of size 1/e.
+    // Default tolerance of 1e-4 per step, about thirty steps, and a solution of size 1/e.
     assert!(
         (solver.y()[0] - (-1.0_f64).exp()).abs() < 1e-2,
         "{}",
@@ -60,7 +60,7 @@ fn a_recoverable_error_that_persists_and_a_nan_stop_with_the_reason() {
     }
 }
 
-/// Two algebraic variables that jump at t = 1/2, the second a million times as far.
+/// Two algebraic variables that jump at t = 1/2; the second jump is a million times as large.
 struct Jumps;
 
 impl Problem for Jumps {
@@ -101,7 +101,7 @@ impl Problem for Jumps {
     }
 }
 
-/// A jump fails the error test at every step; only tested components are named as the cause.
+/// A jump fails the error test for every step size; only components in the test are reported as the cause.
 #[test]
 fn a_failed_error_test_names_no_component_left_out_of_it() {
     let worst = |left_out: bool| {
@@ -122,7 +122,8 @@ fn a_failed_error_test_names_no_component_left_out_of_it() {
     }
 }
 
-/// Up to a wall in time the steps shrink for ever; the limit on steps ends that.
+/// If the residual cannot be evaluated beyond some time, the steps shrink until the limit on the number of steps is
+/// reached.
 #[test]
 fn a_wall_that_no_step_can_cross_is_reached_and_reported() {
     let problem = Decay::residual(|t, y| {
@@ -232,7 +233,8 @@ fn singular_jacobians_stop_the_integration() {
             Some(vec![0, 1])
         }
     }
-    // Row 1 empty (and column 1): structurally. Entry (1, 1) present, but zero: numerically.
+    // Structurally singular: row 1 and column 1 are empty. Numerically singular: entry (1, 1) is in the pattern, but
+    // zero.
     for rows in [vec![0], vec![0, 0], vec![0, 1]] {
         let mut solver = IdaSolver::builder(Flat(rows.clone()))
             .build(0.0, &[1.0, 1.0], &[1.0, 0.0])

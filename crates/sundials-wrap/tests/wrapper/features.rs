@@ -7,7 +7,7 @@ use sundials_wrap::{IdaOptions, IdaSolver, VectorArithmetic, Versions};
 
 use crate::common::{HAS_KLU, build, tolerance};
 
-/// With three unknowns even the sums of norms are taken in SUNDIALS' order.
+/// With three unknowns, the sums in norms are also computed in the order of SUNDIALS.
 #[test]
 fn our_arithmetic_of_vectors_is_that_of_sundials() {
     let run = |vectors| {
@@ -27,7 +27,7 @@ fn our_arithmetic_of_vectors_is_that_of_sundials() {
     assert_eq!(run(VectorArithmetic::Simd), run(VectorArithmetic::Serial));
 }
 
-/// y2 = sin t crosses zero at multiples of π, rising at even ones.
+/// y2 = sin t crosses zero at multiples of π; it is rising at even multiples.
 #[test]
 fn roots_are_found_in_the_direction_asked_for() {
     let start = LinearIndex1.start();
@@ -43,7 +43,7 @@ fn roots_are_found_in_the_direction_asked_for() {
         let Outcome::Root { t, crossings } = solver.integrate_to(10.0).unwrap() else {
             panic!("no root near {k} π")
         };
-        // y2 is solved to the tolerance, and its slope there is 1.
+        // y2 is accurate to the tolerance, and its slope there is 1.
         assert!(
             (t - f64::from(k) * std::f64::consts::PI).abs() < 1e-8,
             "{t}"
@@ -57,8 +57,8 @@ fn roots_are_found_in_the_direction_asked_for() {
     );
 }
 
-/// One-step mode with a stop time: the steps end there, and dense output between them agrees with
-/// the exact solution and its derivatives, without changing the steps.
+/// In one-step mode with a stop time, the steps end at this time. Dense output agrees with the exact solution and its
+/// derivatives, and does not change the steps.
 #[test]
 fn dense_output_gives_the_solution_and_its_derivatives() {
     let tol = 1e-10;
@@ -77,7 +77,7 @@ fn dense_output_gives_the_solution_and_its_derivatives() {
         if stats.last_order >= 4 {
             let t = solver.t() - 0.5 * stats.last_step;
             let exact = |k: i32| [t.sin(), t.cos(), -t.sin()][k as usize];
-            // Each derivative of the interpolant loses a power of h.
+            // Each differentiation of the interpolant loses one power of h.
             for k in 0..3 {
                 solver.dense_output(t, k as usize, &mut out).unwrap();
                 let bound = 1e3 * tol / stats.last_step.powi(k);
@@ -209,8 +209,8 @@ fn the_linked_libraries_are_those_of_the_headers() {
     }
 }
 
-/// Regression: a derivative of the next order, one above the order of the last step, aborted the
-/// process, and values at times far outside the last step were extrapolated.
+/// Regression: the derivative of order k + 1, where k is the order of the last step, aborted the process, and values at
+/// times far outside the last step were extrapolated.
 #[test]
 fn quadratures_have_the_derivatives_of_the_last_step_only() {
     let start = Akzo.start();
@@ -268,7 +268,7 @@ fn a_tolerance_that_becomes_zero_is_an_outcome_with_statistics() {
             y_dot: &[f64],
             residual: &mut [f64],
         ) -> Result<(), StepError> {
-            // y = 1 − t, without rounding over steps of an eighth.
+            // y = 1 − t; steps of 1/8 have no rounding errors.
             residual[0] = y_dot[0] + 1.0;
             Ok(())
         }
@@ -294,7 +294,7 @@ fn a_tolerance_that_becomes_zero_is_an_outcome_with_statistics() {
     assert!(stop.statistics.steps >= 8, "{stop}");
 }
 
-/// regression: the smallest condition estimate of before a restart survived it.
+/// Regression: the smallest condition estimate was kept after a restart.
 #[test]
 fn condition_estimates_restart() {
     let start = Robertson.start();

@@ -6,8 +6,8 @@ use sundials_wrap::{ConsistencyMode, IdaOptions, IdaSolver};
 
 use crate::common::tolerance;
 
-/// SUNDIALS' example repairs a boundary value of 0.1: the corrected one must be 0, and the
-/// derivatives inside must follow it.
+/// SUNDIALS' example corrects a boundary value of 0.1: the corrected value must be 0, and the derivatives in the
+/// interior must be consistent with it.
 #[test]
 fn wrong_algebraic_values_are_repaired() {
     let sample = Heat2d::new(10);
@@ -68,7 +68,7 @@ fn consistent_values_of_robertson_are_found() {
     }
 }
 
-/// A temperature from its rate of change: the discrete Poisson equation.
+/// A temperature is computed from its rate of change, by the discrete Poisson equation.
 #[test]
 fn states_are_found_from_derivatives() {
     let start = Heat2d::new(10).start();

@@ -1,4 +1,4 @@
-//! Solvers by the thousand, and in many threads at once.
+//! Thousands of solvers, and solvers in many threads at the same time.
 
 use myovib_dae::Problem;
 use myovib_dae::samples::{Heat2d, Robertson, Sample};

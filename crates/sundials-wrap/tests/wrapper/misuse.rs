@@ -1,4 +1,4 @@
-//! Arguments that make no sense, and calls out of their order.
+//! Invalid arguments, and calls in the wrong order.
 
 use myovib_dae::samples::{Robertson, Sample};
 use myovib_dae::{Outcome, Problem, StepError, Suppressed, Tolerances, VariableKind};
@@ -9,7 +9,7 @@ use sundials_wrap::{ConsistencyMode, Constraint, Error, IdaOptions, IdaSolver};
 
 use crate::decay::Decay;
 
-/// The error of a solver for Robertson's problem with these settings.
+/// Returns the error for a solver of Robertson's problem with these options.
 fn refusal(options: IdaOptions) -> String {
     let start = Robertson.start();
     let builder = IdaSolver::builder(Robertson).options(options);
@@ -143,7 +143,7 @@ fn the_ends_of_the_ranges_are_in_them() {
     builder.build(0.0, &start.y, &start.y_dot).unwrap();
 }
 
-/// IDAS finds it at the first step, not at the start.
+/// IDAS detects the violation in the first step, not at the start.
 #[test]
 fn initial_values_outside_of_the_constraints_are_refused() {
     let violated = IdaOptions {
@@ -167,7 +167,7 @@ fn initial_values_outside_of_the_constraints_are_refused() {
     );
 }
 
-/// A problem that contradicts itself: so many unknowns, kinds, rows and columns.
+/// A problem whose numbers of unknowns, kinds, rows and columns may contradict each other.
 struct Crooked {
     n: usize,
     kinds: usize,
@@ -312,10 +312,10 @@ fn quadratures_and_times_that_are_no_numbers_are_refused() {
         matches!(error, Error::NoDenseOutput { derivative: 9, .. }),
         "{error}"
     );
-    // Between the ends of the last step the integral and its rate, y, are at hand.
+    // Within the last step the integral and its derivative y are available.
     let t = 1.0;
     solver.quadrature_dense_output(t, 0, &mut q).unwrap();
-    // Tolerance 1e-4 per step of y, some thirty steps.
+    // The tolerance for y is 1e-4 per step, for about thirty steps.
     assert!((q[0] - (1.0 - (-t).exp())).abs() < 3e-3, "{q:?}");
     solver.quadrature_dense_output(t, 1, &mut q).unwrap();
     assert!((q[0] - (-t).exp()).abs() < 1e-2, "{q:?}");
@@ -378,7 +378,7 @@ fn integrates_backwards_too() {
         solver.integrate_to(0.0).unwrap(),
         Outcome::Reached { t: 0.0 }
     );
-    // Default tolerance 1e-4 per step, some thirty steps, growth by e.
+    // The default tolerance is 1e-4 per step, for about thirty steps, in which errors grow by a factor of e.
     assert!(
         (solver.y()[0] - 1.0_f64.exp()).abs() < 1e-2,
         "{}",
@@ -390,8 +390,8 @@ fn integrates_backwards_too() {
     ));
 }
 
-/// Regression, found by a sequence of calls: corrected values entered the differences of past
-/// steps, and the next step returned NaN.
+/// Regression, found by random sequences of calls: a correction after the first step changed the stored differences of
+/// past steps, and the next step returned NaN.
 #[test]
 fn initial_values_are_corrected_before_the_first_step_only() {
     let mut solver = Decay::new().solver();

@@ -1,4 +1,4 @@
-//! A linear solver of the user's own.
+//! A linear solver provided by the user.
 
 use myovib_dae::samples::{Robertson, Sample};
 use myovib_dae::{
@@ -79,7 +79,7 @@ impl<P: Problem> LinearSolver<P> for DenseLu {
     }
 }
 
-/// The same matrices and the same scaling for an old c_j lead to the same counters as with KLU.
+/// With equal matrices and equal scaling for an earlier c_j, the counters equal those with KLU.
 #[test]
 fn a_linear_solver_of_ones_own_counts_as_klu_does() {
     let start = Robertson.start();
@@ -94,7 +94,7 @@ fn a_linear_solver_of_ones_own_counts_as_klu_does() {
         .linear_solver(DenseLu::default())
         .build(start.t, &start.y, &start.y_dot)
         .unwrap();
-    // The results agree until rounding separates them.
+    // The results agree until the effects of rounding become visible.
     for t in [0.4, 40.0, 400.0] {
         klu.integrate_to(t).unwrap();
         dense.integrate_to(t).unwrap();
@@ -115,8 +115,7 @@ fn a_linear_solver_of_ones_own_counts_as_klu_does() {
     assert_eq!(klu.statistics().smallest_rcond.is_some(), HAS_KLU);
 }
 
-/// A linear solver that cannot set up or solve is asked again, the matrix being fresh or the
-/// step smaller.
+/// If the setup or the solve of a user's linear solver fails, it is called again with a new matrix or a smaller step.
 #[test]
 fn a_linear_solver_of_ones_own_may_fail_recoverably() {
     struct Moody {

@@ -1,4 +1,4 @@
-//! Integrations against published and exact solutions.
+//! Integrations compared with published and exact solutions.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -12,7 +12,7 @@ use sundials_wrap::{ConsistencyMode, Constraint, IdaOptions, IdaSolver};
 
 use crate::common::{HAS_KLU, numbers, reference};
 
-/// A solver at the start of a sample, without a limit on steps.
+/// Returns a solver at the start of a sample, with an unlimited number of steps.
 fn solver<S: Sample>(sample: S, options: IdaOptions) -> IdaSolver<S> {
     let start = sample.start();
     let options = IdaOptions {
@@ -32,7 +32,7 @@ fn tolerance(tolerance: f64) -> IdaOptions {
     }
 }
 
-/// Significant correct digits: −log10 of the largest relative error.
+/// Returns the number of significant correct digits: −log10 of the largest relative error.
 fn scd(y: &[f64], reference: &[f64]) -> f64 {
     -y.iter()
         .zip(reference)
@@ -41,9 +41,9 @@ fn scd(y: &[f64], reference: &[f64]) -> f64 {
         .log10()
 }
 
-/// The bands come from runs of IDA 7.9 with a difference Jacobian: 58, 141 and 266 steps with
-/// 2.97, 4.97 and 6.47 digits. The exact Jacobian changes the number of steps by a few percent; the error
-/// of a single run varies by a factor of several, so the digits may differ by one.
+/// The allowed ranges are based on runs of IDA 7.9 with a difference Jacobian: 58, 141 and 266 steps with 2.97, 4.97
+/// and 6.47 digits. The exact Jacobian changes the number of steps by a few percent; the error of a single run varies
+/// by a factor of several, so the digits may differ by one.
 #[test]
 fn akzo_has_the_digits_of_published_runs() {
     let digits = numbers(&reference("s1_akzo")["ref"]);
@@ -98,7 +98,7 @@ fn akzo_quadrature_agrees_with_the_published_run() {
     let mut integral = [f64::NAN];
     solver.quadrature(&mut integral).unwrap();
     let exact = reference["G_180"].as_f64().unwrap();
-    // y itself has about seven digits at this tolerance, and its integral inherits them.
+    // y itself has about seven digits at this tolerance, and so has its integral.
     assert!(
         (integral[0] / exact - 1.0).abs() < 1e-7,
         "{integral:?} ≠ {exact}"
@@ -124,8 +124,8 @@ fn akzo_quadrature_agrees_with_the_published_run() {
     }
 }
 
-/// SUNDIALS' example idaHeat2D_klu: same settings (default KLU, constraints u ≥ 0), printed digits
-/// and counters.
+/// SUNDIALS' example idaHeat2D_klu: with equal settings (default KLU, constraints u ≥ 0), the printed digits and the
+/// counters agree.
 #[test]
 fn heat_equation_reproduces_the_published_run() {
     let reference = reference("s5_heat2d");
@@ -176,7 +176,7 @@ fn heat_equation_is_accurate_at_a_tight_tolerance() {
         let maximum = solver.y().iter().copied().fold(f64::MIN, f64::max);
         for (ours, key) in [(maximum, "umax"), (solver.y()[11], "u_1_1")] {
             let error = (ours - row[key].as_f64().unwrap()).abs();
-            // Local errors of some hundred steps, damped by diffusion.
+            // Local errors of several hundred steps, damped by diffusion.
             assert!(error < 1e2 * tol, "{row}: error {error:e} in {key}");
         }
     }
@@ -243,7 +243,7 @@ fn index_2_errors_follow_the_tolerance() {
     }
 }
 
-/// The allowed error of the largest component.
+/// Returns the allowed error of the largest component.
 fn allowed(tol: f64, y: &[f64]) -> f64 {
     tol * (1.0 + y.iter().fold(0.0, |m: f64, v| m.max(v.abs())))
 }
@@ -256,9 +256,8 @@ fn distance(y: &[f64], exact: &[f64]) -> f64 {
         .sqrt()
 }
 
-/// With the multiplier in the error test, BDF cannot integrate the index-3 form: the estimate of
-/// the local error of λ does not decrease with the step. The solver must report this early, with
-/// the reason.
+/// With the multiplier in the error test, BDF cannot integrate the index-3 form: the estimate of the local error of λ
+/// does not decrease with the step. The solver must stop early and report the reason.
 #[test]
 fn the_index_3_pendulum_stops_honestly() {
     for tol in [1e-4, 1e-6, 1e-8] {
@@ -281,8 +280,8 @@ fn the_index_3_pendulum_stops_honestly() {
     }
 }
 
-/// With λ excluded from the error test, the run succeeds at loose tolerances (at tighter tolerances
-/// the number of steps becomes too large). Lower index is better. Errors: positions at t = 2.
+/// With λ excluded from the error test, the run succeeds at loose tolerances (at tighter tolerances the number of steps
+/// becomes too large). Formulations of lower index are more accurate. The errors are errors of the positions at t = 2.
 #[test]
 fn the_pendulum_goes_through_in_every_form_without_its_multiplier_in_the_error_test() {
     let tol = 1e-4;
@@ -302,7 +301,7 @@ fn the_pendulum_goes_through_in_every_form_without_its_multiplier_in_the_error_t
             Outcome::Reached { t: 2.0 }
         );
         let error = distance(&solver.y()[..2], &pendulum.exact(2.0).unwrap()[..2]);
-        // Most of a period at the tolerance per step.
+        // The tolerance per step, for most of a period.
         assert!(error < 1e2 * tol, "{form:?}: {error:e}");
         let y = solver.y();
         let drift = (y[0] * y[0] + y[1] * y[1] - 1.0).abs();
@@ -315,9 +314,9 @@ fn the_pendulum_goes_through_in_every_form_without_its_multiplier_in_the_error_t
     }
 }
 
-/// Steps and digits of IDA 7.9 with a difference Jacobian and the multipliers unweighted: index 2
-/// 846, 1876 and 3630 steps, stabilized 866, 1780 and 3636, with 2.2, 3.9, 6.1, 2.6, 3.6 and 6.0
-/// mixed digits; index 3 fails at t = 0.23 or collapses.
+/// IDA 7.9 with a difference Jacobian and unweighted multipliers takes 846, 1876 and 3630 steps for index 2 (2.2, 3.9
+/// and 6.1 mixed digits), and 866, 1780 and 3636 steps for the stabilized form (2.6, 3.6 and 6.0 digits). The form of
+/// index 3 fails at t = 0.23, or its steps collapse.
 #[test]
 fn car_axis_behaves_as_published_in_every_form() {
     let reference = numbers(&reference("s2_caraxis")["ref"]);
@@ -357,7 +356,7 @@ fn car_axis_behaves_as_published_in_every_form() {
             (0.8..1.2).contains(&(our_steps / steps)),
             "{form:?}, {tol}: {our_steps} steps"
         );
-        // Single runs scatter by a factor of several.
+        // The errors of single runs vary by a factor of several.
         assert!(
             (our_digits - digits).abs() < 1.0,
             "{form:?}, {tol}: {our_digits} digits"
@@ -371,8 +370,8 @@ fn car_axis_behaves_as_published_in_every_form() {
     assert_eq!(stop.reason, StopReason::ErrorTestFailures);
 }
 
-/// Returns steps and error of the states. Multipliers are excluded from the error test, and the
-/// error of a variable of index i is weighted by (Ωh)^(i−1), also in Newton's method.
+/// Returns the number of steps and the error of the states. Multipliers are excluded from the error test, and the error
+/// of a variable of index i is weighted by (Ωh)^(i−1), also in Newton's method.
 fn step_scaled<S: Sample + Clone>(
     sample: &S,
     (omega, tol): (f64, f64),
@@ -392,7 +391,7 @@ fn step_scaled<S: Sample + Clone>(
         .options(options)
         .error_weights(move |_, y, weights| {
             let h = f64::from_bits(size.load(Ordering::Relaxed));
-            // The first step is not chosen yet.
+            // The first step size has not been chosen yet.
             let scale = if h == 0.0 { 1.0 } else { (omega * h).min(1.0) };
             for (i, weight) in weights.iter_mut().enumerate() {
                 *weight = scale.powi(i32::from(indices[i]) - 1) / (tol * (1.0 + y[i].abs()));
@@ -413,8 +412,8 @@ fn step_scaled<S: Sample + Clone>(
     (solver.statistics().steps as f64, error)
 }
 
-/// The index-3 forms that fail or creep with plain weights, at order 5: as many steps as with index
-/// 2 within 1.5, and errors that follow the tolerance.
+/// The index-3 forms, which fail or take tiny steps with constant weights, at order 5: the number of steps is within a
+/// factor of 1.5 of index 2, and the errors follow the tolerance.
 #[test]
 fn index_3_is_solved_with_weights_that_follow_the_step() {
     fn check<S: Sample + Clone>(sample: &S, omega: f64, t: f64, exact: &[f64], index_2: [f64; 3]) {
@@ -424,11 +423,11 @@ fn index_3_is_solved_with_weights_that_follow_the_step() {
             assert!(steps < 1.5 * index_2, "{tol}: {steps} steps");
             errors.push(error);
         }
-        // Half the digits at least that the tolerances ask for.
+        // At least half of the digits that the tolerances request.
         assert!(errors[0] > errors[1] && errors[1] > errors[2], "{errors:?}");
         assert!(errors[2] < 1e-2 * errors[0], "{errors:?}");
     }
-    // The road has 10 rad/s; the steps with index 2 are the published ones.
+    // The angular frequency of the road is 10 rad/s; the numbers of steps for index 2 are the published ones.
     let end = numbers(&reference("s2_caraxis")["ref"]);
     let car = CarAxis::new(MechanicalForm::Index3);
     check(&car, 10.0, 3.0, &end[..8], [846.0, 1876.0, 3630.0]);

@@ -1,4 +1,4 @@
-//! Forward sensitivities against SUNDIALS' examples.
+//! Forward sensitivities compared with SUNDIALS' examples.
 
 use crate::common::{numbers, reference};
 use myovib_dae::{
@@ -9,7 +9,7 @@ use sundials_wrap::{IdaOptions, IdaSolver, SensitivityMethod, SensitivityOptions
 
 use SensitivityMethod::{Simultaneous, Staggered};
 
-/// Robertson's kinetics with its three rates.
+/// Robertson's kinetics with its three rate constants as parameters.
 pub(crate) struct Kinetics {
     pub(crate) p: [f64; 3],
 }
@@ -59,7 +59,7 @@ impl Problem for Kinetics {
     }
 }
 
-/// Returns the rates with their typical sizes from the example.
+/// Returns the rate constants with the typical sizes of the example.
 pub(crate) fn rates(p: [f64; 3]) -> Differenced<Kinetics> {
     let list = ["p1", "p2", "p3"].into_iter().zip(p);
     let list = list.map(|(name, value)| Parameter::new(name, value));
@@ -72,9 +72,8 @@ pub(crate) fn rates(p: [f64; 3]) -> Differenced<Kinetics> {
     )
 }
 
-/// The run of SUNDIALS' example idasRoberts_FSA_dns, staggered and under full error control, with
-/// the same library and settings except for the linear solver. The example prints five digits;
-/// rounding in Newton's method changes the sixth.
+/// The run of SUNDIALS' example idasRoberts_FSA_dns, staggered and with full error control. Only the linear solver
+/// differs. The example prints five digits; rounding in Newton's method changes the sixth.
 #[test]
 fn reproduces_the_published_sensitivities_of_robertson() {
     let published = reference("s3_robertson_sensitivities");
@@ -115,7 +114,7 @@ fn reproduces_the_published_sensitivities_of_robertson() {
             solver.sensitivity(j, &mut s).unwrap();
             let expected = numbers(&row["sensitivities"][j]);
             for i in 0..3 {
-                // Five printed digits, and the tolerance of p̄ S: late in the run y falls below it.
+                // Five printed digits, plus the tolerance of p̄ S, which exceeds y late in the run.
                 let allowed = 1e-4 * expected[i].abs() + atol[i] / p[j];
                 assert!(
                     (s[i] - expected[i]).abs() <= allowed,
@@ -135,11 +134,11 @@ fn reproduces_the_published_sensitivities_of_robertson() {
     assert!(of.newton_iterations > 0 && of.residual_evaluations > 0);
 }
 
-/// The slider-crank of SUNDIALS' example idasSlCrank_FSA_dns: crank of length 1/2, rod of length 1,
-/// a spring and a damper between their midpoints, a force of 1 along x at (x + cos p); stabilized to
-/// index 2. Unknowns: angle q of the crank, position x of the slider, angle p of the rod, their
-/// velocities, two multipliers of the positions and two of the velocities, and the integral of the
-/// kinetic energy, for which the example has a quadrature. Parameters: stiffness and damping.
+/// The slider-crank of SUNDIALS' example idasSlCrank_FSA_dns: crank of length 1/2, rod of length 1, a spring and a
+/// damper between their midpoints, a force of 1 along x at (x + cos p); in the stabilized form of index 2. Unknowns:
+/// angle q of the crank, position x of the slider, angle p of the rod, their velocities, two multipliers of the
+/// positions and two of the velocities, and the integral of the kinetic energy, which the example computes by a
+/// quadrature. Parameters: stiffness and damping.
 #[derive(Clone, Copy)]
 struct Crank {
     stiffness: f64,
@@ -149,7 +148,7 @@ struct Crank {
 const CRANK: f64 = 0.5;
 const INERTIA: [f64; 3] = [1.0, 1.0, 2.0];
 
-/// The gradients of the constraints x − cos p − a cos q and −sin p − a sin q by (q, x, p).
+/// Returns the gradients of the constraints x − cos p − a cos q and −sin p − a sin q with respect to (q, x, p).
 fn gradients(q: f64, p: f64) -> [[f64; 3]; 2] {
     [
         [CRANK * q.sin(), 1.0, p.sin()],
@@ -162,7 +161,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl Crank {
-    /// The generalized forces, by virtual work.
+    /// Returns the generalized forces, from virtual work.
     fn forces(&self, y: &[f64]) -> [f64; 3] {
         let (q, x, p, v) = (y[0], y[1], y[2], &y[3..6]);
         let half = 0.5 * CRANK;
@@ -226,8 +225,8 @@ impl Problem for Crank {
     }
 }
 
-/// G = 3.33662 and dG/dp = (0.33346, −0.36375), as the example prints; its own differences spread by
-/// 2e-5 at these tolerances.
+/// G = 3.33662 and dG/dp = (0.33346, −0.36375), as printed by the example, whose difference quotients vary by 2e-5 at
+/// these tolerances.
 #[test]
 fn reproduces_the_published_sensitivities_of_the_slider_crank() {
     for method in [Simultaneous, Staggered] {

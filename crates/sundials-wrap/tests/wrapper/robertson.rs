@@ -1,4 +1,4 @@
-//! Robertson's kinetics: IDAS with KLU against the published run and an accurate solution.
+//! Robertson's kinetics: IDAS with KLU compared with the published run and an accurate solution.
 
 use crate::common::{numbers, reference};
 use myovib_dae::samples::{Robertson, Sample};
@@ -14,8 +14,8 @@ fn published_options() -> IdaOptions {
     }
 }
 
-/// The run of SUNDIALS' example idasRoberts_klu: same library, same settings, so the same outputs
-/// to the printed digits and the same counters. The events are two of its rows.
+/// The run of SUNDIALS' example idasRoberts_klu: with an equal library and equal settings, the outputs agree to the
+/// printed digits and the counters are equal. Two rows of the output are events.
 #[test]
 fn reproduces_the_published_run_with_klu() {
     let published = reference("s3_robertson")["published_runs"]["klu"].clone();
@@ -79,8 +79,8 @@ fn reproduces_the_published_run_with_klu() {
     }
 }
 
-/// The true error stays within a modest multiple of the tolerance: local errors of rtol per step
-/// add up over some hundred steps, damped by the stiffness.
+/// The error remains within a moderate multiple of the tolerance: local errors of rtol per step accumulate over several
+/// hundred steps and are damped by the stiffness.
 #[test]
 fn is_accurate_at_a_tight_tolerance() {
     let accurate = reference("s3_robertson")["accurate"].clone();
@@ -100,7 +100,7 @@ fn is_accurate_at_a_tight_tolerance() {
             );
         }
         let total: f64 = solver.y().iter().sum();
-        // The conservation of mass is solved to within Newton's share of the tolerance.
+        // The conservation of mass is satisfied to Newton's fraction of the tolerance.
         assert!((total - 1.0).abs() < rtol, "t = {t}: mass {total}");
     }
 }

@@ -1,4 +1,4 @@
-//! The sample problems themselves: starts, Jacobians, exact solutions.
+//! Tests of the sample problems: initial values, Jacobians, exact solutions.
 
 use myovib_dae::VariableKind;
 use myovib_dae::samples::{
@@ -54,7 +54,8 @@ fn start_consistently() {
 fn have_the_jacobians_of_their_residuals() {
     for mut sample in all() {
         let start = sample.start();
-        // Away from the start, where much vanishes; small enough to stay inside every domain.
+        // Away from the start, at which many entries vanish, but close enough to stay inside the domain of every
+        // sample.
         let shift = |(i, v): (usize, &f64)| v + 1e-3 * (1.0 + (i as f64).cos());
         let y: Vec<f64> = start.y.iter().enumerate().map(shift).collect();
         let y_dot: Vec<f64> = start.y_dot.iter().enumerate().map(shift).collect();
@@ -69,7 +70,7 @@ fn have_exact_solutions_that_satisfy_the_equations() {
             continue;
         };
         for (exact, start) in y0.iter().zip(&sample.start().y) {
-            // asin at the horizontal pendulum loses no digits: θ/2 is 45°.
+            // For a horizontal pendulum asin does not lose digits: θ/2 is 45°.
             assert!(
                 (exact - start).abs() < 1e-13,
                 "sample {which}: {exact} ≠ {start}"
@@ -87,7 +88,7 @@ fn have_exact_solutions_that_satisfy_the_equations() {
             let mut residual = vec![f64::NAN; y.len()];
             sample.residual(t, &y, &y_dot, &mut residual).unwrap();
             for (i, r) in residual.iter().enumerate() {
-                // h² times a third derivative of at most g^(3/2) ≈ 300, and rounding.
+                // h² times a third derivative of at most g^(3/2) ≈ 300, plus rounding.
                 assert!(
                     r.abs() < 1e-8,
                     "sample {which}: residual[{i}] = {r} at t = {t}"
@@ -104,7 +105,7 @@ fn the_pendulum_is_where_the_elliptic_functions_say() {
     for row in reference["values"].as_array().unwrap() {
         let y = pendulum.exact(row["t"].as_f64().unwrap()).unwrap();
         for (i, key) in [(0, "x"), (1, "y"), (4, "lam")] {
-            // A phase of up to 31 rounds to 4e-15, and λ is 3 g times a cosine.
+            // A phase of up to 31 has a rounding error of 4e-15, and λ is 3 g times a cosine.
             assert!(
                 (y[i] - row[key].as_f64().unwrap()).abs() < 1e-12,
                 "{key}: {}",

@@ -1,4 +1,4 @@
-//! Second derivatives: adjoints along forward sensitivities, against SUNDIALS' own example.
+//! Second derivatives by adjoints along forward sensitivities, compared with SUNDIALS' example.
 
 use crate::published_sensitivity::Kinetics;
 use myovib_dae::{Differenced, Parameter, StepError, Tolerances};
@@ -37,7 +37,7 @@ impl BackwardProblem<Kinetics> for SecondOrder {
         let (p, y, [s, _]) = (forward.p, &at.y, &at.s[self.k]);
         let (l, m) = values.split_at(3);
         let (of_l, of_m) = (transposed(p, y, l), transposed(p, y, m));
-        // The derivative of ∂F/∂yᵀ by p_k along y + S dp_k, times λ.
+        // The derivative of ∂F/∂yᵀ with respect to p_k along y + S dp_k, times λ.
         let [dp1, dp2] = [0, 1].map(|k| f64::from(u8::from(k == self.k)));
         let difference = l[1] - l[0];
         let moved = [
@@ -75,12 +75,12 @@ impl BackwardProblem<Kinetics> for SecondOrder {
     }
 }
 
-/// Gradient and Hessian of G to t = 80 by p1 and p2, as idasHessian_ASA_FSA prints them; the gradient by
-/// sensitivities of a quadrature and by adjoints.
+/// Gradient and Hessian of G at t = 80 with respect to p1 and p2, as printed by idasHessian_ASA_FSA. The gradient is
+/// computed both from sensitivities of a quadrature and from adjoints.
 #[test]
 fn reproduces_the_published_hessian_of_robertson() {
     let p = [0.04, 1e4, 3e7];
-    // The example states no sizes of the parameters: 1.
+    // The example does not specify typical sizes of the parameters; the default is 1.
     let parameter = |name: &str, value| Parameter {
         scale: 1.0,
         ..Parameter::new(name, value)

@@ -1,4 +1,4 @@
-//! Forward sensitivities against closed forms, and their errors.
+//! Forward sensitivities compared with closed forms, and their errors.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
@@ -43,8 +43,7 @@ fn error<S: ParametricSample + Copy + Send + 'static>(
     largest
 }
 
-/// Local errors within the tolerance add up over a few hundred steps, as the errors of the states
-/// do.
+/// Local errors within the tolerance accumulate over a few hundred steps, like the errors of the states.
 #[test]
 fn closed_forms_are_met_by_both_methods_in_and_out_of_the_error_test() {
     for method in [Staggered, Simultaneous] {
@@ -75,7 +74,7 @@ fn closed_forms_are_met_by_both_methods_in_and_out_of_the_error_test() {
     }
 }
 
-/// A pendulum in its stabilized form, index 2: positions and velocities against the closed form.
+/// A pendulum in its stabilized form of index 2: positions and velocities compared with the closed form.
 #[test]
 fn the_stabilized_pendulum_has_its_sensitivity_to_gravity() {
     let sample = Pendulum::new(MechanicalForm::Stabilized);
@@ -85,7 +84,7 @@ fn the_stabilized_pendulum_has_its_sensitivity_to_gravity() {
     );
     let starts = (0..2).map(|j| {
         let mut slope = vec![0.0; 6];
-        // At rest on the horizontal only the fall depends on gravity.
+        // At rest in the horizontal position, only the acceleration depends on gravity.
         slope[3] = if j == 1 { -1.0 } else { 0.0 };
         [sample.exact_sensitivity(j, 0.0), slope]
     });
@@ -109,7 +108,7 @@ fn the_stabilized_pendulum_has_its_sensitivity_to_gravity() {
         let exact = sample.exact_sensitivity(j, 1.0);
         for i in 0..4 {
             let error = (s[i] - exact[i]).abs() / (1.0 + exact[i].abs());
-            // As above: 300 times the tolerance.
+            // 300 times the tolerance, as above.
             assert!(error < 3e-6, "dy{i}/d{}: {error:e}", parameter.name);
         }
     }
@@ -191,7 +190,7 @@ fn misuse_is_rejected_and_without_parameters_nothing_is_returned() {
     );
 }
 
-/// Checks that a restart gives the same sensitivities again.
+/// Checks that a restart results in identical sensitivities.
 #[test]
 fn reinit_starts_the_sensitivities_again() {
     let sample = Oscillator { omega: 2.0 };
@@ -255,11 +254,11 @@ fn sensitivities_are_continued_over_a_reinit_on_request_only() {
     let mut found = [0.0; 2];
     solver.sensitivity(0, &mut found).unwrap();
     let exact = Oscillator { omega: 2.0 }.exact_sensitivity(0, 1.0);
-    // 1e-8 a step, for some hundred steps.
+    // 1e-8 per step, for several hundred steps.
     assert!((found[0] - exact[0]).abs() < 1e-6, "{found:?} {exact:?}");
 }
 
-/// Regression: parameters changed after the solver was built were put back to their values of before.
+/// Regression: parameters changed after the solver was built were reset to their previous values.
 #[test]
 fn a_parameter_that_was_changed_keeps_its_value() {
     let mut solver = oscillating();
@@ -325,8 +324,8 @@ impl LinearSolver<Decay> for Noting {
     }
 }
 
-/// Regression: IDAS computes weights of the sensitivities by the same function, and the last ones were
-/// given: with a scale of 1e4 they differed by a factor of 1714.
+/// Regression: IDAS uses one function for the weights of y and of the sensitivities. Linear solvers received the
+/// weights of its last call, which at a scale of 1e4 differed from the weights of y by a factor of 1714.
 #[test]
 fn linear_solvers_are_given_the_weights_of_y() {
     for scale in [1.0, 1e4] {

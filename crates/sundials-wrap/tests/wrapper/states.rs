@@ -46,18 +46,18 @@ fn call() -> impl Strategy<Value = Call> {
     ]
 }
 
-/// What must hold whatever was called before.
+/// Checks the properties that hold after any sequence of calls.
 fn check(solver: &IdaSolver<Robertson>) {
     assert!(solver.t().is_finite());
     assert_eq!((solver.y().len(), solver.y_dot().len()), (3, 3));
     let stats = solver.statistics();
-    // Towards f64::MAX the step doubles until time itself overflows, and the solution with it.
+    // Near f64::MAX the step doubles until time overflows, and the solution overflows with it.
     let values = solver.y().iter().chain(solver.y_dot());
     assert!(values.copied().all(f64::is_finite) || stats.t_reached.is_infinite());
     assert!(stats.last_order <= 5 && stats.newton_iterations >= stats.steps);
 }
 
-/// Time and solution, so that NaN equals NaN.
+/// Returns the bits of time and solution, for which NaN equals NaN.
 fn bits(solver: &IdaSolver<Robertson>) -> Vec<u64> {
     let numbers = std::iter::once(solver.t()).chain(solver.y().iter().copied());
     numbers.map(f64::to_bits).collect()

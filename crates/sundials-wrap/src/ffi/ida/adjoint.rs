@@ -29,7 +29,7 @@ pub(super) struct Backward<C> {
     complete: bool,
 }
 
-/// The settings of a backward problem, checked.
+/// Validated settings of a backward problem.
 pub(crate) struct BackwardSettings {
     pub(crate) relative: f64,
     /// One for each component.
@@ -72,8 +72,8 @@ impl<C: Callbacks> Ida<C> {
         })
     }
 
-    /// Attaches a backward problem that starts at t with its values of y and ẏ, and zero
-    /// quadratures. The forward run must have passed t.
+    /// Attaches a backward problem that starts at t from the given y and ẏ, with quadratures of zero. The forward run
+    /// must have passed t.
     pub(crate) fn add_backward(
         &mut self,
         t: f64,
@@ -151,7 +151,7 @@ impl<C: Callbacks> Ida<C> {
         check("IDAQuadInitB", code)
     }
 
-    /// Messages, user data, linear solver and settings.
+    /// Attaches the message handler, the user data, the linear solver and the settings of a backward problem.
     fn attach_backward(
         &mut self,
         which: usize,
@@ -205,7 +205,7 @@ impl<C: Callbacks> Ida<C> {
         Ok(())
     }
 
-    /// Restarts a backward problem at t, with quadratures at zero.
+    /// Restarts a backward problem at t, with quadratures of zero.
     pub(crate) fn restart_backward(
         &mut self,
         which: usize,
@@ -264,8 +264,7 @@ impl<C: Callbacks> Ida<C> {
         check("IDAGetConsistentICB", code)
     }
 
-    /// Calls IDASolveB and returns its code. Unless it reports a failure, all backward problems are
-    /// at `t_out`.
+    /// Calls IDASolveB and returns its code. Unless it reports a failure, all backward problems have reached `t_out`.
     pub(crate) fn solve_backward(&mut self, t_out: f64) -> Result<i32, CallFailed> {
         self.complete_parts("IDASolveB")?;
         // SAFETY: the block is valid and borrowed uniquely, and with it all it points to; no reference
@@ -325,8 +324,8 @@ impl<C: Callbacks> Ida<C> {
         }
     }
 
-    /// Returns the backward problems, unless IDAS has rejected a setting of one of them, which it
-    /// retains nevertheless.
+    /// Returns the backward problems, or an error if IDAS has rejected a setting of one of them: IDAS keeps such a
+    /// problem, although it is incomplete.
     fn complete_parts(&mut self, call: &'static str) -> Result<&[Backward<C>], CallFailed> {
         let parts = self.backward_parts(call)?;
         match parts.iter().all(|part| part.complete) {

@@ -169,7 +169,7 @@ impl<C: Callbacks> Ida<C> {
         self.set("IDASetJacFn", sys::IDASetJacFn, jacobian)
     }
 
-    /// Calls an IDAS function that stores one value.
+    /// Calls an IDAS function that sets one value.
     fn set<V>(
         &mut self,
         call: &'static str,
@@ -254,8 +254,7 @@ impl<C: Callbacks> Ida<C> {
 
     // ---- integration ----
 
-    /// Calls IDASolve, or IDASolveF if checkpoints are stored. Returns the code and the time
-    /// reached, to which y and ẏ belong.
+    /// Calls IDASolve, or IDASolveF if checkpoints are stored. Returns the code and the time of y and ẏ.
     pub(crate) fn solve(&mut self, t_out: f64, task: Task) -> (i32, f64) {
         let task = match task {
             Task::OneStep => sys::IDA_ONE_STEP,
@@ -318,7 +317,7 @@ impl<C: Callbacks> Ida<C> {
         Ok(())
     }
 
-    /// Writes to y and ẏ, which IDAS does not read.
+    /// Overwrites y and ẏ, from which IDAS does not read.
     pub(crate) fn set_state(&mut self, y: &[f64], y_dot: &[f64]) {
         self.y.as_mut_slice().copy_from_slice(y);
         self.y_dot.as_mut_slice().copy_from_slice(y_dot);

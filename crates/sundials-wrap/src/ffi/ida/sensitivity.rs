@@ -35,8 +35,8 @@ impl Sensitivities {
 }
 
 impl<C: Callbacks> Ida<C> {
-    /// Attaches sensitivities with initial values S and Ṡ, one pair for each typical magnitude of
-    /// the parameters in `scales`, included in or excluded from the error test.
+    /// Attaches sensitivities with the initial values S and Ṡ, one pair for each parameter; `scales` contains the
+    /// typical magnitudes of the parameters.
     pub(crate) fn init_sensitivities(
         &mut self,
         starts: &[[Vec<f64>; 2]],
@@ -81,7 +81,7 @@ impl<C: Callbacks> Ida<C> {
         Ok(())
     }
 
-    /// Reinitializes the sensitivities after the integration itself.
+    /// Reinitializes the sensitivities. The integration itself must be reinitialized before.
     pub(crate) fn reinit_sensitivities(
         &mut self,
         starts: &[[Vec<f64>; 2]],
@@ -152,7 +152,7 @@ impl<C: Callbacks> Ida<C> {
         Ok(vector.as_slice())
     }
 
-    /// Returns the S and Ṡ that IDACalcIC has made consistent.
+    /// Returns S and Ṡ as corrected by IDACalcIC.
     pub(crate) fn consistent_sensitivities(&mut self) -> Result<Vec<[Vec<f64>; 2]>, CallFailed> {
         let memory = self.memory.raw();
         let Some(sensitivities) = &mut self.sensitivities else {

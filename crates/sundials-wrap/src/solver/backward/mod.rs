@@ -1,5 +1,5 @@
-//! Backward problems of a solver: how to add, start, correct and integrate them. The module
-//! [`evaluation`] contains the functions called during integration.
+//! Backward problems of a solver: creation, restart, correction of initial values, and integration. The functions that
+//! IDAS calls during the integration are in the module [`evaluation`].
 
 mod evaluation;
 
@@ -23,11 +23,11 @@ use myovib_dae::{Jacobian, Outcome, Problem, Statistics, Stop, kinds_at};
 /// Data of the backward problems of a solver with checkpoints.
 pub(super) struct ForwardRun {
     every: usize,
-    /// Initial step, set again before a run is repeated because IDAS discards it; 0 for an
-    /// estimate.
+    /// Initial step; 0 if it is estimated. IDAS discards it, so it is set again before a run is repeated.
     initial_step: f64,
     runs: Vec<BackwardRun>,
-    /// The counters of the forward run, once it has been left: IDAS repeats parts of it then.
+    /// Counters of the forward run at the start of the first backward integration, during which IDAS repeats parts of
+    /// the run.
     pub(super) left: Option<Statistics>,
 }
 
@@ -47,7 +47,7 @@ impl BackwardOptions {
 }
 
 impl<P: Problem> IdaSolver<P> {
-    /// Enables checkpoints, unless a requested feature would not be repeated by a repeated run.
+    /// Enables checkpoints, or returns an error if a requested feature would not be repeated with the steps of a run.
     pub(super) fn attach_checkpoints(
         &mut self,
         checkpoints: Checkpoints,
@@ -79,7 +79,7 @@ impl<P: Problem> IdaSolver<P> {
         Ok(())
     }
 
-    /// Checks that the forward run may continue.
+    /// Returns an error if the forward run cannot continue.
     pub(super) fn expect_not_left(&self) -> Result<(), Error> {
         match &self.kept {
             Some(ForwardRun { left: Some(_), .. }) => Err(Error::ForwardRunLeft),
@@ -87,7 +87,7 @@ impl<P: Problem> IdaSolver<P> {
         }
     }
 
-    /// Discards the backward runs, so that a forward run can start.
+    /// Ends the backward integration, so that a new forward run can start.
     pub(super) fn forget_backward_runs(&mut self) -> Result<(), Error> {
         self.functions_mut().repeating = Repeating::default();
         let Some(kept) = &mut self.kept else {
@@ -125,8 +125,8 @@ impl<P: Problem> IdaSolver<P> {
     /// and λ̇ in `start`; its quadratures start at zero. All backward problems are integrated together.
     ///
     /// # Errors
-    /// [`Error::NoCheckpoints`]; [`Error::WrongLength`], [`Error::NotFinite`] or [`Error::InvalidOption`] for
-    /// values that make no sense; [`Error::Callback`] when the problem fails at the start.
+    /// [`Error::NoCheckpoints`]; [`Error::WrongLength`], [`Error::NotFinite`] or [`Error::InvalidOption`] for invalid
+    /// values; [`Error::Callback`] when the problem fails at the start.
     pub fn add_backward(
         &mut self,
         problem: impl BackwardProblem<P> + Send + 'static,
@@ -215,9 +215,8 @@ impl<P: Problem> IdaSolver<P> {
         Ok(())
     }
 
-    /// Corrects the algebraic components of λ and the differential components of λ̇ at the start of
-    /// a backward problem, before it is integrated; `t_first` is a time that it will pass, for the
-    /// scale.
+    /// Corrects the algebraic components of λ and the differential components of λ̇ at the start of a backward problem,
+    /// before it is integrated; `t_first` is a later output time, which determines the time scale.
     ///
     /// # Errors
     /// As for [`correct_initial_values`](IdaSolver::correct_initial_values), and
@@ -357,7 +356,7 @@ impl<P: Problem> IdaSolver<P> {
         Ok(&mut kept.runs)
     }
 
-    /// Checks that the state belongs to this solver's forward run, which has passed it.
+    /// Checks that the state belongs to this solver's forward run and to a time that the run has passed.
     fn expect_state_of_run(&self, at: &ForwardState) -> Result<(), Error> {
         if self.kept.is_none() {
             return Err(Error::NoCheckpoints);
