@@ -1,4 +1,4 @@
-//! Check of the equations between the ends of steps.
+//! Check of the equations between the ends of a step.
 
 use crate::draw::draw;
 use crate::problem::{Problem, StepError};
@@ -11,25 +11,24 @@ pub struct Unsatisfied {
     pub equation: usize,
     /// Time at which the residual was evaluated.
     pub t: f64,
-    /// Residual in units of the change that errors of y and ẏ within the tolerances explain.
+    /// Residual relative to the change caused by errors of y and ẏ within the tolerances.
     pub ratio: f64,
 }
 
-/// Perturbations by which the effect of errors within the tolerances is measured.
+/// Number of random perturbations by which the effect of errors within the tolerances is measured.
 const PERTURBATIONS: u64 = 4;
 
-/// Ratio above which a residual is reported. Errors of y between the ends of a step may be some
-/// times the tolerance, and errors of ẏ some times the tolerance divided by the step: 2500 is 50
-/// for both.
+/// Ratio above which a residual is reported. Errors of y between the ends of a step may be several times the tolerance,
+/// and errors of ẏ several times the tolerance divided by the step: 2500 allows a factor of 50 for each.
 const FAR: f64 = 2500.0;
 
-/// Checks F(t, y, ẏ) at a time within a step of size `h`, where y and ẏ are values of dense output
-/// and `weights` the inverses of the tolerances.
+/// Checks F(t, y, ẏ) at a time within a step of size `h`, where y and ẏ are values of dense output and `weights` the
+/// reciprocals of the tolerances.
 ///
-/// Integrators evaluate F at the ends of steps or at stages only. An input that acts between them,
-/// or oscillates many times in a step, is not seen by the error test, but the dense output does not
-/// satisfy the equation there. The residual is compared with its change if y and ẏ change by their
-/// tolerances, 1/w and 1/(w h). It costs five evaluations of F.
+/// Integrators evaluate F only at the ends of steps or at stages. The error test does not detect an input that acts
+/// between these times or oscillates many times within a step, but there the dense output does not satisfy the
+/// equation. The residual is compared with its change if y and ẏ change by their tolerances, 1/w and 1/(w h). The check
+/// costs five evaluations of F.
 ///
 /// # Errors
 /// Errors of the residual. Dense output may be outside of its domain.
@@ -53,7 +52,7 @@ pub fn check_between<P: Problem + ?Sized>(
             explained[i] = explained[i].max((changed[i] - residual[i]).abs());
         }
     }
-    // An equation that no perturbation changes has no scale.
+    // An equation that does not change under any perturbation has no scale.
     let ratios = (0..n).filter(|&i| explained[i] > 0.0);
     let ratios = ratios.map(|i| (i, residual[i].abs() / explained[i]));
     let worst = ratios.max_by(|a, b| a.1.total_cmp(&b.1));
@@ -87,7 +86,8 @@ mod tests {
         }
     }
 
-    /// A solution that follows the mean of the input is reported, an error of ten tolerances is not.
+    /// Checks that a solution that follows only the mean of the input is reported, and an error of ten tolerances is
+    /// not.
     #[test]
     fn an_input_that_is_not_seen_is_reported() {
         let (h, weights) = (1.0, [1e6]);

@@ -1,6 +1,6 @@
 //! Several columns stored row by row.
 
-/// Calls `each` with each of the `n_columns` of `x` as a contiguous vector, and copies the result
+/// Calls `each` for every one of the `n_columns` columns of `x`, passed as a contiguous vector, and copies the result
 /// back.
 ///
 /// # Errors
@@ -20,7 +20,7 @@ pub fn one_by_one<T: Copy, E>(
     Ok(())
 }
 
-/// Writes `column` into column j of the `n_columns` of `x`.
+/// Writes `column` into column j of `x`, which has `n_columns` columns.
 pub fn put<T: Copy>(column: &[T], x: &mut [T], j: usize, n_columns: usize) {
     let own = x.iter_mut().skip(j).step_by(n_columns);
     own.zip(column).for_each(|(x, own)| *x = *own);

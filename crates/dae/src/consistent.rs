@@ -7,13 +7,13 @@ use crate::linearization::Linearization;
 use crate::problem::{Problem, StepError, VariableKind};
 use crate::projection::project_onto_constraints;
 
-/// Newton iterations with one matrix, matrices with one scale, and scales, as IDACalcIC has them.
+/// Limits as in IDACalcIC: Newton iterations per matrix, matrices per scale, and scales.
 const ITERATIONS: usize = 10;
 const MATRICES: usize = 4;
 const SCALES: i32 = 5;
 /// Halvings of a correction.
 const HALVINGS: usize = 20;
-/// Required fraction of the descent predicted by the linearization.
+/// Required reduction as a fraction of the reduction predicted by the linearization.
 const DESCENT: f64 = 1e-4;
 
 /// A state to be corrected.
@@ -26,13 +26,13 @@ struct State<'a> {
 /// Corrects `y` and `y_dot` so that F(t, y, ẏ) = 0, by Newton's method with a line search (Brown,
 /// Hindmarsh, Petzold 1998).
 ///
-/// Newton stops at a correction of 0.0033 tolerances. A correction of ẏ counts over the time to
-/// `t_first`, t_first − t, or, if that fails, over h.
+/// Newton's method stops at a correction of 0.0033 tolerances. A correction of ẏ is multiplied by the time to the first
+/// output, `t_first` − t, or, if the search then fails, by h.
 ///
-/// For [`ConsistencyMode::AlgebraicAndDerivatives`] the matrix is ∂F/∂y + c ∂F/∂ẏ with c = 1/h: a
-/// correction δ moves algebraic y by δ and differential ẏ by c δ. This neglects the change of
-/// differential y, which is small for a small h; h starts at a thousandth of `t_first` − t. For
-/// [`ConsistencyMode::States`] c = 0, and a correction moves all of y.
+/// For [`ConsistencyMode::AlgebraicAndDerivatives`] the matrix is ∂F/∂y + c ∂F/∂ẏ with c = 1/h: a correction δ changes
+/// algebraic y by δ and differential ẏ by c δ. This neglects the change of differential y, which is small for a small
+/// h; h starts at a thousandth of `t_first` − t. For [`ConsistencyMode::States`] c = 0, and a correction changes all of
+/// y.
 ///
 /// # Shapes
 /// `kinds`, `y`, `y_dot`, `weights`: the number of unknowns.
@@ -62,9 +62,9 @@ pub fn correct_initial_values<P: Problem, S: LinearSolver<P>>(
     }
     let mut last = Inconsistent::NotFound { norm: f64::NAN };
     let searches = match mode {
-        // A correction δ moves ẏ by δ/h, and y by this rate times the time to the first output.
-        // Difference quotients move ẏ by the tolerance over a time; over the short h, this move
-        // could leave the range in which F is linear.
+        // A correction δ changes ẏ by δ/h, and y by this derivative times the time to the first output. Difference
+        // quotients perturb ẏ by the tolerance divided by a time. Divided by the short h, the perturbation could leave
+        // the range in which F is linear.
         ConsistencyMode::AlgebraicAndDerivatives => [1e3, 1.0]
             .map(|factor| (0, CONVERGED * h / time, factor * time))
             .to_vec(),
@@ -144,7 +144,7 @@ fn newton<P: Problem, S: LinearSolver<P>>(
                 }
                 length *= 0.5;
             }
-            // A matrix that brings no descent, or little, is renewed.
+            // A matrix whose correction reduces the residual by little or not at all is evaluated again.
             if size >= before {
                 break;
             }
@@ -160,7 +160,7 @@ fn newton<P: Problem, S: LinearSolver<P>>(
     Err(Inconsistent::NotFound { norm: size })
 }
 
-/// Moves the unknown values by `length` times the correction.
+/// Adds `length` times the correction to the unknown values.
 fn shift(
     state: &mut State<'_>,
     mode: ConsistencyMode,
@@ -179,7 +179,7 @@ fn shift(
     }
 }
 
-/// Writes J⁻¹ F to `out`; its weighted norm.
+/// Writes J⁻¹ F to `out` and returns its weighted norm.
 fn solve_for<P: Problem, S: LinearSolver<P>>(
     problem: &mut P,
     solver: &mut S,

@@ -6,12 +6,12 @@ use crate::coloring::color;
 use crate::linearization::Linearization;
 use crate::problem::{Problem, StepError};
 
-/// Units of rounding of y that a displacement of ẏ must exceed: the quotient's error is then below a
-/// thousandth of ∂F/∂y.
+/// Number of rounding units of y that a displacement of ẏ must exceed: the quotient's error is then below a thousandth
+/// of ∂F/∂y.
 const RESOLVED: f64 = 1e4;
 
-/// Ratio of the displacement to the variable, or to its motion in the step, above which fine
-/// displacements are tried. If F is quadratic, this is the relative error of the quotient.
+/// Ratio of the displacement to the variable, or to its motion in the step, above which fine displacements are tried.
+/// If F is quadratic, this ratio is the relative error of the quotient.
 const COARSE: f64 = 0.1;
 
 /// Fine displacement as a fraction of the variable or its motion. For a quadratic F the quotient has
@@ -19,19 +19,19 @@ const COARSE: f64 = 0.1;
 /// on small differences of large entries.
 const FRACTION: f64 = 1e-4;
 
-/// Second fine displacement in units of the first, on the same side: a variable at the edge of the
-/// domain of F stays within it. Rounding changes F by whole units in the last place, so quotients
-/// dominated by rounding do not agree.
+/// Second fine displacement in units of the first, in the same direction, so that a variable at the edge of the domain
+/// of F stays within the domain. Rounding changes F by whole units in the last place, so quotients dominated by
+/// rounding do not agree.
 const SECOND: f64 = 0.7;
 
 /// Maximum relative difference of two fine quotients that rounding does not dominate.
 const AGREEMENT: f64 = 1e-2;
 
-/// Maximum difference of two fine quotients relative to their difference from the usual one: the error
-/// of the usual quotient is then far above rounding.
+/// Maximum difference of two fine quotients relative to their difference from the usual quotient. If it is smaller, the
+/// error of the usual quotient is far above rounding.
 const SIGNIFICANCE: f64 = 0.1;
 
-/// Workspace of a Jacobian by one-sided differences, with one evaluation per color.
+/// Workspace for a Jacobian from one-sided differences, with one evaluation per color.
 ///
 /// Unknown j is moved by
 ///
@@ -39,21 +39,19 @@ const SIGNIFICANCE: f64 = 0.1;
 /// δ_j = max(√ε |y_j|, √ε |h ẏ_j|, 1/w_j), in the direction of h ẏ_j,
 /// ```
 ///
-/// as IDA moves it for its own dense and banded Jacobians (SUNDIALS, IDALS). For a ∂F/∂y + b ∂F/∂ẏ,
-/// y_j moves by a σ and ẏ_j by b σ with σ = δ_j / max(|a|, |b h|), so that neither moves further
-/// than in the step itself. ∂F/∂ẏ alone has [shorter displacements](rate_displacement). If these are
-/// close to the rounding of the largest variable, they are compared with the usual displacement: their
-/// rounding, divided by a short step, may exceed ∂F/∂y where the terms of ∂F/∂ẏ cancel, as in sums of
-/// nodal equations of circuits.
+/// as in the dense and banded difference Jacobians of IDA (SUNDIALS, IDALS). For a ∂F/∂y + b ∂F/∂ẏ, y_j moves by a σ
+/// and ẏ_j by b σ with σ = δ_j / max(|a|, |b h|), so that neither moves further than in the step. ∂F/∂ẏ alone has
+/// [shorter displacements](rate_displacement). If these are close to the rounding of the largest variable, they are
+/// compared with the usual displacement: their rounding, divided by a short step, may exceed ∂F/∂y where the terms of
+/// ∂F/∂ẏ cancel, as in sums of nodal equations of circuits.
 ///
-/// If the residual cannot be evaluated there, the unknowns of this color are moved in [other
-/// ways](Perturbation). A smaller step would not help: 1/w_j does not become smaller with it.
+/// If the residual cannot be evaluated there, the unknowns of this color are moved in [other ways](Perturbation). A
+/// smaller time step would not help, because it does not reduce 1/w_j.
 ///
-/// F need not be linear over a tolerance 1/w_j much larger than the variable and its motion, such as
-/// the amount of a trace species. Such a variable is also moved by a [fraction](FRACTION) of
-/// the larger of both. This change of F may be below its rounding, for example if the variable is added
-/// to a much larger one. So it is repeated with [another displacement](SECOND), and the quotients of
-/// entries on which both agree are used.
+/// F need not be linear over a tolerance 1/w_j much larger than the variable and its motion, such as the amount of a
+/// trace species. Such a variable is also moved by a [fraction](FRACTION) of the larger of both. The resulting change
+/// of F may be below the rounding of F, for example if the variable is added to a much larger one. So it is repeated
+/// with [another displacement](SECOND), and the quotients of entries on which both agree are used.
 #[derive(Debug, Clone)]
 pub(crate) struct Differences {
     groups: Vec<Vec<usize>>,
@@ -66,7 +64,7 @@ pub(crate) struct Differences {
     increments: Vec<f64>,
     /// Maximum norm of y.
     largest: f64,
-    /// Quotients of a group by the first fine displacement.
+    /// Quotients of a group for the first fine displacement.
     fine: Vec<f64>,
     /// Number of residual evaluations so far, including failed ones.
     pub(crate) evaluations: u64,
@@ -120,7 +118,7 @@ impl Differences {
         Ok(())
     }
 
-    /// Returns the entries of a group, by their position in the pattern, and their quotients.
+    /// Returns the positions of a group's entries in the pattern, and their quotients.
     fn quotients<'a>(
         &'a self,
         pattern: &'a SparsityPattern,
@@ -151,7 +149,7 @@ impl Differences {
         for factor in [1.0, SECOND] {
             for k in 0..self.groups[group].len() {
                 let j = self.groups[group][k];
-                // Without displacement the quotients are not finite, and are not used.
+                // Quotients of unknowns without a displacement are not finite, and are not used.
                 let size = self.fine_displacement(at, a, j).unwrap_or(0.0);
                 self.displace(at, j, (a, b), factor * size / scale);
             }
@@ -188,7 +186,7 @@ impl Differences {
         (fine.abs() < RESOLVED * f64::EPSILON * self.largest).then_some(fine)
     }
 
-    /// Moves unknown j by a `wanted` in y and by b `wanted` in ẏ.
+    /// Moves unknown j by a · `wanted` in y and by b · `wanted` in ẏ.
     fn displace(&mut self, at: &Linearization<'_>, j: usize, (a, b): (f64, f64), wanted: f64) {
         self.y[j] = at.y[j] + a * wanted;
         // Use the perturbation after rounding in y, so that the quotient uses the actual change.
@@ -200,9 +198,9 @@ impl Differences {
         self.increments[j] = sigma;
     }
 
-    /// Moves the unknowns of a group and evaluates the residual there, with the first perturbation
-    /// that succeeds. If all fail, returns the error of the first. If all give non-finite values,
-    /// they are returned, and the caller reports their position.
+    /// Perturbs the unknowns of a group and evaluates the residual, with the first perturbation for which this
+    /// succeeds. If all fail, returns the error of the first. If all result in non-finite values, the caller reports
+    /// their position.
     fn move_within_the_domain<P: Problem + ?Sized>(
         &mut self,
         problem: &mut P,
@@ -233,7 +231,8 @@ impl Differences {
         first
     }
 
-    /// Returns whether the rows of a group of unknowns in the residual are as finite as before.
+    /// Returns whether the rows of the residual that depend on a group of unknowns are finite wherever they were finite
+    /// before.
     fn is_finite(&self, pattern: &SparsityPattern, group: usize) -> bool {
         let mut rows = self.groups[group].iter().flat_map(|&j| pattern.lane(j));
         rows.all(|&i| self.moved[i].is_finite() || !self.base[i].is_finite())
@@ -247,15 +246,14 @@ pub(crate) enum Perturbation {
     Usual,
     /// By −δ_j.
     Back,
-    /// Uses √ε/w_j instead of 1/w_j in δ_j, away from zero: a positive variable stays positive,
-    /// however close to zero it is.
+    /// Away from zero, with √ε/w_j instead of 1/w_j in δ_j: a positive variable remains positive even close to zero.
     SlightlyAway,
-    /// By the same distance toward zero.
+    /// Toward zero, by the same distance.
     SlightlyTowards,
 }
 
 impl Perturbation {
-    /// All, in the order in which they are tried: the shorter moves lose more to rounding.
+    /// All perturbations in the order in which they are tried; shorter ones are more affected by rounding.
     const ALL: [Self; 4] = [
         Self::Usual,
         Self::Back,
@@ -266,9 +264,9 @@ impl Perturbation {
 
 /// Returns the displacement of ẏ_j, with its sign, multiplied by h; y is not moved.
 ///
-/// A displacement of y by its tolerance would change ẏ by tolerance/h, far outside the range where
-/// F is linear in ẏ if h is short. The displacement of ẏ may be smaller, as long as the rounding of
-/// y in F is small relative to it.
+/// A displacement of y by its tolerance would change ẏ by tolerance/h, far outside the range where F is linear in ẏ if
+/// h is short. The displacement of ẏ may be smaller, provided that the effect of the rounding of y on F is small in
+/// comparison.
 fn rate_displacement(at: &Linearization<'_>, j: usize) -> f64 {
     let motion = at.step * at.y_dot[j];
     let size = f64::EPSILON.sqrt() * motion.abs().max(1.0 / at.weights[j]);
@@ -276,22 +274,22 @@ fn rate_displacement(at: &Linearization<'_>, j: usize) -> f64 {
         .copysign(motion)
 }
 
-/// Returns the larger of variable j and its motion in the step.
+/// Returns the larger of |y_j| and the change of variable j in the step.
 fn extent(at: &Linearization<'_>, j: usize) -> f64 {
     at.y[j].abs().max((at.step * at.y_dot[j]).abs())
 }
 
-/// Returns whether the tolerance of variable j is so large relative to the variable that F may not be
-/// linear over it. Numbers near the smallest ones have too few digits for fine displacements.
+/// Returns whether the tolerance of variable j is so large relative to the variable that F may not be linear over it.
+/// Numbers near the smallest representable ones have too few digits for fine displacements.
 fn is_coarse(at: &Linearization<'_>, j: usize) -> bool {
     let extent = extent(at, j);
     let is_resolved = FRACTION * extent > f64::MIN_POSITIVE / f64::EPSILON;
     is_resolved && 1.0 / at.weights[j] > COARSE * extent
 }
 
-/// Returns whether two fine quotients determine an entry more accurately than the usual one. Zeros
-/// may have been lost in rounding; quotients of unknowns without displacement are infinite, in entries
-/// that the pattern lacks.
+/// Returns whether two fine quotients determine an entry more accurately than the usual quotient. A quotient of zero
+/// may result from rounding. The quotient of an unknown without a displacement is infinite if the row changes with
+/// another unknown, through an entry missing in the pattern.
 fn is_better([first, second]: [f64; 2], usual: f64) -> bool {
     let noise = (first - second).abs();
     first.is_normal()
@@ -322,8 +320,8 @@ mod tests {
     use super::*;
     use crate::Jacobian;
 
-    /// √y_0 + 2 √y_1 in row 0 and √y_1 + ẏ_1 in row 1, defined only for y ≥ 0 and, if `above` is
-    /// finite, up to it.
+    /// √y_0 + 2 √y_1 in row 0 and √y_1 + ẏ_1 in row 1, defined only for y ≥ 0 and, if `above` is finite, for y ≤
+    /// `above`.
     struct Roots {
         says: bool,
         above: f64,
@@ -379,15 +377,15 @@ mod tests {
                 above,
                 calls: 0,
             };
-            // One column leaves the domain and is moved back, at the second attempt. The tolerance is
-            // ten times y, so both columns are also moved by fine displacements.
+            // One column leaves the domain; the second perturbation stays within it. The tolerance is ten times y, so
+            // both columns are also moved by fine displacements.
             let mut problem = new(f64::INFINITY);
             let (errors, counted) = differenced(&mut problem, [1e-9, -1e-9]).unwrap();
             assert_eq!((counted, problem.calls), (8, 8));
-            // The next term of the root is a quarter of this.
+            // The next term of the expansion of the root is a quarter of this bound.
             assert!(errors.iter().all(|e| *e < 50.0 * FRACTION), "{errors:?}");
-            // The tolerance leaves the domain in both directions. Displacements by √ε y neglect its
-            // square and rounding, both about √ε of 50; the bound is ten times this.
+            // Displacements by the tolerance leave the domain in both directions. For displacements of √ε y, truncation
+            // and rounding errors are both about √ε times 50; the bound is ten times larger.
             let mut problem = new(5e-4);
             let (errors, counted) = differenced(&mut problem, [1e-9, -1e-9]).unwrap();
             assert_eq!((counted, problem.calls), (11, 11));
@@ -412,14 +410,14 @@ mod tests {
         let mut differences = Differences::new(&crate::problem::full_pattern(2), true);
         let pattern = crate::problem::full_pattern(2);
         let mut values = [0.0; 4];
-        // At zero the other direction is free.
+        // At zero, a displacement in the other direction stays in the domain.
         differences
             .evaluate(&mut says, &pattern, &at, (1.0, 0.0), &mut values)
             .unwrap();
         assert_eq!(differences.evaluations, 4);
         says.above = 0.0;
         let error = differences.evaluate(&mut says, &pattern, &at, (1.0, 0.0), &mut values);
-        // √ε |h ẏ| < 1/w: the first move is by −1e-3.
+        // √ε |h ẏ| < 1/w: the first displacement is −1e-3.
         assert_eq!(error.unwrap_err().to_string(), "[-0.001, 0.0]");
         assert_eq!(differences.evaluations, 4 + 5);
         at.y = &[-1.0, -1.0];
@@ -449,8 +447,8 @@ mod tests {
         }
     }
 
-    /// Regression: the amplifier of the IVP test set, of index 1 with cancelling derivatives, stopped
-    /// after five steps of about 1e-11 s. A variable at zero moved by √ε of its tolerance.
+    /// Regression: the amplifier of the IVP test set, of index 1 with cancelling derivatives, stopped after five steps
+    /// of about 1e-11 s, because a variable at zero was perturbed by √ε times its tolerance.
     #[test]
     fn cancelling_derivatives_cancel_in_short_steps() {
         let step = 1e-12;
@@ -468,7 +466,7 @@ mod tests {
             .parts(&mut Capacitor, &at, [of_value, of_rate])
             .unwrap();
         for column in of_rate.chunks_exact(2) {
-            // Rounding of F over the tolerance: 2e-19/1e-8, far below the conductance.
+            // Rounding of F divided by the tolerance, 2e-19/1e-8, is far below the conductance.
             let sum = (column[0] + column[1]) / step;
             assert!(sum.abs() < 1e-3 * 1e-3, "{of_rate:?}");
         }

@@ -1,6 +1,6 @@
 //! Reproducible pseudorandom numbers.
 
-/// Returns a number in [0.5, 1] or [−1, −0.5], by splitmix64 of a trial and an index.
+/// Returns a number in [0.5, 1] or [−1, −0.5], computed by splitmix64 from a trial number and an index.
 pub(crate) fn draw(trial: u64, index: usize) -> f64 {
     let mut z = (trial << 40 | index as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

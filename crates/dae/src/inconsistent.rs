@@ -2,17 +2,17 @@
 
 use crate::problem::StepError;
 
-/// Why no consistent initial values were found.
+/// Reason why no consistent initial values were found.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Inconsistent {
-    /// Newton's method does not get there.
+    /// Newton's method does not converge.
     #[error(
         "Newton's method does not converge: its last correction is {norm:.2e} times the \
          tolerance; at most {CONVERGED} is accepted"
     )]
     NotFound {
-        /// The weighted norm of the last correction.
+        /// Weighted norm of the last correction.
         norm: f64,
     },
     /// The problem states no constraints.
@@ -21,7 +21,7 @@ pub enum Inconsistent {
          Problem::constraints, hidden ones included"
     )]
     NoConstraints,
-    /// No values satisfy both F and the constraints stated.
+    /// No values satisfy both F and the stated constraints.
     #[error(
         "the constraints are incompatible with the equations: residual {left:.2e} in equation \
          {equation} (constraints are numbered after the last equation)"
@@ -38,7 +38,7 @@ pub enum Inconsistent {
     Failed(#[from] StepError),
 }
 
-/// Newton is converged below this fraction of the tolerance, as IDACalcIC is.
+/// Newton's method has converged below this fraction of the tolerance, as in IDACalcIC.
 pub(crate) const CONVERGED: f64 = 0.0033;
 
 /// Returns the weighted root mean square.

@@ -13,7 +13,7 @@ pub enum ConsistencyMode {
     /// The algebraic components of y and the derivatives of the differential components, for
     /// semi-explicit systems of index 1.
     AlgebraicAndDerivatives,
-    /// All of y, ẏ being given, for instance zero for a steady state.
+    /// All of y; ẏ is given, for instance zero for a steady state.
     States,
     /// All of y and ẏ, from the constraints that the problem declares, for systems of index 2 and 3: see
     /// [`project_onto_constraints`](crate::project_onto_constraints).
@@ -23,26 +23,25 @@ pub enum ConsistencyMode {
 /// An integration of a [`Problem`], which the integrator owns.
 ///
 /// # Times
-/// [`t`](Integrator::t), [`y`](Integrator::y) and [`y_dot`](Integrator::y_dot) are consistent with
-/// each other after every call, whatever its result: they are the last values reached. A step may
-/// end beyond `t` if it contains a root or an output time; dense output covers the whole step.
+/// [`t`](Integrator::t), [`y`](Integrator::y) and [`y_dot`](Integrator::y_dot) belong to the last time reached after
+/// every call, whatever its result. A step may end beyond `t` if it contains a root or an output time; dense output
+/// covers the whole step.
 ///
 /// A *stop time* is never stepped over. It applies once: when it is reached the call returns
 /// [`Outcome::StopTime`], and the next call continues beyond it.
 ///
 /// # Directions
-/// The `t_out` of the first step gives the direction: the first [`step`](Integrator::step) rejects
-/// a `t_out` equal to the initial time. [`integrate_to`](Integrator::integrate_to) takes no step if
-/// its time is already reached, and returns [`Outcome::Reached`]. IDAS integrates forward or
-/// backward; Radau IIA integrates forward only, and rejects a time before `t`.
+/// The `t_out` of the first step determines the direction: the first [`step`](Integrator::step) rejects a `t_out` equal
+/// to the initial time. [`integrate_to`](Integrator::integrate_to) takes no step if its time is already reached, and
+/// returns [`Outcome::Reached`]. IDAS integrates forward or backward; Radau IIA integrates forward only, and rejects a
+/// time before `t`.
 ///
 /// # Starts
-/// Initial values, passed to a builder or to [`reinit`](Integrator::reinit), are rejected by the
-/// next step with an [`InconsistentStart`](crate::InconsistentStart) if y contradicts the equations
-/// by more than the tolerances allow, unless
-/// [`correct_initial_values`](Integrator::correct_initial_values) has corrected them: see
-/// [`check_start`](crate::check_start). Values for continuing at the time reached are accepted
-/// unchecked: after an event they have the error of dense output.
+/// Initial values, passed to a builder or to [`reinit`](Integrator::reinit), are rejected by the next step with an
+/// [`InconsistentStart`](crate::InconsistentStart) if y contradicts the equations by more than the tolerances allow,
+/// unless [`correct_initial_values`](Integrator::correct_initial_values) has corrected them: see
+/// [`check_start`](crate::check_start). Values for a restart at the current time are not checked, because after an
+/// event they have the error of dense output.
 ///
 /// # Limits
 /// *max_steps* is the number of steps that one call of [`integrate_to`](Integrator::integrate_to)
@@ -55,20 +54,20 @@ pub enum ConsistencyMode {
 /// function is returned as an error with its source. A panic is propagated.
 ///
 /// # Allocation
-/// After the first few steps, a step that is accepted at the first attempt allocates nothing,
-/// except when a linear solver selects new pivots.
+/// After the first few steps, a step that is accepted at the first attempt does not allocate memory, except when a
+/// linear solver selects new pivots.
 pub trait Integrator<P: Problem> {
-    /// Misuse, and fatal errors of the problem. An integration that cannot continue returns
+    /// Error for misuse, and for fatal errors of the problem. An integration that cannot continue returns
     /// [`Outcome::Stopped`] instead of an error.
     type Error: Error + Send + Sync + 'static;
 
-    /// Takes one step, of a size determined by the error test, toward `t_out`.
+    /// Takes one step toward `t_out`; the error test determines its size.
     ///
-    /// `t_out` determines the direction, and at the first step the scale for the estimate of its
-    /// size. The step may end beyond it.
+    /// `t_out` determines the direction, and, at the first step, the time scale for the estimate of its size. The step
+    /// may end beyond `t_out`.
     ///
     /// # Errors
-    /// A `t_out` before `t` or non-finite; a fatal error of the problem.
+    /// A `t_out` that is before `t` or not finite; a fatal error of the problem.
     fn step(&mut self, t_out: f64) -> Result<Outcome, Self::Error>;
 
     /// Integrates up to `t_out`, unless a root or the stop time comes first.
@@ -77,10 +76,10 @@ pub trait Integrator<P: Problem> {
     /// As for [`step`](Integrator::step).
     fn integrate_to(&mut self, t_out: f64) -> Result<Outcome, Self::Error>;
 
-    /// Sets a time that no step passes until it is reached.
+    /// Sets a stop time: no step passes it, and it is removed when it is reached.
     ///
     /// # Errors
-    /// A time before `t` or non-finite.
+    /// A time that is before `t` or not finite.
     fn set_stop_time(&mut self, t: f64) -> Result<(), Self::Error>;
 
     /// Restarts at (t0, y0, ẏ0), keeping problem, settings and functions. Statistics restart at
@@ -98,9 +97,8 @@ pub trait Integrator<P: Problem> {
         q0: &[f64],
     ) -> Result<(), Self::Error>;
 
-    /// Corrects the initial values so that F(t0, y0, ẏ0) = 0. Must be called before the first step.
-    /// `t_first` is the first output time, which gives the time scale; it differs from the initial
-    /// time.
+    /// Corrects the initial values so that F(t0, y0, ẏ0) = 0. Must be called before the first step. `t_first` is the
+    /// first output time, which determines the time scale; it must differ from the initial time.
     ///
     /// The problem's kinds determine which components are algebraic, independent of the components
     /// excluded from the error test.
@@ -119,16 +117,15 @@ pub trait Integrator<P: Problem> {
     /// Returns the solution at [`t`](Integrator::t).
     fn y(&self) -> &[f64];
 
-    /// Its derivative at [`t`](Integrator::t).
+    /// Returns the derivative ẏ at [`t`](Integrator::t).
     fn y_dot(&self) -> &[f64];
 
-    /// Returns the ends of the last accepted step, which dense output covers; both are the initial
-    /// time before the first step.
+    /// Returns the start and end of the last accepted step, for which dense output is available. Before the first step
+    /// both are the initial time.
     fn last_step_interval(&self) -> [f64; 2];
 
-    /// Writes the solution (`derivative` 0) or one of its derivatives at `t`, a time within the
-    /// last step, to `out`. This never changes the steps. At least the first derivative is
-    /// available.
+    /// Writes the solution (`derivative` = 0) or one of its derivatives at the time `t` within the last step to `out`.
+    /// The steps do not depend on these calls. At least the first derivative is available.
     ///
     /// Before the first step, the solution and its derivative are available at the initial time.
     ///
@@ -136,7 +133,7 @@ pub trait Integrator<P: Problem> {
     /// `out`: the number of unknowns.
     ///
     /// # Errors
-    /// A time outside the last step by more than rounding; too high a derivative.
+    /// A time outside the last step by more than rounding; a derivative of too high order.
     fn dense_output(
         &mut self,
         t: f64,
@@ -226,8 +223,8 @@ macro_rules! integrator_by_own_methods {
     };
 }
 
-/// Returns whether `t` is in a step `[from, to]`, which may go backward in time, up to the rounding
-/// that IDAS also allows.
+/// Returns whether `t` is in a step `[from, to]`, which may go backward in time. The tolerance for rounding is that of
+/// IDAS.
 pub fn covers([from, to]: [f64; 2], t: f64) -> bool {
     let rounding = 100.0 * f64::EPSILON * (to.abs() + (to - from).abs());
     t >= from.min(to) - rounding && t <= from.max(to) + rounding

@@ -35,7 +35,7 @@ use crate::problem::{Problem, StepError};
 #[derive(Debug, Clone)]
 pub struct Jacobian {
     pattern: SparsityPattern,
-    /// Differences, created if the problem has no Jacobian.
+    /// Workspace for difference quotients, if the problem has no Jacobian.
     differences: Option<Differences>,
     /// Whether coarse differences are compared with fine ones.
     refines: bool,
@@ -56,8 +56,8 @@ impl Jacobian {
         }
     }
 
-    /// Uses only displacements by the tolerance where these are large: the quotients then belong to
-    /// changes of that size, even if the pattern lacks entries.
+    /// Disables fine displacements. The quotients then describe changes of the size of the tolerances, even if entries
+    /// are missing in the pattern.
     pub(crate) fn coarse(mut self) -> Self {
         self.refines = false;
         self
@@ -155,8 +155,8 @@ mod tests {
         }
     }
 
-    /// A zero variable, with zero derivative, is added to a variable of order one. If it
-    /// moved by √ε of its tolerance, it would be lost in the sum, and its column would be zero.
+    /// A zero variable, with zero derivative, is added to a variable of order one. If it were displaced by √ε times its
+    /// tolerance, it would be lost in the sum, and its column would be zero.
     #[test]
     fn increments_at_zero_follow_the_tolerance() {
         let mut jacobian = Jacobian::of(&Sum);
@@ -171,7 +171,7 @@ mod tests {
         jacobian
             .combined(&mut Sum, &at, (1.0, 0.0), &mut values)
             .unwrap();
-        // Columns. Rounding of the sum, ε, over the smallest increment, 1e-10.
+        // One entry per column. Rounding of the sum, ε, divided by the smallest increment, 1e-10.
         for (found, exact) in values.iter().zip([1.0, 1.0, 0.0, 1.0]) {
             assert!((found - exact).abs() < 1e-5, "{values:?}");
         }

@@ -4,27 +4,27 @@ use crate::coloring::color;
 use crate::draw::draw;
 use crate::problem::{Problem, StepError, VariableKind};
 
-/// Draws for each test: in a single one, terms may cancel or an even function may return an equal value.
+/// Number of random draws for each test. In a single draw, terms may cancel, or an even function may return an equal
+/// value.
 const TRIALS: u64 = 2;
 
-/// Ratio of successive sizes of perturbations. A term c ẏ_j is lost in the rounding of an equation
-/// whose other terms are 1/ε times as large; the next size detects it if it is at least 1e-14 times
-/// as large.
+/// Ratio of successive sizes of perturbations. A term c ẏ_j is lost in the rounding of an equation whose other terms
+/// are 1/ε times as large; the next size detects the term if it is at least 1e-14 times as large.
 const GROWTH: f64 = 1e14;
 
-/// Factor of perturbations if larger perturbations leave the domain of F: √ε.
+/// Factor by which perturbations are reduced, √ε, if they leave the domain of F.
 const SHORT: f64 = 1.5e-8;
 
 /// Largest perturbation, relative to 1 + |ẏ|.
 const LARGEST: f64 = 1e300;
 
-/// Variables and equations that ẏ occurs in at a state.
+/// The variables whose derivatives occur in F at a state, and the equations in which they occur.
 ///
-/// This is the one rule for differential variables ([`kinds_at`]) and for equations that contain a
-/// derivative ([`check_start`](crate::check_start)): a nonzero entry of ∂F/∂ẏ if the problem has a
-/// [`jacobian`](Problem::jacobian), evaluated at ẏ and at other derivatives; otherwise any change of F when
-/// ẏ_j moves by 1 + |ẏ_j| or, while F does not change, by larger amounts up to 1e300 (1 + |ẏ_j|). So a
-/// coefficient is found whatever its unit, and only a coefficient of exactly zero counts as zero.
+/// This rule determines differential variables ([`kinds_at`]) and equations that contain a derivative
+/// ([`check_start`](crate::check_start)): a nonzero entry of ∂F/∂ẏ if the problem has a
+/// [`jacobian`](Problem::jacobian), evaluated at ẏ and at other derivatives; otherwise any change of F when ẏ_j moves
+/// by 1 + |ẏ_j| or, as long as F does not change, by larger amounts up to 1e300 (1 + |ẏ_j|). Therefore a coefficient is
+/// found in any unit, and is treated as zero only if it is exactly zero.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct RateDependence {
     pub(crate) variables: Vec<bool>,
@@ -90,7 +90,8 @@ impl<P: Problem + ?Sized> Search<'_, P> {
                 evaluated => evaluated?,
             }
             for ((column, row), value) in pattern.entries().zip(&values) {
-                // A NaN or an infinity at the state itself is reported with the first Jacobian.
+                // Non-finite entries at the state are reported by the first evaluation of the Jacobian in the
+                // integration.
                 if *value != 0.0 && (trial == 0 || value.is_finite()) {
                     self.found.variables[column] = true;
                     self.found.equations[row] = true;
@@ -100,8 +101,8 @@ impl<P: Problem + ?Sized> Search<'_, P> {
         Ok(())
     }
 
-    /// Moves derivatives until F changes: first in groups of columns without common rows, by 1 + |ẏ_j|;
-    /// then all derivatives without effect together, and in groups only if F changes.
+    /// Perturbs derivatives until F changes: first in groups of columns without common rows, by 1 + |ẏ_j|; then all
+    /// remaining derivatives together, and in groups if F changes.
     fn by_differences(&mut self) -> Result<(), StepError> {
         let n = self.y.len();
         let mut base = vec![0.0; n];
@@ -140,9 +141,9 @@ impl<P: Problem + ?Sized> Search<'_, P> {
         Ok(())
     }
 
-    /// Returns the equations that change when the derivatives of these variables move: by the
-    /// intended distance or, if F cannot be evaluated there, in the other direction or by less. A
-    /// change to a non-finite value counts: the product of a finite number and zero is zero.
+    /// Returns the equations that change when the derivatives of these variables are perturbed: by the intended
+    /// distance or, if F cannot be evaluated there, in the other direction or by less. A change to a non-finite value
+    /// is a change, because a zero coefficient would leave the value finite.
     fn changed(
         &mut self,
         columns: &[usize],
@@ -165,19 +166,18 @@ impl<P: Problem + ?Sized> Search<'_, P> {
         Vec::new()
     }
 
-    /// Returns ẏ_j, moved by about `size` (1 + |ẏ_j|).
+    /// Returns ẏ_j perturbed by about `size` (1 + |ẏ_j|).
     fn moved(&self, trial: u64, j: usize, size: f64) -> f64 {
         let v = self.y_dot[j];
         v + (size * (1.0 + v.abs()) * draw(trial, j)).clamp(-f64::MAX, f64::MAX)
     }
 }
 
-/// Returns how each variable enters F: as stated by the problem ([`Problem::kinds`]), or else
-/// differential if ∂F/∂ẏ_j is not zero at (t, y, ẏ), and algebraic otherwise.
+/// Returns the kind of each variable as stated by the problem ([`Problem::kinds`]). If the problem does not state
+/// kinds, a variable is differential if ∂F/∂ẏ_j is not zero at (t, y, ẏ), and algebraic otherwise.
 ///
-/// Coefficients of any magnitude are detected, in any unit: by the entries of the
-/// [`jacobian`](Problem::jacobian) if there is one, otherwise by moving ẏ_j by 1 + |ẏ_j| and, while
-/// F does not change, by more.
+/// Coefficients of any magnitude are detected, in any unit: from the entries of the [`jacobian`](Problem::jacobian) if
+/// it is implemented, otherwise by perturbing ẏ_j by 1 + |ẏ_j| and, as long as F does not change, by more.
 ///
 /// A derivative whose coefficient is zero only at the start is not detected; such a problem must
 /// state its [`kinds`](Problem::kinds).
@@ -246,7 +246,8 @@ mod tests {
         }
     }
 
-    /// Regression: below 1e-10 the variable was taken for algebraic, and lost its error test.
+    /// Regression: with a coefficient below 1e-10 the variable was classified as algebraic and excluded from the error
+    /// test.
     #[test]
     fn a_coefficient_of_any_size_makes_a_variable_differential() {
         for exponent in (-300..=300).step_by(10).chain([-11, -12, -13]) {
@@ -292,7 +293,7 @@ mod tests {
         }
     }
 
-    /// A nonlinear function may have the same value, a zero derivative, or no value nearby.
+    /// At perturbed derivatives, a nonlinear function may have the same value, a zero derivative, or no value at all.
     #[test]
     fn a_nonlinear_derivative_is_found() {
         type Function = fn(f64) -> Result<f64, StepError>;

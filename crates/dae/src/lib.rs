@@ -4,9 +4,8 @@
 //! # Cast of types
 //! - [`Problem`]: the interface to implement: the residual and, optionally, the Jacobian in a fixed
 //!   sparse pattern and the kind of each variable.
-//! - [`Jacobian`]: evaluates a problem's exact Jacobian, or difference quotients at a
-//!   [`Linearization`]; [`kinds_at`] reads from it how each variable enters, and [`check_pattern`]
-//!   whether its pattern lacks entries.
+//! - [`Jacobian`]: evaluates a problem's exact Jacobian, or difference quotients at a [`Linearization`]; [`kinds_at`]
+//!   determines the kind of each variable, and [`check_pattern`] finds entries missing in its pattern.
 //! - [`Parameters`]: parameters of a problem, and ∂F/∂p.
 //! - [`LinearSolver`]: solves Newton's systems, with real and complex shifts.
 //! - [`Tolerances`], [`Suppressed`], [`Direction`], [`ConsistencyMode`]: settings of an
@@ -54,9 +53,9 @@ pub use jacobian::Jacobian;
 pub use kinds::kinds_at;
 pub use linear_solver::LinearSolver;
 pub use linearization::Linearization;
-/// The pattern of a sparse matrix, as [`Problem::jacobian_pattern`] states it.
+/// The pattern of a sparse matrix, used by [`Problem::jacobian_pattern`].
 pub use nalgebra_sparse::pattern::SparsityPattern;
-/// The shifts and right-hand sides of a [`LinearSolver`].
+/// Type of the complex shifts and right-hand sides of a [`LinearSolver`].
 pub use num_complex::Complex64;
 pub use outcome::{Outcome, Stop, WorstComponent};
 pub use parameters::{Differenced, Parameter, Parameters};

@@ -119,16 +119,16 @@ pub trait LinearSolver<P> {
         0
     }
 
-    /// Returns how often pivots that later setups reuse have been chosen, for all matrices
-    /// together; 0 if a setup depends only on the last evaluation and its shifts.
+    /// Returns the number of pivot selections so far, over all matrices, if later setups reuse pivots; 0 if a setup
+    /// depends only on the last evaluation and its shifts.
     fn pivot_choices(&self) -> u64 {
         0
     }
 
-    /// Makes the next setup choose all pivots again.
+    /// Makes the next setup select new pivots for all matrices.
     fn forget_pivots(&mut self) {}
 
-    /// Returns further state from the past that affects the solves; empty by default.
+    /// Returns further information on past setups that affects the solves; empty by default.
     fn history(&self) -> Vec<bool> {
         Vec::new()
     }

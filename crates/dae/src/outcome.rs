@@ -7,7 +7,7 @@ use crate::remedy::{Remedy, StopContext};
 use crate::statistics::Statistics;
 use crate::stop_reason::StopReason;
 
-/// Outcome of a call of the integrator. y and ẏ of the solver are the values at the stated time.
+/// Outcome of a call of the integrator. The solver's y and ẏ belong to the time in the outcome.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Outcome {
@@ -51,7 +51,7 @@ impl Outcome {
     }
 }
 
-/// An integration that gave up, with diagnostic information.
+/// An integration that stopped early, with diagnostic information.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Stop {
@@ -70,7 +70,7 @@ pub struct Stop {
 }
 
 impl Stop {
-    /// Creates the description of an integration that gave up at `t` for a `reason`.
+    /// Creates the description of an integration that stopped at `t` for a `reason`.
     pub fn new(
         reason: StopReason,
         message: String,
@@ -147,7 +147,7 @@ pub struct WorstComponent {
 const N_WORST: usize = 8;
 
 impl WorstComponent {
-    /// Returns the components with the largest weighted errors of `of_all`, in the form of
+    /// Selects the components with the largest weighted errors from `of_all`, as required for
     /// [`Stop::worst_components`].
     pub fn largest(
         problem: &impl Problem,

@@ -5,19 +5,19 @@ use crate::jacobian::Jacobian;
 use crate::linearization::Linearization;
 use crate::problem::{Problem, StepError};
 
-/// A number that a problem depends on.
+/// A number on which a problem depends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
-    /// Its name in messages and reports.
+    /// Name in messages and reports.
     pub name: String,
     /// Its value p.
     pub value: f64,
-    /// Its typical size p̄ > 0: p̄ ∂y/∂p has the units and the error tolerances of y.
+    /// Typical size p̄ > 0: p̄ ∂y/∂p has the units and the error tolerances of y.
     pub scale: f64,
 }
 
 impl Parameter {
-    /// Creates a parameter whose typical size is its value; 1 for 0.
+    /// Creates a parameter whose typical size is |value|, or 1 if the value is 0.
     pub fn new(name: impl Into<String>, value: f64) -> Self {
         Self {
             name: name.into(),
@@ -27,7 +27,7 @@ impl Parameter {
     }
 }
 
-/// The parameters of a problem `P`: F(t, y, ẏ; p) = 0.
+/// The parameters p of a problem `P` with F(t, y, ẏ; p) = 0.
 ///
 /// With S_j = ∂y/∂p_j the sensitivities satisfy
 ///
@@ -35,7 +35,7 @@ impl Parameter {
 /// ∂F/∂y S_j + ∂F/∂ẏ Ṡ_j + ∂F/∂p_j = 0,   S_j(t_0) = ∂y_0/∂p_j.
 /// ```
 ///
-/// Where a problem has a setter for its parameters, [`Differenced`] makes these from it.
+/// [`Differenced`] implements this trait for a problem whose parameters can be read and set.
 pub trait Parameters<P: ?Sized> {
     /// Returns the parameters; parameter j is at index j.
     fn list(&self) -> &[Parameter];
@@ -57,15 +57,14 @@ pub trait Parameters<P: ?Sized> {
         out: &mut [f64],
     ) -> Result<(), StepError>;
 
-    /// Evaluates ∂F/∂p_j at (t, y, ẏ) for all j into the columns of `out`, stored row by row.
-    /// Override this method if parameters share work.
+    /// Evaluates ∂F/∂p_j at (t, y, ẏ) for all j into the columns of `out`, stored row by row. Override this method if
+    /// the parameters have common subexpressions.
     ///
     /// # Shapes
     /// `out`: the number of unknowns times the number of parameters.
     ///
     /// # Errors
-    /// The number of the parameter that failed and its error, as for
-    /// [`derivative`](Self::derivative).
+    /// The index of the parameter that failed, and its error, as for [`derivative`](Self::derivative).
     fn derivatives(
         &mut self,
         problem: &mut P,
@@ -83,9 +82,8 @@ pub trait Parameters<P: ?Sized> {
         Ok(())
     }
 
-    /// Stores ∂F/∂y and ∂F/∂ẏ at a state, for products with them; returns `false` if matrices are
-    /// to be evaluated instead. Override this method if the problem computes products faster than
-    /// with full matrices.
+    /// Stores ∂F/∂y and ∂F/∂ẏ at a state for later products; returns `false` if the caller must evaluate the matrices
+    /// instead. Override this method if the problem computes products faster than with full matrices.
     ///
     /// `place` identifies the state among states whose tangents are stored at the same time.
     ///
@@ -100,8 +98,8 @@ pub trait Parameters<P: ?Sized> {
         Ok(false)
     }
 
-    /// Subtracts ∂F/∂y X + ∂F/∂ẏ Ẋ from `out`, with the tangents [kept](Self::keep_tangents) in
-    /// this place; X, Ẋ and `out` are stored row by row.
+    /// Subtracts ∂F/∂y X + ∂F/∂ẏ Ẋ from `out`, with the tangents [stored](Self::keep_tangents) under this `place`; X, Ẋ
+    /// and `out` are stored row by row.
     ///
     /// # Shapes
     /// All: the number of unknowns times `n_columns`.
@@ -118,14 +116,13 @@ pub trait Parameters<P: ?Sized> {
         unreachable!("only where tangents are kept");
     }
 
-    /// Returns whether tangents that are [kept](Self::keep_tangents) also support products with
-    /// their transposes.
+    /// Returns whether [stored](Self::keep_tangents) tangents also support products with their transposes.
     fn transposes_tangents(&self) -> bool {
         false
     }
 
-    /// Subtracts (∂F/∂y)ᵀ x and (∂F/∂ẏ)ᵀ x from the two `out`, with the tangents
-    /// [kept](Self::keep_tangents) in this place.
+    /// Subtracts (∂F/∂y)ᵀ x and (∂F/∂ẏ)ᵀ x from the two `out`, with the tangents [stored](Self::keep_tangents) under
+    /// this `place`.
     ///
     /// # Shapes
     /// All: the number of unknowns.
@@ -133,8 +130,8 @@ pub trait Parameters<P: ?Sized> {
         unreachable!("only where tangents are transposed");
     }
 
-    /// Adds the products λᵀ ∂F/∂p_j at (t, y, ẏ) to `products`, with λ in `adjoint`. Override this
-    /// method if one pass computes the products of many parameters, such as a field's.
+    /// Adds the products λᵀ ∂F/∂p_j at (t, y, ẏ) to `products`, with λ in `adjoint`. Override this method if one pass
+    /// computes the products of many parameters, such as the values of a field.
     ///
     /// # Shapes
     /// `y`, `y_dot`, `adjoint`: the number of unknowns; `products`: the number of parameters.
@@ -158,8 +155,8 @@ pub trait Parameters<P: ?Sized> {
         Ok(())
     }
 
-    /// Evaluates ∂F/∂y and ∂F/∂ẏ into the two `parts`, as [`Jacobian::parts`] does. Override this
-    /// method if the problem has matrices from its evaluations that the integrator still needs.
+    /// Evaluates ∂F/∂y and ∂F/∂ẏ into the two `parts`, as [`Jacobian::parts`] does. Override this method if an
+    /// evaluation would overwrite matrices of the problem that the integrator still needs.
     ///
     /// # Errors
     /// Errors of the problem.
@@ -177,8 +174,8 @@ pub trait Parameters<P: ?Sized> {
     }
 }
 
-/// Parameters that functions get and set; ∂F/∂p by central differences about the values that the problem
-/// has when a derivative is evaluated.
+/// Parameters that are read and changed by two functions. ∂F/∂p is computed by central differences about the current
+/// values of the problem.
 ///
 /// The step is ε^(1/3) times the larger of |p| and the scale: truncation and rounding are then about
 /// ε^(2/3) = 4e-11 of F.
@@ -203,8 +200,8 @@ impl<P> std::fmt::Debug for Differenced<P> {
 }
 
 impl<P> Differenced<P> {
-    /// Creates the parameters in `list`, whose values `get` returns and `set` changes by their
-    /// index.
+    /// Creates the parameters in `list`; `get` returns the value of a parameter with the given index, and `set` changes
+    /// it.
     ///
     /// The values in `list` are the initial values. A parameter changed later, for instance by
     /// [`Integrator::problem_mut`](crate::Integrator::problem_mut), keeps its new value.
@@ -263,7 +260,7 @@ impl<P: Problem> Parameters<P> for Differenced<P> {
 mod tests {
     use super::*;
 
-    /// ẏ + exp(p) y = 0, outside of its domain above p = 2.
+    /// ẏ + exp(p) y = 0; the residual cannot be evaluated for p > 2.
     struct Decay(f64);
 
     impl Problem for Decay {
@@ -297,7 +294,7 @@ mod tests {
         )
     }
 
-    /// Regression: a parameter changed after the list was made was put back to the value of the list.
+    /// Regression: a parameter changed after the creation of the list was reset to the value in the list.
     #[test]
     fn a_parameter_that_was_changed_keeps_its_value() {
         let mut parameters = decay(0.5);
@@ -305,7 +302,7 @@ mod tests {
         parameters
             .derivative(&mut problem, 0, 0.0, &[3.0], &[0.0], &mut out)
             .unwrap();
-        // As below: truncation 1e-11, rounding 9e-11.
+        // Truncation 1e-11 and rounding 9e-11, as below.
         assert!((out[0] - 3.0 * 1.0_f64.exp()).abs() < 1e-9, "{out:?}");
         assert_eq!((problem.0, parameters.list()[0].value), (1.0, 1.0));
     }
@@ -317,7 +314,7 @@ mod tests {
         parameters
             .derivative(&mut problem, 0, 0.0, &[3.0], &[0.0], &mut out)
             .unwrap();
-        // Truncation δ²/6 = 6e-12, rounding ε/δ = 4e-11, of a residual of 5.
+        // Truncation error δ²/6 = 6e-12 and rounding error ε/δ = 4e-11, for a residual of 5.
         assert!((out[0] - 3.0 * 0.5_f64.exp()).abs() < 1e-9, "{out:?}");
         assert_eq!(problem.0, 0.5);
     }

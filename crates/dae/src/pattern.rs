@@ -1,4 +1,4 @@
-//! Patterns of Jacobians that lack entries.
+//! Missing entries in the patterns of Jacobians.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
@@ -8,12 +8,12 @@ use crate::jacobian::Jacobian;
 use crate::linearization::Linearization;
 use crate::problem::{Problem, StepError};
 
-/// An entry that the pattern of a Jacobian lacks.
+/// An entry of the Jacobian that its pattern does not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MissingEntry {
     /// The equation.
     pub row: usize,
-    /// The variable that it changes with.
+    /// Index of the variable on which the equation depends.
     pub column: usize,
     /// Whether the entry belongs to ∂F/∂ẏ; otherwise it belongs to ∂F/∂y.
     pub of_rate: bool,
@@ -40,38 +40,36 @@ impl std::fmt::Display for MissingEntry {
 /// Fraction of a row's change that may remain unexplained by the Jacobian before the row is
 /// examined.
 ///
-/// Difference quotients over √ε of a variable have errors of about √ε = 1.5e-8, and quotients over
-/// a tolerance of about the tolerance, both relative to the row's terms, |J| |d|. A hundredth is
+/// Relative to the row's terms, |J| |d|, difference quotients for displacements by √ε of a variable have errors of
+/// about √ε = 1.5e-8, and quotients for displacements by a tolerance have errors of about the tolerance. A hundredth is
 /// far above these errors, and an entry below a hundredth of its row barely slows Newton's method.
 pub(crate) const UNACCOUNTED: f64 = 1e-2;
 
 /// Threshold for rounding, relative to the change of the residual by rounding of y and ẏ.
 pub(crate) const ROUNDING: f64 = 100.0;
 
-/// Number of directions tried. In one direction a missing entry may look like the entry of the same
-/// color, if both variables move alike: with a probability of about one fifth for an entry of a
-/// tenth of its row.
+/// Number of directions tried. In a single direction, the effect of a missing entry may be attributed to the entry of
+/// the same color if both variables change by similar amounts. For an entry of a tenth of its row, the probability is
+/// about one fifth.
 pub(crate) const DIRECTIONS: u64 = 4;
 
-/// Number of rows examined for one direction, in order of decreasing error: strongly curved rows
-/// are among them although their entries are complete.
+/// Number of rows examined for one direction, in order of decreasing error: rows with a large curvature may also be
+/// among them, although their entries are complete.
 pub(crate) const ROWS: usize = 8;
 
-/// Looks for entries that the [pattern](Problem::jacobian_pattern) of a Jacobian lacks.
+/// Searches for entries missing in the [pattern](Problem::jacobian_pattern) of a Jacobian.
 ///
-/// With such a pattern, difference quotients by coloring attribute missing entries to other
-/// entries. Newton's method then converges slowly or not at all, and steps are short, for reasons
-/// that an integrator cannot detect.
+/// With an incomplete pattern, difference quotients with coloring add missing entries to other entries. Newton's method
+/// then converges slowly or not at all, and steps are short, for reasons that an integrator cannot detect.
 ///
-/// The change of the residual in four directions d, in y and in ẏ, is compared with J d. In rows
-/// where they differ by more than a hundredth of |J| |d| and by more than rounding, the variables
-/// outside the pattern are moved alone, by bisection down to the variable that changes the row. So
-/// a reported entry is always missing, for residuals of any curvature. A missing entry that is zero
-/// or below a hundredth of its row at the given state is not found.
+/// The change of the residual in four directions d, in y and in ẏ, is compared with J d. In rows where they differ by
+/// more than a hundredth of |J| |d| and by more than rounding, only variables outside the pattern are perturbed, and
+/// bisection finds the variable that changes the row. Therefore a reported entry is always missing, however nonlinear
+/// the residual is. A missing entry that is zero or below a hundredth of its row at the given state is not found.
 ///
-/// The check costs two Jacobians, fourteen evaluations of the residual, one more for each examined
-/// row, and 2 log₂ n for the entry that is found. A full pattern is complete and costs nothing.
-/// Failed evaluations are ignored; see [`Problem`] for the errors of functions.
+/// The check costs two Jacobians, fourteen evaluations of the residual, one more for each examined row, and 2 log₂ n
+/// evaluations to locate an entry. A full pattern is complete and costs nothing. Failed evaluations are ignored; see
+/// [`Problem`] for the errors of functions.
 ///
 /// # Errors
 /// The missing entry.
@@ -115,7 +113,7 @@ pub fn check_pattern<P: Problem + ?Sized>(
     if jacobian.pattern().nnz() == n * n {
         return Ok(());
     }
-    // Derivatives have no tolerance: they move by √ε, and differences use √ε of 1.
+    // Derivatives have no tolerance: they are perturbed by √ε, and differences use √ε times 1.
     let weights = [f64::EPSILON.sqrt().recip(), 1.0].map(|weight| vec![weight; n]);
     let [at_rate, quotients] = [&weights[0], &weights[1]].map(|weights| Linearization {
         step: 1.0,
@@ -135,8 +133,8 @@ pub fn check_pattern<P: Problem + ?Sized>(
     Ok(())
 }
 
-/// Returns row and column of a missing entry of ∂F/∂y, or ∂F/∂ẏ, at a state with two sets of
-/// weights: for the trial moves and for difference quotients.
+/// Returns row and column of a missing entry of ∂F/∂y or ∂F/∂ẏ. The state is given with two sets of weights: for the
+/// trial directions and for difference quotients.
 fn find<P: Problem + ?Sized>(
     problem: &mut P,
     jacobian: &mut Jacobian,
@@ -177,14 +175,14 @@ fn find<P: Problem + ?Sized>(
     Ok(None)
 }
 
-/// Changes of a residual about a state.
+/// Changes of a residual near a state.
 pub(crate) struct Probe<'a, P: ?Sized> {
     problem: &'a mut P,
     at: Linearization<'a>,
-    /// Whether ẏ is moved, not y.
+    /// Whether ẏ is perturbed instead of y.
     of_rate: bool,
     base: Vec<f64>,
-    /// How much rounding of y and ẏ changes it.
+    /// Change of the residual caused by rounding of y and ẏ.
     pub(crate) rounding: Vec<f64>,
 }
 
@@ -218,7 +216,7 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         Ok(probe)
     }
 
-    /// Returns F(t, y, ẏ) minus its value at the state; non-finite values count as failures.
+    /// Returns F(t, y, ẏ) minus its value at the state; non-finite values are treated as failures.
     fn change(&mut self, y: &[f64], y_dot: &[f64]) -> Result<Vec<f64>, StepError> {
         let mut change = vec![0.0; y.len()];
         self.problem.residual(self.at.t, y, y_dot, &mut change)?;
@@ -231,7 +229,7 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         }
     }
 
-    /// Computes the change when some variables, or their derivatives, move by d.
+    /// Computes the change of the residual when some variables or their derivatives change by d.
     pub(crate) fn change_along(
         &mut self,
         columns: impl IntoIterator<Item = usize>,
@@ -245,8 +243,8 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         self.change(&y, &y_dot)
     }
 
-    /// Returns a direction and the change along it, with random signs if the domain allows it, else
-    /// slightly away from zero.
+    /// Returns a direction and the change along it: a direction with random signs if F can be evaluated there,
+    /// otherwise a short one away from zero.
     pub(crate) fn in_a_direction(&mut self, trial: u64) -> Result<(Vec<f64>, Vec<f64>), StepError> {
         let (at, n) = (self.at, self.base.len());
         let usual = |j| displacement(&at, j, Perturbation::Usual);
@@ -261,8 +259,8 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         Ok((away, change))
     }
 
-    /// Returns a variable outside the pattern of the row that changes the row, if all such
-    /// variables together change it by more than `bound`.
+    /// Returns a variable that changes the row but is not in its pattern, if all variables outside the pattern together
+    /// change the row by more than `bound`.
     fn outside(
         &mut self,
         pattern: &SparsityPattern,

@@ -72,8 +72,8 @@ pub trait Problem {
 
     /// Evaluates `a ∂F/∂y + b ∂F/∂ẏ` into `values`, in the order of the pattern, overwriting them.
     ///
-    /// The default has no Jacobian, and integrators use difference quotients of the residual. Call
-    /// this method through a [`Jacobian`](crate::Jacobian), which handles that case.
+    /// By default there is no Jacobian, and integrators use difference quotients of the residual. Call this method
+    /// through a [`Jacobian`](crate::Jacobian), which handles that case.
     ///
     /// # Errors
     /// As for [`residual`](Problem::residual); [`StepError::NoJacobian`] if it is not implemented.
@@ -139,7 +139,7 @@ pub trait Problem {
         Ok(())
     }
 
-    /// Returns a name for component `i` in messages.
+    /// Returns the name of component `i` in messages.
     fn component_name(&self, i: usize) -> String {
         format!("y[{i}]")
     }

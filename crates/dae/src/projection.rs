@@ -1,4 +1,4 @@
-//! Consistent values of systems of index 2 and 3, by the constraints that a problem states.
+//! Consistent values of systems of index 2 and 3, computed from the constraints that a problem states.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,33 +7,33 @@ use crate::inconsistent::{Inconsistent, norm};
 use crate::problem::{Problem, StepError, VariableKind};
 use crate::tolerances::UNTESTED;
 
-/// Iterations of each of the two searches.
+/// Maximum number of iterations of each of the two searches.
 const ITERATIONS: usize = 30;
-/// Displacements of central differences, relative: the cube root of rounding.
+/// Relative displacement of central differences: the cube root of the unit roundoff.
 const DIFFERENCE: f64 = 6e-6;
-/// Singular values below this fraction of the largest, of matrices with [scaled](Scaling) rows and
-/// columns, belong to redundant constraints.
+/// Singular values below this fraction of the largestof a matrix with [scaled](Scaling) rows and columns belong to
+/// redundant constraints.
 const RANK: f64 = 1e-9;
 /// Accepted residual of an equation relative to its terms; differences have errors of about 1e-10.
 const LEFT: f64 = 1e-6;
-/// Accepted residual, relative to the change that rounding of y and ẏ causes in it.
+/// Accepted residual, relative to the change that rounding of y and ẏ causes in the residual.
 const ROUNDING: f64 = 100.0;
 
 /// Moves y onto the constraints stated by the problem ([`Problem::constraints`]), by the smallest
 /// change in the norm of the `weights`. Then corrects ẏ of differential and y of algebraic
 /// variables so that F(t, y, ẏ) = 0 and the constraints remain satisfied, d/dt c(t, y) = 0.
 ///
-/// Both steps use Gauss–Newton with full matrices of differences, which cost about n evaluations of
-/// F per iteration. They are intended for mechanisms and networks, not for bodies of many thousand
-/// unknowns. For index 2 and 3, d/dt c = 0 determines the multipliers, which F alone does not.
+/// Both steps use the Gauss–Newton method with full difference matrices, which cost about n evaluations of F per
+/// iteration. They are intended for mechanisms and networks, not for bodies of many thousand unknowns. For index 2 and
+/// 3, d/dt c = 0 determines the multipliers, which F alone does not.
 ///
 /// # Shapes
 /// `kinds`, `y`, `y_dot`, `weights`: the number of unknowns.
 ///
 /// # Errors
-/// [`Inconsistent::NoConstraints`] if the problem states none, [`Inconsistent::NotFound`],
-/// [`Inconsistent::Contradicted`] for constraints that are incompatible with F, and errors of the
-/// problem; y and ẏ then have their input values.
+/// [`Inconsistent::NoConstraints`] if the problem does not state constraints, [`Inconsistent::NotFound`],
+/// [`Inconsistent::Contradicted`] for constraints that are incompatible with F, and errors of the problem; y and ẏ then
+/// have their input values.
 pub fn project_onto_constraints<P: Problem>(
     problem: &mut P,
     kinds: &[VariableKind],
@@ -69,7 +69,7 @@ struct State<'a> {
 }
 
 impl State<'_> {
-    /// Newton's method for c(t, y) = 0, each step the shortest in the weighted norm.
+    /// Applies Newton's method to c(t, y) = 0; each step is the shortest in the weighted norm.
     fn move_onto_constraints<P: Problem>(
         &mut self,
         problem: &mut P,
@@ -90,8 +90,8 @@ impl State<'_> {
                 column /= *weight;
                 matrix.set_column(j, &column);
             }
-            // Weights, and with them the rows, may differ by many decades: scale the rows so that
-            // the rank decision is independent of units.
+            // Weights, and therefore rows, may differ by many orders of magnitude. The rows are scaled so that the rank
+            // decision does not depend on units.
             for (mut row, c) in matrix.row_iter_mut().zip(c.iter_mut()) {
                 let size = row.norm();
                 if size > 0.0 {
@@ -106,7 +106,7 @@ impl State<'_> {
             if !size.is_finite() {
                 return Err(Inconsistent::NotFound { norm: size });
             }
-            // Newton's method converges quadratically until rounding ends it.
+            // Newton's method converges quadratically until the correction consists of rounding errors.
             if size == 0.0 || (size < 1.0 && size > 0.1 * last) {
                 return Ok(());
             }
@@ -115,7 +115,7 @@ impl State<'_> {
         Err(Inconsistent::NotFound { norm: last })
     }
 
-    /// Finds ẏ of differential and y of algebraic variables from F = 0 and d/dt c = 0.
+    /// Computes ẏ of the differential variables and y of the algebraic variables from F = 0 and d/dt c = 0.
     fn follow<P: Problem>(&mut self, problem: &mut P, weights: &[f64]) -> Result<(), Inconsistent> {
         let (n, rows) = (self.y.len(), self.y.len() + problem.n_constraints());
         let mut last = f64::INFINITY;
@@ -183,7 +183,7 @@ impl State<'_> {
         }
     }
 
-    /// Returns the increment of the unknown ẏ_j or y_j for differences.
+    /// Returns the increment of the unknown ẏ_j or y_j for difference quotients.
     fn difference(&mut self, j: usize) -> f64 {
         let largest = largest(if self.is_rate(j) {
             &self.y_dot
@@ -279,9 +279,9 @@ fn central(
     Ok((ahead - behind) / (2.0 * step))
 }
 
-/// Factors for rows and columns of a matrix: columns are in units of the tolerances, and rows then have
-/// length 1. So results depend on the units of neither equations nor variables. Where variables are
-/// [untested](UNTESTED), tolerances state no units, and columns stay unscaled.
+/// Factors for rows and columns of a matrix: columns are scaled by the tolerances, and rows are then normalized.
+/// Therefore results do not depend on the units of equations and variables. Columns of [untested](UNTESTED) variables
+/// remain unscaled, because their tolerances do not indicate a unit.
 struct Scaling {
     rows: Vec<f64>,
     columns: Vec<f64>,
@@ -304,7 +304,7 @@ impl Scaling {
         Self { rows, columns }
     }
 
-    /// Returns the x with least ‖R (A x − b)‖ for which C⁻¹ x is shortest.
+    /// Returns the minimizer x of ‖R (A x − b)‖ for which ‖C⁻¹ x‖ is smallest.
     fn least_squares(
         &self,
         a: &DMatrix<f64>,
@@ -333,7 +333,7 @@ fn largest(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |m: f64, x| m.max(x.abs()))
 }
 
-/// Returns the size of a variable compared with others of the size `largest`; 1 if all are zero.
+/// Returns max(|x|, `largest`/1000), or 1 if both are zero.
 fn scale(x: f64, largest: f64) -> f64 {
     match x.abs().max(1e-3 * largest) {
         0.0 => 1.0,

@@ -26,7 +26,7 @@ pub enum Remedy {
     LooserTolerances,
     /// Loosen the tolerances of velocities and multipliers.
     LooserMultipliers,
-    /// State the constraints and correct the initial values by them.
+    /// State the constraints, and correct the initial values so that they are satisfied.
     StateConstraints,
     /// State the index of each variable.
     StateIndices,
@@ -64,21 +64,21 @@ impl fmt::Display for Remedy {
     }
 }
 
-/// State of an integration that failed, in addition to the reason.
+/// Context of a failed integration, in addition to the reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct StopContext {
-    /// The highest index that the problem states of a variable.
+    /// Highest index of a variable as stated by the problem.
     index: Option<u8>,
     /// Whether there are algebraic variables.
     algebraic: bool,
     /// Whether the problem states its constraints.
     are_constraints_stated: bool,
-    /// Steps that were accepted since the start.
+    /// Number of steps accepted since the start.
     steps: u64,
 }
 
 impl StopContext {
-    /// Returns the state of an integration of `problem` after this number of steps.
+    /// Returns the context of an integration of `problem` after this number of steps.
     pub(crate) fn of(problem: &impl Problem, kinds: &[VariableKind], steps: u64) -> Self {
         Self {
             index: problem.indices().and_then(|all| all.into_iter().max()),
@@ -119,7 +119,7 @@ impl StopContext {
                     remedies.push(Remedy::StateConstraints);
                 }
             }
-            // The minimum step may be too long for consistent initial values, too.
+            // The minimum step may also be too long for consistent initial values.
             if self.steps > 0 || reason == StopReason::StepTooSmall {
                 remedies.extend([Remedy::RestartAtBreak, Remedy::LooserTolerances]);
                 if has_hidden_constraints {
@@ -138,8 +138,8 @@ impl StopContext {
 mod tests {
     use super::*;
 
-    /// Regression: remedies for the start were suggested after thousands of steps, and looser
-    /// tolerances for initial values that violate a constraint.
+    /// Regression: remedies for inconsistent initial values were suggested after thousands of steps, and looser
+    /// tolerances were suggested for initial values that violate a constraint.
     #[test]
     fn remedies_for_the_start_are_named_before_the_first_step_alone() {
         use Remedy::{

@@ -15,7 +15,7 @@ pub struct InconsistentStart {
     pub n_equations: usize,
     /// Residual of the equation.
     pub left: f64,
-    /// Change of the residual by changes of y within the tolerances.
+    /// Change of the residual caused by changes of y within the tolerances.
     pub moved: f64,
 }
 
@@ -43,8 +43,8 @@ impl std::fmt::Display for InconsistentStart {
     }
 }
 
-/// Jump of algebraic variables that the first step of BDF accepts, in tolerances: its error
-/// estimate is half of the difference from the prediction.
+/// Jump of algebraic variables, in units of the tolerance, that the first step of BDF accepts: its error estimate is
+/// half of the difference from the prediction.
 const FIRST_JUMP: f64 = 2.0;
 
 /// Number of trial changes of y. The terms of an equation may cancel for a single change, but are
@@ -63,13 +63,11 @@ const ROUNDING: f64 = 1e3 * f64::EPSILON;
 /// e_i = |F_i| / max_k |F_i(y + d_k) − F_i(y)|,    |d_kj| between 0.5/w_j and 1/w_j
 /// ```
 ///
-/// The start is rejected if the square root of Σ e_i²/n exceeds 2, as in an error test of the
-/// variables.
+/// The initial values are rejected if √(Σ e_i²/n) exceeds 2, the norm that error tests use for variables.
 ///
-/// Equations that change with ẏ, by the rule of [`kinds_at`](crate::kinds_at), are excluded: a
-/// wrong ẏ does not make y wrong. Radau IIA uses it to choose its first step; IDAS begins with
-/// short steps, or stops with a message. Failed evaluations are ignored here, because the first
-/// step reports them.
+/// Equations that change with ẏ, by the rule of [`kinds_at`](crate::kinds_at), are excluded: a wrong ẏ does not make y
+/// wrong. A wrong ẏ affects only the size of the first step of Radau IIA; IDAS begins with short steps, or stops with a
+/// message. Failed evaluations are ignored here, because the first step reports them.
 ///
 /// # Shapes
 /// `y`, `y_dot`, `weights`: the number of unknowns.
@@ -92,8 +90,8 @@ pub fn check_start<P: Problem + ?Sized>(
     if are_fulfilled(&equations) {
         return Ok(());
     }
-    // `weigh` has moved ẏ once, by 1 + |ẏ|. The cost of the complete rule is justified only before
-    // a rejection.
+    // `weigh` has moved ẏ once, by 1 + |ẏ|. The complete rule is expensive and therefore evaluated only before a
+    // rejection.
     let Ok(rates) = RateDependence::at(problem, (t, y, y_dot)) else {
         return Ok(());
     };
@@ -198,7 +196,7 @@ mod tests {
     }
 
     fn check(of: fn(f64, f64) -> f64, y: [f64; 2]) -> Result<(), InconsistentStart> {
-        // A wrong ẏ is not looked at.
+        // A wrong ẏ is not checked.
         check_start(&mut Two(of), (0.0, &y, &[5.0, 0.0]), &[1e6, 1e6])
     }
 
@@ -210,7 +208,7 @@ mod tests {
         }
         let error = check(of, [1.0, 1.1]).unwrap_err();
         assert_eq!((error.equation, error.t), (1, 0.0));
-        // 1e9 (|d_x| + |d_z|), of 0.5e-6 to 1e-6 each.
+        // 1e9 (|d_x| + |d_z|), where each is between 0.5e-6 and 1e-6.
         assert!(error.moved > 0.5e3 && error.moved < 2e3, "{error}");
     }
 

@@ -45,7 +45,7 @@ pub struct Statistics {
     pub current_step: f64,
     /// Size of the first step.
     pub initial_step: f64,
-    /// Internal time reached, at or beyond the time of the last output.
+    /// Time reached internally, at or beyond the time of the last output.
     pub t_reached: f64,
     /// Factor by which the tolerances should be increased if they are too tight for machine
     /// precision.

@@ -1,8 +1,8 @@
-//! Reasons why an integration gave up.
+//! Reasons why an integration stopped early.
 
 use std::fmt;
 
-/// Reason why an integration gave up.
+/// Reason why an integration stopped early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum StopReason {

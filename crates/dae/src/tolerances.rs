@@ -2,7 +2,7 @@
 
 use crate::problem::VariableKind;
 
-/// Error tolerances: the local error of component i may be `relative · |y_i| + absolute_i`.
+/// Error tolerances: the allowed local error of component i is `relative · |y_i| + absolute_i`.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Tolerances {
@@ -91,9 +91,9 @@ pub enum Suppressed {
     /// [`Problem::indices`](crate::Problem::indices), are excluded. Newton's method must still
     /// converge for them.
     FromIndex(u8),
-    /// These components are excluded from both the error test and Newton's convergence test: their
-    /// absolute tolerance is [`UNTESTED`], as in published runs of IDAS. No effect on user-defined
-    /// error weights.
+    /// Components with this or a higher index are excluded from both the error test and Newton's convergence test:
+    /// their absolute tolerance is [`UNTESTED`], as in published runs of IDAS. User-defined error weights do not
+    /// change.
     ExcludeFromIndex(u8),
 }
 
@@ -113,7 +113,7 @@ impl Suppressed {
     /// `indices` of the components.
     ///
     /// # Errors
-    /// [`NoIndices`] if indices are needed and not stated.
+    /// [`NoIndices`] if indices are required but not stated.
     ///
     /// # Panics
     /// If there are fewer indices than kinds.
@@ -142,7 +142,7 @@ impl Suppressed {
     /// tests.
     ///
     /// # Errors
-    /// [`NoIndices`] if indices are needed and not stated.
+    /// [`NoIndices`] if indices are required but not stated.
     pub fn loosened(
         &self,
         tolerances: Tolerances,
@@ -174,8 +174,8 @@ fn from_index(least: u8, indices: Option<&[u8]>) -> Result<Vec<bool>, NoIndices>
 mod tests {
     use super::*;
 
-    /// Variables of index 1 and 2 are algebraic: exclusion by kind excludes both, exclusion by
-    /// index only one.
+    /// Variables of index 1 and 2 are algebraic. Exclusion by kind excludes both; exclusion by index can exclude only
+    /// one.
     #[test]
     fn components_are_left_out_by_kind_or_by_index() {
         use VariableKind::{Algebraic, Differential};

@@ -1,4 +1,4 @@
-//! Entries of a stated Jacobian that differ from difference quotients.
+//! Entries of a problem's Jacobian that differ from difference quotients.
 
 use nalgebra_sparse::pattern::SparsityPattern;
 
@@ -6,7 +6,7 @@ use crate::linearization::Linearization;
 use crate::pattern::{DIRECTIONS, Probe, ROUNDING, ROWS, UNACCOUNTED};
 use crate::problem::{Problem, StepError};
 
-/// An entry of a problem's own Jacobian that differs from difference quotients of its residual.
+/// An entry of the Jacobian provided by a problem that differs from difference quotients of the residual.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WrongEntry {
     /// The equation.
@@ -40,17 +40,15 @@ impl std::fmt::Display for WrongEntry {
     }
 }
 
-/// Difference quotients over two distances must agree to this fraction, and a wrong entry differ from them
-/// by more.
+/// Maximum relative difference between quotients for two distances, and minimum relative error of a wrong entry.
 const AGREEMENT: f64 = 0.1;
 
 /// Compares a problem's exact [`jacobian`](Problem::jacobian) with differences of its residual.
 ///
-/// The change of the residual in four directions, in y and in ẏ, is compared with J d. In rows
-/// where they differ by more than a hundredth of |J| |d| and by more than rounding, the entry is
-/// found by bisection and confirmed by central differences over two distances. Wrong entries far
-/// smaller than their row, or correct only at this state, are not found. Problems without a
-/// Jacobian and failed evaluations give no result.
+/// The change of the residual in four directions, in y and in ẏ, is compared with J d. In rows where they differ by
+/// more than a hundredth of |J| |d| and by more than rounding, the entry is found by bisection and confirmed by central
+/// differences over two distances. Wrong entries far smaller than their row, or correct only at this state, are not
+/// found. Problems without a Jacobian, and evaluations that fail, do not lead to an error.
 ///
 /// # Errors
 /// The first wrong entry.
@@ -67,7 +65,7 @@ pub fn check_jacobian<P: Problem + ?Sized>(
     {
         return Ok(());
     }
-    // Derivatives have no tolerance: they move by 1 + |ẏ|.
+    // Derivatives have no tolerance: they are perturbed by 1 + |ẏ|.
     let weights: Vec<f64> = at.y_dot.iter().map(|v| 1.0 / (1.0 + v.abs())).collect();
     let at_rate = Linearization {
         step: 1.0,
@@ -109,14 +107,14 @@ impl Stated<'_> {
         }
     }
 
-    /// Returns the product of some columns with d, in one row.
+    /// Returns the product of some columns of one row with d.
     fn product(&self, row: usize, columns: &[usize], d: &[f64]) -> f64 {
         let terms = columns.iter().map(|&j| self.entry(row, j) * d[j]);
         terms.sum()
     }
 }
 
-/// Returns row, column and difference quotient of a wrong entry.
+/// Returns row and column of a wrong entry, and the difference quotient there.
 fn find<P: Problem + ?Sized>(
     problem: &mut P,
     matrix: Stated<'_>,
@@ -162,8 +160,7 @@ fn find<P: Problem + ?Sized>(
     Ok(None)
 }
 
-/// Returns the difference quotient of an entry, if it is reliable and differs from the stated
-/// entry.
+/// Returns the difference quotient for an entry if it is reliable and differs from the stated entry.
 fn confirmed<P: Problem + ?Sized>(
     probe: &mut Probe<'_, P>,
     (row, column): (usize, usize),
@@ -271,7 +268,7 @@ mod tests {
         (count, 2 * places.len())
     }
 
-    /// No right Jacobian is blamed, and no right entry of a wrong one.
+    /// Checks that neither entries of a correct Jacobian nor correct entries of a wrong Jacobian are reported.
     #[test]
     fn wrong_entries_are_named() {
         // Some entries of Robertson's full pattern are zero, so doubling them has no effect.

@@ -5,8 +5,8 @@ use super::{ABSOLUTE, Method, RELATIVE, Request};
 use crate::samples::{LinearIndex1, Sample};
 use crate::{ConsistencyMode, Integrator, Outcome};
 
-/// Allowed error over some periods as a multiple of the tolerance of a step: errors accumulate over
-/// a hundred steps or more.
+/// Allowed error after several periods, as a multiple of the tolerance per step: errors accumulate over a hundred steps
+/// or more.
 const ADDED_UP: f64 = 300.0;
 
 fn circle<M: Method>(method: &M, problem: Circle) -> M::Integrator<Circle> {
@@ -58,14 +58,16 @@ pub fn treats_tolerances_as_error_weights<M: Method>(method: &M) {
         solver.statistics().steps as f64
     };
     let (of_tolerances, of_weights) = (steps(false), steps(true));
-    // Only Newton's tolerance differs. Errors of order 6 in h, ten times as large, would save 32 % of the steps.
+    // Only Newton's tolerance differs. If the allowed errors were ten times as large, a method of order 6 would save 32
+    // % of the steps.
     assert!(
         (of_tolerances / of_weights - 1.0).abs() < 0.1,
         "{of_tolerances} and {of_weights} steps"
     );
 }
 
-/// Checks that without a Jacobian, kinds or indices the number of steps is nearly unchanged.
+/// Checks that the number of steps is nearly unchanged if the problem provides only a residual: neither Jacobian nor
+/// kinds nor indices.
 pub fn needs_no_more_than_a_residual<M: Method>(method: &M) {
     let mut with = circle(method, Circle::new());
     let mut without = circle(method, Circle::without_jacobian());

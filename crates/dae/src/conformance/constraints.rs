@@ -1,4 +1,4 @@
-//! Systems of index 2 and 3: consistent values from constraints, and exclusions.
+//! Systems of index 2 and 3: consistent values from constraints, and components excluded by index.
 
 use super::problems::Circle;
 use super::{Method, Request};
@@ -17,9 +17,9 @@ fn left<P: Problem>(problem: &mut P, t: f64, y: &[f64], y_dot: &[f64]) -> f64 {
     f.iter().chain(&c).fold(0.0, |m: f64, x| m.max(x.abs()))
 }
 
-/// Checks that for the pendulum of index 3 and 2 and Jay's problem of index 2, consistent values,
-/// including multipliers, are found near values off the constraints, and that the integration
-/// continues from them and satisfies the constraints.
+/// Checks that for the pendulum of index 3 and 2 and Jay's problem of index 2, consistent values, including
+/// multipliers, are found near values that violate the constraints, and that an integration from these values satisfies
+/// the constraints.
 pub fn moves_onto_the_constraints_that_a_problem_states<M: Method>(method: &M) {
     let length: f64 = 1.0;
     for form in [MechanicalForm::Index3, MechanicalForm::Index2] {
@@ -37,7 +37,7 @@ pub fn moves_onto_the_constraints_that_a_problem_states<M: Method>(method: &M) {
         let off = left(solver.problem_mut(), 0.0, &y, &y_dot);
         assert!(off < SATISFIED, "{form:?}: {off:e} of {y:?} {y_dot:?}");
         for (moved, given) in y.iter().zip(&wrong).take(4) {
-            // The distance from the constraints is a few hundredths.
+            // The values violate the constraints by a few hundredths.
             assert!((moved - given).abs() < 0.1, "{form:?}: {y:?}");
         }
         // λ = (u² + v² − g y)/ℓ², from the second derivative of the constraint.
@@ -137,13 +137,13 @@ pub fn leaves_components_out_by_their_index<M: Method>(method: &M) {
         );
         let exact = JayIndex2.exact(0.5).unwrap();
         for (y, exact) in solver.y().iter().zip(exact).take(2) {
-            // 1e-6 per step, a few dozen steps.
+            // 1e-6 per step, for a few dozen steps.
             assert!((y - exact).abs() < 1e-4, "{suppressed:?}: {:?}", solver.y());
         }
     }
 }
 
-/// ẋ = v, v̇ = −x and the 30 times faster z = sin(30 t), from its derivative.
+/// Oscillator ẋ = v, v̇ = −x, and a component z = sin(30 t), 30 times as fast, that is integrated from its derivative.
 struct FastComponent;
 
 impl Problem for FastComponent {

@@ -1,4 +1,4 @@
-//! Failures: named, and without unnecessary cost.
+//! Failures: they must be reported with their cause, and without unnecessary cost.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -47,7 +47,7 @@ pub fn recovers_from_recoverable_errors<M: Method>(method: &M) {
 /// Checks that a persistent recoverable error or NaN ends the integration and names the function
 /// and reason.
 pub fn names_the_function_that_failed<M: Method>(method: &M) {
-    // From some call on, independent of the time: no step is small enough.
+    // All calls fail after a certain number, independent of the time, so no step is small enough.
     let spoiled = |trouble: fn() -> Result<f64, StepError>| {
         let mut calls = 0;
         Circle::with_residual(move |_| {
@@ -63,7 +63,7 @@ pub fn names_the_function_that_failed<M: Method>(method: &M) {
         problem.in_jacobian = Box::new(move |_| {
             calls += 1;
             match trouble.is_nan() {
-                // The integrator may evaluate once to find algebraic variables.
+                // The integrator may evaluate the residual once to determine the algebraic variables.
                 _ if calls <= 1 => Ok(0.0),
                 true => Ok(f64::NAN),
                 false => Err(recoverable("a wall")),
@@ -87,7 +87,7 @@ pub fn names_the_function_that_failed<M: Method>(method: &M) {
         // The state is the last accepted state.
         assert_eq!(stop.t, solver.t());
         assert_eq!(stop.statistics, solver.statistics());
-        // Without a first Jacobian, no step is taken.
+        // If the first Jacobian fails, no step is taken.
         let started = reason == StopReason::ResidualFailed;
         assert_eq!(stop.statistics.steps > 0, started, "{stop}");
         assert_eq!(stop.statistics.last_step > 0.0, started, "{stop}");
@@ -95,8 +95,7 @@ pub fn names_the_function_that_failed<M: Method>(method: &M) {
     }
 }
 
-/// Checks that the integration stops just before a time that no step can cross, and reports it
-/// with the cause.
+/// Checks that the integration stops just before a time beyond which the residual fails, and reports the cause.
 pub fn stops_before_a_wall<M: Method>(method: &M) {
     let problem = Circle::with_residual(|t| match t > 0.5 {
         true => Err(recoverable("a wall")),
@@ -108,7 +107,7 @@ pub fn stops_before_a_wall<M: Method>(method: &M) {
     assert!(stop.t <= 0.5 && stop.t > 0.5 - 1e-9, "{stop}");
 }
 
-/// Checks that a fatal error ends the call with the function, the time and the source.
+/// Checks that a fatal error ends the call and is returned with the name of the function, the time and the source.
 pub fn hands_back_fatal_errors<M: Method>(method: &M) {
     let fatal = || StepError::Fatal("disk on fire".into());
     let residual = Circle::with_residual(move |t| if t > 0.5 { Err(fatal()) } else { Ok(0.0) });
@@ -127,7 +126,7 @@ pub fn hands_back_fatal_errors<M: Method>(method: &M) {
     }
 }
 
-/// Checks that a failure at a jump names a remedy, and that the remedy works.
+/// Checks that a failure at a jump suggests a remedy, and that this remedy works.
 pub fn names_a_remedy_for_a_jump<M: Method>(method: &M) {
     let problem = Circle::with_residual(|t| Ok(if t >= 0.5 { -30.0 } else { 0.0 }));
     let mut solver = method.build(Request {
@@ -148,7 +147,7 @@ pub fn names_a_remedy_for_a_jump<M: Method>(method: &M) {
     assert_eq!(outcome, Outcome::Reached { t: 1.0 });
 }
 
-/// Checks that a jump that no step can cross ends the integration at the smallest allowed step.
+/// Checks that a jump that fails the error test at every step size ends the integration at the smallest allowed step.
 pub fn stops_at_the_smallest_step<M: Method>(method: &M) {
     // A jump in ẋ that the error test detects for any step size.
     let problem = Circle::with_residual(|t| Ok(if t > 0.5 { 1e9 } else { 0.0 }));
@@ -163,8 +162,8 @@ pub fn stops_at_the_smallest_step<M: Method>(method: &M) {
     assert!(stop.statistics.steps > 0);
 }
 
-/// Checks that a weight that becomes zero, or a failing weight function, ends the integration with
-/// its statistics, after the last step with valid weights.
+/// Checks that the integration ends with its statistics, after the last step with valid weights, if a weight becomes
+/// zero or a weight function fails.
 pub fn keeps_its_statistics_when_a_weight_is_lost<M: Method>(method: &M) {
     for fails in [false, true] {
         let mut solver = method.build(Request {

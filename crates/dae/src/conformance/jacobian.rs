@@ -2,7 +2,7 @@
 
 use crate::Problem;
 
-/// Step of the differences as a fraction of the direction.
+/// Step of the differences, relative to the direction.
 const EPSILON: f64 = 1e-5;
 
 /// Returns max_i |J δ − dF/dε|_i along the direction δ, relative to Σ_j |J_ij δ_j|, with J = a
@@ -47,6 +47,6 @@ pub fn jacobian_error<P: Problem + ?Sized>(
         let difference = (plus[i] - minus[i]) / (2.0 * EPSILON);
         (product[i] - difference).abs() / scale[i].max(1e-9)
     });
-    // A NaN exceeds every bound.
+    // NaN is treated as larger than every bound.
     errors.fold(0.0, |m, e| if e > m || e.is_nan() { e } else { m })
 }

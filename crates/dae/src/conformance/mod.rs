@@ -1,7 +1,7 @@
-//! The conformance suite: checks of the contract of [`Integrator`] for any integrator.
+//! The conformance suite: tests that any implementation of [`Integrator`] must pass.
 //!
-//! A crate with an integrator implements [`Method`] to build it, and generates tests of all
-//! behaviors by [`conformance_tests!`](crate::conformance_tests).
+//! A crate with an integrator implements [`Method`] to build it, and generates the tests by
+//! [`conformance_tests!`](crate::conformance_tests).
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod accuracy;
@@ -29,11 +29,11 @@ use crate::{
     Direction, Integrator, Outcome, Problem, StepError, Stop, StopReason, Suppressed, Tolerances,
 };
 
-/// Functions g(t, y, ẏ), written into the last argument.
+/// Function that writes g(t, y, ẏ) into the last argument.
 pub type Function<P> =
     Box<dyn FnMut(&mut P, f64, &[f64], &[f64], &mut [f64]) -> Result<(), StepError> + Send>;
 
-/// Error weights for y, written into the last argument.
+/// Function that writes the error weights for y into the last argument.
 pub type Weights<P> = Box<dyn FnMut(&mut P, &[f64], &mut [f64]) -> Result<(), StepError> + Send>;
 
 /// Relative tolerance of a [`Request`].
@@ -45,11 +45,11 @@ const ABSOLUTE: f64 = 1e-9;
 pub struct Request<P> {
     /// The problem.
     pub problem: P,
-    /// The initial time, y and ẏ.
+    /// Initial values of t, y and ẏ.
     pub start: (f64, Vec<f64>, Vec<f64>),
     /// The tolerances.
     pub tolerances: Tolerances,
-    /// A time not to step over.
+    /// Time that no step may pass.
     pub stop_time: Option<f64>,
     /// Maximum number of steps of one call.
     pub max_steps: Option<usize>,
@@ -61,11 +61,11 @@ pub struct Request<P> {
     pub max_step: Option<f64>,
     /// Error weights instead of tolerances.
     pub weights: Option<Weights<P>>,
-    /// Root functions, one a direction.
+    /// Root functions, with one direction for each.
     pub roots: Option<(Vec<Direction>, Function<P>)>,
     /// Components excluded from the error test.
     pub suppressed: Suppressed,
-    /// Initial values and integrands of quadratures, which are not in the error test.
+    /// Initial values and integrands of quadratures, which are excluded from the error test.
     pub quadrature: Option<(Vec<f64>, Function<P>)>,
 }
 
@@ -89,12 +89,13 @@ impl<P> Request<P> {
     }
 }
 
-/// How integrators of one kind are built.
+/// Creates the integrators of one kind for the tests.
 pub trait Method {
     /// The integrator.
     type Integrator<P: Problem + 'static>: Integrator<P>;
 
-    /// Returns the factor of tolerances in error weights of the same effect, for tolerances with this `relative` part.
+    /// Returns the factor f such that error weights 1/(f (r |y| + a)) have the same effect as the tolerances r and a,
+    /// where r is `relative`.
     fn weight_factor(&self, _relative: f64) -> f64 {
         1.0
     }
@@ -103,7 +104,7 @@ pub trait Method {
     fn build<P: Problem + 'static>(&self, request: Request<P>) -> Self::Integrator<P>;
 }
 
-/// One test for each behavior, of the method that the expression gives.
+/// Generates one test for each behavior; the expression creates the [`Method`](crate::conformance::Method) under test.
 #[macro_export]
 macro_rules! conformance_tests {
     ($method:expr) => {

@@ -11,7 +11,7 @@ pub fn gives_dense_output_within_the_last_step_only<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let mut solver = method.build(Request::new(Circle::new(), 0.0, &y, &y_dot));
     let mut out = [0.0; 3];
-    // Before the first step there is the start.
+    // Before the first step, the initial values are available.
     for (derivative, expected) in [(0, y), (1, y_dot)] {
         solver.dense_output(0.0, derivative, &mut out).unwrap();
         assert_eq!(out, expected);
@@ -27,7 +27,7 @@ pub fn gives_dense_output_within_the_last_step_only<M: Method>(method: &M) {
             let t = from + theta * h;
             solver.dense_output(t, 0, &mut out).unwrap();
             let exact = Circle::exact(t);
-            // Some multiple of the tolerance of a step, 1e-6.
+            // A multiple of the tolerance per step, 1e-6.
             assert!((out[0] - exact[0]).abs() < 1e-4, "t = {t}: {out:?}");
             solver.dense_output(t, 1, &mut out).unwrap();
             assert!((out[0] - exact[1]).abs() < 1e-2, "t = {t}: {out:?}");
@@ -90,8 +90,8 @@ pub fn finds_events_in_their_order<M: Method>(method: &M) {
     assert_eq!(again.y(), unwatched.y());
 }
 
-/// Checks that a function that stays at zero has an event when it reaches zero, and none when it
-/// leaves: clipped at zero from above and from below, and zero from t = 2 to t = 3 in between.
+/// Checks that a root function that stays at zero has an event when it reaches zero, but not when it leaves zero. The
+/// functions are clipped at zero from above or from below, or are zero from t = 2 to t = 3.
 pub fn finds_where_an_event_arrives_at_zero<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let between = |t: f64| (t - 2.0).min(0.0) + (t - 3.0).max(0.0);
@@ -120,15 +120,15 @@ pub fn finds_where_an_event_arrives_at_zero<M: Method>(method: &M) {
             panic!("no root: {outcome:?}");
         };
         assert_eq!(crossings, [crossing]);
-        // Located to a hundred units of rounding of t and the step.
+        // Roots are located to a hundred times the rounding of t and of the step.
         assert!((t - expected).abs() < 1e-12, "{t} {expected}");
         let outcome = solver.integrate_to(5.0).unwrap();
         assert_eq!(outcome, Outcome::Reached { t: 5.0 });
     }
 }
 
-/// Checks that the state may change at an event: reflected at x = 0, x = |sin t| returns after half
-/// a turn, and the restart state is not an event.
+/// Checks that the state may be changed at an event. With a reflection at x = 0 the solution is x = |sin t|; it returns
+/// to zero after half a period, and the state after the restart is not an event.
 pub fn starts_anew_after_an_event<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let mut solver = method.build(Request {
@@ -144,7 +144,7 @@ pub fn starts_anew_after_an_event<M: Method>(method: &M) {
     for k in 1..4 {
         let outcome = solver.integrate_to(20.0).unwrap();
         assert!(matches!(outcome, Outcome::Root { .. }), "{outcome:?}");
-        // As above: the error of the solution times the number of steps.
+        // As above: the error per step times the number of steps.
         assert!((solver.t() - f64::from(k) * PI).abs() < 1e-3, "{outcome:?}");
         let back = [0.0, -solver.y()[1], solver.y()[2]];
         let rates = [back[1], 0.0, 0.0];

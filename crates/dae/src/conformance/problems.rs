@@ -2,16 +2,16 @@
 
 use crate::{Problem, StepError};
 
-/// Perturbation of a value computed by [`Circle`], or a failure.
+/// Returns a perturbation of a value computed by [`Circle`], or a failure.
 pub(super) type Disturbance = Box<dyn FnMut(f64) -> Result<f64, StepError> + Send>;
 
-/// ẋ = v, v̇ = −x and a − x² − v² = 0: x = sin t, v = cos t, a = 1, with an optional analytic
-/// Jacobian and counted calls.
+/// The system ẋ = v, v̇ = −x, a − x² − v² = 0 with the solution x = sin t, v = cos t, a = 1. The analytic Jacobian is
+/// optional, and calls are counted.
 pub(super) struct Circle {
     pub(super) has_jacobian: bool,
     /// Evaluations of the residual.
     pub(super) residuals: u64,
-    /// Evaluations of the Jacobian, or of both its parts.
+    /// Number of evaluations of the Jacobian or of its two parts.
     pub(super) jacobians: u64,
     /// Returns the value added to the first entry of the residual at a time.
     pub(super) in_residual: Disturbance,

@@ -23,9 +23,9 @@ fn request() -> Request<Circle> {
     }
 }
 
-/// Checks quadratures of the solution, its derivative, algebraic variables and the time: at the
-/// end, within steps, and their rates, from their initial values, and again after reinitialization.
-/// The steps do not change.
+/// Checks quadratures of the solution, its derivative, algebraic variables and the time: their values and derivatives
+/// at the end and within steps, from given initial values, and after a reinitialization. Quadratures do not change the
+/// steps.
 pub fn integrates_quadratures_along_with_the_solution<M: Method>(method: &M) {
     let mut solver = method.build(request());
     assert_eq!(solver.n_quadratures(), START.len());
@@ -41,7 +41,7 @@ pub fn integrates_quadratures_along_with_the_solution<M: Method>(method: &M) {
             let t = from + theta * (to - from);
             solver.quadrature_dense_output(t, 0, &mut q).unwrap();
             for (q, exact) in q.iter().zip(exact(t)) {
-                // As for the solution: some multiple of the tolerance of a step, 1e-6.
+                // A multiple of the tolerance per step, 1e-6, as for the solution.
                 assert!((q - exact).abs() < 1e-4 * (1.0 + t), "t = {t}: {q} {exact}");
             }
             solver.quadrature_dense_output(t, 1, &mut q).unwrap();
@@ -63,13 +63,13 @@ pub fn integrates_quadratures_along_with_the_solution<M: Method>(method: &M) {
     );
     solver.quadrature_dense_output(2.0, 0, &mut q).unwrap();
     for (q, exact) in q.iter().zip(exact(2.0)) {
-        // A few dozen steps of 1e-6.
+        // 1e-6 per step, for a few dozen steps.
         assert!((q - 10.0 - exact).abs() < 1e-4, "{q} {exact}");
     }
 }
 
-/// Checks that an integrand that cannot be evaluated from some call on stops the integration and is
-/// named; a fatal error is returned.
+/// Checks that the integration stops with the reason if the integrand fails in every call after a certain number, and
+/// that a fatal error of the integrand is returned.
 pub fn stops_where_a_quadrature_fails<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let spoiled = |error: fn() -> StepError| {

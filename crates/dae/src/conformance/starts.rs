@@ -19,15 +19,15 @@ fn refused<P: Problem>(solver: &mut impl Integrator<P>) -> String {
     run
 }
 
-/// Checks that values that contradict an equation are rejected with its name, its residual and a
-/// remedy, whether they are in the error test or not; and that the remedy works.
+/// Checks that values that contradict an equation are rejected, whether or not they are in the error test, that the
+/// message contains the equation, its residual and a remedy, and that the remedy works.
 pub fn refuses_values_that_contradict_the_equations<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let wrong = [y[0], y[1], 7.0];
     let goes_on = |mut solver: M::Integrator<Circle>| {
         let outcome = solver.integrate_to(1.0).unwrap();
         assert_eq!(outcome, Outcome::Reached { t: 1.0 });
-        // 1e-6 a step, some dozens of steps.
+        // 1e-6 per step, for several dozen steps.
         assert!((solver.y()[0] - 1f64.sin()).abs() < 1e-4);
     };
     for suppressed in [Suppressed::Nothing, Suppressed::Algebraic] {
@@ -58,12 +58,12 @@ pub fn refuses_values_that_contradict_the_equations<M: Method>(method: &M) {
     }
 }
 
-/// Checks that initial values with an error below the tolerance are accepted unchanged, and
-/// rejected with an error a hundred times as large. A wrong ẏ does not spoil the solution: the
-/// integration is correct, or stops and suggests a remedy.
+/// Checks that initial values with an error below the tolerance are accepted unchanged, and rejected with an error a
+/// hundred times as large. A wrong ẏ does not cause a wrong solution: the integration is correct, or stops and suggests
+/// a remedy.
 pub fn weighs_a_start_by_the_tolerances<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
-    // Relative and absolute, of a = 1.
+    // Relative plus absolute tolerance of a = 1.
     let tolerance = 1e-6 + 1e-9;
     for sign in [-1.0, 1.0] {
         let started = |off: f64| {
@@ -85,8 +85,8 @@ pub fn weighs_a_start_by_the_tolerances<M: Method>(method: &M) {
     }
 }
 
-/// ẏ³ + ẏ = 2y: checks that the correction continues if the error of ẏ is small in y over a first
-/// step of 1e-6, but not over the time to the output.
+/// Checks for ẏ³ + ẏ = 2y that the correction continues if the effect of the error of ẏ on y is small over a first step
+/// of 1e-6, but not over the time to the first output.
 pub fn corrects_derivatives_over_the_time_to_the_output<M: Method>(method: &M) {
     struct Cubic;
     impl Problem for Cubic {
@@ -113,7 +113,7 @@ pub fn corrects_derivatives_over_the_time_to_the_output<M: Method>(method: &M) {
         let mode = ConsistencyMode::AlgebraicAndDerivatives;
         solver.correct_initial_values(mode, 1e-3).unwrap();
         assert_eq!(solver.y(), [1.0]);
-        // 0.0033 of the tolerance, 2e-6 at most, over the time to the output, 1e-3.
+        // ẏ times the time to the output, 1e-3, is accurate to 0.0033 of the tolerance, which is at most 2e-6.
         let allowed = 0.0033 * 2.0 * tolerance / 1e-3;
         assert!(
             (solver.y_dot()[0] - 1.0).abs() < allowed,
@@ -123,8 +123,8 @@ pub fn corrects_derivatives_over_the_time_to_the_output<M: Method>(method: &M) {
     }
 }
 
-/// Checks that a position off the circle of a pendulum, or a velocity that is not tangential, is
-/// rejected with the number of the constraint if the problem states its constraints.
+/// Checks that a position off the circle of a pendulum, or a velocity that is not tangential, is rejected if the
+/// problem states its constraints, and that the error contains the index of the constraint.
 pub fn refuses_values_off_the_constraints_stated<M: Method>(method: &M) {
     for (q, v, part) in [
         ([1.0, 0.0], [0.5, 0.0], "constraint 1"),
@@ -146,8 +146,8 @@ pub fn refuses_values_off_the_constraints_stated<M: Method>(method: &M) {
     }
 }
 
-/// Checks that values at a root are accepted as initial values, although dense output is less
-/// accurate than the steps.
+/// Checks that the values at a root are accepted as initial values, although dense output is less accurate than the
+/// values at the ends of steps.
 pub fn takes_values_found_behind_an_event<M: Method>(method: &M) {
     let (y, y_dot) = Circle::start();
     let tolerances = [1e-2, 1e-4, 1e-6, 1e-9];

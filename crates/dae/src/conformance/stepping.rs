@@ -1,4 +1,4 @@
-//! Times, limits, restarts and counters mean the same everywhere.
+//! Output times, limits, restarts and counters, which must have the same meaning for all integrators.
 
 use super::problems::Circle;
 use super::{Method, Request, stopped};
@@ -24,7 +24,7 @@ pub fn answers_with_times_that_are_its_own<M: Method>(method: &M) {
         assert_eq!(solver.t(), reached);
         t = reached;
     }
-    // A step may go beyond t_out; integrating does not.
+    // A step may end beyond t_out; `integrate_to` does not.
     let outcome = solver.integrate_to(2.0).unwrap();
     assert_eq!((outcome, solver.t()), (Outcome::Reached { t: 2.0 }, 2.0));
     let exact = Circle::exact(2.0);
@@ -56,7 +56,7 @@ pub fn refuses_times_behind_and_values_that_are_no_numbers<M: Method>(method: &M
             .is_err()
     );
     assert!(solver.reinit(0.0, &y, &y_dot, &[1.0]).is_err());
-    // None of this has changed anything.
+    // The rejected calls did not change the state.
     assert_eq!(solver.t(), 1.0);
     assert_eq!(
         solver.integrate_to(2.0).unwrap(),
@@ -64,8 +64,8 @@ pub fn refuses_times_behind_and_values_that_are_no_numbers<M: Method>(method: &M
     );
 }
 
-/// Checks calls with the current time: integration takes no step, while a first step requires a
-/// direction, and the correction of initial values a time scale.
+/// Checks calls with the current time as output time: `integrate_to` takes no step, but a first step and the correction
+/// of initial values reject it, since they require a direction and a time scale.
 pub fn answers_at_the_time_reached<M: Method>(method: &M) {
     let mut solver = method.build(request());
     let reached = |t| Outcome::Reached { t };
@@ -123,7 +123,7 @@ pub fn holds_a_stop_time_once<M: Method>(method: &M) {
     }
 }
 
-/// Checks that the limit applies to each call separately, and not to a single step.
+/// Checks that the limit on the number of steps applies to each call of `integrate_to` separately, and not to `step`.
 pub fn limits_the_steps_of_each_call<M: Method>(method: &M) {
     let limited = || Request {
         max_steps: Some(3),
@@ -162,7 +162,7 @@ pub fn starts_afresh<M: Method>(method: &M) {
     assert_eq!(used.statistics().steps, 0);
     assert_eq!(used.statistics().smallest_rcond, None);
     used.integrate_to(3.0).unwrap();
-    // The pivot order may be retained from before, which changes rounding.
+    // The pivot order of the first run may be reused, which changes rounding.
     for (a, b) in used.y().iter().zip(fresh.y()) {
         assert!((a - b).abs() < 1e-12, "{a} and {b}");
     }
@@ -173,8 +173,8 @@ pub fn starts_afresh<M: Method>(method: &M) {
     );
 }
 
-/// Checks that counters equal the calls that the problem receives, and that steps and sizes are
-/// those taken.
+/// Checks that the counters equal the numbers of calls that the problem receives, and that the reported numbers and
+/// sizes of steps are correct.
 pub fn counts_what_it_does<M: Method>(method: &M) {
     for problem in [Circle::new(), Circle::without_jacobian()] {
         let (y, y_dot) = Circle::start();
@@ -190,7 +190,7 @@ pub fn counts_what_it_does<M: Method>(method: &M) {
             steps += 1;
             let statistics = solver.statistics();
             let [from, to] = solver.last_step_interval();
-            // The size of a step is the difference of its ends, up to rounding.
+            // The size of a step equals the difference of its end times, up to rounding.
             assert!((statistics.last_step - (to - from)).abs() <= 1e-12 * to);
             if steps == 1 {
                 first = solver.t() - before;

@@ -1,4 +1,4 @@
-//! Samples with exact patterns, complete and without one entry.
+//! Samples with exact patterns, complete or with one entry removed.
 
 use super::*;
 use crate::samples::*;
@@ -57,9 +57,8 @@ fn pattern_of(n: usize, entries: &[bool]) -> SparsityPattern {
     SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows).unwrap()
 }
 
-/// Checks that nothing is reported for a sample with its complete pattern, and that each removed
-/// entry that contributes more than a twentieth of its row, in tolerances of the start, is
-/// reported.
+/// Checks that nothing is reported for a sample with its complete pattern, and that each removed entry that contributes
+/// more than a twentieth of its row, scaled by the tolerances at the start, is reported.
 fn judge(sample: &mut dyn Sample) {
     let start = sample.start();
     let n = start.y.len();
@@ -87,7 +86,7 @@ fn judge(sample: &mut dyn Sample) {
         step: 1e-6,
         weights: &weights,
     };
-    // Contribution of each entry to its row, over the moves of the check.
+    // Contribution of each entry to its row, for the perturbations of the check.
     let units = [f64::EPSILON.sqrt().recip(), 1.0].map(|weight| vec![weight; n]);
     let [at_rate, quotients] = [&units[0], &units[1]].map(|weights| Linearization {
         step: 1.0,
@@ -221,8 +220,8 @@ fn check_diagonal(
     check_pattern(&mut Diagonal(n, residual), &at)
 }
 
-/// H D H x with Householder's H = 1 − 2 u uᵀ and D = 3: three times x, and rounding of all x in
-/// all rows.
+/// H D H x with the Householder matrix H = 1 − 2 u uᵀ and D = 3. The product is 3 x, but every row contains rounding
+/// errors of all x.
 #[test]
 fn rounding_errors_are_not_entries() {
     let n = 16;
@@ -239,7 +238,7 @@ fn rounding_errors_are_not_entries() {
         reflect(&mut x);
         rounded += (0..n).filter(|&i| x[i] != 3.0 * y[i]).count();
         (0..n).for_each(|i| r[i] = v[i] + 1e-9 * x[i]);
-        // Rows that contain only rounding.
+        // Rows that contain only rounding errors.
         (0..n / 2).for_each(|i| r[i] = x[i] - 3.0 * y[i]);
         Ok(())
     });
@@ -247,7 +246,7 @@ fn rounding_errors_are_not_entries() {
     assert!(rounded > n);
 }
 
-/// Concentrations at zero: most directions lead out of the domain.
+/// Concentrations of zero: most directions leave the domain.
 #[test]
 fn entries_are_found_at_the_border_of_the_domain() {
     let n = 10;

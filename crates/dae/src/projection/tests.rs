@@ -3,7 +3,7 @@ use super::*;
 /// A pendulum of length 1 and mass m, of index 3.
 struct Pendulum {
     m: f64,
-    /// Unit of the constraint equation.
+    /// Factor of the constraint equation, its unit.
     unit: f64,
 }
 
@@ -57,7 +57,7 @@ fn the_unit_of_mass_does_not_matter() {
                 .unwrap();
             let acceleration = v[2] * c + v[3] * s;
             let multiplier = m * (y[2] * y[2] + y[3] * y[3] - G * y[1]);
-            // Central differences have errors of 1e-10 to 1e-9 of their terms.
+            // Central differences have relative errors of 1e-10 to 1e-9.
             assert!((acceleration + G * s).abs() < 1e-7, "{m:e}: {acceleration}");
             assert!(
                 (y[4] - multiplier).abs() < 1e-7 * multiplier,
@@ -67,10 +67,10 @@ fn the_unit_of_mass_does_not_matter() {
     }
 }
 
-/// A constraint that the equations contradict is found in any unit too.
+/// A constraint that contradicts the equations is found in any unit.
 #[test]
 fn contradictions_are_found_in_any_unit() {
-    /// ẋ = 0 scaled, with the constraint x = t.
+    /// The equation ẋ = 0 multiplied by a factor, with the constraint x = t.
     struct Moved(f64);
     impl Problem for Moved {
         fn n_unknowns(&self) -> usize {

@@ -116,7 +116,7 @@ impl Problem for Akzo {
             (4, 1, r5 / (2.0 * y[1])),
             (4, 5, 2.0 * K4 * y[5] * root),
         ];
-        // How each rate enters ẏ1 to ẏ5.
+        // Coefficient of each rate in ẏ1 to ẏ5.
         let stoichiometry = [
             [-2.0, -0.5, 1.0, 0.0, 0.0],
             [1.0, 0.0, -1.0, -1.0, 1.0],

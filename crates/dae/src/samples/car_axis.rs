@@ -8,11 +8,11 @@ const L0: f64 = 0.5;
 const R: f64 = 0.1;
 const W: f64 = 10.0;
 const GRAVITY: f64 = 1.0;
-/// Mass in the equations of motion.
+/// Coefficient of p̈ in the equations of motion.
 const K: f64 = EPS * EPS * M / 2.0;
 
-/// A car axis on a bumpy road: two wheel joints at distance L, held by stiff springs, the right
-/// one above a wheel that follows the bumps y_b = r sin(w t), x_b = √(L² − y_b²).
+/// A car axis on a bumpy road: two wheel joints at distance L, supported by stiff springs; the right joint is above a
+/// wheel that follows the bumps y_b = r sin(w t), x_b = √(L² − y_b²).
 ///
 /// ```text
 /// ṗ = v                          p = (x_l, y_l, x_r, y_r)
@@ -35,7 +35,7 @@ pub struct CarAxis {
     form: MechanicalForm,
 }
 
-/// The road under the right wheel: (x_b, y_b), its velocity and its acceleration.
+/// Position (x_b, y_b), velocity and acceleration of the road under the right wheel.
 struct Road {
     at: [f64; 2],
     speed: [f64; 2],
@@ -72,7 +72,7 @@ fn spring_slope(q: [f64; 2], i: usize, j: usize) -> f64 {
 }
 
 impl CarAxis {
-    /// Creates the car axis with its constraints in this form.
+    /// Creates the car axis with its constraints in the given form.
     pub fn new(form: MechanicalForm) -> Self {
         Self { form }
     }
@@ -95,7 +95,7 @@ impl CarAxis {
         [[p[0], p[1]], [p[2] - road.at[0], p[3] - road.at[1]]]
     }
 
-    /// Returns μ, or an empty slice.
+    /// Returns μ, or an empty slice if μ is not an unknown.
     fn mu<'a>(&self, y: &'a [f64]) -> &'a [f64] {
         if self.is_stabilized() {
             &y[10..12]

@@ -1,11 +1,11 @@
-//! Nonlinear circuits by nodal analysis.
+//! Nonlinear circuits, formulated by nodal analysis.
 
 use super::Start;
 use super::dual::Differentiable;
 use super::equations::Equations;
 use crate::problem::VariableKind;
 
-/// The voltage doubler of Greinacher: two diodes, two capacitors and a load on a source of 50 Hz.
+/// The voltage doubler of Greinacher: two diodes, two capacitors and a load, supplied by a source of 50 Hz.
 ///
 /// ```text
 /// (V − u1)/R_s − C1 (u̇1 − u̇2) = 0
@@ -14,7 +14,7 @@ use crate::problem::VariableKind;
 /// i_D(u) = I_s (exp(u/U_T) − 1),  V = U sin(2π 50 t)
 /// ```
 ///
-/// Index 1; the matrix of u̇ is singular, though all derivatives occur.
+/// The index is 1. The coefficient matrix of u̇ is singular, although all derivatives occur.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Doubler;
 
@@ -83,7 +83,7 @@ impl Equations for Doubler {
 /// i(u) = I_s (exp(u/U_T) − 1),  V = 0.1 sin(200π t) + 0.05 sin(470π t)
 /// ```
 ///
-/// Index 1, with two algebraic equations that no row states.
+/// The index is 1; two algebraic equations are hidden, since they are linear combinations of the rows.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Amplifier;
 
@@ -136,8 +136,8 @@ impl Equations for Amplifier {
         vec![1; 5]
     }
 
-    /// The bases are level and the load is at 0; the two hidden equations and their derivatives
-    /// determine the other values.
+    /// The currents into the bases are balanced and the voltage of the load is 0; the two hidden equations and their
+    /// derivatives determine the other values.
     fn start(&self) -> Start {
         let ([supply, base], [r0, r1, r_e, r_c, r_l]) = (Self::SUPPLY, Self::RESISTORS);
         let ([c1, c_e, _], [saturation, thermal, alpha]) = (Self::CAPACITORS, Self::TRANSISTOR);
@@ -154,7 +154,7 @@ impl Equations for Amplifier {
         let base_slope = (1.0 - alpha) * slope;
         let sum = (driving - input) / r0 + base_slope * u3_dot;
         let u2_dot = sum / (1.0 / r0 + 1.0 / r1 + base_slope);
-        // That of the last two.
+        // The derivative of the sum of the last two equations.
         let u5_dot = -alpha * slope * (u2_dot - u3_dot) / (1.0 / r_c + 1.0 / r_l);
         Start {
             t: 0.0,
@@ -164,8 +164,7 @@ impl Equations for Amplifier {
     }
 }
 
-/// A source across capacitors, one of them nonlinear: a loop of source and capacitors, index 2, at
-/// 1 MHz.
+/// A loop of a voltage source and capacitors, one of them nonlinear, at 1 MHz; the index is 2.
 ///
 /// ```text
 /// u1 = V(t)
@@ -173,8 +172,8 @@ impl Equations for Amplifier {
 /// −q̇(u1 − u2) + i_D(u2) = J(t)
 /// ```
 ///
-/// The current i of the source contains V̇: its index is 2. Steps are about 1e-8 s long.
-/// J is such that the exact solution is u1 = U sin ωt, u2 = ½ U (1 − cos 2ωt).
+/// The current i of the source depends on V̇, so its index is 2. Steps are about 1e-8 s long. J is such that the exact
+/// solution is u1 = U sin ωt, u2 = ½ U (1 − cos 2ωt).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct CapacitorLoop;
 
@@ -191,13 +190,13 @@ impl CapacitorLoop {
         (u.times(1.0 / thermal).exp() - S::from(1.0)).times(saturation)
     }
 
-    /// Returns q̇(u) for u and its rate.
+    /// Returns q̇(u) for the voltage u and its derivative.
     fn charging<S: Differentiable>(u: S, rate: S) -> S {
         let [_, c2, c3] = Self::CAPACITORS;
         (S::from(c2) + (u * u).times(3.0 * c3)) * rate
     }
 
-    /// Returns u1, u2 and their rates.
+    /// Returns u1, u2 and their derivatives.
     fn voltages(t: f64) -> ([f64; 2], [f64; 2]) {
         let [size, omega] = Self::SOURCE;
         let (sin, cos) = (omega * t).sin_cos();

@@ -1,12 +1,12 @@
-//! Driven systems with exact solutions: several time scales, and breaks in the input.
+//! Driven systems with exact solutions: several time scales, and discontinuities of the input.
 
 use super::Start;
 use super::dual::Differentiable;
 use super::equations::Equations;
 use crate::problem::VariableKind;
 
-/// Three relaxations at rates 1, 10³ and 10⁶ that follow signals of frequency 1, 5 and 20, and an
-/// algebraic unknown over them.
+/// Three relaxation equations with rates 1, 10³ and 10⁶ that follow signals of frequencies 1, 5 and 20, and an
+/// algebraic unknown that depends on them.
 ///
 /// ```text
 /// ẏ_i = φ̇_i − λ_i (e_i + e_i³),   e_i = y_i − φ_i(t),   φ_i = sin ω_i t
@@ -24,7 +24,7 @@ impl TimeScales {
 
 /// Returns the real z with z + z³ = s.
 fn cubic_root(s: f64) -> f64 {
-    // Cardano, with the one real root.
+    // Cardano's formula for the only real root.
     let d = (0.25 * s * s + 1.0 / 27.0).sqrt();
     (0.5 * s + d).cbrt() + (0.5 * s - d).cbrt()
 }
@@ -74,18 +74,18 @@ impl Equations for TimeScales {
     }
 }
 
-/// A low-pass filter of two stages under pulses with steep edges, and a nonlinear function of its output.
+/// A two-stage low-pass filter driven by pulses with steep edges, and a nonlinear function of its output.
 ///
 /// ```text
 /// τ1 ẏ1 = w(t) − y1,  τ2 ẏ2 = y1 − y2,  0 = z + z³ − y2
 /// ```
 ///
-/// w rises within 1 ms at t = 0.1, falls within 1 ms at 0.2, and jumps up at 0.3 and down at 0.302.
-/// Exact solution by pieces on which w is linear. Index 1.
+/// w rises within 1 ms at t = 0.1, falls within 1 ms at 0.2, and jumps up at 0.3 and down at 0.302. The exact solution
+/// is computed piece by piece, since w is piecewise linear. The index is 1.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pulses;
 
-/// Pieces of w: start time, value at the start, slope; the last piece does not end.
+/// Pieces of w: start time, initial value and slope; the last piece has no end.
 const PIECES: [(f64, f64, f64); 7] = [
     (0.0, 0.0, 0.0),
     (0.1, 0.0, 1e3),
@@ -114,11 +114,10 @@ impl Pulses {
         w + slope * (t - from)
     }
 
-    /// Returns y1 and y2 after a time `d`, from the values `y`, for linear w with initial value `w`
-    /// and `slope`.
+    /// Returns y1 and y2 after a time `d`, starting from `y`, for linear w with initial value `w` and `slope`.
     fn advance([y1, y2]: [f64; 2], (w, slope): (f64, f64), d: f64) -> [f64; 2] {
         let [a, b] = Self::TIMES;
-        // Particular solutions w − slope (τ1), w − slope (τ1 + τ2), and the decaying terms.
+        // Particular solutions w − slope τ1 and w − slope (τ1 + τ2), plus decaying terms.
         let (fast, slow) = (y1 - (w - slope * a), a / (a - b));
         let rest = y2 - (w - slope * (a + b)) - slow * fast;
         let (decay_a, decay_b) = ((-d / a).exp(), (-d / b).exp());

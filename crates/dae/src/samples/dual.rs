@@ -1,4 +1,4 @@
-//! Dual numbers: derivatives of equations written once.
+//! Dual numbers, which provide the derivatives of equations written once.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -12,7 +12,7 @@ pub trait Differentiable:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// Returns the number without its derivatives.
+    /// Returns the value without derivatives.
     fn value(self) -> f64;
 
     /// Returns sin x.
@@ -60,8 +60,7 @@ impl Differentiable for f64 {
     }
 }
 
-/// x + ε x' with ε² = 0. The parts may be dual numbers themselves: then there are second
-/// derivatives.
+/// Dual number x + ε x' with ε² = 0. Its parts may again be dual numbers, which provides second derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dual<S> {
     /// x
@@ -76,7 +75,7 @@ impl<S: Differentiable> Dual<S> {
         Self { value, slope }
     }
 
-    /// Returns f(x) from the value and the slope f'(x).
+    /// Returns f(x), given its value and the slope f'(x).
     fn image(self, value: S, slope: S) -> Self {
         Self::new(value, slope * self.slope)
     }
@@ -172,7 +171,7 @@ mod tests {
         let one = |x| Dual::new(x, 1.0);
         let slope = function(one(x)).slope;
         let difference = (function(x + d) - function(x - d)) / (2.0 * d);
-        // A central difference errs by d² and by rounding over d.
+        // The error of a central difference is d² plus rounding divided by d.
         assert!((slope - difference).abs() < 1e-9, "{slope} {difference}");
         let twice = function(Dual::new(one(x), one(x)));
         let difference = (function(one(x + d)).slope - function(one(x - d)).slope) / (2.0 * d);

@@ -1,4 +1,4 @@
-//! Problems from equations written once: dual numbers give the Jacobian.
+//! Problems whose equations are written once; dual numbers provide the Jacobian.
 
 use super::dual::{Differentiable, Dual};
 use super::{Sample, Start};
@@ -12,7 +12,7 @@ pub trait Equations {
     /// Evaluates F(t, y, ẏ) into `residual`.
     fn residual<S: Differentiable>(&self, t: f64, y: &[S], y_dot: &[S], residual: &mut [S]);
 
-    /// Returns how each variable enters F.
+    /// Returns the kind of each variable.
     fn kinds(&self) -> Vec<VariableKind>;
 
     /// Returns the perturbation index of each variable.
@@ -27,7 +27,7 @@ pub trait Equations {
     }
 }
 
-/// A [`Problem`] of some [`Equations`], with a full Jacobian.
+/// The [`Problem`] defined by some [`Equations`], with a full Jacobian.
 #[derive(Debug, Clone)]
 pub struct Differentiated<E> {
     equations: E,
@@ -37,7 +37,7 @@ pub struct Differentiated<E> {
 }
 
 impl<E: Equations> Differentiated<E> {
-    /// Creates the problem of these equations.
+    /// Creates the problem defined by these equations.
     pub fn new(equations: E) -> Self {
         let zero = vec![Dual::from(0.0); equations.n_unknowns()];
         Self {

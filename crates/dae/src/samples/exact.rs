@@ -1,7 +1,7 @@
 use super::{FullMatrix, Sample, Start};
 use crate::problem::{Problem, StepError, VariableKind};
 
-/// A linear system of index 1 with coefficients that vary in time.
+/// A linear system of index 1 with time-dependent coefficients.
 ///
 /// ```text
 /// ẏ1 − t ẏ2 + y1 − (1 + t) y2 = 0

@@ -3,8 +3,8 @@ use nalgebra_sparse::pattern::SparsityPattern;
 use super::{Sample, Start};
 use crate::problem::{Problem, StepError, VariableKind};
 
-/// The heat equation on the unit square, by central differences on an m × m grid, with the zero
-/// boundary values as algebraic equations.
+/// The heat equation on the unit square, by central differences on an m × m grid; algebraic equations set the boundary
+/// values to zero.
 ///
 /// ```text
 /// interior: u̇_ij = (u_{i−1,j} + u_{i+1,j} + u_{i,j−1} + u_{i,j+1} − 4 u_ij) / Δx²
@@ -46,8 +46,8 @@ impl Heat2d {
         self.inverse_square_spacing() * (neighbors - 4.0 * u[k])
     }
 
-    /// Returns the equations that contain unknown k, in ascending order: its equation and the
-    /// equations of interior neighbors.
+    /// Returns the equations that contain unknown k, in ascending order: equation k and the equations of the interior
+    /// neighbors.
     fn rows_of_column(&self, k: usize) -> impl Iterator<Item = usize> {
         let (m, i) = (self.m, k % self.m);
         let left = (i > 0).then(|| k - 1);

@@ -1,11 +1,11 @@
-//! Mechanical systems with constraints, from inertia, forces and constraints alone.
+//! Mechanical systems with constraints, defined by their inertia, forces and constraints.
 
 use super::dual::{Differentiable, Dual};
 use super::equations::Equations;
 use super::{MechanicalForm, Start};
 use crate::problem::VariableKind;
 
-/// M(q) q̈ = f(q, q̇) − G(q)ᵀ λ under g(q) = 0, G = ∂g/∂q.
+/// Mechanical system M(q) q̈ = f(q, q̇) − G(q)ᵀ λ with the constraints g(q) = 0, where G = ∂g/∂q.
 pub trait Mechanism {
     /// Returns the number of positions.
     fn n_positions(&self) -> usize;
@@ -22,7 +22,7 @@ pub trait Mechanism {
     /// Evaluates g(q).
     fn constraint<S: Differentiable>(&self, q: &[S], out: &mut [S]);
 
-    /// Positions with g(q) = 0, and velocities with G v = 0.
+    /// Returns initial positions with g(q) = 0 and initial velocities with G v = 0.
     fn start(&self) -> (Vec<f64>, Vec<f64>);
 }
 
@@ -87,8 +87,8 @@ impl<M: Mechanism> Constrained<M> {
         }
     }
 
-    /// Accelerations and multipliers that fulfill the equations of index 1 at (q, v), which are
-    /// linear in both.
+    /// Returns the accelerations and multipliers that satisfy the equations of index 1 at (q, v). These equations are
+    /// linear.
     fn accelerations(&self, q: &[f64], v: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let (n, m) = (q.len(), self.mechanism.n_constraints());
         let defect = |unknowns: &[f64]| {

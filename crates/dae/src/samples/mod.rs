@@ -1,8 +1,7 @@
 //! Test problems from the literature, with initial values and exact solutions.
 //!
-//! Each is a [`Sample`]: a [`Problem`] with consistent initial values and, where there is one in
-//! closed form, the exact solution. Reference values for the others are in `data/references/` of
-//! the repository, with their origin.
+//! Each is a [`Sample`]: a [`Problem`] with consistent initial values and the exact solution if it is known in closed
+//! form. Reference values for the other problems are in `data/references/` of the repository, with their origin.
 //!
 //! | problem | index | unknowns | kind |
 //! |---|---|---|---|
@@ -90,7 +89,7 @@ pub trait ParametricSample: Sample {
     /// Returns ∂y/∂p_j at t; at the start, the sensitivity of the initial values.
     fn exact_sensitivity(&self, j: usize, t: f64) -> Vec<f64>;
 
-    /// Returns the parameters, with ∂F/∂p by differences.
+    /// Returns the parameters, with ∂F/∂p computed by differences.
     fn differenced(&self) -> Differenced<Self>
     where
         Self: Sized + 'static,
@@ -100,16 +99,16 @@ pub trait ParametricSample: Sample {
     }
 }
 
-/// How the constraint of a mechanical system is posed.
+/// Form of the constraints of a mechanical system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum MechanicalForm {
     /// The constraint g(p, t) = 0 itself: index 3.
     Index3,
-    /// Its derivative G v + g_t = 0 instead: index 2; positions drift.
+    /// The first derivative G v + g_t = 0 instead of g = 0: index 2; positions drift.
     Index2,
-    /// Its second derivative instead: index 1; positions and velocities drift.
+    /// The second derivative instead of g = 0: index 1; positions and velocities drift.
     Index1,
-    /// Both, with multipliers μ in ṗ = v + Gᵀμ (Gear, Gupta, Leimkuhler 1985): index 2.
+    /// Both g = 0 and G v + g_t = 0, with multipliers μ in ṗ = v + Gᵀμ (Gear, Gupta, Leimkuhler 1985): index 2.
     Stabilized,
 }
 
@@ -134,7 +133,7 @@ impl MechanicalForm {
     }
 }
 
-/// The values of a full n × n matrix a ∂F/∂y + b ∂F/∂ẏ, zeroed, to be added to entry by entry.
+/// Values of a full n × n matrix a ∂F/∂y + b ∂F/∂ẏ, initially zero, to which entries are added.
 struct FullMatrix<'a> {
     n: usize,
     values: &'a mut [f64],

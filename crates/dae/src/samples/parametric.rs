@@ -1,10 +1,10 @@
-//! Systems of index 0, 1 and 2 whose solutions depend on parameters in closed form.
+//! Systems of index 0, 1 and 2 with parameters, whose solutions are known in closed form.
 
 use super::{FullMatrix, ParametricSample, Sample, Start};
 use crate::parameters::Parameter;
 use crate::problem::{Problem, StepError, VariableKind};
 
-/// ẋ = v, v̇ = −ω² x from (1, 0): x = cos ωt, v = −ω sin ωt. Parameter: ω.
+/// Oscillator ẋ = v, v̇ = −ω² x from (1, 0), with the solution x = cos ωt, v = −ω sin ωt. The parameter is ω.
 #[derive(Debug, Clone, Copy)]
 pub struct Oscillator {
     /// The angular frequency ω.
@@ -57,7 +57,7 @@ impl Problem for Oscillator {
     }
 }
 
-/// A linear system of index 1 from y = 1:
+/// A linear system of index 1, starting from y = 1:
 ///
 /// ```text
 /// ẏ + p y − z = 0
@@ -144,8 +144,7 @@ impl Problem for ScaledLinear {
 ///  0 = y1² y2 − c²
 /// ```
 ///
-/// y1 = c exp wt, y2 = exp(−2wt), z = exp 2wt. Parameters: c, which the initial values depend on,
-/// and w.
+/// y1 = c exp wt, y2 = exp(−2wt), z = exp 2wt. The parameters are c, on which the initial values depend, and w.
 #[derive(Debug, Clone, Copy)]
 pub struct ScaledJay {
     /// The scale c.
@@ -255,8 +254,8 @@ mod tests {
     use super::*;
     use crate::samples::{MechanicalForm, Pendulum};
 
-    /// Central differences of the exact solution: truncation δ² y'''/6 and rounding ε/δ with δ =
-    /// 1e-5 are both below 1e-8 of values up to about 100.
+    /// Compares sensitivities with central differences of the exact solution. For δ = 1e-5, truncation δ² y'''/6 and
+    /// rounding ε/δ are both below 1e-8 of values up to about 100.
     fn closed_forms_agree<S: ParametricSample + Copy>(sample: S, t: f64) {
         for (j, parameter) in sample.parameters().iter().enumerate() {
             let delta = 1e-5;
@@ -288,7 +287,7 @@ mod tests {
         }
     }
 
-    /// ẏ of the exact solution by central differences: as above.
+    /// ẏ of the exact solution is computed by central differences, with errors as above.
     #[test]
     fn exact_solutions_solve_their_equations() {
         fn check<S: ParametricSample>(mut sample: S) {

@@ -4,7 +4,7 @@ use super::{FullMatrix, MechanicalForm, ParametricSample, Sample, Start};
 use crate::parameters::Parameter;
 use crate::problem::{Problem, StepError, VariableKind};
 
-/// A pendulum of length ℓ in Cartesian coordinates, let go from the horizontal.
+/// A pendulum of length ℓ in Cartesian coordinates, released from the horizontal position.
 ///
 /// ```text
 /// ẋ = u, ẏ = v, u̇ = −λ x, v̇ = −λ y − g
@@ -30,8 +30,7 @@ pub struct Pendulum {
 }
 
 impl Pendulum {
-    /// Creates the pendulum of length 1 under a gravity of 9.81, with its constraint in one of
-    /// four forms.
+    /// Creates the pendulum of length 1 under a gravity of 9.81, with its constraint in the given form.
     pub fn new(form: MechanicalForm) -> Self {
         Self {
             form,
@@ -119,8 +118,7 @@ impl ParametricSample for Pendulum {
         }
     }
 
-    /// θ depends on w t alone: with w' = dw/dp, dθ/dp = w' t θ̇/w and dθ̇/dp = w' (θ̇ + t θ̈)/w, where
-    /// θ̈ = −w² sin θ.
+    /// θ depends only on w t. With w' = dw/dp, dθ/dp = w' t θ̇/w and dθ̇/dp = w' (θ̇ + t θ̈)/w, where θ̈ = −w² sin θ.
     fn exact_sensitivity(&self, j: usize, t: f64) -> Vec<f64> {
         let (l, g, w) = (self.length, self.gravity, self.frequency());
         let (of_l, of_g, relative) = match j {
@@ -253,8 +251,8 @@ fn quarter_period(k: f64) -> f64 {
     std::f64::consts::FRAC_PI_2 / pairs[pairs.len() - 1].0
 }
 
-/// Jacobi's sn(w, k) and cn(w, k), by descending Landen transformations (Abramowitz & Stegun
-/// 16.4): φ_n = 2ⁿ a_n w, then sin(2 φ_{i−1} − φ_i) = (c_i / a_i) sin φ_i down to φ_0.
+/// Returns Jacobi's sn(w, k) and cn(w, k), computed by descending Landen transformations (Abramowitz & Stegun 16.4):
+/// φ_n = 2ⁿ a_n w, then sin(2 φ_{i−1} − φ_i) = (c_i / a_i) sin φ_i down to φ_0.
 fn jacobi_sn_cn(w: f64, k: f64) -> (f64, f64) {
     let pairs = means(k);
     let n = pairs.len() - 1;

@@ -3,7 +3,7 @@ use super::dual::Differentiable;
 use super::equations::Equations;
 use crate::problem::VariableKind;
 
-/// Two tanks that feed three junctions through a net of pipes.
+/// Two tanks that supply three junctions through a network of pipes.
 ///
 /// ```text
 /// A_k ḣ_k = −(flow out of tank k)
@@ -11,9 +11,9 @@ use crate::problem::VariableKind;
 /// Σ_in q − Σ_out q = demand(t) at each junction
 /// ```
 ///
-/// Levels h in m (the pressure of a tank is ρ g h), flows q in m³/s, pressures p of the junctions in Pa.
-/// Without inertia the index is 1; with it the pressures have index 2. Unknowns (h, q, p). It starts
-/// at rest; the demand rises and falls smoothly.
+/// Levels h in m (the pressure of a tank is ρ g h), flows q in m³/s, pressures p of the junctions in Pa. Without
+/// inertia the index is 1; with inertia the pressures have index 2. The unknowns are (h, q, p). The system starts at
+/// rest, and the demand rises and falls smoothly.
 #[derive(Debug, Clone, Copy)]
 pub struct Pipes {
     inertia: bool,
@@ -31,7 +31,7 @@ const AREAS: [f64; 2] = [2.0, 3.0];
 const WEIGHT: f64 = 9810.0;
 /// The level at rest, m.
 const LEVEL: f64 = 10.0;
-/// ε, m³/s: below this flow friction is linear.
+/// Flow ε in m³/s, below which friction is linear.
 const LAMINAR: f64 = 1e-3;
 
 impl Pipes {

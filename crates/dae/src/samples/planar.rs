@@ -1,4 +1,4 @@
-//! Planar linkages of one degree of freedom.
+//! Planar linkages with one degree of freedom.
 
 use super::dual::Differentiable;
 use super::mechanism::Mechanism;
@@ -6,11 +6,11 @@ use super::mechanism::Mechanism;
 /// Gravity, m/s².
 const G: f64 = 9.81;
 
-/// A slider-crank: a crank turns, a rod joins its pin to a slider on the x-axis, a spring and a
-/// damper hold the slider.
+/// A slider-crank: a rod connects the pin of a rotating crank to a slider on the x-axis; a spring and a damper act on
+/// the slider.
 ///
-/// Positions (φ, x, y, θ, s): angle of the crank, center and angle of the rod, place of the slider.
-/// The rod's ends are the pin and the slider: four constraints.
+/// Positions (φ, x, y, θ, s): angle of the crank, center and angle of the rod, position of the slider. The ends of the
+/// rod coincide with the pin and the slider, which gives four constraints.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SliderCrank;
 
@@ -23,7 +23,7 @@ impl SliderCrank {
     const ROD: f64 = 0.6;
     /// Mass of the slider, kg.
     const SLIDER: f64 = 0.9;
-    /// Stiffness in N/m, damping in N s/m and rest place in m of the slider's spring.
+    /// Stiffness in N/m, damping in N s/m and rest position in m of the slider's spring.
     const SPRING: [f64; 3] = [800.0, 2.0, 0.35];
 }
 
@@ -60,7 +60,7 @@ impl Mechanism for SliderCrank {
         out[3] = q[2] + half_y;
     }
 
-    /// The crank at 1 rad, turning at 12 rad/s.
+    /// The crank is at 1 rad and turns at 12 rad/s.
     fn start(&self) -> (Vec<f64>, Vec<f64>) {
         let [crank, rod] = Self::LENGTHS;
         let (phi, speed) = (1.0_f64, 12.0);
@@ -122,7 +122,7 @@ impl Mechanism for FourBar {
     }
 
     fn constraint<S: Differentiable>(&self, q: &[S], out: &mut [S]) {
-        // The ends of bar k: center ± half.
+        // Ends of bar k: its center plus and minus half of the bar.
         let end = |bar: usize, sign: f64| {
             let (q, half) = (&q[3 * bar..], 0.5 * sign * Self::LENGTHS[bar]);
             [q[0] + q[2].cos().times(half), q[1] + q[2].sin().times(half)]
@@ -158,9 +158,9 @@ impl Mechanism for FourBar {
 /// A linkage with three loops through one joint, driven by a torque against a stiff spring. It has
 /// the difficulties of Andrews' squeezing mechanism, with different data.
 ///
-/// Positions are the absolute angles q of five uniform bars. A crank (0) and a bar (1) reach the
-/// joint P from the origin, a rocker (2) from A, and two bars (3, 4) from B: P is one point, four
-/// constraints. A spring pulls the elbow of the last two bars to C.
+/// Positions are the absolute angles q of five uniform bars. A crank (0) and a bar (1) reach the joint P from the
+/// origin, a rocker (2) from A, and two bars (3, 4) from B: that all three chains meet at P gives four constraints. A
+/// spring pulls the elbow of the last two bars to C.
 ///
 /// ```text
 /// T = ½ Σ a_ij cos(q_i − q_j) q̇_i q̇_j
@@ -175,7 +175,7 @@ impl Press {
     const MASSES: [f64; 5] = [0.05, 0.02, 0.03, 0.02, 0.025];
     /// A, B and C, m.
     const PLACES: [[f64; 2]; 3] = [[0.02, -0.03], [-0.012, 0.015], [-0.04, 0.02]];
-    /// The bars that carry bars: (inner, outer).
+    /// Pairs of bars of which the outer is attached to the inner: (inner, outer).
     const CHAINS: [(usize, usize); 2] = [(0, 1), (3, 4)];
     /// Driving torque of the crank, N m.
     const TORQUE: f64 = 0.04;
@@ -196,7 +196,7 @@ impl Press {
         })
     }
 
-    /// Returns the vector of bar k.
+    /// Returns the vector along bar k.
     fn bar<S: Differentiable>(q: &[S], k: usize) -> [S; 2] {
         [q[k].cos(), q[k].sin()].map(|c| c.times(Self::LENGTHS[k]))
     }
@@ -249,7 +249,7 @@ impl Mechanism for Press {
         }
     }
 
-    /// At rest, the crank at 0.3 rad.
+    /// At rest, with the crank at 0.3 rad.
     fn start(&self) -> (Vec<f64>, Vec<f64>) {
         let [a, b, _] = Self::PLACES;
         let length = Self::LENGTHS;

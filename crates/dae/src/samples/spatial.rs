@@ -1,4 +1,4 @@
-//! Spatial mechanisms: a holonomic one, and one with a constraint on velocities alone.
+//! Spatial mechanisms, one with holonomic constraints and one with a nonholonomic constraint.
 
 use super::Start;
 use super::dual::Differentiable;
@@ -9,7 +9,7 @@ use crate::problem::VariableKind;
 /// Gravity, m/s².
 const G: f64 = 9.81;
 
-/// Two masses on rods with spherical joints, one below the other, in Cartesian coordinates.
+/// Two masses on rods with spherical joints, the second hanging from the first, in Cartesian coordinates.
 ///
 /// Positions (x1, y1, z1, x2, y2, z2), constraints |p1|² = l1² and |p2 − p1|² = l2².
 #[derive(Debug, Clone, Copy, Default)]
@@ -50,7 +50,7 @@ impl Mechanism for SphericalPendulums {
         out[1] = (square(between) - S::from(l2 * l2)).times(0.5);
     }
 
-    /// Both rods level and at right angles, the masses moving across them.
+    /// Both rods are horizontal and perpendicular to each other, and the masses move perpendicular to their rods.
     fn start(&self) -> (Vec<f64>, Vec<f64>) {
         let [l1, l2] = Self::LENGTHS;
         let positions = vec![l1, 0.0, 0.0, l1, l2, 0.0];
@@ -58,8 +58,8 @@ impl Mechanism for SphericalPendulums {
     }
 }
 
-/// Seven charges that repel each other on the unit sphere, with damping: they come to rest far from
-/// each other, as in the search for Fekete points.
+/// Seven charges that repel each other on the unit sphere, with damping: they come to rest at large distances from each
+/// other, as in the computation of Fekete points.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Charges;
 
@@ -107,7 +107,7 @@ impl Mechanism for Charges {
         }
     }
 
-    /// On a spiral from pole to pole, at rest.
+    /// On a spiral from pole to pole, initially at rest.
     fn start(&self) -> (Vec<f64>, Vec<f64>) {
         let place = |i: usize| {
             let height = (2.0 * i as f64 + 1.0) / Self::NUMBER as f64 - 1.0;
@@ -119,7 +119,7 @@ impl Mechanism for Charges {
     }
 }
 
-/// A skate on an inclined plane, turning: a knife edge that cannot slide sideways.
+/// A rotating skate on an inclined plane: a knife edge that cannot slide sideways.
 ///
 /// ```text
 /// ẋ = u, ẏ = v, φ̇ = ω,  u̇ = γ + λ sin φ,  v̇ = −λ cos φ,  ω̇ = 0
@@ -136,9 +136,9 @@ impl Mechanism for Charges {
 pub struct Skate;
 
 impl Skate {
-    /// The part of gravity along the plane, m/s².
+    /// Component of gravity along the plane, m/s².
     const GAMMA: f64 = 3.0;
-    /// Rate of turning, rad/s.
+    /// Angular velocity, rad/s.
     const OMEGA: f64 = 1.7;
 }
 

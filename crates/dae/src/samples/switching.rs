@@ -1,4 +1,4 @@
-//! Circuits that switch: diodes that block, gates under pulses, and a pump whose current jumps.
+//! Switching circuits: diodes that block, gates under pulses, and a pump whose current jumps.
 
 use super::Start;
 use super::dual::Differentiable;
@@ -25,7 +25,7 @@ impl Polyline {
     }
 }
 
-/// I_s (exp(u/U_T) − 1)
+/// Returns the current of a diode, I_s (exp(u/U_T) − 1).
 fn diode<S: Differentiable>([saturation, thermal]: [f64; 2], u: S) -> S {
     (u.times(1.0 / thermal).exp() - S::from(1.0)).times(saturation)
 }
@@ -39,8 +39,8 @@ fn diode<S: Differentiable>([saturation, thermal]: [f64; 2], u: S) -> S {
 /// j(u) = I_s (exp(u/U_T) − 1) + G u
 /// ```
 ///
-/// Unknowns (i, p, a, b). Index 1, but close to index 2 while all diodes block: then only G
-/// determines a and b.
+/// Unknowns (i, p, a, b). The index is 1. While all diodes block, only G determines a and b, and the system is close to
+/// index 2.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Bridge;
 
@@ -97,7 +97,8 @@ impl Equations for Bridge {
     }
 }
 
-/// Four inverters in a row on one supply that sags, under pulses with finite edges; time in ns.
+/// Four inverters in a row with a common supply whose voltage drops under load, driven by pulses with finite edges;
+/// time in ns.
 ///
 /// ```text
 /// C u̇_k = (s − u_k)/R − K max(u_{k−1} − U_t, 0)² u_k/(u_k + U_s),  u_0 = w(t)
@@ -136,7 +137,7 @@ impl Inverters {
         Self::INPUT.breakpoints()
     }
 
-    /// Returns the current that charges output k, minus the current of the gate.
+    /// Returns the current that charges output k, minus the current through the gate.
     fn charging<S: Differentiable>(supply: S, gate: S, output: S) -> S {
         let [_, threshold, soft] = Self::VOLTAGES;
         let over = gate - S::from(threshold);
@@ -191,8 +192,8 @@ impl Equations for Inverters {
     }
 }
 
-/// A source of trapezoids across capacitors, one of them nonlinear, followed by a diode and a load;
-/// time in µs, currents in mA.
+/// A source with trapezoidal voltage across capacitors, one of them nonlinear, followed by a diode and a load; time in
+/// µs, currents in mA.
 ///
 /// ```text
 /// u1 = w(t)
@@ -200,8 +201,7 @@ impl Equations for Inverters {
 /// −q̇(u1 − u2) + j(u2) + u2/R = 0
 /// ```
 ///
-/// Unknowns (u1, u2, i). The current i contains ẇ: its index is 2, and it jumps with the slope of
-/// w.
+/// Unknowns (u1, u2, i). The current i depends on ẇ, so its index is 2 and it jumps when the slope of w jumps.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pump;
 
