@@ -18,7 +18,7 @@ use myovib_radau::{RadauOptions, RadauSolver};
 
 use sundials_wrap::{IdaOptions, IdaSolver};
 
-/// Test Set for IVP Solvers, chemakzo at t = 180.
+/// Reference values of the Test Set for IVP Solvers, chemakzo at t = 180.
 const AKZO: [f64; 6] = [
     0.115_079_492_066_170_2,
     0.001_203_831_471_567_715,
@@ -28,7 +28,7 @@ const AKZO: [f64; 6] = [
     0.004_873_531_310_307_455,
 ];
 
-/// Test Set for IVP Solvers, positions and velocities of caraxis at t = 3.
+/// Reference values of the Test Set for IVP Solvers, positions and velocities of caraxis at t = 3.
 const CAR_AXIS: [f64; 8] = [
     0.049_345_578_427_540_28,
     0.496_989_460_230_171_15,
@@ -40,21 +40,21 @@ const CAR_AXIS: [f64; 8] = [
     0.770_341_043_779_251_9,
 ];
 
-/// Test Set for IVP Solvers, vdpolm at t = 2000.
+/// Reference values of the Test Set for IVP Solvers, vdpolm at t = 2000.
 const VAN_DER_POL: [f64; 2] = [1.706_167_732_170_469, -0.000_892_809_701_024_812_5];
 
-/// Robertson, y1 at t = 1e11, of data/references/s3_robertson.json.
+/// y1 of Robertson's problem at t = 1e11, from data/references/s3_robertson.json.
 const ROBERTSON: f64 = 2.083_340_149_699_905e-8;
 
-/// The heat equation at t = 0.32: the corner of the interior, by the matrix exponential.
+/// Solution of the heat equation at t = 0.32 in the corner of the interior, from the matrix exponential.
 const HEAT_CORNER: f64 = 0.000_239_855_762_019_495_92;
 
-/// Stages of the compared methods.
+/// Numbers of stages of the compared methods.
 const STAGES: [usize; 4] = [1, 3, 5, 7];
 const TOLERANCES: [f64; 3] = [1e-4, 1e-6, 1e-8];
 const MAX_STEPS: usize = 100_000;
 
-/// A sample, its relative scale of tolerances, and the compared components.
+/// A sample with the scaling of its tolerances and the compared components.
 struct Problem<'a, S> {
     name: &'a str,
     sample: S,
@@ -106,7 +106,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Digits of the first components against a reference.
+/// Returns a function that computes the correct digits of the first components.
 fn mixed(reference: &'static [f64]) -> impl Fn(&[f64]) -> f64 {
     move |y| {
         let errors = reference
@@ -117,7 +117,7 @@ fn mixed(reference: &'static [f64]) -> impl Fn(&[f64]) -> f64 {
     }
 }
 
-/// Rows for one component of a problem with an exact solution.
+/// Prints the rows for one component of a problem with an exact solution.
 fn exact<S: Sample + Copy>(
     name: &str,
     sample: S,

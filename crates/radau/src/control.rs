@@ -1,4 +1,4 @@
-//! Step size control: the classical proposal, tempered by Gustafsson's prediction.
+//! Step size control: the classical proposal, limited by Gustafsson's prediction.
 
 use serde::{Deserialize, Serialize};
 
@@ -28,7 +28,7 @@ pub(crate) struct StepHistory {
 }
 
 impl StepHistory {
-    /// Checks values from outside, such as a saved state.
+    /// Checks values from outside the program, such as a saved state.
     pub(crate) fn validate(&self) -> Result<(), RadauError> {
         for (h, error) in [self.accepted, self.rejected].into_iter().flatten() {
             expect_positive("step of the state", h)?;
@@ -52,14 +52,13 @@ const LEAST_TREND: f64 = 1e-2;
 /// constraints amplify.
 const LEAST_SMOOTH: [f64; 2] = [1e-3, 1e-2];
 
-/// Range of orders that indicates a rough solution. Between attempts at a step the estimate of a
-/// smooth solution decreases with h^(s+1). If a derivative of low order jumps within the step, the
-/// power is in this interval. If the estimate does not decrease, the initial values of the step are
-/// in error.
+/// Range of orders that indicates a rough solution. Between attempts at a step the estimate of a smooth solution
+/// decreases with h^(s+1). If a derivative of low order jumps within the step, the power of h is in this interval. If
+/// the estimate does not decrease, the initial values of the step contain errors.
 const ROUGH_ORDERS: (f64, f64) = (0.5, 2.5);
 
-/// Maximum growth of a smooth solution's estimate from step to step, beyond the power of the ratio
-/// of the step sizes.
+/// Maximum growth of the estimate of a smooth solution from step to step, in addition to the growth caused by a
+/// different step size.
 const ROUGH_GROWTH: f64 = 10.0;
 
 impl Control {
@@ -100,11 +99,11 @@ impl Control {
         self.history = StepHistory::default();
     }
 
-    /// Returns the error by which a step is accepted or rejected.
+    /// Returns the error that decides whether a step is accepted.
     ///
-    /// The estimate of order s + 1 may exceed the tolerance for the solution, because the error of
-    /// a smooth solution has order 2s. If the estimate does not behave like the estimate of a
-    /// smooth solution, it is the error itself and is compared with the tolerance for the solution.
+    /// The estimate of order s + 1 may exceed the tolerance for the solution, because the error of a smooth solution
+    /// has order 2s. An estimate that does not behave like that of a smooth solution is taken as the error and compared
+    /// with the tolerance for the solution.
     pub(crate) fn judge(&self, h: f64, error: f64) -> f64 {
         let rough = match (self.history.rejected, self.history.accepted) {
             (Some((last_h, last_error)), _) => {
@@ -134,10 +133,10 @@ impl Control {
         h * factor.clamp(FACTORS.0, FACTORS.1)
     }
 
-    /// Returns the largest next step for the remaining error `left` of multipliers, which has this
-    /// order, after their leading error is removed.
+    /// Returns the largest next step for an error `left` of multipliers of the given order, which remains after the
+    /// removal of their leading error.
     ///
-    /// The step does not depend on this error, so the error never causes a repetition.
+    /// The current step does not depend on this error, so the error never causes a repetition.
     pub(crate) fn propose_for_multipliers(&self, h: f64, left: f64, order: i32) -> f64 {
         let exponent = -1.0 / f64::from(order.max(1));
         let factor = self.safety * left.max(LEAST_ERROR).powf(exponent);
@@ -169,7 +168,7 @@ mod tests {
 
     #[test]
     fn steps_settle_where_the_estimate_meets_the_tolerance() {
-        // err = (h/h*)⁴ for s = 3: the control must end at safety · h*.
+        // err = (h/h*)⁴ for s = 3: the control must converge to safety · h*.
         let mut control = Control::new(3, 0.9, 7, 10.0, false);
         let mut h = 0.02;
         for _ in 0..50 {

@@ -26,14 +26,14 @@ pub(crate) struct Collocation {
     pub(crate) t0: f64,
     pub(crate) h: f64,
     pub(crate) y0: Vec<f64>,
-    /// ẏ_0, from the end of the previous step.
+    /// ẏ_0, known from the end of the previous step.
     pub(crate) y_dot0: Vec<f64>,
     /// The stage increments z_j, one after the other.
     pub(crate) increments: Vec<f64>,
 }
 
 impl Collocation {
-    /// Checks the lengths and values of a step of `n` components from outside.
+    /// Checks the lengths and values of a step of `n` components read from a saved state.
     pub(crate) fn validate(
         &self,
         what: &'static str,
@@ -75,8 +75,8 @@ impl Collocation {
         self.y0.len() + self.y_dot0.len() + self.increments.len()
     }
 
-    /// Sets the slope of û at t_0 to the slope of u for these `components`, so û = u there. Used
-    /// for a first step, in which the derivative of algebraic variables is unknown.
+    /// Sets the slope of û at t_0 to the slope of u for these `components`, for which û then equals u. Used for a first
+    /// step, in which the derivative of algebraic variables is unknown.
     pub(crate) fn free_start(
         &mut self,
         method: &Method,
@@ -95,7 +95,7 @@ impl Collocation {
         start_slope(method, self.h, &self.increments, out);
     }
 
-    /// Evaluates û (`derivative` 0) or its derivative (1).
+    /// Evaluates û (`derivative` = 0) or its derivative (`derivative` = 1).
     pub(crate) fn evaluate(&self, method: &Method, t: f64, derivative: usize, out: &mut [f64]) {
         match derivative {
             0 => out.copy_from_slice(&self.y0),

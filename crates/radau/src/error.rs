@@ -79,7 +79,7 @@ pub enum RadauError {
         /// Reason.
         message: String,
     },
-    /// A run was not reproduced from a checkpoint.
+    /// A step repeated from a checkpoint differs from the recorded run.
     #[error(
         "the step at t = {t} cannot be repeated exactly: only step the solver between recorded \
          steps, or store the stages"

@@ -13,17 +13,16 @@ const POINTS: usize = 10;
 
 /// Workspace of the error estimate.
 ///
-/// The collocation polynomial u satisfies F = 0 at all nodes, but not at t_n. The estimate is its
-/// residual at t_n, filtered by the real Newton matrix:
+/// The collocation polynomial u satisfies F = 0 at all nodes, but not at t_n. The estimate is the residual of u at t_n,
+/// filtered by the real Newton matrix:
 ///
 /// ```text
 /// err = −(J_y + γ/h J_ẏ)⁻¹ F(t_n, y_n, u'(t_n)),   u'(t_n) = h⁻¹ Σ_j ℓ_j'(0) z_j,
 /// ```
 ///
-/// with γ the real eigenvalue of A⁻¹. For M ẏ = f(t, y) this is (IV.8.19) in Hairer & Wanner, the
-/// difference to an embedded method of order s. This form does not need f and M separately. The
-/// estimate is O(h^(s+1)). In a first or repeated step, a large estimate is filtered again through
-/// F(t_n, y_n + err, u'(t_n)), see (IV.8.20).
+/// with γ the real eigenvalue of A⁻¹. For M ẏ = f(t, y) this is (IV.8.19) in Hairer & Wanner, the difference to an
+/// embedded method of order s. The form used here does not require f and M separately. The estimate is O(h^(s+1)). In a
+/// first or repeated step, a large estimate is filtered a second time, with F(t_n, y_n + err, u'(t_n)), see (IV.8.20).
 #[derive(Debug)]
 pub(crate) struct ErrorTest {
     y_dot: Vec<f64>,
@@ -49,8 +48,8 @@ impl ErrorTest {
         }
     }
 
-    /// Returns the weighted norm of the estimated error of the step with increments `z`; not finite
-    /// if a solve has overflowed.
+    /// Returns the weighted norm of the estimated error of the step with increments `z`; it is not finite if a solve
+    /// has overflowed.
     pub(crate) fn estimate<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -245,8 +244,8 @@ mod tests {
         test.error(0)
     }
 
-    /// Checks the estimate for ẏ = t^s from t = 0. The embedded method has a quadrature of order s.
-    /// Its error of ∫ t^s equals its residual at 0, −Π(0 − c_i) h^s, times h/γ.
+    /// Checks the estimate for ẏ = t^s from t = 0. The quadrature of the embedded method has order s. Its error of ∫
+    /// t^s equals its residual at 0, −Π(0 − c_i) h^s, times h/γ.
     #[test]
     fn the_estimate_is_the_error_of_the_embedded_method() {
         for stages in [1, 3, 5, 7] {
@@ -272,7 +271,7 @@ mod tests {
     /// degrees s − 1 and s. The estimate has the order s + 1 and is the error of y_1 + err.
     #[test]
     fn the_estimate_bounds_the_true_error_of_a_step_by_the_order_it_has() {
-        // Largest step; the true error of half of it is still larger than rounding.
+        // Largest step size. At half of this size, the true error is still larger than rounding.
         for (stages, largest) in [(3, 0.2_f64), (5, 1.0), (7, 3.0)] {
             let method = Method::radau_iia(stages).unwrap();
             let errors = [largest, 0.5 * largest].map(|h| {
@@ -291,8 +290,8 @@ mod tests {
             });
             let order = |k: usize| (errors[0][k] / errors[1][k]).log2();
             let s = stages as f64;
-            // Long steps keep the true error above rounding. So the tolerance is a fifth for the
-            // higher orders.
+            // Long steps are required to keep the true error above rounding, so the tolerance is a fifth for the higher
+            // orders.
             let of_estimate = order(0) / (s + 1.0);
             assert!((of_estimate - 1.0).abs() < 0.2, "s = {s}: {}", order(0));
             let of_truth = order(1) / (2.0 * s);
@@ -303,7 +302,7 @@ mod tests {
             let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();
             let pade = factorial(stages) * factorial(stages - 1)
                 / (factorial(2 * stages - 1) * factorial(2 * stages));
-            // The decay within the step lowers the ratio by O(h): 1 − O(h).
+            // The decay within the step reduces the ratio to 1 − O(h).
             let ratio = truth / (pade * (0.5 * largest).powi(2 * stages as i32));
             assert!((0.1..1.0).contains(&ratio), "s = {s}: {ratio}");
         }

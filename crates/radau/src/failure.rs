@@ -5,7 +5,7 @@ use myovib_dae::{Statistics, StepError, StopReason};
 use crate::error::RadauError;
 use crate::options::RadauOptions;
 
-/// A function of the problem, or an operation of its linear algebra.
+/// A function of the problem or an operation of its linear algebra that can fail.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Operation {
     Residual,
@@ -18,8 +18,8 @@ pub(crate) enum Operation {
 }
 
 impl Operation {
-    /// Converts an error of this operation, for `map_err`: a recoverable error halves the step, a
-    /// fatal error ends the integration.
+    /// Converts an error of this operation; the result is to be passed to `map_err`. A recoverable error halves the
+    /// step, a fatal error ends the integration.
     pub(crate) fn failed(self) -> impl FnOnce(StepError) -> Failure {
         move |error| match error {
             StepError::Recoverable(message) => Failure::Rejected(Rejection {
@@ -113,8 +113,8 @@ pub(crate) struct Failures {
     refused: bool,
 }
 
-/// Number of failures to solve the first step after a start before its size decreases by larger
-/// factors, because its scale is unknown.
+/// Number of failures to solve the first step after which its size is reduced by larger factors, because the time scale
+/// is unknown.
 const PATIENCE: usize = 2;
 
 impl Failures {
@@ -122,14 +122,14 @@ impl Failures {
         self.rejected + self.unsolved > 0
     }
 
-    /// Returns whether the problem itself rejected an attempt that failed for this `reason`.
+    /// Returns whether an attempt that failed for this `reason` was rejected by the problem itself.
     pub(crate) fn is_refusal(reason: StopReason) -> bool {
         use StopReason::{ConvergenceFailures, ErrorTestFailures};
         !matches!(reason, ConvergenceFailures | ErrorTestFailures)
     }
 
-    /// Returns whether the problem itself has rejected a larger step, so that the size of this step
-    /// is not determined by the accuracy.
+    /// Returns whether the problem itself has rejected a larger step, in which case accuracy does not determine the
+    /// size of this step.
     pub(crate) fn refused(self) -> bool {
         self.refused
     }
@@ -139,8 +139,8 @@ impl Failures {
         self.unsolved > 0
     }
 
-    /// Returns zero counts at the start of a new step; `refused` records whether the problem
-    /// [rejected](Self::refused) a larger size of the previous one.
+    /// Returns zero counts for the start of a new step. `refused` records whether the problem [rejected](Self::refused)
+    /// a larger size of the previous step.
     pub(crate) fn after(refused: bool) -> Self {
         Self {
             refused,
@@ -171,7 +171,7 @@ impl Failures {
             || self.unsolved >= options.max_convergence_failures
     }
 
-    /// Returns the factor on h for the next attempt if the last attempt proposes `factor`.
+    /// Returns the factor on h for the next attempt, given the `factor` proposed by the last one.
     pub(crate) fn factor(self, factor: f64, fresh: bool) -> f64 {
         match fresh && self.unsolved > PATIENCE {
             true => factor.min(0.1),

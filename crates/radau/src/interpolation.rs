@@ -5,11 +5,10 @@ use crate::newton::Step;
 
 /// Estimates the error of dense output between the ends of a step.
 ///
-/// The error estimate of a step measures the differential variables only. In an algebraic variable
-/// on which no other variable depends, the estimate is zero, even if the polynomial between the
-/// nodes is far from the solution. So the polynomial û of a step is continued backward to the
-/// beginning t_{n−1} of the previous step, where y is known. To leading order, its error at t_n + θ
-/// h is
+/// The error estimate of a step measures the differential variables only. For an algebraic variable on which no other
+/// variable depends, the estimate is zero, even if the polynomial between the nodes is far from the solution. Therefore
+/// the polynomial û of a step is extrapolated backward to the beginning t_{n−1} of the previous step, where y is known.
+/// To leading order, its error at t_n + θ h is
 /// - C ψ(θ) in algebraic variables, with ψ = θ ℓ_0,
 /// - C q(θ) in differential variables, with q = ∫ θ ℓ_0,
 /// - C (ψ − r)(θ), with the ramp r, in differential variables determined by constraints.
@@ -38,7 +37,7 @@ impl Interpolation {
         }
     }
 
-    /// Measures the error of the step with increments `z` that follows `last` with the derivative
+    /// Measures the error of the step with increments `z` that follows the step `last` and begins with the derivative
     /// `y_dot`. [`of`](Self::of) returns the error.
     pub(crate) fn measure(
         &mut self,

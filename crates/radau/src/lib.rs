@@ -1,16 +1,15 @@
 //! Radau IIA methods for fully implicit differential-algebraic equations F(t, y, ẏ) = 0.
 //!
-//! [`RadauSolver`] integrates any [`Problem`](myovib_dae::Problem) with the implicit
-//! Runge–Kutta method of 3 stages and order 5 (or 1, 5, 7 stages), with adaptive steps. It is
-//! L-stable at full order, whereas BDF methods above order 2 fail on undamped oscillations, and it
-//! solves constrained mechanical systems in their index-3 form.
+//! [`RadauSolver`] integrates any [`Problem`](myovib_dae::Problem) with the implicit Runge–Kutta method of 3 stages and
+//! order 5 (or 1, 5, 7 stages), with adaptive steps. The method is L-stable at full order, whereas BDF methods above
+//! order 2 are unstable for undamped oscillations. It can integrate constrained mechanical systems in their index-3
+//! form.
 //!
-//! Main types: [`Method`] holds the coefficients. `NewtonSolver` solves the stage equations from
-//! the initial guess of a `Predictor` with a [`LinearSolver`](myovib_dae::LinearSolver)
-//! ([`SparseDirectSolver`] by default). `ErrorTest` estimates the error, and `Control` selects h.
-//! `Collocation` is the polynomial of dense output, on which `Roots` locates events.
-//! [`ForwardSensitivities`] follows the steps and differentiates the solution with respect to
-//! parameters. Options, outcomes and statistics have the same form and names as for IDAS.
+//! Main types: [`Method`] contains the coefficients. `NewtonSolver` solves the stage equations from the initial guess
+//! of a `Predictor` with a [`LinearSolver`](myovib_dae::LinearSolver) ([`SparseDirectSolver`] by default). `ErrorTest`
+//! estimates the error, and `Control` selects h. `Collocation` is the polynomial of dense output, on which `Roots`
+//! locates events. [`ForwardSensitivities`] follows the steps and differentiates the solution with respect to
+//! parameters. Options, outcomes and statistics have the form and names that they have for IDAS.
 //!
 //! # Examples
 //! ```

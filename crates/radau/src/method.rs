@@ -146,7 +146,8 @@ impl Method {
         lagrange(&self.nodes, j, theta)
     }
 
-    /// Writes ℓ_j(c_i × `ratio`) row by row: the stages of a step longer by this factor.
+    /// Writes ℓ_j(c_i × `ratio`) row by row. These are the values at the stages of a step that is longer by the factor
+    /// `ratio`.
     pub(crate) fn write_bases(&self, ratio: f64, out: &mut Vec<f64>) {
         out.clear();
         for c in &self.nodes {
@@ -218,7 +219,7 @@ mod tests {
         );
     }
 
-    /// ∫ θ^k = 1/(k + 1) up to degree 2s − 2.
+    /// Checks ∫ θ^k = 1/(k + 1) up to degree 2s − 2.
     #[test]
     fn weights_integrate_polynomials_exactly() {
         for s in ODD {

@@ -1,4 +1,4 @@
-//! Error of collocation in multipliers, and its removal.
+//! Error of multipliers computed by collocation, and its removal.
 
 mod within;
 
@@ -23,12 +23,11 @@ use crate::work::Counters;
 /// (ℓ_0'(θ) (a + ε) − ω''(θ) ε)/h,   ω = θ ℓ_0,   ℓ_0 = Π (1 − θ/c_i).
 /// ```
 ///
-/// To leading order, a general multiplier of index 3 has the same error, and a multiplier of index
-/// 2 has the error −ω'(θ) ε. (So do velocities of index 2, as far as the constraint determines
-/// them.) The order of this error is s + 2 minus the index at best, and much lower after a change
-/// of h. Both parts are visible in the variables of index 1: u'(t_n) − ẏ_n is −(a + ε), and ε is
-/// the difference between the polynomial and the solution at the beginning of the last step,
-/// divided by h ω there. The iteration matrix converts both to errors of multipliers:
+/// To leading order, a general multiplier of index 3 has the same error, and a multiplier of index 2 has the error
+/// −ω'(θ) ε. (Velocities of index 2 also have this error, as far as the constraint determines them.) The order of this
+/// error is s + 2 minus the index at best, and much lower after a change of h. Both parts are visible in the variables
+/// of index 1: u'(t_n) − ẏ_n is −(a + ε), and ε is the difference between the polynomial and the solution at the
+/// beginning of the last step, divided by h ω there. The iteration matrix converts both to errors of multipliers:
 ///
 /// ```text
 /// e(x) = −(J_y + γ/h J_ẏ)⁻¹ (F(t_n, y_n, ẏ_n + x) − F(t_n, y_n, ẏ_n))
@@ -52,7 +51,7 @@ pub(crate) struct Multipliers {
     between: Vec<f64>,
 }
 
-/// A multiplier or a velocity of index 2.
+/// Errors of a multiplier, or of a velocity of index 2.
 #[derive(Debug, Clone)]
 struct Multiplier {
     variable: usize,
@@ -65,7 +64,7 @@ struct Multiplier {
     missed: f64,
     /// e(−(a + ε)) of the current step.
     jump: f64,
-    /// e(ε) and the unexplained part, measured within the current step.
+    /// e(ε) and the unexplained part of the residual, measured within the current step.
     within: [f64; 2],
 }
 
@@ -74,9 +73,9 @@ struct Multiplier {
 pub(crate) struct PreviousMultipliers {
     /// Value by collocation at the end of the last step.
     raw: f64,
-    /// e(ε) of the last step.
+    /// Value of e(ε) in the last step.
     last: f64,
-    /// Whether e(ε) has changed like rounding.
+    /// Whether e(ε) has changed as rounding errors would.
     #[serde(default)]
     noisy: bool,
 }
@@ -87,14 +86,15 @@ impl PreviousMultipliers {
     }
 }
 
-/// Ratio by which the remaining error may exceed the change of the removed error: the ratio between
-/// the coefficients of successive orders.
+/// Assumed ratio of the remaining error to the change of the removed error, which is the ratio of the coefficients of
+/// successive orders.
 const MARGIN: f64 = 2.0;
 
 /// Minimum ratio of step sizes at which the change of e(ε) can be distinguished from rounding.
 const TELLING: f64 = 1.2;
 
-/// If the last step is so short that a is less than this fraction of ε, then ε follows from a + ε.
+/// If a/ε, as predicted from the ratio of the step sizes, is less than this fraction, ε is computed from a + ε instead
+/// of from the last step.
 const SHORT: f64 = 0.1;
 
 impl Multipliers {
@@ -324,10 +324,10 @@ impl Multipliers {
         })
     }
 
-    /// Returns the largest remaining error at the end of the step beyond `rounding` in e, in units
-    /// of tolerances. For velocities it is the measured error, for multipliers the change of the
-    /// measured error since the step `before`. If only rounding is visible, the next step may grow
-    /// by the factor `growth_in_noise`.
+    /// Returns the largest remaining error at the end of the step in units of the tolerances. Errors of e up to
+    /// `rounding` are not counted. For velocities it is the measured error, for multipliers the change of the measured
+    /// error since the step `before`. If only rounding is visible, the next step may grow by the factor
+    /// `growth_in_noise`.
     pub(crate) fn largest_left(
         &self,
         step: &Step<'_>,
@@ -371,7 +371,7 @@ impl Multipliers {
         }
     }
 
-    /// Removes the errors from a copy of the `increments` of a step before its acceptance.
+    /// Removes the errors from a copy of the `increments` of a step that has not been accepted yet.
     pub(crate) fn remove_from_copy(&self, step: &Step<'_>, increments: &mut [f64]) {
         let n = step.y.len();
         for multiplier in self.list.iter().filter(|multiplier| multiplier.removable) {
@@ -382,8 +382,8 @@ impl Multipliers {
         }
     }
 
-    /// Restores the `increments` of the last step, with `n` unknowns, to the solution of its
-    /// equations.
+    /// Undoes the removal in the `increments` of the last step, with `n` unknowns, so that they solve the stage
+    /// equations again.
     pub(crate) fn put_back(&self, n: usize, increments: &mut [f64]) {
         let removable = self.list.iter().filter(|multiplier| multiplier.removable);
         let stages = increments.len() / n;
@@ -408,7 +408,7 @@ impl Multiplier {
         of_missed * missed + of_jump * self.jump
     }
 
-    /// Returns the margin and the remaining part of e(ε) in a step `growth` times the size of the last.
+    /// Returns the margin and the remaining part of e(ε) in a step that is `growth` times as long as the last step.
     fn left(&self, stages: usize, growth: f64) -> (f64, f64) {
         match self.removable {
             true => {

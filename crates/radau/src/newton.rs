@@ -16,7 +16,7 @@ pub(crate) enum Newton {
     /// Converged after this many iterations. Additional iterations for unscaled errors and for
     /// testing new matrices are not counted, because they do not indicate that h is too large.
     Converged { iterations: usize },
-    /// Diverged or converged too slowly; this factor on h may help.
+    /// The iterations diverged or converged too slowly; the step should be repeated with h times this factor.
     Failed { step_factor: f64 },
 }
 
@@ -26,7 +26,7 @@ pub(crate) struct Step<'a> {
     pub(crate) t: f64,
     pub(crate) h: f64,
     pub(crate) y: &'a [f64],
-    /// Weights of the components in norms: the inverse tolerances.
+    /// Weights of the components in norms: the reciprocals of the tolerances.
     pub(crate) weights: &'a [f64],
 }
 
@@ -41,7 +41,7 @@ pub(crate) struct Step<'a> {
 pub(crate) struct NewtonSolver {
     /// Stage increments, stage by stage.
     pub(crate) z: Vec<f64>,
-    /// Residuals of the stages; after the solve, the corrections.
+    /// Residuals of the stages; the corrections after the solve.
     residuals: Vec<f64>,
     stage: Vec<f64>,
     stage_dot: Vec<f64>,
@@ -49,24 +49,23 @@ pub(crate) struct NewtonSolver {
     /// Last correction of the last stage, which is the correction of the solution.
     correction: Vec<f64>,
     tolerance: f64,
-    /// Maximum error of the increments, relative to their size.
+    /// Maximum relative error of the increments.
     relative: f64,
     limit: usize,
     /// Whether a hidden constraint amplifies the remaining error by powers of 1/h. Then the error
     /// after a first correction is not estimated below the size of the correction.
     constrained: bool,
-    /// θ/(1 − θ) for the first available θ of the last step. It bounds the error after a first
-    /// correction.
+    /// θ/(1 − θ) for the first available θ of the last step. It is used to bound the error after a first correction.
     first_factor: f64,
     /// Last estimate of the contraction θ; 0 if one iteration was sufficient.
     pub(crate) contraction: f64,
-    /// Whether errors are also bounded relative to the increments, and new matrices are tested: for
-    /// difference quotients, which may be wrong by orders of magnitude at a wrong ẏ, and for dense
-    /// output, whose error estimate contains the errors of Newton's method.
+    /// Whether errors are also bounded relative to the increments, and new matrices are tested. This is necessary for
+    /// difference quotients, which may be wrong by orders of magnitude at a wrong ẏ, and for dense output, whose error
+    /// estimate contains the errors of Newton's method.
     strict: bool,
     /// Whether corrections by the current matrices have contracted.
     tried: bool,
-    /// Maximum norm of the last correction beyond rounding.
+    /// Norm up to which the last correction is attributed to rounding.
     allowed: f64,
     /// Norm of the increments.
     size: f64,
@@ -75,8 +74,8 @@ pub(crate) struct NewtonSolver {
 /// Contraction above which the iterations are considered divergent.
 const DIVERGENT: f64 = 0.99;
 
-/// Contraction above which unscaled errors of variables with reduced weights are no longer
-/// iterated: the remaining errors may be rounding divided by a power of h.
+/// Contraction above which the iterations for the unscaled errors of variables with reduced weights stop, because the
+/// remaining errors may be rounding errors divided by a power of h.
 const STALLED: f64 = 0.9;
 
 /// Lower bound of the assumed contraction for the first correction of a step, because the
@@ -88,18 +87,16 @@ const LEAST_TRUST: f64 = 1e-3;
 /// evaluated at this ẏ.
 const RELATIVE: f64 = 0.01;
 
-/// Fraction of the tolerance of the error test. If y changes by less in a step, the error test does
-/// not resolve the change.
+/// Fraction of the tolerance below which the error test does not detect changes of y in a step.
 const RESOLVED: f64 = 0.1;
 
-/// Maximum ratio of the slope at the end of a step to the mean slope that the increments can
-/// explain.
+/// Maximum plausible ratio of the slope at the end of a step to the mean slope of the increments.
 const STEEP: f64 = 10.0;
 
-/// New matrices are trusted after a correction is this fraction of the first.
+/// Ratio of the last to the first correction below which new matrices are considered tested.
 const TRIED: f64 = 0.1;
 
-/// Rounding of y relative to its size, below which corrections of its increments are not resolved.
+/// Relative rounding of y, below which corrections of its increments are not resolved.
 const ROUNDING: f64 = 100.0 * f64::EPSILON;
 
 impl NewtonSolver {
@@ -111,7 +108,7 @@ impl NewtonSolver {
         constrained: bool,
     ) -> Self {
         let s = method.stages();
-        // Largest change of h ẏ at the end per change of the increments.
+        // Largest change of h ẏ at the end of the step per unit change of the increments.
         let slope: f64 = (0..s).map(|j| method.a_inverse(s - 1, j).abs()).sum();
         Self {
             z: vec![0.0; s * n],
@@ -146,9 +143,9 @@ impl NewtonSolver {
     /// relative to the increments: F may depend on ẏ in any way, and a tolerance for y alone
     /// permits an error of tolerance/h in ẏ.
     ///
-    /// Two corrections do not prove divergence. In index 3 the first correction, from a start at
-    /// rest, moves positions by h v. Its quadratic terms, h² v², result in corrections h² v²/h of
-    /// the velocity, which are as large as the first one, however small h is.
+    /// Two corrections do not prove divergence. In index 3, from a start at rest, the first correction changes
+    /// positions by h v. The quadratic terms h² v² of the constraints then lead to corrections h² v²/h of the velocity,
+    /// which are proportional to h like the first correction, however small h is.
     pub(crate) fn solve<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -158,7 +155,7 @@ impl NewtonSolver {
         weights: &Weights<P>,
         counters: &mut Counters,
     ) -> Result<Newton, Failure> {
-        // As in RADAU5: the estimate of the last step is used with reduced confidence.
+        // As in RADAU5, the contraction of the last step is used, with a larger value to be safe.
         self.first_factor = self.first_factor.max(LEAST_TRUST).powf(0.8);
         self.contraction = 0.0;
         let mut error_factor = if self.constrained {
@@ -212,7 +209,7 @@ impl NewtonSolver {
                 }
                 let left = (self.limit - iteration) as i32;
                 let at_limit = error_factor * norm * contraction.powi(left);
-                // The step that would converge within the remaining iterations, by RADAU5's rule.
+                // Step size for which the remaining iterations would suffice, by the rule of RADAU5.
                 if iteration > 2 && at_limit > tolerance {
                     let excess = (at_limit / tolerance).min(20.0);
                     let exponent = -1.0 / f64::from(left + 4);
@@ -270,15 +267,14 @@ impl NewtonSolver {
         self.tolerance = tolerance;
     }
 
-    /// Returns the maximum norm of the last correction beyond rounding; 0 for matrices that have
-    /// not been tested.
+    /// Returns the norm up to which the last correction is attributed to rounding; 0 for matrices that have not been
+    /// tested.
     pub(crate) fn allowed(&self) -> f64 {
         self.allowed
     }
 
-    /// Returns whether ẏ changes abruptly over the step, by more than rounding of y explains. The
-    /// change is abrupt if it exceeds the size of ẏ while y changes by only a fraction of its
-    /// tolerance, or if ẏ is far steeper than y.
+    /// Returns whether ẏ changes abruptly over the step, by more than rounding of y can explain. The change is abrupt
+    /// if it exceeds the size of ẏ while y changes by only a fraction of its tolerance, or if ẏ is far steeper than y.
     pub(crate) fn leaps(&mut self, step: &Step<'_>, y_dot: &[f64]) -> bool {
         if !self.strict {
             return false;

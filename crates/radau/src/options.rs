@@ -6,7 +6,7 @@ use myovib_sparse::SparseOptions;
 use crate::control::Control;
 use crate::error::{RadauError, expect, expect_length, expect_positive};
 
-/// Lower limit of the factor by which steps may grow if only rounding of multipliers is visible.
+/// Minimum of the factor by which steps may grow if the measured errors of multipliers are only rounding errors.
 const GROWTH_IN_NOISE: f64 = 2.0;
 
 /// Choice of the step size.
@@ -20,7 +20,7 @@ pub enum StepSize {
     Fixed(f64),
 }
 
-/// Errors multiplied by (h/T)^(k−1), with k the index of the variable and T the
+/// Selects the variables whose errors are multiplied by (h/T)^(k−1), where k is the index of the variable and T the
 /// [`time_scale`](RadauOptions::time_scale).
 ///
 /// The error of a variable of index k is larger by h^(1−k) than the errors of the variables it
@@ -30,9 +30,8 @@ pub enum StepSize {
 pub enum IndexScaling {
     /// Errors of all variables of index 2 and 3, as in RADAU5.
     All,
-    /// Errors of algebraic variables of index 2 and 3. The error of a velocity of index 2 is not
-    /// reduced: the next step corrects only the part that violates the constraint, the rest
-    /// persists.
+    /// Errors of algebraic variables of index 2 and 3. The error of a velocity of index 2 is not reduced: the next step
+    /// corrects only the part that violates the constraint; the remaining part persists.
     #[default]
     Algebraic,
     /// No errors.
@@ -61,9 +60,8 @@ impl IndexScaling {
     }
 }
 
-/// Settings of one integration. The defaults are the defaults of Hairer and Wanner's code RADAU5
-/// where it has the same setting. Settings that IDAS also has are named as in
-/// `sundials_wrap::IdaOptions`.
+/// Settings of one integration. If Hairer and Wanner's code RADAU5 has the same setting, its default is used. Settings
+/// that also exist in IDAS are named as in `sundials_wrap::IdaOptions`.
 ///
 /// # Examples
 /// ```
@@ -86,20 +84,20 @@ pub struct RadauOptions {
     /// relative tolerance is 0, the estimate is tested against the tolerances without this
     /// conversion.
     pub tolerances_for_solution: bool,
-    /// Errors multiplied by (h/T)^(k−1), with k the index of the variable, in the error test
-    /// and in Newton's convergence test; [`IndexScaling::Algebraic`] by default.
+    /// Selects the variables of index k whose errors are multiplied by (h/T)^(k−1) in the error test and in Newton's
+    /// convergence test; [`IndexScaling::Algebraic`] by default.
     pub index_scaling: IndexScaling,
-    /// The time T in which the tolerated errors of a variable of index 2 change the variables it
-    /// acts on by their tolerances; 1 by default. With a T that follows the unit of time, the steps
-    /// do not depend on it.
+    /// The time T after which an error of a variable of index 2 that equals its tolerance has changed the variables on
+    /// which it acts by their tolerances; 1 by default. If T is converted with the unit of time, the steps do not
+    /// depend on this unit.
     pub time_scale: f64,
     /// Components excluded from the error test (but not from Newton's convergence test); none by
     /// default.
     pub suppressed: Suppressed,
-    /// Whether the error of dense output limits the step size; true by default. It does not limit
-    /// the steps of [`integrate_to`](crate::RadauSolver::integrate_to) without root functions, which
-    /// end at the output time. Multipliers of index 2 are excluded in the step that contains their
-    /// jump, and as far as rounding divided by the step size exceeds their tolerance.
+    /// Whether the error of dense output limits the step size; true by default. It does not limit the steps of
+    /// [`integrate_to`](crate::RadauSolver::integrate_to) without root functions, which end at the output time.
+    /// Multipliers of index 2 are excluded in the step that contains their jump, and if rounding divided by the step
+    /// size exceeds their tolerance.
     pub dense_output: bool,
     /// Step size control; [`StepSize::Adaptive`] by default.
     pub step_size: StepSize,
@@ -115,7 +113,7 @@ pub struct RadauOptions {
     /// Maximum number of steps in one call of [`integrate_to`](crate::RadauSolver::integrate_to);
     /// unlimited by default. A single [`step`](crate::RadauSolver::step) is not limited.
     pub max_steps: Option<usize>,
-    /// Time that steps must not pass until it is reached; none by default.
+    /// Time that no step may pass until it is reached; none by default.
     pub stop_time: Option<f64>,
     /// Maximum number of error-test failures in one step; 10 by default.
     pub max_error_test_failures: usize,
@@ -255,8 +253,8 @@ impl RadauOptions {
         })
     }
 
-    /// Returns the factor from tolerances for the solution to tolerances for the estimate at the
-    /// `relative` tolerance: 0.1 rtol^((s+1)/2s − 1). It is 1 unless `tolerances_for_solution`.
+    /// Returns the factor from tolerances for the solution to tolerances for the estimate at the `relative` tolerance:
+    /// 0.1 rtol^((s+1)/2s − 1). It is 1 if [`tolerances_for_solution`](Self::tolerances_for_solution) is false.
     pub fn internal_factor(&self, relative: f64) -> f64 {
         let s = self.stages as f64;
         match self.tolerances_for_solution && relative > 0.0 {
@@ -289,11 +287,10 @@ impl RadauOptions {
 
     /// Returns Newton's tolerance as a fraction of the tolerance for the estimate.
     ///
-    /// The remaining error of Newton's method is an error of the solution, independent of the order
-    /// of the method. So it is a fraction of the tolerance for the solution. For s = 3 this equals
-    /// √rtol of the internal tolerance as in RADAU5, (0.1 rtol^(2/3))^(3/2) = 0.1^(3/2) rtol. Under
-    /// a hidden `constraint` the estimate of the next step amplifies this error, twice at three
-    /// stages and six times at seven.
+    /// The remaining error of Newton's method is an error of the solution, independent of the order of the method.
+    /// Newton's tolerance is therefore a fraction of the tolerance for the solution. For s = 3 this equals √rtol of the
+    /// internal tolerance as in RADAU5, (0.1 rtol^(2/3))^(3/2) = 0.1^(3/2) rtol. Under a hidden `constraint` the
+    /// estimate of the next step amplifies this error, by a factor of two for three stages and six for seven.
     pub(crate) fn newton_tolerance(&self, relative: f64, constraint: bool) -> f64 {
         let internal = relative * self.internal_factor(relative);
         let fraction = if constraint { 0.1 } else { 1.0 };
@@ -303,7 +300,7 @@ impl RadauOptions {
                     let tolerance = (0.1_f64.powf(1.5) / self.internal_factor(relative)).min(0.03);
                     (fraction * tolerance).max(10.0 * f64::EPSILON / internal)
                 }
-                // The requested number of digits is unknown: use the value for 1e-6.
+                // The requested number of digits is unknown, so the value for 1e-6 is used.
                 false => 1e-3,
             })
     }
@@ -341,9 +338,9 @@ impl RadauOptions {
         Control::new(self.stages, self.safety, limit, loosened, constraint)
     }
 
-    /// Returns the factor by which a step may grow if only rounding of multipliers is visible. It
-    /// exceeds the window in which the last step is kept. Otherwise short steps, which have more
-    /// rounding, would never end.
+    /// Returns the factor by which a step may grow if only rounding of multipliers is visible. The factor exceeds the
+    /// window in which the last step size is kept. Otherwise a short step, in which rounding errors are larger, would
+    /// never become longer.
     pub(crate) fn growth_in_noise(&self) -> f64 {
         let (_, window_end) = self.step_window;
         GROWTH_IN_NOISE.max(1.01 * window_end / self.safety)

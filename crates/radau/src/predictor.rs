@@ -6,10 +6,9 @@ use crate::method::Method;
 /// Initial stage increments: extrapolation of the last step's polynomial, another prediction from
 /// the previous steps, or zero.
 ///
-/// Extrapolating a polynomial of degree s to a next step of equal size amplifies the errors of its
-/// coefficients by about 10^(s/2). For short steps it gains several digits; for steps as long as a
-/// high order allows, it may be worse than zero. The guess is therefore the variant that would have
-/// been closer in the previous step.
+/// Extrapolating a polynomial of degree s to a next step of equal size amplifies the errors of its coefficients by
+/// about 10^(s/2). For short steps, the extrapolation provides several digits. For the long steps that a high order
+/// permits, it may be worse than zero. Therefore the guess is the one that would have been closer in the previous step.
 #[derive(Debug)]
 pub(crate) struct Predictor {
     continued: Vec<f64>,
@@ -36,8 +35,7 @@ impl Predictor {
         self.start_with(z, |continued| last.extrapolate(method, t, h, y, continued));
     }
 
-    /// Selects in the same manner between zero and a custom prediction `continue_to`, which writes
-    /// all increments.
+    /// Selects in the same way between zero and the prediction written by `continue_to`.
     pub(crate) fn start_with(&mut self, z: &mut [f64], continue_to: impl FnOnce(&mut [f64])) {
         continue_to(&mut self.continued);
         match self.continues {
@@ -46,7 +44,7 @@ impl Predictor {
         }
     }
 
-    /// Uses zero for the next step, because the last step is unrelated to it.
+    /// Uses zero for the next step, because the last step does not predict it.
     pub(crate) fn forget(&mut self) {
         self.continues = false;
     }

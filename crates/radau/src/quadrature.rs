@@ -16,10 +16,9 @@ use crate::work::Counters;
 
 /// Integrates q̇ = g(t, y, ẏ) with the weights of the method.
 ///
-/// q equals the result of the method with q among the unknowns. With g at the stages, the
-/// increments are h Σ_j a_ij g_j. The last of them is h Σ_j b_j g_j. No equation has to be solved.
-/// So q has the order of the solution, at most 2s − 1, and the same dense output as the other
-/// variables.
+/// The result equals that of the method with q among the unknowns. With g at the stages, the increments are h Σ_j a_ij
+/// g_j. The last of them is h Σ_j b_j g_j. No equation has to be solved. Therefore q has the order of the solution, at
+/// most 2s − 1, and dense output like the other variables.
 pub(crate) struct Quadrature<P> {
     rates: Box<RootFunctions<P>>,
     /// A, row by row.
@@ -81,8 +80,7 @@ impl<P: Problem> Quadrature<P> {
         self.state.q.len()
     }
 
-    /// Evaluates g at the stages of a step. The function writes the increments of the step. Nothing
-    /// else changes.
+    /// Evaluates g at the stages of a step. Only the increments of the step are changed.
     pub(crate) fn evaluate(
         &mut self,
         problem: &mut P,
@@ -112,8 +110,7 @@ impl<P: Problem> Quadrature<P> {
         Ok(())
     }
 
-    /// Accepts the step from `t0` of size `h` in which g was evaluated. With `fresh`, the previous
-    /// step is unrelated to the beginning of this step.
+    /// Accepts the step from `t0` of size `h` in which g was evaluated. If `fresh`, the previous step is not used.
     pub(crate) fn accept(&mut self, method: &Method, t0: f64, h: f64, fresh: bool) {
         let m = self.len();
         let QuadratureState { q, rate, last } = &mut self.state;

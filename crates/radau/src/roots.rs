@@ -1,4 +1,4 @@
-//! Events: where functions of the solution cross zero.
+//! Events: zero crossings of functions of the solution.
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ use crate::dense::Collocation;
 use crate::method::Method;
 use crate::work::Counters;
 
-/// Root functions g(t, y, ẏ), written into the last argument.
+/// Root functions: write g(t, y, ẏ) into the last argument.
 pub(crate) type RootFunctions<P> =
     dyn FnMut(&mut P, f64, &[f64], &[f64], &mut [f64]) -> Result<(), StepError> + Send;
 
@@ -49,7 +49,7 @@ pub(crate) struct LastStep<'a> {
     pub(crate) collocation: &'a Collocation,
 }
 
-/// The first crossing. For each function: 0 without a crossing, 1 if it rises, −1 if it falls.
+/// The first crossing. For each function: 0 if it does not cross zero, 1 if it rises, −1 if it falls.
 pub(crate) struct Crossing {
     pub(crate) t: f64,
     pub(crate) crossings: Vec<i32>,
@@ -223,7 +223,7 @@ impl<P: Problem> Roots<P> {
         }
     }
 
-    /// Continues from `t`, where g is `high`.
+    /// Continues the search from `t`, where g is `high`.
     fn pass(&mut self, t: f64) {
         self.t = Some(t);
         std::mem::swap(&mut self.low, &mut self.high);

@@ -13,27 +13,26 @@ use crate::work::Counters;
 /// ρ = (J_y + γ/h J_ẏ)⁻¹ [F(t + δt, y + δy, ẏ + δẏ) − F(t, y, ẏ)]
 /// ```
 ///
-/// with δ of one unit of rounding. One sample has equal signs and the other has changing signs, so
-/// that no sum cancels both. A constraint of index 3 yields velocities ε|q|/h and multipliers
-/// ε|q|/h². Corrections and estimates cannot be smaller, and a smaller step increases both. So
-/// errors within ρ do not justify the rejection of a step.
+/// where δ is one unit of rounding. One sample has equal signs and the other has changing signs, so that the samples do
+/// not both cancel in a sum. A constraint of index 3 yields velocities ε|q|/h and multipliers ε|q|/h². Corrections and
+/// estimates cannot be smaller, and a smaller step increases both. Therefore errors up to ρ do not justify the
+/// rejection of a step.
 ///
-/// Under a hidden constraint, ρ must be detected before a step is repeated, and a change of q by
-/// one unit may not be sufficient: g is rounded to units of its largest term and may not change. So
-/// there are two [`Sampling`]s.
+/// Under a hidden constraint, ρ must be detected before a step is repeated, and a change of q by one unit may not be
+/// sufficient: g is rounded to units of its largest term and may not change. Therefore there are two kinds of
+/// [`Sampling`].
 #[derive(Debug)]
 pub(crate) struct Rounding {
     /// Variables of index 2 and 3, whose rounding grows as steps get shorter.
     magnified: Vec<usize>,
-    /// Whether one of these variables is weighted as if its rounding did not grow, such as
-    /// velocities of index 2. Then a step that fails because of rounding fails even more if it is
-    /// shortened.
+    /// Whether the weight of one of these variables does not decrease with h as its rounding grows, as for velocities
+    /// of index 2. In this case, a step that fails because of rounding would also fail if it were shortened.
     grows: bool,
     y: Vec<f64>,
     y_dot: Vec<f64>,
     plain: Vec<f64>,
     change: Vec<f64>,
-    /// ρ|, summed over two samples; for more samples, twice the average.
+    /// Sum of |ρ|, summed over two samples; for more samples, twice the average.
     noise: Vec<f64>,
 }
 
@@ -54,14 +53,14 @@ pub(crate) struct Sampling {
 }
 
 impl Sampling {
-    /// Sufficient unless it explains no part of the error.
+    /// Sampling that is sufficient unless it explains no part of the error.
     const QUICK: Self = Self {
         units: 1.0,
         samples: 2,
         with_start: false,
     };
 
-    /// Detects the rounding of a constraint.
+    /// Sampling that detects the rounding of a constraint.
     pub(crate) const THOROUGH: Self = Self {
         units: 4.0,
         samples: 8,
@@ -86,7 +85,7 @@ impl Rounding {
         }
     }
 
-    /// Returns the samplings to try in order before a step is repeated or shortened.
+    /// Returns the samplings to be tried, in this order, before a step is repeated or shortened.
     pub(crate) fn samplings(&self) -> &'static [Sampling] {
         match self.grows {
             true => &[Sampling::QUICK, Sampling::THOROUGH],
@@ -94,7 +93,7 @@ impl Rounding {
         }
     }
 
-    /// Measures ρ by a `sampling`, with the size of the previous step, if any.
+    /// Measures ρ by a `sampling`; `last` is the size of the previous step, if any.
     pub(crate) fn sample<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -127,8 +126,8 @@ impl Rounding {
                 *noise += change.abs() * (2.0 / samples as f64);
             }
         }
-        // The initial velocities have the rounding of the previous step, δ/h_last: h/h_last of the
-        // measured rounding, also in multipliers.
+        // The initial velocities have the rounding of the previous step, δ/h_last, which is h/h_last times the measured
+        // rounding; this also applies to multipliers.
         if let Some(last) = last.filter(|_| sampling.with_start) {
             for &i in &self.magnified {
                 self.noise[i] *= 1.0 + step.h / last;
@@ -153,8 +152,8 @@ impl Rounding {
     }
 }
 
-/// Returns the sign of component i in a sample: positive in the first sample, in others without a
-/// pattern that could cancel in sums.
+/// Returns the sign of component i in a sample: always positive in the first sample, and pseudorandom in the others, so
+/// that terms do not cancel systematically.
 fn sign(sample: u64, i: usize) -> f64 {
     let Some(later) = sample.checked_sub(1) else {
         return 1.0;

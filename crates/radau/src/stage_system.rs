@@ -22,7 +22,7 @@ pub(crate) struct StageSystem {
 /// A mode of the system to solve.
 enum Mode<'a> {
     Real(&'a mut [f64]),
-    /// The complex mode with this number.
+    /// The complex mode with this index.
     Complex(usize, &'a mut [Complex64]),
 }
 
@@ -150,7 +150,7 @@ impl StageSystem {
         Ok(())
     }
 
-    /// Computes the right-hand sides of the modes: their products with these vectors.
+    /// Computes the right-hand sides of the modes as products of the stages with the given vectors.
     fn split<'m>(
         &mut self,
         real: &[f64],
@@ -175,7 +175,7 @@ impl StageSystem {
         }
     }
 
-    /// Computes the stages from the solutions of the modes along these vectors.
+    /// Computes the stages from the solutions of the modes and the given vectors.
     fn join<'m>(
         &self,
         real: &[f64],

@@ -1,4 +1,4 @@
-//! Weights of components in norms: the inverses of their tolerances.
+//! Weights of components in norms: the reciprocals of their tolerances.
 
 use myovib_dae::{Problem, StepError};
 
@@ -94,7 +94,7 @@ fn write<P>(
     let Some(user) = user else {
         let (relative, absolute) = options.internal_tolerances();
         for (i, (w, y)) in out.iter_mut().zip(y).enumerate() {
-            // For a relative tolerance alone and y = 0, the weight is huge but finite.
+            // If only a relative tolerance is given and y = 0, the weight is huge but finite.
             *w = 1.0 / (relative * y.abs() + absolute(i)).max(f64::MIN_POSITIVE);
         }
         return Ok(());

@@ -12,7 +12,7 @@ fn steps_allocate_nothing() {
     let start = heat.start();
     let options = RadauOptions {
         tolerances: Tolerances::scalar(1e-6, 1e-6),
-        // A new Jacobian and new factors in every step.
+        // A new Jacobian and new factors are computed in every step.
         jacobian_reuse: 0.0,
         step_window: (1.0, 1.0),
         ..RadauOptions::default()
@@ -20,7 +20,7 @@ fn steps_allocate_nothing() {
     let mut solver = RadauSolver::builder(heat)
         .options(options)
         .roots([Direction::Both], |_, _, y, _, g| {
-            // Monitored, but never zero: the temperature remains positive.
+            // The root function never becomes zero, because the temperature remains positive.
             g[0] = 1.0 + y[0];
             Ok(())
         })
@@ -42,7 +42,7 @@ fn steps_allocate_nothing() {
     assert_eq!(allocations.count_total, 0);
 }
 
-/// Builds Radau IIA at its defaults.
+/// Builds Radau IIA with its default settings.
 struct Radau {
     stages: usize,
 }

@@ -16,14 +16,14 @@ const FIRST_STEPS: usize = 4;
 /// Bound of the multiplier errors in units of the tolerance, as in `digits.rs`.
 const PROMISED: f64 = 100.0;
 
-/// A mechanism with its constraints in one form.
+/// Creates a mechanism with its constraints in the given form.
 type Form = Box<dyn Fn(MechanicalForm) -> Box<dyn Sample>>;
 
 fn mechanism<M: Mechanism + Copy + 'static>(mechanism: M) -> Form {
     Box::new(move |form| Box::new(Differentiated::new(Constrained::new(mechanism, form))))
 }
 
-/// Mechanisms with the end time.
+/// Returns the mechanisms with their end times.
 fn mechanisms() -> Vec<(&'static str, Form, f64)> {
     vec![
         (
@@ -80,7 +80,7 @@ fn error_of_next_steps(
         let exact = exact_multipliers(index_1, solver.t(), solver.y(), n);
         for (multiplier, exact) in solver.y()[2 * n..].iter().zip(&exact) {
             let error = (multiplier - exact).abs() / (tolerance * (1.0 + exact.abs()));
-            // A NaN exceeds every bound.
+            // NaN is treated as larger than every bound.
             largest = if error <= largest { largest } else { error };
         }
     }

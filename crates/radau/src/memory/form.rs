@@ -1,5 +1,4 @@
-//! Internal variables within a step as linear forms of their initial values and of the driving
-//! quantities.
+//! Internal variables within a step, written as linear functions of their initial values and of the driving quantities.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -10,17 +9,19 @@ use super::MemoryTerm;
 /// Maximum number of stages of a method.
 const MOST_STAGES: usize = 7;
 
-/// Driving quantity at the start of the step; the stages follow.
+/// Index of the driving quantity at the start of the step; the indices of the stages follow.
 pub(super) const BEGIN: usize = 0;
-/// Change of the driving quantity by the estimated error.
+/// Index of the change of the driving quantity if y changes by its estimated error.
 pub(super) const CHANGE: usize = MOST_STAGES + 1;
-/// Driving quantity at the start minus that error, and its change by the error estimated there.
+/// Indices used if the estimate is repeated at y minus its first estimated error: of the driving quantity there, and of
+/// its change if y changes by the second estimated error.
 pub(super) const SHIFTED: usize = CHANGE + 1;
 pub(super) const SHIFTED_CHANGE: usize = CHANGE + 2;
 /// Number of driving quantities in a form.
 pub(super) const DRIVES: usize = CHANGE + 3;
 
-/// `of_state` q + Σ_m `of_drives`_m s_m for the internal variable q of one term.
+/// Linear function `of_state` q + Σ_m `of_drives`_m s_m of the internal variable q of one term and the driving
+/// quantities s_m.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Form {
     pub(super) of_state: f64,
@@ -28,7 +29,7 @@ pub(super) struct Form {
 }
 
 impl Form {
-    /// Returns the value at the start of the step.
+    /// Returns the function q, the value at the start of the step.
     pub(super) fn state() -> Self {
         Self {
             of_state: 1.0,
@@ -74,7 +75,7 @@ impl Mul<f64> for Form {
     }
 }
 
-/// One term in a step of size h of a method.
+/// One term in a step of size h.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TermStep<'m> {
     pub(super) term: MemoryTerm,
@@ -83,8 +84,8 @@ pub(super) struct TermStep<'m> {
 }
 
 impl TermStep<'_> {
-    /// Returns q at stage i: τ/h Σ_j (A⁻¹)_ij (q_j − q) + q_i = g s_i at all stages gives q_i = q +
-    /// Σ_j W_ij (g s_j − q) with W = (1 + τ/h A⁻¹)⁻¹, computed with the modes of A⁻¹.
+    /// Returns q at stage i. The stage equations τ/h Σ_j (A⁻¹)_ij (q_j − q) + q_i = g s_i have the solution q_i = q +
+    /// Σ_j W_ij (g s_j − q) with W = (1 + τ/h A⁻¹)⁻¹, which is computed with the modes of A⁻¹.
     pub(super) fn stage(self, i: usize) -> Form {
         let mut form = Form::state();
         for j in 0..self.method.stages() {
@@ -110,7 +111,7 @@ impl TermStep<'_> {
         Form::drive(1 + i) * self.term.weight - self.stage(i)
     }
 
-    /// Returns g s − q at the start for these forms of drive and state.
+    /// Returns g s − q at the start, for given forms of the driving quantity s and of the state q.
     pub(super) fn response_of(self, drive: Form, state: Form) -> Form {
         drive * self.term.weight - state
     }
@@ -121,12 +122,13 @@ impl TermStep<'_> {
         (0..self.method.stages()).fold(Form::default(), |sum, j| sum + slope(j) * (1.0 / self.h))
     }
 
-    /// Returns the difference between that slope and q̇ for these forms of drive and state.
+    /// Returns the difference between the slope of the collocation polynomial and q̇ at the start, for given forms of
+    /// the driving quantity and of the state.
     fn defect(self, drive: Form, state: Form) -> Form {
         self.start_slope() - self.response_of(drive, state) * (1.0 / self.term.time)
     }
 
-    /// Returns 1/(1 + γτ/h): the fraction of its drive that an internal variable follows in
+    /// Returns 1/(1 + γτ/h), the ratio of a change of an internal variable to the change of its driving quantity in
     /// Newton's real system.
     fn follows(self) -> f64 {
         1.0 / (1.0 + self.term.time * self.method.real_mode().lambda / self.h)
@@ -139,13 +141,14 @@ impl TermStep<'_> {
         self.response_of(drive, state) + self.defect(drive, state) * lag
     }
 
-    /// Returns the estimated error if the error of y changes the drive by `change`.
+    /// Returns the estimated error of the internal variable, where `change` is the form of the change of the driving
+    /// quantity by the error of y.
     pub(super) fn error(self, drive: Form, state: Form, change: Form) -> Form {
         let driven = change * self.term.weight - self.defect(drive, state) * self.term.time;
         driven * self.follows()
     }
 
-    /// Returns the dense output for the `coefficients` of the initial slope and of the stages.
+    /// Returns the form of the dense output, given the `coefficients` of the initial slope and of the stages.
     pub(super) fn between(
         self,
         derivative: usize,

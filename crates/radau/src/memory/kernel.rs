@@ -9,18 +9,18 @@ use super::form::{DRIVES, Form};
 /// Points per block.
 const AT_A_TIME: usize = 256;
 
-/// Internal variables of the terms of one part, and the quantities that drive them.
+/// Internal variables of the terms of one part, and their driving quantities.
 #[derive(Clone, Copy)]
 pub(super) struct Driven<'a> {
     /// Range of the part among all points.
     pub(super) slots: &'a Range<usize>,
-    /// Its internal variables, term by term.
+    /// Internal variables of the part, term by term.
     pub(super) states: &'a [f64],
     pub(super) drives: &'a [Vec<f64>],
 }
 
 impl Driven<'_> {
-    /// Adds the sums of `forms`, one per term, to the part's points of `out`.
+    /// Evaluates `forms`, one per term, and adds their sum over the terms to the part's points of `out`.
     pub(super) fn add_sum(self, forms: &[Form], out: &mut [f64]) {
         let out = &mut out[self.slots.clone()];
         let mut total = [0.0; DRIVES];
@@ -38,7 +38,7 @@ impl Driven<'_> {
         });
     }
 
-    /// Writes each of `forms` to the position of its term in `out`.
+    /// Evaluates each of `forms` and writes it to the position of its term in `out`.
     pub(super) fn write(self, forms: &[Form], out: &mut [f64]) {
         let width = self.slots.len();
         self.in_pieces(|piece, place| {
@@ -50,7 +50,7 @@ impl Driven<'_> {
         });
     }
 
-    /// Returns Σ (x/(`relative` |q| + `absolute`))² for `forms` x.
+    /// Returns Σ (x/(`relative` |q| + `absolute`))², where x are the values of `forms`.
     pub(super) fn square(self, forms: &[Form], relative: f64, absolute: f64) -> f64 {
         let (mut sum, mut room) = (0.0, [0.0; AT_A_TIME]);
         self.in_pieces(|piece, place| {

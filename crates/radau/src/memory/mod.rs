@@ -1,5 +1,5 @@
-//! Fading memory: linear internal variables, each with one driving quantity, which need not be
-//! unknowns.
+//! Fading memory: linear internal variables with one driving quantity each. The integrator eliminates them, so that
+//! they need not be included in the unknowns.
 
 mod form;
 mod kernel;
@@ -21,7 +21,7 @@ pub use specification::{Fading, InternalVariables, MemoryPart, MemoryTerm};
 /// Name of the initial states in messages.
 const START: &str = "initial states of the memory";
 
-/// A function of time and unknowns.
+/// Function that writes the driving quantities at a time and for given unknowns.
 type Drive<P> = fn(&mut P, f64, &[f64], &mut [f64]) -> Result<(), StepError>;
 
 /// Functions of a problem with memory.
@@ -31,12 +31,11 @@ struct Functions<P> {
     response: fn(&mut P) -> &mut [f64],
 }
 
-/// Memory of a solver, which eliminates its states from the stages.
+/// The internal variables (states) of a solver, which are eliminated from the stage equations.
 ///
-/// At the stages of a step the states are linear in their initial values q and in the driving
-/// quantities at all stages ([`TermStep::stage`]), and so are the responses. The contribution of q
-/// is summed over the terms once per step. So the cost of Newton's method does not depend on the
-/// number of terms.
+/// At the stages of a step the states are linear in their initial values q and in the driving quantities at all stages
+/// ([`TermStep::stage`]), and so are the responses. The contribution of q is summed over the terms once per step, so
+/// the cost of Newton's method does not depend on the number of terms.
 pub(crate) struct Memory<P> {
     functions: Functions<P>,
     parts: Vec<MemoryPart>,
@@ -63,7 +62,7 @@ struct LastStep {
     drives: Vec<Vec<f64>>,
 }
 
-/// State of a memory on which its next steps and dense output depend.
+/// Saved internal variables, from which further steps and dense output can be computed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct MemoryState {
     states: Vec<f64>,
@@ -158,7 +157,7 @@ impl<P: Problem> Memory<P> {
         })
     }
 
-    /// Writes the sum of the forms over the terms at each slot.
+    /// Evaluates `form` for each term and writes the sums over the terms at each slot to `out`.
     fn sum(&self, step: (&Method, f64), form: impl Fn(TermStep<'_>) -> Form, out: &mut [f64]) {
         out.fill(0.0);
         for (part, _, driven) in Self::driven(&self.parts, &self.states, &self.drives) {
@@ -205,7 +204,7 @@ impl<P: Problem> Memory<P> {
         (self.functions.response)(problem).copy_from_slice(response);
     }
 
-    /// Evaluates the driving quantity at (t, y), which is stage i.
+    /// Evaluates the driving quantity at stage i, which is at (t, y).
     pub(crate) fn drive(
         &mut self,
         problem: &mut P,
@@ -230,9 +229,9 @@ impl<P: Problem> Memory<P> {
         }
     }
 
-    /// Sets the problem's response to its value in the equations of the estimate after elimination
-    /// of the states. With `again`, these equations are evaluated at (t, y), the beginning minus
-    /// its estimated error.
+    /// Sets the problem's response to its value in the equations of the estimate after elimination of the states. With
+    /// `again`, the estimate is repeated: the equations are evaluated at (t, y), where y is the initial value minus its
+    /// estimated error.
     pub(crate) fn show_condensed(
         &mut self,
         problem: &mut P,
@@ -307,15 +306,14 @@ impl<P: Problem> Memory<P> {
         std::mem::swap(drives, &mut last.drives);
     }
 
-    /// Truncates the `step` accepted last at `t`, where the next step will begin.
+    /// Truncates the last accepted `step` at `t`, where the next step will begin.
     pub(crate) fn cut(&mut self, method: &Method, step: &Collocation, t: f64) {
         let mut states = std::mem::take(&mut self.states);
         self.evaluate(method, step, t, 0, &mut states);
         self.states = states;
     }
 
-    /// Evaluates the states (`derivative` 0) or their derivatives (1) at a time in the `step`
-    /// accepted last.
+    /// Evaluates the states (`derivative` = 0) or their derivatives (1) at a time within the last accepted `step`.
     pub(crate) fn evaluate(
         &self,
         method: &Method,
@@ -368,7 +366,7 @@ impl<P: Problem> Memory<P> {
         expect_length("response of the memory", self.present.len(), n_response)
     }
 
-    /// Checks the lengths and values of a state from outside.
+    /// Checks the lengths and values of a saved state.
     pub(crate) fn validate(&self, state: &MemoryState) -> Result<(), RadauError> {
         const WHAT: &str = "memory of the state";
         expect_vector(WHAT, self.states.len(), &state.states)?;
@@ -387,7 +385,7 @@ impl<P: Problem> Memory<P> {
     }
 }
 
-/// Returns the form of the estimated error of a state; `twice` if the estimate was repeated.
+/// Returns the form of the estimated error of a state; `twice` indicates that the estimate was repeated.
 fn last_error(twice: bool) -> fn(TermStep<'_>) -> Form {
     match twice {
         false => first_error,

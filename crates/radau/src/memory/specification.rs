@@ -13,9 +13,9 @@ use crate::error::{RadauError, expect, expect_positive};
 /// F(t, y, ẏ, x) = 0,    x = Σ_k (g_k s(y) − q_k),    τ_k q̇_k + q_k = g_k s(y),
 /// ```
 ///
-/// The response x, the driving quantity s and each q_k have one component per slot. Residual and
-/// Jacobian use the current value of [`response`](Fading::response). In a Newton matrix ∂F/∂y + c
-/// ∂F/∂ẏ the states are eliminated, which adds the term Σ_k g_k cτ_k/(1 + cτ_k) ∂F/∂x ∂s/∂y.
+/// The response x, the driving quantity s and each q_k have one component per slot. Residual and Jacobian use the
+/// current value of [`response`](Fading::response). The states are eliminated from the Newton matrix ∂F/∂y + c ∂F/∂ẏ,
+/// which adds the term Σ_k g_k cτ_k/(1 + cτ_k) ∂F/∂x ∂s/∂y.
 pub trait Fading: Problem {
     /// Writes s(y) to `out`.
     ///
@@ -23,11 +23,10 @@ pub trait Fading: Problem {
     /// As for a residual.
     fn drive(&mut self, t: f64, y: &[f64], out: &mut [f64]) -> Result<(), StepError>;
 
-    /// Writes ∂s/∂y · `change` to `out`, with the derivative from the last evaluation of the
-    /// Jacobian.
+    /// Writes ∂s/∂y · `change` to `out`, with the derivative at the last evaluation of the Jacobian.
     fn drive_along(&mut self, change: &[f64], out: &mut [f64]);
 
-    /// Returns the response x that residual and Jacobian use.
+    /// Returns the response x, which residual and Jacobian use.
     fn response(&mut self) -> &mut [f64];
 }
 
@@ -49,8 +48,8 @@ pub struct MemoryPart {
     pub terms: Vec<MemoryTerm>,
 }
 
-/// Specification of a fading memory. The method integrates the states like unknowns, and the error
-/// test includes their root mean square as a separate norm, but Newton's method excludes them.
+/// Specification of a fading memory. The method integrates the states like unknowns. The error test includes their root
+/// mean square as a separate norm, but Newton's convergence test does not include them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InternalVariables {
     /// Parts, with consecutive slots.

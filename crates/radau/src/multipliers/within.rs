@@ -9,15 +9,15 @@ use crate::method::Method;
 use crate::newton::{Step, evaluate};
 use crate::work::Counters;
 
-/// Minimum ratio of e(ε) to its expected value, from the last step and the power of h, that
-/// indicates a jump. Smooth solutions exceed it in a few percent of the steps.
+/// Ratio of e(ε) to its value expected from the last step and the power of h above which a jump is assumed. Smooth
+/// solutions exceed it in a few percent of the steps.
 const SUDDEN: f64 = 10.0;
 
 /// Errors of a multiplier at the end of the step, from the residual between the stages.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WithinStep {
     pub(crate) variable: usize,
-    /// Part of the residual that a smooth solution does not explain to leading order.
+    /// Part of the residual that the leading error of a smooth solution does not explain.
     pub(crate) unexplained: f64,
     /// Difference between the leading errors measured within the step and from the last step.
     pub(crate) difference: f64,
@@ -28,11 +28,10 @@ impl Multipliers {
     /// stages, from the residual of the polynomial through the increments `z`. The values of
     /// `algebraic` variables at the start of the step are not used.
     ///
-    /// For a smooth solution, the polynomial violates the constraint by −h ε ω(θ), and the
-    /// polynomial through the multipliers at the stages has an error in proportion to ℓ_0(θ).
-    /// The iteration matrix converts both to −γ ω e(ε) − γ ℓ_0 κ. The fit of e(ε) and κ leaves parts of
-    /// higher order. If a multiplier jumps within the step, it leaves a part of the size of the
-    /// jump.
+    /// For a smooth solution, the polynomial violates the constraint by −h ε ω(θ), and the polynomial through the
+    /// multipliers at the stages has an error in proportion to ℓ_0(θ). The iteration matrix converts both to −γ ω e(ε)
+    /// − γ ℓ_0 κ. After the fit of e(ε) and κ, parts of higher order remain. If a multiplier jumps within the step, the
+    /// remainder is of the size of the jump.
     pub(crate) fn measure_within<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,
@@ -83,8 +82,8 @@ impl Multipliers {
         })
     }
 
-    /// Returns whether the error e(ε) of a multiplier of index 2 exceeds its `tolerance` and has
-    /// grown much more since the step of size `last` than the error of a smooth solution.
+    /// Returns whether the error e(ε) of a multiplier of index 2 exceeds its `tolerance` and has grown much more since
+    /// the previous step, of size `last`, than the error of a smooth solution would.
     pub(crate) fn grow_suddenly(
         &self,
         step: &Step<'_>,
@@ -100,9 +99,8 @@ impl Multipliers {
         })
     }
 
-    /// Uses the leading errors [measured](Self::measure_within) within a first step, if they differ
-    /// by more than the `tolerance` from the errors measured at its start. There, an input may have
-    /// a kink.
+    /// Uses the leading errors [measured](Self::measure_within) within a first step, if they differ by more than the
+    /// `tolerance` from the errors measured at the start of the step, where an input may have a kink.
     pub(crate) fn use_within(&mut self, method: &Method, tolerance: impl Fn(usize) -> f64) {
         let [at_end, _] = profile(method, 2, 1.0);
         for multiplier in self.list.iter_mut().filter(|m| m.is_tested()) {
@@ -130,7 +128,7 @@ impl Multipliers {
     }
 }
 
-/// Returns the middles of the intervals between the start and the stages.
+/// Returns the midpoints of the intervals between the start and the stages.
 fn middles(method: &Method) -> impl Iterator<Item = f64> + Clone {
     let starts = [0.0].into_iter().chain(method.nodes().iter().copied());
     starts.zip(method.nodes()).map(|(a, b)| 0.5 * (a + b))
@@ -161,8 +159,8 @@ fn fit_errors(method: &Method, measured: impl Iterator<Item = f64> + Clone) -> [
 mod tests {
     use super::*;
 
-    /// Checks the fit for errors of its form, and for the errors of polynomials through values with
-    /// a kink between the last stages.
+    /// Checks the fit for errors of the assumed form, and for the errors of polynomials that interpolate a function
+    /// with a kink between the last stages.
     #[test]
     fn the_fit_leaves_only_errors_of_a_kink() {
         for stages in [3, 5, 7] {

@@ -62,7 +62,7 @@ pub struct Adjoint<Q> {
     krylov: Krylov,
     tolerance: f64,
     factors: Option<Factors>,
-    /// z̄, then the residual of the linear system.
+    /// z̄; later the residual of the linear system.
     residual: Vec<f64>,
     /// Right-hand side of the preconditioner; finally λ.
     adjoint: Vec<f64>,
@@ -77,19 +77,19 @@ pub struct Adjoint<Q> {
 pub struct Gradient {
     /// ∂J/∂p_j through the equations.
     pub parameters: Vec<f64>,
-    /// ∂J/∂y_0, for parameters that change the initial values; 0 for algebraic variables, whose
-    /// initial values do not occur in the equations.
+    /// ∂J/∂y_0, for parameters on which the initial values depend; 0 for algebraic variables, whose initial values do
+    /// not occur in the equations.
     pub start: Vec<f64>,
 }
 
-/// ȳ and the cotangent of ẏ between two steps, and the accumulated sum of λᵀ ∂F/∂p.
+/// Quantities carried from step to step: ȳ, the cotangent of ẏ, and the accumulated sum of λᵀ ∂F/∂p.
 struct Carried {
     y: Vec<f64>,
     y_dot: Vec<f64>,
     products: Vec<f64>,
 }
 
-/// Default relative residual: forward sensitivities and adjoint agree to about this accuracy.
+/// Default relative residual; forward sensitivities and adjoint agree to about this accuracy.
 const TOLERANCE: f64 = 1e-10;
 
 impl<Q> Adjoint<Q> {
@@ -157,7 +157,7 @@ impl<Q> Adjoint<Q> {
         };
         let end = solver.save();
         let repeated = recording.go_back(solver, &mut |solver, first, steps| {
-            // Replayed steps leave other factors behind, which may be reused as well.
+            // The factors computed for replayed steps differ from those of the run, and may also be reused.
             let fresh = self.factors.take().and_then(|factors| factors.fresh());
             self.factors = solver.set_up_for().map(|h| Factors::new(h, fresh));
             for (number, step) in steps.iter().enumerate().rev() {
@@ -176,7 +176,7 @@ impl<Q> Adjoint<Q> {
         })
     }
 
-    /// Traverses one step backward; `until` is its size.
+    /// Traverses one step backward. `until` is its size.
     fn back<P: Problem, M: LinearSolver<P>>(
         &mut self,
         step: AcceptedStep<'_, P, M>,
@@ -210,8 +210,8 @@ impl<Q> Adjoint<Q> {
             start_slope: &mut carried.y_dot,
             stages: &mut self.residual,
         })?;
-        // The derivative of the polynomial at its start does not depend on the initial ẏ in the first step,
-        // since ∂ẏ_0/∂p is unknown; in algebraic variables it never depends on ẏ of the step before.
+        // The derivative of the polynomial at its start does not depend on the initial ẏ in the first step, since
+        // ∂ẏ_0/∂p is unknown. For algebraic variables it never depends on ẏ at the end of the previous step.
         let all = is_first.then_some(0..n).into_iter().flatten();
         let algebraic = step.algebraic.iter().copied().filter(|_| !is_first);
         for i in all.chain(algebraic) {
@@ -241,7 +241,8 @@ impl<Q> Adjoint<Q> {
         })
     }
 
-    /// Solves for λ and adds its contributions to the start of the step and to the parameters.
+    /// Solves for λ and adds its contributions to the cotangents at the start of the step and to the gradient of the
+    /// parameters.
     fn solve<P: Problem, M: LinearSolver<P>>(
         &mut self,
         step: AcceptedStep<'_, P, M>,
@@ -277,8 +278,8 @@ impl<Q> Adjoint<Q> {
             )
             .map_err(SweepFailure::Failed)?;
         self.work.jacobian_evaluations += method.stages() as u64;
-        // z̄ · z has the units of J. The residual of z̄ is weighted by the tolerances of z, for
-        // velocities and multipliers without the powers of 1/h that the integration allows.
+        // z̄ · z has the units of J. The residual of z̄ is weighted by the tolerances of z, without the powers of 1/h
+        // by which the integration increases the tolerances of velocities and multipliers.
         spread(&mut self.weights, n, |first| {
             weights.write_at(problem, options, &collocation.y0, 1.0, first)
         })?;

@@ -8,8 +8,8 @@ use super::krylov::Stalled;
 /// Solves K x = r for several columns by generalized conjugate residuals (Eisenstat, Elman, Schultz
 /// 1983) with separate search directions for each column.
 ///
-/// K is close to the identity, since it is preconditioned by the factors of a frozen Jacobian. Few
-/// directions suffice, often none. One application of K serves all columns.
+/// K is close to the identity, since it is preconditioned by the factors of a frozen Jacobian. A few search directions
+/// are sufficient, and often none is needed. K is applied to all columns at once.
 #[derive(Debug, Default)]
 pub(super) struct Block {
     /// (p, −K p), and |K p|⁻² for each column.
@@ -38,10 +38,10 @@ impl Block {
     /// Adds the solutions of K d = `r` to `x` with an error norm of about `tolerance` in each
     /// column. `apply` writes −K v into its second argument.
     ///
-    /// The remaining residual r is added at the end, which leaves r − K r, smaller by the
-    /// contraction of K. The first solve measures this contraction. Later solves assume a slightly
-    /// larger value, as Newton's method does between steps, and at least the contraction that
-    /// Newton's method measured in this step with the same factors.
+    /// At the end, the remaining residual r is added to the solution. The new residual is r − K r, which is smaller by
+    /// the contraction factor of K. The first solve measures this contraction. Later solves assume a slightly larger
+    /// value, as Newton's method does between steps, and at least the contraction that Newton's method measured in this
+    /// step with the same factors.
     ///
     /// # Shapes
     /// `x`, `r`: one or more stages with as many values as `weights`, stored row by row with
@@ -130,7 +130,7 @@ fn largest(sizes: &[f64]) -> (usize, f64) {
     sizes.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
 }
 
-/// Weighted sums over the columns of stages.
+/// Weighted sums over the columns of the stages.
 struct Columns<'w> {
     weights: &'w [f64],
     n_columns: usize,
@@ -166,14 +166,13 @@ impl Columns<'_> {
         (0..self.n_columns).map(of).collect()
     }
 
-    /// Computes y ← y + share x with a share for each column.
+    /// Computes y ← y + share · x with a separate share for each column.
     fn add_scaled(&self, y: &mut [f64], shares: &[f64], x: &[f64]) {
         let shares = &shares.repeat(ROWS);
         add_scaled(y, shares, x);
     }
 
-    /// Computes x ← x + share p and r ← r + share q with a share for each column; returns the norms
-    /// of r.
+    /// Computes x ← x + share · p and r ← r + share · q with a separate share for each column; returns the norms of r.
     fn step(&self, [x, r]: [&mut [f64]; 2], [p, q]: [&[f64]; 2], shares: &[f64]) -> Vec<f64> {
         let mut lanes = vec![0.0; ROWS * self.n_columns];
         let length = r.len();
@@ -190,13 +189,13 @@ impl Columns<'_> {
     }
 }
 
-/// Returns the mean of one column from sums in lanes over `length` values of several columns.
+/// Returns the mean of one column from partial sums in SIMD lanes over `length` values of several columns.
 pub(super) fn mean_of_column(lanes: &[f64], (j, n_columns): (usize, usize), length: usize) -> f64 {
     let sum: f64 = lanes.iter().skip(j).step_by(n_columns).sum();
     sum / (length / n_columns) as f64
 }
 
-/// Accumulates w² (a + b)², w² b² and w² a b in lanes.
+/// Accumulates w² (a + b)², w² b² and w² a b in SIMD lanes.
 #[with_simd(add_squares = Arch::new())]
 #[inline(always)]
 fn add_squares_with<S: Simd>(
@@ -225,7 +224,7 @@ fn add_squares_with<S: Simd>(
     }
 }
 
-/// Computes y ← y + x times periodically repeated shares.
+/// Computes y ← y + x times `shares`, which are repeated periodically.
 #[with_simd(add_scaled = Arch::new())]
 #[inline(always)]
 fn add_scaled_with<S: Simd>(_: S, y: &mut [f64], shares: &[f64], x: &[f64]) {
@@ -239,7 +238,7 @@ fn add_scaled_with<S: Simd>(_: S, y: &mut [f64], shares: &[f64], x: &[f64]) {
     }
 }
 
-/// Computes x ← x + p and r ← r + q times periodically repeated shares, and sums w² r² in lanes.
+/// Computes x ← x + p and r ← r + q, each times shares that are repeated periodically, and sums w² r² in SIMD lanes.
 #[with_simd(step = Arch::new())]
 #[inline(always)]
 fn step_with<S: Simd>(
@@ -253,7 +252,7 @@ fn step_with<S: Simd>(
     let (length, width) = (weights.len(), lanes.len());
     let mut start = 0;
     while start < x.len() {
-        // A stage starts with a full row.
+        // Each stage starts at the beginning of a row.
         let within = start % length;
         let n = width.min(length - within);
         let (x, r) = (&mut x[start..][..n], &mut r[start..][..n]);

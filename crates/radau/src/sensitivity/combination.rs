@@ -1,4 +1,4 @@
-//! Least-squares approximation of vectors by linear combinations of others.
+//! Least-squares approximation of a vector by linear combinations of other vectors.
 
 use nalgebra::{SMatrix, SVector};
 use pulp::{Arch, Simd};
@@ -6,10 +6,10 @@ use pulp_macro::with_simd;
 
 use super::block::{ROWS, mean_of_column};
 
-/// Number of stored steps: enough for three or four frequencies and their growth rates.
+/// Number of stored steps: sufficient for three or four frequencies and their growth rates.
 pub(super) const STEPS: usize = 8;
 
-/// Starts of those steps and of the next step.
+/// Number of starts of the stored steps and of the next step.
 pub(super) const PLACES: usize = STEPS + 1;
 
 /// Weight of the state relative to a column, both scaled by their norms. The state helps to
@@ -17,7 +17,7 @@ pub(super) const PLACES: usize = STEPS + 1;
 /// reliable.
 const SHARE_OF_STATE: f64 = 0.1;
 
-/// Number of rows above which only a sample of rows is compared; eight coefficients need no more.
+/// Number of rows above which only a sample of rows is compared, which is sufficient for eight coefficients.
 const ENOUGH_ROWS: usize = 512;
 
 /// Relative accuracy of sums of products.
@@ -34,8 +34,8 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// Computes, for each column, the mean weighted products of all pairs of vectors: of their
-    /// values, and of their derivatives times h.
+    /// Computes, for each column, the mean weighted products of all pairs of vectors, both of their values and of their
+    /// derivatives times h.
     pub(super) fn of(
         &mut self,
         vectors: &[[&[f64]; 2]],
@@ -65,9 +65,8 @@ impl Sums {
     }
 }
 
-/// Returns the coefficients that combine the first `count` vectors to the next vector, from the
-/// products of a column and of the state. Coefficients larger than the tolerance justifies are
-/// damped.
+/// Returns the coefficients of the combination of the first `count` vectors that approximates the next vector, from the
+/// products of a column and of the state. Coefficients larger than the tolerance justifies are damped.
 pub(super) fn combination(
     column: &Products,
     state: &Products,
@@ -94,9 +93,8 @@ pub(super) fn combination(
     factors.map_or(SVector::zeros(), |factors| factors.solve(&rhs))
 }
 
-/// Accumulates w² a b in lanes for all pairs of vectors: of their values (`part` 0) or derivatives
-/// (1), for one of `every` blocks of `width` values. `scaled` is workspace for a block of each
-/// vector.
+/// Accumulates w² a b in SIMD lanes for all pairs of vectors: products of their values (`part` = 0) or of their
+/// derivatives (1), in one of `every` blocks of `width` values. `scaled` is workspace for a block of each vector.
 #[with_simd(add_products = Arch::new())]
 #[inline(always)]
 fn add_products_with<S: Simd>(
@@ -136,8 +134,8 @@ fn add_products_with<S: Simd>(
 mod tests {
     use super::*;
 
-    /// Of 1100 rows, every second block of eight is used. Unused rows may hold any value; the mean
-    /// is the weighted mean of the used rows.
+    /// Of 1100 rows, every second block of eight is used. The other rows have arbitrary values, which must not affect
+    /// the result: the weighted mean over the used rows.
     #[test]
     fn long_vectors_are_compared_in_a_part_of_their_rows() {
         let number = |row: usize, taken: f64| match row / ROWS % 2 {

@@ -17,7 +17,7 @@ pub struct Cotangents<'a> {
     /// ∂J/∂y and ∂J/∂ẏ at the start of the step.
     pub(super) start: &'a mut [f64],
     pub(super) start_slope: &'a mut [f64],
-    /// ∂J with respect to the stage increments.
+    /// Derivatives of J with respect to the stage increments.
     pub(super) stages: &'a mut [f64],
 }
 
@@ -27,8 +27,7 @@ impl Cotangents<'_> {
         [self.step.t0, self.end]
     }
 
-    /// Returns whether the step contains a time. The common end of two steps belongs to only one
-    /// step.
+    /// Returns whether the step contains a time. The common end of two steps belongs to only one of them.
     pub fn covers(&self, t: f64) -> bool {
         let is_start = self.is_first && t == self.step.t0;
         is_start || (self.step.t0 < t && t <= self.end)

@@ -1,4 +1,4 @@
-//! Sensitivities to all parameters, step by step.
+//! Sensitivities to all parameters, advanced step by step.
 
 use myovib_dae::columns;
 
@@ -57,14 +57,14 @@ impl Curves {
         &self.apart[j]
     }
 
-    /// Discards the history because the problem has a jump or kink here.
+    /// Discards the history, because the problem has a jump or kink at this time.
     pub(super) fn forget(&mut self) {
         self.history.clear();
         self.predictor.forget();
     }
 
-    /// Prepares a step with initial guesses for its increments. `weights` are the weights of the
-    /// columns and of the state; values smaller than `tolerance` in these weights are noise.
+    /// Prepares a step with initial guesses for its increments. `weights` are the weights of the columns and of the
+    /// state; weighted values below `tolerance` are considered noise.
     pub(super) fn begin(
         &mut self,
         method: &Method,
@@ -97,8 +97,8 @@ impl Curves {
         self.step.y_dot0.copy_from_slice(&self.s_dot);
     }
 
-    /// Writes p̄ S_j at the larger of its magnitudes before and after the step, including the
-    /// pending correction of the end value in `residual`.
+    /// Writes p̄ S_j, for each component the larger of the values before and after the step. The end value includes the
+    /// pending correction in `residual`.
     pub(super) fn size(&self, j: usize, scale: f64, out: &mut [f64]) {
         let last = self.step.increments.len() - self.s.len();
         let end = (&self.step.increments[last..], &self.residual[last..]);

@@ -1,4 +1,4 @@
-//! Reuse of the factors of one step in others.
+//! Reuse of the factors of one step in other steps.
 
 /// Factors of an earlier step of the backward pass or of the run, and their quality as
 /// preconditioner.
@@ -6,20 +6,19 @@
 pub(super) struct Factors {
     /// Step size for which they were computed.
     h: f64,
-    /// Directions needed in that step; for factors of the run, the expected number, if known.
+    /// Number of search directions in that step; for factors of the run, the expected number, if known.
     fresh: Option<usize>,
     is_stale: bool,
 }
 
-/// Refactorize once GCR needs this many directions more than with fresh factors. A matrix setup
-/// costs as much as five directions (ten solves; a direction is a solve and a product with the
-/// tangents at all stages, which cost about the same). A difference of one direction is random.
+/// Refactorize once GCR needs this many directions more than with fresh factors. A matrix setup costs about as much as
+/// five directions or ten solves. (A direction consists of a solve and a product with the tangents at all stages, which
+/// cost about the same.) A difference of one direction may be random.
 const STALE: usize = 3;
 
-/// Factors are reused for step sizes within this ratio r. If inertia dominates, the factors are
-/// wrong by r², which leaves about (r − 1)/(r + 1) of the residual per direction. On row 4 of
-/// Table 2 up to t = 2, setups and directions together are cheapest between 1.05 and 1.1 and more
-/// expensive at 1.25.
+/// Factors are reused for step sizes within this ratio r. If inertia dominates, the matrices differ by the factor r²,
+/// and each direction reduces the residual to about (r − 1)/(r + 1). On row 4 of Table 2 up to t = 2, setups and
+/// directions together are cheapest between 1.05 and 1.1 and more expensive at 1.25.
 const WINDOW: f64 = 1.1;
 
 impl Factors {
@@ -32,17 +31,17 @@ impl Factors {
         }
     }
 
-    /// Returns the number of directions with fresh factors.
+    /// Returns the number of directions with newly computed factors, if known.
     pub(super) fn fresh(&self) -> Option<usize> {
         self.fresh
     }
 
-    /// Returns whether the factors are to be used for a step of size `h`.
+    /// Returns whether the factors may be used for a step of size `h`.
     pub(super) fn serve(&self, h: f64) -> bool {
         !self.is_stale && (h / self.h).max(self.h / h) <= WINDOW
     }
 
-    /// Records the number of `directions` of a step.
+    /// Records that a step needed this number of `directions`.
     pub(super) fn note(&mut self, directions: usize) {
         let fresh = *self.fresh.get_or_insert(directions);
         self.is_stale = directions > fresh + STALE;

@@ -52,7 +52,7 @@ pub struct ForwardSensitivities<Q> {
     parameters: Q,
     /// Number of solver steps followed since its start.
     followed: u64,
-    /// Number of starts of the [solver](RadauSolver::restarts) to which they belong.
+    /// Number of [starts of the solver](RadauSolver::restarts) when the sensitivities were created.
     restarts: u64,
     operator: StageOperator,
     system: StageSystem,
@@ -162,8 +162,8 @@ impl<Q> ForwardSensitivities<Q> {
         }
     }
 
-    /// Includes the errors of the sensitivities in the step-size control. Each is estimated like
-    /// the error of y, in tolerances of p̄_j S_j:
+    /// Includes the errors of the sensitivities in the step-size control. Each error is estimated like the error of y,
+    /// in units of the tolerances of p̄_j S_j:
     ///
     /// ```text
     /// −(J_y + γ/h J_ẏ)⁻¹ (J_y S_j + J_ẏ σ_j'(t_n) + ∂F/∂p_j)   at (t_n, y_n, u'(t_n)).
@@ -195,7 +195,7 @@ impl<Q> ForwardSensitivities<Q> {
         self.curves.count()
     }
 
-    /// Returns ∂y/∂p_j at the end of the last step followed.
+    /// Returns ∂y/∂p_j at the end of the last step that was followed.
     ///
     /// # Panics
     /// If the parameter does not exist.

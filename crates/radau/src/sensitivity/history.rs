@@ -13,7 +13,7 @@ use crate::method::Method;
 
 /// The last steps of several columns, from which the next step is predicted.
 ///
-/// The values of the columns and of the state y at the starts of these steps are combined to their
+/// A linear combination of the values of a column and of the state y at the starts of these steps approximates their
 /// current values,
 ///
 /// ```text
@@ -88,7 +88,7 @@ impl History {
         }
     }
 
-    /// Returns the steps whose polynomials can be extended to a step of size `h`.
+    /// Returns the steps whose polynomials can be extrapolated over a step of size `h`.
     fn usable(&self, h: f64) -> impl Iterator<Item = &Past> {
         let steps = self.steps.iter();
         steps.filter(move |past| h <= LONGER * past.curves.h)
@@ -132,8 +132,8 @@ impl History {
                     let of_step = room.coefficients.iter().map(|a| a[k]);
                     room.shares.extend(of_step);
                 }
-                // The polynomials over a step of the current length; for equal steps, these are
-                // their own stages.
+                // The polynomials evaluated over a step of the current length; for equal step sizes, these are their
+                // stages.
                 method.write_bases(now.h / past.curves.h, &mut room.basis);
                 let numbers = now.columns.weights.len();
                 let increments = &past.curves.increments;
@@ -181,8 +181,8 @@ impl History {
     }
 }
 
-/// Computes z_i ← z_i + Σ_j b_ij z_j of a step, times the share of each column. A stage has
-/// `numbers` values, `shares` are repeated periodically, `basis` holds b_ij stage by stage.
+/// Adds Σ_j b_ij z_j of a stored step, times the share of each column, to stage i of the guess. A stage has `numbers`
+/// values, `shares` are repeated periodically, and `basis` contains b_ij stage by stage.
 #[with_simd(add_polynomials = Arch::new())]
 #[inline(always)]
 fn add_polynomials_with<S: Simd>(
@@ -221,7 +221,7 @@ mod tests {
 
     const FREQUENCIES: [f64; 2] = [1.0, 2.7];
 
-    /// Component i of column j: a vibration with two frequencies, or its derivative.
+    /// Returns component i of column j: a vibration with two frequencies, or its derivative.
     fn curve(i: usize, j: usize, t: f64, derivative: bool) -> f64 {
         let of = |(k, omega): (usize, &f64)| {
             let size = ((1 + i + 3 * j + 5 * k) as f64).sin();
@@ -234,7 +234,7 @@ mod tests {
         FREQUENCIES.iter().enumerate().map(of).sum()
     }
 
-    /// All components of some columns, stored row by row.
+    /// Returns all components of some columns, stored row by row.
     fn block(n_columns: std::ops::Range<usize>, t: f64, derivative: bool) -> Vec<f64> {
         let columns = |i: usize| n_columns.clone().map(move |j| curve(i, j, t, derivative));
         (0..6).flat_map(columns).collect()
@@ -256,7 +256,7 @@ mod tests {
         }
     }
 
-    /// Start of a step with unit weights of the state.
+    /// Returns the start of a step with unit weights of the state.
     fn beginning<'a>(
         columns: &'a Collocation,
         state: &'a Collocation,
@@ -283,7 +283,7 @@ mod tests {
         let (columns, state) = (0..2, 2..3);
         let mut history = History::new(6, 2, 7);
         let mut t = 0.0;
-        // More steps than are stored.
+        // More steps than can be stored.
         for h in [1.0; 10] {
             let [of_columns, of_state] =
                 [&columns, &state].map(|of| step(&method, of.clone(), t, h));
@@ -302,9 +302,8 @@ mod tests {
         errors.map(|(z, e)| (z - e).abs()).fold(0.0, f64::max)
     }
 
-    /// Four curves in total are combinations of eight steps up to a few times the tolerance of
-    /// 1e-6. For shorter steps the polynomial of degree 7 adds an error of a few times 2.7⁸/8! × 2
-    /// × 4⁻⁸ = 2e-6.
+    /// Four curves in total are approximated by combinations of eight steps, with an error of a few times the tolerance
+    /// of 1e-6. For shorter steps the polynomial of degree 7 adds an error of a few times 2.7⁸/8! × 2 × 4⁻⁸ = 2e-6.
     #[test]
     fn vibrations_of_two_frequencies_are_guessed_over_long_steps() {
         for last in [1.0, 0.6] {
@@ -313,7 +312,7 @@ mod tests {
         }
     }
 
-    /// One column that equals its state, after steps of these sizes.
+    /// Returns a history of one column that equals the state, after steps of the given sizes.
     fn after(steps: &[f64]) -> (Method, History, f64) {
         let method = Method::radau_iia(3).expect("there is one");
         let (mut history, mut t) = (History::new(6, 1, 3), 0.0);

@@ -29,7 +29,7 @@ const MOST: usize = 60;
 pub(super) struct Stalled {
     /// Norm of the remaining residual.
     pub(super) norm: f64,
-    /// Number of the right-hand side, if there are several.
+    /// Index of the right-hand side, if there are several.
     pub(super) column: usize,
 }
 
@@ -56,8 +56,8 @@ impl Krylov {
     /// Adds the solution of K d = `r` to `x` with a residual norm of about `tolerance`. `apply`
     /// replaces v by K v.
     ///
-    /// Since K is close to the identity, the remaining residual r is added at the end, which leaves
-    /// r − K r, smaller by the contraction of the last direction.
+    /// Since K is close to the identity, the remaining residual r is added to the solution at the end. The new residual
+    /// is r − K r, which is smaller by the contraction of the last direction.
     ///
     /// # Shapes
     /// `weights`: relative weights of the components; all slices have the same length.
@@ -127,8 +127,7 @@ fn difference(a: &[f64], b: &[f64], weights: &[f64]) -> f64 {
     mean([a, b, weights], squares).sqrt()
 }
 
-/// Returns the mean of a function of three vectors' components, summed in lanes to allow vector
-/// instructions.
+/// Returns the mean of a function of the components of three vectors, summed in SIMD lanes.
 fn mean([a, b, w]: [&[f64]; 3], of: impl Fn([f64; 3]) -> f64) -> f64 {
     const LANES: usize = 8;
     let (a, a_left) = a.as_chunks::<LANES>();
@@ -159,8 +158,8 @@ mod tests {
         Ok(())
     }
 
-    /// Each direction contracts by 0.3 or better, so ten digits take at most 19 directions; the
-    /// last is the final addition of the residual.
+    /// Each direction reduces the residual to 0.3 or less, so ten digits take at most 19 directions; the last is the
+    /// final addition of the residual.
     #[test]
     fn solutions_leave_no_more_than_the_tolerance_and_little_less() {
         let n = 40;

@@ -5,7 +5,7 @@ use nalgebra_sparse::pattern::SparsityPattern;
 
 /// Entries of a pattern that have been nonzero so far.
 ///
-/// ∂F/∂y and ∂F/∂ẏ share a pattern, of which each fills only a part. Products with the full pattern
+/// ∂F/∂y and ∂F/∂ẏ share a pattern, and each has nonzero entries only in a part of it. Products with the full pattern
 /// would mostly multiply by zeros.
 #[derive(Debug)]
 pub(super) struct Nonzeros {
@@ -95,8 +95,8 @@ fn product(pattern: &SparsityPattern, is_kept: &[bool]) -> Product {
 mod tests {
     use super::*;
 
-    /// For the full matrix ((1, 3), (2, 4)), stored as 1, 2, 3, 4: first the diagonal, then all
-    /// entries.
+    /// Products with the full matrix ((1, 3), (2, 4)), stored as 1, 2, 3, 4: first with the diagonal only, then with
+    /// all entries.
     #[test]
     fn products_are_those_of_all_entries_seen() {
         let pattern =
@@ -106,7 +106,7 @@ mod tests {
         for (mut values, expected) in [
             ([1.0, 0.0, 0.0, 4.0], [-5.0, -28.0]),
             ([1.0, 2.0, 3.0, 4.0], [-26.0, -38.0]),
-            // Entries seen once remain in the set.
+            // Entries that were nonzero once remain in the set.
             ([1.0, 0.0, 0.0, 4.0], [-5.0, -28.0]),
         ] {
             nonzeros.learn(&pattern, std::iter::once(&values[..]));

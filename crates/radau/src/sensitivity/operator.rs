@@ -20,7 +20,7 @@ pub(super) struct StageOperator {
     nonzeros: [Nonzeros; 2],
     /// Both matrices at each stage, compressed, and optionally at the start of the step.
     parts: Vec<[Vec<f64>; 2]>,
-    /// t, Y_i and Ẏ_i of the same points.
+    /// t, Y_i and Ẏ_i at the same points.
     pub(super) stages: Vec<Stage>,
     /// Number of points.
     stages_and_start: usize,
@@ -31,7 +31,7 @@ pub(super) struct StageOperator {
     h: f64,
 }
 
-/// A point at which the equations hold.
+/// A point (t, y, ẏ) at which the equations hold.
 #[derive(Debug, Clone)]
 pub(super) struct Stage {
     pub(super) t: f64,
@@ -85,10 +85,10 @@ impl StageOperator {
             .resize(self.stages_and_start, self.stages[0].clone());
     }
 
-    /// Linearizes at the stages of a step, and at its start if that was added.
+    /// Linearizes at the stages of a step, and also at its start if the start was added.
     ///
-    /// The `parameters` may store the tangents themselves and [multiply](Self::subtract) with them.
-    /// If transposed products are needed, they do so only if they support these.
+    /// The `parameters` may store the tangents themselves and [multiply](Self::subtract) with them. If transposed
+    /// products are needed, the parameters must support them.
     pub(super) fn linearize<P: Problem>(
         &mut self,
         (problem, parameters): (&mut P, &mut impl Parameters<P>),
@@ -140,8 +140,7 @@ impl StageOperator {
         Ok(())
     }
 
-    /// Subtracts L x, and J_y(i) `start` at each stage, from `out` for `n_columns` columns stored
-    /// row by row.
+    /// Subtracts L x and, at each stage, J_y(i) `start` from `out`, for `n_columns` columns stored row by row.
     pub(super) fn subtract<P>(
         &mut self,
         parameters: &mut impl Parameters<P>,
@@ -222,8 +221,8 @@ impl StageOperator {
         by_rate.subtract_transposed(of_rate, x, rate);
     }
 
-    /// Subtracts J_y s + J_ẏ u'(t_n) from `out` at the start of the step, for the curves u that
-    /// start from s.
+    /// Subtracts J_y s + J_ẏ u'(t_n) from `out` at the start of the step, where u are the polynomials that start from
+    /// s.
     pub(super) fn subtract_at_start<P>(
         &mut self,
         parameters: &mut impl Parameters<P>,

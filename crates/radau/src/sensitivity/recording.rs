@@ -8,7 +8,7 @@ use crate::solver::{RadauSolver, RadauState};
 
 /// The accepted steps of a run, which an [`Adjoint`](super::Adjoint) traverses backward.
 ///
-/// It stores either the stages of all steps, or a few states of the solver, from which the steps in
+/// A recording stores either the stages of all steps or a few states of the solver. From these states, the steps in
 /// between are reproduced bitwise when they are needed.
 #[derive(Debug)]
 pub struct Recording {
@@ -19,7 +19,7 @@ pub struct Recording {
     restarts: u64,
 }
 
-/// A requested step and its size.
+/// Arguments of a step, and its size.
 #[derive(Debug, Clone, Copy)]
 struct StepRequest {
     time_limits: ([f64; 2], bool),
@@ -56,9 +56,8 @@ impl Recording {
         Self::new(solver, RecordedSteps::Stages(Vec::new()))
     }
 
-    /// Creates a recording with two levels of checkpoints: for N steps at most √N states, and the
-    /// stages of the √N to 2 √N steps between two of them. Almost all steps are then computed
-    /// twice.
+    /// Creates a recording with two levels of checkpoints: for N steps, it stores at most √N states and the stages of
+    /// the √N to 2 √N steps between two of them. Almost all steps are then computed twice.
     ///
     /// Between steps the solver must not be modified, so that it can replay them.
     ///
@@ -175,7 +174,7 @@ impl Recording {
                 if self.steps.len().is_multiple_of(*spacing) {
                     states.push(solver.save());
                 }
-                // As many states as steps between two of them: every other state is dropped.
+                // If there are as many states as steps between two of them, every other state is dropped.
                 if states.len() > *spacing {
                     let mut number = 0;
                     states.retain(|_| {
@@ -194,7 +193,7 @@ impl Recording {
         self.steps[number].end
     }
 
-    /// Traverses all steps backward, some at a time; returns the number of replayed steps.
+    /// Traverses all steps backward, in groups; returns the number of replayed steps.
     pub(super) fn go_back<P: Problem, M: LinearSolver<P>>(
         &self,
         solver: &mut RadauSolver<P, M>,
@@ -228,7 +227,7 @@ impl Recording {
         }
     }
 
-    /// Replays the steps with these numbers from the `state` before the first.
+    /// Replays the steps in the range `numbers`, starting from the saved `state` before the first of them.
     fn repeat<P: Problem, M: LinearSolver<P>>(
         &self,
         solver: &mut RadauSolver<P, M>,

@@ -1,6 +1,6 @@
 //! Work counters of sensitivities.
 
-/// Work for sensitivities in addition to the integration. Factorizations are not needed.
+/// Counters of the work for sensitivities in addition to the integration, which requires no factorizations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct SensitivityWork {
@@ -16,7 +16,7 @@ pub struct SensitivityWork {
     pub complex_solves: u64,
 }
 
-/// Work of an adjoint in its backward passes.
+/// Counters of the work in the backward passes of an adjoint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct AdjointWork {

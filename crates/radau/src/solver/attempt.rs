@@ -18,7 +18,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let iterations = self.solve_stages(h, failures)?;
         let step = step_of!(self, h);
         if failures.unsolved() && self.newton.leaps(&step, &self.y_dot) {
-            // Another root of F, at a distant ẏ that the error test of y does not detect.
+            // The iterations have found another root of F, with a very different ẏ, which the error test of y does not
+            // detect.
             return Err(Failure::Rejected(Rejection {
                 reason: StopReason::ConvergenceFailures,
                 message: format!("ẏ changes abruptly while y barely changes at h = {h:e}"),
@@ -39,8 +40,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(proposal)
     }
 
-    /// Rejects a step whose rounding exceeds the tolerances because it is too short, and all
-    /// shorter steps.
+    /// Rejects a step, and all shorter ones, if rounding exceeds the tolerances because the step is too short.
     fn expect_small_rounding(&mut self, h: f64) -> Result<(), Failure> {
         self.sample_rounding(h, None)?;
         let (n, weights) = (self.y.len(), self.weights.scaled());
@@ -54,7 +54,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }))
     }
 
-    /// Estimates the rounding error of the step of size `h` after a step of size `last` by the thorough sampling.
+    /// Estimates the rounding error of the step of size `h` after a step of size `last` with thorough sampling.
     pub(super) fn sample_rounding(&mut self, h: f64, last: Option<f64>) -> Result<(), Failure> {
         let step = step_of!(self, h);
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
@@ -108,8 +108,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         if let Some(memory) = &self.memory {
             memory.show_present(problem);
         }
-        // Under a hidden constraint a shorter step has more rounding. So rounding must cause
-        // neither a shorter step nor a repetition.
+        // Under a hidden constraint a shorter step has more rounding. Therefore rounding must neither shorten nor
+        // repeat a step.
         let control = &self.control;
         let shortens = control.propose(h, error, iterations) < h || control.judge(h, error) >= 1.0;
         let questioned = error >= 1.0 || (self.multipliers.any() && shortens);
@@ -141,7 +141,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(limit.min(self.control.accept(h, error, iterations)))
     }
 
-    /// Rejects a step with this `error`, `judged` by the control.
+    /// Rejects a step with the estimated `error`. `judged` is the error that the control compares with the tolerance.
     fn reject(&mut self, h: f64, error: f64, judged: f64, iterations: usize) -> Rejection {
         if !error.is_finite() {
             return Rejection {
@@ -154,7 +154,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Rejection {
             reason: StopReason::ErrorTestFailures,
             message: format!("estimated error {judged:.2e} times the tolerance at h = {h:e}"),
-            // The scale is unknown before a first step is accepted.
+            // The time scale is unknown before the first step is accepted.
             step_factor: match self.fresh {
                 true => 0.1,
                 false => self.control.propose(h, judged, iterations) / h,
@@ -162,8 +162,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Estimates the leading error of multipliers. Returns the largest next step for the remaining
-    /// error after its removal.
+    /// Estimates the leading error of multipliers. Returns the largest next step that is permitted by the error that
+    /// remains after its removal.
     fn measure_multipliers(&mut self, h: f64) -> Result<f64, Failure> {
         let step = step_of!(self, h);
         let (problem, matrices) = (&mut self.problem, &mut self.matrices);
@@ -302,8 +302,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Factorizes for a step of size h. If a matrix selects its pivots again, all matrices do, so
-    /// that one evaluation and one h determine the pivots of all.
+    /// Factorizes for a step of size h. If one matrix selects new pivots, all matrices do, so that the pivots of all
+    /// matrices belong to one evaluation and one h.
     fn choose_pivots_and_factorize(&mut self, h: f64) -> Result<(), StepError> {
         for (shift, mode) in self.shifts.iter_mut().zip(self.method.complex_modes()) {
             *shift = mode.lambda / h;

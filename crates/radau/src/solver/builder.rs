@@ -34,8 +34,8 @@ pub struct RadauBuilder<P> {
     memory: Option<(InternalVariables, MakeMemory<P>)>,
 }
 
-/// Creates a memory from its specification, the method, and the relative tolerance with the factor
-/// on tolerances.
+/// Creates the internal variables from their specification, the method, the relative tolerance, and the factor on
+/// tolerances.
 type MakeMemory<P> = fn(InternalVariables, &Method, (f64, f64)) -> Result<Memory<P>, RadauError>;
 
 impl<P: Problem> RadauSolver<P> {
@@ -103,9 +103,9 @@ impl<P: Problem> RadauBuilder<P> {
         self
     }
 
-    /// Integrates q̇ = g(t, y, ẏ) from `start` along with the solution, with the weights of the
-    /// collocation. The result has the order of the method. It needs g at each stage of each
-    /// accepted step, but no equation has to be solved. The steps do not change, unless g fails.
+    /// Integrates q̇ = g(t, y, ẏ) from `start` along with the solution, with the weights of the collocation. The result
+    /// has the order of the method. It requires g at each stage of each accepted step, but no solution of equations.
+    /// Quadratures do not affect the steps, unless g fails.
     #[must_use]
     pub fn quadrature(
         mut self,
@@ -118,8 +118,8 @@ impl<P: Problem> RadauBuilder<P> {
         self
     }
 
-    /// Integrates these states along with the unknowns, eliminated from Newton's method; see
-    /// [`Fading`]. Sensitivities are not supported with them.
+    /// Integrates internal variables along with the unknowns; they are eliminated from Newton's method, see [`Fading`].
+    /// They cannot be combined with sensitivities.
     #[must_use]
     pub fn fading_memory(mut self, memory: InternalVariables) -> Self
     where

@@ -1,4 +1,4 @@
-//! Steps with interruptions: at roots, and at times within a step after a root.
+//! Steps that are interrupted at roots, and the continuation within a step after a root.
 
 use myovib_dae::{LinearSolver, Outcome, Problem};
 
@@ -9,7 +9,7 @@ use crate::failure::{Failure, Operation};
 use crate::roots::LastStep;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Continues to the end of one step, to `limit`, or to the first root before either.
+    /// Continues to the end of one step, to `limit`, or to the first root, whichever comes first.
     pub(super) fn step_within(
         &mut self,
         t_out: f64,
@@ -43,7 +43,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Stops at the first root up to `t`, a time in the last step, if there is one.
+    /// Stops at the first root in the last step up to the time `t`, if there is one.
     fn root_before(&mut self, t: f64) -> Result<Option<Outcome>, RadauError> {
         let Some(roots) = &mut self.roots else {
             return Ok(None);
@@ -72,7 +72,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Sets the current time to `t`, a time in the last step.
+    /// Sets the current time to `t`, which must be in the last step.
     fn pause_at(&mut self, t: f64) {
         let at = |derivative| {
             let mut value = vec![0.0; self.y.len()];

@@ -10,14 +10,14 @@ use crate::options::StepSize;
 /// tolerances. At high orders, the matrices of some stages amplify rounding more than the sampled one.
 const SAFETY: f64 = 2.0;
 
-/// Largest part of the interval that the first step may take in order to resolve multipliers.
+/// Maximum fraction of the interval that the first step may cover in order to resolve multipliers.
 const LARGEST_PART: f64 = 0.1;
 
 /// Lower bound of an estimated first step, in units of the shortest step: room for its repetitions.
 const RESOLVED_T: f64 = 100.0;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Returns the size of the first step toward `t_out`, which must not pass `limit`.
+    /// Returns the size of the first step toward `t_out`; the step must not pass `limit`.
     pub(super) fn initial_step(&mut self, t_out: f64, limit: f64) -> Result<f64, Fatal> {
         if let StepSize::Fixed(h) = self.options.step_size {
             return Ok(h);
@@ -89,9 +89,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Returns the shortest step in which rounding of multipliers, from its last sample in a step of
-    /// size `h`, is below their tolerances. Rounding of index 2 is used without safety factor, which
-    /// would exclude short steps that follow fast changes.
+    /// Returns the shortest step in which rounding of multipliers, from its last sample in a step of size `h`, is below
+    /// their tolerances. No safety factor is applied to rounding in variables of index 2, because it would exclude
+    /// short steps that follow fast changes.
     pub(super) fn shortest_resolved(&self, h: f64) -> f64 {
         let (mask, largest_index) = (self.error_test.mask(), self.multipliers.largest_index());
         let excess = (0..mask.len()).map(|i| {

@@ -19,7 +19,7 @@ pub(super) struct JacobianPoint {
 }
 
 impl JacobianPoint {
-    /// Stores `at` and the `response` there, without allocation after the first call.
+    /// Stores the point `at` and its `response`; allocates only in the first call.
     pub(super) fn note(&mut self, at: &Linearization<'_>, response: &[f64]) {
         (self.t, self.step) = (at.t, at.step);
         for (stored, new) in [

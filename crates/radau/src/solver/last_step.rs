@@ -1,4 +1,4 @@
-//! Access to an accepted step for linearizations at its stages.
+//! Access to the last accepted step, for linearizations at its stages.
 
 use myovib_dae::{LinearSolver, Outcome, Problem};
 
@@ -107,7 +107,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.collocation.h
     }
 
-    /// Returns y at the end of the last accepted step.
+    /// Returns y at the end of the last accepted step, even if the integration pauses within it.
     pub(crate) fn y_unpaused(&self) -> &[f64] {
         &self.y
     }

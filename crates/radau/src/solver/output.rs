@@ -12,12 +12,11 @@ use crate::quadrature::Quadrature;
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Evaluates the solution, or its derivative, at a time within the last step.
     ///
-    /// Dense output is the polynomial of degree s + 1 through the stages whose derivative at the
-    /// beginning equals the derivative at the end of the previous step. Its error is O(h^(s+2)),
-    /// and the error of its derivative is O(h^(s+1)). In the first step this requires a correct
-    /// ẏ_0. For algebraic variables, the polynomial has degree s and an order lower by one.
-    /// [`RadauOptions::dense_output`](crate::RadauOptions::dense_output) limits the error.
-    /// Variables of index 2 and 3 have the error of the ends of the step, O(h^s) and O(h^(s−1)).
+    /// Dense output is the polynomial of degree s + 1 through the stages whose derivative at the beginning equals the
+    /// derivative at the end of the previous step. Its error is O(h^(s+2)), and the error of its derivative is
+    /// O(h^(s+1)). In the first step this requires a correct ẏ_0. For algebraic variables, the polynomial has degree s
+    /// and an order lower by one. [`RadauOptions::dense_output`](crate::RadauOptions::dense_output) limits the error.
+    /// For variables of index 2 and 3, the errors are those at the ends of the step, O(h^s) and O(h^(s−1)).
     ///
     /// # Shapes
     /// `out`: the number of unknowns.
@@ -115,12 +114,11 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         }
     }
 
-    /// Writes the error test's estimate of the last step to `out`; zeros before the first step and
-    /// with fixed steps. It needs no evaluation of the problem. Components excluded from the test
-    /// are included here.
+    /// Writes the error test's estimate of the last step to `out`; zeros before the first step and with fixed steps.
+    /// The problem is not evaluated. Components excluded from the test are also written.
     ///
-    /// The estimate has the order s + 1, and the error of the step the order 2s. So the estimate
-    /// limits the steps but does not measure their errors.
+    /// The order of the estimate is s + 1 and the order of the error is 2s. Therefore the estimate limits the steps,
+    /// but does not measure their errors.
     ///
     /// # Shapes
     /// `out`: the number of unknowns.
@@ -137,8 +135,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(())
     }
 
-    /// Returns the ends of the last accepted step, on which dense output is available. Both are the
-    /// initial time before the first step.
+    /// Returns the start and end of the last accepted step, for which dense output is available. Both are the initial
+    /// time before the first step.
     pub fn last_step_interval(&self) -> [f64; 2] {
         match self.counters.statistics.steps {
             0 => [self.t, self.t],

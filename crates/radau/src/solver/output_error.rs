@@ -6,9 +6,8 @@ use super::state::{RadauSolver, step_of};
 use crate::failure::{Failure, Rejection};
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
-    /// Tests the error of dense output in variables of index 0 and 1. Returns the largest next step
-    /// for this error. The step is accepted in any case if multipliers are not resolved in a shorter
-    /// one.
+    /// Tests the error of dense output in variables of index 0 and 1. Returns the largest next step for this error. The
+    /// step is accepted in any case if multipliers would not be resolved in a shorter step.
     pub(super) fn test_dense_output(&mut self, h: f64, iterations: usize) -> Result<f64, Failure> {
         let error = self.dense_output_error(h);
         let proposal = self.control.propose(h, error, iterations);

@@ -100,9 +100,9 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         };
     }
 
-    /// Continues from [`t`](RadauSolver::t) with a small first step, as after a start. Use it where
-    /// a function of the problem jumps or has a kink. Statistics continue. If the solution itself
-    /// jumps, use [`reinit`](RadauSolver::reinit).
+    /// Continues from [`t`](RadauSolver::t) with a small first step, as after a start. Call it at times at which a
+    /// function of the problem has a jump or a kink. Statistics continue. If the solution itself jumps, use
+    /// [`reinit`](RadauSolver::reinit).
     pub fn restart(&mut self) {
         if let Some(pause) = self.pause.take() {
             self.t = pause.t;
@@ -124,8 +124,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.jump = is_after_a_step.then_some([self.collocation.t0, 0.0]);
     }
 
-    /// Restarts the memory at (t, y) with its current states. If it cannot be evaluated there, the
-    /// next step fails.
+    /// Restarts the internal variables at (t, y) with their current values. If their driving quantities cannot be
+    /// evaluated there, the next step fails.
     pub(super) fn restart_memory(&mut self) {
         if let Some(memory) = &mut self.memory {
             let begun = memory.restart(&mut self.problem, &self.method, self.t, &self.y);

@@ -37,7 +37,7 @@ pub struct RadauState {
     last: Collocation,
     /// Whether the predictor extrapolates the polynomial of the last step.
     continues: bool,
-    /// State of Newton's method for its contraction.
+    /// State of Newton's method that determines its assumed contraction.
     newton: [f64; 2],
     /// Whether Newton's corrections by the current matrices have contracted.
     #[serde(default)]

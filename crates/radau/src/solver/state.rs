@@ -52,10 +52,10 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     pub(super) fresh: bool,
     /// Whether the last accepted step was a first step.
     pub(super) began_afresh: bool,
-    /// Reason why the problem has rejected steps longer than the next one, if any.
+    /// Message with which the problem has rejected steps longer than the next one, if any.
     pub(super) refused: Option<String>,
-    /// End of the first step in which a multiplier of index 2 jumped, and the size down to which
-    /// steps before this time are shortened; when a step contains the jump, its start and 0.
+    /// End of the first step in which a multiplier of index 2 jumped, and the minimum size of steps before this time.
+    /// Once an accepted step contains the jump: the start of this step, and 0.
     pub(super) jump: Option<[f64; 2]>,
     /// Polynomial of the last accepted step.
     pub(super) collocation: Collocation,
@@ -84,14 +84,14 @@ pub struct RadauSolver<P, M = SparseDirectSolver> {
     pub(super) shifts: Vec<Complex64>,
     /// Whether each variable is differential or algebraic in F.
     pub(super) kinds: Vec<VariableKind>,
-    /// Variables whose derivative does not occur in F.
+    /// Indices of the variables whose derivatives do not occur in F.
     pub(super) algebraic: Vec<usize>,
     pub(super) weights: Weights<P>,
     /// Whether the weights could be computed at y; a failure is reported by the next step.
     pub(super) weights_result: Result<(), Failure>,
     /// Monitored root functions.
     pub(super) roots: Option<Roots<P>>,
-    /// States eliminated from the unknowns.
+    /// Internal variables, which are eliminated from the equations.
     pub(super) memory: Option<Memory<P>>,
     /// Quadratures integrated along with the solution.
     pub(super) quadrature: Option<Quadrature<P>>,

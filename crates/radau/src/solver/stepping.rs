@@ -9,19 +9,18 @@ use crate::error::{RadauError, expect};
 use crate::failure::{Failure, Failures, Rejection};
 use crate::options::StepSize;
 
-/// Number of last steps before a limit that share the remaining time.
+/// Number of steps before a time limit over which the remaining time is distributed equally.
 const SHARED: f64 = 4.0;
 
-/// Fraction of a step attributed to rounding of t.
+/// Fraction of a step below which a remaining time is attributed to rounding of t.
 const SLIVER: f64 = 1e-8;
 
 impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
     /// Takes one step toward `t_out` with the size that the error permits.
     ///
-    /// `t_out` provides the time scale for the first step. Steps may pass it, but not the stop
-    /// time. After a root, the call searches the rest of the step for more roots and returns at its
-    /// end. The method does not allocate memory, except when a step is rejected, pivots are
-    /// selected again, or a root is found.
+    /// `t_out` provides the time scale for the first step. Steps may pass `t_out`, but not the stop time. After a root,
+    /// the call searches the rest of the step for more roots and returns at its end. No memory is allocated, except
+    /// when a step is rejected, pivots are selected again, or a root is found.
     ///
     /// # Errors
     /// [`RadauError::TimeBehind`] and other misuse; [`RadauError::Fatal`] for a fatal error of the
@@ -46,8 +45,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
 
     /// Integrates up to `t_out`, unless a root or the stop time comes first.
     ///
-    /// The last step is fitted to end there, because dense output is less accurate than the ends of
-    /// steps. The exception is a step beyond `t_out` that was interrupted by a root.
+    /// The size of the last step is chosen so that it ends at `t_out`, because dense output is less accurate than the
+    /// ends of steps. The only exception is a step beyond `t_out` that was interrupted by a root.
     ///
     /// # Errors
     /// As for [`step`](RadauSolver::step).
@@ -143,7 +142,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             if !failures.any() {
                 match self.return_to_constraints(h) {
                     Err(Failure::Fatal(fatal)) => return Err(fatal.in_step(self.t, h)),
-                    // The step has failed in any case.
+                    // The attempt has failed for another reason, so a failure here does not matter.
                     Ok(()) | Err(Failure::Rejected(_)) => {}
                 }
             }
@@ -156,7 +155,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
                 return Ok(self.stop(reason, message));
             }
             if too_many {
-                // The history of previous steps may mislead: the input may have a discontinuity.
+                // The previous steps may be misleading, because the input may be discontinuous.
                 self.start_afresh();
                 failures.forget_counts();
             }
@@ -235,7 +234,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         self.fresh = false;
         self.update_weights();
         if self.matrices.pivot_choices() != self.pivot_choices {
-            // A solve has selected some pivots: the next matrix setup selects all.
+            // If a solve has selected new pivots for one matrix, the next setup selects them for all matrices.
             (self.pivots_due, self.set_up_for) = (true, None);
         }
         let reusable = self.newton.contraction <= self.options.jacobian_reuse;
@@ -255,8 +254,8 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         statistics.t_reached = t;
     }
 
-    /// Replaces the values of algebraic variables before a jump, at the start of the step just
-    /// computed, by values of the polynomial through the stages.
+    /// Replaces the values of algebraic variables at the start of the step just computed by the values of the
+    /// polynomial through the stages, because the values at the start may be from before a jump.
     fn extrapolate_start(&mut self) {
         let (n, z) = (self.y.len(), &mut self.newton.z);
         for &i in &self.algebraic {

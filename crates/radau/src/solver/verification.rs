@@ -10,14 +10,14 @@ use crate::options::StepSize;
 /// Maximum number of times that a first step is halved or its start is corrected.
 const MOST_REPETITIONS: usize = 20;
 
-/// Unexplained error of a multiplier of index 2, in units of its tolerance, that indicates a jump.
-/// A multiplier may lose two digits, and the step size control keeps this error of a smooth solution
-/// below about ten tolerances.
+/// Unexplained error of a multiplier of index 2, in units of its tolerance, above which a jump is assumed. A multiplier
+/// may have two digits less than the tolerance, and for a smooth solution the step size control keeps this error below
+/// about ten tolerances.
 const UNEXPLAINED: f64 = 30.0;
 
-/// Difference between the leading errors of a multiplier of index 2 within the step and from the
-/// last step, in units of its tolerance, that indicates a jump. The leading error of a smooth
-/// solution is removed and may change by some hundred tolerances from step to step.
+/// Difference between the leading errors of a multiplier of index 2 within the step and from the last step, in units of
+/// its tolerance, above which a jump is assumed. The leading error of a smooth solution is removed, and may change by
+/// several hundred tolerances from step to step.
 const DIFFERENT: f64 = 300.0;
 
 /// Growth to or from a step above which an input may act unseen between its stages.
@@ -78,7 +78,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             let basis = self.method.basis(j, 0.5);
             add_scaled(&mut differences, basis, z);
             if self.last_step_jumped() {
-                // The values of multipliers at the start are not known.
+                // The values of multipliers at the start are unknown.
                 for &i in &self.algebraic {
                     differences[i] += basis * (self.method.nodes()[j] / 0.5 - 1.0) * z[i];
                 }
@@ -103,14 +103,14 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         largest
     }
 
-    /// Rejects a step in which a multiplier of index 2 jumps. The error estimate does not contain
-    /// its error.
+    /// Rejects a step in which a multiplier of index 2 jumps, because the error estimate does not include the error of
+    /// the multiplier.
     ///
-    /// Multipliers of index 2 contain the derivative of the polynomial. If an input or a
-    /// characteristic has a kink between the stages, they jump and are wrong at the end of the step,
-    /// although all equations are satisfied at the stages. Shorter steps locate the kink, until a
-    /// step of the fraction [`SHORTEST`] contains it. This step is accepted without a removal of
-    /// errors, and the next one is a first step.
+    /// Multipliers of index 2 depend on the derivative of the polynomial. If an input or a characteristic has a kink
+    /// between the stages, they jump and are wrong at the end of the step, although all equations are satisfied at the
+    /// stages. Shorter steps locate the kink. A step that contains it is accepted when its size is below the fraction
+    /// [`SHORTEST`] of the rejected step. The errors of its multipliers are not removed, and the next step is treated
+    /// as a first step.
     pub(super) fn expect_smooth_multipliers(&mut self, h: f64) -> Result<(), Failure> {
         let (step, last) = (step_of!(self, h), self.collocation.h);
         let tolerance = |i| self.weights.solution_tolerance(i);
@@ -182,7 +182,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
 
     /// Returns whether the multipliers of index 2 are smooth within the step.
     fn is_smooth_within(&mut self, h: f64) -> Result<bool, Failure> {
-        // Internal variables are not known between the stages. The fit needs three points.
+        // Internal variables are unknown between the stages, and the fit requires three points.
         let is_possible = self.memory.is_none() && self.method.stages() > 2;
         if !is_possible || !self.multipliers.are_of_index_2() {
             return Ok(true);
@@ -196,7 +196,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         let multipliers = &mut self.multipliers;
         match multipliers.measure_within(problem, matrices, &step, solved, counters) {
             Ok(()) => {}
-            // F need not have a value between the stages.
+            // F may be undefined between the stages.
             Err(Failure::Rejected(_)) => return Ok(true),
             Err(fatal) => return Err(fatal),
         }
@@ -207,7 +207,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             }
         }
         if self.fresh {
-            // Behind a jump, the values at the start do not show an error.
+            // After a jump, a difference from the values at the start does not indicate an error.
             let factor = if self.last_step_jumped() {
                 0.0
             } else {
@@ -219,8 +219,7 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
         Ok(true)
     }
 
-    /// Returns the largest error beyond `rounding`, in units of the error at which a multiplier
-    /// jumps.
+    /// Returns the largest error beyond `rounding`, in units of the error above which a jump is assumed.
     fn unexplained(&self, rounding: impl Fn(usize) -> f64) -> f64 {
         let errors = self.multipliers.within(&self.method).map(|within| {
             let i = within.variable;

@@ -1,4 +1,4 @@
-//! Runs, and the check of their accuracy.
+//! Runs of the integrators, and the check of their accuracy.
 
 use std::ops::Range;
 
@@ -10,25 +10,25 @@ use sundials_wrap::{IdaOptions, IdaSolver};
 const STAGES: [usize; 3] = [3, 5, 7];
 const TOLERANCES: [f64; 3] = [1e-4, 1e-6, 1e-8];
 
-/// Allowed error in units of the tolerance: two digits.
+/// Allowed error in units of the tolerance, which corresponds to two digits.
 const PROMISED: f64 = 100.0;
 
-/// Fraction of the tolerance that IDAS needs for this accuracy.
+/// Factor on the tolerance with which IDAS reaches this accuracy.
 const PART_FOR_BDF: f64 = 0.01;
 
 /// Maximum number of steps of IDAS in one call: at index 3 it may never finish.
 const MAX_STEPS: usize = 20_000;
 
-/// Stages and tolerances of the two runs whose agreement makes a reference.
+/// Stages and tolerances of the two runs that must agree to provide a reference.
 const REFERENCES: [(usize, f64); 2] = [(7, 1e-12), (5, 1e-11)];
 
-/// Required agreement of both: a tenth of the smallest allowed error.
+/// Required agreement of both runs: a tenth of the smallest allowed error.
 const AGREEMENT: f64 = 0.1 * PROMISED * TOLERANCES[2];
 
-/// Makes a problem. The integrators are compiled once for all of them.
+/// Creates a problem. With boxed problems, the integrators are compiled only once.
 pub(crate) type Make<'a> = &'a dyn Fn() -> Box<dyn Sample>;
 
-/// Makes copies of this problem.
+/// Returns a function that copies this problem.
 pub(crate) fn copies<S: Sample + Clone + 'static>(sample: &S) -> impl Fn() -> Box<dyn Sample> {
     || Box::new(sample.clone())
 }
@@ -75,7 +75,7 @@ where
     .judge();
 }
 
-/// The reference on which two methods agree.
+/// Returns the reference on which two methods agree.
 pub(crate) fn reference(sample: Make<'_>, t_end: f64, breaks: &[f64]) -> Vec<f64> {
     let [first, second] = REFERENCES.map(|(stages, tolerance)| {
         let mut solver = radau(sample, stages, tolerance);
@@ -87,7 +87,7 @@ pub(crate) fn reference(sample: Make<'_>, t_end: f64, breaks: &[f64]) -> Vec<f64
     first
 }
 
-/// The largest error of the components in a range, relative to 1 + |reference|.
+/// Returns the largest error of the components in a range, relative to 1 + |reference|.
 fn largest(y: &[f64], reference: &[f64], range: Range<usize>) -> f64 {
     let error = |i: usize| (y[i] - reference[i]).abs() / (1.0 + reference[i].abs());
     let worse = |worst: f64, error: f64| match error.is_nan() {
@@ -109,7 +109,7 @@ fn radau(sample: Make<'_>, stages: usize, tolerance: f64) -> RadauSolver<Box<dyn
     builder.build(start.t, &start.y, &start.y_dot).unwrap()
 }
 
-/// IDAS with typical settings: multipliers, if any, are excluded from the error test.
+/// Returns IDAS with typical settings: multipliers, if any, are excluded from the error test.
 fn idas(sample: Make<'_>, tolerance: f64) -> IdaSolver<Box<dyn Sample>> {
     let sample = sample();
     let start = sample.start();
@@ -126,7 +126,7 @@ fn idas(sample: Make<'_>, tolerance: f64) -> IdaSolver<Box<dyn Sample>> {
     builder.build(start.t, &start.y, &start.y_dot).unwrap()
 }
 
-/// Which variables are algebraic, of index 2 or 3.
+/// Returns which variables are algebraic and of index 2 or 3.
 fn multipliers(sample: &dyn Sample) -> Vec<bool> {
     let indices = sample.indices().unwrap();
     let differential = || vec![VariableKind::Differential; indices.len()];
@@ -178,7 +178,7 @@ impl Case<'_> {
                 let kept = match &ended {
                     Ok(()) if part < 1.0 => self.error(solver.y(), true) <= PROMISED * tolerance,
                     Ok(()) => true,
-                    // As shown in the previous columns.
+                    // The results have been printed in the previous columns.
                     Err(stop) => stop.to_string().contains("Radau IIA"),
                 };
                 if !kept {
@@ -192,7 +192,7 @@ impl Case<'_> {
         assert!(broken.is_empty(), "{}: {broken:#?}", self.name);
     }
 
-    /// The largest error of all variables, or of all except multipliers.
+    /// Returns the largest error of all variables or, if `tested`, of all except multipliers.
     fn error(&self, y: &[f64], tested: bool) -> f64 {
         let left_out = multipliers(&*(self.sample)());
         let counts = |i: &usize| !(tested && left_out[*i]);

@@ -1,5 +1,5 @@
-//! Accuracy of successful runs: problems with exact or converged solutions, by Radau IIA of orders
-//! 5, 9 and 13 and by IDAS, at 1e-4, 1e-6 and 1e-8 and otherwise default options.
+//! Accuracy of successful runs. Problems with exact or converged solutions are integrated by Radau IIA of orders 5, 9
+//! and 13 and by IDAS with tolerances of 1e-4, 1e-6 and 1e-8 and default options.
 //!
 //! ```text
 //! cargo test -p myovib-radau --test digits -- --nocapture
@@ -9,12 +9,11 @@
 //! digits of the variables of index 1, 2 and 3, −log10 of the largest error relative to 1 +
 //! |reference|. Relative and absolute tolerance are equal.
 //!
-//! Requirement: Radau IIA reaches the end, with at most two digits less than the tolerance in each
-//! variable. IDAS controls the error per step, and errors accumulate over some hundreds of steps.
-//! It must meet the requirement at a hundredth of the tolerance, in each variable that is in the
-//! error test, if it reaches the end. Otherwise its message must recommend Radau IIA. The results
-//! of IDAS at the tolerance itself are only printed; the mark `!` denotes a successful run that
-//! does not meet the requirement.
+//! Requirement: Radau IIA reaches the end, with at most two digits less than the tolerance in each variable. IDAS
+//! controls the error per step, and errors accumulate over several hundred steps. It must meet the requirement at a
+//! hundredth of the tolerance, in each variable that is in the error test, if it reaches the end. Otherwise its message
+//! must recommend Radau IIA. The results of IDAS at the tolerance itself are only printed; the mark `!` denotes a
+//! successful run that does not meet the requirement.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod judge;
@@ -33,7 +32,7 @@ const CONSTRAINED: [(&str, MechanicalForm); 3] = [
     ("stabilized", MechanicalForm::Stabilized),
 ];
 
-/// A mechanism in all forms; the references are solutions of its equations of index 1.
+/// Tests a mechanism in all forms; the references are solutions of its equations of index 1.
 fn mechanism<M: Mechanism + Copy + 'static>(name: &str, mechanism: M, t_end: f64) {
     let of = |form| Differentiated::new(Constrained::new(mechanism, form));
     let reference = judge::reference(&copies(&of(MechanicalForm::Index1)), t_end, &[]);

@@ -11,16 +11,16 @@ use myovib_radau::{
 
 use crate::common::{run, solver, tolerance};
 
-/// Times at which the misfit uses the solution and its derivative: at the ends and within steps.
+/// Times at which the misfit uses the solution and its derivative, at the ends of steps and within them.
 const TIMES: [f64; 4] = [0.0, 0.21, 0.5, 1.0];
 
 fn pendulum() -> Pendulum {
     Pendulum::new(MechanicalForm::Index3).with(0.6, 9.81)
 }
 
-/// ∂J/∂y(t) (`derivative` 0) or ∂J/∂ẏ(t) of a misfit, their sum over [`TIMES`]. The values
-/// are arbitrary but all different. Only rates of the first half of the unknowns, such as
-/// positions, are used: other rates would amplify rounding by another factor 1/h.
+/// Returns ∂J/∂y(t) (`derivative` = 0) or ∂J/∂ẏ(t) for a misfit J that is a sum over [`TIMES`]. The values are
+/// arbitrary and different from each other. Only derivatives ẏ of the first half of the unknowns, such as positions,
+/// are used, because other derivatives would amplify rounding by another factor 1/h.
 fn cotangent(n: usize, t: f64, derivative: usize) -> Vec<f64> {
     let of = |i| (1.0 + i as f64 + t + 2.0 * derivative as f64).sin();
     let counting = if derivative == 0 { n } else { n / 2 };
@@ -45,7 +45,7 @@ fn add(step: &mut Cotangents<'_>, n: usize) {
     }
 }
 
-/// The gradient with all stages stored, or with checkpoints, and a record of the stages in the
+/// Returns the gradient, computed with all stages stored or with checkpoints, and a record of the stages in the
 /// backward pass.
 fn adjoint<S: ParametricSample + Copy + 'static>(
     sample: S,
@@ -84,7 +84,7 @@ fn starts<S: ParametricSample>(sample: S) -> Vec<Vec<f64>> {
     (0..sample.parameters().len()).map(of).collect()
 }
 
-/// The gradient with all contributions of the parameters.
+/// Returns the gradient including all contributions of the parameters.
 fn total<S: ParametricSample>(sample: S, gradient: &Gradient) -> Vec<f64> {
     let of = |(start, p): (Vec<f64>, &f64)| {
         let by_start = start.iter().zip(&gradient.start).map(|(s, g)| s * g);
@@ -97,7 +97,7 @@ fn total<S: ParametricSample>(sample: S, gradient: &Gradient) -> Vec<f64> {
         .collect()
 }
 
-/// The gradient by forward sensitivities, with respect to the parameters (including their effect on
+/// Returns the gradient computed from forward sensitivities, with respect to the parameters (including their effect on
 /// the initial values) or only to the initial value of the unknown `moved`.
 fn forward<S: ParametricSample + Copy + 'static>(
     sample: S,
@@ -159,8 +159,8 @@ fn expect_agreement(name: &str, forward: &[f64], adjoint: &[f64]) {
     }
 }
 
-/// Compares both methods for a sample, for its parameters and for the initial values of the first
-/// `differential` unknowns.
+/// Compares both methods for the parameters of a sample and for the initial values of the first `differential`
+/// unknowns.
 fn compare<S: ParametricSample + Copy + 'static>(
     name: &str,
     sample: S,
@@ -216,12 +216,12 @@ fn forward_and_adjoint_agree_at_index_2() {
 
 #[test]
 fn forward_and_adjoint_agree_at_index_3() {
-    // A single unknown cannot change: the length changes all values of a consistent start.
+    // A single initial value cannot be changed, because consistent initial values depend on each other.
     compare("pendulum", pendulum(), 0, LONG);
 }
 
-/// Also for adaptive steps, which in index 3 have old factors, rejected steps and multipliers with
-/// a history.
+/// Checks adaptive steps, which in index 3 include old factors, rejected steps, and multipliers that depend on previous
+/// steps.
 #[test]
 fn steps_from_checkpoints_are_the_same_bit_by_bit() {
     fn expect_same<S: ParametricSample + Copy + 'static>(sample: S) {
@@ -286,7 +286,7 @@ fn the_taylor_remainder_has_order_2() {
     }
 }
 
-/// J = ∫ x² dt over [0, 1] by the weights of the stages, with x = cos ωt and J = 1/2 + sin 2ω/(4ω).
+/// Integrates J = ∫ x² dt over [0, 1] with the weights of the stages, where x = cos ωt and J = 1/2 + sin 2ω/(4ω).
 #[test]
 fn integrals_are_summed_over_the_stages() {
     let omega = 3.0;
@@ -315,8 +315,8 @@ fn integrals_are_summed_over_the_stages() {
     assert!((gradient.parameters[0] - slope).abs() < 1e-7);
 }
 
-/// Checks that four times the steps need twice the memory, and that each step is taken twice,
-/// except for the steps that are still stored when the run ends.
+/// Checks that four times as many steps require twice the memory, and that each step is taken twice, except for the
+/// steps that are still stored when the run ends.
 #[test]
 fn checkpoints_need_the_memory_of_the_root_of_the_steps() {
     let record = |h: f64, t_end: f64, last: u64| {

@@ -1,4 +1,4 @@
-//! Accuracy of the solution between the ends of steps, and first steps.
+//! Accuracy of the solution between the ends of steps, and verification of first steps.
 
 use myovib_dae::samples::{
     CapacitorLoop, Differentiated, JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Sample,
@@ -12,8 +12,8 @@ use crate::common::{solver, tolerance};
 /// Points of a step, different from the nodes of all methods.
 const POINTS: [f64; 6] = [0.013, 0.1, 0.35, 0.5, 0.77, 0.95];
 
-/// ẏ0 + y0 = 0 and y1 = sin 5t, where y1 does not affect other variables. In the form of index 2 ẏ0
-/// = y1 and y0 = (1 − cos 5t)/5.
+/// In the form of index 1: ẏ0 + y0 = 0 and y1 = sin 5t, where y1 does not affect other variables. In the form of index
+/// 2: ẏ0 = y1 and y0 = (1 − cos 5t)/5.
 #[derive(Clone, Copy)]
 struct Sine {
     index: u8,
@@ -67,7 +67,7 @@ impl Sample for Sine {
 /// Makes a sample.
 type Make<'a> = &'a dyn Fn() -> Box<dyn Sample>;
 
-/// The largest errors of each variable at the ends of steps and between, in units of the tolerance.
+/// Returns the largest errors of each variable at the ends of steps and between them, in units of the tolerance.
 fn errors(make: Make<'_>, t_end: f64, options: &RadauOptions) -> Vec<[f64; 2]> {
     let exact = make();
     let start = exact.start();
@@ -104,10 +104,9 @@ fn errors(make: Make<'_>, t_end: f64, options: &RadauOptions) -> Vec<[f64; 2]> {
     }
 }
 
-/// Between the ends of steps the error of a variable is at most twice its error at the ends plus
-/// some tolerances: the estimate covers the leading term, and the largest observed ratio was 3. It
-/// was above 1000 when this estimate did not limit the steps. Multipliers of index 3 are not
-/// tested: rounding limits their accuracy at the nodes.
+/// Between the ends of steps the error of a variable is at most twice its error at the ends plus a few tolerances: the
+/// estimate covers the leading term, and the largest observed ratio was 3. Before this estimate limited the steps, the
+/// ratio exceeded 1000. Multipliers of index 3 are not tested: rounding limits their accuracy at the nodes.
 #[test]
 fn dense_output_is_as_accurate_as_the_ends_of_steps() {
     const TOLERANCES: f64 = 4.0;
@@ -155,8 +154,8 @@ fn dense_output_is_as_accurate_as_the_ends_of_steps() {
     assert!(exceeded.is_empty(), "{exceeded:#?}");
 }
 
-/// sin 5t = 0.9 for the first time at asin(0.9)/5. The slope of the sine there converts an error of
-/// y1 into an error of t.
+/// The first solution of sin 5t = 0.9 is asin(0.9)/5. An error of y1 divided by the slope of the sine is the error of
+/// t.
 #[test]
 fn events_of_algebraic_variables_are_found_where_they_are() {
     for stages in [3, 5, 7] {

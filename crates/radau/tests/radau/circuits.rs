@@ -30,7 +30,7 @@ fn above(threshold: f64, x: f64) -> f64 {
     (x - threshold).max(0.0)
 }
 
-/// Equations with the solution for an input and its slope.
+/// Equations, and their solution for a given input and its slope.
 #[derive(Clone, Copy)]
 pub(crate) struct Circuit {
     pub(crate) name: &'static str,
@@ -40,7 +40,7 @@ pub(crate) struct Circuit {
     kinks: &'static [f64],
     /// F(input, y, ẏ)
     residual: fn(f64, &[f64], &[f64], &mut [f64]),
-    /// y and ẏ for the input and its slope; ẏ of multipliers is 0.
+    /// y and ẏ for a given input and its slope; ẏ of multipliers is 0.
     exact: fn([f64; 2]) -> [Vec<f64>; 2],
 }
 
@@ -169,7 +169,7 @@ pub(crate) const WAVES: [(&str, Wave, f64); 6] = [
     ),
 ];
 
-/// A circuit in other units of time and of index-2 variables.
+/// A circuit, converted to other units of time and of index-2 variables.
 pub(crate) struct Driven {
     pub(crate) circuit: Circuit,
     pub(crate) wave: Wave,
@@ -218,11 +218,11 @@ impl Problem for Driven {
     }
 }
 
-/// Allowed error of a successful run in units of the tolerance: two digits.
+/// Allowed error of a successful run in units of the tolerance, which corresponds to two digits.
 pub(crate) const PROMISED: f64 = 100.0;
 
-/// Start of a run: with the slopes of the input, or at rest, where a ramp from the first time on has
-/// a kink.
+/// Start of a run: with the slopes of the input, or at rest, so that an input that begins with a ramp has a kink at the
+/// start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Start {
     Consistent,
@@ -300,11 +300,10 @@ impl Driven {
     }
 }
 
-/// Regression: in 536 of these runs a multiplier was wrong by more than this at the end, up to 15
-/// times its value, because a step passed a kink between its stages. In 5 of them, at 1e-3, it is
-/// still wrong by 120 to 750 tolerances. A run may stop only where Newton's method cannot follow the
-/// jump of a multiplier over a clamp. Then the suggested restart, or the consistent start, must lead
-/// to the end.
+/// Regression: in 536 of these runs the error of a multiplier at the end exceeded this bound, up to 15 times its value,
+/// because a step passed a kink between its stages. In 5 of them, with a tolerance of 1e-3, the error is still 120 to
+/// 750 tolerances. A run may stop only if Newton's method cannot follow the jump of a multiplier across a clamp. Then
+/// the suggested restart, or the consistent start, must lead to the end.
 #[test]
 fn multipliers_of_fast_inputs_are_accurate_or_a_remedy_works() {
     let mut wrong = Vec::new();

@@ -1,4 +1,4 @@
-//! Runs of samples, and reference numbers from `data/references/`.
+//! Common functions: runs of samples, and reference values from `data/references/`.
 
 use myovib_dae::samples::{Sample, Start};
 use myovib_dae::{Outcome, Problem, StepError, Stop, Tolerances, VariableKind};
@@ -6,7 +6,7 @@ use myovib_radau::{RadauOptions, RadauSolver};
 use nalgebra_sparse::pattern::SparsityPattern;
 use serde_json::Value;
 
-/// A reference file of the repository.
+/// Returns a reference file of the repository.
 pub(crate) fn reference(name: &str) -> Value {
     let path = format!(
         "{}/../../data/references/{name}.json",
@@ -16,7 +16,7 @@ pub(crate) fn reference(name: &str) -> Value {
     serde_json::from_str(&text).expect("the reference file is JSON")
 }
 
-/// The stop that an integration ended in.
+/// Returns the stop with which an integration must have ended.
 #[track_caller]
 pub(crate) fn stopped(outcome: Outcome) -> Box<Stop> {
     match outcome {
@@ -34,7 +34,7 @@ pub(crate) fn numbers(value: &Value) -> Vec<f64> {
         .collect()
 }
 
-/// Equal relative and absolute tolerances.
+/// Returns options with one value as relative and absolute tolerance.
 pub(crate) fn tolerance(tol: f64) -> RadauOptions {
     RadauOptions {
         tolerances: Tolerances::scalar(tol, tol),
@@ -42,7 +42,7 @@ pub(crate) fn tolerance(tol: f64) -> RadauOptions {
     }
 }
 
-/// A solver at the start of a sample.
+/// Returns a solver at the start of a sample.
 pub(crate) fn solver<S: Sample>(sample: S, options: RadauOptions) -> RadauSolver<S> {
     let start = sample.start();
     started(sample, &start, options)
@@ -55,7 +55,7 @@ fn started<P: Problem>(problem: P, start: &Start, options: RadauOptions) -> Rada
         .expect("the options are good")
 }
 
-/// The solver after a run to `t_end`; it is compiled once for all samples.
+/// Returns the solver after a run to `t_end`; it is compiled only once for all samples.
 pub(crate) fn run<S>(sample: S, t_end: f64, options: RadauOptions) -> RadauSolver<Box<dyn Sample>>
 where
     S: Sample + 'static,
@@ -70,7 +70,7 @@ where
     solver
 }
 
-/// Mixed-error significant correct digits: −log10 of the largest error relative to 1 + |reference|.
+/// Returns the mixed-error significant correct digits: −log10 of the largest error relative to 1 + |reference|.
 pub(crate) fn mescd(y: &[f64], reference: &[f64]) -> f64 {
     let errors = y
         .iter()
@@ -79,7 +79,7 @@ pub(crate) fn mescd(y: &[f64], reference: &[f64]) -> f64 {
     -largest(errors).log10()
 }
 
-/// Significant correct digits: −log10 of the largest relative error.
+/// Returns the significant correct digits: −log10 of the largest relative error.
 pub(crate) fn scd(y: &[f64], reference: &[f64]) -> f64 {
     let errors = y.iter().zip(reference).map(|(y, r)| ((y - r) / r).abs());
     -largest(errors).log10()
@@ -96,7 +96,7 @@ fn largest(errors: impl Iterator<Item = f64>) -> f64 {
     })
 }
 
-/// ẋ = v, v̇ = −x with x = sin t: Newton's method converges in one iteration for any step size.
+/// The system ẋ = v, v̇ = −x with x = sin t, for which Newton's method converges in one iteration for any step size.
 pub(crate) struct Oscillator;
 
 impl Problem for Oscillator {

@@ -1,4 +1,4 @@
-//! Radau IIA satisfies the contract of all integrators.
+//! Runs the conformance tests of integrators with Radau IIA.
 
 use myovib_dae::Problem;
 use myovib_dae::conformance::{Method, Request};

@@ -6,7 +6,7 @@ use myovib_radau::{RadauOptions, RadauSolver};
 
 use crate::common::{Oscillator, solver, tolerance};
 
-/// Newton's tolerance follows from user-defined weights as from the equivalent tolerances: with the
+/// Newton's tolerance derived from user-defined weights equals the one derived from equivalent tolerances. With the
 /// default tolerance, 1e-4, the error would be about a hundred times larger.
 #[test]
 fn weights_of_a_tolerance_solve_like_the_tolerance() {
@@ -58,7 +58,7 @@ fn a_restart_goes_on_from_where_it_is() {
     solver.integrate_to(2.0).unwrap();
     let exact = sample.exact(2.0).unwrap();
     for (y, exact) in solver.y()[..4].iter().zip(&exact) {
-        // A hundred times the tolerance.
+        // Allowed error: a hundred times the tolerance.
         assert!(
             (y - exact).abs() < 1e-4 * (1.0 + exact.abs()),
             "{y} {exact}"

@@ -9,7 +9,7 @@ use sundials_wrap::{IdaOptions, IdaSolver};
 
 use crate::common::{WithoutJacobian, mescd, run};
 
-/// Number of steps and solution of a run by BDF without stages, or by Radau IIA.
+/// Returns the number of steps and the solution of a run with BDF (0 stages) or Radau IIA.
 fn outcome<S: Sample + 'static>(
     sample: S,
     t_end: f64,
@@ -42,10 +42,10 @@ fn outcome<S: Sample + 'static>(
     (solver.statistics().steps, solver.y().to_vec())
 }
 
-/// Compares runs with exact Jacobians and with difference quotients, for absolute tolerances above
-/// and below the variables.
+/// Compares runs with exact Jacobians and with difference quotients, for absolute tolerances larger and smaller than
+/// the variables.
 ///
-/// Errors of single runs vary by a factor of several after any change, and steps by a third.
+/// Errors of single runs vary by a factor of several after any change, and the number of steps by a third.
 fn compare<S: Sample + Copy + 'static>(name: &str, sample: S, t_end: f64) {
     let tight = Tolerances::scalar(1e-10, 1e-12);
     let (_, reference) = outcome(sample, t_end, &tight, Some(7));
@@ -66,8 +66,8 @@ fn compare<S: Sample + Copy + 'static>(name: &str, sample: S, t_end: f64) {
     }
 }
 
-/// Regression: the second species decreases from 4e-5 to 1e-13, far below its tolerance.
-/// Differences over the tolerance led to 59 907 steps instead of 109 at 1e-4 and 1e-8.
+/// Regression: the second species decreases from 4e-5 to 1e-13, far below its tolerance. With displacements by the
+/// tolerance, a run took 59 907 steps instead of 109 at tolerances of 1e-4 and 1e-8.
 #[test]
 fn variables_below_their_tolerance_have_correct_jacobians() {
     compare("Robertson", Robertson, 4e10);
@@ -75,7 +75,7 @@ fn variables_below_their_tolerance_have_correct_jacobians() {
 
 #[test]
 fn difference_quotients_cost_no_steps_and_digits() {
-    // √y2 occurs in F, and y2 is as small as the largest tolerance.
+    // √y2 occurs in F, and y2 is not larger than the largest tolerance.
     compare("Akzo", Akzo, 180.0);
     compare("heat", Heat2d::new(6), 1.0);
     compare("linear", LinearIndex1, 3.0);

@@ -1,4 +1,4 @@
-//! Roots of functions of the solution, against exact times.
+//! Roots of functions of the solution, compared with exact times.
 
 use std::f64::consts::PI;
 
@@ -10,7 +10,7 @@ use crate::common::{Oscillator, tolerance};
 
 type Values<'a> = &'a mut [f64];
 
-/// The solver at the start of `sample`, with roots.
+/// Returns a solver with root functions at the start of `sample`.
 fn watched<S: Sample>(
     sample: S,
     options: RadauOptions,
@@ -35,7 +35,7 @@ fn root(outcome: Outcome) -> (f64, Vec<i32>) {
     }
 }
 
-/// As in the test of the IDAS wrapper. x is zero at the start, which does not count as a crossing.
+/// Equal to the test of the IDAS wrapper. x is zero at the start, which does not count as a crossing.
 #[test]
 fn roots_are_found_in_the_direction_asked_for() {
     for stages in [3, 5, 7] {
@@ -68,7 +68,7 @@ fn roots_are_found_in_the_direction_asked_for() {
 
 #[test]
 fn the_pendulum_passes_below_its_pivot_in_time() {
-    // K(1/√2)/√g, a quarter of the period, and three quarters.
+    // A quarter of the period, K(1/√2)/√g, and three quarters.
     let quarter = 1.854_074_677_301_372 / 9.81_f64.sqrt();
     for stages in [3, 5, 7] {
         let options = RadauOptions {
@@ -91,7 +91,7 @@ fn the_pendulum_passes_below_its_pivot_in_time() {
     }
 }
 
-/// x crosses 0.9 twice, 0.9 s apart, and another function vanishes in between, all within one step.
+/// x crosses 0.9 twice within 0.9 s, and another function crosses zero in between, all within one step.
 #[test]
 fn several_events_of_one_step_come_in_their_order() {
     let options = RadauOptions {

@@ -13,7 +13,7 @@ use num_complex::Complex64;
 use crate::common::stopped;
 use myovib_dae::samples::{MechanicalForm, Pendulum, Sample};
 
-/// ẏ = 1 − 2 y² (so y = tanh(√2 t)/√2), with a residual that can be made to fail.
+/// The equation ẏ = 1 − 2 y² with y = tanh(√2 t)/√2, whose residual can be made to fail.
 pub(crate) struct Touchy {
     /// Called with (t, y) before each residual; the returned value is added to the residual.
     trouble: fn(f64, f64) -> Result<f64, StepError>,
@@ -169,7 +169,7 @@ fn nan_is_recoverable() {
     );
 }
 
-/// KLU with a fault: after `healthy` real solves, the next `failures` solves give NaN.
+/// The default linear solver with a fault: after `healthy` real solves, the next `failures` solves return NaN.
 struct Overflowing {
     klu: SparseDirectSolver,
     healthy: u64,
@@ -235,7 +235,7 @@ fn an_error_estimate_of_nan_halves_the_step() {
     );
 }
 
-/// KLU with a fault: all solves fail.
+/// The default linear solver with a fault: all solves fail.
 struct Broken(SparseDirectSolver);
 
 impl<P: Problem> LinearSolver<P> for Broken {
@@ -358,8 +358,8 @@ fn a_singular_matrix_stops() {
 
 #[test]
 fn a_wrong_jacobian_stops_by_convergence_failures() {
-    // Corrections a hundred times too large diverge for any step size; the inconsistent ẏ0
-    // = 0 requires a correction.
+    // Corrections that are a hundred times too large diverge for any step size. The inconsistent value ẏ0 = 0 makes a
+    // correction necessary.
     let problem = Touchy {
         jacobian_factor: 0.01,
         ..touchy(|_, _| Ok(0.0))

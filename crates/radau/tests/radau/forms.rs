@@ -43,8 +43,8 @@ fn near_start(sample: &dyn Sample) -> [Vec<f64>; 2] {
     [moved(start.y, 0.4), moved(start.y_dot, 0.9)]
 }
 
-/// Returns the smallest singular value of the derivatives by ẏ of differential and by y of algebraic
-/// variables, with rows and columns scaled to 1. It is zero if the index is above 1.
+/// Returns the smallest singular value of the matrix of derivatives with respect to ẏ of differential and y of
+/// algebraic variables, with rows and columns scaled to 1. It is zero if the index is above 1.
 fn regularity(sample: &mut dyn Sample, [y, y_dot]: &[Vec<f64>; 2]) -> f64 {
     let n = sample.n_unknowns();
     let kinds = sample.kinds().unwrap();
@@ -72,7 +72,7 @@ fn regularity(sample: &mut dyn Sample, [y, y_dot]: &[Vec<f64>; 2]) -> f64 {
     matrix.singular_values().min()
 }
 
-/// Regression: the pendulum and the car axis integrated the form of index 3 instead of index 1.
+/// Regression: for the index-1 form of the pendulum and the car axis, the index-3 form was integrated.
 #[test]
 fn forms_have_the_index_that_they_state() {
     for form in FORMS {
@@ -95,7 +95,7 @@ fn jacobians_of_all_forms_are_derivatives() {
             let direction: Vec<f64> = y.iter().map(|y| 0.1 * (1.0 + y.abs())).collect();
             let at = [&y[..], &y_dot[..], &direction[..]];
             let error = jacobian_error(&mut *sample, 0.3, at, [1.3, 0.7]);
-            // Central differences: (1e-5)²/6 times third derivatives, and rounding of 1e-16/1e-5.
+            // Error of central differences: (1e-5)²/6 times third derivatives, plus rounding of 1e-16/1e-5.
             assert!(error < 1e-7, "{k}, {form:?}: {error:e}");
         }
     }

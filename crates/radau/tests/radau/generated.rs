@@ -1,5 +1,5 @@
-//! Generated DAEs with closed solutions, in random units, by all methods: errors at and between the
-//! ends of steps, and times of events.
+//! Generated DAEs with closed-form solutions, in random units, integrated by all methods: errors at the ends of steps
+//! and between them, and times of events.
 
 use myovib_dae::{
     Direction, Integrator, Outcome, Problem, StepError, Suppressed, Tolerances, VariableKind,
@@ -12,17 +12,17 @@ use VariableKind::{Algebraic, Differential};
 type Residual = Box<dyn Fn(f64, &[f64], &[f64], &mut [f64])>;
 type Solution = Box<dyn Fn(f64) -> [Vec<f64>; 2]>;
 
-/// A DAE of dimensionless variables x of the time τ.
+/// A DAE with dimensionless variables x as functions of the time τ.
 struct Plain {
     kinds: Vec<VariableKind>,
     indices: Vec<u8>,
     residual: Residual,
-    /// x and its derivative; 0 for algebraic variables.
+    /// x and its derivative, which is 0 for algebraic variables.
     exact: Solution,
     end: f64,
 }
 
-/// Parameters of a seed, between 0 and 1.
+/// Pseudorandom parameters between 0 and 1 for a seed.
 struct Draw(u64);
 
 impl Draw {
@@ -36,7 +36,7 @@ impl Draw {
     }
 }
 
-/// (ẋ³ + ẋ) + λ (x − g) = ġ³ + ġ and z + z³ = cos x + cos³ x with g = a + b sin ωτ.
+/// The equations (ẋ³ + ẋ) + λ (x − g) = ġ³ + ġ and z + z³ = cos x + cos³ x with g = a + b sin ωτ.
 fn fully_implicit(draw: &Draw) -> Plain {
     let (a, b) = (draw.between(0, -1.0, 1.0), draw.between(1, 0.3, 1.0));
     let (omega, lambda) = (draw.between(2, 1.0, 4.0), draw.between(3, 0.0, 3.0));
@@ -58,7 +58,7 @@ fn fully_implicit(draw: &Draw) -> Plain {
     }
 }
 
-/// ẋ = −k z and z² = x: a tank, nearly emptied.
+/// The equations ẋ = −k z and z² = x of a tank that is nearly emptied.
 fn tank(draw: &Draw) -> Plain {
     let (k, level) = (draw.between(0, 0.5, 2.0), draw.between(1, 0.5, 2.0));
     let root = move |t: f64| level.sqrt() - 0.5 * k * t;
@@ -74,7 +74,7 @@ fn tank(draw: &Draw) -> Plain {
     }
 }
 
-/// 2 x ẋ + x² = 1: ẋ is steep where x is small.
+/// The equation 2 x ẋ + x² = 1, in which ẋ is large for small x.
 fn steep(draw: &Draw) -> Plain {
     let start = 10.0_f64.powf(draw.between(0, -3.0, -1.0));
     let x = move |t: f64| (1.0 - (1.0 - start * start) * (-t).exp()).sqrt();
@@ -93,7 +93,7 @@ fn steep(draw: &Draw) -> Plain {
     }
 }
 
-/// ẋ = s − x − z with the current z = k max(0, x − c) of a diode, charged from rest.
+/// The equation ẋ = s − x − z with the current z = k max(0, x − c) of a diode, starting without charge.
 fn diode(draw: &Draw) -> Plain {
     let (s, k) = (draw.between(0, 1.5, 4.0), draw.between(1, 1.0, 50.0));
     let c = 0.7;
@@ -118,12 +118,12 @@ fn diode(draw: &Draw) -> Plain {
     }
 }
 
-/// ẋ + x = v(τ), z = v − x with a voltage that rises from 0 to 1 between two times.
+/// The equations ẋ + x = v(τ), z = v − x with a voltage v that rises from 0 to 1 between two times.
 fn ramp(draw: &Draw) -> Plain {
     let (from, time) = (draw.between(0, 0.5, 1.5), draw.between(1, 0.1, 1.0));
     let to = from + time;
     let v = move |t: f64| ((t - from) / time).clamp(0.0, 1.0);
-    // Response to the ramp τ/time from 0.
+    // Response to the ramp τ/time, starting from 0.
     let response = move |t: f64| (t.max(0.0) - (1.0 - (-t.max(0.0)).exp())) / time;
     Plain {
         kinds: vec![Differential, Algebraic],
@@ -140,7 +140,7 @@ fn ramp(draw: &Draw) -> Plain {
     }
 }
 
-/// ẋ = −λ (x − cos ωτ) − ω sin ωτ with a large λ, and z = x².
+/// The stiff equation ẋ = −λ (x − cos ωτ) − ω sin ωτ with a large λ, and z = x².
 fn stiff(draw: &Draw) -> Plain {
     let lambda = 10.0_f64.powf(draw.between(0, 2.0, 8.0));
     let omega = draw.between(1, 0.5, 3.0);
@@ -160,7 +160,7 @@ fn stiff(draw: &Draw) -> Plain {
     }
 }
 
-/// ẋ = z − x under the constraint x = g of index 2, and ẏ = x − k y, with g = 2 + sin ωτ.
+/// The equation ẋ = z − x with the constraint x = g of index 2, and ẏ = x − k y, where g = 2 + sin ωτ.
 fn servo(draw: &Draw) -> Plain {
     let (omega, k) = (draw.between(0, 1.0, 4.0), draw.between(1, 0.5, 3.0));
     let size = k * k + omega * omega;
@@ -182,7 +182,7 @@ fn servo(draw: &Draw) -> Plain {
     }
 }
 
-/// q̇ = v, v̇ = λ − q under the constraint q = sin ωτ of index 3.
+/// The equations q̇ = v, v̇ = λ − q with the constraint q = sin ωτ of index 3.
 fn guided(draw: &Draw) -> Plain {
     let omega = draw.between(0, 1.0, 4.0);
     Plain {
@@ -215,7 +215,7 @@ const FAMILIES: [(&str, Family); 8] = [
     ("guided", guided),
 ];
 
-/// A DAE with units of time, variables and equations.
+/// A DAE converted to random units of time, variables and equations.
 struct Generated {
     plain: Plain,
     time: f64,
@@ -260,7 +260,7 @@ impl Generated {
         }
     }
 
-    /// Event function that stays at zero from 0.6 of the time on.
+    /// Event function that remains at zero after 0.6 of the time.
     fn event(&self, t: f64, y: &[f64]) -> f64 {
         let x = y[0] / self.units[0];
         (0.6 * self.end() - t).max(0.0) / self.time * (1.0 + x * x)
@@ -311,7 +311,7 @@ fn largest_error<I: Integrator<Generated>>(
         }
         if let Outcome::Root { t, .. } = outcome {
             events += 1;
-            // The root search ends at some hundred units of rounding of the time.
+            // The root search ends at a few hundred units of rounding of the time.
             if (t / exact.end() - 0.6).abs() > 1e-12 {
                 return Err(format!("event at {t:e} instead of {:e}", 0.6 * exact.end()));
             }
@@ -336,7 +336,7 @@ fn largest_error<I: Integrator<Generated>>(
                 let relative = tolerance + f64::EPSILON * amplified.max(1.0);
                 let allowed = relative * (exact.units[i] + solution[i].abs());
                 let error = (y[i] - solution[i]).abs() / allowed;
-                // A NaN exceeds every bound.
+                // NaN is treated as larger than every bound.
                 largest = if error > largest || error.is_nan() {
                     error
                 } else {
@@ -354,7 +354,7 @@ fn largest_error<I: Integrator<Generated>>(
     Err("20000 steps".to_owned())
 }
 
-/// Stages of Radau IIA; 0 is BDF.
+/// Numbers of stages of Radau IIA; 0 denotes BDF.
 const METHODS: [usize; 4] = [0, 3, 5, 7];
 
 fn run(make: impl Fn() -> Generated, stages: usize, tolerance: f64) -> Result<f64, String> {
@@ -401,9 +401,9 @@ fn promised(stages: usize) -> f64 {
     if stages == 0 { 1000.0 } else { 100.0 }
 }
 
-/// Checks the errors of successful runs. At most one run in 20 may stop. Known stops: Newton's method
-/// does not converge at index 2 in a time unit of 1e12; Radau IIA of order 13 takes the change of ẏ
-/// in the cubic equation for another root.
+/// Checks the errors of successful runs. At most one run in 20 may stop. Known stops: Newton's method does not converge
+/// for index 2 with a time unit of 1e12; Radau IIA of order 13 mistakes the change of ẏ in the cubic equation for
+/// another root.
 #[test]
 fn generated_equations_are_solved_accurately() {
     let (mut wrong, mut stops, mut runs) = (Vec::new(), Vec::new(), 0);

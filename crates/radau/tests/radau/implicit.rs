@@ -1,10 +1,9 @@
-//! Fully implicit equations and solutions that begin like square roots: successful runs are
-//! accurate.
+//! Fully implicit equations, and solutions that begin like square roots: successful runs must be accurate.
 
 use myovib_dae::{Outcome, Problem, StepError, Tolerances};
 use myovib_radau::{RadauOptions, RadauSolver};
 
-/// F(t, y, ẏ), written into the last argument.
+/// Function that writes F(t, y, ẏ) into the last argument.
 type Residual = fn(f64, &[f64], &[f64], &mut [f64]);
 
 /// An equation with its exact solution: y and ẏ at t.
@@ -31,7 +30,7 @@ impl Problem for Implicit {
     }
 }
 
-/// Allowed error of a successful run in units of the tolerance: two digits.
+/// Allowed error of a successful run in units of the tolerance, which corresponds to two digits.
 const PROMISED: f64 = 100.0;
 
 const CASES: [Case; 20] = [
@@ -194,7 +193,7 @@ const CASES: [Case; 20] = [
     },
 ];
 
-/// The error at the end relative to 1 + |y|, `None` if the integration has stopped.
+/// Returns the error at the end relative to 1 + |y|, or `None` if the integration has stopped.
 fn error(case: &Case, stages: usize, tolerance: f64) -> Option<f64> {
     let [start, end] = case.span;
     let [y, v] = (case.exact)(start);

@@ -64,7 +64,7 @@ fn steps_stay_below_the_largest() {
             solver.set_stop_time(t_out).unwrap();
             solver.step(t_out).unwrap();
             let stats = solver.statistics();
-            // A last step may be longer by a tiny remainder, a fraction of 1e-8.
+            // The last step may be longer by a remainder of up to a fraction of 1e-8.
             assert!(stats.last_step <= 0.01 * (1.0 + 1e-8), "{stats:?}");
             assert!(stats.current_step <= 0.01, "{stats:?}");
         }

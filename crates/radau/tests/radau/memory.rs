@@ -1,4 +1,4 @@
-//! Compares states that the integrator eliminates with the same states among the unknowns.
+//! Compares internal variables that the integrator eliminates with internal variables among the unknowns.
 
 use std::ops::{Div, Mul};
 
@@ -13,13 +13,13 @@ use crate::common::tolerance;
 /// g and τ.
 const TERMS: [(f64, f64); 3] = [(0.5, 0.02), (0.3, 0.2), (0.8, 1.5)];
 
-/// Driving quantity of the states, and its derivative.
+/// Driving quantity of the internal variables, and its derivative.
 fn drive(u: f64) -> [f64; 2] {
     [20.0 * (u + u.powi(3)), 20.0 * (1.0 + 3.0 * u * u)]
 }
 
-/// u̇ = v, v̇ + s(u) + Σ (g s(u) − q) = 30 sin 4t, with the states q after u and v among the
-/// unknowns, or with the sum as a response.
+/// Oscillator u̇ = v, v̇ + s(u) + Σ (g s(u) − q) = 30 sin 4t with internal variables q. They are either unknowns, after
+/// u and v, or eliminated; in this case, the sum is the response.
 struct Oscillator {
     response: Option<[f64; 1]>,
     u: f64,
@@ -69,7 +69,7 @@ struct Eliminated {
     complex: Vec<Complex64>,
 }
 
-/// Solves c u − v = a, (1 + Σ g cτ/(1 + cτ)) s' u + c v = b.
+/// Solves c u − v = a, (1 + Σ g cτ/(1 + cτ)) s' u + c v = b for u and v.
 fn solve<T>(c: T, one: T, slope: f64, rhs: &mut [T])
 where
     T: Copy
@@ -153,7 +153,7 @@ fn eliminated(stages: usize, tol: f64) -> RadauSolver<Oscillator, Eliminated> {
         .unwrap()
 }
 
-/// y and q at `t`, with a restart at each crossing of u = 0.2.
+/// Returns y and q at `t`; the solver restarts at each crossing of u = 0.2.
 fn end(mut solver: RadauSolver<Oscillator, Eliminated>, t: f64) -> (Vec<f64>, usize) {
     let mut roots = 0;
     loop {
@@ -190,8 +190,8 @@ fn eliminated_states_are_those_among_the_unknowns_over_restarts() {
         let (state, roots) = end(eliminated(stages, tol), 3.0);
         assert!(roots > 2, "{roots}");
         for (i, (found, exact)) in state.iter().zip(full.y()).enumerate() {
-            // Errors accumulate over some hundreds of steps; a state truncated at a wrong time has
-            // an error of 1e-3.
+            // Errors accumulate over several hundred steps; a state that is truncated at a wrong time has an error of
+            // 1e-3.
             let error = (found - exact).abs() / tol;
             assert!(
                 error < 1e3,

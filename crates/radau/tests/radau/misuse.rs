@@ -196,7 +196,7 @@ fn a_problem_that_contradicts_itself_or_has_no_unknowns_is_refused() {
     assert!(matches!(built.map(|_| ()), Err(RadauError::Empty)));
 }
 
-/// ẏ + y + x = 0 with a response x.
+/// The equation ẏ + y + x = 0 with a response x.
 struct Slot {
     response: Vec<f64>,
 }
@@ -227,8 +227,8 @@ impl Fading for Slot {
     }
 }
 
-/// Regression: inconsistent slots and invalid relaxation times caused a panic or, for a negative
-/// time, a growing solution.
+/// Regression: inconsistent slots and invalid relaxation times caused a panic; a negative relaxation time caused a
+/// growing solution.
 #[test]
 fn a_memory_without_sense_is_refused() {
     let build = |slots: &[(usize, usize)], time: f64, weight: f64, absolute: f64| {
@@ -279,8 +279,8 @@ fn a_memory_without_sense_is_refused() {
     }
 }
 
-/// Damages each array and each number of a value in turn, and calls `check` with its path and the
-/// damaged value.
+/// Damages, one at a time, each array and each number of a JSON value, and calls `check` with its path and the damaged
+/// value.
 fn damaged(value: &Value, check: &mut dyn FnMut(&str, &Value)) {
     fn paths(value: &Value, at: &str, found: &mut Vec<String>) {
         match value {
@@ -321,8 +321,7 @@ fn damaged(value: &Value, check: &mut dyn FnMut(&str, &Value)) {
     }
 }
 
-/// Regression: if vectors of a state were too short by one number, this caused a panic or was
-/// accepted.
+/// Regression: saved vectors that were too short by one number caused a panic or were accepted.
 #[test]
 fn a_damaged_state_never_ends_in_a_panic() {
     let sample = Pendulum::new(MechanicalForm::Index2);
@@ -356,6 +355,6 @@ fn a_damaged_state_never_ends_in_a_panic() {
             }
         }
     });
-    // y, ẏ, three vectors of the last step, multipliers, and three of each Jacobian, shorter and longer.
+    // Both shorter and longer: y, ẏ, three vectors of the last step, multipliers, and three vectors of each Jacobian.
     assert!(refused_lengths >= 2 * 9, "{refused_lengths} of {checked}");
 }

@@ -1,4 +1,4 @@
-//! Observed orders with fixed steps, also of the dense output (shared cases S4).
+//! Observed orders of convergence with fixed steps, including dense output (shared cases S4).
 
 use myovib_dae::samples::{JayIndex2, LinearIndex1, MechanicalForm, Pendulum, Sample};
 use myovib_dae::{Problem, Tolerances};
@@ -7,7 +7,7 @@ use myovib_radau::{IndexScaling, RadauError, RadauOptions, RadauSolver, StepSize
 use crate::common::{Oscillator, run, solver};
 use crate::failures::well_behaved;
 
-/// Fixed steps, with Newton's method converged to rounding.
+/// Returns options with fixed steps, and with Newton's method converged to rounding.
 fn fixed(h: f64) -> RadauOptions {
     RadauOptions {
         tolerances: Tolerances::scalar(1e-12, 1e-12),
@@ -20,7 +20,7 @@ fn fixed(h: f64) -> RadauOptions {
     }
 }
 
-/// The errors at `t_end` after n steps.
+/// Returns the errors at `t_end` after n steps.
 fn errors<S: Sample + 'static>(sample: S, t_end: f64, options: RadauOptions) -> Vec<f64> {
     let exact = sample
         .exact(t_end)
@@ -34,7 +34,7 @@ fn errors<S: Sample + 'static>(sample: S, t_end: f64, options: RadauOptions) -> 
         .collect()
 }
 
-/// log2 of the ratio of errors with n and with 2n steps, component by component.
+/// Returns log2 of the ratio of the errors with n and with 2n steps, component by component.
 fn orders(errors: impl Fn(f64) -> Vec<f64>, n: f64) -> Vec<f64> {
     let (coarse, fine) = (errors(n), errors(2.0 * n));
     coarse
@@ -44,7 +44,7 @@ fn orders(errors: impl Fn(f64) -> Vec<f64>, n: f64) -> Vec<f64> {
         .collect()
 }
 
-/// The distance to the limit decreases by half from one pair of steps to the next. A tolerance of ±
+/// The difference between the observed and the limiting order is halved if the step sizes are halved. A tolerance of ±
 /// 0.25 holds for the chosen steps, which are far from rounding.
 fn assert_orders(observed: &[f64], expected: &[f64]) {
     println!("{observed:.2?}");
@@ -129,8 +129,8 @@ fn five_stages_have_orders_6_and_5_in_higher_index() {
     assert_orders(&orders(pendulum, 20.0), &[5.0, 5.0, 5.0]);
 }
 
-/// The largest errors of the dense output and of its derivative in the last of n steps up to
-/// `t_end`, at points far from the roots of the ramp (0.4 for three stages).
+/// Returns the largest errors of the dense output and of its derivative in the last of n steps up to `t_end`, at points
+/// far from the roots of the ramp (0.4 for three stages).
 fn dense_errors<P: Problem>(
     problem: P,
     (y0, y_dot0): (&[f64], &[f64]),
@@ -220,8 +220,8 @@ fn dense_output_of_the_first_step_needs_no_derivative_of_algebraic_variables() {
         let z = JayIndex2.exact(0.4 * h).unwrap()[2];
         vec![error(0, z), error(1, 2.0 * z)]
     };
-    // ż = 2z. The values have the order of the ends, s + 1, their derivatives one order less. With
-    // longer steps Newton's method would diverge at first, because of the inconsistent ż.
+    // The exact derivative is ż = 2z. The values have the order of the ends of steps, s + 1, and the derivatives one
+    // order less. With longer steps, Newton's method would initially diverge because of the inconsistent ż.
     assert_orders(&orders(errors, 160.0), &[4.0, 3.0]);
 }
 

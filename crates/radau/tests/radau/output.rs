@@ -7,7 +7,7 @@ use myovib_radau::{RadauOptions, RadauSolver};
 use crate::circuits::{CIRCUITS, Driven, PROMISED, WAVES, pairs};
 use crate::common::tolerance;
 
-/// Result of a run to the end: number of attempted steps, and y.
+/// Result of a completed run: number of attempted steps, and y.
 type End = Option<(u64, Vec<f64>)>;
 
 /// Integrates with or without error control of the output between steps. Returns `None` if the
@@ -41,8 +41,8 @@ fn run<P: Problem>(
     None
 }
 
-/// Regression: behind a kink, rounding of multipliers, divided by the short steps that had located
-/// the kink, limited the next steps. With output, 80 of these runs did not reach the end.
+/// Regression: after a kink, rounding of multipliers, divided by the short steps that had located the kink, limited the
+/// next steps. With dense output, 80 of these runs did not reach the end.
 #[test]
 fn output_does_not_prevent_success() {
     let mut attempts = [0; 2];
@@ -76,12 +76,12 @@ fn output_does_not_prevent_success() {
             }
         }
     }
-    // Output requires a shorter step at each kink.
+    // Dense output requires a shorter step at each kink.
     assert!(attempts[1] < 2 * attempts[0], "{attempts:?}");
 }
 
-/// Regression: dense output in the first step behind a restart used the multipliers and slopes before
-/// it. Behind a jump it was wrong by a tenth of the jump.
+/// Regression: dense output in the first step after a restart used the multipliers and slopes from before the restart.
+/// After a jump, its error was a tenth of the jump.
 #[test]
 fn output_behind_a_restart_does_not_depend_on_values_before() {
     for (stages, tol) in pairs(&[3, 5, 7], &[1e-4, 1e-6]) {

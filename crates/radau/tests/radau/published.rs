@@ -31,7 +31,7 @@ fn assert_run(tol: f64, (steps, digits): (u64, f64), (most, least): (f64, f64)) 
     );
 }
 
-/// Steps and mixed digits of components `range` at `t_end`.
+/// Returns the number of steps and the mixed digits of the components `range` at `t_end`.
 fn digits<S: Sample + 'static>(
     sample: S,
     t_end: f64,
@@ -93,8 +93,8 @@ fn pendulum_of_index_3() {
         (2..4, (734.0, 8.3)),
         (4..5, (734.0, 7.0)),
     ] {
-        // Velocities and multipliers, whose leading error is removed, have only order 3. Two digits
-        // less than the tolerance determine the number of steps; 408 are sufficient for positions.
+        // Velocities and multipliers, whose leading error is removed, have only order 3. Their accuracy, two digits
+        // less than the tolerance, determines the number of steps; for positions, 408 steps would be sufficient.
         assert_run(
             EIGHT,
             digits(sample, 2.0, &exact, components, EIGHT),
@@ -103,7 +103,7 @@ fn pendulum_of_index_3() {
     }
 }
 
-/// Newton's method from a start at rest, and its tolerance, limit long steps of high order.
+/// Long steps of high order are limited by Newton's method, from a start at rest, and by its tolerance.
 #[test]
 fn pendulum_of_index_3_at_high_order() {
     let sample = Pendulum::new(MechanicalForm::Index3);
@@ -168,7 +168,7 @@ fn heat_equation() {
     assert_run(EIGHT, (solver.statistics().steps, 8.0), (56.0, 8.0));
 }
 
-/// Relative errors of y1 at thirteen times up to 1e11, during which it decreases to 2e-8.
+/// Checks the relative errors of y1 at thirteen times up to 1e11, while y1 decreases to 2e-8.
 #[test]
 fn robertson() {
     let reference = &reference("s3_robertson")["accurate"];
@@ -226,9 +226,9 @@ fn counters_of_radau5() {
         // The codes repeat steps under different conditions: see the notes on the method.
         assert!((count as f64 / theirs - 1.0).abs() < 0.1, "{ours:?}");
     }
-    // This code compares an estimate that grows tenfold with the tolerance for the solution.
+    // This code compares the estimate with the tolerance for the solution if the estimate has grown by a factor of ten.
     assert!(ours.error_test_failures <= 2 * 8, "{ours:?}");
-    // Both errors are less than the tolerance.
+    // The errors of both codes are below the tolerance.
     let theirs = [1.706163410178079, -8.927971289301175e-1];
     for (ours, theirs) in solver.y().iter().zip(theirs) {
         assert!((ours - theirs).abs() < 1e-4 * (1.0 + theirs.abs()));

@@ -1,4 +1,4 @@
-//! Quadratures along with the solution: order, and continuation from a saved state and from a root.
+//! Quadratures along with the solution: order of convergence, and continuation from a saved state and after a root.
 
 use myovib_dae::samples::{JayIndex2, Sample};
 use myovib_dae::{Direction, Outcome, Tolerances};
@@ -24,12 +24,12 @@ fn exact(t: f64) -> f64 {
     (x(t).powi(3) - x(0.0).powi(3)) / 3.0
 }
 
-/// Checks that with fixed steps a quadrature has the order of the method, 2s − 1, and within steps
-/// the order of dense output in a first step, s + 1.
+/// Checks that with fixed steps the order of a quadrature is the order of the method, 2s − 1, and within steps the
+/// order of dense output in a first step, s + 1.
 #[test]
 fn quadratures_have_the_order_of_the_method() {
-    // Steps are long to keep the error above rounding: with seven stages and half a step of 0.5 the
-    // error is 3e-16, and the observed order 10 instead of 13.
+    // The steps are long, so that the error exceeds rounding. With seven stages and a step of 0.25, the error would be
+    // 3e-16 and the observed order 10 instead of 13.
     for (stages, h) in [(3, 0.2), (5, 0.5), (7, 4.0 / 3.0)] {
         let errors = [h, 0.5 * h].map(|h| {
             let mut solver = solver(RadauOptions {
@@ -63,13 +63,13 @@ fn quadratures_have_the_order_of_the_method() {
         let (method, s) = (2.0 * stages as f64 - 1.0, stages as f64);
         println!("s = {stages}: {:.2} {:.2} {errors:?}", order(0), order(1));
         assert!(order(0) > 0.9 * method, "s = {stages}: {}", order(0));
-        // The first step has no predecessor: its order is lower by one.
+        // For the first step there is no previous step, so the order is lower by one.
         let dense = s + 1.0;
         assert!(order(1) > 0.9 * dense, "s = {stages}: {}", order(1));
     }
 }
 
-/// The integrand uses the multiplier of the output, without its leading error: ∫ z = e² ᵗ/2.
+/// The integrand uses the multiplier after removal of its leading error, like the output: ∫ z = e² ᵗ/2.
 #[test]
 fn multipliers_are_integrated_as_they_are_handed_out() {
     let start = JayIndex2.start();
@@ -93,8 +93,7 @@ fn multipliers_are_integrated_as_they_are_handed_out() {
     );
 }
 
-/// Quadratures are saved bitwise with the state, and continue after a root and after a restart
-/// there.
+/// Quadratures are saved bitwise with the state, and continue after a root, and after a restart at a root.
 #[test]
 fn quadratures_go_on_from_saved_states_and_from_roots() {
     let options = || RadauOptions {
@@ -138,7 +137,7 @@ fn quadratures_go_on_from_saved_states_and_from_roots() {
             panic!("no root");
         };
         watched.quadrature(&mut q).unwrap();
-        // About a hundred steps with an error of 1e-8 each, and dense output.
+        // About a hundred steps with an error of 1e-8 each, plus the error of dense output.
         assert!((q[0] - exact(t)).abs() < 1e-6, "{q:?} {}", exact(t));
         if restarts {
             watched.restart();

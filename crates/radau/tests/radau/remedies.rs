@@ -1,4 +1,4 @@
-//! Checks that each remedy suggested by a stop brings the integration to its end.
+//! Checks that an integration succeeds with each of the remedies suggested by a stop.
 
 use myovib_dae::samples::{
     Constrained, Differentiated, MechanicalForm, Pendulum, Sample, SliderCrank,
@@ -13,9 +13,9 @@ use crate::common::{Oscillator, solver, stopped, tolerance};
 #[derive(Clone, Copy)]
 struct Posed {
     pendulum: Pendulum,
-    /// Whether it states the indices of its variables.
+    /// Whether the problem states the indices of its variables.
     indices: bool,
-    /// Whether it states its constraints.
+    /// Whether the problem states its constraints.
     constraints: bool,
 }
 
@@ -166,7 +166,7 @@ fn indices_are_stated() {
     assert_eq!(stated.integrate_to(2.0).unwrap(), REACHED);
 }
 
-/// Steps that may not be shorter than a limit do not resolve a jump of the input.
+/// If the step size has a lower limit, the steps cannot resolve a jump of the input.
 #[test]
 fn a_jump_is_a_time_to_restart_at() {
     let options = |tol| RadauOptions {
@@ -189,8 +189,8 @@ fn a_jump_is_a_time_to_restart_at() {
     assert_eq!(started(1e-2).integrate_to(2.0).unwrap(), REACHED);
 }
 
-/// Multipliers of index 3 amplify errors of positions by the square of the step's reciprocal, so
-/// that a limit of the step is a limit of their accuracy.
+/// In multipliers of index 3, errors of positions are divided by the square of the step size. A lower limit of the step
+/// size therefore limits their accuracy.
 #[test]
 fn looser_tolerances_of_multipliers_permit_longer_steps() {
     // Factors on the tolerances of all variables, of velocities and of multipliers.

@@ -9,12 +9,12 @@ use myovib_radau::{RadauError, RadauOptions, RadauState};
 
 use crate::common::{WithoutJacobian, solver, tolerance};
 
-/// Step numbers at which to save, seeded: (i × a golden ratio) mod the steps of the run.
+/// Step numbers at which the state is saved: (i × the golden ratio) modulo the number of steps.
 fn places(steps: u64) -> Vec<u64> {
     (1..=5).map(|i| (i * 2_654_435_761) % steps).collect()
 }
 
-/// Saves a run at some steps through JSON, and continues with a new solver.
+/// Saves a run at several steps through JSON, and continues with a new solver.
 #[track_caller]
 fn assert_goes_on<S: Sample + Clone>(sample: &S, t_end: f64, options: &RadauOptions) {
     let begin = || {

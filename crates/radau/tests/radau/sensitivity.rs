@@ -1,5 +1,4 @@
-//! Compares forward sensitivities with closed forms and with differences of runs at small
-//! tolerances.
+//! Compares forward sensitivities with closed forms and with difference quotients of runs with small tolerances.
 
 use myovib_dae::samples::{
     MechanicalForm, Oscillator, ParametricSample, Pendulum, Sample, ScaledJay, ScaledLinear,
@@ -12,7 +11,7 @@ use myovib_radau::{
 
 use crate::common::{solver, tolerance};
 
-/// A solver with the sensitivities to all parameters of a sample, after a run.
+/// Returns a solver after a run, with the sensitivities to all parameters of a sample.
 fn run<S: ParametricSample + Copy + 'static>(
     sample: S,
     t_end: f64,
@@ -28,8 +27,8 @@ fn run<S: ParametricSample + Copy + 'static>(
     (solver, sensitivities)
 }
 
-/// The largest error of p̄ S, relative to 1 + its size, over all parameters and the first `n`
-/// components, at the end.
+/// Returns the largest error of p̄ S at the end, relative to 1 + |p̄ S|, over all parameters and the first `n`
+/// components.
 fn error<S: ParametricSample + Copy + 'static>(
     sample: S,
     t_end: f64,
@@ -91,8 +90,8 @@ fn closed_forms_of_index_0_to_3_are_met_at_ten_times_the_tolerance() {
     }
 }
 
-/// The last component of the sensitivity to parameter `j`: the sensitivity of the multiplier, whose
-/// tolerance scales the error.
+/// Returns the error of the multiplier, which is the last component, and the largest error of its sensitivities p̄ S,
+/// relative to 1 plus their magnitudes.
 fn multiplier_error<S: ParametricSample + Copy + 'static>(
     sample: S,
     options: RadauOptions,
@@ -111,10 +110,10 @@ fn multiplier_error<S: ParametricSample + Copy + 'static>(
     [own, of.fold(0.0, f64::max)]
 }
 
-/// The sensitivities of multipliers are not worse than the error of collocation, which has the
-/// order s − 1. The solver removes the leading part of this error from the multiplier, which then
-/// has the order s. So for an error e of the multiplier, the error of the sensitivity is about
-/// e^((s−1)/s), with a constant up to ten times as large.
+/// The errors of the sensitivities of multipliers are not larger than the error of collocation, which has the order s −
+/// 1. The solver removes the leading part of this error from the multiplier, which then has the order s. So for an
+/// error e of the multiplier, the error of the sensitivity is about e^((s−1)/s), with a constant up to ten times as
+/// large.
 #[test]
 fn multipliers_of_index_3_have_sensitivities_as_good_as_their_own() {
     for stages in [3, 5, 7] {
@@ -134,7 +133,7 @@ fn multipliers_of_index_3_have_sensitivities_as_good_as_their_own() {
     }
 }
 
-/// Fixed steps, with Newton's method and the sensitivity equations converged to rounding.
+/// Returns options with fixed steps, and with Newton's method and the sensitivity equations converged to rounding.
 fn fixed(stages: usize, h: f64) -> RadauOptions {
     RadauOptions {
         stages,
@@ -164,7 +163,7 @@ fn orders_in_fixed_steps_are_those_of_the_states() {
         };
         let observed = (of(n) / of(2.0 * n)).log2();
         println!("{stages} stages: {observed}, {:e}", of(2.0 * n));
-        // The distance to the limit decreases by half from one pair of steps to the next.
+        // The difference between the observed and the limiting order is halved if the step sizes are halved.
         assert!(
             (observed - order).abs() < 1.0,
             "{stages} stages: {observed}"
@@ -195,14 +194,14 @@ fn they_differentiate_the_computed_solution() {
         truth = truth.max((exact[i] - difference).abs());
     }
     println!("{off:e} {truth:e}");
-    // The truncation (δ/g)², Newton's 3e-15 over δ and the 4e-11 of ∂F/∂p are below 1e-9 of terms
-    // of size 1 to 10.
+    // The truncation error (δ/g)², Newton's error 3e-15 divided by δ, and the error 4e-11 of ∂F/∂p are below 1e-9 for
+    // terms of size 1 to 10.
     assert!(off < 1e-8, "{off:e}");
     assert!(truth > 10.0 * off, "{truth:e} shows nothing");
 }
 
-/// The number of factorizations equals the number in the plain run for any number of parameters,
-/// and so do all other counters of the plain run.
+/// For any number of parameters, the number of factorizations and all other counters equal the counters of the run
+/// without sensitivities.
 #[test]
 fn a_run_with_sensitivities_takes_the_steps_and_factors_of_the_plain_one() {
     let plain = crate::common::run(pendulum(), 1.0, tolerance(1e-6)).statistics();
@@ -219,7 +218,7 @@ fn a_run_with_sensitivities_takes_the_steps_and_factors_of_the_plain_one() {
     assert_eq!(parameter_derivatives, 2 * 3 * steps);
 }
 
-/// ẏ = p sin 50t, which is at rest for p = 0: only its sensitivity (1 − cos 50t)/50 varies.
+/// The equation ẏ = p sin 50t with p = 0: the state is at rest, and only its sensitivity (1 − cos 50t)/50 varies.
 struct Resting(f64);
 
 impl Problem for Resting {
@@ -263,7 +262,7 @@ fn sensitivities_choose_steps_on_wish() {
     for tol in [1e-4, 1e-6, 1e-8] {
         let [alone, both] = [false, true].map(|is_controlling| run(tol, is_controlling));
         println!("{tol:e}: {alone:.1e} {both:.1e}");
-        // The tolerance applies to a number of size 1; two digits less are allowed.
+        // The tolerance refers to a value of size 1; an error of a hundred tolerances is allowed.
         assert!(both < 100.0 * tol, "{tol:e}: {both:e}");
         assert!(alone > 1e-3, "{tol:e}: {alone:e} shows nothing");
     }
@@ -292,8 +291,8 @@ fn dense_output_is_that_of_the_step() {
             .dense_output(&solver, 0, middle, 0, &mut out)
             .unwrap();
         let exact = sample.exact_sensitivity(0, middle);
-        // Order s + 1 or, in the first step, s, while the ends have 2s − 1: some hundreds of times
-        // the tolerance.
+        // The order is s + 1 or, in the first step, s, while it is 2s − 1 at the ends of steps. Therefore errors of
+        // several hundred tolerances are allowed.
         assert!(
             (out[0] - exact[0]).abs() < 1e-6,
             "{middle}: {}",
@@ -332,7 +331,7 @@ fn misuse_is_told() {
     ));
 }
 
-/// ẍ + ẋ/5 + x + p x³ = cos 2t.
+/// The Duffing equation ẍ + ẋ/5 + x + p x³ = cos 2t.
 struct Duffing(f64);
 
 impl Problem for Duffing {
@@ -347,9 +346,9 @@ impl Problem for Duffing {
     }
 }
 
-/// A vibration over many periods in long steps is nearly a linear combination of its values some
-/// steps before. Sensitivities with this initial guess need one correction, and occasionally a
-/// second: 1.2 on average, compared with 2.05 from polynomials.
+/// A vibration integrated over many periods with long steps is nearly a linear combination of its values in previous
+/// steps. Sensitivities with this initial guess need one correction, and occasionally a second: 1.2 on average,
+/// compared with 2.05 from polynomials.
 #[test]
 fn steps_of_a_vibration_start_from_those_before() {
     let options = RadauOptions {
@@ -377,7 +376,7 @@ fn steps_of_a_vibration_start_from_those_before() {
     assert!(corrections < 1.6, "{corrections}");
 }
 
-/// A solver of the oscillator with steps of 0.1, and its sensitivity.
+/// Returns a solver of the oscillator with steps of 0.1, and its sensitivity.
 fn fixed_steps() -> (
     RadauSolver<Oscillator>,
     ForwardSensitivities<Differenced<Oscillator>>,
@@ -390,8 +389,8 @@ fn fixed_steps() -> (
     run(oscillator, 0.0, options)
 }
 
-/// Regression: after a `reinit`, depending on the number of previous steps, the sensitivities
-/// continued with missing steps or failed permanently.
+/// Regression: after a `reinit`, the sensitivities missed steps or failed permanently, depending on the number of
+/// previous steps.
 #[test]
 fn sensitivities_are_continued_over_a_reinit_on_request_only() {
     for steps in [1, 2, 5] {
@@ -424,7 +423,7 @@ fn sensitivities_are_continued_over_a_reinit_on_request_only() {
     }
 }
 
-/// A restored state is a new start, also for sensitivities and for recordings.
+/// Restoring a state is a new start, which also ends sensitivities and recordings.
 #[test]
 fn a_restored_state_ends_what_follows_steps() {
     let (mut solver, mut followed) = fixed_steps();
@@ -458,7 +457,7 @@ fn a_restored_state_ends_what_follows_steps() {
     }
 }
 
-/// Regression: an earlier list of parameters reset them to its values.
+/// Regression: parameters were reset to the values in a list created earlier.
 #[test]
 fn parameters_changed_before_the_start_keep_their_values() {
     let (before, after) = (Oscillator { omega: 2.0 }, Oscillator { omega: 3.0 });
@@ -470,7 +469,7 @@ fn parameters_changed_before_the_start_keep_their_values() {
     let mut followed = ForwardSensitivities::new(&solver, before.differenced(), starts).unwrap();
     followed.integrate_to(&mut solver, 1.0).unwrap();
     assert_eq!(solver.problem().omega, 3.0);
-    // 1e-8 per step, over some dozens of steps, as for the tests above.
+    // 1e-8 per step, for several dozen steps, as for the tests above.
     assert!((solver.y()[0] - 3_f64.cos()).abs() < 1e-6);
     let exact = after.exact_sensitivity(0, 1.0);
     assert!((followed.of(0)[0] - exact[0]).abs() < 1e-6);

@@ -1,8 +1,8 @@
 //! Andrews' squeezing mechanism: hidden constraints, and fast motion of all bodies from the start.
 //!
-//! Seven bodies in a plane, joined by three loops through one point, driven by a torque against a
-//! spring. Source: F. Mazzia, C. Magherini, Test Set for Initial Value Problem Solvers, release 2.4
-//! (2008), problem `andrews`: equations, constants, initial values, and the solution at t = 0.03.
+//! Seven bodies in a plane, connected in three loops through one point, are driven by a torque against a spring.
+//! Source: F. Mazzia, C. Magherini, Test Set for Initial Value Problem Solvers, release 2.4 (2008), problem `andrews`:
+//! equations, constants, initial values, and the solution at t = 0.03.
 
 use myovib_dae::{Outcome, Problem, StepError};
 use myovib_radau::{RadauOptions, RadauSolver};
@@ -45,7 +45,7 @@ const C0: f64 = 4530.0;
 const L0: f64 = 0.07785;
 const TORQUE: f64 = 0.033;
 
-/// (q, v, w, λ): q̇ = v, v̇ = w, 0 = M w − f + Gᵀ λ, 0 = g.
+/// The mechanism with the unknowns (q, v, w, λ): q̇ = v, v̇ = w, 0 = M w − f + Gᵀ λ, 0 = g.
 struct Squeezer {
     index: u8,
 }
@@ -200,7 +200,7 @@ fn squeezer(index: u8, options: RadauOptions) -> RadauSolver<Squeezer> {
     builder.build(0.0, &y, &y_dot).unwrap()
 }
 
-/// Positions at t = 0.03, and the outcome.
+/// Returns the positions at t = 0.03, and the number of steps.
 fn at_end(index: u8, options: RadauOptions) -> (Vec<f64>, u64) {
     let mut solver = squeezer(index, options);
     let outcome = solver.integrate_to(0.03).unwrap();
@@ -208,8 +208,7 @@ fn at_end(index: u8, options: RadauOptions) -> (Vec<f64>, u64) {
     (solver.y()[..7].to_vec(), solver.statistics().steps)
 }
 
-/// In short first steps, rounding dominates the constraints: steps must then become longer, not
-/// shorter.
+/// In short first steps, rounding dominates the constraints. Steps must then become longer, not shorter.
 #[test]
 fn no_first_step_is_too_short() {
     for stages in [3, 5, 7] {
@@ -243,7 +242,7 @@ fn no_first_step_is_too_short() {
     }
 }
 
-/// The published values are reproduced with G v = 0 instead of g = 0.
+/// The published values are reproduced with the constraint G v = 0 instead of g = 0.
 #[test]
 fn the_published_positions_are_those_of_index_2() {
     let options = RadauOptions {
