@@ -30,7 +30,7 @@ pub enum ModelError {
     /// An invalid prescribed displacement.
     #[error("component {component} of the nodal displacement cannot be prescribed: {objection}")]
     Prescribed {
-        /// Its index in a nodal array.
+        /// Index of the component in a nodal array.
         component: usize,
         /// Reason and remedy.
         objection: &'static str,
@@ -49,7 +49,7 @@ pub enum ModelError {
         /// Time of the jump, s.
         t: f64,
     },
-    /// Elements whose equations have different indices.
+    /// Elements whose equations would have different indices.
     #[error(
         "elements {} and {} differ in kind, {what}: the equations would have different indices; \
          choose one kind for the whole body",
@@ -187,7 +187,7 @@ pub enum ModelError {
         /// Largest remaining projected defect, defined as in the constraint drift.
         volume_residual: f64,
     },
-    /// The system is too large for the dense index computation.
+    /// The system is too large for the dense computation of the index.
     #[error(
         "{unknowns} unknowns are too many to compute the index from the matrices ({largest} at most): use a coarser mesh"
     )]
@@ -200,7 +200,7 @@ pub enum ModelError {
     /// The structural analysis failed.
     #[error(transparent)]
     Structure(#[from] myovib_structure::StructureError),
-    /// A measurement of a part that the system does not have.
+    /// The requested measurement refers to a part that the system does not have.
     #[error("the system has no {part}")]
     NoSuchPart {
         /// Name of the part.

@@ -1,7 +1,7 @@
 //! The coupled muscle model as differential-algebraic equations.
 //!
-//! Data flows one way: a [`Muscle`] (body, damping, loads) and a [`Formulation`] give a
-//! [`MuscleDae`], which implements `Problem` for the integrators.
+//! Data flows one way: a [`Muscle`] (body, damping, loads) and a [`Formulation`] define a [`MuscleDae`], which
+//! implements `Problem` for the integrators.
 //!
 //! Main types:
 //! - [`Muscle`], [`Parameters`], [`Load`], [`RobinSupport`], [`Activation`], [`Signal`]: the physics,

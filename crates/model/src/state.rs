@@ -67,7 +67,7 @@ pub(crate) struct Workspace {
     /// Force of added stresses, viscoelastic overstress, elastic foundations and friction; empty if the
     /// body has none of them.
     pub(crate) added_force: Vec<f64>,
-    /// T of each element; empty without added stresses.
+    /// Tension T of each element; empty without added stresses.
     pub(crate) tensions: Vec<f64>,
     /// Ṫ of each activation model.
     pub(crate) tension_rates: Vec<f64>,

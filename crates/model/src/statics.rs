@@ -24,7 +24,7 @@ pub use response::EquilibriumDerivatives;
 /// Largest predicted increment of the displacement gradient in a load step.
 const GRADIENT_STEP: f64 = 0.2;
 
-/// A body at rest under its loads, or without.
+/// A body at rest, with or without loads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibrium {
     /// Free displacement components, m.
@@ -33,13 +33,12 @@ pub struct Equilibrium {
     pub pressure: Vec<f64>,
     /// Time of the loads, s; `None` for a body without loads.
     pub preload_time: Option<f64>,
-    /// Newton iterations over all load steps, without their predictions.
+    /// Newton iterations over all load steps, excluding predictions.
     pub newton_iterations: usize,
     /// Load steps taken.
     pub load_steps: usize,
-    /// Number of independent small motions from the equilibrium that grow: 0 if it is stable.
-    /// Unknown if pressures follow the body, so that its tangent is not symmetric, or if pivots had
-    /// to be exchanged.
+    /// Number of independent small motions from the equilibrium that grow: 0 if it is stable. Unknown if follower
+    /// pressures make the tangent unsymmetric, or if pivots had to be exchanged.
     pub instabilities: Option<usize>,
 }
 
@@ -58,18 +57,18 @@ impl Equilibrium {
     }
 }
 
-/// How far a search for an equilibrium came.
+/// Result of a search for an equilibrium.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Approach {
     /// The last equilibrium that was found.
     pub equilibrium: Equilibrium,
-    /// The part of the load that it is under.
+    /// Fraction of the load for which it is the equilibrium.
     pub reached: f64,
-    /// Why it is not the whole load, if it is not.
+    /// Reason why it is not the whole load, if applicable.
     pub shortfall: Option<Shortfall>,
 }
 
-/// Why the whole load was not reached.
+/// Reason why the whole load was not reached.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shortfall {
     /// The caller ended the search.
@@ -105,18 +104,18 @@ impl Shortfall {
     }
 }
 
-/// How far the search for an equilibrium is, before an iteration.
+/// Progress of the search for an equilibrium, before an iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
     /// Number of the load step, from 1; a failed step and its repetition with less load count once.
     pub load_step: usize,
     /// Fraction of the load that is in equilibrium.
     pub reached: f64,
-    /// The part that this load step is to reach.
+    /// Fraction of the load that this load step is intended to reach.
     pub target: f64,
     /// Newton's iteration for it, from 1.
     pub iteration: usize,
-    /// Iterations over all load steps, with this one.
+    /// Number of iterations over all load steps, including the next one.
     pub iterations: usize,
 }
 

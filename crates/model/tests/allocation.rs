@@ -1,5 +1,4 @@
-//! Checks that steps after the first few allocate nothing, with IDAS and with Radau IIA, in 2D and
-//! in 3D.
+//! Checks that steps after the first few do not allocate memory, with IDAS and with Radau IIA, in 2D and in 3D.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 use std::sync::Arc;
@@ -12,7 +11,7 @@ use myovib_model::{
 };
 use myovib_radau::RadauOptions;
 
-/// A block in 3D, fixed on its left, under the paper's load along z in its whole volume.
+/// Returns a block in 3D, fixed on its left, with the paper's load along z as a body force.
 fn block(kappa: f64, beta: f64) -> Muscle {
     let mesh = generate::block([0.0; 3], [0.2, 0.04, 0.04], [4, 1, 1]).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
@@ -29,7 +28,7 @@ fn block(kappa: f64, beta: f64) -> Muscle {
     }
 }
 
-/// Bodies of both dimensions, compressible and not.
+/// Returns compressible and incompressible bodies of both dimensions.
 fn bodies() -> [(Formulation, Muscle); 4] {
     let mesh = include_str!("../../../data/meshes/muscle.msh");
     let mesh = Mesh::parse_msh(mesh, "muscle.msh").unwrap();
@@ -73,8 +72,8 @@ fn steps_of_radau_allocate_nothing() {
             ..Settings::paper(formulation)
         };
         let options = RadauOptions {
-            // A new Jacobian whenever Newton's method takes two iterations. Small steps avoid
-            // rejected steps, whose messages allocate.
+            // A new Jacobian is evaluated whenever Newton's method takes two iterations. Small steps avoid rejected
+            // steps, whose messages allocate.
             jacobian_reuse: 0.0,
             newton_tolerance: Some(1e-6),
             max_step: Some(4e-3),
@@ -84,7 +83,7 @@ fn steps_of_radau_allocate_nothing() {
         let zero = vec![0.0; dae.n_unknowns()];
         let mut integrator =
             RadauIntegrator::new(dae, matrices, options, (0.0, 1.0), &zero, &zero).unwrap();
-        // The load must have set in: at rest one iteration is enough, and no new Jacobian is due.
+        // The load must have set in, because at rest one iteration is sufficient and no new Jacobian is required.
         while integrator.time() < 0.7 {
             integrator.advance().unwrap();
         }

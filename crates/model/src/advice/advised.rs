@@ -81,8 +81,8 @@ impl<P: WithMuscle> Advised<P> {
         Self { inner, advice }
     }
 
-    /// Returns the advice on a stop without inverted elements, using the state reached. Before the
-    /// first step there is no such state.
+    /// Returns the advice on a stop without inverted elements, based on the current state. Before the first step there
+    /// is no such state.
     fn explain(&mut self) -> String {
         let t = self.inner.time();
         let mut y = vec![0.0; self.inner.problem().unknowns()];

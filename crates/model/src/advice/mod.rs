@@ -31,7 +31,8 @@ pub use remedy::{Finding, Remedy};
 /// stable in the whole half-plane). E. Hairer, G. Wanner, *Solving Ordinary Differential Equations
 /// II*, section V.2.
 const SECTORS: [(u8, f64); 3] = [(5, 51.84), (4, 73.35), (3, 86.03)];
-/// Modes faster than the drive by this factor are not resolved by steps that resolve the drive.
+/// Ratio of a mode's frequency to the driving frequency above which steps that resolve the drive do not resolve the
+/// mode.
 const UNRESOLVED: f64 = 10.0;
 
 /// If no step succeeds from a state with an element whose det F is below this value, the
@@ -209,7 +210,7 @@ impl Advice {
             .collect()
     }
 
-    /// Describes their effect on Newton's method.
+    /// Describes the effect of multipliers of the highest index on Newton's method.
     fn magnified(&self) -> String {
         let index = self.index();
         format!(
@@ -219,7 +220,7 @@ impl Advice {
         )
     }
 
-    /// Describes their effect at a tight tolerance.
+    /// Describes the effect of multipliers of the highest index at a tight tolerance.
     fn small_steps(&self) -> String {
         format!(
             "a relative tolerance of {:e} requires small steps h, and {}",
@@ -288,8 +289,8 @@ impl Advice {
         (self.is_bdf() && self.settings.max_order > bound).then_some(Remedy::MaxOrder(bound))
     }
 
-    /// Returns the possible causes of a stop, the likeliest first. The remedies of each finding are
-    /// meant to suffice alone.
+    /// Returns the possible causes of a stop, the likeliest first. The remedies of each finding are expected to be
+    /// sufficient on their own.
     pub fn causes(&self) -> Vec<Finding> {
         let settings = self.error_test().or_else(|| self.order());
         let mut causes: Vec<Finding> = settings.into_iter().collect();
@@ -362,7 +363,7 @@ impl Advice {
     }
 }
 
-/// Lists the causes for the end of a message.
+/// Formats the causes as a list for the end of a message.
 fn listed(causes: &[Finding]) -> String {
     let mut words = String::new();
     for (n, cause) in causes.iter().enumerate() {

@@ -215,8 +215,8 @@ pub struct StaticReport {
     pub held: Option<Held>,
     /// Predicted cost of the factors of the iteration matrix, if known.
     pub factors: Option<FactorizationCost>,
-    /// Largest displacement under the whole load by linear elasticity, m; `None` for a body that is
-    /// too large or not held.
+    /// Largest displacement under the whole load by linear elasticity, m; `None` for a body that is too large or
+    /// insufficiently supported.
     pub linear_displacement: Option<f64>,
     /// CPU time of one Newton iteration, s: measured, or predicted if the body is too large.
     pub iteration_time: Option<f64>,

@@ -8,8 +8,8 @@
 //! M q̇ = M v - B̃ᵀμ,   M v̇ = f - A q - D v - Bᵀλ,   0 = B̃ q,   0 = B v.
 //! ```
 //!
-//! v satisfies only B v = 0. Where B̃ is more restrictive than B, the multiplier μ must remove the
-//! part of v that B̃ excludes: μ ≠ 0 and q̇ ≠ v. With B̃ = B this is (33), and μ = 0.
+//! v satisfies only B v = 0. If B̃ is more restrictive than B, the multiplier μ must remove the part of v that B̃
+//! excludes, so that μ ≠ 0 and q̇ ≠ v. With B̃ = B this is (33), and μ = 0.
 //!
 //! For small strains all matrices are constant, and projections eliminate the multipliers: in
 //! coordinates in which M is the identity, q̇ = P̃ v, v̇ = P (f - A q - D v) with the orthogonal

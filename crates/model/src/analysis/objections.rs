@@ -24,8 +24,8 @@ const FAR_ABOVE_MODES: f64 = 200.0;
 /// A load this many times slower than the slowest mode gives a quasi-static motion. Such values
 /// suggest moduli that are off by a factor of 1000, or a mesh in km.
 const FAR_BELOW_MODES: f64 = 1e-5;
-/// Upper bound for the ratio of the frequency of a stretch to the slowest mode: slender bodies
-/// bend.
+/// Assumed maximum ratio of the frequency of a stretching mode to the slowest mode, which is large for slender bodies
+/// because they bend.
 const ABOVE_SLOWEST: f64 = 100.0;
 /// Number of load periods above which a run is assumed to be a typing error. It would take days
 /// even at 1 ms per period, which is less than a period costs.

@@ -275,7 +275,7 @@ pub fn fastest(muscle: &Muscle) -> Result<f64, ModelError> {
     Ok(f64::max(omega_squared, 0.0).sqrt())
 }
 
-/// Returns the largest eigenvalue of a symmetric tridiagonal matrix.
+/// Returns the largest eigenvalue of a symmetric tridiagonal matrix with the entries `beside` the diagonal.
 fn largest_of(diagonal: &[f64], beside: &[f64]) -> f64 {
     let n = diagonal.len();
     let matrix = DMatrix::from_fn(n, n, |i, j| match i.abs_diff(j) {

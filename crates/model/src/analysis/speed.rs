@@ -17,7 +17,7 @@ const COMPONENTS: usize = 3;
 /// Number of timed solves.
 const SOLVES: u32 = 4;
 
-/// Work that a second of CPU time completes.
+/// Work completed per second of CPU time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Speed {
     /// Operations of a factorization, counted as in

@@ -27,7 +27,7 @@ impl Effect {
         self.numbers_per_element(solid) * solid.space().n_elements()
     }
 
-    /// Returns the value where no place acts.
+    /// Returns the value at points on which no place acts.
     pub(super) fn elsewhere(self) -> f64 {
         match self {
             Self::Stiffness => 1.0,

@@ -7,10 +7,10 @@
 //! 1 + Σ_k w_k(ξ) (g_k − 1),     g_k = g_∞ + (g_0 − g_∞) (1 − S_k),     S_k ≈ |χ|² of place k,
 //! ```
 //!
-//! with g_0 at zero coherence (or at rest) and g_∞ at full coherence. The weights w_k state where
-//! place k acts: 1 in a region, or shares that sum to 1 everywhere (the paper's E(ξ, t)). Damping
-//! follows the stiffness, β (∂P/∂F : ∇v + …); the rate of g causes no damping stress. Similarly,
-//! the tension along the fibers is T = Σ_k w_k T_k with T_k = T_0 + (T_1 − T_0) S_k.
+//! with g_0 at zero coherence (or at rest) and g_∞ at full coherence. The weight w_k defines where place k acts: it is
+//! 1 in a region, or the weights of all places sum to 1 everywhere (the paper's E(ξ, t)). Damping follows the
+//! stiffness, β (∂P/∂F : ∇v + …); the rate of g causes no damping stress. Similarly, the tension along the fibers is T
+//! = Σ_k w_k T_k with T_k = T_0 + (T_1 − T_0) S_k.
 //!
 //! A network is a chain at one place or many chains at many places. The Jacobian has one additional
 //! rank-one block per place: ∂F/∂s = ∂F/∂g_k · (dg_k/dS_k ∂S_k/∂s). [`FeedbackSolver`] eliminates
@@ -183,8 +183,7 @@ impl FeedbackDae {
         places.linearize(&mut self.one_way, &self.feedbacks, t, y)
     }
 
-    /// Returns the system without feedback, and the places as of the last
-    /// [`linearize`](Self::linearize).
+    /// Returns the system without feedback, the places at the last [`linearize`](Self::linearize), and the feedbacks.
     pub(super) fn parts(&mut self) -> (&mut CoupledDae<MuscleDae>, &[Place], &[Feedback]) {
         (&mut self.one_way, &self.places.list, &self.feedbacks)
     }

@@ -82,7 +82,7 @@ impl Local {
 #[derive(Debug)]
 pub struct FeedbackSolver {
     one_way: CoupledSolver<CondensedSolver>,
-    /// `None` for a place that acts beyond the elements that drive it.
+    /// For each place, its positions in the stiffness; `None` if it also acts on elements that do not drive it.
     places: Vec<Option<Local>>,
     /// Places and responses for the real matrix and for each complex matrix.
     real: Matrix<f64>,
@@ -118,7 +118,7 @@ impl FeedbackSolver {
         })
     }
 
-    /// Returns the numbers of the nonlocal places.
+    /// Returns the indices of the nonlocal places.
     fn nonlocal(&self) -> Vec<usize> {
         let places = self.places.iter().enumerate();
         let nonlocal = places.filter(|(_, local)| local.is_none());
@@ -183,7 +183,7 @@ impl<T: Scalar + ComplexField> Matrix<T> {
     }
 }
 
-/// Solves in place for the oscillators at fixed body.
+/// Solves in place for the oscillators while the body is fixed.
 fn solve_alone<T: Scalar>(
     networks: &mut [NetworkMatrix<T>],
     dae: &FeedbackDae,

@@ -8,8 +8,8 @@
 //! F_o(s, ṡ; γ u(t, y)) = 0                          ⎝ a γ e wᵀ   J_o ⎠
 //! ```
 //!
-//! e marks the rows that the forcing reaches, w the unknowns that form u. Systems without
-//! oscillators have no such states; systems without a body ([`NoBody`]) have no mesh.
+//! The vector e selects the rows on which the forcing acts, and w contains the weights of the unknowns that form u.
+//! Systems without oscillators have no such states; systems without a body ([`NoBody`]) have no mesh.
 //!
 //! Main types: [`CoupledDae`] is the system of a [`Body`] and [`Oscillators`] with a [`Source`] for
 //! each direction. A [`Recording`] replays a body's motion to oscillators integrated

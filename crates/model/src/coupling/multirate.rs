@@ -9,13 +9,12 @@
 //! ```
 //!
 //! # Error
-//! Besides their own tolerance, the oscillators have the error of the forcing, γ |ũ − u|: the gain
-//! times the error δu of the body's displacement at the driving point. If it is constant, it moves an
-//! oscillator by γ δu/ω². At resonance, or along a limit cycle, whose phase is free, its effects add up
-//! to γ δu T/(2ω) in the time T. [`Driving`] has the numbers of the bound γ δu (1/ω² + T/(2ω)): with
-//! BDF, δu is the sum of the local errors of u. Radau IIA has no estimate of its error. Its dense
-//! output within steps is not the main part: replacing it by the integral of the dense output of the
-//! velocity, which has a higher order, did not change the error of the oscillators.
+//! Besides their own tolerance, the oscillators have the error of the forcing, γ |ũ − u|: the gain times the error δu
+//! of the body's displacement at the driving point. If it is constant, it moves an oscillator by γ δu/ω². At resonance,
+//! or along a limit cycle, whose phase is free, its effects add up to γ δu T/(2ω) in the time T. [`Driving`] contains
+//! the factors of the bound γ δu (1/ω² + T/(2ω)). With BDF, δu is the sum of the local errors of u. Radau IIA has no
+//! estimate of its error. The error of its dense output within steps is not dominant: replacing the dense output by the
+//! integral of the dense output of the velocity, which has a higher order, did not change the error of the oscillators.
 
 use std::sync::Arc;
 
@@ -98,7 +97,7 @@ struct Interpolated {
 }
 
 impl Driven {
-    /// Updates the largest positions by the `states` of `chains`.
+    /// Updates the largest positions with the `states` of `chains`.
     fn see(&mut self, states: &[f64], chains: &CoupledDae<NoBody>) {
         for (k, largest) in self.positions.iter_mut().enumerate() {
             let n = chains.oscillators(k).network().n_oscillators();
@@ -358,7 +357,8 @@ impl<B> Integrator<Multirate<B>> for Multirate<B> {
             return self.chains.dense_output(t, derivative, chains);
         }
         if derivative > 0 {
-            // Only first derivatives are read. The equations of the oscillators yield theirs.
+            // Only first derivatives are requested here. The second derivatives of the oscillators follow from their
+            // equations.
             let (rates, _) = self.chains.problem_mut().derivatives_at(t, chains)?;
             chains.copy_from_slice(&rates);
         }

@@ -38,8 +38,8 @@ impl<T: ComplexField> Default for NonlocalElimination<T> {
 }
 
 impl<T: Scalar + ComplexField> NonlocalElimination<T> {
-    /// Computes the correction for the `places` with these numbers at the current linearization;
-    /// `solve` solves with J in place.
+    /// Computes the correction for the `places` with these indices at the current linearization; `solve` solves with J
+    /// in place.
     pub(super) fn new(
         places: &[usize],
         dae: &mut FeedbackDae,
@@ -73,7 +73,7 @@ impl<T: Scalar + ComplexField> NonlocalElimination<T> {
         })
     }
 
-    /// Turns the solution with J into the solution of the corrected system.
+    /// Replaces the solution of the system with J by the solution of the corrected system.
     pub(super) fn correct(&self, dae: &FeedbackDae, x: &mut [T]) -> Result<(), StepError> {
         let Some(small) = &self.small else {
             return Ok(());

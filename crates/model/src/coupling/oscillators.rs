@@ -42,7 +42,7 @@ impl Source {
         })
     }
 
-    /// Returns the number of the point of a separately integrated body.
+    /// Returns the index of the point of a separately integrated body.
     pub(super) fn step_point(&self) -> Option<usize> {
         match self {
             Self::Step(point) => Some(point.number()),

@@ -76,8 +76,8 @@ impl TimeScales for Arc<Recording> {
         breaks.reduce(Break::earlier)
     }
 
-    /// Returns the period of a sine with the range and the largest curvature of the motion between
-    /// the two times, π √(2 range/|ü|). Inertia excludes faster motions within a step.
+    /// Returns the period π √(2 range/|ü|) of a sine that has the range of the motion and its largest acceleration
+    /// between the two times. Inertia excludes faster motions within a step.
     fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
         let [low, high] = self.extent?;
         let first = self.ends.partition_point(|end| *end <= from);

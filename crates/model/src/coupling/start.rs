@@ -18,7 +18,7 @@ use crate::muscle_dae::MuscleDae;
 /// [`ErrorTest`](super::ErrorTest).
 #[derive(Debug, Clone)]
 pub struct CoupledOptions {
-    /// The integrator; it reads its options below.
+    /// The integrator; it uses its options below.
     pub integrator: IntegratorKind,
     /// Options of IDAS.
     pub ida: IdaOptions,

@@ -38,9 +38,8 @@ impl StepMotion {
         };
     }
 
-    /// Reads the displacements of the `places` over the last step `[from, to]` of `body`; `y` is a
-    /// workspace for its unknowns. Calls `see` with the number of each place and its largest
-    /// displacement.
+    /// Reads the displacements of the `places` over the last step `[from, to]` of `body`; `y` is a workspace for its
+    /// unknowns. Calls `see` with the index of each place and its largest displacement.
     pub(super) fn follow<B>(
         &self,
         body: &mut dyn Integrator<B>,
@@ -98,8 +97,8 @@ pub struct StepPoint {
 }
 
 impl StepPoint {
-    /// Creates the point with this number among the driving points of a body, with the prescribed
-    /// displacement of `place`.
+    /// Creates the point with the given index among the driving points of a body, including the prescribed displacement
+    /// of `place`.
     pub(super) fn new(motion: &Arc<StepMotion>, number: usize, place: &Displacement) -> Self {
         Self {
             motion: Arc::clone(motion),

@@ -1,4 +1,4 @@
-//! The equations of which the formulations consist: residual and Jacobian of each.
+//! The equations from which the formulations are composed: residual and Jacobian of each.
 //!
 //! An equation reads the unknowns of a [`State`] by field and the element integrals that it
 //! [`needs`](Equation::needs), and writes the rows of its block.
@@ -233,7 +233,7 @@ impl Equation {
     }
 }
 
-/// Writes the rates of `field` minus the rates of the model.
+/// Writes the rates of `field` minus the rates prescribed by the `model`.
 fn rate_residual(field: Field, model: &[f64], state: &State<'_>, rows: &mut [f64]) {
     let rates = state.rate(field).iter();
     for ((row, rate), model) in rows.iter_mut().zip(rates).zip(model) {

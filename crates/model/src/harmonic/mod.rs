@@ -342,7 +342,7 @@ impl HarmonicResponse {
         })
     }
 
-    /// Returns the derivative of the amplitude `at` by a parameter: K û' = −∂(K û − f̂)/∂p.
+    /// Returns the derivative of the amplitude `at` with respect to a parameter, from K û' = −∂(K û − f̂)/∂p.
     fn derivative(
         &self,
         matrix: &mut Condensed<Complex64>,
@@ -383,9 +383,9 @@ impl DynamicStiffness {
         Ok(self.unbalanced(at.s, &at.displacement, &at.pressure)?.force)
     }
 
-    /// Returns the amplitudes of functions of the body's state: their derivatives
-    /// along the motion, by central differences. Linear values are exact up to rounding, smooth
-    /// ones to about 1e-9; values without a derivative, such as a von Mises stress at rest, have no amplitude.
+    /// Returns the amplitudes of functions of the body's state: their derivatives along the motion, by central
+    /// differences. Derivatives of linear functions are exact up to rounding, of smooth functions to about 1e-9. Values
+    /// without a derivative, such as a von Mises stress at rest, have no amplitude.
     pub fn amplitudes(
         &self,
         at: &Amplitude,

@@ -15,7 +15,7 @@ pub struct Neighbors {
 }
 
 impl Neighbors {
-    /// Takes a body at each point of a stencil with the given step.
+    /// Creates the neighbors from one body at each point of a stencil with the given step.
     ///
     /// # Panics
     /// Unless there is a body for each point.
@@ -39,7 +39,7 @@ impl Neighbors {
     }
 
     /// Returns the derivatives of functions of a body and its amplitude, which are linear in the amplitude. `at` is the
-    /// amplitude, and `derivative` its derivative by the parameter.
+    /// amplitude, and `derivative` its derivative with respect to the parameter.
     ///
     /// # Errors
     /// Errors of `read`.

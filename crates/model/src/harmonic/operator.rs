@@ -9,8 +9,8 @@ use crate::error::ModelError;
 use crate::operators;
 use crate::reading::snapshot::Snapshot;
 
-/// Displacement gradient by which states are moved for differences: its square and its rounding error
-/// are below 1e-9 of the derivative.
+/// Displacement gradient of the perturbations for differences: their truncation and rounding errors are below 1e-9 of
+/// the derivative.
 const PROBING_GRADIENT: f64 = 1e-5;
 
 /// Forces at all nodal components and volumes at the vertices.
@@ -20,7 +20,7 @@ pub(super) struct Balance {
 }
 
 impl DynamicStiffness {
-    /// Returns the forces and volumes of the motion (û, p̂) that its loads do not balance.
+    /// Returns the unbalanced forces and volumes of the motion (û, p̂) under its loads.
     ///
     /// # Errors
     /// [`ModelError::Inverted`] for an equilibrium without stress.

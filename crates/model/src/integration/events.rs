@@ -62,7 +62,7 @@ pub fn first_positive<P>(
 fn top([(t0, f0), (t1, f1), (t2, f2)]: [(f64, f64); 3]) -> Option<f64> {
     let (left, right) = ((f1 - f0) / (t1 - t0), (f2 - f1) / (t2 - t1));
     let bends = left > 0.0 && right < 0.0;
-    // The slope equals the chord's slope at its midpoint and is linear in between.
+    // The slope equals the slope of the chord at its midpoint and varies linearly in between.
     let (from, to) = (0.5 * (t0 + t1), 0.5 * (t1 + t2));
     bends.then(|| from + (to - from) * left / (left - right))
 }

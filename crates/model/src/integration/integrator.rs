@@ -19,8 +19,7 @@ pub enum Advance {
     Stopped {
         /// The cause.
         reason: EndReason,
-        /// Description of the cause: time, step size, order, and components with the largest
-        /// errors.
+        /// Description of the cause, with time, step size, order, and components with the largest errors.
         message: String,
         /// An element inverted during attempts at the failed step.
         inverted: Option<Inverted>,

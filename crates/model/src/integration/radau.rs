@@ -184,10 +184,10 @@ pub fn matrices(
 
 /// Returns the options of Radau IIA for a muscle with `settings`.
 ///
-/// With a Jacobian at rest, Newton contracts by a few percent per iteration throughout the paper's
-/// load, and a factorization costs as much as ten solves. The Jacobian is therefore kept up to a
-/// contraction of 0.1, and the step size until it may double. On row 1 of Table 2 this needs a
-/// sixth of the factorizations of RADAU5's values (0.001 and 1.2) and a tenth more steps.
+/// With a Jacobian evaluated at rest, Newton's method has a contraction rate of a few percent throughout the paper's
+/// load, and a factorization costs as much as ten solves. Therefore the Jacobian is kept up to a contraction rate of
+/// 0.1, and the step size is kept until it may double. On row 1 of Table 2 this requires a sixth of the factorizations
+/// of RADAU5's values (0.001 and 1.2), and 10 % more steps.
 pub fn options(dae: &MuscleDae, settings: &Settings) -> RadauOptions {
     let layout = dae.layout();
     RadauOptions {

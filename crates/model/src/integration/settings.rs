@@ -19,7 +19,7 @@ pub struct AbsoluteTolerances {
     pub velocity: f64,
     /// λ, tensions and internal stresses, Pa.
     pub pressure: f64,
-    /// μ: of (29) in Pa/s; the multiplier of (33) uses the same value.
+    /// Tolerance of μ in (29), in Pa/s; the multiplier of (33) has the same value.
     pub multiplier: f64,
 }
 

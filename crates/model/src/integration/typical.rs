@@ -13,12 +13,12 @@ use crate::signal::Signal;
 const INTERVALS: u32 = 997;
 /// Maximum number of breaks of a load around which it is sampled too.
 const BREAKS: usize = 100;
-/// Approximate number of moved components of which the motion is sampled.
+/// Approximate number of prescribed components whose motion is sampled.
 const MOVED: usize = 100;
-/// Ratio of an absolute tolerance to the relative tolerance of a typical magnitude: unknowns below a tenth of it have the
-/// absolute accuracy of that tenth.
+/// Ratio of an absolute tolerance to the relative tolerance of a typical magnitude: unknowns below a tenth of the
+/// typical magnitude are computed with the absolute accuracy of this tenth.
 const SMALL: f64 = 0.1;
-/// Typical strain of a body that starts at rest and on which nothing acts that has a size, such as a feedback alone.
+/// Typical strain of a body that starts at rest and has no load with a known size, such as a body with feedback alone.
 const UNKNOWN_STRAIN: f64 = 1e-2;
 /// Smallest resolved change of the strain, relative to the strain at the start; rounding is far below.
 const SMALLEST_CHANGE: f64 = 1e-6;
@@ -250,7 +250,7 @@ mod tests {
         });
         let both = Signal::sum(vec![constant, vibration]);
         let found = of(&both, TypicalStart::Equilibrium);
-        // The largest sample is at most half an interval from the peak: 1 - cos(π/2/997); rounding of 50 + 0.05.
+        // The peak is at most half an interval from the largest sample: 1 - cos(π/2/997); plus rounding of 50 + 0.05.
         assert!((found.displacement / (1e-3 * rest.displacement) - 1.0).abs() < 2e-6);
     }
 

@@ -1,8 +1,8 @@
 //! Error of a run, estimated by a second run at looser tolerances.
 //!
-//! The error test bounds the error of a single step; the accumulated error depends on the motion.
-//! The looser run has the larger error: the difference of both is about its error, and bounds the
-//! error of the tighter run if errors decrease with the tolerance.
+//! The error test bounds the error of a single step; the accumulated error depends on the motion. The looser run has
+//! the larger error, so the difference of the two runs is approximately this error. It bounds the error of the tighter
+//! run if errors decrease with the tolerance.
 
 use crate::integration::settings::IntegratorKind;
 

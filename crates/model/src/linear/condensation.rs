@@ -1,8 +1,8 @@
 //! Elimination of unknowns from the Newton system, and the remaining (condensed) system.
 //!
-//! A kinematic equation ẋ − w = 0 (q̇ − v, λ̇ − μ) gives in its row of (∂F/∂y + c ∂F/∂ẏ) δ = b the
-//! equation c δx − δw = b_w, so δw = c δx − b_w exactly. Substituted into the other rows, a matrix
-//! A that multiplies δw multiplies c δx, and A b_w is added to the right-hand side:
+//! A kinematic equation ẋ − w = 0 (q̇ − v, λ̇ − μ) leads to the row c δx − δw = b_w of (∂F/∂y + c ∂F/∂ẏ) δ = b, so δw =
+//! c δx − b_w exactly. After substitution into the other rows, a matrix A that multiplied δw multiplies c δx, and A b_w
+//! is added to the right-hand side:
 //!
 //! ```text
 //! ( A_x + c A_w ) δx + … = b + A_w b_w

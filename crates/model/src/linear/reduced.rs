@@ -191,8 +191,8 @@ impl<T: Scalar> Reduced<T> {
         }
     }
 
-    /// Solves the full system in place for several right-hand sides, stored row by row. If
-    /// velocities are eliminated and nothing else is, one pass over the factors serves all.
+    /// Solves the full system in place for several right-hand sides, stored row by row. If only velocities are
+    /// eliminated, all right-hand sides are solved in one pass over the factors.
     ///
     /// # Shapes
     /// `rhs`: the unknowns of the full system times `n_columns`.
@@ -237,7 +237,7 @@ mod tests {
     use crate::formulation::Formulation::{Position, Stabilized};
     use crate::paper;
 
-    /// Without this check, a term missing from the reduction would only show as slow convergence.
+    /// Without this check, the only effect of a term missing from the reduction would be slow convergence.
     #[test]
     fn a_term_that_no_part_of_a_reduction_takes_is_an_error() {
         let mesh = generate::beam(0.1, 0.02, [2, 1]).unwrap();
@@ -261,7 +261,7 @@ mod tests {
                 terms.push((Field::Velocity, foreign));
                 assert!(message(terms).contains("terms missing from the reduction"));
             }
-            // A rate in addition to an included value.
+            // A term of ∂F/∂ẏ in addition to an included term of ∂F/∂y.
             let mut terms = dae.terms();
             terms[0].1.df_dyp += 1.0;
             assert!(message(terms).contains("not (or no longer) in the equations"));

@@ -234,7 +234,7 @@ impl LinearSolver<MuscleDae> for CondensedSolver {
     }
 }
 
-/// Solves with a matrix of this c, including the elimination of internal stresses.
+/// Solves with a matrix for the given c, including the elimination of internal stresses.
 fn solve_columns<T: Parts>(
     (matrix, driven): (&mut Reduced<T>, &DrivenObstacles<T>),
     relaxation: &mut Option<Relaxation>,

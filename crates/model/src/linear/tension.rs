@@ -36,7 +36,7 @@ impl TensionBlock {
         })
     }
 
-    /// Returns the terms of the equations that it includes, with their rows.
+    /// Returns the included terms of the equations with their rows.
     pub(super) fn included() -> [(Field, Term); 3] {
         let on_tensions = |matrix| Term::value(Field::Tension, matrix, 1.0);
         let rate = Term::rate(Field::Tension, Matrix::TensionIdentity, 1.0);

@@ -1,4 +1,4 @@
-//! Where the tension of active stresses is from.
+//! Sources of the tension of active stresses.
 
 use myovib_fem::material::Bestel;
 
@@ -88,7 +88,7 @@ impl Activation {
     }
 }
 
-/// tanh is over, to 1e-17, so many of its widths from its middle.
+/// Distance from its center beyond which tanh is constant to 1e-17, in units of its width.
 const SWITCH_WIDTH: f64 = 20.0;
 
 /// Steps resolve switches by a fraction of their duration, and end at the kinks of |a|.

@@ -109,7 +109,7 @@ impl Muscle {
         })
     }
 
-    /// Checks the body for an equilibrium: as [`check`](Self::check), but prescribed motions may jump.
+    /// Checks the body for an equilibrium like [`check`](Self::check), except that prescribed motions may jump.
     ///
     /// # Errors
     /// [`ModelError::Prescribed`], [`ModelError::Activation`].
@@ -181,8 +181,8 @@ impl Muscle {
         activations.filter_map(|(number, activation)| Some((*number, activation.model()?)))
     }
 
-    /// Returns the tension of each element at time `t` of a body at rest: zero, the initial value,
-    /// for models of activation; the value of oscillators out of step for chains.
+    /// Returns the tension of each element of a body at rest at time `t`. For models of activation it is the initial
+    /// value, zero; for tensions that follow chains, the value for incoherent oscillators.
     pub(crate) fn tensions_at_rest(&self, t: f64) -> Vec<f64> {
         let mut tensions = vec![0.0; self.solid.n_tensions()];
         let at_start = vec![0.0; self.models().count()];
@@ -259,7 +259,7 @@ impl Muscle {
         self.boundary_forces().next().is_some()
     }
 
-    /// Returns the body with its stress relaxed at all times, without Prony terms.
+    /// Returns a body without Prony terms, whose stress is therefore always relaxed.
     #[must_use]
     pub fn relaxed(&self) -> Self {
         let mut muscle = self.clone();
@@ -332,8 +332,7 @@ impl Muscle {
         }
     }
 
-    /// Returns the first time up to `t_end` at which a load, a tension or a prescribed motion jumps,
-    /// s.
+    /// Returns the first time up to `t_end` (s) at which a load, a tension or a prescribed motion jumps.
     pub fn first_jump(&self, t_end: f64) -> Option<f64> {
         let first = |signal: &Signal| {
             let mut breaks = signal.breaks(0.0_f64.next_down(), t_end);
@@ -342,8 +341,8 @@ impl Muscle {
         self.signals().filter_map(first).reduce(f64::min)
     }
 
-    /// Returns the schedule of all signals: loads, and prescribed motions with their velocity and
-    /// acceleration; without inertia all of them with their slope, at whose jumps rates jump.
+    /// Returns the schedule of all signals: of loads, and of prescribed motions with their velocity and acceleration.
+    /// Without inertia, the slopes of all signals are included, because the rates jump with them.
     pub fn schedule(&self) -> Schedule {
         let mut schedule = Schedule::default();
         let (of_loads, of_motions) = if self.solid.has_inertia() {

@@ -35,7 +35,7 @@ use crate::state::Workspace;
 pub struct MuscleDae {
     muscle: Muscle,
     formulation: Formulation,
-    /// Each block of unknowns with the equation in its rows.
+    /// Each block of unknowns, and the equation in its rows.
     rows: Vec<(Field, Equation)>,
     layout: Layout,
     context: Context,

@@ -28,8 +28,8 @@ impl MuscleDae {
         self.context.beta > 0.0 && self.context.pressure_rate == PressureRateSource::Derivative
     }
 
-    /// Returns the body at time `t` for measurements. `y_dot` may be empty for a body at rest, or
-    /// unless an acceleration or a stress is measured that [needs it](Self::stress_needs_rates).
+    /// Returns the body at time `t` for measurements. `y_dot` may be empty if the body is at rest, or if neither
+    /// accelerations nor stresses that [depend on it](Self::stress_needs_rates) are measured.
     pub fn snapshot<'a>(&'a mut self, t: f64, y: &'a [f64], y_dot: &'a [f64]) -> Snapshot<'a> {
         if y_dot.is_empty() {
             self.expand(t, y, None);
@@ -102,9 +102,9 @@ impl MuscleDae {
         (&self.work.load, &self.work.force_rate)
     }
 
-    /// Returns the energy of foundations and contacts, the rate of the latter as power of loads, the dissipation of
-    /// foundations and viscous stresses, and the power of active stresses, in a state `y` at time `t` at which the residual
-    /// was evaluated last. Other entries are zero.
+    /// Returns the energy of foundations and contacts, the rate of the contact energy (as power of the loads), the
+    /// dissipation of foundations and viscous stresses, and the power of active stresses. The residual must have been
+    /// evaluated last at this time `t` and state `y`. Other entries are zero.
     pub(crate) fn added_energies(&self, t: f64, y: &[f64]) -> Energies {
         let Workspace {
             displacement: u,

@@ -4,9 +4,9 @@ use super::krylov::{dot, gmres, norm};
 use super::shooting::Shooting;
 use crate::error::ModelError;
 
-/// Reduction of the residual in the equations of a tangent.
+/// Required reduction of the residual when a tangent is computed.
 const REDUCTION: f64 = 1e-9;
-/// Newton iterations of a step after which steps may grow.
+/// Maximum number of Newton iterations of a step after which the next step may be longer.
 const FEW: usize = 2;
 /// Growth of steps.
 const GROWTH: f64 = 1.5;

@@ -34,7 +34,7 @@ impl Arnoldi {
         let mut next = product(&self.basis[self.columns.len()])?;
         let size = norm(&next);
         let mut column = vec![0.0; self.basis.len() + 1];
-        // The second pass removes the rounding of the first.
+        // The second pass removes rounding errors of the first.
         for _pass in 0..2 {
             for (h, v) in column.iter_mut().zip(&self.basis) {
                 let share = dot(v, &next);
@@ -168,7 +168,7 @@ mod tests {
         let expected = [(0.9, 0.0), (0.5, 0.5), (0.5, -0.5)];
         assert_eq!(found.len(), 3);
         for ((value, left), (re, im)) in found.into_iter().zip(expected) {
-            // Rounding of a matrix of condition about 100.
+            // Rounding errors, amplified by a condition number of about 100.
             assert!((value - Complex64::new(re, im)).norm() < 1e-12, "{value}");
             assert!(left < 1e-10);
         }

@@ -11,7 +11,7 @@ use crate::start::Consistent;
 /// Integrates a system over one period from consistent values.
 ///
 /// The unknowns of the map are the differential variables. Before each integration they are projected onto the
-/// constraints ([`Consistent`]), which also gives the algebraic variables and the derivatives. A state that
+/// constraints ([`Consistent`]), which also determines the algebraic variables and the derivatives. A state that
 /// returns to itself satisfies the constraints, because the end of an integration does.
 pub struct PeriodMap<P, S> {
     dae: P,

@@ -16,11 +16,11 @@ pub(super) type Map<'a> = dyn FnMut(&[f64]) -> Result<Vec<f64>, ModelError> + 'a
 /// Options of shooting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shooting {
-    /// Size of each component of the state: differences and residuals are relative to it.
+    /// Magnitude of each component of the state, to which differences and residuals are relative.
     pub scales: Vec<f64>,
     /// Maximum relative difference of the states at the ends of the period.
     pub tolerance: f64,
-    /// Relative error of the map, which gives the increment of differences.
+    /// Relative error of the map, which determines the increment of differences.
     pub map_error: f64,
     /// Maximum number of Newton iterations.
     pub max_iterations: usize,
@@ -156,9 +156,9 @@ pub fn shoot(
 /// Leading Floquet multipliers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Multipliers {
-    /// Multipliers in descending order of magnitude.
+    /// Floquet multipliers in descending order of magnitude.
     pub values: Vec<Complex64>,
-    /// Residual norm of each: an estimate of its error.
+    /// Residual norm of each multiplier, an estimate of its error.
     pub residuals: Vec<f64>,
     /// Error of the differences.
     pub resolution: f64,

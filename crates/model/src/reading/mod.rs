@@ -11,8 +11,8 @@ use myovib_fem::{ElementPoint, Near, Space};
 
 use crate::error::ModelError;
 
-/// Distance of a point outside the mesh up to which a place of the mesh is read instead, as a fraction of the size of
-/// the element there. A chord of a curved surface is as far off.
+/// Maximum distance of a point outside the mesh, relative to the size of the nearest element, for which the nearest
+/// point of the mesh is used instead. The distance between a curved surface and its chord may be as large.
 const NEAR: f64 = 0.05;
 
 /// Returns the position of a point in the mesh, for any dimension.

@@ -39,9 +39,8 @@ enum Scope {
 }
 
 impl Dependence {
-    /// Creates the dependence on a parameter in which the equations are affine. In `other` it is
-    /// larger by `distance`, which may be as large as the parameter. The difference is exact up to
-    /// rounding.
+    /// Creates the dependence on a parameter in which the equations are affine. In `other` the parameter is larger by
+    /// `distance`, which may be as large as the parameter. The difference is exact up to rounding.
     pub fn affine(
         parameter: Parameter,
         formulation: Formulation,
@@ -143,8 +142,8 @@ impl Dependence {
         &self.parameter
     }
 
-    /// Returns the derivative at a given state of a quantity that `read` computes; its value for
-    /// the muscle itself is `own`.
+    /// Returns the derivative of a quantity at a given state. `read` computes the quantity for a muscle, and `own` is
+    /// its value for the unperturbed muscle.
     ///
     /// # Errors
     /// Errors of `read`.

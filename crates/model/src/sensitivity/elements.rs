@@ -70,7 +70,7 @@ impl ElementProduct {
         })
     }
 
-    /// Returns whether the product includes this matrix.
+    /// Returns whether this matrix is included in the product.
     pub(super) fn takes(matrix: Matrix) -> bool {
         matches!(
             matrix,

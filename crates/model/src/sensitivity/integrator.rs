@@ -58,7 +58,7 @@ impl SensitiveIntegrator {
 }
 
 impl DrivingIntegrator {
-    /// Starts a muscle with chains, otherwise as [`starting_at`](SensitiveIntegrator::starting_at).
+    /// Starts a muscle with chains, in the same way as [`starting_at`](SensitiveIntegrator::starting_at).
     ///
     /// # Errors
     /// [`ModelError::Jump`], and [`ModelError::Radau`] for invalid options of Radau IIA.
@@ -190,14 +190,14 @@ where
     }
 }
 
-/// Steps of differences along p̄ S, which has the magnitude of y. ε^(1/3) balances truncation and
-/// rounding errors. Most readings are linear; the shorter steps serve readings with a kink nearby.
+/// Steps of differences along p̄ S, which has the magnitude of y. ε^(1/3) balances truncation and rounding errors. Most
+/// readings are linear; the shorter steps are used if a reading has a kink nearby.
 const STEPS: [f64; 3] = [6e-6, 6e-9, 6e-12];
 
-/// Returns whether values at equal short distances belong to a function that is smooth there,
-/// rather than to one with a kink or jump in the middle, such as modulus and argument of an order
-/// parameter with all oscillators at rest. `bends` are the second differences over the previous
-/// step, if any, and over this step, which is a thousand times shorter.
+/// Returns whether three values at equal short distances indicate a smooth function, rather than a function with a kink
+/// or jump in the middle. Examples of the latter are modulus and argument of an order parameter if all oscillators are
+/// at rest. `bends` are the second differences over the previous step, if any, and over this step, which is a thousand
+/// times shorter.
 fn is_smooth([above, own, below]: [f64; 3], bends: [f64; 2]) -> bool {
     let [before, bend] = bends;
     if bend <= 0.1 * (above - below).abs() {
@@ -269,7 +269,7 @@ mod tests {
         assert!(has_slope(0.3, |_| 0.1) && has_slope(0.0, |_| 0.0));
         assert!(!has_slope(0.0, f64::abs) && !has_slope(0.0, |x| 1.0 + x.abs()));
         assert!(!has_slope(0.0, |x| if x < 0.0 { 3.0 } else { 0.0 }));
-        // With a step that does not reach the kink.
+        // The step is too short to reach the kink.
         assert!(has_slope(1e-7, f64::abs));
     }
 }

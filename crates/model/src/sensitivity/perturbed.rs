@@ -6,10 +6,10 @@ use super::dependence::Dependences;
 use crate::error::ModelError;
 use crate::muscle_dae::MuscleDae;
 
-/// Parameters with perturbed systems of which the same quantities can be read.
+/// Parameters with perturbed systems, for which quantities can be evaluated as for the original system.
 pub trait PerturbedSystems<P>: Parameters<P> {
-    /// Returns the derivative with respect to parameter j, in a given state, of the quantities that
-    /// `read` computes; `own` are their values for the problem itself.
+    /// Returns the derivatives of quantities with respect to parameter j at a fixed state. `read` computes the
+    /// quantities for a system, and `own` are their values for the unperturbed system.
     ///
     /// # Errors
     /// Errors of `read`.

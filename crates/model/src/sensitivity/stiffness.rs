@@ -15,7 +15,7 @@ pub struct ElementStiffness {
     list: Vec<Parameter>,
     n_corners: usize,
     weights: Vec<f64>,
-    /// Tangents, if products with them can be transposed.
+    /// Tangents, if transposed products with them are available.
     tangents: Option<Tangents>,
     /// A copy of the muscle, so that the matrices of the integrator's muscle remain valid for its
     /// next factorization.

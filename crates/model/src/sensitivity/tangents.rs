@@ -49,7 +49,7 @@ struct PlacedMatrix {
 #[derive(Debug, Clone, Copy)]
 enum Multiplication {
     Identity,
-    /// By the product with this number.
+    /// Product with the pattern of this index.
     Plain(usize),
     Transposed(usize),
 }
@@ -123,7 +123,7 @@ impl Tangents {
                             products.push(Product::new(pattern));
                             products.len() - 1
                         });
-                        // Sums along a row write once per row, sums along a column once per entry.
+                        // A sum along a row requires one write per row, a sum along a column one per entry.
                         let is_symmetric = matches!(
                             term.matrix,
                             Matrix::Mass | Matrix::Stiffness | Matrix::PressureMass

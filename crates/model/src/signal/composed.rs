@@ -19,7 +19,7 @@ impl TimeFunction for f64 {
     }
 }
 
-/// Steps resolve the bends of a table. Its joints are smooth enough, so steps need not end there.
+/// Steps must resolve the curvature of a table. Its joints are smooth enough that steps need not end there.
 impl TimeFunction for Spline {
     fn at(&self, t: f64) -> Jet {
         self.at(t)
@@ -114,7 +114,7 @@ impl TimeFunction for Combination {
     fn longest_step(&self, from: f64, to: f64) -> Option<f64> {
         let changes = |part: &&Signal| part.constant_over(from, to).is_none();
         match self.0 {
-            // The time scale of one factor may begin when another factor changes.
+            // One factor may start to change when another factor changes.
             Operation::Product if self.1.iter().filter(changes).count() > 1 => {
                 Some(FRACTION * self.time_scale(from, to)?)
             }

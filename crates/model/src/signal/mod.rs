@@ -328,7 +328,7 @@ mod tests {
         });
         for (t, frequency) in [(0.0, 4.0), (1.0, 6.0), (3.0, 10.0), (4.0, 10.0)] {
             let here = chirp.at(t);
-            // The phase is 0, 5, 21 and 31 turns: rounding of 2 · 2π · 31.
+            // The phase is 0, 5, 21 and 31 turns; the bound is the rounding of 2 · 2π · 31.
             assert!(here.value.abs() < 1e-12);
             assert!((here.d1 / (std::f64::consts::TAU * frequency) - 2.0).abs() < 1e-12);
         }
@@ -383,7 +383,7 @@ mod tests {
         assert_eq!(jumps.lowest_jump(), 0);
     }
 
-    /// Values on both sides, to the last times that stages can have, and no derivatives.
+    /// The step has values on both sides, up to the last times of stages, and no derivatives.
     #[test]
     fn a_step_without_a_rise_has_a_value_on_each_side() {
         for start in [0.0, 0.3, 7.0, -2.0] {

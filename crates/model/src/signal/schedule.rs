@@ -23,14 +23,14 @@ pub(crate) const ROUNDING: f64 = 1e-12;
 /// Signals that drive a system.
 #[derive(Clone, Default)]
 pub struct Schedule {
-    /// With the derivatives of it that the equations contain.
+    /// The driving functions, and for each the number of its derivatives in the equations.
     drives: Vec<(Arc<dyn TimeScales>, u8)>,
     /// Shortest time scale of the system without its drives, s.
     own_time: Option<f64>,
 }
 
 impl Schedule {
-    /// Adds a function of time that the equations contain with so many of its derivatives.
+    /// Adds a function of time; the equations contain this number of its derivatives.
     pub fn add(&mut self, drive: impl TimeScales + 'static, derivatives: u8) {
         self.drives.push((Arc::new(drive), derivatives));
     }
@@ -89,8 +89,8 @@ impl Schedule {
             let drives = self.drives.iter();
             shortest(drives.filter_map(|(drive, _)| drive.longest_step(t, t + h)))
         };
-        // A shorter step contains fewer changes: halving finds a bound within a factor of two of
-        // the longest.
+        // A shorter step contains fewer changes, so halving finds a size within a factor of two of the longest possible
+        // step.
         while let Some(allowed) = allowed(h) {
             if h <= allowed.max(least) {
                 break;
@@ -192,7 +192,7 @@ mod tests {
                 rise: 0.0,
             })
         };
-        // 0.1 + 0.2 differs from 0.3 by rounding: both are passed at once.
+        // 0.1 + 0.2 differs from 0.3 by rounding, so a single step passes both breaks.
         let both = Signal::sum(vec![jump(0.3), jump(0.1 + 0.2), jump(0.0), step(1.0)]);
         let driven = schedule(both.clone(), 0);
         for start in [0.0, 0.3] {
@@ -205,7 +205,7 @@ mod tests {
         assert_eq!(driven.next_jump(0.0), Some(0.3));
         assert_eq!(driven.next_jump(0.5), None);
         assert_eq!(driven.after_jump(1.0), None);
-        // Steps end at it, as at other breaks.
+        // Steps end at this time, as at other breaks.
         assert_eq!(driven.limit(just_after(0.0), 5.0, 10.0), 0.3);
     }
 }

@@ -7,9 +7,8 @@ use crate::error::ModelError;
 
 /// The interpolating cubic spline whose second derivative vanishes at both ends.
 ///
-/// Among all functions through the points it bends least, `∫ s''² dt` being minimal; between
-/// points it may overshoot by a fraction of their difference. Its error for a smooth function is
-/// of order h⁴ inside and h² next to the ends.
+/// Among all functions through the points, it has the smallest `∫ s''² dt`. Between points it may overshoot by a
+/// fraction of their difference. Its error for a smooth function is of order h⁴ inside and h² next to the ends.
 ///
 /// # Examples
 /// ```
@@ -26,14 +25,14 @@ pub struct Spline {
     moments: Vec<f64>,
 }
 
-/// Part of a spline beyond the values of the two points around it.
+/// Part of a spline that is outside the range of the values at the two neighboring points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Overshoot {
     /// Times of the two points, s.
     pub between: [f64; 2],
-    /// Value with the largest excess over the values at the two points.
+    /// Extreme value of the spline between the two points.
     pub value: f64,
-    /// Distance from their values, as a fraction of the range of all values.
+    /// Amount by which it exceeds the values at the two points, as a fraction of the range of all values.
     pub excess: f64,
 }
 
@@ -94,7 +93,8 @@ impl Spline {
         let extremum = |i: usize| {
             let [t0, t1] = [times[i], times[i + 1]];
             let (low, high) = (values[i].min(values[i + 1]), values[i].max(values[i + 1]));
-            // The slope is a parabola: an extremum is found to the square of a sixteenth of the interval.
+            // The slope is a parabola; with sixteen samples, the relative error of an extremum is the square of a
+            // sixteenth.
             let inside = (1..16).map(|k| self.at(t0 + (t1 - t0) * f64::from(k) / 16.0).value);
             let beyond = inside.map(|y| ((y - high).max(low - y).max(0.0), y));
             let (excess, value) = beyond.max_by(|a, b| a.0.total_cmp(&b.0))?;

@@ -9,7 +9,7 @@ use super::jet::Jet;
 use super::timing::{Break, shortest};
 use crate::error::ModelError;
 
-/// Points of a function of time: times (s) that ascend, and a finite value at each.
+/// Points of a function of time: ascending times (s), and a finite value at each.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Points {
     pub(super) times: Vec<f64>,

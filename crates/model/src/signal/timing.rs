@@ -42,8 +42,7 @@ pub trait TimeScales: Send + Sync {
     /// Returns the first break later than `after`.
     fn next_break(&self, after: f64) -> Option<Break>;
 
-    /// Returns the shortest time, s, in which the function makes its change between two times;
-    /// `None` if it is constant.
+    /// Returns the shortest time, s, of changes of the function between two times; `None` if it is constant.
     fn time_scale(&self, from: f64, to: f64) -> Option<f64>;
 
     /// Returns the longest step, s, that cannot miss a change between two times; `None` if nothing
@@ -51,8 +50,7 @@ pub trait TimeScales: Send + Sync {
     fn longest_step(&self, from: f64, to: f64) -> Option<f64>;
 }
 
-/// Fraction of a time scale per step: four steps resolve a change, and a quarter of its period a
-/// sine.
+/// Step size as a fraction of the time scale: a change is resolved by four steps, and a sine by four steps per period.
 pub(crate) const FRACTION: f64 = 0.25;
 
 /// Returns the shortest positive and finite time, if any.
@@ -115,8 +113,8 @@ mod tests {
         }
     }
 
-    /// A reported break of order k is visible in the values: the derivative of order k − 1 is
-    /// continuous, and at a kink the first derivative jumps.
+    /// Checks reported breaks of order k against values: the derivative of order k − 1 is continuous, and at a kink the
+    /// first derivative jumps.
     #[test]
     fn breaks_are_where_derivatives_jump() {
         let ramp = Signal::from(Ramp {
@@ -174,7 +172,7 @@ mod tests {
         let table = Signal::from(table);
         let there = table.time_scale(0.0, 0.6).unwrap();
         assert!(there > 0.5e-3 && there < 1e-3, "{there}");
-        // A spline forgets a point by a factor of 3.7 from one row to the next.
+        // In a spline, the influence of a point decreases by a factor of 3.7 from one row to the next.
         assert!(table.time_scale(0.0, 0.45).is_none_or(|scale| scale > 10.0));
         assert_eq!(table.next_break(0.0), None);
 

@@ -22,7 +22,7 @@ const SETTLED: f64 = 1e-11;
 /// rounding 1e-16 divided by it.
 const DIFFERENCE: f64 = 1e-5;
 
-/// The internal stresses of a body whose stress relaxes; empty for others.
+/// Internal stresses of a viscoelastic body; empty for other bodies.
 #[derive(Clone, Copy)]
 pub(super) struct Internal<'a> {
     pub(super) values: &'a [f64],
@@ -58,9 +58,9 @@ impl Dynamics {
         })
     }
 
-    /// Computes accelerations and pressures of a motion of `muscle` that satisfies the constraints,
-    /// from the balance of momentum of `dae`. If the pressure is free, uses `pressure` if given,
-    /// else the slow manifold.
+    /// Computes accelerations and pressures of a motion of `muscle` that satisfies the constraints, from the balance of
+    /// momentum of `dae`. If the pressure is not determined, it is `pressure`, if given, or a value on the slow
+    /// manifold.
     pub(super) fn new(
         dae: MuscleDae,
         muscle: &Muscle,
@@ -173,8 +173,7 @@ impl<'a> Incompressible<'a> {
                 break;
             }
         }
-        // Satisfies the balance of momentum to rounding: the remainder is β λ̇, or λ without
-        // damping.
+        // Satisfies the balance of momentum to rounding: the remainder is assigned to β λ̇, or to λ without damping.
         let (acceleration, missing) = self.acceleration(&pressure)?;
         if is_damped {
             let rates = missing.iter().zip(&beta);
@@ -191,7 +190,7 @@ impl<'a> Incompressible<'a> {
         })
     }
 
-    /// Returns v̇, and the π with which -Bᵀπ balances momentum at this λ and λ̇ = 0.
+    /// Returns v̇, and the π for which −Bᵀπ balances the momentum at this λ with λ̇ = 0.
     fn acceleration(&mut self, pressure: &[f64]) -> Result<(Vec<f64>, Vec<f64>), ModelError> {
         let (zero, no_rate) = (vec![0.0; self.q.len()], vec![0.0; pressure.len()]);
         let y = [self.q, self.v, pressure, self.internal.values];
@@ -222,7 +221,7 @@ impl<'a> Incompressible<'a> {
             let motion = Motion::new(self.muscle, t, &q, &v, acceleration);
             Ok((force, motion.defect_acceleration()?))
         };
-        // Ahead alone, as the load may jump or bend here.
+        // One-sided difference, because the load may have a jump or a kink at this time.
         let [(f0, g0), (f1, g1), (f2, g2)] = [at(0.0)?, at(step)?, at(2.0 * step)?];
         let fall = |here: &[f64], next: &[f64], last: &[f64]| -> Vec<f64> {
             let of_row = |i: usize| (3.0 * here[i] - 4.0 * next[i] + last[i]) / (2.0 * step);

@@ -104,8 +104,8 @@ impl InitialValues {
         Self::contracting(dae, t, [q, v, &tensions], None, None)
     }
 
-    /// Computes consistent values for given tensions, with internal stresses if the body's stress is
-    /// not relaxed, and with a given λ if it is free and need not be on the slow manifold.
+    /// Computes consistent values for given tensions, with internal stresses if the body's stress is not relaxed, and
+    /// with a given λ if λ is not determined by the equations and need not be on the slow manifold.
     fn contracting(
         dae: &mut MuscleDae,
         t: f64,
@@ -172,7 +172,7 @@ impl InitialValues {
         Self::next_to(dae, t, y, None)
     }
 
-    /// Computes consistent values for the state `y`, and keeps the λ of `y` if its range is given.
+    /// Computes consistent values for the state `y`, and keeps λ if its range in `y` is given.
     fn next_to(
         dae: &mut MuscleDae,
         t: f64,

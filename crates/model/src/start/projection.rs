@@ -9,7 +9,8 @@ use crate::error::ModelError;
 use crate::muscle::Muscle;
 use crate::operators;
 
-/// Newton's method converges quadratically or not at all: a few more iterations than digits ask.
+/// Maximum number of iterations. Newton's method converges quadratically or not at all, so a few more iterations than
+/// digits are sufficient.
 const MAX_ITERATIONS: usize = 30;
 /// Projected volume defect below which Newton's method has converged if it does not decrease any further. Rounding
 /// leaves about 1e-16 times the number of terms; index 3 amplifies a larger defect at the first step.
@@ -28,7 +29,7 @@ pub(super) fn displacement(muscle: &Muscle, t: f64, q: &[f64]) -> Result<Vec<f64
         let volume_residual = motion.volume_residual()?;
         let size = largest_projected(solid, &volume_residual);
         let rounding = f64::EPSILON * largest(&motion.displacement) / extent(muscle);
-        // Newton's last step reduces it to rounding, where it no longer decreases.
+        // Newton's last step reduces the defect to rounding, and it does not decrease any further.
         if size <= rounding || (size < CONVERGED && size >= 0.5 * last) {
             return Ok(q);
         }
@@ -56,7 +57,7 @@ pub(super) fn velocity(
     let mut v = v.to_vec();
     let b = Motion::new(muscle, t, q, &v, &rest).divergence()?;
     let mut saddle = Saddle::factor(&operators::mass(&muscle.solid), &b)?;
-    // The second pass removes the rounding of the first.
+    // The second pass removes rounding errors of the first.
     for _pass in 0..2 {
         let motion = Motion::new(muscle, t, q, &v, &rest);
         let flux: Vec<f64> = motion.volume_residual_rate()?.iter().map(|d| -d).collect();

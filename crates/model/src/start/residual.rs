@@ -1,4 +1,4 @@
-//! How well values y, ẏ satisfy F(t, y, ẏ) = 0, block by block.
+//! Residuals of F(t, y, ẏ) = 0 for given values y, ẏ, block by block.
 
 use std::fmt;
 
@@ -12,7 +12,7 @@ use crate::muscle_dae::MuscleDae;
 /// The residual of one block of equations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BlockResidual {
-    /// The unknowns in whose rows the equation stands.
+    /// Block of unknowns in whose rows the equation is placed.
     pub field: Field,
     /// The equation.
     pub equation: Equation,
@@ -21,7 +21,7 @@ pub struct BlockResidual {
     /// The residual as a fraction of max Σ_j (|∂F_i/∂y_j y_j| + |∂F_i/∂ẏ_j ẏ_j|), the size of the
     /// terms that should cancel; infinite if these are zero and F_i is not.
     pub relative: f64,
-    /// Where it is largest: the name of the row's unknown, with its node.
+    /// Position of the maximum: the name of the unknown of the row, with its node.
     pub worst: String,
 }
 
@@ -65,7 +65,7 @@ pub fn residuals(
     };
     let rows = dae.rows().to_vec().into_iter().zip(dae.layout().blocks());
     Ok(rows
-        // Where every node is held, no displacement is left.
+        // If every node is held, there are no unknown displacements.
         .filter(|(_, (_, range))| !range.is_empty())
         .map(|((field, equation), (_, range))| {
             let worst = range

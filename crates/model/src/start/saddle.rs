@@ -16,11 +16,12 @@ pub(crate) struct Saddle {
 }
 
 impl Saddle {
-    /// Factorizes, with H symmetric; a B without rows leaves H alone.
+    /// Factorizes the matrix, where H is symmetric; if B has no rows, the matrix is H.
     pub(crate) fn factor(h: &CscMatrix<f64>, b: &CscMatrix<f64>) -> Result<Self, ModelError> {
         let (n, m) = (h.nrows(), b.nrows());
         let mut matrix = CooMatrix::new(n + m, n + m);
-        // A mass couples no two components: without its zeros there are several small systems.
+        // A mass matrix does not couple different components; without its zeros it separates into several small
+        // systems.
         for (row, column, value) in h.triplet_iter().filter(|(.., value)| **value != 0.0) {
             matrix.push(row, column, *value);
         }

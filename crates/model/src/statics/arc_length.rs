@@ -7,7 +7,7 @@ use super::path::{PathEnd, PathState, Stability};
 use super::{GRADIENT_STEP, Search, Shortfall, not_converged};
 use crate::error::ModelError;
 
-/// Number of iterations for which the length of the steps is chosen.
+/// Number of iterations at which the control of the step length aims.
 const ITERATIONS: f64 = 5.0;
 /// Target distance between an equilibrium and its prediction, relative to the step length, which is chosen accordingly.
 const DISTANCE: f64 = 0.1;
@@ -233,7 +233,7 @@ struct PathStep {
     length: f64,
 }
 
-/// Cubic Hermite interpolation between two states, with the step as the unit of the parameter.
+/// Cubic Hermite interpolation between two states; the parameter is 0 at the start of the step and 1 at its end.
 struct Curve<'a> {
     from: &'a Point,
     to: &'a Point,

@@ -159,7 +159,8 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
         Ok(None)
     }
 
-    /// Predicts the equilibrium after a `step` by the direction there, and by its change over the step before.
+    /// Predicts the equilibrium after a `step` from the direction at its start, and from the change of the direction
+    /// over the previous step.
     fn predicted(&self, direction: &[f64], step: f64) -> Vec<f64> {
         let x = self.x.iter().zip(direction);
         let mut predicted: Vec<f64> = x.map(|(x, d)| x + step * d).collect();
@@ -170,7 +171,7 @@ impl<'n, 'm> LoadSteps<'n, 'm> {
                 .map(|(now, before)| now - before);
             let change: Vec<f64> = change.map(|d| 0.5 * step * step / length * d).collect();
             let n_free = self.newton.n_free();
-            // Where the direction changes fast, such as before a limit point, its change is not constant.
+            // If the direction changes fast, such as before a limit point, its change is not constant.
             if square(&change[..n_free])
                 <= (LARGEST_CHANGE * step).powi(2) * square(&direction[..n_free])
             {

@@ -28,24 +28,26 @@ pub(super) use arc::{Metric, Point};
 /// Newton's iteration ends if the increment is below this fraction of the solution. Convergence is
 /// quadratic, so the remaining error is about its square, below rounding.
 const RELATIVE_INCREMENT: f64 = 1e-9;
-/// An equilibrium on the path, from which the next load step is predicted, is accepted if the next increment is estimated below
-/// this fraction of the solution, from the ratio of the last two as if convergence were linear.
+/// An equilibrium on the path, from which the next load step is predicted, is accepted if the estimate of the next
+/// increment is below this fraction of the solution. The estimate assumes linear convergence with the ratio of the last
+/// two increments.
 const RELATIVE_INCREMENT_ON_PATH: f64 = 1e-4;
 /// Newton's iteration also ends if forces and volumes are balanced to this fraction of the loads
 /// and of the body's volume, because a displacement or pressure that is zero in equilibrium
 /// provides no scale for increments. The value is a few hundred times the unit roundoff.
 const BALANCED: f64 = 1e-13;
 const MAX_ITERATIONS: usize = 16;
-/// Greatest ratio of the distance that Newton's iteration moves from the predicted displacement to the length of the
-/// prediction. Beyond it the prediction carries no information, and the iteration may end on another branch.
+/// Maximum distance between the result of Newton's iteration and the predicted displacement, relative to the length of
+/// the prediction. Beyond it the prediction carries no information, and the iteration may end on another branch.
 const CORRECTION: f64 = 0.25;
 /// Displacement gradient of a correction that is always accepted: at a kink of a law, such as
 /// fibers becoming slack, the correction is as long as the prediction for any step size.
 const SMALL_GRADIENT: f64 = 1e-3;
-/// Displacement gradient by which supports move for the derivative of the forces with the load: the square of its size
-/// and its rounding are both below 1e-9 of the derivative.
+/// Displacement gradient of the motion of supports with which the derivative of the forces with respect to the load is
+/// computed: truncation and rounding errors are both below 1e-9 of the derivative.
 const PROBING_GRADIENT: f64 = 1e-5;
-/// Load factor for derivatives of contact forces at the unloaded body, which obstacles that forces drive only touch.
+/// Load factor at which derivatives of contact forces of the unloaded body are evaluated, because obstacles driven by
+/// forces only touch the unloaded body.
 const FIRST_CONTACT: f64 = 1e-6;
 
 /// The equations of an equilibrium, and the factors of their matrix.
@@ -61,7 +63,7 @@ pub(super) struct Newton<'a> {
     pub(super) in_use: Option<usize>,
     pub(super) system: SparseSystem<f64>,
     pub(super) work: LinearWork,
-    /// When the loads are taken, s.
+    /// Time at which the loads are evaluated, s.
     t: f64,
     /// The loads of fixed direction.
     load: Vec<f64>,
@@ -170,8 +172,8 @@ impl<'a> Newton<'a> {
         squares.fold(0.0, f64::max).sqrt()
     }
 
-    /// Computes the derivative of the equilibrium with respect to the load factor, at the
-    /// equilibrium `x` under `factor` times the load, by the equations linearized there.
+    /// Computes the derivative of the equilibrium with respect to the load factor, at the equilibrium `x` under
+    /// `factor` times the load, from the equations linearized at x.
     pub(super) fn direction(&mut self, x: &[f64], factor: f64) -> Result<Vec<f64>, ModelError> {
         let n_free = self.muscle.solid.dofs().n_free();
         let mut change = self.load_derivative(x, factor)?;
@@ -209,8 +211,8 @@ impl<'a> Newton<'a> {
         Ok(change)
     }
 
-    /// Returns the load factor at which derivatives of contact forces at `factor` are evaluated, so that obstacles that forces drive
-    /// press on the body.
+    /// Returns the load factor at which the derivatives of contact forces for the load factor `factor` are evaluated.
+    /// It is positive, so that obstacles driven by forces press on the body.
     fn contact_factor(&self, factor: f64) -> f64 {
         match factor == 0.0 && self.has_driven_obstacle() {
             true => FIRST_CONTACT,
@@ -247,12 +249,13 @@ impl<'a> Newton<'a> {
         distances.any(f64::is_nan)
     }
 
-    /// Newton's iteration from the `predicted` equilibrium under `factor` times the load. `None` if `watch` ends it, if
-    /// an element inverts, if the matrix is singular, if an increment is longer than the one before, or if the
-    /// displacement moves by more than `CORRECTION` times the length of the prediction from `start`. A body in contact
-    /// may also move by the largest penetration of the prediction on average.
+    /// Solves the equations under `factor` times the load by Newton's iteration from the `predicted` equilibrium.
+    /// Returns `None` if `watch` ends the iteration, if an element inverts, if the matrix is singular, if an increment
+    /// is longer than the one before, or if the displacement moves by more than `CORRECTION` times the length of the
+    /// prediction from `start`. A body in contact may also move by the largest penetration of the prediction on
+    /// average.
     ///
-    /// `watch` receives the number of each iteration, in this load step and in total, before it begins.
+    /// Before each iteration, `watch` receives its number, both within this load step and in total.
     pub(super) fn solve(
         &mut self,
         start: &[f64],
@@ -319,8 +322,8 @@ impl<'a> Newton<'a> {
         Ok(None)
     }
 
-    /// Returns the number of directions in which the energy decreases among the displacements that
-    /// conserve the volume, or pay for its change by κ; `None` without an energy.
+    /// Returns the number of directions in which the energy decreases among the displacements that conserve the volume
+    /// or, for finite κ, change it at a cost in energy; `None` if the forces have no energy.
     pub(super) fn instabilities(&self) -> Option<usize> {
         self.negative_directions().filter(|_| self.is_symmetric())
     }
@@ -332,10 +335,11 @@ impl<'a> Newton<'a> {
 
     /// Returns the number of negative pivots beyond one for each pressure, if all pivots are on the diagonal. Newton's
     /// matrix (K, −Bᵀ; B, M_p/κ) has the inertia of (K, −Bᵀ; −B, −M_p/κ) after a change of sign of its last rows: one
-    /// negative pivot for each pressure and one more for each direction in which the energy decreases (Sylvester's law).
-    /// An undetermined pressure has a pivot of either sign, and hides one direction at most. Of an unsymmetric tangent
-    /// only the parity of the number is meaningful, which is the sign of the determinant. The factors hold obstacles that
-    /// follow a force in place; releasing them adds a negative direction for each negative pivot of theirs.
+    /// negative pivot for each pressure and one more for each direction in which the energy decreases (Sylvester's
+    /// law). An undetermined pressure has a pivot of either sign, and hides one direction at most. For an unsymmetric
+    /// tangent, only the parity of the number is meaningful, because it determines the sign of the determinant. In the
+    /// factorized matrix, obstacles that follow a force are fixed; releasing them adds one negative direction for each
+    /// of their negative pivots.
     pub(super) fn negative_directions(&self) -> Option<usize> {
         let pivots = self.system.pivots()?;
         let (momentum, constraint) = pivots.split_at(self.muscle.solid.dofs().n_free());
@@ -382,7 +386,7 @@ fn equations(muscle: &Muscle, has_pressure: bool) -> (Layout, Vec<Entry<f64>>) {
         has_pressure,
         pressure_rate: PressureRateSource::None,
         pressed: muscle.has_boundary_forces(),
-        // All stress has relaxed, and nothing slips.
+        // In equilibrium, all stress is relaxed and nothing slips.
         added: Added {
             relaxing: 0,
             friction: false,

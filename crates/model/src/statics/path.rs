@@ -12,12 +12,12 @@ use crate::field::Field;
 use crate::formulation::Formulation;
 use crate::muscle::Muscle;
 
-/// How a loading path is followed, and where it ends.
+/// Method by which a loading path is followed, and its end.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Control {
     /// Equilibria under these load factors, in this order. Intermediate steps are taken where necessary.
     Load(Vec<f64>),
-    /// Steps of a given length along the path, which pass limit points, until the load factor is 1 or -1.
+    /// Steps of given arc length along the path, which can pass limit points, until the load factor is 1 or -1.
     ArcLength {
         /// Load factor predicted for the first step, which determines its length. Must be positive.
         first_load: f64,
@@ -35,7 +35,7 @@ pub struct PathState {
     pub displacement: Vec<f64>,
     /// Pressure at the vertices, Pa; empty for a formulation without.
     pub pressure: Vec<f64>,
-    /// Number of independent small motions that grow, as of an [`Equilibrium`](super::Equilibrium); unknown at a limit
+    /// Number of independent small motions that grow, as in [`Equilibrium`](super::Equilibrium); unknown at a limit
     /// point.
     pub instabilities: Option<usize>,
     /// Newton iterations up to this state.
@@ -67,11 +67,11 @@ pub struct PathEnd {
     pub reached: f64,
     /// Steps taken.
     pub load_steps: usize,
-    /// Newton iterations over all steps, without their predictions.
+    /// Newton iterations over all steps, excluding predictions.
     pub newton_iterations: usize,
     /// Limit and bifurcation points, in the order of the path.
     pub critical_points: Vec<CriticalPoint>,
-    /// Why the path ends early, if it does.
+    /// Reason why the path ends early, if it does.
     pub shortfall: Option<Shortfall>,
 }
 
@@ -127,8 +127,8 @@ pub(super) struct Stability {
 }
 
 impl Stability {
-    /// Compares the number of `negative` directions with the state before. `limit` is the load factor of a limit point
-    /// between them, where one direction changes its sign.
+    /// Compares the number of `negative` directions with the number at the previous state. `limit` is the load factor
+    /// of a limit point between them, where one direction changes its sign.
     pub(super) fn observe(
         &mut self,
         newton: &Newton<'_>,

@@ -9,7 +9,7 @@ use crate::field::Layout;
 use crate::formulation::Formulation;
 use crate::muscle::Muscle;
 
-/// A search that has not begun.
+/// A search for an equilibrium that has not begun.
 pub(crate) struct Prospect<'a> {
     newton: Newton<'a>,
 }

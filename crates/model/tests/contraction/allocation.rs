@@ -1,4 +1,4 @@
-//! Checks that passes over the elements of a body with all features allocate nothing.
+//! Checks that element passes over a body with all features do not allocate memory.
 
 use myovib_dae::Problem;
 use myovib_model::{Formulation, MuscleDae};

@@ -1,4 +1,4 @@
-//! Contracting bodies that the tests share.
+//! Contracting bodies used by several tests.
 
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ pub(crate) const HILL: ActiveStress = ActiveStress {
     }),
 };
 
-/// A block of the requested dimension, with its cells in two halves.
+/// Returns a block of the requested dimension whose cells are divided into two halves.
 pub(crate) fn block(dimension: usize) -> Mesh {
     match dimension {
         2 => generate::rectangle([0.0; 2], [1.0, 0.8], [2, 2]).unwrap(),
@@ -29,7 +29,7 @@ pub(crate) fn block(dimension: usize) -> Mesh {
     }
 }
 
-/// The elements in the left and in the right half.
+/// Returns the elements of the left half and of the right half.
 pub(crate) fn halves(mesh: &Mesh) -> [Vec<usize>; 2] {
     let is_left = |element: usize| {
         let middle = mesh.element(element).iter();
@@ -42,8 +42,8 @@ pub(crate) fn halves(mesh: &Mesh) -> [Vec<usize>; 2] {
     [left, right]
 }
 
-/// A block fixed on its left with oblique fibers, whose halves contract by a given tension and by a
-/// model, on foundations on its right and on its top.
+/// Returns a block with oblique fibers that is fixed on its left, with foundations on its right and on its top. One
+/// half contracts by a given tension, the other by an activation model.
 pub(crate) fn contracting(
     dimension: usize,
     kappa: f64,
@@ -54,7 +54,7 @@ pub(crate) fn contracting(
     on_mesh(&block(dimension), parameters, stresses)
 }
 
-/// The same for a mesh of one's choice.
+/// Returns such a body on another mesh.
 pub(crate) fn on_mesh(mesh: &Mesh, parameters: Parameters, stresses: [AddedStress; 2]) -> Muscle {
     let [left, right] = halves(mesh);
     let mut fibers = Fibers::new(mesh);
@@ -96,7 +96,7 @@ pub(crate) fn on_mesh(mesh: &Mesh, parameters: Parameters, stresses: [AddedStres
     }
 }
 
-/// Both kinds of stress, with and without dependence on the velocity.
+/// Returns both kinds of stress, with and without dependence on the velocity.
 pub(crate) fn viscous() -> [AddedStress; 2] {
     [
         AddedStress {
@@ -132,7 +132,7 @@ pub(crate) fn neo_hooke(shear_modulus: f64) -> Law {
     }
 }
 
-/// The contracting block whose halves differ in κ, α and β, with separate pressures.
+/// Returns a contracting block whose halves differ in κ, α and β and have separate pressures.
 pub(crate) fn graded(dimension: usize, kappa: f64, beta: f64) -> Muscle {
     let plain = contracting(dimension, kappa, beta, elastic());
     let mesh = block(dimension);

@@ -130,7 +130,7 @@ fn a_body_without_active_or_viscous_stress_does_none_of_their_work() {
     }
 }
 
-/// Newton's method with the symmetric part of the viscous stiffness, and with the whole.
+/// Compares Newton's method with the symmetric part of the viscous stiffness and with the full stiffness.
 #[test]
 fn the_skew_part_of_the_viscous_stiffness_saves_few_iterations() {
     let formulation = Formulation::Position;

@@ -1,4 +1,4 @@
-//! Contraction at rest against closed forms.
+//! Equilibria of contracted bodies compared with closed forms.
 
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ const CURVE: ForceLength = ForceLength::Gaussian {
     width: 0.6,
 };
 
-/// An incompressible block, fibers along x, free to slide on the planes x = 0, y = 0, z = 0.
+/// Returns an incompressible block with fibers along x that is free to slide on the planes x = 0, y = 0, z = 0.
 fn block(active: ActiveStress) -> Muscle {
     let mesh = generate::block([0.0; 3], [1.0, 0.7, 0.5], [2, 1, 1]).unwrap();
     let all: Vec<usize> = (0..mesh.n_elements()).collect();
@@ -46,7 +46,7 @@ fn block(active: ActiveStress) -> Muscle {
     }
 }
 
-/// The stretch along the fibers at rest.
+/// Returns the stretch along the fibers at rest.
 fn stretch(muscle: &Muscle) -> f64 {
     let state = equilibrium(muscle, Formulation::Position, 0.0).unwrap();
     let space = muscle.solid.space();
@@ -56,12 +56,12 @@ fn stretch(muscle: &Muscle) -> f64 {
     1.0 + end.vector(&u)[0]
 }
 
-/// Nominal stress along the fiber of an incompressible body with free sides, without active stress.
+/// Returns the nominal stress along the fiber of an incompressible body with free sides, without active stress.
 fn passive(stretch: f64) -> f64 {
     SHEAR * (stretch - stretch.powi(-2))
 }
 
-/// g exp(…) as the formula has it.
+/// Returns the factor g exp(…) as written in the formula.
 fn gaussian(stretch: f64) -> f64 {
     (-((stretch / 1.05 - 1.0) / 0.6).powi(4)).exp()
 }
@@ -79,7 +79,7 @@ fn a_free_muscle_shortens_until_its_elasticity_balances_the_tension() {
             Tension::SecondPiolaKirchhoff => found * TENSION * gaussian(found),
             Tension::Nominal => TENSION * gaussian(found),
         };
-        // Newton's method ends at rounding; slopes are of the order of 3 μ.
+        // Newton's method converges to rounding; slopes are of the order of 3 μ.
         let left = passive(found) + nominal;
         assert!(left.abs() < 1e-10 * SHEAR, "{tension:?}: {left:e}");
     }
@@ -101,7 +101,7 @@ fn a_part_of_the_loads_is_a_part_of_the_tension() {
     assert!(stretch(&half) < stretch(&whole));
 }
 
-/// Isotonic: a dead load at the end is as large as the tension, or larger.
+/// Isotonic contraction, with a dead load at the end that is as large as the tension or larger.
 #[test]
 fn a_loaded_muscle_balances_tension_and_elasticity() {
     let pull = 9e3;
@@ -118,9 +118,8 @@ fn a_loaded_muscle_balances_tension_and_elasticity() {
     );
 }
 
-/// A spring of stiffness k at the end: k (1 − λ) and the muscle's stress are in equilibrium,
-/// whether the foundation acts in all directions or only along the normal; in the latter case the
-/// sides are free.
+/// A spring of stiffness k at the end, so that k (1 − λ) and the muscle's stress are in equilibrium. The foundation
+/// acts in all directions or only along the normal; in the latter case the sides are free.
 #[test]
 fn a_muscle_shortens_against_an_elastic_bed() {
     let stiffness = 5e4;
@@ -163,7 +162,7 @@ fn beds_hold_a_body() {
     let operator = muscle.foundations[0].operator();
     operator.add_product(stiffness, &u, &mut reaction);
     let total = |axis: usize| reaction.iter().skip(axis).step_by(3).sum::<f64>();
-    // The area is 1; Newton ends at rounding.
+    // The area is 1; Newton's method converges to rounding.
     assert!((total(0) / force - 1.0).abs() < 1e-9, "{}", total(0));
     assert!(total(1).abs().max(total(2).abs()) < 1e-9 * force);
     muscle.foundations = vec![foundation(SupportDirection::Normal)];

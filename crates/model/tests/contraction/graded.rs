@@ -15,7 +15,7 @@ fn parameters(alpha: f64, beta: f64, kappa: f64) -> Parameters {
     Parameters::new(alpha, beta, kappa).unwrap()
 }
 
-/// Values for each half of the block.
+/// Returns values for all elements, one for each half of the block.
 fn by_half<T: Clone>(dimension: usize, own: [T; 2]) -> Vec<T> {
     let mesh = block(dimension);
     let right = &halves(&mesh)[1];
@@ -23,8 +23,8 @@ fn by_half<T: Clone>(dimension: usize, own: [T; 2]) -> Vec<T> {
     (0..mesh.n_elements()).map(of).collect()
 }
 
-/// Between walls a bar of two materials shortens by the sum of the shortenings of both: with F =
-/// diag(a, 1) the stress is dW/da in each half, independent of the material of the other half.
+/// A bar of two materials between walls shortens by the sum of the shortenings of both parts: for F = diag(a, 1) the
+/// stress in each half is dW/da, independent of the material of the other half.
 #[test]
 fn two_materials_in_a_row_shorten_as_each_does_alone() {
     let mesh = generate::rectangle([0.0; 2], [1.0, 0.8], [2, 2]).unwrap();
@@ -67,7 +67,7 @@ fn two_materials_in_a_row_shorten_as_each_does_alone() {
     }
 }
 
-/// Checks that a uniform body described as graded moves like the plain body.
+/// Checks that a uniform body defined element by element moves like the plain body.
 #[test]
 fn equal_elements_are_the_plain_body() {
     let plain = contracting(2, 1e5, 1e-2, elastic());
@@ -98,7 +98,7 @@ fn equal_elements_are_the_plain_body() {
         let (plain, graded) = (residual(&plain), residual(&graded));
         let largest = plain.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
         for (plain, graded) in plain.iter().zip(&graded) {
-            // Rounding of sums of some hundred terms.
+            // Rounding of sums of several hundred terms.
             assert!((plain - graded).abs() < 1e-13 * largest, "{plain} {graded}");
         }
     }

@@ -1,5 +1,5 @@
-//! Harmonic response of contracted and pressed bodies: the equations of all formulations, solved as
-//! a whole, give the same amplitudes as the reduced symmetric system.
+//! Harmonic response of contracted bodies under pressure: the full equations of all formulations have the same
+//! amplitudes as the reduced symmetric system.
 
 use std::f64::consts::TAU;
 
@@ -103,7 +103,7 @@ fn expect_the_equations(muscle: &Muscle) {
             .zip(&expected[range(Field::Displacement)]);
         let error = pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         let scale = largest(&found.displacement);
-        // The solutions are refined to a backward error of 1e-12; the condition is about 100.
+        // The solutions are refined to a backward error of 1e-12; the condition number is about 100.
         assert!(
             error < 1e-10 * scale,
             "{formulation:?}: {error:e} of {scale:e}"

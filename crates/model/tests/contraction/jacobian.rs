@@ -12,8 +12,7 @@ use rand::{Rng, SeedableRng};
 
 use crate::common::{INF, contracting, elastic, graded, viscous};
 
-/// Every formulation with the κ and β that it can be run with: with viscous stress, without, and of
-/// halves that differ.
+/// Returns every formulation with all permitted κ and β: with viscous stress, without it, and with different halves.
 fn daes(dimension: usize) -> Vec<MuscleDae> {
     let mut daes = Vec::new();
     for (kappa, beta) in [(1e5, 0.0), (1e5, 1e-2), (INF, 0.0), (INF, 1e-2)] {
@@ -62,7 +61,7 @@ fn draw(dae: &MuscleDae, speed: f64, rng: &mut StdRng) -> Drawn {
     drawn
 }
 
-/// max_i |J δ − dF/dε|_i relative to the sum of the row's terms, along a random direction.
+/// Returns max_i |J δ − dF/dε|_i relative to the sum of the row's terms, along a random direction.
 fn discrepancy(dae: &mut MuscleDae, rng: &mut StdRng) -> f64 {
     let Drawn {
         y,
@@ -80,13 +79,13 @@ fn jacobian_of_every_formulation_agrees_with_differences() {
             let error = discrepancy(&mut dae, &mut rng);
             let parameters = dae.muscle().parameters;
             let case = format!("{dimension} {} {parameters:?}", dae.formulation());
-            // As without these stresses: truncation and rounding of the differences.
+            // Truncation and rounding errors of the differences, as without these stresses.
             assert!(error < 1e-7, "{case}: {error:e}");
         }
     }
 }
 
-/// max_i |b - A x|_i / (|A||x| + |b|)_i in the full system, x solved for in the reduced one.
+/// Returns max_i |b - A x|_i / (|A||x| + |b|)_i in the full system, where x is the solution of the reduced system.
 fn backward_error<T: Scalar>(dae: &mut MuscleDae, speed: f64, c: T, rng: &mut StdRng) -> f64 {
     let pattern = dae.jacobian_pattern();
     let Drawn {

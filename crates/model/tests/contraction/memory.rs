@@ -13,7 +13,8 @@ use myovib_model::{
 use crate::energy::settings;
 use crate::relaxation::{relaxing, series};
 
-/// An integrator of `muscle` at rest, with internal stresses among the unknowns of the solver or not.
+/// Creates an integrator of `muscle` at rest, with internal stresses as unknowns or as internal variables of the
+/// solver.
 fn started(
     (muscle, formulation): (Muscle, Formulation),
     settings: &Settings,
@@ -32,7 +33,7 @@ fn started(
     }
 }
 
-/// The solution and its derivative at `times`, and the number of steps.
+/// Returns the solution and its derivative at `times`, and the number of steps.
 fn states(integrator: &mut dyn Integrator<MuscleDae>, times: &[f64]) -> (Vec<Vec<f64>>, u64) {
     let n = integrator.problem().n_unknowns();
     let mut states = Vec::new();
@@ -70,7 +71,7 @@ fn eliminated_states_are_those_among_the_unknowns() {
         let (eliminated, steps, integrator) = run(false);
         let (full, steps_of_full, _) = run(true);
         let case = format!("{kind:?} {formulation} {kappa}: {steps} and {steps_of_full} steps");
-        // Newton's tolerance differs by the share of the internal stresses in the norm.
+        // Newton's tolerance differs, because the norm includes the internal stresses only if they are unknowns.
         let ratio = steps as f64 / steps_of_full as f64;
         assert!((0.7..1.4).contains(&ratio), "{case}");
         let layout = integrator.problem().layout();
@@ -85,16 +86,15 @@ fn eliminated_states_are_those_among_the_unknowns() {
             let differences: Vec<Vec<f64>> = differences.collect();
             for (derivative, most) in [(0, 10.0), (1, 1e3)] {
                 let ratio = size(&differences, derivative) / size(&full, derivative);
-                // Both errors are of the order of the tolerance, times the loss by dense output,
-                // which has a lower order, and by the derivative. Without the terms, states differ
-                // by 0.1 or more.
+                // Both errors are of the order of the tolerance, increased by the lower order of dense output and by
+                // the derivative. Without the Prony terms, the states would differ by 0.1 or more.
                 assert!(
                     ratio < most * rtol,
                     "{case}: {field} {derivative} {ratio:e}"
                 );
             }
         }
-        // The forces of all that relaxes, once a residual.
+        // The forces of viscoelastic stress are computed once per residual.
         let own = integrator.problem().counters();
         assert_eq!(own.relaxing_passes, own.residual_passes, "{case}");
     }
@@ -178,7 +178,7 @@ fn five_terms_cost_little_of_a_step_that_factorizes() {
         (0.1, 0.2),
         (0.1, 1.0),
     ];
-    // Alternating, four times, because the time of one factorization varies by a fifth.
+    // The measurements alternate, four times, because the time of one factorization varies by 20 %.
     let mut least = [[f64::INFINITY; 2]; 3];
     for _ in 0..4 {
         for (least, terms) in least.iter_mut().zip([&[], &five[..1], &five]) {

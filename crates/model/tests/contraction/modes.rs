@@ -1,4 +1,5 @@
-//! Modes about equilibria under tensions, pressures and moved supports, against small motions about these.
+//! Modes about equilibria under tensions, pressures and moved supports, compared with small motions about these
+//! equilibria.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -15,7 +16,7 @@ use myovib_model::{
 use crate::common::{HILL, INF, contracting, viscous};
 use crate::energy::settings;
 
-/// The largest displacement of the motions, m.
+/// Largest initial displacement from the equilibrium, m.
 const SMALL: f64 = 1e-4;
 
 /// Returns the ratio of the lowest mode's amplitude after `periods` of the mode to its initial
@@ -52,13 +53,14 @@ fn left_of_the_mode(muscle: &Muscle, at: &Equilibrium, periods: f64) -> f64 {
     0.5 * (of_way(1.0) + of_way(-1.0))
 }
 
-/// The equilibrium of a muscle, whose motions begin and end a quarter of a period from it.
+/// Checks that a motion that starts along the lowest mode passes through the equilibrium after a quarter of its period.
 fn expect_the_frequency(muscle: &Muscle) {
     let at = equilibrium(muscle, Formulation::Position, 0.0).unwrap();
     let quarter = left_of_the_mode(muscle, &at, 0.25);
-    // A relative error d of the frequency leaves π/2 d; second order leaves 1e-8, the tolerance per SMALL 1e-4.
+    // A relative error d of the frequency results in π/2 d, terms of second order in 1e-8, and the tolerance divided by
+    // SMALL in 1e-4.
     assert!(quarter.abs() < 2e-4, "{quarter:e}");
-    // The test is one: those about rest are others.
+    // The test is only meaningful if the modes about rest have different frequencies.
     let unloaded = Equilibrium::unloaded(muscle);
     let [loaded, unloaded] = [&at, &unloaded].map(|at| {
         let modes = spectrum::lowest(muscle, at, 1).unwrap();
@@ -70,8 +72,8 @@ fn expect_the_frequency(muscle: &Muscle) {
     );
 }
 
-/// Halves that contract by two kinds of stress, one of which follows the stretch, on elastic
-/// foundations, under a traction.
+/// Returns a body whose halves contract by two kinds of stress, one of which depends on the stretch, with elastic
+/// foundations and a traction.
 fn contracted(
     dimension: usize,
     kappa: f64,
@@ -123,14 +125,14 @@ fn a_contracted_body_has_the_damping_of_its_mode() {
         .unwrap()
         .unwrap();
     let lost = -left_of_the_mode(&muscle, &at, 1.0).ln() / TAU;
-    // The other modes, which the damping couples, have a part of second order in it.
+    // Damping couples the other modes to this one, which causes a deviation of second order in the damping.
     assert!((lost / ratio - 1.0).abs() < 2.0 * ratio, "{lost} {ratio}");
     let unloaded = Equilibrium::unloaded(&muscle);
     let passive = spectrum::damping_ratio(&muscle, &unloaded, mode).unwrap();
     assert!(ratio > 1.1 * passive.unwrap(), "{ratio} {passive:?}");
 }
 
-/// A strip with both ends held, the right one moved, with a pressure that follows its lower side.
+/// Returns a strip with both ends fixed, the right one displaced, and a follower pressure on its lower side.
 fn pressed(held: &[&str], kappa: f64, pressure: f64) -> Muscle {
     let mesh = generate::rectangle([0.0; 2], [1.0, 0.2], [10, 2]).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
@@ -159,7 +161,7 @@ fn a_body_under_pressure_vibrates_at_the_frequencies_about_its_equilibrium() {
     }
 }
 
-/// Where the edge of the pressed side moves, the pressure has no energy.
+/// If the edge of the loaded side moves, the pressure has no energy.
 #[test]
 fn pressures_on_free_edges_are_refused() {
     let muscle = pressed(&["left"], 1e5, 20.0);

@@ -1,4 +1,4 @@
-//! Stress that relaxes by Prony terms: elimination, closed form, energy, counters.
+//! Viscoelastic stress with Prony terms: elimination, closed form, energy, counters.
 
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ pub(crate) fn series(terms: &[(f64, f64)]) -> Prony {
     Prony::new(terms.collect()).unwrap()
 }
 
-/// The contracting block, whose halves relax by two series.
+/// Returns the contracting block with a different Prony series in each half.
 pub(crate) fn relaxing(dimension: usize, kappa: f64, beta: f64) -> Muscle {
     let stresses = if beta > 0.0 { viscous() } else { elastic() };
     let mut muscle = contracting(dimension, kappa, beta, stresses);
@@ -38,7 +38,7 @@ pub(crate) fn relaxing(dimension: usize, kappa: f64, beta: f64) -> Muscle {
     muscle
 }
 
-/// (F(y + ε x, ẏ + ε z) − F(y − ε x, ẏ − ε z))/2ε.
+/// Returns (F(y + ε x, ẏ + ε z) − F(y − ε x, ẏ − ε z))/2ε.
 fn along(dae: &mut MuscleDae, [y, y_dot]: [&[f64]; 2], x: &[f64], z: &[f64]) -> Vec<f64> {
     let step = 1e-7;
     let mut at = |sign: f64| {
@@ -56,7 +56,7 @@ fn along(dae: &mut MuscleDae, [y, y_dot]: [&[f64]; 2], x: &[f64], z: &[f64]) -> 
     pairs.map(|(a, b)| (a - b) / (2.0 * step)).collect()
 }
 
-/// The largest error of a row of each block, by the largest right-hand side of the block.
+/// Returns the largest error of a row of each block, relative to the largest right-hand side of the block.
 fn mismatch(dae: &MuscleDae, found: &[f64], right: &[f64]) -> f64 {
     let largest = |v: &mut dyn Iterator<Item = f64>| v.fold(0.0, |m: f64, x| m.max(x.abs()));
     let blocks = dae.layout().blocks().iter();
@@ -100,7 +100,7 @@ fn elimination_solves_the_linearized_equations() {
             let velocities = dae.layout().range(Field::Velocity).unwrap_or_default();
             let rates = y[velocities].iter_mut().chain(&mut y_dot);
             rates.for_each(|rate| *rate *= speed);
-            // A right-hand side of the size produced by a solution of these sizes.
+            // A right-hand side of the size that corresponds to a solution of these sizes.
             let c = Complex64::new(400.0, 300.0);
             let wanted: [Vec<f64>; 2] = [draw(&sizes), draw(&sizes)];
             let scaled = |x: &[f64], c: f64| -> Vec<f64> { x.iter().map(|x| c * x).collect() };
@@ -140,15 +140,15 @@ fn elimination_solves_the_linearized_equations() {
             let again = image(&mut dae, [&found[0], &found[1]]);
             let errors = [0, 1].map(|k| mismatch(&dae, &again[k], &right[k]));
             let case = format!("{dimension} {formulation} {kappa} {beta} {speed}: {errors:?}");
-            // Differences: truncation 1e-14 of second derivatives, which are a thousand times the
-            // first, and rounding 1e-16 of residuals over 1e-7. A missing term gives an error of
-            // 1e-2 or more.
+            // Errors of the differences: truncation of 1e-14 times the second derivatives, which are a thousand times
+            // as large as the first, and rounding of 1e-16 divided by 1e-7. A missing term gives an error of 1e-2 or
+            // more.
             let bound = match dimension == 3 && beta > 0.0 && speed > 0.0 {
                 true => NEAR,
                 false => 1e-4,
             };
             assert!(errors[0].max(errors[1]) < bound, "{case}");
-            // One real solve: the same with the real c.
+            // One real solve, with the real c.
             let rate = scaled(&wanted[0], c.re);
             let right = along(&mut dae, [&y, &y_dot], &wanted[0], &rate);
             let mut x = right.clone();
@@ -161,13 +161,13 @@ fn elimination_solves_the_linearized_equations() {
     assert!(cases >= 20, "{cases}");
 }
 
-/// InitialValues and duration of the stretch, s; the stretch; the terms.
+/// Duration of the stretch, s; the stretch; the Prony terms.
 const RISE: f64 = 0.05;
 const STRETCH: f64 = 1.2;
 const TERMS: [(f64, f64); 2] = [(0.5, 0.02), (0.3, 0.2)];
 const MODULUS: f64 = 2e4;
 
-/// A block on rollers, without weight to speak of, whose right side is pulled and held.
+/// Returns a block on rollers with negligible mass whose right side is pulled and then held.
 fn pulled(relaxes: bool) -> Muscle {
     let mesh = generate::rectangle([0.0; 2], [1.0, 1.0], [1, 1]).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
@@ -198,8 +198,9 @@ fn pulled(relaxes: bool) -> Muscle {
     }
 }
 
-/// The force on the right side: P_xx = λ (T_xx − T_yy λ⁻⁴) with T = S + H, in plane strain without
-/// force across; S of neo-Hooke with J = 1, and H = Σ g ∫ Ṡ e^{−(t−s)/τ} ds by the midpoint rule.
+/// Returns the force on the right side, P_xx = λ (T_xx − T_yy λ⁻⁴) with T = S + H, in plane strain without lateral
+/// force. S is the stress of the neo-Hookean law with J = 1, and H = Σ g ∫ Ṡ e^{−(t−s)/τ} ds is computed by the
+/// midpoint rule.
 fn exact_force(t: f64) -> f64 {
     let stretch = |t: f64| {
         let s = (t / RISE).min(1.0);
@@ -216,7 +217,7 @@ fn exact_force(t: f64) -> f64 {
     let mut total = stress(t);
     for (weight, time) in TERMS {
         for k in 0..n {
-            // ∫ Ṡ ds of a panel is exact; the kernel is evaluated at its midpoint.
+            // The integral of Ṡ over an interval is exact; the kernel is evaluated at its midpoint.
             let (from, to) = (stress(f64::from(k) * h), stress(f64::from(k + 1) * h));
             let kernel = (-(t - (f64::from(k) + 0.5) * h) / time).exp();
             for i in 0..2 {
@@ -228,7 +229,7 @@ fn exact_force(t: f64) -> f64 {
     stretch * (total[0] - total[1] / stretch.powi(4))
 }
 
-/// The force on the right side at times, and the system with its counters.
+/// Returns the force on the right side at the given times, and the system with its counters.
 fn forces(muscle: Muscle, kind: IntegratorKind, rtol: f64, times: &[f64]) -> (Vec<f64>, MuscleDae) {
     let formulation = Formulation::Velocity;
     let mut settings = settings(formulation, rtol).with_integrator(kind);
@@ -269,7 +270,7 @@ fn a_held_stretch_relaxes_as_in_the_closed_form() {
         let (found, dae) = forces(pulled(true), kind, rtol, &times);
         for (t, found) in times.iter().zip(found) {
             let exact = exact_force(*t);
-            // The tolerance times thirty, for the error that BDF accumulates over its steps.
+            // Thirty times the tolerance, for the error that BDF accumulates over its steps.
             let error = (found / exact - 1.0).abs();
             assert!(
                 error < 30.0 * rtol,
@@ -280,11 +281,11 @@ fn a_held_stretch_relaxes_as_in_the_closed_form() {
         assert_eq!(counters.relaxing_tangent_passes, counters.tangent_passes);
         assert!(counters.relaxing_passes >= counters.residual_passes);
     }
-    // The law's stress remains, as without terms.
+    // After relaxation the stress of the law remains, as without Prony terms.
     let (long_term, dae) = forces(pulled(false), IntegratorKind::Radau5, 1e-5, &[0.9]);
     let beyond = TERMS[1].0 * (-(0.9 - RISE) / TERMS[1].1).exp();
     let ratio = exact_force(0.9) / long_term[0] - 1.0;
-    // The stress rises before the end of the rise, and not before its begin.
+    // The decay of the relaxing stress begins between the start and the end of the rise.
     let earliest = beyond * (-RISE / TERMS[1].1).exp();
     assert!(ratio < beyond && ratio > earliest, "{ratio} {beyond}");
     let counters = dae.counters();
@@ -300,7 +301,7 @@ fn a_held_stretch_relaxes_as_in_the_closed_form() {
 #[test]
 fn no_more_is_factorized_or_solved_than_without_terms() {
     let solid = pulled(true).solid;
-    // Three components in the plane and the one across it, at each point of each triangle, for each term.
+    // Three components in the plane and the out-of-plane component, at each point of each triangle, for each term.
     assert_eq!(solid.n_internal(), TERMS.len() * solid.n_slots());
     assert_eq!(solid.n_slots() % (4 * solid.space().n_elements()), 0);
     let size = |relaxes| {
@@ -325,7 +326,7 @@ fn relaxation_closes_the_energy_balance() {
         assert_eq!(statistics.outcome, Outcome::Finished);
         balance.gap / balance.largest
     };
-    // The balance is closed to the tolerance, and better with a tighter one.
+    // The energy balance is satisfied to the tolerance, and more accurately with a tighter one.
     let [loose, tight] = [1e-3, 1e-5].map(relative);
     assert!(loose < 1e-3 && tight < 1e-5, "{loose:e} {tight:e}");
     assert!(tight < 0.1 * loose, "{loose:e} {tight:e}");
@@ -335,7 +336,7 @@ fn relaxation_closes_the_energy_balance() {
 fn initial_overstress_is_relaxed_or_given() {
     let mut dae = MuscleDae::new(pulled(true), Formulation::Velocity).unwrap();
     let rest = vec![0.0; dae.muscle().solid.dofs().n_free()];
-    // At t = 0.9 s the right side is displaced: the start projects the rest onto J = 1.
+    // At t = 0.9 s the right side is displaced, and the start projects the other displacements onto J = 1.
     let start = InitialValues::new(&mut dae, 0.9, &rest, &rest).unwrap();
     let own = dae.layout().range(Field::InternalStress).unwrap();
     let largest = |v: &[f64]| v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -373,7 +374,7 @@ fn the_whole_matrix_is_refused() {
     assert!(message.contains("condensed linear solver"), "{message}");
 }
 
-/// Regression: `check` looked at a state without internal stresses.
+/// Regression: `check` used a state without internal stresses.
 #[test]
 fn a_check_before_the_run_counts_internal_stresses() {
     for dimension in [2, 3] {

@@ -1,5 +1,5 @@
-//! Checks that the output stress is the stress of the equations for all contributions: in a block
-//! under tension it is the force divided by the area, and zero on the free sides.
+//! Checks for all contributions that the stress in the output is the stress in the equations: in a block under tension
+//! it equals the force divided by the area, and is zero on the free sides.
 
 use std::sync::Arc;
 
@@ -14,17 +14,17 @@ use crate::energy::settings;
 use crate::relaxation::series;
 
 const MODULUS: f64 = 2e4;
-/// It is pulled to this stretch by a smooth step, in the midst of which it is read, s.
+/// Stretch to which the block is pulled by a smooth step; rise time and time of the measurement during the rise, s.
 const STRETCH: f64 = 1.2;
 const RISE: f64 = 0.05;
 const READ: f64 = 0.03;
 const DENSITY: f64 = 1e-3;
-/// Allowed error of a stress of 1e4 Pa, Pa: ρ L² λ̈ for its inertia with λ̈ < 6 · 0.2/RISE², and
-/// for the integration, with a relative tolerance of 1e-6, ten times the tolerance of a modulus
-/// with β/RISE and Prony terms.
+/// Allowed error of a stress of 1e4 Pa, in Pa. The contribution of inertia is ρ L² λ̈ with λ̈ < 6 · 0.2/RISE². The
+/// contribution of the integration with a relative tolerance of 1e-6 is ten times the tolerance, for a modulus that
+/// includes β/RISE and Prony terms.
 const TOLERANCE: f64 = DENSITY * 480.0 + 1e-5 * MODULUS * 5.0;
 
-/// In 2D; in 3D with one side free, or with it fixed.
+/// A block in 2D, or in 3D with one side free or fixed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Block {
     Plane,
@@ -41,7 +41,7 @@ impl Block {
 /// Contributions in addition to the law: Prony terms, β, η.
 type Parts = (&'static [(f64, f64)], f64, f64);
 
-/// A unit block on rollers, whose side at x = 1 is pulled.
+/// Returns a unit block on rollers whose side at x = 1 is pulled.
 fn pulled(block: Block, kappa: f64, (terms, beta, eta): Parts) -> Muscle {
     let dimension = block.dimension();
     let mesh = match dimension {
@@ -157,8 +157,8 @@ const CASES: [(Formulation, f64, Parts); 7] = [
     (Formulation::Displacement, 1e5, (PRONY, 0.01, 50.0)),
 ];
 
-/// Radau IIA in all cases; BDF only if its order 5 meets no undamped waves and its error test
-/// includes no pressure rate, for which it takes a quarter of a million steps.
+/// Returns all cases for Radau IIA. BDF is included only if there are no undamped waves, for which order 5 is unstable,
+/// and if the error test includes no pressure rate, with which BDF takes 250 000 steps.
 fn cases() -> impl Iterator<Item = (IntegratorKind, (Formulation, f64, Parts))> {
     let [relaxing, _, damped, _, _, _, all] = CASES;
     let by_bdf = [relaxing, damped, all].map(|case| (IntegratorKind::Bdf, case));
@@ -195,7 +195,7 @@ fn in_a_block_under_tension_it_is_the_force_by_the_area() {
     println!("{worst:.1e} Pa of {TOLERANCE:.1e} Pa");
 }
 
-/// The component across the plane, on which no force of a plane body depends.
+/// Checks the out-of-plane component, on which the forces of a plane body do not depend.
 #[test]
 fn in_the_plane_it_is_that_of_a_body_between_two_planes() {
     for (kind, (formulation, kappa, parts)) in cases() {

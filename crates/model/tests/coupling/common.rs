@@ -1,4 +1,4 @@
-//! The paper's rod and chain as one system, run and observed.
+//! The paper's rod and chain as one system, and functions that run and observe it.
 
 use myovib_dae::Problem;
 use myovib_fem::Mesh;
@@ -19,7 +19,7 @@ use sundials_wrap::IdaOptions;
 /// 12.5 samples per cycle.
 pub(crate) const EVERY: f64 = 0.01;
 
-/// The paper's rod drives `chain` at L/2 with the gain `gain`.
+/// Returns the paper's rod, which drives `chain` at L/2 with the gain `gain`.
 pub(crate) fn rod_and_chain(chain: &Chain, gain: f64) -> CoupledDae<RodDae> {
     let rod = paper::rod().unwrap();
     let point = rod.displacement_at(paper::ROD_POINT).unwrap();
@@ -42,7 +42,7 @@ pub(crate) fn chain_alone(chain: &Chain, gain: f64, source: Source) -> CoupledDa
     CoupledDae::new(NoBody, vec![oscillators])
 }
 
-/// The motion of the paper's rod at L/2, from rest to `t_end`.
+/// Returns the motion of the paper's rod at L/2, from rest to `t_end`.
 pub(crate) fn recorded_rod(t_end: f64) -> (Recording, Statistics) {
     let rod = CoupledDae::new(paper::rod().unwrap(), Vec::new());
     let point = rod.body().displacement_at(paper::ROD_POINT).unwrap();
@@ -53,7 +53,7 @@ pub(crate) fn recorded_rod(t_end: f64) -> (Recording, Statistics) {
     (recorder.finish(), statistics)
 }
 
-/// Starts a system whose states all have the tolerances `tolerances`.
+/// Starts a system in which all states have these `tolerances`.
 pub(crate) fn start<B: Body>(
     mut dae: CoupledDae<B>,
     tolerances: StateTolerances,
@@ -76,19 +76,19 @@ pub(crate) fn muscle_mesh() -> Mesh {
     .unwrap()
 }
 
-/// The paper's muscle, in the formulation of Figure 7.
+/// Returns the paper's muscle in the formulation of Figure 7.
 pub(crate) fn muscle() -> MuscleDae {
     let muscle = paper::muscle(&muscle_mesh(), paper::KAPPA, paper::BETA).unwrap();
     MuscleDae::new(muscle, Formulation::Rate).unwrap()
 }
 
-/// u_y of a muscle's origin.
+/// Returns u_y at the origin of a muscle.
 pub(crate) fn origin(muscle: &MuscleDae) -> Displacement {
     let probe = Probe::at(muscle.muscle().solid.space(), [0.0, 0.0]).unwrap();
     muscle.displacement_at(&probe, 1)
 }
 
-/// The paper's muscle drives `chain` at the origin with the gain `gain`.
+/// Returns the paper's muscle, which drives `chain` at the origin with the gain `gain`.
 pub(crate) fn muscle_and_chain(chain: &Chain, gain: f64) -> CoupledDae<MuscleDae> {
     let muscle = muscle();
     let source = Source::Body(origin(&muscle));
@@ -100,7 +100,7 @@ pub(crate) fn muscle_and_chain(chain: &Chain, gain: f64) -> CoupledDae<MuscleDae
     CoupledDae::new(muscle, vec![oscillators])
 }
 
-/// Starts a muscle from rest with `settings`, its chains with `chain`.
+/// Starts a muscle from rest with `settings`, and its chains with the tolerances `chain`.
 pub(crate) fn start_muscle(
     mut dae: CoupledDae<MuscleDae>,
     settings: &Settings,
@@ -147,7 +147,7 @@ pub(crate) fn from_rest(chain: &Chain, gain: f64, t_end: f64) -> (CoherenceHisto
     observe(&mut integrator, EVERY, t_end, &mut [])
 }
 
-/// max_i |b − (∂F/∂y + c ∂F/∂ẏ) x|_i / (|A||x| + |b|)_i at time t in the full system.
+/// Returns max_i |b − (∂F/∂y + c ∂F/∂ẏ) x|_i / (|A||x| + |b|)_i at time t in the full system.
 pub(crate) fn backward_error<P: Problem, T: Scalar>(
     dae: &mut P,
     t: f64,

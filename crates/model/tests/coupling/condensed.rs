@@ -15,7 +15,7 @@ use num_complex::Complex64;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 
-/// The muscle with a chain and with an array, driven strongly and at different points.
+/// Returns the muscle with a chain and an array, strongly driven at different points.
 fn coupled_muscle(formulation: Formulation, kappa: f64, beta: f64) -> CoupledDae<MuscleDae> {
     let muscle = paper::muscle(&muscle_mesh(), kappa, beta).unwrap();
     let muscle = MuscleDae::new(muscle, formulation).unwrap();
@@ -48,7 +48,8 @@ fn coupled_muscle(formulation: Formulation, kappa: f64, beta: f64) -> CoupledDae
     CoupledDae::new(muscle, parts.into_iter().map(Result::unwrap).collect())
 }
 
-/// A state at small strain of all fields' natural size in a run of the paper, and its rates.
+/// Returns a random state with small strains in which all fields have typical magnitudes of the paper's run, and its
+/// derivatives.
 fn random_state(dae: &CoupledDae<MuscleDae>, rng: &mut StdRng) -> (Vec<f64>, Vec<f64>) {
     let mut size = dae.body().layout().fill(|field| match field {
         Field::Displacement => 1e-4,
@@ -69,7 +70,7 @@ fn random_state(dae: &CoupledDae<MuscleDae>, rng: &mut StdRng) -> (Vec<f64>, Vec
 
 const T_NOW: f64 = 0.9;
 
-/// A row holds some fifty products, each rounded a few times on its way through the elimination.
+/// A row contains about fifty products, each rounded a few times during the elimination.
 const ROUNDING: f64 = 1e3 * f64::EPSILON;
 
 fn klu() -> SparseOptions {
@@ -107,7 +108,7 @@ fn solutions_solve_the_full_system_to_rounding() {
             weights: &weights,
         };
         solver.evaluate(&mut dae, &at).unwrap();
-        // As BDF asks, and as Radau IIA does.
+        // Right-hand sides as in BDF and in Radau IIA.
         for shifts in [&[][..], &[shift]] {
             solver.set_up(&mut dae, c, shifts).unwrap();
             let mut x = b.clone();
@@ -153,7 +154,7 @@ fn condensed_and_full_runs_take_the_same_steps() {
         steps(LinearSolverKind::Condensed),
         steps(LinearSolverKind::Full),
     );
-    // Rounding changes a few Newton iterations and rejections; 2 % is about 60 of 3000 steps.
+    // Rounding changes a few Newton iterations and rejections; 2 % of 3000 steps are about 60.
     assert!(
         (condensed / full - 1.0).abs() <= 0.02,
         "{condensed} and {full}"

@@ -1,4 +1,4 @@
-//! Chains at single points that act on much of the body: how it is solved.
+//! Linear systems of chains at single points that act on large parts of the body.
 
 use myovib_fem::Solid;
 use myovib_model::coupling::{CoupledDae, Effect, Feedback, FeedbackDae};
@@ -10,7 +10,8 @@ use crate::two_way::{
     assert_solved, assert_solved_by_differences, body, cases, chains, feedback, relaxing_body,
 };
 
-/// A chain in one element whose coherence acts, with different weights, on all possible elements.
+/// Returns the feedback of a chain in one element that acts, with different weights, on all elements on which it can
+/// act.
 fn everywhere(dae: &MuscleDae, network: usize, effect: Effect, active: &[usize]) -> Feedback {
     let solid: &Solid = &dae.muscle().solid;
     let weights: Vec<f64> = match effect {
@@ -29,7 +30,7 @@ fn everywhere(dae: &MuscleDae, network: usize, effect: Effect, active: &[usize])
     }
 }
 
-/// Two chains at points. One acts on the tension and, optionally, on the stiffness; the other
+/// Returns a system with two chains at points. One acts on the tension and, optionally, on the stiffness; the other
 /// optionally acts on the stiffness. Further chains in elements contract these elements.
 fn coupled(
     (muscle, active): (Muscle, Vec<usize>),

@@ -1,4 +1,4 @@
-//! The Jacobian of each coupled system against central differences of its residual.
+//! The Jacobian of each coupled system compared with central differences of its residual.
 
 use crate::common::{chain_alone, rod_and_chain};
 use myovib_dae::Problem;
@@ -10,7 +10,7 @@ use myovib_oscillators::{Array, Chain, Coefficients, Drive, Ends, Reach, SmoothC
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 
-/// max_i |J δ - dF/dε|_i over the sum of |J_ij δ_j| in row i, along a random direction δ.
+/// Returns max_i |J δ - dF/dε|_i divided by the sum of |J_ij δ_j| in row i, along a random direction δ.
 ///
 /// States are drawn from ±`size` by component, their derivatives from ten times that.
 fn discrepancy<P: Problem>(dae: &mut P, size: impl Fn(usize) -> f64, rng: &mut StdRng) -> f64 {
@@ -25,8 +25,8 @@ fn discrepancy<P: Problem>(dae: &mut P, size: impl Fn(usize) -> f64, rng: &mut S
     jacobian_error(dae, 0.9, [&y, &y_dot, &direction], [a, b])
 }
 
-/// Truncation: (ε)²/6 of the cubic terms, below 1e-9 of a row. Rounding: 1e-16/ε = 1e-11 times
-/// the spread of the terms within a row, which b up to 1e3 and ω² = 2500 make 1e4 at most.
+/// The truncation error, ε²/6 times the cubic terms, is below 1e-9 of a row. The rounding error is 1e-16/ε = 1e-11
+/// times the ratio of the terms within a row, which is at most 1e4 for b up to 1e3 and ω² = 2500.
 const CLOSE: f64 = 1e-6;
 
 fn chain(reach: Reach) -> Chain {
@@ -122,7 +122,7 @@ fn muscle_with_a_chain_and_an_array_at_any_point() {
     }
 }
 
-/// A small muscle with two chains that act back on it with interpolated weights.
+/// Returns a small muscle with two chains that act on it with interpolated weights.
 fn with_feedback(formulation: Formulation) -> FeedbackDae {
     let muscle = small_muscle(formulation);
     let n_elements = muscle.muscle().solid.space().n_elements();
@@ -158,8 +158,8 @@ fn a_muscle_whose_stiffness_follows_two_chains() {
             "p" => 1e3,
             _ => 1e4,
         });
-        // Oscillators near their smoothing radius, where the coherence is most curved, and at 1e-4
-        // times that radius: near rest, where |χ| without smoothing is not differentiable.
+        // Oscillators near their smoothing radius, where the coherence has the largest curvature, and at 1e-4 times
+        // that radius: near rest, where |χ| without smoothing is not differentiable.
         for at_rest in [1.0, 1e-4] {
             let size = |i: usize| sizes.get(i).copied().unwrap_or(at_rest);
             for _ in 0..3 {
@@ -175,7 +175,7 @@ fn chains_at_rest_are_out_of_step_and_stiffen_by_their_shares() {
     let dae = with_feedback(Formulation::Rate);
     let mut y = vec![0.0; dae.n_unknowns()];
     assert_eq!(dae.factors(&y), [3.0, 3.0]);
-    // All oscillators of the first chain are far from rest in one direction: coherent up to ε²/r².
+    // All oscillators of the first chain are displaced far in the same direction, so the coherence is 1 up to ε²/r².
     let positions = dae.one_way().range(0).start..;
     y[positions][..4].fill(1e3);
     let factors = dae.factors(&y);

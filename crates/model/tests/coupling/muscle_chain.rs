@@ -9,7 +9,7 @@ use myovib_dae::Problem;
 use myovib_model::coupling::{CoherenceHistory, CoupledDae, Recorder, Source, StateTolerances};
 use myovib_model::{Formulation, Integrator, Outcome, Settings, paper, run};
 
-/// The paper's settings to `t_end`, all tolerances times `factor`.
+/// Returns the paper's settings up to `t_end`, with all tolerances multiplied by `factor`.
 fn settings(t_end: f64, factor: f64) -> Settings {
     let paper = Settings::paper(Formulation::Rate);
     let rtol = factor * paper.relative_tolerance;
@@ -20,7 +20,7 @@ fn settings(t_end: f64, factor: f64) -> Settings {
     }
 }
 
-/// Muscle and chain as one system.
+/// Integrates muscle and chain as one system.
 fn at_once(gain: f64, settings: &Settings) -> CoherenceHistory {
     let dae = muscle_and_chain(&paper::chain(5, 0.5).unwrap(), gain);
     let mut integrator = start_muscle(dae, settings, StateTolerances::default());
@@ -45,7 +45,7 @@ fn replayed(gain: f64, settings: &Settings) -> CoherenceHistory {
 
 #[test]
 fn the_replayed_muscle_drives_the_chain_as_the_muscle_does() {
-    // A drive strong enough for Ψ to follow it, so that the motion replayed matters.
+    // The drive is so strong that Ψ follows it, so that the replayed motion affects the result.
     let (gain, settings) = (1e5, settings(2.0, 1e-2));
     let (together, afterwards) = (at_once(gain, &settings), replayed(gain, &settings));
     assert_eq!(together.t, afterwards.t);
@@ -53,8 +53,8 @@ fn the_replayed_muscle_drives_the_chain_as_the_muscle_does() {
     let apart = pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
     let size = together.strength().into_iter().fold(0.0, f64::max);
     assert!(size > 0.1, "{size}");
-    // u of amplitude 4e-4 m is known to the absolute tolerance of 1e-7 m in each run, a relative
-    // 2.5e-4, and Ψ follows in proportion; errors of several steps add up.
+    // In each run, u has an amplitude of 4e-4 m and an absolute tolerance of 1e-7 m, a relative error of 2.5e-4, and Ψ
+    // is proportional to u. The errors of several steps accumulate.
     assert!(apart / size < 1e-3, "{apart:e} of {size}");
 }
 
@@ -78,8 +78,8 @@ fn output_times_do_not_change_the_results() {
     assert_eq!(with_samples_every(0.25), with_samples_every(1e-3));
 }
 
-/// Reference values of an independent integration on the rod, which converges to the same values: γ
-/// = 1 is too small to matter once the chain moves.
+/// Compares with reference values of an independent integration on the rod, which converges to the same values: once
+/// the chain moves, γ = 1 is too small to have an effect.
 fn assert_settled(history: &CoherenceHistory) {
     let settled = history.settled(20.0).unwrap();
     let strength = settled.centroid;

@@ -9,7 +9,7 @@ use crate::common::{rod_and_chain, start};
 
 const GAIN: f64 = 4e3;
 
-/// The chain of five, and the same at so many places.
+/// Returns the chain of five oscillators, repeated at this number of places.
 fn chain(places: usize, omega: &[f64]) -> Chain {
     Chain {
         omega: omega.repeat(places),
@@ -27,7 +27,7 @@ fn omega() -> Vec<f64> {
     detuning.frequencies(5).unwrap()
 }
 
-/// The paper's rod, with a chain at each of `points`.
+/// Returns the paper's rod with a chain at each of `points`.
 fn at_points(points: &[f64]) -> CoupledDae<RodDae> {
     let rod = paper::rod().unwrap();
     let chain = chain(points.len(), &omega());
@@ -43,7 +43,7 @@ fn at_points(points: &[f64]) -> CoupledDae<RodDae> {
     CoupledDae::new(rod, vec![oscillators])
 }
 
-/// `n` numbers of each of `places`, positions and velocities, of `place`.
+/// Extracts the positions and velocities of `place` from the states of `places` chains with `n` oscillators each.
 fn of_place(states: &[f64], places: usize, place: usize) -> Vec<f64> {
     let half = states.len() / 2;
     let n = half / places;
@@ -51,7 +51,7 @@ fn of_place(states: &[f64], places: usize, place: usize) -> Vec<f64> {
     [&states[..half][own.clone()], &states[half..][own]].concat()
 }
 
-/// The states of a single chain at each of `places`.
+/// Returns the states of a single chain repeated at each of `places`.
 fn repeated(states: &[f64], places: usize) -> Vec<f64> {
     let (y, w) = states.split_at(states.len() / 2);
     [y.repeat(places), w.repeat(places)].concat()
@@ -73,7 +73,7 @@ fn places_with_the_same_drive_are_the_single_chain_bit_by_bit() {
     many.residual(0.4, &repeat(&y), &repeat(&y_dot), &mut of_many)
         .unwrap();
     assert!(of_many == repeat(&residual));
-    // The derivative, too: a direction repeated has its image repeated.
+    // Checks the derivative, too: the image of a repeated direction is repeated.
     let image = |dae: &mut CoupledDae<RodDae>, y: &[f64], y_dot: &[f64], x: &[f64]| {
         let pattern = dae.jacobian_pattern();
         let mut values = vec![0.0; pattern.nnz()];
@@ -90,7 +90,7 @@ fn places_with_the_same_drive_are_the_single_chain_bit_by_bit() {
     let of_many = image(&mut many, &repeat(&y), &repeat(&y_dot), &repeat(&x));
     let scale = of_single.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     for (many, single) in of_many.iter().zip(repeat(&of_single)) {
-        // Rounding of sums in another order.
+        // Rounding of sums that are computed in a different order.
         assert!((many - single).abs() < 1e-14 * scale, "{many} {single}");
     }
 }

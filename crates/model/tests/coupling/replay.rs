@@ -1,4 +1,4 @@
-//! Chains coupled to a body, and the same chains driven by its recorded motion.
+//! Chains coupled to a body, compared with chains driven by its recorded motion.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use myovib_model::paper;
 
 const T_END: f64 = 6.0;
 
-/// The largest difference in Ψ of two runs at the same sample times.
+/// Returns the largest difference of Ψ of two runs at the same sample times.
 fn apart(
     a: &myovib_model::coupling::CoherenceHistory,
     b: &myovib_model::coupling::CoherenceHistory,
@@ -23,7 +23,7 @@ fn apart(
 fn the_replayed_rod_drives_the_chain_as_the_rod_does() {
     let chain = paper::chain(5, 0.5).unwrap();
     let tolerances = StateTolerances::default();
-    // A strong drive, so that the motion replayed matters.
+    // The drive is strong, so that the replayed motion affects the result.
     let gain = 4000.0;
     let together = rod_and_chain(&chain, gain);
     let y = vec![0.0; together.n_unknowns()];
@@ -38,8 +38,8 @@ fn the_replayed_rod_drives_the_chain_as_the_rod_does() {
     let y = vec![0.0; replayed.n_unknowns()];
     let mut replayed = start(replayed, tolerances, T_END, &y);
     let (afterwards, _) = observe(&mut replayed, EVERY, T_END, &mut []);
-    // Relative local errors of 1e-7 of a motion of size 2. Over 6 s × 8 cycles × about 250 steps
-    // they add up with random signs: 2e-7 √12000 = 2e-5 at most.
+    // The relative local errors are 1e-7, for a motion of size 2. Over 6 s × 8 cycles × about 250 steps they accumulate
+    // with random signs to at most 2e-7 √12000 = 2e-5.
     let distance = apart(&at_once, &afterwards);
     assert!(distance < 2e-5, "{distance:e}");
 }

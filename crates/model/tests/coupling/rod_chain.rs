@@ -1,5 +1,5 @@
-//! The paper's section 3.1 with the rod itself: the settled coherence of its chains. Numbers of an
-//! independent integration, to the digits it states.
+//! The settled coherence of the chains of the paper's section 3.1, with the rod. The reference values are from an
+//! independent integration, with all its printed digits.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ fn twenty_oscillators_on_the_rod_settle_where_they_should() {
     let (history, _) = from_rest(&paper::chain(20, 0.05).unwrap(), 1.0, 200.0);
     let settled = history.settled(20.0).unwrap();
     let (strength, phase) = (settled.centroid, settled.phase);
-    // Means over 20 s of Figure 3's chain, integrated by an independent program, with its margins.
+    // Averages over 20 s for the chain of Figure 3, integrated by an independent program, with its error bounds.
     assert!((strength.mean - 1.642).abs() < 0.002, "{strength:?}");
     assert!((phase.mean - 0.836).abs() < 0.001, "{phase:?}");
     assert!((strength.min - 1.62).abs() < 0.005, "{strength:?}");
@@ -44,19 +44,19 @@ fn identical_oscillators_move_as_one() {
     let psi = |n: usize| {
         let (history, _) = from_rest(&paper::chain(n, 0.0).unwrap(), 1.0, 5.0);
         let moving = history.coherence().split_off(1);
-        // A mean of n equal unit numbers: n roundings.
+        // Mean of n equal numbers of size 1: n rounding errors.
         assert!(moving.iter().all(|chi| (chi - 1.0).abs() < 1e-14));
         history.centroid
     };
     let (one, many) = (psi(1), psi(7));
     let apart = one.iter().zip(&many).map(|(a, b)| (a - b).norm());
     let apart = apart.fold(0.0, f64::max);
-    // The same equations, but other steps, as the rod weighs differently in the norm: two runs
-    // within the tolerance, 1e-7 of a motion of 2 over √10000 steps.
+    // The equations are equal, but the steps differ because the rod has a different weight in the norm. Both runs are
+    // within the tolerance: 1e-7 of a motion of size 2, times the square root of 10000 steps.
     assert!(apart < 2e-5, "{apart:e}");
 }
 
-/// The paper, section 3.1: a wider range of frequencies or a smaller D reduces the coherence.
+/// A wider range of frequencies or a smaller D reduces the coherence (section 3.1 of the paper).
 #[test]
 fn wider_detuning_and_weaker_coupling_cost_coherence() {
     let coherence = |half_width: f64, coupling: f64| {
@@ -75,7 +75,7 @@ fn wider_detuning_and_weaker_coupling_cost_coherence() {
     assert!(coherence(0.5, 6.0) > paper && paper > coherence(0.5, 1.5));
 }
 
-/// How the paper's chain of twenty follows the rod's motion under a gain, up to an end time.
+/// Evaluates how the paper's chain of twenty oscillators follows the rod's motion with a gain up to an end time.
 fn judged(rod: &Arc<Recording>, gain: f64, t_end: f64) -> (Synchrony, Settling) {
     let chain = paper::chain(20, 0.05).unwrap();
     let dae = chain_alone(&chain, gain, Source::Recorded(Arc::clone(rod)));
@@ -90,7 +90,7 @@ fn judged(rod: &Arc<Recording>, gain: f64, t_end: f64) -> (Synchrony, Settling) 
     (LockCriterion::default().judge(&settled, 8.0), settled)
 }
 
-/// A free chain synchronizes; a strong drive entrains it, first in frequency only.
+/// A free chain synchronizes. A strong drive entrains it: first only in frequency, then also in coherence.
 #[test]
 fn locking_needs_frequency_and_coherence() {
     let rod = Arc::new(recorded_rod(100.0).0);
@@ -120,7 +120,7 @@ fn locking_needs_frequency_and_coherence() {
     });
 }
 
-/// At 3500 the centroid beats for 150 s before it gives in, and stays scattered.
+/// At a gain of 3500 the centroid beats for 150 s before it follows the drive, and the chain remains incoherent.
 #[test]
 #[ignore = "slow"]
 fn a_chain_may_give_in_late() {

@@ -24,7 +24,7 @@ use rand::{Rng, SeedableRng};
 /// Oscillators at a place.
 const N: usize = 3;
 
-/// Tension out of step, and in step.
+/// Tension of incoherent and of coherent oscillators, Pa.
 const REST: f64 = 5e3;
 const COHERENT: f64 = 2e4;
 
@@ -48,7 +48,7 @@ fn block(dimension: usize) -> Mesh {
     }
 }
 
-/// A block held on its left, the first half of whose elements can contract.
+/// Returns a block fixed on its left; the first half of its elements can contract.
 pub(crate) fn body(dimension: usize, kappa: f64, beta: f64) -> (Muscle, Vec<usize>) {
     let mesh = block(dimension);
     let active: Vec<usize> = (0..mesh.n_elements() / 2).collect();
@@ -90,7 +90,7 @@ pub(crate) fn chains(dae: &MuscleDae, elements: &[usize], skipped: usize) -> Osc
     let at =
         |&element: &usize| Source::Body(dae.displacement_at(&Probe::in_element(space, element), 1));
     let drive = Drive {
-        // Enough for limit cycles within the run below.
+        // Large enough for limit cycles within the run below.
         gain: 4e5,
         reach: Reach::All,
     };
@@ -98,7 +98,7 @@ pub(crate) fn chains(dae: &MuscleDae, elements: &[usize], skipped: usize) -> Osc
     Oscillators::new(network, drive, elements.iter().map(at).collect()).unwrap()
 }
 
-/// Chains of a network that stiffen, or contract, their own elements.
+/// Creates the feedback of a network whose chains stiffen or contract their own elements.
 pub(crate) fn feedback(
     dae: &MuscleDae,
     network: usize,
@@ -158,7 +158,7 @@ pub(crate) fn cases() -> Vec<(Formulation, f64, f64)> {
     cases
 }
 
-/// Magnitudes of the unknowns: strains of some per cent; oscillators near their smoothing radius.
+/// Returns typical magnitudes of the unknowns: strains of several percent, and oscillators near their smoothing radius.
 fn sizes(dae: &FeedbackDae) -> Vec<f64> {
     let mut size = dae.one_way().body().layout().fill(|field| match field {
         Field::Displacement => 0.02,
@@ -207,7 +207,7 @@ fn tension_follows_chains_where_stress_relaxes() {
     }
 }
 
-/// The body with stress relaxation in half of its active elements.
+/// Returns the body with viscoelastic stress in half of its active elements.
 pub(crate) fn relaxing_body(dimension: usize, kappa: f64, beta: f64) -> (Muscle, Vec<usize>) {
     let (mut muscle, active) = body(dimension, kappa, beta);
     let terms = [[0.4, 0.02], [0.3, 0.2]];
@@ -251,14 +251,13 @@ pub(crate) fn assert_solved_by_differences(mut dae: FeedbackDae, case: &str, rng
             .fold(0.0_f64, |m, r| m.max(r.abs()));
         for row in range {
             let error = (found[row] - right[row]).abs() / largest;
-            // Truncation and rounding of the differences; a missing term gives an error of 1e-2 or
-            // more.
+            // Truncation and rounding errors of the differences; a missing term results in an error of 1e-2 or more.
             assert!(error < 1e-4, "{case}, row {row}: {error:e}");
         }
     }
 }
 
-/// (F(y + ε x, ẏ + ε c x) − F(y − ε x, ẏ − ε c x))/2ε.
+/// Returns (F(y + ε x, ẏ + ε c x) − F(y − ε x, ẏ − ε c x))/2ε.
 fn along(dae: &mut FeedbackDae, [y, y_dot]: [&[f64]; 2], x: &[f64], c: f64) -> Vec<f64> {
     let step = 1e-6;
     let mut at = |step: f64| {
@@ -285,7 +284,7 @@ pub(crate) fn assert_solved(mut dae: FeedbackDae, case: &str, rng: &mut StdRng) 
     let [y, direction] = [(); 2].map(|()| draw(&size, 1.0, rng));
     let y_dot = draw(&size, 10.0, rng);
     let error = jacobian_error(&mut dae, 0.1, [&y, &y_dot, &direction], [1.3, 70.0]);
-    // As for other coupled systems: truncation and rounding of the differences.
+    // Truncation and rounding errors of the differences, as for other coupled systems.
     assert!(error < 1e-6, "{case}: {error:e}");
 
     let klu = SparseOptions::default();
@@ -305,8 +304,7 @@ pub(crate) fn assert_solved(mut dae: FeedbackDae, case: &str, rng: &mut StdRng) 
     let b = draw(&ones, 1.0, rng);
     let mut x = b.clone();
     solver.solve_real(&mut dae, &mut x).unwrap();
-    // A row holds some hundred products, each rounded a few times on its way through the
-    // elimination.
+    // A row contains about a hundred products, each rounded a few times during the elimination.
     let rounding = 1e4 * f64::EPSILON;
     let real = backward_error(&mut dae, 0.1, [&y, &y_dot], c, &b, &x);
     assert!(real < rounding, "{case}: {real:e}");
@@ -363,7 +361,7 @@ fn tensions_are_those_of_the_coherence() {
         false,
     );
     let mut y = vec![0.0; dae.n_unknowns()];
-    // All oscillators of one place are far from rest in one direction: coherent up to ε²/r².
+    // All oscillators of one place are displaced far in the same direction, so the coherence is 1 up to ε²/r².
     let network = dae.one_way().range(1);
     y[network.start + N..][..N].fill(1e6);
     let snapshot = dae.muscle_at(&y).snapshot(0.0, &y, &[]);
@@ -382,7 +380,7 @@ fn tensions_are_those_of_the_coherence() {
     let means = dae.factors(&y);
     let mean = REST + (COHERENT - REST) / active.len() as f64;
     assert!((means[1] - mean).abs() < 1e-8 && (means[0] - 3.0).abs() < 1e-8);
-    // Without oscillators, the body equals a body with oscillators out of step.
+    // Without oscillators, the body equals a body with incoherent oscillators.
     let given = Muscle {
         activations: vec![(0, Activation::Given(Signal::constant(REST)))],
         ..muscle.clone()
@@ -399,7 +397,8 @@ fn tensions_are_those_of_the_coherence() {
     assert_eq!(indices, dae.one_way().indices());
 }
 
-/// A motion of the block by its load, from rest without tension, to its end and the work it took.
+/// Integrates a motion of the block under its load, starting at rest without tension. Returns the state at the end, the
+/// number of steps, and the system.
 fn run(
     integrator: IntegratorKind,
     linear_solver: LinearSolverKind,
@@ -451,11 +450,11 @@ fn eliminated_and_full_runs_agree() {
     for integrator in [IntegratorKind::Bdf, IntegratorKind::Radau5] {
         let (y, steps, dae) = run(integrator, LinearSolverKind::Condensed);
         let (y_full, steps_full, full) = run(integrator, LinearSolverKind::Full);
-        // Only the body's matrix is factorized.
+        // Only the matrix of the body is factorized.
         let work = |dae: &FeedbackDae| *dae.one_way().body().counters();
         assert!(work(&dae).linear.solves > 0 && work(&full).linear.solves == 0);
         assert!(work(&dae).coherence_passes > 0);
-        // Rounding moves single Newton iterations and rejections.
+        // Rounding changes single Newton iterations and rejections.
         assert!(
             (steps / steps_full - 1.0).abs() <= 0.02,
             "{steps} {steps_full}"
@@ -473,7 +472,7 @@ fn eliminated_and_full_runs_agree() {
                 .fold(0.0, |m: f64, x| m.max(x.abs()));
             let pairs = y[range.clone()].iter().zip(&y_full[range]);
             let error = pairs.fold(0.0, |m: f64, (a, b)| m.max((a - b).abs())) / largest;
-            // The tolerance: both runs err by no more than a part of it.
+            // The tolerance, which is larger than the errors of both runs.
             assert!(error < 1e-3, "{integrator:?}: {error:e}");
         }
     }

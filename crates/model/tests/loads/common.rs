@@ -3,7 +3,7 @@
 use myovib_fem::generate;
 use myovib_model::{AbsoluteTolerances, Formulation, MuscleDae, Signal, paper};
 
-/// A damped beam under a traction that follows `signal`.
+/// Returns a damped beam under a traction that follows `signal`.
 pub(crate) fn beam(formulation: Formulation, kappa: f64, signal: Signal) -> MuscleDae {
     let mesh = generate::beam(0.1, 0.02, [4, 1]).unwrap();
     let beta = match formulation {
@@ -15,7 +15,7 @@ pub(crate) fn beam(formulation: Formulation, kappa: f64, signal: Signal) -> Musc
     MuscleDae::new(muscle, formulation).unwrap()
 }
 
-/// In proportion to the sizes of its unknowns.
+/// Returns absolute tolerances in proportion to the magnitudes of the unknowns.
 pub(crate) fn tolerances(rtol: f64) -> AbsoluteTolerances {
     AbsoluteTolerances {
         displacement: 1e-3 * rtol,

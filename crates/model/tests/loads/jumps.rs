@@ -1,4 +1,4 @@
-//! Signals that drive a system may jump: integrators stop at the jump and restart after it.
+//! Signals with jumps: integrators stop at the jump and restart after it.
 
 use std::f64::consts::TAU;
 
@@ -22,7 +22,7 @@ fn jump(value: f64, start: f64) -> Signal {
     })
 }
 
-/// y at so many times per second, as a run sees it.
+/// Returns y at intervals of `every` seconds, as sampled by a run.
 fn rows<P: Problem>(integrator: &mut dyn Integrator<P>, every: f64, t_end: f64) -> Vec<Vec<f64>> {
     let n = integrator.problem().n_unknowns();
     let mut rows = Vec::new();
@@ -37,7 +37,7 @@ fn rows<P: Problem>(integrator: &mut dyn Integrator<P>, every: f64, t_end: f64) 
     rows
 }
 
-/// A rod of one element is an oscillator: m ü + k u = f, of 5 Hz here, hit at t = 0, 0.31 and 0.62.
+/// A rod of one element is an oscillator m ü + k u = f, here of 5 Hz. Impacts act on it at t = 0, 0.31 and 0.62.
 #[test]
 fn an_oscillator_under_an_impact_moves_as_in_the_closed_form() {
     let rod = Rod::new(RodData {
@@ -51,7 +51,7 @@ fn an_oscillator_under_an_impact_moves_as_in_the_closed_form() {
     .unwrap();
     let omega = (rod.stiffness().values()[0] / rod.mass().values()[0]).sqrt();
     assert!((omega / TAU - 5.0).abs() < 1e-12, "{omega}");
-    // Under a steady traction τ the end moves by τ L.
+    // Under a constant traction τ, the end moves by τ L.
     let hits = [(1.0, 0.0), (-2.5, 0.31), (0.75, 0.62)];
     let exact = |t: f64| {
         let of_hit = |(value, start): &(f64, f64)| {
@@ -84,7 +84,8 @@ fn an_oscillator_under_an_impact_moves_as_in_the_closed_form() {
                 [(y[0] - u).abs(), (y[1] - v).abs() / omega]
             });
             let worst = worst.fold(0.0, f64::max);
-            // |u| is 5 at most. Radau IIA holds ten tolerances of it; each of BDF's steps may add one.
+            // |u| is at most 5. The error of Radau IIA is at most ten tolerances; with BDF, the error may increase by
+            // one tolerance per step.
             let most = match integrator {
                 IntegratorKind::Bdf => integrator_of_it.counts().steps as f64,
                 _ => 10.0,
@@ -112,7 +113,7 @@ fn settings(integrator: IntegratorKind, formulation: Formulation, rtol: f64) -> 
     }
 }
 
-/// Displacements and pressures at equidistant times.
+/// Returns displacements and pressures at equidistant times.
 fn motion(dae: MuscleDae, settings: &Settings) -> Vec<[Vec<f64>; 2]> {
     let ranges = [Field::Displacement, Field::Pressure].map(|field| dae.layout().range(field));
     let mut integrator = start_at_rest(dae, settings).unwrap();
@@ -125,7 +126,7 @@ fn motion(dae: MuscleDae, settings: &Settings) -> Vec<[Vec<f64>; 2]> {
     .collect()
 }
 
-/// The largest difference of each, as a fraction of the largest value.
+/// Returns the largest differences of displacements and pressures, as fractions of their largest values.
 fn apart(a: &[[Vec<f64>; 2]], b: &[[Vec<f64>; 2]]) -> [f64; 2] {
     [0, 1].map(|k| {
         let pairs = || {
@@ -144,9 +145,9 @@ fn apart(a: &[[Vec<f64>; 2]], b: &[[Vec<f64>; 2]]) -> [f64; 2] {
     })
 }
 
-/// A body under a sudden load and release moves, with every method and formulation, like a body
-/// whose load rises within a thousandth of the shortest time scale. The latter contains no jump, so
-/// it is an independent way to the same motion.
+/// With every method and formulation, a body under a sudden load and release moves like a body whose load rises within
+/// a thousandth of the shortest time scale. The latter load has no jump, so the comparison is independent of the
+/// treatment of jumps.
 #[test]
 fn a_jump_is_the_limit_of_a_steep_rise() {
     use Formulation::{Displacement, ImplicitRate, Position, Rate, Stabilized, Velocity};
@@ -180,8 +181,8 @@ fn a_jump_is_the_limit_of_a_steep_rise() {
             let dae = beam(formulation, kappa, load(0.0));
             let found = motion(dae, &settings(integrator, formulation, 1e-5));
             let off = apart(&steep, &found);
-            // One tolerance for displacements and ten for pressures; 20 and 1000 by BDF, which adds
-            // up errors, and whose test leaves multipliers out.
+            // One tolerance for displacements and ten for pressures. For BDF 20 and 1000 tolerances, because its errors
+            // accumulate and its error test excludes multipliers.
             let most = match integrator {
                 IntegratorKind::Bdf => [2e-4, 1e-2],
                 _ => [1e-5, 1e-4],
@@ -192,8 +193,8 @@ fn a_jump_is_the_limit_of_a_steep_rise() {
     }
 }
 
-/// A state saved at a jump is the state before it; a run restarted from it passes the jump in the
-/// same way.
+/// A state saved at a jump is the state before the jump. A run resumed from it passes the jump with bitwise identical
+/// results.
 #[test]
 fn a_run_saved_at_a_jump_goes_on_bit_by_bit() {
     let formulation = Formulation::Stabilized;
@@ -212,7 +213,7 @@ fn a_run_saved_at_a_jump_goes_on_bit_by_bit() {
         assert_eq!(again.advance().unwrap(), Advance::Stepped);
         assert_eq!(again.save(), whole.save());
     }
-    // Steps are counted over all starts: more than in the last start alone.
+    // Steps are counted over all starts, so there are more than in the last start alone.
     assert_eq!(again.advance().unwrap(), Advance::Finished);
     assert_eq!(again.counts(), whole.counts());
     assert!(again.time() > 0.1);

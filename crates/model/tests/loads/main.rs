@@ -1,4 +1,4 @@
-//! Loads that change abruptly: no load is stepped over, and a jump restarts the method.
+//! Loads that change abruptly: steps must not pass over a load, and a jump restarts the method.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod common;

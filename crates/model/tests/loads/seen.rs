@@ -1,4 +1,4 @@
-//! No load is stepped over, by any method, without a setting of the user.
+//! No method passes over a load, without any setting by the user.
 
 use myovib_dae::Problem;
 use myovib_model::{
@@ -43,7 +43,7 @@ fn motion(signal: &Signal, settings: &Settings) -> (Vec<Vec<f64>>, Statistics) {
     (motion, statistics)
 }
 
-/// The same with steps far below all that happens.
+/// Returns the motion computed with steps much shorter than all changes of the load.
 fn reference(signal: &Signal) -> Vec<Vec<f64>> {
     let settings = Settings {
         max_step: Some(1e-3),
@@ -52,7 +52,7 @@ fn reference(signal: &Signal) -> Vec<Vec<f64>> {
     motion(signal, &settings).0
 }
 
-/// The largest displacement, and the largest difference.
+/// Returns the largest displacement, and the largest difference.
 fn compare(a: &[Vec<f64>], b: &[Vec<f64>]) -> (f64, f64) {
     let pairs = || a.iter().flatten().zip(b.iter().flatten());
     assert_eq!(a.len(), b.len());
@@ -87,8 +87,8 @@ fn check(name: &str, signal: &Signal) {
     for integrator in IntegratorKind::ALL {
         let (motion, statistics) = motion(signal, &settings(integrator, 1e-4));
         let (size, difference) = compare(&reference, &motion);
-        // Local errors of 1e-4 add up to this value over the memory of the beam; a missed load
-        // gives an error of its full size.
+        // Local errors of 1e-4 accumulate to this value until they decay; a missed load would cause an error of its
+        // full size.
         assert!(
             difference < 1e-2 * size,
             "{name}, {integrator:?}: off by {difference:e} of {size:e} in {} steps",
@@ -97,7 +97,7 @@ fn check(name: &str, signal: &Signal) {
     }
 }
 
-/// Regression: pulses that begin after a rest were stepped over and called finished.
+/// Regression: steps passed over pulses that begin after a period of rest, and the run was reported as finished.
 #[test]
 fn pulses_ramps_and_tables_after_a_rest_are_seen() {
     check("a pulse of 100 ms", &pulse(100.0, 1.0, 0.1, 0.02));
@@ -127,7 +127,7 @@ fn pulses_ramps_and_tables_after_a_rest_are_seen() {
     check("a burst of 100 Hz", &burst);
 }
 
-/// A random load: jumps, pulses, ramps and a table with a bump, somewhere in the first 1.5 s.
+/// Returns a random load: jumps, pulses, ramps and a table with a bump, within the first 1.5 s.
 fn random_load(draw: &mut impl FnMut() -> f64) -> Signal {
     let parts = (0..1 + (3.0 * draw()) as usize).map(|_| {
         let (value, start) = (40.0 * (draw() - 0.5), 0.1 + 1.3 * draw());
@@ -150,10 +150,10 @@ fn random_load(draw: &mut impl FnMut() -> f64) -> Signal {
     Signal::sum(parts.collect())
 }
 
-/// Property: for any load, each method agrees with a solution with small steps.
+/// Checks random loads: each method agrees with a solution computed with small steps.
 #[test]
 fn random_loads_are_seen_by_all_methods() {
-    // A linear congruential generator will do (Knuth's MMIX).
+    // A linear congruential generator is sufficient (Knuth's MMIX).
     let mut state = 1_u64;
     let mut draw = || {
         state = state

@@ -31,7 +31,7 @@ fn start(integrator: IntegratorKind) -> Run {
     builder.build_with(matrices, 0.0, &rest, &rest).unwrap()
 }
 
-/// J = Σ_k u_y(t_k)²/2 at the origin: its derivative with respect to y at a time with known u_y.
+/// Returns the derivative of J = Σ_k u_y(t_k)²/2 at the origin with respect to y, at a time with known u_y.
 fn cotangent(dae: &MuscleDae, y: &[f64]) -> Vec<f64> {
     let probe = Probe::at(dae.muscle().solid.space(), [0.0, 0.0]).unwrap();
     let displacement = dae.displacement_at(&probe, 1);
@@ -144,8 +144,7 @@ fn forward(integrator: IntegratorKind, all: Vec<Vec<f64>>) -> Vec<f64> {
     sums
 }
 
-/// The issue requires ten digits, for directions in which all elements contribute and for single
-/// elements.
+/// Checks ten digits of the gradient, for directions to which all elements contribute and for single elements.
 #[test]
 fn the_gradient_by_311_stiffnesses_is_that_of_forward_sensitivities() {
     for integrator in [

@@ -49,7 +49,7 @@ impl Run {
 
     fn until(mut self, t_end: f64) -> Self {
         self.settings.t_end = t_end;
-        // The stops looked at are those after a first step of this size from rest.
+        // The test considers stops after a first step of this size from rest.
         self.settings.initial_step = Some(1e-3 * t_end);
         self
     }
@@ -58,12 +58,12 @@ impl Run {
         let muscle = paper::muscle(&self.mesh, INFINITE, self.beta).unwrap();
         let dae = MuscleDae::new(muscle, self.formulation).unwrap();
         let mut integrator = start_at_rest(dae, &self.settings).unwrap();
-        // Against a remedy that makes the run crawl instead.
+        // Detects a remedy with which the run takes extremely small steps.
         let mut limits = Limits::new(60.0, None);
         run(&mut *integrator, &mut [&mut limits]).unwrap()
     }
 
-    /// The message with which it stops.
+    /// Returns the message with which the run stops.
     fn message(&self) -> String {
         match self.integrate().outcome {
             Outcome::Stopped { message, .. } => message,
@@ -76,7 +76,7 @@ impl Run {
         Advice::new(&muscle, self.formulation, &self.settings)
     }
 
-    /// Stops with the words of its advice; each remedy alone brings it to the end.
+    /// Checks that the run stops with the words of its advice, and that each remedy alone leads to the end.
     fn stops_and_every_remedy_works(&self, words: &[&str]) {
         let message = self.message();
         for word in words {
@@ -137,7 +137,7 @@ fn mu_in_the_error_test() {
         .stops_and_every_remedy_works(&["index 3", "p_rate (index 3)", "exclude p, p_rate"]);
 }
 
-/// The same at a tolerance of 1e-6, order 2.
+/// μ of (29) in the error test at a tolerance of 1e-6, order 2.
 #[test]
 fn mu_in_the_error_test_at_a_tight_tolerance() {
     Run::new(muscle(), Formulation::Rate, 1e-4, &[], 2)
@@ -177,7 +177,7 @@ fn check_warns_in_the_same_words() {
     assert!(report.findings.is_empty(), "{:?}", report.findings);
 }
 
-/// Regression: `check` had no objections to a mesh in mm, nor to a run of 8e10 periods.
+/// Regression: `check` did not object to a mesh in mm, nor to a run of 8e10 periods.
 #[test]
 fn check_names_units_that_do_not_go_together_and_endless_runs() {
     let mut run = Run::new(spindle(), Formulation::Position, 0.0, &[Field::Pressure], 2);
@@ -226,7 +226,7 @@ fn a_tight_tolerance_wants_weights_that_follow_the_step() {
     assert!(radau.advice().findings().is_empty());
 }
 
-/// BDF's order is bounded by the damping of the modes that steps do not resolve.
+/// The maximum order of BDF is limited by the damping of the modes that steps do not resolve.
 #[test]
 fn order_by_damping() {
     let order = |beta: f64| {
@@ -239,7 +239,7 @@ fn order_by_damping() {
     assert_eq!([1e-4, 4e-4, 1.4e-3, 3e-3].map(order), [2, 3, 4, 5]);
 }
 
-/// A problem of which only the work and the least det F matter.
+/// A problem that provides only its work counters and the smallest det F.
 struct Strained {
     work: WorkCounters,
     ratio: f64,
@@ -259,7 +259,7 @@ impl WithMuscle for Strained {
     }
 }
 
-/// An integrator of which only the inversions met in each step, and how the last one ends, matter.
+/// An integrator that provides only the inversions in each step, and the outcome of the last step.
 struct Scripted {
     problem: Strained,
     inversions: VecDeque<u64>,
@@ -310,7 +310,7 @@ impl Integrator<Strained> for Scripted {
     }
 }
 
-/// The element with the least det F.
+/// The element with the smallest det F.
 const FLATTEST: usize = 3;
 
 const ELEMENT: Inverted = Inverted {
@@ -339,7 +339,7 @@ fn only_an_inversion_that_the_run_did_not_get_past_is_at_fault() {
         else {
             panic!("the script ends in a stop");
         };
-        // Either the element is blamed or the index.
+        // The advice names either the element or the index as the cause.
         let blamed = message.contains("element 7");
         assert_eq!(message.contains("p (index 3)"), !blamed, "{message}");
         assert_eq!(inverted, blamed.then_some(ELEMENT));
@@ -349,11 +349,11 @@ fn only_an_inversion_that_the_run_did_not_get_past_is_at_fault() {
     assert!(named([1, 1], EndReason::ResidualFailed));
     // A step was taken since.
     assert!(!named([3, 0], EndReason::ConvergenceFailures));
-    // A state that fails the error test could be evaluated.
+    // A state that fails the error test could be evaluated, so no element was inverted.
     assert!(!named([0, 2], EndReason::ErrorTestFailures));
 }
 
-/// Stopped by the error test, without inversion, with a least det F of 0.1 or of 0.9.
+/// A run stopped by the error test without inversions, with a smallest det F of 0.1 or of 0.9.
 #[test]
 fn a_flat_element_is_blamed_before_the_index() {
     let message = |ratio: f64| {

@@ -10,7 +10,7 @@ use myovib_structure::Mode;
 const SHEAR: f64 = 1e4;
 const SLENDERNESS: f64 = 50.0;
 
-/// A clamped column of length 1 under `part` of Euler's load π² EI/4, with EI for plane strain.
+/// Returns a clamped column of length 1 under `part` of Euler's load π² EI/4, with EI for plane strain.
 fn column(part: f64, kappa: f64) -> Muscle {
     let mesh = generate::beam(1.0, 1.0 / SLENDERNESS, [100, 2]).unwrap();
     let law = myovib_fem::Law::MooneyRivlin {
@@ -28,7 +28,7 @@ fn column(part: f64, kappa: f64) -> Muscle {
     muscle
 }
 
-/// The lowest modes of the column, and in how many directions it is not stable.
+/// Returns the lowest modes of the column and the number of its unstable directions.
 fn modes(part: f64, kappa: f64) -> (Vec<Mode>, usize) {
     let muscle = column(part, kappa);
     let at = equilibrium(&muscle, Formulation::Position, 0.0).unwrap();
@@ -36,7 +36,8 @@ fn modes(part: f64, kappa: f64) -> (Vec<Mode>, usize) {
     (found, at.instabilities.unwrap())
 }
 
-/// The first root ω √(m L⁴/EI) of a clamped beam under P = `part` π²/4 EI/L²: w'' and EI w''' + P w' vanish at its end.
+/// Returns the first root ω √(m L⁴/EI) of a clamped beam under P = `part` π²/4 EI/L², for which w'' and EI w''' + P w'
+/// vanish at the free end.
 fn beam(part: f64) -> f64 {
     let load = part * PI * PI / 4.0;
     let determinant = |omega: f64| {

@@ -29,7 +29,7 @@ fn muscle_mesh() -> Mesh {
     .unwrap()
 }
 
-/// All that can be run, on the paper's mesh.
+/// Returns all combinations that can be run, on the paper's mesh.
 fn daes() -> Vec<MuscleDae> {
     let mut daes = Vec::new();
     for formulation in Formulation::ALL {
@@ -51,7 +51,8 @@ fn daes() -> Vec<MuscleDae> {
     daes
 }
 
-/// A state at small strain of all fields' natural size in a run of the paper.
+/// Returns a random state with small strains in which all fields have typical magnitudes of the paper's run, and its
+/// derivatives.
 fn random_state(dae: &MuscleDae, rng: &mut StdRng) -> (Vec<f64>, Vec<f64>) {
     let size = dae.layout().fill(|field| match field {
         Field::Displacement => 1e-4,
@@ -69,8 +70,7 @@ fn random_state(dae: &MuscleDae, rng: &mut StdRng) -> (Vec<f64>, Vec<f64>) {
     (draw(1.0), draw(50.0))
 }
 
-/// max_i |b - A x|_i / (|A||x| + |b|)_i in the full system,
-/// with the (column, row) of each entry.
+/// Returns max_i |b - A x|_i / (|A||x| + |b|)_i in the full system, with the (column, row) of each entry.
 fn backward_error<T: Scalar>(
     entries: impl Iterator<Item = (usize, usize)>,
     values: &[T],
@@ -132,18 +132,18 @@ fn solve_and_measure<T: Scalar>(
     (errors, work.factor_entries)
 }
 
-/// A row holds some fifty products, each rounded a few times on its way through the elimination.
+/// A row contains about fifty products, each rounded a few times during the elimination.
 const ROUNDING: f64 = 1e3 * f64::EPSILON;
 
-/// Transposed solves are not refined, and have the error of fixed pivots; other solves are refined
-/// from 1e-12 on.
+/// Transposed solves are not refined, so they have the error of fixed pivots; other solves are refined if their error
+/// exceeds 1e-12.
 const UNCHECKED: f64 = 1e-12;
 
 #[test]
 fn reduced_solution_solves_the_full_system_to_rounding() {
     let mut rng = StdRng::seed_from_u64(29);
     let daes = daes();
-    // Two laws of: displacement with and without damping, position, velocity with both κ, rate and
+    // For each of two laws: displacement with and without damping, position, velocity with both κ, rate and
     // implicit-rate with both κ, stabilized.
     assert_eq!(daes.len(), 2 * (2 + 2 + 2 + 2 + 2 + 1));
     // Below and above the fastest vibrations of the mesh, where stiffness or inertia dominates.
@@ -174,7 +174,7 @@ fn reduced_solution_solves_the_full_system_to_rounding() {
     }
 }
 
-/// A block in 3D, damped by β, under a follower pressure if `pressed`.
+/// Returns a block in 3D, damped by β, under a follower pressure if `pressed`.
 fn block(formulation: Formulation, beta: f64, pressed: bool) -> MuscleDae {
     let mesh = generate::block([0.0; 3], [0.05, 0.04, 0.04], [2, 1, 1]).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
@@ -206,7 +206,7 @@ fn in_space_damped_matrices_are_nearly_those_of_the_full_system() {
             });
             let y: Vec<f64> = y.iter().zip(slow).map(|(y, slow)| y * slow).collect();
             let y_dot: Vec<f64> = y_dot.iter().map(|y_dot| y_dot * speed).collect();
-            // The same right-hand side each time.
+            // The right-hand side is always the same.
             let rng = &mut StdRng::seed_from_u64(32);
             solve_and_measure(&mut dae, (y, y_dot), SHIFT, draw_complex, rng).0
         };
@@ -234,7 +234,7 @@ fn in_space_damping_and_pressures_leave_factors_of_symmetric_matrices() {
     let symmetric = entries(Formulation::Position, 0.0, false);
     assert_eq!(entries(Formulation::Position, 0.0, true), symmetric);
     assert_eq!(entries(Formulation::ImplicitRate, 1e-3, true), symmetric);
-    // The constraint differentiated is not symmetric.
+    // The differentiated constraint is not symmetric.
     assert!(entries(Formulation::Velocity, 0.0, false) > symmetric);
 }
 
@@ -271,7 +271,7 @@ fn condensed_and_full_runs_take_the_same_steps() {
             steps(LinearSolverKind::Condensed),
             steps(LinearSolverKind::Full),
         );
-        // Rounding changes a few Newton iterations and rejections; 2 % is about 60 of 3000 steps.
+        // Rounding changes a few Newton iterations and rejections; 2 % of 3000 steps are about 60.
         assert!(
             (condensed / full - 1.0).abs() <= 0.02,
             "{formulation}: {condensed} and {full}"

@@ -1,4 +1,4 @@
-//! A muscle with a chain applies the settings of the muscle, or rejects them.
+//! The settings of a muscle are also applied, or rejected, if the muscle has a chain.
 
 use myovib_dae::Problem;
 use myovib_fem::generate;
@@ -14,7 +14,7 @@ use myovib_oscillators::{Drive, SmoothCoherence};
 
 const T_END: f64 = 0.5;
 
-/// An incompressible beam whose tip drives a chain, with the drift of `velocity`.
+/// Returns an incompressible beam in the formulation `velocity`, which drifts, whose tip drives a chain.
 fn beam_and_chain() -> CoupledDae<MuscleDae> {
     let mesh = generate::beam(0.1, 0.02, [4, 1]).unwrap();
     let infinite = f64::INFINITY;
@@ -34,7 +34,7 @@ fn settings() -> Settings {
     }
 }
 
-/// Steps, and the constraint drift at the end.
+/// Returns the number of steps, and the constraint drift at the end.
 fn end(settings: &Settings) -> Result<(u64, f64), ModelError> {
     let dae = beam_and_chain();
     let loose = StateTolerances {
@@ -56,7 +56,7 @@ fn end(settings: &Settings) -> Result<(u64, f64), ModelError> {
     Ok((statistics.counts.steps, drift))
 }
 
-/// Regression: with a chain, both settings had no effect.
+/// Regression: both settings had no effect for a muscle with a chain.
 #[test]
 fn a_chain_changes_neither_projection_nor_weights() {
     let (steps, drift) = end(&settings()).unwrap();
@@ -73,7 +73,7 @@ fn a_chain_changes_neither_projection_nor_weights() {
         multiplier_weights: MultiplierWeights::StepScaled,
         ..settings()
     };
-    // With plain weights the multiplier in the error test stops the run or makes it crawl.
+    // With constant weights, a multiplier in the error test stops the run or causes extremely small steps.
     let (weighted, _) = end(&tested).unwrap();
     assert!(weighted < 4 * steps, "{weighted} {steps}");
 }

@@ -1,4 +1,4 @@
-//! A run's steps do not depend on its end time.
+//! The steps of a run do not depend on its end time.
 
 use myovib_dae::Problem;
 use myovib_fem::generate;
@@ -12,7 +12,7 @@ use myovib_oscillators::Drive;
 
 use sundials_wrap::IdaOptions;
 
-/// The times of the first steps, up to `t` at most.
+/// Returns the times of the first steps, up to `t` at most.
 fn steps<P>(integrator: &mut dyn Integrator<P>, t: f64) -> Vec<f64> {
     let mut times = Vec::new();
     loop {
@@ -77,7 +77,7 @@ fn a_muscle_starts_alike_for_any_end_time() {
         start_at_rest(dae, &settings).unwrap()
     };
     for integrator in [IntegratorKind::Bdf, IntegratorKind::Radau5] {
-        // Radau IIA fits the steps next to the end to it; in the first second they are below 1 s.
+        // Radau IIA adjusts the last steps to the end time; in the first second, steps are shorter than 1 s.
         let steps = |t_end: f64| steps(start(integrator, t_end).as_mut(), 1.0);
         let (short, long) = (steps(4.0), steps(5000.0));
         assert!(short.len() > 3, "{integrator:?}: {}", short.len());

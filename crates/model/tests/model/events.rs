@@ -1,4 +1,4 @@
-//! Conditions that a state meets within a step are found there, with every method.
+//! Conditions that become true within a step are located there, with every method.
 
 use std::ops::ControlFlow;
 
@@ -21,13 +21,13 @@ fn start(integrator: IntegratorKind) -> (Box<dyn Integrator<MuscleDae>>, Probe) 
     (start_at_rest(dae, &settings).unwrap(), tip)
 }
 
-/// |u| at the tip: no polynomial.
+/// Returns |u| at the tip, which is not a polynomial.
 fn size(dae: &mut MuscleDae, tip: &Probe, t: f64, y: &[f64]) -> f64 {
     let u = tip.vector(dae.nodal_motion(t, y).0);
     u.iter().map(|u| u * u).sum::<f64>().sqrt()
 }
 
-/// Everything between the steps: |u| on a raster far finer than they are.
+/// Samples |u| between the ends of steps on a grid much finer than the steps.
 struct Raster {
     tip: Probe,
     values: Vec<(f64, f64)>,
@@ -49,7 +49,7 @@ impl Observer<MuscleDae> for Raster {
     }
 }
 
-/// Ends the run where |u| exceeds a bound.
+/// Ends the run when |u| exceeds a bound.
 struct Stop {
     tip: Probe,
     above: f64,

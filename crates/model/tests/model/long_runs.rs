@@ -25,7 +25,7 @@ fn high_water() -> Option<u64> {
     line.split_whitespace().nth(1)?.parse().ok()
 }
 
-/// Looks at a quantity and at memory in the first and in the second half of a run.
+/// Records the largest value of a quantity, and the memory, in the first and in the second half of a run.
 struct Halves<F> {
     middle: f64,
     quantity: F,
@@ -63,8 +63,8 @@ fn assert_constant(name: &str, before: Option<u64>) {
     }
 }
 
-/// Runs a coupled system of a body and a chain; `quantity` is not to grow from the first half of
-/// the run to the second by more than a factor of 2.
+/// Runs a coupled system of a body and a chain, and checks that `quantity` increases from the first half of the run to
+/// the second by at most a factor of 2.
 fn long_run<B: Body>(
     name: &str,
     mut integrator: IdaIntegrator<CoupledDae<B>>,
@@ -96,7 +96,7 @@ fn oscillators(n: usize, half_width: f64, source: Displacement) -> Oscillators {
     Oscillators::new(network, Drive::default(), vec![Source::Body(source)]).unwrap()
 }
 
-/// The pendulum of index 2 over a million steps of 1 ms at most; its distance from the circle.
+/// Checks the distance of the pendulum of index 2 from its circle, over a million steps of at most 1 ms.
 fn pendulum() {
     const STEPS: u64 = 1_000_000;
     let pendulum = Pendulum::new(MechanicalForm::Stabilized);
@@ -129,7 +129,7 @@ fn pendulum() {
     assert_constant("pendulum", memory);
 }
 
-/// The rod with twenty oscillators over [0, 200] s; the largest state of the chain.
+/// Checks the largest state of the chain, for the rod with twenty oscillators over [0, 200] s.
 fn rod_with_chain() {
     const T_END: f64 = 200.0;
     let rod = paper::rod().unwrap();
@@ -158,7 +158,7 @@ fn rod_with_chain() {
     long_run("rod with chain", integrator, n, T_END, largest);
 }
 
-/// The muscle with five oscillators over [0, 50] s; the drift of its constraint.
+/// Checks the drift of the constraint, for the muscle with five oscillators over [0, 50] s.
 fn muscle_with_chain() {
     const T_END: f64 = 50.0;
     let mesh = include_str!("../../../../data/meshes/muscle.msh");

@@ -1,4 +1,4 @@
-//! Materials written outside the crates, in bodies that move.
+//! Materials defined outside the crates, used in moving bodies.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ const C10: f64 = 1e4;
 const C01: f64 = 2e2;
 const BUILT_IN: Law = Law::MooneyRivlin { c10: C10, c01: C01 };
 
-/// Mooney and Rivlin's law by its energy alone.
+/// The Mooney–Rivlin law, defined only by its energy.
 struct Rubber {
     c10: f64,
     c01: f64,
@@ -35,7 +35,7 @@ inlined! {
 static BY_REFERENCE: MooneyRivlin = MooneyRivlin { c10: C10, c01: C01 };
 static RUBBER: Rubber = Rubber { c10: C10, c01: C01 };
 
-/// A clamped body that a sine pulls at: y at t = 30 ms, and how many steps it took.
+/// Returns y at t = 30 ms and the number of steps, for a clamped body that is pulled by a sine pulse.
 fn motion(mesh: &Mesh, formulation: Formulation, law: Law) -> (Vec<f64>, u64) {
     let space = Arc::new(Space::taylor_hood(mesh));
     let dofs = DofMap::clamped(&space, &space.nodes_of("left").unwrap()).unwrap();
@@ -74,7 +74,7 @@ fn block() -> Mesh {
     generate::block([0.0; 3], [0.04, 0.02, 0.02], [2, 1, 1]).unwrap()
 }
 
-/// With damping, so that stress, tangent and the rates of both are evaluated.
+/// Formulations with damping, so that stress, tangent and the rates of both are evaluated.
 const FORMULATIONS: [Formulation; 2] = [Formulation::Displacement, Formulation::ImplicitRate];
 
 #[test]
@@ -102,8 +102,8 @@ fn a_law_by_its_energy_moves_a_body_as_that_of_the_list() {
             let dimension = mesh.dimension();
             let difference = largest(y.iter().zip(&own).map(|(a, b)| a - b));
             let size = largest(y.iter().copied());
-            // The stresses agree to rounding. Steps chosen with a tolerance of 1e-3 differ by a
-            // fraction of it if rounding changes a decision.
+            // The stresses agree to rounding. If rounding changes a decision of the step size control, results differ
+            // by a fraction of the tolerance of 1e-3.
             assert!(
                 difference < 1e-4 * size,
                 "{dimension} {formulation}: {difference:e} of {size:e}"

@@ -1,5 +1,5 @@
-//! Periodic states of forced oscillators. Reference: Fourier collocation, with 10 digits of orbits and folds and
-//! 9 of multipliers.
+//! Periodic states of forced oscillators. The references, from Fourier collocation, have 10 correct digits for orbits
+//! and folds, and 9 for multipliers.
 
 use std::f64::consts::TAU;
 
@@ -12,12 +12,12 @@ use myovib_model::{Integrator, ModelError, RadauIntegrator};
 use myovib_radau::{RadauOptions, SparseDirectSolver};
 use num_complex::Complex64;
 
-/// Relative tolerance of the integrator. The map then has errors of about 1e-11, and differences errors of 1e-7.
+/// Relative tolerance of the integrator. The errors of the map are then about 1e-11, and those of differences 1e-7.
 const RTOL: f64 = 1e-13;
 /// Six digits of values of order 1.
 const SIX_DIGITS: f64 = 1e-6;
 
-/// ẍ + d(x) ẋ + x + b x³ = F cos Ωt.
+/// The oscillator ẍ + d(x) ẋ + x + b x³ = F cos Ωt.
 #[derive(Clone, Copy)]
 struct Oscillator {
     damping: fn(f64) -> f64,
@@ -259,7 +259,7 @@ fn states_of_a_duffing_oscillator_of_index_0_and_3_have_their_multipliers() {
     }
 }
 
-/// Ω, x(0), x'(0), and the other multiplier of a fold.
+/// Ω, x(0), x'(0), and the second multiplier at a fold.
 type Fold = (f64, [f64; 2], f64);
 
 fn expect_folds(dae: Oscillator, folds: &[&Point], expected: &[Fold]) {
@@ -292,7 +292,7 @@ fn the_resonance_curve_of_a_duffing_oscillator_turns_at_its_folds() {
     }
 }
 
-/// The locked states are a closed curve, apart from the states that continue from low frequencies.
+/// The locked states form a closed curve, separate from the states that continue from low frequencies.
 #[test]
 fn locking_of_a_van_der_pol_oscillator_ends_at_its_folds() {
     let dae = van_der_pol(0.15);

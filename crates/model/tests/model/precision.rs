@@ -1,4 +1,4 @@
-//! Factors in single precision change neither steps nor results.
+//! Checks that factors in single precision change neither steps nor results.
 
 use myovib_dae::Problem;
 use myovib_fem::generate;
@@ -71,7 +71,7 @@ fn single_precision_changes_neither_steps_nor_results() {
             let difference = exact.iter().zip(&state).map(|(a, b)| (a - b).abs());
             let difference = difference.fold(0.0, f64::max);
             let largest = exact.iter().fold(0.0, |max, a| f64::max(max, a.abs()));
-            // Solutions of Newton's method are defined up to a part of the tolerance.
+            // Solutions of Newton's method are accurate only to a fraction of the tolerance.
             let bound = Settings::paper(formulation).relative_tolerance * largest;
             assert!(difference <= bound, "{name}: {difference:e} > {bound:e}");
         }

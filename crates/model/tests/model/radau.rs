@@ -1,4 +1,4 @@
-//! Radau IIA on the formulations: the same motion from each, index 3 included.
+//! Radau IIA for all formulations: they have the same motion, including index 3.
 
 use myovib_dae::Problem;
 use myovib_fem::Mesh;
@@ -9,7 +9,7 @@ use myovib_model::{
 
 const RTOL: f64 = 1e-6;
 
-/// The displacement at t = 1 of an incompressible block under the paper's load.
+/// Returns the displacement at t = 1 of an incompressible block under the paper's load.
 fn displacement(formulation: Formulation) -> Vec<f64> {
     let mesh = Mesh::parse_msh(
         include_str!("../../../../data/meshes/block.msh"),
@@ -24,7 +24,7 @@ fn displacement(formulation: Formulation) -> Vec<f64> {
         integrator: IntegratorKind::Radau5,
         t_end: 1.0,
         relative_tolerance: RTOL,
-        // Of the size of the fields here: 1e-2 m, 1 m/s, 1e3 Pa.
+        // Tolerances relative to the magnitudes of the fields: 1e-2 m, 1 m/s, 1e3 Pa.
         absolute_tolerances: AbsoluteTolerances {
             displacement: 1e-2 * RTOL,
             velocity: RTOL,
@@ -66,7 +66,7 @@ fn index_3_moves_as_the_reduced_formulations_do() {
     }
 }
 
-/// ∂F/∂y and ∂F/∂ẏ come from one pass, with and without condensation.
+/// ∂F/∂y and ∂F/∂ẏ are computed in one element pass, with and without condensation.
 #[test]
 fn a_jacobian_takes_one_pass_over_the_elements() {
     let mesh = Mesh::parse_msh(

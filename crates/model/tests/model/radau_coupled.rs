@@ -1,4 +1,4 @@
-//! Radau IIA on a body with the oscillators it drives.
+//! Radau IIA for a body with the oscillators that it drives.
 
 use myovib_dae::Problem;
 use myovib_fem::Mesh;
@@ -15,7 +15,7 @@ use myovib_radau::RadauOptions;
 
 use sundials_wrap::IdaOptions;
 
-/// The paper's chain of five, driven by `source` of `body`.
+/// Returns `body` with the paper's chain of five oscillators, driven by `source`.
 fn with_chain<B: Body>(body: B, source: Source) -> CoupledDae<B> {
     let chain = paper::chain(5, 0.5).unwrap();
     let drive = Drive {
@@ -26,7 +26,7 @@ fn with_chain<B: Body>(body: B, source: Source) -> CoupledDae<B> {
     CoupledDae::new(body, vec![oscillators])
 }
 
-/// The paper's muscle, with the chain at its origin.
+/// Returns the paper's muscle, with the chain at its origin.
 fn muscle_and_chain() -> CoupledDae<MuscleDae> {
     let mesh = include_str!("../../../../data/meshes/muscle.msh");
     let mesh = Mesh::parse_msh(mesh, "muscle.msh").unwrap();
@@ -60,7 +60,7 @@ fn start_muscle(settings: &Settings) -> CoupledMuscle {
     RadauIntegrator::coupled_at(dae, test, options, linear_solver, times, &y, &y_dot).unwrap()
 }
 
-/// Runs to the end; the states of the chain there.
+/// Runs to the end and returns the states of the chain.
 fn chain_at_end<B: Body>(integrator: &mut dyn Integrator<CoupledDae<B>>, t_end: f64) -> Vec<f64> {
     let statistics = run(integrator, &mut []).unwrap();
     assert_eq!(statistics.outcome, Outcome::Finished);
@@ -107,7 +107,8 @@ fn the_rods_chain_moves_as_under_idas() {
             RadauIntegrator::coupled_at(dae, test, options, full, times, &y, &y_dot).unwrap();
         let ours = chain_at_end(&mut radau, t_end);
         let apart = distance(&ours, &theirs);
-        // IDAS' 1e-7 per step adds up to 1e-5 over its 13 000 steps (9.4e-6 with 3 and 5 stages).
+        // The local errors of IDAS, 1e-7 per step, accumulate to 1e-5 over 13 000 steps (9.4e-6 compared with 3 and 5
+        // stages).
         assert!(apart < 2e-5, "{stages} stages: {apart:e}");
     }
 }
@@ -134,9 +135,9 @@ fn idas_on_the_muscles_chain_tends_to_the_same_motion() {
         chain_at_end(&mut ida, t_end)
     };
     let limit = ours(1e-7);
-    // The chain, just set going, magnifies the errors of the muscle, which are small against those
-    // of BDF of order 2: seen were 1.4e-4 with Radau IIA at 1e-5, with IDAS 1.3e-2 at 1e-5, 7.3e-3
-    // at 1e-6 and 2.0e-3 at 1e-7.
+    // The chain has only just started to move and amplifies the errors of the muscle. With Radau IIA they are small
+    // compared with BDF of order 2: observed errors are 1.4e-4 for Radau IIA at 1e-5, and 1.3e-2, 7.3e-3 and 2.0e-3 for
+    // IDAS at 1e-5, 1e-6 and 1e-7.
     let radau = distance(&ours(1e-5), &limit);
     let (coarse, fine) = (
         distance(&theirs(1e-5), &limit),
@@ -181,7 +182,7 @@ fn a_run_goes_on_from_its_state() {
         RadauIntegrator::coupled_at(dae, test, options, solver, times, &state[0], &state[1])
             .unwrap();
     let apart = distance(&chain_at_end(&mut second, t_end), &whole);
-    // Other steps err differently by the muscle's tolerance, 1e-5, of a motion that the chain, just
-    // set going, follows tenfold (9e-5 seen).
+    // With different steps, the motion of the muscle differs by the tolerance, 1e-5. The chain, which has only just
+    // started to move, amplifies this difference by a factor of ten (observed: 9e-5).
     assert!(apart < 2e-4, "{apart:e}");
 }

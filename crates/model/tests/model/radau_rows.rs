@@ -30,7 +30,7 @@ fn start((formulation, kappa, beta): Row) -> MuscleDae {
     MuscleDae::new(paper::muscle(&mesh, kappa, beta).unwrap(), formulation).unwrap()
 }
 
-/// Tolerances in the paper's proportion, for all components.
+/// Returns tolerances for all components, in the proportions of the paper.
 fn settings(row: Row, integrator: IntegratorKind, rtol: f64, t_end: f64) -> Settings {
     Settings {
         integrator,
@@ -43,19 +43,19 @@ fn settings(row: Row, integrator: IntegratorKind, rtol: f64, t_end: f64) -> Sett
 /// Time between two samples, s.
 const EVERY: f64 = 0.01;
 
-/// u_y and p at the origin, [`EVERY`] so often.
+/// u_y and p at the origin at intervals of [`EVERY`].
 struct Samples {
     u_y: Vec<f64>,
     p: Vec<f64>,
     steps: Steps,
 }
 
-/// Beginnings and ends of the steps, s.
+/// Start and end times of the steps, s.
 #[derive(Default)]
 struct Steps(Vec<[f64; 2]>);
 
 impl Steps {
-    /// The size of the step in which a sample was taken.
+    /// Returns the size of the step in which a sample was taken.
     fn of_sample(&self, sample: usize) -> f64 {
         let t = sample as f64 * EVERY;
         let last = self.0.len() - 1;
@@ -104,7 +104,7 @@ fn adaptive(row: Row, integrator: IntegratorKind, rtol: f64, t_end: f64) -> Samp
     )
 }
 
-/// The largest difference, relative to the largest value of `reference`.
+/// Returns the largest difference, relative to the largest value of `reference`.
 fn error(values: &[f64], reference: &[f64]) -> f64 {
     assert_eq!(values.len(), reference.len());
     let apart = values.iter().zip(reference).map(|(a, b)| (a - b).abs());
@@ -150,9 +150,9 @@ fn index_3_agrees_with_the_stabilized_formulation_to_the_tolerance() {
     let reference = adaptive(stabilized, IntegratorKind::Radau13, 1e-9, t_end);
     let size = reference.p.iter().fold(0.0_f64, |max, p| max.max(p.abs()));
     println!("rtol     steps  u_y      p");
-    // Beside the tolerance the pressure errs by C h^(s − 1), h the step it is taken from: with s = 3 as at
-    // fixed steps, by 0.07 to 0.15 s⁻² h²; with s = 5 by up to 14 s⁻⁴ h⁴ in the first run of this test.
-    // The mean step does not do: the first steps are of twice its size.
+    // In addition to the tolerance, the pressure has an error C h^(s − 1), where h is the step that contains the
+    // sample. For s = 3 it is 0.07 to 0.15 s⁻² h², as with fixed steps; for s = 5 it was up to 14 s⁻⁴ h⁴ in the first
+    // run of this test. The mean step size cannot be used, because the first steps are twice as long.
     for (kind, c, order) in [
         (IntegratorKind::Radau5, 0.2, 2),
         (IntegratorKind::Radau9, 20.0, 4),
@@ -196,8 +196,8 @@ fn in_index_3_the_pressure_errs_by_the_cube_of_the_step() {
             RadauIntegrator::new(dae, matrices, options, (0.0, t_end), &zero, &zero).unwrap();
         samples(&mut integrator, t_end)
     };
-    // Seven stages at the second smallest of these steps: p has order 7, so its error is far below
-    // the measured errors.
+    // Reference with seven stages and the second smallest of these steps: the order of p is 7, so its error is far
+    // below the measured errors.
     let reference = fixed(IntegratorKind::Radau13, 2.5e-3);
     let errors: Vec<[f64; 2]> = [10e-3, 5e-3, 2.5e-3, 1.25e-3]
         .into_iter()
@@ -218,7 +218,7 @@ fn in_index_3_the_pressure_errs_by_the_cube_of_the_step() {
         .collect();
     for (coarse, fine) in errors.iter().zip(&errors[1..]) {
         let order = (coarse[1] / fine[1]).log2();
-        // 3 in the limit, from above: the motion is of order 5 and higher terms of p still count.
+        // The order converges to 3 from above: the motion has order 5, and higher-order terms of p are not negligible.
         assert!((2.7..4.0).contains(&order), "order {order} of p");
         assert!(fine[0] < coarse[0], "{errors:?}");
     }

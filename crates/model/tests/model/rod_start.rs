@@ -1,4 +1,4 @@
-//! A rod starts under any load, with any method.
+//! A rod can start under any load, with any method.
 
 use myovib_dae::Problem;
 use myovib_fem::rod::{EndLoad, Rod, RodData};
@@ -35,8 +35,8 @@ fn end(load: EndLoad, phase: f64, integrator: IntegratorKind) -> Vec<f64> {
     y
 }
 
-/// Regression: under a strain that does not start from zero slope no consistent initial values
-/// were found, and under a traction BDF failed its error test ten times at t = 0.
+/// Regression: for a prescribed strain with a nonzero initial slope, no consistent initial values were found, and under
+/// a traction BDF failed its error test ten times at t = 0.
 #[test]
 fn a_rod_starts_under_a_sine() {
     for load in [EndLoad::Strain, EndLoad::Traction] {
@@ -47,7 +47,7 @@ fn a_rod_starts_under_a_sine() {
             for (other, integrator) in others.iter().zip(&IntegratorKind::ALL[1..]) {
                 let pairs = reference.iter().zip(other);
                 let off = pairs.fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
-                // A relative tolerance of 1e-7 for waves that decay slowly.
+                // A relative tolerance of 1e-7, for slowly decaying waves.
                 assert!(
                     off < 1e-4 * size,
                     "{load:?} {integrator:?}: {off:e} of {size:e}"

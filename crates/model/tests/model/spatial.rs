@@ -22,7 +22,7 @@ fn held(mesh: &Mesh, group: &str, law: Law) -> Solid {
     Solid::uniform(space, dofs, law, paper::DENSITY).unwrap()
 }
 
-/// A block under a pressure that follows, so that all terms of the Jacobian are there.
+/// Returns a block under a follower pressure, so that all terms of the Jacobian are present.
 fn dae(formulation: Formulation, law: Law, kappa: f64, beta: f64) -> MuscleDae {
     let mesh = generate::block([0.0; 3], [1.0, 0.8, 0.6], [1, 1, 1]).unwrap();
     let solid = held(&mesh, "left", law);
@@ -32,7 +32,7 @@ fn dae(formulation: Formulation, law: Law, kappa: f64, beta: f64) -> MuscleDae {
     MuscleDae::for_analysis(muscle, formulation)
 }
 
-/// max_i |J δ − dF/dε|_i relative to the sum of the row's terms, along a random direction.
+/// Returns max_i |J δ − dF/dε|_i relative to the sum of the row's terms, along a random direction.
 fn discrepancy(dae: &mut MuscleDae, rng: &mut StdRng) -> f64 {
     let size = dae.layout().fill(|field| match field {
         Field::Displacement => 0.02,
@@ -60,7 +60,7 @@ fn jacobian_of_every_formulation_agrees_with_differences() {
                     continue;
                 }
                 let error = discrepancy(&mut dae(formulation, law, kappa, beta), &mut rng);
-                // As in the plane: truncation and rounding of the differences below 1e-8.
+                // Truncation and rounding errors of the differences are below 1e-8, as in 2D.
                 assert!(
                     error < 1e-7,
                     "{formulation} {law:?} {kappa} {beta}: {error:e}"
@@ -70,7 +70,7 @@ fn jacobian_of_every_formulation_agrees_with_differences() {
     }
 }
 
-/// Table 1 and our formulations on a block of six tetrahedra at a state of large strain.
+/// Table 1 and the additional formulations, on a block of six tetrahedra at a state of large strain.
 #[test]
 fn the_index_is_that_of_the_plane() {
     let mesh = generate::block([0.0; 3], [0.05, 0.04, 0.04], [1, 1, 1]).unwrap();
@@ -91,7 +91,7 @@ fn the_index_is_that_of_the_plane() {
     }
 }
 
-/// P2–P1 is bounded on three meshes; P1–P1 has undetermined pressures.
+/// The constants of P2–P1 are bounded on three meshes; P1–P1 has undetermined pressures.
 #[test]
 fn inf_sup_constants_in_space() {
     let mesh = generate::block([0.0; 3], [1.0; 3], [1, 1, 1]).unwrap();
@@ -101,17 +101,17 @@ fn inf_sup_constants_in_space() {
         stable.iter().all(|level| level.nullity == 0),
         "{constants:?}"
     );
-    // An unstable pair loses a factor of two to four with each halving of h.
+    // The constant of an unstable pair decreases by a factor of two to four when h is halved.
     assert!(constants[2] > 0.8 * constants[1], "{constants:?}");
     let unstable = levels(Pair::EqualOrder, &mesh, &["left", "right"], 3, |_, _| ()).unwrap();
     let held = |level: &myovib_model::inf_sup::Level| {
-        // Half of the stable pair's constant: if bounded, both pairs would satisfy it.
+        // Half of the constant of the stable pair. If only boundedness were checked, both pairs would pass.
         level.nullity == 0 && level.constant > 0.5 * constants[2]
     };
     assert!(!unstable[1..].iter().any(held), "{unstable:?}");
 }
 
-/// The beam of Land et al. (2015), problem 1: u_z at (10, 0.5, 1) mm.
+/// Returns u_z at (10, 0.5, 1) mm of the beam of Land et al. (2015), problem 1.
 fn land(cells: [usize; 3]) -> f64 {
     let mesh = generate::block([0.0; 3], [0.01, 0.001, 0.001], cells).unwrap();
     let law = Law::Guccione {
@@ -131,9 +131,8 @@ fn land(cells: [usize; 3]) -> f64 {
     Probe::at(space, [0.01, 0.0005, 0.001]).unwrap().vector(&u)[2]
 }
 
-/// Another P2–P1 program has 3.068 mm with ten cubes along the beam, 3.141 with twenty, 3.159 with
-/// forty; the benchmark's codes lie between 3.15 and 3.19. The bound is half of the last digit
-/// printed.
+/// Another P2–P1 program computes 3.068 mm with ten cubes along the beam, 3.141 with twenty and 3.159 with forty; the
+/// results of the benchmark's participants are between 3.15 and 3.19. The bound is half of the last digit printed.
 #[test]
 fn a_beam_of_fibers_bends_as_published() {
     let found = land([10, 1, 1]);

@@ -1,4 +1,4 @@
-//! Modes of beams against the slender limit and under refinement.
+//! Modes of beams compared with the slender limit, and under refinement.
 
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ fn modes(muscle: &Muscle, count: usize) -> Vec<Mode> {
     spectrum::lowest(muscle, &Equilibrium::unloaded(muscle), count).unwrap()
 }
 
-/// ω of the n-th bending mode of a slender cantilever, of length 1 and of this modulus.
+/// Returns ω of the n-th bending mode of a slender cantilever of length 1 with this modulus.
 fn bending(n: usize, slenderness: f64, modulus: f64) -> f64 {
     // Roots of 1 + cos x cosh x.
     let root: f64 = [
@@ -32,7 +32,7 @@ fn bending(n: usize, slenderness: f64, modulus: f64) -> f64 {
     root * root * (modulus / (12.0 * paper::DENSITY)).sqrt() / slenderness
 }
 
-/// The limit in plane strain, with 4 G (3κ + G)/(3κ + 4G) for E/(1 - ν²), which is 4 G for κ = ∞.
+/// Returns the slender limit in plane strain, where E/(1 - ν²) = 4 G (3κ + G)/(3κ + 4G), which is 4 G for κ = ∞.
 fn slender(n: usize, slenderness: f64, kappa: f64) -> f64 {
     let modulus = if kappa.is_infinite() {
         4.0 * SHEAR
@@ -48,9 +48,8 @@ fn ratios(slenderness: f64, cells: [usize; 2], kappa: f64) -> [f64; 3] {
     [0, 1, 2].map(|n| found[n].angular_frequency().unwrap() / slender(n, slenderness, kappa))
 }
 
-/// A beam 40 times as long as high: within half a percent of the slender limit on one row of cells,
-/// and closer on two. The remaining difference of the third mode is shear, which increases for a
-/// thicker beam.
+/// A beam that is 40 times as long as high is within half a percent of the slender limit with one row of cells, and
+/// closer with two. The remaining difference of the third mode is shear, which increases for a thicker beam.
 #[test]
 fn slender_beams() {
     for kappa in [1e5, f64::INFINITY] {
@@ -127,7 +126,7 @@ fn refinement_converges_from_above() {
     }
 }
 
-/// uᵀ M u' = 0 between modes, 1 of each, and B u + M_p p/κ = 0.
+/// Checks uᵀ M u' = 0 for different modes, uᵀ M u = 1 for each mode, and B u + M_p p/κ = 0.
 #[test]
 fn shapes_are_orthonormal_in_the_mass() {
     let muscle = cantilever(5.0, [8, 2], f64::INFINITY);
@@ -143,7 +142,7 @@ fn shapes_are_orthonormal_in_the_mass() {
         solid.apply_mass(&nodal(&a.shape), &mut image);
         for (j, b) in found.iter().enumerate() {
             let product: f64 = nodal(&b.shape).iter().zip(&image).map(|(b, m)| b * m).sum();
-            // Rounding, magnified by the orthogonalization of a Krylov space.
+            // Rounding, amplified by the orthogonalization of a Krylov space.
             assert!(
                 (product - f64::from(u8::from(i == j))).abs() < 1e-9,
                 "{i} {j} {product}"
@@ -152,8 +151,8 @@ fn shapes_are_orthonormal_in_the_mass() {
     }
 }
 
-/// The muscle's lowest frequencies below and above the load's 8 Hz; frequencies of the
-/// incompressible muscle are higher.
+/// The lowest frequencies of the muscle are below and above the 8 Hz of the load; the frequencies of the incompressible
+/// muscle are higher.
 #[test]
 fn the_muscle_beside_its_load() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/meshes/muscle.msh");
@@ -172,7 +171,7 @@ fn the_muscle_beside_its_load() {
     }
 }
 
-/// The power method against all modes of a small body.
+/// Compares the power method with all modes of a small body.
 #[test]
 fn the_fastest_mode() {
     for kappa in [1e5, f64::INFINITY] {
@@ -189,7 +188,7 @@ fn the_fastest_mode() {
     }
 }
 
-/// About a state under load the frequencies are others: tension stiffens.
+/// The frequencies about a state under load differ, because tension stiffens the beam.
 #[test]
 fn a_stretched_beam_is_stiffer() {
     let mesh = generate::beam(1.0, 0.1, [10, 1]).unwrap();
@@ -228,7 +227,7 @@ fn damping_ratios_of_modes() {
         let alpha = muscle.parameters.alpha;
         for [omega, ratio] in damping_ratios(&muscle, 3) {
             let expected = (alpha / omega + beta * omega) / 2.0;
-            // ω² is found to 1e-10, and the constraint's part of β with it.
+            // ω² is accurate to 1e-10, and so is the part of the damping that the constraint adds with β.
             assert!((ratio / expected - 1.0).abs() < 1e-8, "{ratio} {expected}");
         }
         let parameters = Parameters::new(3.0 * alpha, beta, kappa).unwrap();

@@ -1,4 +1,4 @@
-//! Consistent starts from a bent, moving state.
+//! Consistent starts from a bent and moving state.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use myovib_model::{
     Parameters, Prescribed, Settings, Signal, formula, ida, paper,
 };
 
-/// A cantilever bent by a fifth of its length and moving, as free components.
+/// Returns the free components of a cantilever that is bent by a fifth of its length and moves.
 fn bent(dae: &MuscleDae) -> (Vec<f64>, Vec<f64>) {
     let space = dae.muscle().solid.space();
     let dimension = space.dimension();
@@ -51,7 +51,7 @@ fn dae(formulation: Formulation, kappa: f64, beta: f64) -> MuscleDae {
     MuscleDae::new(muscle, formulation).unwrap()
 }
 
-/// The corresponding body in 3D, with equal thickness and height.
+/// Returns the corresponding body in 3D, with equal thickness and height.
 fn in_space(formulation: Formulation, kappa: f64, beta: f64) -> MuscleDae {
     let (lower, upper) = ([0.0, -0.01, -0.01], [LENGTH, 0.01, 0.01]);
     let space = Arc::new(Space::taylor_hood(
@@ -68,7 +68,7 @@ fn in_space(formulation: Formulation, kappa: f64, beta: f64) -> MuscleDae {
     MuscleDae::new(muscle, formulation).unwrap()
 }
 
-/// With a support that moves across, by a millimeter.
+/// Returns a muscle with a support that moves transversely by a millimeter.
 fn shaken(dae: &MuscleDae) -> MuscleDae {
     let mut muscle = dae.muscle().clone();
     let space = muscle.solid.space();
@@ -101,7 +101,7 @@ fn start(dae: &mut MuscleDae) -> InitialValues {
     InitialValues::new(dae, 0.0, &q, &v).unwrap()
 }
 
-/// Rounding of sums of some hundred terms.
+/// Rounding of sums of several hundred terms.
 const ROUNDING: f64 = 1e-13;
 
 #[test]
@@ -118,7 +118,8 @@ fn the_residual_is_at_rounding_level() {
             let name = format!("{formulation} kappa={kappa} beta={beta} {block}");
             assert!(block.relative < ROUNDING, "{name}");
         }
-        // Only an incompressible body has to be moved, and not far: 0.02 m and 0.5 m/s were given.
+        // Only an incompressible body is changed by the projection, and only slightly: the given values are 0.02 m and
+        // 0.5 m/s.
         let moved = kappa.is_infinite();
         assert_eq!(start.displacement_moved > 0.0, moved);
         assert!(
@@ -129,7 +130,7 @@ fn the_residual_is_at_rounding_level() {
     }
 }
 
-/// ∫ψ(J − 1) of the motion q + t v + ½ t² v̇ from a start, with its supports, after a time.
+/// Returns ∫ψ(J − 1) for the motion q + t v + ½ t² v̇ from a start, including its supports, after the time t.
 fn volume_residual(dae: &MuscleDae, start: &InitialValues, t: f64) -> Vec<f64> {
     let solid = &dae.muscle().solid;
     let block = |of: &[f64], field| of[dae.layout().range(field).unwrap()].to_vec();
@@ -175,7 +176,8 @@ fn velocities_and_accelerations_keep_the_volume() {
             let at = |k: i32| volume_residual(&dae, &start, H * f64::from(k));
             let (middle, sides) = (at(0), [1, 2, 3].map(|k| [at(-k), at(k)]));
             let solid = &dae.muscle().solid;
-            // The size of both: a part of the body times its rate of strain, and the square of that.
+            // Magnitude of both derivatives: a fraction of the body times its strain rate, and the square of the strain
+            // rate.
             let rate: f64 = 0.5 / LENGTH;
             for (i, weight) in solid.pressure_weights().iter().enumerate() {
                 let (mut first, mut second) = (0.0, -49.0 / 18.0 * middle[i]);
@@ -219,7 +221,7 @@ fn a_wrong_start_is_located() {
     assert!(reported.starts_with("momentum: "), "{reported}");
 }
 
-/// The integration of a start, one step after another.
+/// Creates an integrator for a start, which is advanced step by step.
 fn integrator(
     dae: MuscleDae,
     start: &InitialValues,
@@ -309,8 +311,7 @@ fn off_the_slow_manifold_there_is_a_transient() {
     assert!(later < 0.3 * off, "{off:.1e} {later:.1e}");
 }
 
-/// The multiplier of (33) remains zero: relative to its unit, ρ v L, it is rounding and the error
-/// of steps.
+/// The multiplier of (33) remains zero up to rounding and the error of steps, relative to its unit ρ v L.
 #[test]
 fn the_stabilizing_multiplier_stays_zero() {
     let mut dae = dae(Formulation::Stabilized, INFINITE, 0.0);
@@ -334,7 +335,7 @@ fn the_stabilizing_multiplier_stays_zero() {
     }
 }
 
-/// λ(t) at 2 ms in all formulations of the same physics.
+/// Compares λ(t) at 2 ms for all formulations of the same physics.
 #[test]
 fn formulations_agree_after_the_start() {
     const T: f64 = 2e-3;
@@ -364,7 +365,7 @@ fn formulations_agree_after_the_start() {
                 .zip(&other)
                 .map(|(a, b)| (a - b).abs())
                 .fold(0.0, f64::max);
-            // The error of hundreds of steps at 1e-6, in a variable of index up to 3.
+            // The error of hundreds of steps with a tolerance of 1e-6, in a variable of index up to 3.
             assert!(
                 apart < 5e-3 * size,
                 "{formulation} kappa={kappa} beta={beta}: {:.1e}",

@@ -1,5 +1,5 @@
-//! Regression: parts that can move without strain are named. With both supports fixed in x only,
-//! `check` and `modes` did not finish, and statics reported a limit load.
+//! Checks that parts that can move without strain are named in messages. Regression: with both supports fixed only in
+//! x, `check` and `modes` did not finish, and statics reported a limit load.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use myovib_fem::{DofMap, Group, Law, Mesh, Solid, Space, generate};
 use myovib_model::Settings;
 use myovib_model::{Formulation, Muscle, Parameters, check, spectrum, statics, support};
 
-/// A body of `mesh` with the components `axes` of the groups' nodes held.
+/// Creates a body on `mesh` in which the components `axes` of the nodes of the groups are fixed.
 fn body(mesh: &Mesh, groups: &[&str], axes: &[usize], kappa: f64) -> Muscle {
     let space = Arc::new(Space::taylor_hood(mesh));
     let mut held = Vec::new();
@@ -78,7 +78,7 @@ fn a_body_without_supports_has_three() {
     assert_eq!((free.count, free.parts.len()), (3, 1));
 }
 
-/// Two adjacent blocks that share no node or one node.
+/// Returns two adjacent blocks that share no node or one node.
 fn two_blocks(joined: bool) -> Mesh {
     let (one, cells) = (block(), 40);
     let mut points = one.points::<2>().to_vec();
@@ -149,7 +149,8 @@ fn a_group_of_one_pin_leaves_a_turn() {
     assert_eq!(free.to_string(), "the body can turn about (0, 0)");
 }
 
-/// Regression: of a body held all round elements were blamed, and motions had modes at "NaN Hz".
+/// Regression: for a body whose entire boundary is fixed, the message named elements as the cause, and `check` printed
+/// modes at "NaN Hz".
 #[test]
 fn a_boundary_that_is_held_leaves_the_level_of_the_pressure_open() {
     let printed = |groups: &[&str], kappa: f64| {

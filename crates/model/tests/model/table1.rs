@@ -7,11 +7,10 @@ use myovib_model::table1::{self, Case};
 use myovib_model::{Field, Formulation, MuscleDae, Parameters, paper};
 use myovib_structure::{Index, Pencil, PencilStructure, Verdict};
 
-/// A gap that decides (the acceptance of the table).
+/// Width of the gap, in decades, that makes a rank decision decisive; a requirement for the table.
 const DECISIVE_DECADES: f64 = 3.0;
 
-/// Every row on two meshes at two states: the printed index, the rule of `Formulation`, block by
-/// block.
+/// Checks every row on two meshes at two states: the printed index and, block by block, the rule of `Formulation`.
 #[test]
 fn the_table_and_our_formulations() {
     let cases = table1::cases();
@@ -80,7 +79,7 @@ fn index_of(formulation: Formulation, kappa: f64, beta: f64) -> IndexReport {
     case.at_random_state(&mesh(), 7).unwrap()
 }
 
-/// The rows of (29) with a finite κ are not in the table: block by block.
+/// Checks, block by block, the rows of (29) with finite κ, which are not in the table.
 #[test]
 fn the_blocks_of_29_with_a_finite_bulk_modulus() {
     let report = index_of(Formulation::Rate, 1e5, 1e-4);

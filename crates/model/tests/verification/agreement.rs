@@ -1,4 +1,4 @@
-//! Formulations of the same body agree as tolerances tighten and meshes are refined.
+//! Different formulations of a body agree in the limit of small tolerances and fine meshes.
 
 use myovib_model::{Formulation, Signal, formula, paper};
 
@@ -63,7 +63,7 @@ fn the_damped_formulations_agree_and_tend_to_the_undamped_one() {
         .map(|beta| {
             let implicit = at(Formulation::ImplicitRate, beta);
             let explicit = at(Formulation::Rate, beta);
-            // The same physics, two ways: the integration error of rtol = 1e-6, as above.
+            // Two formulations of the same physics differ by the integration error for rtol = 1e-6, as above.
             let between = relative_difference(&explicit, &implicit);
             assert!(between < 1e-3, "beta = {beta}: {between:e}");
             relative_difference(&implicit, &undamped)
@@ -93,8 +93,8 @@ fn displacement_and_position_agree_under_refinement() {
             relative_difference(&ours, &at(levels, Formulation::Position))
         })
         .into();
-    // Two discretizations of one problem: their difference falls with the mesh width, by the
-    // singular corners of the clamped edge slower than the order of the elements.
+    // The difference of two discretizations of one problem decreases with the mesh width. Because of the singular
+    // corners of the clamped edge, it decreases more slowly than the order of the elements suggests.
     assert!(
         gaps[1] < gaps[0] / 1.5 && gaps[2] < gaps[1] / 1.5,
         "{gaps:?}"

@@ -1,4 +1,4 @@
-//! Small bodies and runs that the tests share.
+//! Small bodies and runs used by several tests.
 
 use myovib_dae::Problem;
 use myovib_fem::{Law, Mesh};
@@ -14,8 +14,8 @@ pub(crate) const LAWS: [Law; 2] = [
     },
 ];
 
-/// A block of 1.1 m by 1 m: left edge fixed, right edge loaded, four triangles around a free node,
-/// refined `levels` times.
+/// Returns a block of 1.1 m by 1 m, fixed on the left edge and loaded on the right edge: four triangles around a free
+/// node, refined `levels` times.
 pub(crate) fn block(levels: usize) -> Mesh {
     let coarse = Mesh::parse_msh(
         include_str!("../../../../data/meshes/block.msh"),
@@ -25,7 +25,7 @@ pub(crate) fn block(levels: usize) -> Mesh {
     (0..levels).fold(coarse, |mesh, _| mesh.refined().unwrap())
 }
 
-/// The block under a vertical traction on its right edge.
+/// Returns the block under a vertical traction on its right edge.
 pub(crate) fn loaded_block(
     levels: usize,
     law: Law,
@@ -36,8 +36,8 @@ pub(crate) fn loaded_block(
     paper::muscle_with_load(&block(levels), law, kappa, beta, signal).unwrap()
 }
 
-/// Settings with relative tolerance `rtol` and absolute tolerances that are small relative to the
-/// solution, with all multipliers excluded from the error test.
+/// Returns settings with relative tolerance `rtol` and absolute tolerances that are small relative to the solution,
+/// with all multipliers excluded from the error test.
 pub(crate) fn accurate(formulation: Formulation, rtol: f64, t_end: f64) -> Settings {
     let mut settings = Settings::paper(formulation);
     settings.t_end = t_end;
@@ -49,7 +49,7 @@ pub(crate) fn accurate(formulation: Formulation, rtol: f64, t_end: f64) -> Setti
     settings
 }
 
-/// u_y at `point` at `every` and so on to the end time.
+/// Returns u_y at `point` at multiples of `every` up to the end time.
 pub(crate) fn history(
     muscle: Muscle,
     formulation: Formulation,

@@ -47,6 +47,6 @@ fn energy_is_the_work_done_as_tolerances_tighten() {
     // The error of BDF 2 is proportional to rtol^(2/3), a factor of 21; the error of the
     // trapezoidal rule, at 1000 samples per period, is below 1e-5.
     assert!(tight < loose / 20.0, "{loose:e}, {tight:e}");
-    // BDF adds up the errors of its steps: at most ten times the tolerance of one.
+    // The local errors of BDF accumulate to at most ten times the tolerance of one step.
     assert!(tight < 1e-4, "{tight:e}");
 }

@@ -1,4 +1,4 @@
-//! The paper's failure, (28) with κ = ∞ and β = 0, made to hold.
+//! Checks that (28) with κ = ∞ and β = 0, which fails in the paper, can be integrated.
 
 use myovib_dae::Problem;
 use myovib_fem::Mesh;
@@ -14,7 +14,8 @@ fn mesh() -> Mesh {
     Mesh::parse_msh(text, "muscle.msh").unwrap()
 }
 
-/// The muscle from rest; its counts, and u_y and p at the origin, twenty to a period of the load.
+/// Runs the muscle from rest. Returns its counters, and u_y and p at the origin with twenty samples per period of the
+/// load.
 fn muscle(
     formulation: Formulation,
     [kappa, beta]: [f64; 2],
@@ -41,7 +42,7 @@ fn muscle(
     (statistics, u_y, p)
 }
 
-/// The paper's settings with all tolerances in proportion to the relative one.
+/// Returns the paper's settings with all tolerances in proportion to the relative tolerance.
 fn settings(formulation: Formulation, rtol: f64, t_end: f64) -> Settings {
     Settings {
         t_end,
@@ -49,9 +50,9 @@ fn settings(formulation: Formulation, rtol: f64, t_end: f64) -> Settings {
     }
 }
 
-/// λ excluded from and included in the error test. In both cases the weights follow the step,
-/// because Newton's method uses them for λ too: with constant weights, a last step of 1e-6 s to the
-/// end time cannot converge.
+/// Returns settings with λ excluded from and included in the error test. In both cases the weights depend on the step,
+/// because Newton's method uses them for λ too: with constant weights, a last step of 1e-6 s to the end time cannot
+/// converge.
 fn both_ways(formulation: Formulation, rtol: f64, t_end: f64) -> [Settings; 2] {
     let left_out = Settings {
         multiplier_weights: MultiplierWeights::StepScaled,
@@ -74,8 +75,7 @@ fn holds_to(t_end: f64, tolerances: &[f64]) {
             let (ours, ..) = muscle(Formulation::Position, INCOMPRESSIBLE, &settings);
             let how = &settings.suppressed;
             assert_eq!(ours.outcome, Outcome::Finished, "{rtol}, left out: {how:?}");
-            // The bound of the project's issue: index 3 takes at most 1.5 times as many steps as
-            // the compressible body.
+            // The required bound: index 3 takes at most 1.5 times as many steps as the compressible body.
             let ratio = ours.counts.steps as f64 / row_1.counts.steps as f64;
             assert!(ratio < 1.5, "{rtol}, left out: {how:?}: {ratio}");
         }
@@ -124,7 +124,7 @@ fn lambda_is_as_accurate_as_that_of_the_stabilized_form() {
     let known = error(Formulation::Stabilized, &stabilized);
     for settings in both_ways(Formulation::Position, 1e-3, T_END) {
         let ours = error(Formulation::Position, &settings);
-        // Errors of single runs scatter; an order lost would show as a factor of ten.
+        // Errors of single runs vary; the loss of an order would result in a factor of ten.
         assert!(ours < 2.0 * known, "{ours:e}, stabilized {known:e}");
     }
     let [coarse, fine] =
@@ -134,7 +134,7 @@ fn lambda_is_as_accurate_as_that_of_the_stabilized_form() {
     assert!(gain > 10.0, "{gain}");
 }
 
-/// With a little damping the sector of BDF above order 2 is enough.
+/// With slight damping, the stability sector of BDF above order 2 is sufficient.
 #[test]
 fn a_little_damping_carries_order_5() {
     for mut settings in both_ways(Formulation::Rate, 1e-3, 1.0) {
@@ -145,7 +145,7 @@ fn a_little_damping_carries_order_5() {
     }
 }
 
-/// Three decades of κ: the distance to the incompressible motion falls like 1/κ.
+/// Over three decades of κ, the distance to the incompressible motion is proportional to 1/κ.
 #[test]
 fn the_motion_tends_to_the_incompressible_one_like_the_inverse_bulk_modulus() {
     const T_END: f64 = 0.6;
@@ -171,7 +171,7 @@ fn the_motion_tends_to_the_incompressible_one_like_the_inverse_bulk_modulus() {
         let gaps = [1e5, 1e6, 1e7, 1e8].map(|kappa| relative_difference(&at(kappa), &limit));
         for (decade, pair) in gaps.windows(2).enumerate() {
             let ratio = pair[0] / pair[1];
-            // At 1e5 the volume changes by several per cent: the next order in 1/κ shows.
+            // At 1e5 the volume changes by several percent, and the next order in 1/κ is visible.
             let band = if decade == 0 { 6.0..12.0 } else { 9.0..11.0 };
             assert!(band.contains(&ratio), "{formulation}: {gaps:?}");
         }
@@ -206,7 +206,7 @@ fn projection_takes_the_drift_off_velocity() {
     assert_eq!(integrator.advance().unwrap(), Advance::Stepped);
     integrator.dense_output(t, 0, &mut y).unwrap();
     let projected = integrator.problem_mut().constraint_drift(t, &y).unwrap();
-    // Newton's method ends at rounding; the drift was of the order of a relative tolerance of 1e-3.
+    // Newton's method converges to rounding; the drift was of the order of a relative tolerance of 1e-3.
     assert!(drifted > 1e-7, "{drifted:e}");
     assert!(projected < 1e-12, "{projected:e}");
     assert_eq!(integrator.counts().steps, steps + 1, "counts go on");

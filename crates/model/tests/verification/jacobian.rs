@@ -1,4 +1,4 @@
-//! The Jacobian of every formulation against central differences of its residual.
+//! The Jacobian of every formulation compared with central differences of its residual.
 
 use myovib_dae::conformance::jacobian_error;
 use myovib_dae::{Problem, VariableKind};
@@ -16,7 +16,7 @@ fn dae(formulation: Formulation, law: Law, kappa: f64, beta: f64) -> MuscleDae {
     )
 }
 
-/// A state at moderate strain with all fields at their natural size, and the sizes.
+/// Returns a random state with moderate strains in which all fields have typical magnitudes, and these magnitudes.
 fn random_state(dae: &MuscleDae, rng: &mut StdRng) -> (Vec<f64>, Vec<f64>) {
     let size = dae.layout().fill(|field| match field {
         Field::Displacement => 0.05,
@@ -34,7 +34,7 @@ fn random_state(dae: &MuscleDae, rng: &mut StdRng) -> (Vec<f64>, Vec<f64>) {
     (draw(1.0), draw(10.0))
 }
 
-/// max_i |J δ - dF/dε|_i relative to the sum of the row's terms, along a random direction.
+/// Returns max_i |J δ - dF/dε|_i relative to the sum of the row's terms, along a random direction.
 fn discrepancy(dae: &mut MuscleDae, rng: &mut StdRng) -> f64 {
     let (y, y_dot) = random_state(dae, rng);
     let (direction, _) = random_state(dae, rng);
@@ -55,9 +55,9 @@ fn jacobian_of_every_formulation_agrees_with_differences() {
                     let mut dae = dae(formulation, law, kappa, beta);
                     for _ in 0..3 {
                         let error = discrepancy(&mut dae, &mut rng);
-                        // Central differences with ε = 1e-5 over strains of 5e-2·ε/h: truncation
-                        // below 1e-8; rounding 1e-16/ε = 1e-11 times the spread of the terms of a
-                        // row, which b up to 1e3 makes 1e3 at most.
+                        // Central differences with ε = 1e-5 for strains of 5e-2·ε/h have truncation errors below 1e-8,
+                        // and rounding errors of 1e-16/ε = 1e-11 times the ratio of the terms of a row, which is at
+                        // most 1e3 for b up to 1e3.
                         assert!(
                             error < 1e-7,
                             "{formulation} {law:?} kappa={kappa} beta={beta}: {error:e}"

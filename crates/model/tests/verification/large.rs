@@ -1,4 +1,4 @@
-//! Large deformation: det F near 0, bodies turned inside out, snap-through.
+//! Large deformations: det F near 0, inverted elements, snap-through.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -28,7 +28,7 @@ fn body(space: Arc<Space>, held: &[(usize, usize)], alpha: f64, kappa: f64) -> M
     Muscle::unloaded(solid, Parameters::new(alpha, 0.0, kappa).unwrap())
 }
 
-/// A quarter of a block under pressure all round, so damped that it comes to rest within 1 s.
+/// Returns a quarter of a block under pressure on all sides, with enough damping to come to rest within 1 s.
 fn squeezed(pressure: Signal) -> Muscle {
     let (_, space) = block();
     let held = [("left", 0), ("bottom", 1)].map(|(group, axis)| {
@@ -44,7 +44,7 @@ fn squeezed(pressure: Signal) -> Muscle {
     muscle
 }
 
-/// A block clamped at both ends, its right end pushed to the left.
+/// Returns a block clamped at both ends whose right end is pushed to the left.
 fn compressed(push: Signal) -> Muscle {
     let (_, space) = block();
     let nodes = |group: &str| space.nodes_of(group).unwrap();
@@ -61,8 +61,8 @@ fn compressed(push: Signal) -> Muscle {
     }
 }
 
-/// A shallow arch, 0.2 m wide and 0.02 m high, clamped at both ends, under a load from above; so
-/// damped that it comes to rest within 1 s.
+/// Returns a shallow arch, 0.2 m wide and 0.02 m high, clamped at both ends, under a load from above, with enough
+/// damping to come to rest within 1 s.
 fn arch(pressure: Signal, kappa: f64) -> Muscle {
     let flat = generate::rectangle([-0.1, 0.0], [0.1, 0.01], [20, 2]).unwrap();
     let raised = flat
@@ -88,7 +88,7 @@ fn arch(pressure: Signal, kappa: f64) -> Muscle {
     muscle
 }
 
-/// The sizes of the steps, s.
+/// Records the sizes of the steps, s.
 #[derive(Default)]
 struct Sizes(Vec<f64>);
 
@@ -127,7 +127,7 @@ fn integrate(muscle: Muscle, formulation: Formulation, settings: &Settings) -> R
     }
 }
 
-/// Settings so loose that predicted states are turned inside out.
+/// Returns settings with such loose tolerances that elements of predicted states are inverted.
 fn loose(t_end: f64) -> Settings {
     let mut settings = Settings {
         t_end,
@@ -140,7 +140,7 @@ fn loose(t_end: f64) -> Settings {
     settings
 }
 
-/// J = 1 − p/κ = 0.09: the dynamic body comes to rest in the static solution.
+/// J = 1 − p/κ = 0.09; the moving body comes to rest in the static solution.
 #[test]
 fn a_block_is_squeezed_to_a_tenth_of_its_volume() {
     let pressure = 4.0 * KAPPA;
@@ -170,7 +170,7 @@ fn a_block_is_squeezed_to_a_tenth_of_its_volume() {
         assert_eq!(run.statistics.outcome, Outcome::Finished, "{formulation}");
         let apart = rest.displacement.iter().zip(&run.y);
         let apart = apart.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
-        // Lengths of 1 m to the relative tolerance; the body is no longer pressed further by then.
+        // Lengths of 1 m, accurate to the relative tolerance; the load no longer increases at this time.
         assert!(apart < 1e-3, "{formulation}: {apart:e}");
     }
 }
@@ -234,8 +234,7 @@ fn a_run_stopped_by_an_inverted_element_names_it() {
     }
 }
 
-/// Prescribed displacements are part of the load: at once they would turn the elements at the end
-/// inside out.
+/// Prescribed displacements are part of the load: applied at once, they would invert the elements at the end.
 #[test]
 fn a_static_body_is_compressed_in_steps() {
     let solution = equilibrium(
@@ -251,7 +250,7 @@ fn a_static_body_is_compressed_in_steps() {
     );
 }
 
-/// A body pulled only by its supports has no loads as a scale for its forces.
+/// A body that is deformed only by its supports has no loads that provide a scale for its forces.
 #[test]
 fn a_static_body_is_pulled_at_once() {
     let solution = equilibrium(
@@ -278,8 +277,8 @@ fn an_arch_snaps_through() {
                 other => panic!("{other:?}"),
             }
         });
-        // Close to the limit, steps are rejected for corrections that exceed a quarter of the
-        // prediction, before the smallest step of 1/1024 is reached: 0.5 % and 0.7 % were seen.
+        // Close to the limit, steps are rejected for corrections that exceed a quarter of the prediction, before the
+        // smallest step of 1/1024 is reached: 0.5 % and 0.7 % were observed.
         assert!(
             (limits[0] - limits[1]).abs() <= 0.01 * limits[0],
             "{limits:?}"
@@ -300,7 +299,7 @@ fn an_arch_snaps_through() {
         let crown = Probe::at(dae.muscle().solid.space(), [0.0, 0.02]).unwrap();
         let (displacement, _) = dae.nodal_motion(1.0, &run.y);
         let fall = -crown.vector(displacement)[1];
-        // From 0.02 m above the supports to below them.
+        // The arch moves from 0.02 m above the supports to a position below them.
         assert!(fall > 0.02, "kappa = {kappa}: {fall}");
     }
 }

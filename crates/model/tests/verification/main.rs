@@ -1,4 +1,4 @@
-//! The model against mathematics: derivatives, equilibria, agreement of formulations, energy.
+//! Mathematical verification of the model: derivatives, equilibria, agreement of formulations, energy.
 #![allow(clippy::unwrap_used)] // a test may panic
 
 mod agreement;

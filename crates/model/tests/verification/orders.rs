@@ -1,4 +1,4 @@
-//! Orders of Radau IIA on a body, with fixed steps, in 2D and in 3D.
+//! Orders of convergence of Radau IIA for a body, with fixed steps, in 2D and in 3D.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -16,9 +16,8 @@ const T_END: f64 = 2.0;
 /// Formulation, κ in Pa, β in s.
 type Case = (Formulation, f64, f64);
 
-/// A block of few elements, whose highest frequency is resolved by a step of 1/16 s, so that
-/// stiffness does not reduce the order. A displacement that is smooth in time compresses it from
-/// rest.
+/// Returns a block of few elements whose highest frequency is resolved by a step of 1/16 s, so that stiffness does not
+/// reduce the order. A displacement that is smooth in time compresses it from rest.
 fn block(dimension: usize, (formulation, kappa, beta): Case) -> MuscleDae {
     let mesh = match dimension {
         2 => generate::rectangle([0.0; 2], [1.0; 2], [1, 1]),
@@ -48,7 +47,7 @@ fn block(dimension: usize, (formulation, kappa, beta): Case) -> MuscleDae {
     MuscleDae::new(muscle, formulation).unwrap()
 }
 
-/// The solution at the end after steps of size `h`.
+/// Returns the solution at the end of a run with steps of size `h`.
 fn solution(dimension: usize, case: Case, stages: usize, h: f64) -> (MuscleDae, Vec<f64>) {
     let dae = block(dimension, case);
     let options = RadauOptions {
@@ -70,7 +69,7 @@ fn solution(dimension: usize, case: Case, stages: usize, h: f64) -> (MuscleDae, 
     (solver.problem().clone(), solver.y().to_vec())
 }
 
-/// The largest errors of u, v and p.
+/// Returns the largest errors of u, v and p.
 fn errors(dimension: usize, case: Case, stages: usize, h: f64, exact: &[f64]) -> [f64; 3] {
     let (dae, y) = solution(dimension, case, stages, h);
     [Field::Displacement, Field::Velocity, Field::Pressure].map(|field| {
@@ -82,9 +81,9 @@ fn errors(dimension: usize, case: Case, stages: usize, h: f64, exact: &[f64]) ->
     })
 }
 
-/// The orders of u, v and p with s stages: 2 s − 1 for finite κ, because the index is at most 1.
-/// For infinite κ, velocities of index 2 have order s and multipliers of index 2 and 3 orders s and
-/// s − 1, and one more if their leading error is removed (Hairer, Lubich, Roche 1989).
+/// Returns the orders of u, v and p with s stages: 2 s − 1 for finite κ, because the index is at most 1. For infinite
+/// κ, velocities of index 2 have order s and multipliers of index 2 and 3 orders s and s − 1, and one more if their
+/// leading error is removed (Hairer, Lubich, Roche 1989).
 fn orders((formulation, kappa, _): Case, s: f64) -> [Order; 3] {
     use Order::{AtLeast, Exactly};
     let full = Exactly(2.0 * s - 1.0);
@@ -104,11 +103,12 @@ enum Order {
     AtLeast(f64),
 }
 
-/// The next term in h is a tenth of an error or more; the loss of one order is detected.
+/// Allowed deviation of an order: the next term in h may be a tenth of an error or more; the loss of one order is
+/// detected.
 const TOLERANCE: f64 = 0.6;
 
-/// Rounding of u, v and p, which are about 0.05 m, 0.05 m/s and 20 Pa: 2e-14 of them, a hundred
-/// units in the last place, from about thirty Newton iterations in sixteen steps.
+/// Rounding of u, v and p, which are about 0.05 m, 0.05 m/s and 20 Pa: 2e-14 of these values, a hundred units in the
+/// last place, from about thirty Newton iterations in sixteen steps.
 const ROUNDING: [f64; 3] = [1e-15, 1e-15, 4e-13];
 
 #[test]
@@ -128,7 +128,7 @@ fn the_methods_have_their_orders_in_all_formulations_in_the_plane_and_in_space()
         (ImplicitRate, INFINITE, 0.02),
     ];
     for (dimension, case) in [2, 3].iter().flat_map(|d| cases.map(|case| (*d, case))) {
-        // In shorter steps the rounding of multipliers of index 4 is beyond the tolerance of Newton's method.
+        // In shorter steps, rounding of multipliers of index 4 exceeds the tolerance of Newton's method.
         let h = match case {
             (Rate | ImplicitRate, INFINITE, _) => 1.0 / 8.0,
             _ => 1.0 / 16.0,

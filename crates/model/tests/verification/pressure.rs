@@ -1,5 +1,4 @@
-//! Pressure on the deformed boundary in the model: exact equilibrium, exact tangent, no cost when
-//! absent.
+//! Pressure on the deformed boundary of a model: exact equilibrium, exact tangent, no cost without pressure.
 
 use std::sync::Arc;
 
@@ -14,7 +13,7 @@ use myovib_model::{
 
 use crate::common::loaded_block;
 
-/// A quarter of a block of 2 m by 1 m, held by its planes of symmetry, under pressure all round.
+/// Returns a quarter of a block of 2 m by 1 m, supported on its planes of symmetry, under pressure on all sides.
 fn squeezed(c10: f64, c01: f64, kappa: f64, pressure: f64) -> Muscle {
     let mesh = generate::rectangle([0.0; 2], [1.0, 0.5], [3, 2]).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
@@ -33,7 +32,7 @@ fn squeezed(c10: f64, c01: f64, kappa: f64, pressure: f64) -> Muscle {
     }
 }
 
-/// With F = diag(a, a, 1) the energy W(a) and the work p a² per area balance: W' + 2 p a = 0.
+/// For F = diag(a, a, 1), the energy W(a) and the work p a² per area balance: W' + 2 p a = 0.
 #[test]
 fn a_block_under_pressure_all_round_shrinks_evenly_to_the_exact_size() {
     let (c10, c01, kappa, p) = (1e4, 2e2, 1e5, 4e4);
@@ -61,7 +60,7 @@ fn a_block_under_pressure_all_round_shrinks_evenly_to_the_exact_size() {
     let i2_slope =
         (4.0 * a.powi(3) + 4.0 * a) * a.powf(-8.0 / 3.0) - 8.0 / 3.0 * i2 * a.powf(-11.0 / 3.0);
     let slope = c10 * i1_slope + c01 * i2_slope + 2.0 * kappa * (a * a - 1.0) * a;
-    // a to 1e-12, as above, times W'' of about 6 kappa.
+    // The error of a is 1e-12, as above; W'' is about 6 κ.
     assert!(
         (slope + 2.0 * p * a).abs() < 1e-12 * 6.0 * kappa,
         "{:e}",
@@ -69,7 +68,7 @@ fn a_block_under_pressure_all_round_shrinks_evenly_to_the_exact_size() {
     );
 }
 
-/// The loaded block with an additional pressure on the loaded edge.
+/// Returns the loaded block with an additional pressure on the loaded edge.
 fn pressed(law: Law, beta: f64, signal: Signal) -> Muscle {
     let mut muscle = loaded_block(0, law, 1e5, beta, Signal::paper(1e3));
     let pressure = SurfaceLoad::pressure(&muscle.solid, "load", signal).unwrap();
@@ -77,8 +76,8 @@ fn pressed(law: Law, beta: f64, signal: Signal) -> Muscle {
     muscle
 }
 
-/// The load is linear in u in F, so the Jacobians with and without pressure differ by exactly the
-/// difference of the residuals.
+/// The pressure load is linear in u, so the difference of the Jacobians with and without pressure must be the exact
+/// derivative of the difference of the residuals.
 #[test]
 fn the_jacobian_of_every_formulation_has_its_exact_derivative() {
     let small = Law::SmallStrain {
@@ -99,7 +98,7 @@ fn the_jacobian_of_every_formulation_has_its_exact_derivative() {
             };
             let (y, d, y_dot) = (wave(1.0), wave(2.0), vec![0.0; n]);
             let moved: Vec<f64> = y.iter().zip(&d).map(|(y, d)| y + d).collect();
-            // Twice, as a linear law keeps its matrices from the first time on.
+            // Evaluated twice, because a linear law keeps its matrices after the first evaluation.
             for t in [0.3, 0.97] {
                 let mut load = |y: &[f64]| {
                     let (mut a, mut b) = (vec![0.0; n], vec![0.0; n]);
@@ -136,7 +135,7 @@ fn the_jacobian_of_every_formulation_has_its_exact_derivative() {
     }
 }
 
-/// The condensed and the full Newton matrix lead to the same steps.
+/// The condensed and the full Newton matrix result in equal steps.
 #[test]
 fn a_pulse_of_pressure_is_followed_with_either_linear_solver() {
     let steps = [LinearSolverKind::Condensed, LinearSolverKind::Full].map(|linear_solver| {
@@ -150,7 +149,7 @@ fn a_pulse_of_pressure_is_followed_with_either_linear_solver() {
         let mut integrator = start_at_rest(dae, &settings).unwrap();
         let statistics = run(integrator.as_mut(), &mut []).unwrap();
         assert_eq!(statistics.t_reached, 1.0, "{:?}", statistics.outcome);
-        // Exact tangents: no step is lost to Newton.
+        // With exact tangents, Newton's method does not fail in any step.
         assert_eq!(statistics.counts.step_solve_failures, 0);
         statistics.counts.steps
     });

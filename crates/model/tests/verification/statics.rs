@@ -1,4 +1,4 @@
-//! Static equilibrium: published figures, and the same equilibrium in every formulation.
+//! Static equilibrium: published values, and equal equilibria in all formulations.
 
 use myovib_dae::Problem;
 use myovib_fem::Mesh;
@@ -11,7 +11,7 @@ use crate::common::{LAWS, blocks, loaded_block};
 fn the_muscle_under_its_constant_load() {
     let text = include_str!("../../../../data/meshes/muscle.msh");
     let mesh = Mesh::parse_msh(text, "muscle.msh").unwrap();
-    // u_y and p at the origin from an independent program, to the digits given.
+    // u_y and p at the origin from an independent program, with all its printed digits.
     for (kappa, u_y, p) in [
         (1e5, 6.5395e-4, -19.769),
         (f64::INFINITY, 5.7108e-4, -22.170),
@@ -53,8 +53,8 @@ fn an_equilibrium_is_one_in_every_formulation() {
                 let mut residual = zero.clone();
                 dae.residual(0.0, &y, &zero, &mut residual).unwrap();
                 let largest = residual.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
-                // Nodal forces are of order 300 N/m; Newton ends at rounding of their parts, which
-                // the moduli make a hundred times as large.
+                // Nodal forces are of order 300 N/m. Newton's method converges to the rounding of their terms, which
+                // are a hundred times as large.
                 assert!(
                     largest < 1e-9,
                     "{formulation} {law:?} kappa={kappa}: {largest:e}"
@@ -96,8 +96,8 @@ fn a_load_too_great_for_one_step_is_applied_in_steps() {
     );
 }
 
-/// The linear response in `check`: ten thousand times the equilibrium under a ten-thousandth of the
-/// load. It also detects a confusion of Pa and kPa.
+/// The linear response in `check` equals ten thousand times the equilibrium under 1/10000 of the load. It also detects
+/// a confusion of Pa and kPa.
 #[test]
 fn the_linear_response_is_that_of_a_small_load() {
     let strong = 1e5;
@@ -113,7 +113,7 @@ fn the_linear_response_is_that_of_a_small_load() {
     let lengths = full.chunks(2).map(|u| u[0].hypot(u[1]));
     let expected = 1e4 * lengths.fold(0.0, f64::max);
     let linear = found.linear_displacement.unwrap();
-    // The second order of a load that moves it by a thousandth of its size.
+    // Second-order effect of a load that displaces the body by a thousandth of its size.
     assert!(
         (linear / expected - 1.0).abs() < 1e-2,
         "{linear} {expected}"

@@ -14,7 +14,7 @@ const ALPHA: f64 = 3.0;
 const BETA: f64 = 2e-3;
 const KAPPA: f64 = 1e5;
 
-/// A block whose left edge is held and moved by `signal` in the direction y.
+/// Returns a block whose left edge is moved in y by `signal`.
 fn shaken(signal: &Signal) -> Muscle {
     let mesh = generate::rectangle([0.0; 2], [0.06, 0.03], [3, 2]).unwrap();
     let space = Arc::new(Space::taylor_hood(&mesh));
@@ -31,15 +31,15 @@ fn shaken(signal: &Signal) -> Muscle {
     }
 }
 
-/// u = 0.1 t², so that u, u̇ and ü differ from zero and from each other.
+/// Returns u = 0.1 t², for which u, u̇ and ü differ from zero and from each other.
 fn accelerated() -> Signal {
     let table = myovib_model::Spline::new(vec![0.0, 1.0], vec![0.0, 1.0]).unwrap();
     let t = Signal::from(table);
     Signal::product(vec![Signal::constant(0.1), t.clone(), t])
 }
 
-/// The state at `t` whose free components have the displacement, velocity and acceleration given by
-/// a function of position and direction.
+/// Returns the state at `t` whose free components have the displacement, velocity and acceleration given by a function
+/// of position and direction.
 fn state(dae: &MuscleDae, at: impl Fn([f64; 2], usize) -> [f64; 3]) -> [Vec<f64>; 2] {
     let space = dae.muscle().solid.space();
     let free = dae.muscle().solid.dofs().free_to_full();
@@ -57,8 +57,8 @@ fn state(dae: &MuscleDae, at: impl Fn([f64; 2], usize) -> [f64; 3]) -> [Vec<f64>
     [y, y_dot]
 }
 
-/// A body that moves as a whole with velocity V and acceleration A: the supports supply m (A + α V)
-/// V, and α dissipates α m V².
+/// For a body that moves rigidly with velocity V and acceleration A, the power of the supports is m (A + α V) V, and α
+/// dissipates α m V².
 #[test]
 fn a_body_that_moves_as_a_whole_takes_its_inertia_and_alpha_from_the_supports() {
     let signal = accelerated();
@@ -84,14 +84,14 @@ fn a_body_that_moves_as_a_whole_takes_its_inertia_and_alpha_from_the_supports() 
         (dissipation, ALPHA * mass * v * v),
     ];
     for (found, expected) in expected {
-        // Rounding of sums of some hundred terms.
+        // Rounding of sums of several hundred terms.
         assert!((found / expected - 1.0).abs() < 1e-11, "{found} {expected}");
     }
     assert!(elastic.abs() < 1e-12, "{elastic}");
     assert_eq!([load, active], [0.0; 2]);
 }
 
-/// A body sheared by u = s(t) x e_y with s̈ = 0: β gives β ∫Ṗ:∇v = β d²W/dt².
+/// For a body sheared by u = s(t) x e_y with s̈ = 0, the dissipation by β is β ∫Ṗ:∇v = β d²W/dt².
 #[test]
 fn beta_takes_the_second_derivative_of_the_energy() {
     let mut muscle = shaken(&Signal::constant(0.0));
@@ -100,7 +100,7 @@ fn beta_takes_the_second_derivative_of_the_energy() {
     let rate = 2.0;
     let mut at = |t: f64| {
         let [y, y_dot] = state(&dae, |[x, y], axis| match axis {
-            // Stretched across as well, so that the volume changes.
+            // The body is also stretched transversely, so that its volume changes.
             0 => [0.1 * rate * t * x, 0.1 * rate * x, 0.0],
             _ => [rate * t * x * (1.0 + y), rate * x * (1.0 + y), 0.0],
         });
@@ -114,7 +114,7 @@ fn beta_takes_the_second_derivative_of_the_energy() {
     assert!((found - 1.0).abs() < 1e-4, "{found}");
 }
 
-/// The balance over a run with both dampings and a moving support, by Simpson's rule over 1 ms.
+/// Checks the energy balance over a run with both kinds of damping and a moving support, by Simpson's rule over 1 ms.
 #[test]
 fn work_of_a_moving_support_is_stored_or_dissipated() {
     let shake = Signal::product(vec![
@@ -149,7 +149,7 @@ fn work_of_a_moving_support_is_stored_or_dissipated() {
     let mut states = Vec::new();
     let times = SampleTimes::new(1e-3, 0.5);
     let mut sampler = Sampler::new(times, n, |dae: &mut MuscleDae, t, y: &[f64]| {
-        // The derivatives of this state, without the derivatives of a polynomial.
+        // The derivatives at this state, not those of an interpolating polynomial.
         let start = myovib_model::InitialValues::of(dae, t, y)?;
         states.push(dae.energies(t, &start.y, &start.y_dot)?);
         Ok(())
@@ -173,7 +173,7 @@ fn work_of_a_moving_support_is_stored_or_dissipated() {
     );
 }
 
-/// Regression: prescribing a free component was silently inconsistent.
+/// Regression: a prescribed motion of a free component was accepted and caused an inconsistent system.
 #[test]
 fn only_constrained_components_that_move_smoothly_are_prescribed() {
     let smooth = accelerated();
@@ -208,7 +208,7 @@ fn only_constrained_components_that_move_smoothly_are_prescribed() {
         |muscle, _| muscle.prescribed[1].component = muscle.prescribed[0].component,
         &smooth,
     );
-    // An equilibrium takes the value at one time.
+    // An equilibrium uses the value at a single time.
     let mut muscle = shaken(&smooth);
     muscle.prescribed[0].signal = kinked;
     let composed = MuscleDae::new(muscle, Formulation::Displacement).map(|_| ());

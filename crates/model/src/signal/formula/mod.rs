@@ -22,7 +22,7 @@ trait Constants {
     const ROLES: &[(&str, Role)];
 }
 
-/// Makes [`Formula`] of a list of files, each with the type of the same name.
+/// Defines [`Formula`] from a list of files, each with a type of the same name.
 macro_rules! formulas {
     ($($file:ident $name:ident)*) => {
         $(mod $file; pub use $file::$name;)*

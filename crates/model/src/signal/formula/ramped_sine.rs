@@ -10,7 +10,7 @@ use crate::paper::{LOAD_FREQUENCY, LOAD_SHIFT, LOAD_STEEPNESS};
 use crate::signal::timing::shortest;
 use crate::signal::{Jet, TimeFunction};
 
-/// A sigmoid is over, to 1e-9 of its height, so many of its units from its middle.
+/// Distance from its center, in units of 1/steepness, beyond which a sigmoid is constant to 1e-9 of its height.
 const SIGMOID_WIDTH: f64 = 20.0;
 
 /// The paper's load: `amplitude · (1/(1+exp(-steepness t + shift)) - 1/(1+exp(shift))) · sin(2π frequency t)`.
@@ -76,7 +76,7 @@ impl TimeFunction for RampedSine {
         shortest(rise.chain([self.frequency.abs().recip()]))
     }
 
-    /// A smooth function without a beginning: error estimates see it come.
+    /// No limit: the function is smooth and increases gradually, so error estimates detect it.
     fn longest_step(&self, from: f64, to: f64) -> Option<f64> {
         self.rise(from, to)
     }

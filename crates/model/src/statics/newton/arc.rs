@@ -58,8 +58,8 @@ impl Point {
 }
 
 impl Newton<'_> {
-    /// Newton's iteration from the `predicted` equilibrium for an equilibrium on the sphere around `start` through
-    /// `predicted`. `None` in the cases of [`solve`](Self::solve).
+    /// Computes an equilibrium on the sphere around `start` through `predicted`, by Newton's iteration from
+    /// `predicted`. Returns `None` in the same cases as [`solve`](Self::solve).
     pub(in crate::statics) fn solve_on_sphere(
         &mut self,
         metric: Metric,
