@@ -2,9 +2,9 @@
 //!
 //! The function is sampled on the dense output at Chebyshev points, twice as many as the order of
 //! the step, and at the vertices of the parabolas through neighboring samples. A change of sign is
-//! then bracketed and refined. A peak between two samples too narrow for these parabolas is
-//! missed. This cannot happen for a polynomial of the order's degree; it can for a sharp peak of
-//! |u| or min det F.
+//! then bracketed and refined. A peak between two samples that is too narrow for these parabolas
+//! is missed. This cannot happen for a polynomial whose degree is the order of the step, but it can
+//! for a sharp peak of |u| or min det F.
 
 use std::f64::consts::PI;
 
