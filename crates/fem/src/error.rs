@@ -153,7 +153,7 @@ pub enum FemError {
         /// Vertices.
         vertices: Vec<usize>,
     },
-    /// An axis across which a model has no plane of symmetry, or several.
+    /// An axis to which the model has no plane of symmetry normal, or several.
     #[error(
         "the rim of the group is not in one plane normal to {} with all nodes fixed along that axis",
         ["x", "y", "z"][*axis]

@@ -50,7 +50,7 @@ pub struct PointState {
 }
 
 impl PointState {
-    /// Returns the state with another stress P. If `is_linear` (small strains), P and σ are equal.
+    /// Returns the state with its stress replaced by P. If `is_linear` (small strains), P and σ are equal.
     fn with_stress(mut self, piola: Tensor3, is_linear: bool) -> Self {
         (self.piola, self.cauchy) = (piola, piola);
         if !is_linear {
@@ -141,7 +141,7 @@ impl Solid {
         state.with_stress(total, self.laws()[at.element].is_linear())
     }
 
-    /// Returns Ṗ of the law and the pressure along ∇v.
+    /// Returns Ṗ for the velocity gradient `v`, including the rate of the pressure.
     fn stress_rate_at(
         &self,
         fields: &Fields<'_>,

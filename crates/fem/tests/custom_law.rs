@@ -1,4 +1,4 @@
-//! User-defined laws, built on the public interface.
+//! User-defined laws that use only the public interface.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -9,8 +9,7 @@ use myovib_fem::material::three::{
 use myovib_fem::material::{Guccione, MooneyRivlin, Real, SmallStrain, StVenantKirchhoff};
 use myovib_fem::{DofMap, Fields, Law, Pressure, Solid, Space, Vectors, generate, inlined};
 
-/// Gent's law of rubber with limited extensibility, W = −μ J_m/2 ln(1 − (Ī1 − 3)/J_m), given by its
-/// energy alone.
+/// Gent's law of rubber with limited extensibility, W = −μ J_m/2 ln(1 − (Ī1 − 3)/J_m), defined only by its energy.
 struct Gent {
     shear_modulus: f64,
     limit: f64,
@@ -123,7 +122,7 @@ static HEART: Guccione = Guccione {
     b_fs: 4.0,
 };
 
-/// A custom law gives bitwise the same results as the built-in law.
+/// The results of a custom law are bitwise equal to those of the built-in law.
 #[test]
 fn custom_law_is_bitwise_equal_to_the_built_in_law() {
     let axes = Axes {
@@ -173,8 +172,7 @@ fn custom_law_is_bitwise_equal_to_the_built_in_law() {
             )
         };
         assert_eq!(traits(law), traits(custom));
-        // The factor scales the stress in one case and the constants in the other: a rounding or
-        // two.
+        // The factor scales the stress in one case and the constants in the other: one or two rounding errors.
         let [scaled, custom_scaled] =
             [law, custom].map(|law| law.scaled(1.7).stress3(H, 0.0, axes));
         for (a, b) in scaled.iter().flatten().zip(custom_scaled.iter().flatten()) {
@@ -190,7 +188,7 @@ static GENT: Gent = Gent {
     limit: 5.0,
 };
 
-/// The forces of a block, with the least time of some evaluations by each of two laws, one after the other.
+/// Evaluates the forces of a block alternately with two laws, and returns the shortest time for each law.
 fn least_times(laws: [Law; 2]) -> [Duration; 2] {
     let mesh = generate::block([0.0; 3], [1.0; 3], [4, 4, 4]).expect("valid");
     let space = Arc::new(Space::taylor_hood(&mesh));
@@ -217,8 +215,8 @@ fn least_times(laws: [Law; 2]) -> [Duration; 2] {
     least
 }
 
-/// Regression: laws written as the guide showed were compiled without vector instructions, and 8 times as slow as those
-/// of the crate. Gent's law needs a logarithm in addition.
+/// Regression: laws written as shown in the guide were compiled without vector instructions, and were 8 times as slow
+/// as the laws of the crate. Gent's law also requires a logarithm.
 #[test]
 fn a_law_by_its_energy_is_as_fast_as_the_crates_own() {
     let built_in = Law::MooneyRivlin { c10: 1e4, c01: 2e2 };

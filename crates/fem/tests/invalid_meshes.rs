@@ -199,7 +199,7 @@ fn six_nodes(midside: [f64; 2]) -> Result<Mesh, FemError> {
     Mesh::parse_msh(quadratic(9, 2, &nodes), "m.msh")
 }
 
-/// Nodal data at midside nodes are ignored and noted.
+/// Nodal data at midside nodes are ignored, and a note reports them.
 #[test]
 fn field_values_off_the_vertices_are_noted() {
     let nodes = [

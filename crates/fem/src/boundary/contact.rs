@@ -19,8 +19,8 @@ const DEFAULT_STIFFNESS: f64 = 100.0;
 /// Penetration at which the full stiffness is reached, as a fraction of the facet size.
 const SMOOTHING: f64 = 1e-3;
 
-/// Contact of a boundary group with a rigid obstacle, of the energy ∫ φ(−g) dS over the undeformed
-/// boundary, with the gap g at the deformed point:
+/// Contact of a boundary group with a rigid obstacle, with the energy ∫ φ(−g) dS over the undeformed boundary, with the
+/// gap g at the deformed point:
 ///
 /// ```text
 /// φ(s) = 0 for s < 0,   k s³/(6 w) for s < w,   k (s² − w s + w²/3)/2 beyond

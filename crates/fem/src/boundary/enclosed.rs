@@ -24,8 +24,9 @@ use crate::space::Space;
 /// ambiguous: one cavity each, or one cavity between them as for two opposite walls.
 ///
 /// A model of a part of a symmetric body has openings at its planes of symmetry. With
-/// [`with_symmetry`](Self::with_symmetry) positions are measured from a point of all these planes, so that they add
-/// nothing, and what is left of a rim is closed by a cone from its mean vertex moved onto the planes that it ends at.
+/// [`with_symmetry`](Self::with_symmetry) positions are measured from a point of all these planes, so that the planes
+/// contribute nothing. The remaining part of a rim is closed by a cone whose apex is the mean of its vertices, moved
+/// onto the planes at which it ends.
 ///
 /// # Units
 /// m³; in 2D m².
@@ -41,7 +42,7 @@ pub struct EnclosedVolume {
     planes: Vec<(usize, usize)>,
 }
 
-/// Distance of a rim's vertices from its plane, as a fraction of the rim's size, up to which it is flat.
+/// Maximum distance of the vertices of a flat rim from its plane, as a fraction of the rim's size.
 const FLAT: f64 = 1e-2;
 /// Distance of nodes from a plane of symmetry, as a fraction of the size of the rims.
 const ON_PLANE: f64 = 1e-6;
@@ -95,7 +96,7 @@ impl EnclosedVolume {
                     .binary_search(&(dimension * node + axis))
                     .is_err()
             };
-            // In the plane a rim is two points, each of which may be on an axis.
+            // In 2D a rim consists of two points, each of which may be on a plane of symmetry.
             let sides = self.rims.iter().flatten().flat_map(|side| match dimension {
                 2 => side.chunks(1).collect::<Vec<_>>(),
                 _ => vec![&side[..]],
@@ -133,8 +134,8 @@ impl EnclosedVolume {
         Ok(self)
     }
 
-    /// Returns whether nodes of a rim are fixed along some axes and free along others, as on a plane of symmetry, and the rim is
-    /// not flat, so that its cone cuts off a part of the cavity.
+    /// Returns whether a rim probably ends at a plane of symmetry: some of its nodes are fixed along some axes and free
+    /// along others, and the rim is not flat, so that its cone cuts off a part of the cavity.
     pub fn may_end_at_symmetry(&self, solid: &Solid) -> bool {
         let (dimension, free) = (self.walls.dimension, solid.dofs().free_to_full());
         let n_held = |node: usize| {
@@ -148,7 +149,8 @@ impl EnclosedVolume {
         is_partly_held && !self.has_flat_openings()
     }
 
-    /// Whether each opening in space is flat at rest. The chord over a line in the plane never is the line.
+    /// Returns whether each opening is flat at rest. In 2D this is never the case, because the chord differs from the
+    /// line.
     fn has_flat_openings(&self) -> bool {
         if self.walls.dimension == 2 {
             return self.rims.is_empty();
@@ -204,7 +206,7 @@ impl EnclosedVolume {
         (lids - self.flux::<D>(origin, u)) / D as f64
     }
 
-    /// A point of all planes of symmetry, where the displacement `u` puts them.
+    /// Returns a point on all planes of symmetry, at their positions for the displacement `u`.
     fn origin<const D: usize>(&self, u: &[f64]) -> [f64; D] {
         let mut origin = [0.0; D];
         for &(axis, node) in &self.planes {
@@ -234,7 +236,7 @@ impl EnclosedVolume {
         terms.map(|((c, a), o)| (c - o) * a).sum()
     }
 
-    /// The apex c of the cone over a rim, and its vector A.
+    /// Returns the apex c of the cone over a rim, and its area vector A.
     fn cone<const D: usize>(&self, rim: &[Vec<usize>], u: &[f64]) -> ([f64; D], [f64; D]) {
         let (mut center, mut vector) = ([0.0; D], [0.0; D]);
         for edge in rim {
@@ -268,7 +270,7 @@ impl EnclosedVolume {
         (center, vector)
     }
 
-    /// The axes of the planes of symmetry at which a rim ends.
+    /// Returns the axes of the planes of symmetry at which a rim ends.
     fn planes_of(&self, rim: &[Vec<usize>]) -> Vec<usize> {
         let dimension = self.walls.dimension;
         let count = |vertex: usize| {
@@ -290,8 +292,8 @@ impl EnclosedVolume {
     }
 }
 
-/// Returns the ends of the line formed by edges in 2D (none if it is closed), or the number of
-/// separate lines as an error.
+/// Returns the ends of the line formed by edges in 2D (empty if the line is closed). If there are several separate
+/// lines, returns their number as an error.
 fn ends(edges: &[Vec<usize>]) -> Result<Vec<Vec<Vec<usize>>>, usize> {
     let unmatched = |end: usize| {
         let others: HashSet<usize> = edges.iter().map(|edge| edge[1 - end]).collect();

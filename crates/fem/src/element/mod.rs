@@ -19,7 +19,7 @@ pub struct Shape {
     pub plural: &'static str,
     /// Name of its measure in messages: area or volume.
     pub measure_name: &'static str,
-    /// Name in messages of the vertex order that gives a negative measure.
+    /// Description, in messages, of a vertex order for which the measure is negative.
     pub inverted_order: &'static str,
     /// Number of coordinates.
     pub dimension: usize,

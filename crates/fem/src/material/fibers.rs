@@ -44,8 +44,8 @@ impl Fibers {
         }
     }
 
-    /// Sets one fiber direction in the given elements, and one sheet direction or any direction
-    /// across.
+    /// Sets one fiber direction in the given elements, and one sheet direction; without it, sheets have an arbitrary
+    /// direction orthogonal to the fibers.
     ///
     /// # Errors
     /// [`FemError::Direction`] for a vector equal to zero, not finite, or (in 2D) not in the plane.

@@ -3,10 +3,10 @@
 use super::three::Axes;
 use crate::error::FemError;
 
-/// Length of an vector interpolated between unit vectors below which the vertex vectors are treated as opposed.
+/// Length of a vector interpolated between unit vectors below which the vertex vectors are treated as opposed.
 const OPPOSED: f64 = 1e-6;
 
-/// Largest out-of-plane component of a unit vector in a plane mesh: rounding.
+/// Largest out-of-plane component of a unit vector in a plane mesh that is attributed to rounding.
 const IN_PLANE: f64 = 1e-10;
 
 /// Axes at a point, and whether the vertex vectors are opposed there.

@@ -9,8 +9,7 @@ use std::fmt::Debug;
 use crate::operators::added::AddedMotion;
 use crate::operators::fields::{Fields, Inverted};
 
-/// Element pass: the fields at which it is evaluated and which results are requested, in the order
-/// of their declaration.
+/// Element pass: its input fields, and flags for the requested results in the order of their declaration.
 #[derive(Debug, Clone, Copy)]
 pub enum Pass<'a> {
     /// [`Solid::evaluate`](crate::Solid::evaluate).

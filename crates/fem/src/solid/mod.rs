@@ -10,7 +10,7 @@
 //! ∂volume_residual_rate/∂v = B(u)             ∂volume_residual_rate/∂u = divergence_rate
 //! ```
 //!
-//! so five blocks serve all formulations. Reference: paper, section 2.
+//! so five blocks are sufficient for all formulations. Reference: paper, section 2.
 
 mod added;
 pub(crate) mod assembler;
@@ -147,8 +147,8 @@ impl<const N: usize, const P: usize> MappedBatches<3, N, P> {
     }
 }
 
-/// Runs an element pass without AVX-512. For passes with much work per point and for rare passes
-/// AVX-512 saves no time, but would add a third to the code.
+/// Runs an element pass without AVX-512. AVX-512 saves no time in passes with much work per point or in rare passes,
+/// but it would increase the code by a third.
 fn narrow<Op: WithSimd>(arch: Arch, op: Op) -> Op::Output {
     #[cfg(target_arch = "x86_64")]
     match arch {

@@ -1,24 +1,25 @@
-//! Places of the mesh near points outside it.
+//! Points of the mesh close to points outside the mesh.
 
 use super::{ElementPoint, Space};
 use crate::element::Barycentric;
 
-/// A place of the mesh near a point.
+/// A point of the mesh close to a given point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Near {
-    /// The place.
+    /// The point of the mesh.
     pub at: ElementPoint,
-    /// Distance of the point from it, m.
+    /// Distance between the two points, m.
     pub distance: f64,
     /// The distance divided by the size of the element, the root of its area or volume.
     pub relative: f64,
 }
 
 impl Space {
-    /// A place of the mesh near a point that is outside, `None` for a mesh whose maps have no inverse there.
+    /// Returns a point of the mesh close to a point outside, or `None` if no element map can be inverted there.
     ///
-    /// In each element negative barycentric coordinates of the point are set to zero; of these places the nearest is
-    /// returned. Its distance is an upper bound of that from the mesh, and of its order in elements of a good shape.
+    /// In each element, negative barycentric coordinates of the point are set to zero; the nearest of the resulting
+    /// points is returned. Its distance is an upper bound of the distance from the mesh, and of the same order for
+    /// well-shaped elements.
     ///
     /// # Panics
     /// Unless `D` is the dimension.

@@ -1,4 +1,4 @@
-//! Pressures that no displacement answers, in bodies of constant volume.
+//! Pressures that no displacement controls, for incompressible bodies.
 
 use super::Space;
 use super::dofs::DofMap;
@@ -8,16 +8,16 @@ use super::dofs::DofMap;
 pub struct HeldPressures {
     /// Vertices whose pressure equals that of another vertex of their element.
     pub tied: Vec<usize>,
-    /// Vertices of parts in which nothing is free: their pressure is undetermined.
+    /// Vertices of parts without free components, whose pressure is undetermined.
     pub undetermined: Vec<usize>,
 }
 
 impl Space {
-    /// The space with one unknown less for each vertex of which all elements are held in all nodes, as at a corner of a
-    /// clamped surface.
+    /// Returns the space with one unknown fewer for each vertex whose elements have no free nodes, for example at a
+    /// corner of a clamped surface.
     ///
-    /// For κ = ∞ such a pressure is in no equation. It takes the value of another pressure of its element, whose
-    /// equation then holds the volume of both.
+    /// For κ = ∞, such a pressure occurs in no equation. It is set equal to another pressure of its element, whose
+    /// equation then constrains the volume of both.
     #[must_use]
     pub fn with_held_pressures_tied(mut self, dofs: &DofMap) -> (Self, HeldPressures) {
         let (n, dimension) = (self.n_pressures(), self.dimension());
@@ -37,7 +37,7 @@ impl Space {
                 }
             }
         }
-        // Each pass ties the neighbors of those that are determined.
+        // Each pass ties the vertices next to those whose pressure is determined.
         loop {
             let mut ties = Vec::new();
             for element in 0..self.n_elements() {
@@ -88,7 +88,7 @@ mod tests {
     use super::*;
     use crate::mesh::Mesh;
 
-    /// A cube of five tetrahedra: one in the middle, four with a corner of the cube.
+    /// Returns a cube of five tetrahedra: one in the middle, and four that contain a corner of the cube.
     fn cube() -> Mesh {
         let points: Vec<[f64; 3]> = (0..8_u8)
             .map(|i| [i & 1, i >> 1 & 1, i >> 2].map(f64::from))
@@ -115,7 +115,7 @@ mod tests {
         assert_eq!((held.tied, held.undetermined), (vec![0], vec![]));
         assert_eq!(tied.n_pressures(), 7);
         assert!(!tied.pressure_vertices().contains(&0));
-        // A linear pressure of the other vertices, read in the element of the corner.
+        // A linear pressure at the other vertices, evaluated in the element at the corner.
         let p: Vec<f64> = tied.pressure_vertices().iter().map(|&v| v as f64).collect();
         let mut own: Vec<f64> = tied.element_pressures(0).iter().map(|&k| p[k]).collect();
         let corner = own.remove(0);

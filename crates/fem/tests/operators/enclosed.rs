@@ -53,8 +53,8 @@ fn between_planes(solid: &Solid) -> Vec<f64> {
     u
 }
 
-/// All sides together enclose the body. A side that stays flat may be omitted: the lid is the same
-/// surface.
+/// All sides together enclose the body. A side that remains flat may be omitted, because the cone that closes the
+/// opening is the same surface.
 #[test]
 fn sides_of_a_body_enclose_its_volume() {
     let plane = generate::rectangle([0.0; 2], [2.0, 1.0], [3, 2]).unwrap();
@@ -147,8 +147,8 @@ fn disconnected_groups_are_rejected() {
     }
 }
 
-/// A body of the mesh whose group `inner` is the side at the first coordinate, held as on planes of symmetry through the
-/// origin: along each axis where its coordinate is zero.
+/// Returns a body that is supported on planes of symmetry through the origin: nodes whose coordinate along an axis in
+/// `held` is zero are fixed along this axis.
 fn symmetric(mesh: &Mesh, held: &[usize]) -> Solid {
     let space = Arc::new(Space::taylor_hood(mesh));
     let on_plane = |&(node, axis): &(usize, usize)| space.node_point(node)[axis].abs() < 1e-12;
@@ -193,13 +193,13 @@ fn planes_of_symmetry_close_a_quarter_of_a_tube() {
         assert!(open.may_end_at_symmetry(&solid));
         assert!((open.at(&u).abs() / expected - 1.0).abs() > 0.1);
         let closed = open.with_symmetry(&solid, &axes).unwrap();
-        // Rounding of some tens of terms.
+        // Rounding of several dozen terms.
         assert!(
             (closed.at(&u) / expected - 1.0).abs() < 1e-13,
             "{}",
             closed.at(&u)
         );
-        // Twice as wide in all directions.
+        // The tube is twice as wide in all directions.
         let twice = closed.at(solid.space().coordinates());
         let d = mesh.dimension() as i32;
         assert!((twice / (2f64.powi(d) * expected) - 1.0).abs() < 1e-13);

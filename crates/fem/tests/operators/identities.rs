@@ -239,7 +239,7 @@ fn check_energy(solid: &Solid, kappa: Option<f64>, factors: Option<&[f64]>, size
 
 #[test]
 fn penalty_equals_a_constant_pressure_for_affine_maps() {
-    // Eq. (20) with (19) is (16): for constant J the pressure −κ (J − 1) is in the P1 space.
+    // For constant J the pressure −κ (J − 1) is in the P1 space, so eq. (20) with (19) equals (16).
     let solid = muscle();
     let kappa = 1e5;
     let u = displacement(&solid, |[x, y]| [1.02 * x + 0.1 * y, 1.01 * y]);

@@ -164,7 +164,7 @@ fn invalid_entries_are_reported_with_their_line() {
     }
 }
 
-/// Regression: rounding in z, and nodes of no element, made a mesh "not plane".
+/// Regression: meshes with rounding errors in z, or with unused nodes off the plane, were rejected as not plane.
 #[test]
 fn a_plane_mesh_may_have_rounded_and_unused_nodes_off_its_plane() {
     let plane = Mesh::parse_msh(SQUARE, "square.msh").unwrap();
@@ -226,7 +226,8 @@ fn partitions_are_joined_without_their_copies() {
     assert!(is_expected, "{line}: {problem}");
 }
 
-/// Regression: a mesh of the surfaces of a volume was "not plane", and a mesh of its curves had "no triangles".
+/// Regression: the message for a mesh of the surfaces of a volume was "not plane", and for a mesh of its curves "no
+/// triangles".
 #[test]
 fn volumes_without_tetrahedra_are_named() {
     let with_volume = SQUARE.replacen("1 1 1 0\n", "1 1 1 1\n", 1).replacen(
@@ -293,7 +294,7 @@ fn corrupt_words_do_not_panic() {
     }
 }
 
-/// Gmsh's files of one block with two groups on the same face and a nodal field.
+/// Returns a file written by Gmsh for a block, with two groups on the same face and a nodal field.
 fn block(format: &str) -> Vec<u8> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data");
     std::fs::read(format!("{folder}/block-{format}.msh")).unwrap()
@@ -405,7 +406,7 @@ fn missing_files_are_named() {
     assert!(matches!(error, FemError::Io { path, .. } if path == missing));
 }
 
-/// Regression: the children of a curved element were straight. They fill the same body.
+/// Regression: the children of a curved element were straight. Refinement must preserve the body.
 #[test]
 fn refinement_preserves_curved_bodies() {
     let square = generate::rectangle([0.0; 2], [1.5, 1.0], [1, 1]).unwrap();
@@ -428,8 +429,7 @@ fn refinement_preserves_curved_bodies() {
         let (n_children, fine_volume) = volume(&coarse.refined().unwrap());
         // The children along a curved edge share it; inner children follow the map of their parent.
         assert!(n_children > 2 * n_curved, "{n_children} of {n_curved}");
-        // A few dozen roundings. Straight children would miss a quarter of the bulge, a few
-        // percent.
+        // A few dozen roundings. With straight children, a quarter of the curved part would be missing, a few percent.
         assert!(
             (fine_volume / coarse_volume - 1.0).abs() < 1e-14,
             "{fine_volume} {coarse_volume}"

@@ -97,8 +97,7 @@ struct Rigid {
 }
 
 impl Rigid {
-    /// Creates a rotation by more than a right angle about all axes of the dimension, faster than
-    /// the deformation.
+    /// Creates a rotation about all axes of the dimension, by more than a right angle and faster than the deformation.
     fn new(dimension: usize) -> Self {
         let ((s, c), (a, b)) = (2.1_f64.sin_cos(), 0.7_f64.sin_cos());
         let about_z = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]];

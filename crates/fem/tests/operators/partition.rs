@@ -34,7 +34,7 @@ fn solid(cells: [usize; 3]) -> Solid {
         .unwrap()
 }
 
-/// Other partitions in this process, computed when a pass begins.
+/// Simulates the other partitions within this process; they are computed when a pass begins.
 #[derive(Debug)]
 struct Others {
     partitions: Vec<Solid>,
@@ -77,7 +77,7 @@ fn distributed(whole: &Solid) -> Solid {
     whole.clone().with_assembler(Arc::new(others), RANKS)
 }
 
-/// Sums of a hundred terms in another order: ε for each.
+/// Sums of about a hundred terms in a different order: an error of ε for each term.
 fn assert_same(a: &[f64], b: &[f64]) {
     let largest = a.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     assert!(largest > 0.0, "the result must not vanish");

@@ -97,7 +97,7 @@ fn forces_of_affine_maps_equal_boundary_tractions() {
     }
 }
 
-/// One layer of cells without motion across it has the energy of the plane body.
+/// One layer of cells without transverse motion has the energy of the plane body.
 #[test]
 fn layer_in_plane_strain_has_the_energy_of_the_2d_body() {
     let thickness = 0.3;

@@ -20,7 +20,7 @@ fn response(inv_kappa: f64) -> (f64, f64) {
     )
 }
 
-/// Compares with reference values of five digits from an independent program.
+/// Checks agreement with a reference value of an independent program, to its five digits.
 fn agrees(found: f64, stated: f64) {
     assert!((found / stated - 1.0).abs() < 5e-5, "{found} {stated}");
 }

@@ -9,7 +9,7 @@ use super::{RigidContact, Touch};
 pub struct Friction {
     /// μ.
     pub coefficient: f64,
-    /// v₀, m/s: under tractions below μ φ' the body creeps.
+    /// Regularization velocity v₀, m/s: under tractions below μ φ' the body slips slowly instead of sticking.
     pub slip_velocity: f64,
 }
 

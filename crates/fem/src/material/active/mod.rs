@@ -114,7 +114,7 @@ pub struct ActiveStress {
     pub force_velocity: Option<ForceVelocity>,
 }
 
-/// Tension τ at a point with its derivatives, and the deformed fiber.
+/// Deformed fiber at a point, and the tension τ with its derivatives.
 #[derive(Debug, Clone, Copy)]
 pub struct ActiveFiber<R, const D: usize> {
     /// Undeformed fiber f0.
@@ -224,13 +224,14 @@ impl<R: Real, const D: usize> ActiveFiber<R, D> {
         out
     }
 
-    /// Returns f0, the directions J and L of the derivatives.
+    /// Returns f0, the direction of the derivatives with respect to the indices J and L.
     #[inline(always)]
     pub fn direction(&self) -> [R; D] {
         self.reference
     }
 
-    /// Returns K of ∂P/∂F, which is not symmetric if the tension depends on the rate.
+    /// Returns the matrix K in ∂P/∂F, see the [module](self). It is not symmetric if the tension depends on the strain
+    /// rate.
     #[inline(always)]
     pub fn by_displacement(&self) -> [[R; D]; D] {
         let mut out = [self.fiber; D];

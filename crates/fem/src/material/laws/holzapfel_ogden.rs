@@ -117,7 +117,7 @@ struct Family {
 }
 
 impl Family {
-    /// Multiplies by the switch: returns H g, or its derivative if the derivative g' is given.
+    /// Multiplies the value g by the switch H. Returns H g, or the derivative of H g if g' is given.
     #[inline(always)]
     fn switched<R: Real>(&self, y: R, value: R, derivative: Option<R>) -> R {
         let term = derivative.unwrap_or(value);

@@ -3,9 +3,9 @@
 use super::three::CustomLaw;
 use super::{Described, Description};
 
-/// Declares the modules, [`Law`] and the functions over all laws. Isotropic laws have a potential
-/// of two invariants in plane strain; other laws are evaluated in 3D there too, also isotropic
-/// laws whose code is too long to be compiled into each plane kernel.
+/// Declares the modules, [`Law`] and the functions over all laws. In plane strain, isotropic laws have a potential of
+/// two invariants. Other laws, and isotropic laws whose code is too long to be compiled into each plane kernel, are
+/// evaluated in 3D.
 macro_rules! laws {
     (
         isotropic { $($plane_file:ident { $($plane:ident { $($plane_field:ident),* })* })* }

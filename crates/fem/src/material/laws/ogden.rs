@@ -7,10 +7,10 @@
 //! t(α) = Σ λ̄ᵢ^α − 3 = tr exp(α L) − 3 = Σ_{n≥2} αⁿ tr Lⁿ/n!,    tr Lⁿ = q tr Lⁿ⁻² + r tr Lⁿ⁻³
 //! ```
 //!
-//! so that it and its derivatives need no principal stretches, and equal stretches are not special. The
-//! series is summed for a small multiple of L, whose exponential is squared repeatedly: `tr X² = (tr X)² −
-//! 2 tr X⁻¹` for det X = 1. In the other direction, q and r follow from t(2) = Ī1 − 3 and t(−2) = Ī2 − 3 by
-//! repeated square roots.
+//! so that neither it nor its derivatives require principal stretches, and equal stretches are not a special case. The
+//! series is summed for a small multiple of L, whose exponential is squared repeatedly: `tr X² = (tr X)² − 2 tr X⁻¹`
+//! for det X = 1. In the other direction, q and r follow from t(2) = Ī1 − 3 and t(−2) = Ī2 − 3 by repeated square
+//! roots.
 
 use super::mooney_rivlin::{MooneyRivlin, first_invariant};
 use crate::material::Real;

@@ -127,7 +127,7 @@ impl<R: Real> FiberStrains<R> {
         }
     }
 
-    /// Adds `weight` (∂a/∂F⊗∂b/∂F + ∂b/∂F⊗∂a/∂F) for two strains, given by their numbers.
+    /// Adds `weight` (∂a/∂F⊗∂b/∂F + ∂b/∂F⊗∂a/∂F) for two strains, given by their indices.
     #[inline(always)]
     pub fn add_coupling(&self, out: &mut Symmetric3<R>, weight: R, [a, b]: [usize; 2]) {
         let (a, b) = (self.gradient(PAIRS[a]), self.gradient(PAIRS[b]));

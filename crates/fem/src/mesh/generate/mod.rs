@@ -262,9 +262,8 @@ fn spindle_slope(x: f64) -> f64 {
     -0.018 * PI / (2.0 * HALF_LENGTH) * (PI * x / HALF_LENGTH).sin()
 }
 
-/// Generates the plane spindle of the muscle. Groups as in `muscle.msh`: `fixed` (both ends),
-/// `load` (top, |x| ≤ 0.02), `muscle`, `origin` (the vertex at (0, 0)).
-/// |x| ≤ 0.02), `muscle`, `origin` (the vertex at (0, 0)), as in `muscle.msh`.
+/// Generates the plane spindle of the muscle. The groups are those of `muscle.msh`: `fixed` (both ends), `load` (top,
+/// |x| ≤ 0.02), `muscle`, `origin` (the vertex at (0, 0)).
 ///
 /// # Errors
 /// [`FemError::Parameter`] unless the number of columns is a multiple of ten and the number of rows

@@ -18,8 +18,6 @@ const TENDON: f64 = 0.1;
 /// Groups: `fixed` (both ends), `left`, `right`, `surface` (the boundary between the ends), `load`
 /// (top, |x| ≤ 0.02), `muscle`, `tendon` (a tenth of the length at each end), `origin` (the vertex
 /// at (0, 0, 0)). The nodal field `fiber` follows the muscle.
-/// |x| ≤ 0.02), `muscle`, `tendon` (a tenth of the length at either end), `origin` (the vertex at
-/// (0, 0, 0)). The nodal field `fiber` is along the muscle.
 ///
 /// # Errors
 /// [`FemError::Parameter`] unless the number of cells along the muscle is a multiple of ten and the

@@ -239,8 +239,8 @@ pub(super) fn kind_of(dimension: u64) -> &'static str {
 }
 
 impl MshFile {
-    /// Reads the names of groups. A name that groups of several dimensions have is preceded by the kind of each, as in
-    /// `surface skin`.
+    /// Reads the names of groups. If groups of several dimensions have the same name, it is preceded by the kind of
+    /// each group, as in `surface skin`.
     fn physical_names(&mut self, lines: &mut Lines<'_>) -> Result<(), MshProblem> {
         let count: usize = number(&mut lines.words("a count")?, "a count of names")?;
         let mut names = HashSet::new();
@@ -265,7 +265,7 @@ impl MshFile {
             }
             self.names.insert((dimension, tag), name);
         }
-        // A name of groups of several dimensions is ambiguous.
+        // A name shared by groups of several dimensions is ambiguous.
         for ((dimension, _), name) in &mut self.names {
             let is_other = |(other, own): &(u64, String)| other != dimension && *own == *name;
             if names.iter().any(is_other) {
@@ -275,7 +275,8 @@ impl MshFile {
         lines.close("$EndPhysicalNames")
     }
 
-    /// Reads the entities of the partitions, whose elements have other entity tags than the elements of the whole.
+    /// Reads the entities of the partitions, whose elements have different entity tags from the elements of the whole
+    /// mesh.
     fn partitioned_entities(&mut self, lines: &mut Lines<'_>) -> Result<(), MshProblem> {
         let count = "a count of partitions";
         number::<usize>(&mut lines.words(count)?, count)?;

@@ -1,4 +1,5 @@
-//! Sections of version 2.2 that differ from version 4.1: nodes and elements, which list their physical groups themselves.
+//! Sections of version 2.2 that differ from version 4.1: nodes, and elements, which include the tags of their physical
+//! groups.
 
 use std::collections::HashMap;
 
@@ -51,7 +52,7 @@ impl MshFile {
                 });
             }
         }
-        // Version 2.2 does not list the volumes of the geometry; names of groups tell that there are some.
+        // Version 2.2 does not list the volumes of the geometry; names of groups show that volumes exist.
         self.has_volumes = self.names.keys().any(|(dimension, _)| *dimension == 3);
         lines.close("$EndElements")
     }

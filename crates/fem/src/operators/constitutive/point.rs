@@ -43,7 +43,7 @@ fn strain(law: Spatial, h: Tensor3, axes: Axes<f64>) -> Strain3<Lane> {
     law.strain(tensor(h), axes, None)
 }
 
-/// Point evaluation in 3D; `axes` matter for laws with fibers only.
+/// Point evaluation in 3D; only laws with fibers use `axes`.
 impl Law {
     /// Returns W at `h` = ∇u without the pressure term.
     pub fn energy3(self, h: Tensor3, axes: Axes<f64>) -> f64 {
@@ -77,8 +77,8 @@ impl Law {
         full(&law.packed_tangent(&strain(law, h, axes), volumetric(p, 0.0), None))
     }
 
-    /// Returns bulk and shear modulus at small strains from the law's stress alone, Pa. For a law with fibers, these are
-    /// the means over all directions (Voigt average).
+    /// Returns bulk and shear modulus at small strains, Pa, computed from the stress of the law. For a law with fibers,
+    /// these are the means over all directions (Voigt average).
     pub fn moduli(self) -> [f64; 2] {
         let c = self.tangent3([[0.0; 3]; 3], 0.0, Axes::cartesian(0.0));
         // C_iijj and C_ijij.

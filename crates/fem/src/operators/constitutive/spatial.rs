@@ -16,7 +16,7 @@ use crate::simd::lanes::{Lanes, outlined};
 #[derive(Clone, Copy)]
 pub(crate) struct Spatial(pub(crate) Law);
 
-/// Representative of finite-strain laws where only the strain measure matters.
+/// Representative finite-strain law, for functions that depend only on the strain measure.
 const FINITE: MooneyRivlin = MooneyRivlin { c10: 0.0, c01: 0.0 };
 /// Representative of small-strain laws.
 const SMALL: SmallStrain = SmallStrain { shear_modulus: 0.0 };

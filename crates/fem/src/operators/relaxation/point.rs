@@ -108,7 +108,7 @@ impl<S: Simd, const D: usize, C: Constitutive<D>> At<S, D, C> {
         (self.pulled_back(&rate), across)
     }
 
-    /// Returns ∂S/∂E of a law that depends on FᵀF = I + 2 E alone: Ṡ along V = F⁻ᵀ e for each [unit
+    /// Returns ∂S/∂E of a law that depends only on FᵀF = I + 2 E. It consists of Ṡ along V = F⁻ᵀ e for each [unit
     /// strain](UnitStrains) e.
     #[inline(always)]
     pub(super) fn moduli(&self, law: &C, across: Option<&OutOfPlane<S>>) -> [Rate<S, D>; 6] {

@@ -44,8 +44,8 @@ impl<const D: usize, const N: usize, const P: usize> Batches<D, N, P> {
         }
     }
 
-    /// Stores the fiber axes at each point in the batches whose law depends on them or whose added
-    /// stress, by its index, `is_active`.
+    /// Stores the fiber axes at each point, in the batches whose law depends on fibers or whose added stress is active;
+    /// `is_active` receives the index of the added stress.
     pub(crate) fn set_fibers(&mut self, fibers: &Fibers, is_active: impl Fn(usize) -> bool) {
         let Self { points, batches } = self;
         let needs_axes = |batch: &&mut Batch<D, N, P>| {

@@ -69,7 +69,7 @@ impl<S: Simd, const D: usize, const N: usize, const P: usize> Part<'_, S, D, N, 
         Lanes::zero(self.simd)
     }
 
-    /// Returns the fiber axes at a point; unless they are `needed`, the coordinate axes.
+    /// Returns the fiber axes at a point, or the coordinate axes if fiber axes are not `needed`.
     #[inline(always)]
     pub(crate) fn axes(&self, point: usize, needed: bool) -> Axes<Lanes<S>> {
         let mut axes = Axes::cartesian(self.zero());

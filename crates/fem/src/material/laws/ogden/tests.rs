@@ -23,7 +23,7 @@ mod plane {
         ogden: rubber();
     }
 
-    /// In the plane, stretches coincide with each other or with the stretch 1 across the plane.
+    /// In plane strain, the stretches coincide with each other or with the out-of-plane stretch 1.
     #[test]
     fn coinciding_stretches_are_regular() {
         for gap in [0.0, 1e-9, 1e-7, 1e-5, 1e-3] {
@@ -124,7 +124,7 @@ mod space {
     }
 }
 
-/// Powers of stretches from the invariants, over the range of stretches that the law promises.
+/// Checks powers of stretches computed from the invariants, over the documented range of stretches.
 #[test]
 fn powers_are_accurate() {
     for i in -12_i32..=12 {
