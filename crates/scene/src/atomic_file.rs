@@ -1,5 +1,5 @@
-//! All changes of result files: whole files, written under a temporary name and then renamed; files
-//! that grow line by line; removals.
+//! Every change of result files: replacing a whole file (written under a temporary name and then renamed), appending
+//! lines to a growing file, and removal.
 
 #[cfg(test)]
 pub(crate) mod faults;
@@ -49,8 +49,8 @@ thread_local! {
     static PASSING: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs a computation whose files do not outlive the process. Within it, this thread does not wait
-/// until files are on the disk.
+/// Runs a computation whose files are only needed during this process. Meanwhile, this thread does not wait until files
+/// are on the disk.
 pub fn passing<T>(compute: impl FnOnce() -> T) -> T {
     struct Before(bool);
     impl Drop for Before {
@@ -71,7 +71,7 @@ pub(crate) fn sync(file: &File) -> io::Result<()> {
     }
 }
 
-/// Writes `path` by `fill`, so that a reader sees either the old or the new file, never a part. A
+/// Writes `path` with the content from `fill` so that a reader sees either the old or the new file, never a part. A
 /// link at `path` is replaced, not followed.
 ///
 /// # Errors
@@ -202,7 +202,7 @@ pub fn save(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
     write(path, |file| file.write_all(contents.as_ref())).map_err(Error::file("write", path))
 }
 
-/// Returns the permissions that the user's mask allows, as for other files.
+/// Returns the permissions that the user's umask allows, as for any new file.
 #[cfg(unix)]
 fn permissions() -> Option<Permissions> {
     Some(std::os::unix::fs::PermissionsExt::from_mode(0o666))

@@ -48,8 +48,7 @@ impl Exchanged {
 mod tests {
     use super::*;
 
-    /// Powers up to t⁷ are integrated exactly by the rule: tⁿ over [0, 2] gives 2ⁿ⁺¹/(n + 1) times
-    /// the factor.
+    /// Checks that powers up to t⁷ are integrated exactly: the integral of (n + 1) tⁿ over [0, 2] is 2ⁿ⁺¹.
     #[test]
     fn powers_of_degree_7_are_integrated_exactly() {
         for degree in 0..=7 {

@@ -58,8 +58,8 @@ impl Error {
         }
     }
 
-    /// Converts the error to invalid input if nothing was written before it. Errors for lack of
-    /// memory, and of searches without result, are unchanged.
+    /// Converts the error to invalid input if nothing was written before it. Errors due to a lack of memory and errors
+    /// of unsuccessful searches are unchanged.
     pub fn before_any_output(self) -> Self {
         let memory = |error: &SparseError| matches!(error, SparseError::Memory { .. });
         let mut causes = std::iter::successors(std::error::Error::source(&self), |e| e.source());
@@ -115,7 +115,7 @@ impl InputError {
         }
     }
 
-    /// Adds the location: file, line, key or option. It is printed first, whenever it is added.
+    /// Adds the location: file, line, key or option. The location is printed first, even if it is added last.
     pub fn at(mut self, place: impl fmt::Display) -> Self {
         self.details.insert(0, ("where", place.to_string()));
         self
@@ -136,12 +136,12 @@ impl InputError {
         self.with("next", step)
     }
 
-    /// Adds the case of a sweep in which the error occurred.
+    /// Adds the number of the sweep's case in which the error occurred.
     pub(crate) fn case(self, which: impl fmt::Display) -> Self {
         self.with("case", which)
     }
 
-    /// Names the option `--vary` as the location, for errors in cases of a sweep.
+    /// Adds the option `--vary` as the location, for errors in cases of a sweep.
     pub(crate) fn of_vary(mut self, set: &[String]) -> Self {
         for (_, place) in self
             .details
@@ -178,7 +178,7 @@ impl fmt::Display for InputError {
     }
 }
 
-/// Longest line of a detail, characters. Values of a scene may be as long as the file.
+/// Maximum length of a line of a detail, in characters. A value in a scene may be as long as the file.
 const LONGEST_LINE: usize = 1000;
 
 fn shortened(line: &str) -> String {

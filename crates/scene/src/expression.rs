@@ -99,7 +99,7 @@ struct Brackets<'a> {
 }
 
 impl Brackets<'_> {
-    /// Copies powers between other operators, or the arguments of a function.
+    /// Copies a sum or product of powers, or a list of function arguments separated by commas.
     fn sum(&mut self) -> Result<(), ExpressionError> {
         loop {
             self.power()?;
@@ -179,7 +179,7 @@ impl Brackets<'_> {
         }
     }
 
-    /// Returns the error for the unexpected rest.
+    /// Returns the error for the unexpected rest of the text, or for an incomplete expression.
     fn unexpected(&self) -> ExpressionError {
         match self.rest.trim() {
             "" => ExpressionError::Incomplete,

@@ -63,8 +63,8 @@ impl<'a> Inputs<'a> {
 /// Returns the content of a regular file.
 ///
 /// # Errors
-/// Errors of the file system, and files other than regular ones: a pipe may wait forever, and a
-/// device may be endless.
+/// Errors of the file system, and files other than regular ones: reading a pipe may block forever, and reading a device
+/// may never end.
 pub(crate) fn content(path: &Path) -> io::Result<Vec<u8>> {
     match fs::metadata(path)? {
         there if there.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
@@ -76,7 +76,7 @@ pub(crate) fn content(path: &Path) -> io::Result<Vec<u8>> {
 /// Returns the text of a regular file.
 ///
 /// # Errors
-/// As for [`content`]; text that is not UTF-8.
+/// Errors of [`content`], and text that is not UTF-8.
 pub(crate) fn text(path: &Path) -> io::Result<String> {
     String::from_utf8(content(path)?).map_err(io::Error::other)
 }

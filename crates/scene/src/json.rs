@@ -13,7 +13,7 @@ struct Envelope<'a, T> {
     body: &'a T,
 }
 
-/// Returns the document of `command` around `body`, which must serialize as an object.
+/// Returns the JSON document of `command` with the fields of `body`, which must serialize as an object.
 ///
 /// # Errors
 /// If `body` cannot be serialized.

@@ -158,14 +158,14 @@ pub fn body_of(scene: &Scene) -> Result<&Body, InputError> {
     })
 }
 
-/// Returns a note for a body without supports.
+/// Returns a note if the body has no supports.
 fn not_held(muscle: &Muscle) -> Option<String> {
     let free = support::free_parts(muscle)?;
     let s = if free.count == 1 { "" } else { "s" };
     Some(format!("{} rigid motion{s} at 0 Hz: {free}", free.count))
 }
 
-/// Returns a note for an unstable equilibrium. Newton's method finds such states, for example a
+/// Returns a note if the equilibrium is unstable in some directions. Newton's method finds such states, for example a
 /// straight column beyond its buckling load.
 pub(crate) fn instability(directions: usize) -> Option<String> {
     let motions = match directions {

@@ -31,7 +31,8 @@ pub struct Periodic {
     pub steps: u64,
     /// Largest magnitude of the multipliers.
     pub spectral_radius: f64,
-    /// Whether all multipliers are inside the unit circle; `None` if the largest is on it, as without damping.
+    /// Whether all multipliers are inside the unit circle; `None` if the largest is on the circle, for example without
+    /// damping.
     pub is_stable: Option<bool>,
     /// Leading Floquet multipliers as [real part, imaginary part], largest magnitude first.
     pub multipliers: Vec<[f64; 2]>,

@@ -11,7 +11,7 @@ pub(crate) struct Range<'a> {
 }
 
 impl<'a> Range<'a> {
-    /// Splits the text if it is a range. Other text, such as a path, may contain `..` too.
+    /// Splits the text if it is a range. Other texts, such as paths, may also contain `..`.
     pub(crate) fn read(text: &'a str) -> Option<Self> {
         let (low, rest) = text.split_once("..")?;
         let (high, n) = match rest.split_once(':') {

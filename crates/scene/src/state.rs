@@ -30,7 +30,7 @@ pub(crate) struct State {
     /// Fraction of the loads for which the state is the equilibrium; `None` for a motion.
     #[serde(default)]
     pub(crate) load_reached: Option<f64>,
-    /// End time of the run, s, if the run stopped before it.
+    /// Intended end time of the run, s, if the run stopped earlier.
     #[serde(default)]
     pub(crate) stopped_before: Option<f64>,
 }
@@ -79,7 +79,8 @@ impl State {
         }
     }
 
-    /// Returns the undeformed body with the same velocity of these nodes, m/s, and the other nodes at rest.
+    /// Returns the undeformed state with the given velocity (m/s) at the given nodes and zero velocity at the other
+    /// nodes.
     pub(crate) fn moving(space: &Space, nodes: &[usize], velocity: &[f64]) -> Self {
         let dimension = velocity.len();
         let mut velocities = vec![0.0; space.n_nodes() * dimension];
@@ -98,7 +99,7 @@ impl State {
         }
     }
 
-    /// Returns whether the state belongs to a body with these nodes.
+    /// Returns whether the state belongs to a body with the same number of nodes.
     pub(crate) fn is_of(&self, space: &Space) -> bool {
         let n = space.n_nodes() * space.dimension();
         self.mesh == key(space) && [self.displacement.len(), self.velocity.len()] == [n, n]
@@ -134,7 +135,7 @@ impl State {
         y
     }
 
-    /// Returns notes on parts of the state that a motion of `muscle` does not start from unchanged.
+    /// Returns notes on parts of the state that the motion of `muscle` cannot use unchanged.
     pub(crate) fn notes(&self, muscle: &Muscle) -> Vec<String> {
         let mut notes = Vec::new();
         if let Some(end) = self.stopped_before {

@@ -1,4 +1,4 @@
-//! Statistics of a run as JSON with the names of the contract and all settings used.
+//! Statistics of a run as JSON, with documented names and all settings used.
 
 use std::collections::BTreeMap;
 
@@ -24,7 +24,7 @@ pub struct CountsJson<'a> {
 }
 
 impl<'a> CountsJson<'a> {
-    /// Creates the document part from the statistics of a run.
+    /// Creates this part of the document from the statistics of a run.
     pub fn new(statistics: &'a Statistics) -> Self {
         Self {
             counts: statistics.counts,

@@ -10,7 +10,7 @@ pub struct Versions {
     /// Git revision of the build, with `-modified` after local changes; `unknown` if built outside
     /// git.
     pub git: &'static str,
-    /// SUNDIALS as linked, queried at run time.
+    /// Version of the linked SUNDIALS library, queried at run time.
     pub sundials: String,
     /// KLU according to the headers at build time, since the library cannot be queried. `None` in a
     /// build without KLU.
@@ -18,7 +18,7 @@ pub struct Versions {
 }
 
 impl Versions {
-    /// Returns the version of KLU, or its replacement in this build.
+    /// Returns the version of KLU, or the name of its replacement in this build.
     pub fn klu_text(&self) -> &str {
         self.klu.as_deref().unwrap_or("none (faer is used instead)")
     }

@@ -38,7 +38,7 @@ pub const AMPLITUDES_LIST: &str = "amplitudes.pvd";
 /// Name of the list of the values at places of chains.
 pub const PLACES_LIST: &str = "places.pvd";
 
-/// Value for each of some elements.
+/// Values of a field in some of the elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CellField {
     /// Name of the field.
@@ -128,7 +128,7 @@ impl Series {
         self.listing.add(frequency, &text)
     }
 
-    /// Sets the non-finite values found in earlier files.
+    /// Adds the non-finite values that were found in earlier files.
     #[must_use]
     pub fn with_seen(self, not_finite: Option<NotFinite>) -> Self {
         Self { not_finite, ..self }
@@ -261,8 +261,8 @@ fn of_another_mesh() -> io::Error {
     )
 }
 
-/// Returns time and nodal displacement (three components per node) of the last file in a folder, or
-/// `None` if the file or its displacement is missing.
+/// Returns the time and the nodal displacement (three components per node) from the last file in a folder, or `None` if
+/// the file or its displacement is missing.
 ///
 /// # Errors
 /// Errors of the file system, and files of another mesh.

@@ -12,7 +12,7 @@ pub trait ProgressSink: Sync {
     /// Shows the line if it is due.
     fn on_progress(&self, line: &dyn Fn() -> String);
 
-    /// Shows the line even if another line was shown just before, for operations that take long.
+    /// Shows the line even if another line was shown just before, for operations that take a long time.
     fn tell_now(&self, line: &dyn Fn() -> String) {
         self.on_progress(line);
     }

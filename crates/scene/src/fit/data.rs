@@ -35,7 +35,7 @@ pub enum Domain {
 }
 
 impl Domain {
-    /// Returns the names of its column in plain tables; PEtab's tables use the last name.
+    /// Returns the allowed names of its column in plain tables. Tables in PEtab's format use the last name.
     fn names(self) -> &'static [&'static str] {
         match self {
             Self::Time { .. } => &["t", "time"],
@@ -56,11 +56,11 @@ const USED: [&str; 6] = [
     "measurement",
     "noiseParameters",
 ];
-/// Columns of PEtab that must have a single value, as a file is one experiment.
+/// PEtab columns that must contain a single value, because each file is one experiment.
 const CONDITIONS: [&str; 3] = ["simulationConditionId", "experimentId", "modelId"];
 /// Columns of PEtab that label measurements without changing their meaning.
 const LABELS: [&str; 2] = ["datasetId", "replicateId"];
-/// Columns of PEtab with the only supported value.
+/// PEtab columns for which only one value is supported.
 const NEUTRAL: [(&str, &str); 2] = [
     ("observableTransformation", "lin"),
     ("noiseDistribution", "normal"),
@@ -69,7 +69,7 @@ const NEUTRAL: [(&str, &str); 2] = [
 /// Reads the measurements in `file`; see [`read`].
 ///
 /// # Errors
-/// Devices, pipes, folders and text in another encoding than UTF-8; as for [`read`].
+/// Devices, pipes, folders, and text that is not UTF-8; errors of [`read`].
 pub(super) fn read_file(
     file: &Path,
     outputs: &[Output],
@@ -88,10 +88,10 @@ pub(super) fn read_file(
 
 /// Reads measurements of `outputs` within a range of times, frequencies or load factors, sorted by them.
 ///
-/// The text is either a plain table, with a column `t` or `time` (`f` or `frequency`, `load`), a column for each measured output and
-/// optional columns NAME.noise of standard deviations; or PEtab's long table with the columns
-/// `observableId`, `time` (`frequency`, `load`), `measurement` and optionally `noiseParameters`. An empty cell is not a measurement.
-/// Columns are separated by commas, or by tabs if the header contains one.
+/// The text is either a plain table, with a column `t` or `time` (`f` or `frequency`, `load`), a column for each
+/// measured output, and optional columns NAME.noise with standard deviations; or PEtab's long table with the columns
+/// `observableId`, `time` (`frequency`, `load`), `measurement` and optionally `noiseParameters`. An empty cell is not a
+/// measurement. Columns are separated by commas, or by tabs if the header contains one.
 ///
 /// # Errors
 /// A [`DataError`] with the line and the column.
@@ -186,8 +186,8 @@ impl<'a> Reader<'a> {
         error.found(format!("`{name}`")).allowed(names.join(", "))
     }
 
-    /// Rejects rows whose length differs from the header's: an empty cell marks a missing measurement, a missing cell a
-    /// damaged file.
+    /// Rejects rows whose length differs from the header's. An empty cell means that there is no measurement, whereas a
+    /// missing cell means that the file is damaged.
     fn expect_whole(&self, table: &Table, row: usize) -> Result<(), DataError> {
         let (found, wanted) = (table.rows[row].len(), table.names.len());
         let problem = match found.cmp(&wanted) {

@@ -12,12 +12,13 @@ use crate::{Error, InputError};
 /// The file.
 pub(super) const HISTORY: &str = "history.csv";
 
-/// Columns before the parameters. `part` is the first part of the measurements' time that the cost is the sum over.
+/// Columns before the parameters. `part` is the fraction of the measurement time, from its start, that contributes to
+/// the cost.
 const COLUMNS: [&str; 4] = ["iteration", "runs", "part", "cost"];
 
-/// The iterations in a file, each of which is on the disk before the next begins.
+/// The iterations in a file. Each iteration is written to the disk before the next begins.
 pub(super) struct History<'a> {
-    /// Both are opened at the first iteration.
+    /// Folder and table, which are opened at the first iteration.
     file: Option<(ResultFolder, CsvWriter<Growing<File>>)>,
     columns: Vec<String>,
     request: FolderRequest<'a>,
@@ -32,7 +33,7 @@ fn columns(parameters: &[Parameter]) -> Vec<String> {
     all.map(str::to_owned).collect()
 }
 
-/// Refuses to resume a fit of another scene or of other measurements: their costs cannot be compared.
+/// Refuses to resume a fit of another scene or to other measurements, because the costs could not be compared.
 fn expect_origin(request: &FolderRequest<'_>) -> Result<(), InputError> {
     let Some(known) = request.earlier_origin()? else {
         return Ok(()); // the request reports that there is no fit
@@ -50,7 +51,7 @@ fn expect_origin(request: &FolderRequest<'_>) -> Result<(), InputError> {
 }
 
 impl<'a> History<'a> {
-    /// Prepares a new file. The folder, and an earlier fit in it, stay as they are until the first iteration.
+    /// Prepares a new file. The folder and an earlier fit in it remain unchanged until the first iteration.
     pub(super) fn begin(request: FolderRequest<'a>, parameters: &[Parameter]) -> Self {
         Self {
             file: None,
@@ -70,8 +71,8 @@ impl<'a> History<'a> {
         Ok((folder, csv))
     }
 
-    /// Continues the file of a fit with the same origin. The parameters start from the iteration with the smallest cost
-    /// among those over most measurements.
+    /// Continues the file of a fit with the same origin. The parameters start from the iteration with the smallest
+    /// cost, among the iterations that used the most measurements.
     pub(super) fn resume(
         request: FolderRequest<'a>,
         parameters: &mut [Parameter],
@@ -156,7 +157,7 @@ impl<'a> History<'a> {
         written.map_err(Error::file("write", &path))
     }
 
-    /// Reports whether all iterations were written. A fit that `succeeded` without one has its folder, too.
+    /// Reports whether all iterations were written. Also creates the folder of a fit that `succeeded` without any iteration.
     pub(super) fn end(self, succeeded: bool) -> Result<(), Error> {
         if succeeded && self.file.is_none() && self.failed.is_none() {
             self.open()?;

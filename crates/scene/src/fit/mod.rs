@@ -79,7 +79,7 @@ pub enum Outcome {
     MaxIterations,
     /// The fit was interrupted.
     Interrupted,
-    /// The scene could not be computed in the direction of smaller costs; with the message.
+    /// The scene could not be computed at parameters with smaller costs. Contains the message.
     Failed(String),
 }
 
@@ -106,7 +106,8 @@ const OFFSET: f64 = 0.01;
 /// Maximum number of starting points: each costs a fit.
 const MAX_STARTS: usize = 10_000;
 
-/// Distance from a bound at which the scene must be valid, in units of the distance between start and bound.
+/// Distance from a bound of the point at which the validity of the scene is tested, relative to the distance between
+/// start and bound.
 const WITHIN: f64 = 1e-6;
 
 #[derive(Debug)]
@@ -334,13 +335,13 @@ fn parameters(scene: &Parameterized) -> Result<Vec<Parameter>, InputError> {
     all.collect()
 }
 
-/// Multiple of a parameter's typical size by which it may become negative if the scene allows that at all. A constant with a
-/// lower bound that depends on other constants, such as `c01`, stays nonnegative unless it has a `low`.
+/// Lower bound of a parameter that may be negative, as a negative multiple of its typical size. A constant whose lower
+/// bound depends on other constants, such as `c01`, stays nonnegative unless its `low` is given.
 const FAR: f64 = 1e6;
 
 /// Restricts parameters with a nonnegative start and without a positive lower bound to the range that the scene allows:
-/// positive values if it refuses zero, nonnegative values if it refuses negative values. An unrestricted search can end
-/// at the edge of that range.
+/// positive values if the scene rejects zero, nonnegative values if it rejects negative values. An unrestricted search
+/// can end at the edge of that range.
 fn restrict(scene: &Parameterized, parameters: &mut [Parameter]) {
     let start: Vec<f64> = parameters.iter().map(|p| p.start).collect();
     for (j, parameter) in parameters.iter_mut().enumerate() {
@@ -360,13 +361,13 @@ fn restrict(scene: &Parameterized, parameters: &mut [Parameter]) {
     }
 }
 
-/// Refuses bounds outside the range that the scene allows: the fit would fail before it reaches them.
+/// Rejects bounds outside the range that the scene allows, because the fit would fail before it reaches them.
 fn expect_bounds(scene: &Parameterized, start: &[f64]) -> Result<(), InputError> {
     for (i, known) in scene.parameters.iter().enumerate() {
         for (key, bound) in [("low", known.wanted.low), ("high", known.wanted.high)] {
             let Some(bound) = bound else { continue };
             let mut values = start.to_vec();
-            // The scene's range may exclude its end, so the test is just within the bound.
+            // The scene's range may be open at its end, so the test point is just inside the bound.
             values[i] += (1.0 - WITHIN) * (bound - start[i]);
             if let Err(error) = scene.at(&values) {
                 let message = format!("`{}` cannot go to this bound", known.label());
@@ -378,7 +379,8 @@ fn expect_bounds(scene: &Parameterized, start: &[f64]) -> Result<(), InputError>
     Ok(())
 }
 
-/// Returns hashes of the scenes, their input files and the measurements: costs can be compared if all are equal.
+/// Returns hashes of the scenes, their input files and the measurements: costs can only be compared if all of them are
+/// equal.
 fn origin(options: &FitOptions<'_>, experiments: &[Experiment]) -> Value {
     let of_each =
         |of: &dyn Fn(&Experiment) -> Value| -> Value { experiments.iter().map(of).collect() };
@@ -392,7 +394,7 @@ fn origin(options: &FitOptions<'_>, experiments: &[Experiment]) -> Value {
     })
 }
 
-/// Refuses an experiment that sets a fitted parameter: the fit would replace its value.
+/// Rejects an experiment that overrides a fitted parameter, because the fit would replace the value.
 fn expect_free_parameters(
     scene: &Parameterized,
     file: &Path,

@@ -26,7 +26,7 @@ pub(super) struct Experiment {
 }
 
 impl Experiment {
-    /// Takes `data` of existing outputs, sorted by time.
+    /// Creates an experiment. `data` must belong to existing outputs and be sorted by time.
     pub(super) fn new(scene: Parameterized, outputs: Vec<Output>, data: Vec<Datum>) -> Self {
         let mut times: Vec<f64> = data.iter().map(|datum| datum.t).collect();
         times.dedup();
@@ -42,7 +42,7 @@ impl Experiment {
         &self.scene.scene
     }
 
-    /// Returns the scene file without the starts and bounds of a fit, which do not change the cost.
+    /// Returns the scene without the starting values and bounds of a fit, which do not change the cost.
     pub(super) fn computed(&self) -> Value {
         let mut file = json!(self.scene().file);
         let parameters = file["parameter"].as_array_mut();
@@ -86,13 +86,13 @@ impl Experiment {
         }
     }
 
-    /// Returns the measurements in the first `part` of their time.
+    /// Returns the measurements in the first `part` (a fraction) of their time.
     fn data_within(&self, part: f64) -> &[Datum] {
         let end = self.times.last().map_or(0.0, |last| part * last);
         &self.data[..self.data.partition_point(|datum| datum.t <= end)]
     }
 
-    /// Returns the outputs at the times of the measurements within `effort`, or at their frequencies.
+    /// Returns the outputs at the times of the measurements that `effort` includes, or at their frequencies.
     fn run(
         &self,
         p: &[f64],
@@ -143,12 +143,12 @@ impl Experiment {
 pub(super) struct Effort {
     /// Lower limit of the relative tolerance.
     pub(super) least_tolerance: f64,
-    /// First part of the measurements' time.
+    /// Fraction of the measurements' time, from its start, that is computed.
     pub(super) part: f64,
 }
 
 impl Effort {
-    /// Sensitivities with the scene's tolerance, up to the last measurement.
+    /// Full runs: the scene's tolerance, up to the last measurement.
     pub(super) const FULL: Self = Self {
         least_tolerance: 0.0,
         part: 1.0,

@@ -1,4 +1,4 @@
-//! Fits of motions in phases: first to short runs at loose tolerances, then to the full runs.
+//! Fits of motions in phases: first with short runs at loose tolerances, then with full runs.
 
 use std::ops::ControlFlow;
 
@@ -8,10 +8,10 @@ use myovib_fit::{
 
 use super::model::{Effort, SceneModel};
 
-/// Effort and convergence offset (in units of the parameters' uncertainty) of the phases before the last. A short run costs
-/// less, and its oscillations are still close enough in phase to the measurements for the linearization to hold. The
-/// first phase needs no better accuracy than its measurements allow; the error of loose tolerances may be a third of the
-/// uncertainty.
+/// Effort and convergence offset (in units of the parameters' uncertainty) of the phases before the last. A short run
+/// costs less, and its oscillations are still close enough in phase to the measurements for the linearization to hold.
+/// The first phase need not be more accurate than its measurements allow; the error due to loose tolerances may be a
+/// third of the uncertainty.
 const BEFORE: [(Effort, f64); 2] = [
     (
         Effort {
@@ -29,14 +29,14 @@ const BEFORE: [(Effort, f64); 2] = [
     ),
 ];
 
-/// Tolerance of these phases for relative changes of the parameters.
+/// Convergence tolerance of these phases for relative changes of the parameters.
 const NEAR: f64 = 1e-2;
 
 /// Called with the part of the measurements' time and each iteration.
 pub(super) type Observe<'a> = dyn FnMut(f64, &Iteration) -> ControlFlow<()> + 'a;
 
-/// Fits short and rough runs from all `starts`, and continues from the best result with the full runs. Fits of other
-/// analyses than motions have one phase.
+/// Fits with short, inaccurate runs from all `starts`, then continues from the best result with full runs. Fits of
+/// analyses other than motions have one phase.
 pub(super) fn fit_in_phases(
     model: &mut SceneModel<'_>,
     starts: &[Vec<Parameter>],
@@ -72,7 +72,7 @@ struct Phases<'a, 'o> {
 }
 
 impl Phases<'_, '_> {
-    /// Fits short and rough runs from all starts, then the full runs from the best.
+    /// Fits with short, inaccurate runs from all starts, then with full runs from the best result.
     fn all(
         &mut self,
         model: &mut SceneModel<'_>,
@@ -82,7 +82,7 @@ impl Phases<'_, '_> {
         let mut reached: Option<Effort> = None;
         let rough = best_fit(starts, &mut |start| {
             let (fit, effort) = self.before(model, start, requested)?;
-            // The cost of fewer measurements is smaller but cannot be compared.
+            // The cost over fewer measurements is smaller, but cannot be compared with the cost over all.
             if reached.is_some_and(|reached| effort.part < reached.part) {
                 return Err(FitError::Start("interrupted".into()));
             }
@@ -99,7 +99,7 @@ impl Phases<'_, '_> {
         rough
     }
 
-    /// Fits the full runs from all starts.
+    /// Fits with full runs from all starts.
     fn full(
         &mut self,
         model: &mut SceneModel<'_>,
@@ -114,7 +114,7 @@ impl Phases<'_, '_> {
         })
     }
 
-    /// Fits the phases before the last from one start; returns the fit and the effort of the last completed phase.
+    /// Performs all phases before the last from one start. Returns the fit and the effort of the last completed phase.
     fn before(
         &mut self,
         model: &mut SceneModel<'_>,
@@ -147,7 +147,7 @@ impl Phases<'_, '_> {
         last.expect("there is a phase before the last")
     }
 
-    /// Fits the full runs, starting from the `rough` fit.
+    /// Fits with full runs, starting from the result of the `rough` fit.
     fn last(
         &mut self,
         model: &mut SceneModel<'_>,
@@ -160,7 +160,7 @@ impl Phases<'_, '_> {
             Ok(rough) => self.one(1.0, &mut |observe| {
                 refine(model, &starts[0], rough, requested, observe)
             }),
-            // Full runs may succeed where rough ones fail.
+            // Full runs may succeed where inaccurate runs fail.
             Err(_) => self.full(model, starts, requested),
         }
     }

@@ -1,4 +1,4 @@
-//! Intervals by profile likelihood of a scene's parameters.
+//! Confidence intervals of a scene's parameters by profile likelihood.
 
 use myovib_fit::{Fit, FitError, Options, Parameter, Profile, profile};
 

@@ -19,7 +19,8 @@ impl<'a> FitProgress<'a> {
         }
     }
 
-    /// Reports iteration `number`, whose `cost` is the sum over the first `part` of the measurements' time.
+    /// Reports iteration `number`, whose `cost` is the sum over the first `part` (a fraction) of the measurements'
+    /// time.
     pub(super) fn iteration(&self, number: usize, part: f64, cost: f64) {
         let share = match part < 1.0 {
             true => format!("the first {:.0} % of the measurements' time", 100.0 * part),

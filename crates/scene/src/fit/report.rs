@@ -16,7 +16,7 @@ const FAR: f64 = 3.0;
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
 
 impl FitResult {
-    /// Returns how the fit ended. A search that converged at residuals far above the noise did not fit.
+    /// Returns how the fit ended. A fit that converged with residuals far above the noise counts as failed.
     pub fn outcome(&self) -> Outcome {
         match &self.fit.ended {
             Ended::Converged if self.does_not_fit() => Outcome::DoesNotFit,
@@ -60,7 +60,8 @@ impl FitResult {
         self.uncertainty.variance.sqrt()
     }
 
-    /// Returns the directions in which the parameters can change by their own size within the noise.
+    /// Returns the directions that the measurements do not determine: along them, the parameters can change by their
+    /// own size within the noise.
     pub fn unknown(&self) -> Vec<&Direction> {
         let noise = match self.noise_is_known {
             true => ONE_DEVIATION,

@@ -24,8 +24,7 @@ pub(crate) struct EnergyBalance {
     state: [Vec<f64>; 2],
 }
 
-/// Reads `null` as NaN. JSON writes `null` for non-finite numbers, which may occur in energies of a
-/// body that tears.
+/// Reads `null` as NaN. JSON writes `null` for non-finite numbers, which energies may be.
 pub(crate) fn nan_of_null<'de, D: Deserializer<'de>>(json: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(json)?.unwrap_or(f64::NAN))
 }
@@ -67,7 +66,7 @@ mod with_nan {
 }
 
 impl EnergyBalance {
-    /// Integrates up to time `t` within the last step, which began at `from`.
+    /// Integrates the powers up to time `t` within the last step, which began at `from`.
     pub(crate) fn advance<P: System>(
         &mut self,
         integrator: &mut dyn Integrator<P>,
@@ -75,7 +74,7 @@ impl EnergyBalance {
         t: f64,
     ) -> Result<(), ModelError> {
         let start = match self.last {
-            // Powers may change in a jump.
+            // Powers may jump at a jump of a load.
             Some(_) if self.t < from => self.energies_at(integrator, from)?,
             Some(energies) => energies,
             None => {
@@ -115,7 +114,7 @@ impl EnergyBalance {
         dae.energies(t, &y[range.clone()], &y_dot[range])
     }
 
-    /// Returns the values at the time reached.
+    /// Returns the values at the time up to which the powers are integrated.
     pub(crate) fn row(&self) -> [f64; 5] {
         let now = self.last.unwrap_or_default();
         let Exchanged { work, dissipated } = self.exchanged;

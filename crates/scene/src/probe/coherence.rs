@@ -44,7 +44,7 @@ impl Kind for Coherence {
     }
 }
 
-/// Order parameters of a network, given by its number.
+/// Order parameters of the network with this number.
 struct Parameters {
     network: usize,
 }

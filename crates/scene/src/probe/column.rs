@@ -7,7 +7,7 @@ use super::ProbeKind;
 /// Physical quantity of columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ColumnKind {
-    /// Start of the names of its columns, such as `R` of `R_x`.
+    /// First part of the names of its columns, such as `R` of `R_x`.
     pub name: &'static str,
     /// Units in the plane (per unit depth) and in space.
     units: [&'static str; 2],
@@ -37,7 +37,7 @@ impl ColumnKind {
         self.units[usize::from(is_in_space)]
     }
 
-    /// Returns whether two columns have the same quantity.
+    /// Returns whether two columns contain the same quantity.
     pub(crate) fn is_shared(a: &str, b: &str) -> bool {
         match (Self::of(a), Self::of(b)) {
             (None, None) => a == b,

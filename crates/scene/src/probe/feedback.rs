@@ -42,7 +42,7 @@ impl Kind for Feedback {
     }
 }
 
-/// The factors, by the names of their columns.
+/// Values of the feedbacks, with the names of their columns.
 struct FactorReading(Vec<String>);
 
 impl Reading for FactorReading {

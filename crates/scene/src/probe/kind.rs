@@ -36,7 +36,7 @@ pub(crate) struct Systems<'a> {
     pub(crate) feedbacks: Vec<&'a str>,
 }
 
-/// A key of the probe and the error of its value.
+/// A key of the probe with the error of its value.
 pub(crate) type Wrong<E> = (&'static str, E);
 
 /// Reason why a position is invalid.
@@ -47,9 +47,9 @@ pub(crate) enum InvalidPlace {
     Input(InputError),
 }
 
-/// A kind of probe with the keys of a scene.
+/// A kind of probe, with its keys in a scene.
 pub(crate) trait Kind {
-    /// Returns the quantities of its columns; columns of a [`Quantity`](myovib_model::Quantity) have their own.
+    /// Returns the quantities of its columns; columns of a [`Quantity`](myovib_model::Quantity) are described there.
     fn columns() -> &'static [ColumnKind]
     where
         Self: Sized,
@@ -74,12 +74,12 @@ pub(crate) trait Kind {
         }
     }
 
-    /// Rejects a position where there is nothing to measure.
+    /// Rejects a position at which the probe cannot measure anything.
     fn check_place(&self, _: &Solid) -> Result<(), Wrong<InvalidPlace>> {
         Ok(())
     }
 
-    /// Creates the measurement of these parts, whose existence has been checked.
+    /// Creates the measurement in the given systems, whose existence has been checked.
     fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError>;
 }
 
@@ -96,8 +96,8 @@ pub(crate) trait Reading: Send + Sync {
     /// Returns the names of the columns after the time.
     fn names(&self) -> Vec<String>;
 
-    /// Returns the values at a time; an energy balance returns the values at the time to which it
-    /// was advanced.
+    /// Returns the values at a time. An energy balance ignores this time and returns the values at the time up to which
+    /// it has integrated.
     fn values(&self, system: &mut dyn System, at: StateAt<'_>) -> Result<Vec<f64>, ModelError>;
 
     /// Returns whether ẏ is needed.
@@ -105,8 +105,8 @@ pub(crate) trait Reading: Send + Sync {
         false
     }
 
-    /// Returns whether its error can be estimated from the errors of the steps. This is not
-    /// possible if it starts far from zero and changes little.
+    /// Returns whether the error of the probe can be estimated from the errors of the steps. This is not possible for
+    /// values that start far from zero and change little.
     fn has_indicator(&self) -> bool {
         true
     }
@@ -121,17 +121,17 @@ pub(crate) trait Reading: Send + Sync {
         0
     }
 
-    /// Returns the measurement of its amplitudes in a harmonic motion, if it has one.
+    /// Returns the measurement of complex amplitudes in a harmonic motion, if the probe supports it.
     fn harmonic(&self) -> Option<&dyn HarmonicReading> {
         None
     }
 
-    /// Returns its measurements at points; empty for other probes.
+    /// Returns the measurements at points; empty for probes of other kinds.
     fn measurements(&self) -> &[Measurement] {
         &[]
     }
 
-    /// Removes the values that lack a derivative at rest.
+    /// Removes the values that are not differentiable at rest.
     fn remove_kinks_at_rest(&mut self) {}
 
     /// Returns the accumulated energy balance, if the probe has one. Its values are not a function

@@ -1,4 +1,4 @@
-//! Kinds of probes, one file each: the keys of a scene and the measurement of a system.
+//! Kinds of probes, one per file. Each file defines the keys of the probe in a scene and its measurement.
 
 mod balance;
 mod column;
@@ -41,7 +41,7 @@ macro_rules! probes {
         }
 
         impl ProbeKind {
-            /// Returns the quantities of the columns that probes define.
+            /// Returns the descriptions of the columns that the kinds of probes define.
             fn columns() -> impl Iterator<Item = ColumnKind> {
                 let lists = [$(<$name as Kind>::columns()),*];
                 lists.into_iter().flatten().copied()

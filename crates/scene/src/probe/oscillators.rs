@@ -39,7 +39,7 @@ impl Kind for Oscillators {
     }
 }
 
-/// States of a network, given by its number, with this number of oscillators.
+/// States of the network with this number, which has the given number of oscillators.
 struct States {
     network: usize,
     count: usize,

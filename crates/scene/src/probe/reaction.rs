@@ -68,14 +68,14 @@ impl Kind for Reaction {
     }
 }
 
-/// The sum of support forces over these nodes, in so many dimensions.
+/// Nodes of a body of the given dimension whose support forces are summed.
 struct Forces {
     nodes: Vec<usize>,
     dimension: usize,
 }
 
 impl Forces {
-    /// Returns the sum of the nodal `force` over the nodes for each axis.
+    /// Returns, for each axis, the sum of the nodal `force` over the nodes.
     fn sums<T: Copy + Sum>(&self, force: &[T]) -> Vec<T> {
         let of_node = |node: &usize, axis| force[self.dimension * node + axis];
         let sum = |axis| self.nodes.iter().map(|node| of_node(node, axis)).sum();

@@ -1,8 +1,8 @@
-//! Frequencies chosen where the response needs them.
+//! Adaptive choice of the frequencies at which a response is computed.
 //!
-//! A rational function through the computed responses predicts the next one. Where it differs from the rational function of
-//! the last round, responses are computed and compared with it, until all of them are predicted within the tolerance. Then
-//! each peak and its half-power frequencies are added.
+//! A rational function interpolates the computed responses. In each round, new responses are computed where this
+//! function differs most from the function of the previous round, and are compared with its prediction, until all new
+//! responses are predicted within the tolerance. Then each peak and its half-power frequencies are added.
 
 use num_complex::Complex64;
 
@@ -19,11 +19,12 @@ const BETWEEN: usize = 24;
 const DRAWN: usize = 8;
 /// Maximum number of frequencies.
 pub(super) const MOST: usize = 400;
-/// Amplitude, as a fraction of the size of its curve, below which the tolerance is absolute: next to zeros of the curve.
+/// Fraction of the size of a curve. For amplitudes below it (near zeros of the curve), the tolerance is absolute.
 const SMALL: f64 = 0.01;
-/// Smallest size of a curve relative to the largest of its kind: rounding errors are below a tolerance of 1e-6 then.
+/// Smallest size of a curve relative to the largest curve of its kind. With this value, rounding errors stay below a
+/// tolerance of 1e-6.
 const WEAKEST: f64 = 1e-5;
-/// Ratio of range ends from which the first frequencies are spaced logarithmically.
+/// Ratio of the ends of the range above which the first frequencies are spaced logarithmically.
 const WIDE: f64 = 30.0;
 
 /// Range of frequencies to be resolved.
@@ -31,7 +32,8 @@ const WIDE: f64 = 30.0;
 pub struct Adaptive {
     /// Ends of the range, Hz.
     pub range: [f64; 2],
-    /// Accepted error of the interpolation, relative to the larger of the amplitude and a hundredth of its median.
+    /// Accepted error of the interpolation, relative to the amplitude, or to a hundredth of the median amplitude if
+    /// that is larger.
     pub tolerance: f64,
 }
 
@@ -42,7 +44,7 @@ pub(super) struct Samples {
     pub(super) rows: Vec<Vec<Complex64>>,
     /// Largest error of the predictions of the last round; null if the first round was not completed.
     pub(super) error: Option<f64>,
-    /// Local maxima of the curves, with the curve's number.
+    /// Local maxima of the curves, each with the number of its curve.
     pub(super) peaks: Vec<(usize, Maximum)>,
     /// Frequencies and amplitudes of the rational function, for smooth plots.
     pub(super) drawn: Option<(Vec<f64>, Vec<Vec<Complex64>>)>,
@@ -175,8 +177,9 @@ impl Adaptive {
         (0..FIRST).map(place).collect()
     }
 
-    /// Returns the frequencies at which two predictions differ most, at most one between adjacent frequencies, ascending. If
-    /// the last responses were predicted, only those where they differ by more than the tolerance.
+    /// Returns the frequencies at which two predictions differ most, at most one between adjacent frequencies, in
+    /// ascending order. If the responses of the last round were predicted within the tolerance, only frequencies with a
+    /// difference above the tolerance are returned.
     fn least_certain(
         &self,
         computed: &[f64],
@@ -205,8 +208,8 @@ impl Adaptive {
         wanted
     }
 
-    /// Returns the frequencies of the peaks and those at half of their power, ascending, except where responses are computed
-    /// nearby.
+    /// Returns the frequencies of the peaks and of half their power, in ascending order, except near frequencies that
+    /// have already been computed.
     fn near(&self, peaks: &[(usize, Maximum)], computed: &[f64]) -> Vec<f64> {
         let mut wanted = Vec::new();
         for (_, peak) in peaks {
@@ -226,7 +229,7 @@ impl Adaptive {
     }
 }
 
-/// Returns the frequencies with `n` equal intervals between adjacent ones.
+/// Divides each interval between adjacent frequencies into `n` equal parts.
 fn refined(frequencies: &[f64], n: usize) -> Vec<f64> {
     let between = |ends: &[f64]| {
         let [low, high] = [ends[0], ends[1]];
@@ -294,7 +297,7 @@ fn distance(values: &[Complex64], exact: &[Complex64], sizes: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// A sum of lightly damped modes, 8 between 1 and 60 Hz; the third has a half-power width of 0.02 Hz.
+    /// Returns a sum of 8 lightly damped modes between 1 and 60 Hz. The third has a half-power width of 0.02 Hz.
     fn modes(f: f64) -> Vec<Complex64> {
         let mode = |f0: f64, zeta: f64, size: f64| {
             size * f0 * f0 / Complex64::new(f0 * f0 - f * f, 2.0 * zeta * f0 * f)
@@ -345,7 +348,7 @@ mod tests {
             "{}",
             samples.frequencies.len()
         );
-        // The narrow peak has a computed frequency within its half-power width.
+        // At least one computed frequency is within the half-power width of the narrow peak.
         assert!(samples.frequencies.iter().any(|f| (f - 10.0).abs() < 0.01));
     }
 

@@ -28,10 +28,10 @@ use peaks::Maximum;
 pub use peaks::{NearestMode, Peak};
 pub(crate) use values::Values;
 
-/// Amplitudes below this fraction of the largest of their kind are rounding errors.
+/// Amplitudes below this fraction of the largest amplitude of the same kind are rounding errors.
 const ROUNDING: f64 = 1e-10;
 
-/// Number of modes to compare with the peaks; they cost as much as a few frequencies.
+/// Number of modes computed for comparison with the peaks. They cost as much as a few frequencies.
 const MODES: usize = 20;
 
 /// Harmonic response of a scene at ascending frequencies.
@@ -47,7 +47,7 @@ pub struct Response {
     pub peaks: Vec<Peak>,
     /// Number of unknowns of each linear system.
     pub unknowns: usize,
-    /// Largest relative error of the predictions of the last adaptive frequencies; null for given frequencies.
+    /// Largest relative error of the predictions in the last round of adaptive frequencies; null for given frequencies.
     pub interpolation_error: Option<f64>,
     /// Frequencies and curves of the rational function through adaptive responses, for smooth plots.
     #[serde(skip)]
@@ -100,7 +100,7 @@ impl Curves {
         std::iter::once("f".to_owned()).chain(columns).collect()
     }
 
-    /// Returns the row of its table for frequency number `k`, `frequency`.
+    /// Returns the row of its table for `frequency`, which has the number `k`.
     pub(crate) fn row(&self, k: usize, frequency: f64) -> Vec<f64> {
         let parts = |z: &Complex64| Part::ALL.map(|part| part.of(*z));
         let values = self.amplitudes[k].iter().flat_map(parts);
@@ -145,7 +145,7 @@ impl Curves {
     }
 }
 
-/// Returns the curves of the tables from rows with the values of all tables.
+/// Splits rows that contain the values of all tables into the curves of each table.
 fn curves_of(tables: &[(String, Vec<String>)], rows: &[Vec<Complex64>]) -> Vec<Curves> {
     let mut first = 0;
     let curves = tables.iter().map(|(name, columns)| {
@@ -216,8 +216,8 @@ impl Response {
         Ok(found)
     }
 
-    /// Computes the response of the values with `unknowns` unknowns on a grid. `compute` returns the amplitudes of all values at
-    /// ascending frequencies, or fewer if it was interrupted.
+    /// Computes the response of the given values for a body or rod with `unknowns` unknowns at the frequencies of a
+    /// grid. `compute` returns the amplitudes of all values at ascending frequencies, or fewer if it was interrupted.
     fn new(
         grid: &Grid,
         values: &Values,
@@ -298,7 +298,7 @@ pub(crate) type HarmonicProbes = Vec<(String, Box<dyn Reading>)>;
 /// Returns the probes that have amplitudes.
 ///
 /// # Errors
-/// Probes that measure nothing in the scene; stresses of a body whose stress relaxes.
+/// Probes that cannot measure anything in the scene; stresses of a body with stress relaxation.
 pub(crate) fn harmonic_probes(scene: &Scene) -> Result<HarmonicProbes, InputError> {
     let relaxes = scene
         .body
@@ -376,7 +376,7 @@ fn of_body(
         found.fields = fields(&response, &vtu::Grid::of_body(body), &own.fields)?;
     }
     found.notes.extend(at.instabilities.and_then(instability));
-    // Follower pressures without an energy have no modes; their peaks are still valid.
+    // Bodies under follower pressures without an energy have no modes here; their peaks are still valid.
     if !found.peaks.is_empty()
         && body.formulation.has(Field::Pressure)
         && let Ok(of_body) = BodyModes::about(muscle, &at, MODES)

@@ -59,7 +59,8 @@ mod tests {
         for part in Part::ALL {
             let at = |step: f64| part.of(z + step * derivative);
             let slope = (at(step) - at(-step)) / (2.0 * step);
-            // The square of the step, and rounding errors of 1e-16 of a phase of 100° divided by the step.
+            // The truncation error is the square of the step; the rounding error is 1e-16 times a phase of 100°,
+            // divided by the step.
             assert!((part.derivative(z, derivative) - slope).abs() < 1e-8 * slope.abs());
         }
     }

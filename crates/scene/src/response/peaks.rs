@@ -9,12 +9,12 @@ use serde::Serialize;
 
 use crate::modes::Mode;
 
-/// Smallest and largest number of computed frequencies from which a peak is interpolated; odd. The
-/// interpolant of two fewer estimates the error.
+/// Smallest and largest number of computed frequencies from which a peak is interpolated; odd. The interpolant through
+/// two samples fewer is used for an error estimate.
 const SAMPLES: [usize; 2] = [7, 9];
-/// Maximum relative difference of the two peaks at which a peak is resolved.
+/// Maximum relative difference between the peaks of both interpolants for which a peak counts as resolved.
 const RESOLVED: f64 = 1e-2;
-/// Relative variation of an amplitude by rounding in solutions and in interpolation.
+/// Relative variation of a constant amplitude due to rounding errors of the solutions and of the interpolation.
 const CONSTANT: f64 = 1e-6;
 /// Number of intervals in which the half-power frequencies are searched on each side of a peak.
 const SEARCH: usize = 400;
@@ -109,17 +109,17 @@ impl Rational {
     }
 }
 
-/// Returns whether an amplitude varies by rounding errors only, as the motion of a support.
+/// Returns whether an amplitude varies only by rounding errors, like the given motion of a support.
 pub(super) fn is_constant(amplitudes: impl Iterator<Item = f64> + Clone) -> bool {
     let largest = amplitudes.clone().fold(0.0, f64::max);
     let smallest = amplitudes.fold(f64::INFINITY, f64::min);
     smallest >= (1.0 - CONSTANT) * largest
 }
 
-/// Returns the frequency of the largest amplitude between `low` and `high`, by golden sections.
+/// Returns the frequency of the largest amplitude between `low` and `high`, by golden-section search.
 pub(super) fn maximum(amplitude: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    // The interval shrinks to the square root of rounding, the accuracy of a maximum.
+    // The interval shrinks to the square root of the rounding error, which is the accuracy of a maximum.
     while high - low > 1e-9 * high {
         let [a, b] = [high - golden * (high - low), low + golden * (high - low)];
         match amplitude(a) > amplitude(b) {
@@ -204,8 +204,8 @@ fn resolved(frequencies: &[f64], values: &[Complex64], k: usize) -> Maximum {
 mod tests {
     use super::*;
 
-    /// An oscillator of 10 Hz with damping ratio 0.02 and a second one above: the amplitude of the
-    /// first has its maximum at 10 √(1 − 2ζ²) Hz.
+    /// The first of two oscillators has 10 Hz and the damping ratio ζ = 0.02. Its amplitude has a maximum at 10 √(1 −
+    /// 2ζ²) Hz.
     #[test]
     fn peaks_lie_between_the_samples() {
         let mode = |f0: f64, f: f64| 1.0 / Complex64::new(f0 * f0 - f * f, 0.04 * f0 * f);
@@ -221,10 +221,10 @@ mod tests {
                 (best, at) = (curve(f).norm(), f);
             }
         }
-        // The search above has a resolution of 1e-6 Hz.
+        // The search above has a tolerance of 1e-6 Hz.
         assert!((found[0].frequency - at).abs() < 2e-6, "{found:?} {at}");
         assert!((found[0].amplitude / best - 1.0).abs() < 1e-9, "{found:?}");
-        // The half-power width gives ζ up to terms of its square.
+        // The half-power width determines ζ up to terms of order ζ².
         assert!(
             (found[0].damping_ratio.unwrap() - 0.02).abs() < 1e-4,
             "{found:?}"

@@ -5,8 +5,8 @@
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
-/// Residual, relative to the value or to the size of its curve, at which all samples are represented; far above rounding errors
-/// of the values and far below the tolerances of responses.
+/// Residual, relative to the value or to the size of its curve, at which the approximation ends. It is far above the
+/// rounding errors of the values and far below the tolerances of responses.
 const REPRESENTED: f64 = 1e-8;
 
 /// Rational functions in barycentric form.
@@ -35,7 +35,7 @@ impl Rational {
             weights: Vec::new(),
             values: Vec::new(),
         };
-        // As many weights as other samples determine.
+        // There cannot be more weights than remaining samples to determine them.
         while 2 * fitted.support.len() < f.len() {
             let others = (0..f.len()).filter(|&k| !is_support[k]);
             let residuals = others.map(|k| (k, distance(&rows[k], &fitted.at(f[k], sizes.len()))));
@@ -54,7 +54,7 @@ impl Rational {
         fitted
     }
 
-    /// Returns the weights of the smallest linearized residual: the last right singular vector of the Loewner matrix.
+    /// Returns the weights that minimize the linearized residual: the last right singular vector of the Loewner matrix.
     fn loewner_weights(
         &self,
         f: &[f64],
@@ -77,7 +77,7 @@ impl Rational {
         last.unwrap_or_else(|| vec![Complex64::ONE; n])
     }
 
-    /// Returns the values of all curves; zeros without support points.
+    /// Returns the values of all curves; zeros if there are no support points.
     pub(super) fn at(&self, f: f64, n_curves: usize) -> Vec<Complex64> {
         let mut above = vec![Complex64::ZERO; n_curves];
         let mut below = Complex64::ZERO;

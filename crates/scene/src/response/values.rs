@@ -1,4 +1,4 @@
-//! Complex values of a response: amplitudes of the probes, and ratios of them.
+//! Complex values of a response: amplitudes of the probes and their ratios.
 
 use myovib_model::ModelError;
 use num_complex::Complex64;
@@ -53,7 +53,7 @@ impl Values {
     /// Finds the values of the scene.
     ///
     /// # Errors
-    /// As for [`harmonic_probes`]; ratios of unknown values.
+    /// Errors of [`harmonic_probes`]; ratios of unknown values.
     pub(crate) fn of_scene(scene: &Scene) -> Result<Self, InputError> {
         let probes = harmonic_probes(scene)?;
         let names = probes.iter().flat_map(|(probe, reading)| {
@@ -94,7 +94,7 @@ impl Values {
     /// Returns the values of all tables for s = iω.
     ///
     /// # Errors
-    /// Errors of readings; a ratio to zero.
+    /// Errors of the probes; a ratio with the denominator zero.
     pub(super) fn read(
         &self,
         s: Complex64,

@@ -1,4 +1,4 @@
-//! The list of the files that a command made in a folder.
+//! The list of the files that a command created in a folder.
 //!
 //! JSON Lines: a header, then the name of each file as a JSON string. A name is appended before the
 //! file is created, so a killed program leaves no unlisted file.
@@ -18,7 +18,7 @@ pub(super) const NAME: &str = "manifest.jsonl";
 
 const SCHEMA: &str = "myovib/manifest/1";
 
-/// The command that made the files, and its input.
+/// The command that created the files, and its input.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Header {
     schema: String,
@@ -32,10 +32,10 @@ pub(super) struct Header {
 #[derive(Debug, Clone)]
 pub(super) struct Manifest {
     pub(super) header: Header,
-    /// In the order in which they were listed.
+    /// File names in the order in which they were listed.
     files: Vec<String>,
     known: HashSet<String>,
-    /// Whether the last line on the disk may be cut.
+    /// Whether the last line on the disk may be incomplete.
     is_torn: bool,
 }
 
@@ -75,7 +75,7 @@ impl Manifest {
         }
         let bytes = inputs::content(&path).map_err(|error| wrong(error.to_string()))?;
         let text = String::from_utf8_lossy(&bytes);
-        // A line without an end was being written when the program was killed.
+        // The program was killed while it wrote a last line without a line break.
         let mut lines = text
             .split_inclusive('\n')
             .filter(|line| line.ends_with('\n'));
@@ -131,7 +131,7 @@ impl Manifest {
             self.save(folder)?;
         }
         self.is_torn = true;
-        // In one write: other processes may append to the manifest of a sweep.
+        // A single write, because other processes may append to the manifest of a sweep at the same time.
         atomic_file::append(&path)
             .and_then(|mut file| file.write_all(line.as_bytes()))
             .map_err(Error::file("write", &path))?;
@@ -146,7 +146,7 @@ fn line(name: &str) -> Result<String, Error> {
     Ok(serde_json::to_string(name)? + "\n")
 }
 
-/// Returns whether a name stays within the folder: a damaged manifest must not lead elsewhere.
+/// Returns whether a name refers to a file within the folder. A damaged manifest must not refer to files elsewhere.
 fn is_plain_name(name: &str) -> bool {
     let is_special = ["", ".", "..", NAME, super::LOCK].contains(&name);
     !is_special && !name.contains(['/', '\\', '\0'])

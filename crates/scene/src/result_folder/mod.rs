@@ -1,7 +1,7 @@
-//! The folder that a command writes its results to.
+//! Folder for the results of a command.
 //!
-//! One policy for all commands: a manifest lists the files that the program made, a lock keeps
-//! other processes out, and a file that the manifest does not list is never replaced or removed.
+//! All commands follow the same rules: a manifest lists the files that the program created, a lock excludes other
+//! processes, and a file that the manifest does not list is never replaced or removed.
 
 mod manifest;
 
@@ -19,7 +19,7 @@ use crate::versions::Versions;
 use crate::{Error, InputError, Scene, inputs};
 use manifest::Manifest;
 
-/// Bytes of a file's name, on all common file systems.
+/// Maximum length of a file name in bytes that all common file systems support.
 const LONGEST_NAME: usize = 255;
 
 /// Locked while a command writes.
@@ -30,16 +30,16 @@ const LOCK: &str = ".lock";
 pub enum Existing {
     /// Keep them and refuse to write.
     Refuse,
-    /// Remove the files that the earlier command made.
+    /// Remove the files that the earlier command created.
     Overwrite,
     /// Continue the earlier command.
     Resume,
-    /// Add to them; files of the same name that the same command made are replaced.
+    /// Add files to the earlier results. A file of the same name is replaced if the same command created it.
     Add,
 }
 
 impl Existing {
-    /// The policy of the options `--resume` and `--overwrite`, which exclude each other.
+    /// Returns the treatment for the options `--resume` and `--overwrite`, which exclude each other.
     pub fn of(resume: bool, overwrite: bool) -> Self {
         match (resume, overwrite) {
             (true, _) => Self::Resume,
@@ -49,28 +49,28 @@ impl Existing {
     }
 }
 
-/// A command's request for a folder. [`check`](Self::check) it before a long computation, and
-/// [`open`](Self::open) it when there is something to write.
+/// A command's request for a folder. Call [`check`](Self::check) before a long computation, and [`open`](Self::open)
+/// when there is something to write.
 #[derive(Debug, Clone)]
 pub struct FolderRequest<'a> {
-    /// The folder; it is made if it does not exist.
+    /// The folder, which is created if it does not exist.
     pub path: &'a Path,
-    /// The command; a folder contains results of one command.
+    /// Name of the command. A folder contains results of only one command.
     pub command: &'static str,
-    /// What to do with earlier results.
+    /// Treatment of earlier results.
     pub existing: Existing,
     /// Whether the command has `--resume`.
     pub can_resume: bool,
     /// Names of all files known before the command starts.
     pub files: Vec<String>,
-    /// Scene, input files and settings; kept in the manifest.
+    /// Scene, input files and settings, which are stored in the manifest.
     pub origin: Value,
     /// Files that the command reads, which must not be replaced.
     pub reads: &'a [PathBuf],
 }
 
 impl<'a> FolderRequest<'a> {
-    /// Returns a request to add `files` to a folder, for commands that do not read a scene file.
+    /// Returns a request that adds `files` to a folder, for commands that do not read a scene file.
     pub fn to_add(path: &'a Path, command: &'static str, files: Vec<String>) -> Self {
         Self {
             path,
@@ -86,7 +86,7 @@ impl<'a> FolderRequest<'a> {
     /// Returns a request for results computed from a scene.
     ///
     /// # Errors
-    /// A scene that JSON does not have.
+    /// A scene that cannot be written as JSON.
     pub fn of_scene(
         path: &'a Path,
         command: &'static str,
@@ -111,7 +111,7 @@ impl<'a> FolderRequest<'a> {
     /// Removes the results that the request overwrites, for a command that failed before it opened the folder.
     ///
     /// # Errors
-    /// As [`open`](Self::open).
+    /// Errors of [`open`](Self::open).
     pub(crate) fn discard(&self) -> Result<(), Error> {
         match self.existing {
             Existing::Overwrite if self.manifest()?.is_some() => remove(self.path),
@@ -122,8 +122,8 @@ impl<'a> FolderRequest<'a> {
     /// Reports why the folder cannot be used. Writes nothing.
     ///
     /// # Errors
-    /// Earlier results to be kept, results of another command, files that the program did not
-    /// make under the names that it would write, files that the command itself reads.
+    /// Earlier results that must be kept, results of another command, files to be written that exist but were not
+    /// created by the program, and files that the command itself reads.
     pub fn check(&self) -> Result<(), InputError> {
         self.manifest().map(drop)
     }
@@ -131,7 +131,7 @@ impl<'a> FolderRequest<'a> {
     /// Returns the origin of the results in the folder, if it contains results.
     ///
     /// # Errors
-    /// A manifest that cannot be read, or of another command.
+    /// A manifest that cannot be read or belongs to another command.
     pub fn earlier_origin(&self) -> Result<Option<Value>, InputError> {
         let found = self.own_manifest()?;
         Ok(found.map(|manifest| manifest.header.origin))
@@ -140,7 +140,7 @@ impl<'a> FolderRequest<'a> {
     /// Prepares the folder: takes its lock, removes overwritten results, writes the manifest.
     ///
     /// # Errors
-    /// As [`check`](Self::check); a folder locked by another process; errors of the file system.
+    /// Errors of [`check`](Self::check), a folder locked by another process, and errors of the file system.
     pub fn open(self) -> Result<ResultFolder, Error> {
         self.check()?;
         let path = self.path.to_owned();
@@ -149,7 +149,8 @@ impl<'a> FolderRequest<'a> {
         self.open_locked(lock, Duration::ZERO)
     }
 
-    /// Prepares the folder like [`open`](Self::open), but shares its lock with other processes, which write other files.
+    /// Prepares the folder like [`open`](Self::open), but shares its lock with other processes that write different
+    /// files.
     pub fn open_shared(self) -> Result<ResultFolder, Error> {
         self.check()?;
         let path = self.path.to_owned();
@@ -170,10 +171,10 @@ impl<'a> FolderRequest<'a> {
         }
     }
 
-    /// Removes temporary files older than `min_age`.
+    /// Opens the folder under the given lock. Removes temporary files older than `min_age`.
     fn open_locked(self, lock: File, min_age: Duration) -> Result<ResultFolder, Error> {
         let path = self.path.to_owned();
-        // Again: another process may have written before the lock was taken.
+        // Check again, because another process may have written before the lock was acquired.
         let found = self.manifest()?;
         remove_temporary_files(&path, min_age)?;
         let manifest = match found {
@@ -204,7 +205,7 @@ impl<'a> FolderRequest<'a> {
         })
     }
 
-    /// Returns the manifest in the folder. Another command's manifest is an error.
+    /// Returns the manifest in the folder. The manifest of another command is an error.
     fn own_manifest(&self) -> Result<Option<Manifest>, InputError> {
         let found = Manifest::read(self.path)?;
         match &found {
@@ -217,7 +218,7 @@ impl<'a> FolderRequest<'a> {
         }
     }
 
-    /// The manifest in the folder, if the request can have the folder.
+    /// Returns the manifest in the folder, or an error if the request is not allowed there.
     fn manifest(&self) -> Result<Option<Manifest>, InputError> {
         let found = self.own_manifest()?;
         match (&found, self.existing) {
@@ -254,7 +255,7 @@ impl<'a> FolderRequest<'a> {
         Ok(found)
     }
 
-    /// Refuses to remove a file that the command reads, or a folder that took the place of a file.
+    /// Rejects the removal of a file that the command reads, or of a folder that has the name of a listed file.
     fn expect_removable(&self, found: &Manifest) -> Result<(), InputError> {
         if self.existing != Existing::Overwrite {
             return Ok(());
@@ -299,7 +300,7 @@ impl ResultFolder {
         &self.path
     }
 
-    /// Lists a file in the manifest before it is made; gives its path.
+    /// Lists a file in the manifest before it is created; returns its path.
     ///
     /// # Errors
     /// An unlisted file of that name; errors of the file system.
@@ -327,20 +328,19 @@ impl ResultFolder {
     /// Creates a file that grows, such as a table.
     ///
     /// # Errors
-    /// As [`claim`](Self::claim); an existing file.
+    /// Errors of [`claim`](Self::claim), and a file that already exists.
     pub(crate) fn create(&self, name: &str) -> Result<Growing<File>, Error> {
         let path = self.claim(name)?;
         atomic_file::create(&path).map_err(Error::file("write", &path))
     }
 
-    /// Removes a file of the folder, if it is there.
+    /// Removes a file of the folder if it exists.
     pub fn remove(&self, name: &str) -> Result<(), Error> {
         remove(&self.claim(name)?)
     }
 }
 
-/// Returns version and revision of the program, and the hash of its content if the revision does not
-/// determine it.
+/// Returns the version and revision of the program, with a hash of its executable if the revision is not sufficient.
 pub(crate) fn program() -> String {
     static PROGRAM: OnceLock<String> = OnceLock::new();
     let describe = || {
@@ -356,8 +356,8 @@ pub(crate) fn program() -> String {
     PROGRAM.get_or_init(describe).clone()
 }
 
-/// Whether a folder contains at most the lock and temporary files, as one does in which a program was
-/// killed before it wrote its manifest.
+/// Returns whether a folder contains at most the lock and temporary files. This is the case if a program was killed
+/// before it wrote the manifest.
 fn is_bare(folder: &Path) -> bool {
     let mut entries = fs::read_dir(folder).into_iter().flatten().flatten();
     entries.all(|entry| {
@@ -431,7 +431,7 @@ enum Lock {
     Shared,
 }
 
-/// Takes the lock of a folder.
+/// Acquires the lock of a folder.
 fn lock(folder: &Path, kind: Lock) -> Result<File, Error> {
     let path = folder.join(LOCK);
     let fail = Error::file("lock", &path);
@@ -450,7 +450,7 @@ fn lock(folder: &Path, kind: Lock) -> Result<File, Error> {
     };
     match locked {
         Err(TryLockError::WouldBlock) => Err(Error::Busy(folder.to_owned())),
-        // Some file systems have no locks.
+        // Some file systems do not support locks.
         Ok(()) | Err(TryLockError::Error(_)) => Ok(file),
     }
 }

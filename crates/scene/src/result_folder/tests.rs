@@ -17,7 +17,7 @@ fn request<'a>(path: &'a Path, existing: Existing, files: &[&str]) -> FolderRequ
     }
 }
 
-/// A folder with a file `old` that the program made and a file `mine` that it did not.
+/// Returns a folder with a file `old` that the program created and a file `mine` that it did not create.
 fn used() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let open = request(folder.path(), Existing::Refuse, &["old"]).open();
@@ -26,7 +26,7 @@ fn used() -> tempfile::TempDir {
     folder
 }
 
-/// Names and contents, except the lock and the manifest.
+/// Returns the names and contents of all files except the lock and the manifest.
 fn contents(folder: &Path) -> BTreeSet<(String, String)> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
     entries
@@ -70,7 +70,7 @@ fn results_are_refused_overwritten_or_continued() {
     assert_eq!(fs::read_dir(empty.path()).unwrap().count(), 0);
 }
 
-/// Regression: `--overwrite` replaced files that no run had made.
+/// Regression: `--overwrite` replaced files that no run had created.
 #[test]
 fn a_file_that_the_program_did_not_make_is_neither_replaced_nor_removed() {
     for existing in [
@@ -99,7 +99,7 @@ fn a_file_that_the_program_did_not_make_is_neither_replaced_nor_removed() {
     assert_eq!(contents(folder.path()), set(&[("mine", "precious")]));
 }
 
-/// Regression: a run settled in the folder of a fit.
+/// Regression: a run was allowed in the folder of a fit.
 #[test]
 fn a_folder_holds_results_of_one_command() {
     for existing in [
@@ -124,7 +124,7 @@ fn a_folder_holds_results_of_one_command() {
     }
 }
 
-/// Regression: two runs wrote into one folder.
+/// Regression: two runs could write into the same folder at the same time.
 #[test]
 fn a_folder_takes_one_process_at_a_time() {
     let folder = used();
@@ -145,7 +145,7 @@ fn a_folder_takes_one_process_at_a_time() {
     );
 }
 
-/// Files of a killed program are listed before they exist, and its temporary files are removed.
+/// Checks that files of a killed program are listed before they exist, and that its temporary files are removed.
 #[test]
 fn a_killed_program_leaves_nothing_behind_and_nothing_unknown() {
     let folder = tempfile::tempdir().unwrap();
@@ -173,14 +173,14 @@ fn a_killed_program_leaves_nothing_behind_and_nothing_unknown() {
                 .count();
         }
     }
-    // Where the write, the sync or the rename failed, torn or not.
+    // The write, the sync or the rename failed, with or without a partial write.
     assert_eq!(temporary, 6);
     drop(open(Existing::Overwrite));
     let left: BTreeSet<String> = names().collect();
     assert_eq!(left, [LOCK, manifest::NAME].map(str::to_owned).into());
 }
 
-/// A hostile or damaged manifest gives no access to files outside the folder.
+/// Checks that a malicious or damaged manifest cannot affect files outside the folder.
 #[test]
 fn a_manifest_that_names_files_elsewhere_is_refused() {
     let folder = used();
@@ -219,7 +219,7 @@ fn a_manifest_that_names_files_elsewhere_is_refused() {
     }
 }
 
-/// Overwriting a sweep removes the folders of its cases, except for files of others.
+/// Checks that overwriting a sweep removes the folders of its cases, except for files that it did not create.
 #[test]
 fn folders_of_cases_are_removed_with_their_own_files() {
     let folder = tempfile::tempdir().unwrap();
@@ -243,7 +243,7 @@ fn folders_of_cases_are_removed_with_their_own_files() {
     let left = fs::read_dir(folder.path().join("other")).unwrap();
     let left: Vec<_> = left.map(|entry| entry.unwrap().file_name()).collect();
     assert_eq!(left, ["mine"]);
-    // A folder that took the place of a file stays.
+    // A folder that has the name of a listed file remains.
     let folder = used();
     fs::remove_file(folder.path().join("old")).unwrap();
     fs::create_dir(folder.path().join("old")).unwrap();
@@ -255,7 +255,7 @@ fn folders_of_cases_are_removed_with_their_own_files() {
     );
 }
 
-/// Regression: a run that starts from another was allowed to replace it.
+/// Regression: a run that starts from another run was allowed to overwrite it.
 #[test]
 fn a_file_that_the_command_reads_is_not_overwritten() {
     let folder = used();
@@ -279,7 +279,7 @@ fn a_file_that_the_command_reads_is_not_overwritten() {
     );
 }
 
-/// A link instead of a listed file is removed, not followed.
+/// Checks that a link in place of a listed file is removed and not followed.
 #[cfg(unix)]
 #[test]
 fn links_are_not_followed() {

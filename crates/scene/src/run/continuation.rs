@@ -1,4 +1,4 @@
-//! Curves of periodic states over a number of the scene.
+//! Branches of periodic states as a number of the scene varies.
 
 use std::cell::Cell;
 use std::ops::Range;
@@ -21,7 +21,7 @@ use crate::{Error, InputError, Scene};
 /// Name of the table of the curve.
 pub(super) const NAME: &str = "continuation.csv";
 
-/// A number of a scene and the curve over it.
+/// A number of a scene with the range over which the branch is followed.
 pub(super) struct Branch {
     wanted: Continuation,
     /// Value at the start.
@@ -29,10 +29,10 @@ pub(super) struct Branch {
 }
 
 impl Branch {
-    /// Returns the curve that the scene requests.
+    /// Returns the branch that the scene requests, if any.
     ///
     /// # Errors
-    /// A key without a number; a value at which the scene is invalid or has other frequencies.
+    /// A key whose value is not a number; an invalid scene at the end of the branch.
     pub(super) fn of(scene: &Scene) -> Result<Option<Self>, Error> {
         let periodic = scene.file.periodic.as_ref();
         let Some(wanted) = periodic.and_then(|periodic| periodic.continuation.clone()) else {

@@ -89,8 +89,7 @@ mod tests {
         }
     }
 
-    /// Regression: rows that the checkpoint counted and that were missing from the table were
-    /// invented.
+    /// Regression: rows that the checkpoint counted but that were missing from the table were replaced by zero bytes.
     #[test]
     fn a_table_shorter_than_its_checkpoint_is_refused() {
         let folder = tempfile::tempdir().unwrap();

@@ -105,7 +105,7 @@ impl Driver for Motion<'_> {
         if let Some(checkpoint) = checkpoint {
             restore(&mut *integrator, checkpoint)?;
         }
-        // All input was checked. Files are written from here on.
+        // All input has been checked. Files are written from here on.
         let origin = self.request.origin.clone();
         let folder = match self.folder {
             Some(folder) => folder,
@@ -150,7 +150,7 @@ impl Driver for Motion<'_> {
         };
         let mut observers: Vec<&mut dyn Observer<P>> =
             vec![&mut outputs, &mut watch, &mut steps, &mut limits];
-        // A run killed after its last checkpoint lacks only the files written at the end.
+        // If a run was killed after its last checkpoint, only the files written at the end are missing.
         let at_the_end = checkpoint.filter(|c| c.t >= scene.t_end);
         let statistics = match at_the_end {
             Some(checkpoint) => ended_at(checkpoint.t, integrator.counts()),

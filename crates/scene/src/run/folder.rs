@@ -36,7 +36,7 @@ pub(super) fn request<'a>(
     })
 }
 
-/// Rejects resuming a run of another scene, or of a scene whose files have changed.
+/// Rejects resuming if the folder contains a run of another scene, or if files of the scene have changed.
 pub(super) fn expect_same_run(request: &FolderRequest<'_>) -> Result<(), InputError> {
     let Some(before) = request.earlier_origin()? else {
         return Ok(()); // `open` reports that there is no run
@@ -85,8 +85,8 @@ pub(super) fn parameter(file: &SceneFile) -> &'static str {
 /// Name of the table of modes, which replaces the name of a probe.
 pub(super) const MODES: &str = "modes";
 
-/// Returns the names of the tables that a run of the scene writes: one per probe, and per ratio of
-/// a response, or the table of modes.
+/// Returns the names of the tables that a run of the scene writes: one per probe, one per ratio of a response, or only
+/// the table of modes for a modal analysis.
 fn tables_of(file: &SceneFile) -> impl Iterator<Item = &str> {
     let of_modes = file.analysis == Analysis::Modes;
     let probes = file.probe.iter().map(|probe| probe.name.as_str());

@@ -45,7 +45,7 @@ use crate::scene_file::Analysis;
 use crate::watch::{ProgressSink, Watcher};
 use crate::{Error, InputError, Scene};
 
-/// Where a run goes, and who hears of it.
+/// Output folder, progress reports and other options of a run.
 #[derive(Clone)]
 pub struct RunOptions<'a> {
     /// Output folder.

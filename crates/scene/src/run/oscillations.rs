@@ -29,7 +29,7 @@ struct Shown {
     neighborhood: Option<Neighborhood>,
 }
 
-/// Order parameters of a chain at a time, one value per place.
+/// Order parameters of a chain at a given time, one value per place.
 pub(super) struct Measured {
     /// |χ|.
     coherence: Vec<f64>,

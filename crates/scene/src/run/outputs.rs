@@ -26,7 +26,8 @@ use crate::vtu::{self, NotFinite, Series};
 
 /// Maximum wall-clock time between checkpoints…
 pub(super) const CHECKPOINT_AFTER: Duration = Duration::from_secs(5);
-/// …but at least this multiple of the time to write the last checkpoint: at most 2 % of a run.
+/// Minimum wall-clock time between checkpoints, as a multiple of the time to write the last one. It limits the cost of
+/// checkpoints to 2 % of a run.
 const CHECKPOINT_COST: u32 = 50;
 
 /// All outputs of a run.
@@ -52,7 +53,7 @@ pub(super) struct Outputs<'a> {
     /// Accumulated error estimates of the integrator at the probes.
     pub(super) indicator: Indicator,
     pub(super) folder: &'a ResultFolder,
-    /// Scene and input files of the run.
+    /// The scene and its input files.
     pub(super) origin: Value,
     /// Statistics of the parts before a resume.
     pub(super) before: Totals,
@@ -72,7 +73,7 @@ impl Outputs<'_> {
         self.indicator
             .add(integrator, &self.recorders, &mut self.y, &mut self.y_dot)?;
         let stopped = self.check_conditions(integrator, from, step.to)?;
-        // Rows and fields end at the end of the run.
+        // The last rows and fields belong to the end of the run.
         let to = stopped.as_ref().map_or(step.to, |(t, _)| *t);
         step.to = to;
         for k in 0..self.recorders.len() {

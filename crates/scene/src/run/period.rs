@@ -1,4 +1,4 @@
-//! Systems of scenes over one period of their loads.
+//! Integration of a scene's system over one period of its loads.
 
 use std::ops::{ControlFlow, Range};
 
@@ -143,7 +143,7 @@ impl Period {
     }
 }
 
-/// Returns the settings of a body for a motion to the end of the period.
+/// Returns the settings of a body for an integration to the end of the period.
 fn settings(scene: &Scene, body: &Body, t_end: f64) -> Settings {
     let wanted = &scene.file.integrator;
     Settings {

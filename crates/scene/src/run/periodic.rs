@@ -152,7 +152,7 @@ impl Search<'_> {
 impl Task for Search<'_> {
     type Out = RunResult;
 
-    /// Finds the periodic state near the motion from y, and writes the results.
+    /// Finds the periodic state near the motion that starts at y, and writes the results.
     fn of_system<P: System + Consistent + Clone>(
         self,
         dae: P,

@@ -80,9 +80,9 @@ impl Recorder {
         self.csv.written()
     }
 
-    /// Waits until the rows are on the disk, in the file with the probe's name.
+    /// Waits until the rows are on the disk, and checks that the file still exists under its name.
     pub(super) fn sync(&self) -> Result<(), ModelError> {
-        // A removed file accepts rows while it is open, but these rows are lost.
+        // A removed file still accepts rows while it is open, but these rows are lost.
         let checked = fs::symlink_metadata(&self.path).and_then(|there| {
             match there.len() == self.written().bytes {
                 true => atomic_file::sync(&self.csv.sink().0),

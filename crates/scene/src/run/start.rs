@@ -69,7 +69,7 @@ pub(super) fn start<D: Driver>(
     }
 }
 
-/// Returns an integrator for the muscle of a scene without chains, from its start.
+/// Returns an integrator for the muscle of a scene without its chains, from the initial state.
 ///
 /// # Errors
 /// A scene without a body, or a body that cannot start; errors of the integrator.
@@ -127,7 +127,7 @@ fn muscle(
     Ok((start_from(dae, &settings, *t, y, y_dot)?, y.to_vec()))
 }
 
-/// Starts a muscle and separately integrated chains.
+/// Starts a muscle with separately integrated chains.
 fn muscle_beside_chains(
     scene: &Scene,
     body: &Body,
@@ -139,7 +139,7 @@ fn muscle_beside_chains(
     beside(scene, muscle, oscillators, checkpoint)
 }
 
-/// Starts the chains of a scene beside a body with its state.
+/// Starts the separately integrated chains of a scene, given the integrator of the body and its state.
 fn beside<B: 'static>(
     scene: &Scene,
     (body, y): Started<B>,
@@ -184,7 +184,7 @@ impl Checkpoint {
     }
 }
 
-/// Returns an integrator for the muscle of a scene coupled to its chains, from its start.
+/// Returns an integrator for the muscle of a scene coupled to its chains, from the initial state.
 ///
 /// # Errors
 /// A scene without a body, or a body that cannot start; errors of the integrator.
@@ -237,8 +237,8 @@ fn muscle_with_feedback(
     Ok(advised(integrator, body))
 }
 
-/// Returns a muscle and its chains, the muscle's part of the error test, the options, and the
-/// initial unknowns of the muscle for a new run.
+/// Returns a muscle and its chains, the error test of the muscle, the options, and for a new run the initial unknowns
+/// of the muscle.
 fn one_way(
     scene: &Scene,
     (body, settings): (&Body, &Settings),

@@ -127,9 +127,9 @@ pub(super) fn compute(scene: &Scene, options: &RunOptions<'_>) -> Result<RunResu
 struct Recording<'a> {
     scene: &'a Scene,
     body: &'a Body,
-    /// `None` after the folder is open.
+    /// `None` once the folder is open.
     request: Option<FolderRequest<'a>>,
-    /// Empty after the folder is open.
+    /// Empty once the folder is open.
     readings: Vec<Box<dyn Reading>>,
     conditions: Vec<Condition>,
     folder: Option<ResultFolder>,
@@ -213,7 +213,7 @@ impl<'a> Recording<'a> {
     }
 
     fn write(&mut self, state: &PathState) -> Result<(), Error> {
-        // Outputs use the loads for which this state is the equilibrium.
+        // Outputs are computed with the loads for which this state is the equilibrium.
         let whole = &self.body.muscle;
         let muscle = match state.load {
             1.0 => whole,
@@ -291,7 +291,7 @@ fn note_of(points: &[CriticalPoint]) -> Option<String> {
     (!words.is_empty()).then(|| format!("critical points of the path: {}", words.join("; ")))
 }
 
-/// Returns a note if a path by arc length used all its steps.
+/// Returns a note if a path by arc length reached its maximum number of steps.
 fn unfinished(control: &Control, end: &PathEnd, stopped: bool) -> Option<String> {
     let is_short = matches!(control, Control::ArcLength { .. }) && end.reached.abs() < 1.0;
     (is_short && !stopped && end.shortfall.is_none()).then(|| {
@@ -319,7 +319,7 @@ fn outcome_of(end: &PathEnd, load: f64) -> Outcome {
     )
 }
 
-/// Returns a state of the path as unknowns of [`at_rest`].
+/// Returns a state of the path as unknowns of the system from [`at_rest`].
 pub(crate) fn unknowns(state: &PathState) -> Vec<f64> {
     let mut y = state.displacement.clone();
     y.resize(2 * state.displacement.len(), 0.0);
@@ -327,8 +327,8 @@ pub(crate) fn unknowns(state: &PathState) -> Vec<f64> {
     y
 }
 
-/// Returns the muscle at rest as an undamped system (q, v, λ), or (q, v) without pressure. It
-/// serves for output only.
+/// Returns the muscle at rest as an undamped system (q, v, λ), or (q, v) without pressure. Only the outputs use this
+/// system; it is not integrated.
 pub(crate) fn at_rest(muscle: &Muscle, formulation: Formulation) -> Result<MuscleDae, ModelError> {
     let mut muscle = muscle.relaxed();
     let kappa = muscle.parameters.kappa();

@@ -45,7 +45,7 @@ impl Condition {
         })
     }
 
-    /// Returns whether it depends on a chain.
+    /// Returns whether the condition depends on a chain.
     pub(super) fn is_of_chain(&self) -> bool {
         matches!(self, Self::Coherence { .. })
     }
@@ -71,8 +71,7 @@ impl Condition {
         }
     }
 
-    /// Returns a positive value if the body meets the condition. It never meets a condition on a
-    /// chain.
+    /// Returns a positive value if the body meets the condition. A condition on a chain is never met.
     pub(super) fn excess_of_body(&self, snapshot: &Snapshot<'_>) -> f64 {
         match self {
             Self::Displacement { probe, above } => {

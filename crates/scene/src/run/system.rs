@@ -43,7 +43,7 @@ pub(crate) trait System {
         None
     }
 
-    /// Continues these magnitudes from an earlier part of the run.
+    /// Restores these magnitudes from an earlier part of the run.
     fn set_driven(&mut self, _driven: &Driven) {}
 
     /// Returns the driving of network number `k` if a separately integrated body drives it.
@@ -71,7 +71,7 @@ pub(crate) fn network_of(
     system.network(k).ok_or(ModelError::NoSuchPart { part })
 }
 
-/// Returns whether a measurement of these quantities of the muscle needs ẏ.
+/// Returns whether measuring these quantities of the muscle requires ẏ.
 pub(crate) fn need_rates<P: System + ?Sized>(
     quantities: &[Quantity],
     system: &mut P,

@@ -9,7 +9,7 @@ use super::system::System;
 use crate::watch::Watcher;
 use crate::{Error, Scene};
 
-/// CPU time after which a trial ends with its current step.
+/// CPU time after which a trial ends at the end of its current step.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// First steps of a run, or all steps of a short run. They equal the steps of the run itself, since

@@ -6,14 +6,15 @@ use std::ops::RangeInclusive;
 use myovib_model::{EndReason, Muscle, Outcome, Snapshot};
 use serde::{Deserialize, Serialize};
 
-/// Ratio of bulk to shear modulus from which a body is nearly incompressible; Poisson's ratio is then at least 0.495.
+/// Ratio of bulk to shear modulus above which a body counts as nearly incompressible; Poisson's ratio is then at least
+/// 0.495.
 const NEARLY_INCOMPRESSIBLE: f64 = 100.0;
-/// Range of det F in a nearly incompressible body. Real changes of its volume are some percent.
+/// Plausible range of det F in a nearly incompressible body. Its actual volume changes are a few percent.
 const PLAUSIBLE: RangeInclusive<f64> = 0.5..=2.0;
 
-/// Range of det F at the vertices of all elements over the observed times. The equations contain
-/// averages over elements, or with pressure weighted averages around a vertex. They do not detect
-/// an inversion at a vertex.
+/// Range of det F at the vertices of all elements over the observed times. The equations contain averages over
+/// elements, or weighted averages around a vertex in formulations with pressure, so they do not detect an inversion at
+/// a vertex.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Volumes {
     /// Smallest and largest det F; `None` before the first observation.
@@ -34,7 +35,7 @@ pub(super) struct Inversion {
 }
 
 impl Volumes {
-    /// Updates the range with the body at time `t`.
+    /// Updates the range with the volume ratios of the body at time `t`.
     pub(super) fn see(&mut self, t: f64, snapshot: &Snapshot<'_>) {
         let seen = snapshot.solid.vertex_volume_ratios(snapshot.displacement);
         let [smallest, largest] = self.ratios.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
@@ -59,8 +60,8 @@ impl Volumes {
         self.ratios
     }
 
-    /// Returns a note on an inversion, or on implausible volumes of a nearly incompressible `muscle`. `is_motion`: whether
-    /// the time of an inversion is meaningful.
+    /// Returns a note on an inversion, or on implausible volumes of a nearly incompressible `muscle`. The time of an
+    /// inversion is only included if `is_motion`.
     pub(super) fn note(&self, muscle: &Muscle, is_motion: bool) -> Option<String> {
         if let Some(inversion) = &self.inversion {
             return Some(inversion.note(is_motion));
@@ -76,7 +77,8 @@ impl Volumes {
         })
     }
 
-    /// Returns the end of a run at an inversion, if there is one; `is_motion`: whether its time is meaningful.
+    /// Returns the outcome of a run that ends because an element is inverted, if one is. The time of the inversion is
+    /// only included if `is_motion`.
     pub(super) fn refusal(&self, is_motion: bool) -> Option<Outcome> {
         let message = self.inversion.as_ref()?.note(is_motion);
         Some(Outcome::ended(
@@ -101,7 +103,7 @@ fn is_nearly_incompressible(muscle: &Muscle) -> bool {
 }
 
 impl Inversion {
-    /// Returns the note for the user. `is_motion`: whether the time is meaningful.
+    /// Returns the note for the user, with the time only if `is_motion`.
     pub(super) fn note(&self, is_motion: bool) -> String {
         let place: Vec<String> = self.at.iter().map(|x| format!("{x:.4}")).collect();
         let (element, jacobian, place) = (self.element, self.jacobian, place.join(", "));

@@ -95,7 +95,7 @@ impl Builder<'_> {
         let follows_force = file.contact.iter().any(|contact| contact.force.is_some());
         let linear_solver = match act_on_own_elements(file) || relaxes || follows_force {
             true => LinearSolverKind::Condensed,
-            // The oscillators act on elements that do not drive them.
+            // In this case, the oscillators act on elements that do not drive them.
             false => LinearSolverKind::Full,
         };
         let mut muscle = Muscle {
@@ -119,7 +119,7 @@ impl Builder<'_> {
             self.expect_no_jump(file, &muscle)?;
             muscle.solid = muscle.solid.without_inertia();
             if file.integrator.error_test.exclude.is_none() {
-                // It jumps where the slope of a load does.
+                // The velocity jumps where the slope of a load jumps.
                 settings.suppressed = vec![Field::Velocity];
             }
         }
@@ -137,7 +137,7 @@ impl Builder<'_> {
         })
     }
 
-    /// Returns the given formulation, or the default, if it is compatible with the parameters and the analysis.
+    /// Returns the given formulation, or the default one, if it is compatible with the parameters and the analysis.
     fn formulation(
         &self,
         file: &SceneFile,

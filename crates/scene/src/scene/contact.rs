@@ -11,7 +11,8 @@ use crate::scene_file::contact::Obstacle;
 use crate::scene_file::function::Function;
 use crate::scene_file::{self, Analysis, SceneFile};
 
-/// Distance from an obstacle that touches the body, relative to coordinates, which is rounding.
+/// Distance, relative to the coordinates, at which an obstacle counts as touching the body. It allows for rounding
+/// errors.
 const ROUNDING: f64 = 1e-9;
 
 impl Builder<'_> {
@@ -50,7 +51,7 @@ impl Builder<'_> {
                 let distance = contact.driven_distance(self.t_end, 0.0, &rest);
                 let coordinates = solid.space().mesh().coordinates().iter();
                 let size = coordinates.fold(0.0_f64, |size, x| size.max(x.abs()));
-                // A sphere that moves away from the body touches it from inside, farther back.
+                // If a sphere moves away from the body, its far side would touch the body from inside.
                 let is_behind = |s: f64| s.is_nan() || s < -ROUNDING * size;
                 if distance.is_some_and(is_behind) {
                     let error = InputError::new("the obstacle does not reach the group")

@@ -15,14 +15,13 @@ use crate::scene_file::{self, Analysis, SceneFile};
 
 /// Minimum and maximum number of times at which the sign of a prescribed tension is checked.
 const SAMPLES: [f64; 2] = [1e3, 1e6];
-/// Number of these times per characteristic time of the tension.
+/// Number of sample times per characteristic time of the tension.
 const SAMPLES_OF_A_CHANGE: f64 = 4.0;
 
-/// Ratio of bulk to shear modulus below which a law has no volumetric part: a few rounding errors.
+/// Ratio of bulk to shear modulus below which a law has no volumetric part; it allows for a few rounding errors.
 const ISOCHORIC: f64 = 1e-10;
 
-/// Stresses that materials add to their laws, each with its elements, and the tensions of active
-/// materials by number.
+/// Stresses that materials add to their laws, each with its elements, and the tension of each active material.
 pub(super) type Added = (Vec<(Vec<usize>, AddedStress)>, Vec<(usize, Activation)>);
 
 /// Returns the names of the chains that act back on the body.

@@ -78,7 +78,7 @@ impl<const D: usize> Factor<'_, D> {
 }
 
 impl Builder<'_> {
-    /// Returns the factor of the component `axis` from the distribution of the table at `path`.
+    /// Returns the factor for the component `axis`, as defined by the distribution in the table at `path`.
     pub(super) fn factor<'m, const D: usize>(
         &self,
         distribution: Option<&'m SpatialFactor>,
@@ -148,7 +148,7 @@ impl Builder<'_> {
         })
     }
 
-    /// Returns the nodal field `name`, with one or three values at each vertex.
+    /// Returns the nodal field `name`, which has one or three values per vertex.
     fn nodal_factors<'m>(
         &self,
         mesh: &'m Mesh,

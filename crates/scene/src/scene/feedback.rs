@@ -233,7 +233,7 @@ impl Builder<'_> {
     }
 }
 
-/// Returns the weight of place number `k` at each corner: inverse squared distances, normalized.
+/// Returns the weights of place number `k` at the corners of all elements, by normalized inverse squared distances.
 fn shares(mesh: &Mesh, places: &[Vec<f64>], k: usize) -> Vec<f64> {
     let dimension = mesh.dimension();
     let share = |vertex: &usize| {
@@ -242,7 +242,7 @@ fn shares(mesh: &Mesh, places: &[Vec<f64>], k: usize) -> Vec<f64> {
             let both = corner.iter().zip(place);
             both.map(|(x, y)| (x - y).powi(2)).sum()
         };
-        // Scales by the smallest distance, so that a corner at a place has no infinite terms.
+        // Distances are scaled by the smallest one, so that a corner at a place does not lead to infinite terms.
         let nearest = places.iter().map(squared).fold(f64::INFINITY, f64::min);
         let inverse = |place: &Vec<f64>| match squared(place) {
             distance if distance > 0.0 => nearest / distance,

@@ -122,7 +122,7 @@ impl Builder<'_> {
         }
         let points = self.at(&place, Points::new(times, values))?;
         let (start, end) = points.range();
-        // A table may end before the run by the rounding of its decimals.
+        // Because of rounded decimals, a table may end slightly before the run.
         if start > 0.0 || end < self.t_end * (1.0 - 1e-12) {
             let error = InputError::new("the table does not cover the run's time interval")
                 .found(format!("{start} s to {end} s"))

@@ -6,15 +6,15 @@ use super::builder::Builder;
 use crate::InputError;
 use crate::scene_file::group::{Group, Members, Place};
 
-/// Distance from a box, sphere or plane within which a vertex belongs to it, as a fraction of the mesh's largest extent: mesh
-/// generators place vertices on surfaces up to rounding and solver tolerances.
+/// Distance from a box, sphere or plane within which a vertex belongs to it, as a fraction of the mesh's largest
+/// extent: vertices of generated meshes are on surfaces only up to rounding errors and solver tolerances.
 const TOLERANCE: f64 = 1e-6;
 
 /// Condition on the coordinates of a vertex.
 type Condition<'a> = Box<dyn Fn(&[f64]) -> bool + 'a>;
 
 impl Builder<'_> {
-    /// Returns the mesh with a group added.
+    /// Returns the mesh with an additional group.
     pub(super) fn with_group(
         &self,
         mesh: &Mesh,

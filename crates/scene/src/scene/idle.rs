@@ -1,4 +1,4 @@
-//! Notes on parts of a scene's body without effect: valid, but probably not intended.
+//! Notes on parts of a scene's body that have no effect. Such parts are valid but probably unintended.
 
 use myovib_model::{Muscle, Signal};
 
@@ -134,7 +134,7 @@ fn held(i: usize, traction: &Traction, muscle: &Muscle) -> Vec<String> {
     words.collect()
 }
 
-/// Returns whether all loads, tensions and support motions are zero, and there is at least one.
+/// Returns whether there are loads, tensions or support motions, but all of them are zero.
 fn rests(muscle: &Muscle, t: f64) -> bool {
     let signals = muscle.signals().map(|signal| signal.at(t).value);
     let tensions = muscle.activations.iter().map(|(_, own)| own.at(t, 0.0));

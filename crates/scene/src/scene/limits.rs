@@ -11,12 +11,13 @@ use crate::statistics::DRIFT_SAMPLES;
 
 /// Maximum number of probes. Each has an open file, and systems allow a process about a thousand.
 const MAX_PROBES: usize = 500;
-/// Number of files that a run may have open in addition to its probes: streams, the lock, one being
+/// Number of files that a run may have open in addition to its probes: standard streams, the lock, and a file being
 /// written.
 const OTHER_FILES: usize = 16;
 /// Maximum number of rows of a probe: a file of about 1 GB for a point.
 const MAX_ROWS: f64 = 1e7;
-/// Rows per period of a load below which a curve is misread: between its rows it may miss 8 % of a peak.
+/// Number of rows per period of a load below which a curve may be misinterpreted: a peak between two rows may be 8 %
+/// higher than both.
 const FEWEST_ROWS: f64 = 8.0;
 /// Maximum number of field files and checkpoints; the smallest have about 10 kB each.
 const MAX_FILES: f64 = 1e5;
@@ -33,8 +34,8 @@ fn open_files() -> Option<usize> {
     None
 }
 
-/// Returns a note on probes with too few rows per period of the highest frequency `drive` (Hz) of the loads. Probes of the
-/// start and end (`t_end`, s) only are meant so.
+/// Returns a note on probes with too few rows per period of the highest frequency `drive` (Hz) of the loads. Probes
+/// that only record the start and the end (`t_end`, s) are excluded, because that is intended.
 pub(super) fn coarse_probes(file: &SceneFile, t_end: f64, drive: Option<f64>) -> Option<String> {
     let drive = drive.filter(|_| file.analysis == Analysis::Dynamic)?;
     let is_coarse =
@@ -53,7 +54,7 @@ pub(super) fn coarse_probes(file: &SceneFile, t_end: f64, drive: Option<f64>) ->
     ))
 }
 
-/// Returns the maximum number of concurrent runs of a scene: each has the files of its probes open.
+/// Returns the maximum number of concurrent runs of a scene: each run keeps the files of its probes open.
 pub(crate) fn runs_at_once(file: &SceneFile) -> NonZeroUsize {
     let runs = open_files().map(|files| files / (file.probe.len() + OTHER_FILES));
     runs.map_or(NonZeroUsize::MAX, |runs| {
@@ -62,7 +63,7 @@ pub(crate) fn runs_at_once(file: &SceneFile) -> NonZeroUsize {
 }
 
 impl Builder<'_> {
-    /// Rejects excessive output and an end time too small to divide into samples.
+    /// Rejects excessive output, and an end time that is too small to be divided into samples.
     pub(super) fn limits(&self, file: &SceneFile) -> Result<(), InputError> {
         if file.time.is_some() && !(self.t_end / DRIFT_SAMPLES).is_normal() {
             let error = InputError::new("the end time cannot be divided into samples")

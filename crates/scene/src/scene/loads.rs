@@ -14,12 +14,12 @@ use crate::scene_file::solid::{BodyForce, Traction};
 
 /// Loads with the keys of their components in the scene.
 type Keyed<L> = Vec<(String, L)>;
-/// A load of size 1 with the amplitude of its harmonic part.
+/// A load of size 1, and the amplitude of its harmonic part.
 type Harmonic = (SurfaceLoad, Complex64);
 
 impl Builder<'_> {
-    /// Returns the dead loads: tractions, then body and point forces, with one load per component, and the
-    /// sum of their harmonic parts. `densities` contains one value per element.
+    /// Returns the dead loads (tractions, then body forces and point forces), one load per component, and the sum of
+    /// their harmonic parts. `densities` contains one value per element.
     pub(super) fn loads(
         &self,
         file: &SceneFile,
@@ -99,7 +99,7 @@ impl Builder<'_> {
         Ok(point)
     }
 
-    /// Returns the load of 1 Pa along an axis times the traction's distribution.
+    /// Returns the load of a traction of 1 Pa along an axis, multiplied by its distribution.
     fn unit_traction<const D: usize>(
         &self,
         traction: &Traction,
@@ -116,7 +116,7 @@ impl Builder<'_> {
         self.at(&format!("{path}.group"), load)
     }
 
-    /// Returns the load of an acceleration of 1 m/s² along an axis times the force's distribution.
+    /// Returns the load of an acceleration of 1 m/s² along an axis, multiplied by the distribution of the body force.
     fn unit_weight<const D: usize>(
         &self,
         force: &BodyForce,
@@ -139,8 +139,8 @@ impl Builder<'_> {
         Ok(load)
     }
 
-    /// Returns the loads on the deformed boundary with their keys, and for a response those with a harmonic part, of
-    /// size 1 with their amplitudes.
+    /// Returns the loads on the deformed boundary with their keys and, for a response, unit loads with the amplitudes
+    /// of the harmonic parts.
     pub(super) fn surface_loads(
         &self,
         file: &SceneFile,
@@ -161,7 +161,7 @@ impl Builder<'_> {
     }
 }
 
-/// Returns the vector of this magnitude along an axis.
+/// Returns the vector of this length along an axis.
 fn along<const D: usize>(axis: usize, size: f64) -> [f64; D] {
     std::array::from_fn(|i| if i == axis { size } else { 0.0 })
 }

@@ -27,7 +27,7 @@ pub(super) struct Materials {
     pub(super) regions: Vec<usize>,
     /// Fiber directions, if a material defines them.
     pub(super) fibers: Option<Fibers>,
-    /// Factor of the stress at each vertex of each element, if a material defines it.
+    /// Factor of the stress at each vertex of each element, if a material defines such factors.
     pub(super) factors: Option<Vec<f64>>,
 }
 
@@ -103,7 +103,7 @@ impl Builder<'_> {
         let stiffened = |(i, material): (usize, &Material)| {
             let law = self.at(&format!("material[{i}].stress_scale"), material.stiffened())?;
             match law {
-                // Viscous stresses belong to laws of finite strains, which are equal at rest.
+                // Viscous stresses require laws of finite strains, which are equivalent to small strains at rest.
                 Law::SmallStrain { shear_modulus } if material.is_viscous() => {
                     self.expect_rest(file, &format!("material[{i}]"))?;
                     Ok(Law::MooneyRivlin {
@@ -354,7 +354,7 @@ fn about_field(error: FemError, mesh: &Mesh) -> InputError {
     }
 }
 
-/// Returns the element if the nodal field `sheet` is parallel to `fiber` at all its vertices.
+/// Returns the first element at whose vertices the nodal field `sheet` is parallel to `fiber`.
 fn runs_along(mesh: &Mesh, element: usize, fiber: &str, sheet: &str) -> Option<usize> {
     let (fiber, sheet) = (mesh.field(fiber).ok()?, mesh.field(sheet).ok()?);
     let vector = |field: &NodalField, vertex| <[f64; 3]>::try_from(field.at(vertex)).ok();

@@ -9,7 +9,7 @@ use crate::scene_file::mesh::{self, MeshSource, Region, Resolution};
 
 /// Muscle of the reproduced paper.
 pub(super) const MUSCLE: &str = include_str!("../../data/meshes/muscle.msh");
-/// Ventricle of the benchmark, and a coarser version.
+/// Mesh of the benchmark's ventricle, and a coarser version.
 pub(super) const VENTRICLE: &str = include_str!("../../data/meshes/ventricle.msh");
 pub(super) const VENTRICLE_COARSE: &str = include_str!("../../data/meshes/ventricle_coarse.msh");
 /// Maximum number of elements of a scene, far above the capacity of one machine. It detects a

@@ -114,7 +114,7 @@ pub struct Body {
     /// Number of quadrature points where fiber directions at the vertices oppose each other, so
     /// that the direction at the nearest vertex is used.
     pub opposed_fibers: usize,
-    /// Number of elements with more than 120° between fiber directions at two vertices.
+    /// Number of elements in which the fiber directions at two vertices differ by more than 120°.
     pub unresolved_fibers: usize,
 }
 
@@ -128,15 +128,15 @@ impl Body {
     }
 }
 
-/// Inverse of the fraction of elements that may have unresolved fibers without a note. Some
-/// elements around an apex, where all directions meet, are always unresolved.
+/// Inverse of the fraction of elements with unresolved fibers that is accepted without a note. Some elements around an
+/// apex, where all directions meet, are always unresolved.
 const RARE: usize = 50;
 
 /// Maximum size of a scene file, bytes. A larger file is probably not a scene.
 const MOST_BYTES: u64 = 1 << 26;
 
-/// Reads the text of a scene file. An open pipe is accepted, as in `<(command)` of a
-/// shell. A named pipe may wait forever for a writer, and a device may be endless.
+/// Reads the text of a scene file. An open pipe is accepted, as in `<(command)` of a shell. Named pipes are rejected
+/// because reading may block forever, and devices because reading may never end.
 fn text_of(path: &Path) -> io::Result<String> {
     let is_open = ["/dev/fd", "/dev/stdin", "/proc/self/fd"]
         .iter()
@@ -215,7 +215,7 @@ impl Scene {
         Self::build(source.name(), source.text(), &overrides, &self.folder)
     }
 
-    /// Returns the scene with all tolerances multiplied by [`loosening`].
+    /// Returns the scene with all tolerances multiplied by the factor [`loosening`].
     #[must_use]
     pub fn with_looser_tolerances(&self) -> Self {
         let integrator = &self.file.integrator;
@@ -248,7 +248,7 @@ impl Scene {
         solid.is_some_and(|solid| solid.allow_inverted)
     }
 
-    /// Returns whether the chains are integrated beside the body or rod.
+    /// Returns whether the chains are integrated separately from the body or rod.
     pub(crate) fn has_separate_chains(&self) -> bool {
         let wanted = &self.file.integrator;
         let is_driven = self.body.is_some() || self.rod.is_some();
@@ -304,7 +304,7 @@ impl Scene {
     /// Returns how the loading path of a static analysis is followed.
     ///
     /// # Errors
-    /// Keys without effect.
+    /// Keys that have no effect with this method.
     pub(crate) fn control(&self) -> Result<Control, InputError> {
         let Some(path) = &self.file.loading_path else {
             return Ok(Control::Load(vec![1.0]));
@@ -318,7 +318,7 @@ impl Scene {
     /// Returns the load factors of a loading path; empty for a path by arc length.
     ///
     /// # Errors
-    /// Keys without effect.
+    /// Keys that have no effect with this method.
     pub(crate) fn loads(&self) -> Result<Vec<f64>, InputError> {
         Ok(match self.control()? {
             Control::Load(loads) => loads,
@@ -331,7 +331,7 @@ impl Scene {
         self.source.value()
     }
 
-    /// Returns allowed but unusual values of the body.
+    /// Returns findings on allowed but unusual values of the body.
     pub fn unusual(&self) -> Vec<Finding> {
         let body = self.body.as_ref();
         body.map_or(Vec::new(), |body| {
@@ -354,7 +354,8 @@ impl Scene {
         Builder::new(&self.source, &inputs, self.t_end).at(path, result)
     }
 
-    /// Returns the measurements of the probes; in a response about rest without the values that have no derivative there.
+    /// Returns the measurements of the probes. For a response about rest, values that are not differentiable there are
+    /// omitted.
     pub(crate) fn readings(&self) -> Result<Vec<Box<dyn Reading>>, InputError> {
         let mut readings = self.all_readings()?;
         if self.is_response_about_rest() {

@@ -22,7 +22,7 @@ pub struct DrivenChain {
     pub name: String,
     /// Oscillators of the chain.
     pub chain: Chain,
-    /// Gain and reach of the forcing.
+    /// Gain and range of the forcing.
     pub drive: Drive,
     /// Place of the forcing, if given.
     pub at: Option<Place>,
@@ -58,7 +58,7 @@ impl DrivenChain {
         !matches!(self.at, None | Some(Place::Point(_) | Place::Position(_)))
     }
 
-    /// Returns a note on its places.
+    /// Returns a note on its places, if any.
     pub(super) fn note(&self) -> Option<String> {
         let (kept, all) = (self.places.len(), self.places.len() + self.outside);
         (self.outside > 0).then(|| {

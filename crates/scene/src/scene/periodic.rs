@@ -1,4 +1,4 @@
-//! Checks of a periodic state: its frequency, and loads that repeat.
+//! Checks of a periodic state: its frequency, and the periodicity of the loads.
 
 use myovib_model::{IntegratorKind, RodDae, Signal};
 
@@ -9,10 +9,10 @@ use crate::InputError;
 use crate::scene_file::SceneFile;
 use crate::scene_file::integrator::IntegratorSettings;
 
-/// Number of times in a period at which values are compared: a prime, since the harmonics of a load vanish at
-/// common fractions of its period.
+/// Number of times in a period at which values are compared. It is prime, because harmonics of a load may vanish at
+/// simple fractions of its period.
 const TIMES: u32 = 97;
-/// Periods after which the loads are compared with the first.
+/// Numbers of periods after which the loads are compared with their initial values.
 const PERIODS: [f64; 3] = [1.0, 2.0, 7.0];
 /// Doublings of the number of periods after which loads that rise may repeat.
 const DOUBLINGS: i32 = 16;

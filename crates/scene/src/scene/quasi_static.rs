@@ -8,7 +8,7 @@ use crate::scene_file::SceneFile;
 use crate::sensitivity::first_jump;
 
 impl Builder<'_> {
-    /// Rejects parts of a scene that need inertia, and methods without it.
+    /// Rejects parts of a scene that need inertia, and integration methods that do not support a body without inertia.
     pub(super) fn quasi_static(&self, file: &SceneFile) -> Result<(), InputError> {
         let parts = [
             ("rod", file.rod.is_some()),
@@ -30,7 +30,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Rejects formulations and damping that a body without inertia does not have.
+    /// Rejects formulations and damping that are not available without inertia.
     pub(super) fn without_inertia(
         &self,
         formulation: Formulation,

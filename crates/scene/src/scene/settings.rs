@@ -19,7 +19,7 @@ use crate::scene_file::integrator::{
 };
 
 impl Builder<'_> {
-    /// Returns the settings for `muscle` in `formulation`, which begins its motion from `start`.
+    /// Returns the settings for the motion of `muscle` in `formulation` from the given `start`.
     pub(super) fn settings(
         &self,
         wanted: &IntegratorSettings,
@@ -103,7 +103,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Rejects separate steps of chains that act on the body or are not in the error test.
+    /// Rejects separate steps for chains that act on the body or are excluded from the error test.
     pub(super) fn chain_steps(
         &self,
         file: &SceneFile,
@@ -134,7 +134,8 @@ impl Builder<'_> {
     }
 }
 
-/// Returns the given absolute tolerances, or those for loads up to `t_end` (s) and the start.
+/// Returns the absolute tolerances. Tolerances that are not given are derived from the typical values of the body under
+/// its loads up to `t_end` (s) and its initial state.
 pub(crate) fn absolute_tolerances(
     wanted: &IntegratorSettings,
     muscle: &Muscle,
@@ -154,8 +155,8 @@ pub(crate) fn absolute_tolerances(
 /// Keys of `[integrator]` without effect on a rod or on chains alone.
 const ONLY_FOR_BODIES: [&str; 5] = ["atol", "error_test", "precision", "ordering", "btf"];
 
-/// Reports settings without effect: limits of a motion in a scene without motion, and settings of a body in a scene without
-/// body. They are accepted because parts of a scene may be used again.
+/// Reports settings without effect: limits of a motion in a scene without motion, and settings of a body in a scene
+/// without body. They are accepted because parts of a scene may be reused in another scene.
 pub(super) fn without_effect(file: &SceneFile, source: &Value) -> Vec<String> {
     let is_given = |key: &&&str| source["integrator"].get(key).is_some();
     let note = |applies: bool, keys: &[&str], part: &str| {
@@ -172,7 +173,8 @@ pub(super) fn without_effect(file: &SceneFile, source: &Value) -> Vec<String> {
     limits.into_iter().chain(of_body).collect()
 }
 
-/// Describes blocks to exclude from the error test that the formulation does not have.
+/// Returns a note for each block that the scene excludes from the error test but that does not exist in the
+/// formulation.
 pub(super) fn missing(wanted: &IntegratorSettings, formulation: Formulation) -> Vec<String> {
     let blocks = wanted.error_test.exclude.iter().flatten();
     let missing = blocks.filter(|block| !fields(**block).iter().any(|f| formulation.has(*f)));
@@ -219,7 +221,7 @@ mod tests {
     use crate::Scene;
     use crate::scene_file::integrator::ErrorTest;
 
-    /// Regression: a block that the formulation does not have was ignored silently.
+    /// Regression: a block that does not exist in the formulation was ignored silently.
     #[test]
     fn blocks_that_the_formulation_lacks_are_reported() {
         let wanted = IntegratorSettings {

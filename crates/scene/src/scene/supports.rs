@@ -31,7 +31,7 @@ pub(super) struct Support {
     pub(super) amplitude: Complex64,
 }
 
-/// A component of a load or displacement that is given.
+/// A prescribed component of a load or displacement.
 pub(super) struct Component<'f> {
     pub(super) axis: usize,
     /// Its path in the scene.
@@ -41,9 +41,8 @@ pub(super) struct Component<'f> {
     pub(super) amplitude: Complex64,
 }
 
-/// Requirements of groups for the components (node, axis): moves with their factors, or an empty
-/// list if the group holds the component. The name of a group that holds the component is not
-/// needed.
+/// Requirements of groups for the components (node, axis): displacements with their factors, or an empty list if the
+/// group is fixed. The name of a fixed group is not stored.
 type Requirements<'f> = BTreeMap<(usize, usize), Vec<(Option<&'f str>, Terms)>>;
 type Terms = Vec<(usize, f64)>;
 
@@ -270,8 +269,8 @@ impl Builder<'_> {
         Ok(factors)
     }
 
-    /// Returns a function of time that a displacement can follow from rest. Without inertia, its
-    /// slope may jump; in an equilibrium, any function has a value.
+    /// Returns a function of time that a displacement can follow from rest. Without inertia, its slope may jump. A
+    /// static analysis accepts any function, because it only uses values.
     fn motion(
         &self,
         file: &SceneFile,
@@ -294,8 +293,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Returns the components with a function of time or a harmonic part. At least one must be
-    /// given.
+    /// Returns the components that have a function of time or a harmonic part. At least one component must be given.
     pub(super) fn components<'f>(
         &self,
         given: [&'f Option<Function>; 3],
@@ -346,7 +344,7 @@ impl Builder<'_> {
 }
 
 impl Move<'_> {
-    /// Returns whether the motion is not zero.
+    /// Returns whether the motion is nonzero.
     fn moves(&self) -> bool {
         let Component {
             function,
@@ -365,7 +363,7 @@ impl Move<'_> {
     }
 }
 
-/// Returns whether two groups prescribe the same motion of a component. A motion of 0 equals a
+/// Returns whether two groups prescribe the same motion of a component. A motion that is always zero is equivalent to a
 /// fixed component.
 fn alike(moves: &[Move<'_>], terms: &Terms, other: &Terms) -> bool {
     let moving = |terms: &Terms| {

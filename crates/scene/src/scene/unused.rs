@@ -1,4 +1,5 @@
-//! Notes on sections without effect in an analysis. They are allowed, so that one scene serves several analyses.
+//! Notes on sections that have no effect in the chosen analysis. They are allowed, so that one scene can be used for
+//! several analyses.
 
 use crate::scene_file::{Analysis, SceneFile};
 

@@ -1,7 +1,7 @@
 //! Unusual values of a body, which are allowed but probably mistakes, such as a wrong unit or power
 //! of ten.
 //!
-//! The bounds are far from the range of tissue, so that a finding is almost certainly a mistake.
+//! The bounds are far outside the range of tissue, so a finding is almost certainly a mistake.
 
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
@@ -34,8 +34,8 @@ const LONGEST: f64 = 100.0;
 const HEAVIEST: f64 = 2e5;
 /// Range of the lengths of tissue samples and organs, m.
 const LENGTHS: RangeInclusive<f64> = 1e-4..=3.0;
-/// Number of intervals at which loads are sampled. It is prime: a load with a round number of
-/// periods would vanish at all times of a round number of samples.
+/// Number of intervals at which loads are sampled. It is prime, because a load with a round number of periods could
+/// vanish at all sample times of a round number of samples.
 const TIMES: u32 = 997;
 
 /// Description of a problem and of the usual values.
@@ -54,7 +54,7 @@ struct Part {
     drive: Option<f64>,
 }
 
-/// Condition on the scene for a check, and the check of each material.
+/// Condition on the scene under which a check is performed, and the check of each material.
 type Check = (fn(&SceneFile) -> bool, fn(&Part) -> Option<Unusual>);
 
 /// Checks of materials.
@@ -65,8 +65,7 @@ const CHECKS: [Check; 4] = [
     (|file| file.analysis == Analysis::Dynamic, damping),
 ];
 
-/// Returns for each check the first material, and for the check of loads the first load, with a
-/// problem.
+/// Returns the first problem that each check finds: of the materials, and for one check of the loads.
 pub(super) fn findings(file: &SceneFile, body: &Body, t_end: f64) -> Vec<Finding> {
     let Some(solid) = &file.solid else {
         return Vec::new();
@@ -366,8 +365,8 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
         findings.iter().map(ToString::to_string).collect()
     }
 
-    /// Regression: `check` accepted all of these scenes. The second of each pair is on the other
-    /// side of the bound.
+    /// Regression: `check` accepted all of these scenes. The second scene of each pair is on the valid side of the
+    /// bound.
     #[test]
     fn unusual_values_are_reported_and_plausible_values_are_not() {
         assert_eq!(found(&[]), Vec::<String>::new());
@@ -419,7 +418,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
                 &["material[0].density=101.0"],
                 "shear waves travel at 100.000 m/s",
             ),
-            // √(80 / 1) = 8.9 m/s: a body in other units.
+            // The wave speed is √(80 / 1) = 8.9 m/s, for a body in other units.
             (
                 &[
                     "material[0].density=1e6",
@@ -445,7 +444,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
                 "traction[0].y reaches 26000.000 Pa, 2.6 times",
             ),
             (
-                // 500 periods, one of which is sampled within 1e-5 of its amplitude.
+                // One of the 500 periods is sampled within 1e-5 of its amplitude.
                 &["traction[0].y={ type = \"sine\", amplitude = 2.6e4, frequency = 500.0 }"],
                 &["traction[0].y={ type = \"sine\", amplitude = 2.4e4, frequency = 500.0 }"],
                 "traction[0].y reaches",
@@ -469,7 +468,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
         }
     }
 
-    /// Regression: a finding about damping was reported for a short run without a vibrating load.
+    /// Regression: the check of damping reported a finding for a short run without a vibrating load.
     #[test]
     fn damping_is_looked_at_where_something_vibrates() {
         let short = ["time.end=1e-3", "solid.rayleigh_stiffness=0.1"];
@@ -479,7 +478,7 @@ y = { type = "ramped-sine", amplitude = 100.0, frequency = 8.0 }
         assert_eq!(found(&[&short[..], &[step]].concat()), Vec::<String>::new());
     }
 
-    /// Checks that the density of a body without weight is not checked at rest, nor is its damping.
+    /// Checks that the density of a weightless body is not checked at rest, and neither is its damping.
     #[test]
     fn unusual_values_without_effect_are_not_reported() {
         let at_rest = [

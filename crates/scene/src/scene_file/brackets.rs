@@ -1,9 +1,9 @@
-//! TOML headers with wrong brackets: `[fixed]` instead of `[[fixed]]`, and the reverse.
+//! Wrong brackets in TOML headers: `[fixed]` instead of `[[fixed]]`, or the reverse.
 
 use serde_json::Value;
 
-/// Returns advice on the header of the `value` at `path` if a single table is given for a list of
-/// tables, or the reverse. The schema may accept a table, a list of tables, or neither.
+/// Returns advice on the header of the `value` at `path` if a single table is given instead of a list of tables, or the
+/// reverse. According to the schema, the value may be a table, a list of tables, or neither.
 pub(super) fn right(
     value: &Value,
     path: &str,
@@ -26,7 +26,7 @@ pub(super) fn right(
     }
 }
 
-/// Returns a path as in headers: `material.prony` for `material[0].prony`.
+/// Returns a path without indices, as it appears in headers: `material.prony` for `material[0].prony`.
 fn without_indices(path: &str) -> String {
     let parts = path.split('[');
     let parts = parts.map(|part| part.split_once(']').map_or(part, |(_, rest)| rest));

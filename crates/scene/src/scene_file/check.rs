@@ -26,7 +26,7 @@ pub(crate) struct Problem {
     pub(crate) at_key: bool,
     /// Error without its location.
     pub(crate) error: InputError,
-    /// Correct header, if the value has a header.
+    /// The correct header, if the value is given under a header.
     pub(crate) header: Option<String>,
 }
 
@@ -42,7 +42,7 @@ impl Problem {
     }
 }
 
-/// Checks `value` against `schema`, a whole document with its `$defs`.
+/// Checks `value` against `schema`, a complete schema document with its `$defs`.
 pub(super) fn check(value: &Value, schema: &Value) -> Result<(), Problem> {
     Checker {
         definitions: schema.get("$defs"),
@@ -144,7 +144,7 @@ impl<'s> Checker<'s> {
             .copied()
             .filter(|one| self.accepts_kind(one, value))
             .collect();
-        // Tables are distinguished by a key, lists by their first entry.
+        // Alternatives that are tables are distinguished by a key, lists by their first entry.
         let alike = fitting.iter().find(|one| self.resembles(one, value));
         if let (None, [_, _, ..], Some(object)) = (alike, &fitting[..], value.as_object())
             && let Some(key) = object.keys().next()
@@ -191,8 +191,7 @@ impl<'s> Checker<'s> {
         names.is_some_and(|names| names.iter().all(|one| one["const"].is_string()))
     }
 
-    /// Returns whether a table has a key from the schema, or a list has a first entry of the right
-    /// kind.
+    /// Returns whether a table has a key from the schema, or whether the first entry of a list has the right kind.
     fn resembles(&self, schema: &'s Value, value: &Value) -> bool {
         match value {
             Value::Object(object) => object
@@ -218,7 +217,7 @@ impl<'s> Checker<'s> {
         kind.to_owned()
     }
 
-    /// Checks a value without alternatives. Several schemas together may describe an object.
+    /// Checks a value without alternatives. An object may be described by several schemas together.
     fn plain(&self, value: &Value, schemas: &[&'s Value], path: &str) -> Result<(), Problem> {
         let schema = schemas[0];
         if let Some(names) = schema["enum"].as_array() {

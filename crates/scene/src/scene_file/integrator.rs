@@ -12,7 +12,7 @@ pub struct IntegratorSettings {
     /// Integration method.
     pub method: IntegratorKind,
     /// Relative tolerance.
-    // Below 1e-14 the rounding of sums (2e-16 each) is the larger error.
+    // Below 1e-14, the rounding errors of sums (2e-16 each) would dominate.
     #[schemars(extend("minimum" = 1e-14), extend("exclusiveMaximum" = 1))]
     pub rtol: f64,
     /// Absolute tolerances of the body.
@@ -167,7 +167,7 @@ pub struct Atol {
 #[serde(default)]
 pub struct OscillatorTolerances {
     /// Relative tolerance.
-    // Below 1e-14 the rounding of sums (2e-16 each) is the larger error.
+    // Below 1e-14, the rounding errors of sums (2e-16 each) would dominate.
     #[schemars(extend("minimum" = 1e-14), extend("exclusiveMaximum" = 1))]
     pub rtol: f64,
     /// Absolute tolerance.

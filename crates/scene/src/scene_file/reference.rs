@@ -11,7 +11,7 @@ use super::schema;
 pub(super) use sections::Section;
 use sections::sections;
 
-/// Definitions that many keys share: name, type in the list of a key, title. They follow the sections.
+/// Definitions used by many keys: name, type shown in the list of keys, and title. They follow the sections.
 const SHARED: &[[&str; 3]] = &[
     ["Function", "function", "Functions of time"],
     ["SpatialFactor", "factor", "Spatial factors"],
@@ -51,10 +51,10 @@ pub fn reference() -> String {
 struct Page<'a> {
     schema: &'a Value,
     text: String,
-    /// Definitions to print next, with their headings.
+    /// Definitions that are still to be printed, with their headings.
     open: VecDeque<(&'a str, String)>,
     printed: BTreeSet<&'a str>,
-    /// Anchors of definitions with a heading; the first use gives the heading.
+    /// Anchors of the definitions that have their own heading. A definition gets its heading at its first use.
     anchors: BTreeMap<&'a str, String>,
 }
 
@@ -82,7 +82,7 @@ impl<'a> Page<'a> {
         self.definitions();
     }
 
-    /// Prints the definitions that the text so far refers to.
+    /// Prints the definitions to which the previous text refers.
     fn definitions(&mut self) {
         while let Some((name, heading)) = self.open.pop_front() {
             if !self.printed.insert(name) {
@@ -118,7 +118,7 @@ impl<'a> Page<'a> {
             .iter()
             .filter(|(_, property)| !property["const"].is_string())
             .collect();
-        // The map is sorted by name; required keys come first.
+        // The map is sorted by name. Required keys are printed first.
         keys.sort_by_key(|(key, _)| !is_required(key));
         if !keys.is_empty() {
             self.text.push('\n');
@@ -143,7 +143,7 @@ impl<'a> Page<'a> {
         let child = format!("{path}.{key}");
         let kind = self.kind(property, &child);
         let meaning = line(description(property));
-        // Numbers are the default, and names follow.
+        // The type is omitted for numbers, which show their default, and for names, which are listed below.
         let kind = Some(kind).filter(|kind| kind != "number" && kind != "name");
         let notes: Vec<_> = kind.into_iter().chain(default).collect();
         let notes = match notes.join(", ") {
@@ -238,7 +238,7 @@ impl<'a> Page<'a> {
         }
     }
 
-    /// Returns the type of a value with its range, and opens the definition that it refers to.
+    /// Returns the type of a value with its range, and queues the definition to which it refers for printing.
     fn kind(&mut self, schema: &'a Value, path: &str) -> String {
         if let Some(name) = reference_of(schema) {
             return self.named(name, path);
@@ -346,7 +346,7 @@ fn reference_of(schema: &Value) -> Option<&str> {
     schema["$ref"].as_str()?.strip_prefix("#/$defs/")
 }
 
-/// Returns the definitions that a property refers to, in lists and alternatives too.
+/// Returns the definitions to which a property refers, including references in lists and alternatives.
 fn references(schema: &Value) -> Vec<&str> {
     let entries = [&schema["items"]].into_iter().chain(choices(schema));
     let below = entries.filter(|one| one.is_object()).flat_map(references);
@@ -362,7 +362,7 @@ fn type_name(schema: &Value) -> Option<&str> {
     }
 }
 
-/// Returns a type with a range; a range without a type is a range of numbers.
+/// Returns a type with its range; a range without a type belongs to a number.
 fn scalar(name: Option<&str>, range: &str) -> String {
     let name = match name {
         Some("integer") => "integer",
@@ -375,8 +375,7 @@ fn scalar(name: Option<&str>, range: &str) -> String {
     format!("{name} {range}").trim().to_owned()
 }
 
-/// Bounds of this size only protect against typing errors, or are widths of integer types; they
-/// are not printed.
+/// Bounds above this size are not printed: they only detect typing errors or are limits of integer types.
 const LARGE: f64 = 1e6;
 
 fn range(schema: &Value) -> String {

@@ -58,8 +58,8 @@ impl Source {
         &self.name
     }
 
-    /// Returns the line of the key or list entry at `path`, and its location in words. Overrides
-    /// have no line.
+    /// Returns the line number of the key or list entry at `path`, and a description of its location. Overrides have no
+    /// line number.
     pub(super) fn line(&self, path: &str) -> (Option<usize>, String) {
         match self.places.get(path) {
             Some(Place::Text { key, value }) => {
@@ -148,7 +148,7 @@ impl Source {
         line.is_some_and(|line| line.trim_start().starts_with('['))
     }
 
-    /// Returns the location of `path`, or of the nearest value around it.
+    /// Returns the location of `path`, or of the innermost value that contains it.
     fn describe(&self, path: &str, at_key: bool) -> String {
         let mut around = path;
         loop {
@@ -177,7 +177,7 @@ impl Source {
         let line = self.text[line_start..].lines().next().unwrap_or_default();
         let number = self.text[..line_start].matches('\n').count() + 1;
         let before = &self.text[line_start..start];
-        // Tabs of the line are shown, and so are tabs before the marks.
+        // Tabs in the line are preserved, and repeated before the marks.
         let indent: String = before
             .chars()
             .map(|c| if c == '\t' { c } else { ' ' })

@@ -1,4 +1,4 @@
-//! Loads on the deformed boundary: each is a type with an operator, and a line of the table of [`SurfaceLoads`].
+//! Loads on the deformed boundary. Each load is a type with an operator, and a line in the table of [`SurfaceLoads`].
 
 use std::sync::Arc;
 

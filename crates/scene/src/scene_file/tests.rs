@@ -11,7 +11,7 @@ fn the_scene_of_init_is_read_and_keeps_its_values() {
         (solid.bulk_modulus.0, solid.rayleigh_stiffness),
         (1e5, 1e-4)
     );
-    // The echo in run.json is the same scene and can be run.
+    // The copy of the scene in run.json is equivalent to it and can be run.
     let echo = serde_json::to_value(&read.scene).unwrap();
     assert_eq!(SceneFile::deserialize(&echo).unwrap(), read.scene);
 }
@@ -33,7 +33,7 @@ fn infinity_may_be_a_number_or_a_word_and_is_a_word_in_json() {
     }
 }
 
-/// Regression: 1e-17 was accepted, although no sum of doubles can meet it.
+/// Regression: the tolerance 1e-17 was accepted, although sums of doubles cannot satisfy it.
 #[test]
 fn tolerances_below_rounding_are_refused() {
     for key in ["integrator.rtol", "integrator.oscillators.rtol"] {

@@ -1,4 +1,4 @@
-//! Derivatives of chains by the parameters of a scene.
+//! Derivatives of chains with respect to parameters of a scene.
 
 use myovib_model::MuscleDae;
 use myovib_model::coupling::Oscillators;
@@ -11,8 +11,8 @@ use crate::run::start::driven_by;
 use crate::scene::Scene;
 
 impl Parameterized {
-    /// Returns for each parameter of a chain how its chain depends on it, at the values of `scene`; `None` for parameters of
-    /// the body.
+    /// Returns, for each parameter, how its chain depends on it at the values of `scene`; `None` for parameters of the
+    /// body.
     pub(super) fn of_chains(
         &self,
         values: &[f64],

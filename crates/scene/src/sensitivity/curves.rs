@@ -1,4 +1,4 @@
-//! Runs that sample outputs and their derivatives.
+//! Runs that sample outputs and their derivatives with respect to parameters.
 
 use std::f64::consts::TAU;
 
@@ -30,12 +30,12 @@ pub struct Output {
     pub(super) column: usize,
     /// Standard deviation of a measurement, if the scene gives it.
     pub noise: Option<f64>,
-    /// A full turn if it is an angle, which is defined up to that.
+    /// A full turn if the output is an angle, which is defined up to full turns.
     turn: Option<f64>,
 }
 
 impl Output {
-    /// Returns the difference of two values; of angles, within half a turn.
+    /// Returns the difference of two values. The difference of two angles is at most half a turn.
     pub(crate) fn difference(&self, value: f64, other: f64) -> f64 {
         match self.turn {
             Some(turn) => within_half_a_turn(value - other, turn),
@@ -64,7 +64,7 @@ impl Output {
     }
 }
 
-/// Returns the names of a probe's columns in a motion, or in a response: the parts of its complex values.
+/// Returns the names of a probe's columns: the values in a motion, or the parts of the complex values in a response.
 fn column_names(is_response: bool, probe: &dyn Reading) -> Vec<String> {
     let names = probe.names();
     match (is_response, probe.harmonic()) {
@@ -188,7 +188,7 @@ pub struct Sample {
     pub t: f64,
     /// Values of the outputs.
     pub values: Vec<f64>,
-    /// Derivatives of the outputs by each parameter; empty for a plain run.
+    /// Derivatives of the outputs with respect to each parameter; empty for a run without sensitivities.
     pub derivatives: Vec<Vec<f64>>,
 }
 
@@ -263,8 +263,8 @@ impl<'a> Readings<'a> {
     }
 }
 
-/// Advances a motion over the ascending `times`. Calls `at` with each time and the nearest time in the last step; both
-/// differ by rounding at the ends of the run only.
+/// Advances a motion over the ascending `times`. Calls `at` with each time and the nearest time within the last step.
+/// Both differ only at the ends of the run, by rounding errors.
 ///
 /// # Errors
 /// An integration that stops before the last time; errors of `at`.
@@ -290,7 +290,7 @@ pub(super) fn sample<P, I: Integrator<P>>(
         watcher
             .progress
             .on_progress(&|| format!("t = {to:.3} of {t_end} s"));
-        // Times beyond the end of the run by rounding are still due.
+        // Times that exceed the end of the run only by rounding errors are included.
         let reach = if to >= t_end { f64::INFINITY } else { to };
         while let Some(t) = due.next_if(|t| *t <= reach) {
             at(integrator, t, t.clamp(from, to))?;
@@ -302,10 +302,11 @@ pub(super) fn sample<P, I: Integrator<P>>(
 /// Accuracy of sensitivities.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Precision {
-    /// Steps of the motion; systems are solved to a third of its tolerance.
+    /// The steps are those of the motion; linear systems for sensitivities are solved to a third of its tolerance.
     #[default]
     OfMotion,
-    /// Steps of the motion; systems are solved to this fraction of its tolerance.
+    /// The steps are those of the motion; linear systems for sensitivities are solved to this fraction of its
+    /// tolerance.
     Fraction(f64),
     /// The error test includes the sensitivities.
     Tested,
@@ -345,7 +346,7 @@ pub fn follow(
     request.run(integrator.map_err(wrong_input)?)
 }
 
-/// Attributes an error to the input: an integrator that refuses its settings has computed nothing.
+/// Converts an error to invalid input if the integrator rejected its settings, because nothing has been computed then.
 fn wrong_input(error: ModelError) -> Error {
     Error::from(error).before_any_output()
 }

@@ -11,7 +11,7 @@ use crate::Error;
 use crate::run::statics::{at_rest, unknowns};
 use crate::watch::{Watcher, search};
 
-/// Bodies at neighboring values of a parameter.
+/// Bodies at neighboring values of a parameter, for a difference quotient.
 struct Neighbors {
     stencil: Stencil,
     /// Distance of adjacent values.
@@ -20,7 +20,8 @@ struct Neighbors {
 }
 
 impl Neighbors {
-    /// Returns the distances of the bodies' values, their weights in a difference, and the bodies.
+    /// Returns, for each body, the distance of its parameter value, its weight in the difference quotient, and the
+    /// body.
     fn points(&self) -> impl Iterator<Item = (f64, f64, &Muscle)> {
         let points = self.stencil.points().iter().zip(&self.muscles);
         points.map(|((k, weight), muscle)| (k * self.step, weight / self.step, muscle))
@@ -36,8 +37,9 @@ impl Neighbors {
 ///
 /// The path also passes the load factors of the scene, which may be necessary to stay on its branch.
 ///
-/// The derivatives of the unknowns are solutions with the factors of each equilibrium. The explicit dependence of the
-/// equations and of the probes is a difference of order 4 between bodies at neighboring values.
+/// The derivatives of the unknowns are solutions of linear systems with the factorized tangent of each equilibrium. The
+/// explicit derivatives of the equations and of the probes are difference quotients of order 4 between bodies at
+/// neighboring values.
 ///
 /// # Errors
 /// An invalid scene at these values; an unreached load; a singular tangent.
@@ -139,14 +141,14 @@ pub fn equilibria(
     let with = if neighbors.is_empty() { 0 } else { n };
     let cost = Cost {
         steps: end.load_steps as u64,
-        // Each iteration and each prediction of a step factorizes once.
+        // Each iteration and each prediction of a step performs one factorization.
         factorizations: (end.newton_iterations + end.load_steps) as u64 + with,
         sensitivity_solves: n * neighbors.len() as u64,
     };
     Ok((samples, cost))
 }
 
-/// Inserts the load factors of the scene between the given ones, unless the path unloads.
+/// Inserts the load factors of the scene between the given ones, unless they decrease or are negative.
 fn with_own_loads(loads: &[f64], own: &[f64]) -> Vec<f64> {
     let mut path = loads.to_vec();
     let last = loads.iter().copied().fold(0.0, f64::max);

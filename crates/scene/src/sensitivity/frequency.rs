@@ -12,12 +12,12 @@ use crate::scene::Body;
 use crate::watch::Watcher;
 use crate::{Error, Scene};
 
-/// Relative step of differences of order 4 between the equations at other values of a parameter: truncation and the errors of
-/// equilibria are both below 1e-9.
+/// Relative step of the difference quotients of order 4 between equations at neighboring parameter values. Truncation
+/// errors and the effect of errors of equilibria are both below 1e-9.
 const STEP: f64 = 1e-3;
 
-/// Computes the outputs of a response at ascending frequencies, and their derivatives if requested, by solutions with the same
-/// factors. A preload equilibrium changes with the parameters.
+/// Computes the outputs of a response at ascending frequencies, and their derivatives if requested, by further
+/// solutions with the same factorization. The equilibrium under a preload also depends on the parameters.
 ///
 /// # Errors
 /// An invalid scene at these values; errors of equilibria and factorizations.

@@ -24,22 +24,22 @@ pub(super) enum Influence {
     Affine,
     /// Smooth in the equations.
     Smooth,
-    /// Moves a break of a load with two continuous derivatives.
+    /// Shifts a time at which the load is only twice continuously differentiable.
     Break,
     /// Changes the initial state only.
     Start,
 }
 
-/// Keys in which the equations are affine, beside moduli of laws and factors of functions of time.
+/// Keys on which the equations depend affinely, in addition to moduli of laws and factors in functions of time.
 const AFFINE: [&str; 5] = ["density", "stress_scale", "stiffness", "damping", "of"];
-/// Keys on which the equations depend smoothly, beside constants of functions of time.
+/// Keys on which the equations depend smoothly, in addition to constants in functions of time.
 const SMOOTH: [&str; 1] = ["phase"];
-/// Keys of activation models that move a break.
+/// Keys of activation models that shift a break of the tension.
 const BREAKS: [&str; 4] = ["start", "end", "systole", "diastole"];
-/// Keys of a chain in which its equations are affine, and on which they depend smoothly.
+/// Keys of a chain on which its equations depend affinely, and keys on which they depend smoothly.
 const CHAIN_AFFINE: [&str; 4] = ["gain", "coupling", "van_der_pol", "duffing"];
 const CHAIN_SMOOTH: [&str; 2] = ["frequency", "frequency_spread"];
-/// Tables of other loads than surface loads; they act outside elements.
+/// Tables of loads other than surface loads. They do not contribute to element integrals.
 const LOADS: [&str; 3] = ["traction", "body_force", "point_force"];
 /// Other tables whose numbers may be parameters.
 const TABLES: [&str; 7] = [
@@ -57,7 +57,7 @@ fn is_of_loads(table: &str) -> bool {
     LOADS.contains(&table) || SurfaceLoads::KEYS.contains(&table)
 }
 
-/// A number of a scene that sensitivities and fits vary.
+/// A number of a scene with respect to which sensitivities are computed, or which is fitted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneParameter {
     /// Its key in the scene.
@@ -104,8 +104,8 @@ impl SceneParameter {
         }
     }
 
-    /// Returns whether the equations are affine in it. Without a pressure, the volumetric energy is proportional to κ instead
-    /// of 1/κ.
+    /// Returns whether the equations depend affinely on the parameter. In formulations without pressure, the volumetric
+    /// energy is proportional to κ, whereas the parameter is 1/κ.
     pub(super) fn is_affine(&self, formulation: Formulation) -> bool {
         match self.influence {
             Influence::Compressibility => formulation != Formulation::Displacement,
@@ -114,17 +114,17 @@ impl SceneParameter {
         }
     }
 
-    /// Returns the step of a difference, `relative` to the size of the parameter.
+    /// Returns the step of a difference quotient: `relative` times the size of the parameter.
     pub(super) fn step(&self, relative: f64, value: f64) -> f64 {
         let size = match self.influence {
-            // The shift of a break must be small compared with the rise, not with the time.
+            // The shift of a break must be small compared with the rise time, not with the time of the break.
             Influence::Break => self.scale,
             _ => value.abs().max(self.scale),
         };
         relative * size
     }
 
-    /// Returns whether no element integral depends on it.
+    /// Returns whether the element integrals are independent of the parameter.
     pub(super) fn is_outside_elements(&self, formulation: Formulation) -> bool {
         match self.influence {
             Influence::Compressibility => formulation != Formulation::Displacement,
@@ -140,7 +140,8 @@ impl SceneParameter {
         self.key.split(['.', '[']).next().unwrap_or("")
     }
 
-    /// Returns whether only the law's stress depends on it, and affinely. Prony terms also depend on the law's constants.
+    /// Returns whether only the stress of the law depends on the parameter, and does so affinely. Prony terms also
+    /// depend on the constants of the law.
     pub(super) fn is_of_stress(&self, body: &Body) -> bool {
         self.table() == "material"
             && self.influence == Influence::Affine
@@ -165,7 +166,7 @@ impl SceneParameter {
         self.chain().is_some()
     }
 
-    /// Returns its name in tables: `1/KEY` for κ, else the key.
+    /// Returns the name of the parameter in tables: `1/KEY` for κ, otherwise the key.
     pub fn label(&self) -> String {
         match self.influence {
             Influence::Compressibility => format!("1/{}", self.key),
@@ -276,7 +277,7 @@ fn last_name<'k>(parts: &[&'k str]) -> &'k str {
     parts.iter().rev().find(named).copied().unwrap_or("")
 }
 
-/// Returns the error for a number without derivatives, with the numbers that can be parameters.
+/// Returns the error for a key with respect to which derivatives are not available, with the keys that are allowed.
 fn refused(key: &str, table: &str, moves_break: bool) -> InputError {
     let error = InputError::new(format!("`{key}` cannot be differentiated"));
     match (table, moves_break) {
@@ -303,7 +304,7 @@ fn refused(key: &str, table: &str, moves_break: bool) -> InputError {
     }
 }
 
-/// Returns the rise of a step, if it is positive.
+/// Returns the rise time of a step if it is positive.
 fn rise(function: Option<&Value>) -> Option<f64> {
     let step = function.filter(|it| it["type"] == "step")?;
     step["rise"].as_f64().filter(|rise| *rise > 0.0)
@@ -331,7 +332,7 @@ pub(crate) fn first_jump(tree: &Value, path: &str, t_end: f64) -> Option<String>
     }
 }
 
-/// Returns the role of the key `last` in a function of time, if `parent` is one.
+/// Returns the role of the key `last` in a function of time, if `parent` is such a function.
 fn role(last: &str, parent: Option<&Value>) -> Option<Role> {
     Formula::deserialize(parent?).ok()?.role(last)
 }
@@ -368,16 +369,16 @@ fn influence(
         ("chain", last) if CHAIN_SMOOTH.contains(&last) => Some(Influence::Smooth),
         ("chain", _) => None,
         ("initial_state", _) => None,
-        // Sizes of tensions; times move breaks.
+        // Sizes of tensions are smooth parameters; times shift breaks.
         ("active", "contractility") => Some(Influence::Smooth),
         ("active", _) if role == Some(Role::Factor) => Some(Influence::Smooth),
         ("active", "tension") if found.is_some_and(Value::is_number) => Some(Influence::Smooth),
         ("active", _) => None,
-        // The slope of a step is continuous at its breaks.
+        // The slope of a smooth step is continuous at its breaks.
         (table, _) if role == Some(Role::Break) && is_of_loads(table) && rise(parent).is_some() => {
             Some(Influence::Break)
         }
-        // Prescribed displacements act through the law, which is not affine.
+        // The equations are not affine in prescribed displacements, because these act through the law.
         ("prescribed_displacement", _) if is_affine => Some(Influence::Smooth),
         _ if is_affine => Some(Influence::Affine),
         (_, last) if role == Some(Role::Smooth) || SMOOTH.contains(&last) => {

@@ -34,8 +34,8 @@ pub struct StiffnessMap {
 pub struct OutputMap {
     /// Name of the output.
     pub name: String,
-    /// For each element the relative change of the output's RMS over time per relative change of the element's elastic
-    /// stress. NaN for an output that stays zero.
+    /// For each element, the relative change of the output's RMS over time divided by the relative change of the
+    /// element's elastic stress. NaN for an output that is always zero.
     pub elements: Vec<f64>,
 }
 
@@ -50,7 +50,8 @@ impl StiffnessMap {
     /// Computes one run, and its discrete adjoint for each output.
     ///
     /// # Errors
-    /// A scene without such derivatives, a body that cannot start, an integration that stops before the end.
+    /// A scene for which these derivatives are not available, a body that cannot start, or an integration that stops
+    /// before the end.
     pub fn of(scene: &Scene, watcher: Watcher<'_>) -> Result<Self, Error> {
         if let Some((feature, path)) = unsupported_in_map(scene) {
             return Err(feature.at(scene, &path).into());
@@ -142,8 +143,8 @@ impl StiffnessMap {
     }
 }
 
-/// Returns the derivative of a misfit by the stiffness of each element, and the work; reports progress with the output's
-/// name.
+/// Returns the derivative of a misfit with respect to the stiffness of each element, and the work. Reports progress
+/// with the name of the output.
 fn integrate_adjoint(
     integrator: &mut RecordedIntegrator,
     misfit: LinearMisfit<'_>,

@@ -1,8 +1,9 @@
 //! Sensitivities of a scene's outputs.
 //!
-//! [`Parameterized`] is a scene with its parameters. [`outputs`] returns the observed columns of its probes. [`follow`] runs
-//! the scene and samples outputs and derivatives at given times; [`respond`] does the same at frequencies, [`equilibria`] at
-//! load factors. [`compute`] samples as the scene's run and returns [`Curves`]. [`StiffnessMap`] is the sensitivity to the stiffness of each element.
+//! [`Parameterized`] is a scene with its parameters. [`outputs`] returns the observed columns of its probes. [`follow`]
+//! runs the scene and samples outputs and derivatives at given times; [`respond`] does the same at frequencies,
+//! [`equilibria`] at load factors. [`compute`] samples with the intervals of the scene's probes and returns [`Curves`].
+//! [`StiffnessMap`] is the sensitivity to the stiffness of each element.
 
 mod chains;
 mod curves;
@@ -38,7 +39,7 @@ pub struct Curves {
     /// The parameters' labels.
     pub parameters: Vec<String>,
     pub outputs: Vec<String>,
-    /// Typical sizes p̄ of the parameters, which make derivatives comparable.
+    /// Typical sizes p̄ of the parameters, with which derivatives are scaled so that they can be compared.
     pub scales: Vec<f64>,
     pub samples: Vec<Sample>,
     /// Work of the run.
@@ -189,7 +190,7 @@ impl Curves {
 mod tests {
     use super::*;
 
-    /// One kink among three samples, and an output without any derivative.
+    /// Checks outputs with a kink at one of three samples, and an output without derivatives.
     #[test]
     fn samples_without_a_derivative_are_excluded() {
         let sample = |t: f64, values: [f64; 2], derivatives: [f64; 2]| Sample {

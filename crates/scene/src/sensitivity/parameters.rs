@@ -21,8 +21,8 @@ pub struct Parameterized {
     pub parameters: Vec<SceneParameter>,
 }
 
-/// Relative step of differences of order 4. For a motion of a hundred periods, truncation (about (2π f t step)⁴/30) and
-/// rounding (ε/step) are both about 1e-11.
+/// Relative step of differences of order 4. For a motion of a hundred periods, the truncation error (about (2π f t
+/// step)⁴/30) and the rounding error (ε/step) are both about 1e-11.
 pub(super) const STEP: f64 = 1e-5;
 
 impl Parameterized {
@@ -50,12 +50,12 @@ impl Parameterized {
         Ok(it)
     }
 
-    /// Returns the scene with more overrides: another experiment with the same parameters.
+    /// Returns the scene with additional overrides, for another experiment with the same parameters.
     pub fn with(&self, set: &[String]) -> Result<Self, InputError> {
         Self::load(&self.path, &[&self.set[..], set].concat())
     }
 
-    /// Returns the scene at other values of its parameters.
+    /// Returns the scene with other values of its parameters.
     ///
     /// # Panics
     /// Unless there is a value for each parameter.
@@ -96,7 +96,7 @@ impl Parameterized {
         Ok(Dependences::new(all).with_chains(chains))
     }
 
-    /// Returns `body`, the body at these values, with another value of parameter j.
+    /// Returns the body for another value of parameter j, where `body` is the body for these values.
     pub(super) fn neighbor(
         &self,
         j: usize,

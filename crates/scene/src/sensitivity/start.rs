@@ -1,4 +1,4 @@
-//! Derivatives of the initial state by the parameters of a scene.
+//! Derivatives of the initial state with respect to parameters of a scene.
 
 use myovib_model::sensitivity::Dependence;
 use myovib_model::{InitialValues, MuscleDae, statics};
@@ -10,12 +10,13 @@ use crate::scene::{Body, Start};
 use crate::watch::Watcher;
 use crate::{Error, InputError};
 
-/// Relative step of differences of order 4 of consistent initial values. Truncation is about step⁴. Rounding is about
-/// 1e-16/step, and 1e-11/step for pressures, which are computed by differences in time.
+/// Relative step of the difference quotients of order 4 of consistent initial values. The truncation error is about
+/// step⁴. The rounding error is about 1e-16/step, or 1e-11/step for pressures, which are themselves computed by
+/// differences in time.
 const STEP: f64 = 1e-3;
 
 impl Parameterized {
-    /// Refuses parameters that would load a body at rest at t = 0.
+    /// Rejects parameters with respect to which a body at rest would be loaded at t = 0.
     fn expect_rest(&self, values: &[f64], body: &Body) -> Result<(), Error> {
         for (j, (known, &value)) in self.parameters.iter().zip(values).enumerate() {
             if known.is_of_loads() {
@@ -32,14 +33,14 @@ impl Parameterized {
         Ok(())
     }
 
-    /// Returns ∂y_0/∂p for each parameter at these values; `None` at rest, where it is zero. Vectors of parameters without
-    /// effect on the body are empty.
+    /// Returns ∂y_0/∂p for each parameter at these values; `None` at rest, where it is zero. The vector is empty for a
+    /// parameter without effect on the body.
     ///
-    /// Displacements of an equilibrium are differentiated by its tangent. The other unknowns are differences of consistent
-    /// initial values of neighboring scenes.
+    /// Displacements of an equilibrium are differentiated with its tangent matrix. The derivatives of the other
+    /// unknowns are difference quotients of the consistent initial values of neighboring scenes.
     ///
     /// # Errors
-    /// A start that cannot be differentiated.
+    /// An initial state that cannot be differentiated.
     pub(super) fn starts(
         &self,
         values: &[f64],

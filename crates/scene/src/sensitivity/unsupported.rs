@@ -14,9 +14,9 @@ use crate::scene_file::material::Material;
 /// A feature without sensitivities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unsupported {
-    /// Another analysis than a motion or a loading path.
+    /// An analysis other than a motion or a loading path.
     Analysis,
-    /// Another analysis than a motion with inertia, in stiffness maps.
+    /// An analysis other than a motion with inertia, for stiffness maps.
     MapAnalysis,
     /// A loading path by arc length, whose load factors depend on the parameters.
     ArcLength,
@@ -36,7 +36,7 @@ pub enum Unsupported {
     ObstacleForce,
     /// Prony terms, in stiffness maps.
     Prony,
-    /// A start from equilibrium, in stiffness maps.
+    /// A start from equilibrium, for stiffness maps.
     Equilibrium,
 }
 
@@ -83,13 +83,13 @@ impl Unsupported {
         }
     }
 
-    /// Describes it with its place in the scene.
+    /// Returns the error for this feature at its place in the scene.
     pub(super) fn at(self, scene: &Scene, path: &str) -> InputError {
         scene.wrong(path, InputError::new(self).next(self.remedy()))
     }
 }
 
-/// Returns the first feature of a scene without sensitivities, and its key.
+/// Returns the first feature of a scene that sensitivities do not support, with its key.
 pub fn unsupported(scene: &Scene) -> Option<(Unsupported, String)> {
     let file = &scene.file;
     let is_by_chain = |material: &Material| {
@@ -118,7 +118,8 @@ pub fn unsupported(scene: &Scene) -> Option<(Unsupported, String)> {
         return found(Unsupported::Stop, "stop");
     }
     if is_static {
-        // The loads at one time do not jump, and bodies at neighboring values have their own contact stiffness.
+        // The loads are used at one time, so that jumps have no effect, and bodies at neighboring values recompute
+        // their default contact stiffness.
         return None;
     }
     if let Some(i) = file.contact.iter().position(|own| own.force.is_some()) {
@@ -136,7 +137,7 @@ pub fn unsupported(scene: &Scene) -> Option<(Unsupported, String)> {
     found(Unsupported::Jump, &jump)
 }
 
-/// Returns the first feature of a scene that cannot be fitted, and its key.
+/// Returns the first feature of a scene that fits do not support, with its key.
 pub(super) fn unsupported_in_fit(scene: &Scene) -> Option<(Unsupported, String)> {
     match (scene.is_response(), &scene.body) {
         (false, _) => unsupported(scene),
@@ -145,7 +146,7 @@ pub(super) fn unsupported_in_fit(scene: &Scene) -> Option<(Unsupported, String)>
     }
 }
 
-/// Returns the first feature of a scene without a stiffness map, and its key.
+/// Returns the first feature of a scene that stiffness maps do not support, with its key.
 pub fn unsupported_in_map(scene: &Scene) -> Option<(Unsupported, String)> {
     if scene.file.analysis != Analysis::Dynamic {
         return Some((Unsupported::MapAnalysis, "analysis".to_owned()));

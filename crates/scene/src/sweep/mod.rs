@@ -69,7 +69,7 @@ pub enum Cases {
     None,
 }
 
-/// Reads the scene of every case of `vary` and returns the number of cases.
+/// Reads the scenes of all cases of `vary` and returns the number of cases.
 ///
 /// # Errors
 /// Invalid or too many values; a case with an invalid scene.
@@ -172,7 +172,7 @@ pub fn compute(options: &SweepOptions<'_>) -> Result<SweepResult, Error> {
     })
 }
 
-/// Returns the folder request of a sweep: one folder per case and its record next to it.
+/// Returns the folder request of a sweep, which contains one folder and one record file per case.
 fn request<'a>(
     options: &'a SweepOptions<'_>,
     scene: &'a Scene,
@@ -197,8 +197,7 @@ fn request<'a>(
     }
 }
 
-/// Returns the policy for existing results: the same sweep continues, another sweep is replaced if
-/// requested.
+/// Returns the treatment of existing results: the same sweep is continued, another sweep is replaced if requested.
 fn existing(
     options: &SweepOptions<'_>,
     request: &FolderRequest<'_>,
@@ -297,8 +296,8 @@ impl Sweep<'_> {
         Ok(())
     }
 
-    /// Computes a case and records its result. A failure is also a result, but the case is tried
-    /// again.
+    /// Computes a case and records its result. A failure is recorded too, but such a case is computed again by the next
+    /// run of the sweep.
     ///
     /// # Errors
     /// A case that another process computes; a record that cannot be written.

@@ -108,7 +108,7 @@ impl ResultColumn {
         while let Some((before, word, inside, after)) = next_call(rest) {
             let known = REDUCTIONS.iter().find(|(known, _)| *known == word);
             let Some((_, reduction)) = known else {
-                // A function of numbers, such as sqrt, is delegated to the expression.
+                // A function of numbers, such as sqrt, is evaluated by the expression.
                 let cut = rest.len() - after.len() - inside.len() - 1;
                 flat.push_str(&rest[..cut]);
                 rest = &rest[cut..];
@@ -250,7 +250,7 @@ mod tests {
         ] {
             let column = ResultColumn::parse(text).unwrap();
             assert_eq!(column.name, "a");
-            // The tests use few operations on small integers: exact except for quotients.
+            // The tests use a few operations on small integers, which are exact except for quotients.
             let found = column.value(folder.path()).unwrap();
             assert!(
                 (found - expected).abs() <= 4.0 * f64::EPSILON * expected.abs(),

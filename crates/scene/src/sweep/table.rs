@@ -29,7 +29,7 @@ impl Sweep<'_> {
         // The folder may contain tables of another scene, mesh or program. A valid result names its
         // scene.
         let is_of_this = !result["scene"].is_null();
-        // Values of a run that stopped early do not belong to the case.
+        // Values of a run that stopped early are not results of the case.
         let is_whole = is_complete(&result);
         for column in COLUMNS {
             row.insert(column.to_owned(), result[column].clone());

@@ -1,4 +1,4 @@
-//! Arrays of VTK files, encoded in base64, which is exact and needs no number parser.
+//! Arrays of VTK files in base64 encoding, which is exact and does not require parsing of numbers.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -19,7 +19,7 @@ pub(super) fn head(n_points: usize, n_cells: usize) -> String {
 /// End of a file, after its last data.
 pub(super) const END: &str = "</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
 
-/// Formats an array of 64-bit numbers; several components need names.
+/// Formats an array of 64-bit numbers; if there are several components, they need names.
 pub(super) fn floats(
     name: &str,
     components: &[&str],
@@ -61,7 +61,7 @@ pub struct StoredField {
     pub name: String,
     /// Names of the components; one empty name for a scalar.
     pub components: Vec<String>,
-    /// Values of all points or cells, with the components of each next to each other.
+    /// Values of all points or cells; the components of a point or cell are adjacent.
     pub values: Vec<f64>,
     /// Whether the values belong to cells instead of points.
     pub of_cells: bool,
@@ -107,7 +107,7 @@ fn attribute<'a>(head: &'a str, name: &str) -> Option<&'a str> {
     Some(rest.split_once('"')?.0)
 }
 
-/// Reverses [`escape`], except for control characters, which stay spelled out.
+/// Reverses [`escape`], except for control characters, which remain escaped.
 fn unescaped(text: &str) -> String {
     text.replace("&lt;", "<")
         .replace("&gt;", ">")

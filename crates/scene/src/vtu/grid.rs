@@ -5,8 +5,8 @@ use myovib_model::{Quantity, Snapshot};
 
 use crate::Body;
 
-/// The mesh for visualization. A node between regions becomes one point per region, so that
-/// discontinuous quantities keep a value on either side.
+/// The mesh for visualization. A node between regions becomes one point per region, so that discontinuous quantities
+/// have a value on each side.
 #[derive(Debug, Clone)]
 pub struct Grid {
     /// Node of each point.
@@ -146,7 +146,7 @@ mod tests {
         let space = Space::taylor_hood(&mesh);
         let whole = Grid::new(&space, &[0; 4]);
         assert_eq!(whole.nodes, (0..space.n_nodes()).collect::<Vec<_>>());
-        // The line between the two cells has three nodes.
+        // The line between the two regions contains three nodes.
         let parted = Grid::new(&space, &[0, 0, 1, 1]);
         assert_eq!(parted.n_points(), space.n_nodes() + 3);
         for (cell, points) in parted.cells.chunks(6).enumerate() {

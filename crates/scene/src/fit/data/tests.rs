@@ -13,8 +13,8 @@ fn read_text(text: &str) -> Result<Vec<Datum>, DataError> {
     read(Path::new("m.csv"), text, &outputs(), RUN)
 }
 
-/// Plain tables and PEtab's tables, separated by commas or tabs, with the columns that do not change
-/// anything.
+/// Checks plain tables and tables in PEtab's format, separated by commas or tabs, with columns that do not affect the
+/// measurements.
 #[test]
 fn equal_tables_of_both_forms_give_equal_measurements() {
     let plain = read_text("t,tip,root,tip.noise\n1,3,4,0.5\n0,1,,\n").unwrap();
@@ -31,7 +31,7 @@ fn equal_tables_of_both_forms_give_equal_measurements() {
     assert_eq!(noises, [Some(0.1), Some(0.5), Some(0.2)]);
 }
 
-/// Each rejection names its line and column, also after blank lines.
+/// Checks that each rejection names its line and column, also after blank lines.
 #[test]
 fn rejected_tables_name_the_line_and_the_column() {
     let long = |column: &str, entries: [&str; 2]| {
@@ -140,7 +140,7 @@ fn frequencies_are_within_the_response() {
     }
 }
 
-/// Load factors of a path from −0.5 to 1.
+/// Checks load factors of a path from −0.5 to 1.
 #[test]
 fn load_factors_are_within_the_path() {
     let domain = Domain::Load {

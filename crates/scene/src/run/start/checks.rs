@@ -7,8 +7,8 @@ use crate::scene::{Body, NAMES, Start};
 use crate::state::State;
 use crate::{Error, InputError};
 
-/// Tolerance for supports that do not match the initial state, relative to its largest
-/// displacement. It allows for rounding of a signal at another time.
+/// Tolerance for supports that do not match the initial state, relative to its largest displacement. It allows for
+/// rounding errors, because the previous run evaluated the signal at another time.
 const SUPPORTS_AGREE: f64 = 1e-9;
 /// Loads and support motions below this fraction of their maximum count as zero at t = 0. It allows
 /// for rounding and for the slope of a spline through rows of zeros.
@@ -19,7 +19,7 @@ const BALANCED: f64 = 1e-5;
 /// Number of intervals between the times at which loads and motions are sampled for their maximum.
 const SIZE_TIMES: u32 = 61;
 
-/// Rejects a start that contradicts the loads or the supports at t = 0, without a search for it.
+/// Rejects a start that contradicts the loads or the supports at t = 0, without searching for an equilibrium.
 ///
 /// # Errors
 /// Loads on a body at rest; supports that do not match the initial state, or do not fix a body without inertia.
@@ -77,8 +77,7 @@ fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
         true => ZERO_AT_START,
         false => BALANCED,
     };
-    // Large support motions alone may invert elements of a body at rest. Such times count as
-    // unloaded.
+    // Large support motions alone may invert elements of a body at rest. Times at which this happens count as unloaded.
     let later = times(t_end).map(|t| largest_force(t, &rest).unwrap_or(0.0));
     if largest > negligible * later.fold(0.0, f64::max) {
         return Err(InputError::new(
@@ -100,7 +99,7 @@ fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
     Ok(())
 }
 
-/// Names nonzero loads at t = 0, and accelerating supports.
+/// Returns the names of loads that are nonzero at t = 0 and of accelerating supports.
 fn sudden_loads(body: &Body) -> String {
     let is_sudden = |signal: &Signal| {
         let values = times(body.settings.t_end).map(|t| signal.at(t).value.abs());

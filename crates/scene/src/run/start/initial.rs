@@ -11,7 +11,7 @@ use crate::watch::{Watcher, search};
 /// search for an equilibrium.
 ///
 /// # Errors
-/// As for [`Body::initial_values`]; loads on a body at rest.
+/// Errors of [`Body::initial_values`]; loads on a body at rest.
 pub fn initial(
     body: &Body,
     dae: &mut MuscleDae,

@@ -23,7 +23,7 @@ pub(super) fn rod_and_chains(
     rod_with(scene, rod, driven_by_rod(scene, rod)?, resumed)
 }
 
-/// Starts a rod and separately integrated chains.
+/// Starts a rod with separately integrated chains.
 pub(super) fn rod_beside_chains(
     scene: &Scene,
     rod: &RodDae,
@@ -78,15 +78,15 @@ pub(super) fn chains_on(
     coupled(scene, dae, test, options(scene), resumed, &[])
 }
 
-/// Returns the options for systems without a muscle. The pattern contains all keys, so that a new key is either used here
-/// or reported.
+/// Returns the options for systems without a muscle. The pattern contains all keys, so that a new key cannot be
+/// forgotten: it must be used here or reported as without effect.
 pub(in crate::run) fn options(scene: &Scene) -> CoupledOptions {
     let IntegratorSettings {
         method,
         max_order,
         initial_step,
         max_step,
-        // Used by the error test, the error estimate, and the run.
+        // These keys are used by the error test, the error estimate, and the run.
         rtol: _,
         oscillators: _,
         chains: _,
@@ -95,7 +95,7 @@ pub(in crate::run) fn options(scene: &Scene) -> CoupledOptions {
         // Rejected without a body.
         multiplier_weights: _,
         projection_interval: _,
-        // Reported as without effect; see `ONLY_FOR_BODIES`.
+        // These keys are reported as without effect; see `ONLY_FOR_BODIES`.
         atol: _,
         error_test: _,
         precision: _,

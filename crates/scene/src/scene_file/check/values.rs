@@ -42,7 +42,8 @@ pub(crate) fn suggest(error: InputError, name: Option<&str>) -> InputError {
     }
 }
 
-/// Rejects excessive numbers. Their products would overflow in matrices, far from the key.
+/// Rejects excessively large numbers. Their products would overflow in matrices, with an error that does not refer to
+/// the key.
 pub(super) fn expect_moderate(x: f64, path: &str) -> Result<(), Problem> {
     const SMALLEST: f64 = 1e-30;
     const LARGEST: f64 = 1e20;
@@ -92,7 +93,7 @@ pub(in crate::scene_file) fn written(x: f64) -> String {
 
 pub(super) fn wrong_kind(value: &Value, expected: &str, schema: &Value, path: &str) -> Problem {
     let (problem, found) = match value.as_str() {
-        // As written by the user; our tree is JSON, which has no infinity.
+        // The user writes `inf`, which our JSON tree cannot contain.
         Some("inf") => ("must be finite", "inf".to_owned()),
         _ => (
             "has a value of the wrong kind",
