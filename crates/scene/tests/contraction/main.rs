@@ -19,7 +19,7 @@ use myovib_scene::Scene;
 use myovib_scene::run::{RunOptions, compute};
 use serde_json::Value;
 
-/// Muscle of the library with all features that a material may add, on an elastic foundation.
+/// Muscle defined through the library, with all features that a material may add, on an elastic foundation.
 const MUSCLE: &str = r#"
 [time]
 end = 0.02
@@ -80,7 +80,7 @@ fn members(mesh: &Mesh, name: &str) -> Vec<usize> {
     }
 }
 
-/// Builds the same body by calls of the library.
+/// Builds the same body by direct calls of the library.
 fn by_hand() -> Muscle {
     let mesh = generate::muscle([10, 2, 2]).unwrap();
     let [muscle, tendon] = ["muscle", "tendon"].map(|name| members(&mesh, name));
@@ -188,8 +188,8 @@ fn passes(document: &Value) -> [u64; 3] {
         .map(|key| document["work"][key].as_u64().unwrap())
 }
 
-/// Counters of optional features. The tests of foundations, relaxation and feedback check that each
-/// of the other counters increases when its feature is used.
+/// Counters of optional features. The tests of foundations, relaxation and feedback check that each counter increases
+/// when its feature is used.
 const EXTRAS: [&str; 8] = [
     "fiber_passes",
     "added_passes",
@@ -229,7 +229,7 @@ fn a_scene_without_contraction_does_none_of_its_work() {
     assert!(passes(&document)[0] > 0);
     assert_eq!(work(&document), [0; 8], "{EXTRAS:?}");
 
-    // A fiber law in one material: only this material is counted.
+    // A fiber law in one of the materials: the counter only includes this material.
     let (isotropic, fibrous) = (
         "law = \"mooney-rivlin\"\ndensity = 1.2e3\nc10 = 5e4",
         "law = \"guccione\"\ndensity = 1.2e3\nc = 1e4\nb_f = 8.0\nb_t = 2.0\nb_fs = 4.0",
@@ -277,7 +277,7 @@ fn stress_relaxes_by_the_prony_terms_of_a_material() {
     assert!(energy[4].abs() < 1e-3 * energy[2].abs(), "{energy:?}");
     let (document, _, plain) = run(MUSCLE);
     assert_eq!(work(&document), [0; 3]);
-    // The unrelaxed stress makes the body stiffer, so it moves less.
+    // The stress of the Prony terms makes the body stiffer, so it moves less.
     assert!(
         stiffened[1].abs() < plain[1].abs(),
         "{stiffened:?} {plain:?}"
@@ -322,7 +322,7 @@ fn stress_relaxes_by_the_prony_terms_of_a_material() {
     }
 }
 
-/// Bestel's tension is 0 in an equilibrium, so that there would be no contraction.
+/// Checks that Bestel's tension is rejected in a static analysis: it is 0 there, so that there would be no contraction.
 #[test]
 fn equilibria_reject_bestels_tension() {
     let text = MUSCLE.replacen("[time]\nend = 0.02", "analysis = \"static\"", 1);
@@ -332,7 +332,7 @@ fn equilibria_reject_bestels_tension() {
     assert!(message.contains("Bestel"), "{message}");
 }
 
-/// Checks that a body must not start under tension, because it would jump.
+/// Checks that a motion that starts under tension is rejected, because the body would accelerate suddenly.
 #[test]
 fn a_motion_starts_without_tension() {
     let text = MUSCLE.replacen(

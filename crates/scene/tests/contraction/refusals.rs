@@ -144,8 +144,8 @@ fn invalid_contractions_are_rejected_with_their_key() {
     }
 }
 
-/// Checks a moment that equidistant samples would miss: rows of a table around it, with distances
-/// from it that double from row to row.
+/// Checks a negative tension for a short time that equidistant samples would miss: the distances of a table's rows from
+/// this time double from row to row.
 #[test]
 fn a_table_that_pushes_for_a_moment_is_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -9,7 +9,7 @@ use myovib_model::statics::equilibrium;
 
 use crate::common::{BLOCK, SHEET, assert_close, moments, scene, text};
 
-/// 2 (1 + 3 y) m/s² along z on 1e3 kg/m³, at half of the ramp.
+/// Checks 2 (1 + 3 y) m/s² along z with a density of 1e3 kg/m³, at half of the ramp.
 #[test]
 fn a_linear_body_force_in_space_has_the_resultant_and_moments_of_its_integral() {
     let force = "[[body_force]]\nz = { type = \"ramp\", value = 2.0, end = 2.0 }\n\
@@ -19,14 +19,14 @@ fn a_linear_body_force_in_space_has_the_resultant_and_moments_of_its_integral() 
         let (moments, resultant) = moments(&scene, t);
         assert_eq!(resultant[..2], [0.0, 0.0]);
         assert_close(resultant[2], part * 1e4, 2e4);
-        // ∫ x f_z, ∫ y f_z and ∫ z f_z over 2 m by 1 m by 1 m.
+        // The integrals of x f_z, y f_z and z f_z over a box of 2 m by 1 m by 1 m.
         for (i, expected) in [1e4, 6e3, 5e3].into_iter().enumerate() {
             assert_close(moments[i][2], part * expected, 2e4);
         }
     }
 }
 
-/// (y, x y) m/s² on 1e3 kg/m³.
+/// Checks (y, x y) m/s² with a density of 1e3 kg/m³.
 #[test]
 fn a_body_force_in_the_plane_has_the_resultant_and_moment_of_its_integral() {
     let forces = "[[body_force]]\nx = 1.0\nspatial_factor = \"y\"\n\
@@ -34,11 +34,11 @@ fn a_body_force_in_the_plane_has_the_resultant_and_moment_of_its_integral() {
     let (moments, resultant) = moments(&scene(&text(SHEET, "left", forces), Path::new("")), 0.0);
     assert_close(resultant[0], 1e3, 2e3);
     assert_close(resultant[1], 1e3, 2e3);
-    // x F_y - y F_x: ∫ x² y - ∫ y² over 2 m by 1 m.
+    // The integral of x F_y - y F_x, which is ∫ x² y - ∫ y² over 2 m by 1 m.
     assert_close(moments[0][1] - moments[1][0], 1e3 * (4.0 - 2.0) / 3.0, 2e3);
 }
 
-/// The distribution may be non-finite outside its group, here for x < 1.
+/// Checks that the distribution may be non-finite outside its group, here for x < 1.
 #[test]
 fn a_body_force_is_asked_for_in_its_group_only() {
     let two = "[[region]]\nname = \"end\"\ncenter = [2.0, 0.5]\nradii = [1.0, 1e3]\n";
@@ -59,7 +59,7 @@ fn a_body_force_is_asked_for_in_its_group_only() {
     assert_close(resultant[0], 1.5e3, 3e3);
 }
 
-/// Problem of Auricchio, Beirão da Veiga, Lovadina, Reali (2005) on (-1, 1)², translated by (1, 1).
+/// The problem of Auricchio, Beirão da Veiga, Lovadina, Reali (2005) on (-1, 1)², translated by (1, 1).
 const CLAMPED_SQUARE: &str = r#"
 analysis = "static"
 [mesh]
@@ -89,8 +89,7 @@ y = 1.0
 spatial_factor = "40*X*(1.5*Y^4 - 6*Y^2 + 3*X^2*Y^2 - X^2 + 2.5) - 3*Y^2 - 5*X^3"
 "#;
 
-/// Returns the integrals of three functions of position, by the rule of degree 6 on 64 parts of
-/// each triangle.
+/// Returns the integrals of three functions of position, by a quadrature rule of degree 6 on 64 parts of each triangle.
 fn integrals(space: &Space, of: impl Fn(&ElementPoint, [f64; 2]) -> [f64; 3]) -> [f64; 3] {
     let mut integrals = [0.0; 3];
     let cells = 8;

@@ -58,7 +58,7 @@ pub(crate) fn moments(scene: &Scene, t: f64) -> (Vec<Vec<f64>>, Vec<f64>) {
     (moments, resultant)
 }
 
-/// Checks equality within the rounding of a hundred numbers of magnitude `size`.
+/// Asserts equality up to the rounding errors of a hundred numbers of magnitude `size`.
 pub(crate) fn assert_close(found: f64, expected: f64, size: f64) {
     assert!(
         (found - expected).abs() <= 1e-13 * size,
@@ -84,7 +84,7 @@ pub(crate) fn nodes(mesh: &str) -> Vec<(usize, [f64; 3])> {
     nodes
 }
 
-/// Returns the mesh file with nodal data of that name.
+/// Returns the mesh file with nodal data of the given name.
 pub(crate) fn with_data<const N: usize>(
     mesh: &str,
     name: &str,

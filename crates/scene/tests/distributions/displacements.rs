@@ -10,7 +10,7 @@ use crate::common::{BLOCK, SHEET, refusal, scene, text};
 const SQUARE: &str = "type = \"rectangle\"\nwidth = 1.0\nheight = 1.0\ncells = [4, 3]";
 const CUBE: &str = "type = \"box\"\nsize = [1.0, 1.0, 1.0]\ncells = [2, 2, 2]";
 
-/// u_i = a_i (b_i0 + b_i1 x + b_i2 y + b_i3 z).
+/// Coefficients of the affine displacement u_i = a_i (b_i0 + b_i1 x + b_i2 y + b_i3 z).
 const AFFINE: [(f64, [f64; 4]); 3] = [
     (0.1, [1.0, 1.0, 2.0, -1.0]),
     (0.2, [0.0, 1.0, -1.0, 0.5]),
@@ -67,8 +67,8 @@ fn affine_motion_of_the_boundary_moves_the_inside_by_the_same_field() {
                     .iter()
                     .zip(place)
                     .fold(of[0], |sum, (b, x)| sum + b * x);
-                // The field is in the space: rounding, after quadratic convergence of Newton's
-                // method.
+                // The field is in the finite element space, so only rounding errors remain after the quadratic
+                // convergence of Newton's method.
                 assert!((u - size * expected).abs() < 1e-13, "{node}: {u}");
             }
         }
@@ -112,14 +112,14 @@ fn displacements_of_one_group_add_up() {
                 1 => -place[2] * sine - place[1] * step,
                 _ => place[1] * sine - place[2] * step,
             };
-            // Two roundings of numbers below one.
+            // Two rounding errors of numbers below one.
             assert!((found - expected).abs() < 1e-15, "{found} {expected}");
         }
     }
 }
 
-/// Checks that a group may hold a corner if the factor is zero, and that two groups may prescribe
-/// the same motion.
+/// Checks that a group may share a fixed corner if the factor is zero there, and that two groups may prescribe the same
+/// motion.
 #[test]
 fn groups_that_share_nodes_must_move_them_alike() {
     let moved = |group: &str, x: &str, distribution: &str| {
@@ -161,7 +161,7 @@ fn groups_that_share_nodes_must_move_them_alike() {
         assert!(found.contains(message), "{tables}: {found}");
     }
     let jumps = moved("right", "{ type = \"step\", value = 1.0, rise = 0.0 }", "y");
-    // An equilibrium takes the value at one time.
+    // An equilibrium uses the value at one time.
     let found = refusal(&text(SHEET, "bottom", &jumps), Path::new(""));
     assert!(found.contains("accepted"), "{found}");
 }

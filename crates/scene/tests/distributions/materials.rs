@@ -16,8 +16,8 @@ pub(crate) fn end(text: &str, folder: &Path) -> Vec<f64> {
     table.numbers(table.rows.last().unwrap()).unwrap()
 }
 
-/// A column in shear, which moves along x only. With c10(y) = c (1 + b y), the displacement of its top is
-/// ∫ τ/(2 c10) dy = τ ln(1 + b h)/(2 c b).
+/// Checks a column under shear that moves along x only. With c10(y) = c (1 + b y), the displacement of its top is ∫
+/// τ/(2 c10) dy = τ ln(1 + b h)/(2 c b).
 #[test]
 fn a_column_of_varying_stiffness_is_sheared_as_in_the_closed_form() {
     let column = |law: &str| {
@@ -37,11 +37,12 @@ fn a_column_of_varying_stiffness_is_sheared_as_in_the_closed_form() {
         &column("law = \"small-strain\"\nshear_modulus = 1e4"),
         nowhere,
     )[1];
-    // Error h⁴ of the displacement of quadratic elements at a node, with h = 1/40 of the range 1 to 3.
+    // The displacement of quadratic elements at a node has an error of order h⁴, with h = 1/40; the stiffness varies
+    // from 1 to 3.
     assert!((found / exact - 1.0).abs() < 1e-7, "{found} {exact}");
 }
 
-/// A field with the modulus in Pa equals an expression times the constant.
+/// Checks that a nodal field that contains the modulus in Pa is equivalent to an expression multiplied by the constant.
 #[test]
 fn nodal_data_give_the_modulus() {
     let file = with_data(&mesh("muscle.msh"), "c10", |[x, ..]| {

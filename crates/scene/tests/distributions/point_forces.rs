@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::common::{BLOCK, SHEET, assert_close, moments, refusal, scene, text};
 use crate::materials::end;
 
-/// Σ F_j is the force and Σ x_i F_j the force times the position, because shape functions interpolate x.
+/// Checks that Σ F_j is the force, and Σ x_i F_j the force times the position, because shape functions interpolate x.
 #[test]
 fn point_forces_have_their_resultant_and_moments() {
     let force = [3.0, -2.0, 5.0];
@@ -27,7 +27,8 @@ fn point_forces_have_their_resultant_and_moments() {
     }
 }
 
-/// The displacement at B under a force at A equals the displacement at A under the same force at B (Maxwell and Betti).
+/// Checks reciprocity (Maxwell and Betti): the displacement at B under a force at A equals the displacement at A under
+/// the same force at B.
 #[test]
 fn point_forces_are_reciprocal() {
     let places = ["[1.3, 0.45]", "[0.6, 0.9]"];
@@ -65,8 +66,8 @@ fn point_forces_outside_the_mesh_are_refused() {
     }
 }
 
-/// A body held by springs at two corners is moved by a force as a whole: the reaction of the springs balances the force.
-/// The springs are much softer than the body, so that its displacement is F/(2 k) along both axes.
+/// Checks a body that is supported by springs at two corners and moved by a force: the reaction of the springs balances
+/// the force. The springs are much softer than the body, so that its displacement is F/(2 k) along both axes.
 #[test]
 fn springs_hold_a_body() {
     let springs = |direction: &str| {
@@ -79,10 +80,10 @@ fn springs_hold_a_body() {
         &text(SHEET, "", &format!("{}{pull}", springs("").concat())),
         Path::new(""),
     );
-    // The strains are about 1e-3 N/m² over 1e4 Pa.
+    // The strain is about 1e-3 N/m² divided by 1e4 Pa.
     assert!((found[1] - 1e-2).abs() < 1e-6 * 1e-2, "{found:?}");
     assert!(found[2].abs() < 1e-6 * 1e-2, "{found:?}");
-    // Springs along y do not hold the body along x.
+    // Springs along y do not support the body along x.
     let along = text(
         SHEET,
         "left",

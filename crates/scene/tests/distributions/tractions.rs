@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::common::{BLOCK, SHEET, assert_close, moments, on_the_right, scene};
 
-/// On x = 2: t_z = 100 (1 + 3 y) Pa, at half of the ramp.
+/// Checks the traction t_z = 100 (1 + 3 y) Pa on x = 2, at half of the ramp.
 #[test]
 fn a_linear_traction_in_space_has_the_resultant_and_moments_of_its_integral() {
     let text = on_the_right(
@@ -16,14 +16,14 @@ fn a_linear_traction_in_space_has_the_resultant_and_moments_of_its_integral() {
         let (moments, resultant) = moments(&scene, t);
         assert_eq!(resultant[..2], [0.0, 0.0]);
         assert_close(resultant[2], part * 250.0, 500.0);
-        // ∫ x t_z, ∫ y t_z and ∫ z t_z over the unit square.
+        // The integrals of x t_z, y t_z and z t_z over the unit square.
         for (i, expected) in [500.0, 150.0, 125.0].into_iter().enumerate() {
             assert_close(moments[i][2], part * expected, 500.0);
         }
     }
 }
 
-/// On x = 2: t = 10 y (1, x) Pa.
+/// Checks the traction t = 10 y (1, x) Pa on x = 2.
 #[test]
 fn a_linear_traction_in_the_plane_has_the_resultant_and_moment_of_its_integral() {
     let linear = "[[traction]]\ngroup = \"right\"\ny = 10.0\nspatial_factor = \"x*y\"";
@@ -34,6 +34,6 @@ fn a_linear_traction_in_the_plane_has_the_resultant_and_moment_of_its_integral()
     let (moments, resultant) = moments(&scene(&text, Path::new("")), 0.0);
     assert_close(resultant[0], 5.0, 20.0);
     assert_close(resultant[1], 10.0, 20.0);
-    // x F_y - y F_x: 2 ∫ 20 y - ∫ 10 y².
+    // The integral of x F_y - y F_x, which is 2 ∫ 20 y - ∫ 10 y².
     assert_close(moments[0][1] - moments[1][0], 20.0 - 10.0 / 3.0, 20.0);
 }

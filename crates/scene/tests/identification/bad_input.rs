@@ -1,4 +1,4 @@
-//! Invalid parameters, measurements and bounds are refused before anything is computed.
+//! Checks that invalid parameters, measurements and bounds are rejected before anything is computed.
 
 use myovib_scene::fit::{FitOptions, Loss, compute};
 use myovib_scene::run::Existing;
@@ -24,7 +24,7 @@ const ACTIVE: &str = "[[region]]\nname = \"r\"\ncenter = [0, 0]\nradii = [0.02, 
                       group = \"r\"\nlaw = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\n\
                       fiber = [1, 0]\nactive = { type = \"bestel\", contractility = 1e4 }";
 
-/// A round region of another law, which scenes read as mooney-rivlin.
+/// A round region with a `neo-hooke` law, which is converted to mooney-rivlin.
 const NEO_HOOKE: &str = "[[region]]\nname = \"r\"\ncenter = [0, 0]\nradii = [0.02, 0.02]\n[[material]]\n\
                          group = \"r\"\nlaw = \"neo-hooke\"\ndensity = 1e3\nshear_modulus = 2e4";
 
@@ -119,7 +119,8 @@ fn invalid_keys_of_parameters_are_refused_with_their_place() {
     }
 }
 
-/// For finite κ the initial velocity is unchanged; for κ = inf it is projected to be free of volume changes.
+/// Checks starts whose derivatives are not available. For finite κ the given initial velocity is used unchanged; for κ
+/// = inf it is projected onto velocities without volume change.
 #[test]
 fn starts_without_derivatives_are_rejected_with_a_remedy() {
     let folder = tempfile::tempdir().unwrap();
@@ -138,7 +139,7 @@ fn starts_without_derivatives_are_rejected_with_a_remedy() {
     assert!(it.dependences(&[1e-7]).is_ok());
 }
 
-/// With mu_1 = 0 the body would have no stiffness.
+/// Checks moduli that are bounded by other constants: with mu_1 = 0 the body would have no stiffness.
 #[test]
 fn moduli_bounded_by_other_constants_have_derivatives() {
     let folder = tempfile::tempdir().unwrap();
@@ -148,7 +149,8 @@ fn moduli_bounded_by_other_constants_have_derivatives() {
     assert!(it.dependences(&it.values()).is_ok());
 }
 
-/// Other phases of a sine load the body at t = 0, at which a run from rest cannot start.
+/// Checks the phase of a sine: with other phases, the sine loads the body at t = 0, so that a run from rest cannot
+/// start.
 #[test]
 fn parameters_that_end_the_rest_at_the_start_are_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -169,7 +171,7 @@ fn parameters_that_end_the_rest_at_the_start_are_refused() {
     assert!(it.dependences(&it.values()).is_ok());
 }
 
-/// Features without sensitivities, with their places.
+/// Checks errors about features that sensitivities do not support, with their places.
 #[test]
 fn features_without_sensitivities_are_refused() {
     let jump = |start: &str| {
@@ -201,7 +203,7 @@ fn features_without_sensitivities_are_refused() {
     assert_eq!(of_scene(&["material[0].c10"], &jump("99.0")), "accepted");
 }
 
-/// The error of a fit of `material[0].c10` and `solid.rayleigh_mass`, which must have written nothing.
+/// Returns the error of a fit of `material[0].c10` and `solid.rayleigh_mass`, and checks that nothing has been written.
 fn error_of_fit(data: &str, more: &[&str], change: impl FnOnce(&mut FitOptions<'_>)) -> Error {
     let folder = tempfile::tempdir().unwrap();
     let path = scene(
@@ -233,7 +235,7 @@ fn error_of_fit(data: &str, more: &[&str], change: impl FnOnce(&mut FitOptions<'
     error
 }
 
-/// Wrong input, with the place of the mistake.
+/// Checks errors about wrong input, with the place of the mistake.
 #[test]
 fn wrong_data_bounds_and_starts_are_refused_with_their_place() {
     let good = "t,origin.u_y\n0.005,0\n0.01,0\n0.02,0\n";
@@ -272,7 +274,7 @@ fn wrong_data_bounds_and_starts_are_refused_with_their_place() {
     assert!(many.to_string().contains("--starts"), "{many}");
 }
 
-/// A setting of another method: wrong input, not a failure of the run.
+/// Checks that a setting of another method is reported as wrong input, not as a failure of the run.
 #[test]
 fn settings_that_radau_does_not_have_are_wrong_input() {
     let folder = tempfile::tempdir().unwrap();

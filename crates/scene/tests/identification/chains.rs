@@ -1,4 +1,5 @@
-//! Derivatives of chains: ∂F/∂p for all their numbers, and order parameters against differences of runs.
+//! Derivatives of chains: ∂F/∂p for all their constants, and derivatives of order parameters compared with differences
+//! of runs.
 
 use myovib_scene::sensitivity::{Parameterized, Precision, compute};
 use myovib_scene::watch::Watcher;
@@ -6,12 +7,13 @@ use myovib_scene::watch::Watcher;
 use crate::derivatives::outputs_agree;
 use crate::{SMALL, scene, set};
 
-/// A chain of six at a point, of both kinds of restoring force, whose order parameters are read.
+/// A chain of six oscillators at a point, with linear and cubic restoring forces, whose order parameters are observed.
 const CHAIN: &str = "[[chain]]\nname = \"tissue\"\noscillators = 6\nfrequency_spread = 0.477464829275686\nduffing = 40.0\ngain = 1e6\n\
                      at = [0.03, 0.005]\ncomponent = [1.0, 2.0]\ninitial = 0.2\n\
                      [[probe]]\nname = \"order\"\ntype = \"coherence\"\nchain = \"tissue\"\ninterval = 0.05\n";
 
-/// Constants of the body affect a chain through the driving motion. Constants of a chain affect nothing else.
+/// Checks that constants of the body affect a chain through the driving motion, and that constants of a chain do not
+/// affect the body or other chains.
 #[test]
 fn order_parameters_have_the_derivatives_of_differences_of_runs() {
     let keys = [
@@ -33,7 +35,7 @@ fn order_parameters_have_the_derivatives_of_differences_of_runs() {
     expect_sharp(&keys, outputs_agree(&keys, CHAIN, &tight));
 }
 
-/// Tensions and relaxing stresses are unknowns; the motion starts with a velocity.
+/// Checks a body whose tensions and relaxing stresses are unknowns, and whose motion starts with a velocity.
 #[test]
 fn chains_beside_tensions_and_stress_that_relaxes_have_their_derivatives() {
     let keys = ["material[0].c10", "chain[0].gain"];
@@ -55,7 +57,7 @@ fn chains_beside_tensions_and_stress_that_relaxes_have_their_derivatives() {
     }
 }
 
-/// The effect of each key is far above the tolerance.
+/// Asserts that the effect of each key is far above the tolerance of the comparison.
 fn expect_sharp(keys: &[&str], sharpness: Vec<f64>) {
     for (key, times) in keys.iter().zip(sharpness) {
         assert!(times > 50.0, "{key}: {times}");
@@ -70,7 +72,7 @@ fn a_key_may_be_written_with_dots() {
     assert_eq!(it.parameters[0].key, "chain[0].gain");
 }
 
-/// Sensitivities integrate chains with separate steps as one system with the body.
+/// Checks that sensitivities integrate chains and body as one system, even if the scene requests separate steps.
 #[test]
 fn the_key_for_separate_steps_leaves_sensitivities_unchanged() {
     let folder = tempfile::tempdir().unwrap();
@@ -92,7 +94,7 @@ fn the_key_for_separate_steps_leaves_sensitivities_unchanged() {
     }
 }
 
-/// Each parameter affects only its chain, at many places of an incompressible body.
+/// Checks that each parameter affects only its own chain, at many places of an incompressible body.
 #[test]
 fn each_chain_has_separate_parameters() {
     let keys = ["chain[1].coupling", "chain[0].initial", "chain[1].gain"];
@@ -109,8 +111,8 @@ fn each_chain_has_separate_parameters() {
     expect_sharp(&keys, sharpness);
 }
 
-/// If all oscillators rest, modulus and argument of an order parameter have no derivative with
-/// respect to their position. The table has no entry there, and the sums over time exclude it.
+/// Checks oscillators at rest: modulus and argument of an order parameter are not differentiable with respect to their
+/// position, so the table has no entry there, and sums over time exclude it.
 #[test]
 fn an_order_parameter_at_rest_has_no_derivative() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! ∂F/∂p against differences of residuals, and ∂u/∂p against differences of runs.
+//! Compares ∂F/∂p with differences of residuals, and ∂u/∂p with differences of runs.
 
 use myovib_dae::{Parameters as _, Problem};
 use myovib_model::sensitivity::{Dependences, Stencil};
@@ -9,7 +9,7 @@ use rand::{Rng, SeedableRng};
 
 use crate::{SMALL, scene, set};
 
-/// All kinds of numbers that a scene's equations depend on.
+/// One parameter for each way in which a scene's equations depend on a number.
 const KEYS: [&str; 10] = [
     "material[0].c10",
     "material[0].c01",
@@ -23,7 +23,7 @@ const KEYS: [&str; 10] = [
     "traction[0].y.shift",
 ];
 
-/// The formulations with the values of κ and β that they accept.
+/// The formulations with values of κ and β that they support.
 pub(crate) const CASES: [(&str, &str, &str); 9] = [
     ("displacement", "1e5", "0"),
     ("position", "1e5", "0"),
@@ -36,7 +36,7 @@ pub(crate) const CASES: [(&str, &str, &str); 9] = [
     ("implicit-rate", "inf", "1e-4"),
 ];
 
-/// Such a case of the cantilever, as overrides.
+/// Returns the overrides of a coarse cantilever in this formulation.
 pub(crate) fn case((formulation, kappa, beta): (&str, &str, &str)) -> Vec<String> {
     let own = [
         format!("solid.formulation={formulation}"),
@@ -46,7 +46,7 @@ pub(crate) fn case((formulation, kappa, beta): (&str, &str, &str)) -> Vec<String
     [set(&SMALL), own.into()].concat()
 }
 
-/// The muscle with another value of parameter j.
+/// Returns the muscle with another value of parameter j.
 fn moved(it: &Parameterized, j: usize, value: f64) -> Muscle {
     let mut muscle = it.scene.body.as_ref().unwrap().muscle.clone();
     let Parameters { alpha, beta, .. } = muscle.parameters;
@@ -84,8 +84,8 @@ fn residuals_have_the_derivatives_of_their_differences() {
     }
 }
 
-/// Compares ∂F/∂p in a random state with differences over the bodies that `moved` gives; returns the
-/// largest entry for each parameter.
+/// Compares ∂F/∂p in a random state with differences between the bodies that `moved` returns. Returns the largest entry
+/// for each parameter.
 fn residuals_agree(
     it: &Parameterized,
     moved: impl Fn(usize, f64) -> Muscle,
@@ -95,7 +95,7 @@ fn residuals_agree(
     let mut dae = MuscleDae::new(body.muscle.clone(), body.formulation).unwrap();
     let n = dae.n_unknowns();
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(7);
-    // Displacements far below an element's size, so that none turns inside out.
+    // The displacements are far smaller than an element, so that no element is inverted.
     let mut state =
         |size: f64| -> Vec<f64> { (0..n).map(|_| size * rng.random_range(-1.0..1.0)).collect() };
     let (t, y, y_dot) = (0.37, state(1e-5), state(1e-3));
@@ -112,15 +112,15 @@ fn residuals_agree(
             dae.residual(t, &y, &y_dot, &mut residual).unwrap();
             residual
         };
-        // Near 0 from above alone: 1/κ and β are not negative.
+        // One-sided near 0, because 1/κ and β are not negative.
         let delta = 1e-4 * if value == 0.0 { parameter.scale } else { value };
         let below = if value == 0.0 { value } else { value - delta };
         let (high, low) = (residual(value + delta), residual(below));
         let span = value + delta - below;
         let size = ours.iter().fold(0.0_f64, |size, f| size.max(f.abs()));
         let forces = high.iter().fold(0.0_f64, |size, f| size.max(f.abs()));
-        // Truncation of the frequency's difference, (2π t δ)²/6 with δ = 8e-4, is 6e-7; the others
-        // are smaller. Rounding is ε of all forces over δ.
+        // The truncation error for the frequency is (2π t δ)²/6 = 6e-7 with δ = 8e-4; for the other parameters it is
+        // smaller. The rounding error is ε times all forces, divided by δ.
         let allowed = 2e-6 * size + 4.0 * f64::EPSILON * forces / span;
         for i in 0..n {
             let difference = (high[i] - low[i]) / span;
@@ -136,8 +136,8 @@ fn residuals_agree(
     it.parameters.iter().enumerate().map(of_parameter).collect()
 }
 
-/// Constants of relaxation, the stiffness of a region, and the breaks of a load, which rises at the time of
-/// the comparison.
+/// Checks the constants of relaxation, the stiffness of a region, and the breaks of a load that is rising at the time
+/// of the comparison.
 #[test]
 fn relaxation_stiffness_and_breaks_have_their_derivatives_in_all_formulations() {
     let folder = tempfile::tempdir().unwrap();
@@ -156,7 +156,7 @@ fn relaxation_stiffness_and_breaks_have_their_derivatives_in_all_formulations() 
     let terms = "material[0].prony=[{ relative_modulus = 0.5, relaxation_time = 0.02 }, { relative_modulus = 0.3, relaxation_time = 0.1 }, \
                  { relative_modulus = 0.0, relaxation_time = 1.0 }]";
     for one in CASES {
-        // A weight of 0 is at the end of its range.
+        // A weight of 0 is at the end of its allowed range.
         let more = set(&[
             terms,
             "material[0].stress_scale=1.5",
@@ -173,7 +173,7 @@ fn relaxation_stiffness_and_breaks_have_their_derivatives_in_all_formulations() 
     }
 }
 
-/// Constants of materials, foundations and tensions, in bodies whose constants differ between elements.
+/// Checks the constants of materials, foundations and tensions in bodies whose constants differ between elements.
 #[test]
 fn constants_of_materials_beds_and_tensions_have_their_derivatives() {
     let folder = tempfile::tempdir().unwrap();
@@ -222,7 +222,7 @@ fn outputs_have_the_derivatives_of_differences_of_runs() {
     outputs_agree(&keys, "", &["traction[0].y.shift=1"]);
 }
 
-/// A step whose breaks lie within the run.
+/// Checks a step whose breaks are within the run.
 #[test]
 fn outputs_have_the_derivatives_by_the_breaks_of_a_load() {
     let keys = [
@@ -235,7 +235,7 @@ fn outputs_have_the_derivatives_by_the_breaks_of_a_load() {
     outputs_agree(&keys, step, &SMALL);
 }
 
-/// An end that turns while another field stretches it.
+/// Checks a body with an end that is rotated by one field of displacements while another field stretches the body.
 #[test]
 fn outputs_have_the_derivatives_by_the_sizes_of_displacements_that_vary() {
     let keys = [
@@ -251,7 +251,7 @@ fn outputs_have_the_derivatives_by_the_sizes_of_displacements_that_vary() {
     outputs_agree(&keys, &(entry("-y") + &entry("0.01 + y^2")), &SMALL);
 }
 
-/// The internal stresses of Prony terms are unknowns there: a run with them is differentiated.
+/// Checks a run with Prony terms, whose internal stresses are unknowns when sensitivities are computed.
 #[test]
 fn outputs_of_stress_that_relaxes_have_the_derivatives_of_differences_of_runs() {
     let keys = [
@@ -268,8 +268,8 @@ fn outputs_of_stress_that_relaxes_have_the_derivatives_of_differences_of_runs() 
     );
 }
 
-/// Compares sensitivities of outputs at the start and the end with differences of plain runs, at a tolerance of 1e-8.
-/// Returns for each key the ratio of the largest derivative to the allowed error.
+/// Compares sensitivities of outputs at the start and the end with differences of runs without sensitivities, at a
+/// tolerance of 1e-8. Returns for each key the ratio of the largest derivative to the allowed error.
 pub(crate) fn outputs_agree(keys: &[&str], more: &str, overrides: &[&str]) -> Vec<f64> {
     let folder = tempfile::tempdir().unwrap();
     let probe = "[[probe]]\nname = \"stress\"\ntype = \"point\"\nat = [0.01, 0.0]\n\
@@ -321,10 +321,11 @@ pub(crate) fn outputs_agree(keys: &[&str], more: &str, overrides: &[&str]) -> Ve
             let difference: f64 = terms.sum();
             let [difference, ours] =
                 [difference, ours[i].derivatives[j][k]].map(|of_p| values[j] * of_p);
-            // Truncation (δ/p ωt/2)⁴, with ωt to 30 for waves from a sudden start, is 4e-6 of the
-            // derivative; the runs' 1e-7 over 3e-3, of the output, since
-            // stresses have the multiplier's error; and their absolute tolerances over 3e-3, for what
-            // is zero by symmetry. Order parameters, of size 1, have the oscillators' 1e-10.
+            // The truncation error (δ/p ωt/2)⁴ is 4e-6 of the derivative, with ωt up to 30 for waves from a sudden
+            // start. The relative error of 1e-7 of the runs is divided by the step of 3e-3; it is relative to the
+            // output, or for stresses to the multiplier. The absolute tolerances divided by 3e-3 matter for outputs
+            // that are zero by symmetry. Order parameters, whose size is 1, have the errors of 1e-10 of the
+            // oscillators.
             let (_, column) = name.split_once('.').unwrap();
             let (own, absolute) = match column.get(..1) {
                 Some("u") => (own, 1e-12),
@@ -344,8 +345,8 @@ pub(crate) fn outputs_agree(keys: &[&str], more: &str, overrides: &[&str]) -> Ve
     keys.iter().enumerate().map(of_key).collect()
 }
 
-/// Steps, factors and outputs are bitwise equal to a run without sensitivities. Most steps reuse an old Jacobian, some of
-/// them with a new h, which needs the unchanged matrices.
+/// Checks that steps, factors and outputs are bitwise equal to those of a run without sensitivities. Most steps reuse
+/// an old Jacobian, some of them with a new h, which requires the unchanged matrices.
 #[test]
 fn runs_with_sensitivities_take_the_steps_of_the_plain_run() {
     let folder = tempfile::tempdir().unwrap();

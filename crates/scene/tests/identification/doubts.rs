@@ -9,7 +9,7 @@ use myovib_scene::watch::ProgressSink;
 use crate::fits::{fitted, measure};
 use crate::{SMALL, scene};
 
-/// Keeps the lines of progress reported unconditionally.
+/// Records the progress lines that are always shown.
 #[derive(Default)]
 struct RecordedNotes(Mutex<Vec<String>>);
 
@@ -21,8 +21,8 @@ impl ProgressSink for RecordedNotes {
     }
 }
 
-/// Returns a fit with profiles of the cantilever's parameters, to measurements with `noise` times the given noise, and the
-/// lines of progress.
+/// Fits the cantilever's parameters with profiles, to measurements whose noise is `noise` times the given standard
+/// deviation. Returns the result and the progress lines.
 fn profiled(folder: &Path, keys: &[&str], more: &str, noise: f64) -> (FitResult, Vec<String>) {
     let path = scene(folder, keys, more);
     let data = folder.join("measured.csv");
@@ -36,7 +36,7 @@ fn profiled(folder: &Path, keys: &[&str], more: &str, noise: f64) -> (FitResult,
     (result.unwrap(), kept.0.into_inner().unwrap())
 }
 
-/// A load long after the last measurement, whose size is looked for.
+/// A load that begins long after the last measurement, and whose size is a parameter.
 const LATE: &str = "[[traction]]\ngroup = \"load\"\n\
                     y = { type = \"step\", value = 1.0, start = 50.0, rise = 0.1 }\n\
                     [[parameter]]\nkey = \"traction[1].y.value\"\nlow = 0.0\n";
@@ -48,8 +48,8 @@ fn a_parameter_without_effect_is_marked() {
     assert!(result.fit.is_converged(), "{}", result.ending());
     assert_eq!([0, 1].map(|j| result.fit.acts(j)), [true, false]);
     assert!(result.unknown().is_empty());
-    // The standard error of a single parameter is the deviation of the residuals over the norm of their derivatives, within
-    // the rounding of sums of 40 squares.
+    // The standard error of a single parameter is the standard deviation of the residuals divided by the norm of their
+    // derivatives, up to the rounding errors of sums of 40 squares.
     let exact = result.deviation() / result.fit.jacobian.column(0).norm();
     let error = result.uncertainty.standard_errors[0];
     assert!((error / exact - 1.0).abs() < 1e-13, "{error:e} {exact:e}");
@@ -78,8 +78,8 @@ fn a_parameter_without_effect_is_marked() {
     );
 }
 
-/// A damping whose interval reaches below zero, which no scene allows: with and without the bound 0 the interval is
-/// marked and the profile is open on that side.
+/// Checks a damping whose confidence interval extends below zero, which no scene allows. With and without the bound 0,
+/// the interval is marked and the profile is open on that side.
 #[test]
 fn an_interval_that_passes_a_bound_is_marked_whether_or_not_the_scene_names_the_bound() {
     for bound in ["", "low = 0.0\n"] {

@@ -14,7 +14,7 @@ use rand::{Rng, SeedableRng};
 
 use crate::{SMALL, options, scene, set};
 
-/// What all runs share: 0.2 s of a load that rises at once.
+/// Settings common to all runs: 0.2 s under a load that rises at once.
 const COMMON: [&str; 6] = [
     "time.end=0.2",
     "traction[0].y.shift=1",
@@ -24,7 +24,7 @@ const COMMON: [&str; 6] = [
     "probe[0].quantities=[\"u\"]",
 ];
 
-/// The outputs of the scene at the true values.
+/// Returns the outputs of the scene at the true parameter values.
 fn truth(path: &Path, overrides: &[&str]) -> Curves {
     let it = Parameterized::load(path, &set(&[&COMMON[..], overrides].concat())).unwrap();
     let watcher = Watcher {
@@ -34,7 +34,8 @@ fn truth(path: &Path, overrides: &[&str]) -> Curves {
     follow(&it, Precision::default(), watcher).unwrap()
 }
 
-/// A table of these curves with a noise of 1 % of their largest size, `noise` of it added.
+/// Returns a table of these curves with random errors. The stated standard deviation is 1 % of the maximum of each
+/// curve; the added errors are `noise` times as large.
 fn table(curves: &Curves, noise: f64, seed: u64) -> String {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
     let samples = || curves.samples.iter();
@@ -43,7 +44,7 @@ fn table(curves: &Curves, noise: f64, seed: u64) -> String {
     let mut text = String::from("observableId,time,measurement,noiseParameters\n");
     for sample in &curves.samples[1..] {
         for (k, name) in curves.outputs.iter().enumerate() {
-            // The sum of twelve uniform numbers is nearly normal, of variance 1.
+            // The sum of twelve uniform random numbers has variance 1 and is nearly normally distributed.
             let normal: f64 = (0..12).map(|_| rng.random_range(-0.5..0.5)).sum();
             let deviation = 0.01 * sizes[k];
             let value = sample.values[k] + noise * deviation * normal;
@@ -101,7 +102,7 @@ fn three_parameters_are_found_in_noise_within_their_intervals() {
         "solid.bulk_modulus=5e4",
     ];
     measure(&path, &truth, 1.0, &data);
-    // From the values of the scene, 1e4, 1 and 1e5.
+    // The fit starts from the values in the scene: 1e4, 1 and 1e5.
     let result = fit(path, data, &[], Loss::Squares);
     assert!(result.fit.is_converged(), "{}", result.ending());
     let truth = [1.3e4, 3.0, 1.0 / 5e4];
@@ -115,7 +116,7 @@ fn three_parameters_are_found_in_noise_within_their_intervals() {
             "parameter {j}: {low} {high}"
         );
     }
-    // 40 residuals in units of their standard deviation: 1 ± 0.12, thrice that.
+    // For 40 residuals, the standard deviation is 1 ± 0.12; three times that is allowed.
     assert!(
         (result.deviation() - 1.0).abs() < 0.36,
         "{}",
@@ -128,8 +129,8 @@ fn three_parameters_are_found_in_noise_within_their_intervals() {
     assert_eq!(history.lines().count(), result.fit.history.len() + 1);
 }
 
-/// Regression: from 1/kappa far below its true value the search left the range that scenes allow, and the fit counted as
-/// converged at residuals of 820 times the noise.
+/// Regression: if 1/kappa started far below its true value, the search left the range that scenes allow, and the fit
+/// counted as converged at residuals of 820 times the noise.
 #[test]
 fn starts_of_another_scale_are_left() {
     let folder = tempfile::tempdir().unwrap();
@@ -159,7 +160,7 @@ fn starts_of_another_scale_are_left() {
             result.runs
         );
         assert_eq!(result.outcome(), Outcome::Converged, "{starts:?}");
-        // 40 residuals in units of their standard deviation: 1 ± 0.12, thrice that.
+        // For 40 residuals, the standard deviation is 1 ± 0.12; three times that is allowed.
         assert!(
             (result.deviation() - 1.0).abs() < 0.36,
             "{starts:?}: {}",
@@ -170,7 +171,7 @@ fn starts_of_another_scale_are_left() {
     }
 }
 
-/// Measurements in another unit: the search converges, and the fit does not.
+/// Checks measurements in another unit: the search converges, but the result is reported as not fitting.
 #[test]
 fn a_model_hundreds_of_noise_levels_off_does_not_fit() {
     let folder = tempfile::tempdir().unwrap();
@@ -222,7 +223,7 @@ fn a_model_far_above_the_noise_does_not_fit_with_any_loss() {
     }
 }
 
-/// A constant tension, from an equilibrium under it.
+/// Checks a fit of a constant tension; the motion starts from the equilibrium under it.
 #[test]
 fn a_constant_tension_is_found() {
     let folder = tempfile::tempdir().unwrap();
@@ -250,7 +251,7 @@ fn a_constant_tension_is_found() {
     assert!(low < 2e3 && 2e3 < high, "{low} {high}");
 }
 
-/// At small strains c10 and c01 act by their sum alone.
+/// Checks a combination that is not determined: at small strains only the sum of c10 and c01 has an effect.
 #[test]
 fn undetermined_combinations_are_returned() {
     let folder = tempfile::tempdir().unwrap();
@@ -267,7 +268,8 @@ fn undetermined_combinations_are_returned() {
         .zip(&result.fit.values)
         .map(|(share, value)| share * value)
         .collect();
-    // As much of one as of the other, with opposite signs, to the strain's order.
+    // In the undetermined direction, both change by the same amount with opposite signs, up to terms of the order of
+    // the strain.
     assert!((change[0] / change[1] + 1.0).abs() < 0.05, "{change:?}");
     let words = result.in_words(unknown[0]);
     assert!(words.contains("c10") && words.contains("c01"), "{words}");
@@ -276,8 +278,8 @@ fn undetermined_combinations_are_returned() {
     assert!((sum / 1.5e4 - 1.0).abs() < 0.05, "{sum}");
 }
 
-/// One measurement of forty is a hundred standard deviations off: squares follow it, the robust
-/// losses do not.
+/// Checks an outlier: one of forty measurements has an error of a hundred standard deviations. It shifts the result
+/// with squares, but not with robust losses.
 #[test]
 fn robust_losses_pass_over_an_outlier() {
     let folder = tempfile::tempdir().unwrap();
@@ -300,13 +302,13 @@ fn robust_losses_pass_over_an_outlier() {
     let [squares, huber, cauchy] =
         [Loss::Squares, Loss::Huber(1.345), Loss::Cauchy(2.385)].map(off);
     println!("{squares:e} {huber:e} {cauchy:e}");
-    // Its pull is 100 σ by squares, 1.345 σ and 2.385²/100 σ by the others.
+    // The influence of the outlier is 100 σ with squares, and 1.345 σ and 2.385²/100 σ with the other losses.
     assert!(huber < 0.05 * squares, "{huber:e} {squares:e}");
     assert!(cauchy < 0.05 * squares, "{cauchy:e} {squares:e}");
 }
 
-/// A fit that starts at 15 Hz misses a load of 8 Hz; one of three starts between 4 and 16 Hz
-/// finds it.
+/// Checks that a fit that starts at 15 Hz misses a load of 8 Hz, whereas one of three starts between 4 and 16 Hz finds
+/// it.
 #[test]
 fn several_starts_find_a_minimum_that_one_start_misses() {
     let folder = tempfile::tempdir().unwrap();
@@ -323,7 +325,7 @@ fn several_starts_find_a_minimum_that_one_start_misses() {
     assert!(low < 8.0 && 8.0 < high, "{low} {high}");
 }
 
-/// The six parameters that the slow tests look for, with the true values.
+/// The six parameters that the slow tests fit, with their true values.
 const SIX: [(&str, f64); 6] = [
     ("material[0].c10", 1e4),
     ("material[0].density", 1.1e3),
@@ -333,7 +335,7 @@ const SIX: [(&str, f64); 6] = [
     ("traction[0].y.amplitude", 100.0),
 ];
 
-/// A true value as its parameter has it: 1/κ for κ.
+/// Returns the true value of the parameter, which is 1/κ for κ.
 fn of_parameter((key, value): (&str, f64)) -> f64 {
     if key == "solid.bulk_modulus" {
         1.0 / value
@@ -342,8 +344,7 @@ fn of_parameter((key, value): (&str, f64)) -> f64 {
     }
 }
 
-/// The muscle with three probes of u_y and p, started with each parameter `off` its truth, as a
-/// factor.
+/// Writes the muscle with three probes of u_y and p. The fit starts with each parameter at `off` times its true value.
 fn six(folder: &Path, off: [f64; 6]) -> PathBuf {
     let probes = [("left", -0.04), ("right", 0.05)].map(|(name, x)| {
         format!(
@@ -365,7 +366,7 @@ fn six(folder: &Path, off: [f64; 6]) -> PathBuf {
     scene(folder, &[], &more)
 }
 
-/// Overrides of the slow tests: the scene has the true values.
+/// Returns the overrides of the slow tests, which set the true values.
 fn of_six(t_end: f64) -> Vec<String> {
     let values = SIX.iter().map(|(key, value)| format!("{key}={value:e}"));
     let probes = (0..3).map(|k| format!("probe[{k}].quantities=[\"u\", \"p\"]"));
@@ -373,7 +374,7 @@ fn of_six(t_end: f64) -> Vec<String> {
     values.chain(probes).chain([t_end]).collect()
 }
 
-/// The target is the time of at most 20 plain runs.
+/// Checks six parameters. The fit should take at most the time of 20 plain runs.
 #[test]
 #[ignore = "slow"]
 fn six_parameters_are_found_from_starts_half_off() {
@@ -427,8 +428,9 @@ fn six_parameters_are_found_from_starts_half_off() {
     }
 }
 
-/// Of 200 twins each parameter's 95 % interval covers in 89 to 99 %: 0.95 ± 4 standard deviations of a
-/// count of 200, cut off at 0.99, above which intervals are too wide.
+/// Checks the 95 % intervals for 200 synthetic data sets. The interval of each parameter must contain the true value in
+/// 89 to 99 % of them: 0.95 ± 4 standard deviations of a count of 200, limited to 0.99, above which intervals are too
+/// wide.
 #[test]
 #[ignore = "slow"]
 fn intervals_of_two_hundred_twins_cover_as_often_as_they_say() {
@@ -436,7 +438,7 @@ fn intervals_of_two_hundred_twins_cover_as_often_as_they_say() {
     let path = six(folder.path(), [1.1, 0.95, 1.2, 0.8, 1.1, 1.05]);
     let mut overrides = of_six(0.2);
     overrides.extend(set(&SMALL));
-    // Where the muscle's are is beyond the cantilever's end.
+    // The places of the muscle's probes are beyond the end of the cantilever.
     overrides.extend(set(&["probe[1].at=[0.025, 0.0]", "probe[2].at=[0.1, 0.0]"]));
     let overrides: Vec<&str> = overrides.iter().map(String::as_str).collect();
     let curves = truth(&path, &overrides);

@@ -14,11 +14,11 @@ const OF_INDEX_3: [&str; 3] = [
     "traction[0].y.frequency",
 ];
 
-/// The curves of one run: at each time, for each parameter the derivatives of u in the middle.
+/// Curves of one run: at each time, for each parameter, the derivatives of u in the middle.
 type Curves = Vec<Vec<Vec<f64>>>;
 
-/// Curves of index 3 (the equations of row 4 of the paper's table) under a load, by a method and a
-/// tolerance, with sensitivities that choose steps too or not; and the number of steps.
+/// Computes the curves of the equations of index 3 (row 4 of the paper's table) under a load, with the given method and
+/// tolerance. If `is_controlling`, the sensitivities are in the error test. Also returns the number of steps.
 fn curves_of_index_3(
     load: &[&str],
     (method, rtol): (&str, f64),
@@ -66,7 +66,8 @@ fn curves_of_index_3(
     (curves, integrator.counts().steps)
 }
 
-/// The largest error of each parameter's curves, of u in both directions, relative to the largest value.
+/// Returns, for each parameter, the largest error of its curves for both components of u, relative to the largest
+/// value.
 fn largest_errors(ours: &Curves, exact: &Curves) -> [f64; OF_INDEX_3.len()] {
     std::array::from_fn(|j| {
         let (mut size, mut off) = (0.0_f64, 0.0_f64);
@@ -80,7 +81,7 @@ fn largest_errors(ours: &Curves, exact: &Curves) -> [f64; OF_INDEX_3.len()] {
     })
 }
 
-/// Checks sensitivities that choose steps too against ten times the tolerance, the aim.
+/// Checks that sensitivities in the error test have errors of at most ten times the tolerance.
 fn ten_tolerances_are_met(load: &[&str], methods: &[&str], tolerances: &[f64]) {
     let (exact, _) = curves_of_index_3(load, ("radau13", 1e-10), true);
     for method in methods {
@@ -88,8 +89,9 @@ fn ten_tolerances_are_met(load: &[&str], methods: &[&str], tolerances: &[f64]) {
             let [(alone, fewer), (both, more)] =
                 [false, true].map(|on_wish| curves_of_index_3(load, (method, rtol), on_wish));
             println!("{method}, {rtol:e}: {fewer} steps, {more} chosen by the sensitivities too");
-            // Regression: the first step was kept while the Jacobian served, 180 steps where 23 do. Up to 2.4 times as
-            // many as the plain run's are seen, for derivatives that err by more than u.
+            // Regression: the first step size was kept as long as the Jacobian remained valid, which took 180 steps
+            // instead of 23. Up to 2.4 times as many steps as in the plain run are observed, because the derivatives
+            // have larger errors than u.
             assert!(more <= 3 * fewer, "{method}, {rtol:e}: {more} steps");
             let errors = [&alone, &both].map(|curves| largest_errors(curves, &exact));
             for (j, key) in OF_INDEX_3.iter().enumerate() {
@@ -101,8 +103,9 @@ fn ten_tolerances_are_met(load: &[&str], methods: &[&str], tolerances: &[f64]) {
     }
 }
 
-/// A load that rises over many steps excites no waves below the resolution of the steps. The reference run has an error of
-/// about 1e-8 in c10, a tenth of the allowed error at 1e-8.
+/// Checks a load that rises over many steps and therefore does not excite waves that the steps do not resolve. The
+/// reference run has an error of about 1e-8 in the derivative with respect to c10, a tenth of the allowed error at the
+/// tolerance 1e-8.
 #[test]
 fn sensitivities_of_a_muscle_of_index_3_err_by_ten_tolerances_down_to_1e_8() {
     let load = ["traction[0].y.steepness=144", "traction[0].y.shift=36"];
@@ -111,10 +114,10 @@ fn sensitivities_of_a_muscle_of_index_3_err_by_ten_tolerances_down_to_1e_8() {
 }
 
 /// A load with a kink at the start excites undamped waves of all frequencies. Steps do not resolve waves below the
-/// tolerance; the error of u is a few tenths of it. The error of the derivative by the stiffness is about ωt/2 times as
-/// large, as the derivative of a wave grows with ωt/2. More accurate linear solves do not change these digits. Without
-/// control, the errors of orders 5, 9 and 13 are 31, 8 and 8 tolerances at 1e-7, and 156, 42 and 14 at 1e-8, where the
-/// error of u is at most one.
+/// tolerance; the error of u is a few tenths of it. The error of the derivative with respect to the stiffness is about
+/// ωt/2 times as large, because the derivative of a wave grows with ωt/2. More accurate linear solves do not change
+/// these digits. Without sensitivities in the error test, the errors of orders 5, 9 and 13 are 31, 8 and 8 tolerances
+/// at 1e-7, and 156, 42 and 14 tolerances at 1e-8, where the error of u is at most one tolerance.
 #[test]
 fn undamped_waves_from_a_kink_leave_ten_tolerances_down_to_1e_6() {
     let load = ["traction[0].y.steepness=40"];

@@ -11,8 +11,8 @@ use myovib_scene::watch::ProgressSink;
 use crate::fits::{fitted, measure};
 use crate::{SMALL, scene};
 
-/// A fit that ended early and is resumed agrees with an uninterrupted fit within a hundredth of the uncertainty, at which
-/// fits end. It continues the history.
+/// Checks a fit that ended early and is resumed. It must continue the history and agree with an uninterrupted fit
+/// within a hundredth of the uncertainty, which is the convergence limit of fits.
 #[test]
 fn a_fit_is_resumed_from_its_history() {
     let folder = tempfile::tempdir().unwrap();
@@ -37,7 +37,7 @@ fn a_fit_is_resumed_from_its_history() {
     std::fs::create_dir(&header).unwrap();
     let is_input = |result: Result<FitResult, Error>| matches!(result, Err(Error::Input(_)));
     assert!(is_input(run(Existing::Resume, 30)), "no history");
-    // A file that no fit made is not replaced.
+    // A file that was not created by a fit is not replaced.
     let mine = header.join("report.html");
     std::fs::write(&mine, "precious").unwrap();
     for existing in [Existing::Refuse, Existing::Overwrite] {
@@ -129,7 +129,7 @@ impl ProgressSink for Patience {
     }
 }
 
-/// A fit is interrupted within its runs. It has a result if and only if an iteration was written.
+/// Checks a fit that is interrupted within one of its runs. It has a result if and only if an iteration was written.
 #[test]
 fn a_fit_interrupted_within_a_run_keeps_its_iterations() {
     let folder = tempfile::tempdir().unwrap();
@@ -172,8 +172,9 @@ fn a_fit_interrupted_within_a_run_keeps_its_iterations() {
     assert!(results.iter().all(|count| *count > 0), "{results:?}");
 }
 
-/// A fit from two starts is interrupted after each iteration. Its result uses the measurements of the latest phase, its
-/// residuals agree with its points, and computed profiles are kept. The first phase uses half of the time.
+/// Checks a fit from two starts that is interrupted after each iteration. Its result must use the measurements of the
+/// latest phase, its residuals must agree with its points, and computed profiles must be kept. The first phase uses
+/// half of the time.
 #[test]
 fn an_interrupted_fit_keeps_its_results() {
     let folder = tempfile::tempdir().unwrap();
@@ -214,7 +215,7 @@ fn an_interrupted_fit_keeps_its_results() {
         let residuals = result.points.iter().map(|point| point.residual);
         assert!(residuals.eq(result.fit.residuals.iter().copied()));
         let half: f64 = result.fit.residuals.iter().map(|r| 0.5 * r * r).sum();
-        // The sum of the same squares, except for rounding.
+        // The same squares are summed, so the results agree up to rounding errors.
         assert!((half - result.fit.cost).abs() < 1e-12 * half);
         if result.fit.is_converged() {
             break;
@@ -222,14 +223,14 @@ fn an_interrupted_fit_keeps_its_results() {
     }
     let all = std::fs::read_to_string(&data).unwrap().lines().count() - 1;
     assert!(reached >= all, "{reached} of {all}");
-    // Interrupted in its first profile, and in its second.
+    // The fit is interrupted in its first profile, and in its second.
     let is_known = |result: FitResult| result.profiles.iter().map(Result::is_ok).collect();
     let profiles: [Vec<bool>; 2] =
         [0, 1].map(|more| is_known(interrupted_after(iterations + more)));
     assert_eq!(profiles, [[false, false], [true, false]]);
 }
 
-/// Interrupted before anything is known, a fit reports that, and not a wrong start.
+/// Checks that a fit that is interrupted in its first run reports the interruption instead of an invalid start.
 #[test]
 fn a_fit_interrupted_in_its_first_run_is_interrupted() {
     static INTERRUPT: AtomicBool = AtomicBool::new(true);

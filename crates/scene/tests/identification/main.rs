@@ -24,7 +24,7 @@ fn scene(folder: &Path, parameters: &[&str], more: &str) -> PathBuf {
     let text = include_str!("../../../../data/scenes/init.toml");
     // Fields are not needed.
     let (text, _) = text.split_once("[fields]").unwrap();
-    // Tolerances below were derived for this formulation.
+    // The tolerances below were derived for this formulation.
     let text = text.replacen("[solid]", "[solid]\nformulation = \"rate\"", 1);
     let keys = parameters
         .iter()
@@ -47,7 +47,7 @@ fn set(overrides: &[&str]) -> Vec<String> {
     overrides.iter().map(|text| (*text).to_owned()).collect()
 }
 
-/// Options of a fit of the scene to measurements, with overrides of the scene for each.
+/// Returns the options of a fit of the scene to experiments, each with its own overrides.
 fn options<'a>(scene: PathBuf, experiments: Vec<(PathBuf, Vec<String>)>) -> FitOptions<'a> {
     FitOptions {
         out: scene.with_file_name("fit"),

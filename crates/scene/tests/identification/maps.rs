@@ -9,12 +9,13 @@ use myovib_scene::{Error, Scene};
 use crate::derivatives::{CASES, case};
 use crate::{scene, set};
 
-/// Readings of forward sensitivities are central differences with a step of ε^(1/3), which leaves ε^(2/3) = 4e-11 of
-/// values of size 1, and about ten times that if the derivative is ten times smaller than its terms.
+/// Error of forward sensitivities of probes, which are central differences with the step ε^(1/3). Their error is
+/// ε^(2/3) = 4e-11 for values of size 1, and about ten times that if the derivative is ten times smaller than its
+/// terms.
 const ROUNDING: f64 = 1e-9;
 
-/// Returns the relative change of each output's RMS by each parameter, a factor of stress, from forward sensitivities solved
-/// to rounding.
+/// Returns the relative change of each output's RMS per relative change of each parameter, computed with forward
+/// sensitivities that are solved to rounding errors. All parameters are factors of a stress.
 fn by_forward(it: &Parameterized) -> Vec<Vec<f64>> {
     let wanted = outputs(&it.scene).unwrap();
     let (every, t_end) = (it.scene.file.probe[0].interval, it.scene.t_end);
@@ -34,7 +35,8 @@ fn by_forward(it: &Parameterized) -> Vec<Vec<f64>> {
     (0..wanted.len()).map(of).collect()
 }
 
-/// Compares the sums of a map over the elements of each material with forward sensitivities to its stiffness.
+/// Compares the sum of a map over the elements of each material with the forward sensitivity to the stiffness of the
+/// material.
 fn expect_sums(it: &Parameterized, case: &str) {
     let map = StiffnessMap::of(&it.scene, Watcher::NOBODY).unwrap();
     let regions = &it.scene.body.as_ref().unwrap().regions;
@@ -57,8 +59,8 @@ fn expect_sums(it: &Parameterized, case: &str) {
     }
 }
 
-/// The adjoint, back over all steps from checkpoints, and forward sensitivities are the same derivative: of displacements
-/// and of velocities.
+/// Checks that the adjoint, which goes back over all steps from checkpoints, and forward sensitivities give the same
+/// derivatives of displacements and velocities.
 #[test]
 fn the_elements_add_up_to_the_whole_in_all_formulations() {
     let folder = tempfile::tempdir().unwrap();
@@ -70,8 +72,8 @@ fn the_elements_add_up_to_the_whole_in_all_formulations() {
     }
 }
 
-/// Two materials, a load that rises between two kinks, tension and viscosity, which the stress of the law has no part
-/// in, and a motion that starts at a velocity; an average and a line.
+/// Checks two materials, a load that rises between two kinks, a motion that starts with a velocity, outputs on an
+/// average and a line, and tension and viscosity, which are not part of the stress of the law.
 #[test]
 fn elements_of_a_material_add_up_to_its_stiffness() {
     let folder = tempfile::tempdir().unwrap();
@@ -96,7 +98,7 @@ fn elements_of_a_material_add_up_to_its_stiffness() {
     expect_sums(&it, "two materials");
 }
 
-/// Driven chains do not change the map; their coherence is not among its outputs.
+/// Checks that driven chains do not change the map, and that their coherence is excluded from its outputs.
 #[test]
 fn driven_chains_do_not_change_the_map() {
     let folder = tempfile::tempdir().unwrap();
@@ -116,7 +118,7 @@ fn driven_chains_do_not_change_the_map() {
     assert_eq!(with.left_out[0], "order.Psi_abs");
 }
 
-/// Scenes without a map, by the first unsupported feature.
+/// Checks that scenes without a map are rejected because of their first unsupported feature.
 #[test]
 fn features_without_a_map_are_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -148,7 +150,7 @@ fn features_without_a_map_are_refused() {
     assert!(matches!(error, Error::Input(_)), "{error:?}");
 }
 
-/// An output that stays zero has no relative change.
+/// Checks that an output that is always zero has no relative change.
 #[test]
 fn a_body_at_rest_has_an_empty_map() {
     let folder = tempfile::tempdir().unwrap();

@@ -9,7 +9,7 @@ use myovib_scene::watch::Watcher;
 
 use crate::options;
 
-/// A strip in plane strain, stretched to twice its length.
+/// A strip in plane strain that is stretched to twice its length.
 const STRIP: &str = "[time]\nend = 1.0\n[mesh]\ntype = \"rectangle\"\nwidth = 0.1\nheight = 0.01\ncells = [2, 1]\n\
     [solid]\nbulk_modulus = inf\n[[material]]\ndensity = 1060.0\nlaw = \"ogden\"\n\
     mu_1 = 8e3\nalpha_1 = 4.0\nmu_2 = -1.5e3\nalpha_2 = -3.0\n\
@@ -18,7 +18,7 @@ const STRIP: &str = "[time]\nend = 1.0\n[mesh]\ntype = \"rectangle\"\nwidth = 0.
     [[probe]]\nname = \"force\"\ntype = \"reaction\"\ngroup = \"right\"\ninterval = 0.05\n\
     [[output]]\nname = \"force\"\nprobe = \"force\"\ncolumn = \"R_x\"\nnoise = 0.01\n";
 
-/// A fit to the force of a twin finds the coefficient and the exponent of each term.
+/// Checks that a fit to a computed force finds the coefficient and the exponent of each term.
 #[test]
 fn constants_of_each_term_are_found() {
     for names in [["mu_1", "alpha_1"], ["mu_2", "alpha_2"]] {
@@ -45,7 +45,7 @@ fn constants_of_each_term_are_found() {
         .unwrap();
         assert!(result.fit.is_converged(), "{}", result.ending());
         for ((name, value), found) in names.into_iter().zip(truth).zip(&result.fit.values) {
-            // Both runs have time errors of 1e-7 at different steps, magnified at most a hundred times.
+            // Both runs have errors of 1e-7 from different time steps, which are amplified at most a hundredfold.
             assert!((found / value - 1.0).abs() < 1e-5, "{name}: {found}");
         }
     }

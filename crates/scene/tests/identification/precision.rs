@@ -6,8 +6,8 @@ use myovib_scene::watch::Watcher;
 use crate::derivatives::{CASES, case};
 use crate::scene;
 
-/// Derivatives by a density are within the tolerance where their errors choose the steps, relative to the largest; with
-/// the steps of the motion alone, which are fewer, they are not.
+/// Checks the derivatives with respect to a density, relative to the largest value: their errors are within the
+/// tolerance if the error test includes them, and above it if only the motion chooses the steps, which are then fewer.
 #[test]
 fn derivatives_in_the_error_test_are_within_its_tolerance() {
     const RTOL: f64 = 1e-4;
@@ -45,7 +45,8 @@ fn derivatives_in_the_error_test_are_within_its_tolerance() {
     assert!(n_tested > n_plain, "{n_tested} {n_plain}");
 }
 
-/// Samples have the interval of the finest observed probe, and include the end of the run in spite of rounding.
+/// Checks that samples have the smallest interval of the observed probes, and include the end of the run in spite of
+/// rounding errors.
 #[test]
 fn samples_have_the_interval_of_the_probes() {
     let folder = tempfile::tempdir().unwrap();

@@ -14,7 +14,7 @@ use rand::{Rng, SeedableRng};
 
 use crate::options;
 
-/// A block between rough plates, of any law. The plates come closer by a fifth.
+/// A block of any law between rough plates, whose distance is reduced by a fifth.
 const BLOCK: &str = r#"
 [time]
 end = 1.0
@@ -52,7 +52,7 @@ quantities = ["u", "p"]
 interval = 0.25
 "#;
 
-/// A layer under a rigid cylinder, with the default contact stiffness, which follows c10.
+/// A layer under a rigid cylinder, with the default contact stiffness, which is proportional to c10.
 const LAYER: &str = r#"
 analysis = "static"
 [time]
@@ -102,8 +102,8 @@ fn written(folder: &Path, text: &str, keys: &[&str]) -> PathBuf {
     path
 }
 
-/// Compares the derivatives of `run` with differences of order 4 between runs at other values, whose steps decrease until they
-/// agree to `tolerance`, relative to the largest value of the output over its parameter. Returns the number of nonzero
+/// Compares the derivatives of `run` with difference quotients of order 4, whose steps decrease until both agree to
+/// `tolerance`, relative to the largest value of the output divided by its parameter. Returns the number of nonzero
 /// derivatives.
 fn derivatives_are_limits(
     scene: &Parameterized,
@@ -152,13 +152,14 @@ fn derivatives_are_limits(
     nonzero
 }
 
-/// Removes the shear force of the plates, which is zero by symmetry.
+/// Excludes the shear force of the plates, which is zero by symmetry.
 fn without_zero(mut outputs: Vec<Output>) -> Vec<Output> {
     outputs.retain(|output| output.name != "plate.R_x");
     outputs
 }
 
-/// Reactions, displacements and pressures by constants of the material, compressibility and the distance of the plates.
+/// Checks derivatives of reactions, displacements and pressures with respect to constants of the material,
+/// compressibility and the distance of the plates.
 #[test]
 fn equilibria_have_the_derivatives_of_their_differences() {
     let folder = tempfile::tempdir().unwrap();
@@ -177,13 +178,14 @@ fn equilibria_have_the_derivatives_of_their_differences() {
             .unwrap()
             .0
     };
-    // Truncation is a few (0.01)⁴; equilibria converge to rounding, about 1e-12 of the outputs, over steps of 1e-2.
+    // The truncation error is a few times (0.01)⁴. Equilibria converge to rounding errors, about 1e-12 of the outputs,
+    // which are divided by steps of 1e-2.
     let nonzero = derivatives_are_limits(&scene, 1e-9, run);
-    // All outputs depend on all parameters, except at the load 0.
+    // All outputs depend on all parameters, except at the load factor 0.
     assert_eq!(nonzero, 2 * outputs.len() * keys.len());
 }
 
-/// The force of an indenter by c10 and the compressibility.
+/// Checks derivatives of the force of an indenter with respect to c10 and the compressibility.
 #[test]
 fn contact_forces_have_the_derivatives_of_their_differences() {
     let folder = tempfile::tempdir().unwrap();
@@ -191,7 +193,7 @@ fn contact_forces_have_the_derivatives_of_their_differences() {
     let path = written(folder.path(), LAYER, &keys);
     let scene = Parameterized::load(&path, &[]).unwrap();
     let mut outputs = outputs(&scene.scene).unwrap();
-    // The area is a sum over points in contact.
+    // The contact area is a sum over points in contact, so it is not differentiable.
     outputs.retain(|output| !output.name.ends_with("area"));
     let run = |values: &[f64], with| {
         let loads = [0.5, 1.0];
@@ -243,7 +245,8 @@ fn check_quasi_static_derivatives(text: &str, keys: &[&str]) {
     assert_eq!(nonzero, 4 * outputs.len() * keys.len());
 }
 
-/// Writes the outputs of a scene at its own values, as its run samples them, with noise of the given deviation.
+/// Writes the outputs of a scene at its own parameter values, at the times at which its run samples them, with noise of
+/// the given standard deviation.
 fn measure(path: &Path, set: &[&str], deviation: f64, file: &Path) {
     let set: Vec<String> = set.iter().map(|text| (*text).to_owned()).collect();
     let scene = Parameterized::load(path, &set).unwrap();
@@ -254,7 +257,7 @@ fn measure(path: &Path, set: &[&str], deviation: f64, file: &Path) {
     for sample in &curves.samples {
         write!(text, "{}", sample.t).unwrap();
         for value in &sample.values {
-            // The sum of twelve uniform numbers is nearly normal, of variance 1.
+            // The sum of twelve uniform random numbers has variance 1 and is nearly normally distributed.
             let normal: f64 = (0..12).map(|_| rng.random_range(-0.5..0.5)).sum();
             write!(text, ",{:e}", value + deviation * normal).unwrap();
         }
@@ -263,7 +266,8 @@ fn measure(path: &Path, set: &[&str], deviation: f64, file: &Path) {
     std::fs::write(file, text).unwrap();
 }
 
-/// Compression and relaxation of one material, each computed at the true values with normal noise.
+/// Fits compression and relaxation of one material together; both are computed at the true values and have normally
+/// distributed noise.
 #[test]
 fn paths_and_relaxation_are_fitted_together_within_their_intervals() {
     let folder = tempfile::tempdir().unwrap();
@@ -291,7 +295,7 @@ fn paths_and_relaxation_are_fitted_together_within_their_intervals() {
     written(folder.path(), &rough, &keys);
     let found = compute(&options(path, experiments.into())).unwrap();
     assert_eq!(found.outcome(), Outcome::Converged);
-    // A seed at which the 95 % intervals of all parameters cover the true values.
+    // With this seed, the 95 % intervals of all parameters contain the true values.
     for ([low, high], exact) in found
         .uncertainty
         .intervals(0.95)

@@ -1,4 +1,4 @@
-//! ∂y_0/∂p against differences of consistent starts, and what follows from it.
+//! Compares ∂y_0/∂p with differences of consistent initial values, and checks results that depend on it.
 
 use myovib_model::sensitivity::Stencil;
 use myovib_model::{Field, MuscleDae};
@@ -8,7 +8,7 @@ use myovib_scene::watch::Watcher;
 use crate::derivatives::{CASES, case, outputs_agree};
 use crate::{SMALL, scene, set};
 
-/// A force with a value and a rate at the start, and an equilibrium with it.
+/// A force with a nonzero value and a nonzero rate at the start, and an equilibrium under it.
 const LOADED: [&str; 2] = [
     "traction[0].y={ type = \"sum\", of = [20.0, { type = \"sine\", amplitude = 10.0, frequency = 3.0 }] }",
     "initial_state={ type = \"equilibrium\" }",
@@ -17,8 +17,8 @@ const WEIGHT: &str = "[[body_force]]\ny = -9.81\n";
 const RELAXING: &str = "material[0].prony=[{ relative_modulus = 0.5, relaxation_time = 0.02 }]";
 const MOVING: &str = "initial_state={ type = \"velocity\", value = [0.2, 0.1] }";
 
-/// Compares ∂y_0/∂p, block by block, with central differences of recomputed starts; returns the largest entry for each
-/// parameter.
+/// Compares ∂y_0/∂p, block by block, with central differences of recomputed initial values. Returns the largest entry
+/// for each parameter.
 fn starts_agree(it: &Parameterized, case: &str) -> Vec<f64> {
     let values = it.values();
     let body = it.scene.body.as_ref().unwrap();
@@ -50,9 +50,11 @@ fn starts_agree(it: &Parameterized, case: &str) -> Vec<f64> {
                 ours[i] - difference.sum::<f64>()
             });
             let off = largest(&off.collect::<Vec<_>>());
-            // Truncation of the difference is (δ/p)⁴ = 2e-11 of the derivative with factors to 5!. Rounding depends on the
-            // block: 1e-13 for solved equations; κ times the 1e-15 of J − 1; if damping determines only the sum of λ and
-            // β λ̇, the 1e-11 of λ at which their iteration ends, and as much of its differences in time. It is amplified by the weights, 1.5 in sum, over δ here and δ/2 in ours.
+            // The truncation error of the difference is (δ/p)⁴ = 2e-11 of the derivative, times factors up to 5!. The
+            // error of the initial values depends on the block: 1e-13 for solved equations; κ times 1e-15 for J − 1;
+            // and if damping determines only the sum of λ and β λ̇, the error of 1e-11 at which the iteration for λ
+            // ends, and the same error in its difference quotients in time. These errors are multiplied by the sum of
+            // the weights, 1.5, and divided by δ here and by δ/2 in the program.
             let size = |field| {
                 dae.layout()
                     .range(field)
@@ -77,7 +79,7 @@ fn starts_agree(it: &Parameterized, case: &str) -> Vec<f64> {
     (0..values.len()).map(of_parameter).collect()
 }
 
-/// The parameters of a list but κ where it is infinite.
+/// Returns the parameters of a list, without κ if it is infinite.
 fn keys<'k>(all: &[&'k str], kappa: &str) -> Vec<&'k str> {
     let keys = all.iter().copied();
     keys.filter(|key| kappa != "inf" || *key != "solid.bulk_modulus")
@@ -104,7 +106,7 @@ fn equilibria_have_the_derivatives_of_their_differences() {
         let it = Parameterized::load(&path, &[case(one), more].concat()).unwrap();
         let sizes = starts_agree(&it, &format!("{one:?}"));
         for (key, size) in keys.iter().zip(sizes) {
-            // A sine is zero at t = 0; its rate moves pressures of an incompressible, damped body alone.
+            // A sine is zero at t = 0. Its rate only changes pressures of an incompressible body with damping.
             let is_at_rest = key.ends_with("amplitude") && !(one.1 == "inf" && one.2 != "0");
             assert!(size > 0.0 || is_at_rest, "{one:?}, {key}");
         }

@@ -2,7 +2,7 @@
 
 use crate::common::{rows, run};
 
-/// A strip whose left end is shaken by a sine that rises smoothly.
+/// A strip whose left end is shaken by a sine that starts smoothly.
 const SHAKEN: &str = "[time]\nend = 0.4\n[mesh]\ntype = \"rectangle\"\nwidth = 0.1\nheight = 0.02\ncells = [4, 1]\n\
      [solid]\nbulk_modulus = 1e6\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1060.0\nshear_modulus = 1e4\n\
      [[prescribed_displacement]]\ngroup = \"left\"\nx = { type = \"product\", of = [\
@@ -12,7 +12,7 @@ const SHAKEN: &str = "[time]\nend = 0.4\n[mesh]\ntype = \"rectangle\"\nwidth = 0
      [[probe]]\nname = \"end\"\ntype = \"point\"\nat = [0.1, 0.01]\ninterval = 1e-3\nquantities = [\"v\", \"a\"]\n\
      [[probe]]\nname = \"base\"\ntype = \"point\"\nat = [0.0, 0.01]\ninterval = 1e-3\nquantities = [\"v\", \"a\"]\n";
 
-/// The acceleration is the derivative of the velocity, at supports too.
+/// Checks that the acceleration is the derivative of the velocity, also at supports.
 #[test]
 fn accelerations_are_rates_of_velocities() {
     let out = tempfile::tempdir().unwrap();
@@ -24,7 +24,7 @@ fn accelerations_are_rates_of_velocities() {
         assert!(largest > 0.1, "{probe}: {largest}");
         for three in rows.windows(3).skip(10) {
             let slope = (three[2][1] - three[0][1]) / (three[2][0] - three[0][0]);
-            // Central differences over 2 ms of a motion below 20 Hz: (ω h)²/6 = 3e-3.
+            // The error of central differences with an interval of 2 ms, for a motion below 20 Hz: (ω h)²/6 = 3e-3.
             let error = (three[1][3] - slope).abs();
             assert!(
                 error < 1e-2 * largest,

@@ -1,4 +1,4 @@
-//! Runs of a scene's text, and the distance between their results.
+//! Runs of a scene given as text, and the difference between their results.
 
 use std::path::Path;
 

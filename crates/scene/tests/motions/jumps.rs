@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::common::{apart, build, rows, run};
 
-/// A block held on its left.
+/// A block that is fixed on its left.
 const BLOCK: &str = r#"
 [time]
 end = 0.1
@@ -46,9 +46,9 @@ fn finish(text: &str, set: &[&str], out: &Path) {
     assert_eq!(result.document["outcome"], "finished", "{set:?}");
 }
 
-/// Checks that a sudden weight acts like the sudden removal of a support: the body falls from rest.
-/// A weight that ends suddenly releases the body from equilibrium. The energy is balanced in both
-/// cases, and impacts within the run are in the same tables.
+/// Checks that a sudden weight acts like the sudden removal of a support: in both cases the body falls from rest. A
+/// weight that ends suddenly releases the body from equilibrium. In all cases the energy is balanced, and the tables
+/// also contain impacts within the run.
 #[test]
 fn bodies_are_hit_and_released() {
     let folder = tempfile::tempdir().unwrap();
@@ -76,17 +76,15 @@ fn bodies_are_hit_and_released() {
             assert_eq!(motion.len(), 21);
             let most = energy.iter().fold(0.0, |m: f64, row| m.max(row[1]));
             let imbalance = energy.iter().fold(0.0, |m: f64, row| m.max(row[5].abs()));
-            // Radau IIA is of higher order at ends of steps than its estimate: at most the
-            // tolerance of one step. BDF accumulates the errors of about a hundred steps: at most
-            // ten times the tolerance.
+            // At the ends of steps, Radau IIA is more accurate than its error estimate: at most the tolerance of one
+            // step. BDF accumulates the errors of about a hundred steps: at most ten times the tolerance.
             let allowed = if method.ends_with("bdf") { 10.0 } else { 1.0 };
             assert!(
                 imbalance < allowed * RTOL * most,
                 "{name} {method}: {imbalance:e}"
             );
             if let Some(first) = &first {
-                // Ten tolerances for each run by Radau IIA; BDF accumulates the errors of about a
-                // hundred steps.
+                // Ten tolerances for each run by Radau IIA; BDF accumulates the errors of about a hundred steps.
                 let allowed = if method.ends_with("bdf") {
                     1000.0
                 } else {
@@ -157,13 +155,13 @@ fn a_body_with_feedback_is_hit() {
         rows(&out, "end")
     });
     let off = apart(&jump, &steep, 0);
-    // The loads act 0.5 µs later on average. In this time the fastest motion, about 1000 rad/s,
-    // completes a fraction of 5e-4. The second term is ten tolerances.
+    // On average, the loads act 0.5 µs later. In this time the fastest motion, about 1000 rad/s, completes a fraction
+    // of 5e-4. The second term is ten tolerances.
     assert!(off < 5e-4 + 1e-4, "{off:e}");
 }
 
-/// Checks that internal stresses, which are unknowns of BDF and memory of Radau IIA, are continuous
-/// at a jump.
+/// Checks that internal stresses, which are unknowns with BDF and part of the memory of Radau IIA, are continuous at a
+/// jump.
 #[test]
 fn a_body_whose_stress_relaxes_is_hit() {
     let folder = tempfile::tempdir().unwrap();
@@ -185,7 +183,8 @@ fn a_body_whose_stress_relaxes_is_hit() {
         let set = format!("integrator.method={method}");
         finish(&text, &[&load("0"), &set], &out);
         let off = apart(&rows(&steep, "end"), &rows(&out, "end"), 0);
-        // 0.05 µs later on average, about 1000 rad/s: 5e-5; plus the tolerance above.
+        // The loads act 0.05 µs later on average; with about 1000 rad/s this changes the motion by 5e-5. The tolerance
+        // above is added.
         let allowed = if method == "bdf" { 1000.0 } else { 20.0 };
         assert!(off < 5e-5 + allowed * RTOL, "{method}: {off:e}");
     }
@@ -237,7 +236,7 @@ fn bodies_are_swept() {
     let out = |name: &str| folder.path().join(name);
     finish(BLOCK, &[&sweep(5.0, 1.0)], &out("same"));
     finish(BLOCK, &[sine], &out("sine"));
-    // The steps are the same, so the tolerance covers rounding of the load.
+    // Both runs have the same steps, so the tolerance only covers rounding errors of the load.
     let [same, sine] = ["same", "sine"].map(|name| rows(&out(name), "end"));
     assert!(apart(&same, &sine, 1) < 1e-9);
 

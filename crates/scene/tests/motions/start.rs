@@ -6,7 +6,7 @@ use myovib_scene::run::{Existing, RunOptions, compute};
 
 use crate::common::{apart, build, rows, run};
 
-/// A block of two materials under its weight, held on its left.
+/// A block of two materials under its weight, fixed on its left.
 const BLOCK: &str = r#"
 [time]
 end = 0.1
@@ -43,8 +43,8 @@ interval = 0.01
 
 const RTOL: f64 = 1e-6;
 
-/// Checks that a body in equilibrium stays at rest, in any formulation, with κ finite and infinite,
-/// by both integrators. The start must equal the result of the static scene.
+/// Checks that a body in equilibrium stays at rest, in any formulation, with κ finite and infinite, with both
+/// integrators. The start must equal the result of the static scene.
 #[test]
 fn a_body_that_starts_in_equilibrium_stays_there() {
     let folder = tempfile::tempdir().unwrap();
@@ -98,8 +98,7 @@ fn a_body_that_starts_in_equilibrium_stays_there() {
         let sag = at_rest[0][2];
         assert!(sag < -1e-3, "{set:?}: {sag}"); // it bends under its weight by millimeters
         for row in &moving {
-            // Newton's method of the static solver stops at a smaller error than a step's
-            // tolerance.
+            // The Newton iteration of the static solver ends at a smaller error than the tolerance of a step.
             let off = (row[2] - sag).abs() / sag.abs();
             assert!(off < RTOL, "{set:?}: {off:e} at t = {}", row[0]);
         }
@@ -107,7 +106,7 @@ fn a_body_that_starts_in_equilibrium_stays_there() {
     }
 }
 
-/// Kinetic energy ½ m v² with m = 4 kg per meter of depth; the energy is conserved while the body
+/// Checks the kinetic energy ½ m v², with m = 4 kg per meter of depth, and that energy is conserved while the body
 /// swings.
 #[test]
 fn a_body_may_start_with_a_velocity() {
@@ -120,8 +119,8 @@ fn a_body_may_start_with_a_velocity() {
     run(BLOCK, &set, &out);
     let energy = rows(&out, "energy");
     let kinetic = energy[0][1];
-    // The velocity decreases from 0.3 m/s to 0 in the column of elements at the support, so a part
-    // of the mass moves less.
+    // The velocity decreases from 0.3 m/s to 0 within the column of elements at the support, so a part of the mass
+    // moves more slowly.
     let whole = 0.5 * 4.0 * 0.3_f64.powi(2);
     assert!(
         (0.85 * whole..whole).contains(&kinetic),
@@ -130,12 +129,12 @@ fn a_body_may_start_with_a_velocity() {
     let elastic = energy.iter().fold(0.0, |m: f64, row| m.max(row[2]));
     assert!(elastic > 0.5 * kinetic, "{elastic}"); // it swings
     for row in &energy {
-        // About a hundred steps with an error of the tolerance each.
+        // About a hundred steps, each with an error of the tolerance.
         assert!(row[5].abs() < 100.0 * RTOL * kinetic, "{row:?}");
     }
 }
 
-/// Only the nodes of the named group move at the start.
+/// Checks that only the nodes of the named group move at the start.
 #[test]
 fn a_group_may_start_with_a_velocity() {
     let folder = tempfile::tempdir().unwrap();
@@ -197,7 +196,7 @@ fn a_run_goes_on_from_where_another_ended() {
         compute(&scene, &resume).unwrap();
         let off = apart(&whole, &rows(&named("first"), "end"), 1);
         assert!(off < promised, "{kappa}: {off:e}");
-        // A folder without its report is completed again, from the same data.
+        // A folder whose report is missing is completed again, with the same data.
         let again = compute(&scene, &resume).unwrap();
         assert_eq!(again.outcome, Outcome::Finished);
         assert_eq!(rows(&named("first"), "end").len(), whole.len());
@@ -231,7 +230,7 @@ fn internal_stresses_go_on() {
     let off = apart(&whole[5..], &rows(&place("second"), "end"), 1);
     // As above.
     assert!(off < 100.0 * RTOL, "{off:e}");
-    // A body with other Prony terms does not use these stresses and adds a note.
+    // A body with different Prony terms does not use these stresses; a note reports this.
     let more = "material[0].prony=[{ relative_modulus = 0.5, relaxation_time = 0.02 }, { relative_modulus = 0.1, relaxation_time = 1.0 }]";
     for (terms, reported) in [(prony, false), (more, true)] {
         let scene = build(BLOCK, &[terms, swing, from], folder.path()).unwrap();
@@ -279,7 +278,7 @@ fn a_measured_motion_starts_smoothly() {
     let out = folder.path().join("smooth");
     compute(&scene(&smooth), &RunOptions::into_folder(&out)).unwrap();
     let rows = rows(&out, "end");
-    // After the rise: the value of the table itself, up to its last knot.
+    // After the rise, the value of the table itself is used, up to the last row.
     let (last, own) = (rows.last().unwrap(), 1e-3 * (1.3 + 3.1_f64.cos()));
     assert!((last[2] - own).abs() < 1e-12, "{last:?} instead of {own}");
 }
@@ -327,7 +326,7 @@ fn a_condition_ends_a_run_inside_a_step() {
             );
         }
     }
-    // det F anywhere: a tighter bound ends the run earlier.
+    // The condition on det F applies anywhere in the body: a tighter bound ends the run earlier.
     let times = [0.999, 0.99].map(|below| {
         let stop = format!("stop=[{{ type = \"volume\", below = {below} }}]");
         let out = folder.path().join(format!("volume {below}"));

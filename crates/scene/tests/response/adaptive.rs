@@ -10,7 +10,7 @@ use myovib_scene::watch::Watcher;
 
 use super::response;
 
-/// A beam that is pushed at its tip; without damping in the limit of zero `damping` (s).
+/// Returns a beam that is loaded at its tip. With zero `damping` (s), the response is the limit of small damping.
 fn beam(frequencies: &str, damping: f64) -> String {
     format!(
         "analysis = \"response\"\n[response]\nfrequencies = \"{frequencies}\"\n[mesh]\ntype = \"beam\"\nlength = 0.1\n\
@@ -29,7 +29,8 @@ fn peaks<'a>(found: &'a Response, column: &str) -> Vec<&'a Peak> {
         .collect()
 }
 
-/// A fixed grid that resolves the same peaks has more than three times as many frequencies.
+/// Checks adaptive frequencies against a fixed grid that resolves the same peaks with more than three times as many
+/// frequencies.
 #[test]
 fn adaptive_frequencies_find_the_peaks_of_a_fine_grid() {
     let damping = 2e-5;
@@ -42,7 +43,8 @@ fn adaptive_frequencies_find_the_peaks_of_a_fine_grid() {
         let (found, fine) = (peaks(&found, column), peaks(&fine, column));
         assert_eq!(found.len(), fine.len(), "{column}: {found:?} {fine:?}");
         for (a, b) in found.iter().zip(fine) {
-            // Both are interpolated; the accepted error of an amplitude is 1e-4 (adaptive) and 1e-2 (fixed grid).
+            // Both are interpolated. The accepted error of an amplitude is 1e-4 with adaptive frequencies and 1e-2 with
+            // the fixed grid.
             assert!(
                 (a.frequency / b.frequency - 1.0).abs() < 1e-4,
                 "{a:?} {b:?}"
@@ -55,7 +57,7 @@ fn adaptive_frequencies_find_the_peaks_of_a_fine_grid() {
     }
 }
 
-/// Widths of 1e-3 Hz to 0.1 Hz, far below the distance of the first frequencies (9 Hz).
+/// Checks peaks with widths of 1e-3 Hz to 0.1 Hz, far below the spacing of the first frequencies (9 Hz).
 #[test]
 fn narrow_peaks_lie_at_the_natural_frequencies() {
     let damping = 2e-7;
@@ -88,7 +90,7 @@ fn narrow_peaks_lie_at_the_natural_frequencies() {
             (peak.frequency / mode.frequency - 1.0).abs() < width,
             "{peak:?}"
         );
-        // Both are computed to the tolerance of the eigenvalue solver, with different subspaces.
+        // Both are computed to the tolerance of the eigenvalue solver, but with different subspaces.
         assert!(
             (mode.frequency / modes[mode.number - 1] - 1.0).abs() < 1e-9,
             "{peak:?}"

@@ -10,7 +10,7 @@ use myovib_scene::periodic::Periodic;
 use myovib_scene::run::{RunOptions, compute};
 use myovib_scene::watch::ProgressSink;
 
-/// A strip between two clamps, which stiffens when it is deflected.
+/// A strip between two clamps, which becomes stiffer when it is deflected.
 const STRIP: &str = "analysis = \"periodic\"\n[mesh]\ntype = \"rectangle\"\nwidth = 0.05\nheight = 0.002\ncells = [2, 1]\n\
      [solid]\nbulk_modulus = 1e5\nformulation = \"displacement\"\n[[material]]\nlaw = \"neo-hooke\"\ndensity = 1e3\n\
      shear_modulus = 2e4\nviscosity = 10.0\n[[fixed]]\ngroup = \"left\"\n[[fixed]]\ngroup = \"right\"\n[[traction]]\n\
@@ -34,7 +34,8 @@ fn amplitude(found: &Periodic) -> f64 {
     u_y.amplitudes[0]
 }
 
-/// Beyond both folds there is a single state, which shooting also finds without the curve.
+/// Checks that the curve passes both folds. Beyond them there is a single state, which shooting also finds without
+/// following the curve.
 #[test]
 fn the_resonance_curve_of_a_strip_passes_its_folds() {
     let out = tempfile::tempdir().unwrap();
@@ -72,7 +73,7 @@ fn the_resonance_curve_of_a_strip_passes_its_folds() {
     let frequency = format!("traction[0].y.frequency={:?}", last.parameter);
     let alone = found(&[&frequency], tempfile::tempdir().unwrap().path());
     let expected = amplitude(&alone);
-    // Both have the tolerance 1e-4 of the motion.
+    // Both have a tolerance of 1e-4 of the motion.
     assert!((last.amplitudes[u_y] - expected).abs() < 1e-3 * expected);
     let table = std::fs::read_to_string(out.path().join("continuation.csv")).unwrap();
     assert_eq!(Table::parse(&table).unwrap().rows.len(), curve.points.len());

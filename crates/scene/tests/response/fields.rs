@@ -43,7 +43,7 @@ fn fields_have_the_amplitudes_of_probes() {
             .unwrap();
         let expected = column(&found, "middle", "u_x")[k];
         let error = (Complex64::new(re, im) - expected).norm() / expected.norm();
-        // Readings by differences with a step of 1e-5 have rounding errors of 1e-11.
+        // Probe values are difference quotients with a step of 1e-5, which have rounding errors of 1e-11.
         assert!(error < 1e-9, "{error:e}");
         assert_eq!(field("p_re").len(), mesh.points.len());
         assert_eq!(field("p_im").len(), mesh.points.len());

@@ -1,4 +1,4 @@
-//! Derivatives of responses by parameters, and fits of frequency data.
+//! Derivatives of responses with respect to parameters, and fits of frequency data.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,8 @@ use myovib_scene::sensitivity::{
 use myovib_scene::watch::Watcher;
 use rand::{Rng, SeedableRng};
 
-/// A pulled and pressed beam on a foundation, with all dampings, shaken at its fixed end and loaded at its tip.
+/// A beam on a foundation under tension and pressure, with all kinds of damping, shaken at its fixed end and loaded at
+/// its tip.
 const BEAM: &str = r#"analysis = "response"
 [mesh]
 type = "beam"
@@ -102,8 +103,8 @@ fn samples(
     respond(scene, values, outputs, frequencies, with, Watcher::NOBODY).unwrap()
 }
 
-/// Returns the derivatives of the outputs by parameter `j` at each frequency, by differences of order 4 with a relative step,
-/// one-sided if the parameter is 0.
+/// Returns the derivatives of the outputs with respect to parameter `j` at each frequency, by difference quotients of
+/// order 4 with a relative step. They are one-sided if the parameter is 0.
 fn differences(
     scene: &Parameterized,
     j: usize,
@@ -131,9 +132,9 @@ fn differences(
     sums
 }
 
-/// Derivatives by solutions with the same factors against differences of whole responses, each about its own preload. Near
-/// resonances, density and stiffness shift the peaks by a fifth of their width per 1 %: differences converge only with small
-/// steps.
+/// Compares derivatives, which are computed with the factorization of the response, with difference quotients of
+/// complete responses, each about its own preload. Near resonances, density and stiffness shift the peaks by a fifth of
+/// their width per 1 %: differences converge only with small steps.
 #[test]
 fn derivatives_are_limits_of_differences_of_order_four() {
     let folder = tempfile::tempdir().unwrap();
@@ -171,7 +172,8 @@ fn derivatives_are_limits_of_differences_of_order_four() {
                     let pairs = rows.iter().zip(&found);
                     largest(&mut pairs.map(|(row, sample)| row[k] - sample.derivatives[j][k]))
                 });
-                // Readings have errors of 1e-9 of the value. u_x is a thousandth of u_y, whose errors it has.
+                // Probe values have errors of 1e-9 of the value. u_x is a thousandth of u_y and has errors of the size
+                // of those of u_y.
                 let rounding = 2e-6 * size + 1e-9 * value / parameter.scale;
                 assert!(
                     half <= (whole / 10.0).max(rounding) && half <= 1e-5 * size + rounding,
@@ -184,7 +186,8 @@ fn derivatives_are_limits_of_differences_of_order_four() {
     }
 }
 
-/// A rheometer: a block of 1 m in simple shear by 1 m, without inertia, whose face has the force G* per meter of depth.
+/// A rheometer: a block of 1 m in simple shear without inertia. Its face is displaced by 1 m, so that the force on the
+/// face is G* per meter of depth.
 const RHEOMETER: &str = r#"analysis = "response"
 [mesh]
 type = "rectangle"
@@ -254,11 +257,12 @@ fn fit_all(path: &Path, experiments: Vec<(PathBuf, Vec<String>)>) -> FitResult {
     .unwrap()
 }
 
-/// Writes G' and G'' of a springpot at 12 frequencies, by the closed form, with `noise` of their standard deviation of 2 % of
+/// Writes G' and G'' of a springpot at 12 frequencies, from the closed form. The stated standard deviation is 2 % of
+/// |G*|; the added errors are `noise` times as large.
 /// |G*| added.
 fn rheometry([shear, modulus, exponent]: [f64; 3], noise: f64, seed: u64, file: &Path) {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
-    // The sum of twelve uniform numbers is nearly normal, of variance 1.
+    // The sum of twelve uniform random numbers has variance 1 and is nearly normally distributed.
     let mut normal = || (0..12).map(|_| rng.random_range(-0.5..0.5)).sum::<f64>();
     let mut text = String::from("f,storage,loss,storage.noise,loss.noise\n");
     for i in 0..12 {
@@ -289,7 +293,8 @@ fn rheometry_without_noise_gives_its_springpot() {
     }
 }
 
-/// Of 200 twins each parameter's 95 % interval covers in 89 to 99 %: 0.95 ± 4 standard deviations of a share of 200.
+/// Checks the 95 % intervals for 200 synthetic data sets. The interval of each parameter must contain the true value in
+/// 89 to 99 % of them: 0.95 ± 4 standard deviations of a fraction of 200.
 #[test]
 #[ignore = "slow: 200 fits"]
 fn intervals_of_two_hundred_twins_cover_as_often_as_they_say() {
@@ -312,7 +317,8 @@ fn intervals_of_two_hundred_twins_cover_as_often_as_they_say() {
     );
 }
 
-/// A viscous block in shear, by a smooth step of a load and by harmonic loads. Either experiment alone determines both constants.
+/// A viscous block in shear, loaded by a smooth step and by harmonic loads. Either experiment alone determines both
+/// constants.
 const BLOCK: &str = r#"
 [mesh]
 type = "rectangle"

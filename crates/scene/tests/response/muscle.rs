@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::{column, damping, error, number, reference, response};
 
-/// Returns a scene with the material of a case, and the given frequencies instead of the case's.
+/// Returns a scene with the material of a case. The given frequencies, if any, replace the frequencies of the case.
 fn scene(own: &Value, law: &str, rest: &str, range: Option<&str>) -> String {
     let [solid, material] = damping(own["damping"].as_str().unwrap());
     let kappa = own["kappa"].as_f64();
@@ -49,8 +49,8 @@ fn responses(case: &Value) -> impl Iterator<Item = &Value> {
     results.filter(|own| own["damping"] != "static")
 }
 
-/// All integrals are of polynomials of degree ≤ 4, so only rounding errors remain, times the condition
-/// of the matrix near resonances; 11 digits of the reference are trusted.
+/// Checks the muscle at rest. All integrands are polynomials of degree ≤ 4, so only rounding errors remain, amplified
+/// by the condition of the matrix near resonances. 11 digits of the reference are reliable.
 #[test]
 fn muscle_at_rest_has_the_response_of_independent_programs() {
     let case = reference("s13_07_muscle_frf.json");
@@ -70,9 +70,9 @@ fn muscle_at_rest_has_the_response_of_independent_programs() {
     }
 }
 
-/// The law is not polynomial: with a quadrature of degree 4 the six lowest eigenfrequencies about this
-/// state are off by up to 2.3e-9. The response amplifies this by ω/|ω0 − ω|, at most 260 (37 Hz is 0.2 %
-/// from a resonance), and by about 10 at most frequencies.
+/// Checks the stretched muscle, whose law is not polynomial: with a quadrature of degree 4, the six lowest
+/// eigenfrequencies about this state have errors up to 2.3e-9. The response amplifies this by ω/|ω0 − ω|, at most 260
+/// (37 Hz is 0.2 % from a resonance), and by about 10 at most frequencies.
 #[test]
 fn stretched_muscle_has_the_response_of_independent_programs() {
     let case = reference("s13_08_prestressed_frf.json");
@@ -96,8 +96,8 @@ fn stretched_muscle_has_the_response_of_independent_programs() {
     }
 }
 
-/// Peaks between frequencies 0.2 Hz apart have the accuracy of the
-/// stiffness: frequency, amplitude and half-power width.
+/// Checks frequency, amplitude and half-power width of peaks between frequencies with a spacing of 0.2 Hz. Their
+/// accuracy is that of the stiffness.
 #[test]
 fn peaks_of_the_stretched_muscle_are_resolved() {
     let case = reference("s13_08_prestressed_frf.json");
@@ -121,7 +121,7 @@ fn peaks_of_the_stretched_muscle_are_resolved() {
                 (peak.amplitude, "amplitude"),
                 (quality, "Q_half_power"),
             ] {
-                // Twice the largest difference found, 1.3e-8; see above.
+                // Twice the largest difference found, 1.3e-8; the comment on the test derives this error.
                 let error = (found / number(&expected[key]) - 1.0).abs();
                 assert!(error < 3e-8, "{name} {key}: {error:e}");
             }

@@ -51,7 +51,8 @@ fn of<'a>(found: &'a Periodic, name: &str) -> &'a Column {
     columns.iter().find(|column| column.name == name).unwrap()
 }
 
-/// A strain of 3e-4 changes the amplitude by its square. The periodic state has a tolerance of 1e-7.
+/// Checks a small periodic motion. A strain of 3e-4 changes the amplitude by terms of the order of its square. The
+/// periodic state has a tolerance of 1e-7.
 #[test]
 fn a_small_periodic_motion_is_the_harmonic_response() {
     let prony = "viscosity = 2.0\nprony = [{ relative_modulus = 0.3, relaxation_time = 0.01 }]";
@@ -84,7 +85,8 @@ fn a_small_periodic_motion_is_the_harmonic_response() {
     }
 }
 
-/// After 24 periods the transient has decayed to e^{−αt/2} = 1e-26, so the integration alone has errors.
+/// Checks a large periodic motion. After 24 periods the transient has decayed to e^{−αt/2} = 1e-26, so only the
+/// integration has errors.
 #[test]
 fn a_large_periodic_motion_is_the_settled_motion() {
     let text = body("bulk_modulus = inf", "", 2000.0);
@@ -100,15 +102,15 @@ fn a_large_periodic_motion_is_the_settled_motion() {
             assert!((own - settled).abs() < 1e-7 * largest, "{own} {settled}");
         }
     }
-    // A modulus that does not depend on the deformation gives no second harmonic along the load.
+    // If the modulus does not depend on the deformation, there is no second harmonic along the load.
     let u = of(&found, "u_x");
     assert!(u.amplitudes[1] > 0.01 * largest);
-    // Multipliers of modes under the damping α: their modulus is e^{−αT/2}, up to the nonlinearity.
+    // Multipliers of modes with the damping α: their modulus is e^{−αT/2}, apart from nonlinear effects.
     let damped = (-0.5 * 100.0 / FREQUENCY).exp();
     assert!((found.spectral_radius / damped - 1.0).abs() < 0.2);
 }
 
-/// A run that restarts from the periodic state continues it.
+/// Checks that a run that restarts from the periodic state continues it.
 #[test]
 fn a_motion_continues_the_periodic_state() {
     let out = tempfile::tempdir().unwrap();
@@ -126,7 +128,7 @@ fn a_motion_continues_the_periodic_state() {
     assert!((first[2] - last[2]).abs() < 1e-5 * largest);
 }
 
-/// A rod whose chain is far from its limit cycle: the chain follows the rod.
+/// Checks a rod with a chain whose amplitude is far below its limit cycle: the chain follows the rod.
 #[test]
 fn a_chain_follows_the_rod_that_drives_it() {
     let text = "[rod]\nelements = 8\nrayleigh_mass = 20.0\n\

@@ -10,7 +10,7 @@ const FREQUENCIES: [f64; 3] = [10.0, 40.0, 70.0];
 
 const RATIOS: [&str; 3] = ["transmissibility", "impedance", "apparent-mass"];
 
-/// A viscous slab on a rigid base, shaken at its upper face, with `n` cells across.
+/// A viscous slab on a rigid base, shaken at its upper face, with `n` cells across its thickness.
 pub(crate) fn slab(n: usize) -> String {
     let width = 0.03 / n as f64;
     let held = ["left", "right", "top"]
@@ -96,7 +96,7 @@ fn errors(n: usize) -> [f64; 3] {
 fn ratios_of_a_slab_converge_to_the_closed_form() {
     let [coarse, fine] = [16, 32].map(errors);
     for ((coarse, fine), name) in coarse.into_iter().zip(fine).zip(RATIOS) {
-        // Quadratic elements: order 3 at points, 4 of the force.
+        // Quadratic elements: displacements at points have order 3, the force has order 4.
         assert!(
             fine < 1e-4 && fine < coarse / 7.0,
             "{name}: {coarse:e} {fine:e}"

@@ -1,4 +1,4 @@
-//! Scenes without a response: one error each, at the key to change.
+//! Scenes for which a response cannot be computed: each gives one error, at the key to change.
 
 use std::path::Path;
 
@@ -67,7 +67,7 @@ fn invalid_responses_are_refused_at_their_key() {
         ),
         (&["response.frequencies=1..2"], "--set response.frequencies"),
         (&["response.frequencies=fast"], "--set response.frequencies"),
-        // Free to slide along x, so 0 Hz has no solution.
+        // The body can slide along x, so there is no solution at 0 Hz.
         (
             &[
                 "response.frequencies=[0.0, 1.0]",
@@ -111,7 +111,8 @@ fn invalid_responses_are_refused_at_their_key() {
     }
 }
 
-/// Without the supports along x a motion remains, but not a singular matrix above 0 Hz.
+/// Checks that a body without supports along x has a response above 0 Hz: a rigid motion remains, but the matrix is not
+/// singular.
 #[test]
 fn free_bodies_respond_above_zero() {
     assert_eq!(refusal(&["fixed[0].components=[\"y\"]"]), None);

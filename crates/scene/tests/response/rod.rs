@@ -1,4 +1,4 @@
-//! The paper's rod: closed form of ten linear elements.
+//! The paper's rod: the response of ten linear elements in closed form.
 
 use num_complex::Complex64;
 

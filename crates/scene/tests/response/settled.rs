@@ -1,4 +1,4 @@
-//! The response equals the settled amplitude of a motion under a small load, in all formulations.
+//! Checks that the response equals the settled amplitude of a motion under a small load, in all formulations.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -11,13 +11,13 @@ use num_complex::Complex64;
 use crate::{column, error, response};
 
 const FREQUENCY: f64 = 20.0;
-/// Periods until the transient has decayed to e^{−αt/2} = 2e-9 (α = 50 1/s; no mode is overdamped).
+/// Number of periods until the transient has decayed to e^{−αt/2} = 2e-9 (α = 50 1/s; no mode is overdamped).
 const PERIODS: usize = 16;
-/// Samples of the period after that.
+/// Number of samples of the following period.
 const SAMPLES: usize = 16;
 
-/// Returns a body pulled along y with a strain of about 1e-4, so that nonlinear terms, of third
-/// order in the strain, change the amplitude by 1e-8.
+/// Returns a body pulled along y with a strain of about 1e-4. Nonlinear terms are of third order in the strain and
+/// change the amplitude by 1e-8.
 fn scene(mesh: &str, solid: &str, size: f64) -> String {
     let every = 1.0 / (FREQUENCY * SAMPLES as f64);
     let end = (PERIODS + 1) as f64 / FREQUENCY;

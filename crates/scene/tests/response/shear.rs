@@ -19,7 +19,7 @@ fn material(name: &str) -> [&'static str; 2] {
             "",
             "shear_modulus = 20400.0\nprony = [{ relative_modulus = 0.3, relaxation_time = 0.05 }, { relative_modulus = 0.2, relaxation_time = 0.002 }]",
         ],
-        // A plain springpot: the modulus of the law is below rounding errors.
+        // A single springpot: the modulus of the law is below rounding errors.
         "springpot" => [
             "",
             "shear_modulus = 1e-13\nspringpot = { modulus = 5000.0, viscosity = 1.0, exponent = 0.25 }",
@@ -32,11 +32,11 @@ fn material(name: &str) -> [&'static str; 2] {
     }
 }
 
-/// Frequencies of the case up to 70 Hz, and the others, whose waves are up to five times shorter.
+/// Frequencies of a case up to 70 Hz. The waves of the remaining frequencies are up to five times shorter.
 const LONG_WAVES: Range<usize> = 0..4;
 const SHORT_WAVES: Range<usize> = 4..6;
 
-/// Returns the errors of the slab with `n` cells across, relative to the exact value: of displacements at points, and of the
+/// Returns the relative errors of the slab with `n` cells across its thickness: of displacements at points, and of the
 /// traction at the face.
 fn errors(
     case: &Value,
@@ -124,7 +124,7 @@ fn slab_in_shear_converges_to_the_closed_form() {
                 let errors = errors(&reference, name, case, LONG_WAVES, n);
                 largest(&errors.concat())
             });
-            // Twice the largest error found; a factor of 8 = 2³ in the limit.
+            // Twice the largest error found. In the limit, the errors decrease by a factor of 8 = 2³.
             assert!(fine < 2.5e-4, "{name} {case:?}: {fine:e}");
             let ratio = coarse / fine;
             assert!((7.5..10.0).contains(&ratio), "{name} {case:?}: {ratio}");
@@ -132,11 +132,12 @@ fn slab_in_shear_converges_to_the_closed_form() {
     }
 }
 
-/// The error of a displacement at a point is A h³ + B h⁴ with complex A and B: h³ is the order of the interpolation by
-/// quadratic elements, and the error of the wavelength, of order h⁴, accumulates over the wavelengths from the face. For
-/// short waves B h is as large as A on all of these meshes, so neither order is observed alone: where both terms cancel, the
-/// error falls by any factor. Extrapolation of two meshes removes the first term, and the rest falls by 16. The traction at
-/// the face is the balance of forces of the whole slab, without the error of the interpolation; it falls by 16, too.
+/// Checks short waves. The error of a displacement at a point is A h³ + B h⁴ with complex A and B: h³ is the order of
+/// the interpolation by quadratic elements, and the error of the wavelength, of order h⁴, accumulates over the
+/// wavelengths from the face. For short waves B h is as large as A on all of these meshes, so neither order can be
+/// observed alone: where both terms cancel, the error may decrease by any factor. Extrapolation from two meshes removes
+/// the first term, and the remainder decreases by a factor of 16. The traction at the face follows from the balance of
+/// forces of the whole slab, without interpolation errors, so its error also decreases by a factor of 16.
 #[test]
 fn short_waves_converge_to_the_closed_form() {
     let reference = reference("s13_01_shear_slab.json");
@@ -159,7 +160,8 @@ fn short_waves_converge_to_the_closed_form() {
             let face = [face[0].clone(), face[1].clone()];
             for [coarse, fine] in [points, face] {
                 for (coarse, fine) in coarse.iter().zip(&fine) {
-                    // Below 1e-8, B is near zero or the value is prescribed, and smaller terms and rounding appear.
+                    // Below 1e-8, B is near zero or the value is prescribed, so that smaller terms and rounding errors
+                    // dominate.
                     let ratio = coarse.norm() / fine.norm();
                     let is_of_order_4 = (15.0..17.5).contains(&ratio) || coarse.norm() < 1e-8;
                     assert!(is_of_order_4, "{name} {case:?}: {coarse:e} {ratio}");

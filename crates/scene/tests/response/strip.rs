@@ -1,4 +1,4 @@
-//! A simply supported strip: exact elasticity solution, with a rigid motion that supports leave.
+//! Exact elasticity solution for a simply supported strip, including the rigid motion that its supports allow.
 
 use num_complex::Complex64;
 use serde_json::Value;
@@ -45,7 +45,7 @@ fn largest_errors(case: &Value, own: &Value, cells: [usize; 2]) -> [f64; 2] {
     })
 }
 
-/// Displacements converge with h³ or faster, pressures with h², the order of their functions.
+/// Checks that displacements converge with h³ or faster and pressures with h², the orders of their shape functions.
 #[test]
 fn strip_converges_to_the_exact_solution() {
     let case = reference("s13_06_strip.json");

@@ -120,8 +120,8 @@ fn the_weight_of_a_bar_bends_it_as_published() {
     }
 }
 
-/// Checks the pressure output of a law without separate pressure: the negative mean stress, as for
-/// all laws that separate isochoric and volumetric parts.
+/// Checks the pressure output of a law in which pressure is not separate: the negative mean stress, as for all laws
+/// that separate isochoric and volumetric parts.
 #[test]
 fn the_pressure_of_a_law_without_one_is_the_mean_of_its_stress() {
     let text = BAR
@@ -142,11 +142,10 @@ fn the_pressure_of_a_law_without_one_is_the_mean_of_its_stress() {
     assert!((of("p") + sum / 3.0).abs() < 8.0 * f64::EPSILON * sum.abs());
 }
 
-/// Checks CSM3: released from rest, the bar swings without damping. The published mean and
-/// amplitude are -63.607e-3 and 65.160e-3 with 1.0995 Hz for steps of 0.005 s. For steps of 0.02 s
-/// and a coarser mesh they are -64.271e-3 and 64.595e-3 with 1.0956 Hz. The test compares the
-/// smallest u_y and the frequency. The largest u_y, 0 at first, depends on the phase of faster
-/// modes.
+/// Checks CSM3, in which the bar is released from rest and swings without damping. The published mean and amplitude are
+/// -63.607e-3 and 65.160e-3 with 1.0995 Hz for steps of 0.005 s. For steps of 0.02 s and a coarser mesh they are
+/// -64.271e-3 and 64.595e-3 with 1.0956 Hz. The test compares the smallest u_y and the frequency. The largest u_y, 0 at
+/// first, depends on the phase of faster modes.
 #[test]
 fn a_bar_let_go_swings_as_published() {
     let moving = BAR.replace(

@@ -1,4 +1,4 @@
-//! Chains at many places of a body: drive, output and errors.
+//! Chains at many places of a body: forcing, output and error messages.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -247,7 +247,7 @@ fn neighborhoods(points: &[[f64; 3]], found: &[Coherence], radius: f64) -> Vec<f
 fn assert_near(found: &[f64], expected: &[f64], what: &str) {
     assert_eq!(found.len(), expected.len(), "{what}");
     for (a, b) in found.iter().zip(expected) {
-        // Sums of at most about a hundred numbers of size 1, in another order.
+        // Sums of up to about a hundred numbers of size 1, in another order.
         assert!((a - b).abs() < 1e-13 * b.abs().max(1.0), "{what}: {a} {b}");
     }
 }
@@ -262,7 +262,7 @@ fn fields_have_the_coherence_of_places_and_of_their_neighborhoods() {
         panic!("three chains")
     };
 
-    // Separate points: both chains outside elements, one after the other.
+    // Separate points for both chains outside elements, one chain after the other.
     let places = read("places_00001.vtu");
     assert!(read("places.pvd").contains("places_00001.vtu"));
     let points = vtu::read_field(&places, "points").unwrap();
@@ -281,7 +281,7 @@ fn fields_have_the_coherence_of_places_and_of_their_neighborhoods() {
     let found = of_places(folder.path(), nodes);
     let moduli: Vec<f64> = found.iter().map(|place| place.centroid.norm()).collect();
     assert_near(&of("amplitude")[..n], &moduli, "amplitude");
-    // A single oscillator is always coherent; the neighborhood is significant.
+    // A single oscillator is always coherent, so only the coherence of the neighborhood is meaningful.
     assert_near(&of("coherence")[..n], &vec![1.0; n], "coherence");
     let expected = neighborhoods(&points[..n], &found, 0.025);
     assert_near(&of("neighborhood")[..n], &expected, "neighborhood");
@@ -289,7 +289,7 @@ fn fields_have_the_coherence_of_places_and_of_their_neighborhoods() {
     assert!(of("neighborhood")[n..].iter().all(|chi| chi.is_nan()));
     assert_eq!(of("u").len(), 3 * points.len());
 
-    // On the elements, next to the coherence of each element.
+    // Fields on the elements, in addition to the coherence of each element.
     let fields = read("fields_00001.vtu");
     let of = |name: &str| {
         let field = vtu::read_field(&fields, name).unwrap();
@@ -468,7 +468,7 @@ fn places_and_directions_that_cannot_be_are_refused() {
             assert!(found.contains(message), "{to}: {found}");
         }
     }
-    // A region takes all elements of the group.
+    // The region contains all elements of the group.
     let region =
         "[[region]]\nname = \"all\"\ncenter = [0.0, 0.0, 0.0]\nradii = [9.0, 9.0, 9.0]\n[solid]";
     let text = BOX.replacen("group = \"body\"", "group = \"left\"", 1);

@@ -1,4 +1,4 @@
-//! Chains in the elements of a group: drive, output and errors.
+//! Chains in the elements of a group: forcing, output and error messages.
 
 use std::path::Path;
 
@@ -59,7 +59,7 @@ fn each_element_of_a_group_has_a_chain_with_its_own_frequencies() {
     let (places, omega) = (elements.len(), &scene.chains[0].chain.omega);
     assert!(places > 10 && places < space.n_elements(), "{places}");
     assert_eq!(omega.len(), 4 * places);
-    // One seed for all places: the first frequencies equal the frequencies of a single chain.
+    // All places share one seed, so the first frequencies are those of a single chain.
     let single = SCENE.replacen("{ elements = \"muscle\" }", "[0.0, 0.0, 0.0]", 1);
     let single = Scene::build("scene.toml", &single, &[], Path::new("")).unwrap();
     assert_eq!(omega[..4], single.chains[0].chain.omega);
@@ -163,8 +163,8 @@ fn chains_stiffen_and_contract_the_elements_they_are_in() {
 const PRONY: &str = "prony = [{ relative_modulus = 0.5, relaxation_time = 0.02 }]\n";
 const FEEDBACK: &str = "[[feedback]]\nchain = \"spindles\"\nat_zero_coherence = 1.5\n";
 
-/// Returns displacement and tension of the middle at the end: by Radau IIA, by BDF, which must
-/// agree, and without relaxation.
+/// Returns displacement and tension in the middle at the end: with Radau IIA and with BDF, which must agree, and
+/// without relaxation.
 fn with_and_without_relaxation(text: &str) -> [Vec<f64>; 2] {
     let probe = "[[probe]]\nname = \"middle\"\ntype = \"point\"\nat = [0.0, 0.0, 0.0]\n\
                  quantities = [\"u\", \"tension\"]\ninterval = 0.06\n";
@@ -184,7 +184,7 @@ fn with_and_without_relaxation(text: &str) -> [Vec<f64>; 2] {
     let elastic = last(&text.replacen(PRONY, "", 1), "radau5");
     let [radau, bdf] = ["radau5", "bdf"].map(|method| last(text, method));
     for (i, (radau, bdf)) in radau.iter().zip(&bdf).enumerate() {
-        // A thousand times the tolerance: the errors of BDF's many steps accumulate.
+        // A thousand times the tolerance, because the errors of the many steps of BDF accumulate.
         let size = if i < 3 { length(&elastic) } else { 2e4 };
         assert!((radau - bdf).abs() < 1e-3 * size, "{i}: {radau} {bdf}");
     }
@@ -195,8 +195,8 @@ fn length(of: &[f64]) -> f64 {
     of[..3].iter().map(|u| u * u).sum::<f64>().sqrt()
 }
 
-/// Internal stresses are unknowns of the body, and oscillators are still eliminated, whether they
-/// are in contracting elements or at one point. Checks that two methods agree.
+/// Checks that two methods agree for a contracting body with relaxation. Internal stresses are unknowns of the body,
+/// and oscillators are still eliminated, both in contracting elements and at one point.
 #[test]
 fn chains_contract_a_body_whose_stress_relaxes() {
     let relaxing = format!("fiber = \"fiber\"\n{PRONY}");
@@ -218,9 +218,8 @@ fn chains_contract_a_body_whose_stress_relaxes() {
     }
 }
 
-/// Oscillators at many places contract a viscous body with stress relaxation. Checks the energy
-/// balance, which includes the powers of tensions that follow the oscillators and of the internal
-/// stresses.
+/// Checks the energy balance of a viscous body with stress relaxation that is contracted by oscillators at many places.
+/// The balance includes the powers of tensions that follow the oscillators and of the internal stresses.
 #[test]
 fn chains_and_stress_that_relaxes_keep_the_balance_of_energy() {
     const RTOL: f64 = 1e-5;
@@ -247,8 +246,7 @@ fn chains_and_stress_that_relaxes_keep_the_balance_of_energy() {
         };
         let [work, dissipated, imbalance] = [3, 4, 5].map(largest);
         assert!(dissipated > 0.2 * work, "{dissipated:e} {work:e}");
-        // The tolerance of one step: Radau IIA is of higher order at ends of steps than its
-        // estimate.
+        // The tolerance of one step, because at the ends of steps Radau IIA is more accurate than its error estimate.
         assert!(imbalance < RTOL * work, "{method}: {imbalance:e} {work:e}");
     }
 }

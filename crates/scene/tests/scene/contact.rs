@@ -62,8 +62,8 @@ pub(crate) fn pressed(head: &str, contact: &str) -> String {
     )
 }
 
-/// The exact force per depth is ζ (λ − λ⁻³) b for the stretch λ of the block; the plate and the top
-/// differ by the penetration. The state is homogeneous, so only the convergence of Newton's method remains.
+/// Checks the exact force per depth, ζ (λ − λ⁻³) b for the stretch λ of the block. The plate and the top differ by the
+/// penetration. The state is homogeneous, so only the error of Newton's method remains.
 #[test]
 fn a_plate_compresses_a_block_by_the_exact_force() {
     for stiffness in ["", "stiffness = 1e9"] {
@@ -78,7 +78,8 @@ fn a_plate_compresses_a_block_by_the_exact_force() {
         let exact = 1e4 * (stretch - stretch.powi(-3)) * 0.02;
         assert!((last(&plate, "F_y") - exact).abs() < 1e-8 * exact.abs());
         assert!((last(&plate, "area") - 0.02).abs() < 1e-12);
-        // A hundredth of the facet at a pressure of one shear modulus; here it is 1.2 shear moduli.
+        // The penetration is a hundredth of the facet size at a pressure of one shear modulus; here the pressure is 1.2
+        // shear moduli.
         assert!(
             (0.0..1.3e-2 * 0.02 / 6.0).contains(&penetration),
             "{penetration}"
@@ -89,7 +90,7 @@ fn a_plate_compresses_a_block_by_the_exact_force() {
 /// Number of cells across the ball.
 const ACROSS: usize = 6;
 
-/// A disk with a radius of 10 mm; the group `surface` is its boundary.
+/// Returns a disk with a radius of 10 mm; the group `surface` is its boundary.
 fn disk() -> String {
     let mut lattice = Lattice::new(2, |at: [usize; 2]| {
         // Concentric squares become circles.
@@ -108,7 +109,7 @@ fn disk() -> String {
     let (mut surface, mut triangles) = (Vec::new(), Vec::new());
     for (i, j) in (0..ACROSS).flat_map(|i| (0..ACROSS).map(move |j| (i, j))) {
         let [a, b, c, d] = [[0, 0], [2, 0], [2, 2], [0, 2]].map(|[x, y]| [2 * i + x, 2 * j + y]);
-        // Diagonals that end at the corners of the square.
+        // The diagonals end at the corners of the square.
         let halves = match (2 * i < ACROSS) == (2 * j < ACROSS) {
             true => [[a, b, c], [a, c, d]],
             false => [[a, b, d], [b, c, d]],
@@ -154,8 +155,9 @@ fn largest(loads: &[f64]) -> f64 {
     loads.iter().fold(0.0, |most, load| most.max(*load))
 }
 
-/// Regression: steps below 1/1024 of the load counted as failed, although the touching disk yields to smaller ones, so that 0.8 % to
-/// 98 % of the largest load were reached, depending on `steps`. By arc length, the path began without a direction.
+/// Regression: steps below 1/1024 of the load counted as failed, although smaller steps succeed when the disk is just
+/// touched. Depending on `steps`, only 0.8 % to 98 % of the largest load were reached. With arc length, the path had no
+/// initial direction.
 ///
 /// The last steps change displacement gradients by 2e-4, and at its maximum the load changes by the square of this.
 #[test]
@@ -203,8 +205,8 @@ fn bounce(rtol: f64) -> [f64; 2] {
     let kinetic = column(&energy, "kinetic")[0];
     let imbalance = column(&energy, "imbalance");
     let imbalance = imbalance.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
-    // A plane at rest does no work; between steps, forces are not balanced exactly. At its largest, the energy of the
-    // contact is 2 % of the kinetic energy.
+    // A plane at rest does no work, apart from forces that are not balanced exactly between steps. The maximum energy
+    // of the contact is 2 % of the kinetic energy.
     let work = column(&energy, "work");
     let work = work.iter().fold(0.0_f64, |m, work| m.max(work.abs()));
     assert!(work < rtol.max(1e-3) * kinetic, "{work} {kinetic}");
@@ -214,8 +216,8 @@ fn bounce(rtol: f64) -> [f64; 2] {
     ]
 }
 
-/// The energy of the penetration is stored energy, so that the balance is closed during the contact too. The ball keeps a part of
-/// its energy as vibration; the restitution converges as the tolerance decreases.
+/// Checks that the energy of the penetration is part of the stored energy, so that energy is balanced during the
+/// contact, too. The ball retains some energy as vibration, and the restitution converges as the tolerance decreases.
 #[test]
 fn a_ball_that_bounces_keeps_its_energy() {
     let [exact, _] = bounce(1e-5);
@@ -223,7 +225,7 @@ fn a_ball_that_bounces_keeps_its_energy() {
     for rtol in [1e-2, 1e-3, 1e-4] {
         let [restitution, imbalance] = bounce(rtol);
         let error = (restitution - exact).abs();
-        // An order of 9 keeps well below its tolerance.
+        // The error of order 9 is well below its tolerance.
         assert!(
             error < 0.1 * rtol && imbalance < rtol,
             "{rtol}: {error:e}, {imbalance:e}"
@@ -231,7 +233,8 @@ fn a_ball_that_bounces_keeps_its_energy() {
     }
 }
 
-/// A plate that moves does work: it compresses a block and releases it again. The imbalance is below the tolerance.
+/// Checks the work of a moving plate that compresses a block and releases it again. The imbalance of the energy is
+/// below the tolerance.
 #[test]
 fn a_moving_plate_does_work() {
     let motion = "y = { type = \"sine\", amplitude = -1e-3, frequency = 20.0 }";
@@ -248,7 +251,7 @@ fn a_moving_plate_does_work() {
     assert!(last(&energy, "work") < 0.5 * work);
 }
 
-/// Static scene of the block, compressible, under a plate and beside a round wall, with the motion of each.
+/// Returns a static scene of a compressible block between a plate and a round wall, with the given motion of each.
 fn between_plates(loads: &str, plate: &str, wall: &str) -> String {
     let wall = format!(
         "[[contact]]\ngroup = \"right\"\ntype = \"sphere\"\ncenter = [0.04, 0.005]\nradius = 0.02\n{wall}\n\
@@ -262,7 +265,8 @@ fn between_plates(loads: &str, plate: &str, wall: &str) -> String {
         + &wall
 }
 
-/// The same states follow from the displacements of two obstacles and from their forces, to the tolerance of Newton's method.
+/// Checks that the displacements of two obstacles and their forces lead to the same states, up to the tolerance of
+/// Newton's method.
 #[test]
 fn obstacles_under_forces_follow_the_same_curve_as_under_displacements() {
     let parts = [0.25, 0.5, 0.75, 1.0];
@@ -298,7 +302,7 @@ fn obstacles_under_forces_follow_the_same_curve_as_under_displacements() {
     }
 }
 
-/// A ball under its force reaches the state under its displacement, from a place above the body.
+/// Checks that a ball above the body reaches the same state under its force as under its displacement.
 #[test]
 fn a_ball_under_a_force_indents_as_deep_as_under_a_displacement() {
     let scene = |motion: &str| {
@@ -323,8 +327,8 @@ fn a_ball_under_a_force_indents_as_deep_as_under_a_displacement() {
     }
 }
 
-/// Regression: the default stiffness followed a parameter in the reading of the contact force, but not in the equations, and
-/// the derivative of the force was twice the difference quotient.
+/// Regression: the default stiffness depended on a parameter in the output of the contact force, but not in the
+/// equations, so that the derivative of the force was twice the difference quotient.
 #[test]
 fn sensitivities_need_a_given_contact_stiffness() {
     let scene = |contact: &str| {
@@ -379,7 +383,8 @@ fn forces_of_obstacles_are_checked() {
     }
 }
 
-/// A disk in front of the group may move toward it, and not away from it: its far side would touch the body from inside.
+/// Checks that a disk in front of the group may move toward it, but not away from it, because its far side would touch
+/// the body from inside.
 #[test]
 fn a_disk_that_moves_away_is_refused() {
     let disk = |direction: f64| {

@@ -1,5 +1,5 @@
-//! Equilibria: exact solutions with zero displacement or pressure, a column that buckles, and a
-//! published ventricle.
+//! Equilibria: exact solutions with zero displacement or pressure, a column that buckles, and a published benchmark of
+//! a ventricle.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -24,7 +24,8 @@ fn result(run: &RunResult, probe: &str, column: &str) -> f64 {
     run.document["results"][probe][column].as_f64().unwrap()
 }
 
-/// Regression: no increment was small relative to a displacement, or a pressure, equal to zero.
+/// Regression: the iteration did not converge if a displacement or a pressure is zero, because no increment is small
+/// relative to it.
 #[test]
 fn displacements_and_pressures_that_are_zero_are_found() {
     let confined: String = [
@@ -112,9 +113,9 @@ fn the_search_for_an_equilibrium_reports_progress() {
     assert_eq!(reported(&moving).1, lines);
 }
 
-/// Euler's load of a clamped column in plane strain is π² 4G I/(4 L²), here a traction of 3.3 Pa.
-/// Further modes buckle at 9 and 25 times this load. The straight column is an equilibrium for all
-/// loads.
+/// Checks a column beyond its buckling loads. Euler's load of a clamped column in plane strain is π² 4G I/(4 L²), here
+/// a traction of 3.3 Pa. Further modes buckle at 9 and 25 times this load. The straight column is an equilibrium for
+/// all loads.
 #[test]
 fn a_column_beyond_the_loads_that_buckle_it_is_said_to_be_unstable() {
     let euler = PI * PI / 4.0 * 4e4 * 0.02_f64.powi(2) / 12.0;
@@ -250,9 +251,9 @@ fn msh(points: &[[f64; 3]], groups: &[Vec<Vec<usize>>]) -> String {
     text + "$EndElements\n"
 }
 
-/// Land et al. 2015, problem 2. Another program (FEniCS pulse, its pull request 98) gives an apex
-/// displacement of 26.53 mm inside and 28.18 mm outside. With three cells across and 24 along, our
-/// values are 26.51 and 28.46. The complete law collapses on meshes of two or more cells across.
+/// Checks problem 2 of Land et al. 2015. Another program (FEniCS pulse, its pull request 98) gives an apex displacement
+/// of 26.53 mm inside and 28.18 mm outside. With three cells across and 24 along, our values are 26.51 and 28.46. The
+/// complete law collapses on meshes of two or more cells across.
 #[test]
 fn an_inflated_ventricle_is_that_of_the_benchmark() {
     let folder = tempfile::tempdir().unwrap();
@@ -265,15 +266,15 @@ fn an_inflated_ventricle_is_that_of_the_benchmark() {
                 [[probe]]\nname = \"outside\"\ntype = \"point\"\nat = [0.0, 0.0, -0.02]\n";
     let found = run(text, folder.path());
     let apex = |probe: &str, rest: f64| rest - 1e3 * result(&found, probe, "u_z");
-    // Mesh error: 0.7 % from the finer mesh inside and 0.01 % outside; the programs differ by 1 %
+    // The mesh error is 0.7 % inside and 0.01 % outside, estimated with the finer mesh; the programs differ by 1 %
     // outside.
     let (inside, outside) = (apex("inside", 17.0), apex("outside", 20.0));
     assert!((inside / 26.53 - 1.0).abs() < 0.01, "{inside}");
     assert!((outside / 28.18 - 1.0).abs() < 0.015, "{outside}");
 }
 
-/// Regression: results of an earlier run stayed in the folder after a run with `--overwrite` had failed or was interrupted before
-/// its first result. Errors of the input do not change them.
+/// Regression: results of an earlier run remained in the folder after a run with `--overwrite` had failed or was
+/// interrupted before its first result. After an error in the input, they do remain.
 #[test]
 fn no_results_of_an_earlier_run_stay_beside_a_failure() {
     static INTERRUPTED: AtomicBool = AtomicBool::new(true);
@@ -317,7 +318,8 @@ fn no_results_of_an_earlier_run_stay_beside_a_failure() {
     }
 }
 
-/// Regression: the displacement of an equilibrium had to be smooth in time, and a neo-hooke law was documented as mooney-rivlin.
+/// Regression: the displacement of an equilibrium had to be smooth in time, and a neo-hooke law appeared as
+/// mooney-rivlin in the document.
 #[test]
 fn an_equilibrium_takes_its_displacements_at_one_time() {
     let text = "analysis = \"static\"\n[time]\nend = 0.25\n[mesh]\ntype = \"rectangle\"\nwidth = 0.1\nheight = 0.1\ncells = [1, 1]\n\

@@ -11,7 +11,7 @@ const FRICTION: f64 = 0.3;
 /// Slip velocity, m/s.
 const SLIP: f64 = 1e-4;
 
-/// A block of 20 mm by 10 mm, in space with a depth of 10 mm, under a plate.
+/// Returns a block of 20 mm by 10 mm (in space with a depth of 10 mm) under a plate.
 fn block(dimension: usize, head: &str, contact: &str, rtol: f64) -> String {
     let (mesh, point, normal) = match dimension {
         2 => (
@@ -33,8 +33,9 @@ fn block(dimension: usize, head: &str, contact: &str, rtol: f64) -> String {
     )
 }
 
-/// A plate that presses the block and moves to and fro slips, except while it turns. While it slips at the velocity V, all points carry
-/// μ/√(1 + (v₀/V)²) of the pressure. The block has a velocity because this fraction changes, below (v₀/V)² of V.
+/// Checks a plate that presses the block and moves back and forth. It slips except when it reverses. While it slips
+/// with the velocity V, the friction at all points is μ/√(1 + (v₀/V)²) times the pressure. Changes of this factor move
+/// the block itself, but at less than (v₀/V)² times V.
 #[test]
 fn a_dragged_plate_slips_at_the_force_of_coulomb() {
     for (dimension, down) in [(2, "y"), (3, "z")] {
@@ -57,7 +58,7 @@ fn a_dragged_plate_slips_at_the_force_of_coulomb() {
     }
 }
 
-/// A plate that rubs to and fro does work that friction dissipates: the balance of energy is closed.
+/// Checks that the work of a plate that rubs back and forth is dissipated by friction: energy is balanced.
 #[test]
 fn friction_dissipates_the_work_of_the_plate() {
     let contact = format!(
@@ -75,8 +76,9 @@ fn friction_dissipates_the_work_of_the_plate() {
     assert!(imbalance < rtol * work, "{imbalance:e} {work}");
 }
 
-/// Momentum of a block of weight m g that slides on a floor: friction decelerates it by μ times the force of the floor, which is
-/// m (g + dv_y/dt). The slip is above a hundred slip velocities, so that friction is below its limit by less than 1e-4.
+/// Checks the momentum of a block of weight m g that slides on a floor. Friction decelerates it by μ times the force of
+/// the floor, which is m (g + dv_y/dt). The block slides at more than a hundred times the slip velocity, so that
+/// friction is below its limit by less than a fraction of 1e-4.
 #[test]
 fn a_sliding_block_decelerates_by_the_weight_times_friction() {
     let contact = format!("friction = {FRICTION}\nslip_velocity = 1e-3");

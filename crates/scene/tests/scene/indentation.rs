@@ -14,7 +14,7 @@ const SHEAR: f64 = 1e4;
 /// E/(1 − ν²), Pa.
 const MODULUS: f64 = 4.0 * SHEAR;
 
-/// Force on the part of the body in the model, and largest penetration.
+/// Force on the modeled part of the body, and largest penetration.
 struct Indentation {
     force: f64,
     penetration: f64,
@@ -51,12 +51,14 @@ fn moved(group: &str, axis: &str, scale: f64, factor: &str) -> String {
     )
 }
 
-/// A cylinder presses on a half-plane with the force π G b² per length, where b is half the width of the contact. The sides of
-/// the square body move as the half-plane under this force: the field of a line load (Flamant), plus its second derivative
-/// times b²/8 for the distribution of the pressure. The next term is (b/L)⁴ < 1e-3 of the field.
+/// Checks a cylinder that presses on a half-plane with the force π G b² per length, where b is half the width of the
+/// contact. The sides of the square body move as the half-plane under this force: the field of a line load (Flamant),
+/// plus its second derivative times b²/8 for the distribution of the pressure. The next term is (b/L)⁴ < 1e-3 of the
+/// field.
 ///
-/// The penetration is a fixed fraction of the facet size at a given pressure. Therefore the error is proportional to the size,
-/// and extrapolation to size 0 leaves the errors of second order: of the mesh, and (b/R)² = 4e-4 of the linear theory.
+/// At a given pressure, the penetration is a fixed fraction of the facet size. Therefore the error is proportional to
+/// this size, and extrapolation to size 0 leaves the errors of second order of the mesh, and the error (b/R)² = 4e-4 of
+/// the linear theory.
 #[test]
 fn a_cylinder_presses_with_the_force_of_hertz() {
     let (b, length) = (0.02_f64, 0.12);
@@ -162,8 +164,9 @@ fn symmetric(refine: u32) -> String {
         + &plane("y0", "y")
 }
 
-/// Returns the error of the force relative to the `exact` force at a depth reduced by the penetration. Of the pressure of Hertz,
-/// the penetration weighted with the pressure is 3/4 of the largest; the contact stiffness equals the stiffness `slope` of a flat punch.
+/// Returns the error of the force relative to the `exact` force at a depth reduced by the penetration. For the pressure
+/// distribution of Hertz, the mean penetration weighted with the pressure is 3/4 of the maximum. The contact stiffness
+/// equals the stiffness `slope` of a flat punch.
 fn relative_error(found: &Indentation, exact: f64, slope: f64) -> f64 {
     4.0 * found.force / (exact - slope * 0.75 * found.penetration) - 1.0
 }
@@ -251,9 +254,10 @@ fn sneddon(depth: f64) -> (f64, f64) {
     (low, force)
 }
 
-/// A ball presses on an incompressible layer of thickness h = 0.1 m, bonded to a rigid base (Hayes et al. 1972), with a contact of
-/// radius h/2. The solution of their integral equation is δ R/h² = 0.174062, F R/(E* h³) = 0.179818 and κ = 1.93293 for a flat punch of
-/// this radius; their table has κ = 1.683 and 2.211 at the radii 0.4 h and 0.6 h. The layer without base would need 0.54 of this force.
+/// Checks a ball that presses on an incompressible layer of thickness h = 0.1 m, bonded to a rigid base (Hayes et al.
+/// 1972), with a contact of radius h/2. The solution of their integral equation is δ R/h² = 0.174062, F R/(E* h³) =
+/// 0.179818 and κ = 1.93293 for a flat punch of this radius; their table has κ = 1.683 and 2.211 at the radii 0.4 h and
+/// 0.6 h. Without the base, 0.54 times this force would be sufficient.
 #[test]
 fn a_ball_on_a_thin_layer_has_the_published_force() {
     let h = 0.1_f64;
@@ -267,7 +271,7 @@ fn a_ball_on_a_thin_layer_has_the_published_force() {
         let found = indent(&body, folder.path(), "[0.0, 0.0, 1.0]", "z", depth);
         relative_error(&found, force, slope).abs()
     });
-    // The linear theory neglects terms of the order a/R times the strain, 0.05 × 0.02.
+    // The linear theory neglects terms of the order of a/R times the strain, 0.05 × 0.02.
     assert!(
         errors[1] < 5e-3 && errors[1] < 0.5 * errors[0],
         "{errors:?}"

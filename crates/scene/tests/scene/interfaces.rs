@@ -5,7 +5,7 @@ use std::path::Path;
 use myovib_model::statics::equilibrium;
 use myovib_scene::Scene;
 
-/// Strip of two materials side by side, stretched along their interface. It may become narrower.
+/// Strip of two materials side by side, stretched along their interface and free to become narrower.
 const STRIP: &str = r#"
 analysis = "static"
 [mesh]
@@ -43,7 +43,7 @@ group = "top"
 y = 0.25
 "#;
 
-/// Each material has a different pressure, which keeps its sides free: F = diag(1/λ, λ), σ_x = 2
+/// Checks that each material has a different pressure, so that its sides are free of stress: F = diag(1/λ, λ), σ_x = 2
 /// c10 (1/λ² − I1/3) − p = 0. A continuous pressure cannot represent this.
 #[test]
 fn pressures_jump_where_only_the_law_changes() {
@@ -126,7 +126,7 @@ group = "top"
 z = -0.01
 "#;
 
-/// Uniaxial strain e in each cube under one stress (κ + 4G/3) e, with p = -κ e.
+/// Checks the uniaxial strain e in each of two cubes under the same stress (κ + 4G/3) e, with p = -κ e.
 #[test]
 fn pressures_jump_in_space_where_only_kappa_changes() {
     let scene = Scene::build("stack.toml", STACK, &[], Path::new("")).unwrap();
@@ -145,8 +145,8 @@ fn pressures_jump_in_space_where_only_kappa_changes() {
         let expected = -kappas[own] * stress / moduli[own];
         for &pressure in space.element_pressures(element) {
             let error = found.pressure[pressure] / expected - 1.0;
-            // The exact solution is in the space; rounding of a linear system of 1e2 to 1e3
-            // unknowns.
+            // The exact solution is in the space, so only the rounding errors of a linear system of 1e2 to 1e3 unknowns
+            // remain.
             assert!(error.abs() < 1e-11, "{element}: {error:e}");
         }
     }
@@ -172,8 +172,8 @@ fn one_material_has_one_pressure_at_a_vertex() {
     }
 }
 
-/// A material without a group covers the remaining elements, also if it is listed first; a note names
-/// it if none remain.
+/// Checks that a material without a group covers the remaining elements, even if it is listed first, and that a note
+/// names it if no elements remain.
 #[test]
 fn a_material_without_group_covers_the_rest() {
     let build = |text: &str| Scene::build("strip.toml", text, &[], Path::new(""));

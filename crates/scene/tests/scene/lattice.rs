@@ -1,9 +1,10 @@
-//! Meshes on a lattice, as files.
+//! Mesh files whose nodes form a lattice.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// A second-order mesh in Gmsh's format 4.1 of nodes on a lattice, which `place` maps to their positions.
+/// A second-order mesh in Gmsh's format 4.1. Its nodes are identified by lattice coordinates, which `place` maps to
+/// their positions.
 pub(crate) struct Lattice<const D: usize> {
     dimension: usize,
     numbers: BTreeMap<[usize; D], usize>,

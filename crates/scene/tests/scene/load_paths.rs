@@ -28,11 +28,11 @@ fn run(text: &str, folder: &Path, probe: &str) -> (RunResult, BTreeMap<String, V
     (found, columns.collect())
 }
 
-/// Half the numbers of cells of the arch along and across.
+/// Half the number of cells of the arch along its length and across its thickness.
 const CELLS: [usize; 2] = [32, 2];
 
-/// A circular arch with a span of 100 mm, a rise of 15 mm and a thickness of 4 mm, clamped at both ends, and loaded over
-/// 4 mm at its crown.
+/// Returns a circular arch with a span of 100 mm, a rise of 15 mm and a thickness of 4 mm. It is clamped at both ends
+/// and loaded over 4 mm at its crown.
 fn arch() -> String {
     let mut lattice = Lattice::new(2, |[i, j]: [usize; 2]| {
         let (s, h, t) = (0.05_f64, 0.015, 0.004);
@@ -74,7 +74,7 @@ fn arch() -> String {
     lattice.msh(&[("ends", ends), ("crown", crown), ("arch", triangles)])
 }
 
-/// The arch under a load of its crown, with a path to follow.
+/// Runs the arch under a load at its crown, with the given loading path.
 fn loaded_arch(path: &str, load: &str, probe: &str) -> (RunResult, BTreeMap<String, Vec<f64>>) {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("arch.msh"), arch()).unwrap();
@@ -86,8 +86,8 @@ fn loaded_arch(path: &str, load: &str, probe: &str) -> (RunResult, BTreeMap<Stri
     run(&text, folder.path(), "crown")
 }
 
-/// Snap-through with a prescribed displacement of the crown. Another program (FElupe, biquadratic quadrilaterals) gives a
-/// peak of 6.019 N/m and a valley of 3.212 N/m.
+/// Checks snap-through with a prescribed displacement of the crown. Another program (FElupe, biquadratic
+/// quadrilaterals) gives a peak of 6.019 N/m and a valley of 3.212 N/m.
 #[test]
 fn a_shallow_arch_has_the_published_peak_and_valley() {
     let moved = "[[prescribed_displacement]]\ngroup = \"crown\"\ny = -0.03\n";
@@ -96,12 +96,12 @@ fn a_shallow_arch_has_the_published_peak_and_valley() {
     let force: Vec<f64> = curve["R_y"].iter().map(|force| -force).collect();
     let peak = force[..20].iter().copied().fold(0.0, f64::max);
     let valley = force[10..].iter().copied().fold(peak, f64::min);
-    // Half a percent, for the meshes and for the distance of a row from the extremum.
+    // Half a percent, for the mesh error and for the distance of a row from the extremum.
     assert!((peak / 6.019 - 1.0).abs() < 5e-3, "{peak}");
     assert!((valley / 3.212 - 1.0).abs() < 5e-3, "{valley}");
 }
 
-/// Loads below the limit load of the arc length are reached, loads above it are not.
+/// Checks that loads below the limit load found by arc length are reached, and loads above it are not.
 #[test]
 fn a_shallow_arch_snaps_through_under_its_load() {
     let load = |factor: f64| format!("[[traction]]\ngroup = \"crown\"\ny = {}\n", -2e3 * factor);
@@ -141,7 +141,7 @@ fn a_shallow_arch_snaps_through_under_its_load() {
 /// Number of cells along an edge of the octant.
 const SIDE: usize = 3;
 
-/// An eighth of a hollow sphere with radii of 10 and 11 mm.
+/// Returns an eighth of a hollow sphere with radii of 10 and 11 mm.
 fn sphere() -> String {
     let mut lattice = Lattice::new(3, |[i, j, k]: [usize; 3]| {
         let n = 2 * SIDE;
@@ -191,7 +191,8 @@ fn sphere() -> String {
     ])
 }
 
-/// Inner pressure of the sphere, of shear modulus 1e5 Pa, whose inner radius is stretched by `stretch`.
+/// Returns the exact inner pressure of the sphere with a shear modulus of 1e5 Pa when its inner radius is stretched by
+/// `stretch`.
 fn pressure(stretch: f64) -> f64 {
     // For neo-Hooke's law the integral over the wall is elementary.
     let outer = ((1.331 - 1.0 + stretch.powi(3)) / 1.331).cbrt();
@@ -199,7 +200,7 @@ fn pressure(stretch: f64) -> f64 {
     1e5 * (part(outer) - part(stretch))
 }
 
-/// The limit pressure of a hollow sphere, and the branch beyond it.
+/// Checks the limit pressure of a hollow sphere, and the branch beyond it.
 #[test]
 fn a_sphere_is_inflated_beyond_its_limit_pressure() {
     let folder = tempfile::tempdir().unwrap();

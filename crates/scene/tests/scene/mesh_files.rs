@@ -1,5 +1,5 @@
-//! One block, saved in the ways in which Gmsh, other programs and editors save it. Each file is read to the same deflection, or
-//! refused with its reason. Binary files are tested with the meshes of other versions.
+//! One block, saved in all the variants that Gmsh, other programs and editors produce. Each file must lead to the same
+//! deflection or be rejected with a reason. Binary files are tested in `meshes`.
 
 mod gmsh;
 
@@ -204,7 +204,7 @@ fn one_block_in_many_files_deflects_alike() {
             .map_or(f64::NAN, |found| (found / exact - 1.0).abs());
         assert!(error < 1e-8, "{name}: {error:e} {found:?}");
     }
-    // A hole and a flat element change the deflection, but not much.
+    // The hole and the flat element change the deflection only slightly.
     let hole = in_4(&|file| {
         let i = file.entities[2].elements.len() / 2;
         file.entities[2].elements.remove(i);

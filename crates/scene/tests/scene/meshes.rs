@@ -5,7 +5,7 @@ use std::path::Path;
 use myovib_scene::run::{RunOptions, compute};
 use myovib_scene::{InputError, Scene};
 
-/// A block of 2 x 1 x 1 m held on the left, pulled on the right.
+/// A block of 2 x 1 x 1 m, fixed on the left and pulled on the right.
 const BLOCK: &str = "analysis = \"static\"
 [mesh]
 type = \"box\"
@@ -72,7 +72,7 @@ fn elements_are_selected() {
     assert_eq!(tip(&text), tip(BLOCK));
 }
 
-/// Each error shows the line of the scene that has the mistake.
+/// Checks that each error shows the line of the scene that contains the mistake.
 #[test]
 fn groups_that_make_no_sense_are_located() {
     for (group, line) in [

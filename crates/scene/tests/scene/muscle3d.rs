@@ -1,5 +1,5 @@
-//! The built-in muscle in 3D: contraction, vibration and oscillators over two seconds, and the cost
-//! of very many oscillators. Slow tests, in release builds.
+//! The built-in muscle in 3D: contraction, vibration and oscillators over two seconds, and the cost of very many
+//! oscillators. These are slow tests for release builds.
 
 use std::path::Path;
 
@@ -70,8 +70,8 @@ fn replayed(network: &Network, c: &[f64]) -> Vec<f64> {
     s
 }
 
-/// Checks the built-in scene without its film over two seconds: against the oscillators alone, its
-/// energy balance, and a run at a tenth of its tolerances.
+/// Checks the built-in scene over two seconds, without field output: by integrating the oscillators alone, by its
+/// energy balance, and by a run with a tenth of its tolerances.
 #[test]
 #[ignore = "about twelve minutes of CPU"]
 fn the_muscle_in_space_contracts_and_vibrates_for_two_seconds() {
@@ -91,7 +91,7 @@ fn the_muscle_in_space_contracts_and_vibrates_for_two_seconds() {
     assert_eq!(document["unknowns"], 21_529);
     assert_eq!(document["t_reached"], 2.0);
 
-    // The change of energy equals the work of load, tension and damping, to the scene's rtol.
+    // The change of energy equals the work of load, tension and damping within the rtol of the scene.
     let energy: Vec<f64> = serde_json::from_value(document["energy"].clone()).unwrap();
     let [.., work, _, imbalance] = energy[..] else {
         panic!("five energies: {energy:?}")
@@ -99,7 +99,7 @@ fn the_muscle_in_space_contracts_and_vibrates_for_two_seconds() {
     println!("energies {energy:?} J");
     assert!(work > 0.1 && imbalance.abs() < 1e-3 * work, "{energy:?}");
 
-    // The oscillators alone, driven by the recorded displacement; to their rtol.
+    // The oscillators alone, driven by the recorded displacement, agree within their rtol.
     let chain = &scene.chains[0];
     let n = chain.chain.omega.len();
     assert_eq!(n, 1000);
@@ -139,8 +139,8 @@ fn the_muscle_in_space_contracts_and_vibrates_for_two_seconds() {
         more["steps"], more["cpu_seconds"]
     );
     assert!(more["steps"].as_u64() > document["steps"].as_u64());
-    // Displacements relative to the largest, along z; pressure; |Ψ|: to the scene's rtol relative
-    // to the maximum.
+    // Displacements relative to the largest one (along z), pressure, and |Ψ| agree within the rtol of the scene,
+    // relative to their maximum.
     let displacement = largest(tighter.iter().map(|row| row[3]));
     let pressure = largest(tighter.iter().map(|row| row[4]));
     let strength = largest(tighter_coherence.iter().map(|row| row[1]));
@@ -165,7 +165,7 @@ struct Cost {
     steps: u64,
     unknowns: u64,
     factor_entries: u64,
-    /// Factorizations, solves, residuals, passes over the elements for tangents.
+    /// Numbers of factorizations, solves, residuals, and passes over the elements for tangents.
     counts: [u64; 4],
     cpu_seconds: f64,
 }
@@ -206,15 +206,14 @@ fn cost(text: &str) -> Cost {
 fn very_many_oscillators_at_most_double_the_work_on_the_body() {
     let (scene, _) = SCENE.split_once("[fields]").unwrap();
     let scene = changed(scene, "end = 2.0", "end = 0.05");
-    // The body moves from the start, slowly enough that steps of half a millisecond are within the
-    // tolerance.
+    // The body moves from the start, but slowly enough for steps of half a millisecond.
     let vibration = "{ type = \"ramped-sine\", amplitude = 500.0, steepness = 20.0 }";
     let push = "{ type = \"step\", value = 500.0, rise = 0.1 }";
     let scene = changed(&scene, vibration, push);
     let scene = changed(&scene, "start = 1.0, rise = 0.4", "rise = 0.1");
     let steps = "rtol = 1e-3\ninitial_step = 5e-4\nmax_step = 5e-4\n";
     let scene = changed(&scene, "rtol = 1e-3\n", steps);
-    // Only steps are measured: one checkpoint, at the end, instead of the default ten.
+    // Only the steps are measured, so there is one checkpoint at the end instead of the default ten.
     let scene = format!("[checkpoint]\ninterval = 0.05\n{scene}");
 
     let (before, chain) = scene.split_once("[[chain]]").unwrap();

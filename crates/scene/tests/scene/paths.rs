@@ -34,7 +34,7 @@ fn result(run: &RunResult, probe: &str, column: &str) -> f64 {
     run.document["results"][probe][column].as_f64().unwrap()
 }
 
-/// A cube of heart muscle on three symmetry planes, pulled along its fibers by a multiple of 10.4 kPa.
+/// Returns a cube of heart muscle on three symmetry planes, pulled along its fibers by `k` times 10.4 kPa.
 fn heart(head: &str, k: &str, formulation: &str, traction: &str, probe: &str) -> String {
     let planes: String = [("left", "x"), ("front", "y"), ("bottom", "z")]
         .iter()
@@ -79,8 +79,8 @@ fn an_equilibrium_is_on_the_path_that_a_slow_motion_takes() {
     }
 }
 
-/// With a hump of the energy the path has a limit point at 0.976 of the load, from which a motion snaps to another
-/// branch: neither formulation finishes.
+/// Checks an energy with a hump, for which the path has a limit point at 0.976 of the load. A motion snaps to another
+/// branch there, so neither formulation reaches the full load.
 #[test]
 fn a_path_ends_at_its_limit_point() {
     for formulation in ["displacement", "position"] {
@@ -91,8 +91,8 @@ fn a_path_ends_at_its_limit_point() {
     }
 }
 
-/// Regression: supports moved while the body stayed, which inverted elements; a translation by 20 lengths failed at 0 %
-/// of the load.
+/// Regression: the supports were moved while the body remained in place, which inverted elements; a translation by 20
+/// lengths failed at 0 % of the load.
 #[test]
 fn a_body_follows_its_supports_over_any_distance() {
     for (distance, cells) in [1.0, 20.0]
@@ -122,7 +122,7 @@ fn a_body_follows_its_supports_over_any_distance() {
     }
 }
 
-/// A square held on its left and moved or loaded otherwise.
+/// Returns a square that is fixed on its left, with further tables for displacements or loads.
 fn square(rest: &str) -> String {
     format!(
         "[time]\nend = 10.0\n[mesh]\ntype = \"rectangle\"\nwidth = 0.1\nheight = 0.3\ncells = [2, 6]\n[solid]\n\
@@ -130,7 +130,8 @@ fn square(rest: &str) -> String {
     )
 }
 
-/// Regression: iterations grew with the number of cells, since a support that moves by an element's length inverts it.
+/// Regression: the number of iterations grew with the number of cells, because a support that moves by the length of an
+/// element inverts it.
 #[test]
 fn a_bar_is_stretched_in_as_many_iterations_for_any_mesh() {
     let sliding = |group: &str, axis: &str| {
@@ -148,14 +149,14 @@ fn a_bar_is_stretched_in_as_many_iterations_for_any_mesh() {
         let found = run(&bar);
         let iterations = found.document["newton_iterations"].as_u64().unwrap();
         assert!(iterations <= 8, "{cells} cells: {iterations} iterations");
-        // The stretch across of a homogeneous state, by its own change of volume.
+        // The transverse stretch of a homogeneous state, from its change of volume.
         let across = (result(&found, "end", "J") / 1.5).sqrt() - 1.0;
         let error = (result(&found, "end", "u_y") / 0.1 - across).abs();
         assert!(error < 1e-12, "{cells} cells: {error:e}");
     }
 }
 
-/// A square whose sides are moved by -`factor` x² along x, so that det F is 1 - 2 `factor` x.
+/// Runs a square whose sides are displaced by -`factor` x² along x, so that det F is 1 - 2 `factor` x.
 fn squeezed(factor: f64, kappa: f64, more: &str) -> RunResult {
     run(&square_squeezed(
         "analysis = \"static\"",
@@ -165,7 +166,7 @@ fn squeezed(factor: f64, kappa: f64, more: &str) -> RunResult {
     ))
 }
 
-/// The square squeezed by a factor of 0.51 in a motion of 1 s. It is inverted once the factor
+/// Runs the square in a motion of 1 s, with the factor increasing to 0.51. Elements are inverted once the factor
 /// exceeds 1/2.
 fn squeezed_in_time(more: &str) -> RunResult {
     let factor = "{ type = \"step\", value = -0.51, rise = 1.0 }";
@@ -187,8 +188,8 @@ fn square_squeezed(analysis: &str, factor: &str, kappa: f64, more: &str) -> Stri
     )
 }
 
-/// Regression: a static state with inverted elements was "finished", and det F of 0.13 in an incompressible body was not
-/// mentioned.
+/// Regression: a static state with inverted elements counted as "finished", and a det F of 0.13 in an incompressible
+/// body was not mentioned.
 #[test]
 fn inverted_elements_end_a_static_run_and_implausible_volumes_are_noted() {
     let reason = |run: &RunResult| run.outcome.reason();
@@ -207,8 +208,8 @@ fn inverted_elements_end_a_static_run_and_implausible_volumes_are_noted() {
     }
 }
 
-/// Regression: a motion with inverted elements was "finished". It ends with the step in which they
-/// are observed, with the steps that it takes if they are accepted.
+/// Regression: a motion with inverted elements counted as "finished". It ends at the step in which they are observed;
+/// until then, its steps are the same as if inverted elements are accepted.
 #[test]
 fn inverted_elements_end_a_motion() {
     let allowed = squeezed_in_time("allow_inverted = true\n");
@@ -230,7 +231,7 @@ fn inverted_elements_end_a_motion() {
     assert!(steps(&ended) < steps(&allowed));
 }
 
-/// Regression: a factor of 1e-17 was a motion, and `pi` was unknown.
+/// Regression: a factor of 1e-17 counted as a motion, and `pi` was unknown.
 #[test]
 fn factors_are_zero_and_equal_up_to_rounding() {
     let held = "[[fixed]]\ngroup = \"bottom\"\n[[fixed]]\ngroup = \"top\"\n";
@@ -247,7 +248,8 @@ fn factors_are_zero_and_equal_up_to_rounding() {
     assert!(Scene::build("scene.toml", &text, &[], Path::new("")).is_err());
 }
 
-/// Regression: a ramp to 1000 with a hold gave 2556 at 5 s, by a natural spline.
+/// Regression: a table with a ramp to 1000 followed by a constant value gave 2556 at 5 s, because it was interpolated
+/// by a natural spline.
 #[test]
 fn tables_are_linear_unless_they_say_otherwise() {
     let folder = tempfile::tempdir().unwrap();
@@ -277,7 +279,8 @@ fn tables_are_linear_unless_they_say_otherwise() {
     assert!((overshot - expected).abs() < 1e-9 && notes == 1);
 }
 
-/// Regression: a support that moves at t = 0 was accepted without damping, and rejected with it for its "load".
+/// Regression: a support that moves at t = 0 was accepted without damping, and rejected with damping because of its
+/// "load".
 #[test]
 fn a_support_that_moves_at_the_start_is_rejected() {
     let rehearsed = |alpha: f64, eta: f64, motion: &str, folder: &Path| {
@@ -313,14 +316,15 @@ fn a_support_that_moves_at_the_start_is_rejected() {
     rehearsed(1.0, 10.0, measured, folder.path()).unwrap();
 }
 
-/// A cube of five tetrahedra; at three sides it is held, so that its first corner has a tetrahedron of held nodes.
+/// A cube of five tetrahedra. It is fixed at three sides, so that all nodes of the tetrahedron at its first corner are
+/// fixed.
 const CUBE: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n2 1 \"wall\"\n3 2 \"gel\"\n\
     $EndPhysicalNames\n$Entities\n0 0 1 1\n1 0 0 0 1 1 1 1 1 0\n1 0 0 0 1 1 1 1 2 0\n$EndEntities\n$Nodes\n1 8 1 8\n\
     3 1 0 8\n1\n2\n3\n4\n5\n6\n7\n8\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 0 1\n1 0 1\n0 1 1\n1 1 1\n$EndNodes\n$Elements\n\
     2 11 1 11\n2 1 2 6\n1 1 3 2\n2 4 2 3\n3 1 2 5\n4 6 5 2\n5 1 5 3\n6 7 3 5\n3 1 4 5\n7 1 2 3 5\n8 4 3 2 8\n\
     9 6 2 5 8\n10 7 5 3 8\n11 2 3 5 8\n$EndElements\n";
 
-/// Regression: "column 84 of the pattern is empty" for bulk_modulus = inf.
+/// Regression: the scene failed with "column 84 of the pattern is empty" for bulk_modulus = inf.
 #[test]
 fn a_corner_held_in_all_nodes_has_its_neighbors_pressure() {
     let folder = tempfile::tempdir().unwrap();

@@ -13,7 +13,7 @@ const G: f64 = 1e4;
 /// Width of the strip, m; its length is ten times this.
 const WIDTH: f64 = 0.01;
 
-/// A strip in plane strain, pulled along x and free along y: its strain is homogeneous.
+/// Returns a strip in plane strain, pulled along x and free along y, so that its strain is homogeneous.
 fn strip(head: &str, material: &str, bulk: &str, pull: &str) -> String {
     format!(
         "{head}[time]\nend = 2.0\n[mesh]\ntype = \"rectangle\"\nwidth = 0.1\nheight = {WIDTH}\ncells = [4, 1]\n\
@@ -44,7 +44,7 @@ fn curve(text: &str, probe: &str, column: &str) -> Vec<[f64; 2]> {
 
 const QUASI_STATIC: &str = "analysis = \"quasi-static\"\n";
 const PRONY: &str = "prony = [{ relative_modulus = 0.5, relaxation_time = 0.4 }]";
-/// A ramp to a stretch of 1.3 within 0.5 s, and a hold.
+/// A ramp to a stretch of 1.3 within 0.5 s, followed by a hold.
 const RAMP: &str = "[[prescribed_displacement]]\ngroup = \"right\"\n\
      x = { type = \"ramp\", end = 0.5, value = 0.03 }";
 
@@ -52,19 +52,19 @@ fn stretch(t: f64) -> f64 {
     1.0 + 0.3 * (t / 0.5).min(1.0)
 }
 
-/// Second Piola–Kirchhoff stresses G (1 − λᵢ⁻² I1/3) along x and y at a stretch along x, for J = 1.
+/// Returns the second Piola–Kirchhoff stresses G (1 − λᵢ⁻² I1/3) along x and y at a given stretch along x, for J = 1.
 fn stresses(stretch: f64) -> [f64; 2] {
     let squares = [stretch * stretch, stretch.powi(-2)];
     let third = (squares[0] + squares[1] + 1.0) / 3.0;
     squares.map(|square| G * (1.0 - third / square))
 }
 
-/// Returns the force per depth from the stresses without pressure; σ_y = 0 gives the pressure.
+/// Returns the force per depth from the stresses without pressure; the pressure follows from σ_y = 0.
 fn force(stretch: f64, [x, y]: [f64; 2]) -> f64 {
     WIDTH * (stretch * x - stretch.powi(-3) * y)
 }
 
-/// H = g ∫ exp(−(t − s)/τ) dS, with Simpson's rule over the ramp.
+/// Returns H = g ∫ exp(−(t − s)/τ) dS, integrated over the ramp with Simpson's rule.
 fn overstress(t: f64) -> [f64; 2] {
     let (end, n) = (t.min(0.5), 400);
     let h = end / f64::from(n);
@@ -101,7 +101,8 @@ fn a_stretched_strip_relaxes_as_its_prony_term_says() {
     }
 }
 
-/// Creep under a traction that rises within 0.1 s; the stretch solves η λ̇ (λ² + λ⁻⁶) + G (λ − λ⁻³) = T.
+/// Checks creep under a traction that rises within 0.1 s. The stretch is the solution of η λ̇ (λ² + λ⁻⁶) + G (λ − λ⁻³)
+/// = T.
 #[test]
 fn a_kelvin_voigt_strip_creeps() {
     let (eta, traction) = (4e3, 4e3);
@@ -117,7 +118,7 @@ fn a_kelvin_voigt_strip_creeps() {
     for (k, [_, found]) in rows.into_iter().enumerate() {
         let exact = 0.1 * (l - 1.0);
         assert!((found - exact).abs() < 3e-4 * 0.03, "{k}: {found} {exact}");
-        // Runge–Kutta steps to the next row, whose error is far below the tolerance.
+        // Runge–Kutta steps to the next row; their error is far below the tolerance.
         for i in 0..100 {
             let t = 0.1 * k as f64 + h * f64::from(i);
             let a = rate(t, l);
@@ -129,7 +130,7 @@ fn a_kelvin_voigt_strip_creeps() {
     }
 }
 
-/// Nominal traction of a viscous strip whose stretch rises linearly: G (λ − λ⁻³) + η λ̇ (λ² + λ⁻⁶).
+/// Checks the nominal traction of a viscous strip whose stretch rises linearly: G (λ − λ⁻³) + η λ̇ (λ² + λ⁻⁶).
 #[test]
 fn a_viscous_strip_follows_a_ramp_from_the_start() {
     let eta = 4e3;
@@ -138,12 +139,13 @@ fn a_viscous_strip_follows_a_ramp_from_the_start() {
     for (head, bulk) in [
         (QUASI_STATIC, "inf"),
         (&equilibrium, "inf"),
-        // Volume changes by 1e-4: within the tolerance.
+        // The volume changes by 1e-4, which is within the tolerance.
         (QUASI_STATIC, "1e8\nformulation = \"displacement\""),
     ] {
         let rows = curve(&strip(head, &material, bulk, RAMP), "force", "R_x");
         for [t, found] in rows {
-            // A compressible body has no pressure at the start, but η/κ = 40 µs later. The rate jumps at 0.5 s.
+            // A compressible body has no pressure at the start, but its pressure develops within η/κ = 40 µs. The rate
+            // of the stretch jumps at 0.5 s.
             let rate = match t {
                 0.0 if bulk != "inf" => continue,
                 t if t < 0.45 => 0.6,
@@ -161,20 +163,21 @@ fn a_viscous_strip_follows_a_ramp_from_the_start() {
     }
 }
 
-/// Viscosity balances a sudden load everywhere, or in one half: then the other half cannot follow.
+/// Checks a sudden load. Viscosity balances it if the whole body is viscous; if only one half is viscous, the other
+/// half cannot balance it.
 #[test]
 fn a_load_may_be_sudden_where_viscosity_balances_it() {
     let pull = |value: &str| format!("[[traction]]\ngroup = \"right\"\nx = {value}");
     let text = strip(QUASI_STATIC, "viscosity = 4e3", "inf", &pull("4e3"));
     let force = curve(&text, "force", "R_x");
-    // Equal to the load at any time; three times the default relative tolerance.
+    // The force equals the load at any time; three times the default relative tolerance.
     assert!(
         force.iter().all(|row| (row[1] + 40.0).abs() < 3e-4 * 40.0),
         "{force:?}"
     );
     let end = curve(&text, "end", "u_x");
     assert_eq!(end[0][1], 0.0);
-    // λ̇ = T/2η at the start, and less later.
+    // At the start, λ̇ = T/2η; later it is smaller.
     assert!(end[1][1] < 0.05 && end[1][1] > 0.045 * 0.1 / 2.0, "{end:?}");
 
     let halves = |pull: &str| {
@@ -194,8 +197,8 @@ fn a_load_may_be_sudden_where_viscosity_balances_it() {
     assert!(halves(&pull("4e3")).is_err());
 }
 
-/// The inertia of a motion of 0.5 s, with a transit time of 0.03 s, changes the end by little; both
-/// formulations and a finite bulk modulus work.
+/// Checks that the inertia of a motion of 0.5 s, in which waves need 0.03 s to pass the body, hardly changes the force
+/// at the end. Both formulations and a finite bulk modulus are supported.
 #[test]
 fn a_slow_motion_ends_at_the_same_force() {
     let pull = "[[prescribed_displacement]]\ngroup = \"right\"\nx = { type = \"step\", value = 0.03, rise = 0.5 }";
@@ -207,7 +210,7 @@ fn a_slow_motion_ends_at_the_same_force() {
     for formulation in ["position", "displacement"] {
         let solid = format!("1e6\nformulation = \"{formulation}\"");
         let found = last(QUASI_STATIC, &solid);
-        // Residual vibrations of the motion and twice the tolerance.
+        // The tolerance covers residual vibrations of the motion and twice the tolerance of the integrator.
         assert!(
             (found / slow - 1.0).abs() < 1e-3,
             "{formulation}: {found} {slow}"
@@ -215,7 +218,7 @@ fn a_slow_motion_ends_at_the_same_force() {
     }
 }
 
-/// An equilibrium under a preload is a state without rates.
+/// Checks that an equilibrium under a preload remains at rest.
 #[test]
 fn a_preloaded_strip_rests() {
     let head = format!("{QUASI_STATIC}[initial_state]\ntype = \"equilibrium\"\n");
@@ -258,7 +261,7 @@ fn parts_that_need_inertia_are_rejected() {
     assert!(Modes::of_scene(&scene, Some(1), Watcher::NOBODY).is_err());
 }
 
-/// Without inertia, nothing determines a rigid motion.
+/// Checks that a possible rigid motion is rejected, because nothing determines it without inertia.
 #[test]
 fn a_rigid_motion_is_refused() {
     let text = strip(QUASI_STATIC, PRONY, "1e6", RAMP);

@@ -1,4 +1,4 @@
-//! Random scenes compared with tighter runs of another method.
+//! Comparison of random scenes with runs of another method at tighter tolerances.
 //!
 //! A scene is a beam under loads with pulses, ramps and tables. The error of a finished run must not exceed
 //! [`MAX_RATIO`] times the error expected from its tolerance.
@@ -87,7 +87,7 @@ fn random_scenes_have_the_expected_accuracy() {
         let ratio = error_ratio(&drawn, &folder.join(number.to_string()), drawn.rtol);
         assert!(ratio.unwrap() <= MAX_RATIO, "scene {number}: {ratio:?}");
     }
-    // A loose run compared with a tight tolerance is detected.
+    // A loose run compared with a tight tolerance must exceed the maximum ratio.
     let drawn = RandomScene::new(1, 2);
     assert!(drawn.rtol > 1e-7, "{}", drawn.rtol);
     let ratio = error_ratio(&drawn, &folder.join("loose"), 1e-7);

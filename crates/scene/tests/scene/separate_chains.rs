@@ -1,4 +1,4 @@
-//! Separate steps of chains beside a body.
+//! Chains that are integrated with separate steps.
 
 mod agreement;
 
@@ -68,7 +68,7 @@ quantities = ["u"]
 interval = 0.01
 "#;
 
-/// The paper's rod, whose load starts at 8 s unless shifted.
+/// The paper's rod. With `shift`, its load starts within the short run; otherwise it would start at 8 s.
 const ROD: &str = r#"
 [time]
 end = 2.0
@@ -81,7 +81,7 @@ at = 0.07
 interval = 0.01
 "#;
 
-/// `body` with a chain with this gain, driven by the point of its probe.
+/// Returns `body` with a chain of the given gain that is driven at the position of the body's probe.
 fn with_chain(body: &str, oscillators: usize, gain: f64) -> String {
     let at = match body {
         ROD => "0.07",
@@ -160,7 +160,7 @@ fn the_body_moves_as_without_chains() {
     }
 }
 
-/// Largest magnitude of the columns of a table, and the largest difference between two tables.
+/// Returns the largest magnitude in some columns of a table, and the largest difference between two tables.
 fn compare(one: &[Vec<f64>], other: &[Vec<f64>], columns: &[usize]) -> [f64; 2] {
     assert_eq!(one.len(), other.len());
     let mut found = [0.0_f64; 2];
@@ -242,7 +242,7 @@ fn a_stop_within_a_step_of_the_body_ends_the_chains_there() {
     }
 }
 
-/// The oscillators take several steps within a step of the body: |Ψ| has several peaks in it.
+/// Checks oscillators that perform several steps within one step of the body, so that |Ψ| has several peaks in it.
 #[test]
 fn the_amplitude_of_a_chain_ends_a_run_within_a_step_of_the_body() {
     let folder = tempfile::tempdir().unwrap();
@@ -267,7 +267,7 @@ fn the_amplitude_of_a_chain_ends_a_run_within_a_step_of_the_body() {
         assert_eq!(document["reason"], "event");
         document["t_reached"].as_f64().unwrap()
     });
-    // |Ψ| changes by its own size within 0.1 s at least, and has relative errors of 1e-7.
+    // |Ψ| changes by its own size within 0.1 s or more, and has relative errors of 1e-7.
     assert!((times[0] - times[1]).abs() < 1e-8, "{times:?}");
     times.sort_by(f64::total_cmp);
     let before = rows.iter().take_while(|row| row[0] < times[0]);
@@ -304,13 +304,13 @@ fn the_error_of_the_driving_displacement_is_reported() {
         let number = |key: &str| found[key].as_f64().unwrap();
         let tables = [&out, &reference].map(|out| rows(out, "states"));
         let [size, off] = compare(&tables[0], &tables[1], &[1, 2, 3]);
-        // The steps of the oscillators add their errors.
+        // The errors of the oscillators' steps accumulate.
         let own = 20.0 * (1e-7 * size + 1e-10);
         assert!(
             off < number("position") + own,
             "{method} {rtol}: {off:e} {found}"
         );
-        // The largest position is taken at the ends of steps, the size at the rows of the table.
+        // The largest position refers to the ends of steps, the size to the rows of the table.
         let ratio = number("relative") * size / number("position");
         assert!((0.9..1.1).contains(&ratio), "{ratio}");
         let is_noted = result

@@ -8,7 +8,7 @@ use myovib_scene::run::RunResult;
 use myovib_scene::sweep::{Cases, SweepOptions, compute};
 use myovib_scene::{Error, Scene};
 
-/// Issue 15, D3: a panic in one case ended the sweep.
+/// Regression: a panic in one case ended the sweep.
 #[test]
 fn a_panic_in_one_case_is_a_row_and_tried_again() {
     let folder = tempfile::tempdir().unwrap();

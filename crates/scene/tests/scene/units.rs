@@ -46,11 +46,11 @@ fn released([length, time, mass]: [f64; 3], method: &str, damping: f64) -> (u64,
     (found.document["steps"].as_u64().unwrap(), last * length)
 }
 
-/// Regression: absolute tolerances in SI units; the same beam took 27 to 1921 steps.
+/// Regression: because of absolute tolerances in SI units, the same beam took 27 to 1921 steps.
 #[test]
 fn steps_do_not_depend_on_the_units() {
-    // Without damping, BDF follows vibrations of the volume by order 2 or damps them by order 1.
-    // Rounding decides which: a change of the load by 1e-6 gives 290 or 750 steps in any units.
+    // Without damping, BDF resolves vibrations of the volume with order 2 or damps them with order 1. Rounding errors
+    // decide between both: a change of the load by 1e-6 leads to 290 or 750 steps in any units.
     for (method, damping) in [("bdf", 1e-3), ("radau5", 1e-3), ("radau9", 0.0)] {
         let (steps, deflection) = released(SYSTEMS[0], method, damping);
         for system in &SYSTEMS[1..] {

@@ -21,9 +21,8 @@ fn run(scene: &str, t_end: &str) -> Run {
     run_with(scene, &[format!("time.end={t_end}")])
 }
 
-/// Runs the fine ventricle's beat at a tenth of its tolerances, and by order 9. Newton's iteration
-/// limits the steps here, so that tolerances alone barely increase their number (152 instead of 146
-/// on the coarse mesh).
+/// Runs the beat of the fine ventricle with a tenth of its tolerances, and with order 9. Newton's iteration limits the
+/// steps here, so that tolerances alone barely increase their number (152 instead of 146 on the coarse mesh).
 fn tighter() -> Run {
     let set = [
         "method=radau9",
@@ -110,8 +109,8 @@ fn error(curve: &[[f64; 3]], other: &[[f64; 3]]) -> f64 {
     pairs.map(|(a, b)| distance(a, b)).fold(0.0, f64::max) / largest
 }
 
-/// Checks rest, the onset at 0.16 s, and the first hundredths of a second of the contraction. The
-/// test takes ten seconds of CPU for a body of 28 844 unknowns.
+/// Checks that the ventricle is at rest, the onset at 0.16 s, and the first hundredths of a second of the contraction.
+/// The test takes ten seconds of CPU for a body of 28 844 unknowns.
 #[test]
 fn the_ventricle_begins_to_contract_as_in_a_tighter_run() {
     let Run {
@@ -138,7 +137,7 @@ fn the_ventricle_begins_to_contract_as_in_a_tighter_run() {
     let ellipsoid = std::f64::consts::PI * b * b * (a + cut - cubes);
     let ratio = cavity[0] / ellipsoid;
     assert!(0.97 < ratio && ratio < 1.0, "{ratio}");
-    // It rests until 0.16 s, and then ejects.
+    // The ventricle is at rest until 0.16 s, and then contracts.
     assert!((cavity[16] / cavity[0] - 1.0).abs() < 1e-12);
     assert!(cavity[19] < 0.9 * cavity[0], "{cavity:?}");
 }
@@ -152,8 +151,8 @@ fn the_beat_is_that_of_other_programs() {
     } = run("ventricle-coarse", "1.0");
     assert!(document["steps"].as_u64().unwrap() <= 200);
     let codes = codes();
-    // Generalized-α with dt = 2 ms, P2–P1, in mm at 0.48 s; and its mean and relative deviation
-    // from the ten codes' mean on this coarse mesh.
+    // Results in mm at 0.48 s of the generalized-α method with dt = 2 ms and P2–P1 elements, followed by their mean and
+    // relative deviation from the mean of the ten codes on this coarse mesh.
     let other = [[-27.56, 1.26, 3.59], [-19.66, -2.47, 0.86]];
     let from_codes = [[0.066, 0.31], [0.065, 0.40]];
     let found = POINTS.iter().zip(&curves).zip(other.iter().zip(from_codes));
@@ -164,10 +163,10 @@ fn the_beat_is_that_of_other_programs() {
         let error = error(ours, &tighter);
         println!("{point}: own error in time {error:.1e}");
         assert!(error < 1e-3, "{point}: {error}");
-        // 0.2 %: its time integration error is below 2e-5 m up to 0.3 s.
+        // 0.2 %, because the error of the time integration is below 2e-5 m up to 0.3 s.
         let apart = distance(&ours[48], &other.map(|x| 1e-3 * x));
         assert!(apart < 6e-5, "{point}: {apart}");
-        // Published with two digits, compared with which an error of 1e-3 is small.
+        // The published values have two digits, so an error of 1e-3 is small.
         let mean = curve(&codes["mean"], point);
         let [deviation, relative] = [deviation(ours, &mean, 17), relative_deviation(ours, &mean)];
         println!("{point}: mean deviation {deviation:.4}, RED {relative:.4}");

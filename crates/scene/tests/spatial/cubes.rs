@@ -69,8 +69,8 @@ fn pressure_of_free_axis([c10, c01]: [f64; 2], b: f64, traces: [f64; 2]) -> f64 
     2.0 * c10 * (b - traces[0] / 3.0) - 2.0 * c01 * (1.0 / b - traces[1] / 3.0)
 }
 
-/// The nominal stress 13.125 Pa gives the stretch 2 and, since the volume is constant, the sides
-/// 2^(-1/2).
+/// Checks that the nominal stress of 13.125 Pa leads to the stretch 2 and, because the volume is constant, to the
+/// transverse stretches 2^(-1/2).
 #[test]
 fn an_incompressible_cube_is_pulled_to_twice_its_length() {
     let constants = [2.5; 2];
@@ -81,8 +81,8 @@ fn an_incompressible_cube_is_pulled_to_twice_its_length() {
     assert_close(&corner(&scene), &[1.0, across, across, pressure]);
 }
 
-/// Two equal stretches λ under equal nominal stresses P = 2 (λ - λ⁻⁵)(c10 + c01 λ²). Beyond λ = 2,
-/// dead loads would make the two stretches differ, by c10 (2 + 2 λ⁻⁶) + c01 (6 λ⁻⁴ - 2 λ²) < 0.
+/// Checks two equal stretches λ under equal nominal stresses P = 2 (λ - λ⁻⁵)(c10 + c01 λ²). Beyond λ = 2, dead loads
+/// would make the two stretches differ, by c10 (2 + 2 λ⁻⁶) + c01 (6 λ⁻⁴ - 2 λ²) < 0.
 #[test]
 fn an_incompressible_cube_is_pulled_and_pushed_along_two_axes() {
     let [c10, c01] = [4.0, 1.0];
@@ -101,9 +101,9 @@ fn an_incompressible_cube_is_pulled_and_pushed_along_two_axes() {
     }
 }
 
-/// Simple shear x + k y between two plates with free faces along z. The nominal stress is P e_x =
-/// (-2 c01 k², 2 k (c10 + c01 + c01 k²)) on the sides, P e_y = (2 k (c10 + c01), -2 c01 k²) on the
-/// plates. The normal stress pushes the plates apart (Poynting effect).
+/// Checks simple shear x + k y between two plates, with free faces along z. The nominal stress is P e_x = (-2 c01 k², 2
+/// k (c10 + c01 + c01 k²)) on the sides, P e_y = (2 k (c10 + c01), -2 c01 k²) on the plates. The normal stress pushes
+/// the plates apart (Poynting effect).
 #[test]
 fn an_incompressible_cube_is_sheared() {
     let [c10, c01] = [4.0, 1.0];
@@ -134,9 +134,9 @@ fn an_incompressible_cube_is_sheared() {
     }
 }
 
-/// A cube of the transverse law between rollers, stretched along its fibers and across: nominal
-/// stresses with closed-form stretches λ. Along: P = 2 (λ - λ⁻²)(c10 + c01/λ) + T(λ)/λ. Across: the
-/// stretch of the fiber is μ and the stretch of the other side is 1/(λ μ). Both sides are free.
+/// Checks a cube of the transverse law between rollers that is stretched along and across its fibers. The nominal
+/// stresses for a stretch λ are known in closed form. Along: P = 2 (λ - λ⁻²)(c10 + c01/λ) + T(λ)/λ. Across: the stretch
+/// of the fiber is μ and the stretch of the other side is 1/(λ μ). Both sides are free.
 #[test]
 fn an_incompressible_cube_is_pulled_along_and_across_its_fibers() {
     let (c10, c01, c3, c4, c5, straight) = (1e4, 2e2, 500.0, 8.0, 1.2e4, 1.1);
@@ -150,10 +150,10 @@ fn an_incompressible_cube_is_pulled_along_and_across_its_fibers() {
         l if l < straight => crimped(l),
         l => c5 * (l - straight) + crimped(straight),
     };
-    // Differences of Cauchy stresses along two axes, for the third stretch.
+    // Differences between the Cauchy stresses along two axes, given the third stretch.
     let matrix = |a: f64, b: f64, c: f64| 2.0 * (a * a - b * b) * (c10 + c01 * c * c);
     let along = |l: f64| (matrix(l, l.powf(-0.5), l.powf(-0.5)) + tension(l)) / l;
-    // Stretch μ of free fibers under λ across them, by bisection.
+    // Stretch μ of the free fibers for the stretch λ across them, by bisection.
     let fiber = |l: f64| {
         let free = |m: f64| matrix(m, 1.0 / (l * m), l) + tension(m);
         let (mut low, mut high) = (0.5, 2.0);

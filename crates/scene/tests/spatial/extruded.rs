@@ -1,4 +1,4 @@
-//! The plane muscle, extruded. Between two frictionless planes it is in plane strain.
+//! The extruded plane muscle, which is in plane strain between two frictionless planes.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -12,8 +12,8 @@ use crate::results;
 /// Thickness, m: a tenth of the largest width.
 const THICKNESS: f64 = 6e-3;
 
-/// Returns u_y and p in the middle of the muscle under 600 Pa on its patch. The deflection is a
-/// fifteenth of its width.
+/// Returns u_y and p in the middle of the muscle under a load of 600 Pa on its patch. The deflection is a fifteenth of
+/// its width.
 fn equilibrium(mesh: &Path, refine: usize, supports: &str) -> [f64; 2] {
     let name = mesh.file_name().unwrap().to_str().unwrap();
     let at = if supports.is_empty() {
@@ -53,8 +53,8 @@ at = {at}
     ["u_y", "p"].map(|name| results["origin"][name].as_f64().unwrap())
 }
 
-/// Extrudes a mesh. Each triangle becomes a prism, and each prism three tetrahedra. Sides shared by
-/// neighbors are cut from the lower of their two vertices below to the higher above.
+/// Extrudes a mesh. Each triangle becomes a prism, and each prism three tetrahedra. The diagonal of a side that
+/// neighbors share leads from the bottom vertex with the lower number to the top vertex with the higher number.
 fn extruded(plane: &Mesh) -> String {
     let n = plane.n_points();
     let (below, above) = (|v: usize| v + 1, |v: usize| v + 1 + n);

@@ -47,7 +47,7 @@ fn results(scene: &Scene) -> Value {
     result.document["results"].clone()
 }
 
-/// Case s12: values of an independent program on the same mesh, by quadrature of degree 4.
+/// Checks case s12 with results of an independent program on the same mesh, with a quadrature of degree 4.
 #[test]
 fn a_spindle_in_equilibrium_is_that_of_another_program() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/meshes");
@@ -68,10 +68,10 @@ fn a_spindle_in_equilibrium_is_that_of_another_program() {
         let scene = Scene::build("scene.toml", &text, &[], &folder).unwrap();
         let results = results(&scene);
         let end = |name: &str| results["end"][name].as_f64().unwrap();
-        // Rules of degree 4 differ from each other by 2e-9.
+        // Different quadrature rules of degree 4 lead to differences of 2e-9.
         assert!((end("u_z") / u_z - 1.0).abs() < 1e-8, "{results}");
         assert!((end("p") / p - 1.0).abs() < 1e-7, "{results}");
-        // The supports carry the load: 100 Pa on the patch, along z only.
+        // The supports balance the load: 100 Pa on the patch, along z only.
         let support = |name: &str| results["support"][name].as_f64().unwrap();
         let load = support("R_z").abs();
         assert!(
@@ -86,7 +86,7 @@ fn the_supports_of_a_block_carry_its_load() {
     let scene = Scene::build("scene.toml", BLOCK, &[], Path::new("")).unwrap();
     let results = results(&scene);
     let support = |name: &str| results["support"][name].as_f64().unwrap();
-    // 100 Pa on 1 m². The Newton iteration ends at 1e-9 of the displacement.
+    // The load is 100 Pa on 1 m². The Newton iteration ends at 1e-9 of the displacement.
     assert!((support("R_z") + 100.0).abs() < 1e-6, "{results}");
     assert!(support("R_x").abs() < 1e-6 && support("R_y").abs() < 1e-6);
     assert_eq!(
@@ -115,7 +115,7 @@ fn collapsed_guccione_elements_are_reported_with_the_remedy() {
     assert!(of(&text).contains("`isochoric-guccione`"), "{}", of(&text));
     let other = text.replace("\"guccione\"", "\"isochoric-guccione\"");
     assert!(of(&other).contains("a damped motion"), "{}", of(&other));
-    // Regression: one such element hid the limit load of other elements from the advice.
+    // Regression: one such element suppressed the advice about the limit load of other elements.
     let text = text.replace("[[material]]", "[[material]]\ngroup = \"body\"");
     let both = format!(
         "{text}[[region]]\nname = \"core\"\ncenter = [0.5, 0.5, 0.5]\nradii = [0.4, 0.4, 0.4]\n\
@@ -126,8 +126,8 @@ fn collapsed_guccione_elements_are_reported_with_the_remedy() {
     }
 }
 
-/// Case s10 with half as many cells along the beam as the scene. Another P2–P1 program gives 3.141
-/// mm with twenty cells along.
+/// Checks case s10 with half as many cells along the beam as in the scene. Another P2–P1 program gives 3.141 mm with
+/// twenty cells along.
 #[test]
 fn a_beam_of_fibers_bends_as_in_another_program() {
     let set = ["mesh.cells=[20,2,2]".to_owned()];
@@ -138,7 +138,7 @@ fn a_beam_of_fibers_bends_as_in_another_program() {
     assert!((u_z - 3.141e-3).abs() < 1e-6, "{results}");
 }
 
-/// Acceptance of case s10: 3.17 ± 0.02 mm on the scene's mesh with 20 465 unknowns and forty cells
+/// Checks the accepted range of case s10, 3.17 ± 0.02 mm, on the scene's mesh with 20 465 unknowns and forty cells
 /// along the beam.
 #[test]
 fn land1_is_within_the_codes_of_the_benchmark() {
@@ -146,6 +146,6 @@ fn land1_is_within_the_codes_of_the_benchmark() {
     let results = results(&scene);
     let u_z = results["tip"]["u_z"].as_f64().unwrap();
     assert!((u_z - 3.17e-3).abs() < 2e-5, "{results}");
-    // Another P2–P1 program with the same number of cells, four digits.
+    // Result of another P2–P1 program with the same number of cells, to four digits.
     assert!((u_z - 3.159e-3).abs() < 1e-6, "{results}");
 }

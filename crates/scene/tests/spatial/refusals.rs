@@ -70,7 +70,7 @@ fn keys_of_the_other_dimension_are_rejected() {
     }
 }
 
-/// The law's pressure differs from −κ (J − 1).
+/// Checks that this law is rejected with a pressure field, because its pressure differs from −κ (J − 1).
 #[test]
 fn st_venant_kirchhoff_is_for_displacements_alone() {
     const LAW: &str = "law = \"mooney-rivlin\"\ndensity = 1e3\nc10 = 1e4\nc01 = 2e2";
@@ -87,7 +87,7 @@ fn st_venant_kirchhoff_is_for_displacements_alone() {
     assert_eq!(refusal_of(&text, Path::new("")), "accepted");
 }
 
-/// Regression: the scene was rejected by the pattern of its matrix, with the number of an unknown.
+/// Regression: the scene was rejected because of the pattern of its matrix, with the number of an unknown.
 #[test]
 fn an_incompressible_body_that_is_held_everywhere_is_refused() {
     let text = BLOCK
@@ -226,9 +226,9 @@ fn mesh_files_that_are_wrong_in_space_are_refused_with_their_place() {
             "no number at the vertex [0.0, 0.0, 1.0]",
         ),
         ("\"f0\"", "\"f1\"", "the mesh has no nodal field `f0`"),
-        // A triangle other than a face of a tetrahedron.
+        // A triangle that is not a face of a tetrahedron.
         ("1 1 2 3\n", "1 1 2 5\n", "is not a face of any tetrahedron"),
-        // Four coplanar vertices, and two tetrahedra on the same side of their face.
+        // Four coplanar vertices, and two tetrahedra on the same side of a common face.
         ("1 1 1\n$EndNodes", "0 0.5 0.5\n$EndNodes", "is degenerate"),
         (
             "1 1 1\n$EndNodes",

@@ -16,9 +16,9 @@ pub(super) struct File {
     pub(super) entities: Vec<Entity>,
     /// Sections before the nodes.
     pub(super) sections: String,
-    /// Number words after the coordinates of a node.
+    /// Numbers after the coordinates of each node (parametric coordinates).
     pub(super) parametric: bool,
-    /// Distance of the tags of nodes, and of the first from 1.
+    /// Difference between consecutive node tags, and offset of the first tag from 1.
     pub(super) tags: [usize; 2],
 }
 
@@ -51,7 +51,7 @@ impl Entity {
     }
 }
 
-/// The block of 0.1 by 0.02 by 0.02 m with the groups `fix` and `tip` at its ends and `body`.
+/// Returns the block of 0.1 by 0.02 by 0.02 m with the groups `fix` and `tip` at its ends and `body`.
 pub(super) fn block() -> File {
     let number = |[i, j, k]: [usize; 3]| i + (CELLS + 1) * (j + 2 * k);
     let step = 0.1 / CELLS as f64;

@@ -1,4 +1,4 @@
-//! Separate steps compared with one system at tighter tolerances.
+//! Comparison of separate steps with the integration as one system at tighter tolerances.
 
 use std::ops::Range;
 
@@ -36,8 +36,8 @@ fn separate_steps_agree_with_one_system_at_tighter_tolerances() {
             let [size, off] = compare(&one, &other, &positions);
             let [one, other] = tables("order");
             let [largest, of_order] = compare(&one, &other, &[1, 3]);
-            // A sum of errors of many steps: 20 tolerances of the chain. The body's tolerance of 1e-6
-            // keeps the gain times its error of u below them.
+            // The errors of many steps amount to 20 tolerances of the chain. The tolerance of 1e-6 of the body ensures
+            // that the gain times the error of u is smaller.
             let allowed = |size: f64| 20.0 * (1e-5 * size + 1e-8);
             assert!(off < allowed(size), "{method} {gain}: {off:e} of {size:e}");
             let at = format!("{method} {gain}: |u| {of_u:e}, order {of_order:e}");
@@ -66,7 +66,7 @@ fn load(rng: &mut ChaCha8Rng, size: f64) -> String {
     }
 }
 
-/// Compares random scenes with one system at tolerances 100 times tighter.
+/// Compares random scenes with the integration as one system at tolerances that are 100 times tighter.
 fn expect_agreement(seeds: Range<u64>, most: usize, methods: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
     for seed in seeds {
@@ -94,7 +94,7 @@ fn expect_agreement(seeds: Range<u64>, most: usize, methods: &[&str]) {
         for method in methods {
             let case = format!("seed {seed}, {method}, {n} oscillators, gain {gain:.1e}");
             let tolerances = "integrator.oscillators={ rtol = 1e-5, atol = 1e-8 }";
-            // The errors of u by BDF are 10 to 1000 times its tolerance.
+            // With BDF, the errors of u are 10 to 1000 times its tolerance.
             let rtol = match *method {
                 "bdf" => "integrator.rtol=1e-7",
                 _ => "integrator.rtol=1e-6",
@@ -104,7 +104,7 @@ fn expect_agreement(seeds: Range<u64>, most: usize, methods: &[&str]) {
             run(&with, &set, &out(&method));
             let tables = |name| [out(&method), out("together")].map(|out| rows(&out, name));
             let [one, other] = tables("states");
-            // Errors of many steps add up to 20 tolerances.
+            // The errors of many steps amount to 20 tolerances.
             let allowed = |size: f64| 20.0 * (1e-5 * size + 1e-8);
             for k in 1..=n {
                 let [size, off] = compare(&one, &other, &[k]);
@@ -120,7 +120,7 @@ fn expect_agreement(seeds: Range<u64>, most: usize, methods: &[&str]) {
                 "{case}: |Ψ| is {off:e} off of {size:e}"
             );
             for (one, other) in one.iter().zip(&other) {
-                // χ has the relative errors of the positions, and no value at rest.
+                // χ has the relative errors of the positions; it is undefined at rest.
                 let (off, amplitude) = ((one[3] - other[3]).abs(), other[1]);
                 let allowed = allowed(amplitude) / amplitude;
                 assert!(
@@ -144,7 +144,7 @@ fn more_random_scenes_agree_with_one_system_at_tighter_tolerances() {
     expect_agreement(3..27, 1000, &["radau5", "radau9", "bdf"]);
 }
 
-/// Loads that jump, a preload, moving supports, and chains in all elements.
+/// Checks loads that jump, a preload, moving supports, and chains in all elements.
 #[test]
 fn scenes_of_other_kinds_agree_with_one_system() {
     let folder = tempfile::tempdir().unwrap();
@@ -189,7 +189,7 @@ fn scenes_of_other_kinds_agree_with_one_system() {
         });
         let columns: Vec<usize> = (1..=n).collect();
         let [size, off] = compare(&tables[0], &tables[1], &columns);
-        // Both have the tolerance, and the body's is a tenth of it.
+        // Both runs have this tolerance; the tolerance of the body is a tenth of it.
         assert!(off < 1e-6 * size + 1e-9, "{name}: {off:e} of {size:e}");
         assert!(size > 1e-4, "{name}: {size:e}");
     }
