@@ -13,7 +13,7 @@ use crate::interrupt;
 use crate::output;
 use crate::progress::Progress;
 
-/// The arguments that all these commands have.
+/// The arguments common to all these commands.
 pub(crate) struct AnalysisCommand<'a> {
     /// Name of the command and of the analysis.
     pub(crate) name: &'static str,

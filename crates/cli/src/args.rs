@@ -39,8 +39,8 @@ impl CommonArgs {
         self.threads.unwrap_or_else(machine::n_cores)
     }
 
-    /// Sets the memory and thread limits of the process. `side_by_side`: whether the command runs
-    /// several computations in parallel; each of them then uses one thread.
+    /// Sets the memory and thread limits of the process. If `side_by_side`, the command runs several computations in
+    /// parallel, and each of them uses one thread.
     ///
     /// # Errors
     /// Returns an error if the system cannot start the threads.

@@ -39,8 +39,7 @@ impl Exit {
 }
 
 impl Exit {
-    /// Returns the result of a failed command. Most errors are errors of the input; the others
-    /// occur at run time.
+    /// Returns the result of a failed command. Most errors are errors in the input; some errors occur at run time.
     pub fn of_failure(failure: &anyhow::Error) -> Self {
         let at_work = |cause: &(dyn std::error::Error + 'static)| {
             let resources = |error: &SparseError| {

@@ -26,7 +26,7 @@ const ENDING: &[c_int] = &[
 static INTERRUPTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 static AT_ONCE: LazyLock<Arc<AtomicBool>> = LazyLock::new(|| Arc::new(AtomicBool::new(true)));
 
-/// Returns whether a signal has set the flag.
+/// Returns whether a signal has been received.
 pub fn has_come() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
@@ -55,8 +55,8 @@ fn end_by(signal: c_int) -> io::Result<()> {
     Ok(())
 }
 
-/// Turns a write beyond the system's file size limit into an error that names the file. Without it
-/// the signal would end the program.
+/// Converts a write beyond the system's file size limit into an error that names the file; otherwise, the signal would
+/// end the program.
 pub fn outlive_large_files() {
     #[cfg(unix)]
     if let Err(error) = register(signal_hook::consts::SIGXFSZ, Arc::default()) {

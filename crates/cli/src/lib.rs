@@ -57,8 +57,7 @@ fn command() -> ExitCode {
     match Cli::try_parse() {
         Ok(cli) => ended(cli.command.run()).into(),
         Err(error) => {
-            // Errors of printing are ignored: nobody reads the output. The code is clap's: 2, or 0
-            // for help.
+            // Errors in printing are ignored, because nobody reads the output. The code is clap's: 2, or 0 for help.
             match error.use_stderr() && plain(&error.to_string()) != error.to_string() {
                 true => output::print_error(&plain(&error.to_string())),
                 false => drop(error.print()),
@@ -81,11 +80,11 @@ fn scene() -> Option<Scene> {
         .ok()
 }
 
-/// Prints the error of a failed command, and returns the exit code.
+/// Prints the error of a failed command and returns the exit code.
 pub fn ended(result: anyhow::Result<Exit>) -> Exit {
     result.unwrap_or_else(|failure| {
         output::print_error(&error::render(&failure));
-        // A command that needs the end of an interrupted run fails, but its input is valid.
+        // A command that needs the result of a run fails if the run is interrupted, but its input is valid.
         if interrupt::has_come() {
             Exit::Interrupted
         } else {

@@ -1,4 +1,4 @@
-//! Options that change a scene, as text in the form of `--set`.
+//! Options that change a scene, converted to overrides as for `--set`.
 
 use std::path::Path;
 

@@ -32,14 +32,14 @@ impl Progress {
         }
     }
 
-    /// Shows the text made by `line` if the interval has passed.
+    /// Shows the text from `line` if the interval between updates has passed.
     pub fn show(&self, line: impl FnOnce() -> String) {
         let interval = if self.on_terminal {
             ON_TERMINAL
         } else {
             IN_LOG
         };
-        // Another run's thread may be writing; this run tries again at its next call.
+        // The thread of another run may be writing. In this case, this run tries again at its next call.
         let Ok(mut last) = self.last.try_lock() else {
             return;
         };
@@ -50,7 +50,7 @@ impl Progress {
         self.write(line);
     }
 
-    /// Writes the text made by `line`, unless quiet.
+    /// Writes the text from `line`, unless quiet.
     fn write(&self, line: impl FnOnce() -> String) {
         if self.quiet {
             return;

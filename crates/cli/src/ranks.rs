@@ -32,7 +32,7 @@ mod alone {
         command()
     }
 
-    /// Does nothing: there is a single process.
+    /// Does nothing, because there is a single process.
     pub fn share(_: &mut Scene) -> anyhow::Result<()> {
         Ok(())
     }
@@ -74,8 +74,8 @@ mod together {
         }
     }
 
-    /// Distributes the elements of the scene's body among the processes, if the scene has a body
-    /// and there are several processes. MUMPS factorizes from then on.
+    /// Distributes the elements of the scene's body among the processes, if the scene has a body and there are several
+    /// processes. From then on, matrices are factorized by MUMPS.
     ///
     /// # Errors
     /// Returns an error if a process cannot read the scene, or reads a different scene.

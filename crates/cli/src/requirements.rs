@@ -16,7 +16,7 @@ pub struct Requirement {
     patterns: Vec<&'static str>,
 }
 
-/// Build variant of this program, as named in the list.
+/// Name of this program's build variant in the list of requirements.
 pub const WAY: &str = match cfg!(feature = "vendored") {
     true => "vendored",
     false => "system",
@@ -45,7 +45,7 @@ fn parse(line: &'static str, way: &str) -> Option<Requirement> {
 }
 
 impl Requirement {
-    /// Returns the first path at which it is installed on this machine.
+    /// Returns the first path at which the package is installed on this machine.
     pub fn locate(&self) -> Option<PathBuf> {
         self.patterns.iter().find_map(|pattern| locate(pattern))
     }

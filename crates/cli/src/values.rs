@@ -32,7 +32,7 @@ pub fn output_file(path: &str) -> Result<PathBuf, String> {
         folder => {
             let folder = folder.unwrap_or(Path::new("."));
             match tempfile::tempfile_in(folder) {
-                // A full disk may have space when the file is written.
+                // If the disk is full now, there may be space when the file is written.
                 Err(error)
                     if [ErrorKind::PermissionDenied, ErrorKind::ReadOnlyFilesystem]
                         .contains(&error.kind()) =>

@@ -6,7 +6,7 @@ use crate::interrupt;
 use crate::progress::Progress;
 use myovib_scene::watch::Watch;
 
-/// Runs to `t_end` (s), to a stop, or to Ctrl-C, and shows progress under this `name`.
+/// Runs to `t_end` (s), to a stop condition, or until Ctrl-C is pressed. Shows progress under this `name`.
 ///
 /// # Errors
 /// Returns the errors of [`run`](fn@run).

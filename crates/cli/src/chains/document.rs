@@ -46,7 +46,7 @@ fn chain(scene: &Scene) -> Value {
     })
 }
 
-/// Returns the body, its load, and whether it moved together with the chain or was recorded before.
+/// Describes the body and its load, and whether it moved together with the chain or its motion was recorded before.
 fn body(scene: &Scene) -> Value {
     let chain = &scene.file.chain[0];
     match (&scene.body, &scene.file.rod) {
@@ -82,7 +82,7 @@ fn with_a_muscle(run: &ChainRun, body: &Body) -> anyhow::Result<Value> {
     Ok(document)
 }
 
-/// Returns the document of a run whose states all belong to a rod and to oscillators.
+/// Returns the document of a run whose states belong only to a rod and to oscillators.
 fn of_states(run: &ChainRun) -> anyhow::Result<Value> {
     let wanted = &run.scene.file.integrator;
     let integrator = wanted.method;

@@ -93,7 +93,7 @@ fn observe<B: Body>(
     })
 }
 
-/// Records the motion of the point that drives the chain of a scene; the chain is excluded.
+/// Records the motion of the point that drives the chain of a scene. The chain itself is not integrated.
 ///
 /// # Errors
 /// Returns an error if the run does not reach its end time.

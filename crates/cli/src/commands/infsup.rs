@@ -53,7 +53,7 @@ pub struct InfsupArgs {
     pub common: CommonArgs,
 }
 
-/// Levels of one pair of spaces.
+/// Results for one pair of spaces on all meshes.
 struct Family {
     pair: Pair,
     levels: Vec<Level>,
@@ -158,8 +158,8 @@ fn of_scene(path: &Path, set: &[String], fixed: Option<Vec<String>>) -> anyhow::
     })
 }
 
-/// Computes the levels in sequence. A line on standard error precedes each level, because a fine
-/// one takes minutes.
+/// Computes the meshes one after the other. A line on standard error precedes each of them, because a fine mesh takes
+/// minutes.
 fn measure(pair: Pair, subject: &Subject, args: &InfsupArgs) -> anyhow::Result<Family> {
     let fixed: Vec<&str> = subject.fixed.iter().map(String::as_str).collect();
     let on_level = |level: usize, mesh: &Mesh| {

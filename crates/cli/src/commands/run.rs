@@ -141,8 +141,8 @@ fn rounded(value: f64) -> String {
     }
 }
 
-/// Relative size below which a column is considered rounding error of other columns of its kind:
-/// 1e6 roundings of 1e-16, which can occur in solves with ill-conditioned matrices.
+/// Relative size below which a column is considered rounding error of other columns of its kind: 1e6 rounding errors of
+/// 1e-16, which may occur in solutions with ill-conditioned matrices.
 const NOISE: f64 = 1e-10;
 
 /// Returns the group of columns with which a column is compared: components of one vector, or all
@@ -155,8 +155,8 @@ fn kind(column: &str) -> &str {
     }
 }
 
-/// Returns the maximum of the columns of one kind. A very small column is compared with the others:
-/// u_x with u_y, the pressure with stresses.
+/// Returns the largest value among all columns of the same kind. A column of very small values is compared with this
+/// size: u_x with u_y, and the pressure with stresses.
 fn size_of_kind(columns: &Map<String, Value>, of: &str) -> f64 {
     let alike = columns
         .iter()
@@ -273,7 +273,7 @@ fn text(document: &Value) -> String {
         Value::Null => indicator(&document["error_indicator"]),
         estimate => errors(estimate),
     };
-    // A long message in the table would make the table too wide.
+    // A long message would make the table too wide.
     if let Some(message) = document["message"].as_str() {
         text += &format!("\n{}\n", plain(message));
     }
@@ -289,7 +289,7 @@ mod tests {
 
     use super::*;
 
-    /// Regression: a pressure that consisted of rounding errors dominated the estimate, with 90 %.
+    /// Regression: a pressure that consisted only of rounding errors dominated the estimate, with 90 %.
     #[test]
     fn rounding_does_not_lead_the_estimate() {
         let column = |largest: f64, error: f64| json!({ "largest": largest, "error": error, "relative": error / largest });

@@ -101,7 +101,7 @@ pub fn run(args: &SensitivityArgs) -> anyhow::Result<Exit> {
     Ok(Exit::Done)
 }
 
-/// Returns the description of the command, stored in its folder.
+/// Returns the folder request of the command.
 pub fn request<'a>(
     out: &'a Path,
     existing: Existing,
@@ -112,7 +112,7 @@ pub fn request<'a>(
     FolderRequest::of_scene(out, NAME, existing, scene, files)
 }
 
-/// Returns the description of a stiffness map, stored in its folder.
+/// Returns the folder request of a stiffness map.
 pub fn request_of_map<'a>(
     out: &'a Path,
     existing: Existing,
@@ -152,7 +152,7 @@ fn table(curves: &Curves) -> String {
     table.render(colored_stdout())
 }
 
-/// Draws a panel for each output with p̄ ∂u/∂p for each parameter.
+/// Draws a panel for each output, with a curve of p̄ ∂u/∂p for each parameter.
 fn figure(curves: &Curves) -> Figure {
     let times: Vec<f64> = curves.samples.iter().map(|sample| sample.t).collect();
     let panel = |k: usize| {

@@ -1,4 +1,4 @@
-//! `myovib table2`: the scenes of the paper's Table 2, and their runs beside the paper's counts.
+//! `myovib table2`: runs the scenes of the paper's Table 2 and compares their counts with the paper's.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -160,7 +160,7 @@ impl FromStr for Suppress {
     }
 }
 
-/// Returns the paper's absolute tolerances in proportion to a relative tolerance.
+/// Returns overrides that scale the paper's absolute tolerances in proportion to the relative tolerance.
 fn in_proportion(rtol: f64) -> String {
     let paper = Settings::paper(Formulation::Rate).with_relative_tolerance(rtol);
     let atol = paper.absolute_tolerances;
@@ -178,7 +178,7 @@ impl Table2Args {
         self.integrator == IntegratorKind::Bdf
     }
 
-    /// Returns the overrides by which the options change the scenes of the rows.
+    /// Returns the overrides that apply the options to the scenes of the rows.
     fn overrides(&self) -> Vec<String> {
         let mut set = match self.integrator {
             IntegratorKind::Bdf => Vec::new(),
@@ -188,7 +188,7 @@ impl Table2Args {
         set.extend(self.t_end.map(overrides::end));
         if let Some(rtol) = self.rtol {
             set.push(change("integrator.rtol", format!("{rtol:e}")));
-            // The rows of BDF keep the paper's absolute tolerances.
+            // With BDF, the rows keep the paper's absolute tolerances.
             if !self.is_bdf() {
                 set.push(in_proportion(rtol));
             }

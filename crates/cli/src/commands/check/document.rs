@@ -70,7 +70,8 @@ impl From<Size> for BodySizeJson {
 pub(super) struct EquilibriumJson {
     pub(super) unknowns: usize,
     pub(super) blocks: Vec<SizeJson>,
-    /// Null, as is `nullity`, if there are too many pressures for a computation within seconds.
+    /// Inf–sup constant. This value and `nullity` are null if there are too many pressures to compute them within
+    /// seconds.
     pub(super) inf_sup: Option<f64>,
     pub(super) nullity: Option<usize>,
     /// Null if not known before the run.
@@ -89,7 +90,8 @@ pub(super) struct QuasiStaticJson {
     pub(super) formulation: &'static str,
     pub(super) unknowns: usize,
     pub(super) blocks: Vec<BlockJson>,
-    /// Null, as is `nullity`, without pressures or if there are too many for a computation within seconds.
+    /// Inf–sup constant. This value and `nullity` are null without pressures, or if there are too many to compute them
+    /// within seconds.
     pub(super) inf_sup: Option<f64>,
     pub(super) nullity: Option<usize>,
     /// Null if not known before the run.
@@ -113,11 +115,12 @@ pub(super) struct BodyJson {
     unknowns: usize,
     blocks: Vec<BlockJson>,
     chains: Vec<ChainJson>,
-    /// Index by the rule of the formulation.
+    /// Index according to the rule for the formulation.
     index: u8,
     computed: ReportJson,
     computed_on: &'static str,
-    /// Null, as is `nullity`, if there are too many pressures for a computation within seconds.
+    /// Inf–sup constant. This value and `nullity` are null if there are too many pressures to compute them within
+    /// seconds.
     inf_sup: Option<f64>,
     nullity: Option<usize>,
     initial_residual: Vec<ResidualJson>,

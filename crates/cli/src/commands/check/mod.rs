@@ -416,7 +416,7 @@ fn size_of(scene: &Scene, body: &Body) -> String {
     )
 }
 
-/// Lists the modes that a sweep passes, or `None` if they are unknown.
+/// Lists the modes whose frequencies a sweep passes, or returns `None` if they are unknown.
 fn passed([low, high]: [f64; 2], slow_modes: &[f64]) -> Option<String> {
     let above = *slow_modes.last()?;
     let within = slow_modes

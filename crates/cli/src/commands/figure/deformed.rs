@@ -5,7 +5,7 @@ use myovib_fem::Space;
 use myovib_report::outline::outline;
 use myovib_report::plot::{Axis, EdgeGroup, Field, MeshPlot};
 
-/// Drawn size of the largest displacement, as a fraction of the body's height.
+/// Size at which the largest displacement is drawn, as a fraction of the body's height.
 const REACH: f64 = 0.3;
 
 /// Margin above and below the moving body, as a fraction of the body's height.
@@ -22,7 +22,7 @@ pub(in crate::commands) struct Drawing<'a> {
 }
 
 impl<'a> Drawing<'a> {
-    /// Chooses the scale for all these nodal displacements; `groups` are highlighted.
+    /// Chooses the scale for all given nodal displacements; `groups` are highlighted.
     pub(in crate::commands) fn of<'s>(
         space: &'a Space,
         groups: Vec<EdgeGroup>,
@@ -37,7 +37,7 @@ impl<'a> Drawing<'a> {
             scale: if largest > 0.0 {
                 round_down(REACH * height(space) / largest)
             } else {
-                // The run was interrupted at rest.
+                // The run was interrupted while the body was at rest.
                 1.0
             },
         }

@@ -72,7 +72,7 @@ pub struct FiguresArgs {
     pub options: Options,
 }
 
-/// Options of one figure and of all.
+/// Options common to `figure` and `figures`.
 #[derive(Debug, Args)]
 pub struct Options {
     /// Folder for the figures; created if missing.
@@ -116,7 +116,7 @@ pub fn run_all(args: &FiguresArgs) -> anyhow::Result<Exit> {
 }
 
 impl FigureArgs {
-    /// Rejects options without effect on this figure.
+    /// Rejects options that have no effect on this figure.
     fn check(&self) -> Result<(), InputError> {
         let (number, options) = (self.number, &self.options);
         let mesh = options.mesh.as_ref().map(|_| "--mesh");
@@ -137,8 +137,8 @@ impl FigureArgs {
     }
 }
 
-/// Runs behind the figures. Figure 2 uses the run of Figure 3, and Figure 6 uses the run of Figure
-/// 5, if both are requested: their scenes differ only in the recorded values.
+/// Runs from which the figures are drawn. Figure 2 uses the run of Figure 3, and Figure 6 uses the run of Figure 5, if
+/// both are requested: their scenes differ only in the recorded values.
 struct Runs {
     /// Figures 2 and 3.
     rod: Option<ChainRun>,
@@ -215,7 +215,7 @@ struct Entry<'a> {
 
 fn draw(numbers: &[u8], set: &[String], options: &Options, command: &str) -> anyhow::Result<Exit> {
     if let Some(t_end) = options.t_end.filter(|t| !(*t >= 1.0 && t.is_finite())) {
-        // Before the load has risen the deformation is invisible.
+        // Before the load has risen, the deformation is invisible.
         return Err(InputError::new("value out of range")
             .at("--t-end")
             .found(format!("{t_end:e}"))
@@ -267,7 +267,7 @@ mod tests {
     use myovib_scene::Scene;
     use myovib_scene::scene_file::SceneFile;
 
-    /// Returns the scene of a run, without its recorded values.
+    /// Returns the scene of a figure's run, without its recorded values.
     fn run(figure: &str) -> SceneFile {
         SceneFile {
             title: String::new(),

@@ -17,7 +17,7 @@ pub(super) struct Product {
     pub(super) rows: Vec<Vec<f64>>,
     /// Scalars for the text and for JSON.
     pub(super) findings: Vec<(&'static str, Value)>,
-    /// Run behind the figure, for JSON; empty for figures without a run.
+    /// Run from which the figure is drawn, for JSON; empty for figures without a run.
     pub(super) run: Map<String, Value>,
     pub(super) exit: Exit,
 }

@@ -127,7 +127,7 @@ struct Document {
 }
 
 impl MovieArgs {
-    /// Rejects options without effect on this movie.
+    /// Rejects options that have no effect on this movie.
     fn check(&self) -> Result<(), InputError> {
         let mesh = self.mesh.as_ref().map(|_| "--mesh");
         let from = self.from.map(|_| "--from");
@@ -207,7 +207,7 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
             .into());
     }
     let path = args.out.clone().unwrap_or_else(|| args.default_name());
-    // A path from the command line was checked before; the default is checked here.
+    // A path from the command line has already been checked; the default path is checked here.
     values::output_file(&path.display().to_string())
         .map_err(|reason| InputError::new(reason).at(path.display()))?;
     let movie = match &args.subject {

@@ -126,7 +126,7 @@ pub fn run(args: &SweepArgs) -> anyhow::Result<Exit> {
 /// Maximum number of reported cases.
 const TOLD: usize = 10;
 
-/// Reports why cases stopped before their end time.
+/// Prints the reasons why cases stopped before their end time.
 fn tell_stopped(cases: &[String]) {
     for case in cases.iter().take(TOLD) {
         output::note(case);

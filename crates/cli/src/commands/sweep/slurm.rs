@@ -34,7 +34,7 @@ impl Jobs {
 /// Returns an error if values of keys cannot be parsed, if the scene of a case is invalid, or if
 /// the file cannot be written.
 pub(super) fn write(args: &SweepArgs, file: &Path) -> anyhow::Result<Jobs> {
-    // An invalid scene is reported now instead of by its task.
+    // An invalid scene is reported here instead of by the task that would run it.
     let n = rehearse(&args.scene, &args.set, &args.vary, args.common.n_threads())?;
     let per_task = args.per_task.get();
     let program = std::env::current_exe()?;

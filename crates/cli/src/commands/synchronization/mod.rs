@@ -1,9 +1,9 @@
 //! `myovib synchronization`: checks whether the external vibration can synchronize the chain.
 //!
-//! Sweeps answer this question of the paper: for each gain γ, frequency spread, coupling D and
-//! drive frequency, they give the settled |Ψ|, |χ| and centroid frequency, and whether the chain is
-//! locked to the drive. The chain does not act on the body. So the body is integrated once per
-//! drive frequency, and its motion is replayed to the chains.
+//! Sweeps answer this question of the paper: for each gain γ, frequency spread, coupling D and drive frequency, they
+//! determine the settled |Ψ|, |χ| and centroid frequency, and whether the chain is locked to the drive. Because the
+//! chain does not act on the body, the body is integrated once per drive frequency, and its motion is replayed to the
+//! chains.
 
 mod report;
 
@@ -141,7 +141,7 @@ struct Case {
 struct Outcome {
     frequency: f64,
     run: ChainRun,
-    /// `None` for a run that did not reach its end time, and so has not settled.
+    /// `None` for a run that did not reach its end time and therefore has not settled.
     verdict: Option<Verdict>,
 }
 
@@ -153,7 +153,7 @@ struct Verdict {
 }
 
 impl SynchronizationArgs {
-    /// Returns the scene of body and chain with the changes of the options and `more` changes.
+    /// Returns the scene of body and chain with the changes from the options and the changes in `more`.
     fn scene(&self, more: &[String]) -> Result<Scene, InputError> {
         let mut changes = Vec::new();
         changes.extend(self.t_end.map(overrides::end));

@@ -15,7 +15,7 @@ use myovib_report::table::{Align, Cell, Table, Tone, colored_stdout};
 use myovib_scene::result_folder::ResultFolder;
 use myovib_scene::scene_file::chain::{Chain, GeneratorName, Place};
 
-/// All states with their colors, the most desired state last.
+/// All states with their colors; the desired state is the last.
 const STATES: [(&str, Color); 4] = [
     ("none", Color::PALE),
     ("coherent", Color::SKY),

@@ -10,8 +10,8 @@ use serde::Serialize;
 use super::{RowResult, law_name};
 use myovib_scene::json;
 
-/// Returns the document of the rows, of the limit of (29), and of the counterexample without and
-/// with a richer multiplier.
+/// Returns the document of the table's rows, of the limit of (29), and of the counterexample with the original and with
+/// a richer multiplier.
 pub(super) fn document(
     rows: &[RowResult],
     limit: &[(Case, IndexReport)],
@@ -47,7 +47,7 @@ pub(super) struct Document {
 struct CounterexampleJson {
     /// Solution of (33).
     matching: SolutionJson,
-    /// Solution of (34) with a quadratic extra multiplier.
+    /// Solution of (34) with an additional quadratic multiplier function.
     richer: SolutionJson,
     /// max |q - q'| / max |q'|, where q' is the solution of (33).
     error: f64,

@@ -66,7 +66,8 @@ impl RowResult {
     }
 }
 
-/// Returns the index of the block with this name, with a question mark if a gap is not decisive.
+/// Returns the index of the block with this name, followed by a question mark if the gap between its singular values is
+/// not decisive.
 fn block(report: &IndexReport, name: &str) -> Option<String> {
     let (_, found) = report.blocks.iter().find(|(f, _)| f.name() == name)?;
     let doubt = if found.verdict == Verdict::Decisive {
@@ -116,7 +117,7 @@ mod tests {
     use myovib_model::{Muscle, Signal, paper, table1};
     use myovib_scene::{Scene, mesh_file};
 
-    /// Returns all data of a muscle, with all digits.
+    /// Returns all values that define a muscle, with all digits.
     fn data(muscle: &Muscle) -> String {
         let solid = &muscle.solid;
         let body = (

@@ -9,7 +9,7 @@ use myovib_model::table1::Case;
 use super::{RowResult, law_name};
 use myovib_report::table::{Align, Cell, Table, Tone, colored_stdout, exponent, kappa};
 
-/// Formats the table beside the paper's, and the limit of (29).
+/// Formats the computed table with the paper's values, and the limit of (29).
 pub(super) fn table(rows: &[RowResult], limit: &[(Case, IndexReport)]) -> String {
     use Align::{Left, Right};
     let colored = colored_stdout();
@@ -166,7 +166,7 @@ mod tests {
 
     use super::*;
 
-    /// Issue 15, A9: the notes did not depend on the computed samples.
+    /// Regression: the notes did not depend on the computed samples.
     #[test]
     fn notes_are_of_the_samples_that_were_computed() {
         let row = |equation: &str, beta: f64, kappa: f64, n: usize| {
