@@ -28,7 +28,7 @@ pub fn fit(
 /// Fits the parameters and calls `observe` at each iteration; `observe` may end the fit.
 ///
 /// # Errors
-/// As for [`fit`].
+/// Errors of [`fit`].
 pub fn fit_observed(
     model: &mut dyn Model,
     parameters: &[Parameter],
@@ -38,11 +38,11 @@ pub fn fit_observed(
     search(model, parameters, None, options, observe)
 }
 
-/// Continues from the `rough` fit of a slightly different model, for example the same model at a looser tolerance. Its
-/// values are the start; its Jacobian gives the first step.
+/// Continues from the `rough` fit of a slightly different model, for example the same model at a looser tolerance. The
+/// fit starts from its values, and the first step uses its Jacobian.
 ///
 /// # Errors
-/// As for [`fit`].
+/// Errors of [`fit`].
 pub fn refine(
     model: &mut dyn Model,
     parameters: &[Parameter],
@@ -92,20 +92,21 @@ struct Slope {
     offset: f64,
 }
 
-/// Initial radius of the trust region for each parameter, relative to its scale. Moré measures steps by the columns of the
-/// Jacobian; insensitive parameters then change most, far beyond the validity of the linearization.
+/// Initial radius of the trust region for each parameter, relative to its scale. Moré instead scales steps by the norms
+/// of the columns of the Jacobian; then, insensitive parameters would change most, far beyond the range in which the
+/// linearization is valid.
 const FIRST: f64 = 0.3;
 
 /// The trust region shrinks below the first ratio of actual to predicted reduction and grows above the second (Moré).
 const POOR: f64 = 0.25;
 const GOOD: f64 = 0.75;
 
-/// The Jacobian is reused after steps shorter than this fraction of the parameters' uncertainty, if
-/// [`Options::offset`] is positive: over such a step it changes by less than it matters.
+/// The Jacobian is reused after steps shorter than this fraction of the parameters' uncertainty, if [`Options::offset`]
+/// is positive: its change over such a short step has no significant effect.
 const KEPT: f64 = 0.1;
 
-/// Relative changes of the cost below this bound may be rounding: residuals are differences of larger numbers of unknown
-/// size. They are irrelevant to the statistics.
+/// Relative changes of the cost below this bound may be caused by rounding errors, because residuals are differences of
+/// larger numbers of unknown size. Such small changes are irrelevant to the statistics.
 const NOISE: f64 = 1e-10;
 
 struct Search<'a> {
@@ -120,7 +121,7 @@ struct Search<'a> {
     is_linearized: bool,
     /// Radius of the trust region: the Euclidean norm of the scaled step.
     radius: f64,
-    /// Length of the last step whose predicted reduction was below rounding.
+    /// Length of the last step whose predicted reduction was below rounding errors.
     last_blind: f64,
     evaluations: usize,
     history: Vec<Iteration>,
@@ -145,8 +146,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Evaluates the model at the start. If a Jacobian is approximately `known`, takes a first step with it, unless the cost
-    /// would increase.
+    /// Evaluates the model at the start. If an approximate Jacobian is `known`, performs a first step with it, unless
+    /// the cost would increase.
     fn start(&mut self, known: Option<&DMatrix<f64>>) -> Result<(), FitError> {
         let start = self.p.clone();
         let there = self.evaluate(&start, known.is_none());
@@ -164,7 +165,7 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// Returns the sizes by which differences around `p` are taken.
+    /// Returns the typical sizes of the parameters at `p`, from which the steps of difference quotients are derived.
     fn scale(&self, p: &[f64]) -> Vec<f64> {
         let both = self.parameters.iter().zip(p);
         both.map(|(parameter, &p)| parameter.unit(p)).collect()
@@ -263,7 +264,7 @@ impl<'a> Search<'a> {
             return Some(Ended::Converged);
         }
         let is_near = slope.offset < KEPT && self.options.offset > 0.0;
-        // Most first trials are accepted, and the next iteration needs the Jacobian there.
+        // Most first trials are accepted, and the next iteration needs the Jacobian at the accepted point.
         let mut is_first = !is_near;
         loop {
             let (x, predicted) = linear.step(self.radius);
@@ -278,7 +279,7 @@ impl<'a> Search<'a> {
                 .as_ref()
                 .map_or(f64::NAN, |there| self.cost - there.cost);
             let quality = reduction / predicted;
-            // NaN: the model failed, so the step is too long.
+            // The ratio is NaN if the model failed. The step is too long then.
             if quality < POOR || quality.is_nan() {
                 self.radius = 0.25 * self.radius.min(moved);
             } else if quality >= GOOD {
@@ -291,15 +292,15 @@ impl<'a> Search<'a> {
                     return (small && quality > POOR).then_some(Ended::Converged);
                 }
                 Ok(_) if small => return Some(Ended::Converged),
-                // The best step leads out of the model's domain: this is its edge, not a minimum.
+                // The best step leaves the domain of the model, so this point is at its edge and is not a minimum.
                 Err(message) if small => return Some(Ended::Failed(message)),
                 _ => {}
             }
         }
     }
 
-    /// Accepts a step whose predicted reduction is below rounding as long as steps shrink. The cost is flat there and
-    /// determines only half the digits of the parameters.
+    /// Accepts a step whose predicted reduction is below rounding errors, as long as steps become shorter. The cost is
+    /// so flat there that it determines only half of the digits of the parameters.
     fn blind_step(
         &mut self,
         trial: Vec<f64>,
@@ -318,8 +319,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Returns the linearized problem in the free parameters (those without an active bound), the indices of these
-    /// parameters, and the distance from the minimum.
+    /// Returns the linearized problem for the free parameters (those without an active bound), their indices, and the
+    /// distance from the minimum.
     fn linear_problem(&mut self) -> (LinearLeastSquares, Vec<usize>, Slope) {
         let weights: Vec<f64> = self
             .residuals
@@ -382,7 +383,7 @@ impl<'a> Search<'a> {
     }
 
     fn into_fit(mut self, ended: Ended) -> Fit {
-        // The Jacobian at the final point; if it cannot be computed, the previous Jacobian.
+        // Use the Jacobian at the final point or, if it cannot be computed, the previous one.
         let before = self.jacobian.clone();
         if self.linearize().is_err() {
             self.jacobian = before;

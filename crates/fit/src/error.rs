@@ -36,7 +36,7 @@ pub enum FitError {
         /// The allowed values.
         expected: &'static str,
     },
-    /// As many parameters as measurements, which do not determine the noise.
+    /// There are as many parameters as measurements, so the noise cannot be estimated.
     #[error("{0} measurements cannot determine as many parameters and the noise")]
     NoFreedom(usize),
 }

@@ -7,17 +7,17 @@ use crate::result::Fit;
 /// A combination of relative changes of the parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Direction {
-    /// Euclidean norm of the change of the weighted residuals for a relative change of the parameters of length one in
-    /// this direction.
+    /// Euclidean norm of the change of the weighted residuals if the vector of relative parameter changes is the unit
+    /// vector in this direction.
     pub sensitivity: f64,
     /// Components of the unit vector, one per parameter.
     pub shares: Vec<f64>,
 }
 
-/// Singular values and right singular vectors of the Jacobian by relative changes of the parameters.
+/// Singular values and right singular vectors of the Jacobian with respect to relative changes of the parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identifiability {
-    /// Directions, the best determined first. Parameters without effect are excluded.
+    /// Directions, starting with the one that is determined best. Parameters without effect are excluded.
     pub directions: Vec<Direction>,
     /// The parameters' names.
     pub names: Vec<String>,

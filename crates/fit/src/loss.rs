@@ -7,9 +7,9 @@ pub enum Loss {
     /// r²: least squares.
     #[default]
     Squares,
-    /// r² up to |r| = δ, then 2 δ |r| − δ² (Huber): linear in outliers.
+    /// r² for |r| ≤ δ, otherwise 2 δ |r| − δ² (Huber), which is linear for outliers.
     Huber(f64),
-    /// δ² ln(1 + r²/δ²) (Cauchy): logarithmic in outliers.
+    /// δ² ln(1 + r²/δ²) (Cauchy), which is logarithmic for outliers.
     Cauchy(f64),
 }
 
@@ -24,7 +24,7 @@ impl Loss {
         }
     }
 
-    /// Returns √ρ'(r²), the factor of the residual and its derivatives in the Gauss–Newton step.
+    /// Returns √ρ'(r²), by which the residual and its derivatives are multiplied in the Gauss–Newton step.
     pub(crate) fn weight(self, r: f64) -> f64 {
         match self {
             Self::Squares => 1.0,
@@ -54,7 +54,7 @@ mod tests {
                 let s = r * r;
                 let h = 1e-5 * s;
                 let slope = (loss.value((s + h).sqrt()) - loss.value((s - h).sqrt())) / (2.0 * h);
-                // Truncation of order 1e-10, rounding of order 1e-11.
+                // The truncation error is of order 1e-10, the rounding error of order 1e-11.
                 assert!(
                     (slope / loss.weight(r).powi(2) - 1.0).abs() < 1e-8,
                     "{loss:?} at {r}"

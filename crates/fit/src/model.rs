@@ -20,20 +20,21 @@ pub trait Model {
     /// [`Failed`] where the model cannot be evaluated; non-finite residuals have the same effect.
     fn residuals(&mut self, p: &[f64], out: &mut [f64]) -> Result<(), Failed>;
 
-    /// Writes ∂r_i/∂p_j (n_residuals × n_parameters). The default takes central differences with steps proportional to
-    /// `scale`.
+    /// Writes ∂r_i/∂p_j (n_residuals × n_parameters). By default, central difference quotients are used, with steps
+    /// proportional to `scale`.
     ///
     /// # Errors
-    /// As for [`residuals`](Model::residuals).
+    /// Errors of [`residuals`](Model::residuals).
     fn jacobian(&mut self, p: &[f64], scale: &[f64], out: &mut DMatrix<f64>) -> Result<(), Failed> {
         differences::central(|p, out| self.residuals(p, out), p, scale, out)
     }
 
     /// Writes the residuals and, if one evaluation can return both, the derivatives; returns whether it wrote both.
-    /// Implement it if derivatives cost little more than residuals: most trial steps are accepted and need them next.
+    /// Implement it if derivatives cost little more than residuals: most trial steps are accepted, so that their
+    /// derivatives are needed next.
     ///
     /// # Errors
-    /// As for [`residuals`](Model::residuals).
+    /// Errors of [`residuals`](Model::residuals).
     fn residuals_with_jacobian(
         &mut self,
         p: &[f64],

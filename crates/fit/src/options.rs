@@ -7,7 +7,7 @@ use crate::loss::Loss;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// The fit has converged when a step changes every parameter by less than this fraction of its value, or when the
-    /// cosine between the residuals and each derivative is below a thousandth of it. Default: 1e-8.
+    /// cosine of the angle between the residuals and each derivative is below a thousandth of it. Default: 1e-8.
     pub tolerance: f64,
     /// The fit has also converged when the Gauss–Newton step is shorter than this fraction of the parameters' uncertainty:
     /// the relative offset of Bates and Watts (1981). Further steps would stay within the noise. Default: 0 (not used).

@@ -9,14 +9,14 @@ pub struct Parameter {
     pub name: String,
     /// Initial value.
     pub start: f64,
-    /// Typical size, the unit of steps and differences. Default: |start|, or 1 for a start of 0.
+    /// Typical size, which is the unit of steps and of difference quotients. Default: |start|, or 1 for a start of 0.
     pub scale: f64,
     /// Lower bound.
     pub low: f64,
     /// Upper bound.
     pub high: f64,
-    /// Whether steps change the logarithm. The value then stays positive, and a start wrong by orders of magnitude
-    /// costs few steps. Steps are relative to the value instead of `scale`.
+    /// Whether steps change the logarithm. The value then remains positive, and only few additional steps are needed if
+    /// the start is wrong by orders of magnitude. Steps are relative to the value instead of `scale`.
     pub logarithmic: bool,
 }
 

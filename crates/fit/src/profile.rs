@@ -24,19 +24,19 @@ pub struct ProfilePoint {
 pub struct Profile {
     /// Computed points, sorted by value.
     pub points: Vec<ProfilePoint>,
-    /// The interval. An end is `None` if the cost does not reach the limit on that side: the measurements do not bound the
-    /// parameter there.
+    /// The confidence interval. An end is `None` if the cost does not reach the limit on that side: the measurements do
+    /// not bound the parameter there.
     pub interval: [Option<f64>; 2],
 }
 
-/// Distance in multiples of the linear interval after which a side counts as open.
+/// Distance from the fit, in multiples of the linear interval, beyond which a side counts as open.
 const FARTHEST: f64 = 64.0;
 
 /// Computes the profile of parameter `which` around the fit, up to a cost increase of t² s²/2 with Student's t at `level`
 /// (Bates and Watts, 6.1.2).
 ///
 /// # Errors
-/// As for [`fit`] and [`Fit::uncertainty`].
+/// Errors of [`fit`] and [`Fit::uncertainty`].
 pub fn profile(
     model: &mut dyn Model,
     parameters: &[Parameter],

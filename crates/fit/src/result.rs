@@ -8,9 +8,9 @@ use crate::loss::Loss;
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Ended {
-    /// The tolerance is reached, or further reductions of the cost are below rounding.
+    /// The tolerance was reached, or further reductions of the cost would be below rounding errors.
     Converged,
-    /// The limit on iterations is reached.
+    /// The limit on iterations was reached.
     MaxIterations,
     /// The observer ended it.
     Interrupted,
@@ -26,7 +26,7 @@ pub struct Iteration {
     pub cost: f64,
     /// The parameters.
     pub values: Vec<f64>,
-    /// Number of evaluations of the residuals so far, without difference quotients.
+    /// Number of evaluations of the residuals so far, excluding those for difference quotients.
     pub evaluations: usize,
 }
 
@@ -49,7 +49,7 @@ pub struct Fit {
     pub ended: Ended,
     /// All iterations.
     pub history: Vec<Iteration>,
-    /// Number of evaluations of the residuals, without difference quotients.
+    /// Number of evaluations of the residuals, excluding those for difference quotients.
     pub evaluations: usize,
     pub(crate) loss: Loss,
 }
@@ -70,7 +70,7 @@ impl Fit {
         (0..self.values.len()).filter(|&j| self.acts(j)).collect()
     }
 
-    /// Returns the number of measurements minus the number of parameters that they depend on.
+    /// Returns the number of measurements minus the number of parameters on which they depend.
     pub fn degrees_of_freedom(&self) -> usize {
         self.residuals.len() - self.acting().len()
     }

@@ -7,10 +7,10 @@ use crate::error::FitError;
 use crate::parameter::Parameter;
 use crate::result::Fit;
 
-/// Returns the given starting point and `count − 1` random ones, reproducible by the seed.
+/// Returns the given starting point and `count − 1` random ones, which are reproducible through the seed.
 ///
-/// A parameter with two finite bounds is drawn between them (uniform in the logarithm if both are positive). Without, it is
-/// drawn between half and twice its start, or within ± its scale if the start is 0, and clamped to the bounds.
+/// A parameter with two finite bounds is drawn between them (uniform in the logarithm if both are positive). Otherwise,
+/// it is drawn between half and twice its start, or within ± its scale if the start is 0, and clamped to the bounds.
 pub fn several_starts(parameters: &[Parameter], count: usize, seed: u64) -> Vec<Vec<Parameter>> {
     let mut stream = ChaCha8Rng::seed_from_u64(seed);
     let mut uniform = || (stream.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
@@ -127,7 +127,8 @@ mod tests {
             assert!(all().all(|start| (low..=high).contains(&start)), "{j}");
             let mut starts = starts.iter();
             assert!(starts.all(|start| start[j].check().is_ok()), "{j}");
-            // Both ends are approached: the probability of no draw of 199 in a tenth of the range is 1e-9.
+            // Draws occur near both ends: the probability that none of 199 draws is in a given tenth of the range is
+            // 1e-9.
             let tenth = 0.1 * (high - low);
             assert!(all().any(|start| start < low + tenth), "{j}");
             let top = if j == 0 {

@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector, SVD};
 
-/// The linearized problem min |r + J D x| with |x| ≤ Δ and the parameters' scales D. One singular value decomposition of
-/// J D serves all radii.
+/// The linearized problem min |r + J D x| with |x| ≤ Δ, where D contains the scales of the parameters. One singular
+/// value decomposition of J D is sufficient for all radii.
 pub(crate) struct LinearLeastSquares {
     svd: SVD<f64, nalgebra::Dyn, nalgebra::Dyn>,
     /// Uᵀ r.
@@ -18,13 +18,14 @@ impl LinearLeastSquares {
         Self { svd, rotated }
     }
 
-    /// Returns the bound below which a singular value is rounding.
+    /// Returns the bound below which a singular value is considered zero, because of rounding errors.
     fn negligible(&self) -> f64 {
         self.svd.singular_values.max() * f64::EPSILON * self.rotated.len() as f64
     }
 
-    /// Returns the relative offset |Uᵀ r|/√n over |r − U Uᵀ r|/√(m − n) of the residuals `r` (Bates and Watts 1981): the
-    /// length of the Gauss–Newton step in units of the parameters' uncertainty. Infinite without degrees of freedom.
+    /// Returns the relative offset |Uᵀ r|/√n over |r − U Uᵀ r|/√(m − n) of the residuals `r` (Bates and Watts 1981):
+    /// the length of the Gauss–Newton step in units of the parameters' uncertainty. It is infinite without degrees of
+    /// freedom.
     pub(crate) fn offset(&self, r: &DVector<f64>) -> f64 {
         let negligible = self.negligible();
         let significant = self.rotated.iter().zip(self.svd.singular_values.iter());
@@ -58,7 +59,7 @@ impl LinearLeastSquares {
         let s = &self.svd.singular_values;
         let mut predicted = 0.0;
         for ((c, s), g) in coefficients.iter().zip(s.iter()).zip(self.rotated.iter()) {
-            // (g² − (g + s c)²)/2 without cancellation.
+            // This equals (g² − (g + s c)²)/2, but without cancellation.
             predicted -= 0.5 * s * c * (2.0 * g + s * c);
         }
         let v = self.svd.v_t.as_ref().expect("computed");

@@ -6,7 +6,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use crate::error::FitError;
 use crate::result::Fit;
 
-/// Uncertainty of the parameters; assumes a nearly linear model within it.
+/// Uncertainty of the parameters, under the assumption that the model is nearly linear within it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Uncertainty {
     /// Variance of the weighted residuals, s² = 2 cost/degrees of freedom.
@@ -55,7 +55,7 @@ impl Fit {
 }
 
 impl Uncertainty {
-    /// Returns two-sided confidence intervals at `level` by Student's t.
+    /// Returns two-sided confidence intervals at `level` from Student's t distribution.
     ///
     /// # Panics
     /// If `level` is not in (0, 1).
@@ -78,7 +78,7 @@ pub(crate) fn student_quantile(probability: f64, freedom: usize) -> f64 {
         .inverse_cdf(probability)
 }
 
-/// Returns (JᵀJ)⁻¹ by the singular values of J with its columns normalized; no column may be zero.
+/// Returns (JᵀJ)⁻¹, computed from the singular values of J with normalized columns; no column may be zero.
 fn inverse_normal_matrix(mut jacobian: DMatrix<f64>) -> DMatrix<f64> {
     if jacobian.is_empty() {
         return DMatrix::zeros(0, 0);

@@ -23,7 +23,7 @@ impl<F: FnMut(&[f64], &mut [f64]) -> Result<(), Failed>> Model for Of<F> {
     }
 }
 
-/// A straight line a + b x through points.
+/// Returns the model of a straight line a + b x through points.
 fn line(points: &[(f64, f64)]) -> impl Model {
     Of(points.len(), move |p: &[f64], out: &mut [f64]| {
         for (out, (x, y)) in out.iter_mut().zip(points) {
@@ -41,7 +41,8 @@ fn parameters<const N: usize>(starts: [f64; N]) -> [Parameter; N] {
     })
 }
 
-/// Draper and Smith's formulas for the line through four points, by hand with mean x = 1.5 and Sxx = 5.
+/// Points of a straight line. The expected results are computed by hand with the formulas of Draper and Smith, with the
+/// mean x = 1.5 and Sxx = 5.
 const POINTS: [(f64, f64); 4] = [(0.0, 1.1), (1.0, 2.9), (2.0, 5.2), (3.0, 6.8)];
 
 #[test]
@@ -58,7 +59,7 @@ fn a_straight_line_has_the_textbook_values_errors_and_correlation() {
     let a = mean_y - 1.5 * b;
     let square: f64 = POINTS.iter().map(|(x, y)| (a + b * x - y).powi(2)).sum();
     let s2 = square / 2.0;
-    // Difference quotients of a linear model have rounding errors only, about 1e-11.
+    // Difference quotients of a linear model only have rounding errors, about 1e-11.
     for (found, exact) in fitted.values.iter().zip([a, b]) {
         assert!((found - exact).abs() < 1e-9, "{found} {exact}");
     }
@@ -83,7 +84,7 @@ fn the_profile_of_a_linear_model_is_its_linear_interval() {
         let options = Options::default();
         let profile = profile(&mut line(&POINTS), &start, &fitted, which, 0.95, &options).unwrap();
         for (found, exact) in profile.interval.iter().zip(linear) {
-            // The crossing is interpolated linearly in a bracket of a thousandth of the width.
+            // The crossing is interpolated linearly within a bracket of a thousandth of the interval's width.
             let width = linear[1] - linear[0];
             assert!(
                 (found.unwrap() - exact).abs() < 1e-3 * width,
@@ -129,7 +130,7 @@ fn outliers_move_a_robust_fit_less() {
     assert!(off(Loss::Cauchy(0.1)) < 1e-4 * off(Loss::Squares));
 }
 
-/// Only the sum of the parameters acts.
+/// Checks a model in which only the sum of the parameters has an effect.
 #[test]
 fn undetermined_directions_are_returned() {
     let mut model = Of(5, |p: &[f64], out: &mut [f64]| {
@@ -146,11 +147,11 @@ fn undetermined_directions_are_returned() {
     let [a, b] = unknown[0].shares[..] else {
         panic!("two parameters")
     };
-    // The sum is constant along the direction, whose shares are relative changes.
+    // Along the direction the sum is constant; the components are relative changes.
     assert!((a * fitted.values[0] + b * fitted.values[1]).abs() < 1e-6);
 }
 
-/// The second of three parameters has no effect and does not change the results of the others.
+/// Checks that the second of three parameters, which has no effect, does not change the results of the others.
 #[test]
 fn a_parameter_without_effect_does_not_change_the_others() {
     let mut model = Of(POINTS.len(), |p: &[f64], out: &mut [f64]| {
@@ -173,7 +174,7 @@ fn a_parameter_without_effect_does_not_change_the_others() {
         row[0].is_nan() && row[1] == 1.0 && row[2].is_nan(),
         "{row:?}"
     );
-    // Equal within the rounding of differences: 1e-11 for derivatives of size one.
+    // Equal up to the rounding errors of difference quotients: 1e-11 for derivatives of size one.
     let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-8 * b.abs(), "{a} {b}");
     for (j, k) in [(0, 0), (2, 1)] {
         near(found.standard_errors[j], exact.standard_errors[k]);
@@ -204,7 +205,7 @@ fn a_fit_without_any_dependence_fails() {
         fitted.ended
     );
     let uncertainty = fitted.uncertainty().unwrap();
-    // The mean square of 1, −1 and 2, without rounding.
+    // The mean square of 1, −1 and 2, which has no rounding error.
     assert_eq!((fitted.values[0], uncertainty.variance), (1.0, 2.0));
     assert_eq!(uncertainty.standard_errors, [f64::INFINITY]);
     assert!(fitted.identifiability().directions.is_empty());
@@ -212,7 +213,7 @@ fn a_fit_without_any_dependence_fails() {
 
 #[test]
 fn several_starts_find_the_deeper_valley() {
-    // p⁴/4 − p²/2 + 0.1 p has a shallow minimum near 0.95 and a deeper one near −1.05.
+    // The function p⁴/4 − p²/2 + 0.1 p has a shallow minimum near 0.95 and a deeper one near −1.05.
     let mut model = Of(1, |p: &[f64], out: &mut [f64]| {
         out[0] = (p[0].powi(4) / 4.0 - p[0] * p[0] / 2.0 + 0.1 * p[0] + 1.0).sqrt();
         Ok(())
@@ -228,7 +229,7 @@ fn several_starts_find_the_deeper_valley() {
 
 #[test]
 fn a_failed_trial_is_a_step_back() {
-    // The model ends at p = 1; the Gauss–Newton step from 0.01 overshoots it.
+    // The model is undefined beyond p = 1; the Gauss–Newton step from 0.01 exceeds this bound.
     let mut model = Of(1, |p: &[f64], out: &mut [f64]| {
         if p[0] > 1.0 {
             return Err(Failed("p > 1".into()));
@@ -248,9 +249,9 @@ fn a_failed_trial_is_a_step_back() {
     );
 }
 
-/// A fit of exp(−k t) to noisy points stops sooner at a larger offset, and within its distance: a step along which the
-/// linearized residuals change by √n s times the offset moves no parameter by more than √n times the offset in standard
-/// errors.
+/// Checks that a fit of exp(−k t) to noisy points stops earlier with a larger offset, at a distance from the minimum
+/// that the offset bounds: if the linearized residuals change by √n s times the offset, no parameter changes by more
+/// than √n times the offset in units of its standard error.
 #[test]
 fn a_fit_stops_when_further_steps_are_within_the_noise() {
     let y = [1.0, 0.63, 0.35, 0.24, 0.11];
@@ -273,15 +274,15 @@ fn a_fit_stops_when_further_steps_are_within_the_noise() {
         assert!(near.is_converged());
         evaluations.push(near.evaluations);
         for ((near, least), error) in near.values.iter().zip(&least.values).zip(&errors) {
-            // 10 % more, as the linearization is approximate.
+            // 10 % are added because the linearization is approximate.
             assert!((near - least).abs() < 1.1 * 2_f64.sqrt() * offset * error);
         }
     }
     assert!(evaluations.is_sorted_by(|a, b| a > b), "{evaluations:?}");
 }
 
-/// A fit of a model with an error of a thousandth is refined with the exact model: the values agree with a direct fit, with
-/// one evaluation of the derivatives, as the first step is sufficient.
+/// Checks that a fit of a model with an error of a thousandth can be refined with the exact model. The values agree
+/// with a direct fit, and one evaluation of the derivatives is sufficient, because the first step already converges.
 #[test]
 fn a_rough_fit_is_refined() {
     let y = [1.0, 0.63, 0.35, 0.24, 0.11];
@@ -336,8 +337,8 @@ fn an_observer_may_end_the_fit_and_the_history_is_kept() {
     );
 }
 
-/// Intervals at 95 % cover the truth in about 95 % of seeded experiments. The standard deviation of 1000 draws is 0.7 %;
-/// three of them are allowed.
+/// Checks that 95 % intervals contain the true values in about 95 % of seeded experiments. The standard deviation of
+/// 1000 draws is 0.7 %; three of them are allowed.
 #[test]
 fn intervals_cover_the_truth_as_often_as_they_say() {
     let mut random = ChaCha8Rng::seed_from_u64(20_261_122);
@@ -345,7 +346,7 @@ fn intervals_cover_the_truth_as_often_as_they_say() {
     for _ in 0..1000 {
         let points: Vec<_> = (0..8)
             .map(|k| {
-                // A sum of twelve uniform numbers is nearly normal, of variance one.
+                // The sum of twelve uniform random numbers has variance one and is nearly normally distributed.
                 let noise: f64 = (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
                 (f64::from(k), 1.0 + 0.5 * f64::from(k) + 0.3 * noise)
             })
@@ -387,7 +388,7 @@ fn invalid_input_is_rejected() {
     assert_eq!(exact.uncertainty().unwrap_err(), FitError::NoFreedom(2));
 }
 
-/// y = exp(-k t) with k = 2 at eight times, for k above 0 only.
+/// Returns the model y = exp(-k t) with k = 2 at eight times, defined only for k > 0.
 fn decay() -> impl Model {
     Of(8, |p: &[f64], out: &mut [f64]| {
         if p[0] <= 0.0 {
@@ -401,14 +402,14 @@ fn decay() -> impl Model {
     })
 }
 
-/// Positive parameters are found from starts of other orders of magnitude.
+/// Checks that positive parameters are found if the start has the wrong order of magnitude.
 #[test]
 fn positive_parameters_are_found_from_starts_of_another_scale() {
     for start in [1e-9, 1e-4, 1.0, 30.0] {
         let start = [Parameter::new("k", start).positive()];
         let fitted = fit(&mut decay(), &start, &Options::default()).unwrap();
         assert!(fitted.is_converged(), "{start:?}: {:?}", fitted.ended);
-        // The residuals vanish at the truth.
+        // The residuals vanish at the true values.
         assert!(
             (fitted.values[0] - 2.0).abs() < 1e-8,
             "{start:?}: {fitted:?}"
@@ -416,10 +417,10 @@ fn positive_parameters_are_found_from_starts_of_another_scale() {
     }
 }
 
-/// Regression: a search that ended because each longer step failed counted as converged.
+/// Regression: a search counted as converged although it ended because each longer step failed.
 #[test]
 fn the_edge_of_the_domain_is_not_a_minimum() {
-    // The least cost is at -1; values below 0.5 have none.
+    // The minimum of the cost is at -1, but the model is undefined below 0.5.
     let mut half = Of(2, |p: &[f64], out: &mut [f64]| {
         if p[0] < 0.5 {
             return Err(Failed("below 0.5".into()));

@@ -1,8 +1,8 @@
-//! Forward differentiation, so that the models below are written once.
+//! Automatic forward differentiation, so that each model below is only written once.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Most parameters of a NIST model.
+/// Maximum number of parameters of a NIST model.
 pub(crate) const MOST: usize = 9;
 
 /// A number with its derivatives with respect to the parameters.
@@ -54,7 +54,7 @@ impl Dual {
         self.chain(self.value.atan(), (1.0 + self.value * self.value).recip())
     }
 
-    /// self^power for a positive base.
+    /// Returns self^power for a positive base.
     pub(crate) fn pow(self, power: impl Into<Self>) -> Self {
         (power.into() * self.ln()).exp()
     }

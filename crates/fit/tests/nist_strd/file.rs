@@ -37,7 +37,7 @@ pub(crate) fn read(name: &str) -> DataSet {
         .find_map(|line| line.trim().strip_prefix("Residual Sum of Squares:"))
         .map(|rest| rest.trim().parse().unwrap())
         .unwrap();
-    // "Data:" opens the header, and again the table itself.
+    // "Data:" begins the description of the data in the header, and occurs again before the table.
     let rows = text
         .lines()
         .skip(60)

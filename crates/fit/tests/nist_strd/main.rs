@@ -16,7 +16,7 @@ use models::{Formula, SETS};
 struct Regression<'a> {
     data: &'a DataSet,
     formula: Formula,
-    /// Nelson's model describes the logarithm of the response.
+    /// Whether the model describes the logarithm of the response, as Nelson's model does.
     of_logarithm: bool,
 }
 
@@ -60,7 +60,7 @@ impl Model for Regression<'_> {
     }
 }
 
-/// Number of correct digits, at most the 11 certified ones.
+/// Returns the number of correct digits, at most 11, which is the number of certified digits.
 fn digits(found: f64, certified: f64) -> f64 {
     let error = ((found - certified) / certified).abs();
     (-error.max(1e-11).log10()).max(0.0)
@@ -111,7 +111,7 @@ fn all_sets_from_the_second_start_have_eight_digits_and_six_of_the_standard_erro
                 k + 1,
                 fitted.evaluations
             );
-            // Lanczos1 was made without noise: its standard errors are rounding, of three digits.
+            // Lanczos1 was generated without noise, so its standard errors are only rounding errors and are not compared.
             let enough = if name == "Lanczos1" { 0.0 } else { 6.0 };
             if k == 1 && (values < 8.0 || errors < enough) {
                 failures.push(format!(
