@@ -18,7 +18,8 @@ const AIR: f64 = 0.04;
 /// Content of a film.
 #[derive(Debug, Clone, Copy)]
 pub struct Request<'a> {
-    /// Field that colors the body, by default the displacement; of several components the magnitude.
+    /// Field that determines the colors of the body; the displacement by default. For a field with several components,
+    /// the magnitude is shown.
     pub field: Option<&'a str>,
     /// Factor of the displacements.
     pub factor: f64,
@@ -100,7 +101,7 @@ fn found<'a>(fields: &'a [StoredField], name: &str) -> anyhow::Result<&'a Stored
     })
 }
 
-/// Returns the axis of the colors, from the smallest to the largest value of all times.
+/// Returns the axis of the color scale, from the smallest to the largest value over all times.
 fn axis(field: &str, shots: &[Shot]) -> Axis {
     let values = shots.iter().flat_map(|shot| &shot.values);
     let finite = values.copied().filter(|value| value.is_finite());
@@ -205,7 +206,7 @@ impl<'a> Drawing<'a> {
 }
 
 /// Returns the boundary triangles of tetrahedra, counterclockwise seen from outside. Points at the same position, which
-/// the files have between regions, count as one.
+/// occur at boundaries between regions, count as one.
 fn boundary(mesh: &StoredMesh) -> Vec<[usize; 3]> {
     const SIDES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
     let mut first: BTreeMap<[u64; 3], usize> = BTreeMap::new();
@@ -243,7 +244,8 @@ fn triple([a, b, c]: [[f64; 3]; 3]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Two tetrahedra of different regions: the common face has points of both and is not a boundary.
+    /// Checks two tetrahedra of different regions: their common face has separate points in each region and does not
+    /// belong to the boundary.
     #[test]
     fn faces_between_regions_are_inside() {
         let points = vec![
@@ -263,7 +265,7 @@ mod tests {
         };
         let faces = boundary(&mesh);
         assert_eq!(faces.len(), 6);
-        // Divergence theorem: outward normals give the volume of twice 1/6.
+        // By the divergence theorem, outward normals give the volume of two tetrahedra, 2/6.
         let volume: f64 = faces
             .iter()
             .map(|face| triple(face.map(|node| mesh.points[node])))

@@ -1,4 +1,4 @@
-//! Reports of fits: text, `report.html`, and files of numbers.
+//! Reports of fits: text, `report.html`, and data files.
 
 use std::path::Path;
 
@@ -176,7 +176,7 @@ fn passing(result: &FitResult) -> Option<String> {
     ))
 }
 
-/// Joins the names of the selected parameters; returns `None` without any.
+/// Joins the names of the selected parameters; returns `None` if no parameter is selected.
 fn named(result: &FitResult, is_selected: impl Fn(usize) -> bool) -> Option<String> {
     let names = result.fit.names.iter().enumerate();
     let names = names.filter(|(j, _)| is_selected(*j));
@@ -211,8 +211,8 @@ fn iterations(result: &FitResult) -> LinePlot {
     }
 }
 
-/// Plots the intervals of the parameters, those by profile if there are any, relative to the values; a line for
-/// each. Intervals without an end and values of zero are excluded.
+/// Plots the confidence intervals of the parameters relative to their values, one line each. Intervals from profiles
+/// are used if there are any. Intervals with an open end and values of zero are excluded.
 fn intervals(result: &FitResult) -> LinePlot {
     let by_profile = |j: usize| result.profiles.get(j)?.as_ref().ok().map(|p| p.interval);
     let linear = result.uncertainty.intervals(LEVEL);
@@ -280,7 +280,7 @@ fn html(result: &FitResult, plots: &[LinePlot], svg: &str) -> String {
     page::framed(title, &summary, &body, &data)
 }
 
-/// Formats an interval; an open side is a dash.
+/// Formats an interval; an open end is shown as a dash.
 fn between(interval: [Option<f64>; 2]) -> String {
     let [low, high] = interval.map(|end| {
         let end = end.unwrap_or(f64::NAN);
@@ -289,7 +289,7 @@ fn between(interval: [Option<f64>; 2]) -> String {
     format!("{low} … {high}")
 }
 
-/// Returns `shown`, or a dash for a non-finite number.
+/// Returns `shown`, or a dash if the number is not finite.
 fn known(number: f64, shown: String) -> String {
     match number.is_finite() {
         true => shown,
@@ -339,7 +339,7 @@ pub fn axis(abscissa: Abscissa) -> Axis {
     }
 }
 
-/// Plots the measurements with the fit, and last the residuals.
+/// Plots the measurements with the fit, followed by the residuals.
 fn plots(result: &FitResult) -> Vec<LinePlot> {
     let is_same = |a: &Point, b: &Point| a.experiment == b.experiment && a.output == b.output;
     let mut firsts: Vec<&Point> = Vec::new();

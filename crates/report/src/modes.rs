@@ -11,7 +11,7 @@ use crate::table::{Align, Table, colored_stdout, kappa};
 /// Largest displacement in a drawing, as a fraction of the body's length.
 const DRAWN: f64 = 0.06;
 
-/// Formats a frequency in Hz; for an instability, formats its growth rate.
+/// Formats a frequency in Hz; for an unstable mode, formats its growth rate.
 pub(crate) fn frequency(mode: &Mode) -> String {
     mode.frequency
         .map_or("unstable".into(), |f| format!("{f:.3}"))
@@ -41,7 +41,7 @@ fn columns(modes: &Modes, body: &BodyModes, n: usize) -> [String; 3] {
     ]
 }
 
-/// Describes the state that the modes are computed for.
+/// Describes the state about which the modes are computed.
 pub(crate) fn about(preload_time: Option<f64>) -> String {
     match preload_time {
         None => "about the unloaded state".to_owned(),
@@ -49,7 +49,7 @@ pub(crate) fn about(preload_time: Option<f64>) -> String {
     }
 }
 
-/// Returns the table of modes, the bodies side by side.
+/// Returns the table of modes, with the bodies next to each other.
 pub fn text(modes: &Modes) -> String {
     let bodies = &modes.muscles;
     let own = bodies.iter().flat_map(|body| headings(modes, body));

@@ -1,4 +1,4 @@
-//! The body for the interactive view: visible triangles, and stored fields or modes at their points.
+//! Data of the body for the interactive view: visible triangles, and stored fields or modes at their vertices.
 
 use std::path::Path;
 
@@ -40,7 +40,8 @@ struct Frames {
 }
 
 impl Frames {
-    /// Returns the description with values rounded to 16 bits of the range of a component in all frames.
+    /// Returns the description of the field. Values are rounded to 16 bits of the range that a component has over all
+    /// frames.
     fn document(&self) -> Value {
         let ranges: Vec<[f64; 2]> = (0..self.components.len())
             .map(|c| {
@@ -71,7 +72,7 @@ impl Frames {
     }
 }
 
-/// Rounds values to levels of 16 bits.
+/// Rounds values to 16-bit levels between the given limits, and encodes them.
 fn levels(values: &[f64], [low, high]: [f64; 2]) -> String {
     let level = |&value: &f64| match value.is_finite() {
         true if high > low => (LEVELS * (value - low) / (high - low)).round() as u16,
@@ -182,7 +183,7 @@ fn bytes(surface: &Surface, n_components: usize) -> usize {
     surface.points.len() * n_components * 8 / 3
 }
 
-/// Returns at most `most` of `n` indices, at least the last one, with equal distances.
+/// Returns at most `most` of the indices below `n`, with equal distances and always including the last index.
 fn spread(n: usize, most: usize) -> Vec<usize> {
     match most.clamp(1, n.max(1)) {
         _ if n == 0 => Vec::new(),
@@ -201,8 +202,8 @@ fn thinning(surface: &Surface) -> Vec<String> {
     surface.thinned_from.map(note).into_iter().collect()
 }
 
-/// Returns the values of a field at the visible points by component. A value of cells becomes the mean over the cells of
-/// a point that have one.
+/// Returns the values of a field at the visible points, by component. For a field on cells, the value at a point is the
+/// mean over all adjacent cells with a finite value.
 fn at_points(field: &StoredField, grid: &Grid, surface: &Surface) -> Vec<Vec<f64>> {
     let width = field.components.len();
     if !field.of_cells {
@@ -295,7 +296,7 @@ mod tests {
         assert_eq!(spread(11, 0), [10]);
     }
 
-    /// The ends of the range are exact, and NaN has its own level.
+    /// Checks that the ends of the range are exact and that NaN has its own level.
     #[test]
     fn values_are_rounded_to_levels() {
         let text = levels(&[-1.0, 0.0, 1.0, f64::NAN], [-1.0, 1.0]);

@@ -12,7 +12,7 @@ use crate::plot::{Axis, Color, LinePlot, Scale, text};
 #[derive(Debug, Default)]
 pub(crate) struct PageData {
     columns: Vec<Value>,
-    /// Numbers of the columns by their content, since charts share their times.
+    /// Number of each column of values, found by its content, because charts share their times.
     known: HashMap<String, usize>,
     charts: Vec<Value>,
     traces: Vec<Value>,
@@ -21,7 +21,7 @@ pub(crate) struct PageData {
 }
 
 impl PageData {
-    /// Creates data of a page without charts: the chart library would be most of its size.
+    /// Creates the data of a page without charts. The chart library would account for most of its size.
     pub(crate) fn with_pictures_only() -> Self {
         Self {
             pictures_only: true,
@@ -87,7 +87,7 @@ impl PageData {
         self.charts.is_empty() && self.bodies.is_empty()
     }
 
-    /// Returns the JSON text. It contains no `<`, so no text of a scene ends the element or starts a comment.
+    /// Returns the JSON text. It contains no `<`, so that text from a scene cannot end the element or start a comment.
     pub(crate) fn json(&self) -> String {
         let colors = (0..Color::N_SERIES).map(|i| Color::of_series(i).to_string());
         let document = json!({
@@ -104,7 +104,7 @@ impl PageData {
         self.column("f8", values.flat_map(f64::to_le_bytes).collect())
     }
 
-    /// Single precision has seven digits, which suffices for charts.
+    /// Single precision has seven digits, which is sufficient for charts.
     fn singles(&mut self, values: impl Iterator<Item = f64>) -> usize {
         let bytes = values.flat_map(|value| (value as f32).to_le_bytes());
         self.column("f4", bytes.collect())
@@ -136,7 +136,7 @@ mod tests {
     use super::*;
     use crate::plot::Series;
 
-    /// A name must neither end the element, nor start a comment, nor change the direction of text.
+    /// Checks that a name cannot end the element, start a comment, or change the direction of text.
     #[test]
     fn names_cannot_leave_the_data() {
         let name = "a</script><!--\u{202e}\"'\u{2028}&";

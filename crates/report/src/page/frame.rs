@@ -22,7 +22,7 @@ const SCRIPT: &str = concat!(
     include_str!("script/page.js"),
 );
 
-/// The chart library, compressed, and the hash by which the page permits it.
+/// The compressed chart library, and the hash with which the page's security policy allows it.
 const LIBRARY: &str = include_str!(concat!(env!("OUT_DIR"), "/plotly.js.gz.base64"));
 const LIBRARY_HASH: &str = include_str!(concat!(env!("OUT_DIR"), "/plotly.js.sha256"));
 
@@ -62,7 +62,7 @@ pub(crate) fn framed(title: &str, description: &str, body: &str, data: &PageData
     )
 }
 
-/// Returns the policy of the page: the browser runs these two scripts only and loads nothing from elsewhere.
+/// Returns the security policy of the page: the browser only runs these two scripts and loads nothing from elsewhere.
 fn policy() -> String {
     let hash = STANDARD.encode(Sha256::digest(SCRIPT));
     format!(

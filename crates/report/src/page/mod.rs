@@ -2,7 +2,8 @@
 //!
 //! The page consists of a description of the scene (`overview`), key figures (`figures`), the body (`pictures`), the
 //! probes (`probes`) or the modes (`modes`), an explanation of the results (`interpretation`), and, collapsed, all
-//! statistics and the scene. It is readable without JavaScript; with it, charts replace the pictures of curves.
+//! statistics and the scene. The page is readable without JavaScript; with JavaScript, charts replace the pictures of
+//! curves.
 
 pub(crate) mod body;
 mod data;
@@ -42,7 +43,7 @@ pub fn write(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Err
 /// Writes the report of a case of a sweep into its folder. Its curves are pictures: the report of the sweep has the charts.
 ///
 /// # Errors
-/// As for [`write()`].
+/// Errors of [`write()`].
 pub fn write_case(folder: &Path, scene: &Scene, result: &RunResult) -> Result<(), Error> {
     save(folder, scene, result, PageData::with_pictures_only())
 }

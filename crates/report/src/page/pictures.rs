@@ -1,4 +1,4 @@
-//! The body: its mesh, materials, supports and loads.
+//! Pictures of the body: its mesh, materials, supports and loads.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use crate::plot::{Color, EdgeGroup, Figure, MeshPlot, Region, SurfacePlot};
 use crate::spatial;
 
 /// Returns the view of the body and pictures of its materials and of the last fields in the folder; empty for a scene
-/// without a body. Without JavaScript, the picture of the deformed body takes the place of the view.
+/// without a body. Without JavaScript, the picture of the deformed body is shown instead of the interactive view.
 ///
 /// # Errors
 /// If the fields cannot be read.
@@ -52,7 +52,8 @@ pub(super) fn body(
     ))
 }
 
-/// Returns the fixed, moved, touched, loaded and pressurized groups; for loads with the given components.
+/// Returns the groups that are fixed, moved, in contact, loaded or under pressure. For tractions, also indicates which
+/// components are given.
 fn groups(scene: &Scene) -> Vec<(&str, Option<[f64; 2]>)> {
     let file = &scene.file;
     let held = file.fixed.iter().map(|fixed| (&*fixed.group, None));
@@ -99,8 +100,8 @@ fn surface(scene: &Scene, body: &Body) -> String {
     Figure::of("Surface, supports and loads", plot).render()
 }
 
-/// Draws the deformed body at the last time of its fields, in 3D its surface and a section, if the fields contain the
-/// displacement.
+/// Draws the deformed body at the last time of its fields, if they contain the displacement. A 3D body is drawn as a
+/// surface and as a section.
 fn displacement(folder: &Path, scene: &Scene, body: &Body) -> Result<Vec<String>, Error> {
     let space = body.muscle.solid.space();
     let last = vtu::last_displacement(folder, &vtu::Grid::of_body(body));
@@ -170,7 +171,7 @@ fn plane(scene: &Scene, body: &Body) -> String {
     Figure::of("Mesh, supports and loads", plot).render()
 }
 
-/// Returns the pale color of a material, on which the mesh is visible.
+/// Returns a pale color for a material, so that the mesh remains visible.
 pub(super) fn shade(i: usize) -> Color {
     Color::of_series(i).paler()
 }
@@ -230,7 +231,7 @@ fn contacts_and_points(scene: &Scene) -> String {
     }
 }
 
-/// Returns the table of materials and their constants, in a box of this class.
+/// Returns the table of materials and their constants, in an HTML element with this class.
 fn materials(scene: &Scene, class: &str) -> String {
     let rows: String = scene
         .file

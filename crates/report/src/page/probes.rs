@@ -14,7 +14,7 @@ use crate::plot::{Axis, Figure, LinePlot, Series};
 /// Maximum number of columns shown for a probe; the CSV file contains the others.
 const MOST_PANELS: usize = 6;
 
-/// Maximum number of values of all interactive curves of a page: about 2.5 MB.
+/// Maximum number of values of all interactive curves of a page: this amounts to about 2.5 MB.
 pub(crate) const MOST_VALUES: usize = 400_000;
 
 /// The recorded data of a probe.
@@ -161,7 +161,7 @@ impl Record {
     }
 }
 
-/// Headings of the columns of extrema, and of the column for an equilibrium.
+/// Headings of the columns with extrema, and of the column with the value in an equilibrium.
 const EXTREMES: &str = "<th class=\"n\">minimum</th><th class=\"n\">at</th><th class=\"n\">maximum</th>\
      <th class=\"n\">at</th><th class=\"n\">error (estimate)</th>";
 const VALUE: &str = "<th class=\"n\">value</th>";
@@ -170,7 +170,7 @@ const VALUE: &str = "<th class=\"n\">value</th>";
 const BY_STEPS: &str = "<p>Errors in time are what the estimates of the steps add up to, which is no bound; \
      <code>myovib run … --verify</code> measures them.</p>\n";
 
-/// Place of the spectrum and the damping of a curve; hidden without JavaScript.
+/// Placeholder for the spectrum and the damping of a curve; hidden without JavaScript.
 const ANALYSIS: &str = "<details hidden><summary>Spectrum and damping of a curve</summary>\n\
      <div data-analysis></div></details>\n";
 
@@ -229,7 +229,7 @@ pub(crate) fn unit(name: &str, in_space: bool) -> &'static str {
     ColumnKind::of(name).map_or("", |kind| kind.unit(in_space))
 }
 
-/// Converts a column name to an axis label, with the component of a letter as a subscript.
+/// Converts a column name to an axis label, with the component after an underscore as a subscript.
 pub(crate) fn label(name: &str) -> String {
     match name.split_once('_') {
         Some((letter, component)) if letter.chars().count() == 1 => {

@@ -8,7 +8,7 @@ use myovib_scene::vtu::Grid;
 use crate::outline::outline;
 use crate::spatial::boundary_with_elements;
 
-/// Maximum number of triangles of a view. A browser without graphics processor needs 70 ms of CPU time to draw them.
+/// Maximum number of triangles of a view. A browser without a graphics processor needs 70 ms of CPU time to draw them.
 const MOST_TRIANGLES: usize = 20_000;
 
 /// The six nodes of a face (corners, then edges) as four triangles, which follow curved edges.
@@ -129,7 +129,7 @@ fn merged(
         .iter()
         .map(|triangle| area(&corners(triangle)))
         .sum();
-    // About two triangles per square of the surface; increased until it fits.
+    // The estimate is two triangles per square of the surface. The cubes are enlarged until the limit is satisfied.
     let mut size = (2.0 * area / most_triangles as f64).sqrt();
     loop {
         let mut first: BTreeMap<[i64; 3], usize> = BTreeMap::new();
@@ -192,7 +192,7 @@ mod tests {
     fn the_surface_of_a_block_is_closed() {
         let (space, grid) = block([3, 2, 2]);
         let surface = Surface::of(&space, &grid);
-        // 2 (6 + 4 + 6) squares of two faces with four triangles each.
+        // There are 2 (6 + 4 + 6) squares, each with two faces of four triangles.
         assert_eq!(surface.triangles.len(), 256);
         // Every edge of an element on the surface has two halves: 3/2 edges per face.
         assert_eq!(surface.edges.len(), 2 * 64 * 3 / 2);

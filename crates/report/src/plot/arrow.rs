@@ -3,7 +3,7 @@
 use super::place::Point;
 use super::svg::{self, Stroke, Svg};
 
-/// Length of the head in line widths; at most half of a short arrow.
+/// Length of the head in line widths, but at most half the length of a short arrow.
 const HEAD: f64 = 4.5;
 
 /// Draws an arrow, or nothing if both ends coincide.

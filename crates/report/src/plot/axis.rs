@@ -99,7 +99,7 @@ impl Division {
     }
 }
 
-/// The smallest magnitude that is told from zero.
+/// The smallest magnitude that is distinguished from zero.
 const SMALLEST: f64 = 1e-290;
 /// The largest magnitude.
 const LARGEST: f64 = 1e290;
@@ -108,7 +108,7 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let none = [f64::INFINITY, f64::NEG_INFINITY];
     let [low, high] = values
         .filter(|value| value.is_finite())
-        // Beyond these, steps and their inverses are not finite.
+        // Beyond these limits, steps and their inverses would not be finite.
         .map(|value| {
             if value.abs() < SMALLEST {
                 0.0
@@ -137,7 +137,7 @@ fn round_step([low, high]: [f64; 2], n: usize) -> f64 {
     let rough = (high - low) / n as f64;
     let power = 10_f64.powf(rough.log10().floor());
     let steps = [1.0, 2.0, 2.5, 5.0].map(|multiple| multiple * power);
-    // 1e-9 compensates for rounding of a round step.
+    // The summand 1e-9 compensates for rounding errors of a round step.
     steps
         .into_iter()
         .find(|step| *step >= rough * (1.0 - 1e-9))
@@ -200,9 +200,9 @@ fn decimals(step: f64) -> usize {
         .unwrap_or(12)
 }
 
-/// Returns whole decades around the data, all labeled if `n_ticks` allows.
+/// Divides the axis at whole decades around the data. All of them are labeled if `n_ticks` allows.
 fn logarithmic([low, high]: [f64; 2], n_ticks: usize) -> Division {
-    // 1e-9 compensates for rounding of a power of ten.
+    // The summand 1e-9 compensates for rounding errors of a power of ten.
     let first = (low.log10() + 1e-9).floor() as i32;
     let last = ((high.log10() - 1e-9).ceil() as i32).max(first + 1);
     let stride = (last - first)

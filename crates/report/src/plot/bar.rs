@@ -83,7 +83,7 @@ impl<'a> Bar<'a> {
             None,
             Some(outline),
         );
-        // Labels of a low bar keep a distance of one line.
+        // Labels of a short color bar have a distance of at least one line.
         let fitting = (area.height / (2.0 * TICK_SIZE)) as usize;
         let (ticks, exponent) = self.labels(fitting.clamp(2, N_TICKS));
         let mut widest: f64 = 0.0;

@@ -18,7 +18,7 @@ const FILES: [&[u8]; 3] = [
 /// Font name with fallbacks.
 pub(super) const FAMILY: &str = "Noto Sans, Helvetica, Arial, sans-serif";
 
-/// Advance of a character missing from the embedded fonts, which the reader's font draws.
+/// Advance width of a character that the embedded fonts do not contain and that is drawn with a font of the reader.
 const UNKNOWN: f64 = 0.5;
 
 static FACES: LazyLock<[Face<'static>; 3]> = LazyLock::new(|| {
@@ -127,7 +127,7 @@ mod tests {
         let (mut pen, mut path) = ([5.0, 20.0], String::new());
         outline("l l", false, 10.0, &mut pen, &mut path);
         assert!((pen[0] - 5.0 - 10.0 * width("l l")).abs() < 1e-12 && pen[1] == 20.0);
-        // An l is one closed outline on the baseline.
+        // The letter l is a single closed outline on the baseline.
         assert_eq!(path.matches('Z').count(), 2);
         assert!(path.contains(" 20.000"), "{path}");
     }
