@@ -1,4 +1,4 @@
-//! Compiles the boundary to MPI and MUMPS if the feature `mpi` is enabled.
+//! Compiles the C interface to MPI and MUMPS if the feature `mpi` is enabled.
 
 fn main() {
     #[cfg(feature = "mpi")]

@@ -9,15 +9,15 @@ use crate::ffi::World;
 pub(crate) enum Command {
     /// End.
     End,
-    /// Load the body and keep a share of it.
+    /// Load the body and keep only this rank's share of its elements.
     Body,
-    /// Compute their shares of a pass.
+    /// Compute this rank's share of a pass over the elements.
     Pass,
-    /// Create a real matrix with a number and a symmetry flag.
+    /// Create a real matrix. The arguments are its number and whether it is symmetric.
     Real,
     /// Create a complex matrix.
     Complex,
-    /// Analyze the matrix with a number.
+    /// Analyze the pattern of the matrix with the given number.
     Analyze,
     /// Factorize the matrix.
     Factor,
@@ -47,7 +47,7 @@ pub(crate) type Words = [f64; 4];
 /// Maximum number of vectors of a command.
 const VECTORS: usize = 6;
 
-/// A command, its numeric arguments, and the length of each vector (−1 for a missing vector).
+/// A command with its numeric arguments and the length of each vector (−1 for a missing vector).
 type Head = [f64; 1 + 4 + VECTORS];
 
 /// Sends a command to all other ranks.

@@ -5,11 +5,11 @@ use myovib_fem::{Barycentric, Inverted, ParallelAssembler, Pass, Solid};
 use crate::call;
 use crate::leader::Leader;
 
-/// Result of a share of a pass, encoded as numbers: element, det F, number and values of the barycentric coordinates.
-/// The element is −1 on success.
+/// Outcome of a rank's share of a pass over the elements, encoded as numbers: the element that is inverted, det F, and
+/// the number and values of the barycentric coordinates of the point. The element is −1 on success.
 pub(crate) type Ending = [f64; 7];
 
-/// Encodes the result of a share.
+/// Encodes the outcome of a share.
 pub(crate) fn ending(own: Result<(), Inverted>) -> Ending {
     let mut numbers = [-1.0; 7];
     if let Err(at) = own {

@@ -117,7 +117,8 @@ impl<T: MumpsScalar> MumpsFactors<T> {
         }
     }
 
-    /// Returns whether an entry is passed to MUMPS: for a symmetric matrix, only entries of the lower triangle.
+    /// Returns whether an entry is passed to MUMPS: for a symmetric matrix, only entries of the lower triangle are
+    /// passed.
     fn is_given(is_symmetric: bool, (column, row): (usize, usize)) -> bool {
         !is_symmetric || row >= column
     }
@@ -187,7 +188,7 @@ impl<T: MumpsScalar> Factorization<T> for MumpsFactors<T> {
     }
 
     fn n_entries(&self) -> Option<usize> {
-        // INFOG(29), the entries of the factors on all ranks; a negative value counts millions.
+        // INFOG(29) is the number of entries of the factors on all ranks. A negative value counts millions of entries.
         match self.matrix.as_ref()?.info(29) {
             count @ 0.. => usize::try_from(count).ok(),
             millions => Some(millions.unsigned_abs() as usize * 1_000_000),

@@ -35,8 +35,8 @@ impl Follower {
         Self { world }
     }
 
-    /// Executes the commands of rank 0 until it ends. `load` loads the body on request, or prints to standard error why
-    /// it cannot.
+    /// Executes the commands of rank 0 until it ends. `load` loads the body on request; if it cannot, it prints the
+    /// reason to standard error.
     pub fn serve(self, load: impl Fn() -> Option<Solid>) {
         let world = &self.world;
         let mut share: Option<Solid> = None;
@@ -72,7 +72,7 @@ impl Follower {
                     .do_part(call.command),
             }
         }
-        // Rank 0 has not destroyed them either.
+        // Rank 0 has not destroyed these matrices either.
         std::mem::forget(parts);
     }
 }

@@ -21,7 +21,7 @@ impl Leader {
         }
     }
 
-    /// Number of processes, this one included.
+    /// Returns the number of processes, including this one.
     pub(crate) fn size(&self) -> usize {
         self.size
     }

@@ -36,13 +36,13 @@ pub fn begin() -> Role {
 pub struct Session(Arc<Leader>);
 
 impl Session {
-    /// Returns a handle by which runs distribute their work during the session.
+    /// Returns a handle with which runs can distribute their work during the session.
     pub fn sharing(&self) -> Sharing {
         Sharing(self.0.clone())
     }
 }
 
-/// Handle by which a run distributes its work.
+/// Handle with which a run distributes its work.
 #[derive(Debug, Clone)]
 pub struct Sharing(Arc<Leader>);
 

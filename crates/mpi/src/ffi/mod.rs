@@ -1,4 +1,4 @@
-//! The boundary to MPI and to MUMPS.
+//! C interface to MPI and MUMPS.
 
 mod mumps;
 mod world;

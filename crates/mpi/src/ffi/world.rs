@@ -76,7 +76,7 @@ impl World {
 }
 
 impl Drop for World {
-    /// After a panic, terminates all other processes, which would wait forever.
+    /// Terminates all other processes after a panic, because they would wait forever.
     fn drop(&mut self) {
         if thread::panicking() {
             self.abort(101);
