@@ -222,7 +222,7 @@ mod tests {
         headings.map(anchor).collect()
     }
 
-    /// Links in the guide and the README refer to existing files and headings.
+    /// Checks that links in the guide and the README refer to existing files and headings.
     #[test]
     fn links_have_targets() {
         let guide = fs::read_dir(root().join("docs/src")).unwrap();
@@ -257,7 +257,7 @@ mod tests {
         assert!(links > 100, "{links} links");
     }
 
-    /// The tables of the guide match the records in the repository.
+    /// Checks that the tables of the guide match the records in the repository.
     #[test]
     fn the_tables_of_the_guide_match_the_records() {
         let root = root();

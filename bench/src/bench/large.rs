@@ -25,7 +25,7 @@ const REPEATS: u32 = 2;
 /// Factor of ∂F/∂ẏ in 1/s for steps of about one millisecond: 1.5/ms.
 const C: f64 = 1.5e3;
 
-/// A body in motion: name, method, scene, its settings, and the time in s from which steps are measured.
+/// A body in motion: name, method, scene, its settings, and the time in s after which steps are measured.
 type Motion = (
     &'static str,
     &'static str,
@@ -77,7 +77,7 @@ struct MemoryUse {
     predicted: f64,
     /// Peak memory.
     peak: f64,
-    /// Relative difference between peak and prediction.
+    /// Relative difference between the peak and the prediction.
     off: f64,
 }
 

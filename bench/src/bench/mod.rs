@@ -91,7 +91,7 @@ impl BenchArgs {
     }
 }
 
-/// Returns whether to continue: false after Ctrl-C, which is checked between two runs.
+/// Returns whether to continue: false after Ctrl-C. Call it between two runs.
 fn goes_on() -> bool {
     !interrupt::flag().load(Ordering::Relaxed)
 }
@@ -126,7 +126,7 @@ fn fastest_call<E>(repeats: u32, mut call: impl FnMut() -> Result<(), E>) -> Res
     Ok(best)
 }
 
-/// Prints or writes the results, complete or up to a Ctrl-C.
+/// Prints or writes the results, which are incomplete after Ctrl-C.
 fn give(args: &BenchArgs, text: &str, document: &impl Serialize) -> anyhow::Result<Exit> {
     if goes_on() {
         args.common.give("bench", text, document)?;

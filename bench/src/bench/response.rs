@@ -19,7 +19,7 @@ use serde::Serialize;
 
 use super::{BenchArgs, fastest, fastest_call, give, goes_on};
 
-/// A response beside the work that it replaces or consists of.
+/// A response and the computation with which it is compared: a motion that it replaces, or its factorizations alone.
 #[derive(Serialize)]
 struct Row {
     scene: &'static str,
@@ -29,17 +29,17 @@ struct Row {
     cpu_seconds: f64,
     compared_with: &'static str,
     compared_cpu_seconds: f64,
-    /// CPU time of the response relative to the other work.
+    /// CPU time of the response divided by the CPU time of the other computation.
     ratio: f64,
 }
 
-/// Adaptive frequencies beside fixed grids.
+/// Adaptive frequencies or a fixed grid, with the error between the frequencies.
 #[derive(Serialize)]
 struct Interpolation {
     grid: String,
     frequencies: usize,
-    /// Largest error between the frequencies, relative to the median amplitude of each value or, if larger, the
-    /// amplitude.
+    /// Largest error between the frequencies, relative to the amplitude or, if that is larger, to the median amplitude
+    /// of the value.
     error: f64,
 }
 
@@ -85,7 +85,7 @@ fn timed(scene: &Scene) -> anyhow::Result<(Response, f64)> {
     Ok((found, started.elapsed().as_secs_f64()))
 }
 
-/// The scene `init`: 120 frequencies beside 3 s of motion.
+/// Compares 120 frequencies of the scene `init` with 3 s of its motion.
 fn beside_motion(repeats: u32) -> anyhow::Result<Row> {
     let of_response = scene("init", "1..60:120", "y = 100.0", &[])?;
     let (found, cpu_seconds) = fastest(repeats, || timed(&of_response), |(_, cpu)| *cpu)?;
@@ -108,7 +108,7 @@ fn beside_motion(repeats: u32) -> anyhow::Result<Row> {
     })
 }
 
-/// A spindle in space: 100 frequencies beside 100 complex factorizations of the same matrices.
+/// Compares 100 frequencies of a spindle in space with 100 complex factorizations of the same matrices.
 fn beside_factorizations(repeats: u32) -> anyhow::Result<Row> {
     // Principal stresses have no amplitude about rest.
     let set = ["mesh.cells=[20, 6, 6]", "probe[1].quantities=[\"strain\"]"];

@@ -74,7 +74,7 @@ struct RunJson {
     ratio: f64,
     /// Relative increase in steps compared with the condensed solver.
     more_steps: f64,
-    /// Counted for the condensed solver only.
+    /// Work of the linear solver, which is only counted for the condensed solver.
     linear_work: Option<LinearWork>,
 }
 

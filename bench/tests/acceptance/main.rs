@@ -15,8 +15,8 @@ fn bench(arguments: &[&str]) -> Value {
     document(&run.stdout, "bench")
 }
 
-/// The condensed and the full solver agree up to rounding. Step counts differ by at most 2 %, the effect of rounding on
-/// step-size control.
+/// Checks that the condensed and the full solver agree up to rounding errors. Step counts differ by at most 2 %, the
+/// effect of rounding errors on the step-size control.
 #[test]
 fn all_linear_solvers_take_similar_steps() {
     let document = bench(&["bench", "rows", "--t-end", "0.6", "--quiet", "--json"]);
@@ -29,7 +29,7 @@ fn all_linear_solvers_take_similar_steps() {
         if run["linear_solver"] == "condensed" {
             assert_eq!(work["factorizations"], run["linear_setups"]);
             assert!(work["solves"].as_u64() >= run["steps"].as_u64(), "{run}");
-            // Solutions with a larger error are refined.
+            // Solutions with a larger backward error are refined.
             assert!(
                 work["largest_backward_error"].as_f64().unwrap() < 1e-12,
                 "{run}"
@@ -97,7 +97,7 @@ fn an_interrupted_bench_exits_with_130_and_prints_its_results() {
     assert!(runs[0]["cpu_seconds"].as_f64().unwrap() > 0.0, "{runs}");
 }
 
-/// The output is checked before the measurement, which may take hours.
+/// Checks that an output path is validated before the measurement, which may take hours.
 #[test]
 fn an_output_that_cannot_be_written_is_rejected_first() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -12,7 +12,8 @@ const RHO: f64 = 1.06e3;
 /// Edge length of a cube in m.
 const H: f64 = 2e-3;
 
-/// The six tetrahedra of a cube around its diagonal, by the order of the axes on their paths.
+/// The six tetrahedra of a cube around its diagonal. Each is given by the order of the axes along a path from one end
+/// of the diagonal to the other.
 const PATHS: [[usize; 3]; 6] = [
     [0, 1, 2],
     [0, 2, 1],
@@ -23,7 +24,7 @@ const PATHS: [[usize; 3]; 6] = [
 ];
 /// The edges of a tetrahedron; their midpoints are nodes.
 const EDGES: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
-/// Quadrature points of degree 2 in barycentric coordinates.
+/// Coordinates of the quadrature points of degree 2, in barycentric coordinates.
 const POINT: [f64; 2] = [0.585_410_196_624_968_5, 0.138_196_601_125_010_5];
 
 /// The parts of a matrix with a common pattern.

@@ -108,7 +108,7 @@ impl NonLinearOp for Part<'_> {
         y.for_each_batch_host([x], |out, [y], _| {
             match dae.borrow_mut().residual(t, y, zero, out) {
                 Ok(()) => out.iter_mut().for_each(|value| *value = -*value),
-                // diffsol has no error return here; a NaN reduces its step.
+                // diffsol cannot receive an error here; it reduces its step size after a NaN.
                 Err(_) => out.fill(f64::NAN),
             }
         });

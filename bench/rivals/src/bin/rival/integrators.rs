@@ -87,7 +87,7 @@ impl Integrator {
     }
 }
 
-/// Returns our settings, with all components in the error test.
+/// Returns the settings of this project's integrators, with all components in the error test.
 fn settings(rtol: f64, t_end: f64) -> Settings {
     Settings {
         t_end,

@@ -1,4 +1,4 @@
-//! The boundary to MUMPS, used only for comparison.
+//! C interface to MUMPS, used only for comparison.
 
 use std::ffi::c_int;
 
