@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 ITERATIONS = 30
 # Relative size of central differences: the cube root of rounding.
 DIFFERENCE = 6e-6
-# Singular values below this fraction of the largest are zero: the gradients have errors of this size.
+# Singular values below this fraction of the largest count as zero; gradients have errors of this size.
 RANK = 1e-7
 # Largest error of a satisfied constraint, relative to its gradient and the size of the positions.
 # Terms of the constraint may be larger than both, for example if q contains small displacements.
@@ -83,7 +83,7 @@ def consistent_start(
         return values
 
     def gradients(q: Array) -> tuple[Array, Array]:
-        """Return dg/dq, with each row divided by its size, and these sizes."""
+        """Return dg/dq with each row divided by its size, and these sizes."""
         steps = np.eye(len(q)) * DIFFERENCE * size
         columns = [evaluate(t, q + s) - evaluate(t, q - s) for s in steps]
         matrix = np.array(columns).T / (2.0 * DIFFERENCE * size)

@@ -49,7 +49,7 @@ OTHER_NAMES = {
 
 @dataclass
 class DenseOutput:
-    """Solution as a continuous function, by the polynomials of the steps.
+    """Solution as a continuous function, given by the polynomials of the steps.
 
     Attributes
     ----------
@@ -164,7 +164,7 @@ class DaeSolution:
         )
 
     def __getitem__(self, name: str) -> Any:
-        """Return an attribute: ``s["t"]`` is ``s.t``, as for SciPy's results."""
+        """Return an attribute: ``s["t"]`` is ``s.t``, as in SciPy's results."""
         if name not in self.keys():
             raise KeyError(name)
         return getattr(self, name)
@@ -482,10 +482,10 @@ def _integrate_parts(
     start: tuple[Array, Array],
     outputs: list[float] | None,
 ) -> tuple[dict[str, Any], tuple[float, float]]:
-    """Integrate from break to break.
+    """Integrate the parts between breaks one after the other.
 
-    Returns the joined results and the limits of the times at which the functions are
-    evaluated in the last part.
+    Returns the joined results, and the first and the last time at which the functions may
+    be evaluated in the last part.
     """
     residual, matrices, watched = functions
     y, yp = start
@@ -517,7 +517,7 @@ def _integrate_parts(
                 }
             )
         except RuntimeError as error:
-            # An exception of a user's function has the frames of this function in its traceback.
+            # The traceback of an exception from a user's function contains the frames of that function.
             is_of_user = error.__traceback__ is not None and error.__traceback__.tb_next is not None
             if is_of_user:
                 raise
@@ -527,7 +527,7 @@ def _integrate_parts(
             break
         limits = part_limits
         if not is_first and is_hidden and outputs is None:
-            # The multipliers at the start of this part have the values before the break.
+            # At the start of this part, the multipliers still have their values from before the break.
             _cut(solved, n, slice(1, None))
         if solved["status"] == 0 and not is_last:
             y, yp = (np.frombuffer(solved[name])[-n:] for name in ("y", "yp"))
@@ -597,7 +597,7 @@ def _advice(
     else:
         return None
     if not solution.success:
-        # The steps are not short because F switches back and forth.
+        # The advice replaces the library's explanation that F switches back and forth.
         solution.message = f"{solution.message.partition(': the last half')[0]}; {advice}"
     return advice
 
@@ -648,7 +648,7 @@ def _explain(initial: str, residual: Function, t: float, y: Array, yp: Array, to
 
 
 def _expect_finite(residual: Any, t: float, y: Array, yp: Array) -> None:
-    """Reject initial values at which F is not finite: there no correction can begin."""
+    """Reject initial values at which F is not finite, because they cannot be corrected."""
     try:
         values = np.frombuffer(residual(t, bytearray(y), bytearray(yp)))
     except _native.StepFailure:
@@ -719,7 +719,7 @@ def _warn_of_velocities(
 
 
 class _End(NamedTuple):
-    """Common end of two parts of an integration, or an end of the span."""
+    """Break between two parts of an integration, or an end of the span."""
 
     t: float
     # Last time before the break and first time after it, in the direction of integration.
@@ -727,15 +727,16 @@ class _End(NamedTuple):
     after: float
 
 
-# Distance of breaks, relative to the largest time, below which they differ by rounding only.
+# Distance of breaks, relative to the largest time, below which they only differ by rounding.
 CLOSE = 1e-12
 
 
 def _ends_of_parts(breaks: ArrayLike, t0: float, t_end: float) -> list[_End]:
     """Return the ends of the parts between breaks, in the direction of integration.
 
-    Breaks that differ by rounding are one break: the functions are evaluated before the
-    first and after the last of them. A break near an end of the span is at this end.
+    Breaks that only differ by rounding are treated as one break: the functions are evaluated
+    before the first and after the last of them. A break close to an end of the span is moved
+    to this end.
     """
     times = np.unique(np.asarray(breaks, dtype=float))
     if not np.isfinite(times).all():
@@ -744,7 +745,7 @@ def _ends_of_parts(breaks: ArrayLike, t0: float, t_end: float) -> list[_End]:
     if t_end < t0:
         times = times[::-1]
     span = abs(t_end - t0)
-    # In a span shorter than CLOSE times a late time, a part fails rather than a break is ignored.
+    # The second limit is for spans shorter than CLOSE times a late start: no break is ignored there.
     close = min(CLOSE * max(abs(t0), abs(t_end), span), 1e-6 * span)
     groups = np.split(times, np.flatnonzero(np.abs(np.diff(times)) > close) + 1)
     first, last = _End(t0, t0, t0), _End(t_end, t_end, t_end)
@@ -761,7 +762,7 @@ def _ends_of_parts(breaks: ArrayLike, t0: float, t_end: float) -> list[_End]:
 
 
 def _in_part(outputs: list[float], t_from: float, t_to: float, is_first: bool) -> list[float]:
-    """Return the output times after `t_from`, or from it in the first part, up to `t_to`."""
+    """Return the output times after `t_from` up to `t_to`; in the first part, `t_from` is included."""
     sign = 1.0 if t_from < t_to else -1.0
     return [
         t
@@ -771,7 +772,7 @@ def _in_part(outputs: list[float], t_from: float, t_to: float, is_first: bool) -
 
 
 def _within(function: Any, limits: tuple[float, float]) -> Any:
-    """Return a function of t, y, yp evaluated only at times between the limits."""
+    """Return the function with its times clamped to the limits."""
     low, high = min(limits), max(limits)
     return lambda t, y, yp: function(min(max(t, low), high), y, yp)
 
@@ -789,12 +790,12 @@ def _joined(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
 
 
 def _with(function: Callable[..., Any], args: Sequence[Any]) -> Function:
-    """Return a function of t, y, yp only."""
+    """Return a function of t, y, yp that passes the additional arguments to `function`."""
     return (lambda t, y, yp: function(t, y, yp, *args)) if args else function
 
 
 def _in_bytes(function: Function, n: int, name: str = "residual") -> Any:
-    """Return the function for the native half, which passes arrays as bytes."""
+    """Return the function in the form for the native module, which passes arrays as bytes."""
 
     def call(t: float, y: bytearray, yp: bytearray) -> bytes:
         answer = function(t, np.frombuffer(y), np.frombuffer(yp))
@@ -880,7 +881,7 @@ def _output_times(t_eval: ArrayLike | None, t0: float, t_end: float) -> list[flo
 
 
 def _count(name: str, value: Any) -> int | None:
-    """Return a count, or None for infinity."""
+    """Return a positive integer, or None for infinity."""
     if value == np.inf:
         return None
     if not (np.ndim(value) == 0 and value >= 1 and value == int(value)):
@@ -889,7 +890,7 @@ def _count(name: str, value: Any) -> int | None:
 
 
 def _pattern(sparsity: Any, n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return column offsets and row indices."""
+    """Return the column offsets and row indices of a sparsity pattern."""
     if hasattr(sparsity, "tocoo"):
         coordinates = sparsity.tocoo()
         shape, rows, columns = coordinates.shape, coordinates.row, coordinates.col
@@ -924,7 +925,7 @@ def _pattern_of_jacobian(
 
 
 class _Jacobian:
-    """Values of the user's matrices, in the order of the pattern."""
+    """The user's Jacobian function, which returns values in the order of the pattern."""
 
     def __init__(self, function: Function, pattern: Any, n: int) -> None:
         self.function, self.n = function, n
@@ -966,7 +967,7 @@ class _Jacobian:
 
 
 class _Events:
-    """All events as one function, and their attributes."""
+    """All events, combined into one function, and their attributes."""
 
     def __init__(
         self, events: Function | Sequence[Function] | None, args: Sequence[Any]
@@ -981,7 +982,7 @@ class _Events:
         self.terminal = [int(getattr(f, "terminal", 0) or 0) for f in given]
 
     def terminal_after(self, crossings: list[Any]) -> list[int]:
-        """Return the occurrences of each event that remain until it ends the integration."""
+        """Return for each event how many more occurrences end the integration."""
         past = [sum(c[0] == k for c in crossings) for k in range(len(self.functions))]
         return [count and count - done for count, done in zip(self.terminal, past)]
 

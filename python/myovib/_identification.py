@@ -26,7 +26,7 @@ Experiment = Data | tuple[Data, Mapping[str, Any]]
 
 
 class SensitivityResult:
-    """Outputs of a scene and their derivatives by its parameters. Picklable.
+    """Outputs of a scene and their derivatives with respect to its parameters. Picklable.
 
     Attributes
     ----------
@@ -35,12 +35,12 @@ class SensitivityResult:
     outputs, parameters : list of str
     values : ndarray, shape (m, outputs)
     derivatives : ndarray, shape (m, outputs, parameters)
-        Derivatives by κ are taken by 1/κ.
+        For the parameter κ, these are derivatives with respect to 1/κ.
     scales : ndarray, shape (parameters,)
         Typical sizes of the parameters.
     importance : ndarray, shape (outputs, parameters)
-        For each output and parameter the RMS over time of size × derivative, divided by the RMS of the
-        output; NaN for an output that stays zero.
+        For each output and parameter, the RMS over time of size × derivative, divided by the RMS of the
+        output; NaN for an output that is always zero.
     cost : dict
         Steps, factorizations and solves of the run.
     folder : Path
@@ -91,11 +91,11 @@ class FitResult:
     message : str
         Reason why the fit ended.
     values, standard_errors : dict of float
-        By the parameters' names; κ is replaced by 1/κ. The error is None for a parameter that no
-        measurement depends on.
+        The keys are the names of the parameters; κ is replaced by 1/κ. The error is None for a parameter
+        that does not affect any measurement.
     intervals : dict of tuple
-        95 % intervals, by profile likelihood if it was requested, else by the standard errors; an open
-        side is None.
+        95 % intervals from the profile likelihood if it was requested, otherwise from the standard errors;
+        an open end is None.
     correlation : ndarray, shape (n, n)
     deviation : float
         Standard deviation of the residuals: about 1 if the noise was given and the model fits.
@@ -159,7 +159,7 @@ class FitResult:
 def experiments(
     data: Experiment | list[Experiment], folder: Path
 ) -> list[tuple[Path, Mapping[str, Any]]]:
-    """Return the file and the changes of each experiment; columns are written to files in `folder`."""
+    """Return the file and the changes of each experiment. Columns are first written to files in `folder`."""
     files = []
     for k, one in enumerate(data if isinstance(data, list) else [data], start=1):
         measured, changes = one if isinstance(one, tuple) else (one, {})

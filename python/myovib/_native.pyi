@@ -58,8 +58,8 @@ def fit(
 def use_threads(threads: int) -> None:
     """Factorize large bodies in `threads` threads.
 
-    All runs of this process share them, and results do not depend on their number. The first number
-    above one is final.
+    All runs of this process share these threads, and results do not depend on their number. The first
+    number above one cannot be changed later.
     """
 
 def builtins() -> list[str]: ...

@@ -80,7 +80,8 @@ LABELS = {"t": "time, s", "f": "frequency, Hz"}
 class Fields:
     """Fields on the mesh, stored as files for ParaView.
 
-    ``fields[k]`` has the arrays at time number `k`; `field` and `mesh` take a time.
+    ``fields[k]`` returns the arrays at time number `k`; `field` and `mesh` return the fields at the
+    stored time nearest to a given time.
 
     Attributes
     ----------
@@ -107,7 +108,7 @@ class Fields:
         return f"Fields({len(self)} times from {self.times[0]:g} to {self.times[-1]:g} s)"
 
     def field(self, name: str, t: float | None = None) -> NDArray[Any]:
-        """Return a field, a row per point, at the stored time nearest to `t`, by default the last."""
+        """Return a field with one row per point at the stored time nearest to `t`, by default the last."""
         arrays = self[self._nearest(t)]
         if name not in arrays:
             raise KeyError(f"{name!r}: the fields are {', '.join(sorted(arrays))}")
@@ -135,7 +136,7 @@ class Fields:
         -------
         dict of ndarray
             ``points`` (n, 3), ``cells`` (m, nodes of a cell), and each field that the
-            scene requests, with a row per point.
+            scene requests, with one row per point.
         """
         arrays = {}
         for array in ElementTree.parse(self.files[k]).getroot().iter("DataArray"):
@@ -291,7 +292,7 @@ class SweepResult:
         return pandas.DataFrame(self.rows, columns=columns).set_index("case")
 
     def dataset(self) -> Any:
-        """Return the rows as an `xarray.Dataset` with a dimension for each varied key, without the probes."""
+        """Return the rows without the probes, as an `xarray.Dataset` with a dimension for each varied key."""
         rows = self.frame().reset_index()
         for axis in self.axes:
             rows[axis] = [float(v) if v in ("inf", "-inf") else v for v in rows[axis]]

@@ -130,7 +130,7 @@ class Scene:
         Raises
         ------
         SceneError
-            What is wrong in the scene, where, and what is allowed.
+            For an invalid scene. The message describes the mistake, its location, and what is allowed.
         """
         text, document = _native.check(self._source, self._assignments())
         return json.loads(document) | {"text": text}
@@ -154,18 +154,18 @@ class Scene:
             Folder for the files of ``myovib run``. By default a temporary folder, removed
             together with the result.
         progress : bool or callable
-            Whether to show progress on standard error, or a function of each line.
+            Whether to show progress on standard error, or a function that is called with each line.
         verify : bool
-            Whether to estimate the error by a second run at looser tolerances, as
-            ``"error_estimate"`` of the document.
+            Whether to estimate the error by a second run at looser tolerances. The estimate is
+            ``"error_estimate"`` in the document.
         existing : {"refuse", "overwrite", "resume"}
             Policy for an earlier run in the folder.
 
         Returns
         -------
         RunResult
-            Also of a run that stopped, and of an equilibrium under a part of the load:
-            see `success` and `document["message"]`.
+            The result, also if the run stopped or an equilibrium was only found under a part of
+            the load: see `success` and `document["message"]`.
 
         Raises
         ------
@@ -194,7 +194,7 @@ class Scene:
         overwrite: bool = False,
         progress: Progress = False,
     ) -> SweepResult:
-        """Compute the scene over a grid of values, a case on each core.
+        """Compute the scene over a grid of values, with one case per core.
 
         Parameters
         ----------
@@ -275,8 +275,8 @@ class Scene:
         Returns
         -------
         RunResult
-            Its probes have the frequency as ``"f"`` and the complex amplitudes as
-            ``probe.amplitude("u_y")``; its document has the ``"peaks"``.
+            Its probes contain the frequency as ``"f"`` and the complex amplitudes as
+            ``probe.amplitude("u_y")``; its document contains the ``"peaks"``.
         """
         scene = self.copy().set("analysis", "response")
         if frequencies is not None:
@@ -327,7 +327,7 @@ class Scene:
         in_error_test: bool = False,
         progress: Progress = False,
     ) -> SensitivityResult:
-        """Compute the derivatives of the outputs by the parameters, by forward sensitivities.
+        """Compute the derivatives of the outputs with respect to the parameters, by forward sensitivities.
 
         The scene lists its parameters in ``[[parameter]]`` and its outputs in ``[[output]]``; without
         ``[[output]]`` all columns of the probes are outputs.
@@ -385,12 +385,12 @@ class Scene:
         -------
         dict of ndarray, shape (elements,)
             For each displacement or velocity among the outputs, the relative change of its RMS over
-            time per relative change of each element's stiffness; NaN for an output that stays zero.
+            time per relative change of each element's stiffness; NaN for an output that is always zero.
 
         Raises
         ------
         SceneError
-            For an invalid scene, or one without such derivatives.
+            For an invalid scene, or if these derivatives are not available for the scene.
         RuntimeError
             If the run does not reach its end.
 
@@ -449,7 +449,7 @@ class Scene:
         Returns
         -------
         FitResult
-            Also of a fit that did not converge; see ``converged`` and ``message``.
+            The result, also if the fit did not converge: see ``converged`` and ``message``.
 
         Raises
         ------

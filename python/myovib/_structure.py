@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 # Number of variables above which the matrices are not computed.
 LARGEST = 200
 
-# Singular values below this fraction of the largest are zero: the differences have half of the digits.
+# Singular values below this fraction of the largest count as zero; differences have half of the digits.
 RANK = 1e-7
 
 # Units in which the index is computed.
@@ -47,7 +47,7 @@ class Structure:
 
     @classmethod
     def at(cls, *arguments: Any) -> Structure | None:
-        """Return the structure; None if F has no values nearby or the system is large."""
+        """Return the structure, or None if F cannot be evaluated near the state or the system is large."""
         if len(arguments[2]) > LARGEST:
             return None
         try:
@@ -89,7 +89,7 @@ class Structure:
         return np.abs(self.df_dy) @ tolerance
 
     def of_higher_index(self) -> list[int]:
-        """Return the algebraic variables that F = 0 does not determine: their index is above 1."""
+        """Return the algebraic variables that F = 0 does not determine, whose index is above 1."""
         columns = np.where(self.algebraic, self.df_dy, self.df_dyp)
         return [int(j) for j in np.flatnonzero(_null(columns) & self.algebraic)]
 
@@ -114,7 +114,7 @@ def _index(e: Array, a: Array) -> int:
 
 
 def _null(matrix: Array) -> NDArray[np.bool_]:
-    """Return the columns with a nonzero entry in a vector of the null space."""
+    """Return which columns have a nonzero entry in some vector of the null space."""
     if not matrix.size:
         return np.zeros(matrix.shape[1], dtype=bool)
     for axis in (1, 0):

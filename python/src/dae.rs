@@ -115,7 +115,7 @@ fn solve_with(
     tolerances: Tolerances,
 ) -> Result<(Record, usize), Failure> {
     let (t0, y0, y_dot0) = (request.t_span.0, &request.y0, &request.yp0);
-    // Excluded variables have errors of any size.
+    // The error test ignores excluded variables, so their errors may have any size.
     let known = request.suppress.is_none().then(|| tolerances.clone());
     let suppressed = match &request.suppress {
         Some(components) => Suppressed::Components(components.clone()),
@@ -156,7 +156,7 @@ fn solve_with(
         "radau9" => 5,
         _ => 7,
     };
-    // Without dense output, the solution between the ends of steps is less accurate.
+    // Without dense output, solutions between the ends of steps are less accurate.
     let dense_output = request.dense || request.t_eval.is_some() || !directions.is_empty();
     let known = known.filter(|_| dense_output);
     let options = RadauOptions {

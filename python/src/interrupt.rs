@@ -11,10 +11,10 @@ use pyo3::prelude::*;
 /// Time between two checks for signals.
 const EVERY: Duration = Duration::from_millis(50);
 
-/// Shortest time between two lines of progress.
+/// Minimum time between two lines of progress.
 const PROGRESS_EVERY: Duration = Duration::from_millis(200);
 
-/// Unused flags: as many as the maximum number of simultaneous computations.
+/// Flags that are currently unused. Their number grows to the maximum number of simultaneous computations.
 static FREE: Mutex<Vec<&'static AtomicBool>> = Mutex::new(Vec::new());
 
 /// Flag of one computation, returned to the list when dropped.

@@ -22,7 +22,7 @@ pub(crate) struct PythonDae {
     pub(crate) pattern: Option<SparsityPattern>,
     pub(crate) kinds: Option<Vec<VariableKind>>,
     pub(crate) indices: Option<Vec<u8>>,
-    /// Parts of the last [`Problem::jacobian`].
+    /// The two matrices of the last call of [`Problem::jacobian`].
     pub(crate) parts: [Vec<f64>; 2],
     pub(crate) raised: Raised,
 }
@@ -38,7 +38,7 @@ impl PythonDae {
     ) -> Result<T, StepError> {
         Python::attach(|py| {
             let raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner);
-            // After Ctrl-C no function is called again, not even on trial.
+            // After Ctrl-C, no function is called again, not even on trial.
             if let Some(error) = &*raised
                 && !error.is_instance_of::<PyException>(py)
             {

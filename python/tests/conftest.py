@@ -1,4 +1,4 @@
-"""What all tests need."""
+"""Fixtures and helpers for all tests."""
 
 import os
 import signal
@@ -10,13 +10,16 @@ import pytest
 
 @pytest.fixture(autouse=True, scope="session")
 def _ctrl_c_raises():
-    """Shells start background jobs with SIGINT ignored: tests of Ctrl-C would wait for ever."""
+    """Restore SIGINT, which shells ignore in background jobs; tests of Ctrl-C would wait forever."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture
 def seconds_to_an_end():
-    """Computes until Ctrl-C comes after 0.3 s; the time from there to KeyboardInterrupt, s."""
+    """Return a function that interrupts a computation by Ctrl-C after 0.3 s.
+
+    It returns the time from Ctrl-C to KeyboardInterrupt in s.
+    """
 
     def measure(compute):
         sent = []

@@ -414,7 +414,7 @@ def test_velocities_that_violate_a_constraint_are_reported(angle, tolerance):
 
 def test_positions_and_velocities_are_moved_onto_a_constraint():
     def rods(t, q):
-        """Two rods in a chain, whose support moves."""
+        """Return the constraints of a chain of two rods with a moving support."""
         first = q[:2] - [0.1 * np.sin(t), 0.0]
         return [first @ first - 1.0, (q[2:] - q[:2]) @ (q[2:] - q[:2]) - 4.0]
 
@@ -531,7 +531,7 @@ def square_wave(t):
 
 
 def charged(t):
-    """Voltage of a capacitor that a square wave charges through a resistor."""
+    """Return the voltage of a capacitor that is charged by a square wave through a resistor."""
     y, start = 0.0, 0.0
     for k in range(int(2 * t) + 1):
         end = min(0.5 * (k + 1), t)

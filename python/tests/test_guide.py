@@ -1,4 +1,4 @@
-"""The Python blocks of the guide run."""
+"""Checks that the Python examples of the guide run."""
 
 import re
 from pathlib import Path

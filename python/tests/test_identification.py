@@ -12,14 +12,14 @@ from myovib._identification import experiments
 
 
 def scene(**changes):
-    """The muscle for 0.1 s of a load that rises at once, with a fixed method."""
+    """Return the muscle under a load that rises immediately, for 0.1 s and with a fixed method."""
     it = Scene.builtin("init").set("time.end", 0.1).set("traction[0].y.shift", 1)
     it.set("integrator", {"method": "radau9", "rtol": 1e-7})
     return it.set("probe[0].quantities", ["u"])
 
 
 def short():
-    """Half of it, at a looser tolerance."""
+    """Return the scene with half of the time and a looser tolerance."""
     return scene().set("time.end", 0.05).set("integrator.rtol", 1e-5)
 
 

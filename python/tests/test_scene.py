@@ -22,7 +22,7 @@ GALLERY = Path(__file__).parent.parent.parent / "examples"
 
 
 def program(*arguments, cwd):
-    """Run the program named by MYOVIB_PROGRAM, else the package's."""
+    """Run the program named by MYOVIB_PROGRAM, or the program of the package."""
     own = [sys.executable, "-c", "import sys; from myovib._program import main; sys.exit(main())"]
     named = os.environ.get("MYOVIB_PROGRAM")
     command = [named] if named else own

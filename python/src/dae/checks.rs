@@ -10,8 +10,7 @@ use super::stepping::forget_raised;
 use super::{Failure, Request};
 use crate::problem::PythonDae;
 
-/// Rejects a sparsity pattern for finite differences that lacks entries. Returns a warning if a
-/// given Jacobian seems wrong.
+/// Rejects an incomplete sparsity pattern for finite differences. Returns a warning if a given Jacobian seems wrong.
 pub(super) fn check_matrices(
     problem: &mut PythonDae,
     request: &Request,
@@ -26,7 +25,7 @@ pub(super) fn check_matrices(
         t: request.t_span.0,
         y: &request.y0,
         y_dot: &request.yp0,
-        // With a very short step the perturbations of the variables equal their tolerances.
+        // With a very short step, the perturbations of the variables equal their tolerances.
         step: f64::MIN_POSITIVE.copysign(request.t_span.1 - request.t_span.0),
         weights: &weights,
     };
@@ -43,10 +42,10 @@ pub(super) fn check_matrices(
     }
 }
 
-/// Fractions of a step at which the equations are checked, one in each step.
+/// Positions within a step, as fractions of it, at which the equations are checked, one position per step.
 const FRACTIONS: [f64; 3] = [0.31, 0.62, 0.87];
 
-/// Number of checked first steps, followed by steps whose number is a power of two.
+/// Number of first steps that are checked; after them, only steps whose number is a power of two are checked.
 pub(super) const FIRST_STEPS: usize = 12;
 
 /// Checks the equations within the last step, which is step number `n_steps`. Returns a violated
@@ -68,7 +67,7 @@ pub(super) fn check_last_step<I: Integrator<PythonDae>>(
     tolerances.write_weights(&y, &mut weights);
     match check_between(solver.problem_mut(), (t, &y, &y_dot), to - from, &weights) {
         Ok(found) => Ok(found),
-        // F need not have a value there.
+        // F may be undefined there.
         Err(_) => {
             forget_raised(solver.problem())?;
             Ok(None)

@@ -58,7 +58,7 @@ pub(super) fn in_python(message: &str) -> String {
         ("(initial_step)", "(first_step)"),
         ("(suppressed)", "(suppress)"),
         ("Problem::indices", "index="),
-        // Constraints are available only in Rust.
+        // Constraints are only available in Rust.
         (
             "; or stating the constraints (Problem::constraints) and correcting the initial values by them",
             "",

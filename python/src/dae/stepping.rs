@@ -25,7 +25,7 @@ pub(super) fn forget_raised(problem: &PythonDae) -> Result<(), Failure> {
 
 /// Corrects the initial values.
 ///
-/// The first step is the time scale of the search for the derivatives. If it is estimated from the
+/// The size of the first step is used as the time scale of the search for the derivatives. If it is estimated from the
 /// span, which may be much longer than the time scale at the start, shorter steps are also tried.
 fn correct<I: Integrator<PythonDae>>(
     solver: &mut I,
@@ -177,7 +177,7 @@ fn has_raised(problem: &PythonDae) -> bool {
     raised.unwrap_or_else(PoisonError::into_inner).is_some()
 }
 
-/// Explains that the step limit was reached at `t`; half of the steps were done at `t_halfway`.
+/// Explains that the step limit was reached at `t`; half of the steps had been taken at `t_halfway`.
 fn limit_reached(request: &Request, n_steps: usize, [t_halfway, t]: [f64; 2]) -> String {
     let (t0, _) = request.t_span;
     let limit = match request.has_default_limit {
