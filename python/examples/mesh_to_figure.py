@@ -1,8 +1,8 @@
-"""From a mesh to a figure: a strip of tissue, pushed on its top, for two stiffnesses.
+"""From a mesh to a figure: a strip of tissue that is pushed at its top, for two stiffnesses.
 
     python mesh_to_figure.py [figure.png]
 
-The mesh is made here, as Gmsh would write it; a file of Gmsh's own does as well.
+The mesh is written here in the format of Gmsh. A file from Gmsh can be used instead.
 """
 
 # %% A mesh: 12 x 3 squares of 5 mm, each cut in two triangles

@@ -427,9 +427,9 @@ class Scene:
         ----------
         data : experiment or list of experiments
             An experiment is a file, as for ``myovib fit --data``, or a mapping or data frame with the
-            column ``"t"`` (of a response ``"f"``, of a static analysis ``"load"``) and a column for each
-            measured output (NaN or masked where it was not measured); or a pair of these and a mapping of
-            values that differ in the scene.
+            column ``"t"`` (``"f"`` for a response, ``"load"`` for a static analysis) and a column for each
+            measured output (NaN or masked where it was not measured). If the experiment needs other values
+            in the scene, it is a pair of the measurements and a mapping of these values.
         out : path-like, optional
             Folder for the files of ``myovib fit``. By default a temporary folder, removed with the
             result.

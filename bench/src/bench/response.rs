@@ -209,7 +209,7 @@ impl Line {
         near.clone().map(term).sum()
     }
 
-    /// Returns the largest error of another line at the frequencies of this one.
+    /// Returns the largest error of the interpolated response `other` at the frequencies of this response.
     fn distance(&self, other: &Self) -> f64 {
         let mut largest = 0.0_f64;
         for j in 0..self.rows[0].len() {

@@ -53,7 +53,7 @@ pub trait LinearSolver<P> {
     ) -> Result<(), StepError>;
 
     /// Solves in place with the real matrix for several right-hand sides stored row by row. The
-    /// default solves column by column; override it if one pass over the factors can serve all
+    /// default solves column by column; override it if one pass over the factors can handle all
     /// columns.
     ///
     /// # Shapes

@@ -53,8 +53,8 @@ pub(crate) const ROUNDING: f64 = 100.0;
 /// about one fifth.
 pub(crate) const DIRECTIONS: u64 = 4;
 
-/// Number of rows examined for one direction, in order of decreasing error: rows with a large curvature may also be
-/// among them, although their entries are complete.
+/// Number of rows examined for one direction, in order of decreasing error. More than one is needed, because rows with
+/// complete entries may also have large errors if their curvature is large.
 pub(crate) const ROWS: usize = 8;
 
 /// Searches for entries missing in the [pattern](Problem::jacobian_pattern) of a Jacobian.
@@ -243,8 +243,8 @@ impl<'a, P: Problem + ?Sized> Probe<'a, P> {
         self.change(&y, &y_dot)
     }
 
-    /// Returns a direction and the change along it: a direction with random signs if F can be evaluated there,
-    /// otherwise a short one away from zero.
+    /// Returns a direction and the change of F along it. The direction has random signs if F can be evaluated there;
+    /// otherwise it is shorter and points away from zero.
     pub(crate) fn in_a_direction(&mut self, trial: u64) -> Result<(Vec<f64>, Vec<f64>), StepError> {
         let (at, n) = (self.at, self.base.len());
         let usual = |j| displacement(&at, j, Perturbation::Usual);

@@ -84,7 +84,7 @@ struct MumpsFactors<T: MumpsScalar> {
     number: f64,
     pattern: Arc<SparsityPattern>,
     is_symmetric: bool,
-    /// The matrix as held by rank 0; `None` after it is dropped.
+    /// The part of the matrix at rank 0; `None` after it is dropped.
     matrix: Option<Matrix<T>>,
     state: State,
 }

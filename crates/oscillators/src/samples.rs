@@ -10,8 +10,8 @@ use crate::network::Coefficients;
 
 /// Returns Van der Pol's oscillator `ÿ − μ (1 − y²) ẏ + ω² y = 0` as a chain of one.
 ///
-/// With frequency ω, its limit cycle has the amplitude A(μ/ω) and the period T(μ/ω)/ω, where A and T are those for ω =
-/// 1.
+/// With frequency ω, its limit cycle has the amplitude A(μ/ω) and the period T(μ/ω)/ω, where A and T are the functions
+/// for ω = 1.
 pub fn van_der_pol(vdp_mu: f64, omega: f64) -> Chain {
     Chain {
         omega: vec![omega],

@@ -56,7 +56,8 @@ pub fn mean_frequency(t: &[f64], centroid: &[Complex64]) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// A forced motion of 8 Hz plus a free motion of 7.75 Hz with `ratio` of its amplitude, from 3 s to 23 s.
+    /// Returns a forced motion of 8 Hz plus a free motion of 7.75 Hz with `ratio` times its amplitude, from 3 s to 23
+    /// s.
     fn beats(ratio: f64) -> (Vec<f64>, Vec<Complex64>) {
         let t: Vec<f64> = (300..=2300).map(|k| 0.01 * f64::from(k)).collect();
         let turning = |frequency: f64, t: f64| Complex64::cis(-TAU * frequency * t);
@@ -70,8 +71,9 @@ mod tests {
         (t, centroid)
     }
 
-    /// The stronger component determines the frequency, however close the centroid comes to 0 between samples. Five
-    /// beats end at the initial angle in its frame, except for rounding.
+    /// Checks that the stronger component determines the frequency, no matter how close the centroid comes to 0 between
+    /// samples. In the frame that rotates with this component, five beats end at the initial angle, apart from rounding
+    /// errors.
     #[test]
     fn a_passage_near_zero_between_samples_counts_half_a_revolution() {
         for (ratio, expected) in [(0.9999, 8.0), (1.0001, 7.75), (0.5, 8.0)] {

@@ -35,7 +35,7 @@ impl Predictor {
         self.start_with(z, |continued| last.extrapolate(method, t, h, y, continued));
     }
 
-    /// Selects in the same way between zero and the prediction written by `continue_to`.
+    /// Writes initial values like [`start`](Self::start): either zero or the prediction that `continue_to` writes.
     pub(crate) fn start_with(&mut self, z: &mut [f64], continue_to: impl FnOnce(&mut [f64])) {
         continue_to(&mut self.continued);
         match self.continues {

@@ -80,8 +80,8 @@ fn cases(result: &SweepResult, rows: &[Value]) -> String {
     )
 }
 
-/// Returns the results over the values of the first key with several numbers, with a curve for each combination of the
-/// others.
+/// Returns plots of the results over the first key that has several numerical values, with a curve for each combination
+/// of values of the other keys.
 fn over_values(result: &SweepResult, rows: &[Value], data: &mut PageData) -> String {
     let distinct = |key: &&String| {
         let numbers = rows.iter().filter_map(|row| row[*key].as_f64());

@@ -321,8 +321,8 @@ impl<T: Scalar> SparseSystem<T> {
         self.is_single && !self.is_pivoted
     }
 
-    /// Returns the size of the correction in `residual` relative to `x`, in the maximum norm, of the constraints' and of
-    /// the other unknowns: their units differ.
+    /// Returns the size of the correction in `residual` relative to `x` in the maximum norm. It is computed separately
+    /// for the constraints and for the other unknowns, because their units differ; the larger value is returned.
     fn relative_correction(&self, x: &[T]) -> f64 {
         let constraints = self.elimination.constraints();
         let parts = [

@@ -1,9 +1,9 @@
 //! Reference elements: triangle and tetrahedron, linear and quadratic.
 //!
-//! A [`Shape`] holds the vertices, edges and sides of a simplex. All functions use barycentric
-//! coordinates λ, so the same code serves both shapes. The nodes are the vertices, followed (for
-//! quadratic elements) by the edge midpoints in the order of [`Shape::edges`]. Gradients are taken
-//! with respect to the reference coordinates (λ1, …, λD), with λ0 = 1 − Σ λi.
+//! A [`Shape`] holds the vertices, edges and sides of a simplex. All functions use barycentric coordinates λ, so the
+//! same code handles both shapes. The nodes are the vertices, followed (for quadratic elements) by the edge midpoints
+//! in the order of [`Shape::edges`]. Gradients are taken with respect to the reference coordinates (λ1, …, λD), with λ0
+//! = 1 − Σ λi.
 
 pub mod quadrature;
 

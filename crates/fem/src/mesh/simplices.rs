@@ -1,4 +1,4 @@
-//! View of triangles or tetrahedra through flat tables, so one check serves both.
+//! Flat tables of triangles or tetrahedra, so that one check can be used for both.
 
 /// Point; in 2D the third coordinate is 0.
 pub(super) type Point = [f64; 3];

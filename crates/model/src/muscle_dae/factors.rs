@@ -63,7 +63,7 @@ impl MuscleDae {
     }
 
     /// Adds λᵀ ∂F/∂g_e to `products` for a factor 1 + g_e of the law's energy in each element e,
-    /// where λ is `adjoint`. One element pass serves all elements.
+    /// where λ is `adjoint`. One pass over the mesh is sufficient for all e.
     ///
     /// # Errors
     /// [`StepError::Recoverable`] for an element with det F ≤ 0.

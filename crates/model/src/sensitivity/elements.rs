@@ -10,7 +10,7 @@ use crate::field::Field;
 use crate::matrix::Matrix;
 use crate::muscle_dae::MuscleDae;
 
-/// Contribution of the element integrals to ∂F/∂y X + ∂F/∂ẏ Ẋ. One element pass serves all columns
+/// Contribution of the element integrals to ∂F/∂y X + ∂F/∂ẏ Ẋ. One element pass computes all columns
 /// and costs less than assembling the matrices.
 #[derive(Debug)]
 pub(super) struct ElementProduct {

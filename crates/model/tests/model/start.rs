@@ -254,9 +254,9 @@ fn departure(dae: MuscleDae, start: &InitialValues, field: Field) -> f64 {
     largest / size
 }
 
-/// λ and μ continue smoothly from their initial values. The remaining error is due to the method:
-/// the first steps of BDF give an index-3 variable only to first order (a thousandth in λ of (28),
-/// a tenth in μ of (29)).
+/// Checks that λ and μ continue smoothly from their initial values. The remaining error is due to the method: in the
+/// first steps of BDF, variables of index 3 only have first-order accuracy (a thousandth for λ of (28), a tenth for μ
+/// of (29)).
 #[test]
 fn the_first_steps_show_no_transient() {
     for (formulation, kappa, beta) in RUNS {

@@ -29,7 +29,7 @@ pub(crate) fn nan_of_null<'de, D: Deserializer<'de>>(json: D) -> Result<f64, D::
     Ok(Option::deserialize(json)?.unwrap_or(f64::NAN))
 }
 
-/// The same for [`Energies`], as a list.
+/// Serializes [`Energies`] as a list, and reads `null` as NaN.
 mod with_nan {
     use super::{Deserialize, Deserializer, Energies, Serialize, Serializer};
 

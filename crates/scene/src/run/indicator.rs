@@ -134,7 +134,7 @@ fn read<P: System>(
 ) -> Result<Vec<Vec<f64>>, ModelError> {
     let mut values = vec![Vec::new(); recorders.len()];
     if recorders.iter().any(at_places) {
-        // One expansion of the state serves all probes.
+        // The state is expanded once for all probes.
         let (dae, range) = muscle_of(system, y)?;
         let rates = y_dot.get(range.clone()).unwrap_or_default();
         let snapshot = dae.snapshot(t, &y[range], rates);

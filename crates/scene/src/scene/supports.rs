@@ -379,7 +379,7 @@ fn alike(moves: &[Move<'_>], terms: &Terms, other: &Terms) -> bool {
     terms.len() == other.len() && terms.iter().zip(&other).all(same)
 }
 
-/// Returns the sum of moves times their factors.
+/// Returns the support whose displacement is the sum of the prescribed displacements, multiplied by their factors.
 fn support(moves: &[Move<'_>], terms: &Terms) -> Support {
     let scaled = |&(i, factor): &(usize, f64)| {
         let signal = moves[i].signal.clone();

@@ -38,7 +38,7 @@ fn arch() -> String {
         let (s, h, t) = (0.05_f64, 0.015, 0.004);
         let radius = (s * s + h * h) / (2.0 * h);
         let (whole, crown) = ((s / radius).asin(), 0.002 / radius);
-        // The two cells beside the middle cover the loaded strip.
+        // The two cells next to the middle cover the loaded strip.
         let n = 2 * CELLS[0] as i64;
         let i = i as i64 - n;
         let angle = match i.abs() {

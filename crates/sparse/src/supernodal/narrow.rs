@@ -15,13 +15,14 @@ const N: usize = 2;
 pub(super) struct NarrowFront<'a, T> {
     /// First unknown.
     first: usize,
-    /// Its columns, one after the other: first the pivot rows, then `rows`.
+    /// Columns of the front, one after the other. The pivot rows come first, followed by `rows`.
     panel: &'a [T],
     rows: &'a [u32],
 }
 
 impl<'a, T: Number> NarrowFront<'a, T> {
-    /// Returns the front of `node` if it has two columns and each row is one real number. Wider rows gain nothing.
+    /// Returns the front of `node` if it has two columns and each row is one real number. There is no advantage for
+    /// wider rows.
     #[inline(always)]
     pub(super) fn of<R: Row<T>>(node: &'a Supernode, factors: &'a [T]) -> Option<Self> {
         let is_narrow = T::IS_REAL && size_of::<R>() == size_of::<T>() && node.n_columns() == N;

@@ -323,8 +323,9 @@ pub(super) fn mirror<T: Number>(panel: &mut [T], m: usize, first: usize) {
     }
 }
 
-/// Computes U to the right of the pivots of a symmetric front, transposed: the rows of L from `start` on times D, `r`
-/// rows for each pivot. The pivot of the first column of `panel` is in row `first`.
+/// Computes the part of U to the right of the pivots of a symmetric front. It is stored transposed, with `r` rows for
+/// each pivot: the rows of L from `start` on, multiplied by D. The pivot of the first column of `panel` is in row
+/// `first`.
 #[inline(always)]
 pub(super) fn scale_rows<T: Number>(
     upper: &mut [T],

@@ -68,7 +68,7 @@ unsafe extern "C" fn linear_sum(a: f64, x: N_Vector, b: f64, y: N_Vector, z: N_V
     } else {
         // SAFETY: x is initialized and another vector than z.
         let x = unsafe { view(x) };
-        // SAFETY: so is y.
+        // SAFETY: as above, for y.
         let y = unsafe { view(y) };
         // SAFETY: z is borrowed here only.
         kernels::linear_sum(a, x, b, y, unsafe { unwritten(z) });

@@ -1,4 +1,4 @@
-//! Signs of root functions at which a value is exactly zero.
+//! Signs for values of root functions that are exactly zero.
 
 /// Number of stored evaluations, larger than the number of evaluations in a search for a root.
 const KEPT: usize = 512;

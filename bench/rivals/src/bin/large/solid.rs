@@ -125,7 +125,7 @@ impl Solid {
         }
     }
 
-    /// Returns the values of c² M + K with its border.
+    /// Returns the values of c² M + K with the rows and columns of the constraint.
     pub fn values<T: Scalar>(&self, c: T) -> Vec<T> {
         let parts = self.mass.iter().zip(&self.stiffness);
         parts.map(|(&m, &k)| c * c * m + T::one() * k).collect()

@@ -129,7 +129,7 @@ fn on_the_way(limit: &[(Case, IndexReport)]) -> String {
     format!("(29) on the way to κ → ∞, β → 0{found}:\n")
 }
 
-/// Formats (34) in COMSOL's discretization beside (33).
+/// Formats the comparison of (34) in COMSOL's discretization with (33).
 pub(super) fn counterexample(matching: &Solution, richer: &Solution) -> String {
     use Align::{Left, Right};
     let mut table = Table::new(&[

@@ -132,7 +132,7 @@ impl RigidContact {
         });
     }
 
-    /// Returns the sums of friction.
+    /// Returns the force and the dissipated power of friction on the whole boundary.
     ///
     /// # Panics
     /// Panics if an array is too short.

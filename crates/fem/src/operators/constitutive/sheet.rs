@@ -54,7 +54,7 @@ fn in_plane_tangent<R: Real>(a: &Tangent<R, 3>) -> Tangent<R, 2> {
 }
 
 /// Evaluates an expression with `$law` bound to a law of linear triangles. They are only used as
-/// counterexample for inf–sup constants, so one loop serves all laws.
+/// counterexample for inf–sup constants, so one loop handles all laws.
 macro_rules! with_sheet_law {
     ($any:expr, $law:ident => $body:expr) => {{
         let $law = $crate::operators::constitutive::Sheet($any);
