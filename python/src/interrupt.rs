@@ -14,7 +14,7 @@ const EVERY: Duration = Duration::from_millis(50);
 /// Minimum time between two lines of progress.
 const PROGRESS_EVERY: Duration = Duration::from_millis(200);
 
-/// Flags that are currently unused. Their number grows to the maximum number of simultaneous computations.
+/// Currently unused flags. Their number grows to the maximum number of simultaneous computations.
 static FREE: Mutex<Vec<&'static AtomicBool>> = Mutex::new(Vec::new());
 
 /// Flag of one computation, returned to the list when dropped.

@@ -531,7 +531,7 @@ def square_wave(t):
 
 
 def charged(t):
-    """Return the voltage of a capacitor that is charged by a square wave through a resistor."""
+    """Return the voltage of a capacitor, charged by a square wave through a resistor."""
     y, start = 0.0, 0.0
     for k in range(int(2 * t) + 1):
         end = min(0.5 * (k + 1), t)

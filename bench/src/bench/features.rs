@@ -1,4 +1,4 @@
-//! Cost of features that are enabled one after the other on the same mesh.
+//! Cost of features, enabled one after the other on the same mesh.
 
 use myovib_fem::{Law, Mesh};
 use myovib_model::{

@@ -1,6 +1,6 @@
 //! Several columns stored row by row.
 
-/// Calls `each` for every one of the `n_columns` columns of `x`, passed as a contiguous vector, and copies the result
+/// Calls `each` for each of the `n_columns` columns of `x`, passed as a contiguous vector, and copies the result
 /// back.
 ///
 /// # Errors

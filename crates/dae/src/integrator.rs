@@ -54,7 +54,7 @@ pub enum ConsistencyMode {
 /// function is returned as an error with its source. A panic is propagated.
 ///
 /// # Allocation
-/// After the first few steps, a step that is accepted at the first attempt does not allocate memory, except when a
+/// After the first few steps, a step accepted at the first attempt does not allocate memory, except when a
 /// linear solver selects new pivots.
 pub trait Integrator<P: Problem> {
     /// Error for misuse, and for fatal errors of the problem. An integration that cannot continue returns
@@ -67,7 +67,7 @@ pub trait Integrator<P: Problem> {
     /// may end beyond `t_out`.
     ///
     /// # Errors
-    /// A `t_out` that is before `t` or not finite; a fatal error of the problem.
+    /// A `t_out` before `t` or not finite; a fatal error of the problem.
     fn step(&mut self, t_out: f64) -> Result<Outcome, Self::Error>;
 
     /// Integrates up to `t_out`, unless a root or the stop time comes first.
@@ -79,7 +79,7 @@ pub trait Integrator<P: Problem> {
     /// Sets a stop time: no step passes it, and it is removed when it is reached.
     ///
     /// # Errors
-    /// A time that is before `t` or not finite.
+    /// A time before `t` or not finite.
     fn set_stop_time(&mut self, t: f64) -> Result<(), Self::Error>;
 
     /// Restarts at (t0, y0, ẏ0), keeping problem, settings and functions. Statistics restart at

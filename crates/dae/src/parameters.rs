@@ -174,7 +174,7 @@ pub trait Parameters<P: ?Sized> {
     }
 }
 
-/// Parameters that are read and changed by two functions. ∂F/∂p is computed by central differences about the current
+/// Parameters, read and changed by two functions. ∂F/∂p is computed by central differences about the current
 /// values of the problem.
 ///
 /// The step is ε^(1/3) times the larger of |p| and the scale: truncation and rounding are then about

@@ -32,7 +32,7 @@ const ROUNDING: f64 = 100.0;
 ///
 /// # Errors
 /// [`Inconsistent::NoConstraints`] if the problem does not state constraints, [`Inconsistent::NotFound`],
-/// [`Inconsistent::Contradicted`] for constraints that are incompatible with F, and errors of the problem; y and ẏ then
+/// [`Inconsistent::Contradicted`] for constraints incompatible with F, and errors of the problem; y and ẏ then
 /// have their input values.
 pub fn project_onto_constraints<P: Problem>(
     problem: &mut P,

@@ -17,7 +17,7 @@ pub struct Direction {
 /// Singular values and right singular vectors of the Jacobian with respect to relative changes of the parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identifiability {
-    /// Directions, starting with the one that is determined best. Parameters without effect are excluded.
+    /// Directions in the order of their sensitivity, the best determined first. Parameters without effect are excluded.
     pub directions: Vec<Direction>,
     /// The parameters' names.
     pub names: Vec<String>,

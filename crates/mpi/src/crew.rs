@@ -5,7 +5,7 @@ use myovib_fem::{Barycentric, Inverted, ParallelAssembler, Pass, Solid};
 use crate::call;
 use crate::leader::Leader;
 
-/// Outcome of a rank's share of a pass over the elements, encoded as numbers: the element that is inverted, det F, and
+/// Outcome of a rank's share of a pass over the elements, encoded as numbers: the inverted element, det F, and
 /// the number and values of the barycentric coordinates of the point. The element is −1 on success.
 pub(crate) type Ending = [f64; 7];
 

@@ -5,7 +5,7 @@
 //! part of the factors. Rank 0 broadcasts each command together with the state to which it applies. All processes
 //! therefore agree, independent of the summation order of MPI and of the processors.
 //!
-//! All ranks have equal numbers of elements, regardless of their location: the vectors that are summed always have full
+//! All ranks have equal numbers of elements, regardless of their location: the summed vectors always have full
 //! length, so a partition with small interfaces would not reduce the communication.
 //!
 //! `begin` returns the role of this process: a `Session` with its `Sharing` at rank 0, otherwise a `Follower`. The

@@ -184,7 +184,7 @@ pub enum Error {
         code: i32,
         /// IDAS' name of the code.
         name: &'static str,
-        /// Message of IDAS; empty if there is none.
+        /// Message of IDAS; empty if IDAS has not given a message.
         message: String,
     },
     /// A linear solver cannot be set up.

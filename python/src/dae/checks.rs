@@ -45,7 +45,7 @@ pub(super) fn check_matrices(
 /// Positions within a step, as fractions of it, at which the equations are checked, one position per step.
 const FRACTIONS: [f64; 3] = [0.31, 0.62, 0.87];
 
-/// Number of first steps that are checked; after them, only steps whose number is a power of two are checked.
+/// Number of checked first steps; after them, only steps whose number is a power of two are checked.
 pub(super) const FIRST_STEPS: usize = 12;
 
 /// Checks the equations within the last step, which is step number `n_steps`. Returns a violated

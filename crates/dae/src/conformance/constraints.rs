@@ -143,7 +143,7 @@ pub fn leaves_components_out_by_their_index<M: Method>(method: &M) {
     }
 }
 
-/// Oscillator ẋ = v, v̇ = −x, and a component z = sin(30 t), 30 times as fast, that is integrated from its derivative.
+/// Oscillator ẋ = v, v̇ = −x, and a component z = sin(30 t), 30 times as fast, integrated from its derivative.
 struct FastComponent;
 
 impl Problem for FastComponent {

@@ -123,7 +123,7 @@ pub fn corrects_derivatives_over_the_time_to_the_output<M: Method>(method: &M) {
     }
 }
 
-/// Checks that a position off the circle of a pendulum, or a velocity that is not tangential, is rejected if the
+/// Checks that a position off the circle of a pendulum, or a velocity not tangential to it, is rejected if the
 /// problem states its constraints, and that the error contains the index of the constraint.
 pub fn refuses_values_off_the_constraints_stated<M: Method>(method: &M) {
     for (q, v, part) in [

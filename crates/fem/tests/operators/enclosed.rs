@@ -147,7 +147,7 @@ fn disconnected_groups_are_rejected() {
     }
 }
 
-/// Returns a body that is supported on planes of symmetry through the origin: nodes whose coordinate along an axis in
+/// Returns a body supported on planes of symmetry through the origin: nodes whose coordinate along an axis in
 /// `held` is zero are fixed along this axis.
 fn symmetric(mesh: &Mesh, held: &[usize]) -> Solid {
     let space = Arc::new(Space::taylor_hood(mesh));

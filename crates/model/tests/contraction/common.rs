@@ -42,7 +42,7 @@ pub(crate) fn halves(mesh: &Mesh) -> [Vec<usize>; 2] {
     [left, right]
 }
 
-/// Returns a block with oblique fibers that is fixed on its left, with foundations on its right and on its top. One
+/// Returns a block with oblique fibers, fixed on its left, with foundations on its right and on its top. One
 /// half contracts by a given tension, the other by an activation model.
 pub(crate) fn contracting(
     dimension: usize,

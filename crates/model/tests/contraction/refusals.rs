@@ -1,4 +1,4 @@
-//! The index with all added stresses, and settings that are rejected.
+//! The index with all added stresses, and rejected settings.
 
 use myovib_dae::{Problem, StepError};
 use myovib_fem::material::{ActiveStress, Bestel};

@@ -90,7 +90,7 @@ fn places_with_the_same_drive_are_the_single_chain_bit_by_bit() {
     let of_many = image(&mut many, &repeat(&y), &repeat(&y_dot), &repeat(&x));
     let scale = of_single.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     for (many, single) in of_many.iter().zip(repeat(&of_single)) {
-        // Rounding of sums that are computed in a different order.
+        // Rounding of sums in a different order.
         assert!((many - single).abs() < 1e-14 * scale, "{many} {single}");
     }
 }

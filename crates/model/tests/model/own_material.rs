@@ -35,7 +35,7 @@ inlined! {
 static BY_REFERENCE: MooneyRivlin = MooneyRivlin { c10: C10, c01: C01 };
 static RUBBER: Rubber = Rubber { c10: C10, c01: C01 };
 
-/// Returns y at t = 30 ms and the number of steps, for a clamped body that is pulled by a sine pulse.
+/// Returns y at t = 30 ms and the number of steps, for a clamped body pulled by a sine pulse.
 fn motion(mesh: &Mesh, formulation: Formulation, law: Law) -> (Vec<f64>, u64) {
     let space = Arc::new(Space::taylor_hood(mesh));
     let dofs = DofMap::clamped(&space, &space.nodes_of("left").unwrap()).unwrap();

@@ -250,7 +250,7 @@ fn a_static_body_is_compressed_in_steps() {
     );
 }
 
-/// A body that is deformed only by its supports has no loads that provide a scale for its forces.
+/// A body deformed only by its supports has no loads that provide a scale for its forces.
 #[test]
 fn a_static_body_is_pulled_at_once() {
     let solution = equilibrium(

@@ -238,7 +238,7 @@ fn add_scaled_with<S: Simd>(_: S, y: &mut [f64], shares: &[f64], x: &[f64]) {
     }
 }
 
-/// Computes x ← x + p and r ← r + q, each times shares that are repeated periodically, and sums w² r² in SIMD lanes.
+/// Computes x ← x + p and r ← r + q, each times periodically repeated shares, and sums w² r² in SIMD lanes.
 #[with_simd(step = Arch::new())]
 #[inline(always)]
 fn step_with<S: Simd>(

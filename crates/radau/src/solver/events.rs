@@ -1,4 +1,4 @@
-//! Steps that are interrupted at roots, and the continuation within a step after a root.
+//! Interruptions of steps at roots, and the continuation within a step after a root.
 
 use myovib_dae::{LinearSolver, Outcome, Problem};
 

@@ -99,7 +99,7 @@ impl Division {
     }
 }
 
-/// The smallest magnitude that is distinguished from zero.
+/// The smallest magnitude distinguished from zero.
 const SMALLEST: f64 = 1e-290;
 /// The largest magnitude.
 const LARGEST: f64 = 1e290;

@@ -18,7 +18,7 @@ const FILES: [&[u8]; 3] = [
 /// Font name with fallbacks.
 pub(super) const FAMILY: &str = "Noto Sans, Helvetica, Arial, sans-serif";
 
-/// Advance width of a character that the embedded fonts do not contain and that is drawn with a font of the reader.
+/// Advance width of a character missing from the embedded fonts, which is drawn with a font of the reader.
 const UNKNOWN: f64 = 0.5;
 
 static FACES: LazyLock<[Face<'static>; 3]> = LazyLock::new(|| {

@@ -143,7 +143,7 @@ impl Experiment {
 pub(super) struct Effort {
     /// Lower limit of the relative tolerance.
     pub(super) least_tolerance: f64,
-    /// Fraction of the measurements' time, from its start, that is computed.
+    /// Computed fraction of the measurements' time, from its start.
     pub(super) part: f64,
 }
 

@@ -131,7 +131,7 @@ pub(crate) trait Reading: Send + Sync {
         &[]
     }
 
-    /// Removes the values that are not differentiable at rest.
+    /// Removes the values without a derivative at rest.
     fn remove_kinks_at_rest(&mut self) {}
 
     /// Returns the accumulated energy balance, if the probe has one. Its values are not a function

@@ -77,7 +77,7 @@ impl Volumes {
         })
     }
 
-    /// Returns the outcome of a run that ends because an element is inverted, if one is. The time of the inversion is
+    /// Returns the outcome of a run that ends because of an inverted element, or `None`. The time of the inversion is
     /// only included if `is_motion`.
     pub(super) fn refusal(&self, is_motion: bool) -> Option<Outcome> {
         let message = self.inversion.as_ref()?.note(is_motion);

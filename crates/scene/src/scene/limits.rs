@@ -63,7 +63,7 @@ pub(crate) fn runs_at_once(file: &SceneFile) -> NonZeroUsize {
 }
 
 impl Builder<'_> {
-    /// Rejects excessive output, and an end time that is too small to be divided into samples.
+    /// Rejects excessive output, and an end time too small to be divided into samples.
     pub(super) fn limits(&self, file: &SceneFile) -> Result<(), InputError> {
         if file.time.is_some() && !(self.t_end / DRIFT_SAMPLES).is_normal() {
             let error = InputError::new("the end time cannot be divided into samples")

@@ -354,7 +354,7 @@ impl Scene {
         Builder::new(&self.source, &inputs, self.t_end).at(path, result)
     }
 
-    /// Returns the measurements of the probes. For a response about rest, values that are not differentiable there are
+    /// Returns the measurements of the probes. For a response about rest, values without a derivative there are
     /// omitted.
     pub(crate) fn readings(&self) -> Result<Vec<Box<dyn Reading>>, InputError> {
         let mut readings = self.all_readings()?;

@@ -30,7 +30,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Rejects formulations and damping that are not available without inertia.
+    /// Rejects formulations and damping not available without inertia.
     pub(super) fn without_inertia(
         &self,
         formulation: Formulation,

@@ -134,7 +134,7 @@ impl Builder<'_> {
     }
 }
 
-/// Returns the absolute tolerances. Tolerances that are not given are derived from the typical values of the body under
+/// Returns the absolute tolerances. Missing tolerances are derived from the typical values of the body under
 /// its loads up to `t_end` (s) and its initial state.
 pub(crate) fn absolute_tolerances(
     wanted: &IntegratorSettings,

@@ -144,7 +144,7 @@ impl<'s> Checker<'s> {
             .copied()
             .filter(|one| self.accepts_kind(one, value))
             .collect();
-        // Alternatives that are tables are distinguished by a key, lists by their first entry.
+        // Alternative tables are distinguished by a key, lists by their first entry.
         let alike = fitting.iter().find(|one| self.resembles(one, value));
         if let (None, [_, _, ..], Some(object)) = (alike, &fitting[..], value.as_object())
             && let Some(key) = object.keys().next()

@@ -51,7 +51,7 @@ pub fn reference() -> String {
 struct Page<'a> {
     schema: &'a Value,
     text: String,
-    /// Definitions that are still to be printed, with their headings.
+    /// Definitions still to be printed, with their headings.
     open: VecDeque<(&'a str, String)>,
     printed: BTreeSet<&'a str>,
     /// Anchors of the definitions that have their own heading. A definition gets its heading at its first use.

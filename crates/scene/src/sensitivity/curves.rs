@@ -302,10 +302,10 @@ pub(super) fn sample<P, I: Integrator<P>>(
 /// Accuracy of sensitivities.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Precision {
-    /// The steps are those of the motion; linear systems for sensitivities are solved to a third of its tolerance.
+    /// The motion chooses the steps; linear systems for sensitivities are solved to a third of its tolerance.
     #[default]
     OfMotion,
-    /// The steps are those of the motion; linear systems for sensitivities are solved to this fraction of its
+    /// The motion chooses the steps; linear systems for sensitivities are solved to this fraction of its
     /// tolerance.
     Fraction(f64),
     /// The error test includes the sensitivities.

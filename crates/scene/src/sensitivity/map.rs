@@ -35,7 +35,7 @@ pub struct OutputMap {
     /// Name of the output.
     pub name: String,
     /// For each element, the relative change of the output's RMS over time divided by the relative change of the
-    /// element's elastic stress. NaN for an output that is always zero.
+    /// element's elastic stress. NaN if the output is always zero.
     pub elements: Vec<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! Values at places of the body that are not nodes: a series of files with one point per place.
+//! Values at places other than nodes: a series of files with one point per place.
 
 use std::io;
 use std::path::{Path, PathBuf};

@@ -66,7 +66,7 @@ fn point_forces_outside_the_mesh_are_refused() {
     }
 }
 
-/// Checks a body that is supported by springs at two corners and moved by a force: the reaction of the springs balances
+/// Checks a body supported by springs at two corners and moved by a force: the reaction of the springs balances
 /// the force. The springs are much softer than the body, so that its displacement is F/(2 k) along both axes.
 #[test]
 fn springs_hold_a_body() {

@@ -139,7 +139,7 @@ fn starts_without_derivatives_are_rejected_with_a_remedy() {
     assert!(it.dependences(&[1e-7]).is_ok());
 }
 
-/// Checks moduli that are bounded by other constants: with mu_1 = 0 the body would have no stiffness.
+/// Checks moduli bounded by other constants: with mu_1 = 0 the body would have no stiffness.
 #[test]
 fn moduli_bounded_by_other_constants_have_derivatives() {
     let folder = tempfile::tempdir().unwrap();

@@ -235,7 +235,7 @@ fn outputs_have_the_derivatives_by_the_breaks_of_a_load() {
     outputs_agree(&keys, step, &SMALL);
 }
 
-/// Checks a body with an end that is rotated by one field of displacements while another field stretches the body.
+/// Checks a body with an end rotated by one field of displacements while another field stretches the body.
 #[test]
 fn outputs_have_the_derivatives_by_the_sizes_of_displacements_that_vary() {
     let keys = [

@@ -9,7 +9,7 @@ use myovib_scene::watch::ProgressSink;
 use crate::fits::{fitted, measure};
 use crate::{SMALL, scene};
 
-/// Records the progress lines that are always shown.
+/// Records the unconditional progress lines.
 #[derive(Default)]
 struct RecordedNotes(Mutex<Vec<String>>);
 

@@ -116,7 +116,7 @@ fn three_parameters_are_found_in_noise_within_their_intervals() {
             "parameter {j}: {low} {high}"
         );
     }
-    // For 40 residuals, the standard deviation is 1 ± 0.12; three times that is allowed.
+    // For 40 residuals, the standard deviation is 1 ± 0.12; three times this deviation is allowed.
     assert!(
         (result.deviation() - 1.0).abs() < 0.36,
         "{}",
@@ -160,7 +160,7 @@ fn starts_of_another_scale_are_left() {
             result.runs
         );
         assert_eq!(result.outcome(), Outcome::Converged, "{starts:?}");
-        // For 40 residuals, the standard deviation is 1 ± 0.12; three times that is allowed.
+        // For 40 residuals, the standard deviation is 1 ± 0.12; three times this deviation is allowed.
         assert!(
             (result.deviation() - 1.0).abs() < 0.36,
             "{starts:?}: {}",
@@ -251,7 +251,7 @@ fn a_constant_tension_is_found() {
     assert!(low < 2e3 && 2e3 < high, "{low} {high}");
 }
 
-/// Checks a combination that is not determined: at small strains only the sum of c10 and c01 has an effect.
+/// Checks an undetermined combination: at small strains only the sum of c10 and c01 has an effect.
 #[test]
 fn undetermined_combinations_are_returned() {
     let folder = tempfile::tempdir().unwrap();

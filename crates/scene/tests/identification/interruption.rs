@@ -129,7 +129,7 @@ impl ProgressSink for Patience {
     }
 }
 
-/// Checks a fit that is interrupted within one of its runs. It has a result if and only if an iteration was written.
+/// Checks a fit interrupted within a run. It has a result if and only if an iteration was written.
 #[test]
 fn a_fit_interrupted_within_a_run_keeps_its_iterations() {
     let folder = tempfile::tempdir().unwrap();
@@ -172,7 +172,7 @@ fn a_fit_interrupted_within_a_run_keeps_its_iterations() {
     assert!(results.iter().all(|count| *count > 0), "{results:?}");
 }
 
-/// Checks a fit from two starts that is interrupted after each iteration. Its result must use the measurements of the
+/// Checks a fit from two starts, interrupted after each iteration. Its result must use the measurements of the
 /// latest phase, its residuals must agree with its points, and computed profiles must be kept. The first phase uses
 /// half of the time.
 #[test]
@@ -230,7 +230,7 @@ fn an_interrupted_fit_keeps_its_results() {
     assert_eq!(profiles, [[false, false], [true, false]]);
 }
 
-/// Checks that a fit that is interrupted in its first run reports the interruption instead of an invalid start.
+/// Checks that a fit interrupted in its first run reports the interruption instead of an invalid start.
 #[test]
 fn a_fit_interrupted_in_its_first_run_is_interrupted() {
     static INTERRUPT: AtomicBool = AtomicBool::new(true);

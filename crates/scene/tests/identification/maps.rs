@@ -15,7 +15,7 @@ use crate::{scene, set};
 const ROUNDING: f64 = 1e-9;
 
 /// Returns the relative change of each output's RMS per relative change of each parameter, computed with forward
-/// sensitivities that are solved to rounding errors. All parameters are factors of a stress.
+/// sensitivities solved to rounding errors. All parameters are factors of a stress.
 fn by_forward(it: &Parameterized) -> Vec<Vec<f64>> {
     let wanted = outputs(&it.scene).unwrap();
     let (every, t_end) = (it.scene.file.probe[0].interval, it.scene.t_end);

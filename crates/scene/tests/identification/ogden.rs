@@ -9,7 +9,7 @@ use myovib_scene::watch::Watcher;
 
 use crate::options;
 
-/// A strip in plane strain that is stretched to twice its length.
+/// A strip in plane strain, stretched to twice its length.
 const STRIP: &str = "[time]\nend = 1.0\n[mesh]\ntype = \"rectangle\"\nwidth = 0.1\nheight = 0.01\ncells = [2, 1]\n\
     [solid]\nbulk_modulus = inf\n[[material]]\ndensity = 1060.0\nlaw = \"ogden\"\n\
     mu_1 = 8e3\nalpha_1 = 4.0\nmu_2 = -1.5e3\nalpha_2 = -3.0\n\

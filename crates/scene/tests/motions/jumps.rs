@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::common::{apart, build, rows, run};
 
-/// A block that is fixed on its left.
+/// A block fixed on its left.
 const BLOCK: &str = r#"
 [time]
 end = 0.1

@@ -10,7 +10,7 @@ use myovib_scene::watch::Watcher;
 
 use super::response;
 
-/// Returns a beam that is loaded at its tip. With zero `damping` (s), the response is the limit of small damping.
+/// Returns a beam loaded at its tip. With zero `damping` (s), the response is the limit of small damping.
 fn beam(frequencies: &str, damping: f64) -> String {
     format!(
         "analysis = \"response\"\n[response]\nfrequencies = \"{frequencies}\"\n[mesh]\ntype = \"beam\"\nlength = 0.1\n\

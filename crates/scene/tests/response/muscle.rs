@@ -97,7 +97,7 @@ fn stretched_muscle_has_the_response_of_independent_programs() {
 }
 
 /// Checks frequency, amplitude and half-power width of peaks between frequencies with a spacing of 0.2 Hz. Their
-/// accuracy is that of the stiffness.
+/// accuracy equals the accuracy of the stiffness.
 #[test]
 fn peaks_of_the_stretched_muscle_are_resolved() {
     let case = reference("s13_08_prestressed_frf.json");

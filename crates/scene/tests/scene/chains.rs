@@ -218,7 +218,7 @@ fn chains_contract_a_body_whose_stress_relaxes() {
     }
 }
 
-/// Checks the energy balance of a viscous body with stress relaxation that is contracted by oscillators at many places.
+/// Checks the energy balance of a viscous body with stress relaxation, contracted by oscillators at many places.
 /// The balance includes the powers of tensions that follow the oscillators and of the internal stresses.
 #[test]
 fn chains_and_stress_that_relaxes_keep_the_balance_of_energy() {

@@ -205,7 +205,7 @@ fn bounce(rtol: f64) -> [f64; 2] {
     let kinetic = column(&energy, "kinetic")[0];
     let imbalance = column(&energy, "imbalance");
     let imbalance = imbalance.iter().fold(0.0_f64, |m, e| m.max(e.abs()));
-    // A plane at rest does no work, apart from forces that are not balanced exactly between steps. The maximum energy
+    // A plane at rest does no work, apart from forces not balanced exactly between steps. The maximum energy
     // of the contact is 2 % of the kinetic energy.
     let work = column(&energy, "work");
     let work = work.iter().fold(0.0_f64, |m, work| m.max(work.abs()));

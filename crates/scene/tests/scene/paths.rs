@@ -122,7 +122,7 @@ fn a_body_follows_its_supports_over_any_distance() {
     }
 }
 
-/// Returns a square that is fixed on its left, with further tables for displacements or loads.
+/// Returns a square fixed on its left, with further tables for displacements or loads.
 fn square(rest: &str) -> String {
     format!(
         "[time]\nend = 10.0\n[mesh]\ntype = \"rectangle\"\nwidth = 0.1\nheight = 0.3\ncells = [2, 6]\n[solid]\n\

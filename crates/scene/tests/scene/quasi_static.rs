@@ -197,7 +197,7 @@ fn a_load_may_be_sudden_where_viscosity_balances_it() {
     assert!(halves(&pull("4e3")).is_err());
 }
 
-/// Checks that the inertia of a motion of 0.5 s, in which waves need 0.03 s to pass the body, hardly changes the force
+/// Checks that the inertia of a motion of 0.5 s, in which waves need 0.03 s to pass the body, barely changes the force
 /// at the end. Both formulations and a finite bulk modulus are supported.
 #[test]
 fn a_slow_motion_ends_at_the_same_force() {

@@ -1,4 +1,4 @@
-//! Chains that are integrated with separate steps.
+//! Integration of chains with separate steps.
 
 mod agreement;
 
@@ -81,7 +81,7 @@ at = 0.07
 interval = 0.01
 "#;
 
-/// Returns `body` with a chain of the given gain that is driven at the position of the body's probe.
+/// Returns `body` with a chain of the given gain, driven at the position of the body's probe.
 fn with_chain(body: &str, oscillators: usize, gain: f64) -> String {
     let at = match body {
         ROD => "0.07",

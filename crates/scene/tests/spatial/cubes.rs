@@ -134,7 +134,7 @@ fn an_incompressible_cube_is_sheared() {
     }
 }
 
-/// Checks a cube of the transverse law between rollers that is stretched along and across its fibers. The nominal
+/// Checks a cube of the transverse law between rollers, stretched along and across its fibers. The nominal
 /// stresses for a stretch λ are known in closed form. Along: P = 2 (λ - λ⁻²)(c10 + c01/λ) + T(λ)/λ. Across: the stretch
 /// of the fiber is μ and the stretch of the other side is 1/(λ μ). Both sides are free.
 #[test]

@@ -12,7 +12,7 @@ use super::callbacks::{Answer, Callbacks};
 use super::vector_view::{view, view_mut, zeroed_mut};
 use super::version;
 
-/// User data passed to C: the callbacks, and a panic that is being propagated.
+/// User data passed to C: the callbacks, and a caught panic.
 pub(crate) struct Boundary<C> {
     pub(crate) callbacks: C,
     /// A panic to be resumed after C returns.

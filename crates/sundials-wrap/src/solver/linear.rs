@@ -79,7 +79,7 @@ pub(super) struct WholeLu {
     smallest_rcond: Option<f64>,
 }
 
-/// Factors of a matrix that is stored as sparse or as full.
+/// Factors of a sparse or full matrix.
 enum WholeFactors {
     Sparse(Factors<f64>),
     Dense(DenseLu),

@@ -1,4 +1,4 @@
-//! Signs for values of root functions that are exactly zero.
+//! Signs for exact zeros of root functions.
 
 /// Number of stored evaluations, larger than the number of evaluations in a search for a root.
 const KEPT: usize = 512;

@@ -99,7 +99,7 @@ fn refuse_sudden_loads(body: &Body, dae: &mut MuscleDae) -> Result<(), Error> {
     Ok(())
 }
 
-/// Returns the names of loads that are nonzero at t = 0 and of accelerating supports.
+/// Returns the names of nonzero loads at t = 0 and of accelerating supports.
 fn sudden_loads(body: &Body) -> String {
     let is_sudden = |signal: &Signal| {
         let values = times(body.settings.t_end).map(|t| signal.at(t).value.abs());

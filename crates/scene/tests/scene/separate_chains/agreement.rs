@@ -66,7 +66,7 @@ fn load(rng: &mut ChaCha8Rng, size: f64) -> String {
     }
 }
 
-/// Compares random scenes with the integration as one system at tolerances that are 100 times tighter.
+/// Compares random scenes with the integration as one system at 100 times tighter tolerances.
 fn expect_agreement(seeds: Range<u64>, most: usize, methods: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
     for seed in seeds {
