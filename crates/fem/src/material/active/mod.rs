@@ -230,8 +230,8 @@ impl<R: Real, const D: usize> ActiveFiber<R, D> {
         self.reference
     }
 
-    /// Returns the matrix K in ∂P/∂F, see the [module](self). It is not symmetric if the tension depends on the strain
-    /// rate.
+    /// Returns the matrix K in ∂P/∂F, defined at the top of this module. It is not symmetric if the tension depends on the
+    /// strain rate.
     #[inline(always)]
     pub fn by_displacement(&self) -> [[R; D]; D] {
         let mut out = [self.fiber; D];
