@@ -198,7 +198,7 @@ impl<P: Problem> IdaSolver<P> {
         if cause.is_empty() {
             cause = self.refusal.take().unwrap_or_default();
         }
-        let mut message = format!("{PATIENCE} steps have not moved t");
+        let mut message = format!("t did not change in {PATIENCE} steps");
         if !cause.is_empty() {
             message = format!("{message}; {cause}");
         }
