@@ -20,13 +20,6 @@ pub struct RelaxationRegion {
     pub states: Range<usize>,
 }
 
-impl RelaxationRegion {
-    /// Returns the distance from a slot to the internal stress of term `k` at this slot.
-    pub(super) fn states_of(&self, k: usize) -> usize {
-        self.states.start + k * self.slots.len() - self.slots.start
-    }
-}
-
 /// Layout of the internal stresses of a body.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct InternalStresses {

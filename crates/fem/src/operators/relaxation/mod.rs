@@ -16,13 +16,13 @@ mod point;
 
 use pulp::Simd;
 
+use crate::material::Real;
 use crate::material::tensor::Volumetric;
-use crate::material::{Law, Real};
-use crate::operators::constitutive::{Constitutive, Tangent, Tensor};
+use crate::operators::constitutive::{Constitutive, Tensor};
 use crate::operators::fields::Inverted;
 use crate::operators::pass::Kernel;
 use crate::operators::residual::accumulate;
-use crate::operators::tangent::{Matrix, add, scatter, zero_if};
+use crate::operators::tangent::{Matrix, add, scatter};
 use crate::simd::batch::{Part, Point};
 use crate::simd::lanes::Lanes;
 use crate::space::sparsity::ScatterMap;
@@ -77,7 +77,7 @@ pub(crate) struct Relax<'a, 'b, const D: usize, const N: usize, const P: usize> 
 }
 
 impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P> for Relax<'_, '_, D, N, P> {
-    /// Velocities or forces.
+    /// Several velocities or forces.
     type Workspace<S: Simd> = Vec<[[Lanes<S>; D]; N]>;
 
     #[inline(always)]
@@ -92,220 +92,156 @@ impl<const D: usize, const N: usize, const P: usize> Kernel<D, N, P> for Relax<'
         let Some(region) = part.batch.material.prony else {
             return Ok(());
         };
+        let (map, first) = (&self.maps[batch], self.layout.first[batch]);
         let series = &self.layout.parts[region];
         let count = part.batch.count;
+        let full_law = part.law();
         let u = part.gather_vector(Some(self.u));
-        self.requested.gather(part, columns);
+        let mut local_force = [[part.zero(); D]; N];
+        columns.clear();
+        match &self.requested {
+            Requested::StressRates { v, .. } => {
+                for v in *v {
+                    columns.push(part.gather_vector(Some(v)));
+                }
+            }
+            Requested::ForceOf { forces, .. } => columns.resize(forces.len(), local_force),
+            _ => {}
+        }
         let wants_matrices = matches!(self.requested, Requested::Tangents { .. });
         let zero: Matrix<S, D, N> = [[[[part.zero(); D]; D]; N]; N];
-        let mut matrices = zero_if(wants_matrices, [zero; 2]);
+        let mut matrices = crate::operators::tangent::zero_if(wants_matrices, [zero; 2]);
+        let width = series.slots.len();
         for (number, point) in points.iter().enumerate() {
             part.move_to(number);
-            let first = number * count * Slots::<S, D, N, P>::COMPONENTS;
             let slots = Slots {
                 part,
-                first: self.layout.first[batch] + first,
+                first: first + number * count * Slots::<S, D, N, P>::COMPONENTS,
                 count,
             };
-            match &mut self.requested {
-                Requested::ForceOf { tensors, .. } => {
-                    // These forces do not depend on the law.
-                    let h = part.gradient(&u, point);
-                    for (force, tensors) in columns.iter_mut().zip(*tensors) {
-                        let flux = times_deformation(&h, &slots.load(tensors));
-                        accumulate(force, part, point, &flux);
-                    }
+            // Index of the internal stresses of term k at these slots.
+            let states = |k: usize| series.states.start + k * width - series.slots.start;
+            if let Requested::ForceOf { tensors, .. } = &self.requested {
+                // These forces do not depend on the law.
+                let h = part.gradient(&u, point);
+                for (local_force, tensors) in columns.iter_mut().zip(*tensors) {
+                    accumulate(
+                        local_force,
+                        part,
+                        point,
+                        &times_deformation(&h, &slots.load(tensors)),
+                    );
                 }
+                continue;
+            }
+            let at = At::<S, D, C>::new(law, part, (number, point), &u);
+            match &mut self.requested {
+                Requested::ForceOf { .. } => {}
                 Requested::Vectors {
                     internal,
                     force,
                     rates,
                 } => {
-                    let at = At::<S, D, C>::new(law, part, (number, point), &u);
-                    let over = relax(&at, part.law(), series, &slots, (internal, &mut **rates));
+                    let mut over = scaled(&at.stress, series.prony.instantaneous() - 1.0);
+                    let across = at.stress_across(full_law);
+                    for (k, term) in series.prony.terms().iter().enumerate() {
+                        let term_stresses = &internal[states(k)..];
+                        let mut q = slots.load(term_stresses);
+                        subtract(&mut over, &q);
+                        for (q, s) in q.iter_mut().flatten().zip(at.stress.iter().flatten()) {
+                            *q = term.rate(*s, *q);
+                        }
+                        let q_across = match across {
+                            Some(s) => {
+                                let component = Slots::<S, D, N, P>::OUT_OF_PLANE;
+                                Some(term.rate(s, slots.load_one(component, term_stresses)))
+                            }
+                            None => None,
+                        };
+                        slots.store((&q, q_across), &mut rates[states(k)..]);
+                    }
                     if force.is_some() {
-                        let flux = times_deformation(&at.h, &over);
-                        accumulate(&mut columns[0], part, point, &flux);
+                        accumulate(
+                            &mut local_force,
+                            part,
+                            point,
+                            &times_deformation(&at.h, &over),
+                        );
                     }
                 }
                 Requested::Stresses { out } => {
-                    let at = At::<S, D, C>::new(law, part, (number, point), &u);
-                    slots.store((&at.stress, at.stress_across(part.law())), out);
+                    slots.store((&at.stress, at.stress_across(full_law)), out);
                 }
                 Requested::StressRates { out, .. } => {
-                    let at = At::<S, D, C>::new(law, part, (number, point), &u);
-                    store_rates(law, &at, point, &slots, (&columns[..], &mut **out));
+                    let across = at.across(full_law);
+                    // For many velocities the moduli are evaluated once and contracted with each
+                    // velocity.
+                    let moduli = match columns.len() > UnitStrains::<D>::COUNT {
+                        true => Some(at.moduli(law, across.as_ref())),
+                        false => None,
+                    };
+                    for (out, v) in out.iter_mut().zip(columns.iter()) {
+                        let v = part.gradient(v, point);
+                        let rate = match &moduli {
+                            Some(moduli) => at.contracted(moduli, &v),
+                            None => at.stress_rate(law, across.as_ref(), &v),
+                        };
+                        slots.store((&rate.0, rate.1), out);
+                    }
                 }
                 Requested::Tangents { over, .. } => {
                     let Some([material, geometric]) = &mut matrices else {
                         continue;
                     };
-                    let at = At::<S, D, C>::new(law, part, (number, point), &u);
-                    let over = overstress(*over, &at.stress, series, &slots);
-                    add(
-                        material,
-                        part,
-                        point,
-                        &material_tangent(law, &at, part.zero()),
-                    );
+                    let over = match over {
+                        Overstress::Given(over) => slots.load(over),
+                        Overstress::Internal(internal) => {
+                            let instantaneous = series.prony.instantaneous();
+                            let mut over = scaled(&at.stress, instantaneous - 1.0);
+                            for k in 0..series.prony.terms().len() {
+                                subtract(&mut over, &slots.load(&internal[states(k)..]));
+                            }
+                            over
+                        }
+                    };
+                    let mut a = law.tangent(&at.strain, Volumetric::pressure(part.zero()), None);
+                    for i in 0..D {
+                        for j in 0..D {
+                            for l in 0..D {
+                                a[i][i][j][l] = a[i][i][j][l] - at.stress[j][l];
+                            }
+                        }
+                    }
+                    add(material, part, point, &a);
                     add_geometric(geometric, part, point, &over);
                 }
             }
         }
-        let map = &self.maps[batch];
-        self.requested
-            .scatter((&*part, map, region), columns, &matrices);
-        Ok(())
-    }
-}
-
-impl Requested<'_> {
-    /// Gathers the velocities, or allocates the forces, of a part of a batch.
-    #[inline(always)]
-    fn gather<S: Simd, const D: usize, const N: usize, const P: usize>(
-        &self,
-        part: &Part<'_, S, D, N, P>,
-        columns: &mut Vec<[[Lanes<S>; D]; N]>,
-    ) {
-        columns.clear();
-        let zero = [[part.zero(); D]; N];
-        match self {
-            Self::Vectors { .. } => columns.push(zero),
-            Self::ForceOf { forces, .. } => columns.resize(forces.len(), zero),
-            Self::StressRates { v, .. } => {
-                for v in *v {
-                    columns.push(part.gather_vector(Some(v)));
-                }
-            }
-            Self::Stresses { .. } | Self::Tangents { .. } => {}
-        }
-    }
-
-    /// Adds the forces or the matrices [material, geometric] of a part of a batch in a region.
-    #[inline(always)]
-    fn scatter<S: Simd, const D: usize, const N: usize, const P: usize>(
-        &mut self,
-        (part, map, region): (&Part<'_, S, D, N, P>, &ScatterMap<D, N, P>, usize),
-        columns: &[[[Lanes<S>; D]; N]],
-        matrices: &Option<[Matrix<S, D, N>; 2]>,
-    ) {
-        match self {
-            Self::Vectors { force, .. } => {
+        match &mut self.requested {
+            Requested::Vectors { force, .. } => {
                 if let Some(force) = force {
-                    part.scatter_vector(&columns[0], force);
+                    part.scatter_vector(&local_force, force);
                 }
             }
-            Self::ForceOf { forces, .. } => {
+            Requested::ForceOf { forces, .. } => {
                 for (local_force, force) in columns.iter().zip(forces.iter_mut()) {
                     part.scatter_vector(local_force, force);
                 }
             }
-            Self::Stresses { .. } | Self::StressRates { .. } => {}
-            Self::Tangents {
+            Requested::Stresses { .. } | Requested::StressRates { .. } => {}
+            Requested::Tangents {
                 geometric,
                 material,
                 ..
             } => {
-                if let Some([local_material, local_geometric]) = matrices {
+                if let Some([local_material, local_geometric]) = &matrices {
                     scatter(part, map, local_material, &mut material[region]);
                     scatter(part, map, local_geometric, geometric);
                 }
             }
         }
+        Ok(())
     }
-}
-
-/// Stores the rates of the internal stresses at a point and returns H.
-#[inline(always)]
-fn relax<S: Simd, const D: usize, const N: usize, const P: usize, C: Constitutive<D>>(
-    at: &At<S, D, C>,
-    law: Law,
-    series: &RelaxationRegion,
-    slots: &Slots<'_, '_, S, D, N, P>,
-    (internal, rates): (&[f64], &mut [f64]),
-) -> Tensor<Lanes<S>, D> {
-    let mut over = scaled(&at.stress, series.prony.instantaneous() - 1.0);
-    let across = at.stress_across(law);
-    for (k, term) in series.prony.terms().iter().enumerate() {
-        let term_stresses = &internal[series.states_of(k)..];
-        let mut q = slots.load(term_stresses);
-        subtract(&mut over, &q);
-        for (q, s) in q.iter_mut().flatten().zip(at.stress.iter().flatten()) {
-            *q = term.rate(*s, *q);
-        }
-        let q_across = match across {
-            Some(s) => {
-                let component = Slots::<S, D, N, P>::OUT_OF_PLANE;
-                Some(term.rate(s, slots.load_one(component, term_stresses)))
-            }
-            None => None,
-        };
-        slots.store((&q, q_across), &mut rates[series.states_of(k)..]);
-    }
-    over
-}
-
-/// Stores Ṡ at a point along several velocities.
-#[inline(always)]
-fn store_rates<S: Simd, const D: usize, const N: usize, const P: usize, C: Constitutive<D>>(
-    law: &C,
-    at: &At<S, D, C>,
-    point: &Point<D, N, P>,
-    slots: &Slots<'_, '_, S, D, N, P>,
-    (velocities, out): (&[[[Lanes<S>; D]; N]], &mut [Vec<f64>]),
-) {
-    let across = at.across(slots.part.law());
-    // For many velocities the moduli are evaluated once and contracted with each velocity.
-    let moduli = match velocities.len() > UnitStrains::<D>::COUNT {
-        true => Some(at.moduli(law, across.as_ref())),
-        false => None,
-    };
-    for (out, v) in out.iter_mut().zip(velocities) {
-        let v = slots.part.gradient(v, point);
-        let rate = match &moduli {
-            Some(moduli) => at.contracted(moduli, &v),
-            None => at.stress_rate(law, across.as_ref(), &v),
-        };
-        slots.store((&rate.0, rate.1), out);
-    }
-}
-
-/// Returns H for the stress S of the law.
-#[inline(always)]
-fn overstress<S: Simd, const D: usize, const N: usize, const P: usize>(
-    over: Overstress<'_>,
-    stress: &Tensor<Lanes<S>, D>,
-    series: &RelaxationRegion,
-    slots: &Slots<'_, '_, S, D, N, P>,
-) -> Tensor<Lanes<S>, D> {
-    match over {
-        Overstress::Given(over) => slots.load(over),
-        Overstress::Internal(internal) => {
-            let mut over = scaled(stress, series.prony.instantaneous() - 1.0);
-            for k in 0..series.prony.terms().len() {
-                subtract(&mut over, &slots.load(&internal[series.states_of(k)..]));
-            }
-            over
-        }
-    }
-}
-
-/// Returns the tangent of F S at constant F.
-#[inline(always)]
-fn material_tangent<S: Simd, const D: usize, C: Constitutive<D>>(
-    law: &C,
-    at: &At<S, D, C>,
-    zero: Lanes<S>,
-) -> Tangent<Lanes<S>, D> {
-    let mut a = law.tangent(&at.strain, Volumetric::pressure(zero), None);
-    for i in 0..D {
-        for j in 0..D {
-            for l in 0..D {
-                a[i][i][j][l] = a[i][i][j][l] - at.stress[j][l];
-            }
-        }
-    }
-    a
 }
 
 /// Returns `factor` · `tensor`.
