@@ -86,7 +86,7 @@ fn a_wrong_scene_is_explained_and_writes_nothing() {
         ("fields.interval=0", "out of range"),
         (
             "region=[{ name = \"r\", center = [0, 0], radii = [-1, 1] }]",
-            "half axes are lengths",
+            "must be positive lengths",
         ),
         (
             "parameter=[{ key = \"material[0].c1\" }]",

@@ -460,7 +460,7 @@ fn run_repeats_the_warnings_of_check_once() {
     let run = myovib_in(folder.path(), &[&["run", "table2-4"][..], &end].concat());
     let check = myovib(&["check", "table2-4"]);
     assert_eq!(of(&run.stderr), of(&check.stdout));
-    let end = ["--quiet", "--set", "time.end=1e-3", "--out", "right"];
+    let end = ["--quiet", "--set", "time.end=0.6", "--out", "right"];
     let right = myovib_in(folder.path(), &[&["run", "init"][..], &end].concat());
     assert_eq!((right.code, right.stderr.as_str()), (0, ""));
 }

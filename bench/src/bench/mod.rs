@@ -144,6 +144,7 @@ fn give(args: &BenchArgs, text: &str, document: &impl Serialize) -> anyhow::Resu
 pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<Exit> {
     args.check()?;
     // From here on, Ctrl-C sets a flag.
+    interrupt::install();
     interrupt::flag();
     match args.what {
         What::Rows => rows::run(args),

@@ -41,7 +41,9 @@ pub fn flag() -> &'static AtomicBool {
 /// Makes the signals end the program with the code of an interruption.
 pub fn install() {
     if let Err(error) = ENDING.iter().try_for_each(|&signal| end_by(signal)) {
-        output::warn(&format!("if a signal ends the program, the output of the run is lost: {error}"));
+        output::warn(&format!(
+            "if a signal ends the program, the output of the run is lost: {error}"
+        ));
     }
 }
 

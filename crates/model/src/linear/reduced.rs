@@ -146,8 +146,13 @@ impl<T: Scalar> Reduced<T> {
 
     /// Returns the number of pivot choices that later matrices reuse.
     pub(super) fn pivot_choices(&self) -> u64 {
-        let systems = self.systems().into_iter();
-        systems.map(SparseSystem::pivot_choices).sum()
+        match &self.body {
+            ReducedBody::Condensed(matrix) => matrix.system().pivot_choices(),
+            ReducedBody::Split(matrix) => {
+                let [motion, velocity] = matrix.systems();
+                motion.pivot_choices() + velocity.pivot_choices()
+            }
+        }
     }
 
     /// Returns the linear systems, to restore their pivoting history.

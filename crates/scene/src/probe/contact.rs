@@ -87,9 +87,13 @@ impl Reading for Sums {
             values[self.dimension] += sums.area;
             let deepest = &mut values[self.dimension + 1];
             *deepest = deepest.max(sums.penetration);
-            values.extend(contact.distance(t, 1.0, &u));
         }
-        values.truncate(self.dimension + 2 + usize::from(self.moves));
+        if self.moves {
+            // An obstacle at rest in the unloaded state of a loading path has the displacement 0.
+            let contacts = dae.muscle().contacts.iter();
+            let mut own = contacts.filter(|contact| contact.group() == self.group);
+            values.push(own.find_map(|contact| contact.distance(t, 1.0, &u)).unwrap_or(0.0));
+        }
         Ok(values)
     }
 

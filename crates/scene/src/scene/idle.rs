@@ -26,8 +26,10 @@ pub(super) fn notes(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
         let law = material.stiffened();
         material.active.is_none() && law.is_ok_and(|law| !law.has_fibers())
     };
+    // Feedback may stiffen the fibers, and chains may follow them.
     let materials = file.material.iter().enumerate();
-    let without_fibers = materials.filter(|(_, own)| own.fiber.is_some() && is_isotropic(own));
+    let without_fibers = materials
+        .filter(|(_, own)| file.chain.is_empty() && own.fiber.is_some() && is_isotropic(own));
     notes.extend(without_fibers.map(|(i, _)| {
         format!(
             "material[{i}].fiber has no effect: the law is isotropic and there is no active tension"
@@ -79,7 +81,7 @@ fn late_loads(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
     };
     let notes = body.keyed_loads().filter_map(|(path, signal)| {
         let own = largest(signal, 0.0, t_end);
-        let later = largest(signal, t_end, 10.0 * t_end);
+        let later = largest(signal, t_end, signal.range().1.clamp(t_end, 10.0 * t_end));
         (own < LEAST_PART * later).then(|| {
             format!(
                 "{path} reaches {:.1} % of its later values before [time] end = {t_end} s: extend the run, or let the load \
@@ -205,7 +207,7 @@ y = { type = "step", value = 1.0, rise = 0.1 }
             fiber.len() == 1 && fiber[0].starts_with(expected),
             "{fiber:?}"
         );
-        let active = "material[0].active={ tension = 1.0 }";
+        let active = "material[0].active={ type = \"given\", tension = 1.0 }";
         let active = notes("", &[at_once, "material[0].fiber=[1.0, 0.0]", active]);
         assert_eq!(active, Vec::<String>::new());
 

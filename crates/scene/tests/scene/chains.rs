@@ -297,7 +297,10 @@ fn tensions_that_cannot_follow_a_chain_are_refused() {
         (
             "fiber = \"fiber\"",
             "fiber = \"fiber\"\nprony = [{ relative_modulus = 0.5, relaxation_time = 0.1 }]",
-            ["where stress relaxes (material[0].prony)", "constants stay"],
+            [
+                "where stress relaxes (material[0].prony)",
+                "constant coefficients",
+            ],
         ),
     ] {
         let text = two_way();

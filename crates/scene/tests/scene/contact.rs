@@ -353,7 +353,6 @@ fn forces_of_obstacles_are_checked() {
     };
     assert!(build(head, full).is_ok());
     for (head, contact, line) in [
-        ("[time]\nend = 1.0\n", full, "force = 1.0"),
         (head, "force = 1.0", "[[contact]]"),
         (head, "direction = [0.0, -1.0]", "direction = [0.0, -1.0]"),
         (

@@ -128,7 +128,7 @@ fn axes_of_rotations_are_checked() {
 #[test]
 fn a_support_follows_a_measured_acceleration() {
     let folder = tempfile::tempdir().unwrap();
-    let rows = [(-0.01, 1.0), (0.01, 3.0), (0.02, -1.0), (0.05, 0.5)];
+    let rows = [(-0.01, -3.0), (0.01, 3.0), (0.02, -1.0), (0.05, 0.5)];
     let table = rows.map(|(t, a)| format!("{t},{a}\n")).concat();
     fs::write(folder.path().join("a.csv"), format!("t,a\n{table}")).unwrap();
     let probe = |name: &str, rest: &str| {
@@ -147,10 +147,10 @@ fn a_support_follows_a_measured_acceleration() {
         probe("relative", &format!("{tip}relative_to = \"left\"\n")),
     );
     let [support, tip, relative] = tables_in(&text, folder.path(), ["support", "tip", "relative"]);
-    // From t = 0, where the acceleration is 2: the trapezoidal rule, and exact integrals of lines.
+    // From t = 0, where the acceleration is 0: the trapezoidal rule, and exact integrals of lines.
     let exact = |t: f64| {
-        let rows = [(0.0, 2.0), (0.01, 3.0), (0.02, -1.0), (0.05, 0.5)];
-        let (mut u, mut v, mut own) = (0.0, 0.0, 2.0);
+        let rows = [(0.0, 0.0), (0.01, 3.0), (0.02, -1.0), (0.05, 0.5)];
+        let (mut u, mut v, mut own) = (0.0, 0.0, 0.0);
         for pair in rows.windows(2) {
             let [(t0, a0), (t1, a1)] = [pair[0], pair[1]];
             let h = t.min(t1) - t0;

@@ -41,7 +41,7 @@ fn organs_deflect_alike_with_large_and_infinite_bulk_modulus() {
             [r * sin, r * cos, 0.01 * z]
         }),
         ("cornea", |[x, y, z]| {
-            let r = 0.0078 - 0.0003 * (1.0 - x * x) * y;
+            let r = 0.0078 + 0.0003 * (1.2 - x * x) * y;
             let (sin, cos) = (0.7 * x).sin_cos();
             let (s, c) = (0.7 * z).sin_cos();
             [r * sin * c, r * cos * c, r * s]
