@@ -40,6 +40,8 @@ fn too_little_memory_is_one_error_and_code_4() {
             match code {
                 Some(0) => break,
                 Some(4) => assert_eq!(errors.count(), 1, "{command}, {space}: {stderr}"),
+                // The C library ends the program itself if it cannot allocate the data of a thread.
+                None if stderr.contains("Fatal glibc error") => continue,
                 other => panic!("{command}, {space}: {other:?}, {stderr}"),
             }
             failures += 1;
