@@ -611,7 +611,9 @@ def _growing(solution: DaeSolution) -> list[int]:
     sizes = np.abs(solution.yp)
     if sizes.shape[1] < 10:
         return []
-    return np.flatnonzero(sizes[:, -1] > GROWTH * np.median(sizes[:, : -len(solution.t) // 2], axis=1)).tolist()
+    before = np.median(sizes[:, : -len(solution.t) // 2], axis=1)
+    # Derivatives of variables at rest have no size.
+    return np.flatnonzero((before > 0) & (sizes[:, -1] > GROWTH * before)).tolist()
 
 
 def _singular(structure: Structure | None) -> str:
@@ -641,6 +643,8 @@ def _explain(initial: str, residual: Function, t: float, y: Array, yp: Array, to
         )
     left = np.asarray(residual(t, y, yp), dtype=float)
     violated = np.flatnonzero(np.abs(left) > structure.effect(tolerance)).tolist()
+    if not violated:
+        return ""
     return (
         f"; y0 and yp0 violate the equations {violated} (counted from 0): check that they have a solution, and "
         "start nearer to it"
@@ -918,10 +922,19 @@ def _pattern_of_jacobian(
     # Entries that vanish at the start, for example at rest.
     steps = 1.0 + 0.618 * np.arange(len(y)) % 1.0
     try:
-        parts += jacobian(t, y + steps * (1.0 + np.abs(y)), yp + steps * (1.0 + np.abs(yp)))
+        nearby = jacobian(t, y + steps * (1.0 + np.abs(y)), yp + steps * (1.0 + np.abs(yp)))
+        parts += [part for part in nearby if hasattr(part, "tocoo")]
     except Exception:  # outside of the domain of F
         pass
-    return _pattern(sum(abs(part) + abs(part).sign() for part in parts), len(y))
+    # Stored zeros belong to the pattern.
+    coordinates = [part.tocoo() for part in parts]
+    rows = np.concatenate([part.row for part in coordinates])
+    columns = np.concatenate([part.col for part in coordinates])
+    n = len(y)
+    if any(part.shape != (n, n) for part in coordinates):
+        return None
+    entries = np.unique(columns.astype(np.int64) * n + rows)
+    return np.searchsorted(entries, np.arange(n + 1) * n), entries % n
 
 
 class _Jacobian:
@@ -952,8 +965,8 @@ class _Jacobian:
         whole = matrix.count_nonzero() if sparse else np.count_nonzero(matrix)
         if whole > np.count_nonzero(values):
             raise ValueError(
-                f"jacobian: {self._outside(matrix, sparse)}, where `sparsity` has none; by default it is the "
-                "pattern of sparse matrices at the start"
+                f"jacobian: {self._outside(matrix, sparse)}, where `sparsity` has none: give `sparsity` with "
+                "all entries that may become nonzero (by default, it is the pattern of sparse matrices at the start)"
             )
         return values
 

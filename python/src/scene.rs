@@ -158,6 +158,8 @@ pub(crate) fn versions() -> (&'static str, String, String) {
 /// Runs the command line program with these arguments and returns its exit code.
 #[pyfunction]
 pub(crate) fn program(py: Python<'_>, arguments: Vec<OsString>) -> i32 {
+    myovib_cli::interrupt::install();
+    myovib_cli::interrupt::outlive_large_files();
     py.detach(|| match Cli::try_parse_from(arguments) {
         Ok(cli) => myovib_cli::ended(cli.command.run()) as i32,
         Err(error) => {

@@ -90,6 +90,10 @@ impl PreviousMultipliers {
 /// successive orders.
 const MARGIN: f64 = 2.0;
 
+/// Part of a displacement by which variables are moved to find the equations that contain them; small, because equations need not
+/// have values far from the state.
+const SMALL: f64 = 1e-3;
+
 /// Minimum ratio of step sizes at which the change of e(ε) can be distinguished from rounding.
 const TELLING: f64 = 1.2;
 
@@ -252,10 +256,10 @@ impl Multipliers {
         evaluate(problem, step.t, step.y, y_dot, residual, counters)?;
         self.y.copy_from_slice(step.y);
         for i in self.list.iter().map(|multiplier| multiplier.variable) {
-            self.y[i] += displacement(self.y[i], i);
+            self.y[i] += SMALL * displacement(self.y[i], i);
         }
         let rates = self.y_dot.iter_mut().zip(y_dot).enumerate();
-        rates.for_each(|(i, (moved, v))| *moved = v + displacement(*v, i));
+        rates.for_each(|(i, (moved, v))| *moved = v + SMALL * displacement(*v, i));
         let moved = &mut self.plain;
         evaluate(problem, step.t, &self.y, &self.y_dot, moved, counters)?;
         for (residual, moved) in residual.iter_mut().zip(moved) {

@@ -69,6 +69,15 @@ impl MuscleDae {
     /// Rejects a motion in which an obstacle passes the body, so that no displacement balances its force.
     fn expect_contact(&self, t: f64) -> Result<(), StepError> {
         let (contacts, u) = (self.muscle.contacts.iter(), &self.work.displacement);
+        for contact in contacts.clone().filter(|own| own.is_driven()) {
+            let force = contact.signals()[0].at(t).value;
+            if force < 0.0 {
+                let message = format!(
+                    "the force of an obstacle is {force} N at t = {t} s: an obstacle presses, but does not pull"
+                );
+                return Err(StepError::Fatal(message.into()));
+            }
+        }
         let mut distances = contacts.filter_map(|own| own.driven_distance(t, 1.0, u));
         match distances.any(f64::is_nan) {
             true => Err(StepError::Recoverable(

@@ -43,9 +43,15 @@ impl SensitiveIntegrator {
         [y, y_dot]: [&[f64]; 2],
         dependences: Dependences,
     ) -> Result<Self, ModelError> {
-        // The state of a quasi-static body is continuous at jumps, whose times do not depend on parameters.
-        if dependences.count() > 0 && dae.muscle().solid.has_inertia() {
-            expect_no_jump(&dae, settings.t_end)?;
+        if dependences.count() > 0 {
+            match dae.muscle().solid.has_inertia() {
+                true => expect_no_jump(&dae, settings.t_end)?,
+                // The state is continuous where slopes jump, at times that do not depend on parameters.
+                false => match dae.muscle().first_jump(settings.t_end) {
+                    Some(t) => return Err(ModelError::Jump { t }),
+                    None => (),
+                },
+            }
         }
         let starts = dependences.starts(dae.n_unknowns());
         let inner = RadauIntegrator::starting_at(dae, settings, 0.0, y, y_dot)?;

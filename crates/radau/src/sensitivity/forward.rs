@@ -24,7 +24,7 @@ use crate::work::Counters;
 /// ```
 ///
 /// are solved for the increments σ of the stages' sensitivities. The result is the derivative of
-/// the discrete solution for the steps n_steps, by default to a third of the solution's tolerance.
+/// the discrete solution for the steps taken, by default to a third of the solution's tolerance.
 /// The factors of the step, which belong to a frozen Jacobian, serve as preconditioner. The steps
 /// are identical to those of a run without sensitivities unless
 /// [`controlling_steps`](Self::controlling_steps) is set.
@@ -77,7 +77,7 @@ impl<Q> ForwardSensitivities<Q> {
     ///
     /// # Errors
     /// [`RadauError::WrongLength`], [`RadauError::NotFinite`]; [`RadauError::AfterTheStart`] for a
-    /// solver that has n_steps steps, [`RadauError::Fading`] for a solver with a memory.
+    /// solver that has taken steps, [`RadauError::Fading`] for a solver with a memory.
     pub fn new<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
         parameters: Q,
@@ -266,7 +266,7 @@ impl<Q> ForwardSensitivities<Q> {
     ///
     /// # Errors
     /// [`RadauError::Sensitivity`] if the linear equations cannot be solved; [`RadauError::Missed`]
-    /// if more than one step was n_steps since the last call; [`RadauError::StartedAgain`] after a
+    /// if more than one step was taken since the last call; [`RadauError::StartedAgain`] after a
     /// `reinit` of the solver without [`reinit`](Self::reinit) here; [`RadauError::Fatal`] if the
     /// problem fails.
     pub fn follow<P: Problem, M: LinearSolver<P>>(

@@ -48,7 +48,7 @@ impl Recording {
     /// Creates a recording that stores the stages of all steps: s + 2 vectors per step.
     ///
     /// # Errors
-    /// [`RadauError::AfterTheStart`] for a solver that has n_steps steps, [`RadauError::Fading`] for
+    /// [`RadauError::AfterTheStart`] for a solver that has taken steps, [`RadauError::Fading`] for
     /// a solver with internal variables.
     pub fn of_stages<P: Problem, M: LinearSolver<P>>(
         solver: &RadauSolver<P, M>,
@@ -134,7 +134,7 @@ impl Recording {
     /// called after each [`RadauSolver::step`].
     ///
     /// # Errors
-    /// [`RadauError::Missed`] if more than one step was n_steps since the last call,
+    /// [`RadauError::Missed`] if more than one step was taken since the last call,
     /// [`RadauError::StartedAgain`] if the solver was restarted since this recording was created.
     pub fn follow<P: Problem, M: LinearSolver<P>>(
         &mut self,

@@ -44,12 +44,17 @@ impl<P: Problem, M: LinearSolver<P>> RadauSolver<P, M> {
             let size = norm(errors.map(|(i, error)| error * weights[i]), n);
             // Rounding ends the convergence.
             let rounding = norm(start.iter().zip(weights).map(|(y, w)| ROUNDING * y * w), n);
+            if !size.is_finite() || size > last {
+                self.y.copy_from_slice(&start);
+                break;
+            }
             if size <= rounding || size > 0.5 * last {
                 break;
             }
             self.remove_constraint_errors();
             let moves = self.y.iter().zip(&start).zip(self.weights.plain());
-            if norm(moves.map(|((y, start), w)| (y - start) * w), n) >= 1.0 {
+            let moved = norm(moves.map(|((y, start), w)| (y - start) * w), n);
+            if moved.is_nan() || moved >= 1.0 {
                 self.y.copy_from_slice(&start);
                 break;
             }

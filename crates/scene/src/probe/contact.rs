@@ -9,8 +9,8 @@ use super::kind::{Kind, Parts, Reading, StateAt, Systems, Wrong};
 use crate::InputError;
 use crate::run::system::{System, muscle_of};
 
-/// Force of the obstacles on the body, N; undeformed area in contact, m²; largest penetration, m; displacement of an obstacle
-/// that moves, along its force or toward the body, m.
+/// Force of the obstacles on the body, N; undeformed area in contact, m²; largest penetration, m; displacement of the
+/// first obstacle that moves, along its force or toward the body, m.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(inline)]
 pub struct Contact {
@@ -43,12 +43,13 @@ impl Kind for Contact {
     }
 
     fn reading(&self, of: &Systems<'_>) -> Result<Box<dyn Reading>, ModelError> {
-        let contacts = of.muscle.iter().flat_map(|muscle| &muscle.contacts);
-        let mut own = contacts.filter(|contact| contact.group() == self.group);
+        let mut contacts = of.muscle.iter().flat_map(|muscle| &muscle.contacts);
+        let moves =
+            |contact: &myovib_model::Contact| contact.group() == self.group && contact.moves();
         Ok(Box::new(Sums {
             group: self.group.clone(),
             dimension: of.solid()?.space().dimension(),
-            moves: own.any(myovib_model::Contact::moves),
+            moving: contacts.position(moves),
         }))
     }
 }
@@ -57,14 +58,16 @@ impl Kind for Contact {
 struct Sums {
     group: String,
     dimension: usize,
-    /// Whether an obstacle moves.
-    moves: bool,
+    /// Index of the first contact whose obstacle moves.
+    moving: Option<usize>,
 }
 
 impl Reading for Sums {
     fn names(&self) -> Vec<String> {
         let forces = COLUMNS[0].components(self.dimension);
-        let others = COLUMNS[1..].iter().take(2 + usize::from(self.moves));
+        let others = COLUMNS[1..]
+            .iter()
+            .take(2 + usize::from(self.moving.is_some()));
         forces
             .chain(others.map(|column| column.name.to_owned()))
             .collect()
@@ -88,11 +91,10 @@ impl Reading for Sums {
             let deepest = &mut values[self.dimension + 1];
             *deepest = deepest.max(sums.penetration);
         }
-        if self.moves {
+        if let Some(moving) = self.moving {
             // An obstacle at rest in the unloaded state of a loading path has the displacement 0.
-            let contacts = dae.muscle().contacts.iter();
-            let mut own = contacts.filter(|contact| contact.group() == self.group);
-            values.push(own.find_map(|contact| contact.distance(t, 1.0, &u)).unwrap_or(0.0));
+            let contact = &dae.muscle().contacts[moving];
+            values.push(contact.distance(t, 1.0, &u).unwrap_or(0.0));
         }
         Ok(values)
     }

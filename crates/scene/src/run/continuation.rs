@@ -39,8 +39,12 @@ impl Branch {
             return Ok(None);
         };
         let key = &wanted.parameter;
-        if key.trim_start().starts_with("mesh") {
-            let error = InputError::new("a curve of periodic states cannot change the mesh");
+        if ["mesh", "group"]
+            .iter()
+            .any(|table| key.trim_start().starts_with(table))
+        {
+            let error =
+                InputError::new("a curve of periodic states cannot change the mesh or its groups");
             let error = error
                 .found(format!("\"{key}\""))
                 .next("compute a sweep over this key");

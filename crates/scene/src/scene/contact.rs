@@ -14,6 +14,9 @@ use crate::scene_file::{self, Analysis, SceneFile};
 /// Distance, relative to the coordinates, at which an obstacle counts as touching the body. It allows for rounding
 /// errors.
 const ROUNDING: f64 = 1e-9;
+/// Number of intervals at which a force is sampled; prime, as a force with a round number of periods vanishes at a round number
+/// of samples.
+const FORCE_TIMES: u32 = 97;
 
 impl Builder<'_> {
     /// Returns the contacts of the body.
@@ -157,7 +160,22 @@ impl Builder<'_> {
             [..dimension]
             .to_vec();
         let signal = self.signal(force, &of_force)?;
-        let value = signal.at(self.t_end).value;
+        if file.analysis == Analysis::Dynamic && signal.lowest_jump() == 0 {
+            let error = InputError::new("the force of an obstacle without mass jumps")
+                .next("give the step a `rise`");
+            return Err(self.wrong(&of_force, error));
+        }
+        let value = match file.analysis.is_in_time() {
+            // The integrator checks the force at all times; this check names the key.
+            true => (0..=FORCE_TIMES)
+                .map(|i| {
+                    signal
+                        .at(self.t_end * f64::from(i) / f64::from(FORCE_TIMES))
+                        .value
+                })
+                .fold(f64::INFINITY, f64::min),
+            false => signal.at(self.t_end).value,
+        };
         if value < 0.0 {
             let error = InputError::new("an obstacle presses, but does not pull")
                 .found(format!("{value} N"))

@@ -43,6 +43,17 @@ impl Builder<'_> {
                     interpolation,
                     acceleration,
                 } => {
+                    let is_displacement = path.starts_with("prescribed_displacement")
+                        && !path.contains(".rotation")
+                        || path.starts_with("contact") && !path.contains(".force");
+                    if *acceleration && !is_displacement {
+                        let error =
+                            InputError::new("only displacements can be given by accelerations")
+                                .allowed(
+                                    "components of [[prescribed_displacement]] and of obstacles",
+                                );
+                        return Err(self.wrong(&format!("{path}.acceleration"), error));
+                    }
                     let points = self.table(file, time, column, path)?;
                     match interpolation {
                         Interpolation::Linear if *acceleration => {

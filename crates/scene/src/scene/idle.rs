@@ -95,6 +95,11 @@ fn late_loads(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
 
 /// Returns notes on obstacles with a given motion that do not reach the undeformed body.
 fn missed(file: &SceneFile, body: &Body, t_end: f64) -> Vec<String> {
+    // Loads, supports and inertia may move the body to the obstacle.
+    let moves = !body.muscle.prescribed.is_empty() || body.keyed_loads().next().is_some();
+    if moves || file.analysis == Analysis::Dynamic {
+        return Vec::new();
+    }
     let rest = vec![0.0; body.muscle.solid.space().n_components()];
     let is_static = file.analysis == Analysis::Static;
     let contacts = body.muscle.contacts.iter().enumerate();
@@ -227,7 +232,7 @@ y = { type = "step", value = 1.0, rise = 0.1 }
             let sphere = format!(
                 "[[contact]]\ngroup = \"top\"\ntype = \"sphere\"\ncenter = [0.5, {height}]\nradius = 0.2\ny = -0.1\n"
             );
-            let missed = notes(&sphere, &[at_once]);
+            let missed = notes(&sphere, &["traction=[]"]);
             assert_eq!(missed.len(), count, "{missed:?}");
         }
 

@@ -18,6 +18,9 @@ const PERIODS: [f64; 3] = [1.0, 2.0, 7.0];
 const DOUBLINGS: i32 = 16;
 /// Allowed change of a load after a period, relative to its maximum: rounding of a frequency such as 33.333.
 const CHANGE: f64 = 1e-6;
+/// Growth of a load after many periods, relative to its maximum, above which it does not repeat yet. Larger than the error of
+/// a maximum of sampled values.
+const GROWTH: f64 = 0.1;
 
 impl Builder<'_> {
     /// Replaces BDF by the default method, since differences of the map over a period need small errors.
@@ -153,10 +156,22 @@ fn signals<'a>(body: Option<&'a Body>, rod: Option<&'a RodDae>) -> Vec<(String, 
 /// Returns the first time at which a load differs after some periods, and the difference.
 fn change(signal: &Signal, start: f64, frequency: f64) -> Option<(f64, f64)> {
     let period = 1.0 / frequency;
-    let times = (0..TIMES).map(|i| start + period * (f64::from(i) + 0.5) / f64::from(TIMES));
+    let times = |start: f64| {
+        (0..TIMES).map(move |i| start + period * (f64::from(i) + 0.5) / f64::from(TIMES))
+    };
     let value = |t: f64| signal.at(t).value;
-    let largest = times.clone().map(|t| value(t).abs()).fold(0.0, f64::max);
-    let mut changes = times.flat_map(|t| {
+    let largest_from = |start: f64| times(start).map(|t| value(t).abs()).fold(0.0, f64::max);
+    let largest = largest_from(start);
+    // A load may be zero for many periods before it sets in.
+    let growth = (0..DOUBLINGS).find_map(|k| {
+        let later = start + f64::from(1 << k) * period;
+        let change = largest_from(later) - largest;
+        (change > GROWTH * largest).then_some((later, change))
+    });
+    if growth.is_some() {
+        return growth;
+    }
+    let mut changes = times(start).flat_map(|t| {
         let later = PERIODS.map(|n| (t, (value(t + n * period) - value(t)).abs()));
         later.into_iter()
     });

@@ -162,6 +162,11 @@ impl Builder<'_> {
                     add(own, factors);
                 }
                 if given == [&None; 3] && harmonic.is_none() {
+                    if moving.spatial_factor.is_some() {
+                        let error = InputError::new("a rotation has no spatial factor")
+                            .next("remove it, or add x, y or z");
+                        return Err(self.wrong(&format!("{entry}.spatial_factor"), error));
+                    }
                     continue;
                 }
             }

@@ -95,6 +95,7 @@ fn invalid_curves_are_refused_at_their_key() {
         ("traction[0].y.frequency", "-1.0", "frequency"),
         ("mesh.width", "0.06", "periodic.continuation.parameter"),
         ("mesh.cells[0]", "4.0", "mesh"),
+        ("group[0].min[0]", "0.1", "periodic.continuation.parameter"),
     ] {
         let set = [
             &*format!("periodic.continuation.parameter={key:?}"),

@@ -198,6 +198,24 @@ fn loads_that_rise_repeat_from_a_later_period() {
     assert!(early.contains("y = "), "{early}");
 }
 
+/// Regression: a load that is zero for many periods gave the state of rest.
+#[test]
+fn a_load_that_begins_late_repeats_after_its_beginning() {
+    let text = body("bulk_modulus = inf", "", 2.0);
+    let line = text.lines().find(|line| line.starts_with("y = ")).unwrap();
+    let rise = "{ type = \"step\", value = 1.0, start = 2.0, rise = 0.1 }";
+    let late = format!(
+        "y = {{ type = \"product\", of = [{rise}, {}] }}",
+        &line[4..]
+    );
+    let [(own, _), (expected, _)] =
+        [text.replace(line, &late), text.clone()].map(|text| periodic(&text, &[]));
+    assert!(own.start_time > 2.0, "{}", own.start_time);
+    let [own, expected] = [own, expected].map(|found| of(&found, "u_y").amplitudes[0]);
+    // The tolerance of both states is 1e-6.
+    assert!((own / expected - 1.0).abs() < 1e-5, "{own} {expected}");
+}
+
 /// The paper's chain follows the rod only with a larger gain: otherwise the motion leaves the state near rest.
 #[test]
 fn an_unlocked_chain_has_only_an_unstable_state() {

@@ -147,6 +147,13 @@ fn a_support_follows_a_measured_acceleration() {
         probe("relative", &format!("{tip}relative_to = \"left\"\n")),
     );
     let [support, tip, relative] = tables_in(&text, folder.path(), ["support", "tip", "relative"]);
+    // A load is not given by an acceleration.
+    let load = text.replace(
+        "[[prescribed_displacement]]\ngroup = \"left\"\nx = 0.0\n",
+        "[[fixed]]\ngroup = \"left\"\n[[traction]]\ngroup = \"right\"\n",
+    );
+    let error = Scene::build("scene.toml", &load, &[], folder.path()).unwrap_err();
+    assert!(error.to_string().contains("acceleration"), "{error}");
     // From t = 0, where the acceleration is 0: the trapezoidal rule, and exact integrals of lines.
     let exact = |t: f64| {
         let rows = [(0.0, 0.0), (0.01, 3.0), (0.02, -1.0), (0.05, 0.5)];

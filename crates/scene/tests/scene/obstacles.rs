@@ -108,9 +108,14 @@ fn sensitivities_of_motions_need_given_displacements() {
 #[test]
 fn invalid_forces_in_time_are_rejected() {
     let force = "force = 1.0\ndirection = [0.0, -1.0]";
+    let pulling =
+        "force = { type = \"sine\", amplitude = 1.0, frequency = 1.0 }\ndirection = [0.0, -1.0]";
+    let jumping = "force = { type = \"step\", value = 1.0, rise = 0.0 }\ndirection = [0.0, -1.0]";
     let slip = format!("{force}\nfriction = 0.3\nslip_velocity = 1e-4");
     for (head, contact, line) in [
         ("[time]\nend = 1.0\n", &*slip, "friction = 0.3"),
+        ("[time]\nend = 1.0\n", pulling, "force = { type = \"sine\""),
+        ("[time]\nend = 1.0\n", jumping, "force = { type = \"step\""),
         ("analysis = \"modes\"\n", force, "force = 1.0"),
     ] {
         let text = pressed(head, contact);

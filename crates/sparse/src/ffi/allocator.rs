@@ -4,12 +4,6 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::resources;
-
-/// Allocations of at least this many bytes are compared with the available memory. The system may otherwise accept them
-/// and kill the process when it uses them.
-const LARGE: usize = 64 << 20;
-
 /// Allocates memory of the system. If there is not enough, it prints an error and ends the process, which Rust would abort.
 #[derive(Debug)]
 pub struct Allocator {
@@ -18,13 +12,6 @@ pub struct Allocator {
 }
 
 impl Allocator {
-    /// Ends the process unless `bytes` more are available.
-    fn expect(&self, bytes: usize) {
-        if bytes >= LARGE && resources::available().is_some_and(|available| bytes > available) {
-            self.end(bytes);
-        }
-    }
-
     /// Ends the process if an allocation failed.
     fn checked(&self, memory: *mut u8, bytes: usize) -> *mut u8 {
         if memory.is_null() {
@@ -52,21 +39,20 @@ impl Allocator {
             unsafe { libc::_exit(self.exit_code) };
         }
         loop {
-            std::thread::park();
+            // SAFETY: `pause` has no preconditions. It neither allocates nor unwinds.
+            unsafe { libc::pause() };
         }
     }
 }
 
-// SAFETY: all memory is the system allocator's, with unchanged layouts.
+// SAFETY: all memory is the system allocator's, with unchanged layouts, and no method unwinds.
 unsafe impl GlobalAlloc for Allocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        self.expect(layout.size());
         // SAFETY: the caller's contract.
         self.checked(unsafe { System.alloc(layout) }, layout.size())
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        self.expect(layout.size());
         // SAFETY: the caller's contract.
         self.checked(unsafe { System.alloc_zeroed(layout) }, layout.size())
     }
@@ -77,7 +63,6 @@ unsafe impl GlobalAlloc for Allocator {
     }
 
     unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        self.expect(size.saturating_sub(layout.size()));
         // SAFETY: the caller's contract.
         self.checked(unsafe { System.realloc(memory, layout, size) }, size)
     }

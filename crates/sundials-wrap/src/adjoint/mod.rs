@@ -11,7 +11,7 @@
 //!
 //! 1. [`IdaBuilder::checkpoints`](crate::IdaBuilder::checkpoints) enables storage of the forward run.
 //! 2. [`IdaSolver::add_backward`](crate::IdaSolver::add_backward) adds a [`BackwardProblem`] at T: [`AdjointProblem`]
-//! implements the problem above for constant ∂F/∂ẏ.
+//!    implements the problem above for constant ∂F/∂ẏ.
 //! 3. [`IdaSolver::integrate_back_to`](crate::IdaSolver::integrate_back_to) integrates all of them to t0;
 //!    [`IdaSolver::backward`](crate::IdaSolver::backward) returns λ and its quadratures.
 //!

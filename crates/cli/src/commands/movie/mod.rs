@@ -222,10 +222,12 @@ pub fn run(args: &MovieArgs) -> anyhow::Result<Exit> {
         return Ok(movie.exit);
     }
     // After Ctrl-C, the movie ends with the frames drawn so far.
+    // After an interrupted computation, the part computed is drawn.
     let is_interrupted = interrupt::flag();
+    let draws_all = interrupt::has_come();
     let mut n_frames = 0;
     let frames = movie.frames.into_iter();
-    let frames = frames.take_while(|_| !is_interrupted.load(Ordering::Relaxed));
+    let frames = frames.take_while(|_| draws_all || !is_interrupted.load(Ordering::Relaxed));
     let mut frames = frames.inspect(|_| n_frames += 1).map(Ok).peekable();
     if frames.peek().is_none() && interrupt::has_come() {
         output::line("no film: it was interrupted before its first frame was drawn");
