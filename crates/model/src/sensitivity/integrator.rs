@@ -44,13 +44,11 @@ impl SensitiveIntegrator {
         dependences: Dependences,
     ) -> Result<Self, ModelError> {
         if dependences.count() > 0 {
-            match dae.muscle().solid.has_inertia() {
-                true => expect_no_jump(&dae, settings.t_end)?,
+            if dae.muscle().solid.has_inertia() {
+                expect_no_jump(&dae, settings.t_end)?;
+            } else if let Some(t) = dae.muscle().first_jump(settings.t_end) {
                 // The state is continuous where slopes jump, at times that do not depend on parameters.
-                false => match dae.muscle().first_jump(settings.t_end) {
-                    Some(t) => return Err(ModelError::Jump { t }),
-                    None => (),
-                },
+                return Err(ModelError::Jump { t });
             }
         }
         let starts = dependences.starts(dae.n_unknowns());
