@@ -110,10 +110,10 @@ fn multiplier_error<S: ParametricSample + Copy + 'static>(
     [own, of.fold(0.0, f64::max)]
 }
 
-/// The errors of the sensitivities of multipliers are not larger than the error of collocation, which has the order s −
-/// 1. The solver removes the leading part of this error from the multiplier, which then has the order s. So for an
-/// error e of the multiplier, the error of the sensitivity is about e^((s−1)/s), with a constant up to ten times as
-/// large.
+/// The errors of the sensitivities of multipliers are not larger than the error of collocation, which has the
+/// order s − 1. The solver removes the leading part of this error from the multiplier, which then has the order s. So
+/// for an error e of the multiplier, the error of the sensitivity is about e^((s−1)/s), with a constant up to ten
+/// times as large.
 #[test]
 fn multipliers_of_index_3_have_sensitivities_as_good_as_their_own() {
     for stages in [3, 5, 7] {

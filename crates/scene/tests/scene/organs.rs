@@ -9,6 +9,9 @@ use crate::indentation::block;
 /// Cells along each axis.
 const CELLS: [usize; 3] = [3, 3, 4];
 
+/// A map of the cube [−1, 1]³ to a body.
+type Shape = fn([f64; 3]) -> [f64; 3];
+
 /// Maps the cube [−1, 1]³ to a ball. At its edges, faces of an element meet in one plane.
 fn ball(p: [f64; 3]) -> [f64; 3] {
     let largest = p.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
@@ -26,7 +29,7 @@ fn ball(p: [f64; 3]) -> [f64; 3] {
 /// the order of the ratio of the moduli, 1e-2.
 #[test]
 fn organs_deflect_alike_with_large_and_infinite_bulk_modulus() {
-    let organs: [(&str, fn([f64; 3]) -> [f64; 3]); 6] = [
+    let organs: [(&str, Shape); 6] = [
         ("eye", |p| ball(p).map(|x| 0.012 * x)),
         ("kidney", |p| {
             let [x, y, z] = ball(p);
