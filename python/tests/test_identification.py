@@ -78,7 +78,7 @@ def test_what_cannot_be_identified_is_told_with_its_place():
     with pytest.raises(myovib.SceneError, match="solid.kapa"):
         wanted.sensitivity()
     wanted.set("parameter", [{"key": "material[0].c10"}])
-    with pytest.raises(ValueError, match=r"as long as each other: t \(2,\), origin.u_y \(1,\)"):
+    with pytest.raises(ValueError, match=r"must have equal lengths: t \(2,\), origin.u_y \(1,\)"):
         wanted.fit({"t": [0.0, 0.1], "origin.u_y": [0.0]})
     with pytest.raises(myovib.SceneError, match="`tip`"):
         wanted.fit({"t": [0.05, 0.1], "tip": [0.0, 0.0]})
