@@ -110,7 +110,7 @@ pub trait Scalar:
         n: usize,
     );
 
-    /// [`Product::add_magnitudes`].
+    /// `Product::add_magnitudes`.
     fn add_magnitudes(product: &Product, values: &[Self], x: &[Self], y: &mut [f64]);
 
     /// [`Lu::new`].

@@ -13,7 +13,7 @@ const ROUNDING: f64 = 0.35;
 const TENDON: f64 = 0.1;
 
 /// Generates the three-dimensional spindle of the muscle. Its cross-sections are squares with
-/// rounded corners and the same [half height](spindle_half_height) as the plane spindle.
+/// rounded corners and the same half height as the plane spindle.
 ///
 /// Groups: `fixed` (both ends), `left`, `right`, `surface` (the boundary between the ends), `load`
 /// (top, |x| ≤ 0.02), `muscle`, `tendon` (a tenth of the length at each end), `origin` (the vertex
