@@ -623,7 +623,7 @@ def _singular(structure: Structure | None) -> str:
         return ""
     return (
         f"the equations do not determine the variables {variables}: the equations {equations} (counted from "
-        "0) depend on each other or contain no variable. Replace one of them by the missing equation"
+        "0) depend on each other or contain no variable. Replace a dependent equation by the missing equation"
     )
 
 

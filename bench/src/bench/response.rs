@@ -38,7 +38,7 @@ struct Row {
 struct Interpolation {
     grid: String,
     frequencies: usize,
-    /// Largest error between the frequencies, relative to the amplitude or, if that is larger, to the median amplitude
+    /// Largest error between the frequencies, relative to the larger of the amplitude and the median amplitude
     /// of the value.
     error: f64,
 }

@@ -124,7 +124,7 @@ pub trait Integrator<P: Problem> {
     /// both are the initial time.
     fn last_step_interval(&self) -> [f64; 2];
 
-    /// Writes the solution (`derivative` = 0) or one of its derivatives at the time `t` within the last step to `out`.
+    /// Writes the solution (`derivative` = 0) or a derivative at the time `t` within the last step to `out`.
     /// The steps do not depend on these calls. At least the first derivative is available.
     ///
     /// Before the first step, the solution and its derivative are available at the initial time.
@@ -223,7 +223,7 @@ macro_rules! integrator_by_own_methods {
     };
 }
 
-/// Returns whether `t` is in a step `[from, to]`, which may go backward in time. The tolerance for rounding is that of
+/// Returns whether `t` is in a step `[from, to]`, which may go backward in time. The tolerance for rounding equals the tolerance of
 /// IDAS.
 pub fn covers([from, to]: [f64; 2], t: f64) -> bool {
     let rounding = 100.0 * f64::EPSILON * (to.abs() + (to - from).abs());

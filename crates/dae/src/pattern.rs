@@ -53,7 +53,7 @@ pub(crate) const ROUNDING: f64 = 100.0;
 /// about one fifth.
 pub(crate) const DIRECTIONS: u64 = 4;
 
-/// Number of rows examined for one direction, in order of decreasing error. More than one is needed, because rows with
+/// Number of rows examined for one direction, in order of decreasing error. Several rows are needed, because rows with
 /// complete entries may also have large errors if their curvature is large.
 pub(crate) const ROWS: usize = 8;
 

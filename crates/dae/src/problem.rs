@@ -72,7 +72,7 @@ pub trait Problem {
 
     /// Evaluates `a ∂F/∂y + b ∂F/∂ẏ` into `values`, in the order of the pattern, overwriting them.
     ///
-    /// By default there is no Jacobian, and integrators use difference quotients of the residual. Call this method
+    /// By default, the Jacobian is missing, and integrators use difference quotients of the residual. Call this method
     /// through a [`Jacobian`](crate::Jacobian), which handles that case.
     ///
     /// # Errors

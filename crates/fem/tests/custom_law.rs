@@ -122,7 +122,7 @@ static HEART: Guccione = Guccione {
     b_fs: 4.0,
 };
 
-/// The results of a custom law are bitwise equal to those of the built-in law.
+/// The results of a custom law are bitwise equal to the results of the built-in law.
 #[test]
 fn custom_law_is_bitwise_equal_to_the_built_in_law() {
     let axes = Axes {

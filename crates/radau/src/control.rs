@@ -102,7 +102,7 @@ impl Control {
     /// Returns the error that decides whether a step is accepted.
     ///
     /// The estimate of order s + 1 may exceed the tolerance for the solution, because the error of a smooth solution
-    /// has order 2s. An estimate that does not behave like that of a smooth solution is taken as the error and compared
+    /// has order 2s. An estimate that does not behave like the estimate of a smooth solution is taken as the error and compared
     /// with the tolerance for the solution.
     pub(crate) fn judge(&self, h: f64, error: f64) -> f64 {
         let rough = match (self.history.rejected, self.history.accepted) {

@@ -8,7 +8,7 @@ use crate::method::Method;
 ///
 /// Extrapolating a polynomial of degree s to a next step of equal size amplifies the errors of its coefficients by
 /// about 10^(s/2). For short steps, the extrapolation provides several digits. For the long steps that a high order
-/// permits, it may be worse than zero. Therefore the guess is the one that would have been closer in the previous step.
+/// permits, it may be worse than zero. Therefore the guess is chosen that would have been closer in the previous step.
 #[derive(Debug)]
 pub(crate) struct Predictor {
     continued: Vec<f64>,

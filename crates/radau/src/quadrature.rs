@@ -16,7 +16,7 @@ use crate::work::Counters;
 
 /// Integrates q̇ = g(t, y, ẏ) with the weights of the method.
 ///
-/// The result equals that of the method with q among the unknowns. With g at the stages, the increments are h Σ_j a_ij
+/// The result equals the result of the method with q among the unknowns. With g at the stages, the increments are h Σ_j a_ij
 /// g_j. The last of them is h Σ_j b_j g_j. No equation has to be solved. Therefore q has the order of the solution, at
 /// most 2s − 1, and dense output like the other variables.
 pub(crate) struct Quadrature<P> {

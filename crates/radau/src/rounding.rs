@@ -25,7 +25,7 @@ use crate::work::Counters;
 pub(crate) struct Rounding {
     /// Variables of index 2 and 3, whose rounding grows as steps get shorter.
     magnified: Vec<usize>,
-    /// Whether the weight of one of these variables does not decrease with h as its rounding grows, as for velocities
+    /// Whether the weight of any of these variables stays constant while its rounding grows with decreasing h, as for velocities
     /// of index 2. In this case, a step that fails because of rounding would also fail if it were shortened.
     grows: bool,
     y: Vec<f64>,
@@ -53,7 +53,7 @@ pub(crate) struct Sampling {
 }
 
 impl Sampling {
-    /// Sampling that is sufficient unless it explains no part of the error.
+    /// Sampling, sufficient unless it explains no part of the error.
     const QUICK: Self = Self {
         units: 1.0,
         samples: 2,

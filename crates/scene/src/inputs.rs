@@ -76,7 +76,7 @@ pub(crate) fn content(path: &Path) -> io::Result<Vec<u8>> {
 /// Returns the text of a regular file.
 ///
 /// # Errors
-/// Errors of [`content`], and text that is not UTF-8.
+/// Errors of [`content`], and text in other encodings than UTF-8.
 pub(crate) fn text(path: &Path) -> io::Result<String> {
     String::from_utf8(content(path)?).map_err(io::Error::other)
 }

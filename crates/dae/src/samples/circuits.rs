@@ -164,7 +164,7 @@ impl Equations for Amplifier {
     }
 }
 
-/// A loop of a voltage source and capacitors, one of them nonlinear, at 1 MHz; the index is 2.
+/// A loop of a voltage source, linear capacitors and a nonlinear capacitor at 1 MHz; the index is 2.
 ///
 /// ```text
 /// u1 = V(t)

@@ -192,7 +192,7 @@ impl Equations for Inverters {
     }
 }
 
-/// A source with trapezoidal voltage across capacitors, one of them nonlinear, followed by a diode and a load; time in
+/// A source with trapezoidal voltage across linear capacitors and a nonlinear capacitor, followed by a diode and a load; time in
 /// µs, currents in mA.
 ///
 /// ```text

@@ -6,7 +6,7 @@ use crate::error::FemError;
 /// Length of a vector interpolated between unit vectors below which the vertex vectors are treated as opposed.
 const OPPOSED: f64 = 1e-6;
 
-/// Largest out-of-plane component of a unit vector in a plane mesh that is attributed to rounding.
+/// Largest out-of-plane component, attributed to rounding, of a unit vector in a plane mesh.
 const IN_PLANE: f64 = 1e-10;
 
 /// Axes at a point, and whether the vertex vectors are opposed there.

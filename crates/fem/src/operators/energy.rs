@@ -25,7 +25,7 @@ impl<const D: usize, const N: usize, const P: usize> WithSimd for StrainEnergy<'
             for part in 0..batch.n_parts(simd) {
                 let part = &mut batch.part(simd, part);
                 let energies = element_energies(part, points, self.fields);
-                // The sum is computed element by element, so it is the same for registers of any width.
+                // The sum is computed element by element, so it does not depend on the width of registers.
                 for energy in &energies.as_slice()[..part.occupied().len()] {
                     sum += energy;
                 }

@@ -84,7 +84,7 @@ fn inflated<const D: usize>(mesh: &Mesh, through_the_center: &[&str]) -> [f64; 3
 }
 
 /// Curved elements have the expected orders. Straight elements do not, because the difference between their body and
-/// the exact body is of the order of the square of the element size.
+/// the exact body is proportional to the square of the element size.
 fn assert_only_curved_elements_have_full_order(curved: [[f64; 3]; 2], straight: [[f64; 3]; 2]) {
     assert_orders(&curved);
     let order = (straight[0][0] / straight[1][0]).log2();

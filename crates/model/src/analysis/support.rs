@@ -61,7 +61,7 @@ pub fn free_parts(muscle: &Muscle) -> Option<FreeParts> {
     })
 }
 
-/// Parts of a body that are connected at single nodes only.
+/// Parts of a body connected at single nodes only.
 struct Parts {
     /// Number of elements of each part.
     elements: Vec<usize>,

@@ -159,6 +159,8 @@ pub enum ObstacleMotion {
 pub struct Contact {
     group: String,
     operator: RigidContact,
+    /// Unit vector from the obstacle to the undeformed group.
+    toward_body: [f64; 3],
     motion: ObstacleMotion,
     friction: Option<Friction>,
 }
@@ -179,9 +181,11 @@ impl Contact {
         stiffness: Option<f64>,
         motion: ObstacleMotion,
     ) -> Result<Self, FemError> {
+        let operator = RigidContact::new(solid, group, obstacle, stiffness)?;
         Ok(Self {
             group: group.to_owned(),
-            operator: RigidContact::new(solid, group, obstacle, stiffness)?,
+            toward_body: operator.toward_body(),
+            operator,
             motion,
             friction: None,
         })
@@ -271,8 +275,7 @@ impl Contact {
         let ObstacleMotion::Given(motion) = &self.motion else {
             return self.driven_distance(t, part, u);
         };
-        let toward_body = self.operator.toward_body();
-        let along = motion.iter().zip(toward_body);
+        let along = motion.iter().zip(self.toward_body);
         self.moves()
             .then(|| along.map(|(own, e)| part * e * own.at(t).value).sum())
     }

@@ -8,6 +8,7 @@ mod evaluation;
 mod factors;
 mod internal_variables;
 mod observation;
+mod problem;
 
 pub(crate) use internal_variables::{InternalVariableDae, InternalVariableSolver};
 

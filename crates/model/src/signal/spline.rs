@@ -25,7 +25,7 @@ pub struct Spline {
     moments: Vec<f64>,
 }
 
-/// Part of a spline that is outside the range of the values at the two neighboring points.
+/// Part of a spline outside the range of the values at the two neighboring points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Overshoot {
     /// Times of the two points, s.

@@ -79,7 +79,7 @@ fn a_free_muscle_shortens_until_its_elasticity_balances_the_tension() {
             Tension::SecondPiolaKirchhoff => found * TENSION * gaussian(found),
             Tension::Nominal => TENSION * gaussian(found),
         };
-        // Newton's method converges to rounding; slopes are of the order of 3 μ.
+        // Newton's method converges to rounding; slopes are about 3 μ.
         let left = passive(found) + nominal;
         assert!(left.abs() < 1e-10 * SHEAR, "{tension:?}: {left:e}");
     }

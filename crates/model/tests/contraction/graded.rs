@@ -15,7 +15,7 @@ fn parameters(alpha: f64, beta: f64, kappa: f64) -> Parameters {
     Parameters::new(alpha, beta, kappa).unwrap()
 }
 
-/// Returns values for all elements, one for each half of the block.
+/// Returns values for all elements; they differ between the halves of the block.
 fn by_half<T: Clone>(dimension: usize, own: [T; 2]) -> Vec<T> {
     let mesh = block(dimension);
     let right = &halves(&mesh)[1];

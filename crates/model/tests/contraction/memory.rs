@@ -86,7 +86,7 @@ fn eliminated_states_are_those_among_the_unknowns() {
             let differences: Vec<Vec<f64>> = differences.collect();
             for (derivative, most) in [(0, 10.0), (1, 1e3)] {
                 let ratio = size(&differences, derivative) / size(&full, derivative);
-                // Both errors are of the order of the tolerance, increased by the lower order of dense output and by
+                // Both errors are comparable to the tolerance, increased by the lower order of dense output and by
                 // the derivative. Without the Prony terms, the states would differ by 0.1 or more.
                 assert!(
                     ratio < most * rtol,

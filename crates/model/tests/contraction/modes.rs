@@ -72,7 +72,7 @@ fn expect_the_frequency(muscle: &Muscle) {
     );
 }
 
-/// Returns a body whose halves contract by two kinds of stress, one of which depends on the stretch, with elastic
+/// Returns a body whose halves contract by stress with and without dependence on the stretch, with elastic
 /// foundations and a traction.
 fn contracted(
     dimension: usize,

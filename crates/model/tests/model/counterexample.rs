@@ -4,7 +4,7 @@ use myovib_fem::generate;
 use myovib_model::counterexample::{MultiplierSpace, solve};
 use myovib_structure::Index;
 
-/// With the space of the pressures, μ is of the order of rounding and the index is 2. With the richer space, three rows
+/// With the space of the pressures, μ is comparable to rounding and the index is 2. With the richer space, three rows
 /// of B̃ are dependent on this beam, so the index is undefined and μ is not unique. The remaining constraints remove
 /// most of v, and the displacement is wrong by a third.
 #[test]

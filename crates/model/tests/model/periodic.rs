@@ -12,7 +12,7 @@ use myovib_model::{Integrator, ModelError, RadauIntegrator};
 use myovib_radau::{RadauOptions, SparseDirectSolver};
 use num_complex::Complex64;
 
-/// Relative tolerance of the integrator. The errors of the map are then about 1e-11, and those of differences 1e-7.
+/// Relative tolerance of the integrator. The errors of the map are then about 1e-11, and the errors of differences 1e-7.
 const RTOL: f64 = 1e-13;
 /// Six digits of values of order 1.
 const SIX_DIGITS: f64 = 1e-6;

@@ -17,7 +17,7 @@ const T_END: f64 = 2.0;
 type Case = (Formulation, f64, f64);
 
 /// Returns a block of few elements whose highest frequency is resolved by a step of 1/16 s, so that stiffness does not
-/// reduce the order. A displacement that is smooth in time compresses it from rest.
+/// reduce the order. A smooth displacement in time compresses it from rest.
 fn block(dimension: usize, (formulation, kappa, beta): Case) -> MuscleDae {
     let mesh = match dimension {
         2 => generate::rectangle([0.0; 2], [1.0; 2], [1, 1]),

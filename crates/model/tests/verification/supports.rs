@@ -149,7 +149,7 @@ fn work_of_a_moving_support_is_stored_or_dissipated() {
     let mut states = Vec::new();
     let times = SampleTimes::new(1e-3, 0.5);
     let mut sampler = Sampler::new(times, n, |dae: &mut MuscleDae, t, y: &[f64]| {
-        // The derivatives at this state, not those of an interpolating polynomial.
+        // The derivatives at this state, rather than of an interpolating polynomial.
         let start = myovib_model::InitialValues::of(dae, t, y)?;
         states.push(dae.energies(t, &start.y, &start.y_dot)?);
         Ok(())

@@ -31,7 +31,7 @@ impl Multipliers {
     /// For a smooth solution, the polynomial violates the constraint by −h ε ω(θ), and the polynomial through the
     /// multipliers at the stages has an error in proportion to ℓ_0(θ). The iteration matrix converts both to −γ ω e(ε)
     /// − γ ℓ_0 κ. After the fit of e(ε) and κ, parts of higher order remain. If a multiplier jumps within the step, the
-    /// remainder is of the size of the jump.
+    /// remainder is as large as the jump.
     pub(crate) fn measure_within<P: Problem, M: LinearSolver<P>>(
         &mut self,
         problem: &mut P,

@@ -157,7 +157,7 @@ impl<Q> Adjoint<Q> {
         };
         let end = solver.save();
         let repeated = recording.go_back(solver, &mut |solver, first, steps| {
-            // The factors computed for replayed steps differ from those of the run, and may also be reused.
+            // The factors computed for replayed steps differ from the factors of the run, and may also be reused.
             let fresh = self.factors.take().and_then(|factors| factors.fresh());
             self.factors = solver.set_up_for().map(|h| Factors::new(h, fresh));
             for (number, step) in steps.iter().enumerate().rev() {

@@ -190,7 +190,7 @@ fn eliminated_states_are_those_among_the_unknowns_over_restarts() {
         let (state, roots) = end(eliminated(stages, tol), 3.0);
         assert!(roots > 2, "{roots}");
         for (i, (found, exact)) in state.iter().zip(full.y()).enumerate() {
-            // Errors accumulate over several hundred steps; a state that is truncated at a wrong time has an error of
+            // Errors accumulate over several hundred steps; a state truncated at a wrong time has an error of
             // 1e-3.
             let error = (found - exact).abs() / tol;
             assert!(

@@ -279,7 +279,7 @@ fn a_memory_without_sense_is_refused() {
     }
 }
 
-/// Damages, one at a time, each array and each number of a JSON value, and calls `check` with its path and the damaged
+/// Damages in turn each array and each number of a JSON value, and calls `check` with its path and the damaged
 /// value.
 fn damaged(value: &Value, check: &mut dyn FnMut(&str, &Value)) {
     fn paths(value: &Value, at: &str, found: &mut Vec<String>) {

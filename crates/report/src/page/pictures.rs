@@ -52,7 +52,7 @@ pub(super) fn body(
     ))
 }
 
-/// Returns the groups that are fixed, moved, in contact, loaded or under pressure. For tractions, also indicates which
+/// Returns the fixed, moved, loaded and pressurized groups, and groups in contact. For tractions, also indicates which
 /// components are given.
 fn groups(scene: &Scene) -> Vec<(&str, Option<[f64; 2]>)> {
     let file = &scene.file;

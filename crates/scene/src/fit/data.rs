@@ -69,7 +69,7 @@ const NEUTRAL: [(&str, &str); 2] = [
 /// Reads the measurements in `file`; see [`read`].
 ///
 /// # Errors
-/// Devices, pipes, folders, and text that is not UTF-8; errors of [`read`].
+/// Devices, pipes, folders, and text in other encodings than UTF-8; errors of [`read`].
 pub(super) fn read_file(
     file: &Path,
     outputs: &[Output],

@@ -22,7 +22,7 @@ pub(super) fn check_reference(
     })
 }
 
-/// Returns a measurement, relative to a group if one is given.
+/// Returns a measurement, relative to a group if given.
 pub(super) fn relative(
     space: &Space,
     measurement: Measurement,

@@ -15,7 +15,7 @@ use crate::result_folder::FolderRequest;
 
 /// Scene of a body with an index-1 formulation, a table, an energy balance, fields and two
 /// checkpoints.
-const SCENE: &str = r#"
+pub(crate) const SCENE: &str = r#"
 [time]
 end = 0.02
 [mesh]

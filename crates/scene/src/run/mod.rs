@@ -10,7 +10,7 @@ mod document;
 mod driving;
 mod dynamic;
 #[cfg(test)]
-mod faults;
+pub(crate) mod faults;
 mod folder;
 mod indicator;
 mod modes;

@@ -3,67 +3,26 @@
 //!
 //! The bounds are far outside the range of tissue, so a finding is almost certainly a mistake.
 
-use std::f64::consts::TAU;
+mod loads;
+mod materials;
+
 use std::ops::RangeInclusive;
 
-use myovib_fem::Law;
-use myovib_model::Signal;
 use myovib_model::advice::{Finding, Remedy};
 use myovib_model::check::readable;
 
+use self::materials::{CHECKS, Part};
 use super::Body;
-use crate::scene_file::material::Material;
-use crate::scene_file::solid::Solid;
-use crate::scene_file::{Analysis, SceneFile};
+use crate::scene_file::SceneFile;
 
-/// Range of densities, from a tenth of water's density to the density of heavy metals, kg/m³.
-const DENSITIES: RangeInclusive<f64> = 100.0..=2e4;
-/// Range of shear wave speeds in tissue, m/s. Bodies outside this range probably use other units.
-const SHEAR_WAVES: RangeInclusive<f64> = 0.1..=20.0;
-/// Smallest shear modulus, Pa. The softest solid tissues, embryos and brain, have about 100.
-const SOFTEST: f64 = 50.0;
-/// Maximum ratio of viscous to elastic stress at the driving frequency. Tissue has 0.05 to 1; the
-/// material would flow above 5.
-const MOST_LOSS: f64 = 5.0;
-/// Maximum ratio of load to shear modulus. At this tension, a neo-Hookean bar is 2.6 times as long,
-/// and a pressure in a neo-Hookean cavity makes it grow without bound (Gent and Lindley 1959).
-const MOST_LOAD: f64 = 2.5;
 /// Maximum length of a body, m.
 const LONGEST: f64 = 100.0;
 /// Maximum mass of a body, kg, or kg per meter of thickness: the mass of a whale.
 const HEAVIEST: f64 = 2e5;
 /// Range of the lengths of tissue samples and organs, m.
 const LENGTHS: RangeInclusive<f64> = 1e-4..=3.0;
-/// Number of intervals at which loads are sampled. It is prime, because a load with a round number of periods could
-/// vanish at all sample times of a round number of samples.
-const TIMES: u32 = 997;
-
 /// Description of a problem and of the usual values.
 type Unusual = (String, &'static str);
-
-/// Properties of a material.
-struct Part {
-    law: Law,
-    density: f64,
-    kappa: f64,
-    beta: f64,
-    /// Bulk and shear modulus at small strains, Pa; the bulk modulus includes κ.
-    bulk: f64,
-    shear: f64,
-    /// Highest driving frequency of the body, Hz, if any.
-    drive: Option<f64>,
-}
-
-/// Condition on the scene under which a check is performed, and the check of each material.
-type Check = (fn(&SceneFile) -> bool, fn(&Part) -> Option<Unusual>);
-
-/// Checks of materials.
-const CHECKS: [Check; 4] = [
-    (|_| true, volume),
-    (|_| true, softness),
-    (has_mass, mass),
-    (|file| file.analysis == Analysis::Dynamic, damping),
-];
 
 /// Returns the first problem that each check finds: of the materials, and for one check of the loads.
 pub(super) fn findings(file: &SceneFile, body: &Body, t_end: f64) -> Vec<Finding> {
@@ -86,8 +45,8 @@ pub(super) fn findings(file: &SceneFile, body: &Body, t_end: f64) -> Vec<Finding
     let all = size(body, &parts)
         .into_iter()
         .chain(of_materials)
-        .chain(strong_load(file, body, t_end, &parts))
-        .chain(long_way(file, body, t_end));
+        .chain(loads::strong_load(file, body, t_end, &parts))
+        .chain(loads::large_displacement(file, body, t_end));
     all.map(|(problem, usual)| Finding {
         fields: Vec::new(),
         problem,
@@ -103,31 +62,6 @@ fn mean_factor(body: &Body, material: usize) -> f64 {
     let factors = factors.map(|(element, _)| body.muscle.solid.mean_factor(element));
     let (n, sum) = factors.fold((0.0, 0.0), |(n, sum), factor| (n + 1.0, sum + factor));
     if n == 0.0 { 1.0 } else { sum / n }
-}
-
-impl Part {
-    fn new(material: &Material, factor: f64, solid: &Solid, drive: Option<f64>) -> Self {
-        let law = material.stiffened();
-        let law = law.expect("the body was made of this law").scaled(factor);
-        let kappa = material.bulk_modulus.unwrap_or(solid.bulk_modulus).0;
-        let [own, shear] = law.moduli();
-        Self {
-            law,
-            density: material.density,
-            kappa,
-            beta: material
-                .rayleigh_stiffness
-                .unwrap_or(solid.rayleigh_stiffness),
-            // The energy of a complete law contains the volumetric part.
-            bulk: if law.description().complete {
-                own
-            } else {
-                own + kappa
-            },
-            shear,
-            drive,
-        }
-    }
 }
 
 /// Returns the length of the body along the axis in which it is longest, m.
@@ -171,169 +105,6 @@ fn size(body: &Body, parts: &[Part]) -> Option<Unusual> {
         );
         (problem, unit)
     })
-}
-
-/// Checks for a negative Poisson's ratio (3 K − 2 G)/(2 (3 K + G)), which means K < 2/3 G.
-fn volume(part: &Part) -> Option<Unusual> {
-    let Part {
-        kappa, bulk, shear, ..
-    } = *part;
-    let poisson = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear));
-    (poisson < 0.0).then(|| {
-        let problem = format!(
-            "bulk_modulus = {} Pa with a shear modulus of {} Pa: Poisson's ratio is {}, so the body thickens when pulled",
-            readable(kappa),
-            readable(shear),
-            two_digits(poisson)
-        );
-        (problem, "use a bulk_modulus far above the shear modulus (in tissue at least a hundred times as large), or `inf`")
-    })
-}
-
-/// Checks that a body with a density in SI units is not softer than tissue.
-fn softness(part: &Part) -> Option<Unusual> {
-    (DENSITIES.contains(&part.density) && part.shear < SOFTEST).then(|| {
-        let problem = format!("the shear modulus at rest is {} Pa", readable(part.shear));
-        (
-            problem,
-            "give moduli in Pa: 5 kPa is 5e3; tissue has 1e2 to 1e6",
-        )
-    })
-}
-
-/// Formats a number between -1 and 1, except 0, with its first two digits.
-fn two_digits(value: f64) -> String {
-    let decimals = (1.0 - value.abs().log10().floor()) as usize;
-    format!("{value:.decimals$}")
-}
-
-/// Returns whether the density has an effect.
-fn has_mass(file: &SceneFile) -> bool {
-    let has_inertia = !matches!(file.analysis, Analysis::Static | Analysis::QuasiStatic);
-    has_inertia || !file.body_force.is_empty()
-}
-
-/// Checks that the density or the speed √(G/ρ) is in the range of tissue.
-fn mass(part: &Part) -> Option<Unusual> {
-    let speed = (part.shear / part.density).sqrt();
-    let is_usual = DENSITIES.contains(&part.density) || SHEAR_WAVES.contains(&speed);
-    (!is_usual).then(|| {
-        let problem = format!(
-            "a density of {} kg/m³: shear waves travel at {} m/s",
-            readable(part.density),
-            readable(speed)
-        );
-        (
-            problem,
-            "give it in kg/m³: tissue has about 1000, which is 1 g/cm³, and waves of 1 to 10 m/s",
-        )
-    })
-}
-
-/// Checks viscous stress, which is ωβ times the elastic stress at an angular frequency ω. Without a
-/// driving frequency, the speed of the body is unknown and nothing is checked.
-fn damping(part: &Part) -> Option<Unusual> {
-    let Part { beta, drive, .. } = *part;
-    let frequency = drive?;
-    let loss = TAU * frequency * beta;
-    (loss > MOST_LOSS).then(|| {
-        let problem = format!(
-            "rayleigh_stiffness = {beta:e} s makes the viscous stress {loss:.1} times the elastic stress at {} Hz",
-            readable(frequency)
-        );
-        (problem, "use a smaller rayleigh_stiffness, in s: in tissue the viscous stress is 0.05 to 1 times the elastic stress")
-    })
-}
-
-/// Returns the first load far above the shear modulus of the stiffest material. Laws with fibers
-/// are skipped: they stiffen without bound, so their modulus at rest does not limit loads.
-fn strong_load(file: &SceneFile, body: &Body, t_end: f64, parts: &[Part]) -> Option<Unusual> {
-    let shear = parts.iter().map(|part| part.shear).fold(0.0, f64::max);
-    if parts.iter().any(|part| part.law.has_fibers()) {
-        return None;
-    }
-    let times = times(file, t_end);
-    let most = |signal: &Signal| {
-        let values = times.iter().map(|t| signal.at(*t).value.abs());
-        values.fold(0.0, f64::max)
-    };
-    loads(file, body).find_map(|(path, signal)| {
-        let load = most(signal);
-        (load > MOST_LOAD * shear).then(|| {
-            let problem = format!(
-                "{path} reaches {} Pa, {:.1} times the shear modulus at rest, {} Pa",
-                readable(load),
-                load / shear,
-                readable(shear)
-            );
-            (
-                problem,
-                "check the unit, Pa: loads far above the modulus invert elements",
-            )
-        })
-    })
-}
-
-/// Checks that supports move less than the length of the body.
-fn long_way(file: &SceneFile, body: &Body, t_end: f64) -> Option<Unusual> {
-    // A rotation moves a support by up to twice its distance from the axis.
-    if file
-        .prescribed_displacement
-        .iter()
-        .any(|own| own.rotation.is_some())
-    {
-        return None;
-    }
-    let length = length(body);
-    let times = times(file, t_end);
-    let distances = body.muscle.prescribed.iter().flat_map(|moved| {
-        let at = |t: &f64| moved.signal.at(*t).value.abs();
-        times.iter().map(at)
-    });
-    let most = distances.fold(0.0, f64::max);
-    (most > length).then(|| {
-        let problem = format!(
-            "a [[prescribed_displacement]] reaches {} m, and the body is {} m long",
-            readable(most),
-            readable(length)
-        );
-        (problem, "give it in m: 1 mm is 1e-3")
-    })
-}
-
-/// Returns the times at which loads are sampled.
-fn times(file: &SceneFile, t_end: f64) -> Vec<f64> {
-    match file.analysis {
-        Analysis::Static => vec![t_end],
-        Analysis::Modes => file
-            .modes
-            .iter()
-            .filter_map(|modes| modes.preload_time)
-            .collect(),
-        Analysis::Response => {
-            let response = file.response.iter();
-            response.filter_map(|own| own.preload_time).collect()
-        }
-        Analysis::Dynamic | Analysis::QuasiStatic => {
-            let all = (0..=TIMES).map(|i| t_end * f64::from(i) / f64::from(TIMES));
-            all.collect()
-        }
-        Analysis::Periodic => Vec::new(),
-    }
-}
-
-/// Returns tractions and surface loads in Pa with their keys. A distribution may contain the unit of a load, so such
-/// loads are excluded.
-fn loads<'a>(file: &SceneFile, body: &'a Body) -> impl Iterator<Item = (&'a str, &'a Signal)> {
-    let tractions = file.traction.iter().enumerate();
-    let distributed = tractions.filter(|(_, traction)| traction.spatial_factor.is_some());
-    let mut excluded: Vec<String> = distributed
-        .map(|(i, _)| format!("traction[{i}]."))
-        .collect();
-    excluded.extend(["body_force", "point_force"].map(str::to_owned));
-    let mut loads = body.keyed_loads().collect::<Vec<_>>();
-    loads.retain(|(key, _)| !excluded.iter().any(|other| key.starts_with(other)));
-    loads.into_iter()
 }
 
 #[cfg(test)]

@@ -8,41 +8,12 @@ use std::path::Path;
 use super::{Cases, SweepOptions, compute};
 use crate::atomic_file::faults::with_disk_that_stops_after;
 use crate::atomic_file::passing;
-
-/// Scene of a body with a table and a checkpoint.
-const SCENE: &str = r#"
-[time]
-end = 0.01
-[mesh]
-type = "rectangle"
-width = 0.1
-height = 0.02
-cells = [1, 1]
-[solid]
-bulk_modulus = 1e5
-[[material]]
-law = "neo-hooke"
-density = 1.1e3
-shear_modulus = 1e4
-[[fixed]]
-group = "left"
-[[traction]]
-group = "top"
-y = { type = "step", value = 20.0, rise = 0.05 }
-[integrator]
-method = "radau5"
-[checkpoint]
-interval = 0.005
-[[probe]]
-name = "tip"
-type = "point"
-at = [0.1, 0.01]
-interval = 0.005
-"#;
+use crate::run::faults::SCENE;
 
 fn sweep(folder: &Path, out: &Path, overwrite: bool) -> Result<(), crate::Error> {
     let scene = folder.join("scene.toml");
-    fs::write(&scene, SCENE).unwrap();
+    let text = SCENE.replace("[fields]\ninterval = 0.01\n", "");
+    fs::write(&scene, text).unwrap();
     let options = SweepOptions {
         scene,
         vary: vec!["material[0].shear_modulus=1e4,2e4".to_owned()],

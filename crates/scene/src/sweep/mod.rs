@@ -303,7 +303,7 @@ impl Sweep<'_> {
     /// A case that another process computes; a record that cannot be written.
     fn compute(&self, case: &Case, folder: &ResultFolder) -> Result<(), Error> {
         let options = self.options;
-        // The next sweep computes the case again if this one is killed.
+        // The next sweep computes the case again if this sweep is killed.
         folder.remove(&record_of(case))?;
         let mut inputs = Vec::new();
         let (done, result) = match caught(|| self.run(case, &mut inputs)) {

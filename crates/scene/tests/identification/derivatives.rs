@@ -136,7 +136,7 @@ fn residuals_agree(
     it.parameters.iter().enumerate().map(of_parameter).collect()
 }
 
-/// Checks the constants of relaxation, the stiffness of a region, and the breaks of a load that is rising at the time
+/// Checks the constants of relaxation, the stiffness of a region, and the breaks of a load during its rise at the time
 /// of the comparison.
 #[test]
 fn relaxation_stiffness_and_breaks_have_their_derivatives_in_all_formulations() {
@@ -345,7 +345,7 @@ pub(crate) fn outputs_agree(keys: &[&str], more: &str, overrides: &[&str]) -> Ve
     keys.iter().enumerate().map(of_key).collect()
 }
 
-/// Checks that steps, factors and outputs are bitwise equal to those of a run without sensitivities. Most steps reuse
+/// Checks that steps, factors and outputs are bitwise equal to the results of a run without sensitivities. Most steps reuse
 /// an old Jacobian, some of them with a new h, which requires the unchanged matrices.
 #[test]
 fn runs_with_sensitivities_take_the_steps_of_the_plain_run() {

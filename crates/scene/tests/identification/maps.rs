@@ -150,7 +150,7 @@ fn features_without_a_map_are_refused() {
     assert!(matches!(error, Error::Input(_)), "{error:?}");
 }
 
-/// Checks that an output that is always zero has no relative change.
+/// Checks that a constant output of zero has no relative change.
 #[test]
 fn a_body_at_rest_has_an_empty_map() {
     let folder = tempfile::tempdir().unwrap();

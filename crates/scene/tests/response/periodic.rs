@@ -102,7 +102,7 @@ fn a_large_periodic_motion_is_the_settled_motion() {
             assert!((own - settled).abs() < 1e-7 * largest, "{own} {settled}");
         }
     }
-    // If the modulus does not depend on the deformation, there is no second harmonic along the load.
+    // If the modulus does not depend on the deformation, the second harmonic along the load vanishes.
     let u = of(&found, "u_x");
     assert!(u.amplitudes[1] > 0.01 * largest);
     // Multipliers of modes with the damping α: their modulus is e^{−αT/2}, apart from nonlinear effects.
@@ -198,7 +198,7 @@ fn loads_that_rise_repeat_from_a_later_period() {
     assert!(early.contains("y = "), "{early}");
 }
 
-/// Regression: a load that is zero for many periods gave the state of rest.
+/// Regression: a load with many periods of zeros at its start gave the state of rest.
 #[test]
 fn a_load_that_begins_late_repeats_after_its_beginning() {
     let text = body("bulk_modulus = inf", "", 2.0);

@@ -67,7 +67,7 @@ fn invalid_responses_are_refused_at_their_key() {
         ),
         (&["response.frequencies=1..2"], "--set response.frequencies"),
         (&["response.frequencies=fast"], "--set response.frequencies"),
-        // The body can slide along x, so there is no solution at 0 Hz.
+        // The body can slide along x, so a solution at 0 Hz does not exist.
         (
             &[
                 "response.frequencies=[0.0, 1.0]",

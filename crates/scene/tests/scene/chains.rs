@@ -59,7 +59,7 @@ fn each_element_of_a_group_has_a_chain_with_its_own_frequencies() {
     let (places, omega) = (elements.len(), &scene.chains[0].chain.omega);
     assert!(places > 10 && places < space.n_elements(), "{places}");
     assert_eq!(omega.len(), 4 * places);
-    // All places share one seed, so the first frequencies are those of a single chain.
+    // All places share one seed, so the first frequencies equal the frequencies of a single chain.
     let single = SCENE.replacen("{ elements = \"muscle\" }", "[0.0, 0.0, 0.0]", 1);
     let single = Scene::build("scene.toml", &single, &[], Path::new("")).unwrap();
     assert_eq!(omega[..4], single.chains[0].chain.omega);

@@ -7,7 +7,7 @@ use std::path::Path;
 use myovib_scene::Scene;
 use myovib_scene::run::{RunOptions, compute};
 
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, tetrahedra_of};
 
 /// Shear modulus of the incompressible body, Pa.
 const SHEAR: f64 = 1e4;
@@ -110,24 +110,7 @@ pub(crate) fn block(cells: [usize; 3], place: impl Fn([usize; 3]) -> [f64; 3] + 
     let [nx, ny, nz] = cells;
     let all = (0..nx).flat_map(|i| (0..ny).flat_map(move |j| (0..nz).map(move |k| [i, j, k])));
     for cell in all {
-        // Six tetrahedra around the diagonal.
-        for order in [
-            [0, 1, 2],
-            [1, 2, 0],
-            [2, 0, 1],
-            [0, 2, 1],
-            [2, 1, 0],
-            [1, 0, 2],
-        ] {
-            let mut corners = vec![cell.map(|i| 2 * i)];
-            for axis in order {
-                let mut next = corners[corners.len() - 1];
-                next[axis] += 2;
-                corners.push(next);
-            }
-            if (order[1] + 3 - order[0]) % 3 == 2 {
-                corners.swap(0, 1);
-            }
+        for corners in tetrahedra_of(cell.map(|i| 2 * i), 2) {
             tetrahedra.push(lattice.simplex(&corners));
             let sides = [
                 (0, 0, 0),

@@ -93,3 +93,28 @@ impl<const D: usize> Lattice<D> {
         text + "$EndElements\n"
     }
 }
+
+/// Returns the corners of the six tetrahedra around the diagonal of the cell from `corner` to `corner` plus `size` along each axis,
+/// with positive volumes.
+pub(crate) fn tetrahedra_of(corner: [usize; 3], size: usize) -> [Vec<[usize; 3]>; 6] {
+    let orders = [
+        [0, 1, 2],
+        [1, 2, 0],
+        [2, 0, 1],
+        [0, 2, 1],
+        [2, 1, 0],
+        [1, 0, 2],
+    ];
+    orders.map(|order| {
+        let mut corners = vec![corner];
+        for axis in order {
+            let mut next = corners[corners.len() - 1];
+            next[axis] += size;
+            corners.push(next);
+        }
+        if (order[1] + 3 - order[0]) % 3 == 2 {
+            corners.swap(0, 1);
+        }
+        corners
+    })
+}

@@ -25,7 +25,7 @@ fn ball(p: [f64; 3]) -> [f64; 3] {
     p.map(|x| scale * x)
 }
 
-/// A body that is held at its lower end and loaded sideways has a deflection for any compressibility. The relative difference is of
+/// Bodies, held at the lower end and loaded sideways, deflect alike for any compressibility. The relative difference is of
 /// the order of the ratio of the moduli, 1e-2.
 #[test]
 fn organs_deflect_alike_with_large_and_infinite_bulk_modulus() {

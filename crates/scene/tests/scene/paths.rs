@@ -209,7 +209,7 @@ fn inverted_elements_end_a_static_run_and_implausible_volumes_are_noted() {
 }
 
 /// Regression: a motion with inverted elements counted as "finished". It ends at the step in which they are observed;
-/// until then, its steps are the same as if inverted elements are accepted.
+/// until then, its steps do not depend on whether inverted elements are accepted.
 #[test]
 fn inverted_elements_end_a_motion() {
     let allowed = squeezed_in_time("allow_inverted = true\n");

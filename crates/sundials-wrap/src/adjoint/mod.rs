@@ -110,7 +110,7 @@ pub trait BackwardProblem<P> {
             .expect("columns of ascending rows")
     }
 
-    /// Evaluates a ∂R/∂λ + b ∂R/∂λ̇ into `entries`, in the order of the pattern. By default, there is no Jacobian, and
+    /// Evaluates a ∂R/∂λ + b ∂R/∂λ̇ into `entries`, in the order of the pattern. By default, the Jacobian is missing, and
     /// differences of the residual are used instead.
     ///
     /// # Errors

@@ -115,7 +115,7 @@ impl<P: Problem> IdaBuilder<P> {
         self
     }
 
-    /// Monitors the functions g(t, y, ẏ), one for each entry of `directions`. The integration pauses when a function
+    /// Monitors the functions g(t, y, ẏ), as many as entries of `directions`. The integration pauses when a function
     /// crosses zero in its direction.
     #[must_use]
     pub fn roots(

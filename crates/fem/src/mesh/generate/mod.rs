@@ -262,7 +262,7 @@ fn spindle_slope(x: f64) -> f64 {
     -0.018 * PI / (2.0 * HALF_LENGTH) * (PI * x / HALF_LENGTH).sin()
 }
 
-/// Generates the plane spindle of the muscle. The groups are those of `muscle.msh`: `fixed` (both ends), `load` (top,
+/// Generates the plane spindle of the muscle. It has the groups of `muscle.msh`: `fixed` (both ends), `load` (top,
 /// |x| ≤ 0.02), `muscle`, `origin` (the vertex at (0, 0)).
 ///
 /// # Errors

@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use crate::lattice::tetrahedra_of;
+
 /// Cells of the block along x.
 const CELLS: usize = 4;
 
@@ -62,23 +64,7 @@ pub(super) fn block() -> File {
     let mut tetrahedra = Vec::new();
     let mut ends = [Vec::new(), Vec::new()];
     for i in 0..CELLS {
-        for order in [
-            [0, 1, 2],
-            [1, 2, 0],
-            [2, 0, 1],
-            [0, 2, 1],
-            [2, 1, 0],
-            [1, 0, 2],
-        ] {
-            let mut corners = vec![[i, 0, 0]];
-            for axis in order {
-                let mut next = corners[corners.len() - 1];
-                next[axis] += 1;
-                corners.push(next);
-            }
-            if (order[1] + 3 - order[0]) % 3 == 2 {
-                corners.swap(0, 1);
-            }
+        for corners in tetrahedra_of([i, 0, 0], 1) {
             for (end, x) in ends.iter_mut().zip([0, CELLS]) {
                 let face = corners.iter().filter(|corner| corner[0] == x);
                 let face: Vec<usize> = face.map(|&corner| number(corner)).collect();

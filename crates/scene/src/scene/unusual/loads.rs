@@ -1,0 +1,112 @@
+//! Unusual loads and displacements.
+
+use myovib_model::Signal;
+use myovib_model::check::readable;
+
+use super::materials::Part;
+use super::{Unusual, length};
+use crate::scene::Body;
+use crate::scene_file::{Analysis, SceneFile};
+
+/// Maximum ratio of load to shear modulus. At this tension, a neo-Hookean bar is 2.6 times as long,
+/// and a pressure in a neo-Hookean cavity makes it grow without bound (Gent and Lindley 1959).
+const MOST_LOAD: f64 = 2.5;
+/// Number of intervals at which loads are sampled. It is prime, because a load with a round number of periods could
+/// vanish at all sample times of a round number of samples.
+const TIMES: u32 = 997;
+
+/// Returns the first load far above the shear modulus of the stiffest material. Laws with fibers
+/// are skipped: they stiffen without bound, so their modulus at rest does not limit loads.
+pub(super) fn strong_load(
+    file: &SceneFile,
+    body: &Body,
+    t_end: f64,
+    parts: &[Part],
+) -> Option<Unusual> {
+    let shear = parts.iter().map(|part| part.shear).fold(0.0, f64::max);
+    if parts.iter().any(|part| part.law.has_fibers()) {
+        return None;
+    }
+    let times = times(file, t_end);
+    let most = |signal: &Signal| {
+        let values = times.iter().map(|t| signal.at(*t).value.abs());
+        values.fold(0.0, f64::max)
+    };
+    loads(file, body).find_map(|(path, signal)| {
+        let load = most(signal);
+        (load > MOST_LOAD * shear).then(|| {
+            let problem = format!(
+                "{path} reaches {} Pa, {:.1} times the shear modulus at rest, {} Pa",
+                readable(load),
+                load / shear,
+                readable(shear)
+            );
+            (
+                problem,
+                "check the unit, Pa: loads far above the modulus invert elements",
+            )
+        })
+    })
+}
+
+/// Checks that supports move less than the length of the body.
+pub(super) fn large_displacement(file: &SceneFile, body: &Body, t_end: f64) -> Option<Unusual> {
+    // A rotation moves a support by up to twice its distance from the axis.
+    if file
+        .prescribed_displacement
+        .iter()
+        .any(|own| own.rotation.is_some())
+    {
+        return None;
+    }
+    let length = length(body);
+    let times = times(file, t_end);
+    let distances = body.muscle.prescribed.iter().flat_map(|moved| {
+        let at = |t: &f64| moved.signal.at(*t).value.abs();
+        times.iter().map(at)
+    });
+    let most = distances.fold(0.0, f64::max);
+    (most > length).then(|| {
+        let problem = format!(
+            "a [[prescribed_displacement]] reaches {} m, and the body is {} m long",
+            readable(most),
+            readable(length)
+        );
+        (problem, "give it in m: 1 mm is 1e-3")
+    })
+}
+
+/// Returns the times at which loads are sampled.
+fn times(file: &SceneFile, t_end: f64) -> Vec<f64> {
+    match file.analysis {
+        Analysis::Static => vec![t_end],
+        Analysis::Modes => file
+            .modes
+            .iter()
+            .filter_map(|modes| modes.preload_time)
+            .collect(),
+        Analysis::Response => {
+            let response = file.response.iter();
+            response.filter_map(|own| own.preload_time).collect()
+        }
+        Analysis::Dynamic | Analysis::QuasiStatic => {
+            let all = (0..=TIMES).map(|i| t_end * f64::from(i) / f64::from(TIMES));
+            all.collect()
+        }
+        Analysis::Periodic => Vec::new(),
+    }
+}
+
+/// Returns tractions and surface loads in Pa with their keys. A distribution may contain the unit of a load, so such
+/// loads are excluded.
+fn loads<'a>(file: &SceneFile, body: &'a Body) -> impl Iterator<Item = (&'a str, &'a Signal)> {
+    let tractions = file.traction.iter().enumerate();
+    let distributed = tractions.filter(|(_, traction)| traction.spatial_factor.is_some());
+    let mut excluded: Vec<String> = distributed
+        .map(|(i, _)| format!("traction[{i}]."))
+        .collect();
+    excluded.extend(["body_force", "point_force"].map(str::to_owned));
+    let mut loads = body.keyed_loads().collect::<Vec<_>>();
+    loads.retain(|(key, _)| !excluded.iter().any(|other| key.starts_with(other)));
+    loads.into_iter()
+}

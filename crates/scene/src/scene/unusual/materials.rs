@@ -1,0 +1,143 @@
+//! Unusual constants of materials.
+
+use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
+
+use myovib_fem::Law;
+use myovib_model::check::readable;
+
+use super::Unusual;
+use crate::scene_file::material::Material;
+use crate::scene_file::solid::Solid;
+use crate::scene_file::{Analysis, SceneFile};
+
+/// Range of densities, from a tenth of water's density to the density of heavy metals, kg/m³.
+const DENSITIES: RangeInclusive<f64> = 100.0..=2e4;
+/// Range of shear wave speeds in tissue, m/s. Bodies outside this range probably use other units.
+const SHEAR_WAVES: RangeInclusive<f64> = 0.1..=20.0;
+/// Smallest shear modulus, Pa. The softest solid tissues, embryos and brain, have about 100.
+const SOFTEST: f64 = 50.0;
+/// Maximum ratio of viscous to elastic stress at the driving frequency. Tissue has 0.05 to 1; the
+/// material would flow above 5.
+const MOST_LOSS: f64 = 5.0;
+
+/// Properties of a material.
+pub(super) struct Part {
+    pub(super) law: Law,
+    pub(super) density: f64,
+    kappa: f64,
+    beta: f64,
+    /// Bulk and shear modulus at small strains, Pa; the bulk modulus includes κ.
+    bulk: f64,
+    pub(super) shear: f64,
+    /// Highest driving frequency of the body, Hz, if any.
+    drive: Option<f64>,
+}
+
+/// Condition on the scene under which a check is performed, and the check of each material.
+pub(super) type Check = (fn(&SceneFile) -> bool, fn(&Part) -> Option<Unusual>);
+
+/// Checks of materials.
+pub(super) const CHECKS: [Check; 4] = [
+    (|_| true, volume),
+    (|_| true, softness),
+    (has_mass, mass),
+    (|file| file.analysis == Analysis::Dynamic, damping),
+];
+
+impl Part {
+    pub(super) fn new(material: &Material, factor: f64, solid: &Solid, drive: Option<f64>) -> Self {
+        let law = material.stiffened();
+        let law = law.expect("the body was made of this law").scaled(factor);
+        let kappa = material.bulk_modulus.unwrap_or(solid.bulk_modulus).0;
+        let [own, shear] = law.moduli();
+        Self {
+            law,
+            density: material.density,
+            kappa,
+            beta: material
+                .rayleigh_stiffness
+                .unwrap_or(solid.rayleigh_stiffness),
+            // The energy of a complete law contains the volumetric part.
+            bulk: if law.description().complete {
+                own
+            } else {
+                own + kappa
+            },
+            shear,
+            drive,
+        }
+    }
+}
+
+/// Checks for a negative Poisson's ratio (3 K − 2 G)/(2 (3 K + G)), which means K < 2/3 G.
+fn volume(part: &Part) -> Option<Unusual> {
+    let Part {
+        kappa, bulk, shear, ..
+    } = *part;
+    let poisson = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear));
+    (poisson < 0.0).then(|| {
+        let problem = format!(
+            "bulk_modulus = {} Pa with a shear modulus of {} Pa: Poisson's ratio is {}, so the body thickens when pulled",
+            readable(kappa),
+            readable(shear),
+            two_digits(poisson)
+        );
+        (problem, "use a bulk_modulus far above the shear modulus (in tissue at least a hundred times as large), or `inf`")
+    })
+}
+
+/// Checks that a body with a density in SI units is not softer than tissue.
+fn softness(part: &Part) -> Option<Unusual> {
+    (DENSITIES.contains(&part.density) && part.shear < SOFTEST).then(|| {
+        let problem = format!("the shear modulus at rest is {} Pa", readable(part.shear));
+        (
+            problem,
+            "give moduli in Pa: 5 kPa is 5e3; tissue has 1e2 to 1e6",
+        )
+    })
+}
+
+/// Formats a number between -1 and 1, except 0, with its first two digits.
+fn two_digits(value: f64) -> String {
+    let decimals = (1.0 - value.abs().log10().floor()) as usize;
+    format!("{value:.decimals$}")
+}
+
+/// Returns whether the density has an effect.
+fn has_mass(file: &SceneFile) -> bool {
+    let has_inertia = !matches!(file.analysis, Analysis::Static | Analysis::QuasiStatic);
+    has_inertia || !file.body_force.is_empty()
+}
+
+/// Checks that the density or the speed √(G/ρ) is in the range of tissue.
+fn mass(part: &Part) -> Option<Unusual> {
+    let speed = (part.shear / part.density).sqrt();
+    let is_usual = DENSITIES.contains(&part.density) || SHEAR_WAVES.contains(&speed);
+    (!is_usual).then(|| {
+        let problem = format!(
+            "a density of {} kg/m³: shear waves travel at {} m/s",
+            readable(part.density),
+            readable(speed)
+        );
+        (
+            problem,
+            "give it in kg/m³: tissue has about 1000, which is 1 g/cm³, and waves of 1 to 10 m/s",
+        )
+    })
+}
+
+/// Checks viscous stress, which is ωβ times the elastic stress at an angular frequency ω. Without a
+/// driving frequency, the speed of the body is unknown and nothing is checked.
+fn damping(part: &Part) -> Option<Unusual> {
+    let Part { beta, drive, .. } = *part;
+    let frequency = drive?;
+    let loss = TAU * frequency * beta;
+    (loss > MOST_LOSS).then(|| {
+        let problem = format!(
+            "rayleigh_stiffness = {beta:e} s makes the viscous stress {loss:.1} times the elastic stress at {} Hz",
+            readable(frequency)
+        );
+        (problem, "use a smaller rayleigh_stiffness, in s: in tissue the viscous stress is 0.05 to 1 times the elastic stress")
+    })
+}
