@@ -2,7 +2,7 @@
 
 use std::slice::{from_mut, from_ref};
 
-use myovib_dae::StepError;
+use myovib_dae::{Problem, StepError};
 use myovib_fem::{
     AddedMotion, AddedTangents, Change, Fields, Overstress, TangentProduct, Tangents, Vectors,
 };

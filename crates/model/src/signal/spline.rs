@@ -23,6 +23,8 @@ pub struct Spline {
     points: Points,
     /// Second derivatives at the points.
     moments: Vec<f64>,
+    /// The acceleration of which it is the integral, if any.
+    acceleration: Option<Points>,
 }
 
 /// Part of a spline outside the range of the values at the two neighboring points.
@@ -41,6 +43,7 @@ impl From<Points> for Spline {
         Self {
             moments: moments(&points.times, &points.values),
             points,
+            acceleration: None,
         }
     }
 }
@@ -64,7 +67,7 @@ impl Spline {
             times,
             values: moments,
             ..
-        } = acceleration;
+        } = acceleration.clone();
         let (mut values, mut velocity) = (vec![0.0], 0.0);
         for (t, a) in times.windows(2).zip(moments.windows(2)) {
             let h = t[1] - t[0];
@@ -75,6 +78,7 @@ impl Spline {
         let of_values = |times: Vec<f64>, values| Self {
             points: Points::spanning(times, values),
             moments: moments.clone(),
+            acceleration: Some(acceleration.clone()),
         };
         let start = of_values(times.clone(), values.clone()).at(0.0);
         for (value, t) in values.iter_mut().zip(&times) {
@@ -115,7 +119,8 @@ impl Spline {
     }
 
     /// Returns the time in which the largest curvature between two times changes the value by the
-    /// range of the table, √(2 range/|s''|), s; `None` if the spline is straight.
+    /// range of the table, √(2 range/|s''|), s; `None` if the spline is straight. For the integral of an
+    /// acceleration, which may drift far, the time scale of the acceleration if it is shorter.
     pub fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
         let place = |t: f64| self.points.times.partition_point(|&time| time <= t);
         let (first, last) = (place(from), place(to));
@@ -123,7 +128,10 @@ impl Spline {
         let inside = self.moments[first..last.max(first)].iter().copied();
         let ends = [self.at(from).d2, self.at(to).d2];
         let curvature = inside.chain(ends).fold(0.0, |m: f64, d2| m.max(d2.abs()));
-        shortest([(2.0 * self.points.spread / curvature).sqrt()])
+        let own = (2.0 * self.points.spread / curvature).sqrt();
+        let acceleration = self.acceleration.as_ref();
+        let of_acceleration = acceleration.and_then(|points| points.time_scale(from, to));
+        shortest(of_acceleration.into_iter().chain([own]))
     }
 
     /// Returns value and derivatives at time `t`; the first and last cubics extend beyond the ends.
@@ -169,6 +177,18 @@ fn moments(times: &[f64], values: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Regression: a vibration on a drift had the time scale of the drift, and steps passed over it.
+    #[test]
+    fn drift_does_not_hide_vibrations() {
+        let times: Vec<f64> = (0..=1000).map(|i| 1e-3 * f64::from(i)).collect();
+        let values = times.iter().map(|t| 2.0 + 10.0 * (314.0 * t).sin());
+        let points = Points::new(times.clone(), values.collect()).unwrap();
+        let displacement = Spline::of_acceleration(points);
+        // The drift is about 1 m; the vibration has a period of 0.02 s.
+        let scale = displacement.time_scale(0.5, 0.9).unwrap();
+        assert!(scale < 0.02, "{scale}");
+    }
 
     #[test]
     fn it_passes_through_its_points_with_two_continuous_derivatives() {

@@ -76,7 +76,7 @@ impl Points {
 
     /// Returns the time in which the steepest line between two times covers the range of the
     /// values, s.
-    fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
+    pub(super) fn time_scale(&self, from: f64, to: f64) -> Option<f64> {
         let slopes = (self.interval(from)..=self.interval(to)).map(|i| self.slope(i).abs());
         shortest([self.spread / slopes.fold(0.0, f64::max)])
     }

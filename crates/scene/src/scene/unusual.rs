@@ -111,7 +111,8 @@ fn size(body: &Body, parts: &[Part]) -> Option<Unusual> {
 mod tests {
     use std::path::Path;
 
-    use super::*;
+    use myovib_fem::Law;
+
     use crate::Scene;
 
     const SQUARE: &str = r#"
