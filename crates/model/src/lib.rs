@@ -42,6 +42,7 @@ mod reading;
 mod rod_dae;
 mod signal;
 mod state;
+mod tabulated_index;
 
 pub mod advice;
 pub mod coupling;

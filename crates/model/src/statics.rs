@@ -1,6 +1,7 @@
 //! Static equilibrium by continuation in the load, with Newton's method at each load step.
 
 mod arc_length;
+mod follow;
 mod loads;
 mod newton;
 mod path;
@@ -16,8 +17,9 @@ use crate::field::Field;
 use crate::formulation::Formulation;
 use crate::muscle::Muscle;
 use crate::operators;
+pub use follow::{Control, follow};
 use newton::Newton;
-pub use path::{Control, CriticalKind, CriticalPoint, PathEnd, PathState, follow};
+pub use path::{CriticalKind, CriticalPoint, PathEnd, PathState};
 pub(crate) use prospect::Prospect;
 pub use response::EquilibriumDerivatives;
 

@@ -7,8 +7,10 @@ use myovib_scene::sensitivity::Abscissa;
 use myovib_scene::{atomic_file, csv, escape, json};
 use serde_json::Value;
 
+use crate::page;
+use crate::page::data::PageData;
+use crate::page::frame::{self, framed};
 use crate::page::probes::{label, unit};
-use crate::page::{self, PageData};
 use crate::plot::{Axis, Figure, LinePlot, Panel, Series};
 use crate::table::{Align, Table, counted};
 
@@ -254,7 +256,7 @@ fn html(result: &FitResult, plots: &[LinePlot], svg: &str) -> String {
         .collect();
     let mut drawn = |title: &str, plot: LinePlot| {
         let number = data.chart(&plot, None);
-        page::figure("", &Figure::of(title, plot).render(), &number)
+        frame::figure("", &Figure::of(title, plot).render(), &number)
     };
     let intervals = match intervals(result) {
         plot if plot.series.is_empty() => String::new(),
@@ -274,10 +276,10 @@ fn html(result: &FitResult, plots: &[LinePlot], svg: &str) -> String {
         escape(&ending(result)),
         parameters(result).html(),
         findings.collect::<String>(),
-        page::figure("", svg, &numbers),
+        frame::figure("", svg, &numbers),
         correlations(result).html(),
     );
-    page::framed(title, &summary, &body, &data)
+    framed(title, &summary, &body, &data)
 }
 
 /// Formats an interval; an open end is shown as a dash.

@@ -3,8 +3,9 @@
 use myovib_scene::escape;
 use myovib_scene::periodic::{Column, Curve, CurvePoint, Periodic};
 
+use crate::page::data::PageData;
+use crate::page::frame::figure;
 use crate::page::probes::{label, unit};
-use crate::page::{self, PageData};
 use crate::plot::{Axis, Figure, LinePlot, Series};
 use crate::table::{Align, Table, colored_stdout};
 
@@ -154,7 +155,7 @@ fn curve_section(curve: &Curve, in_space: bool, data: &mut PageData) -> String {
         };
         let chart: Vec<usize> = data.chart(&plot, None).into_iter().collect();
         let svg = Figure::column(&**name, vec![Box::new(plot)]).render();
-        page::figure(name, &svg, &chart)
+        figure(name, &svg, &chart)
     });
     let figures: String = figures.collect();
     let title = "<h2>Amplitudes of the first harmonics along the curve</h2>\n";

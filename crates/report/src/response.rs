@@ -4,8 +4,9 @@
 use myovib_scene::escape;
 use myovib_scene::response::{Curves, Peak, Response, phase};
 
+use crate::page::data::PageData;
+use crate::page::frame::figure;
 use crate::page::probes::{label, unit};
-use crate::page::{self, PageData};
 use crate::plot::{Axis, Figure, LinePlot, Panel, Series};
 use crate::table::{Align, Table, colored_stdout};
 
@@ -112,7 +113,7 @@ pub(crate) fn section(found: &Response, in_space: bool, data: &mut PageData) -> 
             .into_iter()
             .map(|plot| Box::new(plot) as Box<dyn Panel>);
         let svg = Figure::column(&*curves.name, panels.collect()).render();
-        page::figure(&curves.name, &svg, &charts)
+        figure(&curves.name, &svg, &charts)
     });
     let rows = found.peaks.iter().map(|peak| {
         format!(

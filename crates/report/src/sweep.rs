@@ -7,8 +7,10 @@ use myovib_scene::sweep::SweepResult;
 use myovib_scene::{Error, atomic_file, escape};
 use serde_json::Value;
 
+use crate::page;
+use crate::page::data::PageData;
+use crate::page::frame::{figure, framed};
 use crate::page::probes::{MOST_VALUES, Record, label, unit};
-use crate::page::{self, PageData};
 use crate::plot::{Axis, Figure, LinePlot, Series};
 
 /// Maximum number of cases whose curves are drawn in one chart.
@@ -28,7 +30,7 @@ pub fn write(folder: &Path, result: &SweepResult) -> Result<(), Error> {
     html += &over_values(result, rows, &mut data);
     html += &curves(folder, result, rows, &mut data)?;
     let description = format!("{} cases over {}.", rows.len(), result.keys.join(", "));
-    let page = page::framed("A sweep", &description, &html, &data);
+    let page = framed("A sweep", &description, &html, &data);
     atomic_file::save(&folder.join(page::NAME), page)
 }
 
@@ -137,7 +139,7 @@ fn over_values(result: &SweepResult, rows: &[Value], data: &mut PageData) -> Str
 /// Returns a figure whose chart is linked to others.
 fn drawn(caption: &str, plot: LinePlot, link: &str, data: &mut PageData) -> String {
     let chart = data.chart(&plot, Some(link));
-    page::figure(caption, &Figure::of(caption, plot).render(), &chart)
+    figure(caption, &Figure::of(caption, plot).render(), &chart)
 }
 
 /// Returns the curves of the probes; each chart contains all cases.

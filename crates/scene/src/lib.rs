@@ -44,6 +44,7 @@ mod spacing;
 mod state;
 pub mod statistics;
 pub mod sweep;
+mod system;
 mod text;
 pub mod versions;
 pub mod vtu;

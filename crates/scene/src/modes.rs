@@ -4,12 +4,9 @@ use myovib_model::statics::{self, Equilibrium};
 use myovib_model::{Contact, Formulation, ModelError, Muscle, spectrum, support};
 use serde::Serialize;
 
-use crate::scene_file::Analysis;
+use crate::scene_file::{Analysis, DEFAULT_MODES};
 use crate::watch::{Watcher, search};
 use crate::{Body, InputError, Scene, json};
-
-/// Default number of modes.
-pub const DEFAULT_COUNT: usize = 10;
 
 /// Modes of bodies that differ only in κ, and the state about which they are computed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -128,7 +125,7 @@ impl Modes {
             }
         };
         let count = count.or(requested.map(|modes| modes.count));
-        let count = count.unwrap_or(DEFAULT_COUNT);
+        let count = count.unwrap_or(DEFAULT_MODES);
         let mut modes = BodyModes::about(muscle, &at, count)?;
         let is_active = scene.file.material.iter().any(|own| own.active.is_some());
         if preload_time.is_none() && is_active && muscle.models().next().is_none() {

@@ -45,7 +45,7 @@ pub struct Elimination {
     n_entries: usize,
     /// [`Structure::constraints`].
     constraints: Range<usize>,
-    product: Product,
+    product: Arc<Product>,
     precision: Precision,
     backend: Backend,
 }
@@ -117,7 +117,7 @@ impl Elimination {
             constraints,
             n: pattern.major_dim(),
             n_entries: pattern.nnz(),
-            product: Product::new(pattern),
+            product: Arc::new(Product::new(pattern)),
             precision,
             backend,
         }
@@ -166,17 +166,15 @@ impl Elimination {
     }
 
     /// Allocates factors, in single precision if `is_single`.
-    pub(crate) fn factors<T: Scalar>(
-        self: &Arc<Self>,
-        is_single: bool,
-    ) -> Box<dyn Factorization<T>> {
+    pub(crate) fn factors<T: Scalar>(&self, is_single: bool) -> Box<dyn Factorization<T>> {
         match &self.backend {
             Backend::Blocks(blocks) => {
                 let (analysis, threads) = (blocks.analysis.clone(), blocks.threads.clone());
                 match is_single {
                     true => {
                         let factors = Supernodal::in_threads(analysis, threads);
-                        Box::new(SingleFactors::new(self, factors))
+                        let product = self.product.clone();
+                        Box::new(SingleFactors::new(product, self.n, self.n_entries, factors))
                     }
                     false => Box::new(Supernodal::in_threads(analysis, threads)),
                 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::elimination::Elimination;
+use crate::product::Product;
 use crate::supernodal::Supernodal;
 use crate::{Factorization, Scalar, SparseError};
 
@@ -17,7 +17,7 @@ const EQUILIBRATION_PASSES: usize = 3;
 /// Solutions have about six digits if D A D is well conditioned. The caller checks and refines them.
 #[derive(Debug)]
 pub(crate) struct SingleFactors<T: Scalar> {
-    elimination: Arc<Elimination>,
+    product: Arc<Product>,
     factors: Supernodal<T::Single>,
     values: Vec<T::Single>,
     /// D, powers of 2.
@@ -27,15 +27,20 @@ pub(crate) struct SingleFactors<T: Scalar> {
 }
 
 impl<T: Scalar> SingleFactors<T> {
-    pub(crate) fn new(elimination: &Arc<Elimination>, factors: Supernodal<T::Single>) -> Self {
-        let n = elimination.n();
+    /// Allocates factors of a matrix with `n` rows and `n_entries` entries.
+    pub(crate) fn new(
+        product: Arc<Product>,
+        n: usize,
+        n_entries: usize,
+        factors: Supernodal<T::Single>,
+    ) -> Self {
         Self {
-            elimination: elimination.clone(),
             factors,
-            values: vec![T::zero().to_single(); elimination.n_entries()],
+            values: vec![T::zero().to_single(); n_entries],
             scale: vec![1.0; n],
             largest: vec![0.0; n],
             rhs: Vec::new(),
+            product,
         }
     }
 
@@ -45,7 +50,7 @@ impl<T: Scalar> SingleFactors<T> {
         scale.fill(1.0);
         for _ in 0..EQUILIBRATION_PASSES {
             largest.fill(0.0);
-            self.elimination.product().for_each_entry(|k, row, column| {
+            self.product.for_each_entry(|k, row, column| {
                 let value = values[k];
                 let size =
                     f64::max(value.re().abs(), value.im().abs()) * scale[row] * scale[column];
@@ -87,7 +92,7 @@ impl<T: Scalar> Factorization<T> for SingleFactors<T> {
             scale,
             ..
         } = self;
-        self.elimination.product().for_each_entry(|k, row, column| {
+        self.product.for_each_entry(|k, row, column| {
             single[k] = (values[k] * (scale[row] * scale[column])).to_single();
         });
         self.factors.factor(single)

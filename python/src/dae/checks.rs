@@ -1,14 +1,29 @@
 //! Checks of the arguments before an integration, and of the equations between the ends of steps.
 
+use std::sync::PoisonError;
+
 use myovib_dae::{
     Integrator, Linearization, Tolerances, Unsatisfied, check_between, check_jacobian,
     check_pattern,
 };
 use myovib_sparse::resources;
+use pyo3::exceptions::PyException;
+use pyo3::prelude::*;
 
-use super::stepping::forget_raised;
 use super::{Failure, Request};
 use crate::problem::PythonDae;
+
+/// Clears an exception raised near the start, where functions are only evaluated on trial. Ctrl-C
+/// and similar exceptions are kept.
+pub(super) fn forget_raised(problem: &PythonDae) -> Result<(), Failure> {
+    let raised = problem.raised.lock();
+    match raised.unwrap_or_else(PoisonError::into_inner).take() {
+        Some(error) if !Python::attach(|py| error.is_instance_of::<PyException>(py)) => {
+            Err(Failure::Raised(error))
+        }
+        _ => Ok(()),
+    }
+}
 
 /// Rejects an incomplete sparsity pattern for finite differences. Returns a warning if a given Jacobian seems wrong.
 pub(super) fn check_matrices(

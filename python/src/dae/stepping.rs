@@ -3,25 +3,12 @@
 use std::sync::PoisonError;
 
 use myovib_dae::{ConsistencyMode, Integrator, Outcome, Tolerances};
-use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 
-use super::checks::{FIRST_STEPS, check_last_step};
+use super::checks::{FIRST_STEPS, check_last_step, forget_raised};
 use super::result::{Record, in_python, nodes};
 use super::{Failure, Request};
 use crate::problem::PythonDae;
-
-/// Clears an exception raised near the start, where functions are only evaluated on trial. Ctrl-C
-/// and similar exceptions are kept.
-pub(super) fn forget_raised(problem: &PythonDae) -> Result<(), Failure> {
-    let raised = problem.raised.lock();
-    match raised.unwrap_or_else(PoisonError::into_inner).take() {
-        Some(error) if !Python::attach(|py| error.is_instance_of::<PyException>(py)) => {
-            Err(Failure::Raised(error))
-        }
-        _ => Ok(()),
-    }
-}
 
 /// Corrects the initial values.
 ///

@@ -7,7 +7,8 @@ use clap::Args;
 use myovib_fem::Mesh;
 use myovib_model::{Formulation, Muscle, Signal, paper, statics};
 use myovib_report::modes;
-use myovib_scene::modes::{BodyModes, DEFAULT_COUNT, Modes};
+use myovib_scene::modes::{BodyModes, Modes};
+use myovib_scene::scene_file::DEFAULT_MODES;
 use myovib_scene::watch::Watcher;
 use myovib_scene::{Error, InputError, Scene, mesh_file};
 use serde::Serialize;
@@ -170,7 +171,7 @@ fn find(mesh: &Mesh, kappa: f64, args: &ModesArgs) -> anyhow::Result<(Muscle, Bo
     let load = Signal::constant(args.load);
     let muscle = paper::muscle_with_load(mesh, paper::LAW, kappa, args.beta, load)?;
     let at = statics::equilibrium(&muscle, Formulation::Position, 0.0)?;
-    let count = args.count.map_or(DEFAULT_COUNT, usize::from);
+    let count = args.count.map_or(DEFAULT_MODES, usize::from);
     let modes = BodyModes::about(&muscle, &at, count)?;
     Ok((muscle, modes))
 }

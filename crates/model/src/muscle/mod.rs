@@ -8,10 +8,7 @@ pub(crate) mod robin_support;
 use myovib_fem::material::Bestel;
 use myovib_fem::{ElementScale, Solid};
 
-use crate::equation::Added;
 use crate::error::ModelError;
-use crate::field::Field;
-use crate::formulation::Formulation;
 use crate::signal::Signal;
 use crate::signal::schedule::Schedule;
 use activation::Activation;
@@ -304,32 +301,6 @@ impl Muscle {
             .collect();
         sweeps.dedup();
         sweeps
-    }
-
-    /// Returns the differentiation index of the body in a formulation.
-    pub fn index(&self, formulation: Formulation) -> u8 {
-        let fields = formulation.rows().iter().map(|(field, _)| *field);
-        let indices = fields.map(|field| self.variable_index(formulation, field));
-        indices.max().unwrap_or(0)
-    }
-
-    /// Returns the perturbation index of one block of unknowns.
-    ///
-    /// Without inertia the displacement and the pressure balance the forces and have index 1, and
-    /// the velocity is a derivative of the displacement. Where viscous stresses balance the forces,
-    /// the pressure of an incompressible body has index 2.
-    pub fn variable_index(&self, formulation: Formulation, field: Field) -> u8 {
-        let parameters = &self.parameters;
-        let is_damped = || Added::of(self).is_damped() || self.has_friction();
-        let is_viscous = || is_damped() && parameters.is_incompressible();
-        match field {
-            _ if self.solid.has_inertia() => formulation.variable_index(field, parameters),
-            Field::Displacement => 1,
-            Field::Velocity => 2,
-            Field::Pressure if is_viscous() => 2,
-            Field::Pressure => 1,
-            _ => formulation.variable_index(field, parameters),
-        }
     }
 
     /// Returns the first time up to `t_end` (s) at which a load, a tension or a prescribed motion jumps.

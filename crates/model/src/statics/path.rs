@@ -1,30 +1,7 @@
-//! Loading paths: equilibria under growing loads, and their limit and bifurcation points.
+//! Equilibria on a loading path, and its limit and bifurcation points.
 
-use std::ops::ControlFlow;
-
-use super::arc_length::ArcLength;
-use super::loads::LoadSteps;
+use super::Shortfall;
 use super::newton::Newton;
-use super::{Search, Shortfall};
-use crate::analysis::support::expect_held;
-use crate::error::ModelError;
-use crate::field::Field;
-use crate::formulation::Formulation;
-use crate::muscle::Muscle;
-
-/// Method by which a loading path is followed, and its end.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Control {
-    /// Equilibria under these load factors, in this order. Intermediate steps are taken where necessary.
-    Load(Vec<f64>),
-    /// Steps of given arc length along the path, which can pass limit points, until the load factor is 1 or -1.
-    ArcLength {
-        /// Load factor predicted for the first step, which determines its length. Must be positive.
-        first_load: f64,
-        /// Maximum number of steps.
-        max_steps: usize,
-    },
-}
 
 /// An equilibrium on a loading path.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,35 +50,6 @@ pub struct PathEnd {
     pub critical_points: Vec<CriticalPoint>,
     /// Reason why the path ends early, if it does.
     pub shortfall: Option<Shortfall>,
-}
-
-/// Follows the path of equilibria from the unloaded body, as [`equilibrium`](super::equilibrium) does. `record` receives
-/// each requested state, converged to rounding, and may end the path; the unloaded body is not among them. `watch` is
-/// called before each iteration, and may interrupt. If the path ends early, its last state is recorded too.
-///
-/// # Errors
-/// Errors of [`equilibrium`](super::equilibrium) except for [`ModelError::NoEquilibrium`].
-pub fn follow(
-    muscle: &Muscle,
-    formulation: Formulation,
-    t: f64,
-    control: &Control,
-    watch: &mut dyn FnMut(&Search) -> ControlFlow<()>,
-    record: &mut dyn FnMut(PathState) -> ControlFlow<()>,
-) -> Result<PathEnd, ModelError> {
-    muscle.check_at_rest()?;
-    expect_held(muscle)?;
-    if !formulation.has(Field::Pressure) {
-        formulation.check(&muscle.parameters)?;
-    }
-    let mut newton = Newton::new(muscle, formulation, t)?;
-    match control {
-        Control::Load(loads) => LoadSteps::new(&mut newton).follow(loads, watch, record),
-        Control::ArcLength {
-            first_load,
-            max_steps,
-        } => ArcLength::new(&mut newton, *first_load)?.follow(*max_steps, watch, record),
-    }
 }
 
 impl PathState {

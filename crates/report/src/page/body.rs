@@ -267,7 +267,7 @@ fn document(
     let materials = scene.file.material.iter().enumerate();
     let materials = materials.map(|(i, material)| {
         let name = material.group.as_deref().unwrap_or("everywhere");
-        json!({ "name": plain(name), "color": super::pictures::shade(i).to_string() })
+        json!({ "name": plain(name), "color": Color::of_material(i).to_string() })
     });
     let color = |i: usize| Color::of_fraction(i as f64 / (N_COLORS - 1) as f64).to_string();
     json!({

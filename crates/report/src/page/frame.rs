@@ -1,4 +1,4 @@
-//! Frame of a page: head, style, scripts and data.
+//! Frame of a page (head, style, scripts and data) and of its figures.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -69,4 +69,22 @@ fn policy() -> String {
         "default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; \
          script-src 'sha256-{hash}' 'sha256-{LIBRARY_HASH}'"
     )
+}
+
+/// Returns a figure with its picture, and the attribute with the numbers of the charts that replace it.
+pub(crate) fn figure<'a>(
+    caption: &str,
+    svg: &str,
+    charts: impl IntoIterator<Item = &'a usize>,
+) -> String {
+    let charts: Vec<String> = charts.into_iter().map(usize::to_string).collect();
+    let attribute = match charts.is_empty() {
+        true => String::new(),
+        false => format!(" data-charts=\"{}\"", charts.join(" ")),
+    };
+    let caption = match caption {
+        "" => String::new(),
+        caption => format!("<figcaption>{}</figcaption>", escape(caption)),
+    };
+    format!("<figure{attribute}>{caption}\n{svg}</figure>\n")
 }

@@ -6,9 +6,9 @@
 //! curves.
 
 pub(crate) mod body;
-mod data;
+pub(crate) mod data;
 mod figures;
-mod frame;
+pub(crate) mod frame;
 mod interpretation;
 mod modes;
 mod obstacles;
@@ -26,8 +26,8 @@ use myovib_scene::run::RunResult;
 use myovib_scene::{Error, Scene, escape};
 
 use crate::{periodic, response};
-pub(crate) use data::PageData;
-pub(crate) use frame::framed;
+use data::PageData;
+use frame::framed;
 
 /// Name of the page in a run folder.
 pub const NAME: &str = "report.html";
@@ -82,24 +82,6 @@ fn save(folder: &Path, scene: &Scene, result: &RunResult, mut data: PageData) ->
 /// Returns whether the run's body is 3D; forces and energies of a 2D body are per meter of depth.
 fn is_in_space(document: &Value) -> bool {
     document["mesh"]["dimension"] == 3
-}
-
-/// Returns a figure with its picture, and the attribute with the numbers of the charts that replace it.
-pub(crate) fn figure<'a>(
-    caption: &str,
-    svg: &str,
-    charts: impl IntoIterator<Item = &'a usize>,
-) -> String {
-    let charts: Vec<String> = charts.into_iter().map(usize::to_string).collect();
-    let attribute = match charts.is_empty() {
-        true => String::new(),
-        false => format!(" data-charts=\"{}\"", charts.join(" ")),
-    };
-    let caption = match caption {
-        "" => String::new(),
-        caption => format!("<figcaption>{}</figcaption>", escape(caption)),
-    };
-    format!("<figure{attribute}>{caption}\n{svg}</figure>\n")
 }
 
 /// Returns a collapsed section.

@@ -8,7 +8,9 @@ use myovib_scene::scene_file::Analysis;
 use myovib_scene::{Body, Error, Scene, escape, vtu};
 use serde_json::Value;
 
-use super::{PageData, body, figure, obstacles};
+use super::data::PageData;
+use super::frame::figure;
+use super::{body, obstacles};
 use crate::outline::{self, outline};
 use crate::plot::{Color, EdgeGroup, Figure, MeshPlot, Region, SurfacePlot};
 use crate::spatial;
@@ -155,7 +157,7 @@ fn plane(scene: &Scene, body: &Body) -> String {
         match space.mesh().group_of_dimension(name, 2) {
             Ok(Group::Elements(members)) => Some(Region {
                 triangles: members.clone(),
-                color: shade(i),
+                color: Color::of_material(i),
             }),
             _ => None,
         }
@@ -169,11 +171,6 @@ fn plane(scene: &Scene, body: &Body) -> String {
         ..outline(space)
     };
     Figure::of("Mesh, supports and loads", plot).render()
-}
-
-/// Returns a pale color for a material, so that the mesh remains visible.
-pub(super) fn shade(i: usize) -> Color {
-    Color::of_series(i).paler()
 }
 
 /// Formats a value of the scene.
@@ -246,7 +243,7 @@ fn materials(scene: &Scene, class: &str) -> String {
             format!(
                 "<tr><td><span class=\"swatch\" style=\"background:{}\"></span>{}</td><td>{}</td>\
                  <td>{}</td></tr>\n",
-                shade(i),
+                Color::of_material(i),
                 escape(material.group.as_deref().unwrap_or("everywhere")),
                 escape(constants.get("law").and_then(Value::as_str).unwrap_or("")),
                 listed(&constants, &["group", "law"])

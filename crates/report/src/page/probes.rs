@@ -8,7 +8,9 @@ use myovib_scene::probe::ColumnKind;
 use myovib_scene::{Error, Scene, escape};
 use serde_json::Value;
 
-use super::{PageData, figure, is_in_space};
+use super::data::PageData;
+use super::frame::figure;
+use super::is_in_space;
 use crate::plot::{Axis, Figure, LinePlot, Series};
 
 /// Maximum number of columns shown for a probe; the CSV file contains the others.

@@ -44,6 +44,11 @@ impl Color {
         Self::ORDER[i % Self::N_SERIES]
     }
 
+    /// Returns a pale color for the `i`-th material, on which the mesh is visible.
+    pub(crate) fn of_material(i: usize) -> Self {
+        Self::of_series(i).paler()
+    }
+
     /// Returns a color between dark blue (0) and yellow (1) with monotonically increasing lightness, so that the order
     /// is visible in grayscale.
     pub(crate) fn of_fraction(fraction: f64) -> Self {

@@ -4,7 +4,7 @@ use myovib_model::{Energies, Integrator, ModelError};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::energy::Exchanged;
-use crate::run::system::{System, muscle_of};
+use crate::system::{System, muscle_of};
 
 /// Energies, and work and dissipation since the start.
 ///

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::column::ColumnKind;
 use super::kind::{Kind, Parts, Reading, StateAt, Systems, Wrong};
 use crate::InputError;
-use crate::run::system::{System, network_of};
+use crate::system::{System, network_of};
 
 /// Order parameters |Ψ|, arg Ψ and |χ| of a chain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

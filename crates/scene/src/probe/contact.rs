@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::column::ColumnKind;
 use super::kind::{Kind, Parts, Reading, StateAt, Systems, Wrong};
 use crate::InputError;
-use crate::run::system::{System, muscle_of};
+use crate::system::{System, muscle_of};
 
 /// Force of the obstacles on the body, N; undeformed area in contact, m²; largest penetration, m; displacement of the
 /// first obstacle that moves, along its force or toward the body, m.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::balance::EnergyBalance;
 use super::column::ColumnKind;
 use super::kind::{Kind, Reading, StateAt, Systems};
-use crate::run::system::System;
+use crate::system::System;
 
 /// Kinetic energy, elastic energy (with foundations and contacts), work of the loads, dissipation and imbalance, J; in the
 /// plane J/m.

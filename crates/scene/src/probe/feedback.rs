@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::column::ColumnKind;
 use super::kind::{Kind, Parts, Reading, StateAt, Systems, Wrong};
 use crate::InputError;
-use crate::run::system::System;
+use crate::system::System;
 
 /// Stiffness factor of each feedback.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -8,7 +8,7 @@ use num_complex::Complex64;
 use super::balance::EnergyBalance;
 use super::column::ColumnKind;
 use crate::InputError;
-use crate::run::system::System;
+use crate::system::System;
 
 /// Parts of a scene's text to which a probe can refer.
 pub(crate) struct Parts<'a> {

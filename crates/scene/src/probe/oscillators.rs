@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::column::ColumnKind;
 use super::kind::{Kind, Parts, Reading, StateAt, Systems, Wrong};
 use crate::InputError;
-use crate::run::system::{System, network_of};
+use crate::system::{System, network_of};
 
 /// Positions and velocities of the oscillators of a chain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -5,7 +5,7 @@ use myovib_model::{Measurement, ModelError, Quantity};
 use num_complex::Complex64;
 
 use super::kind::{HarmonicMotion, HarmonicReading, InvalidPlace, Reading, StateAt, Wrong, at};
-use crate::run::system::{System, muscle_of, need_rates};
+use crate::system::{System, muscle_of, need_rates};
 
 /// Returns the quantities measured by default.
 pub(super) fn displacement_and_pressure() -> Vec<Quantity> {

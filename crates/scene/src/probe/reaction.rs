@@ -13,7 +13,7 @@ use super::kind::{
     HarmonicMotion, HarmonicReading, InvalidPlace, Kind, Reading, StateAt, Systems, Wrong, at,
 };
 use crate::InputError;
-use crate::run::system::{System, muscle_of};
+use crate::system::{System, muscle_of};
 
 /// Force of a support on the body, N; in the plane N/m.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::kind::{HarmonicMotion, HarmonicReading, Kind, Parts, Reading, StateAt, Systems, Wrong};
 use crate::InputError;
-use crate::run::system::System;
+use crate::system::System;
 
 /// Displacement and velocity of the rod at a position.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -11,7 +11,7 @@ use super::kind::{
     HarmonicMotion, HarmonicReading, InvalidPlace, Kind, Reading, StateAt, Systems, Wrong, at,
 };
 use crate::InputError;
-use crate::run::system::{System, muscle_of};
+use crate::system::{System, muscle_of};
 use crate::scene::axis_index as index;
 use crate::scene_file::solid::Axis;
 

@@ -8,6 +8,7 @@ use num_complex::Complex64;
 
 use super::peaks::{Maximum, falls_to, is_constant, maximum};
 use super::rational::Rational;
+use crate::scene_file::response::Adaptive;
 
 /// Number of frequencies of the first round.
 const FIRST: usize = 12;
@@ -26,16 +27,6 @@ const SMALL: f64 = 0.01;
 const WEAKEST: f64 = 1e-5;
 /// Ratio of the ends of the range above which the first frequencies are spaced logarithmically.
 const WIDE: f64 = 30.0;
-
-/// Range of frequencies to be resolved.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Adaptive {
-    /// Ends of the range, Hz.
-    pub range: [f64; 2],
-    /// Accepted error of the interpolation, relative to the amplitude, or to a hundredth of the median amplitude if
-    /// that is larger.
-    pub tolerance: f64,
-}
 
 /// Amplitudes at ascending frequencies.
 pub(super) struct Samples {

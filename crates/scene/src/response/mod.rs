@@ -17,11 +17,10 @@ use serde::Serialize;
 
 use crate::modes::{BodyModes, instability};
 use crate::probe::{ColumnKind, HarmonicMotion, Reading};
-use crate::scene_file::response::Grid;
+use crate::scene_file::response::{Adaptive, Grid};
 use crate::watch::{Watcher, search};
 use crate::{Body, Error, InputError, Scene, vtu};
 
-pub use adaptive::Adaptive;
 use adaptive::Samples;
 pub(crate) use part::Part;
 use peaks::Maximum;

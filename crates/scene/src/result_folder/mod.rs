@@ -19,6 +19,11 @@ use crate::versions::Versions;
 use crate::{Error, InputError, Scene, inputs};
 use manifest::Manifest;
 
+/// Name of the document of a run.
+pub(crate) const DOCUMENT: &str = "run.json";
+/// Name of the page that the report crate writes.
+pub(crate) const PAGE: &str = "report.html";
+
 /// Maximum length of a file name in bytes that all common file systems support.
 const LONGEST_NAME: usize = 255;
 

@@ -17,7 +17,7 @@ use super::volume::Volumes;
 use crate::csv::Written;
 use crate::inputs::{self, sha256};
 use crate::probe::{EnergyBalance, Reading};
-use crate::result_folder::ResultFolder;
+use crate::result_folder::{self, ResultFolder};
 use crate::state::State;
 use crate::vtu::NotFinite;
 use crate::{Error, InputError, Scene};
@@ -250,12 +250,12 @@ fn completed(folder: &Path, scene: &Scene, verify: bool) -> Option<f64> {
         let bytes = inputs::content(&folder.join(name)).ok()?;
         serde_json::from_slice::<Value>(&bytes).ok()
     };
-    let document = read(folder::DOCUMENT)?;
+    let document = read(result_folder::DOCUMENT)?;
     let t = document["t_reached"].as_f64()?;
     let is_finished = document["outcome"] == "finished" && t >= scene.t_end;
     let is_verified = !verify || !document["error_estimate"].is_null();
     let has_state = scene.body.is_none() || read(State::NAME).is_some();
-    let has_page = folder.join(folder::PAGE).is_file();
+    let has_page = folder.join(result_folder::PAGE).is_file();
     let ended = is_finished && is_verified || document["reason"] == EndReason::Event.name();
     (ended && has_state && has_page).then_some(t)
 }

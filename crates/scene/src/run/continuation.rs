@@ -9,13 +9,13 @@ use myovib_model::start::Consistent;
 use myovib_model::{EndReason, Integrator, Limits, ModelError, Outcome};
 use serde_json::Value;
 
-use super::RunOptions;
+use super::options::RunOptions;
 use super::period::{Period, Samples, Task};
-use super::system::System;
 use crate::csv::CsvWriter;
 use crate::periodic::{Column, Curve, CurvePoint};
 use crate::probe::Reading;
 use crate::scene_file::periodic::Continuation;
+use crate::system::System;
 use crate::{Error, InputError, Scene};
 
 /// Name of the table of the curve.

@@ -6,14 +6,13 @@ use myovib_sparse::resources;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::folder;
 use super::outputs::Outputs;
-use super::system::System;
 use crate::Error;
 use crate::json;
-use crate::result_folder::ResultFolder;
+use crate::result_folder::{self, ResultFolder};
 use crate::scene_file::integrator::MaxOrder;
 use crate::statistics::{CountsJson, MethodJson, StatisticsJson};
+use crate::system::System;
 use crate::{Body, Scene};
 
 /// Wall-clock seconds by part.
@@ -191,5 +190,5 @@ pub(super) fn mesh(muscle: &Muscle) -> Value {
 
 /// Writes `run.json`.
 pub(super) fn write(folder: &ResultFolder, document: &Value) -> Result<(), Error> {
-    folder.write(folder::DOCUMENT, json::document("run", document)?)
+    folder.write(result_folder::DOCUMENT, json::document("run", document)?)
 }

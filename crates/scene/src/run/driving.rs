@@ -3,8 +3,8 @@
 use myovib_model::Field;
 use serde::Serialize;
 
-use super::system::System;
 use crate::Scene;
+use crate::system::System;
 
 /// Effect of the error of the driving displacement on a chain.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -2,18 +2,14 @@
 
 use serde_json::Value;
 
-use super::RunOptions;
-use crate::result_folder::FolderRequest;
+use super::options::RunOptions;
+use crate::result_folder::{DOCUMENT, FolderRequest, PAGE};
 use crate::scene_file::{Analysis, SceneFile};
 use crate::state::State;
 use crate::{Error, InputError, Scene};
 
-/// Name of the document of a run.
-pub(crate) const DOCUMENT: &str = "run.json";
 /// Name of the checkpoint file.
 pub(super) const CHECKPOINT: &str = "checkpoint.json";
-/// Name of the page that the report crate writes.
-pub(crate) const PAGE: &str = "report.html";
 
 /// Names of files written at the end of a run.
 pub(super) const AT_THE_END: [&str; 3] = [DOCUMENT, State::NAME, PAGE];

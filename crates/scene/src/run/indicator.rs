@@ -14,8 +14,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 use super::recorder::Recorder;
-use super::system::{System, muscle_of};
 use crate::probe::{StateAt, within_half_a_turn};
+use crate::system::{System, muscle_of};
 
 /// Accumulated errors.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]

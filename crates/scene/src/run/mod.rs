@@ -14,6 +14,7 @@ pub(crate) mod faults;
 mod folder;
 mod indicator;
 mod modes;
+mod options;
 mod oscillations;
 mod outputs;
 mod period;
@@ -24,79 +25,18 @@ mod response;
 pub(crate) mod start;
 pub(crate) mod statics;
 mod stop;
-pub(crate) mod system;
 mod trial;
 mod verify;
 mod volume;
 
-use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
-
-pub(crate) use folder::{DOCUMENT, PAGE};
-use myovib_model::Outcome;
+pub use options::{RunOptions, RunResult};
 pub use start::{initial, muscle_alone, replayed, rod_with_chains, with_chains};
 pub use trial::{Trial, TrialEnd, try_out};
 
-use crate::modes::Modes;
-use crate::periodic::Periodic;
-use crate::response::{Curves, Response, Values};
+use crate::response::{Curves, Values};
 pub use crate::result_folder::Existing;
 use crate::scene_file::Analysis;
-use crate::watch::{ProgressSink, Watcher};
 use crate::{Error, InputError, Scene};
-
-/// Output folder, progress reports and other options of a run.
-#[derive(Clone)]
-pub struct RunOptions<'a> {
-    /// Output folder.
-    pub out: PathBuf,
-    /// Policy for a run that already exists in the folder.
-    pub existing: Existing,
-    /// Flag that requests an orderly end of the run.
-    pub interrupt: Option<&'static AtomicBool>,
-    /// Receiver of progress reports.
-    pub progress: &'a dyn ProgressSink,
-    /// Whether to estimate the error by a second run with looser tolerances.
-    pub verify: bool,
-}
-
-impl RunOptions<'_> {
-    /// Returns options for a run into an empty folder, without progress reports.
-    pub fn into_folder(out: impl Into<PathBuf>) -> Self {
-        Self {
-            out: out.into(),
-            existing: Existing::Refuse,
-            interrupt: None,
-            progress: &(),
-            verify: false,
-        }
-    }
-
-    /// Returns the watcher of the run.
-    pub(crate) fn watcher(&self) -> Watcher<'_> {
-        Watcher {
-            interrupt: self.interrupt,
-            progress: self.progress,
-        }
-    }
-}
-
-/// Result of a run.
-#[derive(Debug, Clone)]
-pub struct RunResult {
-    /// Body of `run.json`.
-    pub document: serde_json::Value,
-    /// Outcome of the run.
-    pub outcome: Outcome,
-    /// Notes on corrections made during the run.
-    pub notes: Vec<String>,
-    /// Result of a modal analysis.
-    pub modes: Option<Modes>,
-    /// Result of a harmonic response.
-    pub response: Option<Response>,
-    /// Periodic state.
-    pub periodic: Option<Periodic>,
-}
 
 /// Computes a scene into its folder. If a search finds no equilibrium or periodic state, or is interrupted before it has a result,
 /// the overwritten results are removed.

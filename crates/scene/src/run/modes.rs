@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::document;
 use super::folder::{MODES, request, table_of};
-use super::{RunOptions, RunResult};
+use super::options::{RunOptions, RunResult};
 use crate::csv::CsvWriter;
 use crate::modes::{self, Modes};
 use crate::{Error, Scene};

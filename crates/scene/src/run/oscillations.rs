@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use myovib_model::{ModelError, Probe, Snapshot};
 use myovib_oscillators::{Neighborhood, coherence_at};
 
-use super::system::System;
 use crate::scene::{DrivenPlace, Scene};
+use crate::system::System;
 use crate::vtu::{CellField, Cloud};
 
 /// Chains of a scene at many places. Chains in elements are written as cell fields, all others as

@@ -14,8 +14,8 @@ use super::indicator::Indicator;
 use super::oscillations::Oscillations;
 use super::recorder::{Recorder, cannot_write};
 use super::stop::Condition;
-use super::system::{System, muscle_of, need_rates};
 use super::volume::Volumes;
+use crate::system::{System, muscle_of, need_rates};
 use serde_json::Value;
 
 use crate::Error;

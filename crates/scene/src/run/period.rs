@@ -11,9 +11,9 @@ use myovib_model::{
 };
 
 use super::start::{driven_by, driven_by_rod, initial_state, options as chain_options, tolerances};
-use super::system::{Body as SystemBody, System};
 use crate::probe::{Reading, StateAt};
 use crate::scene::absolute_tolerances;
+use crate::system::{Body as SystemBody, System};
 use crate::watch::Watcher;
 use crate::{Body, Error, InputError, Scene};
 

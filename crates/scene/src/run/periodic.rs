@@ -11,14 +11,14 @@ use serde_json::json;
 use super::continuation::{self, Branch};
 use super::document;
 use super::folder::{request, table_of};
+use super::options::{RunOptions, RunResult};
 use super::period::{Extent, Period, Samples, Task};
-use super::system::System;
-use super::{RunOptions, RunResult};
 use crate::csv::CsvWriter;
 use crate::periodic::{Column, Harmonics, Periodic};
 use crate::probe::Reading;
 use crate::scene_file::periodic::Periodic as Wanted;
 use crate::state::State;
+use crate::system::System;
 use crate::{Error, Scene};
 
 /// Growth of a deviation from an unstable state until the motion has departed.

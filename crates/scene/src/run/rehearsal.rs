@@ -4,7 +4,7 @@ use myovib_model::{Integrator, MuscleDae};
 
 use super::dynamic::conditions;
 use super::start::{Driver, driven_by, expect_start, start};
-use super::system::System;
+use crate::system::System;
 use crate::watch::Watcher;
 use crate::{Body, Error, Scene};
 

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::document;
 use super::folder::{request, table_of};
-use super::{RunOptions, RunResult};
+use super::options::{RunOptions, RunResult};
 use crate::csv::CsvWriter;
 use crate::response::{Curves, Response};
 use crate::vtu::{AMPLITUDES_LIST, Grid, Series};

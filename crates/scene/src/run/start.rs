@@ -18,9 +18,9 @@ use myovib_model::{
 };
 
 use super::checkpoint::Checkpoint;
-use super::system::{Body as CoupledBody, System};
 use crate::Error;
 use crate::scene::{Body, DrivenChain, DrivenPlace, Scene};
+use crate::system::{Body as CoupledBody, System};
 use crate::watch::Watcher;
 pub(super) use checks::expect_start;
 pub use initial::initial;

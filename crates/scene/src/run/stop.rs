@@ -3,9 +3,9 @@
 use myovib_model::{ModelError, Probe, Snapshot};
 use myovib_oscillators::Coherence;
 
-use super::system::{System, muscle_of, network_of};
 use crate::scene::Scene;
 use crate::scene_file::output::Stop;
+use crate::system::{System, muscle_of, network_of};
 
 /// A condition on the state.
 pub(super) enum Condition {

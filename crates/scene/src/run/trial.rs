@@ -5,7 +5,7 @@ use std::time::Duration;
 use myovib_model::{Advance, CpuClock, Integrator};
 
 use super::start::{Driver, start};
-use super::system::System;
+use crate::system::System;
 use crate::watch::Watcher;
 use crate::{Error, Scene};
 

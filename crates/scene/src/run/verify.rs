@@ -7,8 +7,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use myovib_model::ErrorEstimate;
 use serde_json::{Map, Value, json};
 
+use super::dynamic;
 use super::indicator::of_column;
-use super::{RunOptions, dynamic};
+use super::options::RunOptions;
 use crate::atomic_file;
 use crate::csv::Table;
 use crate::{Error, Scene};

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::builder::Builder;
 use super::contraction::chains_that_act;
-use crate::run::DOCUMENT;
+use crate::result_folder::DOCUMENT;
 use crate::scene_file::start::InitialState;
 use crate::scene_file::{Analysis, SceneFile};
 use crate::state::State;

@@ -32,6 +32,7 @@ mod number;
 mod reference;
 mod renamed;
 mod schema;
+mod section;
 mod source;
 
 use schemars::JsonSchema;
@@ -42,7 +43,6 @@ pub use schema::schema;
 pub use source::Source;
 
 use crate::InputError;
-use crate::modes::DEFAULT_COUNT;
 use chain::{Chain, Rod};
 use contact::Contact;
 use feedback::Feedback;
@@ -200,6 +200,9 @@ pub struct Checkpoint {
     pub interval: f64,
 }
 
+/// Default number of modes.
+pub const DEFAULT_MODES: usize = 10;
+
 /// Eigenmodes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Modes {
@@ -213,7 +216,7 @@ pub struct Modes {
 }
 
 fn count() -> usize {
-    DEFAULT_COUNT
+    DEFAULT_MODES
 }
 
 /// A scene and its source text.

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::check::written;
 use super::schema;
-pub(super) use sections::Section;
+use super::section::Section;
 use sections::sections;
 
 /// Definitions used by many keys: name, type shown in the list of keys, and title. They follow the sections.

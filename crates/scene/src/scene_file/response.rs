@@ -4,7 +4,6 @@ use num_complex::Complex64;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::response::Adaptive;
 use crate::spacing;
 
 /// Harmonic response.
@@ -92,6 +91,16 @@ pub enum Grid {
     Fixed(Vec<f64>),
     /// Frequencies chosen by the response.
     Adaptive(Adaptive),
+}
+
+/// Range of frequencies to be resolved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Adaptive {
+    /// Ends of the range, Hz.
+    pub range: [f64; 2],
+    /// Accepted error of the interpolation, relative to the amplitude, or to a hundredth of the median amplitude if
+    /// that is larger.
+    pub tolerance: f64,
 }
 
 impl Grid {

@@ -7,8 +7,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::function::Function;
-use super::reference::Section;
 use super::response::Amplitude;
+use super::section::Section;
 
 /// Parts of a surface load that do not depend on its kind.
 #[derive(Clone, Copy)]

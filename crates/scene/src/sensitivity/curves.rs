@@ -13,9 +13,9 @@ use super::parameters::body;
 use crate::probe::{Reading, StateAt, within_half_a_turn};
 use crate::response::{Part, harmonic_probes};
 use crate::run::start::{driving, initial};
-use crate::run::system::System;
 use crate::scene::Scene;
 use crate::scene_file::identification::Output as Wanted;
+use crate::system::System;
 use crate::watch::Watcher;
 use crate::{Error, InputError};
 

@@ -22,7 +22,7 @@ use std::time::Duration;
 use myovib_model::{EndReason, ModelError};
 use serde_json::{Value, json};
 
-use crate::result_folder::{Existing, FolderRequest, ResultFolder, program};
+use crate::result_folder::{self, Existing, FolderRequest, ResultFolder, program};
 use crate::run::{self, RunOptions, RunResult};
 use crate::scene::runs_at_once;
 use crate::watch::ProgressSink;
@@ -181,7 +181,7 @@ fn request<'a>(
     let of_cases = cases
         .iter()
         .flat_map(|case| [folder_of(case), record_of(case)]);
-    let tables = ["sweep.csv", "sweep.json", run::PAGE].map(str::to_owned);
+    let tables = ["sweep.csv", "sweep.json", result_folder::PAGE].map(str::to_owned);
     FolderRequest {
         path: &options.out,
         command: "sweep",

@@ -1,13 +1,7 @@
 //! Sections of the scene reference with their examples.
 
+use super::super::section::Section;
 use super::super::surface_load::SurfaceLoads;
-
-/// A section of the reference: keys of the root, and an example in TOML.
-pub(in crate::scene_file) struct Section {
-    pub(in crate::scene_file) title: &'static str,
-    pub(in crate::scene_file) keys: &'static [&'static str],
-    pub(in crate::scene_file) example: &'static str,
-}
 
 /// Returns the sections in the order of a scene file. Each key of the root belongs to one of them.
 pub(super) fn sections() -> impl Iterator<Item = &'static Section> {
