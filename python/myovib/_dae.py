@@ -259,8 +259,8 @@ def solve_dae(
         as in `solve_ivp`: ``terminal`` (bool, or the number of the occurrence that
         ends the integration) and ``direction`` (its sign). A zero at the start of
         the integration is not reported, and a zero at its end only if rounding does
-        not keep the number from reaching it. A change of sign at a break is not an
-        event.
+        not keep the number from reaching it. A change of sign at a break is an event
+        at the break.
     rtol, atol : float; float or array_like, shape (n,)
         Tolerances: the local error may be ``rtol |y_i| + atol_i``. `rtol` is a
         scalar.
@@ -320,21 +320,7 @@ def solve_dae(
     >>> round(float(s.y[0, -1]), 4)
     0.7158
     """
-    for name in unknown:
-        known = f": {OTHER_NAMES[name]}" if name in OTHER_NAMES else ""
-        raise TypeError(f"solve_dae() got an unexpected keyword argument {name!r}{known}")
-    if method not in METHODS:
-        other = SCIPY_METHODS.get(method) if isinstance(method, str) else None
-        known = f"; SciPy's {method!r} is {other!r} here" if other else ""
-        raise ValueError(f"method = {method!r}: allowed: {', '.join(METHODS)}{known}")
-    method = "bdf" if method == "ida" else method
-    if initial not in ("given", "algebraic", "states"):
-        raise ValueError(f"initial = {initial!r}: must be given, algebraic or states")
-    if max_order is not None and method != "bdf":
-        raise ValueError(f'max_order = {max_order}: only "bdf" has a variable order, not {method!r}')
-    max_order = 5 if max_order is None else max_order
-    if not 1 <= max_order <= 5:
-        raise ValueError(f"max_order = {max_order}: must be 1 to 5")
+    family, max_order = _checked_choices(method, initial, max_order, unknown)
     if np.ndim(rtol) != 0:
         raise ValueError(f"rtol = {rtol}: must be a number (only `atol` may be a vector)")
     _real("rtol", rtol)
@@ -353,7 +339,7 @@ def solve_dae(
     t0, t_end = (float(t) for t in t_span)
     if t0 == t_end or not np.isfinite([t0, t_end]).all():
         raise ValueError(f"t_span = ({t0}, {t_end}): must be two different finite times")
-    if t_end < t0 and method != "bdf":
+    if t_end < t0 and family != "bdf":
         raise ValueError(f't_span = ({t0}, {t_end}): only "bdf" goes backwards')
     for name, step in (("first_step", first_step), ("max_step", max_step)):
         if step is not None and not step > 0:
@@ -371,7 +357,7 @@ def solve_dae(
     if given is not None and (len(given) != n or not np.isin(given, range(4)).all()):
         raise ValueError(f"index = {index}: must have {n} entries, whole numbers from 0 to 3")
     indices = None if given is None else [int(i) for i in given]
-    if method == "bdf" and left_out is None and indices is not None and max(indices) > 1:
+    if family == "bdf" and left_out is None and indices is not None and max(indices) > 1:
         raise ValueError(
             f'index has a {max(indices)}, which "bdf" makes no use of: use a Radau method, or, for '
             "index 2, exclude these components from the error test by `suppress`"
@@ -389,9 +375,6 @@ def solve_dae(
     jacobian = None if jacobian is None else _with(jacobian, args)
     ends = _ends_of_parts(breaks, t0, t_end)
     first_limits = (ends[0].after, ends[1].before)
-    if indices is not None and highest == 3 and initial == "given":
-        weights = rtol * np.abs(rates) + tolerances
-        _warn_of_velocities(residual, first_limits, (start, rates), np.array(indices), weights)
     watched = _Events(events, args)
     pattern = None if sparsity is None else _pattern(sparsity, n)
     if pattern is None and jacobian is not None and n > LARGE:
@@ -403,7 +386,7 @@ def solve_dae(
         "algebraic": marks,
         "index": indices,
         "suppress": left_out,
-        "method": method,
+        "method": family,
         "rtol": float(rtol),
         "atol": tolerances.tolist(),
         "first_step": None if first_step is None else float(first_step),
@@ -417,51 +400,93 @@ def solve_dae(
         "initial": initial,
     }
     outputs = _output_times(t_eval, t0, t_end)
-    notes = []
+    notes: list[str] = []
     if initial != "given":
         _expect_finite(_in_bytes(residual, n), first_limits[0], start, rates)
     structure = None
     # The indices of all variables are known, or the variables of index 2 are excluded from the error test.
-    is_index_known = left_out is not None if method == "bdf" else indices is not None
-    if initial == "algebraic" or not is_index_known or (highest == 3 and method != "bdf"):
+    is_index_known = left_out is not None if family == "bdf" else indices is not None
+    if initial == "algebraic" or not is_index_known or (highest == 3 and family != "bdf"):
         structure = Structure.at(residual, first_limits[0], start, rates, rtol * np.abs(start) + tolerances)
-    if structure and highest == 3 and method != "bdf":
-        found_index = structure.index()
-        if found_index > 3:
-            notes.append(
-                f"the equations at the start have the index {found_index}: Radau methods support index 3 at "
-                "most, and results may be wrong. Replace constraints by their derivatives"
+    constraints = None
+    if indices is not None and highest == 3 and initial == "given":
+        weights = rtol * np.abs(rates) + tolerances
+        positions = np.array(indices) <= 1
+        positions &= ~structure.algebraic if structure else True
+        constraints = _PositionConstraints.at(residual, first_limits, (start, rates), positions, weights)
+    if constraints is not None:
+        for equation in constraints.changing:
+            warnings.warn(
+                f"equation {equation} (counted from 0), a constraint on positions, changes at the rate "
+                f"{constraints.rates[equation]:.2e} along yp0: the velocities are not consistent and will jump in the "
+                "first step. `consistent_start` computes consistent ones",
+                stacklevel=2,
             )
-    if structure and not is_index_known and not any(structure.singular()):
-        hidden = structure.of_higher_index()
-        if hidden:
-            notes.append(_index_advice(hidden, method))
-    if initial == "algebraic":
-        free = structure.undetermined() if structure else []
-        if free:
-            notes.append(
-                f"F = 0 does not determine the derivatives of the variables {free} (counted from 0), "
-                "because dF/dy' is singular: `yp` may be wrong at the start. Introduce a variable for the "
-                "combination whose derivative occurs"
-            )
+    if structure:
+        is_of_index_3 = highest == 3 and family != "bdf"
+        notes += _structure_notes(structure, family, initial, is_of_index_3, is_index_known)
     try:
         found, last_limits = _integrate_parts(
             request, ends, (residual, matrices, watched), (start, rates), outputs
         )
     except _Failed as failed:
-        explained = f"; {START}" if is_hidden else ""
+        is_violated = "not consistent" in str(failed) and constraints is not None and constraints.are_violated
+        explained = f"; {START}" if is_violated else ""
         if initial != "given":
             tolerance = rtol * np.abs(start) + tolerances
             explained = _explain(initial, residual, first_limits[0], start, rates, tolerance)
         raise RuntimeError(f"{failed}{explained}") from None
     notes += found.pop("warnings")
-    solution = _solution(found, n, len(watched.functions), method)
-    advice = _advice(solution, _within(residual, last_limits), rtol, tolerances, (left_out, is_hidden))
+    solution = _solution(found, n, len(watched.functions), family)
+    has_wrong_velocities = constraints is not None and bool(constraints.changing)
+    known = (left_out, is_hidden, has_wrong_velocities)
+    advice = _advice(solution, _within(residual, last_limits), rtol, tolerances, known)
     if advice is not None:
         notes.append(advice)
     for warning in dict.fromkeys(notes):
         warnings.warn(warning, stacklevel=2)
     return solution
+
+
+def _checked_choices(
+    method: Any, initial: Any, max_order: int | None, unknown: dict[str, Any]
+) -> tuple[str, int]:
+    """Return the method and its maximum order."""
+    for name in unknown:
+        known = f": {OTHER_NAMES[name]}" if name in OTHER_NAMES else ""
+        raise TypeError(f"solve_dae() got an unexpected keyword argument {name!r}{known}")
+    if method not in METHODS:
+        other = SCIPY_METHODS.get(method) if isinstance(method, str) else None
+        known = f"; SciPy's {method!r} is {other!r} here" if other else ""
+        raise ValueError(f"method = {method!r}: allowed: {', '.join(METHODS)}{known}")
+    method = "bdf" if method == "ida" else method
+    if initial not in ("given", "algebraic", "states"):
+        raise ValueError(f"initial = {initial!r}: must be given, algebraic or states")
+    if max_order is not None and method != "bdf":
+        raise ValueError(f'max_order = {max_order}: only "bdf" has a variable order, not {method!r}')
+    max_order = 5 if max_order is None else max_order
+    if not 1 <= max_order <= 5:
+        raise ValueError(f"max_order = {max_order}: must be 1 to 5")
+    return method, max_order
+
+
+def _structure_notes(
+    structure: Structure, method: str, initial: str, is_of_index_3: bool, is_index_known: bool
+) -> Iterator[str]:
+    """Yield warnings of the structure of the equations at the start."""
+    if is_of_index_3 and (index := structure.index()) > 3:
+        yield (
+            f"the equations at the start have the index {index}: Radau methods support index 3 at "
+            "most, and results may be wrong. Replace constraints by their derivatives"
+        )
+    if not is_index_known and not any(structure.singular()) and (hidden := structure.of_higher_index()):
+        yield _index_advice(hidden, method)
+    if initial == "algebraic" and (free := structure.undetermined()):
+        yield (
+            f"F = 0 does not determine the derivatives of the variables {free} (counted from 0), "
+            "because dF/dy' is singular: `yp` may be wrong at the start. Introduce a variable for the "
+            "combination whose derivative occurs"
+        )
 
 
 # Remedy for initial values that violate constraints.
@@ -492,6 +517,7 @@ def _integrate_parts(
     n = len(y)
     is_hidden = max(request["index"] or [0]) > 1
     found: dict[str, Any] = {}
+    before = None
     for part, (end_from, end_to) in enumerate(zip(ends, ends[1:])):
         is_first, is_last = part == 0, part == len(ends) - 2
         part_limits = (end_from.after, end_to.before)
@@ -509,6 +535,7 @@ def _integrate_parts(
                     "jacobian": None if matrices is None else _within(matrices, part_limits),
                     "events": events,
                     "terminal": watched.terminal_after(found.get("events", [])),
+                    "events_before": before,
                     "t_span": (end_from.t, end_to.t),
                     "y0": y.tolist(),
                     "yp0": yp.tolist(),
@@ -531,6 +558,7 @@ def _integrate_parts(
             _cut(solved, n, slice(1, None))
         if solved["status"] == 0 and not is_last:
             y, yp = (np.frombuffer(solved[name])[-n:] for name in ("y", "yp"))
+            before = watched.values(part_limits[1], y, yp) if watched.functions else None
             if due is not None:
                 _cut(solved, n, slice(-1))
         found = _joined(found, solved) if found else solved
@@ -551,17 +579,20 @@ def _advice(
     residual: Function,
     rtol: float,
     atol: Array,
-    stated: tuple[list[bool] | None, bool],
+    known: tuple[list[bool] | None, bool, bool],
 ) -> str | None:
-    """Return advice if the integrator gave up or failed many error tests for a reason that has a remedy.
+    """Return advice if the integrator gave up, failed many error tests or lacks digits, for a reason that has a remedy.
 
-    The message of a solution that ends early then contains it. `stated`: the variables excluded from the
-    error test, and whether an index is above 1.
+    The message of a solution that ends early then contains it. `known`: the variables excluded from the
+    error test, whether an index is above 1, and whether the velocities at the start violate constraints.
     """
-    suppress, is_hidden = stated
+    suppress, is_hidden, has_wrong_velocities = known
     is_bdf = solution.method == "bdf"
     many = is_bdf and solution.nsteps > 1000 and 3 * solution.netf > solution.nsteps
-    if not (many or solution.status < 0) or not solution.t.size:
+    if not solution.t.size:
+        return None
+    is_late = _is_late(solution, rtol, atol)
+    if not (many or is_late or solution.status < 0):
         return None
     y, yp = solution.y[:, -1], solution.yp[:, -1]
     structure = Structure.at(residual, solution.t[-1], y, yp, rtol * np.abs(y) + atol)
@@ -570,14 +601,19 @@ def _advice(
     tested = [j for j in hidden if suppress is None or not suppress[j]]
     if singular and not solution.success:
         advice = singular
-    elif is_hidden and not solution.success and "after 0 steps" in solution.message:
+    elif has_wrong_velocities and not solution.success and "after 0 steps" in solution.message:
         advice = START
-    elif tested:
-        advice = _index_advice(tested, "bdf")
+    elif tested or (hidden and not solution.success):
+        advice = _index_advice(hidden, "bdf")
     elif not (solution.success or is_hidden) and (steep := _growing(solution)):
         advice = (
             f"the derivatives of the variables {steep} (counted from 0) grow without bound near this time: "
             "the solution may have a pole, a square root or the end of the domain of F there"
+        )
+    elif is_late:
+        advice = (
+            f"t_span: times near {solution.t[-1]:.3g} have a rounding of {np.spacing(abs(solution.t[-1])):.1e}, in which "
+            "the solution changes by more than the tolerances: measure the time from a nearer origin"
         )
     elif many:
         # For example, a variable amplifies the errors of others. BDF's estimate is small while steps are
@@ -600,6 +636,13 @@ def _advice(
         # The advice replaces the library's explanation that F switches back and forth.
         solution.message = f"{solution.message.partition(': the last half')[0]}; {advice}"
     return advice
+
+
+def _is_late(solution: DaeSolution, rtol: float, atol: Array) -> bool:
+    """Return whether a variable usually changes by more than its tolerance within the rounding of t."""
+    changes = np.spacing(np.abs(solution.t)) * np.abs(solution.yp)
+    tolerances = rtol * np.abs(solution.y) + atol[:, None]
+    return bool((np.median(changes - tolerances, axis=1) > 0.0).any())
 
 
 # Growth of a derivative that indicates a singularity of the solution.
@@ -670,56 +713,62 @@ def _expect_finite(residual: Any, t: float, y: Array, yp: Array) -> None:
 FAR = 10.0
 
 
-def _warn_of_velocities(
-    residual: Function,
-    limits: tuple[float, float],
-    start: tuple[Array, Array],
-    indices: NDArray[np.int64],
-    tolerances: Array,
-) -> None:
-    """Warn of a constraint on positions whose derivative along yp0 is not zero.
+class _PositionConstraints(NamedTuple):
+    """Constraints on positions at the start."""
 
-    The limits are the first and the last time before the next break.
-    """
-    (t0, t_end), (y, yp) = limits, start
-    positions = indices <= 1
-    rates = np.where(positions, yp, 0.0)
-    largest = np.abs(rates).max()
-    if largest == 0.0:
-        return
-    size = np.abs(y[positions]).max()
-    step = 1e-4 * (min(size / largest, t_end - t0) if size > 0.0 else t_end - t0)
+    # Whether the positions violate one.
+    are_violated: bool
+    # Equations whose derivative along yp0 is not zero, and the derivatives of all equations.
+    changing: list[int]
+    rates: Array
 
-    def evaluate(t: float, y: Array, yp: Array) -> Array:
-        return np.array(residual(t, y, yp), dtype=float)
+    @classmethod
+    def at(
+        cls,
+        residual: Function,
+        limits: tuple[float, float],
+        start: tuple[Array, Array],
+        positions: NDArray[np.bool_],
+        tolerances: Array,
+    ) -> _PositionConstraints | None:
+        """Return the constraints on these variables, or None if F cannot be evaluated near the start.
 
-    def derivative(rates: Array) -> Array:
-        # Forward differences, because F may be undefined before the start.
-        at = [evaluate(t0 + k * step, y + k * step * rates, yp) for k in range(4)]
-        return (-11.0 * at[0] + 18.0 * at[1] - 9.0 * at[2] + 2.0 * at[3]) / (6.0 * step)
+        The limits are the first and the last time before the next break.
+        """
+        (t0, t_end), (y, yp) = limits, start
+        rates = np.where(positions, yp, 0.0)
+        largest = np.abs(rates).max()
+        size = np.abs(y[positions]).max(initial=0.0)
+        step = 1e-4 * (min(size / largest, t_end - t0) if size > 0.0 and largest > 0.0 else t_end - t0)
 
-    try:
-        given = evaluate(t0, y, yp)
-        moved = evaluate(t0, np.where(positions, y, y + 1.0 + np.abs(y)), yp + 1.0 + np.abs(yp))
-        rate = derivative(rates)
-        alternating = (-1.0) ** np.arange(len(y))
-        changes = [
-            np.abs(derivative(rates + sign * positions * tolerances) - rate)
-            for sign in (1.0, alternating)
-        ]
-        terms = np.abs(derivative(rates * alternating))
-    except Exception:  # the integration reports it
-        return
-    # Differences are accurate to about 1e-10 of the terms.
-    explained = np.max(changes, axis=0) + 1e-8 * terms
-    is_constraint = (given == moved) & (explained > 0.0)
-    for equation in np.flatnonzero(is_constraint & (np.abs(rate) > FAR * explained)):
-        warnings.warn(
-            f"equation {equation} (counted from 0), a constraint on positions, changes at the rate "
-            f"{rate[equation]:.2e} along yp0: the velocities are not consistent and will jump in the "
-            "first step. `consistent_start` computes consistent ones",
-            stacklevel=3,
-        )
+        def evaluate(t: float, y: Array, yp: Array) -> Array:
+            return np.array(residual(t, y, yp), dtype=float)
+
+        def derivative(rates: Array) -> Array:
+            # Forward differences, because F may be undefined before the start.
+            at = [evaluate(t0 + k * step, y + k * step * rates, yp) for k in range(4)]
+            return (-11.0 * at[0] + 18.0 * at[1] - 9.0 * at[2] + 2.0 * at[3]) / (6.0 * step)
+
+        try:
+            given = evaluate(t0, y, yp)
+            # Different displacements do not cancel in an equation.
+            sizes = 1.0 + 0.618 * np.arange(2 * len(y)).reshape(2, -1) % 1.0
+            others = np.where(positions, y, y + sizes[0] * (1.0 + np.abs(y)))
+            moved = evaluate(t0, others, yp + sizes[1] * (1.0 + np.abs(yp)))
+            rate = derivative(rates)
+            alternating = (-1.0) ** np.arange(len(y))
+            changes = [
+                np.abs(derivative(rates + sign * positions * tolerances) - rate)
+                for sign in (1.0, alternating)
+            ]
+            terms = np.abs(derivative(rates * alternating))
+        except Exception:  # the integration reports it
+            return None
+        # Differences are accurate to about 1e-10 of the terms.
+        explained = np.max(changes, axis=0) + 1e-8 * terms
+        is_constraint = (given == moved) & (explained > 0.0)
+        changing = is_constraint & (np.abs(rate) > FAR * explained) & (largest > 0.0)
+        return cls(bool(given[is_constraint].any()), np.flatnonzero(changing).tolist(), rate)
 
 
 class _End(NamedTuple):

@@ -36,6 +36,8 @@ pub(crate) struct Request {
     directions: Vec<i8>,
     /// Occurrence of each event that ends the integration; 0 for events that do not end it.
     terminal: Vec<usize>,
+    /// Values of the events before the break at the start of the span, if there is one.
+    events_before: Option<Vec<f64>>,
     algebraic: Option<Vec<bool>>,
     index: Option<Vec<u8>>,
     suppress: Option<Vec<bool>>,

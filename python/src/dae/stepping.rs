@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use super::checks::{FIRST_STEPS, check_last_step, forget_raised};
 use super::result::{Record, in_python, nodes};
 use super::{Failure, Request};
-use crate::problem::PythonDae;
+use crate::problem::{PythonDae, events};
 
 /// Corrects the initial values.
 ///
@@ -72,6 +72,16 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
     solver.set_stop_time(t_end).map_err(Failure::of)?;
     let nodes = nodes(degree);
     let mut occurrences = vec![0; request.terminal.len()];
+    if let Some((status, message)) = count(
+        events_at_break(solver, request)?,
+        (t0, solver.y()),
+        request,
+        (&mut occurrences[..], &mut record),
+    ) {
+        (record.status, record.message) = (status, message);
+        record.statistics = solver.statistics();
+        return Ok(record);
+    }
     let mut n_steps = 0;
     let mut t_halfway = t0;
     loop {
@@ -98,15 +108,8 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
             }
             Outcome::Root { crossings, .. } => {
                 let crossed = (0..crossings.len()).filter(|&k| crossings[k] != 0);
-                let mut last = None;
-                for k in crossed {
-                    occurrences[k] += 1;
-                    record.events.push((k, t, solver.y().to_vec()));
-                    if occurrences[k] == request.terminal[k] {
-                        last = Some((1, format!("event {k} ended the integration at t = {t}")));
-                    }
-                }
-                last
+                let counts = (&mut occurrences[..], &mut record);
+                count(crossed.collect(), (t, solver.y()), request, counts)
             }
             Outcome::Stopped(stop) => Some((-1, stop.to_string())),
             _ => Some((0, "the end of the span was reached".to_owned())),
@@ -156,6 +159,43 @@ pub(super) fn integrate<I: Integrator<PythonDae>>(
             return Ok(record);
         }
     }
+}
+
+/// Returns the events that change their sign at the break at the start of the span.
+fn events_at_break<I: Integrator<PythonDae>>(
+    solver: &mut I,
+    request: &Request,
+) -> Result<Vec<usize>, Failure> {
+    let Some(before) = &request.events_before else {
+        return Ok(Vec::new());
+    };
+    let (t, y, y_dot) = (solver.t(), solver.y().to_vec(), solver.y_dot().to_vec());
+    let mut after = vec![0.0; before.len()];
+    events(solver.problem_mut(), t, &y, &y_dot, &mut after)
+        .map_err(|e| Failure::Integrator(e.to_string()))?;
+    let crosses = |&k: &usize| {
+        let is_wanted = f64::from(request.directions[k]) * before[k] <= 0.0;
+        before[k] * after[k] < 0.0 && is_wanted
+    };
+    Ok((0..before.len()).filter(crosses).collect())
+}
+
+/// Records the events that occurred at (t, y). Returns the end of the integration, if one of them ends it.
+fn count(
+    crossed: Vec<usize>,
+    (t, y): (f64, &[f64]),
+    request: &Request,
+    (occurrences, record): (&mut [usize], &mut Record),
+) -> Option<(i8, String)> {
+    let mut last = None;
+    for k in crossed {
+        occurrences[k] += 1;
+        record.events.push((k, t, y.to_vec()));
+        if occurrences[k] == request.terminal[k] {
+            last = Some((1, format!("event {k} ended the integration at t = {t}")));
+        }
+    }
+    last
 }
 
 /// Returns whether a function has raised an exception, which is passed on.

@@ -1,0 +1,101 @@
+"""Starts, breaks and late times of `solve_dae`."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from myovib import consistent_start, solve_dae
+
+METHODS = ("bdf", "radau5", "radau9", "radau13")
+G = 9.81
+
+
+def pendulum_and_heat(t, y, yp):
+    """A rod of length 1, a temperature, and the algebraic power that heats it."""
+    x, z, u, v, force, heat, power = y
+    return [
+        yp[0] - u, yp[1] - v, yp[2] + force * x, yp[3] + force * z + G, x * x + z * z - 1.0,
+        yp[5] + heat - power, power - 2.0,
+    ]  # fmt: skip
+
+
+INDEX = [1, 1, 2, 2, 3, 1, 1]
+START = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0])
+RATES = np.array([0.0, 0.0, 0.0, -G, 0.0, 2.0, 0.0])
+
+
+@pytest.mark.parametrize(("variable", "is_of_constraint"), [(0, True), (6, False)])
+def test_consistent_start_is_named_for_positions_alone(variable, is_of_constraint):
+    y = START.copy()
+    y[variable] += 0.1
+    with pytest.raises(RuntimeError) as raised:
+        solve_dae(pendulum_and_heat, (0, 0.1), y, RATES, "radau5", index=INDEX)
+    assert ("consistent_start" in str(raised.value)) == is_of_constraint
+    if is_of_constraint:
+        y[:2], y[2:4] = consistent_start(lambda t, q: q @ q - 1.0, y[:2], y[2:4])
+    else:
+        y[variable] = 2.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert solve_dae(pendulum_and_heat, (0, 0.1), y, RATES, "radau5", index=INDEX).success
+
+
+def test_consistent_start_is_not_named_for_functions_that_fail():
+    def fails(t, y, yp):
+        return np.array(pendulum_and_heat(t, y, yp)) + (np.nan if t > 0.0 else 0.0)
+
+    s = solve_dae(fails, (0, 0.1), START, RATES, "radau5", index=INDEX)
+    assert not s.success and "consistent_start" not in s.message
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("terminal", [0, 1])
+@pytest.mark.parametrize("t_eval", [None, [0.25, 0.5, 0.75]])
+@pytest.mark.parametrize("direction", [-1, 0, 1])
+def test_events_at_breaks_occur_once(method, terminal, t_eval, direction):
+    def late(t, y, yp):
+        return t - 0.5
+
+    def full(t, y, yp):
+        return y[0] > 0.5 - 1e-9
+
+    full.terminal, full.direction, late.direction = terminal, direction, direction
+    # dy/dt changes from 1 to 3 at t = 0.5, where y = 0.5; the bool changes just before the break.
+    s = solve_dae(
+        lambda t, y, yp: yp - (1.0 if t < 0.5 else 3.0), (0, 1), [0], [1], method, breaks=[0.5],
+        events=[late, full], t_eval=t_eval,
+    )  # fmt: skip
+    occurs = direction >= 0
+    assert [len(times) for times in s.t_events][1] == occurs
+    ends = bool(terminal and occurs)
+    assert s.status == int(ends)
+    if not ends:
+        assert s.t_events[0].tolist() == ([0.5] if occurs else [])
+        assert s.y[0, -1] == pytest.approx(0.5 + 3.0 * (s.t[-1] - 0.5), abs=1e-7)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_terminal_event_at_a_break_ends_the_integration(method):
+    def late(t, y, yp):
+        return t - 0.5
+
+    late.terminal = 1
+    s = solve_dae(lambda t, y, yp: yp - 1.0, (0, 1), [0], [1], method, breaks=[0.5], events=late)
+    assert s.status == 1 and s.t[-1] == 0.5 and s.y_events[0] == pytest.approx(0.5)
+
+
+def oscillator(t, y, yp):
+    return [yp[0] - y[1], yp[1] + y[0]]
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("start", [0.0, 1e12, 1e14])
+def test_times_without_digits_are_reported(method, start):
+    # The rounding of 1e12 is 1.2e-4.
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        s = solve_dae(oscillator, (start, start + 10.0), [0, 1], [1, 0], method, rtol=1e-6, atol=1e-6)
+    is_named = any("t_span" in str(warning.message) for warning in caught)
+    assert is_named == (start > 0.0)
+    assert s.success or "t_span" in s.message
